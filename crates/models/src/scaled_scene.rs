@@ -32,7 +32,7 @@ impl ScaledScene {
     /// # Errors
     /// Joints or fixed bodies that contradict each other.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
-        let scale = Scale::of(scene);
+        let scale = Scale::new(scene);
         let bodies = || scene.bodies().iter();
         let kinds: Vec<_> = bodies().map(|b| b.kind()).collect();
         let positions: Vec<_> = bodies().map(|b| scale.point(b.position)).collect();
@@ -73,7 +73,7 @@ impl ScaledScene {
     /// Poses of all bodies in a configuration.
     ///
     /// # Errors
-    /// Lengths of joints for which a loop does not close.
+    /// Values of joints for which a loop does not close.
     pub fn poses(&self, configuration: Configuration) -> Result<Vec<Isometry3<f64>>, ModelError> {
         let state = self.state(configuration);
         Ok(self.set.place(&state, &self.values(configuration.shape))?)

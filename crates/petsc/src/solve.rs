@@ -2,83 +2,23 @@
 
 use std::time::Instant;
 
-use rigid::{Drive, FlowSolution, Formulation, Imposed, MeshPart, NodeRole};
+use rigid::{Drive, FlowSolution, Imposed, MeshPart, NodeRole};
 use stokes::fem::{SurplusPart, SurplusSpace};
 use stokes::{
-    Checks, Dofs, Estimate, Gather, PartEquations, Problem, Seconds, Solution, SolverReport,
+    Checks, Dofs, Engine, Estimate, Gather, Options, PartEquations, Problem, Seconds, Solution,
+    SolverReport, StokesError,
 };
 
 use crate::PetscError;
 use crate::assembly::Part;
 use crate::divided::{DividedMatrix, DividedPreconditioner};
-use crate::gather::Fields;
+use crate::gather::{Fields, engine_error};
 use crate::handles::{Session, release_memory};
-use crate::method::Method;
 use crate::numbering::{Numbering, components};
 use crate::partition::Partition;
-use crate::pressure_laplacian::pressure_laplacian;
+use crate::pressure::pressure_laplacian;
 use crate::shared::{self, LateExchange, Shared};
-use crate::solver::Solver;
-
-/// How a problem is solved.
-#[derive(Clone, Copy)]
-#[non_exhaustive]
-pub struct Parameters {
-    /// How the constraints of the joints enter the system.
-    pub formulation: &'static dyn Formulation,
-    /// How the linear system is solved.
-    pub method: Method,
-    /// Bound on the relative Euclidean residual and on the estimated error of
-    /// [`linalg::SolveReport`].
-    pub rtol: f64,
-    /// Whether discretisation errors are estimated.
-    pub estimates: bool,
-    /// See [`stokes::Options::estimate_rtol`].
-    pub estimate_rtol: Option<f64>,
-}
-
-/// Eliminated velocities (P-tilde), the block solver, to 1e-8, without estimates.
-impl Default for Parameters {
-    fn default() -> Self {
-        Self {
-            formulation: &rigid::Eliminated,
-            method: Method::Block,
-            rtol: 1e-8,
-            estimates: false,
-            estimate_rtol: None,
-        }
-    }
-}
-
-impl Parameters {
-    /// The same with another formulation.
-    #[must_use]
-    pub fn with_formulation(mut self, formulation: &'static dyn Formulation) -> Self {
-        self.formulation = formulation;
-        self
-    }
-
-    /// The same with another method.
-    #[must_use]
-    pub fn with_method(mut self, method: Method) -> Self {
-        self.method = method;
-        self
-    }
-
-    /// The same with another tolerance.
-    #[must_use]
-    pub fn with_rtol(mut self, rtol: f64) -> Self {
-        self.rtol = rtol;
-        self
-    }
-
-    /// The same with error estimates, and the residual to which their systems are solved.
-    #[must_use]
-    pub fn with_estimates(mut self, rtol: Option<f64>) -> Self {
-        (self.estimates, self.estimate_rtol) = (true, rtol);
-        self
-    }
-}
+use crate::solver::{Method, Solver};
 
 /// A solution, the same on every process.
 #[non_exhaustive]
@@ -94,7 +34,9 @@ pub struct DistributedSolution {
 /// Solves a problem for drives that differ only in the rates of the joints.
 ///
 /// Collective: every process calls it with the same problem. All drives share one matrix and one
-/// preconditioner, whose time is counted for the first solution.
+/// preconditioner, whose time is counted for the first solution. Of the solvers there are
+/// [`stokes::Solver::Block`] and, by MUMPS, [`stokes::Solver::Direct`]; `options.rtol` bounds the
+/// relative Euclidean residual and the estimated error of [`linalg::SolveReport`].
 ///
 /// # Errors
 /// [`PetscError`]. If only some processes fail, the caller must end all of them
@@ -103,11 +45,13 @@ pub fn solve(
     session: &Session,
     problem: &Problem,
     drives: &[Drive],
-    parameters: &Parameters,
+    options: &Options,
+    with_estimates: bool,
 ) -> Result<Vec<DistributedSolution>, PetscError> {
     let Some((drive, others)) = drives.split_first() else {
         return Ok(Vec::new());
     };
+    let method = Method::new(options.solver)?;
     let clock = Instant::now();
     let mesh = problem.mesh();
     let roles = problem.roles();
@@ -122,18 +66,18 @@ pub fn solve(
     let exchange = LateExchange::default();
     let part = MeshPart::new(owned.clone(), session.sum_over_parts())
         .with_ghosts(session.rank() == 0, exchange.function());
-    let system = problem.assemble_part(&submesh, part, drive, parameters.formulation)?;
+    let system = problem.assemble_part(&submesh, part, drive, options.formulation)?;
     if !linalg::LinearOperator::is_symmetric(&system.system) {
         return Err(PetscError::NotSymmetric {
-            formulation: parameters.formulation.name(),
+            formulation: options.formulation.name(),
         });
     }
     release_memory();
     let others: Vec<Imposed> = (others.iter())
         .map(|drive| system.imposed(drive))
         .collect::<Result<_, _>>()?;
-    let space = match parameters.estimates {
-        true => Some(SurplusSpace::new(&submesh.mesh).map_err(stokes::StokesError::from)?),
+    let space = match with_estimates {
+        true => Some(SurplusSpace::new(&submesh.mesh).map_err(StokesError::from)?),
         false => None,
     };
     let shared = Shared::new(&partition, &submesh, space.as_ref(), session.rank());
@@ -149,7 +93,7 @@ pub fn solve(
     };
     let entries = part.own_entries();
     let mut blocks = part.blocks(session)?;
-    if parameters.method == Method::Block {
+    if method == Method::Block {
         blocks.pressure_laplacian = pressure_laplacian(session, problem, &part, &partition)?;
     }
     // PETSc has copies.
@@ -164,13 +108,7 @@ pub fn solve(
         .collect();
     drop(order);
     let sizes = blocks.sizes.concat();
-    let solver = Solver::new(
-        session,
-        blocks,
-        parameters.method,
-        &numbering,
-        &free_vertices,
-    )?;
+    let solver = Solver::new(session, blocks, method, &numbering, &free_vertices)?;
     let setup = clock.elapsed().as_secs_f64();
 
     let fields = Fields::new(mesh, &partition, &submesh, session.rank());
@@ -179,7 +117,7 @@ pub fn solve(
     for imposed in imposed {
         let clock = Instant::now();
         let rhs = imposed.map_or(&system.rhs, |imposed| &imposed.rhs);
-        let solved = solver.solve(&entries.of(rhs), parameters.rtol)?;
+        let solved = solver.solve(&entries.of(rhs), options.rtol)?;
         let mut solution = vec![0.0; entries.len()];
         entries.write(&solved.solution, &mut solution);
         let flow = match imposed {
@@ -196,9 +134,7 @@ pub fn solve(
         let exchange = LateExchange::default();
         exchange.set(shared.of_extension(session, &submesh, &space)?);
         let surplus_part = surplus_part(session, &partition, &submesh, &space, &exchange);
-        let space = space
-            .with_part(surplus_part)
-            .map_err(stokes::StokesError::from)?;
+        let space = space.with_part(surplus_part).map_err(StokesError::from)?;
         let equations = PartEquations {
             submesh: &submesh,
             space: &space,
@@ -210,7 +146,7 @@ pub fn solve(
             solver: &solver,
             entries: &entries,
         };
-        let rtol = parameters.estimate_rtol;
+        let rtol = options.estimate_rtol;
         let estimated =
             problem.estimate_part(drive, &flows, equations, &mut preconditioner, rtol)?;
         estimates = estimated.into_iter().map(Some).collect();
@@ -240,12 +176,8 @@ pub fn solve(
                         total: 3 * free_nodes + border + mesh.n_vertices(),
                     },
                     solver: SolverReport {
-                        formulation: parameters.formulation.name().to_owned(),
-                        solver: match parameters.method {
-                            Method::Block => "petsc block",
-                            Method::Direct => "petsc direct",
-                        }
-                        .to_owned(),
+                        formulation: options.formulation.name().to_owned(),
+                        solver: format!("petsc {}", options.solver.name()),
                         iterations: solved.iterations,
                         true_relative_residual: solved.true_relative_residual,
                     },
@@ -264,6 +196,30 @@ pub fn solve(
         },
     )
     .collect()
+}
+
+/// Solves on all processes of the [`Session`] that the calling thread has started.
+///
+/// Every process makes the same calls with the same problems; answers are the same on all, so that
+/// programs take the same decisions everywhere.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PetscEngine;
+
+impl Engine for PetscEngine {
+    fn solve_all(
+        &self,
+        problem: &Problem,
+        drives: &[Drive],
+        options: &Options,
+        surplus: Option<&SurplusSpace>,
+    ) -> Result<Vec<Solution>, StokesError> {
+        let of_session = |session: &Session| {
+            // Each process has the surplus space of its own part of the mesh.
+            let solved = solve(session, problem, drives, options, surplus.is_some())?;
+            Ok(solved.into_iter().map(|solved| solved.solution).collect())
+        };
+        Session::with_current(of_session).map_err(engine_error)
+    }
 }
 
 /// The cells and bubbles of this process.
@@ -304,8 +260,8 @@ fn of_all_nodes(
 ) -> Result<FlowSolution, PetscError> {
     flow.velocity = fields.nodes(&flow.velocity)?;
     flow.pressure = fields.vertices(&flow.pressure)?;
-    let mean = stokes::fem::mean_pressure(problem.mesh(), &flow.pressure)
-        .map_err(stokes::StokesError::from)?;
+    let mean =
+        stokes::fem::mean_pressure(problem.mesh(), &flow.pressure).map_err(StokesError::from)?;
     flow.pressure.iter_mut().for_each(|p| *p -= mean);
     Ok(flow)
 }

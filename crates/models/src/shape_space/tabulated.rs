@@ -10,7 +10,7 @@ use crate::hydrodynamics::Hydrodynamics;
 use crate::query::{Configuration, Query};
 use crate::solution::InstantaneousSolution;
 
-/// A model with tables over boxes of lengths, which are computed when they are first needed.
+/// A model with tables over boxes of shapes, which are computed when they are first needed.
 pub struct Tabulated {
     scene: Scene,
     model: Box<dyn Hydrodynamics>,
@@ -31,7 +31,7 @@ enum TableState {
 }
 
 impl Tabulated {
-    /// Adds tables over boxes of lengths to a model, to the relative error `tolerance`.
+    /// Adds tables over boxes of shapes to a model, to the relative error `tolerance`.
     ///
     /// Each box has one range per joint.
     ///

@@ -8,19 +8,15 @@
 mod exchange;
 mod krylov;
 mod matrix;
-mod memory;
 mod one_thread;
-mod preconditioner;
 mod session;
 mod vector;
 
 pub use exchange::Exchange;
-pub use krylov::Krylov;
+pub use krylov::{Krylov, Preconditioner};
 pub use matrix::{Matrix, NullSpace, Rows};
-pub use memory::release_memory;
 pub use one_thread::OneThread;
-pub use preconditioner::Preconditioner;
-pub use session::Session;
+pub use session::{Session, release_memory};
 pub use vector::Vector;
 
 use std::ffi::{CStr, c_void};

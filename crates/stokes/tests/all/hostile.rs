@@ -126,9 +126,8 @@ fn parts_that_are_given_twice_are_refused() {
     assert!(speed(&free, x, &Options::default()).is_err());
     let empty = Problem::new(&mesh, &[], &[Container::TAG]).unwrap();
     assert!(speed(&empty, x, &Options::default()).is_err());
-    if let Ok(grand) = empty.resistance(1e-6) {
-        assert!(grand.resistance.is_empty() && grand.asymmetry == 0.0);
-    }
+    let grand = empty.resistance(1e-6).unwrap();
+    assert!(grand.resistance.is_empty() && grand.asymmetry == 0.0);
 }
 
 #[test]
@@ -150,6 +149,9 @@ fn flows_of_hostile_fields_are_finite_or_refused() {
     for x in HOSTILE {
         let flow = solve_stokes(&mesh, &|at| x * Vec3::new(at.y, 0.0, 0.0), None, 1e-8);
         let forced = solve_stokes(&mesh, &|_| Vec3::zeros(), Some(&|at| x * at), 1e-8);
+        if [0.0, -1.0].contains(&x) {
+            assert!(flow.is_ok() && forced.is_ok(), "{x}");
+        }
         for flow in [flow, forced].into_iter().flatten() {
             assert!(
                 flow.velocity

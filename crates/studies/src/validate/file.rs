@@ -1,4 +1,4 @@
-//! Case E on a mesh from Gmsh, if the file exists.
+//! Case E on a mesh from Gmsh.
 
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -18,24 +18,17 @@ use crate::scene_files;
 /// Tolerance of the forces on this mesh with curved elements.
 const FORCE: f64 = 1e-3;
 
-/// Three unit spheres in a ball of radius 40, first order, 12 598 vertices.
+/// Three unit spheres in a ball of radius 40, first order, 1519 vertices.
 fn mesh() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes/ball_311k.msh")
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../mesh/tests/fixtures/three-spheres-v41-binary.msh")
 }
 
-/// Footnote if the mesh file does not exist.
-pub fn note() -> Option<String> {
-    let missing = !mesh().exists();
-    missing.then(|| "E, mesh file: skipped, ball_311k.msh does not exist.".to_owned())
-}
-
-/// Rows at the start of the stroke, with curved and with straight elements; none without the file.
+/// Rows at the start of the stroke, with curved and with straight elements.
 pub fn rows() -> Result<Vec<Row>> {
     let mut rows = Vec::new();
-    if mesh().exists() {
-        for geometry in ["curved", "straight"] {
-            rows.extend(at_start(geometry)?);
-        }
+    for geometry in ["curved", "straight"] {
+        rows.extend(at_start(geometry)?);
     }
     Ok(rows)
 }

@@ -78,7 +78,6 @@ pub fn run(effort: Effort, only: Option<&str>, out: &Path) -> Result<()> {
     let mut notes = Vec::new();
     if only.is_none() {
         notes.push(pair::NOTE.to_owned());
-        notes.extend(file::note());
     }
     notes.extend(bars::notes(&rows));
     notes.push(
