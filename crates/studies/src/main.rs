@@ -133,11 +133,7 @@ enum Task {
 
 fn main() -> Result<()> {
     match Arguments::parse().task {
-        Task::Validate {
-            quick,
-            only,
-            out,
-        } => validate::run(quick, only.as_deref(), &out),
+        Task::Validate { quick, only, out } => validate::run(quick, only.as_deref(), &out),
         Task::Accuracy {
             common,
             only,
