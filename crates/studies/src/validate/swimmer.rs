@@ -1,7 +1,6 @@
 //! Case E: the three-sphere swimmer, in single configurations and over whole strokes.
 
 use std::f64::consts::PI;
-use std::path::Path;
 
 use anyhow::{Context, Result};
 use mesh::TetMesh;
