@@ -1,6 +1,5 @@
 //! Files and lines that `swim map`, `swim optimise` and `swim learn` share.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use design::{StrokeLimits, StrokeTable, StrokeTotals};

@@ -1,6 +1,5 @@
 //! The table of connection and metric over the limits of a scene, stored on disk.
 
-use std::io::Write as _;
 use std::time::{Duration, Instant as Clock};
 
 use models::{ModelError, Part, ShapeGeometry, ShapeSpace, SolvedShapes};

@@ -1,7 +1,5 @@
 //! The pictures of a run, drawn while it goes on.
 
-use std::io::Write as _;
-
 use models::{Hydrodynamics, SolutionFlow};
 use scene::{PhaseSpan, Scene};
 use serde_json::Value;

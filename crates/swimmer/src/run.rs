@@ -1,6 +1,5 @@
 //! A complete run: element sizes, model, tables, checkpoint, gait, files.
 
-use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
 

@@ -1,6 +1,5 @@
 //! The files of a run: flows, trajectory and checkpoint, while it goes on.
 
-use std::io::Write as _;
 use std::time::{Duration, Instant};
 
 use models::{Hydrodynamics, SolutionFlow};

@@ -12,7 +12,6 @@ mod track;
 
 pub use record::RunRecord;
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use base64::Engine;

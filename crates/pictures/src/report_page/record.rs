@@ -1,6 +1,5 @@
 //! What the page of a run shows.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use scene::Scene;
