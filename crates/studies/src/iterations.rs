@@ -191,7 +191,7 @@ fn cases(quick: bool) -> Vec<(&'static str, String, String)> {
 
 fn solve(scene: &str, rtol: f64) -> Result<InstantaneousSolution> {
     let scene = Scene::parse(&format!(
-        "fem.rtol = {rtol:e}\nfem.mirror = \"off\"\nfem.estimates = \"off\"\n{scene}"
+        "fem.rtol = {rtol:e}\nfem.symmetry = \"off\"\nfem.estimates = \"off\"\n{scene}"
     ))?;
     let mut model = FemModel::new(&scene)?;
     Ok(solve_start(&scene, &mut model)?)
@@ -199,7 +199,7 @@ fn solve(scene: &str, rtol: f64) -> Result<InstantaneousSolution> {
 
 /// Iterations with an exact velocity solve on the mesh of the first configuration.
 fn floor(scene: &str) -> Result<Option<usize>> {
-    let scene = Scene::parse(&format!("fem.mirror = \"off\"\n{scene}"))?;
+    let scene = Scene::parse(&format!("fem.symmetry = \"off\"\n{scene}"))?;
     let state = scene.initial_state();
     let shape = scene.articulation().initial_shape();
     let configuration = Configuration {

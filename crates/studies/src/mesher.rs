@@ -103,7 +103,7 @@ fn ours(size: f64) -> Result<Vec<Row>> {
     params.growth = growth(size);
     let overrides = [
         format!("fem.surface_size={size}"),
-        "fem.mirror=off".to_owned(),
+        "fem.symmetry=off".to_owned(),
     ];
     let answer = answer("three-sphere.toml", &overrides)?;
 

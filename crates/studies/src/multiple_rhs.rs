@@ -27,7 +27,7 @@ pub struct Row {
 /// Three unit spheres on a line, eight apart, in a ball of 40 radii, each under a force.
 fn scene(size: f64) -> String {
     let mut text = format!(
-        "domain = {{ kind = \"ball\", radius = 40 }}\nmodel.kind = \"fem\"\nfem = {{ size_factor = {size:?}, mirror = \"off\" }}\n"
+        "domain = {{ kind = \"ball\", radius = 40 }}\nmodel.kind = \"fem\"\nfem = {{ size_factor = {size:?}, symmetry = \"off\" }}\n"
     );
     for (k, x) in [-10, 0, 10].into_iter().enumerate() {
         let _ = write!(

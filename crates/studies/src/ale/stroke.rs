@@ -35,7 +35,7 @@ pub fn strokes(size: f64) -> Result<Vec<Stroke>> {
                 format!("fem.mesh_motion={motion}"),
                 format!("fem.surface_size={size}"),
                 // Not every motion preserves symmetry planes; here all move the same mesh.
-                "fem.mirror=off".to_owned(),
+                "fem.symmetry=off".to_owned(),
             ],
         )?;
         let mut model = choose(&scene)?.model;

@@ -66,7 +66,7 @@ impl Setup {
         let mut text = format!(
             "fluid.viscosity = {:e}\ndomain = {}\ngait.arms = \"{}\"\nmodel.kind = \"fem\"\n\
              fem.formulation = \"{formulation}\"\nfem.solver = \"{solver}\"\nfem.rtol = 1e-10\n\
-             fem.mirror = \"off\"\nfem.estimates = \"off\"\n{}\n",
+             fem.symmetry = \"off\"\nfem.estimates = \"off\"\n{}\n",
             self.viscosity, self.domain, self.arms, self.more
         );
         // Writing to a String cannot fail.

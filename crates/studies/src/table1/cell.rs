@@ -73,7 +73,7 @@ pub fn run(task: &Task) -> Result<Outcome> {
 pub fn print(overrides: &[String]) -> Result<()> {
     let mut all = scene_files::with_unit_rate(overrides);
     // The table of the paper is for the whole fluid.
-    all.push("fem.mirror=off".to_owned());
+    all.push("fem.symmetry=off".to_owned());
     // The table is about the solver; error estimates would add to its cost.
     all.push("fem.estimates=off".to_owned());
     let scene = scene_files::read("three-sphere.toml", &all)?;

@@ -7,7 +7,7 @@ use clap_complete::Shell;
 use swimmer::models::Part;
 use swimmer::{Scene, SwimError};
 
-use super::help;
+use super::{help, text};
 
 /// Simulates rigid bodies and articulated micro-swimmers in Stokes flow
 #[derive(Parser)]
@@ -198,6 +198,8 @@ pub struct SceneArguments {
 impl SceneArguments {
     /// Reads the scene and applies the overrides.
     pub fn read(&self) -> Result<Scene, SwimError> {
-        Ok(Scene::read(&self.path, &self.overrides)?)
+        let scene = Scene::read(&self.path, &self.overrides)?;
+        scene.warnings().iter().for_each(|text| text::warn(text));
+        Ok(scene)
     }
 }
