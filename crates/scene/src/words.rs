@@ -108,11 +108,11 @@ words! {
         Phases,
         /// Sums of sines.
         Harmonic,
-        /// A file with times and lengths.
+        /// A file with times and joint values.
         Table,
     }
 
-    /// Interpolation of the lengths between the rows of a table.
+    /// Interpolation of the values between the rows of a table.
     pub enum InterpolationKind = Cubic {
         /// A cubic spline with two continuous derivatives, periodic if the last row is the first one.
         Cubic,

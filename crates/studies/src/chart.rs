@@ -1,14 +1,14 @@
 //! Log-log charts as SVG.
 
 use anyhow::{Result, anyhow};
-use plotters::coord::CoordTranslate;
 use plotters::coord::combinators::IntoLogRange;
+use plotters::coord::{CoordTranslate, Shift};
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 /// Palette of Okabe & Ito (2008), whose colours colour-blind readers can distinguish.
-pub const COLOURS: [RGBColor; 8] = [
+const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -60,8 +60,6 @@ pub enum Style {
     Curve,
     /// Points without a line.
     Points,
-    /// A thin line without points: slopes and bounds.
-    Guide,
     /// A thin dashed line without points, in the colour of the series with this number: the same
     /// quantity before an improvement.
     Before(usize),
@@ -76,6 +74,9 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
     pub style: Style,
 }
+
+/// Result of drawing something.
+type Drawn = std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
 /// Appearance of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,7 +96,7 @@ fn draw_mark<C: CoordTranslate>(
     at: C::From,
     corners: &[(i32, i32)],
     colour: RGBColor,
-) -> std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>
+) -> Drawn
 where
     C::From: Clone,
 {
@@ -116,7 +117,7 @@ impl Look {
         area: &DrawingArea<SVGBackend, C>,
         line: &[C::From],
         marks: &[C::From],
-    ) -> std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>
+    ) -> Drawn
     where
         C::From: Clone + 'static,
     {
@@ -139,6 +140,23 @@ impl Look {
 }
 
 impl Series {
+    pub fn new(
+        name: impl Into<String>,
+        points: impl IntoIterator<Item = (f64, f64)>,
+        style: Style,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            points: points.into_iter().collect(),
+            style,
+        }
+    }
+
+    /// Height of its lines in the legend.
+    fn legend_height(&self) -> i32 {
+        LEGEND_SPACE + LEGEND_LINE * wrapped(&self.name).len() as i32
+    }
+
     /// Appearance of the series with this number: colours repeat after eight series, with other
     /// dashes and marks.
     fn look(&self, number: usize) -> Look {
@@ -156,7 +174,6 @@ impl Series {
             ..line(COLOURS[number % COLOURS.len()], 2)
         };
         match self.style {
-            Style::Guide => line(INK, 1),
             Style::Front => line(RGBColor(205, 205, 205), 7),
             Style::Curve => own,
             Style::Points => Look { line: None, ..own },
@@ -171,13 +188,27 @@ impl Series {
 /// A chart with two logarithmic axes.
 #[derive(Clone, Debug)]
 pub struct LogLog {
-    pub title: String,
-    pub x: String,
-    pub y: String,
+    title: String,
+    x: &'static str,
+    y: &'static str,
     pub series: Vec<Series>,
 }
 
 impl LogLog {
+    pub fn new(
+        title: impl Into<String>,
+        x: &'static str,
+        y: &'static str,
+        series: impl IntoIterator<Item = Series>,
+    ) -> Self {
+        Self {
+            title: title.into(),
+            x,
+            y,
+            series: series.into_iter().collect(),
+        }
+    }
+
     /// Chart as SVG text, without points that are not positive and finite.
     pub fn svg(&self) -> Result<String> {
         let mut svg = String::new();
@@ -188,31 +219,18 @@ impl LogLog {
 
     fn draw(&self, svg: &mut String) -> std::result::Result<(), Box<dyn std::error::Error>> {
         let shown = |&(x, y): &(f64, f64)| x > 0.0 && y > 0.0 && x.is_finite() && y.is_finite();
-        let all: Vec<(f64, f64)> = self
-            .series
-            .iter()
-            .flat_map(|series| series.points.iter().copied())
-            .filter(shown)
-            .collect();
+        let all = self.series.iter().flat_map(|series| &series.points);
+        let all: Vec<(f64, f64)> = all.copied().filter(shown).collect();
         if all.is_empty() {
             return Err("there is no point to show".into());
         }
         let x_range = range(all.iter().map(|point| point.0));
         let y_range = range(all.iter().map(|point| point.1));
-        let legend_lines =
-            |series: &Series| LEGEND_SPACE + LEGEND_LINE * wrapped(&series.name).len() as i32;
-        let named = || {
-            self.series
-                .iter()
-                .enumerate()
-                .filter(|(_, series)| !series.name.is_empty())
-        };
-        let legend_height: i32 = named().map(|(_, series)| legend_lines(series)).sum();
+        let legend_height: i32 = self.named().map(|(_, series)| series.legend_height()).sum();
         let height = LEAST_HEIGHT.max((LEGEND_TOP + legend_height) as u32);
         let root = SVGBackend::with_string(svg, (WIDTH, height)).into_drawing_area();
         root.fill(&WHITE)?;
         let (plot, legend) = root.split_horizontally(CHART_WIDTH);
-        let font = |size: u32| ("sans-serif", size).into_font().color(&INK);
         let mut chart = ChartBuilder::on(&plot)
             .caption(&self.title, font(20))
             .margin(14)
@@ -224,8 +242,8 @@ impl LogLog {
             )?;
         chart
             .configure_mesh()
-            .x_desc(&self.x)
-            .y_desc(&self.y)
+            .x_desc(self.x)
+            .y_desc(self.y)
             .label_style(font(14))
             .axis_desc_style(font(15))
             .x_label_formatter(&|x| power(*x))
@@ -238,28 +256,42 @@ impl LogLog {
         order.sort_by_key(|(_, series)| series.style != Style::Front);
         for &(number, series) in &order {
             let points: Vec<(f64, f64)> = series.points.iter().copied().filter(shown).collect();
-            series
-                .look(number)
-                .draw(chart.plotting_area(), &points, &points)?;
+            let look = series.look(number);
+            look.draw(chart.plotting_area(), &points, &points)?;
         }
+        self.draw_legend(&legend)?;
+        root.present()?;
+        Ok(())
+    }
+
+    /// Series of the legend with their numbers.
+    fn named(&self) -> impl Iterator<Item = (usize, &Series)> {
+        let series = self.series.iter().enumerate();
+        series.filter(|(_, series)| !series.name.is_empty())
+    }
+
+    fn draw_legend(&self, area: &DrawingArea<SVGBackend, Shift>) -> Drawn {
         let mut y = LEGEND_TOP;
-        for (number, series) in named() {
+        for (number, series) in self.named() {
             let middle = y + LEGEND_LINE / 2;
             let look = series.look(number);
             let wider = Look {
                 line: look.line.map(|width| width + 1),
                 ..look
             };
-            wider.draw(&legend, &[(2, middle), (28, middle)], &[(15, middle)])?;
+            wider.draw(area, &[(2, middle), (28, middle)], &[(15, middle)])?;
             for line in wrapped(&series.name) {
-                legend.draw(&Text::new(line, (34, y), font(13)))?;
+                area.draw(&Text::new(line, (34, y), font(13)))?;
                 y += LEGEND_LINE;
             }
             y += LEGEND_SPACE;
         }
-        root.present()?;
         Ok(())
     }
+}
+
+fn font(size: u32) -> TextStyle<'static> {
+    ("sans-serif", size).into_font().color(&INK)
 }
 
 /// Points for which no other point is both cheaper and better, by increasing cost.
@@ -324,29 +356,22 @@ mod tests {
 
     #[test]
     fn a_chart_shows_its_series_without_points_that_have_no_logarithm() {
-        let chart = LogLog {
-            title: "t".into(),
-            x: "dofs".into(),
-            y: "s".into(),
-            series: vec![Series {
-                name: "ours".into(),
-                points: vec![(1e3, 0.1), (1e4, 1.0), (1e5, f64::NAN), (0.0, 1.0)],
-                style: Style::Curve,
-            }],
-        };
-        let svg = chart.svg().unwrap();
+        let points = [(1e3, 0.1), (1e4, 1.0), (1e5, f64::NAN), (0.0, 1.0)];
+        let series = Series::new("ours", points, Style::Curve);
+        let svg = LogLog::new("t", "dofs", "s", [series]).svg().unwrap();
         // One more is in the legend.
         assert_eq!(svg.matches("<circle").count(), 2 + 1);
         assert!(svg.contains("ours"));
+        let empty = LogLog::new("empty", "", "", []).svg();
+        assert!(empty.unwrap_err().to_string().contains("empty"));
     }
 
     #[test]
     fn no_two_series_look_alike() {
         for style in [Style::Curve, Style::Points] {
-            let of_style = |number| Series {
-                name: format!("number {number}"),
-                points: vec![(1.0, 1.0 + number as f64), (10.0, 2.0 + number as f64)],
-                style,
+            let of_style = |number| {
+                let points = [(1.0, 1.0 + number as f64), (10.0, 2.0 + number as f64)];
+                Series::new(format!("number {number}"), points, style)
             };
             let series: Vec<Series> = (0..20).map(of_style).collect();
             let looks: Vec<Look> = series.iter().zip(0..).map(|(s, k)| s.look(k)).collect();
@@ -354,39 +379,18 @@ mod tests {
                 assert!(!looks[..k].contains(look), "{style:?} {k}");
             }
             // The legend is high enough for all of them.
-            let chart = LogLog {
-                title: "t".into(),
-                x: "x".into(),
-                y: "y".into(),
-                series,
-            };
+            let chart = LogLog::new("t", "x", "y", series);
             assert!(chart.svg().unwrap().contains("number 19"));
         }
     }
 
     #[test]
     fn the_front_has_the_best_points() {
-        let points = [
-            (1.0, 1e-2),
-            (2.0, 1e-1),
-            (3.0, 1e-3),
-            (0.0, 1e-9),
-            (2.0, 5e-3),
-        ];
+        let others = [(2.0, 1e-1), (0.0, 1e-9)];
+        let best = [(1.0, 1e-2), (2.0, 5e-3), (3.0, 1e-3)];
         assert_eq!(
-            pareto_front(&points),
-            [(1.0, 1e-2), (2.0, 5e-3), (3.0, 1e-3)]
+            pareto_front(&[others, [best[2], best[0]], [best[1]; 2]].concat()),
+            best
         );
-    }
-
-    #[test]
-    fn a_chart_without_points_is_an_error() {
-        let chart = LogLog {
-            title: "empty".into(),
-            x: String::new(),
-            y: String::new(),
-            series: Vec::new(),
-        };
-        assert!(chart.svg().unwrap_err().to_string().contains("empty"));
     }
 }

@@ -1,22 +1,21 @@
-//! Speed and quality of the mesh generator, and the error of the answer on its meshes, beside those
-//! of Gmsh where its command is installed.
+//! Speed and quality of the mesh generator, and the error of the answer on its meshes, compared with
+//! those of Gmsh where its command is installed.
 
-use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use mesh::TetMesh;
-use mesh::{MshFile, NamedSurface, Quality, Vec3};
-use mesher::generate;
-use mesher::{Container, GenerateParams, MeshedBody, Sphere};
+use mesh::{MshFile, Quality, TetMesh};
 use rayon::ThreadPoolBuilder;
 use swimmer::models::FemModel;
-use swimmer::{Scene, solve_start};
+use swimmer::solve_start;
 
+use crate::page::Page;
 use crate::reference::INSTANTANEOUS;
-use crate::{folder, machine, scene_files};
+use crate::scenes::{self, UNIT_RATE};
+use crate::table::{Table, count, exp, fixed, missing, optional};
+use crate::three_spheres::ThreeSpheres;
 
 /// Number of rounds; the fastest one counts, since other load on the machine can only slow it down.
 const ROUNDS: usize = 5;
@@ -63,14 +62,24 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
             }
         }
     }
-    let text = markdown(&rows)?;
-    println!("{text}");
-    folder::write(out, [("mesher.md", text)])
+    let mut page = Page::new(
+        "Speed of the mesh generator",
+        "mesher",
+        format!(
+            "\n\nThree unit spheres with arms of 10 in a ball of radius 40; edges of the given size on the spheres, growing by 8/7 of it, at most 0.3, per unit of distance. Thousand tets per second, from\n\
+             surfaces to tets, and to the checked curved mesh; the fastest of {ROUNDS} rounds. The times of Gmsh are its own, for curves, surfaces and volume, without start and files.\n\
+             Angles in degrees. The error is that of the velocity of the middle sphere while one arm closes, relative to the exact value, without and with the correction by cubic elements\n\
+             (-: some curved cells are inverted)."
+        ),
+    );
+    page.table(table(&rows));
+    page.write(out, "mesher")
 }
 
 /// Relative errors of the velocity of the middle sphere when the left arm closes.
 fn answer(file: &str, overrides: &[String]) -> Result<(usize, [f64; 2])> {
-    let scene: Scene = scene_files::read(file, &scene_files::with_unit_rate(overrides))?;
+    let overrides = [overrides, &[UNIT_RATE.to_owned()]].concat();
+    let scene = scenes::read(file, &overrides)?;
     let solved = solve_start(&scene, &mut FemModel::new(&scene)?)?;
     let exact = INSTANTANEOUS[0].centre_velocity;
     let errors = [&solved.uncorrected(), &solved]
@@ -79,61 +88,35 @@ fn answer(file: &str, overrides: &[String]) -> Result<(usize, [f64; 2])> {
 }
 
 fn ours(size: f64) -> Result<Vec<Row>> {
-    let names = ["left", "centre", "right"];
-    let spheres = [-10.0, 0.0, 10.0].map(|x| Sphere {
-        centre: Vec3::new(x, 0.0, 0.0),
-        radius: 1.0,
-    });
-    let container = Container::Ball(Sphere {
-        centre: Vec3::zeros(),
-        radius: 40.0,
-    });
-    let bodies: Vec<MeshedBody> = names
-        .into_iter()
-        .zip(&spheres)
-        .map(|(name, surface)| MeshedBody {
-            name,
-            surface,
-            size,
-        })
-        .collect();
-    let mut surfaces: Vec<NamedSurface> = bodies.iter().map(|b| (b.name, b.surface)).collect();
-    surfaces.push((Container::TAG, container.surface()));
-    let mut params = GenerateParams::default();
-    params.growth = growth(size);
+    let three = ThreeSpheres::new([10.0; 2], 40.0);
     let overrides = [
         format!("fem.surface_size={size}"),
         "fem.symmetry=off".to_owned(),
     ];
     let answer = answer("three-sphere.toml", &overrides)?;
-
-    [1, 2]
-        .into_iter()
-        .map(|threads| {
-            let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
-            let mut seconds = [f64::INFINITY; 2];
-            let mut quality = None;
-            for _ in 0..ROUNDS {
-                let clock = Instant::now();
-                let tets = pool
-                    .install(|| generate(&bodies, &container, &params))?
-                    .mesh;
-                let generated = clock.elapsed().as_secs_f64();
-                let mesh = pool.install(|| TetMesh::curved(tets, &surfaces))?;
-                let checked = clock.elapsed().as_secs_f64();
-                seconds = [seconds[0].min(generated), seconds[1].min(checked)];
-                quality = Some(mesh.quality());
-            }
-            Ok(Row {
-                size,
-                program: "this project".to_owned(),
-                threads,
-                quality: quality.context("no round")?,
-                seconds: seconds.map(Some),
-                answer: Some(answer),
-            })
+    let row = |threads: usize| {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let mut seconds = [f64::INFINITY; 2];
+        let mut quality = None;
+        for _ in 0..ROUNDS {
+            let clock = Instant::now();
+            let tets = pool.install(|| three.tets(size, growth(size)))?;
+            let generated = clock.elapsed().as_secs_f64();
+            let mesh: TetMesh = pool.install(|| three.curved(tets))?;
+            let checked = clock.elapsed().as_secs_f64();
+            seconds = [seconds[0].min(generated), seconds[1].min(checked)];
+            quality = Some(mesh.quality());
+        }
+        Ok(Row {
+            size,
+            program: "this project".to_owned(),
+            threads,
+            quality: quality.context("no round")?,
+            seconds: seconds.map(Some),
+            answer: Some(answer),
         })
-        .collect()
+    };
+    [1, 2].into_iter().map(row).collect()
 }
 
 /// A mesh by the command `gmsh`; the time is that of meshing, without start and writing.
@@ -195,44 +178,41 @@ fn seconds_of_meshing(log: &str) -> Option<f64> {
     (times.len() == 3).then(|| times.iter().sum())
 }
 
-fn markdown(rows: &[Row]) -> Result<String> {
-    let mut text = format!(
-        "# Speed of the mesh generator\n\n{}, {}. Made by `cargo xtask mesher`.\n\n\
-         Three unit spheres with arms of 10 in a ball of radius 40; edges of the given size on the spheres, growing by 8/7 of it, at most 0.3, per unit of distance. Thousand tets per second, from\n\
-         surfaces to tets, and to the checked curved mesh; the fastest of {ROUNDS} rounds. The times of Gmsh are its own, for curves, surfaces and volume, without start and files.\n\
-         Angles in degrees. The error is that of the velocity of the middle sphere while one arm closes, relative to the exact value, without and with the correction by cubic elements\n\
-         (-: some curved cells are inverted).\n\n\
-         | size | program | threads | tets | 1000 tets/s | checked | angles | mean ratio | dofs | error | corrected |\n|--:|:--|--:|--:|--:|--:|:--|--:|--:|--:|--:|\n",
-        machine::today(),
-        machine::processor()
-    );
+fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new([
+        "size",
+        "program",
+        "threads",
+        "tets",
+        "1000 tets/s",
+        "checked",
+        "angles",
+        "mean ratio",
+        "dofs",
+        "error",
+        "corrected",
+    ]);
     for row in rows {
         let quality = &row.quality;
-        let rate = |seconds: Option<f64>| {
-            seconds.map_or("-".to_owned(), |seconds| {
-                format!("{:.0}", 1e-3 * quality.cells as f64 / seconds)
-            })
-        };
-        let answer = row
-            .answer
-            .map_or("- | - | -".to_owned(), |(dofs, [plain, corrected])| {
-                format!("{dofs} | {plain:.1e} | {corrected:.1e}")
-            });
-        writeln!(
-            text,
-            "| {} | {} | {} | {} | {} | {} | {:.1} to {:.1} | {:.3} | {answer} |",
-            row.size,
-            row.program,
-            row.threads,
-            quality.cells,
-            rate(row.seconds[0]),
-            rate(row.seconds[1]),
-            quality.min_dihedral,
-            quality.max_dihedral,
-            quality.mean_quality,
-        )?;
+        let rate = |seconds: f64| fixed(1e-3 * quality.cells as f64 / seconds, 0);
+        let [generated, checked] = row.seconds.map(|seconds| optional(seconds, rate));
+        let (least, most) = (quality.min_dihedral, quality.max_dihedral);
+        let error = |which: usize| optional(row.answer, |answer| exp(answer.1[which], 1));
+        table.push([
+            row.size.to_string().into(),
+            row.program.as_str().into(),
+            count(row.threads),
+            count(quality.cells),
+            generated,
+            checked,
+            format!("{least:.1} to {most:.1}").into(),
+            fixed(quality.mean_quality, 3),
+            row.answer.map_or_else(missing, |answer| count(answer.0)),
+            error(0),
+            error(1),
+        ]);
     }
-    Ok(text)
+    table
 }
 
 #[cfg(test)]

@@ -1,22 +1,32 @@
-//! Self-contained HTML pages with headings, notes, tables and charts, for wide and narrow screens.
+//! Pages with headings, texts, tables and charts, written as Markdown and as one HTML file.
 
-use std::fmt::Write;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use swimmer::output::processor;
+
+use crate::chart::LogLog;
+use crate::table::{Table, escape};
 
 /// Part of a page.
-pub enum Part {
-    /// A heading, linked from the list at the top of the page.
+enum Part {
     Heading(String),
-    /// A paragraph of plain text.
+    /// A paragraph, in Markdown.
     Text(String),
-    /// Large figures with their captions, side by side.
-    Figures(Vec<(String, String)>),
-    /// An SVG picture.
-    Chart(String),
-    /// Column heads and rows; the flag of a row marks it as failed.
-    Table {
-        heads: Vec<String>,
-        rows: Vec<(Vec<String>, bool)>,
-    },
+    /// Large figures with their captions, side by side; only in HTML.
+    Figures(Vec<(String, &'static str)>),
+    /// An SVG picture with its name, without extension, and its description; those without a name
+    /// are only in HTML.
+    Picture(String, &'static str, String),
+    Table(Table),
+    /// A table that is only in Markdown.
+    MarkdownTable(Table),
+}
+
+/// A page of a study.
+pub struct Page {
+    title: &'static str,
+    parts: Vec<Part>,
 }
 
 /// Style sheet: text of a readable width, tables and charts as wide as the window.
@@ -51,62 +61,127 @@ td:last-child { color: var(--good); }
 tr.bad td:last-child { color: var(--bad); }
 ";
 
-/// HTML text of a page, without references to other files.
-pub fn html(title: &str, parts: &[Part]) -> String {
-    let mut body = String::new();
-    let mut joints = String::new();
-    let mut anchors = 0;
-    // Writing to a String cannot fail.
-    for part in parts {
-        let _ = match part {
-            Part::Heading(text) => {
-                anchors += 1;
-                let _ = write!(joints, "<a href=\"#s{anchors}\">{}</a>", escape(text));
-                writeln!(body, "<h2 id=\"s{anchors}\">{}</h2>", escape(text))
-            }
-            Part::Text(text) => writeln!(body, "<p>{}</p>", escape(text)),
-            Part::Figures(figures) => {
-                let cells: String = figures
-                    .iter()
-                    .map(|(figure, caption)| {
-                        format!(
-                            "<div><b>{}</b><span>{}</span></div>",
-                            escape(figure),
-                            escape(caption)
-                        )
-                    })
-                    .collect();
-                writeln!(body, "<div class=\"figures\">{cells}</div>")
-            }
-            Part::Chart(svg) => writeln!(body, "<figure>{}</figure>", scalable(svg)),
-            Part::Table { heads, rows } => {
-                let cells = |tag: &str, cells: &[String]| -> String {
-                    cells
-                        .iter()
-                        .map(|cell| format!("<{tag}>{}</{tag}>", escape(cell)))
-                        .collect()
-                };
-                let lines: String = rows
-                    .iter()
-                    .map(|(row, failed)| {
-                        let class = if *failed { " class=\"bad\"" } else { "" };
-                        format!("<tr{class}>{}</tr>\n", cells("td", row))
-                    })
-                    .collect();
-                writeln!(
-                    body,
-                    "<div class=\"table\"><table><thead><tr>{}</tr></thead><tbody>\n{lines}</tbody></table></div>",
-                    cells("th", heads)
-                )
-            }
-        };
+impl Page {
+    /// A page that begins with the day, the machine, the command that made it and a text.
+    pub fn new(title: &'static str, command: &str, text: impl AsRef<str>) -> Self {
+        let parts = Vec::new();
+        let mut page = Self { title, parts };
+        page.text(format!(
+            "{}, {}. Made by `cargo xtask {command}`. {}",
+            today(),
+            processor(),
+            text.as_ref()
+        ));
+        page
     }
-    let title = escape(title);
-    format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n\
-         <body>\n<h1>{title}</h1>\n<nav>{joints}</nav>\n{body}</body>\n</html>\n"
-    )
+
+    pub fn heading(&mut self, text: impl Into<String>) {
+        self.parts.push(Part::Heading(text.into()));
+    }
+
+    pub fn text(&mut self, text: impl Into<String>) {
+        self.parts.push(Part::Text(text.into()));
+    }
+
+    pub fn figures(&mut self, figures: impl IntoIterator<Item = (String, &'static str)>) {
+        self.parts
+            .push(Part::Figures(figures.into_iter().collect()));
+    }
+
+    pub fn table(&mut self, table: Table) {
+        self.parts.push(Part::Table(table));
+    }
+
+    /// A picture that is written to `name.svg`.
+    pub fn picture(&mut self, name: impl Into<String>, description: &'static str, svg: String) {
+        let part = Part::Picture(name.into(), description, svg);
+        self.parts.push(part);
+    }
+
+    /// A picture in HTML, and a table in Markdown, that show the same.
+    pub fn picture_or_table(&mut self, svg: String, table: Table) {
+        self.picture("", "", svg);
+        self.parts.push(Part::MarkdownTable(table));
+    }
+
+    /// A chart that is written to `name.svg`.
+    pub fn chart(
+        &mut self,
+        name: impl Into<String>,
+        text: &'static str,
+        it: &LogLog,
+    ) -> Result<()> {
+        self.picture(name, text, it.svg()?);
+        Ok(())
+    }
+
+    /// The page as Markdown; pictures are links to files.
+    pub fn markdown(&self) -> String {
+        let parts = self.parts.iter().map(|part| match part {
+            Part::Heading(text) => format!("\n## {text}\n"),
+            Part::Text(text) => format!("\n{}\n", text.trim()),
+            Part::Figures(_) => String::new(),
+            Part::Picture(name, ..) if name.is_empty() => String::new(),
+            Part::Picture(name, description, _) => format!("\n![{description}]({name}.svg)\n"),
+            Part::Table(table) | Part::MarkdownTable(table) => format!("\n{}", table.markdown()),
+        });
+        format!("# {}\n", self.title) + &parts.collect::<String>()
+    }
+
+    /// The page as HTML, without references to other files.
+    pub fn html(&self) -> String {
+        let (mut body, mut headings) = (String::new(), String::new());
+        let plain = |text: &str| escape(&text.replace(['`', '*'], ""));
+        for (number, part) in self.parts.iter().enumerate() {
+            body += &match part {
+                Part::Heading(text) => {
+                    let text = plain(text);
+                    headings += &format!("<a href=\"#s{number}\">{text}</a>");
+                    format!("<h2 id=\"s{number}\">{text}</h2>\n")
+                }
+                Part::Text(text) => format!("<p>{}</p>\n", plain(text)),
+                Part::Figures(figures) => {
+                    let cells = figures.iter().map(|(figure, caption)| {
+                        format!("<div><b>{}</b><span>{caption}</span></div>", plain(figure))
+                    });
+                    let cells: String = cells.collect();
+                    format!("<div class=\"figures\">{cells}</div>\n")
+                }
+                Part::Picture(_, _, svg) => format!("<figure>{}</figure>\n", scalable(svg)),
+                Part::Table(table) => table.html() + "\n",
+                Part::MarkdownTable(_) => String::new(),
+            };
+        }
+        let title = escape(self.title);
+        format!(
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n\
+             <body>\n<h1>{title}</h1>\n<nav>{headings}</nav>\n{body}</body>\n</html>\n"
+        )
+    }
+
+    /// Writes the page to `name.html` in a folder, and its pictures beside it.
+    pub fn write_html(&self, out: &Path, name: &str) -> Result<()> {
+        write(out, &format!("{name}.html"), &self.html())?;
+        self.write_pictures(out)
+    }
+
+    /// Prints the page, and writes it to `name.md` in a folder, with its pictures beside it.
+    pub fn write(&self, out: &Path, name: &str) -> Result<()> {
+        let text = self.markdown();
+        println!("{text}");
+        write(out, &format!("{name}.md"), &text)?;
+        self.write_pictures(out)
+    }
+
+    fn write_pictures(&self, out: &Path) -> Result<()> {
+        self.parts.iter().try_for_each(|part| match part {
+            Part::Picture(name, _, svg) if !name.is_empty() => {
+                write(out, &format!("{name}.svg"), svg)
+            }
+            _ => Ok(()),
+        })
+    }
 }
 
 /// SVG picture that scales with the page: the fixed size is replaced by a view box.
@@ -128,10 +203,23 @@ fn scalable(svg: &str) -> String {
     }
 }
 
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+/// Writes a file into a folder, which is created if necessary.
+pub fn write(folder: &Path, name: &str, content: &str) -> Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| {
+        let folder = folder.display();
+        format!("could not create the folder {folder}; choose another with --out")
+    })?;
+    let path = folder.join(name);
+    std::fs::write(&path, content).with_context(|| {
+        let path = path.display();
+        format!("could not write {path}; choose another folder with --out")
+    })
+}
+
+/// Today as `year-month-day`, in universal time.
+fn today() -> String {
+    let now = jiff::Timestamp::now();
+    now.to_zoned(jiff::tz::TimeZone::UTC).date().to_string()
 }
 
 #[cfg(test)]
@@ -139,20 +227,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_page_escapes_text_marks_failures_and_joints_headings() {
-        let page = html(
-            "a < b",
-            &[
-                Part::Heading("rows & columns".into()),
-                Part::Table {
-                    heads: vec!["x".into()],
-                    rows: vec![(vec!["<script>".into()], true)],
-                },
-                Part::Chart("<svg width=\"10\" height=\"20\" viewBox=\"0 0 10 20\"/>".into()),
-            ],
-        );
-        assert!(page.contains("<h1>a &lt; b</h1>") && page.contains("href=\"#s1\""));
-        assert!(page.contains("<tr class=\"bad\"><td>&lt;script&gt;</td></tr>"));
-        assert!(page.contains("<svg viewBox=\"0 0 10 20\"/>"));
+    fn a_page_begins_with_day_and_command_and_is_written_in_two_ways() {
+        let mut page = Page::new("a < b", "validate", "Rows.");
+        page.heading("rows & columns");
+        let mut table = Table::new(["x"]);
+        table.push_marked(true, ["<script>".into()]);
+        page.table(table);
+        let svg = "<svg width=\"10\" height=\"20\" viewBox=\"0 0 10 20\"/>";
+        page.picture("errors", "errors over seconds", svg.into());
+        let html = page.html();
+        assert!(html.contains("<h1>a &lt; b</h1>") && html.contains("href=\"#s1\""));
+        assert!(html.contains("<tr class=\"bad\"><td>&lt;script&gt;</td></tr>"));
+        assert!(html.contains("<svg viewBox=\"0 0 10 20\"/>"));
+        let text = page.markdown();
+        assert!(text.contains("Made by `cargo xtask validate`. Rows.\n\n\n## rows & columns"));
+        assert!(text.contains("![errors over seconds](errors.svg)"));
+        let day: Vec<usize> = today().split('-').map(str::len).collect();
+        assert_eq!(day, [4, 2, 2]);
     }
 }

@@ -5,6 +5,8 @@
 //! checked by a second, independent method each (bispherical coordinates or fundamental solutions,
 //! agreement to 1e-12).
 
+use std::f64::consts::PI;
+
 /// Drag of a unit sphere at the centre of a ball of radius `1 / lambda`, over `6 pi`.
 ///
 /// ```text
@@ -240,6 +242,171 @@ pub const STROKES: [Stroke; 3] = [
         net: 0.15993017649902952,
     },
 ];
+
+/// Net displacement in unbounded fluid of the stroke of three spheres with these open and closed
+/// arms; spectral, integrated to 1e-12.
+pub const UNBOUNDED_STROKES: [(f64, f64, f64); 3] = [
+    (10.0, 6.0, 0.1598053403881754),
+    (5.0, 3.0, 0.13218996848920106),
+    (4.0, 2.5, 0.09692485291674591),
+];
+
+/// Force over `6 pi U` on each of two unit spheres that move together along their line of centres,
+/// by distance; spectral.
+pub const TOGETHER: [(f64, f64); 2] = [(3.0, 0.6983045602500371), (2.1, 0.6509001445148839)];
+
+/// Height of a unit sphere above a plane wall, and its drag over `6 pi` normal to the wall (Brenner
+/// 1961).
+pub const NORMAL_TO_WALL: (f64, f64) = (1.5, 3.2053903153526253);
+
+/// Height of a unit sphere above a plane wall; along the wall its drag over `6 pi`, its torque over
+/// `8 pi` and their coupling over `8 pi` (Goldman, Cox & Brenner 1967; spectral).
+pub const PARALLEL_TO_WALL: (f64, [f64; 3]) = (
+    1.1,
+    [2.264303035388026, 1.4548512100169821, -0.08876334417411287],
+);
+
+/// Net displacement of stars of three or four spheres with arms between 6 and 4, of which two move.
+///
+/// Collocation and fundamental solutions agree to 1e-11.
+pub const STARS: [(&str, &str, [f64; 3]); 4] = [
+    (
+        "planar",
+        "clamped",
+        [0.004791832418980625, -0.0026805960395928506, 0.0],
+    ),
+    (
+        "planar",
+        "free",
+        [0.004667202336353144, -0.002607693358089058, 0.0],
+    ),
+    (
+        "tetrahedral",
+        "clamped",
+        [
+            7.608613702185518e-05,
+            0.0045765204228767975,
+            0.004576520422876715,
+        ],
+    ),
+    (
+        "tetrahedral",
+        "free",
+        [
+            7.758427939318449e-05,
+            0.0044049086287823325,
+            0.004404908628781979,
+        ],
+    ),
+];
+
+/// Displacement per cycle of three spheres with one driven and one elastic arm of length 10, for an
+/// amplitude and a frequency over `k / G22`: exact multipoles, harmonic balance with 64 points.
+pub const ELASTIC_ARMS: [(f64, f64, f64); 4] = [
+    (1.0, 0.1, 0.000_866_135_0),
+    (1.0, 1.0, 0.004_376_372_2),
+    (1.0, 10.0, 0.000_867_111_2),
+    (4.0, 1.0, 0.074_714_864_8),
+];
+
+/// Displacement and work of a gait.
+pub struct NetAndWork {
+    pub net: f64,
+    pub work: f64,
+    /// Relative uncertainty of both.
+    pub accuracy: f64,
+}
+
+/// Purcell's swimmer of three spheroids 2:1 and angles of 30 degrees, as in the template: the
+/// method of fundamental solutions on three levels.
+pub const PURCELL: NetAndWork = NetAndWork {
+    net: -0.074_667,
+    work: 439.603,
+    accuracy: 1.4e-5,
+};
+
+/// A shape with its drags over `6 pi` and torques over `8 pi` along its own axes.
+pub struct ShapeResistance {
+    pub name: &'static str,
+    /// Keys of the scene file.
+    pub keys: &'static str,
+    pub drag: [f64; 3],
+    pub torque: [f64; 3],
+    /// Relative uncertainty of these values.
+    pub accuracy: f64,
+}
+
+/// Ellipsoids: Oberbeck 1876 and Jeffery 1922, with Carlson's integrals. Capsules, four to five
+/// digits: ring Stokeslets on the surface, which meet the values of spheroids to 1e-9.
+pub const SHAPES: [ShapeResistance; 7] = [
+    ShapeResistance {
+        name: "ellipsoid 2:1:1",
+        keys: "shape = \"ellipsoid\"\nsemi_axes = [2, 1, 1]",
+        drag: [1.2039409898, 1.3788990569, 1.3788990569],
+        torque: [1.6133533986, 3.0098524745, 3.0098524745],
+        accuracy: 1e-9,
+    },
+    ShapeResistance {
+        name: "capsule 2:1",
+        keys: "shape = \"capsule\"\nradius = 1\nhalf_length = 2",
+        drag: [1.3153, 1.48523, 1.48523],
+        torque: [2.0552, 3.7799, 3.7799],
+        accuracy: 1e-4,
+    },
+    ShapeResistance {
+        name: "capsule 3:1",
+        keys: "shape = \"capsule\"\nradius = 1\nhalf_length = 3",
+        drag: [1.5783, 1.89624, 1.89624],
+        torque: [3.0733, 9.2924, 9.2924],
+        accuracy: 1e-4,
+    },
+    ShapeResistance {
+        name: "spheroid 1:2",
+        keys: "shape = \"spheroid\"\nradius = 1\nhalf_length = 0.5",
+        drag: [0.9053052615, 0.7927074276, 0.7927074276],
+        torque: [0.7050201619, 0.5658157884, 0.5658157884],
+        accuracy: 1e-9,
+    },
+    ShapeResistance {
+        name: "ellipsoid 3:2:1",
+        keys: "shape = \"ellipsoid\"\nsemi_axes = [3, 2, 1]",
+        drag: [1.7942956646, 1.9415195515, 2.2048206919],
+        torque: [6.0784308862, 10.0844494468, 10.5036820535],
+        accuracy: 1e-9,
+    },
+    ShapeResistance {
+        name: "capsule 10:1",
+        keys: "shape = \"capsule\"\nradius = 1\nhalf_length = 10",
+        drag: [3.023, 4.2058, 4.2058],
+        torque: [10.1, 176.14, 176.14],
+        accuracy: 2e-4,
+    },
+    ShapeResistance {
+        name: "spheroid 10:1",
+        keys: "shape = \"spheroid\"\nradius = 1\nhalf_length = 10",
+        drag: [2.6471360019, 3.8115284451, 3.8115284451],
+        torque: [6.8047061205, 133.6803680980, 133.6803680980],
+        accuracy: 1e-9,
+    },
+];
+
+/// Drags over `6 pi` along the axis of the spheroids inside and around a rounded disk of radius 1
+/// and half the thickness 0.1.
+///
+/// The drag of a body is at most that of a body around it (Hill & Power 1956). The spheroid with
+/// the semi-axes 1 and 0.1 is inside the disk, that with 1.01 and 0.25758 around it; a disk without
+/// thickness has 8 / (3 pi) = 0.8488.
+pub const DISK_DRAGS: [f64; 2] = [0.852_450_555, 0.876_660_926];
+
+/// Drag over `6 pi` of a slender torus of radius 1 along its axis, and its relative uncertainty.
+///
+/// `8 pi^2 / (ln(8 / k) + 1/2)` for the ratio `k` of the radii, up to a relative error of the order
+/// `k^2 ln(8 / k)` (Johnson & Wu 1979).
+pub fn torus_drag(ratio: f64) -> (f64, f64) {
+    let logarithm = (8.0 / ratio).ln();
+    let drag = 8.0 * PI * PI / (logarithm + 0.5) / (6.0 * PI);
+    (drag, ratio * ratio * logarithm)
+}
 
 #[cfg(test)]
 mod tests {

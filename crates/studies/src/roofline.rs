@@ -4,7 +4,6 @@
 //! a shared machine both see the same load, and no kernel finds its data in a cache. The best
 //! bandwidth of the whole run is used, so fractions are rather too low than too high.
 
-use std::fmt::Write;
 use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
@@ -14,14 +13,14 @@ use linalg::{
     BlockTriangular, CyclePart, LevelSize, LinearOperator, MassInverse, OrthonormalBasis,
     Preconditioner, SaddleSystem,
 };
-use mesh::{NamedSurface, TetMesh};
-use mesher::{Container, GenerateParams, MeshedBody, Sphere};
-use nalgebra::Vector3;
+use mesher::Container;
 use rayon::prelude::*;
 use rigid::{Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, Joint};
 use stokes::Problem;
 
-use crate::{folder, machine};
+use crate::page::{self, Page};
+use crate::table::{Table, count, fixed, missing, percent};
+use crate::three_spheres::{NAMES, ThreeSpheres};
 
 /// Length of each array of STREAM: 256 MB, far more than any cache.
 const STREAM: usize = 1 << 25;
@@ -42,8 +41,6 @@ const BASIS: usize = 10;
 /// Chebyshev steps on the pressure mass matrix in the preconditioner.
 const MASS_STEPS: usize = 3;
 
-const NAMES: [&str; 3] = ["left", "centre", "right"];
-
 /// One line of the table.
 struct Row {
     dofs: usize,
@@ -54,12 +51,6 @@ struct Row {
     seconds: f64,
     /// Best bandwidth of reading with this number of threads, in bytes per second.
     stream: f64,
-}
-
-impl Row {
-    fn fraction(&self) -> f64 {
-        self.bytes as f64 / self.seconds / self.stream
-    }
 }
 
 /// Measures all kernels and writes `roofline.md` and `roofline.csv` to `out`.
@@ -75,9 +66,17 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
             pool.install(|| measure(&system, threads, &mut rows))?;
         }
     }
-    let text = markdown(&rows)?;
-    println!("{text}");
-    folder::write(out, [("roofline.md", text), ("roofline.csv", csv(&rows)?)])
+    let text = format!(
+        "The start of `scenes/three-sphere.toml`; average load of the machine over the last minute: {}.\n\n\
+         The fastest of {RUNS} runs of each kernel, with data in memory, not in caches. STREAM is the best bandwidth of reading 256 MB, measured before every run. Other load on \
+         the machine lowers both. The last column is the kernel's share of the time of an iteration, from its time and the number of its runs.",
+        load()
+    );
+    let mut page = Page::new("Kernels against the bandwidth of memory", "roofline", text);
+    let table = table(&rows);
+    page::write(out, "roofline.csv", &table.csv())?;
+    page.table(table);
+    page.write(out, "roofline")
 }
 
 fn measure(system: &Constrained, threads: usize, rows: &mut Vec<Row>) -> Result<()> {
@@ -189,14 +188,10 @@ fn visit_kernels(
     let vectors = 24 * nodes + 8 * vertices;
     let (u, v) = (&x[system.velocity_range()], &x[system.border_range()]);
     let p = &x[system.pressure_range()];
-    measure(
-        "K, three components, f64",
-        stiffness + 48 * nodes,
-        1.0,
-        &mut || {
-            a.apply(&x[..a.cols()], &mut y[..a.rows()]);
-        },
-    );
+    let bytes = stiffness + 48 * nodes;
+    measure("K, three components, f64", bytes, 1.0, &mut || {
+        a.apply(&x[..a.cols()], &mut y[..a.rows()]);
+    });
     measure("B, f64", divergence + vectors, 1.0, &mut || {
         system.apply_divergence(u, v, &mut y[..vertices]);
     });
@@ -268,31 +263,25 @@ fn visit_cycle(preconditioner: &mut BlockTriangular, measure: &mut Measure) {
         return;
     };
     let smoothing_steps = (2 * fine.sweeps - 1) as f64;
+    let [smoothing, coarser] = [smoothing_bytes(fine), levels_bytes(&levels[1..])];
+    let restriction = restriction_bytes(fine, coarse);
+    let prolongation = prolongation_bytes(fine, coarse);
+    use CyclePart::{CoarserLevels, Prolongation, Restriction, SmoothingStep};
     for (part, name, bytes, runs) in [
         (
-            CyclePart::SmoothingStep,
+            SmoothingStep,
             "smoothing step, f32",
-            smoothing_bytes(fine),
+            smoothing,
             smoothing_steps,
         ),
         (
-            CyclePart::Restriction,
+            Restriction,
             "residual and its restriction, f32",
-            restriction_bytes(fine, coarse),
+            restriction,
             1.0,
         ),
-        (
-            CyclePart::Prolongation,
-            "prolongation, f32",
-            prolongation_bytes(fine, coarse),
-            1.0,
-        ),
-        (
-            CyclePart::CoarserLevels,
-            "coarser levels, f32",
-            levels_bytes(&levels[1..]),
-            1.0,
-        ),
+        (Prolongation, "prolongation, f32", prolongation, 1.0),
+        (CoarserLevels, "coarser levels, f32", coarser, 1.0),
     ] {
         measure(name, bytes, runs, &mut || {
             preconditioner.velocity_mut().run_part(part);
@@ -332,42 +321,16 @@ fn add(alpha: f64, x: &[f64], y: &mut [f64]) {
 
 /// System of the three-sphere scene at its start, with elements of `size` on the spheres.
 fn three_spheres(size: f64) -> Result<Constrained> {
-    let centres = [-10.0, 0.0, 10.0].map(|x| Vector3::new(x, 0.0, 0.0));
-    let spheres = centres.map(|centre| Sphere {
-        centre,
-        radius: 1.0,
-    });
-    let container = Container::Ball(Sphere {
-        centre: Vector3::zeros(),
-        radius: 40.0,
-    });
-    let bodies: Vec<MeshedBody> = NAMES
-        .iter()
-        .zip(&spheres)
-        .map(|(name, surface)| MeshedBody {
-            name,
-            surface,
-            size,
-        })
-        .collect();
-    let mut parameters = GenerateParams::default();
-    parameters.growth = swimmer::models::FemModel::default_growth(size);
-    let tets = mesher::generate(&bodies, &container, &parameters)?.mesh;
-    let surfaces: Vec<NamedSurface> = bodies
-        .iter()
-        .map(|b| (b.name, b.surface))
-        .chain([(Container::TAG, container.surface())])
-        .collect();
-    let mesh = TetMesh::curved(tets, &surfaces)?;
+    let three = ThreeSpheres::new([10.0; 2], 40.0);
+    let centres = three.spheres.map(|sphere| sphere.centre);
+    let growth = swimmer::models::FemModel::default_growth(size);
+    let mesh = three.curved(three.tets(size, growth)?)?;
     let parts: Vec<_> = NAMES.into_iter().zip(centres).collect();
     let problem = Problem::new(&mesh, &parts, &[Container::TAG])?;
-    let joint = |body: usize| Joint::slide(NAMES[body], body, 1);
-    let set = Articulation::new(
-        &[BodyKind::Rigid; 3],
-        vec![joint(0), joint(2)],
-        Arms::Clamped,
-        &centres,
-    )?;
+    let joints = [0, 2]
+        .map(|body| Joint::slide(NAMES[body], body, 1))
+        .to_vec();
+    let set = Articulation::new(&[BodyKind::Rigid; 3], joints, Arms::Clamped, &centres)?;
     let constraints = set.constraints(&set.initial_state(), set.initial_shape(), &[-1.0, 0.0])?;
     let drive = Drive {
         set: &set,
@@ -377,63 +340,43 @@ fn three_spheres(size: f64) -> Result<Constrained> {
     Ok(problem.assemble(&drive, &Eliminated)?)
 }
 
-fn markdown(rows: &[Row]) -> Result<String> {
-    let mut text = format!(
-        "# Kernels against the bandwidth of memory\n\n\
-         The start of `scenes/three-sphere.toml`. {}, {}, load {}. Made by `cargo xtask roofline`.\n\n\
-         The fastest of {RUNS} runs of each kernel, with data in memory, not in caches. STREAM is the best bandwidth of reading 256 MB, measured before every run. Other load on \
-         the machine lowers both. The last column is the kernel's share of the time of an iteration, from its time and the number of its runs.\n\n",
-        machine::today(),
-        machine::processor(),
-        load(),
-    );
-    text.push_str("| dofs | threads | kernel | MB | ms | GB/s | STREAM GB/s | fraction | share of iteration |\n");
-    text.push_str("|--:|--:|:--|--:|--:|--:|--:|--:|--:|\n");
+fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new([
+        "dofs",
+        "threads",
+        "kernel",
+        "MB",
+        "ms",
+        "GB/s",
+        "STREAM GB/s",
+        "fraction",
+        "share of iteration",
+    ]);
     for row in rows {
-        let iteration: f64 = rows
+        let same = |other: &&Row| (other.dofs, other.threads) == (row.dofs, row.threads);
+        let iteration = rows
             .iter()
-            .filter(|other| other.dofs == row.dofs && other.threads == row.threads)
-            .map(|other| other.runs * other.seconds)
-            .sum();
-        let part = match row.runs {
-            0.0 => "-".to_owned(),
-            runs => format!("{:.0} %", 100.0 * runs * row.seconds / iteration),
-        };
-        writeln!(
-            text,
-            "| {} | {} | {} | {:.1} | {:.2} | {:.1} | {:.1} | {:.0} % | {part} |",
-            row.dofs,
-            row.threads,
-            row.name,
-            row.bytes as f64 / 1e6,
-            1e3 * row.seconds,
-            row.bytes as f64 / row.seconds / 1e9,
-            row.stream / 1e9,
-            100.0 * row.fraction(),
-        )?;
+            .filter(same)
+            .map(|other| other.runs * other.seconds);
+        let part = row.runs * row.seconds / iteration.sum::<f64>();
+        let bytes = row.bytes as f64;
+        table.push([
+            count(row.dofs),
+            count(row.threads),
+            row.name.as_str().into(),
+            fixed(bytes / 1e6, 1),
+            fixed(1e3 * row.seconds, 2),
+            fixed(bytes / row.seconds / 1e9, 1),
+            fixed(row.stream / 1e9, 1),
+            percent(bytes / row.seconds / row.stream),
+            if row.runs == 0.0 {
+                missing()
+            } else {
+                percent(part)
+            },
+        ]);
     }
-    Ok(text)
-}
-
-fn csv(rows: &[Row]) -> Result<String> {
-    let mut text =
-        "dofs,threads,kernel,bytes,seconds,stream_bytes_per_second,fraction,runs_per_iteration\n"
-            .to_owned();
-    for row in rows {
-        writeln!(
-            text,
-            "{},{},\"{}\",{},{:e},{:e},{:.4},{:.3}",
-            row.dofs,
-            row.threads,
-            row.name,
-            row.bytes,
-            row.seconds,
-            row.stream,
-            row.fraction(),
-            row.runs
-        )?;
-    }
-    Ok(text)
+    table
 }
 
 /// Average load of the machine over the last minute.

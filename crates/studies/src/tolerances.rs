@@ -3,7 +3,6 @@
 //! The reference integrates the velocity over the lengths of the joints, by a quadrature that has
 //! nothing in common with the integrator of `swimmer`.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
@@ -12,8 +11,10 @@ use rayon::prelude::*;
 use swimmer::models::{Configuration, Hydrodynamics, SphereModel, SpheresModel};
 use swimmer::{Method, Outcome, Scene, choose, simulate, spans};
 
+use crate::page::{self, Page};
 use crate::random::Random;
-use crate::{folder, machine};
+use crate::scenes::SceneText;
+use crate::table::{Cell, Table, count, exp, fixed, median};
 
 /// A model, its share of the strokes, and the smallest tolerance that is drawn for it.
 type Share = (&'static str, f64, f64);
@@ -31,7 +32,7 @@ const MODELS: &[Share] = &[
 ];
 
 /// Largest tolerance that is drawn.
-const LARGEST_TOLERANCE: f64 = 1e-2;
+const MAX_TOLERANCE: f64 = 1e-2;
 
 /// Relative error of the reference: rounding of a thousand velocities, over the ratio 1/25 of the
 /// net displacement to the displacement of a phase span.
@@ -66,9 +67,8 @@ enum End {
 /// An error above its bar, or a bar above the tolerance.
 pub fn run(cases: usize, seed: u64, out: &Path) -> Result<()> {
     let cases = all(cases, seed, MODELS)?;
-    let (text, csv) = (markdown(&cases, seed)?, csv(&cases)?);
-    folder::write(out, [("tolerances.md", &text), ("tolerances.csv", &csv)])?;
-    eprintln!("{text}");
+    page::write(out, "tolerances.csv", &values(&cases).csv())?;
+    page(&cases, seed).write(out, "tolerances")?;
     let broken: Vec<String> = cases.iter().filter(|c| !c.holds()).map(line).collect();
     if !broken.is_empty() {
         bail!("promises were broken:\n{}", broken.join("\n"));
@@ -82,7 +82,7 @@ fn all(cases: usize, seed: u64, models: &[Share]) -> Result<Vec<Case>> {
         .map(|number| draw(&mut random, number, models))
         .collect();
     drawn.par_iter_mut().try_for_each(|case| -> Result<()> {
-        case.end = case.run().with_context(|| case.text())?;
+        case.end = case.run().with_context(|| case.text().0)?;
         if !case.holds() {
             eprintln!("{}", line(case));
         }
@@ -98,9 +98,7 @@ fn draw(random: &mut Random, number: usize, models: &[Share]) -> Case {
         choice < 0.0
     });
     let &(model, _, smallest) = chosen.unwrap_or(&models[0]);
-    let tolerance = random
-        .within(f64::ln(smallest), LARGEST_TOLERANCE.ln())
-        .exp();
+    let tolerance = random.within(f64::ln(smallest), MAX_TOLERANCE.ln()).exp();
     let bodies = if random.chance(0.8) { 3 } else { 4 };
     let radii: Vec<f64> = (0..bodies).map(|_| random.within(0.6, 1.6)).collect();
     let open: Vec<f64> = (1..bodies).map(|_| random.within(5.0, 10.0)).collect();
@@ -127,39 +125,30 @@ fn draw(random: &mut Random, number: usize, models: &[Share]) -> Case {
 }
 
 impl Case {
-    fn text(&self) -> String {
-        let mut text = format!(
-            "model = {{ kind = \"{}\", tolerance = {:e} }}\n",
-            self.model, self.tolerance
-        );
+    fn text(&self) -> SceneText {
+        let (kind, tolerance) = (self.model, self.tolerance);
+        let model = format!("model = {{ kind = \"{kind}\", tolerance = {tolerance:e} }}");
         let mut x = 0.0;
-        for (body, radius) in self.radii.iter().enumerate() {
-            let _ = writeln!(
-                text,
-                "[[bodies]]\nname = \"s{body}\"\nradius = {radius:?}\nposition = [{x:?}, 0, 0]"
-            );
+        let places = self.radii.iter().enumerate().map(|(body, _)| {
+            let place = x;
             x += self.open.get(body).unwrap_or(&0.0);
-        }
+            place
+        });
+        let mut text = SceneText::new(model).spheres_on_axis(&self.radii, places);
         for joint in 0..self.open.len() {
-            let _ = writeln!(
-                text,
-                "[[links]]\nname = \"l{joint}\"\nbody = \"s{}\"\nto = \"s{joint}\"",
-                joint + 1
-            );
+            let [name, body] = [format!("l{joint}"), format!("s{}", joint + 1)];
+            text = text.joint(name, body, format_args!("s{joint}"));
         }
         for lengths in [&self.closed, &self.open] {
-            for (joint, length) in lengths.iter().enumerate() {
-                let _ = writeln!(
-                    text,
-                    "[[gait.phases]]\nlink = \"l{joint}\"\nlength = {length:?}"
-                );
+            for (joint, &length) in lengths.iter().enumerate() {
+                text = text.phase(format_args!("l{joint}"), length);
             }
         }
         text
     }
 
     fn run(&self) -> Result<End> {
-        let scene = Scene::parse(&self.text())?;
+        let scene = self.text().parse()?;
         let run = || -> Result<Outcome> {
             let mut model = choose(&scene)?.model;
             Ok(simulate(&scene, &mut *model, Method::Collocation, &mut ())?)
@@ -243,7 +232,7 @@ fn path_integral(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<Vector3
 /// singularities close to an end, such as contact just behind the end of a stroke.
 fn tanh_sinh(f: &mut impl FnMut(f64) -> Result<Vector3<f64>>) -> Result<Vector3<f64>> {
     /// Beyond this argument the weights are below rounding.
-    const LARGEST: f64 = 3.2;
+    const MAX_ARGUMENT: f64 = 3.2;
     /// The change by halving the step that counts as converged, relative to the integral.
     const CONVERGED: f64 = 1e-14;
     let mut term = |t: f64| -> Result<Vector3<f64>> {
@@ -252,7 +241,7 @@ fn tanh_sinh(f: &mut impl FnMut(f64) -> Result<Vector3<f64>>) -> Result<Vector3<
         Ok(f(0.5 * (1.0 + argument.tanh()))? * weight)
     };
     let mut step = 0.8;
-    let count = |step: f64| (LARGEST / step).round() as i32;
+    let count = |step: f64| (MAX_ARGUMENT / step).round() as i32;
     let mut sum = Vector3::zeros();
     for k in -count(step)..=count(step) {
         sum += term(f64::from(k) * step)?;
@@ -272,62 +261,94 @@ fn tanh_sinh(f: &mut impl FnMut(f64) -> Result<Vector3<f64>>) -> Result<Vector3<
     Ok(integral)
 }
 
+/// The values of a case.
 fn line(case: &Case) -> String {
-    let numbers = |list: &[f64]| {
-        let numbers: Vec<String> = list.iter().map(|x| format!("{x:.4}")).collect();
-        numbers.join(" ")
-    };
-    let shape = format!(
-        "{},{},{:e},{},{},{}",
-        case.number,
-        case.model,
-        case.tolerance,
-        numbers(&case.radii),
-        numbers(&case.open),
-        numbers(&case.closed)
-    );
-    match &case.end {
-        End::Finished {
-            error,
-            bar,
-            limited,
-            solves,
-        } => format!("{shape},{error:e},{bar:e},{limited:e},{solves},"),
-        End::Refused(reason) => format!("{shape},,,,,{}", reason.replace(',', ";")),
-    }
+    values([case])
+        .csv()
+        .lines()
+        .last()
+        .unwrap_or_default()
+        .to_owned()
 }
 
-fn csv(cases: &[Case]) -> Result<String> {
-    let mut text =
-        String::from("number,model,tolerance,radii,open,closed,error,bar,limited,solves,refused\n");
+fn values<'a>(cases: impl IntoIterator<Item = &'a Case>) -> Table {
+    let mut table = Table::new([
+        "number",
+        "model",
+        "tolerance",
+        "radii",
+        "open",
+        "closed",
+        "refused",
+        "error",
+        "bar",
+        "limited",
+        "solves",
+    ]);
     for case in cases {
-        writeln!(text, "{}", line(case))?;
+        let numbers = |list: &[f64]| -> Cell {
+            let numbers: Vec<String> = list.iter().map(|x| format!("{x:.4}")).collect();
+            numbers.join(" ").into()
+        };
+        let mut cells = vec![
+            count(case.number),
+            case.model.into(),
+            exp(case.tolerance, 1),
+            numbers(&case.radii),
+            numbers(&case.open),
+            numbers(&case.closed),
+        ];
+        match &case.end {
+            End::Finished {
+                error,
+                bar,
+                limited,
+                solves,
+            } => {
+                cells.push("".into());
+                cells.extend([error, bar, limited].map(|value| exp(*value, 1)));
+                cells.push(count(*solves));
+            }
+            End::Refused(reason) => cells.push(reason.as_str().into()),
+        }
+        table.push_marked(!case.holds(), cells);
     }
-    Ok(text)
+    table
 }
 
-fn markdown(cases: &[Case], seed: u64) -> Result<String> {
-    let mut text = format!(
-        "# Tolerances\n\n{}, {}. Made by `cargo xtask tolerances`. {} random strokes (seed {seed}) \
+fn page(cases: &[Case], seed: u64) -> Page {
+    let text = format!(
+        "{} random strokes (seed {seed}) \
          of three or four collinear spheres in unbounded fluid (radii 0.6 to 1.6, lengths 5 to 10, \
          closing to gaps down to 0.05) at random tolerances from 1e-2 to 1e-11. A result must have \
          an error within its bar (within twice the bar for elements, whose bars are estimates), \
          and a bar within `model.tolerance`; otherwise the run must be refused. Exact values: the \
          integral of the velocity over the lengths by a double exponential rule, with multipoles to 1e-13 (for `oseen` and `rpy` with the model itself, \
          so that their bar is that of the integration; the tolerance of `fem` limits the \
-         integration alone).\n\n\
-         | model | strokes | within the tolerance | refused | broken | largest error / bar | median \
-         bar / tolerance | median solves |\n|:--|--:|--:|--:|--:|--:|--:|--:|\n",
-        machine::today(),
-        machine::processor(),
+         integration alone).",
         cases.len()
     );
+    let mut page = Page::new("Tolerances", "tolerances", text);
+    let mut table = Table::new([
+        "model",
+        "strokes",
+        "within the tolerance",
+        "refused",
+        "broken",
+        "largest error / bar",
+        "median bar / tolerance",
+        "median solves",
+    ]);
     for (model, ..) in MODELS {
-        let of_model = || cases.iter().filter(|case| case.model == *model);
+        let of_model: Vec<&Case> = cases.iter().filter(|case| case.model == *model).collect();
+        // Models with a small share are not drawn in a short study.
+        if of_model.is_empty() {
+            continue;
+        }
         let mut fractions = Vec::new();
         let mut solve_counts = Vec::new();
         let mut largest = 0.0_f64;
-        for case in of_model() {
+        for case in &of_model {
             if let End::Finished {
                 error,
                 bar,
@@ -340,27 +361,20 @@ fn markdown(cases: &[Case], seed: u64) -> Result<String> {
                 solve_counts.push(*solves as f64);
             }
         }
-        // Models with a small share are not drawn in a short study.
-        if of_model().count() == 0 {
-            continue;
-        }
-        let refused = of_model().count() - fractions.len();
-        let broken = of_model().filter(|case| !case.holds()).count();
-        writeln!(
-            text,
-            "| {model} | {} | {} | {refused} | {broken} | {largest:.2} | {:.2} | {:.0} |",
-            of_model().count(),
-            fractions.len() - broken,
-            median(fractions.clone()),
-            median(solve_counts)
-        )?;
+        let broken = of_model.iter().filter(|case| !case.holds()).count();
+        table.push([
+            (*model).into(),
+            count(of_model.len()),
+            count(fractions.len() - broken),
+            count(of_model.len() - fractions.len()),
+            count(broken),
+            fixed(largest, 2),
+            fixed(median(fractions), 2),
+            fixed(median(solve_counts), 0),
+        ]);
     }
-    Ok(text)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+    page.table(table);
+    page
 }
 
 #[cfg(test)]

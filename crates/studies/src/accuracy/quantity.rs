@@ -1,6 +1,9 @@
 //! A quantity with the errors and costs of all methods.
 
+use anyhow::Result;
+
 use crate::chart::{LogLog, Series, Style, pareto_front};
+use crate::page::Page;
 
 /// One computed value.
 #[derive(Clone, Debug)]
@@ -70,9 +73,20 @@ impl Quantity {
         })
     }
 
-    /// Chart of the error over a cost: one curve per method, beside it that of the uncorrected
-    /// values, and the Pareto front.
-    pub fn chart(&self, cost_name: &str, cost: impl Fn(&Point) -> f64) -> LogLog {
+    /// Adds the charts of the error over seconds and over dofs to a page.
+    ///
+    /// Models without a mesh have zero dofs, and are left out of the second.
+    pub fn add_charts(&self, page: &mut Page) -> Result<()> {
+        let seconds = self.chart("seconds", |p| p.seconds);
+        let dofs = self.chart("dofs", |p| p.dofs as f64);
+        let name = format!("accuracy-{}", self.key);
+        page.chart(format!("{name}-dofs"), "error against dofs", &dofs)?;
+        page.chart(name, "error against seconds", &seconds)
+    }
+
+    /// Chart of the error over a cost: one curve per method, another one of the uncorrected values,
+    /// and the Pareto front.
+    fn chart(&self, cost_name: &'static str, cost: impl Fn(&Point) -> f64) -> LogLog {
         let mut methods: Vec<&str> = Vec::new();
         for point in &self.points {
             if !methods.contains(&point.method.as_str()) {
@@ -81,40 +95,25 @@ impl Quantity {
         }
         let points = |method: &str, error: &dyn Fn(&Point) -> Option<f64>| -> Vec<(f64, f64)> {
             let of_method = self.points.iter().filter(|p| p.method == method);
-            of_method
-                .filter_map(|p| Some((cost(p), error(p)?)))
-                .collect()
+            let points = of_method.map(|p| Some((cost(p), error(p)?)));
+            points.flatten().collect()
         };
-        let curve = |&method: &&str| Series {
-            name: method.to_owned(),
-            points: points(method, &|p| Some(p.error)),
-            style: Style::Curve,
-        };
+        let curve =
+            |method: &&str| Series::new(*method, points(method, &|p| Some(p.error)), Style::Curve);
         let mut series: Vec<Series> = methods.iter().map(curve).collect();
         // One line of the legend explains all of them.
         let mut name = "thin, dashed: before the correction";
         for (number, method) in methods.iter().enumerate() {
             let points = points(method, &|p| p.uncorrected);
             if !points.is_empty() {
-                series.push(Series {
-                    name: std::mem::take(&mut name).to_owned(),
-                    points,
-                    style: Style::Before(number),
-                });
+                let name = std::mem::take(&mut name);
+                series.push(Series::new(name, points, Style::Before(number)));
             }
         }
         let all: Vec<(f64, f64)> = self.points.iter().map(|p| (cost(p), p.error)).collect();
-        series.push(Series {
-            name: "Pareto front: no other point is both cheaper and better".into(),
-            points: pareto_front(&all),
-            style: Style::Front,
-        });
-        LogLog {
-            title: self.title.clone(),
-            x: cost_name.into(),
-            y: "relative error".into(),
-            series,
-        }
+        let name = "Pareto front: no other point is both cheaper and better";
+        series.push(Series::new(name, pareto_front(&all), Style::Front));
+        LogLog::new(self.title.clone(), cost_name, "relative error", series)
     }
 }
 

@@ -1,12 +1,16 @@
-//! The mesh motions of the study, and the two ways to use them.
+//! The mesh motions of the study, the two ways to use them, and measurements on a path.
+
+use std::time::Instant;
 
 use ale::{
     AleError, Biharmonic, Elastic, Harmonic, Kernel, MeshMotion, MovingBody, Rbf, ReferenceMap,
     Stiffening,
 };
+use anyhow::Result;
 use mesh::{Quality, TetMesh};
 use nalgebra::Isometry3;
 
+use super::cases::Case;
 use super::incremental_map::IncrementalMap;
 
 /// A mesh motion with its name in tables.
@@ -15,40 +19,23 @@ pub struct Method {
     pub make: fn() -> Box<dyn MeshMotion>,
 }
 
+/// A method with these name and constructor.
+const fn method(name: &'static str, make: fn() -> Box<dyn MeshMotion>) -> Method {
+    Method { name, make }
+}
+
+pub const KANCHI_MASUD: &str = "1 + tau (Kanchi & Masud)";
+
 /// All mesh motions of the study.
 pub const METHODS: [Method; 8] = [
-    Method {
-        name: "Laplace",
-        make: || Box::new(Harmonic(Stiffening::None)),
-    },
-    Method {
-        name: "1 + tau (Kanchi & Masud)",
-        make: || Box::new(Harmonic(Stiffening::KanchiMasud)),
-    },
-    Method {
-        name: "1/V",
-        make: || Box::new(Harmonic(Stiffening::InverseVolume)),
-    },
-    Method {
-        name: "elastic, nu = 0",
-        make: || Box::new(Elastic { poisson: 0.0 }),
-    },
-    Method {
-        name: "elastic, nu = 0.3",
-        make: || Box::new(Elastic { poisson: 0.3 }),
-    },
-    Method {
-        name: "biharmonic",
-        make: || Box::new(Biharmonic),
-    },
-    Method {
-        name: "RBF r",
-        make: || Box::new(Rbf(Kernel::Linear)),
-    },
-    Method {
-        name: "RBF r^3",
-        make: || Box::new(Rbf(Kernel::Cubic)),
-    },
+    method("Laplace", || Box::new(Harmonic(Stiffening::None))),
+    method(KANCHI_MASUD, || Box::new(Harmonic(Stiffening::KanchiMasud))),
+    method("1/V", || Box::new(Harmonic(Stiffening::InverseVolume))),
+    method("elastic, nu = 0", || Box::new(Elastic { poisson: 0.0 })),
+    method("elastic, nu = 0.3", || Box::new(Elastic { poisson: 0.3 })),
+    method("biharmonic", || Box::new(Biharmonic)),
+    method("RBF r", || Box::new(Rbf(Kernel::Linear))),
+    method("RBF r^3", || Box::new(Rbf(Kernel::Cubic))),
 ];
 
 /// Mesh from which each step starts.
@@ -72,13 +59,13 @@ impl Way {
 }
 
 /// A moving mesh.
-pub enum Moving {
+enum Moving {
     Reference { map: ReferenceMap, mesh: TetMesh },
     Incremental(Box<IncrementalMap>),
 }
 
 impl Moving {
-    pub fn new(
+    fn new(
         method: &Method,
         way: Way,
         mesh: &TetMesh,
@@ -97,7 +84,7 @@ impl Moving {
     }
 
     /// Moves the mesh; quality of the new mesh, or `None` if it is not valid.
-    pub fn advance(&mut self, motions: &[Isometry3<f64>]) -> Result<Option<Quality>, AleError> {
+    fn advance(&mut self, motions: &[Isometry3<f64>]) -> Result<Option<Quality>, AleError> {
         let moved = match self {
             Self::Reference { map, mesh } => map.moved(motions).map(|moved| {
                 *mesh = moved;
@@ -113,10 +100,98 @@ impl Moving {
     }
 
     /// The last valid mesh.
-    pub fn mesh(&self) -> &TetMesh {
+    fn mesh(&self) -> &TetMesh {
         match self {
             Self::Reference { mesh, .. } => mesh,
             Self::Incremental(map) => map.mesh(),
         }
     }
+}
+
+/// The mesh after a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// Label of the step: the completed fraction, the gap or the number of cycles.
+    pub label: f64,
+    /// Smallest mean ratio of the cells.
+    pub quality: f64,
+    /// Smallest Jacobian of the curved cells over that of the straight ones.
+    pub jacobian: f64,
+    /// Largest displacement of a node from the first mesh.
+    pub displacement: f64,
+}
+
+/// Result of a method on a path.
+pub struct Run {
+    pub method: &'static str,
+    pub way: Way,
+    pub case: String,
+    pub is_curved: bool,
+    /// Valid steps.
+    pub samples: Vec<Sample>,
+    /// Label of the first invalid step.
+    pub failed_at: Option<f64>,
+    /// Seconds of set-up.
+    pub setup: f64,
+    /// Seconds per step.
+    pub step: f64,
+    /// The last valid mesh.
+    pub mesh: TetMesh,
+}
+
+/// Runs every method on a case, from the reference and incrementally.
+pub fn runs(case: &Case, size: f64) -> Result<Vec<Run>> {
+    let mesh = case.mesh(size)?;
+    let bodies = case.bodies();
+    let mut runs = Vec::new();
+    for method in &METHODS {
+        for way in Way::ALL {
+            eprintln!("{}: {}, {}", case.key, method.name, way.name());
+            runs.push(run(case, &mesh, &bodies, method, way)?);
+        }
+    }
+    Ok(runs)
+}
+
+fn run(
+    case: &Case,
+    mesh: &TetMesh,
+    bodies: &[MovingBody],
+    method: &Method,
+    way: Way,
+) -> Result<Run> {
+    let clock = Instant::now();
+    let mut moving = Moving::new(method, way, mesh, bodies)?;
+    let setup = clock.elapsed().as_secs_f64();
+    let mut seconds = 0.0;
+    let mut samples = Vec::new();
+    let mut failed_at = None;
+    for &(label, arms) in &case.steps {
+        let clock = Instant::now();
+        let quality = moving.advance(&case.motions(arms))?;
+        seconds += clock.elapsed().as_secs_f64();
+        let Some(quality) = quality else {
+            failed_at = Some(label);
+            break;
+        };
+        let moved = moving.mesh().points().iter().zip(mesh.points());
+        samples.push(Sample {
+            label,
+            quality: quality.min_quality,
+            jacobian: quality.min_jacobian,
+            displacement: moved.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max),
+        });
+    }
+    let steps = samples.len() + usize::from(failed_at.is_some());
+    Ok(Run {
+        method: method.name,
+        way,
+        case: case.key.clone(),
+        is_curved: case.is_curved,
+        failed_at,
+        samples,
+        setup,
+        step: seconds / steps.max(1) as f64,
+        mesh: moving.mesh().clone(),
+    })
 }

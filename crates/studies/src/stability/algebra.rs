@@ -1,7 +1,6 @@
 //! Stress cases that cannot be described by a scene, for the linear systems of a scene.
 
 use std::collections::BTreeMap;
-use std::fmt::Display;
 
 use anyhow::{Result, ensure};
 use linalg::{
@@ -10,14 +9,13 @@ use linalg::{
 };
 use nalgebra::DMatrix;
 use rigid::{Constrained, DirectRows, Eliminated, Formulation, Lagrange};
-use swimmer::Scene;
 use swimmer::models::{Configuration, FemModel};
 
 use super::faults;
 use super::ilu::Ilu0;
 use super::inf_sup::InfSup;
 use super::map::Tried;
-use super::setup::Setup;
+use super::stress_cases::Setup;
 
 /// Smallest inf-sup constant of an accepted pair of spaces.
 ///
@@ -39,21 +37,21 @@ pub fn rows() -> Result<Vec<Tried>> {
         rows.push(incomplete_factors(name, system, false)?);
         rows.push(incomplete_factors(name, system, true)?);
     }
-    rows.push(refusal(
+    rows.push(Tried::refusal(
         "conjugate gradients on the saddle-point system",
         solved(&eliminated, |a, b, x, params| {
             cg(a, &mut Identity(b.len()), b, x, params).map(drop)
         }),
         "definite",
     ));
-    rows.push(refusal(
+    rows.push(Tried::refusal(
         "MINRES on direct rows",
         solved(&direct_rows, |a, b, x, params| {
             minres(a, &mut Identity(b.len()), b, x, params).map(drop)
         }),
         "symmetric",
     ));
-    rows.push(refusal(
+    rows.push(Tried::refusal(
         "MINRES with additive Schwarz, which is not symmetric",
         Schwarz::new(&eliminated.system, &cut(2, BorderPlacement::Eliminated)).and_then(
             |mut schwarz| {
@@ -67,7 +65,7 @@ pub fn rows() -> Result<Vec<Tried>> {
     for viscosity in [1e-9, 1e9] {
         rows.push(viscous_matrices(&eliminated, viscosity));
     }
-    rows.push(refusal(
+    rows.push(Tried::refusal(
         "a NaN in the stiffness",
         scaled(&eliminated.system, f64::NAN).map(drop),
         "NaN",
@@ -84,7 +82,7 @@ fn system(formulation: &dyn Formulation) -> Result<Constrained> {
         size: Some(1.5),
         ..Setup::bent_chain()
     };
-    let scene = Scene::parse(&setup.toml(formulation.name(), "block"))?;
+    let scene = setup.text(formulation.name(), "block").parse()?;
     let mut model = FemModel::new(&scene)?;
     let state = scene.initial_state();
     let configuration = Configuration {
@@ -96,14 +94,12 @@ fn system(formulation: &dyn Formulation) -> Result<Constrained> {
 
 fn quadratic(system: &Constrained) -> Result<Tried> {
     let measured = InfSup::new(&system.system)?;
-    Ok(Tried {
-        name: "inf-sup constant of P2-P1".into(),
-        outcome: format!("{:.3}", measured.constant),
-        // the constant pressure of enclosed flow, and the bound of the full gradient
-        as_expected: measured.require(MIN_INF_SUP).is_ok()
-            && measured.null_space_dimension <= 1
-            && measured.largest <= 1.0 + 1e-6,
-    })
+    // The constant pressure of enclosed flow, and the bound of the full gradient.
+    let is_stable = measured.require(MIN_INF_SUP).is_ok()
+        && measured.null_space_dimension <= 1
+        && measured.largest <= 1.0 + 1e-6;
+    let constant = format!("{:.3}", measured.constant);
+    Ok(Tried::new("inf-sup constant of P2-P1", constant, is_stable))
 }
 
 fn equal_order(system: &Constrained) -> Result<Tried> {
@@ -115,7 +111,7 @@ fn equal_order(system: &Constrained) -> Result<Tried> {
         None,
         system.system.pressure_mass().clone(),
     )?;
-    Ok(refusal(
+    Ok(Tried::refusal(
         "P1 velocities with P1 pressures",
         InfSup::new(&linear)?.require(MIN_INF_SUP),
         "inf-sup constant",
@@ -153,7 +149,7 @@ fn separated_multipliers(lagrange: &Constrained) -> Tried {
     // Velocities of the bodies come first; the second subdomain gets all multipliers.
     let velocities = 6 * 3 + 3;
     let placement = (0..m).map(|c| usize::from(c >= velocities)).collect();
-    refusal(
+    Tried::refusal(
         "Schwarz on Lagrange, multipliers cut off from their bodies (the paper's failure of gasm+LU)",
         Schwarz::new(
             &lagrange.system,
@@ -186,31 +182,18 @@ fn incomplete_factors(name: &str, system: &Constrained, zeros_first: bool) -> Re
             "velocities first"
         }
     );
-    let mut factors = match Ilu0::new(&system.system, &order) {
-        Ok(factors) => factors,
-        Err(zero) => {
-            return Ok(Tried {
-                name,
-                outcome: format!("*no*: {zero}"),
-                as_expected: true,
-            });
-        }
+    let outcome = match Ilu0::new(&system.system, &order) {
+        Ok(mut factors) => solve_and_check(system, &mut factors)?,
+        Err(zero) => format!("*no*: {zero}"),
     };
-    let outcome = solve_and_check(system, &mut factors)?;
-    Ok(Tried {
-        name,
-        as_expected: true,
-        outcome,
-    })
+    Ok(Tried::new(name, outcome, true))
 }
 
 fn no_preconditioner(system: &Constrained) -> Tried {
     let outcome = solve_and_check(system, &mut Identity(system.rhs.len()));
-    Tried {
-        name: "FGMRES without preconditioner".into(),
-        as_expected: matches!(&outcome, Ok(text) if text.starts_with("*no*")),
-        outcome: outcome.unwrap_or_else(|error| format!("{error:#}")),
-    }
+    let is_refused = matches!(&outcome, Ok(text) if text.starts_with("*no*"));
+    let outcome = outcome.unwrap_or_else(|error| format!("{error:#}"));
+    Tried::new("FGMRES without preconditioner", outcome, is_refused)
 }
 
 /// Solves and recomputes the residual.
@@ -290,11 +273,8 @@ fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Tried {
             }
         }
     };
-    Tried {
-        name: format!("viscosity {viscosity:e} in the matrices instead of in the units"),
-        outcome,
-        as_expected,
-    }
+    let name = format!("viscosity {viscosity:e} in the matrices instead of in the units");
+    Tried::new(name, outcome, as_expected)
 }
 
 /// The same system with the viscosity in its matrices, in unscaled units.
@@ -312,21 +292,4 @@ fn scaled(
         None,
         system.pressure_mass().map(|value| value / viscosity),
     )
-}
-
-/// Row for a test that must fail with a message that contains `part`.
-fn refusal<E: Display>(name: &str, result: Result<(), E>, part: &str) -> Tried {
-    let (outcome, as_expected) = match result {
-        Ok(()) => ("**accepted**".to_owned(), false),
-        Err(error) => {
-            let message = error.to_string();
-            let named = message.contains(part);
-            (format!("*no*: {message}"), named)
-        }
-    };
-    Tried {
-        name: name.to_owned(),
-        outcome,
-        as_expected,
-    }
 }

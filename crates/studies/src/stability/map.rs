@@ -1,7 +1,18 @@
-//! Outcomes of cells, and maps as tables of cells.
+//! Outcomes of cells, maps as tables and pictures of cells, and their store between runs.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use swimmer::SwimError;
+
+use crate::page::{self, Page};
+use crate::table::{Cell as Field, Table, escape, exp, fixed};
 
 /// Outcome of one method for one stress case.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Outcome {
     /// The right solution: its error, and the text of the cell.
     Right { error: f64, mark: String },
@@ -11,13 +22,92 @@ pub enum Outcome {
     Wrong { error: f64 },
 }
 
+/// Outcome that a cell must have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Expected {
+    /// The right solution.
+    Right,
+    /// An error whose message contains this text.
+    Refused(&'static str),
+    /// The right solution or any refusal.
+    NotWrong,
+}
+
+impl Expected {
+    /// Whether an outcome is the expected one.
+    pub fn is_met(self, outcome: &Outcome) -> bool {
+        match (outcome, self) {
+            (Outcome::Right { .. }, Self::Right | Self::NotWrong) => true,
+            (Outcome::Refused(message), Self::Refused(part)) => message.contains(part),
+            (Outcome::Refused(_), Self::NotWrong) => true,
+            _ => false,
+        }
+    }
+}
+
+impl Outcome {
+    /// Text of the cell.
+    fn mark(&self) -> String {
+        match self {
+            Self::Right { mark, .. } => mark.clone(),
+            Self::Refused(_) => "no".to_owned(),
+            Self::Wrong { error } => format!("WRONG {error:.0e}"),
+        }
+    }
+
+    /// Outcome in one word.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Right { .. } => "right",
+            Self::Refused(_) => "refused",
+            Self::Wrong { .. } => "wrong",
+        }
+    }
+
+    /// Outcome of a solution whose error may be up to a tolerance.
+    pub fn within(error: f64, tolerance: f64, mark: String) -> Self {
+        // In this form NaN is wrong.
+        match error <= tolerance {
+            true => Self::Right { error, mark },
+            false => Self::Wrong { error },
+        }
+    }
+
+    /// Outcome of a solution with an error bar: right up to twice the bar.
+    ///
+    /// Bars for meshes and truncated series are estimates that hold to a factor of two.
+    pub fn against_bar(error: f64, bar: f64, rounding: f64, mark: String) -> Self {
+        Self::within(error, 2.0 * bar + rounding, mark)
+    }
+}
+
 /// One cell.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Cell {
     pub outcome: Outcome,
-    pub seconds: f64,
+    seconds: f64,
     /// Whether the outcome is the expected one.
     pub as_expected: bool,
+}
+
+impl Cell {
+    /// The cell of a computation, whose solution is compared with the right one.
+    pub fn new<T>(
+        expected: Expected,
+        compute: impl FnOnce() -> Result<T, SwimError>,
+        compare: impl FnOnce(T) -> Outcome,
+    ) -> Self {
+        let clock = Instant::now();
+        let outcome = match compute() {
+            Err(error) => Outcome::Refused(error.to_string()),
+            Ok(solution) => compare(solution),
+        };
+        Self {
+            as_expected: expected.is_met(&outcome),
+            outcome,
+            seconds: clock.elapsed().as_secs_f64(),
+        }
+    }
 }
 
 /// All methods for one stress case.
@@ -39,6 +129,146 @@ pub struct Map {
     pub rows: Vec<Row>,
 }
 
+impl Map {
+    pub fn cells(&self) -> impl Iterator<Item = &Cell> {
+        self.rows.iter().flat_map(|row| &row.cells)
+    }
+
+    /// Table of the cells.
+    fn table(&self) -> Table {
+        let case = ["stress case".to_owned()].into_iter();
+        let mut table = Table::new(case.chain(self.columns.iter().cloned()));
+        for row in &self.rows {
+            let cells = row.cells.iter().map(|cell| {
+                let unexpected = if cell.as_expected { "" } else { " (!)" };
+                let mark = match &cell.outcome {
+                    Outcome::Refused(_) => "*no*".to_owned(),
+                    Outcome::Wrong { .. } => format!("**{}**", cell.outcome.mark()),
+                    other => other.mark(),
+                };
+                Field::from(mark + unexpected)
+            });
+            let failed = row.cells.iter().any(|cell| !cell.as_expected);
+            table.push_marked(failed, [row.case.as_str().into()].into_iter().chain(cells));
+        }
+        table
+    }
+
+    /// Messages of refusals, each once, with the first stress case that caused it.
+    fn reasons(&self) -> Table {
+        let mut table = Table::new(["refused", "reason given"]);
+        let mut known: Vec<&str> = Vec::new();
+        for row in &self.rows {
+            for cell in &row.cells {
+                if let Outcome::Refused(message) = &cell.outcome
+                    && !known.contains(&message.as_str())
+                {
+                    known.push(message);
+                    table.push([row.case.as_str().into(), message.as_str().into()]);
+                }
+            }
+        }
+        table
+    }
+
+    /// Adds the map to a page.
+    pub fn add_to(&self, page: &mut Page) {
+        page.heading(self.title);
+        page.text(self.note);
+        page.picture_or_table(self.picture(), self.table());
+        page.text("(!) means that the outcome is not the expected one. Reasons of refusals:");
+        page.table(self.reasons());
+    }
+
+    /// Adds one row per cell to the table of all values.
+    pub fn add_values(&self, table: &mut Table) {
+        for row in &self.rows {
+            for (cell, column) in row.cells.iter().zip(&self.columns) {
+                let (error, message) = match &cell.outcome {
+                    Outcome::Refused(message) => ("".into(), message.as_str()),
+                    Outcome::Right { error, .. } | Outcome::Wrong { error } => (exp(*error, 1), ""),
+                };
+                table.push([
+                    self.key.into(),
+                    row.case.as_str().into(),
+                    column.as_str().into(),
+                    cell.outcome.word().into(),
+                    cell.outcome.mark().into(),
+                    error,
+                    fixed(cell.seconds, 3),
+                    cell.as_expected.to_string().into(),
+                    message.into(),
+                ]);
+            }
+        }
+    }
+
+    /// The map as an SVG picture with one coloured field per cell.
+    fn picture(&self) -> String {
+        const LABEL: f64 = 330.0;
+        const MIN_WIDTH: f64 = 74.0;
+        const HEIGHT: f64 = 24.0;
+        const HEAD: f64 = 30.0;
+        let (columns, rows) = (self.columns.len() as f64, self.rows.len() as f64);
+        // Columns are wide enough for the longest text.
+        let lengths = self.cells().map(|cell| cell.outcome.mark().len());
+        let width = MIN_WIDTH.max(7.0 * lengths.max().unwrap_or(0) as f64 + 14.0);
+        let mut text = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.0}\" height=\"{:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n\
+             <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
+            LABEL + width * columns + 8.0,
+            HEAD + HEIGHT * rows + 8.0
+        );
+        let mut write = |x: f64, y: f64, anchor: &str, ink: &str, content: &str| {
+            let content = escape(content);
+            text += &format!(
+                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{ink}\">{content}</text>\n"
+            );
+        };
+        for (k, column) in self.columns.iter().enumerate() {
+            write(
+                LABEL + width * (k as f64 + 0.5),
+                20.0,
+                "middle",
+                "#282828",
+                column,
+            );
+        }
+        for (r, row) in self.rows.iter().enumerate() {
+            let y = HEAD + HEIGHT * r as f64 + 16.0;
+            write(LABEL - 8.0, y, "end", "#282828", &row.case);
+        }
+        for (r, row) in self.rows.iter().enumerate() {
+            let y = HEAD + HEIGHT * r as f64;
+            for (c, cell) in row.cells.iter().enumerate() {
+                let x = LABEL + width * c as f64;
+                let (fill, ink) = colours(cell);
+                let (content, middle) = (escape(&cell.outcome.mark()), x + 0.5 * width);
+                text += &format!(
+                    "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" rx=\"3\" fill=\"{fill}\"/>\
+                     <text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"{ink}\">{content}</text>\n",
+                    x + 1.0,
+                    y + 1.0,
+                    width - 2.0,
+                    HEIGHT - 2.0,
+                    y + 16.0
+                );
+            }
+        }
+        text + "</svg>\n"
+    }
+}
+
+/// Colours of field and text, from a palette that colour-blind readers can distinguish.
+fn colours(cell: &Cell) -> (&'static str, &'static str) {
+    match &cell.outcome {
+        Outcome::Wrong { .. } => ("#b3261e", "#fff"),
+        _ if !cell.as_expected => ("#e69f00", "#000"),
+        Outcome::Right { .. } => ("#bfe3d7", "#00382b"),
+        Outcome::Refused(_) => ("#d9dee5", "#39424d"),
+    }
+}
+
 /// Test of a single system or integrator, with its outcome.
 #[derive(Clone, Debug)]
 pub struct Tried {
@@ -47,59 +277,144 @@ pub struct Tried {
     pub as_expected: bool,
 }
 
-impl Map {
-    pub fn cells(&self) -> impl Iterator<Item = &Cell> {
-        self.rows.iter().flat_map(|row| &row.cells)
+impl Tried {
+    pub fn new(name: impl Into<String>, outcome: impl Into<String>, as_expected: bool) -> Self {
+        Self {
+            name: name.into(),
+            outcome: outcome.into(),
+            as_expected,
+        }
     }
 
-    /// Messages of refusals, each once, with the first stress case that caused it.
-    pub fn reasons(&self) -> Vec<(&str, &str)> {
-        let mut reasons: Vec<(&str, &str)> = Vec::new();
-        for row in &self.rows {
-            for cell in &row.cells {
-                if let Outcome::Refused(message) = &cell.outcome
-                    && !reasons.iter().any(|(known, _)| known == message)
-                {
-                    reasons.push((message, &row.case));
-                }
+    /// A test that must fail with a message that contains `part`.
+    pub fn refusal<T, E: std::fmt::Display>(name: &str, result: Result<T, E>, part: &str) -> Self {
+        match result {
+            Ok(_) => Self::new(name, "**accepted**", false),
+            Err(error) => {
+                let message = error.to_string();
+                Self::new(name, format!("*no*: {message}"), message.contains(part))
             }
         }
-        reasons
+    }
+
+    /// Table of tests.
+    pub fn table(list: &[Self]) -> Table {
+        let mut table = Table::new(["test", "outcome"]);
+        for tried in list {
+            let unexpected = if tried.as_expected { "" } else { " (!)" };
+            let outcome = tried.outcome.clone() + unexpected;
+            let cells = [tried.name.clone().into(), outcome.into()];
+            table.push_marked(!tried.as_expected, cells);
+        }
+        table
     }
 }
 
-impl Outcome {
-    /// Text of the cell.
-    pub fn mark(&self) -> String {
-        match self {
-            Self::Right { mark, .. } => mark.clone(),
-            Self::Refused(_) => "no".to_owned(),
-            Self::Wrong { error } => format!("WRONG {error:.0e}"),
+/// Finished rows of the maps by map and stress case, in a file if there is one, so that a run that
+/// was stopped can be continued.
+pub struct Store {
+    folder: Option<PathBuf>,
+    rows: serde_json::Map<String, Value>,
+}
+
+impl Store {
+    const FILE: &str = "stability.partial.json";
+
+    /// Store without a file.
+    #[cfg(test)]
+    pub fn none() -> Self {
+        Self {
+            folder: None,
+            rows: serde_json::Map::new(),
         }
     }
 
-    /// Outcome in one word.
-    pub fn word(&self) -> &'static str {
-        match self {
-            Self::Right { .. } => "right",
-            Self::Refused(_) => "refused",
-            Self::Wrong { .. } => "wrong",
-        }
+    /// Store in a folder, with the rows of an earlier run.
+    pub fn open(folder: &Path) -> Result<Self> {
+        let path = folder.join(Self::FILE);
+        let rows = match std::fs::read_to_string(&path) {
+            Ok(text) => serde_json::from_str(&text)
+                .with_context(|| format!("{} is damaged; remove it", path.display()))?,
+            Err(_) => serde_json::Map::new(),
+        };
+        Ok(Self {
+            folder: Some(folder.to_owned()),
+            rows,
+        })
     }
 
-    pub fn is_wrong(&self) -> bool {
-        matches!(self, Self::Wrong { .. })
-    }
-
-    /// Outcome of a solution with an error bar: right up to twice the bar.
+    /// Row of an earlier run, or else a new one from `make`, which is stored.
     ///
-    /// Bars for meshes and truncated series are estimates that hold to a factor of two.
-    pub fn against_bar(error: f64, bar: f64, rounding: f64, mark: String) -> Self {
-        // In this form NaN is wrong.
-        if error <= 2.0 * bar + rounding {
-            Self::Right { error, mark }
-        } else {
-            Self::Wrong { error }
+    /// Rows with an infinite error or NaN, which JSON does not have, are made again.
+    pub fn row(
+        &mut self,
+        map: &str,
+        case: impl Into<String>,
+        make: impl FnOnce() -> Result<Vec<Cell>>,
+    ) -> Result<Row> {
+        let case = case.into();
+        let key = format!("{map}: {case}");
+        let known = self.rows.get(&key).cloned();
+        if let Some(cells) = known.and_then(|cells| serde_json::from_value(cells).ok()) {
+            return Ok(Row { case, cells });
         }
+        eprintln!("{key}");
+        let cells = make()?;
+        if let Some(folder) = &self.folder {
+            self.rows.insert(key, serde_json::to_value(&cells)?);
+            page::write(folder, Self::FILE, &serde_json::to_string(&self.rows)?)?;
+        }
+        Ok(Row { case, cells })
+    }
+
+    /// Removes the file when all maps are complete.
+    pub fn close(self) -> Result<()> {
+        match self.folder.map(|folder| folder.join(Self::FILE)) {
+            Some(path) if path.exists() => Ok(std::fs::remove_file(path)?),
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_read_as_they_were_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let cell = |outcome| Cell {
+            outcome,
+            seconds: 0.25,
+            as_expected: false,
+        };
+        let cells = || {
+            Ok(vec![
+                cell(Outcome::Right {
+                    error: 1e-300,
+                    mark: "3".into(),
+                }),
+                cell(Outcome::Refused("no \"such\" key".into())),
+                cell(Outcome::Wrong { error: 0.1 }),
+            ])
+        };
+        let mut store = Store::open(folder.path()).unwrap();
+        let made = store.row("flow", "gap", cells).unwrap();
+        drop(store);
+        let mut again = Store::open(folder.path()).unwrap();
+        let kept = again.row("flow", "gap", || panic!("it is known")).unwrap();
+        assert_eq!(format!("{made:?}"), format!("{kept:?}"));
+        again.close().unwrap();
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn nan_is_wrong_and_refusals_need_their_reason() {
+        let nan = Outcome::against_bar(f64::NAN, 1.0, 0.0, String::new());
+        assert_eq!((nan.word(), nan.mark()), ("wrong", "WRONG NaN".to_owned()));
+        let refused = Outcome::Refused("bodies touch".into());
+        let met = ["touch", "wall"].map(|part| Expected::Refused(part).is_met(&refused));
+        assert_eq!(met, [true, false]);
+        assert!(Expected::NotWrong.is_met(&refused) && !Expected::NotWrong.is_met(&nan));
     }
 }

@@ -6,10 +6,8 @@ use std::time::Instant;
 use anyhow::Result;
 use axisymmetric::{AxialSpheroid, Surroundings, axial_resistance};
 
-use super::collinear::symmetric;
-use super::effort::Effort;
-use super::estimated::Estimated;
-use super::row::{Basis, Cost, Row};
+use super::row::{Basis, Cost, Estimated, Row};
+use super::spheres::symmetric;
 use super::swimmer;
 use crate::reference::{COLLINEAR, CYLINDER, INSTANTANEOUS, SPHEROIDS, STROKES, concentric_drag};
 
@@ -20,16 +18,20 @@ const TOLERANCE: f64 = 1e-6;
 const NET: f64 = 2e-5;
 
 /// All rows.
-pub fn rows(effort: Effort) -> Result<Vec<Row>> {
+pub fn rows(quick: bool) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     let ball = |radius| Surroundings::Ball { radius };
+    let sphere = [AxialSpheroid::sphere(0.0, 1.0)];
+    let of_lambda = |lambda: f64| format!("drag / 6 pi, lambda {lambda}");
     for lambda in [0.1, 0.2, 0.5] {
-        let (name, exact) = (
-            format!("drag / 6 pi, lambda {lambda}"),
-            concentric_drag(lambda),
-        );
-        let bodies = [AxialSpheroid::sphere(0.0, 1.0)];
-        rows.push(drag("A", &name, &bodies, ball(1.0 / lambda), exact)?);
+        let exact = concentric_drag(lambda);
+        rows.push(drag(
+            "A",
+            &of_lambda(lambda),
+            &sphere,
+            ball(1.0 / lambda),
+            exact,
+        )?);
     }
     for (aspect, exact) in SPHEROIDS {
         let body = AxialSpheroid {
@@ -38,45 +40,30 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
             equatorial: 1.0,
         };
         let name = format!("spheroid {aspect}:1, drag / 6 pi");
-        rows.push(drag(
-            "A",
-            &name,
-            &[body],
-            Surroundings::Unbounded,
-            exact * aspect,
-        )?);
+        let exact = exact * aspect;
+        rows.push(drag("A", &name, &[body], Surroundings::Unbounded, exact)?);
     }
     for case in &COLLINEAR {
         let places = case.positions.iter().zip(case.radii);
         let bodies: Vec<AxialSpheroid> =
             places.map(|(&z, &a)| AxialSpheroid::sphere(z, a)).collect();
+        let around = ball(case.container);
         rows.push(resistance(
             "D",
             case.name,
             &bodies,
-            ball(case.container),
+            around,
             case.resistance,
         )?);
     }
     for (lambda, exact) in CYLINDER {
         let radius = 1.0 / lambda;
-        let name = format!("drag / 6 pi, lambda {lambda}");
-        let bodies = [AxialSpheroid::sphere(0.0, 1.0)];
-        rows.push(drag(
-            "H",
-            &name,
-            &bodies,
-            Surroundings::Cylinder { radius },
-            exact,
-        )?);
+        let around = Surroundings::Cylinder { radius };
+        rows.push(drag("H", &of_lambda(lambda), &sphere, around, exact)?);
     }
     let model = format!("model = {{ kind = \"axisymmetric\", tolerance = {NET:e} }}");
     let tolerances = [(TOLERANCE, Basis::Promised); 2];
-    let configurations = match effort {
-        Effort::Quick => &INSTANTANEOUS[..2],
-        Effort::Full => &INSTANTANEOUS[..],
-    };
-    for case in configurations {
+    for case in &INSTANTANEOUS[..if quick { 2 } else { INSTANTANEOUS.len() }] {
         rows.extend(swimmer::configuration(
             case,
             "axisymmetric",
@@ -84,20 +71,17 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
             tolerances,
         )?);
     }
-    let strokes = match effort {
-        Effort::Quick => &STROKES[..1],
-        Effort::Full => &STROKES[..],
-    };
-    for case in strokes {
-        let options = [
-            "model.kind=\"axisymmetric\"".to_owned(),
-            format!("model.tolerance={NET:e}"),
-        ];
+    let options = [
+        "model.kind=\"axisymmetric\"".to_owned(),
+        format!("model.tolerance={NET:e}"),
+    ];
+    let tolerances = [(NET, Basis::Promised); 2];
+    for case in &STROKES[..if quick { 1 } else { STROKES.len() }] {
         rows.extend(swimmer::stroke(
             case,
             "axisymmetric ",
             &options,
-            [(NET, Basis::Promised); 2],
+            tolerances,
         )?);
     }
     Ok(rows)
@@ -137,18 +121,14 @@ fn resistance(
     let (computed, uncorrected) = (found.extrapolated(), found.matrix());
     let (i, j) = (&computed - &exact).icamax_full();
     let scale = (computed[(i, i)] * computed[(j, j)]).sqrt();
-    Ok(Row::scaled(
-        group,
-        format!("axisymmetric, {name}"),
-        [exact[(i, j)], computed[(i, j)]],
-        exact.amax(),
-        (TOLERANCE, Basis::Promised),
-        cost,
-    )
-    .with(Some(Estimated {
+    let name = format!("axisymmetric, {name}");
+    let values = [exact[(i, j)], computed[(i, j)]];
+    let tolerance = (TOLERANCE, Basis::Promised);
+    let row = Row::scaled(group, name, values, exact.amax(), tolerance, cost);
+    Ok(row.with(Estimated {
         removed: Some(uncorrected[(i, j)] - computed[(i, j)]),
         bar: found.relative_error() * scale,
-    })))
+    }))
 }
 
 #[cfg(test)]
@@ -156,10 +136,10 @@ mod tests {
     use super::*;
 
     #[test]
-    #[ignore = "a quarter of a minute: the quick part"]
+    #[ignore = "slow: 15 s"]
     fn all_rows_pass() {
-        let rows = rows(Effort::Quick).expect("all are computed");
-        println!("{}", super::super::table::markdown(&rows, &[]));
+        let rows = rows(true).expect("all are computed");
+        println!("{}", super::super::summary::table(&rows).markdown());
         assert!(rows.iter().all(Row::passes));
     }
 }

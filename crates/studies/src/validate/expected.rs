@@ -15,8 +15,8 @@ use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 use swimmer::choose;
 use swimmer::models::Configuration;
 
-use super::flow::{Sphere, scene};
 use crate::reference::{concentric_drag, concentric_torque};
+use crate::scenes::loaded_sphere;
 
 /// Factor on the energy of the interpolation error.
 ///
@@ -94,11 +94,7 @@ fn interpolation_energy(
 }
 
 fn ball_in_ball(size: f64, lambda: f64) -> Result<TetMesh> {
-    let sphere = Sphere {
-        radius: 1.0,
-        ..Sphere::default()
-    };
-    let scene = scene(1.0 / lambda, size, &[sphere], "")?;
+    let scene = loaded_sphere(lambda, size)?;
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
@@ -120,7 +116,7 @@ pub fn from_halving(coarse: f64, fine: f64) -> f64 {
 ///
 /// `|∇(u - I_h u)|^2 = κ^2 h^4 |∇^3 u|^2`, as a mean over the tetrahedron and over isotropic
 /// tensors of third derivatives, by Gauss quadrature of the interpolation error of cubics.
-const REGULAR: f64 = 4.93e-4;
+const REGULAR_INTERPOLATION: f64 = 4.93e-4;
 
 /// Error of the force on two unit spheres that approach each other, over `6 pi U`, from elements in
 /// their gap.
@@ -142,7 +138,7 @@ pub fn gap(gap: f64, size: f64) -> f64 {
         return 0.0;
     }
     // Integral of `(part H)^4 1440 / H^6` over `H pi dH`.
-    let energy = REGULAR * part.powi(4) * 1440.0 * PI * (widest / gap).ln();
+    let energy = REGULAR_INTERPOLATION * part.powi(4) * 1440.0 * PI * (widest / gap).ln();
     ALLOWANCE * energy / (2.0 * 6.0 * PI)
 }
 

@@ -6,9 +6,8 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use swimmer::{Method, Outcome, Scene, choose, simulate, with_tables};
 
-use super::effort::Effort;
-use super::estimated::Estimated;
-use super::row::{Basis, Cost, Row};
+use super::row::{Basis, Cost, Estimated, Row};
+use crate::reference::{ELASTIC_ARMS, PURCELL};
 
 /// Tolerance of the elastic arms.
 const PROMISED: f64 = 1e-6;
@@ -16,20 +15,11 @@ const PROMISED: f64 = 1e-6;
 /// Required: the default tolerance of a stroke.
 const REQUIRED: f64 = 1e-3;
 
-/// Displacement per cycle of three spheres with one driven and one elastic arm of length 10, for an
-/// amplitude and a frequency over `k / G22`: exact multipoles, harmonic balance with 64 points.
-const ELASTIC_ARMS: [(f64, f64, f64); 4] = [
-    (1.0, 0.1, 0.000_866_135_0),
-    (1.0, 1.0, 0.004_376_372_2),
-    (1.0, 10.0, 0.000_867_111_2),
-    (4.0, 1.0, 0.074_714_864_8),
-];
-
 /// Required of half a Jeffery orbit: a thousandth of a turn, relative to half a turn.
 const REQUIRED_TURN: f64 = 2e-3;
 
-/// All rows; Purcell's swimmer, a minute, and spheroids that tumble only with full effort.
-pub fn rows(effort: Effort) -> Result<Vec<Row>> {
+/// All rows; Purcell's swimmer, a minute, and spheroids that tumble are not in the quick part.
+pub fn rows(quick: bool) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (amplitude, frequency, exact) in ELASTIC_ARMS {
         // 0.0714303722 is k / G22 for the stiffness k = 1 of the template.
@@ -42,54 +32,44 @@ pub fn rows(effort: Effort) -> Result<Vec<Row>> {
                 format!("model.tolerance={PROMISED:?}"),
             ],
         )?;
-        rows.push(
-            Row::relative(
-                "J",
-                format!("elastic arm, amplitude {amplitude}, frequency {frequency}: net"),
-                [exact, outcome.displacement[0].x],
-                (PROMISED, Basis::Promised),
-                cost,
-            )
-            .with(Some(Estimated::bound(outcome.error_estimate.total()))),
-        );
+        let name = format!("elastic arm, amplitude {amplitude}, frequency {frequency}: net");
+        let values = [exact, outcome.displacement[0].x];
+        let row = Row::relative("J", name, values, (PROMISED, Basis::Promised), cost);
+        rows.push(row.with(Estimated::bound(outcome.error_estimate.total())));
     }
-    // The tests of `swimmer` have the first one.
-    let ratios: &[f64] = match effort {
-        Effort::Full => &[2.0, 10.0],
-        Effort::Quick => &[],
-    };
-    for ratio in ratios {
-        let text = include_str!("../../../swimmer/templates/jeffery.toml");
+    if quick {
+        return Ok(rows);
+    }
+    for ratio in [2.0, 10.0] {
         // Jeffery 1922: half of the period 2 pi (r + 1 / r) at the shear rate 1.
         let (outcome, cost) = run(
-            text,
+            include_str!("../../../swimmer/templates/jeffery.toml"),
             &[
                 format!("bodies.spheroid.half_length={ratio:?}"),
                 format!("gait.phases.0.duration={:?}", PI * (ratio + 1.0 / ratio)),
             ],
         )?;
         let name = format!("Jeffery orbit, aspect ratio {ratio}: half a turn");
-        let exact_and_found = [PI, outcome.rotation.norm()];
+        let values = [PI, outcome.rotation.norm()];
         let required = (REQUIRED_TURN, Basis::Required);
-        rows.push(Row::relative("J", name, exact_and_found, required, cost));
+        rows.push(Row::relative("J", name, values, required, cost));
     }
-    if effort == Effort::Full {
-        let text = include_str!("../../../swimmer/templates/purcell.toml");
-        let (outcome, cost) = run(text, &[])?;
-        // Three spheroids 2:1, by the method of fundamental solutions on three levels.
-        for (name, exact, found, bar) in [
-            (
-                "net",
-                -0.074_667,
-                outcome.displacement[1].x,
-                outcome.error_estimate.total(),
-            ),
-            ("work", 439.603, outcome.work, outcome.work_error.total()),
-        ] {
-            let name = format!("Purcell's swimmer of spheroids, 30 degrees: {name}");
-            let row = Row::relative("J", name, [exact, found], (REQUIRED, Basis::Required), cost);
-            rows.push(row.with(Some(Estimated::bound(bar))).with_exact_bar(1.4e-5));
-        }
+    let text = include_str!("../../../swimmer/templates/purcell.toml");
+    let (outcome, cost) = run(text, &[])?;
+    let net_bar = outcome.error_estimate.total();
+    for (name, exact, found, bar) in [
+        ("net", PURCELL.net, outcome.displacement[1].x, net_bar),
+        (
+            "work",
+            PURCELL.work,
+            outcome.work,
+            outcome.work_error.total(),
+        ),
+    ] {
+        let name = format!("Purcell's swimmer of spheroids, 30 degrees: {name}");
+        let row = Row::relative("J", name, [exact, found], (REQUIRED, Basis::Required), cost);
+        let row = row.with(Estimated::bound(bar));
+        rows.push(row.with_exact_bar(PURCELL.accuracy));
     }
     Ok(rows)
 }
@@ -118,7 +98,7 @@ mod tests {
 
     #[test]
     fn elastic_arms_are_exact() {
-        for row in rows(Effort::Quick).unwrap() {
+        for row in rows(true).unwrap() {
             assert!(row.passes(), "{row:?}");
         }
     }

@@ -1,31 +1,22 @@
 //! Comparison with exact values: every row has a tolerance with a source.
 
 mod axisymmetric;
-mod bars;
-mod collinear;
-mod effort;
-mod estimated;
 mod expected;
-mod file;
-mod flow;
 mod joints;
 mod multipole;
-mod overview;
-mod pair;
 mod row;
 mod shapes;
 mod similar;
-mod sphere;
+mod spheres;
+mod summary;
 mod swimmer;
-mod table;
 
 use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
-use crate::{folder, machine};
-pub use effort::Effort;
+use crate::page;
 use row::Row;
 
 /// Name for messages, and the function that computes the rows.
@@ -36,27 +27,27 @@ type Part<'a> = (&'a str, &'a dyn Fn() -> Result<Vec<Row>>);
 ///
 /// # Errors
 /// A row that cannot be computed, or is outside its tolerance; no such part.
-pub fn run(effort: Effort, only: Option<&str>, out: &Path) -> Result<()> {
+pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
     let parts: [Part; 11] = [
-        ("sphere in a concentric ball", &|| sphere::rows(effort)),
-        ("orders of convergence", &sphere::orders),
-        ("two spheres", &|| pair::rows(effort)),
-        ("collinear spheres in a ball", &|| collinear::rows(effort)),
+        ("sphere in a concentric ball", &|| {
+            spheres::concentric(quick)
+        }),
+        ("orders of convergence", &similar::orders),
+        ("two spheres", &|| spheres::pairs(quick)),
+        ("collinear spheres in a ball", &|| spheres::collinear(quick)),
         ("three-sphere swimmer, single configurations", &|| {
-            swimmer::configurations(effort)
+            swimmer::configurations(quick)
         }),
-        ("three-sphere swimmer, mesh file", &file::rows),
-        ("three-sphere swimmer, strokes", &|| {
-            swimmer::strokes(effort)
-        }),
+        ("three-sphere swimmer, mesh file", &swimmer::on_mesh_file),
+        ("three-sphere swimmer, strokes", &|| swimmer::strokes(quick)),
         ("elements in the meridian plane", &|| {
-            axisymmetric::rows(effort)
+            axisymmetric::rows(quick)
         }),
         ("multipole expansions", &multipole::rows),
-        ("hinges and springs", &|| joints::rows(effort)),
-        ("bodies of other shapes", &|| shapes::rows(effort)),
+        ("hinges and springs", &|| joints::rows(quick)),
+        ("bodies of other shapes", &|| shapes::rows(quick)),
     ];
     let is_asked = |name: &str| only.is_none_or(|only| name.contains(only));
     if !parts.iter().any(|(name, _)| is_asked(name)) {
@@ -67,20 +58,19 @@ pub fn run(effort: Effort, only: Option<&str>, out: &Path) -> Result<()> {
         let part_clock = Instant::now();
         let more = part().with_context(|| format!("validation of: {name}"))?;
         let passed = more.iter().filter(|row| row.passes()).count();
+        let seconds = part_clock.elapsed().as_secs_f64();
         eprintln!(
-            "{name}: {passed} of {} rows pass, {:.1} s",
-            more.len(),
-            part_clock.elapsed().as_secs_f64()
+            "{name}: {passed} of {} rows pass, {seconds:.1} s",
+            more.len()
         );
         rows.extend(more);
     }
     let failed = rows.iter().filter(|row| !row.passes()).count();
     let mut notes = Vec::new();
     if only.is_none() {
-        notes.push(pair::NOTE.to_owned());
-        notes.extend(file::note());
+        notes.push(spheres::PAIR_NOTE.to_owned());
     }
-    notes.extend(bars::notes(&rows));
+    notes.extend(summary::bar_notes(&rows));
     notes.push(
         format!(
             "{} of {} rows pass, {:.0} s on {} threads; the seconds of a row include all its solves and meshes, and rows of one case share them.",
@@ -90,19 +80,13 @@ pub fn run(effort: Effort, only: Option<&str>, out: &Path) -> Result<()> {
             rayon::current_num_threads(),
         ),
     );
-    let text = table::markdown(&rows, &notes);
-    println!("{text}");
-    let files = [
-        ("validation.md", page_of(&text)),
-        ("validation.csv", table::csv(&rows)),
-    ];
-    folder::write(out, files)?;
-    let quantities = match (effort, only) {
-        (Effort::Full, None) => crate::accuracy::run(false, None, out)?,
+    summary::page(&rows, &notes).write(out, "validation")?;
+    page::write(out, "validation.csv", &summary::table(&rows).csv())?;
+    let quantities = match (quick, only) {
+        (false, None) => crate::accuracy::run(false, None, out)?,
         _ => Vec::new(),
     };
-    let (page, chart) = overview::page(&rows, &notes, &quantities)?;
-    folder::write(out, [("errors.svg", chart), ("index.html", page)])?;
+    summary::overview(&rows, &notes, &quantities)?.write_html(out, "index")?;
     eprintln!("see {}", out.join("index.html").display());
     if failed > 0 {
         bail!(
@@ -111,13 +95,4 @@ pub fn run(effort: Effort, only: Option<&str>, out: &Path) -> Result<()> {
         );
     }
     Ok(())
-}
-
-/// The table under a heading with machine and date.
-fn page_of(table: &str) -> String {
-    format!(
-        "# Validation\n\n{}, {}. Made by `cargo xtask validate`.\n\n{table}",
-        machine::today(),
-        machine::processor(),
-    )
 }

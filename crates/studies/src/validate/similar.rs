@@ -1,8 +1,9 @@
-//! A sphere in a concentric ball on similar meshes, by `stokes::Problem`.
+//! Orders of convergence: a sphere in a concentric ball on similar meshes, by `stokes::Problem`.
 //!
 //! In scenes the growth rate of elements is limited, so coarse meshes are not similar to fine ones.
 //! Orders of convergence are measured on similar meshes, so here all sizes are proportional.
 
+use std::f64::consts::PI;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -13,10 +14,11 @@ use nalgebra::{DVector, Vector3};
 use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad, Independent};
 use stokes::{InitialGuesses, Options, Problem};
 
-use super::row::Cost;
+use super::row::{Basis, Cost, Row};
+use crate::reference::{concentric_drag, concentric_torque};
 
 /// Number of parts of an edge of the icosahedron on the sphere, for each mesh of the family.
-pub const FAMILY: [u32; 3] = [3, 4, 6];
+const FAMILY: [u32; 3] = [3, 4, 6];
 
 /// Edge length of the icosahedron with corners on the sphere.
 ///
@@ -26,58 +28,66 @@ const ICOSAHEDRON_EDGE: f64 = 1.2045910058552547;
 /// Growth rate of the elements over their size on the sphere: 0.3, the default, at size 0.4.
 const GROWTH_OVER_SIZE: f64 = 0.75;
 
-#[derive(Clone, Copy, PartialEq)]
-pub enum Geometry {
-    Curved,
-    Straight,
-}
+/// Radius ratio for the orders of convergence.
+///
+/// The ball is wide enough that the surfaces hardly interact, and narrow enough for fine meshes.
+const LAMBDA: f64 = 0.25;
 
-impl Geometry {
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Curved => "curved",
-            Self::Straight => "straight",
+/// Observed orders of drag and torque over three similar meshes, curved and straight-sided, before
+/// the correction; on curved meshes also those of the answer.
+pub fn orders() -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for (geometry, is_curved, kinds) in [
+        (
+            "curved",
+            true,
+            &[("uncorrected", 4.0, 0.7), ("corrected", 5.0, 1.0)][..],
+        ),
+        ("straight", false, &[("uncorrected", 2.0, 0.5)]),
+    ] {
+        let mut cost = Cost::default();
+        let mut points = Vec::new();
+        for parts in FAMILY {
+            let (errors, own) = errors(LAMBDA, parts, is_curved)?;
+            points.push((f64::from(parts).ln(), errors));
+            cost.add(&own);
+        }
+        for (kind, &(name, theory, allowed)) in kinds.iter().enumerate() {
+            for (which, value) in ["drag", "torque"].into_iter().enumerate() {
+                let logarithms = points.iter().map(|(x, e)| (*x, e[kind][which].abs().ln()));
+                let name = format!("{value}, {geometry}, {name}, lambda {LAMBDA}");
+                let values = [theory, -slope(logarithms)];
+                let tolerance = (allowed, Basis::Order);
+                rows.push(Row::scaled("order", name, values, 1.0, tolerance, cost));
+            }
         }
     }
+    Ok(rows)
 }
 
-/// Force along x at unit velocity and torque about z at unit angular velocity.
-pub struct Loads {
-    pub drag: f64,
-    pub torque: f64,
+/// Slope of the least-squares line through points.
+fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
+    let n = points.clone().count() as f64;
+    let (x, y) = points
+        .clone()
+        .fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
+    let (above, below) = points.fold((0.0, 0.0), |(a, b), (px, py)| {
+        (a + (px - x) * (py - y), b + (px - x) * (px - x))
+    });
+    above / below
 }
 
-impl Loads {
-    /// Loads from the motion under unit force and torque.
-    fn of(motion: &DVector<f64>) -> Self {
-        Self {
-            drag: 1.0 / motion[0],
-            torque: 1.0 / motion[5],
-        }
-    }
-}
-
-/// Loads of the Taylor-Hood solution, and those after its correction.
-pub struct Solved {
-    pub uncorrected: Loads,
-    pub corrected: Loads,
-    pub cost: Cost,
-}
-
-/// Drag and torque of the unit sphere at the centre of a ball of radius `1 / lambda`.
-pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<Solved> {
+/// Relative errors of drag and torque, without and with the correction, of the unit sphere at the
+/// centre of a ball of radius `1 / lambda`.
+fn errors(lambda: f64, parts: u32, is_curved: bool) -> Result<([[f64; 2]; 2], Cost)> {
     let clock = Instant::now();
-    let mesh = ball_in_ball(lambda, ICOSAHEDRON_EDGE / f64::from(parts), geometry)?;
+    let mesh = ball_in_ball(lambda, ICOSAHEDRON_EDGE / f64::from(parts), is_curved)?;
     let (body, wall) = (unit_sphere(), wall(lambda));
     let surfaces: [NamedSurface; 2] = [("sphere", &body), (Container::TAG, &wall)];
     let problem = Problem::new(&mesh, &[("sphere", Vector3::zeros())], &[Container::TAG])?
         .with_surfaces(&surfaces)?;
-    let set = Articulation::new(
-        &[BodyKind::Rigid],
-        vec![],
-        Arms::Clamped,
-        &[Vector3::zeros()],
-    )?;
+    let kinds = [BodyKind::Rigid];
+    let set = Articulation::new(&kinds, vec![], Arms::Clamped, &[Vector3::zeros()])?;
     let drive = Drive {
         set: &set,
         constraints: &set.constraints(&set.initial_state(), &[], &[])?,
@@ -93,15 +103,20 @@ pub fn sphere(lambda: f64, parts: u32, geometry: Geometry) -> Result<Solved> {
     let estimate = solution.estimate.as_ref();
     let estimate = estimate.context("the error was not estimated")?;
     let motion = &solution.flow.bodies;
-    Ok(Solved {
-        uncorrected: Loads::of(motion),
-        corrected: Loads::of(&(motion + &estimate.change.bodies)),
-        cost: Cost {
-            dofs: solution.dofs.total,
-            iterations: solution.solver.iterations,
-            seconds: clock.elapsed().as_secs_f64(),
-        },
-    })
+    // Loads are the inverse of the motion under unit force and torque.
+    let errors = |motion: &DVector<f64>| {
+        [
+            1.0 / motion[0] / (6.0 * PI * concentric_drag(lambda)) - 1.0,
+            1.0 / motion[5] / (8.0 * PI * concentric_torque(lambda)) - 1.0,
+        ]
+    };
+    let cost = Cost {
+        dofs: solution.dofs.total,
+        iterations: solution.solver.iterations,
+        seconds: clock.elapsed().as_secs_f64(),
+    };
+    let corrected = errors(&(motion + &estimate.change.bodies));
+    Ok(([errors(motion), corrected], cost))
 }
 
 fn unit_sphere() -> mesher::Sphere {
@@ -118,7 +133,7 @@ fn wall(lambda: f64) -> mesher::Sphere {
     }
 }
 
-fn ball_in_ball(lambda: f64, size: f64, geometry: Geometry) -> Result<TetMesh> {
+fn ball_in_ball(lambda: f64, size: f64, is_curved: bool) -> Result<TetMesh> {
     let sphere = unit_sphere();
     let container = Container::Ball(wall(lambda));
     let body = MeshedBody {
@@ -131,8 +146,8 @@ fn ball_in_ball(lambda: f64, size: f64, geometry: Geometry) -> Result<TetMesh> {
     let tets = generate(&[body], &container, &params)?.mesh;
     let surfaces: [(&str, &dyn Surface); 2] =
         [("sphere", &sphere), (Container::TAG, container.surface())];
-    Ok(match geometry {
-        Geometry::Curved => TetMesh::curved(tets, &surfaces)?,
-        Geometry::Straight => TetMesh::straight(tets)?,
+    Ok(match is_curved {
+        true => TetMesh::curved(tets, &surfaces)?,
+        false => TetMesh::straight(tets)?,
     })
 }

@@ -1,10 +1,9 @@
 //! Random arrangements of spheres, with their container, joints, rates and loads.
 
-use std::fmt::Write;
-
 use nalgebra::Vector3;
 
 use crate::random::Random;
+use crate::scenes::SceneText;
 
 /// Radii that are drawn.
 const RADII: [f64; 2] = [0.2, 2.0];
@@ -49,10 +48,10 @@ impl Arrangement {
     pub fn draw(seed: u64) -> Self {
         let random = &mut Random(seed);
         let count = 2 + random.below(4);
-        let radii: Vec<f64> = (0..count).map(|_| log_uniform(random, RADII)).collect();
+        let radii: Vec<f64> = (0..count).map(|_| random.log_within(RADII)).collect();
         let on_axis = random.chance(0.5);
         let (gap, centres) = loop {
-            let gap = log_uniform(random, GAPS);
+            let gap = random.log_within(GAPS);
             // In space, spheres of a chain may come closer to each other than neighbours do, and
             // between some radii no chain has a wide gap everywhere.
             let mut chains = (0..MAX_CHAINS).map(|_| chain(random, &radii, gap, on_axis));
@@ -124,45 +123,33 @@ impl Arrangement {
             .collect();
     }
 
-    /// The scene file with the given model.
-    pub fn text(&self, model: &str, tolerance: f64) -> String {
-        let mut text = format!("model = {{ kind = \"{model}\", tolerance = {tolerance:e} }}\n");
+    /// The scene with the given model.
+    pub fn text(&self, model: &str, tolerance: f64) -> SceneText {
+        let model = format!("model = {{ kind = \"{model}\", tolerance = {tolerance:e} }}");
+        let mut text = SceneText::new(model);
         if let Some(radius) = self.container {
-            let _ = writeln!(text, "domain = {{ kind = \"ball\", radius = {radius:?} }}");
+            text = text.line(format!(
+                "domain = {{ kind = \"ball\", radius = {radius:?} }}"
+            ));
         }
         if self.straight {
-            let _ = writeln!(text, "fem.geometry = \"straight\"");
+            text = text.line("fem.geometry = \"straight\"");
         }
         for (body, (radius, centre)) in self.radii.iter().zip(&self.centres).enumerate() {
-            let _ = writeln!(
-                text,
-                "[[bodies]]\nname = \"s{body}\"\nradius = {radius:?}\nposition = {:?}",
-                centre.as_slice()
-            );
+            text = text.sphere(format!("s{body}"), *radius, (*centre).into());
             if let Some([force, torque]) = self.loads.get(body) {
-                let _ = writeln!(
-                    text,
-                    "force = {:?}\ntorque = {:?}",
-                    force.as_slice(),
-                    torque.as_slice()
-                );
+                text = text.key("force", force.as_slice());
+                text = text.key("torque", torque.as_slice());
             }
             if let Some(([b1, b2], axis)) = self.slips.get(body) {
                 let axis = axis.as_slice();
-                let _ = writeln!(
-                    text,
-                    "slip = {{ b1 = {b1:?}, b2 = {b2:?}, axis = {axis:?} }}"
-                );
+                let slip = format!("slip = {{ b1 = {b1:?}, b2 = {b2:?}, axis = {axis:?} }}");
+                text = text.line(slip);
             }
         }
-        for joint in 0..self.rates.len() {
-            let _ = writeln!(
-                text,
-                "[[links]]\nname = \"l{joint}\"\nbody = \"s{}\"\nto = \"s{joint}\"",
-                joint + 1
-            );
-        }
-        text
+        (0..self.rates.len()).fold(text, |text, k| {
+            text.joint(format!("l{k}"), format!("s{}", k + 1), format!("s{k}"))
+        })
     }
 
     /// What was drawn, in a few words.
@@ -186,11 +173,6 @@ impl Arrangement {
     }
 }
 
-/// Random number whose logarithm is uniformly distributed.
-pub fn log_uniform(random: &mut Random, [from, to]: [f64; 2]) -> f64 {
-    random.within(from.ln(), to.ln()).exp()
-}
-
 /// Spheres in a row, one pair of neighbours with the given gap, the others with wider ones, about
 /// their mean.
 fn chain(random: &mut Random, radii: &[f64], gap: f64, on_axis: bool) -> Vec<Vector3<f64>> {
@@ -199,7 +181,7 @@ fn chain(random: &mut Random, radii: &[f64], gap: f64, on_axis: bool) -> Vec<Vec
     for (number, pair) in radii.windows(2).enumerate() {
         let gap = match number == narrowest {
             true => gap,
-            false => log_uniform(random, [gap, WIDEST_GAP]),
+            false => random.log_within([gap, WIDEST_GAP]),
         };
         let direction = match on_axis {
             true => Vector3::x(),
@@ -226,8 +208,6 @@ fn smallest_gap(radii: &[f64], centres: &[Vector3<f64>]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use swimmer::Scene;
-
     use super::*;
 
     #[test]
@@ -239,16 +219,16 @@ mod tests {
             let gap = smallest_gap(&drawn.radii, &drawn.centres);
             assert!((gap - drawn.gap).abs() < 1e-8 * gap);
             let text = drawn.text("fem", 1e-3);
-            assert_eq!(text, Arrangement::draw(seed).text("fem", 1e-3));
-            let scene = Scene::parse(&text).unwrap();
+            assert_eq!(text.0, Arrangement::draw(seed).text("fem", 1e-3).0);
+            let scene = text.parse().unwrap();
             assert_eq!(scene.articulation().joints().len(), drawn.rates.len());
             let mut swimming = drawn;
             swimming.draw_slips();
             for drawn in [Arrangement::draw(seed), swimming] {
-                let scene = Scene::parse(&drawn.text("fem", 1e-3)).unwrap();
+                let scene = drawn.text("fem", 1e-3).parse().unwrap();
                 assert_eq!(scene.has_surface_velocity(), !drawn.slips.is_empty());
                 if drawn.is_axisymmetric {
-                    Scene::parse(&drawn.text("axisymmetric", 1e-4)).unwrap();
+                    drawn.text("axisymmetric", 1e-4).parse().unwrap();
                 }
             }
         }

@@ -10,8 +10,7 @@ use swimmer::models::{
 use swimmer::{Scene, choose};
 
 use super::arrangement::Arrangement;
-use super::case::{Case, End};
-use super::quantity::{Quantity, of_instant};
+use super::comparison::{Case, End, Quantity, of_instant};
 
 /// Tolerance of the multipoles that are compared with, in three dimensions: a thousandth of the
 /// usual errors of corrected values.
@@ -40,7 +39,7 @@ pub fn cases(seed: u64, has_slip: bool) -> Result<Vec<Case>> {
         true => EXACT_ON_AXIS,
         false => EXACT,
     };
-    let scene = Scene::parse(&drawn.text("multipole", tolerance))?;
+    let scene = drawn.text("multipole", tolerance).parse()?;
     let mut multipoles = SpheresModel::new(&scene, SphereModel::Multipole(tolerance))?;
     let exact = solve(&scene, &drawn, &mut multipoles).context("no exact value")?;
     // The tolerance of elements in space is that of the integration.
@@ -72,7 +71,7 @@ fn case(
     model: &'static str,
     tolerance: f64,
 ) -> Result<Case> {
-    let scene = Scene::parse(&drawn.text(model, tolerance))?;
+    let scene = drawn.text(model, tolerance).parse()?;
     let clock = Instant::now();
     let solved = choose(&scene)
         .map_err(anyhow::Error::from)
@@ -80,67 +79,66 @@ fn case(
     let seconds = clock.elapsed().as_secs_f64();
     let end = match solved {
         Ok(solved) => {
-            let size = |of: fn(&BodySolution) -> f64| {
-                exact
-                    .bodies
-                    .iter()
-                    .map(of)
-                    .fold(f64::MIN_POSITIVE, f64::max)
-            };
-            let of_velocity = exact.error_estimate.total() / size(|b| b.velocity.norm());
-            let of_force = exact.force_error.total() / size(|b| b.force.norm());
-            let of_power = exact.power_error.total() / exact.power().abs();
-            let of_stresslet = exact.stresslets.as_ref().map_or(0.0, |stresslets| {
-                let bar = stresslets.error.unwrap_or(f64::INFINITY);
-                bar / stresslets.largest().max(f64::MIN_POSITIVE)
-            });
-            let bar = |quantity: &Quantity| match quantity.name {
-                "velocity" | "angular velocity" => of_velocity,
-                "power" => of_power,
-                "stresslet" => of_stresslet,
-                _ => of_force,
-            };
-            let quantities = of_instant(&scene, &solved);
+            let bars = exact_bars(exact);
             let exact = of_instant(&scene, exact);
+            let pairs = of_instant(&scene, &solved).into_iter().zip(&exact);
+            let compared = pairs.filter_map(|(found, exact)| found.compare(exact, bars(&found)));
             End::Compared {
-                comparisons: quantities
-                    .iter()
-                    .zip(&exact)
-                    .filter_map(|(quantity, exact)| quantity.compare(exact, bar(quantity)))
-                    .collect(),
+                comparisons: compared.collect(),
                 dofs: solved.dofs.total,
                 seconds,
             }
         }
         Err(error) => End::Refused(format!("{error:#}")),
     };
+    let has_slip = !drawn.slips.is_empty();
     Ok(Case {
-        kind: match drawn.slips.is_empty() {
-            true => "instant".to_owned(),
-            false => "squirmer".to_owned(),
-        },
+        kind: if has_slip { "squirmer" } else { "instant" }.to_owned(),
         seed: drawn.seed,
         model: model.to_owned(),
-        groups: groups(drawn, model).join(" "),
+        groups: groups(drawn, model),
         gap: drawn.gap,
         description: drawn.description(),
         end,
     })
 }
 
-/// Groups of the table that a case belongs to.
-fn groups(drawn: &Arrangement, model: &str) -> Vec<&'static str> {
-    if model == "axisymmetric" {
-        return vec!["meridian plane"];
+/// Relative error bar of each quantity of the solution that is compared with.
+fn exact_bars(exact: &InstantaneousSolution) -> impl Fn(&Quantity) -> f64 {
+    let size = |of: fn(&BodySolution) -> f64| {
+        let sizes = exact.bodies.iter().map(of);
+        sizes.fold(f64::MIN_POSITIVE, f64::max)
+    };
+    let of_velocity = exact.error_estimate.total() / size(|b| b.velocity.norm());
+    let of_force = exact.force_error.total() / size(|b| b.force.norm());
+    let of_power = exact.power_error.total() / exact.power().abs();
+    let of_stresslet = exact.stresslets.as_ref().map_or(0.0, |stresslets| {
+        let bar = stresslets.error.unwrap_or(f64::INFINITY);
+        bar / stresslets.largest().max(f64::MIN_POSITIVE)
+    });
+    move |quantity| match quantity.name {
+        "velocity" | "angular velocity" => of_velocity,
+        "power" => of_power,
+        "stresslet" => of_stresslet,
+        _ => of_force,
     }
+}
+
+/// Groups of the table that a case belongs to.
+fn groups(drawn: &Arrangement, model: &str) -> Vec<String> {
     let either = |yes: bool, one, other| if yes { one } else { other };
-    let mut groups = vec![
-        "all",
-        either(drawn.rates.is_empty(), "free", "linked"),
-        either(drawn.container.is_some(), "ball", "unbounded"),
-        either(drawn.straight, "straight", "curved"),
-        either(drawn.is_axisymmetric, "axisymmetric", "three-dimensional"),
-    ];
-    groups.extend((drawn.gap < NARROW).then_some("gap below 0.2"));
-    groups
+    let mut groups = match model {
+        "axisymmetric" => vec!["meridian plane"],
+        _ => vec![
+            "all",
+            either(drawn.rates.is_empty(), "free", "linked"),
+            either(drawn.container.is_some(), "ball", "unbounded"),
+            either(drawn.straight, "straight", "curved"),
+            either(drawn.is_axisymmetric, "axisymmetric", "three-dimensional"),
+        ],
+    };
+    if model == "fem" && drawn.gap < NARROW {
+        groups.push("gap below 0.2");
+    }
+    groups.into_iter().map(str::to_owned).collect()
 }

@@ -1,38 +1,20 @@
 //! Random strokes of three spheres against multipoles.
 
-use std::fmt::Write;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use swimmer::{Method, Outcome, Scene, choose, simulate};
+use swimmer::{Method, Outcome, choose, simulate};
 
-use super::arrangement::log_uniform;
-use super::case::{Case, End};
-use super::quantity::of_stroke;
-use crate::accuracy::strokes::Largest;
+use super::comparison::{Case, End, of_stroke};
+use crate::accuracy::net::Largest;
 use crate::random::Random;
+use crate::scenes::SceneText;
 
 /// Tolerance of the multipoles that are compared with.
 const EXACT: f64 = 1e-8;
 
 /// Gaps to which arms close, in radii of the smaller neighbour.
 const GAPS: [f64; 2] = [0.05, 3.0];
-
-/// Set-ups, one per seed in turn; two thirds are collinear, unbounded, curved, one cycle.
-const SETUPS: [&str; 12] = [
-    "plain",
-    "plain",
-    "ball",
-    "plain",
-    "plain",
-    "straight",
-    "plain",
-    "plain",
-    "two cycles",
-    "plain",
-    "plain",
-    "angle",
-];
 
 /// A stroke that was drawn.
 struct Stroke {
@@ -46,15 +28,22 @@ struct Stroke {
 }
 
 impl Stroke {
+    /// The stroke of a seed; two thirds are collinear, unbounded, curved, one cycle.
     fn draw(seed: u64) -> Self {
         let random = &mut Random(seed);
-        let setup = SETUPS[(seed % SETUPS.len() as u64) as usize];
+        let setup = match seed % 12 {
+            2 => "ball",
+            5 => "straight",
+            8 => "two cycles",
+            11 => "angle",
+            _ => "plain",
+        };
         loop {
             let drawn = Self {
                 setup,
                 radii: [(); 3].map(|()| random.within(0.6, 1.6)),
                 open: [(); 2].map(|()| random.within(5.0, 10.0)),
-                gaps: [(); 2].map(|()| log_uniform(random, GAPS)),
+                gaps: [(); 2].map(|()| random.log_within(GAPS)),
                 // Up to this angle the outer spheres cannot touch each other.
                 angle: random.within(20.0, 60.0),
             };
@@ -73,46 +62,26 @@ impl Stroke {
         })
     }
 
-    fn text(&self, model: &str) -> String {
-        let mut text = format!("model = {{ {model} }}\n");
+    fn text(&self, model: &str) -> SceneText {
+        let text = SceneText::new(format!("model = {{ {model} }}"));
+        let text = match self.setup {
+            "ball" => text.line("domain = { kind = \"ball\", radius = 40 }"),
+            "straight" => text.line("fem.geometry = \"straight\""),
+            "two cycles" => text.line("gait.cycles = 2"),
+            _ => text,
+        };
         let angle = match self.setup {
             "angle" => self.angle.to_radians(),
             _ => 0.0,
         };
-        match self.setup {
-            "ball" => text.push_str("domain = { kind = \"ball\", radius = 40 }\n"),
-            "straight" => text.push_str("fem.geometry = \"straight\"\n"),
-            "two cycles" => text.push_str("gait.cycles = 2\n"),
-            _ => (),
-        }
         let [left, right] = self.open;
-        let positions = [
-            [-left, 0.0],
-            [0.0, 0.0],
-            [right * angle.cos(), right * angle.sin()],
-        ];
-        let names = ["left", "centre", "right"];
-        for ((name, radius), [x, y]) in names.iter().zip(self.radii).zip(positions) {
-            let _ = writeln!(
-                text,
-                "[[bodies]]\nname = \"{name}\"\nradius = {radius:?}\nposition = [{x:?}, {y:?}, 0]"
-            );
-        }
-        for name in ["left", "right"] {
-            let _ = writeln!(
-                text,
-                "[[links]]\nname = \"{name}-arm\"\nbody = \"{name}\"\nto = \"centre\""
-            );
-        }
-        for lengths in [self.closed(), self.open] {
-            for (name, length) in ["left", "right"].iter().zip(lengths) {
-                let _ = writeln!(
-                    text,
-                    "[[gait.phases]]\nlink = \"{name}-arm\"\nlength = {length:?}"
-                );
-            }
-        }
-        text
+        let end = [right * angle.cos(), right * angle.sin(), 0.0];
+        text.sphere("left", self.radii[0], [-left, 0.0, 0.0])
+            .sphere("centre", self.radii[1], [0.0; 3])
+            .sphere("right", self.radii[2], end)
+            .joint("left-arm", "left", "centre")
+            .joint("right-arm", "right", "centre")
+            .stroke(["left-arm", "right-arm"], self.closed(), self.open)
     }
 
     fn description(&self) -> String {
@@ -124,20 +93,12 @@ impl Stroke {
             "angle" => format!(" of {:.1} degrees", self.angle),
             _ => String::new(),
         };
+        let (radii, gaps) = (numbers(&self.radii), numbers(&self.gaps));
+        let arms = numbers(&self.open);
         format!(
-            "{}{angle}; radii {}; arms {}; gaps {}",
-            self.setup,
-            numbers(&self.radii),
-            numbers(&self.open),
-            numbers(&self.gaps)
+            "{}{angle}; radii {radii}; arms {arms}; gaps {gaps}",
+            self.setup
         )
-    }
-
-    fn groups(&self, gap: f64) -> Vec<&'static str> {
-        let mut groups = vec!["all", self.setup];
-        groups.extend((gap < 0.5).then_some("gap below 0.5"));
-        groups.extend((gap < 0.2).then_some("gap below 0.2"));
-        groups
     }
 }
 
@@ -147,29 +108,26 @@ impl Stroke {
 /// A stroke for which there are no exact values.
 pub fn case(seed: u64) -> Result<Case> {
     let drawn = Stroke::draw(seed);
-    let exact = stroke(&drawn.text(&format!("kind = \"multipole\", tolerance = {EXACT:e}")))
-        .context("no exact value")?
-        .0;
+    let exact = stroke(&drawn.text(&format!("kind = \"multipole\", tolerance = {EXACT:e}")));
+    let exact = exact.context("no exact value")?.0;
     let clock = Instant::now();
     let computed = stroke(&drawn.text("kind = \"fem\""));
     let seconds = clock.elapsed().as_secs_f64();
     let gap = drawn.gaps[0].min(drawn.gaps[1]);
-    let mut groups = drawn.groups(gap);
+    let mut groups = vec!["all", drawn.setup];
+    groups.extend((gap < 0.5).then_some("gap below 0.5"));
+    groups.extend((gap < 0.2).then_some("gap below 0.2"));
     let end = match computed {
         Ok((outcome, dofs)) => {
             groups.extend((!outcome.tolerance_met).then_some("tolerance missed"));
             let displacement_bar = exact.error_estimate.total() / exact.net();
             let work_bar = exact.work_error.total() / exact.work.abs();
             let bars = [displacement_bar, displacement_bar, work_bar];
-            let quantities = of_stroke(&outcome);
-            let exact = of_stroke(&exact);
+            let (found, exact) = (of_stroke(&outcome), of_stroke(&exact));
+            let pairs = found.iter().zip(&exact).zip(bars);
+            let compared = pairs.filter_map(|((found, exact), bar)| found.compare(exact, bar));
             End::Compared {
-                comparisons: quantities
-                    .iter()
-                    .zip(&exact)
-                    .zip(bars)
-                    .filter_map(|((quantity, exact), bar)| quantity.compare(exact, bar))
-                    .collect(),
+                comparisons: compared.collect(),
                 dofs,
                 seconds,
             }
@@ -180,16 +138,16 @@ pub fn case(seed: u64) -> Result<Case> {
         kind: "stroke".to_owned(),
         seed,
         model: "fem".to_owned(),
-        groups: groups.join(" "),
+        groups: groups.into_iter().map(str::to_owned).collect(),
         gap,
         description: drawn.description(),
         end,
     })
 }
 
-/// Outcome of a scene file, and the largest number of dofs.
-fn stroke(text: &str) -> Result<(Outcome, usize)> {
-    let scene = Scene::parse(text)?;
+/// Outcome of a scene, and the largest number of dofs.
+fn stroke(text: &SceneText) -> Result<(Outcome, usize)> {
+    let scene = text.parse()?;
     let mut model = choose(&scene)?.model;
     let mut largest = Largest::default();
     let outcome = simulate(&scene, &mut *model, Method::Collocation, &mut largest)?;
@@ -203,8 +161,7 @@ mod tests {
     #[test]
     fn seeds_give_valid_strokes() {
         for seed in 0..24 {
-            let drawn = Stroke::draw(seed);
-            let scene = Scene::parse(&drawn.text("kind = \"fem\"")).unwrap();
+            let scene = Stroke::draw(seed).text("kind = \"fem\"").parse().unwrap();
             scene.require_gait().unwrap();
             assert_eq!(scene.gait().phases.len(), 4);
         }

@@ -1,0 +1,346 @@
+//! Every model on every scene with an exact answer: error bar, true error, seconds.
+
+use std::f64::consts::PI;
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Result, bail};
+use nalgebra::Vector3;
+use swimmer::models::Hydrodynamics;
+use swimmer::{Method, Scene, SwimError, choose, simulate, solve_start};
+
+use crate::page::{self, Page};
+use crate::reference::{
+    NORMAL_TO_WALL, OPPOSITE, PARALLEL_TO_WALL, STARS, STROKES, TOGETHER, UNBOUNDED_STROKES,
+    concentric_drag,
+};
+use crate::scenes::SceneText;
+use crate::table::{Table, exp, fixed};
+
+/// A scene with the exact value of one quantity.
+struct Case {
+    /// Name in the table.
+    name: String,
+    /// The scene without its model.
+    text: SceneText,
+    exact: Exact,
+}
+
+/// A quantity with its exact value.
+#[derive(Clone, Copy, Debug)]
+enum Exact {
+    /// Velocity of the first body at the start.
+    Velocity(Vector3<f64>),
+    /// Net displacement of the mean of the bodies' centres.
+    Net(Vector3<f64>),
+}
+
+/// One model on one scene.
+struct Row {
+    scene: String,
+    model: String,
+    /// The result, or the reason why the model does not treat the scene.
+    result: Result<Measured, String>,
+}
+
+/// Result of a model.
+#[derive(Clone, Debug)]
+struct Measured {
+    /// The model that was used, for `auto` with the reason of the choice.
+    used: String,
+    /// Error bar, relative to the exact value.
+    bar: f64,
+    /// Whether an estimated discretisation error was subtracted.
+    is_corrected: bool,
+    /// True error, relative to the exact value.
+    error: f64,
+    seconds: f64,
+}
+
+/// Models with their tolerances.
+const MODELS: &[(&str, f64)] = &[
+    ("oseen", 1e-3),
+    ("rpy", 1e-3),
+    ("multipole", 1e-3),
+    ("multipole", 1e-8),
+    ("auto", 1e-1),
+    ("auto", 1e-2),
+    ("auto", 1e-4),
+    ("auto", 1e-8),
+    ("axisymmetric", 1e-4),
+    ("fem", 1e-3),
+];
+
+/// Computes the table and writes `models.md` and `models.csv`.
+///
+/// # Errors
+/// A model whose true error is larger than its error bar allows.
+pub fn run(quick: bool, out: &Path) -> Result<()> {
+    let models = || MODELS.iter().filter(|(model, _)| !quick || *model != "fem");
+    let mut rows = Vec::new();
+    for case in cases() {
+        for &(model, tolerance) in models() {
+            let row = row(&case, model, tolerance);
+            eprintln!("{}", line(&row));
+            rows.push(row);
+        }
+    }
+    let mut page = Page::new(
+        "Models",
+        "models",
+        "Every model on every scene with an exact solution: velocity of the first body, or net \
+         displacement of the stroke; the error bar that the model gives and its true error, both relative to the exact value; seconds from \
+         the scene to the result, for `auto` including the choice. The number behind a model is `model.tolerance`.",
+    );
+    page.text(
+        "Models without a mesh add up the error bars of all solves of a stroke; the errors of its phase spans mostly cancel. Elements subtract \
+         their estimated discretisation error; their bars, for what is left of it, hold to a factor of two.",
+    );
+    let table = table(&rows);
+    page::write(out, "models.csv", &table.csv())?;
+    page.table(table);
+    page.write(out, "models")?;
+    let violated = rows.iter().filter(|row| !row.holds()).map(line);
+    let violated: Vec<String> = violated.collect();
+    if !violated.is_empty() {
+        let lines = violated.join("\n");
+        bail!("errors are larger than their bars allow:\n{lines}");
+    }
+    Ok(())
+}
+
+impl Row {
+    /// Whether the error bar holds.
+    ///
+    /// Bars are upper bounds to six digits: those of simpler models are nearly exact. Those of
+    /// corrected values are estimates, which hold to a factor of two. Errors up to 1e-12 are
+    /// rounding errors.
+    fn holds(&self) -> bool {
+        self.result.as_ref().map_or(true, |m| {
+            let bars = if m.is_corrected { 2.0 } else { 1.0 + 1e-6 };
+            m.error <= bars * m.bar + 1e-12
+        })
+    }
+}
+
+fn row(case: &Case, model: &str, tolerance: f64) -> Row {
+    let name = match model {
+        "oseen" | "rpy" | "fem" => model.to_owned(),
+        _ => format!("{model}, {tolerance:.0e}"),
+    };
+    let measured = measure(case, model, tolerance);
+    Row {
+        scene: case.name.clone(),
+        model: name,
+        result: measured.map_err(|error| match error.downcast_ref::<SwimError>() {
+            Some(error) => error.to_string(),
+            None => format!("{error:#}"),
+        }),
+    }
+}
+
+fn measure(case: &Case, model: &str, tolerance: f64) -> Result<Measured> {
+    let text = format!("model = {{ kind = \"{model}\", tolerance = {tolerance:e} }}\n");
+    let scene = Scene::parse(&(text + &case.text.0))?;
+    let clock = Instant::now();
+    let mut choice = choose(&scene).map_err(SwimError::from)?;
+    let mut measured = compare(&scene, case.exact, choice.model.as_mut())?;
+    measured.seconds = clock.elapsed().as_secs_f64();
+    measured.used = match (model, choice.reasons.last()) {
+        // The rest of the sentence says why, at length.
+        ("auto", Some(reason)) => reason
+            .split(", the cheapest")
+            .next()
+            .unwrap_or("")
+            .to_owned(),
+        _ => choice.model.name().to_owned(),
+    };
+    Ok(measured)
+}
+
+/// The answer of a model to a scene, compared with the exact one.
+fn compare(
+    scene: &Scene,
+    exact: Exact,
+    model: &mut dyn Hydrodynamics,
+) -> Result<Measured, SwimError> {
+    let (found, bar, is_corrected, exact) = match exact {
+        Exact::Velocity(exact) => {
+            let solution = solve_start(scene, model)?;
+            let bar = solution.error_estimate.total();
+            let velocity = solution.bodies[0].velocity;
+            (velocity, bar, solution.mesh_error.is_some(), exact)
+        }
+        Exact::Net(exact) => {
+            let outcome = simulate(scene, model, Method::Collocation, &mut ())?;
+            let bodies = outcome.displacement.len() as f64;
+            let mean = outcome.displacement.iter().sum::<Vector3<f64>>() / bodies;
+            let bar = outcome.error_estimate.total();
+            (mean, bar, outcome.mesh_error.is_some(), exact)
+        }
+    };
+    let size = exact.norm();
+    Ok(Measured {
+        used: String::new(),
+        bar: bar / size,
+        is_corrected,
+        error: (found - exact).norm() / size,
+        seconds: 0.0,
+    })
+}
+
+fn table<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Table {
+    let mut table = Table::new(["scene", "model", "used", "bar", "error", "seconds"]);
+    for row in rows {
+        let names = [row.scene.clone().into(), row.model.clone().into()];
+        match &row.result {
+            Ok(m) => {
+                let values = [exp(m.bar, 1), exp(m.error, 1), fixed(m.seconds, 4)];
+                let cells = names.into_iter().chain([m.used.clone().into()]);
+                table.push_marked(!row.holds(), cells.chain(values));
+            }
+            Err(reason) => {
+                // The message begins with a place in the generated scene, which readers do not see.
+                let reason = reason.rsplit(": ").next().unwrap_or(reason);
+                table.push(names.into_iter().chain([reason.into()]));
+            }
+        }
+    }
+    table
+}
+
+/// One row of the table, for the progress of the study.
+fn line(row: &Row) -> String {
+    let text = table([row]).markdown();
+    text.lines().last().unwrap_or_default().to_owned()
+}
+
+/// All scenes; the sources of the exact values are in [`crate::reference`].
+fn cases() -> Vec<Case> {
+    let unbounded = || SceneText::new("domain.kind = \"unbounded\"");
+    let ball =
+        |radius: f64| SceneText::new(format!("domain = {{ kind = \"ball\", radius = {radius} }}"));
+    let wall = || SceneText::new("domain.kind = \"wall\"");
+    let pulled = |text: SceneText, at: [f64; 3], force: [f64; 3]| {
+        text.sphere("pulled", 1.0, at).key("force", force)
+    };
+    let (x, z) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    let stokes = 6.0 * PI;
+    let velocity = |name: String, text: SceneText, exact: Vector3<f64>| Case {
+        name,
+        text,
+        exact: Exact::Velocity(exact),
+    };
+    let net = |name: String, text: SceneText, exact: [f64; 3]| Case {
+        name,
+        text,
+        exact: Exact::Net(exact.into()),
+    };
+    let mut cases = vec![velocity(
+        "a sphere pulled at the centre of a ball of 10".to_owned(),
+        pulled(ball(10.0), [0.0; 3], x),
+        Vector3::x() / (stokes * concentric_drag(0.1)),
+    )];
+    // A sphere that approaches a fixed one at speed U: half of the force if both approach each
+    // other at speed U, plus half of the force if both move together.
+    for (distance, together) in TOGETHER {
+        let Some(opposite) = OPPOSITE.iter().find(|row| row.0 == distance) else {
+            continue;
+        };
+        let own = 0.5 * (opposite.1 + together);
+        let text = pulled(unbounded(), [0.0; 3], x).sphere("fixed", 1.0, [distance, 0.0, 0.0]);
+        cases.push(velocity(
+            format!("a sphere pulled to a fixed one, centres {distance} apart"),
+            text.line("fixed = true"),
+            Vector3::x() / (stokes * own),
+        ));
+    }
+    let (height, normal) = NORMAL_TO_WALL;
+    cases.push(velocity(
+        format!("a sphere pulled from a wall, height {height}"),
+        pulled(wall(), [0.0, 0.0, height], z),
+        Vector3::z() / (stokes * normal),
+    ));
+    let (height, [along, turning, coupling]) = PARALLEL_TO_WALL;
+    let free = stokes * along - (8.0 * PI * coupling).powi(2) / (8.0 * PI * turning);
+    cases.push(velocity(
+        format!("a sphere pulled along a wall, height {height}"),
+        pulled(wall(), [0.0, 0.0, height], x),
+        Vector3::x() / free,
+    ));
+    let swimmer = |text: SceneText, arm: f64, closed: f64| {
+        let text = text.swimmer([1.0; 3], [arm; 2]);
+        text.stroke(["left", "right"], [closed; 2], [arm; 2])
+    };
+    for (arm, closed, exact) in UNBOUNDED_STROKES {
+        let name = format!("three spheres, arms {arm} to {closed}");
+        let text = swimmer(unbounded(), arm, closed);
+        cases.push(net(name, text, [exact, 0.0, 0.0]));
+    }
+    for stroke in &STROKES {
+        let name = format!("three spheres in a ball of {}", stroke.container);
+        let text = swimmer(ball(stroke.container), 10.0, 6.0);
+        cases.push(net(name, text, [stroke.net, 0.0, 0.0]));
+    }
+    // After a closed stroke, the mean displacement of the spheres of a star is that of its
+    // junction.
+    let planar = (0..3).map(|k| {
+        let angle = 2.0 * PI * f64::from(k) / 3.0;
+        [angle.cos(), angle.sin(), 0.0]
+    });
+    let planar: Vec<[f64; 3]> = planar.collect();
+    let third = 3.0_f64.sqrt().recip();
+    let tetrahedral = [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]];
+    let tetrahedral = tetrahedral.map(|[y, z]| [y * z * third, y * third, z * third]);
+    for (shape, arms, exact) in STARS {
+        let directions = if shape == "planar" {
+            &planar[..]
+        } else {
+            &tetrahedral[..]
+        };
+        let text = SceneText::new(format!("gait.arms = \"{arms}\""));
+        let text = star(text.line("domain.kind = \"unbounded\""), directions);
+        cases.push(net(format!("{shape} swimmer, {arms}"), text, exact));
+    }
+    cases
+}
+
+/// Unit spheres on arms of 6 from a junction; the first two arms close to 4 and open again.
+fn star(text: SceneText, arms: &[[f64; 3]]) -> SceneText {
+    let mut text = text.body("junction", [0.0; 3]).line("shape = \"point\"");
+    for (k, e) in arms.iter().enumerate() {
+        text = text.sphere(format!("s{k}"), 1.0, e.map(|c| 6.0 * c));
+        text = text.joint(format!("a{k}"), format!("s{k}"), "junction");
+    }
+    text.stroke(["a0", "a1"], [4.0; 2], [6.0; 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[ignore = "slow: 60 s"]
+    fn all_bars_of_the_quick_table_hold() {
+        run(true, &std::env::temp_dir().join("models-quick")).unwrap();
+    }
+
+    #[test]
+    fn errors_of_the_automatic_choice_are_below_bar_and_tolerance() {
+        for case in cases() {
+            // A swimmer that moves in space takes seconds per tolerance; the command computes the
+            // whole table.
+            let tolerances: &[f64] = match case.name.contains("swimmer") {
+                true => &[1e-3],
+                false => &[1e-2, 1e-4, 1e-7],
+            };
+            for &tolerance in tolerances {
+                let row = row(&case, "auto", tolerance);
+                let measured = row.result.as_ref().unwrap();
+                assert!(row.holds(), "{}", line(&row));
+                assert!(!measured.used.contains(','), "{}", measured.used);
+                assert!(measured.error <= tolerance, "{tolerance:e}: {}", line(&row));
+            }
+        }
+    }
+}

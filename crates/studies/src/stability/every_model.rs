@@ -1,0 +1,291 @@
+//! One instantaneous solution by every model: its error must be within its error bar.
+
+use anyhow::{Context, Result};
+use nalgebra::Vector3;
+use swimmer::models::{InstantaneousSolution, SphereModel, SpheresModel};
+use swimmer::{Scene, SwimError, solve_start};
+
+use super::map::{Cell, Expected, Map, Outcome, Store};
+use crate::scenes::{SceneText, solve};
+
+const MODELS: [&str; 5] = ["oseen", "rpy", "multipole", "axisymmetric", "fem"];
+
+/// Relative error of the reference expansion.
+const TRUTH: f64 = 1e-9;
+
+/// Element size for finite elements, over the smallest radius.
+const SIZE: f64 = 0.8;
+
+/// A sphere with a force and a torque.
+#[derive(Clone, Copy)]
+struct Pulled {
+    radius: f64,
+    position: [f64; 3],
+    force: [f64; 3],
+    torque: [f64; 3],
+}
+
+const fn pulled(radius: f64, position: [f64; 3], force: [f64; 3]) -> Pulled {
+    Pulled {
+        radius,
+        position,
+        force,
+        torque: NONE,
+    }
+}
+
+/// Spheres in a domain, with forces and torques.
+struct Setting {
+    name: &'static str,
+    domain: &'static str,
+    /// Rows of the gradient of a shear flow; zero for fluid at rest.
+    gradient: [[f64; 3]; 3],
+    viscosity: f64,
+    spheres: Vec<Pulled>,
+    /// Outcome that every model must have.
+    expected: Expected,
+    quick: bool,
+}
+
+impl Setting {
+    fn new(name: &'static str, domain: &'static str, spheres: impl Into<Vec<Pulled>>) -> Self {
+        Self {
+            name,
+            domain,
+            gradient: REST,
+            viscosity: 1.0,
+            spheres: spheres.into(),
+            expected: Expected::NotWrong,
+            quick: false,
+        }
+    }
+
+    fn in_shear(self) -> Self {
+        Self {
+            gradient: SHEAR,
+            ..self
+        }
+    }
+
+    fn scene(&self, model: &str) -> Result<Scene, SwimError> {
+        let radii = self.spheres.iter().map(|s| s.radius);
+        let size = SIZE * radii.fold(f64::INFINITY, f64::min);
+        let mut text = SceneText::new(format!("domain = {}", self.domain))
+            .key("fluid.viscosity", self.viscosity)
+            .key("model.kind", model)
+            .line(format_args!("fem.surface_size = {size:e}"));
+        if self.gradient != REST {
+            let gradient = self.gradient;
+            let shear = format!("background = {{ kind = \"shear\", gradient = {gradient:?} }}");
+            text = text.line(shear);
+        }
+        for (number, sphere) in self.spheres.iter().enumerate() {
+            let text_of_sphere = text.sphere(format!("b{number}"), sphere.radius, sphere.position);
+            text = text_of_sphere
+                .key("force", sphere.force)
+                .key("torque", sphere.torque);
+        }
+        Ok(Scene::parse(&text.0)?)
+    }
+}
+
+const NONE: [f64; 3] = [0.0; 3];
+const REST: [[f64; 3]; 3] = [NONE; 3];
+/// Shear in a plane that contains no coordinate axis.
+const SHEAR: [[f64; 3]; 3] = [[0.0, 0.5, 0.2], [0.0, 0.0, 0.3], NONE];
+const FREE: &str = "{ kind = \"unbounded\" }";
+const WALL: &str = "{ kind = \"wall\" }";
+const BALL: &str = "{ kind = \"ball\", radius = 12 }";
+const SMALL_BALL: &str = "{ kind = \"ball\", radius = 1.5 }";
+const LARGE_BALL: &str = "{ kind = \"ball\", radius = 500 }";
+const MICRO_BALL: &str = "{ kind = \"ball\", radius = 2e-5 }";
+
+/// Two spheres with a gap, one pulled.
+fn pair_under(name: &'static str, gap: f64, domain: &'static str, force: [f64; 3]) -> Setting {
+    let x = 1.0 + 0.5 * gap;
+    let spheres = [
+        pulled(1.0, [-x, 0.0, 0.0], force),
+        pulled(1.0, [x, 0.0, 0.0], NONE),
+    ];
+    Setting::new(name, domain, spheres)
+}
+
+/// Two spheres with a gap, one pulled along and across the line of centres.
+fn pair(name: &'static str, gap: f64, domain: &'static str) -> Setting {
+    Setting {
+        quick: domain == FREE && gap > 0.05,
+        ..pair_under(name, gap, domain, [10.0, 3.0, 0.0])
+    }
+}
+
+/// Two spheres with a gap, one pulled along the line of centres.
+fn along(name: &'static str, gap: f64, domain: &'static str) -> Setting {
+    pair_under(name, gap, domain, [10.0, 0.0, 0.0])
+}
+
+fn one(name: &'static str, domain: &'static str, position: [f64; 3], force: [f64; 3]) -> Setting {
+    Setting::new(name, domain, [pulled(1.0, position, force)])
+}
+
+/// A cube of 27 spheres four radii apart, alternately pulled.
+fn crowd() -> Vec<Pulled> {
+    let sphere = |n: i32| {
+        let place = [n / 9, n / 3 % 3, n % 3];
+        let sign = if place.iter().sum::<i32>() % 2 == 0 {
+            1.0
+        } else {
+            -0.5
+        };
+        pulled(1.0, place.map(|n| 4.0 * f64::from(n)), [sign, 0.3, 0.0])
+    };
+    (0..27).map(sphere).collect()
+}
+
+fn settings() -> Vec<Setting> {
+    let near_wall = [10.9, 0.0, 0.0];
+    let off_centre = [3.0, 0.0, 0.0];
+    let unequal = [
+        pulled(1.0, [0.0; 3], [1.0, 0.0, 0.0]),
+        pulled(0.01, [1.2, 0.0, 0.0], NONE),
+    ];
+    let turned = Pulled {
+        torque: [0.0, 0.0, 1.0],
+        ..pulled(1.0, off_centre, NONE)
+    };
+    let micrometres = [
+        pulled(1e-6, [-2e-6, 0.0, 0.0], [1e-15, 0.0, 0.0]),
+        Pulled {
+            torque: [0.0, 1e-21, 0.0],
+            ..pulled(2e-6, [2e-6, 0.0, 0.0], NONE)
+        },
+    ];
+    let narrow = "pulled along the line of centres, gap 0.02, in a ball";
+    let sheared = "shear, clearance 0.1 from the wall of a ball";
+    vec![
+        pair("two spheres, gap 8", 8.0, FREE),
+        pair("gap 1", 1.0, FREE),
+        pair("gap 0.1", 0.1, FREE),
+        pair("gap 0.02", 0.02, FREE),
+        pair("gap 0.001", 0.001, FREE),
+        Setting {
+            expected: Expected::Refused("touch"),
+            quick: true,
+            ..pair("contact", 0.0, FREE)
+        },
+        pair("gap 1 in a ball", 1.0, BALL),
+        pair("gap 0.1 in a ball", 0.1, BALL),
+        pair("gap 0.02 in a ball", 0.02, BALL),
+        along("pulled along the line of centres, gap 0.1", 0.1, FREE),
+        along(narrow, 0.02, BALL),
+        one(
+            "clearance 0.1 from a plane wall",
+            WALL,
+            [0.0, 0.0, 1.1],
+            [1.0, 0.0, -1.0],
+        ),
+        one(
+            "clearance 0.1 from the wall of a ball",
+            BALL,
+            near_wall,
+            [1.0, 1.0, 0.0],
+        ),
+        one(
+            "a ball of 1.5 radii",
+            SMALL_BALL,
+            [0.1, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+        ),
+        one(
+            "a ball of 500 radii",
+            LARGE_BALL,
+            off_centre,
+            [1.0, 0.0, 0.0],
+        ),
+        Setting::new("torque without force", BALL, [turned]),
+        one("shear in a ball", BALL, [6.0, 3.0, 1.0], NONE).in_shear(),
+        pair("shear in a ball, gap 0.1", 0.1, BALL).in_shear(),
+        one(sheared, BALL, near_wall, NONE).in_shear(),
+        one("nothing moves", BALL, off_centre, NONE),
+        Setting::new("radii 1 to 0.01", FREE, unequal),
+        Setting {
+            viscosity: 1e-9,
+            ..Setting::new("micrometres and viscosity 1e-9", MICRO_BALL, micrometres)
+        },
+        Setting::new("27 spheres", FREE, crowd()),
+    ]
+}
+
+/// The map.
+pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
+    // The tests leave out models with a mesh.
+    let models = if quick { &MODELS[..3] } else { &MODELS[..] };
+    let mut rows = Vec::new();
+    for setting in settings() {
+        if !quick || setting.quick {
+            rows.push(store.row("models", setting.name, || cells(&setting, models))?);
+        }
+    }
+    Ok(Map {
+        key: "models",
+        title: "Models: every error within its own error bar",
+        note: "Velocities against multipole expansions to 1e-9: the true error and, after it, the error bar that the model gives, both relative to the fastest \
+               sphere. WRONG means an error of more than twice the bar.",
+        columns: models.iter().map(|&model| model.to_owned()).collect(),
+        rows,
+    })
+}
+
+fn cells(setting: &Setting, models: &[&str]) -> Result<Vec<Cell>> {
+    let truth = match setting.expected {
+        Expected::Refused(_) => None,
+        _ => Some(truth(setting)?),
+    };
+    let cell = |model: &&str| {
+        let compute = || solve(&setting.scene(model)?);
+        Cell::new(setting.expected, compute, |found| {
+            compare(&found, truth.as_ref())
+        })
+    };
+    Ok(models.iter().map(cell).collect())
+}
+
+/// Most accurate expansion.
+///
+/// Where a gap is too narrow for the tolerance, the tolerance is multiplied by a hundred,
+/// repeatedly.
+fn truth(setting: &Setting) -> Result<InstantaneousSolution> {
+    let scene = setting.scene("multipole")?;
+    let mut tolerance = TRUTH;
+    loop {
+        let mut model = SpheresModel::new(&scene, SphereModel::Multipole(tolerance))?;
+        match solve_start(&scene, &mut model) {
+            Ok(instant) => return Ok(instant),
+            Err(error) if tolerance > 1e-3 => {
+                return Err(error).with_context(|| format!("{} has no reference", setting.name));
+            }
+            Err(_) => tolerance *= 100.0,
+        }
+    }
+}
+
+fn compare(found: &InstantaneousSolution, truth: Option<&InstantaneousSolution>) -> Outcome {
+    let Some(truth) = truth else {
+        return Outcome::Wrong { error: f64::NAN };
+    };
+    let largest = |norms: &mut dyn Iterator<Item = f64>| norms.fold(0.0_f64, f64::max);
+    let pairs = found.bodies.iter().zip(&truth.bodies);
+    let miss: Vec<Vector3<f64>> = pairs.map(|(a, b)| a.velocity - b.velocity).collect();
+    let error = largest(&mut miss.iter().map(|miss| miss.norm()));
+    let speed = largest(&mut truth.bodies.iter().map(|body| body.velocity.norm()));
+    let bar = found.error_estimate.total();
+    // If all speeds are zero, as for a sphere that only rotates, rounding is relative to its
+    // rotation.
+    let turning = largest(&mut truth.bodies.iter().map(|body| body.angular_velocity.norm()));
+    let mark = match speed > 0.0 {
+        true => format!("{:.0e}, {:.0e}", error / speed, bar / speed),
+        false => "at rest".to_owned(),
+    };
+    // The expansions end at their largest order, with a bar of their own close to walls.
+    let bar = bar + truth.error_estimate.total();
+    Outcome::against_bar(error, bar, 1e-7 * speed.max(turning), mark)
+}
