@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use models::nalgebra::{DMatrix, DVector, Vector3};
 use models::rigid::Reduction;
 use models::{
-    BodySolution, Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
+    BodySolution, Configuration, Hydrodynamics, InstantaneousSolution, ModelError, Query,
     SphereModel, SpheresModel,
 };
 use scene::Scene;
@@ -79,10 +79,6 @@ impl Hydrodynamics for NoInteractions {
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         let solve = |rates: &Vec<f64>| self.solve_rates(query.configuration, rates);
         query.rates.iter().map(solve).collect()
-    }
-
-    fn cost(&mut self, _: Configuration<'_>) -> Result<Cost, ModelError> {
-        Ok(Cost::default())
     }
 }
 

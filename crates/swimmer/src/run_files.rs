@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
-use models::Hydrodynamics;
+use models::{Hydrodynamics, SolutionFlow};
 use scene::{PhaseSpan, Scene};
 
 use crate::checkpoint::Checkpoint;
@@ -13,7 +13,7 @@ use crate::observer::Observer;
 use crate::outcome::Outcome;
 #[cfg(feature = "plots")]
 use crate::output::trajectory_svg;
-use crate::output::{FlowSeries, Folder, LastFlow, SliceSeries, trajectory_csv};
+use crate::output::{FlowSeries, Folder, SliceSeries, trajectory_csv};
 use crate::progress::Progress;
 
 /// Smallest ratio of the time between two checkpoints to the time that the first of them took.
@@ -36,6 +36,8 @@ pub(crate) struct Files<'a> {
 pub(crate) struct Output<'a> {
     pub folder: &'a Folder,
     flows: FlowSeries,
+    /// Flow of the last solution.
+    last_flow: Option<SolutionFlow>,
     pub slices: SliceSeries,
     /// The last completed phase, if it is not yet written.
     pending: Option<Checkpoint>,
@@ -48,6 +50,7 @@ impl<'a> Output<'a> {
         Ok(Self {
             folder,
             flows: FlowSeries::new(folder, scene.fem().flows),
+            last_flow: None,
             slices: SliceSeries::new(scene)?,
             pending: None,
             written: None,
@@ -62,6 +65,7 @@ impl<'a> Output<'a> {
         Ok(Self {
             folder,
             flows: FlowSeries::resumed(folder, scene.fem().flows, flows),
+            last_flow: None,
             slices: SliceSeries::resumed(scene, folder)?,
             pending: None,
             written: None,
@@ -103,11 +107,15 @@ impl Files<'_> {
 }
 
 impl Observer for Files<'_> {
+    fn wants_flows(&self) -> bool {
+        self.output.is_some()
+    }
+
     fn solved(
         &mut self,
         span: &PhaseSpan,
         solution: &SpanSolution,
-        model: &dyn Hydrodynamics,
+        _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         if self.progress.is_interrupted() {
             let gait = self.scene.gait();
@@ -120,9 +128,9 @@ impl Observer for Files<'_> {
         let Some(output) = &mut self.output else {
             return Ok(());
         };
-        let flow = LastFlow::new(model);
-        output.flows.solved(solution, &flow)?;
-        output.slices.add(self.scene, span, solution, flow)
+        output.flows.solved(solution)?;
+        output.last_flow.clone_from(&solution.solution.flow);
+        output.slices.add(self.scene, span, solution)
     }
 
     fn span_done(
@@ -130,12 +138,13 @@ impl Observer for Files<'_> {
         span: &PhaseSpan,
         result: &SpanResult,
         so_far: &Outcome,
-        model: &dyn Hydrodynamics,
+        model: &mut dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         if let Some(output) = &mut self.output {
             let first = so_far.solves - result.solves;
-            let flow = LastFlow::new(model);
-            (output.flows).finish_span(span, result, first, &flow)?;
+            let flow = output.last_flow.take();
+            let flow = flow.as_ref();
+            (output.flows).finish_span(span, result, first, flow, model)?;
             (output.slices).finish_span(output.folder, self.scene, span, result, first, flow)?;
             let flows = output.flows.files();
             let checkpoint = Checkpoint::new(self.scene, &result.end, so_far, model, flows)?;

@@ -7,6 +7,8 @@ use mesh::{SurfaceMesh, Vec3};
 use models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution};
 use scene::Scene;
 
+use crate::scenes::solve_at_start;
+
 /// An ellipsoid by circles of latitude with `n` points each, shifted by `by`.
 fn ellipsoid(semi_axes: [f64; 3], n: usize, by: Vec3) -> SurfaceMesh {
     let mut mesh = SurfaceMesh::default();
@@ -43,17 +45,8 @@ fn write_stl(folder: &Path, mesh: &SurfaceMesh) -> String {
     format!("shape = \"surface\", file = {file:?}")
 }
 
-fn solve(model: &mut FemModel, scene: &Scene) -> InstantaneousSolution {
-    let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: &[],
-    };
-    model.solve_one(configuration, &[]).unwrap()
-}
-
 fn answer(scene: &Scene) -> InstantaneousSolution {
-    solve(&mut FemModel::new(scene).unwrap(), scene)
+    solve_at_start(&mut FemModel::new(scene).unwrap(), &[])
 }
 
 const LOAD: &str = "force = [10, 4, 0], torque = [5, 0, 20]";
@@ -79,7 +72,7 @@ fn an_ellipsoid_as_formula_as_surface_and_as_mesh_part() {
     );
     let surface = scene(ball, &format!("{of_stl}, {placed}"));
     let mut model = FemModel::new(&formula).unwrap();
-    let expected = solve(&mut model, &formula);
+    let expected = solve_at_start(&mut model, &[]);
 
     let file = folder.path().join("ball.msh");
     let state = formula.initial_state();

@@ -15,7 +15,7 @@ pub fn check(arguments: &SceneArguments) -> Result<String, SwimError> {
     for reason in &reasons {
         text += &entry("  reason", reason);
     }
-    if let Some(planes) = symmetry_planes(&scene).filter(|_| model.name() == "fem") {
+    if let Some(planes) = symmetry_planes(&scene).filter(|_| model.capabilities().has_mesh) {
         text += &entry("symmetry planes", &planes);
     }
     let cost = model.cost(Configuration {

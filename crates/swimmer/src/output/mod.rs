@@ -3,7 +3,6 @@
 
 mod flow_slices;
 mod folder;
-mod last_flow;
 mod machine;
 mod memory;
 pub mod numbers;
@@ -18,7 +17,6 @@ mod trajectory;
 
 pub(crate) use flow_slices::{SliceSeries, StoredSlices};
 pub use folder::Folder;
-pub use last_flow::LastFlow;
 pub use machine::processor;
 pub use memory::peak_rss_mib;
 pub use paraview::{FlowSeries, write_flow};

@@ -243,7 +243,7 @@ fn the_flow_and_the_resistance_are_those_of_the_whole_fluid() {
         &["fem.symmetry = \"auto\"", "fem.surface_size = 0.7"],
     );
     let (mut model, instant) = solve(&scene);
-    let flow = model.last_flow().unwrap();
+    let flow = instant.flow.as_ref().unwrap().field().unwrap();
     assert_eq!(flow.velocity.len(), flow.mesh.n_points());
     assert_eq!(flow.pressure.len(), flow.mesh.n_vertices());
     assert_eq!(flow.mesh.symmetry_planes(), [false; 3]);

@@ -1,8 +1,8 @@
 //! Bodies that move along an axis of the domain: finite elements in the meridian half-plane.
 
-mod flow;
-mod resistances;
-mod stresslets;
+mod axial_stresslets;
+mod axial_surfaces;
+mod meridian_flow;
 
 use std::time::Instant as Clock;
 
@@ -10,14 +10,15 @@ use axisymmetric::{AxialResistance, AxialSpheroid, ResistanceSolver, Surrounding
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Vector3};
 
-use crate::axial_resistance::{Resistances, grand_resistance};
-use crate::axial_surfaces::AxialSurfaces;
+use self::axial_surfaces::{AxialResistances, AxialSurfaces, grand_resistance};
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
-use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, Hydrodynamics, Query};
+use crate::flow_field::{FlowField, PointFlow};
+use crate::hydrodynamics::{Capabilities, Cost, ErrorEstimates, Flows, Hydrodynamics, Resistances};
 use crate::mobility::MobilitySolution;
+use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
-use crate::solution::{InstantaneousSolution, PointFlow};
+use crate::solution::InstantaneousSolution;
 use scene::{Arrangement, Domain, Scene, Shape};
 use stokes::{Dofs, Seconds, SolverReport};
 
@@ -230,6 +231,47 @@ impl AxisymmetricModel {
             .collect()
     }
 
+    /// The resistances to the motions that the scene has, to a relative tolerance.
+    ///
+    /// If the tolerance is out of reach, those with the smallest error: the error bars of the
+    /// solution are those of the resistance, and whoever integrates a stroke decides whether they
+    /// are small enough.
+    ///
+    /// # Errors
+    /// Bodies that left the axis; failures of the solver.
+    fn resistances_at(
+        &mut self,
+        configuration: Configuration,
+        tolerance: f64,
+    ) -> Result<AxialResistances, ModelError> {
+        let bodies = self.on_axis(configuration)?;
+        let surfaces = match self.scaled.scene.has_surface_velocity() {
+            true => Some(
+                self.solver
+                    .surfaces(&bodies, self.surroundings, tolerance)?,
+            ),
+            false => None,
+        };
+        let axial = match &surfaces {
+            Some(surfaces) => surfaces.power().clone(),
+            None => self
+                .solver
+                .axial_best(&bodies, self.surroundings, tolerance)?,
+        };
+        let spin = match self.has_swirl {
+            true => Some(
+                self.solver
+                    .spin_best(&bodies, self.surroundings, tolerance)?,
+            ),
+            false => None,
+        };
+        Ok(AxialResistances {
+            axial,
+            surfaces,
+            spin,
+        })
+    }
+
     /// Solution for one set of rates, from the resistances of the configuration.
     ///
     /// Its time is counted from `clock`.
@@ -237,12 +279,12 @@ impl AxisymmetricModel {
         &self,
         query: &Query,
         rates: &[f64],
-        resistances: &Resistances,
+        resistances: &AxialResistances,
         clock: Clock,
     ) -> Result<InstantaneousSolution, ModelError> {
         let configuration = query.configuration;
         let (axial, spin) = (&resistances.axial, resistances.spin.as_ref());
-        let ScaledScene { scale, set, .. } = &self.scaled;
+        let set = &self.scaled.set;
         let loads = &self.scaled.loads(configuration, query.inertia)?;
         let constraints = (self.scaled).query_constraints(query, rates)?;
         let surfaces = AxialSurfaces::new(&self.scaled, configuration, resistances, &self.axis)?;
@@ -253,14 +295,8 @@ impl AxisymmetricModel {
             let along = along.view((0, 0), (n, n)).into_owned();
             let matrix = grand_resistance(&self.shapes, &self.axis, &along, spin.map(of).as_ref());
             let solved = MobilitySolution::new(&matrix, set, &constraints, loads, effect.as_ref())?;
-            let motion = set.state_velocity(solved.generalised.as_slice())?;
-            let mut solution = InstantaneousSolution::new(
-                solved.bodies(set, scale)?,
-                solved.joint_forces(set, &constraints, loads, scale)?,
-                self.scaled.motion_to_scene(&motion),
-            );
-            solution.slip_power = scale.power_to_scene(solved.slip_power);
-            Ok::<_, ModelError>((solution, solved.residual))
+            let response = solved.response(&self.scaled, &constraints, loads)?;
+            Ok::<_, ModelError>((response, solved.residual))
         };
         let (computed, residual) = solve(|resistance| resistance.matrix().clone())?;
         let (corrected, _) = solve(AxialResistance::extrapolated)?;
@@ -291,7 +327,7 @@ impl AxisymmetricModel {
                 total,
                 ..Seconds::default()
             },
-            ..computed
+            ..computed.into()
         };
         solution.correct(error);
         Ok(solution)
@@ -299,20 +335,12 @@ impl AxisymmetricModel {
 }
 
 impl Hydrodynamics for AxisymmetricModel {
-    fn name(&self) -> &'static str {
-        "axisymmetric"
-    }
-
-    fn error_estimates(&self) -> ErrorEstimates {
-        ErrorEstimates::Always
-    }
-
-    fn controls_error(&self) -> bool {
-        true
-    }
-
     fn scene(&self) -> &Scene {
         &self.scaled.scene
+    }
+
+    fn name(&self) -> &'static str {
+        "axisymmetric"
     }
 
     // The resistances are computed once and serve all rates.
@@ -326,7 +354,7 @@ impl Hydrodynamics for AxisymmetricModel {
         let tolerance = (query.accuracy).map_or(self.tolerance, |accuracy| {
             self.tolerance.min(SHARE * accuracy).max(MIN_TOLERANCE)
         });
-        let resistances = self.resistances(query.configuration, tolerance)?;
+        let resistances = self.resistances_at(query.configuration, tolerance)?;
         let mut solutions: Vec<_> = (query.rates.iter())
             .map(|rates| {
                 let begin = std::mem::replace(&mut clock, Clock::now());
@@ -339,10 +367,19 @@ impl Hydrodynamics for AxisymmetricModel {
         Ok(solutions)
     }
 
-    fn resistance(
-        &mut self,
-        _configuration: Configuration<'_>,
-    ) -> Result<DMatrix<f64>, ModelError> {
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            error_estimates: ErrorEstimates::Always,
+            controls_error: true,
+            ..Capabilities::default()
+        }
+    }
+
+    fn flows(&mut self) -> Result<&mut dyn Flows, ModelError> {
+        Ok(self)
+    }
+
+    fn resistances(&mut self) -> Result<&mut dyn Resistances, ModelError> {
         Err(ModelError::Unsupported {
             what:
                 "the grand resistance by the model 'axisymmetric', which is restricted to motions \
@@ -350,15 +387,6 @@ impl Hydrodynamics for AxisymmetricModel {
                     .to_owned(),
             instead: "use model.kind = \"multipole\" or \"fem\"".to_owned(),
         })
-    }
-
-    fn flow_at(
-        &mut self,
-        configuration: Configuration<'_>,
-        rates: &[f64],
-        points: &[Vector3<f64>],
-    ) -> Result<Vec<Option<PointFlow>>, ModelError> {
-        self.flow_in_meridian_plane(configuration, rates, points)
     }
 
     fn mesh(&mut self, _configuration: Configuration<'_>) -> Result<Option<TetMesh>, ModelError> {
@@ -379,5 +407,20 @@ impl Hydrodynamics for AxisymmetricModel {
             seconds: solution.seconds.total,
             mib: MIB_PER_DOF * solution.dofs.total as f64,
         })
+    }
+}
+
+impl Flows for AxisymmetricModel {
+    fn flow(&mut self, _: Configuration<'_>, _: &[f64]) -> Result<FlowField, ModelError> {
+        Err(ModelError::NoMesh)
+    }
+
+    fn flow_at(
+        &mut self,
+        configuration: Configuration<'_>,
+        rates: &[f64],
+        points: &[Vector3<f64>],
+    ) -> Result<Vec<Option<PointFlow>>, ModelError> {
+        self.flow_in_meridian_plane(configuration, rates, points)
     }
 }

@@ -2,13 +2,14 @@
 
 use axisymmetric::{BodyVelocity, MeridianFlow};
 use nalgebra::Vector3;
-use rigid::BodyKind;
 
 use super::AxisymmetricModel;
-use crate::axial_surfaces::AxialSurfaces;
+use super::axial_surfaces::AxialSurfaces;
 use crate::error::ModelError;
-use crate::hydrodynamics::{Configuration, Hydrodynamics};
-use crate::solution::{BodySolution, PointFlow};
+use crate::flow_field::PointFlow;
+use crate::hydrodynamics::Hydrodynamics;
+use crate::query::Configuration;
+use crate::response::BodySolution;
 use crate::surface_motion::SurfaceMotion;
 
 impl AxisymmetricModel {
@@ -23,7 +24,7 @@ impl AxisymmetricModel {
         points: &[Vector3<f64>],
     ) -> Result<Vec<Option<PointFlow>>, ModelError> {
         let solution = self.solve_one(configuration, rates)?;
-        let resistances = self.resistances(configuration, self.tolerance)?;
+        let resistances = self.resistances_at(configuration, self.tolerance)?;
         let surfaces = AxialSurfaces::new(&self.scaled, configuration, &resistances, &self.axis)?;
         let scale = self.scaled.scale;
         let velocities = self.body_velocities(&solution.bodies, surfaces.as_ref());
@@ -68,11 +69,10 @@ impl AxisymmetricModel {
         bodies: &[BodySolution],
         surfaces: Option<&AxialSurfaces>,
     ) -> Vec<BodyVelocity> {
-        let surfaced = bodies.iter().zip(self.scaled.set.kinds());
+        let surfaced = self.scaled.surfaced().map(|body| &bodies[body]);
         surfaced
-            .filter(|(_, kind)| **kind == BodyKind::Rigid)
             .enumerate()
-            .map(|(body, (solved, _))| {
+            .map(|(body, solved)| {
                 let speed = self.scaled.scale.length(solved.velocity.dot(&self.axis));
                 let moving = match surfaces {
                     Some(surfaces) => surfaces.of_body(body, speed),

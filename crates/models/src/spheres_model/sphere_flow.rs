@@ -1,13 +1,17 @@
-//! Flow field around spheres on a mesh, for visualisation.
+//! Flow around spheres: at points, on a mesh for visualisation, and their stresslets.
 
 use mesh::{NamedSurface, TetMesh};
 use mesher::{BoxSurface, Container, GenerateParams, MeshedBody, Sphere};
-use microhydro::multipole::{SurfaceVelocity, VelocityField};
+use microhydro::multipole::{self, SurfaceVelocity, VelocityField};
 use microhydro::{Accuracy, HydroError, Medium, Spheres};
 use nalgebra::{DVector, Vector3};
 use rayon::prelude::*;
 
-use crate::ModelError;
+use super::SpheresModel;
+use super::sphere_resistances::SphereResistances;
+use crate::error::ModelError;
+use crate::query::Configuration;
+use crate::stresslets::Stresslets;
 use crate::surface_motion::SurfaceMotion;
 
 /// Element size on the spheres, relative to their radius.
@@ -181,5 +185,50 @@ fn container(spheres: &Spheres, medium: &Medium) -> Container {
             min: Vector3::new(middle.x - size, middle.y - size, 0.0),
             max: middle.add_scalar(size),
         }),
+    }
+}
+
+impl SpheresModel {
+    /// Stresslets of spheres with these generalised velocities.
+    ///
+    /// `None` for models of point forces, and for spheres that are too many for the expansions.
+    ///
+    /// Cost: one solve of the expansions.
+    ///
+    /// # Errors
+    /// An iteration that does not converge.
+    pub(super) fn stresslets(
+        &self,
+        configuration: Configuration,
+        resistances: &SphereResistances,
+        generalised: &DVector<f64>,
+    ) -> Result<Option<Stresslets>, ModelError> {
+        let Some(orders) = &resistances.orders else {
+            return Ok(None);
+        };
+        let moving = self.placed(configuration, generalised)?;
+        let surface = |sphere: usize, n: &Vector3<f64>| moving.surface_velocity(sphere, n);
+        let found = multipole::stresslets(
+            &moving.spheres,
+            &self.medium,
+            orders,
+            &moving.velocities,
+            (moving.surfaces.as_ref()).map(|_| &surface as &SurfaceVelocity<'_>),
+        );
+        let found = match found {
+            Err(HydroError::TooLarge { .. }) => return Ok(None),
+            found => found?,
+        };
+        let [stresslets, coarser] =
+            [&found.values, &found.coarser].map(|scaled| self.scaled.stresslets_to_scene(scaled));
+        // Expansions are not corrected: the change of the order is the error.
+        let error = stresslets
+            .clone()
+            .correcting(&coarser, found.tail, 0.0)
+            .error;
+        Ok(Some(Stresslets {
+            error,
+            ..stresslets
+        }))
     }
 }

@@ -2,14 +2,13 @@
 
 use axisymmetric::{BodyVelocity, SurfaceMode, SurfaceResistance};
 use nalgebra::{DMatrix, DVector, Matrix3};
-use rigid::BodyKind;
 
+use super::axial_surfaces::{AxialResistances, AxialSurfaces};
 use super::{AxisymmetricModel, UNCERTAINTY};
-use crate::axial_resistance::Resistances;
-use crate::axial_surfaces::AxialSurfaces;
 use crate::error::ModelError;
-use crate::hydrodynamics::Configuration;
-use crate::solution::{BodySolution, InstantaneousSolution};
+use crate::query::Configuration;
+use crate::response::BodySolution;
+use crate::solution::InstantaneousSolution;
 use crate::stresslets::Stresslets;
 
 /// Relative uncertainty of stresslets that no order of the elements removes.
@@ -29,7 +28,7 @@ impl AxisymmetricModel {
     pub(super) fn add_stresslets(
         &mut self,
         configuration: Configuration,
-        resistances: &Resistances,
+        resistances: &AxialResistances,
         tolerance: f64,
         solutions: &mut [InstantaneousSolution],
     ) -> Result<(), ModelError> {
@@ -46,7 +45,7 @@ impl AxisymmetricModel {
         for solution in solutions {
             let power = modes.power();
             let of = |bodies: &[BodySolution], power: &DMatrix<f64>| {
-                self.of_velocities(&self.body_velocities(bodies, surfaces), &modes, power)
+                self.stresslets_of(&self.body_velocities(bodies, surfaces), &modes, power)
             };
             let computed = of(&solution.uncorrected().bodies, power.matrix());
             let corrected = of(&solution.bodies, &power.extrapolated());
@@ -62,7 +61,7 @@ impl AxisymmetricModel {
     ///
     /// The power in the extension `k k^T x - (I - k k^T) x / 2` is that of the forces on the fluid.
     /// The strain of the surface adds `∮ u · 2 E n dS` in it.
-    fn of_velocities(
+    fn stresslets_of(
         &self,
         velocities: &[BodyVelocity],
         modes: &SurfaceResistance,
@@ -85,10 +84,6 @@ impl AxisymmetricModel {
                 shape * -(of_forces + of_strain)
             })
             .collect();
-        let kinds = self.scaled.set.kinds();
-        let surfaced: Vec<usize> = (0..kinds.len())
-            .filter(|&body| kinds[body] == BodyKind::Rigid)
-            .collect();
-        Stresslets::to_scene(&stresslets, &surfaced, kinds.len(), &self.scaled.scale)
+        self.scaled.stresslets_to_scene(&stresslets)
     }
 }
