@@ -62,7 +62,7 @@ fn symmetry_planes(scene: &Scene) -> Option<String> {
             "normal to {normals}; {part} of the fluid is meshed"
         )),
         (None, Some((normals, _))) => Some(format!(
-            "normal to {normals}, not used (fem.mirror = \"auto\" uses them)"
+            "normal to {normals}, not used (fem.symmetry = \"auto\" uses them)"
         )),
         (None, None) => None,
     }

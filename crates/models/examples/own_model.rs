@@ -12,7 +12,7 @@ use models::{
     BodySolution, Configuration, Hydrodynamics, InstantaneousSolution, ModelError, Query,
     SphereModel, SpheresModel,
 };
-use scene::{Scene, Shape};
+use scene::Scene;
 
 /// Stokes drag and torque of each sphere, as if it were alone in unbounded fluid.
 struct NoInteractions(Scene);
@@ -21,7 +21,7 @@ impl NoInteractions {
     fn drag(&self) -> DMatrix<f64> {
         let mut diagonal = Vec::new();
         for body in self.0.bodies() {
-            if let Shape::Sphere { radius } = body.shape {
+            if let Some(radius) = body.shape.sphere_radius() {
                 diagonal.extend([6.0 * PI * self.0.viscosity() * radius; 3]);
                 diagonal.extend([8.0 * PI * self.0.viscosity() * radius.powi(3); 3]);
             }

@@ -10,7 +10,7 @@ use crate::mobility::{self, MobilitySolution};
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
-use scene::{Scene, Shape};
+use scene::Scene;
 
 /// Spheres in unbounded fluid with the Rotne-Prager-Yamakawa mobility, whatever the scene has.
 ///
@@ -30,7 +30,7 @@ impl RoughModel {
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let scaled = ScaledScene::new(scene)?;
         let radii = (scene.bodies().iter())
-            .filter(|body| body.shape != Shape::Point)
+            .filter(|body| body.shape.has_surface())
             .map(|body| body.shape.mean_radius());
         Ok(Self {
             radii: radii.map(|radius| scaled.scale.length(radius)).collect(),

@@ -116,18 +116,14 @@ impl AxisymmetricModel {
         };
         Ok(Self {
             shapes: (scene.bodies().iter())
-                .filter_map(|body| match body.shape {
-                    Shape::Sphere { radius } => {
-                        Some(AxialSpheroid::sphere(0.0, scale.length(radius)))
+                .filter_map(|body| match &body.shape {
+                    Shape::Sphere(shape) => {
+                        Some(AxialSpheroid::sphere(0.0, scale.length(shape.radius)))
                     }
-                    Shape::Spheroid {
-                        radius,
-                        half_length,
-                        ..
-                    } => Some(AxialSpheroid {
+                    Shape::Spheroid(shape) => Some(AxialSpheroid {
                         centre: 0.0,
-                        axial: scale.length(half_length),
-                        equatorial: scale.length(radius),
+                        axial: scale.length(shape.half_length),
+                        equatorial: scale.length(shape.radius),
                     }),
                     // Other shapes are refused above.
                     _ => None,

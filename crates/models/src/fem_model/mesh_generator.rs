@@ -143,7 +143,7 @@ impl MeshGenerator {
     /// A file that cannot be read.
     pub fn new(scene: &Scene, scale: &Scale) -> Result<Self, ModelError> {
         let surfaced: Vec<Surfaced> = (scene.bodies().iter().enumerate())
-            .filter(|(_, b)| b.shape != Shape::Point)
+            .filter(|(_, b)| b.shape.has_surface())
             .map(|(body, b)| {
                 let size = surface_size(scene.fem(), b.shape.size_radius());
                 Surfaced {

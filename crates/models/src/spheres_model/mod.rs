@@ -20,7 +20,7 @@ use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
-use scene::{Domain, ModelKind, Scene, Shape};
+use scene::{Domain, ModelKind, Scene};
 use stokes::{Dofs, Seconds, SolverReport};
 
 /// Approximation of the interactions between spheres.
@@ -114,16 +114,13 @@ impl SpheresModel {
             radii: scene
                 .bodies()
                 .iter()
-                .filter_map(|body| match body.shape {
-                    Shape::Sphere { radius } => Some(scale.length(radius)),
-                    // Other shapes are refused above.
-                    _ => None,
-                })
+                // Other shapes are refused above.
+                .filter_map(|body| Some(scale.length(body.shape.sphere_radius()?)))
                 .collect(),
             names: scene
                 .bodies()
                 .iter()
-                .filter(|body| body.shape != Shape::Point)
+                .filter(|body| body.shape.has_surface())
                 .map(|body| body.name.clone())
                 .collect(),
             medium,

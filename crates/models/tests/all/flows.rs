@@ -127,7 +127,7 @@ fn squirmers_in_a_symmetry_plane_have_the_motion_of_expansions() {
         [false, false, true]
     );
     let exact = multipole(IN_A_PLANE);
-    let whole = elements(&IN_A_PLANE.replace("fem = {", "fem = { mirror = \"off\","));
+    let whole = elements(&IN_A_PLANE.replace("fem = {", "fem = { symmetry = \"off\","));
     let part = elements(IN_A_PLANE);
     assert!(f64::from(part.dofs.total as u32) < 0.6 * f64::from(whole.dofs.total as u32));
     let speed = exact.bodies[0].velocity.norm();

@@ -245,7 +245,7 @@ mod tests {
         let tolerances = [(STEP, Basis::Required); 2];
         // The whole fluid, and a quarter of it.
         for (name, fem) in [
-            ("h 0.5", "fem = { surface_size = 0.5, mirror = \"off\" }"),
+            ("h 0.5", "fem = { surface_size = 0.5, symmetry = \"off\" }"),
             ("h 0.4", "fem.surface_size = 0.4"),
         ] {
             let model = format!("model.kind = \"fem\"\n{fem}");

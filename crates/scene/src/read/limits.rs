@@ -1,18 +1,17 @@
-//! Checks of the groups `optimise` and `learn`.
+//! Checks of the options: bounds that are narrower than the kind of their keys.
 
 use rigid::Joint;
 
-use super::checks::Checks;
-use super::gait::{check_prescribed, check_value};
-use crate::design::{JointValues, LearnOptions, OptimiseOptions};
+use crate::checks::{Checks, check_prescribed, check_value};
 use crate::error::SceneError;
+use crate::keys::{FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions};
 use crate::nearest::find_name;
 
 /// Largest number of terms: more need more memory than a search can use.
-const MOST_TERMS: u32 = 128;
+const MAX_TERMS: u32 = 128;
 
 /// Refuses values of joints that do not fit the joints, and numbers outside their bounds.
-pub(super) fn check(
+pub(super) fn check_design(
     checks: &Checks,
     optimise: &OptimiseOptions,
     learn: &LearnOptions,
@@ -51,8 +50,8 @@ pub(super) fn check(
             return Err(checks.bad_value(key, "must not be zero"));
         }
     }
-    if optimise.terms > MOST_TERMS {
-        let problem = format!("must be at most {MOST_TERMS}, not {}", optimise.terms);
+    if optimise.terms > MAX_TERMS {
+        let problem = format!("must be at most {MAX_TERMS}, not {}", optimise.terms);
         return Err(checks.bad_value("optimise.terms", problem));
     }
     for (key, value) in [
@@ -102,4 +101,35 @@ pub(crate) fn by_joint(values: &JointValues, joints: &[Joint]) -> Result<Vec<Opt
             Ok(found)
         }
     }
+}
+
+/// Refuses a tolerance outside its bounds.
+pub(super) fn check_model(checks: &Checks, model: &ModelOptions) -> Result<(), SceneError> {
+    check_below_one(checks, "model.tolerance", model.tolerance, 1e-12)
+}
+
+/// Refuses tolerances and size factors outside their bounds.
+pub(super) fn check_fem(checks: &Checks, fem: &FemOptions) -> Result<(), SceneError> {
+    // Below 1e-14 the residual itself is dominated by rounding.
+    check_below_one(checks, "fem.rtol", fem.rtol, 1e-14)?;
+    if let Some(target) = fem.target {
+        // A smaller error needs meshes that exceed any memory.
+        check_below_one(checks, "fem.target", target, 1e-7)?;
+    }
+    match fem.size_factor {
+        // Outside these bounds no sphere can be meshed, or the mesh exceeds any memory.
+        Some(factor) if !(1e-3..=10.0).contains(&factor) => Err(checks.bad_value(
+            "fem.size_factor",
+            format!("must be between 1e-3 and 10, not {factor}"),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn check_below_one(checks: &Checks, key: &str, value: f64, minimum: f64) -> Result<(), SceneError> {
+    if (minimum..1.0).contains(&value) {
+        return Ok(());
+    }
+    let problem = format!("must be below 1 and at least {minimum:e}, not {value}");
+    Err(checks.bad_value(key, problem))
 }

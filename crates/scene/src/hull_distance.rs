@@ -1,4 +1,4 @@
-//! Support functions of shapes, and the distance between convex hulls.
+//! The distance between convex hulls.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -9,171 +9,6 @@ const STEPS: usize = 200;
 
 /// Relative difference of the bounds on a distance at which the search ends.
 const ACCURACY: f64 = 1e-9;
-
-impl Shape {
-    /// Support distance `max n · (x - c)` over the points `x` of the body with centre `c`.
-    ///
-    /// `direction` is the unit vector `n`; `rotation` is relative to the initial configuration.
-    pub fn support_distance(
-        &self,
-        rotation: &UnitQuaternion<f64>,
-        direction: &Vector3<f64>,
-    ) -> f64 {
-        match *self {
-            Self::Sphere { radius } => radius,
-            Self::Spheroid {
-                radius,
-                half_length,
-                axis,
-            } => {
-                let along = (rotation * axis).dot(direction);
-                let across = (1.0 - along * along).max(0.0).sqrt();
-                (half_length * along).hypot(radius * across)
-            }
-            _ => direction.dot(&self.support_point(rotation, direction)),
-        }
-    }
-
-    /// A point of the body, relative to its centre, that is farthest in a direction.
-    ///
-    /// `direction` is a unit vector; `rotation` is relative to the initial configuration.
-    pub fn support_point(
-        &self,
-        rotation: &UnitQuaternion<f64>,
-        direction: &Vector3<f64>,
-    ) -> Vector3<f64> {
-        let turn = rotation * self.orientation();
-        turn * self.own_support_point(&turn.inverse_transform_vector(direction))
-    }
-
-    /// The support point in the shape's own coordinates.
-    fn own_support_point(&self, n: &Vector3<f64>) -> Vector3<f64> {
-        let out = Vector3::new(0.0, n.y, n.z)
-            .try_normalize(0.0)
-            .unwrap_or_else(Vector3::y);
-        let of_ellipsoid = |axes: Vector3<f64>| {
-            let scaled = n.component_mul(&axes);
-            let norm = scaled.norm();
-            scaled.component_mul(&axes) / if norm > 0.0 { norm } else { 1.0 }
-        };
-        match *self {
-            Self::Sphere { radius } => radius * n,
-            Self::Ellipsoid { semi_axes, .. } => of_ellipsoid(semi_axes),
-            Self::Spheroid {
-                radius,
-                half_length,
-                ..
-            } => of_ellipsoid(Vector3::new(half_length, radius, radius)),
-            Self::Capsule {
-                radius,
-                half_length,
-                ..
-            } => Vector3::x() * (half_length - radius).copysign(n.x) + radius * n,
-            Self::Disk {
-                radius,
-                half_length,
-                ..
-            } => (radius - half_length) * out + half_length * n,
-            Self::Torus {
-                radius,
-                tube_radius,
-                ..
-            } => radius * out + tube_radius * n,
-            Self::Helix {
-                radius,
-                tube_radius,
-                pitch,
-                turns,
-                ..
-            } => helix_support(n, radius, pitch, turns) + tube_radius * n,
-            Self::Surface { ref shape, .. } => shape.surface.farthest(*n),
-            Self::Point => Vector3::zeros(),
-        }
-    }
-
-    /// Largest support distance over all directions perpendicular to `direction`, a unit vector.
-    ///
-    /// An upper bound for a helix: that of the cylinder around it. `rotation` is relative to the
-    /// initial configuration.
-    pub fn transverse_support_distance(
-        &self,
-        rotation: &UnitQuaternion<f64>,
-        direction: &Vector3<f64>,
-    ) -> f64 {
-        let turn = rotation * self.orientation();
-        let n = turn.inverse_transform_vector(direction);
-        // Length of the projection of the own x axis.
-        let across = n.y.hypot(n.z);
-        // Largest semi-axis of the shadow: the larger eigenvalue of its 2 x 2 matrix.
-        let of_ellipsoid = |axes: Vector3<f64>| {
-            let squares = axes.component_mul(&axes);
-            let other = if n.x.abs() < 0.5 {
-                Vector3::x()
-            } else {
-                Vector3::y()
-            };
-            let u = n.cross(&other).normalize();
-            let v = n.cross(&u);
-            let entry = |a: &Vector3<f64>, b: &Vector3<f64>| a.component_mul(&squares).dot(b);
-            let (uu, uv, vv) = (entry(&u, &u), entry(&u, &v), entry(&v, &v));
-            (0.5 * (uu + vv) + (0.5 * (uu - vv)).hypot(uv)).sqrt()
-        };
-        match *self {
-            Self::Sphere { radius } | Self::Disk { radius, .. } => radius,
-            Self::Ellipsoid { semi_axes, .. } => of_ellipsoid(semi_axes),
-            Self::Spheroid {
-                radius,
-                half_length,
-                ..
-            } => of_ellipsoid(Vector3::new(half_length, radius, radius)),
-            Self::Capsule {
-                radius,
-                half_length,
-                ..
-            } => (half_length - radius) * across + radius,
-            Self::Torus {
-                radius,
-                tube_radius,
-                ..
-            } => radius + tube_radius,
-            Self::Helix {
-                radius,
-                tube_radius,
-                pitch,
-                turns,
-                ..
-            } => 0.5 * (pitch * turns).abs() * across + radius + tube_radius,
-            Self::Surface { ref shape, .. } => shape.surface.largest_distance_from_axis(n),
-            Self::Point => 0.0,
-        }
-    }
-}
-
-/// The point of the helix `(h t, R cos t, R sin t)`, `|t| <= pi turns`, farthest in direction `n`.
-///
-/// The candidates are the ends and, on each turn, the point with `n_x h = R |n_yz| sin(t - phase)`
-/// at which the distance has a maximum.
-fn helix_support(n: &Vector3<f64>, radius: f64, pitch: f64, turns: f64) -> Vector3<f64> {
-    use std::f64::consts::{PI, TAU};
-    let (rise, end) = (pitch / TAU, PI * turns);
-    let at = |t: f64| Vector3::new(rise * t, radius * t.cos(), radius * t.sin());
-    let better = |a: Vector3<f64>, b: Vector3<f64>| if b.dot(n) > a.dot(n) { b } else { a };
-    let mut best = better(at(-end), at(end));
-    let phase = n.z.atan2(n.y);
-    let slope = rise * n.x / (radius * n.y.hypot(n.z)).max(f64::MIN_POSITIVE);
-    if slope.abs() <= 1.0 {
-        // The maxima lie one turn apart, and of two the one farther along n_x is higher.
-        let first = phase + slope.asin();
-        let last = first + TAU * ((end - first) / TAU).floor();
-        let earliest = first - TAU * ((end + first) / TAU).floor();
-        for t in [last, earliest] {
-            if t.abs() <= end {
-                best = better(best, at(t));
-            }
-        }
-    }
-    best
-}
 
 /// Lower bound of the distance between two bodies, negative if their convex hulls overlap.
 ///
@@ -244,44 +79,47 @@ fn closest_combination(corners: &mut Vec<(Vector3<f64>, f64)>) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shapes::{
+        CapsuleShape, DiskShape, EllipsoidShape, HelixShape, SphereShape, SpheroidShape, TorusShape,
+    };
 
     fn shapes() -> [Shape; 7] {
         let axis = Vector3::new(2.0, -1.0, 2.0) / 3.0;
         let orientation = Vector3::new(30.0, 50.0, -20.0);
         let (radius, half_length, tube_radius) = (1.0, 3.0, 0.2);
         [
-            Shape::Sphere { radius },
-            Shape::Ellipsoid {
+            Shape::Sphere(SphereShape { radius }),
+            Shape::Ellipsoid(EllipsoidShape {
                 semi_axes: Vector3::new(1.0, 2.0, 0.5),
                 orientation,
-            },
-            Shape::Spheroid {
+            }),
+            Shape::Spheroid(SpheroidShape {
                 radius,
                 half_length,
                 axis,
-            },
-            Shape::Capsule {
+            }),
+            Shape::Capsule(CapsuleShape {
                 radius,
                 half_length,
                 axis,
-            },
-            Shape::Disk {
+            }),
+            Shape::Disk(DiskShape {
                 radius,
                 half_length: 0.2,
                 axis,
-            },
-            Shape::Torus {
+            }),
+            Shape::Torus(TorusShape {
                 radius,
                 tube_radius,
                 axis,
-            },
-            Shape::Helix {
+            }),
+            Shape::Helix(HelixShape {
                 radius,
                 tube_radius,
                 pitch: -1.5,
                 turns: 1.8,
                 orientation,
-            },
+            }),
         ]
     }
 
@@ -294,11 +132,11 @@ mod tests {
 
     #[test]
     fn support_distances_of_a_spheroid_along_its_axes_are_its_semi_axes() {
-        let shape = Shape::Spheroid {
+        let shape = Shape::Spheroid(SpheroidShape {
             radius: 1.0,
             half_length: 3.0,
             axis: Vector3::x(),
-        };
+        });
         let rotation = UnitQuaternion::from_scaled_axis(Vector3::z() * std::f64::consts::FRAC_PI_2);
         for (direction, expected) in [
             (Vector3::x(), 1.0),
@@ -331,7 +169,7 @@ mod tests {
                 .map(|n| shape.support_distance(&rotation, &shadow(n)))
                 .fold(0.0, f64::max);
             let bound = shape.transverse_support_distance(&rotation, &across);
-            let exact = !matches!(shape, Shape::Helix { .. });
+            let exact = !matches!(shape, Shape::Helix(_));
             assert!(bound >= sampled - 1e-12, "{shape:?}");
             assert!(
                 !exact || bound < sampled + 1e-3,
@@ -344,10 +182,12 @@ mod tests {
     /// along the line of the centres.
     #[test]
     fn distances_of_capsules_and_ellipsoids() {
-        let capsule = |axis: Vector3<f64>| Shape::Capsule {
-            radius: 1.0,
-            half_length: 4.0,
-            axis,
+        let capsule = |axis: Vector3<f64>| {
+            Shape::Capsule(CapsuleShape {
+                radius: 1.0,
+                half_length: 4.0,
+                axis,
+            })
         };
         let unit = UnitQuaternion::identity();
         let apart = Vector3::new(1.0, 2.0, 2.5);
@@ -361,7 +201,7 @@ mod tests {
         // An ellipsoid and a sphere on its normal (1, 1, 1) through the support point.
         let ellipsoid = shapes()[1].clone();
         let n = Vector3::repeat(1.0).normalize();
-        let sphere = Shape::Sphere { radius: 1.0 };
+        let sphere = Shape::sphere(1.0);
         let at = ellipsoid.support_point(&unit, &n) + 1.25 * n;
         let gap = distance([(&sphere, &unit), (&ellipsoid, &unit)], &at);
         assert!((gap - 0.25).abs() < 1e-8, "{gap}");
