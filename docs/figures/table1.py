@@ -70,7 +70,7 @@ def cell(size, formulation, solver):
     dofs, surface_size, subdomains, _ = size
     overrides = [
         "gait.phases.0.duration=4",
-        "fem.mirror=off",
+        "fem.symmetry=off",
         "fem.estimates=off",
         f"fem.surface_size={surface_size}",
         f"fem.formulation={formulation}",

@@ -200,7 +200,7 @@ impl PyScene {
         })?;
         let bodies = self.scene.bodies().iter();
         let names = bodies
-            .filter(|body| body.shape != swimmer::scene::Shape::Point)
+            .filter(|body| body.shape.has_surface())
             .map(|body| &body.name[..]);
         let errors = errors.map(|errors| matrix(py, &errors)).transpose()?;
         Ok((names.collect(), matrix(py, &found)?, errors, name))

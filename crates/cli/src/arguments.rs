@@ -8,7 +8,7 @@ use swimmer::Scene;
 use swimmer::models::Part;
 
 use super::error::CliError;
-use super::help;
+use super::{help, text};
 
 /// Simulates rigid bodies and articulated micro-swimmers in Stokes flow
 #[derive(Parser)]
@@ -199,6 +199,8 @@ pub struct SceneArguments {
 impl SceneArguments {
     /// Reads the scene and applies the overrides.
     pub fn read(&self) -> Result<Scene, CliError> {
-        Ok(Scene::read(&self.path, &self.overrides)?)
+        let scene = Scene::read(&self.path, &self.overrides)?;
+        scene.warnings().iter().for_each(|text| text::warn(text));
+        Ok(scene)
     }
 }

@@ -16,7 +16,7 @@ pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
     for reason in &reasons {
         text += &entry("  reason", reason);
     }
-    if let Some(planes) = symmetry_planes(&scene).filter(|_| model.name() == "fem") {
+    if let Some(planes) = symmetry_planes(&scene).filter(|_| model.capabilities().has_mesh) {
         text += &entry("symmetry planes", &planes);
     }
     let cost = model.cost(Configuration {
@@ -62,7 +62,7 @@ fn symmetry_planes(scene: &Scene) -> Option<String> {
             "normal to {normals}; {part} of the fluid is meshed"
         )),
         (None, Some((normals, _))) => Some(format!(
-            "normal to {normals}, not used (fem.mirror = \"auto\" uses them)"
+            "normal to {normals}, not used (fem.symmetry = \"auto\" uses them)"
         )),
         (None, None) => None,
     }

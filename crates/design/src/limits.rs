@@ -1,6 +1,6 @@
 //! The joint values that a stroke may take.
 
-use scene::{Scene, Shape};
+use scene::Scene;
 
 use crate::error::DesignError;
 use crate::joint_ranges::joint_ranges;
@@ -113,10 +113,7 @@ impl StrokeLimits {
 
 /// The radius of a body that is a sphere.
 pub(super) fn sphere_radius(scene: &Scene, body: usize) -> Option<f64> {
-    match scene.bodies()[body].shape {
-        Shape::Sphere { radius } => Some(radius),
-        _ => None,
-    }
+    scene.bodies()[body].shape.sphere_radius()
 }
 
 /// The gap `optimise.gap` between spheres that a slide connects, by default a tenth of the smallest

@@ -9,10 +9,10 @@ use std::f64::consts::PI;
 use models::nalgebra::{DMatrix, DVector, Vector3};
 use models::rigid::Reduction;
 use models::{
-    BodySolution, Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
+    BodySolution, Configuration, Hydrodynamics, InstantaneousSolution, ModelError, Query,
     SphereModel, SpheresModel,
 };
-use scene::{Scene, Shape};
+use scene::Scene;
 
 /// Stokes drag and torque of each sphere, as if it were alone in unbounded fluid.
 struct NoInteractions(Scene);
@@ -21,7 +21,7 @@ impl NoInteractions {
     fn drag(&self) -> DMatrix<f64> {
         let mut diagonal = Vec::new();
         for body in self.0.bodies() {
-            if let Shape::Sphere { radius } = body.shape {
+            if let Some(radius) = body.shape.sphere_radius() {
                 diagonal.extend([6.0 * PI * self.0.viscosity() * radius; 3]);
                 diagonal.extend([8.0 * PI * self.0.viscosity() * radius.powi(3); 3]);
             }
@@ -79,10 +79,6 @@ impl Hydrodynamics for NoInteractions {
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         let solve = |rates: &Vec<f64>| self.solve_rates(query.configuration, rates);
         query.rates.iter().map(solve).collect()
-    }
-
-    fn cost(&mut self, _: Configuration<'_>) -> Result<Cost, ModelError> {
-        Ok(Cost::default())
     }
 }
 

@@ -1,17 +1,19 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
-mod axial_resistance;
-mod axial_surfaces;
+mod accumulated_error;
 mod axisymmetric_model;
 mod discretisation_error;
 mod error;
 mod error_estimate;
 mod fem_model;
+mod flow_field;
 mod hydrodynamics;
 mod mobility;
+mod query;
 mod record;
 mod remesh;
+mod response;
 mod rough_model;
 mod scaled_scene;
 mod shape_space;
@@ -22,18 +24,22 @@ mod superposition;
 mod surface_motion;
 mod units;
 
+pub use accumulated_error::AccumulatedError;
 pub use axisymmetric_model::AxisymmetricModel;
-pub use discretisation_error::{AccumulatedError, DiscretisationError, Uncertainty};
+pub use discretisation_error::{DiscretisationError, Uncertainty};
 pub use error::ModelError;
 pub use error_estimate::ErrorEstimate;
 pub use fem_model::FemModel;
+pub use flow_field::{FlowField, PointFlow, SolutionFlow};
 pub use hydrodynamics::{
-    BodyInertia, Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query,
+    Capabilities, Cost, ErrorEstimates, Flows, GrandResistance, History, Hydrodynamics, Resistances,
 };
+pub use query::{BodyInertia, Configuration, Query};
 pub use remesh::{NewMesh, Remesh};
+pub use response::{BodySolution, Response};
 pub use rough_model::RoughModel;
 pub use shape_space::{LocalGeometry, Part, ShapeGeometry, ShapeSpace, SolvedShapes, Tabulated};
-pub use solution::{BodySolution, FlowField, InstantaneousSolution, PointFlow};
+pub use solution::InstantaneousSolution;
 pub use spheres_model::{SphereModel, SpheresModel};
 pub use stokes::{Checks, Dofs, Seconds, SolverReport};
 pub use stresslets::Stresslets;

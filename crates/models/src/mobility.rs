@@ -1,16 +1,13 @@
 //! Velocities and forces of linked bodies from their grand resistance matrix.
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use rigid::{
-    Articulation, BodyKind, Constraints, Drive, ExternalLoad, Joint, Reduction, StateVelocity,
-};
+use rigid::{Articulation, Constraints, Drive, ExternalLoad, Joint, Reduction, StateVelocity};
 
 use crate::error::ModelError;
-use crate::hydrodynamics::Configuration;
+use crate::query::Configuration;
+use crate::response::{BodySolution, Response};
 use crate::scaled_scene::ScaledScene;
-use crate::solution::BodySolution;
 use crate::surface_motion::SurfaceEffect;
-use crate::units::Scale;
 
 /// Velocities and forces of linked bodies, in scaled units.
 #[derive(Clone)]
@@ -30,8 +27,7 @@ impl MobilitySolution {
     ///
     /// With a basis `S` of these motions, the motion `W` that the rates of the joints impose, the
     /// grand resistance `R`, the coefficients `D` of dashpots, the external loads `F` and the
-    /// velocities `U_0` of force-free bodies by the velocities of their `surfaces`, the
-    /// coefficients
+    /// velocities `U_0` of force-free bodies by the velocities of their `surfaces`, the coefficients
     /// `v` satisfy
     ///
     /// ```text
@@ -113,58 +109,44 @@ impl MobilitySolution {
         self.forces.dot(&velocities) + self.slip_power
     }
 
-    /// Motion and load of every body in the scene's units.
+    /// Motion and loads in the scene's units.
     ///
     /// # Errors
-    /// A solution for another set of bodies.
-    pub fn bodies(
+    /// Joints that contradict each other; a solution for another set of bodies.
+    pub fn response(
         &self,
-        set: &Articulation,
-        scale: &Scale,
-    ) -> Result<Vec<BodySolution>, ModelError> {
-        let layout = set.velocity_layout();
-        let spins = set.state_velocity(self.generalised.as_slice())?.spins;
-        let mut surface_numbers = 0..;
-        Ok((0..set.kinds().len())
-            .map(|body| {
-                let mut entry = BodySolution {
-                    velocity: scale
-                        .velocity_to_scene(vector(&self.generalised, layout.bodies()[body])),
-                    angular_velocity: spins[body],
-                    ..BodySolution::default()
-                };
-                if set.kinds()[body] == BodyKind::Rigid
-                    && let Some(number) = surface_numbers.next()
-                {
-                    entry.force = scale.force_to_scene(vector(&self.forces, 6 * number));
-                    entry.torque = scale.torque_to_scene(vector(&self.forces, 6 * number + 3));
-                }
-                entry
-            })
-            .collect())
-    }
-
-    /// Force of each joint on the body named by its key `body`, in the scene's units.
-    ///
-    /// # Errors
-    /// Joints that contradict each other.
-    pub fn joint_forces(
-        &self,
-        set: &Articulation,
+        scaled: &ScaledScene,
         constraints: &Constraints,
         loads: &[ExternalLoad],
-        scale: &Scale,
-    ) -> Result<Vec<Vector3<f64>>, ModelError> {
+    ) -> Result<Response, ModelError> {
+        let ScaledScene { scale, set, .. } = scaled;
+        let layout = set.velocity_layout();
+        let motion = set.state_velocity(self.generalised.as_slice())?;
+        let velocity = |body: usize| vector(&self.generalised, layout.bodies()[body]);
+        let mut bodies: Vec<BodySolution> = (motion.spins.iter().enumerate())
+            .map(|(body, spin)| BodySolution {
+                velocity: scale.velocity_to_scene(velocity(body)),
+                angular_velocity: *spin,
+                ..BodySolution::default()
+            })
+            .collect();
+        for (number, body) in scaled.surfaced().enumerate() {
+            bodies[body].force = scale.force_to_scene(vector(&self.forces, 6 * number));
+            bodies[body].torque = scale.torque_to_scene(vector(&self.forces, 6 * number + 3));
+        }
         let drive = Drive {
             set,
             constraints,
             loads,
         };
-        let loads = drive.joint_loads(&self.forces, &self.generalised)?;
-        let rows = set.joint_rows().into_iter();
-        Ok(rows
-            .map(|row| scale.force_to_scene(vector(&loads, row)))
-            .collect())
+        let joint_loads = drive.joint_loads(&self.forces, &self.generalised)?;
+        let joint_force = |row| scale.force_to_scene(vector(&joint_loads, row));
+        Ok(Response {
+            motion: scaled.motion_to_scene(&motion),
+            bodies,
+            joint_forces: set.joint_rows().into_iter().map(joint_force).collect(),
+            slip_power: scale.power_to_scene(self.slip_power),
+        })
     }
 }
 

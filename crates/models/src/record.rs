@@ -1,10 +1,10 @@
-//! The numbers of a solution that depend linearly on what drives it, in a fixed order.
+//! The response of a solution as numbers in a fixed order, which tables interpolate.
 
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
 
-use crate::discretisation_error::{DiscretisationError, Uncertainty};
-use crate::solution::{BodySolution, InstantaneousSolution};
+use crate::response::{BodySolution, Response};
+use crate::solution::InstantaneousSolution;
 
 /// Numbers of bodies and joints of a scene, which determine the length of a record.
 #[derive(Clone, Copy, Debug)]
@@ -15,14 +15,11 @@ pub struct Layout {
     pub mesh_errors: bool,
 }
 
-/// The linear quantities of one solution: motion, and velocities and forces of bodies and joints.
+/// The response of one solution.
 pub struct Record {
-    pub motion: StateVelocity,
-    pub bodies: Vec<BodySolution>,
-    pub joint_forces: Vec<Vector3<f64>>,
-    /// Discretisation errors that were subtracted; their uncertainty and the power of slip are not
-    /// part of it.
-    pub mesh_error: Option<DiscretisationError>,
+    pub response: Response,
+    /// Discretisation errors that were subtracted. The powers of slip are not part of a record.
+    pub mesh_error: Option<Response>,
 }
 
 impl Layout {
@@ -39,79 +36,47 @@ impl Record {
         let mut vectors = numbers
             .chunks_exact(3)
             .map(|v| Vector3::new(v[0], v[1], v[2]));
-        let mut quantities = || {
-            let mut next = || vectors.next().unwrap_or_default();
-            let frames = vec![Twist {
-                linear: next(),
-                angular: next(),
-            }];
-            let spins = (0..layout.bodies).map(|_| next()).collect();
-            let bodies = (0..layout.bodies)
+        let mut next = || vectors.next().unwrap_or_default();
+        let mut response = || Response {
+            motion: StateVelocity {
+                frames: vec![Twist {
+                    linear: next(),
+                    angular: next(),
+                }],
+                spins: (0..layout.bodies).map(|_| next()).collect(),
+                // Records are of scenes whose joints are all prescribed.
+                joints: Vec::new(),
+            },
+            bodies: (0..layout.bodies)
                 .map(|_| BodySolution {
                     velocity: next(),
                     angular_velocity: next(),
                     force: next(),
                     torque: next(),
                 })
-                .collect();
-            let joint_forces = (0..layout.joints).map(|_| next()).collect();
-            // Records are of scenes whose joints are all prescribed.
-            let motion = StateVelocity {
-                frames,
-                spins,
-                joints: Vec::new(),
-            };
-            (motion, bodies, joint_forces)
+                .collect(),
+            joint_forces: (0..layout.joints).map(|_| next()).collect(),
+            slip_power: 0.0,
         };
-        let (motion, bodies, joint_forces) = quantities();
-        let mesh_error = layout.mesh_errors.then(|| {
-            let (motion, bodies, joint_forces) = quantities();
-            DiscretisationError {
-                motion,
-                bodies,
-                joint_forces,
-                slip_power: 0.0,
-                uncertainty: Uncertainty::default(),
-            }
-        });
         Self {
-            motion,
-            bodies,
-            joint_forces,
-            mesh_error,
+            response: response(),
+            mesh_error: layout.mesh_errors.then(response),
         }
     }
 }
 
 /// Numbers of a solution in the order of [`Record::new`], three per vector.
 pub fn numbers(solution: &InstantaneousSolution) -> Vec<f64> {
-    let mut numbers = quantities(&solution.motion, &solution.bodies, &solution.joint_forces);
-    if let Some(error) = &solution.mesh_error {
-        numbers.extend(quantities(
-            &error.motion,
-            &error.bodies,
-            &error.joint_forces,
-        ));
-    }
-    numbers
-}
-
-fn quantities(
-    motion: &StateVelocity,
-    bodies: &[BodySolution],
-    joint_forces: &[Vector3<f64>],
-) -> Vec<f64> {
-    let frame = motion.frames.first().copied().unwrap_or_default();
-    let mut vectors = vec![&frame.linear, &frame.angular];
-    vectors.extend(&motion.spins);
-    vectors.extend(bodies.iter().flat_map(BodySolution::vectors));
-    vectors.extend(joint_forces);
-    vectors.into_iter().flatten().copied().collect()
+    let error = solution.mesh_error.as_ref().map(|error| &error.response);
+    let vectors = [Some(&solution.response), error].into_iter().flatten();
+    let vectors = vectors.flat_map(Response::vectors);
+    vectors.flatten().copied().collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::discretisation_error::DiscretisationError;
 
     #[test]
     fn numbers_and_records_are_inverse() {
@@ -121,15 +86,14 @@ mod tests {
             mesh_errors: true,
         };
         let written: Vec<f64> = (0..78).map(f64::from).collect();
-        let Record {
-            motion,
-            bodies,
-            joint_forces,
-            mesh_error,
-        } = Record::new(&written, layout);
+        let record = Record::new(&written, layout);
+        let error = |response| DiscretisationError {
+            response,
+            uncertainty: Default::default(),
+        };
         let solution = InstantaneousSolution {
-            mesh_error,
-            ..InstantaneousSolution::new(bodies, joint_forces, motion)
+            mesh_error: record.mesh_error.map(error),
+            ..record.response.into()
         };
         assert_eq!(numbers(&solution), written);
     }

@@ -1,14 +1,16 @@
 //! A cheap model without error bars, to predict the size of displacements.
 
 use microhydro::{Medium, Spheres, rpy};
+use nalgebra::DMatrix;
 use rigid::StateVelocity;
 
 use crate::error::ModelError;
-use crate::hydrodynamics::{Configuration, Cost, Hydrodynamics, Query};
+use crate::hydrodynamics::Hydrodynamics;
 use crate::mobility::{self, MobilitySolution};
+use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
-use scene::{Scene, Shape};
+use scene::Scene;
 
 /// Spheres in unbounded fluid with the Rotne-Prager-Yamakawa mobility, whatever the scene has.
 ///
@@ -28,39 +30,37 @@ impl RoughModel {
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let scaled = ScaledScene::new(scene)?;
         let radii = (scene.bodies().iter())
-            .filter(|body| body.shape != Shape::Point)
+            .filter(|body| body.shape.has_surface())
             .map(|body| body.shape.mean_radius());
         Ok(Self {
             radii: radii.map(|radius| scaled.scale.length(radius)).collect(),
             scaled,
         })
     }
+
+    fn resistance(&self, configuration: Configuration) -> Result<DMatrix<f64>, ModelError> {
+        let spheres = Spheres::new(self.scaled.centres(configuration)?, self.radii.clone())?;
+        Ok(rpy::resistance(&spheres, &Medium::Unbounded)?)
+    }
 }
 
 impl Hydrodynamics for RoughModel {
-    fn name(&self) -> &'static str {
-        "rough"
-    }
-
     fn scene(&self) -> &Scene {
         &self.scaled.scene
     }
 
+    fn name(&self) -> &'static str {
+        "rough"
+    }
+
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        let ScaledScene { scale, set, .. } = &self.scaled;
         let loads = &self.scaled.loads(query.configuration, query.inertia)?;
-        let centres = self.scaled.centres(query.configuration)?;
-        let spheres = Spheres::new(centres, self.radii.clone())?;
-        let resistance = rpy::resistance(&spheres, &Medium::Unbounded)?;
+        let resistance = self.resistance(query.configuration)?;
         let solution = |rates: &Vec<f64>| {
             let constraints = self.scaled.query_constraints(query, rates)?;
+            let set = &self.scaled.set;
             let solved = MobilitySolution::new(&resistance, set, &constraints, loads, None)?;
-            let motion = set.state_velocity(solved.generalised.as_slice())?;
-            Ok(InstantaneousSolution::new(
-                solved.bodies(set, scale)?,
-                solved.joint_forces(set, &constraints, loads, scale)?,
-                self.scaled.motion_to_scene(&motion),
-            ))
+            Ok(solved.response(&self.scaled, &constraints, loads)?.into())
         };
         query.rates.iter().map(solution).collect()
     }
@@ -68,13 +68,8 @@ impl Hydrodynamics for RoughModel {
     fn joint_responses(
         &mut self,
         configuration: Configuration<'_>,
-    ) -> Result<Vec<StateVelocity>, ModelError> {
-        let spheres = Spheres::new(self.scaled.centres(configuration)?, self.radii.clone())?;
-        let resistance = rpy::resistance(&spheres, &Medium::Unbounded)?;
-        mobility::joint_responses(&self.scaled, configuration, &resistance)
-    }
-
-    fn cost(&mut self, _: Configuration<'_>) -> Result<Cost, ModelError> {
-        Ok(Cost::default())
+    ) -> Result<Option<Vec<StateVelocity>>, ModelError> {
+        let resistance = self.resistance(configuration)?;
+        mobility::joint_responses(&self.scaled, configuration, &resistance).map(Some)
     }
 }

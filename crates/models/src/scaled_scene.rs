@@ -2,11 +2,12 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{Isometry3, Matrix6, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, ExternalLoad, State, StateVelocity};
 
 use crate::error::ModelError;
-use crate::hydrodynamics::{BodyInertia, Configuration, Query};
+use crate::query::{BodyInertia, Configuration, Query};
+use crate::stresslets::Stresslets;
 use crate::units::Scale;
 use scene::{Body, Scene};
 
@@ -31,7 +32,7 @@ impl ScaledScene {
     /// # Errors
     /// Joints or fixed bodies that contradict each other.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
-        let scale = Scale::of(scene);
+        let scale = Scale::new(scene);
         let bodies = || scene.bodies().iter();
         let kinds: Vec<_> = bodies().map(|b| b.kind()).collect();
         let positions: Vec<_> = bodies().map(|b| scale.point(b.position)).collect();
@@ -84,11 +85,30 @@ impl ScaledScene {
     /// As [`ScaledScene::poses`].
     pub fn centres(&self, configuration: Configuration) -> Result<Vec<Vector3<f64>>, ModelError> {
         let poses = self.poses(configuration)?;
-        let surfaced = poses.iter().zip(self.set.kinds());
-        Ok(surfaced
+        let centres = self.surfaced().map(|body| poses[body].translation.vector);
+        Ok(centres.collect())
+    }
+
+    /// Indices of the bodies with surfaces.
+    pub fn surfaced(&self) -> impl Iterator<Item = usize> {
+        let kinds = self.set.kinds().iter().enumerate();
+        kinds
             .filter(|(_, kind)| **kind == BodyKind::Rigid)
-            .map(|(pose, _)| pose.translation.vector)
-            .collect())
+            .map(|(body, _)| body)
+    }
+
+    /// Stresslets in the units of the scene from those of the bodies with surfaces, without
+    /// correction and error bar.
+    pub fn stresslets_to_scene(&self, scaled: &[Matrix3<f64>]) -> Stresslets {
+        let mut bodies = vec![Matrix3::zeros(); self.set.kinds().len()];
+        for (body, stresslet) in self.surfaced().zip(scaled) {
+            bodies[body] = self.scale.stresslet_to_scene(stresslet);
+        }
+        Stresslets {
+            uncorrected: bodies.clone(),
+            bodies,
+            error: None,
+        }
     }
 
     /// Constraints of the joints in the configuration of a query, for one rate per joint, with the

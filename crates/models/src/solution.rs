@@ -1,44 +1,36 @@
 //! Solutions of models: motion and forces, with their error bars.
 
-use mesh::{PointLocator, TetMesh};
+use std::ops::{Deref, DerefMut};
+
 use nalgebra::{UnitQuaternion, Vector3};
-use rayon::prelude::*;
 use rigid::StateVelocity;
-use serde::{Deserialize, Serialize};
 use stokes::{Checks, Dofs, Seconds, SolverReport};
 
 use crate::discretisation_error::DiscretisationError;
-use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
-use crate::hydrodynamics::Hydrodynamics;
+use crate::flow_field::SolutionFlow;
 use crate::remesh::Remesh;
+use crate::response::{BodySolution, Response};
 use crate::stresslets::Stresslets;
 
 /// Solution for one configuration and one set of joint rates, in the scene's units.
+///
+/// It dereferences to its [`Response`], so that `solution.bodies` are the bodies of the response.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct InstantaneousSolution {
-    /// One entry per body of the scene, in its order; points have zero force and torque.
-    pub bodies: Vec<BodySolution>,
-    /// One entry per joint of the scene: the force of the joint on the body named by its key
-    /// `body`.
-    ///
-    /// The opposite force acts on the body named by its key `to`.
-    pub joint_forces: Vec<Vector3<f64>>,
+    /// Motion and loads of the bodies.
+    pub response: Response,
     /// Stresslets of the bodies, with their error bar; `None` for models that do not compute them
     /// and, where they cost an additional solve, for queries without
     /// [`Query::with_stresslets`](crate::Query::with_stresslets).
     pub stresslets: Option<Stresslets>,
-    /// Rate of change of the state.
-    pub motion: StateVelocity,
     /// Size of the linear system.
     pub dofs: Dofs,
     /// How the linear system was solved.
     pub solver: SolverReport,
     /// Computing times.
     pub seconds: Seconds,
-    /// Power of the slip of the bodies on the fluid, beside that of their motion.
-    pub slip_power: f64,
     /// Error bars of the velocities.
     pub error_estimate: ErrorEstimate,
     /// Error bars of the forces on the fluid.
@@ -52,6 +44,42 @@ pub struct InstantaneousSolution {
     /// Why this solution has a new mesh, or one moved by another method than before; `None` if a
     /// mesh was moved as before or not needed.
     pub remeshed: Option<Remesh>,
+    /// The flow, for queries with [`Query::with_flows`](crate::Query::with_flows) to models that
+    /// compute it on the way.
+    pub flow: Option<SolutionFlow>,
+}
+
+impl Deref for InstantaneousSolution {
+    type Target = Response;
+    fn deref(&self) -> &Response {
+        &self.response
+    }
+}
+
+impl DerefMut for InstantaneousSolution {
+    fn deref_mut(&mut self) -> &mut Response {
+        &mut self.response
+    }
+}
+
+impl From<Response> for InstantaneousSolution {
+    /// A solution without error bars, sizes and times.
+    fn from(response: Response) -> Self {
+        Self {
+            response,
+            stresslets: None,
+            dofs: Dofs::default(),
+            solver: SolverReport::default(),
+            seconds: Seconds::default(),
+            error_estimate: ErrorEstimate::default(),
+            force_error: ErrorEstimate::default(),
+            power_error: ErrorEstimate::default(),
+            mesh_error: None,
+            checks: None,
+            remeshed: None,
+            flow: None,
+        }
+    }
 }
 
 impl InstantaneousSolution {
@@ -63,27 +91,17 @@ impl InstantaneousSolution {
         joint_forces: Vec<Vector3<f64>>,
         motion: StateVelocity,
     ) -> Self {
-        Self {
+        Self::from(Response {
+            motion,
             bodies,
             joint_forces,
-            stresslets: None,
-            motion,
-            dofs: Dofs::default(),
-            solver: SolverReport::default(),
-            seconds: Seconds::default(),
             slip_power: 0.0,
-            error_estimate: ErrorEstimate::default(),
-            force_error: ErrorEstimate::default(),
-            power_error: ErrorEstimate::default(),
-            mesh_error: None,
-            checks: None,
-            remeshed: None,
-        }
+        })
     }
 
     /// Subtracts an estimated discretisation error, and enters the error bars that remain.
     pub fn correct(&mut self, error: DiscretisationError) {
-        self.shift(&error, -1.0);
+        self.response -= &error.response;
         self.set_mesh_error(error);
     }
 
@@ -102,7 +120,7 @@ impl InstantaneousSolution {
     pub fn uncorrected(&self) -> Self {
         let mut computed = self.clone();
         if let Some(error) = computed.mesh_error.take() {
-            computed.shift(&error, 1.0);
+            computed.response += &error.response;
         }
         if let Some(stresslets) = &mut computed.stresslets {
             stresslets.bodies.clone_from(&stresslets.uncorrected);
@@ -115,48 +133,17 @@ impl InstantaneousSolution {
         self.uncorrected().power()
     }
 
-    fn shift(&mut self, error: &DiscretisationError, factor: f64) {
-        for (body, error) in self.bodies.iter_mut().zip(&error.bodies) {
-            for (value, error) in body.vectors_mut().into_iter().zip(error.vectors()) {
-                *value += factor * error;
-            }
-        }
-        let forces = self.joint_forces.iter_mut().zip(&error.joint_forces);
-        forces.for_each(|(force, error)| *force += factor * error);
-        let frames = self.motion.frames.iter_mut().zip(&error.motion.frames);
-        frames.for_each(|(frame, error)| *frame = *frame + *error * factor);
-        let spins = self.motion.spins.iter_mut().zip(&error.motion.spins);
-        spins.for_each(|(spin, error)| *spin += factor * error);
-        let joints = self.motion.joints.iter_mut().zip(&error.motion.joints);
-        joints.for_each(|(rate, error)| *rate += factor * error);
-        self.slip_power += factor * error.slip_power;
-    }
-
     /// Rotates all motions and loads, for a configuration that is rotated as a whole.
+    ///
+    /// The flow is not part of them.
     pub fn rotate(&mut self, rotation: &UnitQuaternion<f64>) {
-        let rotate = |vector: &mut Vector3<f64>| *vector = rotation * *vector;
-        for_each_vector(
-            &mut self.motion,
-            &mut self.bodies,
-            &mut self.joint_forces,
-            rotate,
-        );
+        self.response.rotate(rotation);
         if let Some(stresslets) = &mut self.stresslets {
             stresslets.rotate(rotation);
         }
         if let Some(error) = &mut self.mesh_error {
-            for_each_vector(
-                &mut error.motion,
-                &mut error.bodies,
-                &mut error.joint_forces,
-                rotate,
-            );
+            error.response.rotate(rotation);
         }
-    }
-
-    /// Power of the bodies on the fluid: of their motion and of their slip.
-    pub fn power(&self) -> f64 {
-        self.bodies.iter().map(BodySolution::power).sum::<f64>() + self.slip_power
     }
 
     /// Relative error bars of the forces and of the velocities, for the discretisation.
@@ -176,156 +163,5 @@ impl InstantaneousSolution {
                 largest(|body| body.velocity.norm()),
             ),
         ]
-    }
-
-    /// Checks that the solution of a model has the bodies and linkages of its scene, and that all
-    /// velocities and forces are finite.
-    ///
-    /// # Errors
-    /// [`ModelError::WrongCount`], [`ModelError::NotFinite`].
-    pub fn check(&self, model: &dyn Hydrodynamics) -> Result<(), ModelError> {
-        let (scene, model) = (model.scene(), model.name());
-        let (bodies, linkages) = (scene.bodies().len(), scene.articulation().linkages().len());
-        for (what, found, expected) in [
-            ("bodies", self.bodies.len(), bodies),
-            ("angular velocities", self.motion.spins.len(), bodies),
-            ("frames", self.motion.frames.len(), linkages),
-        ] {
-            if found != expected {
-                return Err(ModelError::WrongCount {
-                    model,
-                    what,
-                    found,
-                    expected,
-                });
-            }
-        }
-        let finite = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite());
-        let motion = &self.motion;
-        let moves = motion
-            .frames
-            .iter()
-            .all(|f| finite(&f.linear) && finite(&f.angular))
-            && motion.spins.iter().all(finite);
-        let loads = self.bodies.iter().all(|b| {
-            [b.velocity, b.angular_velocity, b.force, b.torque]
-                .iter()
-                .all(finite)
-        }) && self.joint_forces.iter().all(finite);
-        match (moves, loads) {
-            (true, true) => Ok(()),
-            (false, _) => Err(ModelError::NotFinite {
-                model,
-                what: "a velocity",
-            }),
-            (_, false) => Err(ModelError::NotFinite {
-                model,
-                what: "a body's velocity or force",
-            }),
-        }
-    }
-}
-
-/// Applies `f` to all vectors of a motion and its loads.
-pub(crate) fn for_each_vector(
-    motion: &mut StateVelocity,
-    bodies: &mut [BodySolution],
-    joint_forces: &mut [Vector3<f64>],
-    f: impl Fn(&mut Vector3<f64>),
-) {
-    for frame in &mut motion.frames {
-        f(&mut frame.linear);
-        f(&mut frame.angular);
-    }
-    motion.spins.iter_mut().for_each(&f);
-    for body in bodies {
-        body.vectors_mut().into_iter().for_each(&f);
-    }
-    joint_forces.iter_mut().for_each(&f);
-}
-
-/// Motion and load of one body.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct BodySolution {
-    /// Velocity of the centre.
-    pub velocity: Vector3<f64>,
-    /// Angular velocity.
-    pub angular_velocity: Vector3<f64>,
-    /// Force that the body exerts on the fluid.
-    pub force: Vector3<f64>,
-    /// Torque that the body exerts on the fluid, about its centre.
-    pub torque: Vector3<f64>,
-}
-
-impl BodySolution {
-    /// Velocity, angular velocity, force, torque.
-    pub(crate) fn vectors(&self) -> [&Vector3<f64>; 4] {
-        [
-            &self.velocity,
-            &self.angular_velocity,
-            &self.force,
-            &self.torque,
-        ]
-    }
-
-    /// Velocity, angular velocity, force, torque.
-    pub(crate) fn vectors_mut(&mut self) -> [&mut Vector3<f64>; 4] {
-        [
-            &mut self.velocity,
-            &mut self.angular_velocity,
-            &mut self.force,
-            &mut self.torque,
-        ]
-    }
-
-    /// Power of the body on the fluid: `F · U + T · ω`.
-    pub fn power(&self) -> f64 {
-        self.force.dot(&self.velocity) + self.torque.dot(&self.angular_velocity)
-    }
-}
-
-/// Velocity and pressure at a point of the fluid, in the scene's units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointFlow {
-    /// Velocity.
-    pub velocity: Vector3<f64>,
-    /// Pressure; `None` for models that do not compute it.
-    pub pressure: Option<f64>,
-}
-
-/// A velocity and pressure field on the nodes of a mesh, in the scene's units.
-#[derive(Clone, Debug)]
-pub struct FlowField {
-    /// The mesh.
-    pub mesh: TetMesh,
-    /// Velocity at every node of the mesh.
-    pub velocity: Vec<Vector3<f64>>,
-    /// Pressure at every vertex of the mesh; empty for models that do not compute it.
-    pub pressure: Vec<f64>,
-}
-
-impl FlowField {
-    /// Velocity and pressure at points, interpolated as the elements are; `None` for a point
-    /// outside the mesh.
-    ///
-    /// Cost: a box for each cell, and a hierarchy of those that meet the bounding box of the
-    /// points.
-    pub fn at(&self, points: &[Vector3<f64>]) -> Vec<Option<PointFlow>> {
-        let infinite = Vector3::repeat(f64::INFINITY);
-        let bounds = points.iter().fold([infinite, -infinite], |[min, max], x| {
-            [min.inf(x), max.sup(x)]
-        });
-        let locator = PointLocator::within(&self.mesh, &bounds[0], &bounds[1]);
-        let values = |x: &Vector3<f64>| {
-            let found = locator.locate(x)?;
-            let nodes = self.mesh.cells()[found.cell].map(|node| node as usize);
-            let weighted = nodes.iter().zip(found.quadratic());
-            let velocity = weighted.map(|(node, n)| n * self.velocity[*node]).sum();
-            let vertices = nodes.iter().zip(found.barycentric);
-            let pressure = (!self.pressure.is_empty())
-                .then(|| vertices.map(|(node, l)| l * self.pressure[*node]).sum());
-            Some(PointFlow { velocity, pressure })
-        };
-        points.par_iter().map(values).collect()
     }
 }

@@ -2,8 +2,6 @@
 
 use nalgebra::{Matrix3, UnitQuaternion};
 
-use crate::units::Scale;
-
 /// Stresslets of the bodies of one solution, in the scene's units.
 ///
 /// The stresslet of a body has the sign of Batchelor (1970): it is the symmetric first moment,
@@ -29,26 +27,6 @@ pub struct Stresslets {
 }
 
 impl Stresslets {
-    /// Stresslets of scaled ones, without correction and error bar.
-    ///
-    /// `scaled` has one entry for each of the bodies `surfaced` out of `bodies`.
-    pub(crate) fn to_scene(
-        scaled: &[Matrix3<f64>],
-        surfaced: &[usize],
-        bodies: usize,
-        scale: &Scale,
-    ) -> Self {
-        let mut all = vec![Matrix3::zeros(); bodies];
-        for (&body, stresslet) in surfaced.iter().zip(scaled) {
-            all[body] = scale.stresslet_to_scene(stresslet);
-        }
-        Self {
-            uncorrected: all.clone(),
-            bodies: all,
-            error: None,
-        }
-    }
-
     /// These corrected stresslets, with what was computed, the relative uncertainty of the
     /// correction and a lower bound of the uncertainty.
     #[must_use]

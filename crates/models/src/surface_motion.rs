@@ -40,7 +40,7 @@ impl SurfaceEffect {
     /// The effect from velocities and powers of two columns: slip, and minus the background flow.
     ///
     /// `slip_power` is the power of the slip in the sum of both.
-    pub fn of_columns(velocities: &DMatrix<f64>, slip_power: f64) -> Self {
+    pub fn from_columns(velocities: &DMatrix<f64>, slip_power: f64) -> Self {
         let of_slip = velocities.column(0).into_owned();
         Self {
             velocities: &of_slip + velocities.column(1),

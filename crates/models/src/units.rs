@@ -25,7 +25,7 @@ pub struct Scale {
 
 impl Scale {
     /// The scale of a scene: its smallest radius and its viscosity.
-    pub fn of(scene: &Scene) -> Self {
+    pub fn new(scene: &Scene) -> Self {
         let smallest = scene
             .bodies()
             .iter()

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use models::{Configuration, FlowField, Hydrodynamics};
+use models::{Configuration, FlowField, Hydrodynamics, SolutionFlow};
 use nalgebra::{Isometry3, UnitQuaternion};
 use rigid::State;
 use scene::{PhaseSpan, Scene};
@@ -12,7 +12,6 @@ use crate::error::PictureError;
 use crate::flow_slice::{FlowSlice, SliceFrame, SlicePlane};
 use crate::packed;
 use swimmer::Folder;
-use swimmer::output::LastFlow;
 use swimmer::{SpanResult, SpanSolution};
 
 /// Name of the file.
@@ -158,13 +157,12 @@ impl SliceSeries {
     /// Records a solve in the first cycle, with its flow for models with a mesh.
     ///
     /// # Errors
-    /// A state in which a loop does not close.
+    /// A state in which a loop does not close; a flow that cannot be converted.
     pub fn add(
         &mut self,
         scene: &Scene,
         span: &PhaseSpan,
         solved: &SpanSolution,
-        flow: LastFlow<'_>,
     ) -> Result<(), PictureError> {
         let time = span.time(solved.s);
         if time > self.cycle {
@@ -178,9 +176,9 @@ impl SliceSeries {
             rates: span.rates(solved.s),
             shape: span.shape(solved.s),
         };
-        let field = match self.takes_last {
-            true => None,
-            false => flow.into_flow(),
+        let field = match (self.takes_last, &solved.solution.flow) {
+            (false, Some(flow)) => Some(flow.field()?.clone()),
+            _ => None,
         };
         let flow = match field {
             Some(field) if field.mesh.n_points() > KEPT_NODES => {
@@ -201,10 +199,10 @@ impl SliceSeries {
     /// Stores, for each slice time in the phase span, the accepted solution that is nearest in
     /// time.
     ///
-    /// `first` is the number of the first solve of the phase span.
+    /// `first` is the number of the first solve of the phase span, `flow` the flow of the last one.
     ///
     /// # Errors
-    /// [`PictureError::Write`].
+    /// [`PictureError::Write`]; a flow that cannot be converted.
     pub fn finish_span(
         &mut self,
         folder: &Folder,
@@ -212,11 +210,11 @@ impl SliceSeries {
         span: &PhaseSpan,
         result: &SpanResult,
         first: usize,
-        flow: LastFlow<'_>,
+        flow: Option<&SolutionFlow>,
     ) -> Result<(), PictureError> {
         let mut pending = std::mem::take(&mut self.pending);
-        if let (true, Some(last)) = (self.takes_last, pending.last_mut()) {
-            last.flow = flow.into_flow().map(|field| Flow::Field(Box::new(field)));
+        if let (true, Some(last), Some(flow)) = (self.takes_last, pending.last_mut(), flow) {
+            last.flow = Some(Flow::Field(Box::new(flow.field()?.clone())));
         }
         let in_result = |number: usize| {
             let mut solutions = result.solutions.iter();
@@ -329,7 +327,7 @@ impl Unsolved {
         };
         let plane = self.plane(frame, scene)?;
         let slice = FlowSlice::sample(plane, POINTS_ONE_BY_ONE, |points| {
-            model.flow_at(configuration, &self.rates, points)
+            (model.flows()?).flow_at(configuration, &self.rates, points)
         })?;
         Ok(StoredSlice::new(self.time, &slice))
     }

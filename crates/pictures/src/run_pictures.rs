@@ -1,9 +1,9 @@
 //! The pictures of a run, drawn while it goes on.
 
-use models::Hydrodynamics;
+use models::{Hydrodynamics, SolutionFlow};
 use scene::{PhaseSpan, Scene};
 use serde_json::Value;
-use swimmer::output::{Folder, LastFlow};
+use swimmer::output::Folder;
 use swimmer::{Outcome, Report, RunFiles, SpanResult, SpanSolution, SwimError};
 
 use crate::flow_slices::{FLOW_SLICES, SliceSeries, StoredSlices};
@@ -56,19 +56,14 @@ impl RunFiles for RunPictures {
         Ok(())
     }
 
-    fn solved(
-        &mut self,
-        span: &PhaseSpan,
-        solution: &SpanSolution,
-        flow: LastFlow<'_>,
-    ) -> Result<(), SwimError> {
+    fn solved(&mut self, span: &PhaseSpan, solution: &SpanSolution) -> Result<(), SwimError> {
         if let Some(Running {
             scene,
             flow: Flow::Series(series),
             ..
         }) = &mut self.run
         {
-            series.add(scene, span, solution, flow)?;
+            series.add(scene, span, solution)?;
         }
         Ok(())
     }
@@ -78,7 +73,7 @@ impl RunFiles for RunPictures {
         span: &PhaseSpan,
         result: &SpanResult,
         first: usize,
-        flow: LastFlow<'_>,
+        flow: Option<&SolutionFlow>,
     ) -> Result<(), SwimError> {
         if let Some(Running {
             scene,

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::RigidError;
 use crate::error::{check_finite, check_length};
-use crate::joint::{ArmVectors, Arms, Joint, JointKind, PassiveDrive};
+use crate::joint::{ArmVectors, Arms, Joint, PassiveDrive};
 use crate::linkage::{Linkage, find_linkages};
 
 /// The kind of a member of an articulated set.
@@ -193,8 +193,7 @@ impl Articulation {
     /// exist.
     pub fn arm_length(&self, joint: usize, value: f64) -> f64 {
         match self.joints.iter().zip(&self.arm_vectors).nth(joint) {
-            Some((joint, _)) if joint.kind == JointKind::Slide => value.abs(),
-            Some((_, arm)) => arm.near.norm() + arm.far.norm(),
+            Some((joint, arm)) => joint.kind.arm_length(value, arm),
             None => 0.0,
         }
     }
@@ -202,15 +201,10 @@ impl Articulation {
     /// Largest displacement of one body of a joint relative to the other where its value
     /// changes by `change`; zero for a joint that does not exist.
     pub fn arm_displacement(&self, joint: usize, change: f64) -> f64 {
-        let Some((joint, arm)) = self.joints.iter().zip(&self.arm_vectors).nth(joint) else {
-            return 0.0;
-        };
-        let lever = match joint.kind {
-            JointKind::Slide => 1.0,
-            JointKind::Turn { advance, .. } => arm.near.norm().max(arm.far.norm()) + advance.abs(),
-            JointKind::Fixed | JointKind::Ball { .. } => 0.0,
-        };
-        change.abs() * lever
+        match self.joints.iter().zip(&self.arm_vectors).nth(joint) {
+            Some((joint, arm)) => change.abs() * joint.kind.lever(arm),
+            None => 0.0,
+        }
     }
 
     /// The joints whose values are part of the state.
@@ -275,7 +269,7 @@ fn own_attitudes(
         }
         for edge in &linkage.tree {
             // Balls need clamped arms.
-            own[edge.child] |= matches!(joints[edge.joint].kind, JointKind::Ball { .. });
+            own[edge.child] |= joints[edge.joint].kind.has_attitude();
         }
     }
     own

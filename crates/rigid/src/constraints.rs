@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 
 use crate::error::{check_finite, check_length};
-use crate::joint::JointKind;
 use crate::placement::Placement;
 use crate::{
     Arms, Articulation, BodyKind, RigidError, State, StateVelocity, Twist, VelocityLayout,
@@ -194,9 +193,9 @@ impl Articulation {
         let [far_frame, near_frame] =
             [joint.body, joint.to].map(|body| layout.frame(self.frame_of()[body]));
         // The point at which the two frames have the same velocity, but for the rate of the joint.
-        let pivot = match joint.kind {
-            JointKind::Slide | JointKind::Fixed => far,
-            JointKind::Turn { .. } | JointKind::Ball { .. } => {
+        let pivot = match joint.kind.turns() {
+            false => far,
+            true => {
                 let rotation = placement.rotations[self.frame_of()[joint.body]];
                 far + rotation * self.arm_vectors()[number].far
             }
@@ -208,11 +207,7 @@ impl Articulation {
         // Ω' × r = -[r]_× Ω'
         add_block(matrix, row, far_frame, &-(pivot - far).cross_matrix());
         add_block(matrix, row, near_frame, &(pivot - near).cross_matrix());
-        let (translation, rotation) = match joint.kind {
-            JointKind::Slide => (direction, None),
-            JointKind::Fixed | JointKind::Ball { .. } => (Vector3::zeros(), None),
-            JointKind::Turn { advance, .. } => (advance * direction, Some(direction)),
-        };
+        let (translation, rotation) = joint.kind.twist(direction);
         let mut along_joint = vec![translation];
         if let Some(axis) = rotation {
             add_block(matrix, row + 3, far_frame, &identity);

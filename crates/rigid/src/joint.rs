@@ -1,4 +1,7 @@
 //! Joints: the relative motions they allow (factors of a product of exponentials), drives and arms.
+//!
+//! What depends on the kind of a joint stands here, in functions that list all kinds: a new kind that
+//! is forgotten in one of them does not compile.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -78,7 +81,7 @@ impl Joint {
             (kind, Arms::Lab) if kind.turns() => {
                 "turns, but with arms = lab all arms keep their directions; use clamped arms"
             }
-            (JointKind::Ball { .. }, Arms::Free) => {
+            (kind, Arms::Free) if kind.has_attitude() => {
                 "is a ball, but with arms = free bodies rotate already; use clamped arms"
             }
             _ => return Ok(()),
@@ -190,17 +193,26 @@ pub enum JointKind {
 impl JointKind {
     /// Whether the value is an angle and not a length.
     pub fn is_angle(&self) -> bool {
-        matches!(self, Self::Turn { .. })
+        match self {
+            Self::Turn { .. } => true,
+            Self::Slide | Self::Fixed | Self::Ball { .. } => false,
+        }
     }
 
     /// Whether the two bodies can rotate relative to each other.
     pub fn turns(&self) -> bool {
-        matches!(self, Self::Turn { .. } | Self::Ball { .. })
+        match self {
+            Self::Turn { .. } | Self::Ball { .. } => true,
+            Self::Slide | Self::Fixed => false,
+        }
     }
 
     /// Whether a gait or a drive can change the value.
     pub fn has_value(&self) -> bool {
-        matches!(self, Self::Slide | Self::Turn { .. })
+        match self {
+            Self::Slide | Self::Turn { .. } => true,
+            Self::Fixed | Self::Ball { .. } => false,
+        }
     }
 
     /// The same joint in another unit of length: all lengths are multiplied by `factor`.
@@ -220,17 +232,26 @@ impl JointKind {
     /// The same joint of bodies that are elsewhere by `shift`.
     #[must_use]
     pub fn translated(mut self, shift: &Vector3<f64>) -> Self {
-        if let Self::Turn { pivot, .. } | Self::Ball { pivot } = &mut self {
-            *pivot += shift;
+        match &mut self {
+            Self::Slide | Self::Fixed => {}
+            Self::Turn { pivot, .. } | Self::Ball { pivot } => *pivot += shift,
         }
         self
     }
 
     /// Number of scalar constraints: three of the relative translation, three of the rotation.
     pub(crate) fn rows(&self) -> usize {
+        match self.constrains_rotation() {
+            false => 3,
+            true => 6,
+        }
+    }
+
+    /// Whether rows constrain the relative rotation of the two frames.
+    pub(crate) fn constrains_rotation(&self) -> bool {
         match self {
-            Self::Slide | Self::Fixed | Self::Ball { .. } => 3,
-            Self::Turn { .. } => 6,
+            Self::Turn { .. } => true,
+            Self::Slide | Self::Fixed | Self::Ball { .. } => false,
         }
     }
 
@@ -238,7 +259,110 @@ impl JointKind {
     pub(crate) fn rotation(&self, value: f64) -> UnitQuaternion<f64> {
         match self {
             Self::Turn { axis, .. } => UnitQuaternion::from_scaled_axis(value * axis),
-            _ => UnitQuaternion::identity(),
+            Self::Slide | Self::Fixed | Self::Ball { .. } => UnitQuaternion::identity(),
+        }
+    }
+
+    /// Whether the flow determines the relative rotation, which is then part of the state.
+    pub fn has_attitude(&self) -> bool {
+        match self {
+            Self::Ball { .. } => true,
+            Self::Slide | Self::Fixed | Self::Turn { .. } => false,
+        }
+    }
+
+    /// Whether bodies and joint stay symmetric about the plane through the origin normal to a
+    /// coordinate axis: joints that turn keep a plane if they turn within it.
+    pub fn keeps_plane(&self, normal: usize) -> bool {
+        match self {
+            Self::Slide | Self::Fixed => true,
+            Self::Ball { pivot } => pivot[normal] == 0.0,
+            Self::Turn {
+                axis,
+                pivot,
+                advance,
+            } => {
+                let in_plane = (0..3).filter(|&other| other != normal);
+                pivot[normal] == 0.0
+                    && *advance == 0.0
+                    && in_plane.map(|k| axis[k]).all(|a| a == 0.0)
+            }
+        }
+    }
+
+    /// Whether bodies on the line through `point` along the unit vector `direction` stay on it;
+    /// distances up to `tolerance` count as zero.
+    pub fn keeps_line(
+        &self,
+        point: &Vector3<f64>,
+        direction: &Vector3<f64>,
+        tolerance: f64,
+    ) -> bool {
+        match self {
+            Self::Slide | Self::Fixed => true,
+            Self::Ball { .. } => false,
+            Self::Turn { axis, pivot, .. } => {
+                let distance = (pivot - point).cross(direction).norm();
+                axis.cross(direction).norm() <= 1e-9 && distance <= tolerance
+            }
+        }
+    }
+
+    /// Whether the value can be reached: lengths are positive.
+    pub(crate) fn admits(&self, value: f64) -> bool {
+        match self {
+            Self::Slide => value.is_finite() && value > 0.0,
+            Self::Fixed | Self::Turn { .. } | Self::Ball { .. } => value.is_finite(),
+        }
+    }
+
+    /// Vector from the centre of `to` to that of `body` at a value, from the rotations of the
+    /// frames of `to` (near) and `body` (far).
+    pub(crate) fn arm(
+        &self,
+        value: f64,
+        vectors: &ArmVectors,
+        near: &UnitQuaternion<f64>,
+        far: &UnitQuaternion<f64>,
+    ) -> Vector3<f64> {
+        match self {
+            Self::Slide => value * (near * vectors.direction),
+            Self::Fixed => near * vectors.near,
+            Self::Turn { advance, .. } => {
+                near * (vectors.near + advance * value * vectors.direction) - far * vectors.far
+            }
+            Self::Ball { .. } => near * vectors.near - far * vectors.far,
+        }
+    }
+
+    /// Relative velocity of the frames at the pivot per rate of the value, and relative angular
+    /// velocity if the joint constrains it; `direction` is that of the joint now.
+    pub(crate) fn twist(&self, direction: Vector3<f64>) -> (Vector3<f64>, Option<Vector3<f64>>) {
+        match self {
+            Self::Slide => (direction, None),
+            Self::Fixed | Self::Ball { .. } => (Vector3::zeros(), None),
+            Self::Turn { advance, .. } => (*advance * direction, Some(direction)),
+        }
+    }
+
+    /// Largest distance of the two bodies at a value.
+    pub(crate) fn arm_length(&self, value: f64, vectors: &ArmVectors) -> f64 {
+        match self {
+            Self::Slide => value.abs(),
+            Self::Fixed | Self::Turn { .. } | Self::Ball { .. } => {
+                vectors.near.norm() + vectors.far.norm()
+            }
+        }
+    }
+
+    /// Largest displacement of one body relative to the other per change of the value.
+    pub(crate) fn lever(&self, vectors: &ArmVectors) -> f64 {
+        match self {
+            Self::Slide => 1.0,
+            Self::Turn { advance, .. } => {
+                vectors.near.norm().max(vectors.far.norm()) + advance.abs()
+            }
+            Self::Fixed | Self::Ball { .. } => 0.0,
         }
     }
 

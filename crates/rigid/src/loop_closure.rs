@@ -15,7 +15,6 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::joint::JointKind;
 use crate::placement::Placement;
 use crate::{Articulation, RigidError, State, StateVelocity, Twist};
 
@@ -133,14 +132,14 @@ impl Articulation {
         let joint = &self.joints()[number];
         let [far, near] = [joint.body, joint.to].map(|body| placement.positions[body]);
         let translation = far - near - self.arm(placement, number);
-        let rotation = match joint.kind {
-            JointKind::Turn { .. } => {
+        let rotation = match joint.kind.constrains_rotation() {
+            true => {
                 let [far, near] =
                     [joint.body, joint.to].map(|body| placement.rotations[self.frame_of()[body]]);
                 let turned = near * joint.kind.rotation(placement.values[number]);
                 (far * turned.inverse()).scaled_axis()
             }
-            JointKind::Slide | JointKind::Fixed | JointKind::Ball { .. } => Vector3::zeros(),
+            false => Vector3::zeros(),
         };
         [translation, rotation]
     }
@@ -174,9 +173,7 @@ impl Articulation {
             }
         }
         for edge in self.linkages().iter().flat_map(|linkage| &linkage.tree) {
-            if matches!(self.joints()[edge.joint].kind, JointKind::Ball { .. })
-                && has_loop(edge.child)
-            {
+            if self.joints()[edge.joint].kind.has_attitude() && has_loop(edge.child) {
                 coordinates.extend(
                     [0, 1, 2].map(|axis| (Coordinate::Attitude(edge.child, axis), longest)),
                 );
@@ -242,7 +239,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::{Arms, BodyKind, Joint, JointDrive, PassiveDrive};
+    use crate::{Arms, BodyKind, Joint, JointDrive, JointKind, PassiveDrive};
 
     /// A rhombus of four bars of the length 2 with hinges at its corners; the bodies are the
     /// middles of the bars.

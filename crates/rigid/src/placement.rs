@@ -3,7 +3,6 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::error::{check_finite, check_length};
-use crate::joint::JointKind;
 use crate::{Articulation, Joint, RigidError, State};
 
 /// Positions of all bodies and rotations of all frames.
@@ -102,10 +101,7 @@ impl Articulation {
         for ((joint, _), value) in self.passive_drives().zip(&state.joints) {
             values[joint] = *value;
         }
-        let bad = |(joint, value): &(usize, &f64)| match self.joints()[*joint].kind {
-            JointKind::Slide => !(value.is_finite() && **value > 0.0),
-            _ => !value.is_finite(),
-        };
+        let bad = |(joint, value): &(usize, &f64)| !self.joints()[*joint].kind.admits(**value);
         if let Some((joint, length)) = values.iter().enumerate().find(bad) {
             return Err(RigidError::BadLength {
                 joint: self.joints()[joint].name.clone(),
@@ -129,11 +125,12 @@ impl Articulation {
                 if !is_placed[child] {
                     is_placed[child] = true;
                     let turned = joint.kind.rotation(placement.values[edge.joint]);
-                    placement.rotations[child] = match (&joint.kind, joint.body == edge.child) {
-                        (JointKind::Ball { .. }, _) => state.attitudes[edge.child],
-                        (_, true) => placement.rotations[parent] * turned,
-                        (_, false) => placement.rotations[parent] * turned.inverse(),
-                    };
+                    placement.rotations[child] =
+                        match (joint.kind.has_attitude(), joint.body == edge.child) {
+                            (true, _) => state.attitudes[edge.child],
+                            (_, true) => placement.rotations[parent] * turned,
+                            (_, false) => placement.rotations[parent] * turned.inverse(),
+                        };
                 }
                 let arm = self.arm(&placement, edge.joint);
                 let outward = if joint.body == edge.child { arm } else { -arm };
@@ -150,14 +147,7 @@ impl Articulation {
         let value = placement.values[joint];
         let Joint { body, to, kind, .. } = &self.joints()[joint];
         let [far, near] = [body, to].map(|body| placement.rotations[self.frame_of()[*body]]);
-        match kind {
-            JointKind::Slide => value * (near * vectors.direction),
-            JointKind::Fixed => near * vectors.near,
-            JointKind::Turn { advance, .. } => {
-                near * (vectors.near + advance * value * vectors.direction) - far * vectors.far
-            }
-            JointKind::Ball { .. } => near * vectors.near - far * vectors.far,
-        }
+        kind.arm(value, vectors, &near, &far)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Arrangement of the bodies, and the symmetry planes and axes that models can use.
 
 use nalgebra::Vector3;
-use rigid::{Joint, JointKind};
+use rigid::Joint;
 
 use crate::domain::Domain;
 use crate::scene::Scene;
@@ -89,28 +89,13 @@ impl Scene {
                     && body.slip.is_none_or(|slip| slip.is_symmetric(axis))
             })
         };
-        // Joints that turn keep a plane if they turn within it.
-        let holds_for_joint = |axis: usize, joint: &JointKind| match joint {
-            JointKind::Slide | JointKind::Fixed => true,
-            JointKind::Ball { pivot } => pivot[axis] == 0.0,
-            JointKind::Turn {
-                axis: own,
-                pivot,
-                advance,
-            } => {
-                let in_plane = (0..3).filter(|&other| other != axis);
-                pivot[axis] == 0.0 && *advance == 0.0 && in_plane.map(|k| own[k]).all(|a| a == 0.0)
-            }
-        };
         let joints = self.articulation.joints();
         let background = self.background.as_ref();
         [0, 1, 2].map(|axis| {
             domain[axis]
                 && background.is_none_or(|flow| flow.is_symmetric(axis))
                 && holds_for_bodies(axis)
-                && joints
-                    .iter()
-                    .all(|joint| holds_for_joint(axis, &joint.kind))
+                && joints.iter().all(|joint| joint.kind.keeps_plane(axis))
         })
     }
 
@@ -203,16 +188,8 @@ impl Scene {
     /// line.
     fn turning_off(&self, line: &Line) -> Option<&Joint> {
         let origin = self.bodies[0].position;
-        let keeps_line = |joint: &JointKind| match joint {
-            JointKind::Slide | JointKind::Fixed => true,
-            JointKind::Ball { .. } => false,
-            JointKind::Turn { axis, pivot, .. } => {
-                let distance = (pivot - origin).cross(&line.axis).norm();
-                axis.cross(&line.axis).norm() <= 1e-9 && distance <= line.tolerance
-            }
-        };
         let mut joints = self.articulation.joints().iter();
-        joints.find(|joint| !keeps_line(&joint.kind))
+        joints.find(|joint| !joint.kind.keeps_line(&origin, &line.axis, line.tolerance))
     }
 
     /// The arrangement in words, with the joint that keeps bodies on one line from having an axis

@@ -5,13 +5,13 @@ use rigid::{Joint, JointDrive, JointKind};
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::file::{BodyFile, HarmonicFile, JointFile, PhaseFile, SceneFile};
+use crate::keys::FemOptions;
+use crate::keys::{BodyFile, HarmonicFile, JointFile, PhaseFile, SceneFile};
 use crate::nearest::find_name;
-use crate::options::FemOptions;
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::words::{ArmsKind, ModelKind, ShapeKind};
-use crate::write::{domain_file, joint_file, shape_file};
+use crate::write::{domain_file, joint_file};
 
 /// Replaces the file name in messages about a scene that a program builds.
 const ORIGIN: &str = "scene built by a program";
@@ -125,7 +125,7 @@ impl SceneBuilder {
         self.body(BodyFile {
             name: Some(name.to_owned()),
             position: Some(centre),
-            ..shape_file(&shape)
+            ..shape.to_keys()
         })
     }
 
@@ -310,7 +310,7 @@ impl SceneBuilder {
                 }
             }
         }
-        let mut scene = Scene::from_document(Document::of_values(&self.file, ORIGIN)?)?;
+        let mut scene = Scene::from_document(Document::from_values(&self.file, ORIGIN)?)?;
         scene.name = self.name.unwrap_or_else(|| "scene".to_owned());
         Ok(scene)
     }

@@ -4,8 +4,8 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::body::Body;
 use crate::domain::Domain;
+use crate::hull_distance::distance;
 use crate::shape::Shape;
-use crate::support::distance;
 
 /// Gap between two bodies, or between a body and the nearest wall.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use rigid::Joint;
 
+use crate::checks::check_prescribed;
 use crate::gait::{Gait, Phase};
 use crate::nearest::find_name;
-use crate::read::check_prescribed;
 use crate::shape_path::{CubicLength, ShapePath};
 use crate::spline::second_derivatives;
 use crate::words::InterpolationKind;
@@ -28,7 +28,7 @@ pub(crate) struct GaitTable {
 }
 
 /// Largest number of rows; each is a phase of the gait.
-const MOST_ROWS: usize = 100_000;
+const MAX_ROWS: usize = 100_000;
 
 impl GaitTable {
     /// Reads a file.
@@ -90,7 +90,7 @@ impl GaitTable {
         }
         match table.times.len() {
             0 | 1 => Err("which has less than two rows".to_owned()),
-            rows if rows > MOST_ROWS => Err(format!("which has more than {MOST_ROWS} rows")),
+            rows if rows > MAX_ROWS => Err(format!("which has more than {MAX_ROWS} rows")),
             _ => Ok(table),
         }
     }

@@ -4,33 +4,27 @@
 mod arrangement;
 mod body;
 mod builder;
-mod centroid;
+mod checks;
 mod contact;
-mod design;
-mod design_words;
 mod differences;
 mod document;
 mod domain;
 mod error;
-mod file;
 mod file_names;
 mod flow;
 mod gait;
 mod gait_table;
-mod joint_force;
+mod hull_distance;
 mod joint_path;
 pub mod keys;
 mod nearest;
-mod options;
-mod output_words;
 mod phase_span;
 mod read;
 mod scene;
 mod shape;
 mod shape_path;
-mod shape_surface;
+mod shapes;
 mod spline;
-mod support;
 mod surface_shape;
 mod words;
 mod write;
@@ -39,24 +33,24 @@ pub use arrangement::Arrangement;
 pub use body::Body;
 pub use builder::SceneBuilder;
 pub use contact::{Contact, closest_contact, contacts};
-pub use design::{JointValues, LearnOptions, OptimiseOptions};
-pub use design_words::{LearnKind, ObjectiveKind, StrokeStart};
 pub use document::Document;
 pub use domain::Domain;
 pub use error::SceneError;
 pub use flow::{Background, Slip};
 pub use gait::{Gait, Phase, spans};
-pub use joint_force::JointForce;
 pub use joint_path::{JointPath, OwnPath};
-pub use options::{FemOptions, ModelOptions};
-pub use output_words::FlowsKind;
+pub use keys::{FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions};
 pub use phase_span::PhaseSpan;
 pub use scene::Scene;
 pub use shape::Shape;
-pub use shape_path::{CubicLength, ShapePath, Sine};
+pub use shape_path::{CubicLength, JointForce, ShapePath, Sine};
+pub use shapes::{
+    CapsuleShape, DiskShape, EllipsoidShape, FileShape, HelixShape, PartShape, PointShape,
+    SphereShape, SpheroidShape, TorusShape,
+};
 pub use surface_shape::SurfaceShape;
 pub use words::{
-    AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FormulationKind, GaitKind,
-    GeometryKind, InterpolationKind, MeshMotionKind, MesherKind, ModelKind, ShapeKind, SolverKind,
-    SurfaceKind, SymmetryKind,
+    AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FlowsKind, FormulationKind,
+    GaitKind, GeometryKind, InterpolationKind, LearnKind, MeshMotionKind, MesherKind, ModelKind,
+    ObjectiveKind, ShapeKind, SolverKind, StrokeStart, SurfaceKind, SymmetryKind,
 };

@@ -4,17 +4,17 @@ use nalgebra::Vector3;
 use rigid::{Articulation, JointKind, State};
 
 use crate::body::Body;
-use crate::design::{JointValues, LearnOptions, OptimiseOptions};
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::flow::Background;
 use crate::gait::Gait;
 use crate::gait_table::GaitTable;
-use crate::joint_force::JointForce;
-use crate::options::{FemOptions, ModelOptions};
-use crate::read::design::by_joint;
+use crate::keys::{FemOptions, ModelOptions};
+use crate::keys::{JointValues, LearnOptions, OptimiseOptions};
+use crate::read::limits::by_joint;
 use crate::shape::Shape;
+use crate::shape_path::JointForce;
 
 /// A scene that passed all checks: fluid, domain, bodies, joints, gait and options.
 ///
@@ -187,6 +187,11 @@ impl Scene {
         self.document.place(key)
     }
 
+    /// Warnings about the scene file, to be shown to the user: keys with old names.
+    pub fn warnings(&self) -> &[String] {
+        self.document.warnings()
+    }
+
     /// Refuses a scene without a gait.
     ///
     /// # Errors
@@ -215,7 +220,7 @@ impl Scene {
 
     /// Number of the first body that is not a sphere, a spheroid or a point.
     pub fn first_not_spheroidal(&self) -> Option<usize> {
-        let is_spheroid = |shape: &Shape| matches!(shape, Shape::Spheroid { .. });
+        let is_spheroid = |shape: &Shape| matches!(shape, Shape::Spheroid(_));
         (self.bodies.iter()).position(|b| !b.shape.is_isotropic() && !is_spheroid(&b.shape))
     }
 

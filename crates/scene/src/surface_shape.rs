@@ -1,10 +1,13 @@
 //! Closed surfaces from files, as bodies and as domains.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use mesher::TriangulatedSurface;
+use mesh::{MshFile, Surface, SurfaceMesh, TetMesh};
+use mesher::{GenerateError, TriangulatedSurface};
 use nalgebra::Vector3;
 
+use crate::checks::Checks;
+use crate::error::SceneError;
 use crate::words::SurfaceKind;
 
 /// A closed surface from a file, in the units of the scene.
@@ -32,20 +35,120 @@ impl SurfaceShape {
     /// The first is the radius of a ball, 1.5 radii of a long tube and 3 half thicknesses of a
     /// plate.
     pub fn size_radius(&self) -> f64 {
-        use mesh::Surface;
         let surface = &self.surface;
         (3.0 * surface.volume() / surface.area()).min(2.5 * surface.inradius())
     }
 
     /// Volume inside the surface.
     pub fn volume(&self) -> f64 {
-        use mesh::Surface;
         self.surface.volume()
     }
 
     /// Radius of the ball about the centre that contains the surface.
     pub fn bounding_radius(&self) -> f64 {
-        use mesh::Surface;
         self.surface.bounding_ball().1
+    }
+
+    /// The lengths of a body with this surface.
+    pub(crate) fn lengths(&self) -> Vec<(&'static str, f64)> {
+        vec![
+            ("file", self.bounding_radius()),
+            ("file", self.size_radius()),
+        ]
+    }
+
+    /// The surface about a point of the file, or about the centroid of its volume.
+    pub(crate) fn about(self, centre: Option<Vector3<f64>>) -> Self {
+        let centre = centre.unwrap_or_else(|| self.surface.centroid() / self.scale);
+        Self {
+            surface: self.surface.about(centre * self.scale),
+            centre,
+            ..self
+        }
+    }
+}
+
+/// The surfaces read so far; a file is read once for all bodies that have it.
+#[derive(Default)]
+pub(crate) struct SurfaceFiles {
+    read: Vec<(PathBuf, SurfaceKind, TriangulatedSurface)>,
+    /// The mesh of the domain, once it is needed.
+    mesh: Option<TetMesh>,
+}
+
+/// Keys that describe a surface.
+pub(crate) struct SurfaceKeys<'a> {
+    /// Group of the keys, such as `bodies[0]`.
+    pub group: &'a str,
+    pub file: &'a Option<String>,
+    pub kind: Option<SurfaceKind>,
+    pub scale: Option<f64>,
+}
+
+impl SurfaceFiles {
+    /// The surface of a file at its own place, checked.
+    pub fn read(&mut self, checks: &Checks, keys: SurfaceKeys) -> Result<SurfaceShape, SceneError> {
+        let key = format!("{}.file", keys.group);
+        let why = ": give the STL, OBJ or Gmsh file of the surface";
+        let name = checks.required(&key, keys.file.as_ref(), why)?;
+        let file = checks.0.path().parent().unwrap_or(Path::new("")).join(name);
+        let kind = keys.kind.unwrap_or_default();
+        let known = (self.read.iter()).find(|(path, of, _)| *path == file && *of == kind);
+        let surface = match known {
+            Some((.., surface)) => surface.clone(),
+            None => {
+                let name = file.display().to_string();
+                let surface = SurfaceMesh::read(&file)
+                    .map_err(GenerateError::from)
+                    .and_then(|mesh| TriangulatedSurface::new(&name, mesh, kind.into()))
+                    .map_err(|error| checks.bad_value(&key, format!("is refused: {error}")))?;
+                self.read.push((file.clone(), kind, surface.clone()));
+                surface
+            }
+        };
+        let scale = keys.scale.unwrap_or(1.0);
+        Ok(SurfaceShape {
+            surface: surface.scaled(scale),
+            file,
+            kind,
+            scale,
+            centre: Vector3::zeros(),
+            part: None,
+        })
+    }
+
+    /// A part of the boundary of the domain's mesh: its facets, and its curved cells where the file
+    /// has them.
+    pub fn mesh_part(
+        &mut self,
+        checks: &Checks,
+        file: &Path,
+        part: &str,
+        key: &str,
+    ) -> Result<SurfaceShape, SceneError> {
+        let refused = |error: GenerateError| checks.bad_value(key, format!("is refused: {error}"));
+        let mesh = match &self.mesh {
+            Some(mesh) => mesh,
+            None => {
+                let read = MshFile::read(file).and_then(|file| file.into_mesh(&[]));
+                self.mesh
+                    .insert(read.map_err(|error| refused(error.into()))?)
+            }
+        };
+        let (triangles, is_curved) =
+            (mesh.boundary_part(part)).map_err(|error| refused(error.into()))?;
+        let kind = match is_curved {
+            true => SurfaceKind::Smooth,
+            false => SurfaceKind::Faceted,
+        };
+        let surface = TriangulatedSurface::new(part, triangles, kind.into()).map_err(refused)?;
+        Ok(SurfaceShape {
+            surface,
+            file: file.to_owned(),
+            kind,
+            scale: 1.0,
+            centre: Vector3::zeros(),
+            part: Some(part.to_owned()),
+        })
     }
 }

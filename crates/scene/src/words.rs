@@ -1,131 +1,301 @@
 //! Words that are values of keys of a scene file, and their meanings.
 //!
-//! The word of a variant is its name in kebab case: `FormulationKind::PTilde` is `"p-tilde"`.
+//! A word is one variant: its name in kebab case is what the file says (`FormulationKind::PTilde` is
+//! `"p-tilde"`), and its documentation is the meaning in `docs/scene.md`.
 
 use serde::{Deserialize, Serialize};
-use strum::{IntoStaticStr, VariantNames};
+use strum::VariantNames;
 
-/// Gives the enums of this file their words as inherent items.
+use crate::keys::{KeyType, Kind, Words};
+
+/// Defines enums of words; `= Variant` after the name is the default.
 macro_rules! words {
-    ($($kind:ident),+) => { $(
-        impl $kind {
+    ($(
+        $(#[doc = $doc:literal])+
+        pub enum $name:ident $(= $default:ident)? {
+            $( $(#[doc = $meaning:literal])+ $variant:ident, )+
+        }
+    )+) => { $(
+        $(#[doc = $doc])+
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, VariantNames)]
+        #[serde(rename_all = "kebab-case")]
+        #[strum(serialize_all = "kebab-case")]
+        pub enum $name {
+            $( $(#[doc = $meaning])+ $variant, )+
+        }
+
+        impl $name {
             /// All words, in the order of the variants.
             pub const WORDS: &[&str] = <Self as VariantNames>::VARIANTS;
 
             /// The word of the scene file.
-            pub fn word(self) -> &'static str {
-                self.into()
+            pub const fn word(self) -> &'static str {
+                Self::WORDS[self as usize]
             }
+        }
+
+        $(impl Default for $name {
+            fn default() -> Self {
+                Self::$default
+            }
+        })?
+
+        impl KeyType for $name {
+            const KIND: Kind = Kind::Word(Words {
+                words: Self::WORDS,
+                meanings: &[$(concat!($($meaning),+).trim_ascii()),+],
+            });
+            const DEFAULT: &'static str = [$(Self::$default.word(),)? ""][0];
         }
     )+ };
 }
 
-pub(crate) use words;
-
-words!(
-    DomainKind,
-    BackgroundKind,
-    ShapeKind,
-    SurfaceKind,
-    ArmsKind,
-    JointWord,
-    DriveKind,
-    GaitKind,
-    InterpolationKind,
-    ModelKind,
-    AcceptKind,
-    FormulationKind,
-    SolverKind,
-    MeshMotionKind,
-    MesherKind,
-    GeometryKind,
-    SymmetryKind,
-    EstimatesKind
-);
-
-/// Kind of domain: where the fluid is.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum DomainKind {
-    /// The whole space.
-    #[default]
-    Unbounded,
-    /// The interior of a ball.
-    Ball,
-    /// The interior of a box.
-    Box,
-    /// The interior of an infinite circular cylinder.
-    Cylinder,
-    /// The half-space above a plane.
-    Wall,
-    /// The interior of a closed surface in a file.
-    Surface,
-    /// The volume of a mesh file.
-    Mesh,
+/// Defines [`ShapeKind`] from the list of shapes.
+macro_rules! shape_words {
+    ($( $(#[doc = $meaning:literal])+ $kind:ident $name:ident, )+) => {
+        words! {
+            /// Kind of body.
+            pub enum ShapeKind = Sphere {
+                $( $(#[doc = $meaning])+ $kind, )+
+            }
+        }
+    };
 }
+crate::shapes::list!(shape_words);
 
-/// Kind of background flow.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum BackgroundKind {
-    /// The same velocity everywhere.
-    Uniform,
-    /// A constant gradient of the velocity.
-    Shear,
-    /// A constant gradient of the velocity without rotation: a symmetric one.
-    Extension,
-    /// Poiseuille flow along the tube that is the domain.
-    Poiseuille,
-}
+words! {
+    /// Kind of domain: where the fluid is.
+    pub enum DomainKind = Unbounded {
+        /// The whole space.
+        Unbounded,
+        /// The interior of a ball.
+        Ball,
+        /// The interior of a box.
+        Box,
+        /// The interior of an infinite circular cylinder.
+        Cylinder,
+        /// The half-space above a plane.
+        Wall,
+        /// The interior of a closed surface in a file.
+        Surface,
+        /// The volume of a mesh file.
+        Mesh,
+    }
 
-/// Kind of body.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum ShapeKind {
-    /// A sphere.
-    #[default]
-    Sphere,
-    /// An ellipsoid.
-    Ellipsoid,
-    /// A spheroid.
-    Spheroid,
-    /// A cylinder closed by hemispheres.
-    Capsule,
-    /// A disk with a round rim.
-    Disk,
-    /// A torus.
-    Torus,
-    /// A tube with round ends along a helix.
-    Helix,
-    /// A closed surface in a file.
-    Surface,
-    /// A part of the boundary of the domain's mesh, as it is.
-    File,
-    /// A massless point without a surface.
-    Point,
-}
+    /// Kind of background flow.
+    pub enum BackgroundKind {
+        /// The same velocity everywhere.
+        Uniform,
+        /// A constant gradient of the velocity.
+        Shear,
+        /// A constant gradient of the velocity without rotation: a symmetric one.
+        Extension,
+        /// Poiseuille flow along the tube that is the domain.
+        Poiseuille,
+    }
 
-/// How the triangles of a surface in a file are understood; see [`mesher::TriangleKind`].
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum SurfaceKind {
-    /// Curved through the vertices, with edges above 40 degrees kept sharp.
-    #[default]
-    Smooth,
-    /// Flat triangles.
-    Faceted,
+    /// How the triangles of a surface in a file are understood; see [`mesher::TriangleKind`].
+    pub enum SurfaceKind = Smooth {
+        /// Curved through the vertices, with edges above 40 degrees kept sharp.
+        Smooth,
+        /// Flat triangles.
+        Faceted,
+    }
+
+    /// How a gait is given.
+    pub enum GaitKind = Phases {
+        /// Phases with constant rates.
+        Phases,
+        /// Sums of sines.
+        Harmonic,
+        /// A file with times and joint values.
+        Table,
+    }
+
+    /// Interpolation of the values between the rows of a table.
+    pub enum InterpolationKind = Cubic {
+        /// A cubic spline with two continuous derivatives, periodic if the last row is the first one.
+        Cubic,
+        /// The same spline with a corner where the cycle begins, also if the last row is the first one.
+        Corner,
+        /// Constant rates between rows.
+        Linear,
+    }
+
+    /// Attachment of bodies to arms that rotate; see [`rigid::Arms`].
+    pub enum ArmsKind = Clamped {
+        /// Bodies keep their orientation relative to the frame of the swimmer.
+        Clamped,
+        /// Bodies rotate freely.
+        Free,
+        /// Arms keep their direction in the laboratory frame.
+        Lab,
+    }
+
+    /// Relative motion that a joint allows.
+    pub enum JointWord = Slide {
+        /// The distance of the two centres changes along their line.
+        Slide,
+        /// Rotation about an axis through a pivot.
+        Hinge,
+        /// Rotation about an axis through the centre of the body.
+        Rotor,
+        /// Free rotation about a pivot.
+        Ball,
+        /// Rotation about an axis with a proportional translation along it.
+        Screw,
+        /// No relative motion.
+        Fixed,
+    }
+
+    /// What determines the value of a joint.
+    pub enum DriveKind = Prescribed {
+        /// The gait prescribes it.
+        Prescribed,
+        /// A spring acts on it.
+        Spring,
+        /// A constant force or torque acts on it.
+        Force,
+        /// It moves freely.
+        Free,
+    }
+
+    /// Model of the flow.
+    pub enum ModelKind = Auto {
+        /// The cheapest model that meets the tolerance.
+        Auto,
+        /// Point forces (Oseen tensor).
+        Oseen,
+        /// Rotne-Prager-Yamakawa tensor.
+        Rpy,
+        /// Multipole expansions.
+        Multipole,
+        /// Finite elements in the meridian plane.
+        Axisymmetric,
+        /// Finite elements in three dimensions.
+        Fem,
+    }
+
+    /// What a run does with a result whose error bar is larger than the tolerance.
+    pub enum AcceptKind = Tolerance {
+        /// The run fails and reports what was reached.
+        Tolerance,
+        /// The best result is accepted with a warning.
+        Best,
+    }
+
+    /// Method by which the finite-element model imposes the constraints of the joints.
+    pub enum FormulationKind = PTilde {
+        /// Elimination of the relative velocities.
+        PTilde,
+        /// Lagrange multipliers.
+        Lagrange,
+        /// Constraint rows that replace rows of the system.
+        DirectRow,
+    }
+
+    /// Solver for the linear systems of the finite-element model.
+    pub enum SolverKind = Block {
+        /// Krylov method with the block preconditioner.
+        Block,
+        /// Sparse factorisation.
+        Direct,
+        /// Krylov method with additive Schwarz.
+        Schwarz,
+        /// Minimal residuals with the block-diagonal preconditioner, for symmetric formulations.
+        Minres,
+    }
+
+    /// Method by which the finite-element model moves its mesh with the bodies.
+    pub enum MeshMotionKind = Auto {
+        /// Diffusion with the coefficient of Kanchi & Masud; for the mesh of a file the biharmonic
+        /// equation, and other methods where cells become too poor.
+        Auto,
+        /// Laplace's equation.
+        Laplace,
+        /// Diffusion with the coefficient of Kanchi & Masud.
+        KanchiMasud,
+        /// Diffusion with the reciprocal of the element volume as coefficient.
+        InverseVolume,
+        /// Linear elasticity with small elements stiffer than large ones.
+        Elastic,
+        /// The biharmonic equation.
+        Biharmonic,
+        /// Cubic radial basis functions.
+        Rbf,
+    }
+
+    /// Program that meshes the fluid again inside the walls of a mesh file.
+    pub enum MesherKind = Auto {
+        /// The generator of this project.
+        Auto,
+        /// The command `gmsh`, where the generator of this project has no mesh.
+        Gmsh,
+    }
+
+    /// Shape of the elements at the surfaces of the bodies.
+    pub enum GeometryKind = Curved {
+        /// Isoparametric quadratic elements.
+        Curved,
+        /// Elements with flat facets.
+        Straight,
+    }
+
+    /// Whether the finite-element model uses symmetry planes.
+    pub enum SymmetryKind = Auto {
+        /// The whole fluid is meshed.
+        Off,
+        /// One side of each symmetry plane is meshed.
+        Auto,
+    }
+
+    /// Whether discretisation errors are estimated.
+    pub enum EstimatesKind = On {
+        /// Errors are estimated for every reported result.
+        On,
+        /// Errors are not estimated.
+        Off,
+    }
+
+    /// Flows that a run by elements in space writes for ParaView.
+    pub enum FlowsKind = Phase {
+        /// The last flow that is solved in each phase.
+        Phase,
+        /// All flows of the trajectory.
+        All,
+        /// None.
+        Off,
+    }
+
+    /// What `swim optimise` optimises.
+    pub enum ObjectiveKind = Efficiency {
+        /// Lighthill efficiency.
+        Efficiency,
+        /// Largest displacement.
+        Displacement,
+        /// Least energy for a displacement.
+        Energy,
+        /// Least energy for a rotation.
+        Rotation,
+        /// Largest displacement per time within bounds on rates and power.
+        Speed,
+    }
+
+    /// Where an optimal stroke starts.
+    pub enum StrokeStart = Closed {
+        /// Anywhere: a smooth closed curve of shapes.
+        Closed,
+        /// At the shape of the scene, where the curve may have a corner.
+        Fixed,
+    }
+
+    /// Method of `swim learn`.
+    pub enum LearnKind = Q {
+        /// Q-learning (Watkins & Dayan 1992).
+        Q,
+        /// Double Q-learning (van Hasselt 2010).
+        DoubleQ,
+    }
 }
 
 impl From<SurfaceKind> for mesher::TriangleKind {
@@ -135,245 +305,6 @@ impl From<SurfaceKind> for mesher::TriangleKind {
             SurfaceKind::Faceted => Self::Faceted,
         }
     }
-}
-
-/// How a gait is given.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum GaitKind {
-    /// Phases with constant rates.
-    #[default]
-    Phases,
-    /// Sums of sines.
-    Harmonic,
-    /// A file with times and joint values.
-    Table,
-}
-
-/// Interpolation of the values between the rows of a table.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum InterpolationKind {
-    /// A cubic spline with two continuous derivatives, periodic if the last row is the first one.
-    #[default]
-    Cubic,
-    /// The same spline with a corner where the cycle begins, also if the last row is the first one.
-    Corner,
-    /// Constant rates between rows.
-    Linear,
-}
-
-/// Attachment of bodies to arms that rotate; see [`rigid::Arms`].
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum ArmsKind {
-    /// Bodies keep their orientation relative to the frame of the swimmer.
-    #[default]
-    Clamped,
-    /// Bodies rotate freely.
-    Free,
-    /// Arms keep their direction in the laboratory frame.
-    Lab,
-}
-
-/// Relative motion that a joint allows.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum JointWord {
-    /// The distance of the two centres changes along their line.
-    #[default]
-    Slide,
-    /// Rotation about an axis through a pivot.
-    Hinge,
-    /// Rotation about an axis through the centre of the body.
-    Rotor,
-    /// Free rotation about a pivot.
-    Ball,
-    /// Rotation about an axis with a proportional translation along it.
-    Screw,
-    /// No relative motion.
-    Fixed,
-}
-
-/// What determines the value of a joint.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum DriveKind {
-    /// The gait prescribes it.
-    #[default]
-    Prescribed,
-    /// A spring acts on it.
-    Spring,
-    /// A constant force or torque acts on it.
-    Force,
-    /// It moves freely.
-    Free,
-}
-
-/// Model of the flow.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum ModelKind {
-    /// The cheapest model that meets the tolerance.
-    #[default]
-    Auto,
-    /// Point forces (Oseen tensor).
-    Oseen,
-    /// Rotne-Prager-Yamakawa tensor.
-    Rpy,
-    /// Multipole expansions.
-    Multipole,
-    /// Finite elements in the meridian plane.
-    Axisymmetric,
-    /// Finite elements in three dimensions.
-    Fem,
-}
-
-/// What a run does with a result whose error bar is larger than the tolerance.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum AcceptKind {
-    /// The run fails and reports what was reached.
-    #[default]
-    Tolerance,
-    /// The best result is accepted with a warning.
-    Best,
-}
-
-/// Method by which the finite-element model imposes the constraints of the joints.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum FormulationKind {
-    /// Elimination of the relative velocities.
-    #[default]
-    PTilde,
-    /// Lagrange multipliers.
-    Lagrange,
-    /// Constraint rows that replace rows of the system.
-    DirectRow,
-}
-
-/// Solver for the linear systems of the finite-element model.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum SolverKind {
-    /// Krylov method with the block preconditioner.
-    #[default]
-    Block,
-    /// Sparse factorisation.
-    Direct,
-    /// Krylov method with additive Schwarz.
-    Schwarz,
-    /// Minimal residuals with the block-diagonal preconditioner, for symmetric formulations.
-    Minres,
-}
-
-/// Method by which the finite-element model moves its mesh with the bodies.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum MeshMotionKind {
-    /// Diffusion with the coefficient of Kanchi & Masud; for the mesh of a file the biharmonic
-    /// equation, and other methods where cells become too poor.
-    #[default]
-    Auto,
-    /// Laplace's equation.
-    Laplace,
-    /// Diffusion with the coefficient of Kanchi & Masud.
-    KanchiMasud,
-    /// Diffusion with the reciprocal of the element volume as coefficient.
-    InverseVolume,
-    /// Linear elasticity with small elements stiffer than large ones.
-    Elastic,
-    /// The biharmonic equation.
-    Biharmonic,
-    /// Cubic radial basis functions.
-    Rbf,
-}
-
-/// Program that meshes the fluid again inside the walls of a mesh file.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum MesherKind {
-    /// The generator of this project.
-    #[default]
-    Auto,
-    /// The command `gmsh`, where the generator of this project has no mesh.
-    Gmsh,
-}
-
-/// Shape of the elements at the surfaces of the bodies.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum GeometryKind {
-    /// Isoparametric quadratic elements.
-    #[default]
-    Curved,
-    /// Elements with flat facets.
-    Straight,
-}
-
-/// Whether the finite-element model uses symmetry planes.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum SymmetryKind {
-    /// The whole fluid is meshed.
-    Off,
-    /// One side of each symmetry plane is meshed.
-    #[default]
-    Auto,
-}
-
-/// Whether discretisation errors are estimated.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
-)]
-#[serde(rename_all = "kebab-case")]
-#[strum(serialize_all = "kebab-case")]
-pub enum EstimatesKind {
-    /// Errors are estimated for every reported result.
-    #[default]
-    On,
-    /// Errors are not estimated.
-    Off,
 }
 
 impl From<ArmsKind> for rigid::Arms {
@@ -397,4 +328,55 @@ impl From<rigid::Arms> for ArmsKind {
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+
+    #[test]
+    fn serde_and_the_lists_of_words_agree() {
+        for key in crate::keys::all() {
+            let Kind::Word(words) = key.kind else {
+                continue;
+            };
+            assert_eq!(words.words.len(), words.meanings.len(), "{}", key.path);
+        }
+        // The word of every variant is read by serde as this variant, and written back.
+        fn check<T: Copy + Serialize + serde::de::DeserializeOwned>(
+            words: &[&str],
+            word: fn(T) -> &'static str,
+        ) {
+            for &expected in words {
+                let text = toml::Value::String(expected.to_owned());
+                let kind: T = text.clone().try_into().unwrap();
+                assert_eq!(word(kind), expected);
+                assert_eq!(toml::Value::try_from(kind).unwrap(), text);
+            }
+        }
+        macro_rules! check_all {
+            ($($kind:ident),+) => { $( check($kind::WORDS, $kind::word); )+ };
+        }
+        check_all!(
+            DomainKind,
+            BackgroundKind,
+            ShapeKind,
+            SurfaceKind,
+            GaitKind,
+            InterpolationKind,
+            ArmsKind,
+            JointWord,
+            DriveKind,
+            ModelKind,
+            AcceptKind,
+            FormulationKind,
+            SolverKind,
+            MeshMotionKind,
+            MesherKind,
+            GeometryKind,
+            SymmetryKind,
+            EstimatesKind,
+            FlowsKind,
+            ObjectiveKind,
+            StrokeStart,
+            LearnKind
+        );
+    }
+}

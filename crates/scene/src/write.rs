@@ -8,15 +8,14 @@ use rigid::{Joint, JointDrive, JointKind};
 use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::file::{
-    BackgroundFile, BodyFile, DomainFile, FluidFile, ForceFile, GaitFile, HarmonicFile,
-    HarmonicForceFile, JointFile, PhaseFile, SceneFile, SlipFile,
-};
 use crate::file_names::seen_from;
 use crate::flow::Background;
 use crate::gait::Phase;
+use crate::keys::{
+    BackgroundFile, BodyFile, DomainFile, FluidFile, ForceFile, GaitFile, HarmonicFile,
+    HarmonicForceFile, JointFile, PhaseFile, SceneFile, SlipFile,
+};
 use crate::scene::Scene;
-use crate::shape::Shape;
 use crate::shape_path::{ShapePath, Sine};
 use crate::words::{DriveKind, GaitKind, JointWord};
 
@@ -245,75 +244,13 @@ pub(crate) fn domain_file(domain: &Domain) -> DomainFile {
     file
 }
 
-/// The keys of a body that describe its shape.
-pub(crate) fn shape_file(shape: &Shape) -> BodyFile {
-    let mut file = BodyFile {
-        shape: shape.kind(),
-        axis: shape.axis().map(Into::into),
-        ..BodyFile::default()
-    };
-    match *shape {
-        Shape::Sphere { radius } => file.radius = Some(radius),
-        Shape::Ellipsoid {
-            semi_axes,
-            orientation,
-        } => {
-            file.semi_axes = Some(semi_axes.into());
-            file.orientation = Some(orientation.into());
-        }
-        Shape::Spheroid {
-            radius,
-            half_length,
-            ..
-        }
-        | Shape::Capsule {
-            radius,
-            half_length,
-            ..
-        }
-        | Shape::Disk {
-            radius,
-            half_length,
-            ..
-        } => (file.radius, file.half_length) = (Some(radius), Some(half_length)),
-        Shape::Torus {
-            radius,
-            tube_radius,
-            ..
-        } => (file.radius, file.tube_radius) = (Some(radius), Some(tube_radius)),
-        Shape::Helix {
-            radius,
-            tube_radius,
-            pitch,
-            turns,
-            orientation,
-        } => {
-            (file.radius, file.tube_radius) = (Some(radius), Some(tube_radius));
-            (file.pitch, file.turns) = (Some(pitch), Some(turns));
-            file.orientation = Some(orientation.into());
-        }
-        Shape::Surface { ref shape, .. } if shape.part.is_some() => {}
-        Shape::Surface {
-            ref shape,
-            orientation,
-        } => {
-            file.file = Some(shape.file.display().to_string());
-            (file.surface_kind, file.scale) = (Some(shape.kind), Some(shape.scale));
-            file.centre = Some(shape.centre.into());
-            file.orientation = Some(orientation.into());
-        }
-        Shape::Point => {}
-    }
-    file
-}
-
 fn body_file(body: &Body) -> BodyFile {
     BodyFile {
         name: Some(body.name.clone()),
         position: Some(body.position.into()),
         surface: body.surface.clone(),
         force: body.force.into(),
-        torque: Some(body.torque.into()).filter(|_| body.shape != Shape::Point),
+        torque: Some(body.torque.into()).filter(|_| body.shape.has_surface()),
         fixed: body.fixed,
         mass: body.mass,
         inertia: body.inertia,
@@ -323,6 +260,6 @@ fn body_file(body: &Body) -> BodyFile {
             b2: slip.b2,
             axis: slip.axis.into(),
         }),
-        ..shape_file(&body.shape)
+        ..body.shape.to_keys()
     }
 }

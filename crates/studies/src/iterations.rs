@@ -158,7 +158,7 @@ fn cases(quick: bool) -> Vec<Case> {
 }
 
 fn solve(scene: &SceneText, rtol: f64) -> Result<InstantaneousSolution> {
-    let keys = format!("fem.rtol = {rtol:e}\nfem.mirror = \"off\"\nfem.estimates = \"off\"\n");
+    let keys = format!("fem.rtol = {rtol:e}\nfem.symmetry = \"off\"\nfem.estimates = \"off\"\n");
     let scene = Scene::parse(&(keys + &scene.0))?;
     let mut model = FemModel::new(&scene)?;
     Ok(solve_start(&scene, &mut model)?)
@@ -166,7 +166,7 @@ fn solve(scene: &SceneText, rtol: f64) -> Result<InstantaneousSolution> {
 
 /// Iterations with an exact velocity solve on the mesh of the first configuration.
 fn iterations_with_exact_velocities(scene: &SceneText) -> Result<Option<usize>> {
-    let scene = Scene::parse(&("fem.mirror = \"off\"\n".to_owned() + &scene.0))?;
+    let scene = Scene::parse(&("fem.symmetry = \"off\"\n".to_owned() + &scene.0))?;
     let state = scene.initial_state();
     let shape = scene.articulation().initial_shape();
     let configuration = Configuration {
@@ -286,7 +286,7 @@ fn several_rhs(quick: bool) -> Result<Table> {
 /// Solves for the 18 columns of the mobility matrix of three spheres.
 fn of_several_rhs(size: f64) -> Result<SeveralRhs> {
     let ball = "domain = { kind = \"ball\", radius = 40 }\nmodel.kind = \"fem\"";
-    let fem = format!("fem = {{ size_factor = {size:?}, mirror = \"off\" }}");
+    let fem = format!("fem = {{ size_factor = {size:?}, symmetry = \"off\" }}");
     let scene = SceneText::new(ball).line(fem);
     let scene = scene
         .spheres_on_axis(&[1.0; 3], [-10.0, 0.0, 10.0])

@@ -91,7 +91,7 @@ fn ours(size: f64) -> Result<Vec<Row>> {
     let three = ThreeSpheres::new([10.0; 2], 40.0);
     let overrides = [
         format!("fem.surface_size={size}"),
-        "fem.mirror=off".to_owned(),
+        "fem.symmetry=off".to_owned(),
     ];
     let answer = answer("three-sphere.toml", &overrides)?;
     let row = |threads: usize| {

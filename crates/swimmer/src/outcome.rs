@@ -124,10 +124,12 @@ impl Outcome {
     /// Compares the error bar that a tolerance limits with it, at the end of the gait.
     pub(crate) fn check_tolerance(&mut self, tolerance: f64, model: &dyn Hydrodynamics) {
         let bars = &self.error_estimate;
-        self.limited_error = bars.integration.map(|error| match model.controls_error() {
-            true => bars.total(),
-            false => error,
-        });
+        self.limited_error =
+            bars.integration
+                .map(|error| match model.capabilities().controls_error {
+                    true => bars.total(),
+                    false => error,
+                });
         let scene = model.scene();
         let reference = match scene.has_surface_velocity() {
             // Bodies may tumble in place.

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use models::Hydrodynamics;
+use models::{Hydrodynamics, SolutionFlow};
 use scene::{PhaseSpan, Scene};
 use serde_json::Value;
 
@@ -11,7 +11,7 @@ use crate::error::SwimError;
 use crate::integrate::{SpanResult, SpanSolution};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
-use crate::output::{FlowSeries, Folder, LastFlow, trajectory_csv};
+use crate::output::{FlowSeries, Folder, trajectory_csv};
 use crate::progress::Progress;
 use crate::run_report::Report;
 
@@ -30,17 +30,12 @@ pub trait RunFiles {
         Ok(())
     }
 
-    /// A solve is done, with this flow.
+    /// A solve is done; its solution has the flow, if the model has one.
     ///
     /// # Errors
     /// Any error ends the run.
-    fn solved(
-        &mut self,
-        span: &PhaseSpan,
-        solution: &SpanSolution,
-        flow: LastFlow<'_>,
-    ) -> Result<(), SwimError> {
-        let _ = (span, solution, flow);
+    fn solved(&mut self, span: &PhaseSpan, solution: &SpanSolution) -> Result<(), SwimError> {
+        let _ = (span, solution);
         Ok(())
     }
 
@@ -54,7 +49,7 @@ pub trait RunFiles {
         span: &PhaseSpan,
         result: &SpanResult,
         first: usize,
-        flow: LastFlow<'_>,
+        flow: Option<&SolutionFlow>,
     ) -> Result<(), SwimError> {
         let _ = (span, result, first, flow);
         Ok(())
@@ -112,6 +107,8 @@ pub(crate) struct Files<'a> {
 pub(crate) struct Output<'a> {
     pub folder: &'a Folder,
     flows: FlowSeries,
+    /// Flow of the last solution.
+    last_flow: Option<SolutionFlow>,
     pub files: &'a mut dyn RunFiles,
     /// The last completed phase, if it is not yet written.
     pending: Option<Checkpoint>,
@@ -130,6 +127,7 @@ impl<'a> Output<'a> {
         Self {
             folder,
             flows: FlowSeries::resumed(folder, scene.fem().flows, flows),
+            last_flow: None,
             files,
             pending: None,
             written: None,
@@ -167,11 +165,15 @@ impl Files<'_> {
 }
 
 impl Observer for Files<'_> {
+    fn wants_flows(&self) -> bool {
+        self.output.is_some()
+    }
+
     fn solved(
         &mut self,
         span: &PhaseSpan,
         solution: &SpanSolution,
-        model: &dyn Hydrodynamics,
+        _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         if self.progress.is_interrupted() {
             let gait = self.scene.gait();
@@ -184,9 +186,9 @@ impl Observer for Files<'_> {
         let Some(output) = &mut self.output else {
             return Ok(());
         };
-        let flow = LastFlow::new(model);
-        output.flows.solved(solution, &flow)?;
-        output.files.solved(span, solution, flow)
+        output.flows.solved(solution)?;
+        output.last_flow.clone_from(&solution.solution.flow);
+        output.files.solved(span, solution)
     }
 
     fn span_done(
@@ -194,12 +196,13 @@ impl Observer for Files<'_> {
         span: &PhaseSpan,
         result: &SpanResult,
         so_far: &Outcome,
-        model: &dyn Hydrodynamics,
+        model: &mut dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         if let Some(output) = &mut self.output {
             let first = so_far.solves - result.solves;
-            let flow = LastFlow::new(model);
-            (output.flows).finish_span(span, result, first, &flow)?;
+            let flow = output.last_flow.take();
+            let flow = flow.as_ref();
+            (output.flows).finish_span(span, result, first, flow, model)?;
             output.files.span_done(span, result, first, flow)?;
             let flows = output.flows.files();
             let checkpoint = Checkpoint::new(self.scene, &result.end, so_far, model, flows)?;

@@ -30,7 +30,7 @@ const CURVE_POINTS: usize = 12;
 ///
 /// ```
 /// use swimmer::models::{
-///     BodySolution, Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
+///     BodySolution, Hydrodynamics, InstantaneousSolution, ModelError, Query,
 /// };
 /// use swimmer::{Method, Scene, simulate};
 ///
@@ -57,10 +57,6 @@ const CURVE_POINTS: usize = 12;
 ///             Ok(InstantaneousSolution::new(bodies, vec![Default::default()], motion))
 ///         };
 ///         query.rates.iter().map(one).collect()
-///     }
-///
-///     fn cost(&mut self, _: Configuration) -> Result<Cost, ModelError> {
-///         Ok(Cost::default())
 ///     }
 /// }
 ///
@@ -118,7 +114,9 @@ pub fn continue_from(
         Some((_, origin)) => origin.clone(),
         None => positions(set, &state, initial_shape)?,
     };
-    let mut integrator = Integrator::new(scene, model, method).with_velocities(&outcome.velocities);
+    let mut integrator = Integrator::new(scene, model, method)
+        .with_velocities(&outcome.velocities)
+        .with_flows(observer.wants_flows());
     for span in spans(scene.gait(), initial_shape)?.skip(outcome.spans.len()) {
         let before = positions(set, &state, &span.from)?;
         let first = outcome.solves;

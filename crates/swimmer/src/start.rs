@@ -11,7 +11,8 @@ use crate::error::SwimError;
 /// The solution at the start of the first phase of the gait, or with constant shape for a scene
 /// without a gait.
 ///
-/// The mesh is adapted to `fem.target`, if the scene has that key.
+/// The mesh is adapted to `fem.target`, if the scene has that key. The solution carries its flow, if
+/// the model has a mesh.
 ///
 /// # Errors
 /// [`SwimError::OtherScene`] for a model of another scene; those of the model.
@@ -25,7 +26,8 @@ pub fn solve_start(
         let query = Query::new(configuration, &rates)
             .with_accuracy(scene.fem().target)
             .with_joint_forces(forces.as_deref())
-            .with_stresslets();
+            .with_stresslets()
+            .with_flows(true);
         let mut solutions = model.solve(&query)?;
         solutions.pop().ok_or(ModelError::NoSolution {
             model: model.name(),
@@ -44,7 +46,7 @@ pub fn start_resistance(
     model: &mut dyn Hydrodynamics,
 ) -> Result<DMatrix<f64>, SwimError> {
     at_start(scene, model, |model, configuration, _| {
-        model.resistance(configuration)
+        Ok(model.resistances()?.resistance(configuration)?.matrix)
     })
 }
 
@@ -57,7 +59,7 @@ pub fn start_resistance_errors(
     model: &mut dyn Hydrodynamics,
 ) -> Result<Option<DMatrix<f64>>, SwimError> {
     at_start(scene, model, |model, configuration, _| {
-        model.resistance_errors(configuration)
+        Ok(model.resistances()?.resistance(configuration)?.errors)
     })
 }
 
@@ -67,7 +69,7 @@ pub fn start_resistance_errors(
 /// [`SwimError::OtherScene`] for a model of another scene; those of the model.
 pub fn start_flow(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<FlowField, SwimError> {
     at_start(scene, model, |model, configuration, rates| {
-        model.flow(configuration, rates)
+        model.flows()?.flow(configuration, rates)
     })
 }
 
@@ -82,7 +84,7 @@ pub fn start_flow_at(
     points: &[Vector3<f64>],
 ) -> Result<Vec<Option<PointFlow>>, SwimError> {
     at_start(scene, model, |model, configuration, rates| {
-        model.flow_at(configuration, rates, points)
+        model.flows()?.flow_at(configuration, rates, points)
     })
 }
 

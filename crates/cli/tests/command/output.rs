@@ -234,6 +234,42 @@ fn a_run_writes_complete_and_consistent_files() {
     assert!(read("trajectory.svg").trim_end().ends_with("</svg>"));
 }
 
+/// Tables have no flows, and `Tabulated` did not forward those of the model.
+#[test]
+fn bug_tabulated_swimmers_by_elements_wrote_no_flows() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("pair.toml");
+    std::fs::write(
+        &scene,
+        "model = { kind = \"fem\", tolerance = 0.3 }\n\
+         fem = { size_factor = 2.5, estimates = \"off\", flows = \"all\" }\n\
+         bodies = [{ name = \"a\", radius = 1, position = [-2, 0, 0] }, \
+         { name = \"b\", radius = 1.5, position = [3, 0, 0] }]\n\
+         links = [{ name = \"arm\", body = \"b\", to = \"a\" }]\n\
+         gait = { cycles = 3, phases = [{ link = \"arm\", length = 5.5 }, \
+         { link = \"arm\", length = 5 }] }\n",
+    )
+    .unwrap();
+    let out = folder.path().join("out");
+    let (scene, to) = (scene.to_str().unwrap(), out.to_str().unwrap());
+    let output = swim(&["run", scene, "--out", to]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let printed = [&output.stdout[..], &output.stderr[..]].concat();
+    assert!(String::from_utf8_lossy(&printed).contains("tabulated"));
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let csv = read("trajectory.csv");
+    let solved = csv
+        .lines()
+        .skip(1)
+        .filter(|row| row.split(',').nth(10) != Some(""));
+    let pvd = read("trajectory.pvd");
+    assert!(solved.clone().count() >= 3 * 2);
+    assert_eq!(pvd.matches("<DataSet").count(), solved.count());
+    for file in pvd.split('"').filter(|text| text.ends_with(".vtu")) {
+        assert!(out.join(file).metadata().unwrap().len() > 1000, "{file}");
+    }
+}
+
 #[test]
 fn a_collision_names_bodies_and_time_and_the_completed_phases_are_kept() {
     // A stone is pulled towards a swimmer at rest. By Stokes' law it covers the distance of six

@@ -1,6 +1,6 @@
 //! Parameters of a scene, and the same scene with another value of one of them.
 
-use scene::{Document, Scene, Shape, ShapePath, Sine};
+use scene::{Document, Scene, ShapePath, Sine};
 
 use rigid::{JointDrive, JointKind};
 
@@ -51,7 +51,7 @@ pub fn parameters(scene: &Scene) -> Result<Vec<Parameter>, DesignError> {
         });
     };
     for (number, body) in scene.bodies().iter().enumerate() {
-        if let Shape::Sphere { radius } = body.shape
+        if let Some(radius) = body.shape.sphere_radius()
             && !body.fixed
         {
             add("radius", &body.name, radius, Kind::Radius(number));

@@ -22,11 +22,10 @@ use std::f64::consts::PI;
 
 use mesher::Sphere;
 use nalgebra::{DMatrix, Matrix3, Vector3};
-use rigid::{Constraints, Drive, ExternalLoad, FlowSolution};
+use rigid::{Articulation, Constraints, Drive, ExternalLoad, FlowSolution};
 use stokes::{InitialGuesses, Options, Problem};
 
 use crate::ModelError;
-use crate::scaled_scene::ScaledScene;
 use crate::units::Scale;
 use scene::{Domain, Scene};
 
@@ -57,7 +56,7 @@ pub struct FarField {
 
 impl FarField {
     /// The ball around the bodies of a scene.
-    pub fn around(scene: &Scene, scale: &Scale) -> Self {
+    pub fn new(scene: &Scene, scale: &Scale) -> Self {
         let positions = || scene.bodies().iter().map(|b| scale.point(b.position));
         let has_plane_wall = *scene.domain() == Domain::Wall;
         let mut centre = positions().sum::<Vector3<f64>>() / scene.bodies().len().max(1) as f64;
@@ -130,6 +129,15 @@ impl FarField {
     }
 }
 
+/// A problem with bodies at rest in the laboratory.
+pub struct FixedBodies<'a> {
+    pub problem: &'a Problem<'a>,
+    pub symmetry_planes: [bool; 3],
+    pub set: &'a Articulation,
+    pub loads: &'a [ExternalLoad],
+    pub options: &'a Options,
+}
+
 /// Constraints in the frame that moves with the correction, in which fixed bodies move.
 ///
 /// With the correction `u = c F` and the total force `F = F_0 + T u`, where `F_0` is the force with
@@ -145,18 +153,21 @@ impl FarField {
 /// # Errors
 /// Those of [`Problem::solve_all`]; [`ModelError::Singular`].
 pub fn in_moving_frame(
-    problem: &Problem,
-    symmetry_planes: [bool; 3],
-    (scaled, loads): (&ScaledScene, &[ExternalLoad]),
+    fixed: &FixedBodies,
     far: FarField,
     constraints: Vec<Constraints>,
-    options: &Options,
     guesses: &mut InitialGuesses,
 ) -> Result<Vec<Constraints>, ModelError> {
     let Some(first) = constraints.first() else {
         return Ok(constraints);
     };
-    let set = &scaled.set;
+    let &FixedBodies {
+        problem,
+        symmetry_planes,
+        set,
+        loads,
+        options,
+    } = fixed;
     let axes: Vec<usize> = (0..3).filter(|&axis| !symmetry_planes[axis]).collect();
     let moved = |&axis: &usize| {
         first

@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use mesh::{MshFile, NamedSurface, Surface, TetMesh};
+use mesh::{MshFile, NamedSurface, TetMesh};
 use mesher::{GenerateError, GenerateParams, MovedBody};
-use nalgebra::{Isometry3, Translation3};
 
 use super::element_size::ADAPTED_GROWTH;
-use super::mesh_generator::Surfaced;
 use crate::ModelError;
 use crate::units::Scale;
 use scene::{GeometryKind, MesherKind};
@@ -47,53 +45,37 @@ pub fn read_mesh(
     })
 }
 
-/// The motion of a body from its initial pose to another one.
-///
-/// Rotations do not change spheres, whose surface meshes are translated.
-pub fn motion(body: &Surfaced, pose: &Isometry3<f64>) -> Isometry3<f64> {
-    match body.shape.is_isotropic() {
-        true => Translation3::from(pose.translation.vector - body.pose.translation.vector).into(),
-        false => pose * body.pose.inverse(),
-    }
-}
-
 /// A new mesh between the walls of the mesh of a file and the moved bodies.
 ///
-/// `bodies` have their names, motions and surfaces in their new places. Walls keep their facets;
-/// the surfaces of the bodies are triangulated again.
+/// `bodies` have their surfaces in their new places. Walls keep their facets; the surfaces of the
+/// bodies are triangulated again.
 ///
 /// Where there is no such mesh and `mesher` is the command `gmsh`, this makes a mesh with the
 /// facets of the file on the bodies too.
 ///
 /// # Errors
 /// Those of [`mesher::remesh`] and [`mesher::remesh_by_gmsh`].
-pub fn remesh(
+pub fn remesh<'a>(
     file: &TetMesh,
-    bodies: &[(&str, Isometry3<f64>, &dyn Surface, f64)],
+    bodies: &[MovedBody<'a>],
     geometry: GeometryKind,
     mesher: MesherKind,
 ) -> Result<TetMesh, GenerateError> {
-    let moved: Vec<MovedBody> = (bodies.iter())
-        .map(|&(name, motion, surface, size)| MovedBody {
-            name,
-            motion,
-            surface: Some((surface, size)),
-        })
-        .collect();
+    let surface = |body: &MovedBody<'a>| body.surface.map(|(surface, _)| (body.name, surface));
     let surfaces: Vec<NamedSurface> = match geometry {
-        GeometryKind::Curved => bodies.iter().map(|b| (b.0, b.2)).collect(),
+        GeometryKind::Curved => bodies.iter().filter_map(surface).collect(),
         GeometryKind::Straight => Vec::new(),
     };
     let mut parameters = GenerateParams::default();
     // The sizes of the file decide where it grows less.
     parameters.growth = ADAPTED_GROWTH;
-    match mesher::remesh(file, &moved, &parameters, &surfaces) {
+    match mesher::remesh(file, bodies, &parameters, &surfaces) {
         // No program has a mesh around bodies that touch.
         Err(error @ (GenerateError::BodiesTouch { .. } | GenerateError::BodyAtWall { .. })) => {
             Err(error)
         }
         Err(_) if mesher == MesherKind::Gmsh => {
-            mesher::remesh_by_gmsh(Path::new("gmsh"), file, &moved, &surfaces)
+            mesher::remesh_by_gmsh(Path::new("gmsh"), file, bodies, &surfaces)
         }
         done => done,
     }

@@ -1,7 +1,9 @@
 //! Generation of meshes around the bodies of a scene, in scaled units.
 
 use mesh::{NamedSurface, SYMMETRY_PLANE_TAGS, Surface, TetMesh};
-use mesher::{BoxSurface, Capsule, Container, GenerateParams, MeshedBody, SizeMap, Sphere};
+use mesher::{
+    BoxSurface, Capsule, Container, GenerateParams, MeshedBody, MovedBody, SizeMap, Sphere,
+};
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::cylinder;
@@ -38,6 +40,19 @@ pub(super) struct Surfaced {
     pub shape: Shape,
 }
 
+impl Surfaced {
+    /// The motion of the body from its initial pose to another one.
+    ///
+    /// Rotations do not change spheres, whose surface meshes are translated.
+    fn motion(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
+        let from = &self.pose;
+        match self.shape.is_isotropic() {
+            true => Translation3::from(pose.translation.vector - from.translation.vector).into(),
+            false => pose * from.inverse(),
+        }
+    }
+}
+
 /// Poses of all bodies with surfaces.
 pub(super) type Poses = [Isometry3<f64>];
 
@@ -49,6 +64,59 @@ pub(super) enum Source {
     Cylinder(f64),
     /// Read from a file, with the names of its walls.
     File { mesh: TetMesh, walls: Vec<String> },
+}
+
+impl Source {
+    /// Where the meshes of a scene come from; reads the mesh file if there is one.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    fn new(
+        scene: &Scene,
+        scale: &Scale,
+        surfaced: &[Surfaced],
+        tags: &[String],
+    ) -> Result<Self, ModelError> {
+        Ok(match scene.domain() {
+            Domain::Unbounded | Domain::Wall => {
+                Self::Generated(Container::Ball(FarField::new(scene, scale).ball()))
+            }
+            Domain::Ball { radius } => Self::Generated(Container::Ball(Sphere {
+                centre: Vector3::zeros(),
+                radius: scale.length(*radius),
+            })),
+            Domain::Box { size } => {
+                let half = scale.point(size / 2.0);
+                Self::Generated(Container::Box(BoxSurface {
+                    min: -half,
+                    max: half,
+                }))
+            }
+            Domain::Cylinder { radius } => Self::Cylinder(scale.length(*radius)),
+            Domain::Surface(domain) => {
+                Self::Generated(Container::Surface(domain.surface.scaled(scale.length(1.0))))
+            }
+            Domain::Mesh { file, walls } => {
+                let surfaces: Vec<(&str, Box<dyn Surface>)> = (surfaced.iter())
+                    .filter(|s| !s.shape.is_mesh_part())
+                    .filter_map(|s| {
+                        let surface = scale.surface(&s.shape, &s.pose)?;
+                        Some((tags[s.body].as_str(), surface))
+                    })
+                    .collect();
+                let surfaces: Vec<NamedSurface> =
+                    surfaces.iter().map(|(name, s)| (*name, &**s)).collect();
+                let of_bodies = surfaced.iter().map(|s| &tags[s.body]);
+                let known: Vec<&String> = of_bodies.chain(walls).collect();
+                let geometry = scene.fem().geometry;
+                let mesh = mesh_file::read_mesh(file, &surfaces, &known, geometry, scale)?;
+                Self::File {
+                    mesh,
+                    walls: walls.clone(),
+                }
+            }
+        })
+    }
 }
 
 /// Generator of meshes for one scene.
@@ -75,7 +143,7 @@ impl MeshGenerator {
     /// A file that cannot be read.
     pub fn new(scene: &Scene, scale: &Scale) -> Result<Self, ModelError> {
         let surfaced: Vec<Surfaced> = (scene.bodies().iter().enumerate())
-            .filter(|(_, b)| b.shape != Shape::Point)
+            .filter(|(_, b)| b.shape.has_surface())
             .map(|(body, b)| {
                 let size = surface_size(scene.fem(), b.shape.size_radius());
                 Surfaced {
@@ -93,51 +161,11 @@ impl MeshGenerator {
             .iter()
             .map(|b| b.surface.clone().unwrap_or_else(|| b.name.clone()))
             .collect();
-        let mut far_field = None;
-        let source = match scene.domain() {
-            Domain::Unbounded | Domain::Wall => {
-                let far = far_field.insert(FarField::around(scene, scale));
-                Source::Generated(Container::Ball(far.ball()))
-            }
-            Domain::Ball { radius } => Source::Generated(Container::Ball(Sphere {
-                centre: Vector3::zeros(),
-                radius: scale.length(*radius),
-            })),
-            Domain::Box { size } => {
-                let half = scale.point(size / 2.0);
-                Source::Generated(Container::Box(BoxSurface {
-                    min: -half,
-                    max: half,
-                }))
-            }
-            Domain::Cylinder { radius } => Source::Cylinder(scale.length(*radius)),
-            Domain::Surface(domain) => {
-                Source::Generated(Container::Surface(domain.surface.scaled(scale.length(1.0))))
-            }
-            Domain::Mesh { file, walls } => {
-                let surfaces: Vec<(&str, Box<dyn Surface>)> = (surfaced.iter())
-                    .filter(|s| !s.shape.is_mesh_part())
-                    .filter_map(|s| {
-                        let surface = scale.surface(&s.shape, &s.pose)?;
-                        Some((tags[s.body].as_str(), surface))
-                    })
-                    .collect();
-                let surfaces: Vec<NamedSurface> =
-                    surfaces.iter().map(|(name, s)| (*name, &**s)).collect();
-                let of_bodies = surfaced.iter().map(|s| &tags[s.body]);
-                let known: Vec<&String> = of_bodies.chain(walls).collect();
-                let geometry = scene.fem().geometry;
-                let mesh = mesh_file::read_mesh(file, &surfaces, &known, geometry, scale)?;
-                Source::File {
-                    mesh,
-                    walls: walls.clone(),
-                }
-            }
-        };
+        let is_truncated = matches!(scene.domain(), Domain::Unbounded | Domain::Wall);
         Ok(Self {
             scale: *scale,
-            source,
-            far_field,
+            source: Source::new(scene, scale, &surfaced, &tags)?,
+            far_field: is_truncated.then(|| FarField::new(scene, scale)),
             surfaced,
             tags,
             geometry: scene.fem().geometry,
@@ -311,8 +339,10 @@ impl MeshGenerator {
         if let Source::File { mesh, .. } = &self.source {
             let bodies = self.surfaced.iter().zip(self.tags());
             let moved: Vec<_> = (bodies.zip(poses.iter().zip(&surfaces)))
-                .map(|((body, tag), (pose, surface))| {
-                    (tag, mesh_file::motion(body, pose), &**surface, body.size)
+                .map(|((body, name), (pose, surface))| MovedBody {
+                    name,
+                    motion: body.motion(pose),
+                    surface: Some((&**surface, body.size)),
                 })
                 .collect();
             let mesh = mesh_file::remesh(mesh, &moved, self.geometry, self.mesher);

@@ -1,33 +1,33 @@
 //! Three-dimensional Taylor-Hood elements on body-fitted meshes that follow the bodies.
 
-mod adapt;
-mod body_flows;
-mod concurrent;
 mod cylinder;
 mod element_size;
 mod far_field;
-mod last_solution;
 mod mesh_file;
 mod mesh_generator;
 mod meshes;
 mod moving_frame;
-mod options;
 mod placed_query;
 mod reference_mesh;
 mod scene_solution;
 
 use mesh::TetMesh;
-use nalgebra::{DMatrix, Isometry3};
-use rigid::{Constrained, Formulation};
-use scene::{EstimatesKind, FemOptions, Scene};
-use stokes::{Dofs, Engine, InitialGuesses, Problem};
+use nalgebra::Isometry3;
+use rigid::{Constrained, DirectRows, Eliminated, Formulation, Lagrange};
+use scene::{EstimatesKind, FemOptions, FormulationKind, Scene, SolverKind};
+use stokes::{Dofs, Engine, InitialGuesses, Options, Problem, Solver};
 
-use self::last_solution::Last;
 use self::meshes::{Meshes, PlacedMesh};
+use self::moving_frame::MovingFrame;
+use self::placed_query::Adaptable;
 use crate::error::ModelError;
-use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
+use crate::flow_field::FlowField;
+use crate::hydrodynamics::{
+    Capabilities, Cost, ErrorEstimates, Flows, GrandResistance, History, Hydrodynamics, Resistances,
+};
+use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
-use crate::solution::{FlowField, InstantaneousSolution};
+use crate::solution::InstantaneousSolution;
 
 /// Taylor-Hood elements on meshes that are generated, and moved with the bodies where possible.
 pub struct FemModel {
@@ -39,10 +39,8 @@ pub struct FemModel {
     /// They are not part of the history: the first solves of a phase span do not profit from those
     /// of the previous phase span, in which another joint moves.
     guesses: InitialGuesses,
-    /// Data of the solutions of the last query, or of each of the last independent queries.
-    last: Vec<Option<Last>>,
-    /// The one of them that output refers to.
-    selected: usize,
+    /// Mesh and error estimate of the last solution, to which the next mesh can be adapted.
+    last: Option<Adaptable>,
     engine: Option<&'static dyn Engine>,
 }
 
@@ -91,10 +89,45 @@ impl FemModel {
             scaled,
             options: *scene.fem(),
             guesses: InitialGuesses::new(MAX_GUESSES),
-            last: Vec::new(),
-            selected: 0,
+            last: None,
             engine: None,
         })
+    }
+
+    /// The same model with systems solved by `engine`.
+    ///
+    /// Resistance matrices are still computed by `stokes`.
+    #[must_use]
+    pub fn with_engine(self, engine: &'static dyn Engine) -> Self {
+        Self {
+            engine: Some(engine),
+            ..self
+        }
+    }
+
+    /// Formulation, solver, tolerance and engine.
+    fn solver_options(&self) -> Options {
+        let fem = &self.options;
+        let formulation: &'static dyn Formulation = match fem.formulation {
+            FormulationKind::PTilde => &Eliminated,
+            FormulationKind::Lagrange => &Lagrange,
+            FormulationKind::DirectRow => &DirectRows,
+        };
+        let solver = match fem.solver {
+            SolverKind::Block => Solver::Block,
+            SolverKind::Direct => Solver::Direct,
+            SolverKind::Schwarz => Solver::Schwarz {
+                subdomains: fem.subdomains as usize,
+                overlap: fem.overlap as usize,
+            },
+            SolverKind::Minres => Solver::Minres,
+        };
+        let mut options = Options::default()
+            .with_formulation(formulation)
+            .with_solver(solver)
+            .with_rtol(fem.rtol);
+        options.engine = self.engine;
+        options
     }
 
     /// Scaled mesh of a configuration, with the poses of all bodies.
@@ -134,8 +167,7 @@ impl FemModel {
     /// `errors` are the relative errors of forces and velocities. Returns false if there is no
     /// estimate to adapt to, or if meshes cannot be generated in the domain.
     fn adapt(&mut self, errors: [f64; 2], allowed: f64) -> Result<bool, ModelError> {
-        let last = self.last.last_mut().and_then(Option::as_mut);
-        let Some(last) = last else {
+        let Some(last) = &mut self.last else {
             return Ok(false);
         };
         let Some(estimate) = last.estimate.take() else {
@@ -144,56 +176,36 @@ impl FemModel {
         let indicators = estimate.indicators();
         let mut of_cells = vec![0.0; last.mesh.n_cells()];
         for (indicators, error) in indicators.iter().zip(errors) {
-            let shares = adapt::distributed(error / allowed, indicators);
+            let shares = element_size::distributed(error / allowed, indicators);
             of_cells
                 .iter_mut()
                 .zip(shares)
                 .for_each(|(cell, share)| *cell += share);
         }
-        let sizes = adapt::adapted_sizes(&last.mesh, &of_cells);
+        let sizes = element_size::adapted_sizes(&last.mesh, &of_cells);
         self.meshes.adapt(&last.poses, sizes)
     }
-}
 
-impl FemModel {
     /// Solutions on the usual mesh of the configuration, or on that of the last adaptation.
     fn solve_rates(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         if query.rates.is_empty() {
             return Ok(Vec::new());
         }
         let placed = self.place(query)?;
-        let solved = self.solve_group(vec![placed])?;
-        self.keep(solved)
+        let mut solved = self.solve_group(vec![placed])?;
+        solved
             .pop()
             .ok_or(ModelError::NoSolution { model: self.name() })
-    }
-
-    /// Keeps the data of solutions for output; returns the solutions.
-    fn keep(
-        &mut self,
-        solved: Vec<(Vec<InstantaneousSolution>, Option<Last>)>,
-    ) -> Vec<Vec<InstantaneousSolution>> {
-        let (solutions, last) = solved.into_iter().unzip();
-        self.last = last;
-        self.selected = self.last.len().saturating_sub(1);
-        solutions
     }
 }
 
 impl Hydrodynamics for FemModel {
-    fn name(&self) -> &'static str {
-        "fem"
-    }
-
-    fn error_estimates(&self) -> ErrorEstimates {
-        match self.options.estimates {
-            EstimatesKind::On => ErrorEstimates::OnRequest,
-            EstimatesKind::Off => ErrorEstimates::Never,
-        }
-    }
-
     fn scene(&self) -> &Scene {
         &self.scaled.scene
+    }
+
+    fn name(&self) -> &'static str {
+        "fem"
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
@@ -219,45 +231,36 @@ impl Hydrodynamics for FemModel {
         Ok(solutions)
     }
 
-    fn solve_together(
+    fn solve_all(
         &mut self,
         queries: &[Query<'_>],
-    ) -> Result<Option<Vec<Vec<InstantaneousSolution>>>, ModelError> {
-        if !self.are_independent(queries) {
-            return Ok(None);
+    ) -> Result<Vec<Vec<InstantaneousSolution>>, ModelError> {
+        let are_independent = |query: &Query| query.accuracy.is_none() && !query.rates.is_empty();
+        match self.capabilities().solves_together && queries.iter().all(are_independent) {
+            true => self.solve_independent(queries),
+            false => queries.iter().map(|query| self.solve(query)).collect(),
         }
-        let solved = self.solve_independent(queries)?;
-        Ok(Some(self.keep(solved)))
     }
 
-    fn select_flow(&mut self, number: usize) {
-        self.selected = number;
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            error_estimates: match self.options.estimates {
+                EstimatesKind::On => ErrorEstimates::OnRequest,
+                EstimatesKind::Off => ErrorEstimates::Never,
+            },
+            has_mesh: true,
+            // Loads in a moving frame change the model itself.
+            solves_together: self.engine.is_none() && !MovingFrame::serves(&self.scaled.scene),
+            controls_error: false,
+        }
     }
 
-    fn resistance(&mut self, configuration: Configuration<'_>) -> Result<DMatrix<f64>, ModelError> {
-        let (PlacedMesh { mesh, .. }, poses) = self.placed_mesh(configuration)?;
-        let (rtol, corrected) = (
-            self.options.rtol,
-            self.options.estimates == EstimatesKind::On,
-        );
-        let condensed = |problem: Problem| match corrected {
-            true => problem.corrected_resistance(rtol),
-            false => problem.resistance(rtol),
-        };
-        let surfaces = self.meshes.boundary_surfaces(&poses);
-        let grand = if mesh.symmetry_planes() == [false; 3] {
-            let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-            condensed(self.problem(&mesh, &poses, &surfaces)?.with_space(&space))?
-        } else {
-            // A mesh that ends at symmetry planes admits only symmetric motions of the bodies.
-            let mesh = mesh.unfolded()?.mesh;
-            condensed(self.problem(&mesh, &poses, &surfaces)?)?
-        };
-        let resistance = match self.meshes.far_field() {
-            Some(far) => far.corrected(grand.resistance)?,
-            None => grand.resistance,
-        };
-        Ok(self.scaled.scale.resistance_to_scene(resistance))
+    fn flows(&mut self) -> Result<&mut dyn Flows, ModelError> {
+        Ok(self)
+    }
+
+    fn resistances(&mut self) -> Result<&mut dyn Resistances, ModelError> {
+        Ok(self)
     }
 
     fn history(&self) -> Result<History, ModelError> {
@@ -300,9 +303,49 @@ impl Hydrodynamics for FemModel {
             self.scaled.scale.mesh_to_scene(&mesh)?.unfolded()?.mesh,
         ))
     }
+}
 
-    fn last_flow(&self) -> Option<FlowField> {
-        let selected = self.last.get(self.selected)?.as_ref()?;
-        selected.flow_field(&self.scaled.scale)
+impl Flows for FemModel {
+    fn flow(
+        &mut self,
+        configuration: Configuration<'_>,
+        rates: &[f64],
+    ) -> Result<FlowField, ModelError> {
+        let solution = self.solve_one(configuration, rates)?;
+        solution.flow.ok_or(ModelError::NoMesh)?.into_field()
+    }
+}
+
+impl Resistances for FemModel {
+    fn resistance(
+        &mut self,
+        configuration: Configuration<'_>,
+    ) -> Result<GrandResistance, ModelError> {
+        let (PlacedMesh { mesh, .. }, poses) = self.placed_mesh(configuration)?;
+        let (rtol, corrected) = (
+            self.options.rtol,
+            self.options.estimates == EstimatesKind::On,
+        );
+        let condensed = |problem: Problem| match corrected {
+            true => problem.corrected_resistance(rtol),
+            false => problem.resistance(rtol),
+        };
+        let surfaces = self.meshes.boundary_surfaces(&poses);
+        let grand = if mesh.symmetry_planes() == [false; 3] {
+            let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
+            condensed(self.problem(&mesh, &poses, &surfaces)?.with_space(&space))?
+        } else {
+            // A mesh that ends at symmetry planes admits only symmetric motions of the bodies.
+            let mesh = mesh.unfolded()?.mesh;
+            condensed(self.problem(&mesh, &poses, &surfaces)?)?
+        };
+        let resistance = match self.meshes.far_field() {
+            Some(far) => far.corrected(grand.resistance)?,
+            None => grand.resistance,
+        };
+        Ok(GrandResistance {
+            matrix: self.scaled.scale.resistance_to_scene(resistance),
+            errors: None,
+        })
     }
 }

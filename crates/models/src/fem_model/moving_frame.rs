@@ -17,12 +17,15 @@ pub struct MovingFrame {
 }
 
 impl MovingFrame {
-    /// The frame in a state of a scene; none if the surroundings do not allow it.
-    ///
-    /// It serves flows, slip and gravity in unbounded fluid.
-    pub fn of(scene: &Scene, state: &State) -> Option<Self> {
+    /// Whether a moving frame serves a scene: flows, slip and gravity in unbounded fluid.
+    pub fn serves(scene: &Scene) -> bool {
         let is_driven = scene.has_surface_velocity() || scene.gravity() != Vector3::zeros();
-        if *scene.domain() != Domain::Unbounded || !is_driven {
+        *scene.domain() == Domain::Unbounded && is_driven
+    }
+
+    /// The frame in a state of a scene; none for a scene that it does not serve.
+    pub fn new(scene: &Scene, state: &State) -> Option<Self> {
+        if !Self::serves(scene) {
             return None;
         }
         let set = scene.articulation();

@@ -1,23 +1,23 @@
-//! One query with the mesh of its configuration; several can be solved concurrently.
+//! Queries with the meshes of their configurations, of which several can be solved concurrently.
 
 use std::sync::Arc;
 use std::time::Instant as Clock;
 
 use fem::{SurplusSpace, TaylorHood};
 use mesh::{NamedSurface, Surface, TetMesh};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
+use rayon::prelude::*;
 use rigid::{Constraints, Drive, ExternalLoad};
-use stokes::{InitialGuesses, Problem};
+use stokes::{Estimate, InitialGuesses, Problem, SurfaceFlow};
 
-use super::FemModel;
-use super::body_flows::BodyFlows;
-use super::far_field;
-use super::last_solution::Last;
+use super::far_field::{self, FixedBodies};
 use super::meshes::PlacedMesh;
 use super::moving_frame::MovingFrame;
-use super::scene_solution::ToScene;
+use super::scene_solution::{ScaledFlow, ToScene};
+use super::{FemModel, MAX_GUESSES};
 use crate::error::ModelError;
-use crate::hydrodynamics::{Configuration, Hydrodynamics, Query};
+use crate::hydrodynamics::Hydrodynamics;
+use crate::query::{Configuration, Query};
 use crate::solution::InstantaneousSolution;
 use crate::surface_motion::SurfaceMotion;
 
@@ -33,9 +33,28 @@ pub(super) struct PlacedQuery {
     loads: Vec<ExternalLoad>,
     frame: Option<MovingFrame>,
     container_error: f64,
+    /// Whether solutions carry their flow.
+    flows: bool,
     /// Time to move or generate the mesh.
     seconds: f64,
 }
+
+/// A mesh with bodies at `poses`, and the error estimate of the last solution on it until it is used
+/// to adapt the mesh.
+pub(super) struct Adaptable {
+    pub mesh: Arc<TetMesh>,
+    pub poses: Vec<Isometry3<f64>>,
+    pub estimate: Option<Estimate>,
+}
+
+/// The solutions for the rates of a query, and what the next mesh can be adapted to.
+type Solved = (Vec<InstantaneousSolution>, Option<Adaptable>);
+
+/// Largest number of degrees of freedom of a configuration that is solved together with others.
+///
+/// The solve of one small system leaves threads idle, those of several do not. Large systems use
+/// all threads by themselves, and several would need several times the memory.
+const MAX_DOFS: usize = 200_000;
 
 impl PlacedQuery {
     /// Whether the cells of its mesh are other ones than those of the query before.
@@ -56,7 +75,7 @@ impl FemModel {
     /// Bodies around which no mesh can be generated; constraints that contradict each other.
     pub(super) fn place(&mut self, query: &Query<'_>) -> Result<PlacedQuery, ModelError> {
         let clock = Clock::now();
-        let frame = MovingFrame::of(&self.scaled.scene, query.configuration.state);
+        let frame = MovingFrame::new(&self.scaled.scene, query.configuration.state);
         let state = frame.map(|frame| frame.state(query.configuration.state));
         let configuration = Configuration {
             state: state.as_ref().unwrap_or(query.configuration.state),
@@ -72,11 +91,11 @@ impl FemModel {
         let constraints = (query.rates.iter())
             .map(|rates| (self.scaled).query_constraints(&turned, rates))
             .collect::<Result<_, _>>()?;
-        for last in self.last.iter_mut().flatten() {
+        if let Some(last) = &mut self.last {
             last.estimate = None;
         }
         let (placed, poses) = self.placed_mesh(configuration)?;
-        let estimates = self.error_estimates().given(query.estimates);
+        let estimates = (self.capabilities().error_estimates).given(query.estimates);
         if estimates {
             self.meshes.prepare_estimates()?;
         }
@@ -87,21 +106,81 @@ impl FemModel {
             loads: self.scaled.loads(configuration, query.inertia)?,
             frame,
             container_error: self.meshes.container_error(&poses),
+            flows: query.flows,
             placed,
             poses,
             seconds: clock.elapsed().as_secs_f64(),
         })
     }
 
+    /// Solutions of independent queries: concurrently if they share cells, one by one otherwise.
+    ///
+    /// # Errors
+    /// The first error of a query.
+    pub(super) fn solve_independent(
+        &mut self,
+        queries: &[Query<'_>],
+    ) -> Result<Vec<Vec<InstantaneousSolution>>, ModelError> {
+        let (mut solved, mut group) = (Vec::new(), Vec::new());
+        for query in queries {
+            let query = self.place(query)?;
+            let is_large = query.dofs() > MAX_DOFS;
+            if query.has_other_cells() || is_large {
+                solved.extend(self.solve_group(std::mem::take(&mut group))?);
+            }
+            group.push(query);
+        }
+        solved.extend(self.solve_group(group)?);
+        Ok(solved)
+    }
+
+    /// Solutions of queries with the same cells, concurrently.
+    ///
+    /// All start from the same earlier solutions, so they do not depend on the number of threads.
+    ///
+    /// # Errors
+    /// The first error of a query; initial guesses are discarded then.
+    pub(super) fn solve_group(
+        &mut self,
+        mut group: Vec<PlacedQuery>,
+    ) -> Result<Vec<Vec<InstantaneousSolution>>, ModelError> {
+        let mut guesses = std::mem::replace(&mut self.guesses, InitialGuesses::new(MAX_GUESSES));
+        if group.first().is_some_and(PlacedQuery::has_other_cells) {
+            // Solutions on another mesh have other degrees of freedom.
+            guesses.clear();
+        }
+        let mut solved = Vec::with_capacity(group.len());
+        if group.len() > 1 {
+            let solve = |query| {
+                let mut guesses = guesses.clone();
+                let solved = self.solve_placed(query, &mut guesses)?;
+                Ok((solved, guesses))
+            };
+            let all: Vec<Result<_, ModelError>> = group.into_par_iter().map(solve).collect();
+            for one in all {
+                let ((solutions, last), of_query) = one?;
+                guesses.remember_newest_of(of_query);
+                self.last = last;
+                solved.push(solutions);
+            }
+        } else if let Some(query) = group.pop() {
+            let (solutions, last) = self.solve_placed(query, &mut guesses)?;
+            self.last = last;
+            solved.push(solutions);
+        }
+        self.guesses = guesses;
+        Ok(solved)
+    }
+
     /// Solutions of a query: one assembly and one preconditioner for all rates.
     ///
     /// # Errors
     /// Those of [`Hydrodynamics::solve`].
-    pub(super) fn solve_placed(
+    fn solve_placed(
         &self,
         query: PlacedQuery,
         guesses: &mut InitialGuesses,
-    ) -> Result<(Vec<InstantaneousSolution>, Option<Last>), ModelError> {
+    ) -> Result<Solved, ModelError> {
         let clock = Clock::now();
         let PlacedQuery {
             placed,
@@ -110,7 +189,7 @@ impl FemModel {
             frame,
             ..
         } = query;
-        let (mesh, mut remeshed) = (placed.mesh, placed.remeshed);
+        let (mesh, mut remeshed) = (Arc::new(placed.mesh), placed.remeshed);
         let surfaces = self.meshes.boundary_surfaces(&poses);
         let mut problem = (self.problem(&mesh, &poses, &surfaces)?).with_space(&query.space);
         let to_laboratory = frame.map(|frame| frame.to_laboratory(self.scaled.scale.length(1.0)));
@@ -124,15 +203,14 @@ impl FemModel {
         let options = self.solver_options();
         let has_fixed = self.scaled.set.fixed().contains(&true);
         if let (Some(far), true) = (self.meshes.far_field(), has_fixed) {
-            constraints = far_field::in_moving_frame(
-                &problem,
-                mesh.symmetry_planes(),
-                (&self.scaled, &query.loads),
-                far,
-                constraints,
-                &options,
-                guesses,
-            )?;
+            let fixed = FixedBodies {
+                problem: &problem,
+                symmetry_planes: mesh.symmetry_planes(),
+                set: &self.scaled.set,
+                loads: &query.loads,
+                options: &options,
+            };
+            constraints = far_field::in_moving_frame(&fixed, far, constraints, guesses)?;
         }
         let drive = |constraints| self.drive(constraints, &query.loads);
         let drives: Vec<Drive> = constraints.iter().map(drive).collect();
@@ -143,29 +221,36 @@ impl FemModel {
             first.seconds.mesh = query.seconds;
             first.seconds.total = query.seconds + clock.elapsed().as_secs_f64() - of_others;
         }
-        let mut solutions = Vec::with_capacity(solved.len());
-        let mut last = None;
         let converter = ToScene {
             scaled: &self.scaled,
-            surfaced: self.meshes.surfaced_bodies().collect(),
             far_field: self.meshes.far_field(),
             container_error: query.container_error,
         };
+        let motion = flows.map(|flows| flows.motion);
+        let mut solutions = Vec::with_capacity(solved.len());
+        let mut estimate = None;
         for mut solved in solved {
             let mut solution = converter.answer(&mut solved)?;
             solution.remeshed = remeshed.take();
             if let Some(frame) = &frame {
                 solution.rotate(&frame.rotation());
             }
+            if query.flows {
+                let flow = ScaledFlow {
+                    mesh: mesh.clone(),
+                    flow: solved.flow,
+                    motion: motion.clone(),
+                    frame,
+                    scale: self.scaled.scale,
+                };
+                solution.flow = Some(flow.into());
+            }
             solutions.push(solution);
-            last = Some((solved.flow, solved.estimate));
+            estimate = solved.estimate;
         }
-        let last = last.map(|(flow, estimate)| Last {
+        let last = (!solutions.is_empty()).then(|| Adaptable {
             mesh,
             poses,
-            motion: flows.map(|flows| flows.motion),
-            frame,
-            flow,
             estimate,
         });
         Ok((solutions, last))
@@ -203,5 +288,31 @@ impl FemModel {
             Some(permeability) => problem.with_permeability(permeability),
             None => problem,
         })
+    }
+}
+
+/// The motion of surfaces with the surfaces that it is on.
+struct BodyFlows<'a> {
+    motion: SurfaceMotion,
+    /// Surfaces of the bodies; those of walls after them are not used.
+    surfaces: &'a [(&'a str, Box<dyn Surface>)],
+}
+
+impl SurfaceFlow for BodyFlows<'_> {
+    fn slip(&self, body: usize, x: &Vector3<f64>) -> Vector3<f64> {
+        match self.surfaces.get(body) {
+            Some((_, surface)) if self.motion.slip_of(body).is_some() => {
+                self.motion.slip(body, &surface.normal(*x))
+            }
+            _ => Vector3::zeros(),
+        }
+    }
+
+    fn background(&self, x: &Vector3<f64>) -> Vector3<f64> {
+        self.motion.background(x)
+    }
+
+    fn background_pressure(&self, x: &Vector3<f64>) -> f64 {
+        self.motion.background_pressure(x)
     }
 }

@@ -1,22 +1,27 @@
 //! Finite-element solutions in the scene's units.
 
-use nalgebra::Vector3;
+use std::sync::Arc;
+
+use mesh::TetMesh;
+use nalgebra::{Point3, Vector3};
 use rigid::{Articulation, FlowSolution};
 use stokes::Solution;
 
 use super::far_field::{FarField, total_force};
+use super::moving_frame::MovingFrame;
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
+use crate::flow_field::{FlowField, SolutionFlow};
+use crate::response::{BodySolution, Response};
 use crate::scaled_scene::ScaledScene;
-use crate::solution::{BodySolution, InstantaneousSolution};
-use crate::stresslets::Stresslets;
+use crate::solution::InstantaneousSolution;
+use crate::surface_motion::SurfaceMotion;
+use crate::units::Scale;
 
 /// What the conversion of a solution to the scene's units needs.
 pub struct ToScene<'a> {
     pub scaled: &'a ScaledScene,
-    /// The bodies with surfaces.
-    pub surfaced: Vec<usize>,
     /// The ball that replaces unbounded fluid.
     pub far_field: Option<FarField>,
     /// Relative error of velocities caused by the container.
@@ -88,7 +93,7 @@ impl ToScene<'_> {
             entry.velocity = scale.velocity_to_scene(at(layout.bodies()[body]));
             entry.angular_velocity = flow.state.spins[body];
         }
-        for (number, &body) in self.surfaced.iter().enumerate() {
+        for (number, body) in self.scaled.surfaced().enumerate() {
             let part =
                 |first: usize| Vector3::from_fn(|axis, _| flow.forces[6 * number + first + axis]);
             bodies[body].force = scale.force_to_scene(part(0));
@@ -109,9 +114,13 @@ impl ToScene<'_> {
             true => 0.0,
             false => largest_norm(bodies.iter().map(|b| b.force)),
         };
-        let slip_power = scale.power_to_scene(slip_power);
-        let of_bodies = bodies.iter().map(BodySolution::power).sum::<f64>();
-        let power = (of_bodies + slip_power).abs();
+        let response = Response {
+            motion: self.scaled.motion_to_scene(&flow.state),
+            bodies,
+            joint_forces,
+            slip_power: scale.power_to_scene(slip_power),
+        };
+        let power = response.power().abs();
         let bars = |size: f64| ErrorEstimate {
             container: Some(self.container_error * size),
             // The equations are those of Stokes flow without approximation.
@@ -120,25 +129,15 @@ impl ToScene<'_> {
             ..ErrorEstimate::default()
         };
         Ok(InstantaneousSolution {
-            stresslets: Some(Stresslets::to_scene(
-                &flow.stresslets,
-                &self.surfaced,
-                set.kinds().len(),
-                scale,
-            )),
+            stresslets: Some(self.scaled.stresslets_to_scene(&flow.stresslets)),
             dofs: solution.dofs,
             error_estimate: bars(speed),
             force_error: bars(force),
             power_error: bars(power),
-            slip_power,
             checks: solution.checks,
             solver: solution.solver.clone(),
             seconds: solution.seconds,
-            ..InstantaneousSolution::new(
-                bodies,
-                joint_forces,
-                self.scaled.motion_to_scene(&flow.state),
-            )
+            ..response.into()
         })
     }
 }
@@ -162,4 +161,72 @@ fn shift(set: &Articulation, correction: Vector3<f64>, flow: &mut FlowSolution) 
 
 fn largest_norm(vectors: impl Iterator<Item = Vector3<f64>>) -> f64 {
     vectors.fold(0.0, |m, v| m.max(v.norm()))
+}
+
+/// The flow of a solution in scaled units, with all that its conversion needs.
+pub(super) struct ScaledFlow {
+    pub mesh: Arc<TetMesh>,
+    pub flow: FlowSolution,
+    /// Motion of the surfaces; `flow` is the disturbance of the background flow.
+    pub motion: Option<SurfaceMotion>,
+    /// The frame of mesh and flow, if it moves.
+    pub frame: Option<MovingFrame>,
+    pub scale: Scale,
+}
+
+impl From<ScaledFlow> for SolutionFlow {
+    fn from(flow: ScaledFlow) -> Self {
+        Self::new(move || flow.field())
+    }
+}
+
+impl ScaledFlow {
+    /// The flow with the background flow, in the units of the scene and the laboratory frame.
+    ///
+    /// # Errors
+    /// Points that overflow.
+    fn field(&self) -> Result<FlowField, ModelError> {
+        let Self {
+            mesh,
+            flow,
+            motion,
+            frame,
+            scale,
+        } = self;
+        let background = |node: usize| {
+            let of_node = |motion: &SurfaceMotion| motion.background(&mesh.points()[node]);
+            motion.as_ref().map_or_else(Vector3::zeros, of_node)
+        };
+        let background_pressure = |node: usize| {
+            let of_node = |motion: &SurfaceMotion| motion.background_pressure(&mesh.points()[node]);
+            motion.as_ref().map_or(0.0, of_node)
+        };
+        // A mesh that ends at symmetry planes is unfolded to the whole domain.
+        let whole = scale.mesh_to_scene(mesh)?.unfolded()?;
+        let velocity = whole.sources.iter().map(|(node, signs)| {
+            let node = *node as usize;
+            let velocity = flow.velocity[node] + background(node);
+            scale.velocity_to_scene(velocity.component_mul(signs))
+        });
+        let of_vertices = whole.sources.iter().take(whole.mesh.n_vertices());
+        let pressure = of_vertices.map(|(vertex, _)| {
+            let vertex = *vertex as usize;
+            flow.pressure[vertex] + background_pressure(vertex)
+        });
+        let mut field = FlowField {
+            velocity: velocity.collect(),
+            pressure: pressure.map(|p| scale.pressure_to_scene(p)).collect(),
+            mesh: whole.mesh,
+        };
+        if let Some(frame) = frame {
+            let (rotation, to_laboratory) = (frame.rotation(), frame.to_laboratory(1.0));
+            let points = field.mesh.points().iter();
+            let points = points
+                .map(|x| to_laboratory * Point3::from(*x))
+                .map(|x| x.coords);
+            field.mesh = field.mesh.with_points(points.collect())?;
+            field.velocity.iter_mut().for_each(|u| *u = rotation * *u);
+        }
+        Ok(field)
+    }
 }

@@ -21,7 +21,6 @@
 mod chebyshev;
 mod geometry;
 mod placement;
-mod refinement;
 mod sampler;
 mod scales;
 mod solved_shapes;

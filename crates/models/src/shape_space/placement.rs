@@ -2,7 +2,7 @@
 
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rigid::State;
-use scene::{Domain, Scene, Shape};
+use scene::{Domain, Scene};
 
 use crate::error::ModelError;
 
@@ -76,7 +76,7 @@ impl<'a> Placement<'a> {
 
     /// Whether a body has a surface, and so counts in the mean.
     pub fn counts(&self, body: usize) -> bool {
-        self.scene.bodies()[body].shape != Shape::Point
+        self.scene.bodies()[body].shape.has_surface()
     }
 
     fn mean_of(&self, state: &State, lengths: &[f64]) -> Result<Vector3<f64>, ModelError> {

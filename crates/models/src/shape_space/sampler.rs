@@ -10,7 +10,8 @@ use super::chebyshev::{indices, node};
 use super::placement::Placement;
 use super::solved_shapes::{Bars, Part, SolvedShapes};
 use crate::error::ModelError;
-use crate::hydrodynamics::{Configuration, Hydrodynamics, Query};
+use crate::hydrodynamics::Hydrodynamics;
+use crate::query::{Configuration, Query};
 use crate::record::{Layout, Record, numbers};
 
 /// Highest degree in a variable; spheres with gaps of a hundredth of a radius need more.
@@ -198,14 +199,14 @@ impl<'a> Sampler<'a> {
                     let sample = sample(self.model, &moved, &shape, self.variables)?;
                     self.check(&sample)?;
                     let turned = |record: Record| {
-                        let frame = record.motion.frames[0];
+                        let frame = record.response.motion.frames[0];
                         let back = rotation.inverse();
                         (back * frame.linear, back * frame.angular)
                     };
                     let width = self.layout().numbers();
                     for (a, b) in sample.numbers.chunks(width).zip(known.chunks(width)) {
                         let there = turned(Record::new(a, self.layout()));
-                        let frame = Record::new(b, self.layout()).motion.frames[0];
+                        let frame = Record::new(b, self.layout()).response.motion.frames[0];
                         largest = largest
                             .max((there.0 - frame.linear).norm())
                             .max(longest * (there.1 - frame.angular).norm());
@@ -226,7 +227,7 @@ impl<'a> Sampler<'a> {
             let mut fastest = [0.0_f64; 6];
             for values in self.solved.numbers.values() {
                 let numbers = &values[number * layout.numbers()..][..layout.numbers()];
-                let record = Record::new(numbers, layout);
+                let record = Record::new(numbers, layout).response;
                 let counted = (record.bodies.iter().enumerate())
                     .filter(|(body, _)| self.placement.counts(*body))
                     .map(|(_, body)| body.velocity);

@@ -5,14 +5,14 @@ use rigid::{Joint, State, Twist};
 
 use super::chebyshev::Interpolant;
 use super::placement::Placement;
-use super::refinement::{FIRST_DEGREE, fits, points, refined};
-use super::sampler::Sampler;
+use super::sampler::{MAX_DEGREE, Sampler};
 use super::scales::{Scales, scales};
 use super::solved_shapes::{Bars, Part, SolvedShapes};
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
-use crate::hydrodynamics::{Configuration, Hydrodynamics};
+use crate::hydrodynamics::Hydrodynamics;
+use crate::query::Configuration;
 use crate::record::{Layout, Record};
 use crate::solution::InstantaneousSolution;
 use scene::Scene;
@@ -21,6 +21,14 @@ use stokes::{Dofs, SolverReport};
 /// An interpolation error that a finer grid does not reduce is attributed to noise of the model if
 /// it is at most this factor times the error bar of the model.
 const NOISE: f64 = 10.0;
+
+/// Degree of the first grid in each variable.
+const FIRST_DEGREE: usize = 4;
+
+/// Maximum number of grid points: degree 8 in four variables has 6561, degree 4 in five 3125.
+///
+/// Larger tables take longer than they save.
+const MAX_POINTS: usize = 7000;
 
 /// Solutions of a model for a free swimmer, interpolated over a box of values of its joints.
 ///
@@ -104,41 +112,10 @@ impl ShapeSpace {
         solved: (SolvedShapes, Part),
         observe: &mut dyn FnMut(&SolvedShapes) -> Result<(), ModelError>,
     ) -> Result<Self, ModelError> {
-        let refuse = |problem: &str| {
-            Err(ModelError::ShapeSpace {
-                problem: problem.to_owned(),
-            })
-        };
-        if !scene.is_driven_by_shape() {
-            return refuse(
-                "tables require a motion that the joints determine: one linkage without external \
-                 loads, masses, slip, background flow and passive joints",
-            );
-        }
-        let set = scene.articulation();
-        let joints = set.joints().len();
-        let is_valid = |(range, joint): (&(f64, f64), &Joint)| {
-            let is_positive = 0.0 < range.0 || joint.kind.is_angle() || !joint.kind.has_value();
-            range.0.is_finite() && range.1.is_finite() && is_positive && range.0 <= range.1
-        };
-        if ranges.len() != joints || !ranges.iter().zip(set.joints()).all(is_valid) {
-            return refuse(
-                "every link needs a range of positive lengths or of angles, the smaller one first",
-            );
-        }
-        let variables: Vec<usize> = (0..joints).filter(|&k| ranges[k].0 < ranges[k].1).collect();
-        if variables.is_empty() {
-            return refuse("no length varies; give at least one range a positive width");
-        }
-        if !(tolerance > 0.0 && tolerance.is_finite()) {
-            return refuse("the tolerance must be positive");
-        }
-        if let Some(key) = scene.differing_key(model.scene()) {
-            return refuse(&format!("the model is that of a scene with another {key}"));
-        }
-        let start = scene.initial_state();
+        let variables = varying_joints(scene, model, ranges, tolerance)?;
         let placement = Placement::new(scene)?;
         let mut sampler = Sampler::new(scene, model, &placement, ranges, &variables, solved)?;
+        let set = scene.articulation();
         let longest = (ranges.iter().enumerate())
             .map(|(joint, range)| set.arm_length(joint, range.1))
             .fold(0.0, f64::max);
@@ -174,7 +151,7 @@ impl ShapeSpace {
                 };
                 let (dofs, solver) = sampler.solved.last.clone().unwrap_or_default();
                 return Ok(Self {
-                    start,
+                    start: scene.initial_state(),
                     ranges: ranges.to_vec(),
                     records,
                     layout,
@@ -251,7 +228,9 @@ impl ShapeSpace {
     /// [`ModelError::ShapeSpace`] for shapes outside the box.
     pub fn connection(&self, shape: &[f64]) -> Result<Vec<Twist>, ModelError> {
         let records = self.records(shape)?.into_iter();
-        Ok(records.map(|record| record.motion.frames[0]).collect())
+        Ok(records
+            .map(|record| record.response.motion.frames[0])
+            .collect())
     }
 
     /// The dissipation metric `G(s)`: the power of the swimmer on the fluid is `ds/dt · G ds/dt`.
@@ -265,10 +244,9 @@ impl ShapeSpace {
         let records = self.records(shape)?;
         let n = records.len();
         Ok(DMatrix::from_fn(n, n, |i, j| {
-            records[i]
-                .bodies
-                .iter()
-                .zip(&records[j].bodies)
+            let [a, b] = [i, j].map(|k| &records[k].response.bodies);
+            a.iter()
+                .zip(b)
                 .map(|(a, b)| a.force.dot(&b.velocity) + a.torque.dot(&b.angular_velocity))
                 .sum()
         }))
@@ -306,21 +284,20 @@ impl ShapeSpace {
         }
         let record = Record::new(&sum, self.layout);
         let speed: f64 = rates.iter().map(|r| r.abs()).sum();
-        let solution =
-            InstantaneousSolution::new(record.bodies, record.joint_forces, record.motion);
-        let power = solution.power();
-        let forces = solution.bodies.iter().map(|b| b.force.norm());
+        let response = record.response;
+        let power = response.power();
+        let forces = response.bodies.iter().map(|b| b.force.norm());
         let force = forces.fold(0.0, f64::max);
         // The error of a product of two interpolated numbers.
-        let sizes = solution.bodies.iter();
+        let sizes = response.bodies.iter();
         let product: f64 = sizes.map(|b| b.force.norm() * b.velocity.norm()).sum();
-        let mesh_error = record.mesh_error.map(|error| DiscretisationError {
+        let mesh_error = record.mesh_error.map(|response| DiscretisationError {
+            response,
             uncertainty: Uncertainty {
                 velocity: speed * self.bars.mesh_uncertainty.velocity,
                 power: power.abs() * self.bars.mesh_uncertainty.power,
                 ..self.bars.mesh_uncertainty
             },
-            ..error
         });
         let mut solution = InstantaneousSolution {
             dofs: self.dofs,
@@ -339,7 +316,7 @@ impl ShapeSpace {
                 model: Some(self.bars.power * power.abs() + 2.0 * self.relative_error * product),
                 ..ErrorEstimate::default()
             },
-            ..solution
+            ..response.into()
         };
         if let Some(error) = mesh_error {
             solution.set_mesh_error(error);
@@ -371,6 +348,51 @@ impl ShapeSpace {
     }
 }
 
+/// Joints whose value varies in the box, if a table over it is possible for the scene and the model.
+///
+/// # Errors
+/// [`ModelError::ShapeSpace`], as [`ShapeSpace::tabulate`].
+fn varying_joints(
+    scene: &Scene,
+    model: &dyn Hydrodynamics,
+    ranges: &[(f64, f64)],
+    tolerance: f64,
+) -> Result<Vec<usize>, ModelError> {
+    let refuse = |problem: &str| {
+        Err(ModelError::ShapeSpace {
+            problem: problem.to_owned(),
+        })
+    };
+    if !scene.is_driven_by_shape() {
+        return refuse(
+            "tables require a motion that the joints determine: one linkage without external \
+             loads, masses, slip, background flow and passive joints",
+        );
+    }
+    let set = scene.articulation();
+    let joints = set.joints().len();
+    let is_valid = |(range, joint): (&(f64, f64), &Joint)| {
+        let is_positive = 0.0 < range.0 || joint.kind.is_angle() || !joint.kind.has_value();
+        range.0.is_finite() && range.1.is_finite() && is_positive && range.0 <= range.1
+    };
+    if ranges.len() != joints || !ranges.iter().zip(set.joints()).all(is_valid) {
+        return refuse(
+            "every link needs a range of positive lengths or of angles, the smaller one first",
+        );
+    }
+    let variables: Vec<usize> = (0..joints).filter(|&k| ranges[k].0 < ranges[k].1).collect();
+    if variables.is_empty() {
+        return refuse("no length varies; give at least one range a positive width");
+    }
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        return refuse("the tolerance must be positive");
+    }
+    if let Some(key) = scene.differing_key(model.scene()) {
+        return refuse(&format!("the model is that of a scene with another {key}"));
+    }
+    Ok(variables)
+}
+
 /// The error for a box whose grid does not fit.
 fn too_large() -> ModelError {
     ModelError::ShapeSpace {
@@ -395,4 +417,25 @@ pub(super) fn covers(ranges: &[(f64, f64)], shape: &[f64], rates: &[f64]) -> boo
     shape.len() == ranges.len()
         && rates.len() == ranges.len()
         && ranges.iter().zip(shape).zip(rates).all(inside)
+}
+
+/// Degrees of the grid after one with these sums of highest coefficients, [`Interpolant::tails`].
+///
+/// The degree is doubled in the variables with more than half of an equal share of the error
+/// `wanted`.
+fn refined(degrees: &[usize], tails: &[f64], wanted: f64) -> Vec<usize> {
+    let share = 0.5 * wanted / tails.len() as f64;
+    (degrees.iter().zip(tails))
+        .map(|(&degree, &tail)| if tail > share { 2 * degree } else { degree })
+        .collect()
+}
+
+/// Whether a grid is small enough to be computed.
+fn fits(degrees: &[usize]) -> bool {
+    points(degrees) <= MAX_POINTS && degrees.iter().all(|&n| n <= MAX_DEGREE)
+}
+
+/// Number of points of a grid.
+fn points(degrees: &[usize]) -> usize {
+    degrees.iter().map(|n| n + 1).product()
 }

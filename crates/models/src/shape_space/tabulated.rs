@@ -2,14 +2,13 @@
 
 use std::time::Instant as Clock;
 
-use nalgebra::{DMatrix, Vector3};
-use rigid::StateVelocity;
 use scene::Scene;
 
 use super::space::{ShapeSpace, covers};
 use crate::error::ModelError;
-use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
-use crate::solution::{FlowField, InstantaneousSolution, PointFlow};
+use crate::hydrodynamics::Hydrodynamics;
+use crate::query::{Configuration, Query};
+use crate::solution::InstantaneousSolution;
 
 /// A model with tables over boxes of shapes, which are computed when they are first needed.
 pub struct Tabulated {
@@ -79,13 +78,23 @@ impl Tabulated {
     }
 }
 
+/// All but the solutions is that of the model. Solutions of a table are without their flow, which
+/// the model computes on request ([`Hydrodynamics::flows`]).
 impl Hydrodynamics for Tabulated {
+    fn scene(&self) -> &Scene {
+        self.model.scene()
+    }
+
     fn name(&self) -> &'static str {
         self.model.name()
     }
 
-    fn scene(&self) -> &Scene {
-        self.model.scene()
+    fn inner(&self) -> Option<&dyn Hydrodynamics> {
+        Some(self.model.as_ref())
+    }
+
+    fn inner_mut(&mut self) -> Option<&mut dyn Hydrodynamics> {
+        Some(self.model.as_mut())
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
@@ -119,60 +128,5 @@ impl Hydrodynamics for Tabulated {
         (solutions.collect::<Option<Vec<_>>>()).ok_or(ModelError::NoSolution {
             model: self.model.name(),
         })
-    }
-
-    fn error_estimates(&self) -> ErrorEstimates {
-        self.model.error_estimates()
-    }
-
-    fn controls_error(&self) -> bool {
-        self.model.controls_error()
-    }
-
-    fn resistance(&mut self, configuration: Configuration<'_>) -> Result<DMatrix<f64>, ModelError> {
-        self.model.resistance(configuration)
-    }
-
-    fn resistance_errors(
-        &mut self,
-        configuration: Configuration<'_>,
-    ) -> Result<Option<DMatrix<f64>>, ModelError> {
-        self.model.resistance_errors(configuration)
-    }
-
-    fn history(&self) -> Result<History, ModelError> {
-        self.model.history()
-    }
-
-    fn restore(&mut self, history: &History) -> Result<(), ModelError> {
-        self.model.restore(history)
-    }
-
-    fn flow(
-        &mut self,
-        configuration: Configuration<'_>,
-        rates: &[f64],
-    ) -> Result<FlowField, ModelError> {
-        self.model.flow(configuration, rates)
-    }
-
-    fn flow_at(
-        &mut self,
-        configuration: Configuration<'_>,
-        rates: &[f64],
-        points: &[Vector3<f64>],
-    ) -> Result<Vec<Option<PointFlow>>, ModelError> {
-        self.model.flow_at(configuration, rates, points)
-    }
-
-    fn joint_responses(
-        &mut self,
-        configuration: Configuration<'_>,
-    ) -> Result<Vec<StateVelocity>, ModelError> {
-        self.model.joint_responses(configuration)
-    }
-
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.model.cost(configuration)
     }
 }

@@ -1,8 +1,7 @@
 //! Models of spheres without a mesh: Oseen, Rotne-Prager-Yamakawa, multipole expansions.
 
-mod flow_field;
-mod resistances;
-mod stresslets;
+mod sphere_flow;
+mod sphere_resistances;
 
 use std::time::Instant as Clock;
 
@@ -10,16 +9,18 @@ use microhydro::{Medium, Spheres, multipole};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::StateVelocity;
 
+use self::sphere_flow::MovingSpheres;
+use self::sphere_resistances::SphereResistances;
 use crate::error::ModelError;
 use crate::error_estimate::ErrorEstimate;
-use crate::hydrodynamics::{Configuration, Cost, Hydrodynamics, Query};
+use crate::flow_field::{FlowField, PointFlow};
+use crate::hydrodynamics::{Capabilities, Flows, GrandResistance, Hydrodynamics, Resistances};
 use crate::mobility::{self, MobilitySolution};
+use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
-use crate::solution::{FlowField, InstantaneousSolution, PointFlow};
+use crate::solution::InstantaneousSolution;
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
-use flow_field::MovingSpheres;
-use resistances::{Resistances, compute};
-use scene::{Domain, ModelKind, Scene, Shape};
+use scene::{Domain, ModelKind, Scene};
 use stokes::{Dofs, Seconds, SolverReport};
 
 /// Approximation of the interactions between spheres.
@@ -56,7 +57,7 @@ pub struct SpheresModel {
     names: Vec<String>,
     medium: Medium,
     /// The last configuration, whose resistance serves other rates of the joints.
-    last: Option<(Spheres, Resistances)>,
+    last: Option<(Spheres, SphereResistances)>,
 }
 
 impl SpheresModel {
@@ -113,16 +114,13 @@ impl SpheresModel {
             radii: scene
                 .bodies()
                 .iter()
-                .filter_map(|body| match body.shape {
-                    Shape::Sphere { radius } => Some(scale.length(radius)),
-                    // Other shapes are refused above.
-                    _ => None,
-                })
+                // Other shapes are refused above.
+                .filter_map(|body| Some(scale.length(body.shape.sphere_radius()?)))
                 .collect(),
             names: scene
                 .bodies()
                 .iter()
-                .filter(|body| body.shape != Shape::Point)
+                .filter(|body| body.shape.has_surface())
                 .map(|body| body.name.clone())
                 .collect(),
             medium,
@@ -137,14 +135,17 @@ impl SpheresModel {
     }
 
     /// Resistance of a configuration; that of the last configuration is stored.
-    fn resistance_at(&mut self, configuration: Configuration) -> Result<Resistances, ModelError> {
+    fn resistance_at(
+        &mut self,
+        configuration: Configuration,
+    ) -> Result<SphereResistances, ModelError> {
         let spheres = self.spheres(configuration)?;
         if let Some((known, resistances)) = &self.last
             && *known == spheres
         {
             return Ok(resistances.clone());
         }
-        let resistances = compute(self.kind, &spheres, &self.medium)?;
+        let resistances = SphereResistances::new(self.kind, &spheres, &self.medium)?;
         self.last = Some((spheres, resistances.clone()));
         Ok(resistances)
     }
@@ -153,7 +154,7 @@ impl SpheresModel {
     fn surface_effects(
         &self,
         configuration: Configuration,
-        resistances: &Resistances,
+        resistances: &SphereResistances,
     ) -> Result<Option<[SurfaceEffect; 2]>, ModelError> {
         let motion = SurfaceMotion::new(&self.scaled, &self.scaled.poses(configuration)?);
         let (Some(motion), Some(orders)) = (motion, &resistances.orders) else {
@@ -171,7 +172,7 @@ impl SpheresModel {
         let of_background = flow.inner_powers[(0, 1)];
         let effect = |velocities, powers: &DMatrix<f64>| {
             let slip_power = powers[(0, 0)] + powers[(0, 1)] + of_background;
-            SurfaceEffect::of_columns(velocities, slip_power)
+            SurfaceEffect::from_columns(velocities, slip_power)
         };
         Ok(Some([
             effect(&flow.velocities, &flow.powers),
@@ -234,9 +235,10 @@ impl SpheresModel {
             previous = reference;
         }
         let total = clock.elapsed().as_secs_f64();
-        let motion = set.state_velocity(solved.generalised.as_slice())?;
-        let motion = self.scaled.motion_to_scene(&motion);
-        let joint_forces = solved.joint_forces(set, &constraints, loads, scale)?;
+        let model_error = |error: f64| ErrorEstimate {
+            model: Some(error),
+            ..ErrorEstimate::default()
+        };
         let stresslets = match query.stresslets {
             true => self.stresslets(configuration, &resistances, &solved.generalised)?,
             false => None,
@@ -253,31 +255,25 @@ impl SpheresModel {
                 iterations: 0,
                 true_relative_residual: solved.residual,
             },
-            slip_power: scale.power_to_scene(solved.slip_power),
             seconds: Seconds {
                 assembly,
                 solve: total - assembly,
                 total,
                 ..Seconds::default()
             },
-            error_estimate: ErrorEstimate {
-                model: Some(scale.speed_to_scene(error)),
-                ..ErrorEstimate::default()
-            },
-            force_error: ErrorEstimate {
-                model: Some(scale.load_to_scene(force_error)),
-                ..ErrorEstimate::default()
-            },
-            power_error: ErrorEstimate {
-                model: Some(scale.power_to_scene(power_error)),
-                ..ErrorEstimate::default()
-            },
-            ..InstantaneousSolution::new(solved.bodies(set, scale)?, joint_forces, motion)
+            error_estimate: model_error(scale.speed_to_scene(error)),
+            force_error: model_error(scale.load_to_scene(force_error)),
+            power_error: model_error(scale.power_to_scene(power_error)),
+            ..solved.response(&self.scaled, &constraints, loads)?.into()
         })
     }
 }
 
 impl Hydrodynamics for SpheresModel {
+    fn scene(&self) -> &Scene {
+        &self.scaled.scene
+    }
+
     fn name(&self) -> &'static str {
         match self.kind {
             SphereModel::Oseen => "oseen",
@@ -286,37 +282,55 @@ impl Hydrodynamics for SpheresModel {
         }
     }
 
-    fn scene(&self) -> &Scene {
-        &self.scaled.scene
-    }
-
-    fn duplicate(&self) -> Option<Box<dyn Hydrodynamics>> {
-        Some(Box::new(self.clone()))
-    }
-
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         (query.rates.iter())
             .map(|rates| self.solve_rates(query, rates))
             .collect()
     }
 
-    fn controls_error(&self) -> bool {
-        self.controls_error
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            controls_error: self.controls_error,
+            ..Capabilities::default()
+        }
     }
 
-    fn resistance(&mut self, configuration: Configuration<'_>) -> Result<DMatrix<f64>, ModelError> {
-        let resistances = self.resistance_at(configuration)?;
-        Ok(self.scaled.scale.resistance_to_scene(resistances.matrix))
+    fn duplicate(&self) -> Option<Box<dyn Hydrodynamics>> {
+        Some(Box::new(self.clone()))
     }
 
-    fn resistance_errors(
+    fn flows(&mut self) -> Result<&mut dyn Flows, ModelError> {
+        Ok(self)
+    }
+
+    fn resistances(&mut self) -> Result<&mut dyn Resistances, ModelError> {
+        Ok(self)
+    }
+
+    fn joint_responses(
         &mut self,
         configuration: Configuration<'_>,
-    ) -> Result<Option<DMatrix<f64>>, ModelError> {
-        let errors = self.resistance_at(configuration)?.errors();
-        Ok(Some(self.scaled.scale.resistance_to_scene(errors)))
+    ) -> Result<Option<Vec<StateVelocity>>, ModelError> {
+        let resistances = self.resistance_at(configuration)?;
+        mobility::joint_responses(&self.scaled, configuration, &resistances.matrix).map(Some)
     }
+}
 
+impl Resistances for SpheresModel {
+    fn resistance(
+        &mut self,
+        configuration: Configuration<'_>,
+    ) -> Result<GrandResistance, ModelError> {
+        let resistances = self.resistance_at(configuration)?;
+        let (errors, scale) = (resistances.errors(), &self.scaled.scale);
+        Ok(GrandResistance {
+            matrix: scale.resistance_to_scene(resistances.matrix),
+            errors: Some(scale.resistance_to_scene(errors)),
+        })
+    }
+}
+
+impl Flows for SpheresModel {
     fn flow(
         &mut self,
         configuration: Configuration<'_>,
@@ -324,7 +338,7 @@ impl Hydrodynamics for SpheresModel {
     ) -> Result<FlowField, ModelError> {
         let moving = self.moving(configuration, rates)?;
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        let (mesh, velocity) = flow_field::flow_field(&moving, &self.medium, &names)?;
+        let (mesh, velocity) = sphere_flow::flow_field(&moving, &self.medium, &names)?;
         let scale = &self.scaled.scale;
         Ok(FlowField {
             mesh: scale.mesh_to_scene(&mesh)?,
@@ -345,30 +359,11 @@ impl Hydrodynamics for SpheresModel {
         let moving = self.moving(configuration, rates)?;
         let scale = &self.scaled.scale;
         let scaled: Vec<_> = points.iter().map(|x| x.map(|x| scale.length(x))).collect();
-        let velocities = flow_field::velocities_at(&moving, &self.medium, &scaled)?;
+        let velocities = sphere_flow::velocities_at(&moving, &self.medium, &scaled)?;
         let in_scene = |velocity| PointFlow {
             velocity: scale.velocity_to_scene(velocity),
             pressure: None,
         };
         Ok(velocities.into_iter().map(|u| u.map(in_scene)).collect())
-    }
-
-    fn joint_responses(
-        &mut self,
-        configuration: Configuration<'_>,
-    ) -> Result<Vec<StateVelocity>, ModelError> {
-        let resistances = self.resistance_at(configuration)?;
-        mobility::joint_responses(&self.scaled, configuration, &resistances.matrix)
-    }
-
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        // Solving is the cheapest way to find its cost.
-        let rates = vec![0.0; configuration.shape.len()];
-        let solution = self.solve_one(configuration, &rates)?;
-        Ok(Cost {
-            dofs: solution.dofs,
-            seconds: solution.seconds.total,
-            mib: 0.0,
-        })
     }
 }

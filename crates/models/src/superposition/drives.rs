@@ -24,7 +24,7 @@ pub(super) struct Drives {
 
 impl Drives {
     /// The drives of a scene; `None` if its solutions cannot be superposed.
-    pub fn of(scene: &Scene) -> Option<Self> {
+    pub fn new(scene: &Scene) -> Option<Self> {
         let set = scene.articulation();
         let count = scene.bodies().len();
         let turns_as_one = count == 1 || !(0..count).any(|body| set.has_own_attitude(body));

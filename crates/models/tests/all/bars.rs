@@ -2,26 +2,16 @@
 
 use models::{
     AxisymmetricModel, BodySolution, Configuration, DiscretisationError, FemModel, Hydrodynamics,
-    InstantaneousSolution, ModelError, Query, SphereModel, SpheresModel, Uncertainty,
+    InstantaneousSolution, ModelError, Query, Response, SphereModel, SpheresModel, Uncertainty,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use rigid::StateVelocity;
 use scene::Scene;
 
-use crate::scenes::three_spheres;
+use crate::scenes::{solve_at_start, three_spheres};
 
 fn parse(text: &str) -> Scene {
     Scene::parse(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
-}
-
-fn solve(model: &mut dyn Hydrodynamics, rates: &[f64]) -> InstantaneousSolution {
-    let scene = model.scene().clone();
-    let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: scene.articulation().initial_shape(),
-    };
-    model.solve_one(configuration, rates).unwrap()
 }
 
 #[test]
@@ -41,7 +31,7 @@ fn bars_of_models_of_spheres_contain_the_errors_of_velocities_and_power() {
     );
     let exact = |rates: &[f64]| {
         let kind = SphereModel::Multipole(1e-10);
-        solve(&mut SpheresModel::new(&scene, kind).unwrap(), rates)
+        solve_at_start(&mut SpheresModel::new(&scene, kind).unwrap(), rates)
     };
     for (kind, largest_ratio) in [
         (SphereModel::Oseen, 1.5),
@@ -51,7 +41,7 @@ fn bars_of_models_of_spheres_contain_the_errors_of_velocities_and_power() {
     ] {
         // The body with the largest error differs.
         for rates in [[1.0, 0.0], [0.0, 1.0], [0.5, -1.0]] {
-            let found = solve(&mut SpheresModel::new(&scene, kind).unwrap(), &rates);
+            let found = solve_at_start(&mut SpheresModel::new(&scene, kind).unwrap(), &rates);
             let exact = exact(&rates);
             let pairs = found.bodies.iter().zip(&exact.bodies);
             let error = pairs.fold(0.0_f64, |m, (a, b)| m.max((a.velocity - b.velocity).norm()));
@@ -96,7 +86,7 @@ const BENT: &str = r#"
 #[test]
 fn the_errors_that_are_subtracted_are_those_of_a_rigid_motion_and_of_balanced_forces() {
     let scene = parse(BENT);
-    let solution = solve(&mut FemModel::new(&scene).unwrap(), &[1.0, -0.5]);
+    let solution = solve_at_start(&mut FemModel::new(&scene).unwrap(), &[1.0, -0.5]);
     let error = solution.mesh_error.as_ref().unwrap();
     let frame = error.motion.frames[0];
     let root = scene.bodies()[0].position;
@@ -173,7 +163,7 @@ fn the_far_field_moves_the_whole_flow_and_its_bar_is_that_of_the_neglected_terms
              force = [1, 0, 0] }}]"
         ));
         let mut model = FemModel::new(&scene).unwrap();
-        let solution = solve(&mut model, &[]);
+        let solution = solve_at_start(&mut model, &[]);
         let velocity = solution.bodies[0].velocity;
         let bar = solution.error_estimate.container.unwrap();
         let expected = neglected / 60.0_f64.powi(3) * velocity.norm();
@@ -189,7 +179,7 @@ fn the_far_field_moves_the_whole_flow_and_its_bar_is_that_of_the_neglected_terms
         );
         assert!((solution.motion.frames[0].linear - velocity).norm() < 1e-14);
         // The fluid on the sphere moves with it.
-        let flow = model.last_flow().unwrap();
+        let flow = solution.flow.as_ref().unwrap().field().unwrap();
         let spin = solution.bodies[0].angular_velocity;
         for node in flow.mesh.nodes_on(flow.mesh.tag("s").unwrap()) {
             let arm = flow.mesh.points()[node as usize] - scene.bodies()[0].position;
@@ -239,7 +229,7 @@ fn the_accuracy_in_the_meridian_plane_is_that_of_the_scene_the_caller_or_the_que
     assert!(cost.mib > 0.1 && cost.dofs.total > 100, "{cost:?}");
     // Three quarters of every correction are uncertain, and a part in which errors of bodies do not
     // cancel.
-    let error = solve(&mut model(1e-1), &[1.0]).mesh_error.unwrap();
+    let error = solve_at_start(&mut model(1e-1), &[1.0]).mesh_error.unwrap();
     assert_eq!(error.uncertainty.relative, 0.75);
     assert!(error.uncertainty.velocity > 0.0);
     // Bodies that leave the axis are refused.
@@ -258,7 +248,7 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
     let scene = three_spheres("");
     let mut model = SpheresModel::new(&scene, SphereModel::Rpy).unwrap();
     let mut solution = InstantaneousSolution::new(
-        solve(&mut model, &[1.0, 0.0]).bodies,
+        solve_at_start(&mut model, &[1.0, 0.0]).response.bodies,
         Vec::new(),
         StateVelocity {
             frames: Vec::new(),
@@ -282,14 +272,16 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
         body.force *= 1e3;
     }
     solution.correct(DiscretisationError {
-        motion: StateVelocity {
-            frames: Vec::new(),
-            spins: Vec::new(),
-            joints: vec![],
+        response: Response {
+            motion: StateVelocity {
+                frames: Vec::new(),
+                spins: Vec::new(),
+                joints: vec![],
+            },
+            bodies: vec![error(0.02, 0.4), error(0.06, 0.6), error(0.04, 0.2)],
+            joint_forces: Vec::new(),
+            slip_power: 0.0,
         },
-        bodies: vec![error(0.02, 0.4), error(0.06, 0.6), error(0.04, 0.2)],
-        joint_forces: Vec::new(),
-        slip_power: 0.0,
         uncertainty: Uncertainty {
             relative: 0.5,
             velocity: 0.04 * speed,

@@ -2,41 +2,10 @@
 
 use std::f64::consts::PI;
 
-use models::{
-    AxisymmetricModel, Configuration, FemModel, Hydrodynamics, InstantaneousSolution, Query,
-    SphereModel, SpheresModel,
-};
 use nalgebra::{Matrix3, Vector3};
 use scene::Scene;
 
-/// Solution at the start of a scene.
-fn at_start(model: &mut dyn Hydrodynamics) -> InstantaneousSolution {
-    let scene = model.scene().clone();
-    let configuration = Configuration {
-        state: &scene.initial_state(),
-        shape: scene.articulation().initial_shape(),
-    };
-    let rates = [vec![0.0; configuration.shape.len()]];
-    let query = Query::new(configuration, &rates).with_stresslets();
-    model.solve(&query).unwrap().remove(0)
-}
-
-fn scene(text: &str) -> Scene {
-    Scene::parse(text).unwrap()
-}
-
-fn multipole(text: &str) -> InstantaneousSolution {
-    at_start(&mut SpheresModel::new(&scene(text), SphereModel::Multipole(1e-9)).unwrap())
-}
-
-fn meridian(text: &str) -> InstantaneousSolution {
-    let model = AxisymmetricModel::new(&scene(text)).unwrap();
-    at_start(&mut model.with_accuracy(1e-9))
-}
-
-fn elements(text: &str) -> InstantaneousSolution {
-    at_start(&mut FemModel::new(&scene(text)).unwrap())
-}
+use crate::scenes::{elements, meridian, multipole};
 
 #[test]
 fn squirmers_in_a_concentric_ball() {
@@ -154,11 +123,11 @@ const IN_A_PLANE: &str = r#"
 #[test]
 fn squirmers_in_a_symmetry_plane_have_the_motion_of_expansions() {
     assert_eq!(
-        scene(IN_A_PLANE).fem_symmetry_planes(),
+        Scene::parse(IN_A_PLANE).unwrap().fem_symmetry_planes(),
         [false, false, true]
     );
     let exact = multipole(IN_A_PLANE);
-    let whole = elements(&IN_A_PLANE.replace("fem = {", "fem = { mirror = \"off\","));
+    let whole = elements(&IN_A_PLANE.replace("fem = {", "fem = { symmetry = \"off\","));
     let part = elements(IN_A_PLANE);
     assert!(f64::from(part.dofs.total as u32) < 0.6 * f64::from(whole.dofs.total as u32));
     let speed = exact.bodies[0].velocity.norm();

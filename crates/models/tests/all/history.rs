@@ -1,9 +1,8 @@
 //! Histories of models: stored as JSON and restored bitwise.
 
-use models::{Configuration, FemModel, History, Hydrodynamics, InstantaneousSolution, ModelError};
-use scene::Scene;
+use models::{FemModel, History, Hydrodynamics, ModelError};
 
-use crate::scenes::three_spheres_in_ball;
+use crate::scenes::{solve_at, three_spheres_in_ball};
 
 fn through_json(history: &History) -> History {
     let text = serde_json::to_string(history).unwrap();
@@ -33,27 +32,19 @@ fn contents_of_another_type_are_refused() {
     assert!(matches!(error, ModelError::History(_)), "{error}");
 }
 
-fn solve(model: &mut FemModel, scene: &Scene, shape: &[f64]) -> InstantaneousSolution {
-    let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape,
-    };
-    model.solve_one(configuration, &[-1.0, 0.5]).unwrap()
-}
-
 #[test]
 fn a_restored_model_continues_bitwise() {
     let scene = three_spheres_in_ball();
     let mut model = FemModel::new(&scene).unwrap();
-    solve(&mut model, &scene, &[10.0, 10.0]);
+    solve_at(&mut model, &[10.0, 10.0], &[-1.0, 0.5]);
     let history = model.history().unwrap();
 
     // Both forget their initial guesses; the mesh is that of the first configuration, moved.
     model.restore(&history).unwrap();
     let mut other = FemModel::new(&scene).unwrap();
     other.restore(&through_json(&history)).unwrap();
-    let [expected, found] = [&mut model, &mut other].map(|m| solve(m, &scene, &[9.5, 10.0]));
+    let [expected, found] =
+        [&mut model, &mut other].map(|m| solve_at(m, &[9.5, 10.0], &[-1.0, 0.5]));
     assert_eq!(found.bodies, expected.bodies);
     assert_eq!(found.joint_forces, expected.joint_forces);
     assert_eq!(found.motion, expected.motion);

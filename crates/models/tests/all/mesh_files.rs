@@ -10,7 +10,7 @@ use models::{
 use scene::Scene;
 use tempfile::TempDir;
 
-use crate::scenes::three_spheres;
+use crate::scenes::{solve_at, solve_at_start, three_spheres};
 
 /// A mesh of three spheres in a small ball, in a file.
 pub fn file() -> (TempDir, PathBuf) {
@@ -18,7 +18,7 @@ pub fn file() -> (TempDir, PathBuf) {
     let path = folder.path().join("spheres.msh");
     let own = three_spheres("domain = { kind = \"ball\", radius = 20 }\nfem.surface_size = 0.55");
     let mut model = FemModel::new(&own).unwrap();
-    mesh_at(&mut model, &own, [10.0, 10.0])
+    mesh_at(&mut model, [10.0, 10.0])
         .unwrap()
         .write(&path)
         .unwrap();
@@ -49,24 +49,16 @@ pub const OTHER_MOTION: [f64; 2] = [16.0, 10.0];
 
 pub const OWN_PARTS: [&str; 3] = ["left", "centre", "right"];
 
-pub fn mesh_at(
-    model: &mut FemModel,
-    scene: &Scene,
-    lengths: [f64; 2],
-) -> Result<TetMesh, ModelError> {
+pub fn mesh_at(model: &mut FemModel, shape: [f64; 2]) -> Result<TetMesh, ModelError> {
     let configuration = Configuration {
-        state: &scene.initial_state(),
-        shape: &lengths,
+        state: &model.scene().initial_state(),
+        shape: &shape,
     };
     Ok(model.mesh(configuration)?.unwrap())
 }
 
-pub fn solve(model: &mut FemModel, scene: &Scene, lengths: [f64; 2]) -> InstantaneousSolution {
-    let configuration = Configuration {
-        state: &scene.initial_state(),
-        shape: &lengths,
-    };
-    model.solve_one(configuration, &[-1.0, 0.5]).unwrap()
+pub fn solve(model: &mut FemModel, shape: [f64; 2]) -> InstantaneousSolution {
+    solve_at(model, &shape, &[-1.0, 0.5])
 }
 
 #[test]
@@ -75,7 +67,7 @@ fn the_mesh_of_a_file_depends_on_the_configuration_only() {
     let scene = scene(&file, OWN_PARTS, "");
     let mut model = FemModel::new(&scene).unwrap();
     let mut points = |lengths| {
-        let mesh = mesh_at(&mut model, &scene, lengths).unwrap();
+        let mesh = mesh_at(&mut model, lengths).unwrap();
         mesh.points().to_vec()
     };
     let shapes = [[10.0, 10.0], [6.0, 10.0], OTHER_MOTION, [8.0, 7.0]];
@@ -94,7 +86,7 @@ fn a_change_of_motion_is_reported_once_and_restored_bitwise() {
         "fem = { rtol = 1e-4, estimates = \"off\" }",
     );
     let mut model = FemModel::new(&scene).unwrap();
-    let first = solve(&mut model, &scene, OTHER_MOTION);
+    let first = solve(&mut model, OTHER_MOTION);
     let Some(Remesh::Motion { name, tried }) = first.remeshed else {
         panic!("{:?}", first.remeshed);
     };
@@ -109,7 +101,7 @@ fn a_change_of_motion_is_reported_once_and_restored_bitwise() {
     let mut other = FemModel::new(&scene).unwrap();
     other.restore(&history).unwrap();
     assert_eq!(other.history().unwrap(), history);
-    let [expected, found] = [&mut model, &mut other].map(|m| solve(m, &scene, OTHER_MOTION));
+    let [expected, found] = [&mut model, &mut other].map(|m| solve(m, OTHER_MOTION));
     assert_eq!(found.bodies, expected.bodies);
     assert!(found.remeshed.is_none() && expected.remeshed.is_none());
 }
@@ -124,7 +116,7 @@ fn the_default_motion_follows_the_default_stroke_on_a_mesh_from_gmsh() {
     let scene = scene(Path::new(file), ["sphere1", "sphere3", "sphere2"], "");
     let mut model = FemModel::new(&scene).unwrap();
     for shape in [[6.0, 10.0], [6.0, 6.0], [10.0, 6.0]] {
-        mesh_at(&mut model, &scene, shape).unwrap();
+        mesh_at(&mut model, shape).unwrap();
     }
     // One method is in use, which is not recorded.
     assert_eq!(model.history().unwrap(), History::new(&[(); 0]).unwrap());
@@ -221,14 +213,9 @@ fn bodies_of_a_second_order_file_move_as_those_of_our_own_mesh() {
         ))
         .unwrap();
         let mut model = FemModel::new(&scene).unwrap();
-        let (state, lengths) = (scene.initial_state(), scene.articulation().initial_shape());
-        let configuration = Configuration {
-            state: &state,
-            shape: lengths,
-        };
-        let solution = model.solve_one(configuration, &[-1.0, 0.5]).unwrap();
+        let solution = solve_at_start(&mut model, &[-1.0, 0.5]);
         let bar = solution.error_estimate.total();
-        (solution.bodies, bar)
+        (solution.response.bodies, bar)
     };
     let parts = ["sphere", "ellipsoid", "capsule"].map(|tag| format!(", surface = \"{tag}\""));
     let mesh = format!("{{ kind = \"mesh\", file = {file:?}, walls = [\"outer\"] }}");

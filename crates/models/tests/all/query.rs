@@ -55,16 +55,16 @@ fn solved_together() -> (Vec<InstantaneousSolution>, Vec<FlowField>) {
     let rates = [vec![1.0, 0.5]];
     let queries = LENGTHS.each_ref().map(|shape| {
         let state = &state;
-        Query::new(Configuration { state, shape }, &rates)
+        Query::new(Configuration { state, shape }, &rates).with_flows(true)
     });
     let mut model = FemModel::new(&scene).unwrap();
-    let solved = model.solve_together(&queries).unwrap();
-    let solved = solved.expect("the queries are independent");
-    let flows = (0..LENGTHS.len()).map(|number| {
-        model.select_flow(number);
-        model.last_flow().unwrap()
-    });
-    (solved.into_iter().flatten().collect(), flows.collect())
+    assert!(model.capabilities().solves_together);
+    let solved = model.solve_all(&queries).unwrap();
+    let flow = |mut solution: InstantaneousSolution| {
+        let flow = solution.flow.take().unwrap().into_field().unwrap();
+        (solution, flow)
+    };
+    solved.into_iter().flatten().map(flow).unzip()
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn queries_that_are_solved_together_have_the_solutions_of_single_ones() {
                 "{shape:?}: {difference:e} > {allowed:e}"
             );
         }
-        let of_single = model.last_flow().unwrap();
+        let of_single = single.flow.as_ref().unwrap().field().unwrap();
         assert_eq!(flow.mesh.points(), of_single.mesh.points(), "{shape:?}");
     }
 }
@@ -98,7 +98,9 @@ fn queries_that_are_solved_together_do_not_depend_on_the_number_of_threads() {
     let [one, three] = [1, 3].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let (solutions, flows) = pool.unwrap().install(solved_together);
-        let bodies = solutions.into_iter().map(|solution| solution.bodies);
+        let bodies = solutions
+            .into_iter()
+            .map(|solution| solution.response.bodies);
         let velocities = flows.into_iter().map(|flow| flow.velocity);
         (bodies.collect::<Vec<_>>(), velocities.collect::<Vec<_>>())
     });

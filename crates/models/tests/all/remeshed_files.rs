@@ -13,7 +13,7 @@ fn followed(file: &Path, motion: &str, path: &[[f64; 2]]) -> usize {
     let scene = scene(file, OWN_PARTS, motion);
     let mut model = FemModel::new(&scene).unwrap();
     let mut cells = path.iter().map(|&lengths| {
-        let mesh = mesh_at(&mut model, &scene, lengths).unwrap();
+        let mesh = mesh_at(&mut model, lengths).unwrap();
         mesh.cells().to_vec()
     });
     let first = cells.next().unwrap();
@@ -59,17 +59,17 @@ fn a_file_meshed_again_has_the_answer_of_our_own_mesh() {
     let in_file = scene(&file, OWN_PARTS, "");
     let own = three_spheres("domain = { kind = \"ball\", radius = 20 }\nfem.surface_size = 0.55");
     let [mut model, mut other] = [&in_file, &own].map(|scene| FemModel::new(scene).unwrap());
-    let before = mesh_at(&mut model, &in_file, [10.0, 10.0]).unwrap();
+    let before = mesh_at(&mut model, [10.0, 10.0]).unwrap();
     let gap = [2.5, 2.5];
-    let found = solve(&mut model, &in_file, gap);
+    let found = solve(&mut model, gap);
     assert!(
         matches!(&found.remeshed, Some(Remesh::InsideFile { tried }) if tried.contains("rbf-linear: ")),
         "{:?}",
         found.remeshed
     );
-    let after = mesh_at(&mut model, &in_file, gap).unwrap();
+    let after = mesh_at(&mut model, gap).unwrap();
     assert!(wall(&after) == wall(&before));
-    let expected = solve(&mut other, &own, gap);
+    let expected = solve(&mut other, gap);
     // The walls of the file are flat facets within a ten-thousandth of the ball's volume.
     let bars = found.error_estimate.total() + expected.error_estimate.total();
     for (a, b) in found.bodies.iter().zip(&expected.bodies) {
@@ -84,7 +84,7 @@ fn straight_bodies_stay_straight_in_a_file_meshed_again() {
     let (_folder, file) = file();
     let scene = scene(&file, OWN_PARTS, "fem.geometry = \"straight\"");
     let mut model = FemModel::new(&scene).unwrap();
-    let mesh = mesh_at(&mut model, &scene, [2.5, 2.5]).unwrap();
+    let mesh = mesh_at(&mut model, [2.5, 2.5]).unwrap();
     // The reference with the mesh of the file is followed by a new one.
     let history = model.history().unwrap();
     assert!(history != History::new(&[(); 0]).unwrap());
@@ -111,7 +111,7 @@ fn forces_are_in_balance_through_ten_new_meshes() {
             2 => [4.5 + 0.1 * f64::from(step), 4.0],
             _ => [14.0 - 0.1 * f64::from(step), 5.0],
         };
-        let solution = solve(&mut model, &scene, lengths);
+        let solution = solve(&mut model, lengths);
         new_meshes += usize::from(solution.remeshed.is_some());
         let forces = || solution.bodies.iter().map(|body| body.force);
         let (sum, largest) = (
@@ -141,7 +141,7 @@ fn new_meshes_inside_a_file_are_restored_bitwise() {
         [6.0, 6.0],
     ];
     for shape in shapes {
-        mesh_at(&mut model, &scene, shape).unwrap();
+        mesh_at(&mut model, shape).unwrap();
     }
     let history = model.history().unwrap();
     let mut other = FemModel::new(&scene).unwrap();
@@ -149,7 +149,7 @@ fn new_meshes_inside_a_file_are_restored_bitwise() {
     assert_eq!(other.history().unwrap(), history);
     for shape in shapes {
         let [expected, found] =
-            [&mut model, &mut other].map(|model| mesh_at(model, &scene, shape).unwrap());
+            [&mut model, &mut other].map(|model| mesh_at(model, shape).unwrap());
         assert!(found == expected, "{shape:?}");
     }
     assert_eq!(other.history().unwrap(), history);

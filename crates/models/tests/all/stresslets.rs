@@ -2,38 +2,11 @@
 
 use std::f64::consts::PI;
 
-use models::{
-    AxisymmetricModel, Configuration, FemModel, Hydrodynamics, InstantaneousSolution, Query,
-    SphereModel, SpheresModel,
-};
+use models::{InstantaneousSolution, SphereModel, SpheresModel};
 use nalgebra::{Matrix3, Vector3};
 use scene::Scene;
 
-/// Solution at the start of a scene, with stresslets.
-fn at_start(model: &mut dyn Hydrodynamics) -> InstantaneousSolution {
-    let scene = model.scene().clone();
-    let configuration = Configuration {
-        state: &scene.initial_state(),
-        shape: scene.articulation().initial_shape(),
-    };
-    let rates = [vec![0.0; configuration.shape.len()]];
-    let query = Query::new(configuration, &rates).with_stresslets();
-    model.solve(&query).unwrap().remove(0)
-}
-
-fn multipole(text: &str) -> InstantaneousSolution {
-    let scene = Scene::parse(text).unwrap();
-    at_start(&mut SpheresModel::new(&scene, SphereModel::Multipole(1e-9)).unwrap())
-}
-
-fn meridian(text: &str) -> InstantaneousSolution {
-    let model = AxisymmetricModel::new(&Scene::parse(text).unwrap()).unwrap();
-    at_start(&mut model.with_accuracy(1e-9))
-}
-
-fn elements(text: &str) -> InstantaneousSolution {
-    at_start(&mut FemModel::new(&Scene::parse(text).unwrap()).unwrap())
-}
+use crate::scenes::{elements, meridian, multipole, with_stresslets};
 
 fn only(solution: &InstantaneousSolution) -> Matrix3<f64> {
     solution.stresslets.as_ref().unwrap().bodies[0]
@@ -192,6 +165,6 @@ fn models_of_point_forces_have_no_stresslets() {
         Scene::parse("[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\n").unwrap();
     for kind in [SphereModel::Oseen, SphereModel::Rpy] {
         let mut model = SpheresModel::new(&scene, kind).unwrap();
-        assert!(at_start(&mut model).stresslets.is_none());
+        assert!(with_stresslets(&mut model).stresslets.is_none());
     }
 }

@@ -19,7 +19,10 @@ fn superposed_solutions_are_those_of_the_model() {
     let mut superposed = Superposed::new(fem()).ok().unwrap();
     // gravity and torque along one direction, strain and slip
     assert_eq!(Superposed::count(&scene), Some(3 + 5 + 1));
-    assert_eq!(superposed.error_estimates(), ErrorEstimates::Always);
+    assert_eq!(
+        superposed.capabilities().error_estimates,
+        ErrorEstimates::Always
+    );
     let mut state = scene.initial_state();
     // A mesh that is generated in another place has other cells.
     for model in [&mut *direct as &mut dyn Hydrodynamics, &mut superposed] {
@@ -38,7 +41,7 @@ fn superposed_solutions_are_those_of_the_model() {
         shape: &[],
     };
     let rates = [vec![]];
-    let query = Query::new(configuration, &rates);
+    let query = Query::new(configuration, &rates).with_flows(true);
     let a = direct.solve(&query).unwrap().pop().unwrap();
     let b = superposed.solve(&query).unwrap().pop().unwrap();
     // Corrections take a fixed number of iterations, which is not linear: a hundredth of them.
@@ -49,6 +52,7 @@ fn superposed_solutions_are_those_of_the_model() {
         assert!((a - b).norm() < 1e-5 * scale, "{a} {b}");
     };
     let ratio = b.error_estimate.total() / a.error_estimate.total();
+    let flows = [a.flow.clone(), b.flow.clone()];
     let (a, b) = (a.uncorrected(), b.uncorrected());
     let (x, y) = (&a.bodies[0], &b.bodies[0]);
     close(&x.velocity, &y.velocity, x.velocity.norm());
@@ -66,7 +70,7 @@ fn superposed_solutions_are_those_of_the_model() {
     let close = |a: &Vector3<f64>, b: &Vector3<f64>, scale: f64| {
         assert!((a - b).norm() < 1e-3 * scale, "{a} {b}");
     };
-    let (flow, combined) = (direct.last_flow().unwrap(), superposed.last_flow().unwrap());
+    let [flow, combined] = flows.map(|flow| flow.unwrap().into_field().unwrap());
     assert_eq!(flow.velocity.len(), combined.velocity.len());
     let largest = flow.velocity.iter().map(|u| u.norm()).fold(0.0, f64::max);
     for (k, x) in flow.mesh.points().iter().enumerate() {
@@ -98,7 +102,7 @@ fn a_squirmer_in_a_symmetry_plane_is_superposed_from_orientations_in_it() {
     let found = model
         .solve_one(Configuration { state, shape }, &[])
         .unwrap();
-    assert_eq!(model.error_estimates(), ErrorEstimates::Always);
+    assert_eq!(model.capabilities().error_estimates, ErrorEstimates::Always);
     // U = 2 B1 e / 3 + u(x) and ω = curl u / 2 + T / 8 π of a sphere in unbounded fluid.
     let speed = turn * Vector3::new(0.6, 0.8, 0.0) + Vector3::new(-0.2, 0.0, 0.0);
     let spin = Vector3::z() * (3.0 / (8.0 * std::f64::consts::PI) - 0.5);

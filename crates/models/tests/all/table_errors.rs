@@ -1,8 +1,9 @@
 //! Error bars of tables over shape space.
 
 use models::{
-    BodySolution, Configuration, Cost, DiscretisationError, ErrorEstimate, Hydrodynamics,
-    InstantaneousSolution, ModelError, Query, ShapeSpace, SphereModel, SpheresModel, Uncertainty,
+    BodySolution, Configuration, DiscretisationError, ErrorEstimate, Hydrodynamics,
+    InstantaneousSolution, ModelError, Query, Response, ShapeSpace, SphereModel, SpheresModel,
+    Uncertainty,
 };
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
@@ -52,23 +53,25 @@ impl Hydrodynamics for WithBars {
             };
             let error = frame_error(shape) * rates.iter().sum::<f64>();
             solution.correct(DiscretisationError {
-                motion: StateVelocity {
-                    frames: vec![Twist {
-                        linear: error,
-                        angular: Vector3::zeros(),
-                    }],
-                    spins: vec![Vector3::zeros(); 3],
-                    joints: vec![],
+                response: Response {
+                    motion: StateVelocity {
+                        frames: vec![Twist {
+                            linear: error,
+                            angular: Vector3::zeros(),
+                        }],
+                        spins: vec![Vector3::zeros(); 3],
+                        joints: vec![],
+                    },
+                    bodies: (solution.bodies.iter())
+                        .map(|body| BodySolution {
+                            velocity: error,
+                            force: MESH_FORCE * body.force,
+                            ..BodySolution::default()
+                        })
+                        .collect(),
+                    joint_forces: vec![Vector3::zeros(); solution.joint_forces.len()],
+                    slip_power: 0.0,
                 },
-                bodies: (solution.bodies.iter())
-                    .map(|body| BodySolution {
-                        velocity: error,
-                        force: MESH_FORCE * body.force,
-                        ..BodySolution::default()
-                    })
-                    .collect(),
-                joint_forces: vec![Vector3::zeros(); solution.joint_forces.len()],
-                slip_power: 0.0,
                 uncertainty: Uncertainty {
                     relative: RELATIVE,
                     velocity: uncertainty(shape),
@@ -78,10 +81,6 @@ impl Hydrodynamics for WithBars {
             solution.power_error.model = Some(POWER * solution.power());
         }
         Ok(solutions)
-    }
-
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.0.cost(configuration)
     }
 }
 

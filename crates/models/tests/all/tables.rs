@@ -1,8 +1,8 @@
 //! How tables are computed: in parallel, after interruptions, and up to the noise of a model.
 
 use models::{
-    Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Part, Query, ShapeSpace,
-    SolvedShapes, SphereModel, SpheresModel,
+    Hydrodynamics, InstantaneousSolution, ModelError, Part, Query, ShapeSpace, SolvedShapes,
+    SphereModel, SpheresModel,
 };
 use scene::Scene;
 
@@ -48,10 +48,6 @@ impl Hydrodynamics for Rough {
             solution.error_estimate.mesh = Some(self.noise);
         }
         Ok(solutions)
-    }
-
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.model.cost(configuration)
     }
 }
 
@@ -191,10 +187,6 @@ impl Hydrodynamics for Formula {
             solution.motion.frames[0].linear.x = 1.0 / sum;
         }
         Ok(solutions)
-    }
-
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.model.cost(configuration)
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use models::{
-    Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query, SphereModel,
+    Configuration, Hydrodynamics, InstantaneousSolution, ModelError, Query, SphereModel,
     SpheresModel, Tabulated,
 };
 use scene::Scene;
@@ -28,10 +28,6 @@ impl Hydrodynamics for Recorded {
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         self.rates.lock().unwrap().push(query.rates.to_vec());
         self.model.solve(query)
-    }
-
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.model.cost(configuration)
     }
 }
 

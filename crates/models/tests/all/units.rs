@@ -1,11 +1,13 @@
 //! Solutions in other units of length and viscosity.
 
 use models::{
-    Configuration, ErrorEstimate, FemModel, Hydrodynamics, InstantaneousSolution, SphereModel,
+    Configuration, ErrorEstimate, FemModel, InstantaneousSolution, Resistances, SphereModel,
     SpheresModel,
 };
 use nalgebra::Vector3;
 use scene::Scene;
+
+use crate::scenes::solve_at_start;
 
 /// Powers of two, so that the numbers of both scenes differ in their exponents only.
 const LENGTH: f64 = 1.0 / 1024.0;
@@ -37,16 +39,6 @@ fn bodies(length: f64, viscosity: f64, more: &str) -> Scene {
         vector([4.0, -5.0, 6.0], force * length),
     ))
     .unwrap()
-}
-
-fn solve(model: &mut dyn Hydrodynamics, rate: f64) -> InstantaneousSolution {
-    let scene = model.scene().clone();
-    let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: scene.articulation().initial_shape(),
-    };
-    model.solve_one(configuration, &[rate]).unwrap()
 }
 
 fn assert_scaled(found: &[Vector3<f64>], reference: &[Vector3<f64>], unit: f64) {
@@ -109,8 +101,8 @@ fn assert_same_in_other_units(found: &InstantaneousSolution, reference: &Instant
 fn models_of_spheres_give_the_same_solution_in_other_units() {
     let [reference, other] = [bodies(1.0, 1.0, ""), bodies(LENGTH, VISCOSITY, "")];
     let model = |scene: &Scene| SpheresModel::new(scene, SphereModel::Rpy).unwrap();
-    let found = solve(&mut model(&other), 0.5 * LENGTH);
-    assert_same_in_other_units(&found, &solve(&mut model(&reference), 0.5));
+    let found = solve_at_start(&mut model(&other), &[0.5 * LENGTH]);
+    assert_same_in_other_units(&found, &solve_at_start(&mut model(&reference), &[0.5]));
     // Forces per velocity, forces per angular velocity, torques per angular velocity.
     let matrix = |scene: &Scene| {
         let state = scene.initial_state();
@@ -119,7 +111,9 @@ fn models_of_spheres_give_the_same_solution_in_other_units() {
             state: &state,
             shape,
         };
-        model(scene).resistance(configuration).unwrap()
+        Resistances::resistance(&mut model(scene), configuration)
+            .unwrap()
+            .matrix
     };
     let (found, reference) = (matrix(&other), matrix(&reference));
     let unit = |entry: usize| if entry % 6 < 3 { 1.0 } else { LENGTH };
@@ -145,8 +139,9 @@ fn finite_elements_give_the_same_solution_and_flow_in_other_units() {
     let [(found, flow), (reference, reference_flow)] =
         [(LENGTH, VISCOSITY), (1.0, 1.0)].map(|(length, viscosity)| {
             let mut model = FemModel::new(&scene(length, viscosity)).unwrap();
-            let solution = solve(&mut model, 0.5 * length);
-            (solution, model.last_flow().unwrap())
+            let solution = solve_at_start(&mut model, &[0.5 * length]);
+            let flow = solution.flow.clone().unwrap().into_field().unwrap();
+            (solution, flow)
         });
     assert_same_in_other_units(&found, &reference);
     assert!(found.mesh_error.is_some());

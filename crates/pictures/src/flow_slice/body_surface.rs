@@ -136,6 +136,9 @@ fn coarsened(mesh: SurfaceMesh) -> SurfaceMesh {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scene::{
+        CapsuleShape, DiskShape, EllipsoidShape, HelixShape, PointShape, SpheroidShape, TorusShape,
+    };
 
     fn volume(mesh: &SurfaceMesh) -> f64 {
         let of = |t: &[u32; 3]| {
@@ -151,38 +154,38 @@ mod tests {
         let axis = Vector3::new(0.0, 0.6, 0.8);
         let orientation = Vector3::new(0.1, 0.7, -0.3);
         let shapes = [
-            Shape::Sphere { radius: 1.5 },
-            Shape::Ellipsoid {
+            Shape::sphere(1.5),
+            Shape::Ellipsoid(EllipsoidShape {
                 semi_axes: Vector3::new(1.0, 0.4, 0.7),
                 orientation,
-            },
-            Shape::Spheroid {
+            }),
+            Shape::Spheroid(SpheroidShape {
                 radius: 0.5,
                 half_length: 1.0,
                 axis,
-            },
-            Shape::Capsule {
+            }),
+            Shape::Capsule(CapsuleShape {
                 radius: 0.2,
                 half_length: 1.0,
                 axis,
-            },
-            Shape::Disk {
+            }),
+            Shape::Disk(DiskShape {
                 radius: 1.0,
                 half_length: 0.1,
                 axis,
-            },
-            Shape::Torus {
+            }),
+            Shape::Torus(TorusShape {
                 radius: 1.0,
                 tube_radius: 0.3,
                 axis,
-            },
-            Shape::Helix {
+            }),
+            Shape::Helix(HelixShape {
                 radius: 0.3,
                 tube_radius: 0.08,
                 pitch: 1.0,
                 turns: 2.0,
                 orientation,
-            },
+            }),
         ];
         for shape in shapes {
             let mesh = body_surface(&shape).unwrap();
@@ -191,12 +194,12 @@ mod tests {
             assert!((0.93..1.001).contains(&ratio), "{shape:?}: {ratio}");
             assert!(mesh.triangles.len() <= MOST);
         }
-        assert!(body_surface(&Shape::Point).is_none());
+        assert!(body_surface(&PointShape.into()).is_none());
     }
 
     #[test]
     fn a_surface_with_too_many_triangles_is_coarsened_and_stays_closed() {
-        let mut fine = body_surface(&Shape::Sphere { radius: 1.0 }).unwrap();
+        let mut fine = body_surface(&Shape::sphere(1.0)).unwrap();
         while fine.triangles.len() <= MOST {
             fine = divided(&fine, |x| x.normalize());
         }

@@ -1,7 +1,7 @@
 //! The plane of a slice and the window in it.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use scene::{Domain, Scene, Shape, spans};
+use scene::{Domain, Scene, spans};
 use serde::{Deserialize, Serialize};
 
 use crate::error::PictureError;
@@ -225,13 +225,8 @@ fn aligned(right: Vector3<f64>, up: Vector3<f64>) -> [Vector3<f64>; 2] {
 fn extent(scene: &Scene, poses: &[Isometry3<f64>], e: &Vector3<f64>) -> (f64, f64) {
     let bounds = scene.bodies().iter().zip(poses).map(|(body, pose)| {
         let x = (pose * Point3::origin()).coords.dot(e);
-        match body.shape {
-            Shape::Point => (x, x),
-            ref shape => {
-                let support = |n: &Vector3<f64>| shape.support_distance(&pose.rotation, n);
-                (x - support(&-e), x + support(e))
-            }
-        }
+        let support = |n: &Vector3<f64>| body.shape.support_distance(&pose.rotation, n);
+        (x - support(&-e), x + support(e))
     });
     bounds.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (a, b)| {
         (low.min(a), high.max(b))

@@ -62,7 +62,7 @@ pub fn section(
 #[cfg(test)]
 mod tests {
     use nalgebra::Vector3;
-    use scene::Shape;
+    use scene::{Shape, TorusShape};
 
     use super::super::body_surface;
     use super::*;
@@ -88,16 +88,16 @@ mod tests {
             let surface = body_surface(&shape).unwrap();
             section(&surface, &Isometry3::identity(), &plane)
         };
-        let circles = cut(Shape::Sphere { radius: 1.0 });
+        let circles = cut(Shape::sphere(1.0));
         let exact = std::f64::consts::PI * (1.0 - 0.09);
         assert_eq!(circles.len(), 1);
         assert!((area(&circles[0]) / exact - 1.0).abs() < 0.03);
         let axis = Vector3::x();
-        let torus = cut(Shape::Torus {
+        let torus = cut(Shape::Torus(TorusShape {
             radius: 1.0,
             tube_radius: 0.25,
             axis,
-        });
+        }));
         assert_eq!(torus.len(), 2);
     }
 }

@@ -86,20 +86,17 @@ pub(super) fn draw(
                 let radius = (scale * radius).max(least).round() as i32;
                 area.draw(&Circle::new(at, radius, colour.filled()))
             };
-            match *shape {
-                Shape::Sphere { radius } => disc(at(body), radius)?,
-                Shape::Point => disc(at(body), 0.0)?,
-                Shape::Torus { tube_radius, .. } | Shape::Helix { tube_radius, .. } => {
-                    let pose = &sample.poses[body];
-                    for x in shape.centreline() {
-                        disc(pixel(&(pose * Point3::from(x)).coords), tube_radius)?;
-                    }
-                }
-                _ => {
-                    let outline = outline(shape, &sample.poses[body], &axis, &across);
-                    let corners: Vec<_> = outline.map(|x| pixel(&x)).collect();
-                    area.draw(&Polygon::new(corners, colour.filled()))?;
-                }
+            let (pose, centreline) = (&sample.poses[body], shape.centreline());
+            if shape.is_isotropic() {
+                disc(at(body), shape.bounding_radius())?;
+            } else if centreline.is_empty() {
+                let outline = outline(shape, pose, &axis, &across);
+                let corners: Vec<_> = outline.map(|x| pixel(&x)).collect();
+                area.draw(&Polygon::new(corners, colour.filled()))?;
+            }
+            for x in centreline {
+                // Tubes have the radius of the tube.
+                disc(pixel(&(pose * Point3::from(x)).coords), shape.size_radius())?;
             }
         }
     }

@@ -82,7 +82,7 @@ fn distinct_shapes(scene: &Scene) -> Vec<&Shape> {
             shapes.push(&body.shape);
         }
     }
-    shapes.sort_by_key(|shape| **shape == Shape::Point);
+    shapes.sort_by_key(|shape| !shape.has_surface());
     shapes
 }
 

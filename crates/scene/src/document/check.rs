@@ -4,7 +4,7 @@ use toml::{Table, Value};
 
 use super::places::Places;
 use crate::error::{SceneError, one_line};
-use crate::keys::{self, Key, Kind, join, without_indices};
+use crate::keys::{self, Key, Kind, Words, join, without_indices};
 use crate::nearest::nearest;
 
 /// Refuses unknown keys and values that are not of their key's kind, below a group.
@@ -54,7 +54,7 @@ pub(super) fn check_value(places: &Places, value: &Value, path: &str) -> Result<
 fn unknown_key(places: &Places, path: &str) -> SceneError {
     let schema = without_indices(path);
     let (group, last) = schema.rsplit_once('.').unwrap_or(("", &schema));
-    let here = keys::KEYS.iter().filter_map(|key| {
+    let here = keys::all().filter_map(|key| {
         let below = if group.is_empty() {
             key.path
         } else {
@@ -65,7 +65,7 @@ fn unknown_key(places: &Places, path: &str) -> SceneError {
     let same_name = |key: &&Key| key.path.rsplit('.').next() == Some(last);
     let remedy = if let Some(near) = nearest(last, here.clone()) {
         format!("did you mean '{}'?", join(group, near))
-    } else if let Some(elsewhere) = keys::KEYS.iter().find(same_name) {
+    } else if let Some(elsewhere) = keys::all().find(same_name) {
         format!("did you mean '{}'?", elsewhere.path)
     } else {
         let mut known: Vec<&str> = here.collect();
@@ -85,11 +85,11 @@ fn unknown_key(places: &Places, path: &str) -> SceneError {
 /// The largest powers of them in a computation are torques, `μ L^3 ω`, and power, `μ L U^2`: with
 /// products of six numbers, and of reciprocals, below 1e300 they neither overflow nor underflow.
 /// In SI units the smallest number that was seen is the moment of inertia of a bacterium, 1e-33.
-const SMALLEST: f64 = 1e-50;
-const LARGEST: f64 = 1e50;
+const MIN_SIZE: f64 = 1e-50;
+const MAX_SIZE: f64 = 1e50;
 
 fn is_in_range(x: f64) -> bool {
-    x == 0.0 || (SMALLEST..=LARGEST).contains(&x.abs())
+    x == 0.0 || (MIN_SIZE..=MAX_SIZE).contains(&x.abs())
 }
 
 /// The finite numbers of a value, a list, a list of lists or a table.
@@ -152,11 +152,12 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
         },
         Kind::Count => is_count(value),
         Kind::Flag => value.is_bool(),
+        Kind::Group => value.is_table(),
         Kind::Text => is_full(value),
         Kind::Texts => value
             .as_array()
             .is_some_and(|list| list.iter().all(is_full)),
-        Kind::Word(words) => match value.as_str() {
+        Kind::Word(Words { words, .. }) => match value.as_str() {
             Some(word) if !words.contains(&word) => {
                 return Err(match nearest(word, words.iter().copied()) {
                     Some(near) => format!("cannot be \"{word}\"; did you mean \"{near}\"?"),
@@ -170,7 +171,7 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
     match (is_right, out_of_range) {
         (true, None) => Ok(()),
         (true, Some(x)) => Err(format!(
-            "must be zero or from {SMALLEST:e} to {LARGEST:e} in size, not {x:e}; choose other \
+            "must be zero or from {MIN_SIZE:e} to {MAX_SIZE:e} in size, not {x:e}; choose other \
              units"
         )),
         (false, _) => Err(format!("must be {}, not {}", kind.describe(), quote(value))),

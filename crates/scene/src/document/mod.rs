@@ -23,6 +23,7 @@ pub struct Document {
     path: PathBuf,
     root: Value,
     places: Places,
+    warnings: Vec<String>,
 }
 
 /// One step from the root of a document to a value.
@@ -55,18 +56,23 @@ impl Document {
             message: one_line(error.message()),
         };
         let spanned = DeTable::parse(text).map_err(syntax)?;
-        let places = Places::of_table(name.clone(), text, spanned.get_ref());
-        let table: Table = toml::from_str(text).map_err(syntax)?;
+        let mut places = Places::from_table(name.clone(), text, spanned.get_ref());
+        let mut table: Table = toml::from_str(text).map_err(syntax)?;
+        let mut warnings = Vec::new();
+        for (old, new) in keys::RENAMED {
+            rename(&mut table, old, new, &mut places, &mut warnings)?;
+        }
         check_table(&places, &table, "")?;
         Ok(Self {
             path: path.to_owned(),
             root: Value::Table(table),
             places,
+            warnings,
         })
     }
 
     /// Document of a scene made by a program; `origin` replaces the file name in messages.
-    pub(crate) fn of_values(values: &impl Serialize, origin: &str) -> Result<Self, SceneError> {
+    pub(crate) fn from_values(values: &impl Serialize, origin: &str) -> Result<Self, SceneError> {
         let places = Places::empty(origin.to_owned());
         let table = Table::try_from(values)?;
         check_table(&places, &table, "")?;
@@ -74,6 +80,7 @@ impl Document {
             path: PathBuf::from(origin),
             root: Value::Table(table),
             places,
+            warnings: Vec::new(),
         })
     }
 
@@ -124,7 +131,12 @@ impl Document {
             });
         };
         let value = parse_value(value.trim());
-        let (path, steps) = match self.resolve(key.trim()) {
+        let mut key = key.trim().to_owned();
+        if let Some((old, new)) = keys::RENAMED.iter().find(|(old, _)| *old == key) {
+            key = renamed(old, new);
+            self.warnings.push(renaming(&place, old, &key));
+        }
+        let (path, steps) = match self.resolve(&key) {
             Ok(found) => found,
             Err((key, problem)) => {
                 return Err(SceneError::BadValue {
@@ -187,6 +199,21 @@ impl Document {
         self.places.find(path)
     }
 
+    /// Warnings about keys that have another name now, to be shown to the user.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Whether a key such as `bodies[1].radius` has a value.
+    pub(crate) fn has(&self, path: &str) -> bool {
+        let mut segments = path.split(['.', '[', ']']).filter(|part| !part.is_empty());
+        let value = segments.try_fold(&self.root, |value, segment| match value {
+            Value::Array(list) => list.get(segment.parse::<usize>().ok()?),
+            value => value.get(segment),
+        });
+        value.is_some()
+    }
+
     /// The scene file.
     pub fn path(&self) -> &Path {
         &self.path
@@ -196,6 +223,44 @@ impl Document {
     pub fn values(&self) -> &Value {
         &self.root
     }
+}
+
+/// The new name of a key, whose last part alone has changed.
+fn renamed(old: &str, new: &str) -> String {
+    join(old.rsplit_once('.').map_or("", |(group, _)| group), new)
+}
+
+fn renaming(place: &str, old: &str, new: &str) -> String {
+    format!("{place}: the key '{old}' is now '{new}'; rename it")
+}
+
+/// Moves the value of a key with an old name, whose groups are no lists, to its new name.
+fn rename(
+    table: &mut Table,
+    old: &str,
+    new: &str,
+    places: &mut Places,
+    warnings: &mut Vec<String>,
+) -> Result<(), SceneError> {
+    let (groups, last) = old.rsplit_once('.').unwrap_or(("", old));
+    let mut group = Some(table);
+    for name in groups.split('.').filter(|name| !name.is_empty()) {
+        group = group.and_then(|table| table.get_mut(name)?.as_table_mut());
+    }
+    let Some((group, value)) = group.and_then(|g| g.remove(last).map(|value| (g, value))) else {
+        return Ok(());
+    };
+    let (place, path) = (places.find(old), renamed(old, new));
+    if group.insert(new.to_owned(), value).is_some() {
+        return Err(SceneError::BadValue {
+            place,
+            key: old.to_owned(),
+            problem: format!("is the old name of {path}, which is given too; remove one of them"),
+        });
+    }
+    warnings.push(renaming(&place, old, &path));
+    places.set(path, place);
+    Ok(())
 }
 
 /// A TOML value, or the text itself if it is not TOML.

@@ -23,7 +23,7 @@ impl Places {
     }
 
     /// The places of all keys of a parsed text.
-    pub fn of_table(file: String, text: &str, table: &DeTable) -> Self {
+    pub fn from_table(file: String, text: &str, table: &DeTable) -> Self {
         let mut of_keys = BTreeMap::new();
         let at = |offset: usize| place_in_file(&file, text, offset);
         note_table(table, "", &at, &mut of_keys);

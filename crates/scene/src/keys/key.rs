@@ -1,5 +1,7 @@
 //! Description of a key: name, kind of values, default and meaning.
 
+use std::collections::BTreeMap;
+
 /// A key of the scene file.
 #[derive(Clone, Copy, Debug)]
 pub struct Key {
@@ -47,14 +49,25 @@ pub enum Kind {
     JointValues,
     /// A whole number of at least one.
     Count,
-    /// A text that is not empty.
+    /// A non-empty string.
     Text,
-    /// A list of texts that are not empty.
+    /// A list of non-empty strings.
     Texts,
     /// `true` or `false`.
     Flag,
     /// One of these words.
-    Word(&'static [&'static str]),
+    Word(Words),
+    /// No value but a table of keys, or a list of such tables.
+    Group,
+}
+
+/// Words with their meanings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Words {
+    /// The words.
+    pub words: &'static [&'static str],
+    /// The meaning of each word.
+    pub meanings: &'static [&'static str],
 }
 
 impl Kind {
@@ -86,7 +99,121 @@ impl Kind {
             Self::Text => "a text that is not empty".to_owned(),
             Self::Texts => "a list of texts that are not empty".to_owned(),
             Self::Flag => "true or false".to_owned(),
-            Self::Word(words) => format!("one of {}", words.join(", ")),
+            Self::Word(words) => format!("one of {}", words.words.join(", ")),
+            Self::Group => "a table".to_owned(),
         }
     }
 }
+
+/// A table of the scene file, such as `[fluid]`.
+#[derive(Clone, Copy, Debug)]
+pub struct Table {
+    /// What stands before the names of its keys: `fluid.`, or `bodies[].` for a list.
+    pub prefix: &'static str,
+    /// What the table describes.
+    pub meaning: &'static str,
+    /// Its keys, and the tables in it, in the order in which scenes are written.
+    pub keys: &'static [Key],
+}
+
+/// A type of values of keys: the kind that is checked, and the default if the table of keys gives
+/// none.
+pub(crate) trait KeyType {
+    const KIND: Kind;
+    const DEFAULT: &'static str = "";
+}
+
+macro_rules! key_types {
+    ($($kind:ident $(= $default:literal)?: $ty:ty;)+) => { $(
+        impl KeyType for $ty {
+            const KIND: Kind = Kind::$kind;
+            $(const DEFAULT: &'static str = $default;)?
+        }
+    )+ };
+}
+
+key_types! {
+    Number: f64;
+    Vector: [f64; 3];
+    Matrix: [[f64; 3]; 3];
+    Range: [f64; 2];
+    NumbersByName: BTreeMap<String, f64>;
+    Count: u32;
+    Text: String;
+    Texts: Vec<String>;
+    Flag = "false": bool;
+}
+
+impl<T: KeyType> KeyType for Option<T> {
+    const KIND: Kind = T::KIND;
+}
+
+/// Defines the tables of a scene file: for each a struct that serde reads and writes, with its
+/// default, and the description of its keys, whose meanings are the comments of the fields.
+///
+/// A field is written as `name: type [Kind] | "default in words"`, or with `= value` for a default
+/// that is a value, or with `; value` for that of an `Option` which is filled in later. The kind
+/// follows from the type unless it is given.
+macro_rules! tables {
+    ($(
+        $(#[doc = $doc:literal])+
+        $vis:vis struct $name:ident $(: $derive:ident)? in $prefix:literal {
+            $(
+                $(#[doc = $meaning:literal])+
+                $(#[serde($serde:meta)])?
+                $field:ident: $ty:ty $([$kind:ident])?
+                    $(| $described:literal)? $(; $written:tt)? $(= $value:tt)?,
+            )+
+        }
+    )+) => {
+        /// All tables of a scene file, in the order in which scenes are written.
+        pub const TABLES: &[Table] = &[$($name::TABLE),+];
+
+        $(
+            $(#[doc = $doc])+
+            #[derive(Clone, Debug, PartialEq, Serialize, Deserialize $(, $derive)?)]
+            #[serde(default)]
+            #[non_exhaustive]
+            $vis struct $name {
+                $( $(#[doc = $meaning])+ $(#[serde($serde)])? pub $field: $ty, )+
+            }
+
+            impl $name {
+                pub(crate) const TABLE: Table = Table {
+                    prefix: $prefix,
+                    meaning: concat!($($doc),+).trim_ascii(),
+                    keys: &[$( Key {
+                        path: concat!($prefix, stringify!($field)),
+                        kind: tables!(@kind $ty $(, $kind)?),
+                        default: tables!(@default $ty $(| $described)? $(; $written)? $(= $value)?),
+                        meaning: concat!($($meaning),+).trim_ascii(),
+                    } ),+],
+                };
+            }
+
+            impl KeyType for $name {
+                const KIND: Kind = Kind::Group;
+            }
+
+            impl KeyType for Vec<$name> {
+                const KIND: Kind = Kind::Group;
+            }
+
+            impl Default for $name {
+                fn default() -> Self {
+                    Self { $( $field: tables!(@value $($value)?) ),+ }
+                }
+            }
+        )+
+    };
+    (@kind $ty:ty) => { <$ty as KeyType>::KIND };
+    (@kind $ty:ty, $kind:ident) => { Kind::$kind };
+    (@default $ty:ty) => { KeyDefault::Value(<$ty as KeyType>::DEFAULT) };
+    (@default $ty:ty | $described:literal) => { KeyDefault::Described($described) };
+    (@default $ty:ty; $written:tt) => { KeyDefault::Value(stringify!($written)) };
+    (@default $ty:ty = $value:tt) => { KeyDefault::Value(stringify!($value)) };
+    (@value) => { Default::default() };
+    (@value $value:tt) => { $value };
+}
+
+pub(super) use tables;

@@ -2,12 +2,11 @@
 
 use rigid::{Articulation, Joint, JointKind, RigidError};
 
-use super::checks::Checks;
 use super::joint;
 use crate::body::Body;
+use crate::checks::Checks;
 use crate::error::SceneError;
-use crate::file::JointFile;
-use crate::shape::Shape;
+use crate::keys::JointFile;
 use crate::words::ArmsKind;
 
 /// All joints, with unique names, each between two bodies that no other joint joins.
@@ -90,7 +89,7 @@ pub(super) fn articulation(
         let joint = joints
             .iter()
             .find(|joint| joint.body == number || joint.to == number);
-        if body.shape == Shape::Point && joint.is_none() {
+        if !body.shape.has_surface() && joint.is_none() {
             let problem = "is a point that no link holds, so nothing determines its velocity; \
                            link it or remove it";
             return Err(checks.bad_value(&format!("bodies[{number}]"), problem));

@@ -2,15 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use super::checks::Checks;
 use super::flow;
 use super::shape::shape;
-use super::surface_file::SurfaceFiles;
 use crate::body::Body;
+use crate::checks::Checks;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::file::{BodyFile, DEFAULT_TORQUE};
+use crate::keys::{BodyFile, DEFAULT_TORQUE};
 use crate::shape::Shape;
+use crate::shapes::ShapeKeys;
+use crate::surface_shape::SurfaceFiles;
 use nalgebra::Vector3;
 
 /// All bodies, with unique names, of which at least one has a surface and can move.
@@ -28,7 +29,7 @@ pub(super) fn bodies(
         bodies.push(body);
     }
     check_obstacles(checks, &bodies, has_background)?;
-    if bodies.iter().all(|body| body.shape == Shape::Point) {
+    if !bodies.iter().any(|body| body.shape.has_surface()) {
         return Err(checks.bad_value(
             "bodies",
             "is empty: a scene needs at least one [[bodies]] with a surface",
@@ -52,9 +53,19 @@ fn body(
         let problem = format!("\"{name}\" is the name of bodies[{first}] too; names must differ");
         return Err(checks.bad_value(&key("name"), problem));
     }
-    let shape = shape(checks, number, file, domain, surfaces)?;
-    let has_surface = shape != Shape::Point;
-    if matches!(domain, Domain::Mesh { .. }) && has_surface && file.surface.is_none() {
+    let mesh = match domain {
+        Domain::Mesh { file, .. } => Some(file.as_path()),
+        _ => None,
+    };
+    let shape = shape(ShapeKeys {
+        checks,
+        number,
+        file,
+        mesh,
+        surfaces,
+    })?;
+    let has_surface = shape.has_surface();
+    if mesh.is_some() && has_surface && file.surface.is_none() {
         let problem = "is missing: name the part of the mesh's boundary that is this body";
         return Err(checks.bad_value(&key("surface"), problem));
     }
@@ -65,13 +76,13 @@ fn body(
         );
         return Err(checks.bad_value(&key("inertia"), problem));
     }
-    if shape == Shape::Point && (file.mass > 0.0 || file.inertia > 0.0) {
+    if !has_surface && (file.mass > 0.0 || file.inertia > 0.0) {
         let problem = "makes no sense for a point, which has no surface; remove it";
         return Err(checks.bad_value(&key("mass"), problem));
     }
     let position = match &shape {
         // It is where the mesh has it.
-        Shape::Surface { shape, .. } if shape.part.is_some() => shape.centre.into(),
+        Shape::File(part) => part.shape.centre.into(),
         _ => checks.required(&key("position"), file.position, ": place every body")?,
     };
     Ok(Body {
@@ -98,7 +109,7 @@ fn check_obstacles(
     has_background: bool,
 ) -> Result<(), SceneError> {
     for (number, body) in bodies.iter().enumerate().filter(|(_, body)| body.fixed) {
-        let problem = if body.shape == Shape::Point {
+        let problem = if !body.shape.has_surface() {
             "makes no sense for a point, which has no surface and is no obstacle; remove it"
         } else if body.force.amax() > 0.0 || body.torque.amax() > 0.0 {
             "holds the body against any load; remove its force and torque"
@@ -108,7 +119,7 @@ fn check_obstacles(
         return Err(checks.bad_value(&format!("bodies[{number}].fixed"), problem));
     }
     let has_obstacle = bodies.iter().any(|body| body.fixed);
-    let mut surfaces = bodies.iter().filter(|body| body.shape != Shape::Point);
+    let mut surfaces = bodies.iter().filter(|body| body.shape.has_surface());
     let is_at_rest = |body: &Body| body.fixed && body.slip.is_none();
     if has_obstacle && !has_background && surfaces.all(is_at_rest) {
         let problem = "are all fixed, so nothing moves; leave one of them free";

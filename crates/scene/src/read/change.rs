@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::checks::Checks;
-use super::gait::check_prescribed;
-use super::{contacts, options};
+use super::{contacts, limits};
+use crate::checks::{Checks, check_prescribed};
 use crate::error::SceneError;
 use crate::gait::{Gait, spans};
-use crate::options::{FemOptions, ModelOptions};
+use crate::keys::{FemOptions, ModelOptions};
 use crate::scene::Scene;
 
 /// Replaces file and line in messages about an option that a program sets.
@@ -23,7 +22,7 @@ impl Scene {
         scene
             .document
             .replace("model", &self.model, &model, ORIGIN)?;
-        options::check_model(&Checks(&scene.document), &model)?;
+        limits::check_model(&Checks(&scene.document), &model)?;
         scene.model = model;
         Ok(scene)
     }
@@ -35,7 +34,7 @@ impl Scene {
     pub fn with_fem(&self, fem: FemOptions) -> Result<Self, SceneError> {
         let mut scene = self.clone();
         scene.document.replace("fem", &self.fem, &fem, ORIGIN)?;
-        options::check_fem(&Checks(&scene.document), &fem)?;
+        limits::check_fem(&Checks(&scene.document), &fem)?;
         scene.fem = fem;
         Ok(scene)
     }

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::checks::Checks;
-use super::surface_file::{SurfaceFiles, SurfaceKeys};
+use crate::checks::Checks;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::file::DomainFile;
+use crate::keys::DomainFile;
+use crate::surface_shape::{SurfaceFiles, SurfaceKeys};
 use crate::words::DomainKind;
 
 /// The domain, with the mesh file found and not empty.

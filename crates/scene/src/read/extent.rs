@@ -5,16 +5,16 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 use rigid::{Joint, JointDrive, JointKind};
 
-use super::checks::Checks;
 use crate::body::Body;
+use crate::checks::Checks;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::file::GaitFile;
 use crate::flow::Background;
 use crate::gait::Gait;
 use crate::gait_table::GaitTable;
-use crate::joint_force::JointForce;
-use crate::options::FemOptions;
+use crate::keys::FemOptions;
+use crate::keys::GaitFile;
+use crate::shape_path::JointForce;
 use crate::shape_path::ShapePath;
 
 /// Largest length of a scene over the smallest length of a body.

@@ -2,13 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::checks::Checks;
 use crate::body::Body;
+use crate::checks::Checks;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::file::{BackgroundFile, BodyFile};
 use crate::flow::{Background, Slip};
-use crate::shape::Shape;
+use crate::keys::{BackgroundFile, BodyFile};
 use crate::words::BackgroundKind;
 
 /// Relative size of the rounding errors of numbers that are written with many digits.
@@ -126,8 +125,8 @@ pub(super) fn enter_weights(
         };
         let key = format!("bodies[{number}].{name}");
         let refuse = |problem: &str| Err(checks.bad_value(&key, problem));
-        match (&body.shape, body.fixed) {
-            (Shape::Point, _) => return refuse("makes no sense for a point; remove it"),
+        match (body.shape.has_surface(), body.fixed) {
+            (false, _) => return refuse("makes no sense for a point; remove it"),
             (_, true) => return refuse("has no effect: the body is fixed; remove it"),
             _ if body.mass > 0.0 && body.density.is_some() && gravity.amax() > 0.0 => {
                 return refuse(

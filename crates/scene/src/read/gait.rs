@@ -4,11 +4,11 @@ use std::path::Path;
 
 use rigid::{Articulation, Joint};
 
-use super::checks::Checks;
+use crate::checks::{Checks, check_prescribed, check_value};
 use crate::error::SceneError;
-use crate::file::{GaitFile, HarmonicFile, PhaseFile};
 use crate::gait::{Gait, Phase};
 use crate::gait_table::GaitTable;
+use crate::keys::{GaitFile, HarmonicFile, PhaseFile};
 use crate::shape_path::{ShapePath, Sine};
 use crate::words::GaitKind;
 
@@ -33,11 +33,14 @@ pub(super) fn gait(
         .unwrap_or_default();
     for (other, key, is_given) in given {
         if is_given && other != kind {
-            let problem = format!("is no part of a gait of the kind {}; remove it", word(kind));
+            let problem = format!(
+                "is no part of a gait of the kind {}; remove it",
+                kind.word()
+            );
             return Err(checks.bad_value(&format!("gait.{key}"), problem));
         }
         if file.kind == Some(other) && !is_given {
-            let problem = format!("is {}, but there is no gait.{key}", word(kind));
+            let problem = format!("is {}, but there is no gait.{key}", kind.word());
             return Err(checks.bad_value("gait.kind", problem));
         }
     }
@@ -54,7 +57,7 @@ pub(super) fn gait(
         ),
     ] {
         if is_given && owner != kind {
-            let problem = format!("belongs to a gait of the kind {}", word(owner));
+            let problem = format!("belongs to a gait of the kind {}", owner.word());
             return Err(checks.bad_value(key, problem));
         }
     }
@@ -82,10 +85,6 @@ pub(super) fn gait(
     Ok((gait, None))
 }
 
-fn word(kind: GaitKind) -> &'static str {
-    kind.into()
-}
-
 fn table(checks: &Checks, file: &GaitFile, joints: &[Joint]) -> Result<GaitTable, SceneError> {
     let key = "gait.file";
     let name = checks.required(key, file.file.as_ref(), ": a table needs a file")?;
@@ -110,38 +109,6 @@ fn find(checks: &Checks, key: &str, name: &str, joints: &[Joint]) -> Result<usiz
     )?;
     check_prescribed(&joints[joint]).map_err(|problem| checks.bad_value(key, problem))?;
     Ok(joint)
-}
-
-/// Refuses a joint without a value, or with one that a drive determines.
-pub(crate) fn check_prescribed(joint: &Joint) -> Result<(), String> {
-    let problem = match (joint.kind.has_value(), joint.is_passive()) {
-        (true, false) => return Ok(()),
-        (true, true) => "is not prescribed: its drive determines the value",
-        (false, _) => "has no value that a gait can change",
-    };
-    Err(format!(
-        "names the link \"{}\", which {problem}",
-        joint.name
-    ))
-}
-
-/// Largest angle in radians: rounding errors of the rotation stay below 1e-10.
-const LARGEST_ANGLE: f64 = 1e6;
-
-/// Refuses a length that is not positive; angles may have any sign.
-pub(super) fn check_value(
-    checks: &Checks,
-    key: &str,
-    joint: &Joint,
-    value: f64,
-) -> Result<(), SceneError> {
-    let problem = match joint.kind.is_angle() {
-        true if value.abs() <= LARGEST_ANGLE => return Ok(()),
-        true => format!("must be an angle of at most {LARGEST_ANGLE:e}, not {value:e}"),
-        false if value > 0.0 => return Ok(()),
-        false => format!("must be a length greater than zero, not {value}"),
-    };
-    Err(checks.bad_value(key, problem))
 }
 
 /// Refuses a periodic start if some passive joint has no spring, which would bring it back.

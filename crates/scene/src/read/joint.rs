@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 use rigid::{JointDrive, JointKind, PassiveDrive};
 
-use super::checks::Checks;
 use crate::body::Body;
+use crate::checks::Checks;
 use crate::error::SceneError;
-use crate::file::{ForceFile, JointFile};
-use crate::joint_force::JointForce;
+use crate::keys::{ForceFile, JointFile};
+use crate::shape_path::JointForce;
 use crate::shape_path::Sine;
 use crate::words::{DriveKind, JointWord};
 

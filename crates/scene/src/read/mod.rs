@@ -3,28 +3,23 @@
 mod articulation;
 mod bodies;
 mod change;
-mod checks;
 mod contacts;
-pub(crate) mod design;
 mod domain;
 mod extent;
 mod flow;
 mod gait;
 mod joint;
-mod options;
+pub(crate) mod limits;
 mod shape;
-mod surface_file;
 
 use std::path::Path;
 
-use checks::Checks;
-pub(crate) use gait::check_prescribed;
-use surface_file::SurfaceFiles;
-
+use crate::checks::Checks;
 use crate::document::Document;
 use crate::error::SceneError;
-use crate::file::SceneFile;
+use crate::keys::SceneFile;
 use crate::scene::Scene;
+use crate::surface_shape::SurfaceFiles;
 
 impl Scene {
     /// Reads and checks a scene file, with overrides written `key=value` (as for `--set`).
@@ -103,9 +98,9 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
     if file.gait.periodic {
         gait::check_periodic(&checks, &articulation)?;
     }
-    options::check_model(&checks, &file.model)?;
-    options::check_fem(&checks, &file.fem)?;
-    design::check(&checks, &file.optimise, &file.learn, articulation.joints())?;
+    limits::check_model(&checks, &file.model)?;
+    limits::check_fem(&checks, &file.fem)?;
+    limits::check_design(&checks, &file.optimise, &file.learn, articulation.joints())?;
     let name = document
         .path()
         .file_stem()

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 use scene::{
-    ArmsKind, Domain, FemOptions, ModelKind, Scene, SceneBuilder, SceneError, Shape, SolverKind,
+    ArmsKind, CapsuleShape, DiskShape, Domain, EllipsoidShape, FemOptions, HelixShape, ModelKind,
+    Scene, SceneBuilder, SceneError, Shape, SolverKind, SpheroidShape, TorusShape,
 };
 
 fn two_spheres() -> SceneBuilder {
@@ -155,37 +156,37 @@ fn shapes_survive_writing_and_reading() {
     let orientation = Vector3::new(0.5, 0.9, -0.3);
     let (radius, half_length, tube_radius) = (1.0, 2.5, 0.25);
     let shapes = [
-        Shape::Ellipsoid {
+        Shape::Ellipsoid(EllipsoidShape {
             semi_axes: Vector3::new(3.0, 2.0, 1.0),
             orientation,
-        },
-        Shape::Spheroid {
+        }),
+        Shape::Spheroid(SpheroidShape {
             radius,
             half_length,
             axis,
-        },
-        Shape::Capsule {
+        }),
+        Shape::Capsule(CapsuleShape {
             radius,
             half_length,
             axis,
-        },
-        Shape::Disk {
+        }),
+        Shape::Disk(DiskShape {
             radius,
             half_length: 0.25,
             axis,
-        },
-        Shape::Torus {
+        }),
+        Shape::Torus(TorusShape {
             radius,
             tube_radius,
             axis,
-        },
-        Shape::Helix {
+        }),
+        Shape::Helix(HelixShape {
             radius,
             tube_radius,
             pitch: -2.0,
             turns: 1.5,
             orientation,
-        },
+        }),
     ];
     let mut builder = Scene::builder();
     for (k, shape) in shapes.iter().enumerate() {

@@ -2,8 +2,8 @@
 
 mod texts;
 
-use scene::keys::{KEYS, Kind, find};
-use scene::{Domain, FemOptions, Gait, Phase, Scene, Shape, closest_contact, spans};
+use scene::keys::{Kind, all, find};
+use scene::{Domain, FemOptions, Gait, Phase, PointShape, Scene, Shape, closest_contact, spans};
 
 use texts::SCENES;
 
@@ -94,7 +94,7 @@ fn numbers_beyond_sense_are_refused_with_key_and_line() {
     }
     // zero, negative and moderate numbers are right in some keys
     assert!(accepted > 60, "{accepted}");
-    let numeric = KEYS.iter().filter(|key| {
+    let numeric = all().filter(|key| {
         !matches!(
             key.kind,
             Kind::Text | Kind::Texts | Kind::Word(_) | Kind::Flag
@@ -208,9 +208,9 @@ fn contacts_of_bodies_without_a_place_touch() {
 fn copies_of_the_parts_of_a_scene_do_not_change_it() {
     let scene = two_spheres();
     let mut copy = scene.bodies()[0].clone();
-    copy.shape = Shape::Point;
+    copy.shape = PointShape.into();
     copy.position.x = 4.9;
-    assert_eq!(scene.bodies()[0].shape, Shape::Sphere { radius: 1.0 });
+    assert_eq!(scene.bodies()[0].shape, Shape::sphere(1.0));
     assert_eq!(
         scene.articulation().initial_state().frames[0].translation.x,
         0.0

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use scene::{Document, Scene, SceneError};
+use scene::{Document, Scene, SceneError, SymmetryKind};
 
 /// The scene of a text with overrides, as by `--set`.
 pub fn set(text: &str, assignments: &[&str]) -> Result<Scene, SceneError> {
@@ -109,4 +109,46 @@ fn bad_overrides_are_refused_with_the_same_checks() {
         let message = error.to_string();
         assert!(message.contains(fragment), "{assignment}: {message}");
     }
+}
+
+/// A renamed key is read under its old name too, with a warning that has its place.
+#[test]
+fn old_names_of_keys_are_read_with_a_warning() {
+    let scene = |key: &str, overrides: &[&str]| {
+        let text =
+            format!("bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0] }}]\n{key}");
+        let mut document = Document::parse(&text, Path::new("scene.toml"))?;
+        overrides
+            .iter()
+            .try_for_each(|assignment| document.set(assignment))?;
+        Scene::from_document(document)
+    };
+    let old = scene("fem.mirror = \"off\"", &[]).unwrap();
+    assert_eq!(old.fem().symmetry, SymmetryKind::Off);
+    let renaming = "the key 'fem.mirror' is now 'fem.symmetry'; rename it";
+    assert_eq!(old.warnings(), [format!("scene.toml:2: {renaming}")]);
+    let set = scene("", &["fem.mirror=off"]).unwrap();
+    assert_eq!(
+        set.warnings(),
+        [format!("--set fem.mirror=off: {renaming}")]
+    );
+    let new = scene("fem = { symmetry = \"off\" }", &[]).unwrap();
+    assert!(new.warnings().is_empty());
+    let texts = [&old, &set, &new].map(|scene| scene.to_toml().unwrap());
+    assert!(
+        texts
+            .iter()
+            .all(|text| *text == texts[2] && !text.contains("mirror"))
+    );
+
+    let bad = scene("\nfem.mirror = \"of\"", &[]).unwrap_err().to_string();
+    assert!(
+        bad.starts_with("scene.toml:3: fem.symmetry cannot be \"of\""),
+        "{bad}"
+    );
+    let both = scene("fem = { mirror = \"off\", symmetry = \"off\" }", &[]).unwrap_err();
+    assert!(
+        both.to_string().contains("is the old name of fem.symmetry"),
+        "{both}"
+    );
 }

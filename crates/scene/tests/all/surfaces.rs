@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use mesh::{Surface, SurfaceMesh};
-use scene::{Domain, Scene, Shape, closest_contact};
+use scene::{Domain, FileShape, Scene, Shape, closest_contact};
 
 /// A tetrahedron with corners at the origin and on the axes, in OBJ; its centroid is at 1/4 of
 /// each.
@@ -26,7 +26,7 @@ fn the_file_is_found_beside_the_scene_and_its_centroid_is_the_centre() {
     std::fs::write(folder.path().join("part.obj"), TETRAHEDRON).unwrap();
     let scene = |keys: &str| scene(folder.path(), keys).unwrap_or_else(|e| panic!("{e}"));
     let read = scene("file = \"part.obj\", position = [5, 6, 7], scale = 0.5");
-    let Shape::Surface { shape, .. } = &read.bodies()[0].shape else {
+    let Shape::Surface(FileShape { shape, .. }) = &read.bodies()[0].shape else {
         panic!("not a surface");
     };
     assert!((shape.surface.volume() - 32.0 / 3.0 / 8.0).abs() < 1e-12);
@@ -44,7 +44,7 @@ fn the_file_is_found_beside_the_scene_and_its_centroid_is_the_centre() {
     assert_eq!(Scene::parse(&text).unwrap().bodies(), read.bodies());
 
     let at_origin = scene("file = \"part.obj\", position = [5, 6, 7], centre = [0, 0, 0]");
-    let Shape::Surface { shape, .. } = &at_origin.bodies()[0].shape else {
+    let Shape::Surface(FileShape { shape, .. }) = &at_origin.bodies()[0].shape else {
         panic!("not a surface");
     };
     assert!((shape.surface.centroid().x - 1.0).abs() < 1e-12);

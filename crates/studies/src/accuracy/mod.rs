@@ -52,7 +52,7 @@ fn mesh_overrides(geometry: &str, symmetry: &str, size: f64) -> [String; 3] {
     [
         format!("fem.surface_size={size}"),
         format!("fem.geometry={geometry}"),
-        format!("fem.mirror={symmetry}"),
+        format!("fem.symmetry={symmetry}"),
     ]
 }
 

@@ -60,7 +60,7 @@ fn strokes() -> Result<Table> {
             format!("fem.mesh_motion={motion}"),
             format!("fem.surface_size={STROKE_SIZE}"),
             // Not every motion preserves symmetry planes; here all move the same mesh.
-            "fem.mirror=off".to_owned(),
+            "fem.symmetry=off".to_owned(),
         ];
         let scene = scenes::read("three-sphere.toml", &overrides)?;
         let mut model = choose(&scene)?.model;

@@ -64,7 +64,7 @@ impl Setup {
         let mut text = SceneText::new(format!("domain = {}", self.domain))
             .key("fluid.viscosity", self.viscosity)
             .key("gait.arms", self.arms)
-            .line("model.kind = \"fem\"\nfem.rtol = 1e-10\nfem.mirror = \"off\"\nfem.estimates = \"off\"")
+            .line("model.kind = \"fem\"\nfem.rtol = 1e-10\nfem.symmetry = \"off\"\nfem.estimates = \"off\"")
             .key("fem.formulation", formulation)
             .key("fem.solver", solver)
             .line(&self.more);

@@ -1,7 +1,6 @@
 //! Case E: the three-sphere swimmer, in single configurations and over whole strokes.
 
 use std::f64::consts::PI;
-use std::path::Path;
 
 use anyhow::{Context, Result};
 use mesh::TetMesh;
@@ -125,11 +124,11 @@ fn at_start(geometry: &str) -> Result<[Row; 2]> {
     let scene = scenes::read("three-sphere-mesh.toml", &overrides)?;
     let mut model = choose(&scene)?.model;
     let solution = solve_start(&scene, model.as_mut())?;
-    let flow = model.last_flow();
-    let mesh = flow.context("the model has no flow after a solve")?.mesh;
-    let [of_velocity, of_forces] = effect_of_wall(&mesh)?;
+    let flow = solution.flow.as_ref().context("the solution has no flow")?;
+    let mesh = &flow.field()?.mesh;
+    let [of_velocity, of_forces] = effect_of_wall(mesh)?;
     // The radius of the unit sphere minus that of the ball with the volume inside the flat facets.
-    let radius_deficit = 1.0 - radius_inside(&mesh, "sphere1")?;
+    let radius_deficit = 1.0 - radius_inside(mesh, "sphere1")?;
     let tolerances = match geometry {
         "curved" => [(SPEED, Basis::Required), (FORCE, Basis::Required)],
         _ => [(2.0 * radius_deficit, Basis::Facets); 2],
@@ -187,7 +186,7 @@ impl Observer for Spans {
         _: &PhaseSpan,
         result: &SpanResult,
         _: &Outcome,
-        _: &dyn Hydrodynamics,
+        _: &mut dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         self.accumulated.push(result.accumulated_error.clone());
         Ok(())
@@ -246,7 +245,7 @@ mod tests {
         let tolerances = [(STEP, Basis::Required); 2];
         // The whole fluid, and a quarter of it.
         for (name, fem) in [
-            ("h 0.5", "fem = { surface_size = 0.5, mirror = \"off\" }"),
+            ("h 0.5", "fem = { surface_size = 0.5, symmetry = \"off\" }"),
             ("h 0.4", "fem.surface_size = 0.4"),
         ] {
             let model = format!("model.kind = \"fem\"\n{fem}");

@@ -147,7 +147,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
     // The first solution may change the mesh; later changes are counted from here.
     let mesh_changes = evaluator.mesh_changes;
     let (mut changes, mut work_changes) = (Vec::new(), Vec::new());
-    let on_request = evaluator.error_estimates() == ErrorEstimates::OnRequest;
+    let on_request = evaluator.capabilities().error_estimates == ErrorEstimates::OnRequest;
     let mut few_points = None;
     let mut points = 2;
     loop {
@@ -177,7 +177,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         if accepted.is_none() && stalled {
             let is_rounding = change <= rounding(evaluator, &step);
             let is_model_error =
-                evaluator.controls_error() && change <= current.error_bar(duration);
+                evaluator.capabilities().controls_error && change <= current.error_bar(duration);
             let is_mesh_change = evaluator.mesh_changes > mesh_changes
                 && change <= current.uncorrected_mesh_error_bar(duration);
             if is_rounding || is_model_error {

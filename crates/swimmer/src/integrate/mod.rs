@@ -120,6 +120,8 @@ pub struct Integrator<'a> {
     velocities: Option<Velocities>,
     /// Integration error that the scene's tolerance allows for a phase span, if it is predicted.
     span_tolerance: Option<f64>,
+    /// Whether solutions are shown with their flow.
+    flows: bool,
 }
 
 impl<'a> Integrator<'a> {
@@ -132,7 +134,14 @@ impl<'a> Integrator<'a> {
             velocities: None,
             span_tolerance: Prediction::of(scene)
                 .map(|prediction| prediction.span_tolerance(scene.model().tolerance)),
+            flows: false,
         }
+    }
+
+    /// The same integrator, which shows solutions with or without their flow to observers.
+    #[must_use]
+    pub fn with_flows(self, flows: bool) -> Self {
+        Self { flows, ..self }
     }
 
     /// The same integrator for bodies with mass that have these velocities `(U, ω)`, six numbers
@@ -148,7 +157,7 @@ impl<'a> Integrator<'a> {
     }
 
     /// The model.
-    pub fn model(&self) -> &dyn Hydrodynamics {
+    pub fn model(&mut self) -> &mut dyn Hydrodynamics {
         self.model
     }
 
@@ -173,6 +182,7 @@ impl<'a> Integrator<'a> {
         self.model.restore(&history)?;
         let mut evaluator =
             SpanEvaluator::new(self.scene, self.model, span, self.span_tolerance, observe);
+        evaluator.flows = self.flows;
         match self.method {
             Method::Collocation => collocation::span(&mut evaluator, start),
             Method::RungeKutta => runge_kutta::span(&mut evaluator, start),

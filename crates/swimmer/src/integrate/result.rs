@@ -102,7 +102,7 @@ impl Approximation {
 
     /// Work of the bodies on the fluid over `duration`.
     pub fn work(&self, duration: f64) -> f64 {
-        self.integral(duration, InstantaneousSolution::power)
+        self.integral(duration, |solution| solution.power())
     }
 
     /// Work without the corrections of the solutions.

@@ -1,8 +1,8 @@
 //! The model's solutions at points of a phase span, each of them checked.
 
 use models::{
-    BodyInertia, Configuration, ErrorEstimates, Hydrodynamics, InstantaneousSolution, ModelError,
-    Query, Seconds,
+    BodyInertia, Capabilities, Configuration, Hydrodynamics, InstantaneousSolution, ModelError,
+    Query, RoughModel, Seconds,
 };
 use nalgebra::DMatrix;
 use rigid::State;
@@ -29,6 +29,8 @@ pub(super) struct SpanEvaluator<'a> {
     pub tolerance: Option<f64>,
     /// Intervals of the values of the joints along the phase span.
     pub ranges: Vec<(f64, f64)>,
+    /// Whether solutions are shown to the observer with their flow.
+    pub flows: bool,
     model: &'a mut dyn Hydrodynamics,
     observe: Observer<'a>,
 }
@@ -50,6 +52,7 @@ impl<'a> SpanEvaluator<'a> {
             dofs: None,
             tolerance,
             ranges: span.ranges(),
+            flows: false,
             model,
             observe,
         }
@@ -66,12 +69,16 @@ impl<'a> SpanEvaluator<'a> {
         self.solve_query(s, state, estimates, None)
     }
 
-    /// The solutions at several points, at once if the model can.
+    /// The solutions at several points, at once if the model gains by that.
     pub fn solve_points(
         &mut self,
         points: Vec<(f64, State)>,
         estimates: bool,
     ) -> Result<Vec<SpanSolution>, SwimError> {
+        if !self.model.capabilities().solves_together {
+            let solve = |(s, state): &(f64, State)| self.solve(*s, state, estimates);
+            return points.iter().map(solve).collect();
+        }
         let mut inputs = Vec::with_capacity(points.len());
         for (s, state) in &points {
             let shape = self.span.shape(*s);
@@ -83,18 +90,13 @@ impl<'a> SpanEvaluator<'a> {
         let queries = queries.map(|((_, state), (shape, rates, forces))| {
             Query::new(Configuration { state, shape }, rates)
                 .with_estimates(estimates)
+                .with_flows(self.flows)
                 .with_joint_forces(forces.as_deref())
         });
-        let Some(solved) = self.model.solve_together(&queries.collect::<Vec<_>>())? else {
-            let solve = |(s, state): &(f64, State)| self.solve(*s, state, estimates);
-            return points.iter().map(solve).collect();
-        };
-        let mut solutions = Vec::with_capacity(points.len());
-        for (number, ((s, state), of_rates)) in points.iter().zip(solved).enumerate() {
-            self.model.select_flow(number);
-            solutions.push(self.record(*s, state, self.only(of_rates)?)?);
-        }
-        Ok(solutions)
+        let solved = self.model.solve_all(&queries.collect::<Vec<_>>())?;
+        (points.iter().zip(solved))
+            .map(|((s, state), of_rates)| self.record(*s, state, self.only(of_rates)?))
+            .collect()
     }
 
     /// The solution for the only set of rates of a query.
@@ -127,9 +129,11 @@ impl<'a> SpanEvaluator<'a> {
     ) -> Result<SpanSolution, SwimError> {
         let rates = [self.span.rates(s)];
         let forces = self.scene.joint_forces(self.span.time(s));
+        let flows = self.flows;
         let solutions = self.query(s, state, |model, configuration| {
             let query = Query::new(configuration, &rates)
                 .with_estimates(estimates)
+                .with_flows(flows)
                 .with_joint_forces(forces.as_deref());
             model.solve(&match inertia {
                 Some(inertia) => query.with_inertia(inertia),
@@ -142,7 +146,7 @@ impl<'a> SpanEvaluator<'a> {
     /// The grand resistance matrix at the position `s` on the phase span.
     pub fn resistance(&mut self, s: f64, state: &State) -> Result<DMatrix<f64>, SwimError> {
         self.query(s, state, |model, configuration| {
-            model.resistance(configuration)
+            Ok(model.resistances()?.resistance(configuration)?.matrix)
         })
     }
 
@@ -159,20 +163,19 @@ impl<'a> SpanEvaluator<'a> {
             return Ok(None);
         }
         let responses = self.query(s, state, |model, configuration| {
-            model.joint_responses(configuration)
+            if let Some(own) = model.joint_responses(configuration)? {
+                return Ok(own);
+            }
+            let own = RoughModel::new(model.scene())?.joint_responses(configuration)?;
+            Ok(own.unwrap_or_default())
         })?;
         let drives = set.passive_drives().map(|(_, drive)| drive);
         Ok(Some(JointNewton::new(&responses, drives)))
     }
 
-    /// When the model estimates its discretisation errors.
-    pub fn error_estimates(&self) -> ErrorEstimates {
-        self.model.error_estimates()
-    }
-
-    /// Whether the model keeps its own error below its share of the tolerance.
-    pub fn controls_error(&self) -> bool {
-        self.model.controls_error()
+    /// What the model can do, and when.
+    pub fn capabilities(&self) -> Capabilities {
+        self.model.capabilities()
     }
 
     /// Queries the model, after a check that bodies and walls do not touch.
@@ -203,7 +206,7 @@ impl<'a> SpanEvaluator<'a> {
         let dofs = self.dofs.replace(solution.dofs.total);
         let has_other_dofs = dofs.is_some_and(|before| before != solution.dofs.total);
         self.mesh_changes += usize::from(solution.remeshed.is_some() || has_other_dofs);
-        let span_solution = SpanSolution {
+        let mut span_solution = SpanSolution {
             number: self.solves,
             s,
             state: state.clone(),
@@ -211,6 +214,8 @@ impl<'a> SpanEvaluator<'a> {
         };
         self.solves += 1;
         (self.observe)(&span_solution, &*self.model)?;
+        // The observer keeps the flows that it needs.
+        span_solution.solution.flow = None;
         Ok(span_solution)
     }
 

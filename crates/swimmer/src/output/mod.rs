@@ -1,7 +1,6 @@
 //! Results as files: `summary.json`, `trajectory.csv`, ParaView files.
 
 mod folder;
-mod last_flow;
 mod machine;
 mod memory;
 mod paraview;
@@ -9,7 +8,6 @@ mod report;
 mod trajectory;
 
 pub use folder::Folder;
-pub use last_flow::LastFlow;
 pub use machine::processor;
 pub use memory::peak_rss_mib;
 pub use paraview::{FlowSeries, write_flow};

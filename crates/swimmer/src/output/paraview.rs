@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use mesh::{MeshError, Pvd, Vtu};
-use models::{FlowField, ModelError};
+use models::{Configuration, FlowField, Hydrodynamics, ModelError, SolutionFlow};
 use scene::{FlowsKind, PhaseSpan};
 
 use super::folder::Folder;
-use super::last_flow::LastFlow;
 use crate::error::SwimError;
 use crate::integrate::{SpanResult, SpanSolution};
 
@@ -15,7 +14,9 @@ use crate::integrate::{SpanResult, SpanSolution};
 ///
 /// With [`FlowsKind::All`] a flow is written after its solve. The flows of solves that the
 /// integration discards are removed at the end of the phase span, so the collection contains the
-/// trajectory only. With [`FlowsKind::Phase`] only the last flow of a phase span is computed.
+/// trajectory only. A model with a mesh solves again for those of its solutions that were
+/// interpolated. With [`FlowsKind::Phase`] only the last flow of a phase span is computed, if it was
+/// solved for.
 #[derive(Debug)]
 pub struct FlowSeries {
     folder: Folder,
@@ -58,25 +59,24 @@ impl FlowSeries {
     ///
     /// # Errors
     /// [`SwimError::Write`], or a model error for fields that do not fit the mesh.
-    pub fn solved(
-        &mut self,
-        solution: &SpanSolution,
-        flow: &LastFlow<'_>,
-    ) -> Result<(), SwimError> {
+    pub fn solved(&mut self, solution: &SpanSolution) -> Result<(), SwimError> {
         self.last = Some((solution.number, solution.s));
-        if self.which == FlowsKind::All
-            && let Some(flow) = flow.get()
-        {
-            write_flow(flow, &self.folder.path().join(file_name(solution.number)))?;
+        if let (FlowsKind::All, Some(flow)) = (self.which, &solution.solution.flow) {
+            self.write(solution.number, flow.field()?)?;
             self.pending.push(solution.number);
         }
         Ok(())
     }
 
+    fn write(&self, number: usize, flow: &FlowField) -> Result<(), SwimError> {
+        write_flow(flow, &self.folder.path().join(file_name(number)))
+    }
+
     /// Keeps the flows of the solutions in the result of a phase span, removes the others and
     /// writes the collection.
     ///
-    /// `first` is the number of the first solve of the phase span.
+    /// `first` is the number of the first solve of the phase span, `flow` the flow of the last one.
+    /// The state of the model remains the same.
     ///
     /// # Errors
     /// [`SwimError::Write`], or a model error for fields that do not fit the mesh.
@@ -85,13 +85,17 @@ impl FlowSeries {
         span: &PhaseSpan,
         result: &SpanResult,
         first: usize,
-        flow: &LastFlow<'_>,
+        flow: Option<&SolutionFlow>,
+        model: &mut dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        if let (FlowsKind::Phase, Some((number, s))) = (self.which, self.last.take())
-            && let Some(flow) = flow.get()
+        if let (FlowsKind::Phase, Some((number, s)), Some(flow)) =
+            (self.which, self.last.take(), flow)
         {
-            write_flow(flow, &self.folder.path().join(file_name(number)))?;
+            self.write(number, flow.field()?)?;
             self.kept.push(span.time(s), file_name(number));
+        }
+        if self.which == FlowsKind::All && model.capabilities().has_mesh {
+            self.solve_missing(span, result, first, model)?;
         }
         for solve in std::mem::take(&mut self.pending) {
             match result
@@ -109,6 +113,38 @@ impl FlowSeries {
         self.kept
             .write(self.folder.path().join("trajectory.pvd"))
             .map_err(from_mesh)
+    }
+}
+
+impl FlowSeries {
+    /// Writes the flows of solutions in the result that came without one, such as those of a table.
+    fn solve_missing(
+        &mut self,
+        span: &PhaseSpan,
+        result: &SpanResult,
+        first: usize,
+        model: &mut dyn Hydrodynamics,
+    ) -> Result<(), SwimError> {
+        let is_written =
+            |solution: &&SpanSolution| self.pending.contains(&(first + solution.number));
+        let missing: Vec<&SpanSolution> = (result.solutions.iter())
+            .filter(|solution| !is_written(solution))
+            .collect();
+        if missing.is_empty() {
+            return Ok(());
+        }
+        let history = model.history()?;
+        for solution in missing {
+            let number = first + solution.number;
+            let configuration = Configuration {
+                state: &solution.state,
+                shape: &span.shape(solution.s),
+            };
+            let flow = (model.flows()?).flow(configuration, &span.rates(solution.s))?;
+            self.write(number, &flow)?;
+            self.pending.push(number);
+        }
+        Ok(model.restore(&history)?)
     }
 }
 

@@ -37,7 +37,7 @@ pub fn with_tables(scene: &Scene, choice: Choice) -> Result<Choice, ModelError> 
 fn with_superposition(scene: &Scene, choice: Choice) -> Result<Choice, ModelError> {
     let solves = typical_solves(scene.gait(), |_| true);
     // Other models are fast, or serve bodies that keep their axis only.
-    let is_slow = choice.model.name() == "fem";
+    let is_slow = choice.model.capabilities().has_mesh;
     let count = Superposed::count(scene).filter(|&count| is_slow && count < solves);
     let Some(count) = count else {
         return Ok(choice);

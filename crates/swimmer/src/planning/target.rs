@@ -97,7 +97,8 @@ impl SizeSearch {
             refinements: 0,
         };
         let model = choose(&search.apply(scene)?)?.model;
-        Ok(model.error_estimates().given(true).then_some(search))
+        let estimates = model.capabilities().error_estimates;
+        Ok(estimates.given(true).then_some(search))
     }
 
     /// The factor for the next stroke.

@@ -156,7 +156,7 @@ fn bars_of_a_swimming_speed_hold_and_are_smaller_than_those_of_drag() {
     // Spectral: arms of ten in a ball of 40, the left one closing at unit speed.
     let (speed, force) = (-0.3428979021151601, 14.122932964125914);
     // All of the fluid, and a quarter of it.
-    for (size, more) in [(0.5, "fem.mirror = \"off\"\n"), (0.4, "")] {
+    for (size, more) in [(0.5, "fem.symmetry = \"off\"\n"), (0.4, "")] {
         let instant = solve(&swimmer(size, more));
         let rate = 4.0;
         let before = instant.uncorrected();
@@ -203,7 +203,7 @@ fn the_algebraic_bar_contains_the_error_of_a_loose_residual() {
     let [early, late] = [1e-4, 1e-11].map(|rtol| {
         solve(&swimmer(
             0.7,
-            &format!("fem.rtol = {rtol:?}\nfem.mirror = \"off\"\n"),
+            &format!("fem.rtol = {rtol:?}\nfem.symmetry = \"off\"\n"),
         ))
     });
     let difference = (0..3)

@@ -43,7 +43,7 @@ fn solutions_are_bitwise_equal_for_any_number_of_threads() {
                 .unwrap();
             pool.install(|| {
                 let (instant, flow) = solve_with_flow(&scene);
-                (instant.bodies, flow.velocity, flow.pressure)
+                (instant.response.bodies, flow.velocity, flow.pressure)
             })
         });
         assert!(

@@ -52,8 +52,8 @@ pub fn solve(scene: &Scene) -> InstantaneousSolution {
 
 pub fn solve_with_flow(scene: &Scene) -> (InstantaneousSolution, FlowField) {
     let mut model = choose(scene).unwrap().model;
-    let instant = solve_start(scene, model.as_mut()).unwrap();
-    let flow = model.last_flow().unwrap();
+    let mut instant = solve_start(scene, model.as_mut()).unwrap();
+    let flow = instant.flow.take().unwrap().into_field().unwrap();
     (instant, flow)
 }
 

@@ -4,9 +4,7 @@ use nalgebra::Vector3;
 use swimmer::Scene;
 use swimmer::choose;
 use swimmer::models::ShapeSpace;
-use swimmer::models::{
-    Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
-};
+use swimmer::models::{Configuration, Hydrodynamics, InstantaneousSolution, ModelError, Query};
 
 /// Three spheres of two sizes with two arms, collinear or not.
 fn swimmer(domain: &str, model: &str, right: [i32; 3]) -> Scene {
@@ -158,10 +156,6 @@ impl Hydrodynamics for Counted {
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         self.queries.push(query.rates.len());
         self.model.solve(query)
-    }
-
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.model.cost(configuration)
     }
 }
 

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use swimmer::models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution};
+use swimmer::models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution, Resistances};
 use swimmer::{Method, Outcome, Scene, choose, simulate, solve_start};
 
 use super::scenes::{parse, solve};
@@ -175,7 +175,10 @@ fn resistances_of_all_shapes_are_symmetric_and_positive_definite() {
             state: &state,
             shape: &[],
         };
-        let resistance = model.resistance(configuration).expect("a resistance");
+        let resistance = model
+            .resistance(configuration)
+            .expect("a resistance")
+            .matrix;
         let asymmetry = (&resistance - resistance.transpose()).amax() / resistance.amax();
         // Six solves to 1e-8, and the corrections of each.
         assert!(asymmetry < 1e-5, "{shape}: {asymmetry:.1e}");

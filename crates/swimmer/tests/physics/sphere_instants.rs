@@ -175,12 +175,7 @@ fn a_sphere_pulled_away_from_a_wall_has_the_drag_of_brenner() {
     // Brenner (1961): 2.1255355667600404 times the Stokes drag at a height of two radii.
     let exact = 1.0 / (6.0 * std::f64::consts::PI * 2.0 * 0.5 * 2.1255355667600404);
     assert!((instant.bodies[0].velocity.z / exact - 1.0).abs() < 1e-8);
-    let resistance = model
-        .resistance(models::Configuration {
-            state: &scene.initial_state(),
-            shape: &[],
-        })
-        .unwrap();
+    let resistance = swimmer::start_resistance(&scene, model.as_mut()).unwrap();
     assert!((resistance[(2, 2)] * exact - 1.0).abs() < 1e-8);
 }
 

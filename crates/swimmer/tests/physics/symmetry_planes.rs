@@ -78,7 +78,7 @@ fn largest(values: &[f64]) -> f64 {
 fn the_solution_is_that_on_the_reflected_mesh() {
     for (text, parts) in [(COLLINEAR, 4.0), (PLANAR, 2.0)] {
         let settings = [
-            "fem.mirror = \"auto\"",
+            "fem.symmetry = \"auto\"",
             "fem.surface_size = 0.5",
             "fem.rtol = 1e-10",
         ];
@@ -166,7 +166,7 @@ fn the_solution_is_that_on_the_reflected_mesh() {
 fn solutions_with_and_without_planes_agree_within_their_error_bars() {
     for text in [COLLINEAR, PLANAR] {
         let [(_, part), (_, whole)] = ["auto", "off"].map(|symmetry| {
-            let symmetry = format!("fem.mirror = \"{symmetry}\"");
+            let symmetry = format!("fem.symmetry = \"{symmetry}\"");
             solve(&scene(text, &["fem.surface_size = 0.55", &symmetry]))
         });
         let bar = part.error_estimate.total() + whole.error_estimate.total();
@@ -183,7 +183,7 @@ fn a_stroke_stays_on_its_symmetry_planes() {
     let settings = [
         "fem.surface_size = 0.6",
         "fem.estimates = \"off\"",
-        "fem.mirror = \"auto\"",
+        "fem.symmetry = \"auto\"",
     ];
     let own = scene(COLLINEAR, &settings);
     let mut model = FemModel::new(&own).unwrap();
@@ -240,10 +240,10 @@ fn squirmers_turn_in_their_symmetry_plane() {
 fn the_flow_and_the_resistance_are_those_of_the_whole_fluid() {
     let scene = scene(
         COLLINEAR,
-        &["fem.mirror = \"auto\"", "fem.surface_size = 0.7"],
+        &["fem.symmetry = \"auto\"", "fem.surface_size = 0.7"],
     );
     let (mut model, instant) = solve(&scene);
-    let flow = model.last_flow().unwrap();
+    let flow = instant.flow.as_ref().unwrap().field().unwrap();
     assert_eq!(flow.velocity.len(), flow.mesh.n_points());
     assert_eq!(flow.pressure.len(), flow.mesh.n_vertices());
     assert_eq!(flow.mesh.symmetry_planes(), [false; 3]);
@@ -298,7 +298,7 @@ fn symmetry_planes_are_found_and_used_where_supported() {
     assert_eq!(planes(COLLINEAR, &[]), [false, true, true]);
     assert_eq!(planes(PLANAR, &[]), [false, false, true]);
     for without in [
-        "fem.mirror = \"off\"",
+        "fem.symmetry = \"off\"",
         "fem.solver = \"direct\"",
         "fem.mesh_motion = \"elastic\"",
         "fem.geometry = \"straight\"",

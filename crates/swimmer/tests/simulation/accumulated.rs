@@ -4,8 +4,8 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
 use swimmer::models::{
-    BodySolution, Configuration, Cost, DiscretisationError, ErrorEstimate, Hydrodynamics,
-    InstantaneousSolution, ModelError, Query, Uncertainty,
+    BodySolution, Capabilities, DiscretisationError, ErrorEstimate, Hydrodynamics,
+    InstantaneousSolution, ModelError, Query, Response, Uncertainty,
 };
 use swimmer::{Method, Outcome, Scene, simulate};
 
@@ -30,14 +30,16 @@ impl Erring {
             bars: ErrorEstimate::default(),
             power_bars: ErrorEstimate::default(),
             mesh_error: DiscretisationError {
-                motion: StateVelocity {
-                    frames: vec![error],
-                    spins: vec![error.angular; 3],
-                    joints: vec![],
+                response: Response {
+                    motion: StateVelocity {
+                        frames: vec![error],
+                        spins: vec![error.angular; 3],
+                        joints: vec![],
+                    },
+                    bodies: vec![BodySolution::default(); 3],
+                    joint_forces: vec![Vector3::zeros(); 2],
+                    slip_power: 0.0,
                 },
-                bodies: vec![BodySolution::default(); 3],
-                joint_forces: vec![Vector3::zeros(); 2],
-                slip_power: 0.0,
                 uncertainty: Uncertainty::default(),
             },
             is_corrected: true,
@@ -55,19 +57,17 @@ impl Hydrodynamics for Erring {
         self.exact.scene()
     }
 
-    fn controls_error(&self) -> bool {
-        self.controls_error
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            controls_error: self.controls_error,
+            ..Capabilities::default()
+        }
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         let mut solutions = self.exact.solve(query)?;
         for solution in &mut solutions {
-            let motion = &self.mesh_error.motion;
-            solution.motion = &solution.motion + motion;
-            for (body, error) in solution.bodies.iter_mut().zip(&self.mesh_error.bodies) {
-                body.force += error.force;
-                body.velocity += error.velocity;
-            }
+            solution.response += &self.mesh_error.response;
             solution.error_estimate = self.bars;
             solution.power_error = self.power_bars;
             if self.is_corrected {
@@ -75,10 +75,6 @@ impl Hydrodynamics for Erring {
             }
         }
         Ok(solutions)
-    }
-
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.exact.cost(configuration)
     }
 }
 

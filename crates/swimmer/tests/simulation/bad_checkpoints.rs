@@ -27,7 +27,7 @@ impl Observer for Keep<'_> {
         _: &swimmer::PhaseSpan,
         result: &SpanResult,
         so_far: &Outcome,
-        model: &dyn models::Hydrodynamics,
+        model: &mut dyn models::Hydrodynamics,
     ) -> Result<(), SwimError> {
         let checkpoint = Checkpoint::new(self.0, &result.end, so_far, model, &[])?;
         self.1

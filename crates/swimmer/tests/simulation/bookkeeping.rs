@@ -2,9 +2,7 @@
 
 use approx::assert_abs_diff_eq;
 use nalgebra::Vector3;
-use swimmer::models::{
-    Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query, Remesh, Seconds,
-};
+use swimmer::models::{Hydrodynamics, InstantaneousSolution, ModelError, Query, Remesh, Seconds};
 use swimmer::{
     Method, Observer, Outcome, PhaseSpan, Scene, SpanSolution, SwimError, simulate, spans,
 };
@@ -46,10 +44,6 @@ impl Hydrodynamics for Counted {
             self.solves += 1;
         }
         Ok(solutions)
-    }
-
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.model.cost(configuration)
     }
 }
 

@@ -1,8 +1,8 @@
 //! Corrections of discretisation errors along a phase span.
 
 use swimmer::models::{
-    Configuration, Cost, DiscretisationError, ErrorEstimates, Hydrodynamics, InstantaneousSolution,
-    ModelError, Query, SphereModel, SpheresModel, Uncertainty,
+    Capabilities, Configuration, DiscretisationError, ErrorEstimates, Hydrodynamics,
+    InstantaneousSolution, ModelError, Query, SphereModel, SpheresModel, Uncertainty,
 };
 use swimmer::{Method, Scene, simulate};
 
@@ -38,8 +38,11 @@ impl Hydrodynamics for OnRequest {
         self.model.scene()
     }
 
-    fn error_estimates(&self) -> ErrorEstimates {
-        self.estimates
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            error_estimates: self.estimates,
+            ..Capabilities::default()
+        }
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
@@ -52,17 +55,10 @@ impl Hydrodynamics for OnRequest {
                 velocity: 0.0,
                 power: 0.0,
             };
-            let nothing = InstantaneousSolution::new(
-                solution.bodies.iter().map(|_| Default::default()).collect(),
-                solution
-                    .joint_forces
-                    .iter()
-                    .map(|_| Default::default())
-                    .collect(),
-                &solution.motion * 0.0,
-            );
-            let error = DiscretisationError::between(solution, &nothing, uncertainty);
-            let error = DiscretisationError::combination([(relative, &error)]).unwrap();
+            let error = DiscretisationError {
+                response: &solution.response * relative,
+                uncertainty,
+            };
             if query.estimates {
                 self.requests += 1;
                 solution.error_estimate.mesh = Some(error.velocity_error_bar());
@@ -75,10 +71,6 @@ impl Hydrodynamics for OnRequest {
             }
         }
         Ok(solutions)
-    }
-
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.model.cost(configuration)
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use rigid::State;
 use swimmer::models::{
-    AccumulatedError, Configuration, Cost, FemModel, History, Hydrodynamics, InstantaneousSolution,
+    AccumulatedError, Configuration, FemModel, History, Hydrodynamics, InstantaneousSolution,
     ModelError, Query, ShapeSpace, SphereModel, SpheresModel, Tabulated,
 };
 use swimmer::output::trajectory_csv;
@@ -157,10 +157,6 @@ impl Hydrodynamics for Faulty {
             }
         }
         Ok(solutions)
-    }
-
-    fn cost(&mut self, at: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.model.cost(at)
     }
 }
 

@@ -4,8 +4,8 @@ use approx::assert_abs_diff_eq;
 use nalgebra::Vector3;
 use rigid::{StateVelocity, Twist};
 use swimmer::models::{
-    BodySolution, Configuration, Cost, DiscretisationError, Hydrodynamics, InstantaneousSolution,
-    ModelError, Query, SphereModel, SpheresModel, Uncertainty,
+    BodySolution, Configuration, DiscretisationError, Hydrodynamics, InstantaneousSolution,
+    ModelError, Query, Response, SphereModel, SpheresModel, Uncertainty,
 };
 use swimmer::{Method, Scene, spans};
 
@@ -126,24 +126,26 @@ impl Hydrodynamics for WithDiscretisationError {
             let bodies = solution.bodies.len();
             // Before the correction everything is larger by these vectors.
             let mut error = DiscretisationError {
-                motion: StateVelocity {
-                    frames: vec![Twist {
-                        linear: vector(3),
-                        angular: vector(4),
-                    }],
-                    spins: (0..bodies).map(|body| vector(5 + body)).collect(),
-                    joints: vec![],
+                response: Response {
+                    motion: StateVelocity {
+                        frames: vec![Twist {
+                            linear: vector(3),
+                            angular: vector(4),
+                        }],
+                        spins: (0..bodies).map(|body| vector(5 + body)).collect(),
+                        joints: vec![],
+                    },
+                    bodies: (0..bodies)
+                        .map(|body| BodySolution {
+                            velocity: vector(10 + body),
+                            angular_velocity: vector(15 + body),
+                            force: vector(20 + body),
+                            torque: vector(25 + body),
+                        })
+                        .collect(),
+                    joint_forces: (0..2).map(|joint| vector(30 + joint)).collect(),
+                    slip_power: 0.0,
                 },
-                bodies: (0..bodies)
-                    .map(|body| BodySolution {
-                        velocity: vector(10 + body),
-                        angular_velocity: vector(15 + body),
-                        force: vector(20 + body),
-                        torque: vector(25 + body),
-                    })
-                    .collect(),
-                joint_forces: (0..2).map(|joint| vector(30 + joint)).collect(),
-                slip_power: 0.0,
                 uncertainty: Uncertainty::default(),
             };
             let exact = solution.clone();
@@ -155,10 +157,6 @@ impl Hydrodynamics for WithDiscretisationError {
             solution.mesh_error = Some(error);
         }
         Ok(solutions)
-    }
-
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.0.cost(configuration)
     }
 }
 

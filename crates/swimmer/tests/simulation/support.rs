@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rigid::{BodyKind, Reduction};
 use swimmer::models::{
-    BodySolution, Configuration, Cost, Hydrodynamics, InstantaneousSolution, ModelError, Query,
+    BodySolution, Configuration, Hydrodynamics, InstantaneousSolution, ModelError, Query,
 };
 use swimmer::scene::Domain;
 use swimmer::{Integrator, Method, Scene, SpanResult, SwimError, spans};
@@ -100,10 +100,6 @@ impl Hydrodynamics for TestModel {
         (query.rates.iter())
             .map(|rates| self.solution(query.configuration, rates))
             .collect()
-    }
-
-    fn cost(&mut self, _: Configuration<'_>) -> Result<Cost, ModelError> {
-        Ok(Cost::default())
     }
 }
 

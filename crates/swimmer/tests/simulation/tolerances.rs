@@ -3,8 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use rigid::{StateVelocity, Twist};
 use swimmer::models::{
-    BodySolution, Configuration, Cost, DiscretisationError, ErrorEstimates, Hydrodynamics,
-    InstantaneousSolution, ModelError, Query, Uncertainty,
+    BodySolution, Capabilities, DiscretisationError, ErrorEstimates, Hydrodynamics,
+    InstantaneousSolution, ModelError, Query, Response, Uncertainty,
 };
 use swimmer::{Method, Scene, SwimError};
 
@@ -60,10 +60,6 @@ impl Hydrodynamics for NoisyModel {
         }
         Ok(solutions)
     }
-
-    fn cost(&mut self, at: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.0.cost(at)
-    }
 }
 
 #[test]
@@ -110,8 +106,11 @@ impl<F: Fn(&[f64]) -> f64 + Send> Hydrodynamics for Changed<F> {
         self.model.scene()
     }
 
-    fn error_estimates(&self) -> ErrorEstimates {
-        ErrorEstimates::Always
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            error_estimates: ErrorEstimates::Always,
+            ..Capabilities::default()
+        }
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
@@ -124,14 +123,16 @@ impl<F: Fn(&[f64]) -> f64 + Send> Hydrodynamics for Changed<F> {
                 largest = largest.max(frame.linear.norm());
             }
             solution.correct(DiscretisationError {
-                motion: StateVelocity {
-                    frames: vec![Twist::default()],
-                    spins: vec![Vector3::zeros(); 3],
-                    joints: vec![],
+                response: Response {
+                    motion: StateVelocity {
+                        frames: vec![Twist::default()],
+                        spins: vec![Vector3::zeros(); 3],
+                        joints: vec![],
+                    },
+                    bodies: vec![BodySolution::default(); 3],
+                    joint_forces: Vec::new(),
+                    slip_power: 0.0,
                 },
-                bodies: vec![BodySolution::default(); 3],
-                joint_forces: Vec::new(),
-                slip_power: 0.0,
                 uncertainty: Uncertainty {
                     relative: 0.0,
                     velocity: self.bar * largest,
@@ -142,10 +143,6 @@ impl<F: Fn(&[f64]) -> f64 + Send> Hydrodynamics for Changed<F> {
             self.solves += 1;
         }
         Ok(solutions)
-    }
-
-    fn cost(&mut self, at: Configuration<'_>) -> Result<Cost, ModelError> {
-        self.model.cost(at)
     }
 }
 

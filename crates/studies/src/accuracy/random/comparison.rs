@@ -207,7 +207,7 @@ pub fn of_instant(scene: &Scene, solution: &InstantaneousSolution) -> Vec<Quanti
         quantities.push(quantity("force", |b| b.force).with_bar(bars));
         quantities
             .push(quantity("torque", |b| b.torque).negligible_below(NEGLIGIBLE * force * radius));
-        let (before, after) = (before.joint_forces, solution.joint_forces.clone());
+        let (before, after) = (before.response.joint_forces, solution.joint_forces.clone());
         quantities.push(Quantity::new("link force", before, after).with_bar(bars));
     }
     quantities

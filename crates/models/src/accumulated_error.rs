@@ -1,0 +1,188 @@
+//! Discretisation errors accumulated along a stroke.
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::solution::InstantaneousSolution;
+
+/// Error of the configuration along a part of a stroke, computed minus exact, to first order.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct AccumulatedError {
+    /// Error of the displacement of each linkage's frame.
+    #[serde(rename = "moved")]
+    pub displacement: Vec<Vector3<f64>>,
+    /// Error of the rotation vector of each linkage's frame.
+    #[serde(rename = "turned")]
+    pub rotation: Vec<Vector3<f64>>,
+    /// Uncertainty of the errors of displacements.
+    #[serde(rename = "spread")]
+    pub uncertainty: f64,
+    /// Error of the work of the bodies on the fluid.
+    #[serde(default)]
+    pub work: f64,
+    /// Uncertainty of the error of the work.
+    #[serde(default)]
+    pub work_uncertainty: f64,
+    /// Largest relative uncertainty of the parts.
+    #[serde(default)]
+    pub relative_uncertainty: f64,
+}
+
+impl AccumulatedError {
+    /// Error bar of the corrected work.
+    pub fn work_error_bar(&self) -> f64 {
+        (self.relative_uncertainty * self.work.abs()).max(self.work_uncertainty)
+    }
+
+    /// Error bar of corrected displacements whose largest correction is `correction`.
+    pub fn displacement_error_bar(&self, correction: f64) -> f64 {
+        (self.relative_uncertainty * correction).hypot(self.uncertainty)
+    }
+
+    /// Adds the error that was subtracted from a solution, times its quadrature weight `time`.
+    ///
+    /// Nothing if the solution was not corrected.
+    pub fn add(&mut self, time: f64, solution: &InstantaneousSolution) {
+        let Some(error) = &solution.mesh_error else {
+            return;
+        };
+        let errors = || error.response.motion.frames.iter();
+        let step = Self {
+            displacement: errors().map(|f| f.linear * time).collect(),
+            rotation: errors().map(|f| f.angular * time).collect(),
+            uncertainty: 0.0,
+            work: (solution.uncorrected_power() - solution.power()) * time,
+            work_uncertainty: error.uncertainty.power * time.abs(),
+            relative_uncertainty: error.uncertainty.relative,
+        };
+        let frames = solution.motion.frames.iter();
+        let displacement: Vec<_> = frames.map(|f| f.linear * time).collect();
+        self.append(&step, &displacement);
+        // On one moving mesh the discretisation errors of successive shapes are correlated, so
+        // their uncertainties are summed.
+        self.uncertainty += error.uncertainty.velocity * time;
+    }
+
+    /// Appends a later part of the stroke, in which the frames move by `frame_displacements`.
+    ///
+    /// An error of the rotation before changes the direction of these displacements.
+    pub fn append(&mut self, later: &Self, frame_displacements: &[Vector3<f64>]) {
+        // A sum without frames has no error yet.
+        for (sum, later) in [
+            (&mut self.displacement, &later.displacement),
+            (&mut self.rotation, &later.rotation),
+        ] {
+            sum.resize(sum.len().max(later.len()), Vector3::zeros());
+        }
+        let later_errors = later.displacement.iter().zip(&later.rotation);
+        let sums = self.displacement.iter_mut().zip(&mut self.rotation);
+        for ((sum, later), path) in sums.zip(later_errors).zip(frame_displacements) {
+            let (displacement, rotation) = sum;
+            let (later_displacement, later_rotation) = later;
+            *displacement += later_displacement + rotation.cross(path);
+            *rotation += later_rotation;
+        }
+        self.work += later.work;
+        self.work_uncertainty += later.work_uncertainty;
+        // On different meshes the errors are independent, so the squares of their uncertainties
+        // are summed.
+        self.uncertainty = self.uncertainty.hypot(later.uncertainty);
+        self.relative_uncertainty = self.relative_uncertainty.max(later.relative_uncertainty);
+    }
+
+    /// Error of the displacement of a body at the position `arm` relative to its linkage's root.
+    pub fn of_body(&self, linkage: usize, arm: &Vector3<f64>) -> Vector3<f64> {
+        match (self.displacement.get(linkage), self.rotation.get(linkage)) {
+            (Some(displacement), Some(rotation)) => displacement + rotation.cross(arm),
+            _ => Vector3::zeros(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rigid::{StateVelocity, Twist};
+
+    use super::*;
+    use crate::discretisation_error::{DiscretisationError, Uncertainty};
+    use crate::response::{BodySolution, Response};
+
+    #[test]
+    fn opposite_errors_cancel_and_rotation_errors_change_later_displacements() {
+        let along_x = |speed: f64| StateVelocity {
+            frames: vec![Twist {
+                linear: speed * Vector3::x(),
+                angular: Vector3::zeros(),
+            }],
+            spins: vec![],
+            joints: vec![],
+        };
+        // One body with a unit force, so that the error of its velocity is that of its power.
+        let corrected = |sign: f64| {
+            let body = BodySolution {
+                force: Vector3::x(),
+                ..BodySolution::default()
+            };
+            let mut solution = InstantaneousSolution::new(vec![body], vec![], along_x(1.0 + sign));
+            solution.correct(DiscretisationError {
+                response: Response {
+                    motion: along_x(sign),
+                    bodies: vec![BodySolution {
+                        velocity: sign * Vector3::x(),
+                        ..BodySolution::default()
+                    }],
+                    joint_forces: vec![],
+                    slip_power: 0.0,
+                },
+                uncertainty: Uncertainty {
+                    relative: 0.1,
+                    velocity: 0.5,
+                    power: 0.0,
+                },
+            });
+            assert_eq!(solution.motion, along_x(1.0));
+            solution
+        };
+        let mut sum = AccumulatedError::default();
+        sum.add(2.0, &corrected(1.0));
+        assert_eq!((sum.work, sum.work_error_bar()), (2.0, 0.2));
+        sum.add(2.0, &corrected(-1.0));
+        assert_eq!(
+            (sum.displacement[0], sum.uncertainty),
+            (Vector3::zeros(), 2.0)
+        );
+
+        // A small rotation error about z, then a displacement of 2 along x: the error of the
+        // displacement along y is twice the angle.
+        let rotation_error = AccumulatedError {
+            displacement: vec![Vector3::zeros()],
+            rotation: vec![Vector3::new(0.0, 0.0, 1e-3)],
+            work: 3.0,
+            ..AccumulatedError::default()
+        };
+        assert_eq!(sum.work, 0.0);
+        sum.append(&rotation_error, &[Vector3::zeros()]);
+        sum.add(2.0, &corrected(0.0));
+        assert!((sum.displacement[0] - Vector3::new(0.0, 2e-3, 0.0)).norm() < 1e-15);
+        let tip = sum.of_body(0, &Vector3::new(10.0, 0.0, 0.0));
+        assert_eq!(sum.work, 3.0);
+        assert!((tip - Vector3::new(0.0, 1.2e-2, 0.0)).norm() < 1e-15);
+    }
+
+    #[test]
+    fn stored_names_are_those_of_existing_checkpoints() {
+        let stored = serde_json::to_value(AccumulatedError::default()).unwrap();
+        let names: Vec<&String> = stored.as_object().unwrap().keys().collect();
+        assert_eq!(
+            names,
+            [
+                "moved",
+                "relative_uncertainty",
+                "spread",
+                "turned",
+                "work",
+                "work_uncertainty"
+            ]
+        );
+    }
+}

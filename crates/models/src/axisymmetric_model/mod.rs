@@ -1,0 +1,426 @@
+//! Bodies that move along an axis of the domain: finite elements in the meridian half-plane.
+
+mod axial_stresslets;
+mod axial_surfaces;
+mod meridian_flow;
+
+use std::time::Instant as Clock;
+
+use axisymmetric::{AxialResistance, AxialSpheroid, ResistanceSolver, Surroundings};
+use mesh::TetMesh;
+use nalgebra::{DMatrix, Vector3};
+
+use self::axial_surfaces::{AxialResistances, AxialSurfaces, grand_resistance};
+use crate::discretisation_error::{DiscretisationError, Uncertainty};
+use crate::error::ModelError;
+use crate::flow_field::{FlowField, PointFlow};
+use crate::hydrodynamics::{Capabilities, Cost, ErrorEstimates, Flows, Hydrodynamics, Resistances};
+use crate::mobility::MobilitySolution;
+use crate::query::{Configuration, Query};
+use crate::scaled_scene::ScaledScene;
+use crate::solution::InstantaneousSolution;
+use scene::{Arrangement, Domain, Scene, Shape};
+use stokes::{Dofs, Seconds, SolverReport};
+
+/// Model of bodies on one axis that move along it and rotate about it.
+///
+/// The resistance is computed for motions along the axis and, if there are torques or rotors, for
+/// rotations about it. By symmetry all other velocities are zero. In the equations they have an
+/// arbitrary positive resistance.
+pub struct AxisymmetricModel {
+    scaled: ScaledScene,
+    /// Shapes of the bodies with surfaces, centred at the origin.
+    shapes: Vec<AxialSpheroid>,
+    surroundings: Surroundings,
+    /// Unit vector along the axis.
+    axis: Vector3<f64>,
+    /// Whether torques or joints turn some body, so that the flow with swirl is computed.
+    has_swirl: bool,
+    /// Requested relative error of resistances.
+    tolerance: f64,
+    /// Keeps what successive configurations have in common.
+    ///
+    /// Its results do not depend on earlier ones, so they are no part of the history.
+    solver: ResistanceSolver,
+}
+
+/// Distance from the axis, in smallest radii, that counts as rounding error along a stroke.
+const OFF_AXIS: f64 = 1e-6;
+
+/// Smallest tolerance of [`ResistanceSolver`].
+const MIN_TOLERANCE: f64 = 1e-11;
+
+/// Relative uncertainty of the estimated error of a velocity.
+///
+/// The estimate continues the changes from order to order as a geometric series, whose ratio varies
+/// between orders. With an uncertainty of 0.5, one of 54 random rows had an error of 2.8 bars
+/// (`cargo xtask accuracy --random`).
+const UNCERTAINTY: f64 = 0.75;
+
+/// Uncertainty of velocities relative to the largest one, per relative error of the resistance.
+///
+/// The estimated errors of linked bodies cancel in their velocities; their uncertainties do not.
+const UNCANCELLED: f64 = 0.1;
+
+/// Relative error of resistances that the lowest order of the elements reaches.
+const LOWEST_ACCURACY: f64 = 1e-4;
+
+impl AxisymmetricModel {
+    /// Creates the model of a scene.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] for arrangements, domains and loads without rotational symmetry,
+    /// and for shapes other than spheres and spheroids.
+    pub fn new(scene: &Scene) -> Result<Self, ModelError> {
+        let refuse = |key: &str, problem: String, instead: &str| {
+            Err(ModelError::Unsupported {
+                what: format!(
+                    "{}: {problem} for model.kind = \"axisymmetric\"",
+                    scene.place(key)
+                ),
+                instead: instead.to_owned(),
+            })
+        };
+        if let Some(number) = scene.first_not_spheroidal() {
+            return refuse(
+                &format!("bodies[{number}].shape"),
+                format!("shape = \"{}\"", scene.bodies()[number].shape.kind().word()),
+                "use model.kind = \"fem\", or spheres and spheroids",
+            );
+        }
+        let scaled = ScaledScene::new(scene)?;
+        let scale = scaled.scale;
+        let surroundings = match *scene.domain() {
+            Domain::Unbounded => Surroundings::Unbounded,
+            Domain::Ball { radius } => Surroundings::Ball {
+                radius: scale.length(radius),
+            },
+            Domain::Cylinder { radius } => Surroundings::Cylinder {
+                radius: scale.length(radius),
+            },
+            _ => {
+                return refuse(
+                    "domain.kind",
+                    format!("domain.kind = \"{}\"", scene.domain().kind().word()),
+                    "use the domain unbounded, ball or cylinder, or model.kind = \"auto\"",
+                );
+            }
+        };
+        let Some(axis) = scene.axis() else {
+            return refuse(
+                "bodies",
+                scene.describe_arrangement(),
+                "put bodies, their forces and axes of rotation on one axis of the domain, or use \
+                 model.kind = \"auto\"",
+            );
+        };
+        Ok(Self {
+            shapes: (scene.bodies().iter())
+                .filter_map(|body| match &body.shape {
+                    Shape::Sphere(shape) => {
+                        Some(AxialSpheroid::sphere(0.0, scale.length(shape.radius)))
+                    }
+                    Shape::Spheroid(shape) => Some(AxialSpheroid {
+                        centre: 0.0,
+                        axial: scale.length(shape.half_length),
+                        equatorial: scale.length(shape.radius),
+                    }),
+                    // Other shapes are refused above.
+                    _ => None,
+                })
+                .collect(),
+            has_swirl: scene.bodies().iter().any(|b| b.torque != Vector3::zeros())
+                || (scene.articulation().joints().iter()).any(|joint| joint.kind.turns()),
+            surroundings,
+            axis,
+            // The net displacement is a small difference of the displacements of the phase spans,
+            // which amplifies relative errors: by 8 for the three-sphere swimmer.
+            tolerance: (0.05 * scene.model().tolerance).clamp(MIN_TOLERANCE, LOWEST_ACCURACY),
+            solver: ResistanceSolver::new(),
+            scaled,
+        })
+    }
+
+    /// The same model with resistances to another relative error, within the limits of the method.
+    #[must_use]
+    pub fn with_accuracy(self, relative_error: f64) -> Self {
+        Self {
+            tolerance: relative_error.clamp(MIN_TOLERANCE, LOWEST_ACCURACY),
+            ..self
+        }
+    }
+
+    /// Whether `model.kind = "auto"` selects this model.
+    ///
+    /// It does if models without a mesh do not support the domain or a body. Three-dimensional
+    /// elements would cost a thousand times as much.
+    pub fn suits(scene: &Scene) -> bool {
+        let is_needed = matches!(scene.domain(), Domain::Cylinder { .. })
+            || scene.first_nonspherical().is_some();
+        is_needed
+            && scene.first_not_spheroidal().is_none()
+            && matches!(
+                scene.domain(),
+                Domain::Unbounded | Domain::Ball { .. } | Domain::Cylinder { .. }
+            )
+            && scene.arrangement() == Arrangement::Axisymmetric
+    }
+
+    /// Cost and error of the initial configuration in words, and why the model was selected.
+    ///
+    /// # Errors
+    /// Those of [`Hydrodynamics::solve`].
+    pub fn describe(&mut self, scene: &Scene) -> Result<String, ModelError> {
+        let lengths = scene.articulation().initial_shape();
+        let configuration = Configuration {
+            state: &scene.initial_state(),
+            shape: lengths,
+        };
+        let clock = Clock::now();
+        let bodies = self.on_axis(configuration)?;
+        let axial = self
+            .solver
+            .axial_best(&bodies, self.surroundings, self.tolerance)?;
+        let unsupported = match scene.first_nonspherical() {
+            Some(_) => "shape = \"spheroid\"".to_owned(),
+            None => format!("domain.kind = \"{}\"", scene.domain().kind().word()),
+        };
+        Ok(format!(
+            "models without a mesh do not support {unsupported}; axisymmetric: relative error of \
+             the resistance {:.1e}, {} degrees of freedom, {:.0} ms per solution",
+            axial.relative_error(),
+            axial.dofs(),
+            1e3 * clock.elapsed().as_secs_f64()
+        ))
+    }
+
+    /// The point of the axis at zero: the first body, or the centre of the domain.
+    fn origin(&self, centres: &[Vector3<f64>]) -> Vector3<f64> {
+        match self.surroundings {
+            Surroundings::Unbounded => centres[0],
+            Surroundings::Ball { .. } | Surroundings::Cylinder { .. } => Vector3::zeros(),
+        }
+    }
+
+    /// The bodies with surfaces at their positions on the axis.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] for a body that is not on the axis.
+    fn on_axis(&self, configuration: Configuration) -> Result<Vec<AxialSpheroid>, ModelError> {
+        let centres = self.scaled.centres(configuration)?;
+        let origin = self.origin(&centres);
+        (centres.iter().zip(&self.shapes).enumerate())
+            .map(|(number, (centre, &shape))| {
+                let from_origin = centre - origin;
+                let along = from_origin.dot(&self.axis);
+                let distance = (from_origin - along * self.axis).norm();
+                if distance <= OFF_AXIS {
+                    return Ok(AxialSpheroid {
+                        centre: along,
+                        ..shape
+                    });
+                }
+                Err(ModelError::Unsupported {
+                    what: format!(
+                        "model.kind = \"axisymmetric\" for body {number} at a distance of \
+                         {distance:e} smallest radii from the axis"
+                    ),
+                    instead: "use model.kind = \"auto\"".to_owned(),
+                })
+            })
+            .collect()
+    }
+
+    /// The resistances to the motions that the scene has, to a relative tolerance.
+    ///
+    /// If the tolerance is out of reach, those with the smallest error: the error bars of the
+    /// solution are those of the resistance, and whoever integrates a stroke decides whether they
+    /// are small enough.
+    ///
+    /// # Errors
+    /// Bodies that left the axis; failures of the solver.
+    fn resistances_at(
+        &mut self,
+        configuration: Configuration,
+        tolerance: f64,
+    ) -> Result<AxialResistances, ModelError> {
+        let bodies = self.on_axis(configuration)?;
+        let surfaces = match self.scaled.scene.has_surface_velocity() {
+            true => Some(
+                self.solver
+                    .surfaces(&bodies, self.surroundings, tolerance)?,
+            ),
+            false => None,
+        };
+        let axial = match &surfaces {
+            Some(surfaces) => surfaces.power().clone(),
+            None => self
+                .solver
+                .axial_best(&bodies, self.surroundings, tolerance)?,
+        };
+        let spin = match self.has_swirl {
+            true => Some(
+                self.solver
+                    .spin_best(&bodies, self.surroundings, tolerance)?,
+            ),
+            false => None,
+        };
+        Ok(AxialResistances {
+            axial,
+            surfaces,
+            spin,
+        })
+    }
+
+    /// Solution for one set of rates, from the resistances of the configuration.
+    ///
+    /// Its time is counted from `clock`.
+    fn solution(
+        &self,
+        query: &Query,
+        rates: &[f64],
+        resistances: &AxialResistances,
+        clock: Clock,
+    ) -> Result<InstantaneousSolution, ModelError> {
+        let configuration = query.configuration;
+        let (axial, spin) = (&resistances.axial, resistances.spin.as_ref());
+        let set = &self.scaled.set;
+        let loads = &self.scaled.loads(configuration, query.inertia)?;
+        let constraints = (self.scaled).query_constraints(query, rates)?;
+        let surfaces = AxialSurfaces::new(&self.scaled, configuration, resistances, &self.axis)?;
+        let n = self.shapes.len();
+        let solve = |of: fn(&AxialResistance) -> DMatrix<f64>| {
+            let along = of(axial);
+            let effect = surfaces.as_ref().map(|s| s.effect(&along)).transpose()?;
+            let along = along.view((0, 0), (n, n)).into_owned();
+            let matrix = grand_resistance(&self.shapes, &self.axis, &along, spin.map(of).as_ref());
+            let solved = MobilitySolution::new(&matrix, set, &constraints, loads, effect.as_ref())?;
+            let response = solved.response(&self.scaled, &constraints, loads)?;
+            Ok::<_, ModelError>((response, solved.residual))
+        };
+        let (computed, residual) = solve(|resistance| resistance.matrix().clone())?;
+        let (corrected, _) = solve(AxialResistance::extrapolated)?;
+        let speed = corrected
+            .bodies
+            .iter()
+            .fold(0.0_f64, |m, body| m.max(body.velocity.norm()));
+        let uncertainty = Uncertainty {
+            relative: UNCERTAINTY,
+            velocity: UNCANCELLED * axial.relative_error() * speed,
+            power: axial.relative_error() * corrected.slip_power.abs(),
+        };
+        let error = DiscretisationError::between(&computed, &corrected, uncertainty);
+        let total = clock.elapsed().as_secs_f64();
+        let mut solution = InstantaneousSolution {
+            dofs: Dofs {
+                total: axial.dofs() + spin.map_or(0, AxialResistance::dofs),
+                ..Dofs::default()
+            },
+            solver: SolverReport {
+                formulation: "p-tilde".to_owned(),
+                solver: "direct".to_owned(),
+                iterations: 0,
+                true_relative_residual: residual.max(axial.residual()),
+            },
+            seconds: Seconds {
+                solve: total,
+                total,
+                ..Seconds::default()
+            },
+            ..computed.into()
+        };
+        solution.correct(error);
+        Ok(solution)
+    }
+}
+
+impl Hydrodynamics for AxisymmetricModel {
+    fn scene(&self) -> &Scene {
+        &self.scaled.scene
+    }
+
+    fn name(&self) -> &'static str {
+        "axisymmetric"
+    }
+
+    // The resistances are computed once and serve all rates.
+    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
+        // Relative error of resistances over the resulting relative error of velocities.
+        const SHARE: f64 = 0.2;
+        if query.rates.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut clock = Clock::now();
+        let tolerance = (query.accuracy).map_or(self.tolerance, |accuracy| {
+            self.tolerance.min(SHARE * accuracy).max(MIN_TOLERANCE)
+        });
+        let resistances = self.resistances_at(query.configuration, tolerance)?;
+        let mut solutions: Vec<_> = (query.rates.iter())
+            .map(|rates| {
+                let begin = std::mem::replace(&mut clock, Clock::now());
+                self.solution(query, rates, &resistances, begin)
+            })
+            .collect::<Result<_, _>>()?;
+        if query.stresslets {
+            self.add_stresslets(query.configuration, &resistances, tolerance, &mut solutions)?;
+        }
+        Ok(solutions)
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            error_estimates: ErrorEstimates::Always,
+            controls_error: true,
+            ..Capabilities::default()
+        }
+    }
+
+    fn flows(&mut self) -> Result<&mut dyn Flows, ModelError> {
+        Ok(self)
+    }
+
+    fn resistances(&mut self) -> Result<&mut dyn Resistances, ModelError> {
+        Err(ModelError::Unsupported {
+            what:
+                "the grand resistance by the model 'axisymmetric', which is restricted to motions \
+                   along the axis,"
+                    .to_owned(),
+            instead: "use model.kind = \"multipole\" or \"fem\"".to_owned(),
+        })
+    }
+
+    fn mesh(&mut self, _configuration: Configuration<'_>) -> Result<Option<TetMesh>, ModelError> {
+        Err(ModelError::Unsupported {
+            what: "a mesh file of the meridian plane of the model 'axisymmetric'".to_owned(),
+            instead: "use model.kind = \"fem\" for a three-dimensional mesh".to_owned(),
+        })
+    }
+
+    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
+        /// Matrix factors take about 250 numbers per degree of freedom.
+        const MIB_PER_DOF: f64 = 2e-3;
+        // Solving is the cheapest way to find its cost.
+        let rates = vec![0.0; configuration.shape.len()];
+        let solution = self.solve_one(configuration, &rates)?;
+        Ok(Cost {
+            dofs: solution.dofs,
+            seconds: solution.seconds.total,
+            mib: MIB_PER_DOF * solution.dofs.total as f64,
+        })
+    }
+}
+
+impl Flows for AxisymmetricModel {
+    fn flow(&mut self, _: Configuration<'_>, _: &[f64]) -> Result<FlowField, ModelError> {
+        Err(ModelError::NoMesh)
+    }
+
+    fn flow_at(
+        &mut self,
+        configuration: Configuration<'_>,
+        rates: &[f64],
+        points: &[Vector3<f64>],
+    ) -> Result<Vec<Option<PointFlow>>, ModelError> {
+        self.flow_in_meridian_plane(configuration, rates, points)
+    }
+}

@@ -1,0 +1,112 @@
+//! Flow fields: at points, on the nodes of a mesh, and of a solution.
+
+use std::sync::{Arc, OnceLock};
+
+use mesh::{PointLocator, TetMesh};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::error::ModelError;
+
+/// Velocity and pressure at a point of the fluid, in the scene's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointFlow {
+    /// Velocity.
+    pub velocity: Vector3<f64>,
+    /// Pressure; `None` for models that do not compute it.
+    pub pressure: Option<f64>,
+}
+
+/// A velocity and pressure field on the nodes of a mesh, in the scene's units.
+#[derive(Clone, Debug)]
+pub struct FlowField {
+    /// The mesh.
+    pub mesh: TetMesh,
+    /// Velocity at every node of the mesh.
+    pub velocity: Vec<Vector3<f64>>,
+    /// Pressure at every vertex of the mesh; empty for models that do not compute it.
+    pub pressure: Vec<f64>,
+}
+
+impl FlowField {
+    /// Velocity and pressure at points, interpolated as the elements are; `None` for a point
+    /// outside the mesh.
+    ///
+    /// Cost: a box for each cell, and a hierarchy of those that meet the bounding box of the
+    /// points.
+    pub fn at(&self, points: &[Vector3<f64>]) -> Vec<Option<PointFlow>> {
+        let infinite = Vector3::repeat(f64::INFINITY);
+        let bounds = points.iter().fold([infinite, -infinite], |[min, max], x| {
+            [min.inf(x), max.sup(x)]
+        });
+        let locator = PointLocator::within(&self.mesh, &bounds[0], &bounds[1]);
+        let values = |x: &Vector3<f64>| {
+            let found = locator.locate(x)?;
+            let nodes = self.mesh.cells()[found.cell].map(|node| node as usize);
+            let weighted = nodes.iter().zip(found.quadratic());
+            let velocity = weighted.map(|(node, n)| n * self.velocity[*node]).sum();
+            let vertices = nodes.iter().zip(found.barycentric);
+            let pressure = (!self.pressure.is_empty())
+                .then(|| vertices.map(|(node, l)| l * self.pressure[*node]).sum());
+            Some(PointFlow { velocity, pressure })
+        };
+        points.par_iter().map(values).collect()
+    }
+}
+
+type Compute = dyn Fn() -> Result<FlowField, ModelError> + Send + Sync;
+
+/// The flow of one solution, which is converted to a field on a mesh when it is first needed.
+#[derive(Clone)]
+pub struct SolutionFlow(Arc<LazyField>);
+
+struct LazyField {
+    field: OnceLock<FlowField>,
+    compute: Box<Compute>,
+}
+
+impl SolutionFlow {
+    /// A flow whose field is computed by `compute`, which owns or shares all that it needs.
+    pub fn new(
+        compute: impl Fn() -> Result<FlowField, ModelError> + Send + Sync + 'static,
+    ) -> Self {
+        Self(Arc::new(LazyField {
+            field: OnceLock::new(),
+            compute: Box::new(compute),
+        }))
+    }
+
+    /// The flow on its mesh. Cost: that of a mesh for the first call, none for later ones.
+    ///
+    /// # Errors
+    /// A mesh that cannot be converted to the units and the place of the scene.
+    pub fn field(&self) -> Result<&FlowField, ModelError> {
+        let LazyField { field, compute } = &*self.0;
+        match field.get() {
+            Some(known) => Ok(known),
+            None => {
+                let computed = compute()?;
+                Ok(field.get_or_init(|| computed))
+            }
+        }
+    }
+
+    /// The flow on its mesh, without a copy if nothing else refers to it.
+    ///
+    /// # Errors
+    /// As [`SolutionFlow::field`].
+    pub fn into_field(self) -> Result<FlowField, ModelError> {
+        self.field()?;
+        let known = match Arc::try_unwrap(self.0) {
+            Ok(own) => own.field.into_inner(),
+            Err(shared) => shared.field.get().cloned(),
+        };
+        known.ok_or(ModelError::NoMesh)
+    }
+}
+
+impl std::fmt::Debug for SolutionFlow {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("SolutionFlow").finish_non_exhaustive()
+    }
+}

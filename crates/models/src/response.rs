@@ -1,0 +1,181 @@
+//! Motion and loads of the bodies, which form a vector space.
+
+use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rigid::StateVelocity;
+use serde::{Deserialize, Serialize};
+
+/// Motion and loads of the bodies of a scene: all that depends linearly on what drives the flow.
+///
+/// Solutions, their errors and their differences are responses. Sums, differences and multiples are
+/// those of all numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Response {
+    /// Rate of change of the state.
+    pub motion: StateVelocity,
+    /// One entry per body of the scene, in its order; points have zero force and torque.
+    pub bodies: Vec<BodySolution>,
+    /// One entry per joint of the scene: the force of the joint on the body named by its key
+    /// `body`.
+    ///
+    /// The opposite force acts on the body named by its key `to`.
+    pub joint_forces: Vec<Vector3<f64>>,
+    /// Power of the slip of the bodies on the fluid, in addition to that of their motion.
+    pub slip_power: f64,
+}
+
+impl Response {
+    /// Power of the bodies on the fluid: of their motion and of their slip.
+    pub fn power(&self) -> f64 {
+        self.bodies.iter().map(BodySolution::power).sum::<f64>() + self.slip_power
+    }
+
+    /// Upper bound of the speed of the points of all bodies and frames within the distance `radius`
+    /// of their centres: `|U| + radius |ω|`.
+    pub(crate) fn largest_speed(&self, radius: f64) -> f64 {
+        let bodies = self.bodies.iter().map(|b| (b.velocity, b.angular_velocity));
+        let frames = self.motion.frames.iter().map(|t| (t.linear, t.angular));
+        let spins = self.motion.spins.iter().map(|s| (Vector3::zeros(), *s));
+        bodies
+            .chain(frames)
+            .chain(spins)
+            .map(|(linear, angular)| linear.norm() + radius * angular.norm())
+            .fold(0.0, f64::max)
+    }
+
+    /// The vectors in a fixed order: of the frames, spins, bodies and joints.
+    pub(crate) fn vectors(&self) -> impl Iterator<Item = &Vector3<f64>> {
+        let frames = self.motion.frames.iter();
+        (frames.flat_map(|frame| [&frame.linear, &frame.angular]))
+            .chain(&self.motion.spins)
+            .chain(self.bodies.iter().flat_map(BodySolution::vectors))
+            .chain(&self.joint_forces)
+    }
+
+    fn vectors_mut(&mut self) -> impl Iterator<Item = &mut Vector3<f64>> {
+        let frames = self.motion.frames.iter_mut();
+        (frames.flat_map(|frame| [&mut frame.linear, &mut frame.angular]))
+            .chain(&mut self.motion.spins)
+            .chain(self.bodies.iter_mut().flat_map(BodySolution::vectors_mut))
+            .chain(&mut self.joint_forces)
+    }
+
+    /// Rotates all vectors, for a configuration that is rotated as a whole.
+    pub fn rotate(&mut self, rotation: &UnitQuaternion<f64>) {
+        self.vectors_mut().for_each(|v| *v = rotation * *v);
+    }
+
+    /// Adds `factor` times another response.
+    pub(crate) fn accumulate(&mut self, factor: f64, other: &Self) {
+        self.zip_apply(other, |a, b| *a += factor * b);
+    }
+
+    /// The response of the same bodies whose numbers are all zero.
+    pub(crate) fn zero(mut self) -> Self {
+        self.apply(|x| *x = 0.0);
+        self
+    }
+
+    fn apply(&mut self, f: impl Fn(&mut f64)) {
+        self.vectors_mut().for_each(|v| v.apply(&f));
+        self.motion.joints.iter_mut().for_each(&f);
+        f(&mut self.slip_power);
+    }
+
+    /// Applies `f` to the numbers of both.
+    fn zip_apply(&mut self, other: &Self, f: impl Fn(&mut f64, f64)) {
+        let frames = self.motion.frames.iter_mut().zip(&other.motion.frames);
+        frames.for_each(|(a, b)| {
+            a.linear.zip_apply(&b.linear, &f);
+            a.angular.zip_apply(&b.angular, &f);
+        });
+        let bodies = self.bodies.iter_mut().zip(&other.bodies);
+        let bodies = bodies.flat_map(|(a, b)| a.vectors_mut().into_iter().zip(b.vectors()));
+        (self.motion.spins.iter_mut().zip(&other.motion.spins))
+            .chain(bodies)
+            .chain(self.joint_forces.iter_mut().zip(&other.joint_forces))
+            .for_each(|(a, b)| a.zip_apply(b, &f));
+        let joints = self.motion.joints.iter_mut().zip(&other.motion.joints);
+        joints.for_each(|(a, b)| f(a, *b));
+        f(&mut self.slip_power, other.slip_power);
+    }
+}
+
+impl AddAssign<&Self> for Response {
+    fn add_assign(&mut self, other: &Self) {
+        self.zip_apply(other, |a, b| *a += b);
+    }
+}
+
+impl SubAssign<&Self> for Response {
+    fn sub_assign(&mut self, other: &Self) {
+        self.zip_apply(other, |a, b| *a -= b);
+    }
+}
+
+impl Add<&Self> for Response {
+    type Output = Self;
+    fn add(mut self, other: &Self) -> Self {
+        self += other;
+        self
+    }
+}
+
+impl Sub for &Response {
+    type Output = Response;
+    fn sub(self, other: Self) -> Response {
+        let mut difference = self.clone();
+        difference -= other;
+        difference
+    }
+}
+
+impl Mul<f64> for &Response {
+    type Output = Response;
+    fn mul(self, factor: f64) -> Response {
+        let mut product = self.clone();
+        product.apply(|x| *x *= factor);
+        product
+    }
+}
+
+/// Motion and load of one body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct BodySolution {
+    /// Velocity of the centre.
+    pub velocity: Vector3<f64>,
+    /// Angular velocity.
+    pub angular_velocity: Vector3<f64>,
+    /// Force that the body exerts on the fluid.
+    pub force: Vector3<f64>,
+    /// Torque that the body exerts on the fluid, about its centre.
+    pub torque: Vector3<f64>,
+}
+
+impl BodySolution {
+    /// Velocity, angular velocity, force, torque.
+    fn vectors(&self) -> [&Vector3<f64>; 4] {
+        [
+            &self.velocity,
+            &self.angular_velocity,
+            &self.force,
+            &self.torque,
+        ]
+    }
+
+    /// Velocity, angular velocity, force, torque.
+    fn vectors_mut(&mut self) -> [&mut Vector3<f64>; 4] {
+        [
+            &mut self.velocity,
+            &mut self.angular_velocity,
+            &mut self.force,
+            &mut self.torque,
+        ]
+    }
+
+    /// Power of the body on the fluid: `F · U + T · ω`.
+    pub fn power(&self) -> f64 {
+        self.force.dot(&self.velocity) + self.torque.dot(&self.angular_velocity)
+    }
+}

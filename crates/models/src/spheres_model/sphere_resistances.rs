@@ -1,0 +1,91 @@
+//! Grand resistance matrices of spheres, and those from which their errors are estimated.
+
+use microhydro::multipole::Orders;
+use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole, oseen, rpy};
+use nalgebra::DMatrix;
+
+use super::SphereModel;
+use crate::error::ModelError;
+
+/// Orders of the multipole expansions that estimate the error of Oseen and RPY, in ascending order.
+///
+/// They are fixed orders instead of tolerances. Near contact a tolerance would need orders in the
+/// hundreds, although these models have errors of the size of the velocities there.
+const REFERENCE_ORDERS: [usize; 4] = [4, 8, 16, 28];
+
+/// Largest error of an accepted reference, relative to the error that it finds.
+const REFERENCE_ACCURACY: f64 = 0.3;
+
+/// A grand resistance matrix, and reference matrices from which its error is estimated.
+#[derive(Clone)]
+pub(super) struct SphereResistances {
+    pub matrix: DMatrix<f64>,
+    /// Reference matrices with factors.
+    ///
+    /// The error of a quantity is the sum of the differences between successive matrices, starting
+    /// with `matrix`, each multiplied by the factor of the later one.
+    pub references: Vec<(DMatrix<f64>, f64)>,
+    /// Orders of multipole expansions.
+    pub orders: Option<Orders>,
+    pub dofs: usize,
+}
+
+impl SphereResistances {
+    /// The resistance of spheres by a model.
+    ///
+    /// # Errors
+    /// Spheres that are too close, or too many.
+    pub fn new(kind: SphereModel, spheres: &Spheres, medium: &Medium) -> Result<Self, ModelError> {
+        let expansion = |accuracy: Accuracy| -> Result<Resistance, ModelError> {
+            Ok(multipole::resistance(spheres, medium, &accuracy)?)
+        };
+        let matrix = match kind {
+            SphereModel::Multipole(tolerance) => {
+                // Where the tolerance is out of reach, the error bar of the answer says so.
+                let accuracy = Accuracy::relative(tolerance);
+                let result = multipole::resistance_best(spheres, medium, &accuracy)?;
+                return Ok(Self {
+                    dofs: result.dofs(),
+                    orders: Some(result.orders().clone()),
+                    references: vec![(result.coarser().clone(), result.tail())],
+                    matrix: result.matrix().clone(),
+                });
+            }
+            SphereModel::Oseen => oseen::resistance(spheres, medium)?,
+            SphereModel::Rpy => rpy::resistance(spheres, medium)?,
+        };
+        let dofs = matrix.nrows();
+        let mut reference = expansion(Accuracy::order(REFERENCE_ORDERS[0]))?;
+        for &order in &REFERENCE_ORDERS[1..] {
+            let difference = reference.relative_difference(&matrix);
+            if reference.relative_error() <= REFERENCE_ACCURACY * difference {
+                break;
+            }
+            match expansion(Accuracy::order(order)) {
+                // The last reference that fits into memory estimates the error.
+                Err(ModelError::Spheres(HydroError::TooLarge { .. })) => break,
+                found => reference = found?,
+            }
+        }
+        Ok(Self {
+            matrix,
+            references: vec![
+                (reference.matrix().clone(), 1.0),
+                (reference.coarser().clone(), reference.tail()),
+            ],
+            orders: None,
+            dofs,
+        })
+    }
+
+    /// Error bars of the entries.
+    pub fn errors(&self) -> DMatrix<f64> {
+        let mut errors = DMatrix::zeros(self.matrix.nrows(), self.matrix.ncols());
+        let mut previous = &self.matrix;
+        for (reference, factor) in &self.references {
+            errors += *factor * (previous - reference).abs();
+            previous = reference;
+        }
+        errors
+    }
+}

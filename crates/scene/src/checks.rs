@@ -1,0 +1,69 @@
+//! Errors of a scene file with file, line and key.
+
+use rigid::Joint;
+
+use crate::document::Document;
+use crate::error::SceneError;
+use crate::nearest::find_name;
+
+/// Builder of errors about the keys of a document, each with the place of its key.
+pub(crate) struct Checks<'a>(pub &'a Document);
+
+impl Checks<'_> {
+    /// An error about the value of a key.
+    pub fn bad_value(&self, key: &str, problem: impl Into<String>) -> SceneError {
+        SceneError::BadValue {
+            place: self.0.place(key),
+            key: key.to_owned(),
+            problem: problem.into(),
+        }
+    }
+
+    /// The value of a key that must be present; `why` completes the sentence "... is missing".
+    pub fn required<T>(&self, key: &str, value: Option<T>, why: &str) -> Result<T, SceneError> {
+        value.ok_or_else(|| self.bad_value(key, format!("is missing{why}")))
+    }
+
+    /// Position of `name` in a list of names; `kind` names the items of the list, such as "body".
+    pub fn find<'n>(
+        &self,
+        key: &str,
+        name: &str,
+        kind: &str,
+        names: impl Iterator<Item = &'n str> + Clone,
+    ) -> Result<usize, SceneError> {
+        find_name(name, kind, names).map_err(|problem| self.bad_value(key, problem))
+    }
+}
+
+/// Refuses a joint without a value, or with one that a drive determines.
+pub(crate) fn check_prescribed(joint: &Joint) -> Result<(), String> {
+    let problem = match (joint.kind.has_value(), joint.is_passive()) {
+        (true, false) => return Ok(()),
+        (true, true) => "is not prescribed: its drive determines the value",
+        (false, _) => "has no value that a gait can change",
+    };
+    Err(format!(
+        "names the link \"{}\", which {problem}",
+        joint.name
+    ))
+}
+
+/// Largest angle in radians: rounding errors of the rotation stay below 1e-10.
+const LARGEST_ANGLE: f64 = 1e6;
+
+/// Refuses a length that is not positive; angles may have any sign.
+pub(crate) fn check_value(
+    checks: &Checks,
+    key: &str,
+    joint: &Joint,
+    value: f64,
+) -> Result<(), SceneError> {
+    let problem = match joint.kind.is_angle() {
+        true if value.abs() <= LARGEST_ANGLE => return Ok(()),
+        true => format!("must be an angle of at most {LARGEST_ANGLE:e}, not {value:e}"),
+        false if value > 0.0 => return Ok(()),
+        false => format!("must be a length greater than zero, not {value}"),
+    };
+    Err(checks.bad_value(key, problem))
+}

@@ -1,0 +1,430 @@
+//! The tables of a scene file: every key with its type, its default and its meaning.
+//!
+//! A key is an `Option` if it has no default, or if being present without need is an error.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::key::{Key, KeyDefault, KeyType, Kind, Table, tables};
+use crate::words::{
+    AcceptKind, ArmsKind, BackgroundKind, DomainKind, DriveKind, EstimatesKind, FlowsKind,
+    FormulationKind, GaitKind, GeometryKind, InterpolationKind, JointWord, LearnKind,
+    MeshMotionKind, MesherKind, ModelKind, ObjectiveKind, ShapeKind, SolverKind, StrokeStart,
+    SurfaceKind, SymmetryKind,
+};
+
+tables! {
+    /// Keys that stand before the first table.
+    pub(crate) struct SceneFile in "" {
+        /// Acceleration of gravity, which acts on bodies with a density or a mass.
+        #[serde(skip_serializing_if = "is_default")]
+        gravity: [f64; 3] | "none",
+        /// The fluid.
+        fluid: FluidFile,
+        /// The region that the fluid fills.
+        domain: DomainFile,
+        /// The flow in the absence of the bodies.
+        background: Option<BackgroundFile>,
+        /// The bodies.
+        bodies: Vec<BodyFile>,
+        /// The joints.
+        #[serde(skip_serializing_if = "is_default")]
+        links: Vec<JointFile>,
+        /// The gait.
+        gait: GaitFile,
+        /// The model of the flow.
+        model: ModelOptions,
+        /// The finite elements.
+        fem: FemOptions,
+        /// The search for strokes.
+        optimise: OptimiseOptions,
+        /// The learning of strokes.
+        learn: LearnOptions,
+    }
+
+    /// The fluid: an incompressible Newtonian liquid without inertia.
+    pub(crate) struct FluidFile in "fluid." {
+        /// Dynamic viscosity.
+        viscosity: f64 [Positive] = 1.0,
+        /// Density of the fluid, for the buoyancy of bodies with a density.
+        density: Option<f64> [NonNegative] | "0",
+    }
+
+    /// The region that the fluid fills, whose walls are at rest. Without this table the fluid is
+    /// unbounded; with it, `kind` must be given.
+    pub(crate) struct DomainFile in "domain." {
+        /// Kind of the region.
+        kind: Option<DomainKind>; unbounded,
+        /// Radius of the ball or the cylinder.
+        radius: Option<f64> [Positive] | "required for ball and cylinder",
+        /// Edge lengths of the box.
+        size: Option<[f64; 3]> [PositiveVector] | "required for box",
+        /// File of the mesh (Gmsh) or of the surface (STL, OBJ, Gmsh), whose coordinates are those
+        /// of the scene. A relative path starts at the folder of the scene file.
+        file: Option<String> | "required for surface and mesh",
+        /// As `surface_kind` of a body.
+        surface_kind: Option<SurfaceKind> | "`smooth`, for a surface",
+        /// Length of the scene per length of the file.
+        scale: Option<f64> [Positive] | "1, for a surface",
+        /// Names of the parts of the mesh's boundary that are walls.
+        walls: Option<Vec<String>> | "required for mesh",
+    }
+
+    /// The flow in the absence of the bodies. In unbounded fluid it is the flow far away; in a
+    /// container the walls move with it, except for `poiseuille`, which needs the domain cylinder,
+    /// whose wall is at rest.
+    pub(crate) struct BackgroundFile in "background." {
+        /// Kind of the flow.
+        kind: Option<BackgroundKind> | "required in `[background]`",
+        /// Velocity. That of `poiseuille` is on the axis of the tube and along it, twice the mean.
+        velocity: Option<[f64; 3]> | "required for uniform and poiseuille",
+        /// Rows of the gradient `G` of the velocity `u_i = sum_j G_ij x_j`. Its trace is zero, and
+        /// for `extension` it is symmetric.
+        gradient: Option<[[f64; 3]; 3]> | "required for shear and extension",
+    }
+
+    /// A body; every body has a `[[bodies]]` of its own. `shape` says which of the lengths are
+    /// needed, and other lengths are errors.
+    pub(crate) struct BodyFile in "bodies[]." {
+        /// Name of the body, unique.
+        name: Option<String> | "required",
+        /// Shape.
+        shape: ShapeKind,
+        /// Radius: of a spheroid that of its equator, of a capsule that of its cylinder, of a disk
+        /// that to its outer edge, of a torus or a helix that of the middle of the tube about the
+        /// axis.
+        radius: Option<f64> [Positive]
+            | "required unless the shape is ellipsoid, surface, file or point",
+        /// Semi-axes of an ellipsoid along x, y and z, before it is turned by `orientation`.
+        semi_axes: Option<[f64; 3]> [PositiveVector] | "required for ellipsoid",
+        /// Half of the length along the axis of revolution: of a capsule with its round ends, of a
+        /// disk half of its thickness.
+        half_length: Option<f64> [Positive] | "required for spheroid, capsule and disk",
+        /// Radius of the tube.
+        tube_radius: Option<f64> [Positive] | "required for torus and helix",
+        /// Length of a helix along its axis per turn: positive if right-handed, negative if
+        /// left-handed.
+        pitch: Option<f64> | "required for helix",
+        /// Number of turns of a helix, at most 1000. Its ends are round.
+        turns: Option<f64> [Positive] | "required for helix",
+        /// STL, OBJ or Gmsh file of a closed surface, oriented outwards. A relative path starts at
+        /// the folder of the scene file.
+        file: Option<String> | "required for surface",
+        /// How the triangles of the file are understood.
+        surface_kind: Option<SurfaceKind> | "`smooth`, for a surface",
+        /// Length of the scene per length of the file.
+        scale: Option<f64> [Positive] | "1, for a surface",
+        /// Point of a surface that is at `position` and about which it turns, in coordinates of the
+        /// file.
+        centre: Option<[f64; 3]> | "centroid of the volume",
+        /// Direction of the axis of a spheroid, capsule, disk or torus in the initial configuration.
+        axis: Option<[f64; 3]>; [1.0, 0.0, 0.0],
+        /// Rotation vector in radians that turns a body whose axis is x into its initial
+        /// orientation: [0, 0, 1.5707963] makes it y. The body turns with the flow from there.
+        orientation: Option<[f64; 3]>; [0.0, 0.0, 0.0],
+        /// Centre in the initial configuration.
+        position: Option<[f64; 3]> | "required; of `shape = \"file\"` the centroid of its volume",
+        /// Name of the body's part of the mesh's boundary.
+        surface: Option<String> | "required for `domain.kind = \"mesh\"`",
+        /// External force.
+        force: [f64; 3] = [0.0, 0.0, 0.0],
+        /// External torque about the centre.
+        torque: Option<[f64; 3]>; [0.0, 0.0, 0.0],
+        /// Whether the body is an obstacle at rest, which has no links and no loads.
+        #[serde(skip_serializing_if = "is_default")]
+        fixed: bool,
+        /// Mass; without masses there is no inertia. With gravity its weight is that of the mass
+        /// minus that of the displaced fluid. Give mass or density, not both.
+        mass: f64 [NonNegative] = 0.0,
+        /// Moment of inertia about the centre; for zero that of a homogeneous body of the mass.
+        inertia: f64 [NonNegative] = 0.0,
+        /// Density. With `gravity` g the force (density - fluid.density) volume g acts on the centre
+        /// of volume of the body, in addition to `force`. It has no inertia.
+        density: Option<f64> [NonNegative] | "that of the fluid: no weight",
+        /// Tangential velocity of the surface.
+        slip: Option<SlipFile>,
+    }
+
+    /// Tangential velocity `-(b1 + b2 n·k) (I - n n^T) k` of the surface of a body, a squirmer, with
+    /// the outward normal n and the unit vector k along `axis`.
+    pub(crate) struct SlipFile in "bodies[].slip." {
+        /// First mode: on a sphere `b1 sin θ`.
+        b1: f64 = 0.0,
+        /// Second mode: on a sphere `b2 sin θ cos θ`. It is positive for pullers, negative for
+        /// pushers.
+        b2: f64 = 0.0,
+        /// Direction of the axis k in the initial configuration. It turns with the body.
+        axis: [f64; 3] = [1.0, 0.0, 0.0],
+    }
+
+    /// A joint between two bodies. The value of a slide is the distance of the centres; that of
+    /// other joints is the angle in radians from the pose of the file, counterclockwise about the
+    /// axis for `body`.
+    pub(crate) struct JointFile in "links[]." {
+        /// Name of the link, unique.
+        name: Option<String> | "required",
+        /// Body that the link moves relative to the body `to`.
+        body: Option<String> | "required",
+        /// Body that it is linked to.
+        to: Option<String> | "required",
+        /// Relative motion of the two bodies.
+        joint: JointWord,
+        /// Direction of the axis in the pose of the file.
+        axis: Option<[f64; 3]>
+            | "required for hinges; from `to` to `body` for rotors and screws",
+        /// Point of the axis, or centre of a ball, in the pose of the file.
+        pivot: Option<[f64; 3]>
+            | "centre of `to` for hinges and balls, of `body` for rotors and screws",
+        /// Translation along the axis per turn.
+        pitch: Option<f64> | "required for screws",
+        /// What determines the value of the joint. Balls are always free.
+        drive: Option<DriveKind>; prescribed,
+        /// Force of the spring per change of the value; torque per radian for joints that turn.
+        stiffness: Option<f64> [NonNegative] | "required for springs",
+        /// Value at which the spring has no force.
+        rest: Option<f64> | "the value at the start",
+        /// Force that increases the value, torque for joints that turn: a constant, or mean +
+        /// amplitude sin(2 pi order t / period + phase), with the gait's period by default.
+        force: Option<ForceFile> | "required for the drive `force`",
+        /// Force against the motion of the joint, per rate of its value.
+        damping: Option<f64> [NonNegative] | "0, if not prescribed",
+    }
+
+    /// The values of the joints in time: phases, smooth oscillations or a table in a file. They are
+    /// repeated `cycles` times.
+    pub(crate) struct GaitFile in "gait." {
+        /// How bodies are attached to arms that rotate.
+        arms: ArmsKind,
+        /// Number of times that the phases are repeated.
+        cycles: u32 = 1,
+        /// Whether passive joints start from the values of the periodic state, which are searched
+        /// for first. Otherwise they start from the pose of the file.
+        periodic: bool,
+        /// The phases of one cycle, of which there must be one.
+        phases: Option<Vec<PhaseFile>>,
+        /// How the gait is given.
+        kind: Option<GaitKind> | "what is given",
+        /// File of comma-separated values next to the scene file: a line with the names `time` and
+        /// links, then lines of numbers. The bodies start at the values of the first one.
+        file: Option<String> | "required for a table",
+        /// Interpolation between the rows of the table.
+        interpolation: Option<InterpolationKind> | "`cubic`, for a table",
+        /// Period of the oscillations, one cycle.
+        period: Option<f64> [Positive] | "required with `harmonics`",
+        /// The terms of the oscillations, of which there must be one.
+        harmonics: Option<Vec<HarmonicFile>>,
+    }
+
+    /// A phase of the gait, in which joints change their values at constant rates. Phases follow
+    /// one another in the order of the file.
+    pub(crate) struct PhaseFile in "gait.phases[]." {
+        /// Link whose value changes.
+        link: Option<String> | "none: all joints are at rest",
+        /// Value of the link at the end of the phase: length of a slide, angle of other joints.
+        length: Option<f64> | "required with `link`",
+        /// Values of several links at the end of the phase, by name. They change at the same time.
+        targets: Option<BTreeMap<String, f64>> | "none; instead of `link` and `length`",
+        /// Duration of the phase.
+        duration: f64 [Positive] = 1.0,
+    }
+
+    /// A term of a smooth gait: the link has the value mean + amplitude sin(2 pi order t / period +
+    /// phase). Several terms of one link are summed.
+    pub(crate) struct HarmonicFile in "gait.harmonics[]." {
+        /// Link whose value oscillates.
+        link: Option<String> | "required",
+        /// Mean value of the link. The bodies then start at the values of `t = 0`.
+        mean: Option<f64> | "that for which the bodies start at their positions",
+        /// Amplitude of the term.
+        amplitude: Option<f64> [Positive] | "required",
+        /// Phase angle of the term, in radians.
+        phase: f64 [NonNegative] = 0.0,
+        /// Number of oscillations in a period.
+        order: u32 = 1,
+    }
+
+    /// Options of the model of the flow.
+    pub struct ModelOptions: Copy in "model." {
+        /// Model of the flow.
+        kind: ModelKind,
+        /// Tolerated relative error of the net displacement per cycle. Of `oseen`, `rpy` and `fem`
+        /// it is the error of the integration only; `fem.target` is for the mesh.
+        // Figures and comparisons with published strokes need three digits.
+        tolerance: f64 [Positive] = 1e-3,
+        /// What a run does with a result whose error bar is larger than the tolerance.
+        accept: AcceptKind,
+    }
+
+    /// Options of the finite-element model.
+    pub struct FemOptions: Copy in "fem." {
+        /// Method by which the constraints of the links are imposed.
+        formulation: FormulationKind,
+        /// Solver of the linear systems.
+        solver: SolverKind,
+        /// Number of subdomains of `solver = "schwarz"`.
+        subdomains: u32 = 8,
+        /// Layers of overlap of `solver = "schwarz"`.
+        overlap: u32 = 1,
+        /// True residual at which the solver stops, relative to the right-hand side.
+        rtol: f64 [Positive] = 1e-8,
+        /// Element size on the surfaces of the bodies.
+        surface_size: Option<f64> [Positive] | "0.4 of the radius",
+        /// Factor on the element sizes on all bodies.
+        size_factor: Option<f64> [Positive] | "1, or what `fem.target` needs",
+        /// Target of the relative discretisation error: of velocities and forces for one
+        /// configuration, of the net displacement for a gait. It determines the element sizes,
+        /// unless `size_factor` is given.
+        target: Option<f64> [Positive] | "none: the mesh is not adapted",
+        /// Whether discretisation errors are estimated. Without estimates a stroke takes about two
+        /// thirds of the time.
+        estimates: EstimatesKind,
+        /// Shape of the elements at the surfaces of the bodies.
+        geometry: GeometryKind,
+        /// Method by which the mesh moves with the bodies until it is remeshed.
+        mesh_motion: MeshMotionKind,
+        /// Program that meshes the fluid again inside the walls of a mesh file.
+        mesher: MesherKind,
+        /// Whether symmetry planes are used: the coordinate planes through the origin about which
+        /// bodies, loads, slip, background flow and domain are symmetric for the whole run. One side
+        /// of each is meshed, with a half or a quarter of the degrees of freedom; output shows the
+        /// whole fluid.
+        symmetry: SymmetryKind,
+        /// Flows that a run writes for ParaView.
+        flows: FlowsKind,
+    }
+
+    /// Options of `swim map`, `swim optimise` and `swim sizes`.
+    pub struct OptimiseOptions in "optimise." {
+        /// What is optimised.
+        objective: ObjectiveKind,
+        /// Where the stroke starts.
+        start: StrokeStart,
+        /// Net displacement of the stroke.
+        displacement: Option<f64> [Positive] | "that of the gait; for `objective = \"energy\"`",
+        /// Net rotation of the stroke about `axis`, in radians.
+        rotation: Option<f64> | "required for `objective = \"rotation\"`",
+        /// Direction in which the displacement counts, in the frame of the start.
+        direction: Option<[f64; 3]> | "none: the length of the displacement counts",
+        /// Axis of the rotation for `objective = "rotation"`.
+        axis: [f64; 3] = [0.0, 0.0, 1.0],
+        /// Smallest values of the joints, for `swim map` and `swim optimise`.
+        lower: Option<JointValues> | "the smallest values in the gait",
+        /// Largest values of the joints.
+        upper: Option<JointValues> | "the largest values in the gait",
+        /// Smallest gap between bodies that a slide connects. It raises `lower`.
+        gap: Option<f64> [NonNegative] | "a tenth of the smallest radius",
+        /// Smallest and largest radius that `swim sizes` may choose. The sum of the volumes stays.
+        radii: Option<[f64; 2]> | "none: the radii stay",
+        /// Smallest and largest length along the gait of the arms that `swim sizes` may lengthen or
+        /// shorten. The sum of the lengths stays.
+        arms: Option<[f64; 2]> | "none: the lengths stay",
+        /// Period of the stroke.
+        period: f64 [Positive] = 1.0,
+        /// Mean power of the stroke, which determines its period.
+        power: Option<f64> [Positive] | "none: the period is given",
+        /// Largest rates of the joints: the stroke is as fast as they and `max_power` allow.
+        max_rate: Option<JointValues> | "none",
+        /// Largest power on the fluid along the stroke, instead of `power` and `period`.
+        max_power: Option<f64> [Positive] | "none",
+        /// Largest number of terms of the series of each joint, at most 128. Strokes of
+        /// `objective = "speed"` have at most twice as many corners.
+        // Strokes that touch their limits gain a factor of four to eight by doubling the number of
+        // terms, and need this number for four digits.
+        terms: u32 = 64,
+        /// Relative change of the optimum, with twice as many terms, at which the search ends.
+        // The error that is left is a fraction of the last change: four digits.
+        tolerance: f64 [Positive] = 2e-4,
+    }
+
+    /// Options of `swim learn`.
+    pub struct LearnOptions in "learn." {
+        /// The method.
+        method: LearnKind,
+        /// Values of contracted joints.
+        contracted: Option<JointValues> | "required for `swim learn`",
+        /// Values of extended joints.
+        extended: Option<JointValues> | "the values at the start",
+        /// Direction in which the displacement of the mean of the bodies is rewarded.
+        direction: [f64; 3] = [1.0, 0.0, 0.0],
+        /// Number of episodes. Each starts with all joints extended.
+        episodes: u32 = 100,
+        /// Number of steps of an episode. A step contracts or extends one joint.
+        steps: u32 = 100,
+        /// Discount of rewards per step, below 1. Short-sighted swimmers do not learn to swim.
+        // Far above 0.2748, below which three spheres do not learn to swim.
+        discount: f64 [NonNegative] = 0.9,
+        /// Share of an old value that an update replaces, at most 1.
+        // Rewards are not random, so that large updates converge.
+        rate: f64 [Positive] = 0.5,
+        /// Probability of a random step, at most 1.
+        // Frequent random steps: every state must be visited often.
+        exploration: f64 [NonNegative] = 0.3,
+        /// Seed of the random numbers.
+        seed: u32 = 1,
+    }
+}
+
+/// Default of `bodies[].axis`, which only bodies of revolution have.
+pub(crate) const DEFAULT_AXIS: [f64; 3] = [1.0, 0.0, 0.0];
+
+/// Default of `bodies[].orientation`, which spheres and points do not have.
+pub(crate) const DEFAULT_ORIENTATION: [f64; 3] = [0.0; 3];
+
+/// Default of `bodies[].torque`, which points do not have.
+pub(crate) const DEFAULT_TORQUE: [f64; 3] = [0.0; 3];
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+/// Values of joints: one for all joints, one per joint, or some by the names of the joints.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum JointValues {
+    /// The same value for all joints that the gait can prescribe.
+    All(f64),
+    /// One value per joint, in the order of the file.
+    List(Vec<f64>),
+    /// Values by the names of joints; other joints have none.
+    Named(BTreeMap<String, f64>),
+}
+
+impl KeyType for JointValues {
+    const KIND: Kind = Kind::JointValues;
+}
+
+/// Value of `links[].force`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub(crate) enum ForceFile {
+    Constant(f64),
+    Harmonic(HarmonicForceFile),
+}
+
+impl KeyType for ForceFile {
+    const KIND: Kind = Kind::Oscillation;
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct HarmonicForceFile {
+    pub mean: f64,
+    pub amplitude: Option<f64>,
+    pub phase: f64,
+    pub order: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub period: Option<f64>,
+}
+
+impl Default for HarmonicForceFile {
+    fn default() -> Self {
+        Self {
+            mean: 0.0,
+            amplitude: None,
+            phase: 0.0,
+            order: 1,
+            period: None,
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! What a shape defines: the keys that describe it, and its geometry.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use mesh::Surface;
+use mesher::Placed;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+use crate::checks::Checks;
+use crate::error::SceneError;
+use crate::keys::{BodyFile, DEFAULT_AXIS, DEFAULT_ORIENTATION};
+use crate::surface_shape::SurfaceFiles;
+
+/// A shape of bodies.
+///
+/// Its own coordinates have the centre of the body as origin; [`Geometry::orientation`] rotates them
+/// into the initial configuration. Functions without `own` in their description are about the axes
+/// of the initial configuration.
+pub(crate) trait Geometry {
+    /// The keys of `[[bodies]]` that belong to the shape.
+    fn keys() -> &'static [&'static str]
+    where
+        Self: Sized;
+
+    /// Reads the shape from its keys and checks its proportions.
+    fn read(keys: ShapeKeys) -> Result<Self, SceneError>
+    where
+        Self: Sized;
+
+    /// Enters the keys of the shape, but for `axis`.
+    fn write(&self, file: &mut BodyFile);
+
+    /// The lengths of the shape with their keys.
+    fn lengths(&self) -> Vec<(&'static str, f64)>;
+
+    /// Whether rotations do not change the shape.
+    fn is_isotropic(&self) -> bool {
+        false
+    }
+
+    /// Axis of revolution, the x axis of its own coordinates.
+    fn axis(&self) -> Option<Vector3<f64>> {
+        None
+    }
+
+    /// Rotation of its own coordinates into the initial configuration.
+    fn orientation(&self) -> UnitQuaternion<f64> {
+        // All bodies of revolution are symmetric, so opposite axes need no rotation.
+        (self.axis())
+            .and_then(|axis| UnitQuaternion::rotation_between(&Vector3::x(), &axis))
+            .unwrap_or_else(UnitQuaternion::identity)
+    }
+
+    /// Principal moments of inertia of a homogeneous body of unit mass about its own axes; `None`
+    /// without a formula.
+    fn moments_per_mass(&self) -> Option<Vector3<f64>> {
+        None
+    }
+
+    /// Radius of the smallest ball about the centre that contains the body.
+    fn bounding_radius(&self) -> f64;
+
+    /// Radius on which element sizes are based.
+    fn size_radius(&self) -> f64;
+
+    /// Volume.
+    fn volume(&self) -> f64;
+
+    /// Centre of volume in its own coordinates.
+    fn centroid(&self) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    /// Points in the middle of a tube; empty for other shapes.
+    fn centreline(&self) -> Vec<Vector3<f64>> {
+        Vec::new()
+    }
+
+    /// The point farthest along the unit vector `n`, both in its own coordinates.
+    fn support_point(&self, n: &Vector3<f64>) -> Vector3<f64>;
+
+    /// Support distance along a unit vector after a rotation, if there is a shorter way than by the
+    /// support point.
+    fn support_distance(
+        &self,
+        _rotation: &UnitQuaternion<f64>,
+        _direction: &Vector3<f64>,
+    ) -> Option<f64> {
+        None
+    }
+
+    /// Largest support distance over all directions perpendicular to the unit vector `n`, in its own
+    /// coordinates, or an upper bound.
+    fn transverse_support_distance(&self, n: &Vector3<f64>) -> f64;
+
+    /// The surface with its own coordinates at `pose` and lengths divided by `unit`; `None` without
+    /// a surface.
+    fn surface(&self, pose: Isometry3<f64>, unit: f64) -> Option<Box<dyn Surface>>;
+}
+
+/// The keys of a body from which a shape is read.
+pub(crate) struct ShapeKeys<'a> {
+    pub checks: &'a Checks<'a>,
+    /// Number of the body.
+    pub number: usize,
+    pub file: &'a BodyFile,
+    /// The mesh of the domain, if it has one.
+    pub mesh: Option<&'a Path>,
+    pub surfaces: &'a mut SurfaceFiles,
+}
+
+impl ShapeKeys<'_> {
+    /// Path of a key of the body.
+    pub fn path(&self, key: &str) -> String {
+        format!("bodies[{}].{key}", self.number)
+    }
+
+    /// The value of a key that must be present; `why` completes the sentence "... is missing".
+    pub fn required<T>(&self, key: &str, value: Option<T>, why: &str) -> Result<T, SceneError> {
+        self.checks.required(&self.path(key), value, why)
+    }
+
+    /// The radius, which must be present.
+    pub fn radius(&self, why: &str) -> Result<f64, SceneError> {
+        self.required("radius", self.file.radius, why)
+    }
+
+    /// Half of the length, which must be present.
+    pub fn half_length(&self, why: &str) -> Result<f64, SceneError> {
+        self.required("half_length", self.file.half_length, why)
+    }
+
+    /// The radius of the tube, which must be present.
+    pub fn tube_radius(&self, why: &str) -> Result<f64, SceneError> {
+        self.required("tube_radius", self.file.tube_radius, why)
+    }
+
+    /// The rotation vector.
+    pub fn orientation(&self) -> Vector3<f64> {
+        self.file.orientation.unwrap_or(DEFAULT_ORIENTATION).into()
+    }
+
+    /// The axis of a body of revolution: given, or the x axis turned by the orientation.
+    pub fn axis(&self) -> Result<Vector3<f64>, SceneError> {
+        match (self.file.axis, self.file.orientation) {
+            (Some(_), Some(_)) => Err(self.checks.bad_value(
+                &self.path("orientation"),
+                "is given beside axis, and either determines the other; remove one of them",
+            )),
+            (None, Some(orientation)) => {
+                Ok(UnitQuaternion::from_scaled_axis(orientation.into())
+                    * Vector3::from(DEFAULT_AXIS))
+            }
+            (axis, None) => unit_axis(axis.unwrap_or(DEFAULT_AXIS)).ok_or_else(|| {
+                let problem = "must not be zero: it is a direction";
+                self.checks.bad_value(&self.path("axis"), problem)
+            }),
+        }
+    }
+
+    /// An error about the proportions of the shape.
+    pub fn must_be<T>(&self, key: &str, what: &str) -> Result<T, SceneError> {
+        let problem = format!("must be {what}");
+        Err(self.checks.bad_value(&self.path(key), problem))
+    }
+}
+
+/// The direction of a vector; `None` for zero.
+fn unit_axis(axis: [f64; 3]) -> Option<Vector3<f64>> {
+    let axis = Vector3::from(axis);
+    let unit = axis.try_normalize(0.0)?;
+    // A written unit vector reads back to the last bit, without a second normalisation.
+    let is_unit = (axis.norm() - 1.0).abs() <= 2.0 * f64::EPSILON;
+    Some(if is_unit { axis } else { unit })
+}
+
+/// A surface at a pose.
+pub(super) fn placed<S: Surface + 'static>(
+    pose: Isometry3<f64>,
+    shape: S,
+) -> Option<Box<dyn Surface>> {
+    Some(Box::new(Placed { shape, pose }))
+}
+
+/// The size radius of flat bodies is at most this multiple of half their thickness.
+pub(super) const MAX_RADIUS_PER_HALF_THICKNESS: f64 = 2.5;
+
+/// Volume of the unit ball.
+pub(super) const BALL: f64 = 4.0 / 3.0 * std::f64::consts::PI;
+
+/// Direction of `n` across the x axis; any such direction if it is along the axis.
+pub(super) fn outwards(n: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(0.0, n.y, n.z)
+        .try_normalize(0.0)
+        .unwrap_or_else(Vector3::y)
+}
+
+/// Points of the helix with a tube of the radius `tube`, closer to each other than this radius.
+pub(super) fn helix_points(
+    orientation: &UnitQuaternion<f64>,
+    [radius, tube, pitch, turns]: [f64; 4],
+) -> Vec<Vector3<f64>> {
+    let length = TAU.mul_add(radius, pitch.abs()) * turns;
+    // A few thousand points are enough for any picture.
+    let count = (2.0 * length / tube).clamp(48.0, 4096.0).ceil();
+    let at = |k: f64| {
+        let t = turns * (k / count - 0.5);
+        let (sin, cos) = (TAU * t).sin_cos();
+        orientation * Vector3::new(pitch * t, radius * cos, radius * sin)
+    };
+    (0..=count as usize).map(|k| at(k as f64)).collect()
+}
