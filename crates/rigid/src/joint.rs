@@ -341,7 +341,7 @@ impl JointKind {
         match self {
             Self::Slide => (direction, None),
             Self::Fixed | Self::Ball { .. } => (Vector3::zeros(), None),
-            Self::Turn { advance, .. } => (advance * direction, Some(direction)),
+            Self::Turn { advance, .. } => (*advance * direction, Some(direction)),
         }
     }
 
