@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use ::design::{DesignedStroke, design_stroke, learn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use swimmer::design::{self, DesignedStroke, design_stroke};
 use swimmer::{Scene, SwimError};
 
 use crate::convert::{array, estimate, joint_names, table};
@@ -56,7 +56,7 @@ fn optimum_dict<'py>(py: Python<'py>, found: &DesignedStroke) -> PyResult<Bound<
     let toml = found
         .scene
         .to_toml()
-        .map_err(|error| crate::errors::scene_exception(py, error))?;
+        .map_err(crate::errors::exception)?;
     dict.set_item("toml", toml)?;
     Ok(dict)
 }
@@ -70,7 +70,7 @@ pub fn rewards<'py>(
     report: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyAny>, Vec<String>, f64, &'static str)> {
     let found = job::run(py, report, move |mut watch| {
-        design::learn::rewards(&scene, &mut watch)
+        learn::rewards(&scene, &mut watch)
     })?;
     let states = 0..found.states();
     let joints = found.joints.len();

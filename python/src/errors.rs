@@ -1,9 +1,10 @@
 //! Errors of the library as Python exceptions with the same texts.
 
+use design::DesignError;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use swimmer::{SceneError, SwimError};
+use swimmer::{Report, SceneError, SwimError};
 
 use crate::convert::report_dict;
 
@@ -40,21 +41,18 @@ mod exceptions {
 
 pub use exceptions::{InternalError, SceneError as SceneException, SolveError, ToleranceMissed};
 
-/// The exception for an error.
-pub fn exception(py: Python<'_>, error: SwimError) -> PyErr {
+/// The exception for an error of a run or a design.
+pub fn exception(error: impl Into<DesignError>) -> PyErr {
+    let error = error.into();
     let text = error.to_string();
     match error {
-        SwimError::Read { source, .. }
-        | SwimError::Write { source, .. }
-        | SwimError::Scene(SceneError::Read { source, .. }) => {
+        DesignError::Swim(
+            SwimError::Read { source, .. }
+            | SwimError::Write { source, .. }
+            | SwimError::Scene(SceneError::Read { source, .. }),
+        ) => {
             // The subclass of OSError for the kind, such as FileNotFoundError.
             std::io::Error::new(source.kind(), text).into()
-        }
-        SwimError::ToleranceMissed { report, .. } => {
-            let missed = ToleranceMissed::new_err(text);
-            let result = report_dict(py, &report)
-                .and_then(|found| missed.value(py).setattr("result", found));
-            result.err().unwrap_or(missed)
         }
         error => match error.exit_code() {
             2 => SceneException::new_err(text),
@@ -64,7 +62,10 @@ pub fn exception(py: Python<'_>, error: SwimError) -> PyErr {
     }
 }
 
-/// The exception for a scene that is not valid.
-pub fn scene_exception(py: Python<'_>, error: SceneError) -> PyErr {
-    exception(py, error.into())
+/// The exception for a finished run whose error bar is larger than the tolerance, with the run.
+pub fn tolerance_missed(py: Python<'_>, missed: &SwimError, report: &Report) -> PyErr {
+    let missed = ToleranceMissed::new_err(missed.to_string());
+    let result =
+        report_dict(py, report).and_then(|found| missed.value(py).setattr("result", found));
+    result.err().unwrap_or(missed)
 }

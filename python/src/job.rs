@@ -7,9 +7,9 @@ use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use ::design::{DesignError, DesignProgress};
 use pyo3::prelude::*;
-use swimmer::design::DesignProgress;
-use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution, SwimError};
+use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
 
 use crate::errors::{InternalError, SceneException, exception};
 
@@ -99,7 +99,7 @@ impl DesignProgress for Watch {
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
     report: Option<Py<PyAny>>,
-    work: impl FnOnce(Watch) -> Result<T, SwimError> + Send + 'static,
+    work: impl FnOnce(Watch) -> Result<T, DesignError> + Send + 'static,
 ) -> PyResult<T> {
     check_process()?;
     let watch = Watch::default();
@@ -119,7 +119,7 @@ pub fn run<T: Send + 'static>(
     };
     loop {
         match wait(TICK) {
-            Ok(result) => return finished(py, result),
+            Ok(result) => return finished(result),
             Err(RecvTimeoutError::Disconnected) => {
                 return Err(InternalError::new_err(
                     "the computation ended without a result",
@@ -143,11 +143,11 @@ pub fn run<T: Send + 'static>(
 /// Those of [`run`] without signals.
 pub fn run_here<T: Send>(
     py: Python<'_>,
-    work: impl FnOnce() -> Result<T, SwimError> + Send,
+    work: impl FnOnce() -> Result<T, DesignError> + Send,
 ) -> PyResult<T> {
     check_process()?;
     let result = py.detach(|| catch_unwind(AssertUnwindSafe(work)));
-    finished(py, result)
+    finished(result)
 }
 
 /// Refuses to compute in a child of a process that has computed: the threads of the pool exist in
@@ -178,11 +178,10 @@ fn look(py: Python<'_>, watch: &Watch, report: Option<&Py<PyAny>>) -> PyResult<(
 }
 
 fn finished<T>(
-    py: Python<'_>,
-    result: Result<Result<T, SwimError>, Box<dyn Any + Send>>,
+    result: Result<Result<T, DesignError>, Box<dyn Any + Send>>,
 ) -> PyResult<T> {
     match result {
-        Ok(result) => result.map_err(|error| exception(py, error)),
+        Ok(result) => result.map_err(exception),
         Err(panic) => {
             let text = panic.downcast_ref::<String>().map(String::as_str);
             let text = text.or_else(|| panic.downcast_ref::<&str>().copied());

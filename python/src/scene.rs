@@ -5,6 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use numpy::{AllowTypeChange, PyArrayLike1, PyArrayLike2};
+use ::design::{Connection, DesignError, connection};
+use pictures::RunPictures;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use swimmer::models::nalgebra::Vector3;
@@ -12,7 +14,7 @@ use swimmer::models::rigid::Twist;
 use swimmer::models::{Configuration, Hydrodynamics, PointFlow};
 use swimmer::scene::Document;
 use swimmer::{
-    Choice, Connection, Scene, SceneError, SwimError, choose, connection, run_without_files,
+    Choice, Scene, SceneError, choose, run_without_files,
     solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
 };
 
@@ -20,7 +22,7 @@ use crate::convert::{
     array, body_names, flow_dict, joint_names, matrix, mesh_dict, report_dict, rows, solution_dict,
 };
 use crate::design;
-use crate::errors::{SceneException, scene_exception};
+use crate::errors::{SceneException, exception, tolerance_missed};
 use crate::job;
 
 /// Longest time of a connection, in seconds, after which the next one is computed in the calling
@@ -45,7 +47,7 @@ pub struct PyScene {
 impl PyScene {
     fn new(py: Python<'_>, scene: Result<Scene, SceneError>) -> PyResult<Self> {
         Ok(Self {
-            scene: scene.map_err(|error| scene_exception(py, error))?,
+            scene: scene.map_err(exception)?,
             kept: Arc::default(),
         })
     }
@@ -65,7 +67,7 @@ fn timed_connection(
     scene: &Scene,
     kept: &Mutex<Kept>,
     shape: &[f64],
-) -> Result<(Connection, f64), SwimError> {
+) -> Result<(Connection, f64), DesignError> {
     let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
     let clock = Instant::now();
     // Taken, so that a model is not used again after an error.
@@ -110,7 +112,7 @@ impl PyScene {
     }
 
     fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
-        (self.scene.to_toml()).map_err(|error| scene_exception(py, error))
+        (self.scene.to_toml()).map_err(exception)
     }
 
     #[getter]
@@ -157,10 +159,16 @@ impl PyScene {
     ) -> PyResult<Bound<'py, PyDict>> {
         let scene = self.scene.clone();
         let found = job::run(py, report, move |mut watch| match out {
-            Some(out) => swimmer::run(scene, &out, resume, &mut watch),
-            None => run_without_files(scene, &mut watch),
+            Some(out) => {
+                let pictures = &mut RunPictures::new();
+                Ok(swimmer::run(scene, &out, resume, pictures, &mut watch)?)
+            }
+            None => Ok(run_without_files(scene, &mut watch)?),
         })?;
-        report_dict(py, &found)
+        match found.check_tolerance() {
+            Ok(()) => report_dict(py, &found),
+            Err(missed) => Err(tolerance_missed(py, &missed, &found)),
+        }
     }
 
     fn solve<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -244,7 +252,7 @@ impl PyScene {
                 lengths,
             };
             let mesh = model.mesh(configuration)?;
-            mesh.ok_or_else(|| SwimError::NotApplicable {
+            mesh.ok_or_else(|| DesignError::NotApplicable {
                 place: scene.place("model.kind"),
                 problem: format!(
                     "the model '{}' has no mesh; use model.kind = \"fem\"",
@@ -260,7 +268,7 @@ impl PyScene {
         let scene = self.scene.clone();
         let flow = job::run(py, None, move |_| {
             let mut model = choose(&scene)?.model;
-            start_flow(&scene, model.as_mut())
+            Ok(start_flow(&scene, model.as_mut())?)
         })?;
         flow_dict(py, &flow)
     }
@@ -286,7 +294,7 @@ impl PyScene {
         let scene = self.scene.clone();
         let found = job::run(py, None, move |_| {
             let mut model = choose(&scene)?.model;
-            start_flow_at(&scene, model.as_mut(), &points)
+            Ok(start_flow_at(&scene, model.as_mut(), &points)?)
         })?;
         let velocity = |flow: &Option<PointFlow>| flow.map_or([f64::NAN; 3], |f| f.velocity.into());
         let pressures = found.iter().map(|flow| flow.and_then(|f| f.pressure));

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 
 use arguments::{Arguments, Task, USAGE};
 use petsc::{PetscEngine, Session};
+use pictures::RunPictures;
 use swimmer::models::{FemModel, ModelError};
 use swimmer::output::{solution_json, summary_json};
 use swimmer::{Choice, Scene, SwimError, run_with, solve_start};
@@ -56,7 +57,9 @@ fn answer(arguments: &Arguments, is_first: bool) -> Result<String, SwimError> {
         Task::Run { out, resume } => {
             let default = || PathBuf::from("out").join(scene.name());
             let out = out.clone().unwrap_or_else(default);
-            let report = run_with(scene, &model, &out, *resume, is_first, &mut ())?;
+            let files = &mut RunPictures::new();
+            let report = run_with(scene, &model, &out, *resume, is_first, files, &mut ())?;
+            report.check_tolerance()?;
             let (scene, outcome) = (&report.scene, &report.outcome);
             let reasons = &report.reasons;
             Ok(summary_json(scene, report.model, reasons, outcome, report.seconds).to_string())

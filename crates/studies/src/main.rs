@@ -25,7 +25,11 @@ use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
 
 #[derive(Parser)]
-#[command(name = "cargo xtask", about = "Studies that measure the workspace")]
+#[command(
+    name = "cargo xtask",
+    about = "Studies that measure the workspace",
+    after_help = "Table 1, chains of spheres and the helix: scripts in docs/figures, on the command swim"
+)]
 struct Arguments {
     #[command(subcommand)]
     task: Task,

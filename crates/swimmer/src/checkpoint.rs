@@ -137,8 +137,7 @@ impl Checkpoint {
     ///
     /// # Errors
     /// [`SwimError::Checkpoint`] for an outcome that does not fit the scene; errors of the scene.
-    #[cfg(feature = "plots")]
-    pub(crate) fn into_outcome(self, folder: &Path) -> Result<(Scene, String, Outcome), SwimError> {
+    pub fn into_outcome(self, folder: &Path) -> Result<(Scene, String, Outcome), SwimError> {
         let scene = Scene::parse(&self.scene)?;
         match outcome_fits(&self.outcome, &scene) {
             true => Ok((scene, self.scene, self.outcome)),

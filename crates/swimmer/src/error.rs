@@ -5,8 +5,6 @@ use std::path::PathBuf;
 use models::ModelError;
 use scene::SceneError;
 
-use crate::run::Report;
-
 /// A scene that cannot be used or a simulation that failed, with the place and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -107,8 +105,6 @@ pub enum SwimError {
         ///
         /// [`Outcome::allowed_error`]: crate::Outcome::allowed_error
         allowed: f64,
-        /// What was reached.
-        report: Box<Report>,
     },
     /// Explicit steps with which velocities would grow without bound.
     #[error(
@@ -149,18 +145,6 @@ pub enum SwimError {
         /// Number of all phases.
         all: usize,
     },
-    /// A search for strokes that found none.
-    #[error("no optimal stroke: {reason}")]
-    NoStroke {
-        /// The reason and the remedy.
-        reason: String,
-    },
-    /// A design that was interrupted on request.
-    #[error("interrupted after {what}")]
-    Stopped {
-        /// What was done.
-        what: String,
-    },
     /// A command that does not apply to the scene.
     #[error("{place}: {problem}")]
     NotApplicable {
@@ -169,9 +153,9 @@ pub enum SwimError {
         /// The reason and the remedy.
         problem: String,
     },
-    /// A plot that cannot be drawn.
-    #[error("cannot draw the trajectory: {0}")]
-    Plot(String),
+    /// Files of the caller ([`RunFiles`](crate::RunFiles)) that cannot be made.
+    #[error(transparent)]
+    Files(Box<dyn std::error::Error + Send + Sync>),
 }
 
 impl SwimError {
@@ -185,10 +169,9 @@ impl SwimError {
             | Self::NotPeriodic { .. }
             | Self::ToleranceMissed { .. }
             | Self::Unstable { .. }
-            | Self::NoStroke { .. }
-            | Self::Plot(_) => 3,
+            | Self::Files(_) => 3,
             // The code that shells report for a program ended by Ctrl-C.
-            Self::Interrupted { .. } | Self::Stopped { .. } => 130,
+            Self::Interrupted { .. } => 130,
             // Without a wildcard, so that a new variant needs a decision.
             Self::Scene(_)
             | Self::Model(_)

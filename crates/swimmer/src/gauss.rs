@@ -2,7 +2,7 @@
 
 /// A Gauss-Legendre quadrature rule on [0, 1].
 #[derive(Clone, Debug)]
-pub(crate) struct Gauss {
+pub struct Gauss {
     /// Points of the rule, increasing.
     pub nodes: Vec<f64>,
     /// Weights of the points; their sum is one.
@@ -47,7 +47,7 @@ impl Gauss {
 }
 
 /// The Lagrange polynomial at `x` that is one at `nodes[i]` and zero at the other nodes.
-pub(crate) fn lagrange(nodes: &[f64], i: usize, x: f64) -> f64 {
+pub fn lagrange(nodes: &[f64], i: usize, x: f64) -> f64 {
     let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
     others
         .map(|(_, node)| (x - node) / (nodes[i] - node))

@@ -144,7 +144,7 @@ impl Outcome {
 }
 
 /// The mean of the nonzero displacements; only those of fixed bodies are exactly zero.
-pub(crate) fn mean_of_moving(displacement: &[Vector3<f64>]) -> Vector3<f64> {
+pub fn mean_of_moving(displacement: &[Vector3<f64>]) -> Vector3<f64> {
     let moving = displacement.iter().filter(|d| **d != Vector3::zeros());
     let count = moving.clone().count().max(1);
     moving.sum::<Vector3<f64>>() / count as f64
@@ -228,7 +228,7 @@ impl Interim {
 }
 
 /// Positions of all bodies.
-pub(crate) fn positions(
+pub fn positions(
     set: &Articulation,
     state: &State,
     shape: &[f64],

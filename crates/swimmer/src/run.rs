@@ -1,6 +1,5 @@
 //! A complete run: element sizes, model, tables, checkpoint, gait, files.
 
-use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
@@ -12,13 +11,11 @@ use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
 use crate::integrate::{Method, SpanSolution};
 use crate::outcome::Outcome;
-#[cfg(feature = "plots")]
-use crate::output::RunRecord;
-use crate::output::{Folder, StoredSlices, summary_json};
+use crate::output::{Folder, summary_json};
 use crate::periodic::start_of_gait;
 use crate::planning::{Choice, SizeSearch, choose, with_tables};
 use crate::progress::Progress;
-use crate::run_files::{Files, Output};
+use crate::run_files::{Files, Output, RunFiles};
 use crate::simulate::continue_from;
 
 /// A finished run.
@@ -39,8 +36,8 @@ pub struct Report {
 
 /// Runs the gait of a scene and writes the results into the folder `out`.
 ///
-/// The files are `summary.json`, `trajectory.csv`, `trajectory.svg` and `report.html` (with the
-/// feature `plots`), `flow_slices.json`, ParaView files for models with a mesh, and a checkpoint.
+/// The files are `summary.json`, `trajectory.csv`, ParaView files for models with a mesh, and a
+/// checkpoint, and those that the caller adds (`files`; the crate `pictures` has plots and a page).
 ///
 /// The model is chosen, with tables over shapes where they save solves, and the gait is run. With
 /// `fem.target` the element sizes are those of [`SizeSearch`], and a stroke that misses the target
@@ -49,16 +46,17 @@ pub struct Report {
 ///
 /// # Errors
 /// A scene without a gait, a folder that cannot be written to, a checkpoint of another scene,
-/// [`SwimError::Interrupted`], errors of the model and the integration, and
-/// [`SwimError::ToleranceMissed`] with the finished report unless the scene accepts the best
-/// result.
+/// [`SwimError::Interrupted`], errors of the model and the integration. Whether the error bar is
+/// within the tolerance is told by [`Report::check_tolerance`].
 pub fn run(
     scene: Scene,
     out: &Path,
     resume: bool,
+    files: &mut dyn RunFiles,
     progress: &mut dyn Progress,
 ) -> Result<Report, SwimError> {
-    run_with(scene, &choose_with_tables, out, resume, true, progress)
+    let model = &choose_with_tables;
+    run_with(scene, model, out, resume, true, files, progress)
 }
 
 /// How a run gets the model of a scene.
@@ -77,13 +75,15 @@ pub fn run_with(
     out: &Path,
     resume: bool,
     writes: bool,
+    files: &mut dyn RunFiles,
     progress: &mut dyn Progress,
 ) -> Result<Report, SwimError> {
     let started = Instant::now();
     scene.require_gait()?;
     let checkpoint = resume.then(|| Checkpoint::read(out)).transpose()?;
     let folder = writes.then(|| Folder::create(out)).transpose()?;
-    run_to_target(scene, model, folder.as_ref(), checkpoint, started, progress)
+    let output = folder.as_ref().map(|folder| (folder, files));
+    run_to_target(scene, model, output, checkpoint, started, progress)
 }
 
 /// The model that [`choose`] chooses, with tables over shapes where they save solves.
@@ -111,7 +111,7 @@ pub fn run_without_files(scene: Scene, progress: &mut dyn Progress) -> Result<Re
 fn run_to_target(
     scene: Scene,
     model: ModelOfScene,
-    folder: Option<&Folder>,
+    mut output: Option<(&Folder, &mut dyn RunFiles)>,
     mut checkpoint: Option<Checkpoint>,
     started: Instant,
     progress: &mut dyn Progress,
@@ -126,13 +126,23 @@ fn run_to_target(
             sized = search.apply(&scene)?;
             progress.chose_size_factor(target, search.size_factor());
         }
-        let (report, slices) = run_once(sized, model, folder, checkpoint.take(), progress)?;
+        let reborrowed: Option<(&Folder, &mut dyn RunFiles)> = match &mut output {
+            Some((folder, files)) => Some((folder, &mut **files)),
+            None => None,
+        };
+        let report = run_once(sized, model, reborrowed, checkpoint.take(), progress)?;
         let missed = search
             .as_mut()
             .and_then(|search| search.refine(&report.outcome));
         let Some(missed) = missed else {
             let seconds = started.elapsed().as_secs_f64();
-            return Report { seconds, ..report }.finish(folder.zip(slices));
+            let report = Report { seconds, ..report };
+            if let Some((folder, files)) = output {
+                let summary = report.summary();
+                folder.write("summary.json", |file| writeln!(file, "{summary:#}"))?;
+                files.run_done(&report, &summary)?;
+            }
+            return Ok(report);
         };
         progress.missed_target(&missed);
     }
@@ -142,12 +152,14 @@ fn run_to_target(
 fn run_once(
     scene: Scene,
     model: ModelOfScene,
-    folder: Option<&Folder>,
+    output: Option<(&Folder, &mut dyn RunFiles)>,
     checkpoint: Option<Checkpoint>,
     progress: &mut dyn Progress,
-) -> Result<(Report, Option<StoredSlices>), SwimError> {
+) -> Result<Report, SwimError> {
+    let folder = output.as_ref().map(|(folder, _)| *folder);
+    let resumed = checkpoint.is_some();
     let Choice { mut model, reasons } = model(&scene)?;
-    let (interim, output) = match checkpoint {
+    let (interim, flows) = match checkpoint {
         None => {
             let mut observe =
                 |_: &SpanSolution, _: &dyn Hydrodynamics| match progress.is_interrupted() {
@@ -162,9 +174,7 @@ fn run_once(
             if let Some(folder) = folder {
                 // If this run ends early, the summary of an older run must not be taken for its
                 // result.
-                for name in ["summary.json", "report.html", "flow_slices.json"] {
-                    folder.remove_old(name)?;
-                }
+                folder.remove_old("summary.json")?;
                 Checkpoint::new(
                     &scene,
                     &interim.state,
@@ -174,20 +184,23 @@ fn run_once(
                 )?
                 .write(folder)?;
             }
-            (interim, folder.map(|folder| Output::new(&scene, folder)))
+            (interim, Vec::new())
         }
         Some(checkpoint) => {
             let path = folder.map_or(Path::new(""), Folder::path);
-            let (interim, flows) = checkpoint.restore(&scene, model.as_mut(), path)?;
-            let resumed = |folder| Output::resumed(&scene, folder, &flows);
-            (interim, folder.map(resumed))
+            checkpoint.restore(&scene, model.as_mut(), path)?
         }
     };
     let done = interim.outcome.spans.len();
+    let output = output.map(|(folder, files)| {
+        files.begins(&scene, folder, resumed)?;
+        Ok::<_, SwimError>(Output::new(&scene, folder, files, &flows))
+    });
+    let output = output.transpose()?;
     progress.begins(&scene, done);
     let mut files = Files {
         scene: &scene,
-        output: output.transpose()?,
+        output,
         progress,
         done,
     };
@@ -195,16 +208,16 @@ fn run_once(
     let outcome = continue_from(&scene, model.as_mut(), method, &mut files, interim);
     files.write_pending()?;
     let outcome = outcome?;
-    let finish = |output: Output| output.slices.finish(output.folder, &scene, model.as_mut());
-    let slices = files.output.map(finish).transpose()?;
-    let report = Report {
+    if let Some(output) = files.output {
+        output.files.gait_done(model.as_mut())?;
+    }
+    Ok(Report {
         model: model.name(),
         scene,
         reasons,
         outcome,
         seconds: 0.0,
-    };
-    Ok((report, slices))
+    })
 }
 
 impl Report {
@@ -219,32 +232,19 @@ impl Report {
         )
     }
 
-    /// Writes summary and page, and checks the tolerance.
-    fn finish(self, output: Option<(&Folder, StoredSlices)>) -> Result<Self, SwimError> {
-        let Some((folder, slices)) = output else {
-            return self.check_tolerance();
-        };
-        let summary = self.summary();
-        folder.write("summary.json", |file| writeln!(file, "{summary:#}"))?;
-        #[cfg(feature = "plots")]
-        RunRecord::new(&self.scene, &self.outcome, &summary, slices, folder.path())
-            .write_page(folder)?;
-        #[cfg(not(feature = "plots"))]
-        drop(slices);
-        self.check_tolerance()
-    }
-
-    /// The report, if its error bar is within the tolerance or the scene accepts the best result.
-    fn check_tolerance(self) -> Result<Self, SwimError> {
+    /// Whether the error bar is within the tolerance, or the scene accepts the best result.
+    ///
+    /// # Errors
+    /// [`SwimError::ToleranceMissed`].
+    pub fn check_tolerance(&self) -> Result<(), SwimError> {
         let (model, outcome) = (self.scene.model(), &self.outcome);
         if outcome.tolerance_met || model.accept == AcceptKind::Best {
-            return Ok(self);
+            return Ok(());
         }
         Err(SwimError::ToleranceMissed {
             error: outcome.limited_error.unwrap_or(f64::INFINITY),
             tolerance: model.tolerance,
             allowed: outcome.allowed_error,
-            report: Box::new(self),
         })
     }
 }
@@ -279,15 +279,14 @@ mod tests {
     fn a_missed_tolerance_is_an_error_with_what_was_reached_unless_the_best_is_accepted() {
         assert!(report("tolerance", true).check_tolerance().is_ok());
         assert!(report("best", false).check_tolerance().is_ok());
-        let error = report("tolerance", false).check_tolerance().unwrap_err();
+        let missed = report("tolerance", false);
+        let error = missed.check_tolerance().unwrap_err();
         assert_eq!(error.exit_code(), 3);
         let text = error.to_string();
         for part in ["is 1.0e-3", "1e-4 allows 1.0e-4", "accept = \"best\""] {
             assert!(text.contains(part), "{text}");
         }
-        assert!(matches!(
-            error,
-            SwimError::ToleranceMissed { report, .. } if report.outcome.net() == 1.0
-        ));
+        assert!(matches!(error, SwimError::ToleranceMissed { error, .. } if error == 1e-3));
+        assert_eq!(missed.outcome.net(), 1.0);
     }
 }

@@ -1,20 +1,91 @@
 //! The files of a run: flows, trajectory and checkpoint, while it goes on.
 
-use std::io::Write as _;
 use std::time::{Duration, Instant};
 
 use models::{Hydrodynamics, SolutionFlow};
 use scene::{PhaseSpan, Scene};
+use serde_json::Value;
 
 use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
 use crate::integrate::{SpanResult, SpanSolution};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
-#[cfg(feature = "plots")]
-use crate::output::trajectory_svg;
-use crate::output::{FlowSeries, Folder, SliceSeries, trajectory_csv};
+use crate::output::{FlowSeries, Folder, trajectory_csv};
 use crate::progress::Progress;
+use crate::run::Report;
+
+/// Files that the caller adds to those of a run, such as pictures.
+///
+/// They are written after phases and at the end, as the files of the run itself. Errors end the
+/// run.
+pub trait RunFiles {
+    /// The gait begins; or continues with the files that an interrupted run has left (`resumed`).
+    /// It begins again if its error bar exceeds `fem.target`.
+    ///
+    /// # Errors
+    /// Any error ends the run.
+    fn begins(&mut self, scene: &Scene, folder: &Folder, resumed: bool) -> Result<(), SwimError> {
+        let _ = (scene, folder, resumed);
+        Ok(())
+    }
+
+    /// A solve is done; its solution has the flow, if the model has one.
+    ///
+    /// # Errors
+    /// Any error ends the run.
+    fn solved(&mut self, span: &PhaseSpan, solution: &SpanSolution) -> Result<(), SwimError> {
+        let _ = (span, solution);
+        Ok(())
+    }
+
+    /// A phase span is done, whose first solve has the number `first`, with the flow of its last
+    /// solve.
+    ///
+    /// # Errors
+    /// Any error ends the run.
+    fn span_done(
+        &mut self,
+        span: &PhaseSpan,
+        result: &SpanResult,
+        first: usize,
+        flow: Option<&SolutionFlow>,
+    ) -> Result<(), SwimError> {
+        let _ = (span, result, first, flow);
+        Ok(())
+    }
+
+    /// `trajectory.csv` and then the checkpoint are written, after some phases: not after each if
+    /// they are short.
+    ///
+    /// # Errors
+    /// Any error ends the run.
+    fn write(&mut self, so_far: &Outcome) -> Result<(), SwimError> {
+        let _ = so_far;
+        Ok(())
+    }
+
+    /// The gait is done.
+    ///
+    /// # Errors
+    /// Any error ends the run.
+    fn gait_done(&mut self, model: &mut dyn Hydrodynamics) -> Result<(), SwimError> {
+        let _ = model;
+        Ok(())
+    }
+
+    /// The run is done, and this summary of it is written.
+    ///
+    /// # Errors
+    /// Any error ends the run.
+    fn run_done(&mut self, report: &Report, summary: &Value) -> Result<(), SwimError> {
+        let _ = (report, summary);
+        Ok(())
+    }
+}
+
+/// No further files.
+impl RunFiles for () {}
 
 /// Smallest ratio of the time between two checkpoints to the time that the first of them took.
 ///
@@ -38,7 +109,7 @@ pub(crate) struct Output<'a> {
     flows: FlowSeries,
     /// Flow of the last solution.
     last_flow: Option<SolutionFlow>,
-    pub slices: SliceSeries,
+    pub files: &'a mut dyn RunFiles,
     /// The last completed phase, if it is not yet written.
     pending: Option<Checkpoint>,
     /// End and duration of the last writing.
@@ -46,30 +117,21 @@ pub(crate) struct Output<'a> {
 }
 
 impl<'a> Output<'a> {
-    pub fn new(scene: &Scene, folder: &'a Folder) -> Result<Self, SwimError> {
-        Ok(Self {
-            folder,
-            flows: FlowSeries::new(folder, scene.fem().flows),
-            last_flow: None,
-            slices: SliceSeries::new(scene)?,
-            pending: None,
-            written: None,
-        })
-    }
-
-    pub fn resumed(
+    /// The folder with the flows (times and names) that an interrupted run has written.
+    pub fn new(
         scene: &Scene,
         folder: &'a Folder,
+        files: &'a mut dyn RunFiles,
         flows: &[(f64, String)],
-    ) -> Result<Self, SwimError> {
-        Ok(Self {
+    ) -> Self {
+        Self {
             folder,
             flows: FlowSeries::resumed(folder, scene.fem().flows, flows),
             last_flow: None,
-            slices: SliceSeries::resumed(scene, folder)?,
+            files,
             pending: None,
             written: None,
-        })
+        }
     }
 
     /// Whether enough time has passed since the last writing.
@@ -86,11 +148,7 @@ impl<'a> Output<'a> {
         let so_far = checkpoint.outcome();
         let csv = trajectory_csv(scene, &so_far.samples);
         (self.folder).write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
-        #[cfg(feature = "plots")]
-        {
-            let svg = trajectory_svg(scene, so_far)?;
-            (self.folder).write("trajectory.svg", |file| file.write_all(svg.as_bytes()))?;
-        }
+        self.files.write(so_far)?;
         // The checkpoint is written last, so that every file that it names is complete.
         checkpoint.write(self.folder)?;
         self.written = Some((Instant::now(), begin.elapsed()));
@@ -130,7 +188,7 @@ impl Observer for Files<'_> {
         };
         output.flows.solved(solution)?;
         output.last_flow.clone_from(&solution.solution.flow);
-        output.slices.add(self.scene, span, solution)
+        output.files.solved(span, solution)
     }
 
     fn span_done(
@@ -145,7 +203,7 @@ impl Observer for Files<'_> {
             let flow = output.last_flow.take();
             let flow = flow.as_ref();
             (output.flows).finish_span(span, result, first, flow, model)?;
-            (output.slices).finish_span(output.folder, self.scene, span, result, first, flow)?;
+            output.files.span_done(span, result, first, flow)?;
             let flows = output.flows.files();
             let checkpoint = Checkpoint::new(self.scene, &result.end, so_far, model, flows)?;
             output.pending = Some(checkpoint);

@@ -235,7 +235,7 @@ pub fn continue_from(
 ///
 /// # Errors
 /// [`SwimError::OtherScene`].
-pub(crate) fn check_model(scene: &Scene, model: &dyn Hydrodynamics) -> Result<(), SwimError> {
+pub fn check_model(scene: &Scene, model: &dyn Hydrodynamics) -> Result<(), SwimError> {
     match scene.differing_key(model.scene()) {
         Some(key) => Err(SwimError::OtherScene {
             model: model.name(),

@@ -7,7 +7,6 @@ use nalgebra::{DMatrix, Vector3};
 use scene::{Scene, spans};
 
 use crate::error::SwimError;
-use crate::flow_slice::{FlowSlice, SliceFrame};
 use crate::simulate::check_model;
 
 /// The solution at the start of the first phase of the gait, or with constant shape for a scene
@@ -88,21 +87,6 @@ pub fn start_flow_at(
     at_start(scene, model, |model, configuration, rates| {
         model.flows()?.flow_at(configuration, rates, points)
     })
-}
-
-/// The flow in the plane of [`SliceFrame`] at the start of the scene, at about `points` points.
-///
-/// # Errors
-/// As [`start_flow`].
-pub fn start_slice(
-    scene: &Scene,
-    model: &mut dyn Hydrodynamics,
-    points: usize,
-) -> Result<FlowSlice, SwimError> {
-    let set = scene.articulation();
-    let poses = set.place(&scene.initial_state(), set.initial_shape())?;
-    let plane = SliceFrame::of(scene)?.around(scene, &poses);
-    FlowSlice::sample(plane, points, |points| start_flow_at(scene, model, points))
 }
 
 /// Evaluates the model for the configuration and the rates at the start.

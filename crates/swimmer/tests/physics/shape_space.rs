@@ -2,9 +2,8 @@
 
 use nalgebra::{DMatrix, Isometry3, Translation3, UnitQuaternion, Vector3};
 use rigid::State;
-use swimmer::design::{StrokeLimits, gait_totals, tabulate};
 use swimmer::models::ShapeSpace;
-use swimmer::models::{Configuration, Hydrodynamics, ModelError, Part};
+use swimmer::models::{Configuration, Hydrodynamics, ModelError};
 use swimmer::{Choice, choose, with_tables};
 use swimmer::{Method, Outcome, Scene, simulate};
 
@@ -170,31 +169,4 @@ fn tables_are_refused_if_the_motion_depends_on_more_than_the_shape() {
     let mut model = model(&free);
     let touching = ShapeSpace::tabulate(&free, model.as_mut(), &[(1.0, 10.0), (6.0, 10.0)], 1e-3);
     assert!(touching.is_err());
-}
-
-/// In a ball the velocities depend on the place of the swimmer. The table holds it, and what that
-/// changes is part of its error bar.
-#[test]
-fn tables_in_a_ball_have_an_error_bar_for_the_place() {
-    for radius in [20, 40] {
-        let radius = format!("domain.radius={radius}");
-        let scene = template(
-            COLLINEAR,
-            &["model.kind=\"multipole\"", "domain.kind=\"ball\"", &radius],
-        );
-        let limits = StrokeLimits::of_scene(&scene).unwrap();
-        let table = tabulate(&scene, &limits, 1e-5, (None, Part::Whole), &mut ())
-            .unwrap()
-            .geometry;
-        let (totals, _) = gait_totals(&scene, &limits, &table).unwrap().unwrap();
-        let run = simulate(&scene, model(&scene).as_mut(), Method::Collocation, &mut ()).unwrap();
-        let found = totals.displacement.x;
-        // Four phases in which an arm changes by 4.
-        let bar = 16.0 * (table.errors().0 + table.errors().1 + table.position_error());
-        let error = (found - run.displacement[0].x).abs();
-        assert!(error <= bar, "{radius}: {found} {error:e} {bar:e}");
-        // Without the place, the bar would be wrong; with it, it is not far too large.
-        assert!(error > 16.0 * (table.errors().0 + table.errors().1));
-        assert!(bar <= 10.0 * error, "{radius}: {error:e} {bar:e}");
-    }
 }

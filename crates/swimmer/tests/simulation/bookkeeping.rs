@@ -174,7 +174,7 @@ fn a_run_without_files_has_the_result_of_one_with_files() {
     let text = include_str!("../../templates/three-sphere.toml");
     let folder = tempfile::tempdir().unwrap();
     let parsed = || Scene::parse(text).unwrap();
-    let with_files = swimmer::run(parsed(), folder.path(), false, &mut ()).unwrap();
+    let with_files = swimmer::run(parsed(), folder.path(), false, &mut (), &mut ()).unwrap();
     let without = swimmer::run_without_files(parsed(), &mut ()).unwrap();
     assert_eq!(
         without.outcome.displacement,

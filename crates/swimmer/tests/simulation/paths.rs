@@ -71,7 +71,7 @@ fn a_path_of_a_program_moves_bodies_as_the_same_harmonics() {
     assert!((expected.work - found.work).abs() < 1e-6 * expected.work);
     // Files cannot contain it, so runs that write them refuse it.
     let folder = tempfile::tempdir().unwrap();
-    let error = run(own, folder.path(), false, &mut ())
+    let error = run(own, folder.path(), false, &mut (), &mut ())
         .unwrap_err()
         .to_string();
     assert!(error.contains("path of a program"), "{error}");

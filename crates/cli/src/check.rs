@@ -1,0 +1,115 @@
+//! `swim check`: validates a scene and predicts the cost of its simulation.
+
+use swimmer::models::Configuration;
+use swimmer::scene::closest_contact;
+use swimmer::{Choice, Scene, SwimError, TYPICAL_SOLVES_PER_SPAN, choose, spans};
+
+use super::arguments::SceneArguments;
+use super::error::CliError;
+use super::text::{count, duration, entry};
+
+pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
+    let scene = arguments.read()?;
+    let mut text = describe(&scene)?;
+    let Choice { mut model, reasons } = choose(&scene)?;
+    text += &entry("model", model.name());
+    for reason in &reasons {
+        text += &entry("  reason", reason);
+    }
+    if let Some(planes) = symmetry_planes(&scene).filter(|_| model.capabilities().has_mesh) {
+        text += &entry("symmetry planes", &planes);
+    }
+    let cost = model.cost(Configuration {
+        state: &scene.initial_state(),
+        shape: scene.articulation().initial_shape(),
+    })?;
+    text += &entry("degrees of freedom", &cost.dofs.total.to_string());
+    text += &entry(
+        "cost per solve",
+        &format!(
+            "{}, {:.0} MiB (estimate)",
+            duration(cost.seconds),
+            cost.mib.ceil()
+        ),
+    );
+    let solves = TYPICAL_SOLVES_PER_SPAN * scene.gait().phases.len() * scene.gait().cycles as usize;
+    if solves > 0 {
+        let seconds = duration(cost.seconds * solves as f64);
+        text += &entry(
+            "cost of the gait",
+            &format!("{solves} solves, {seconds} (estimate, without mesh generation)"),
+        );
+    }
+    Ok(text)
+}
+
+/// The symmetry planes of a scene and whether the finite-element model uses them.
+fn symmetry_planes(scene: &Scene) -> Option<String> {
+    let words = |planes: [bool; 3]| {
+        let normals: Vec<&str> = ["x", "y", "z"]
+            .into_iter()
+            .zip(planes)
+            .filter_map(|(name, plane)| plane.then_some(name))
+            .collect();
+        let part = ["", "one half", "one quarter", "one eighth"][normals.len()];
+        (!normals.is_empty()).then(|| (normals.join(" and "), part))
+    };
+    match (
+        words(scene.fem_symmetry_planes()),
+        words(scene.symmetry_planes()),
+    ) {
+        (Some((normals, part)), _) => Some(format!(
+            "normal to {normals}; {part} of the fluid is meshed"
+        )),
+        (None, Some((normals, _))) => Some(format!(
+            "normal to {normals}, not used (fem.symmetry = \"auto\" uses them)"
+        )),
+        (None, None) => None,
+    }
+}
+
+/// The size of the scene and of its gait.
+fn describe(scene: &Scene) -> Result<String, CliError> {
+    let set = scene.articulation();
+    let mut text = entry("scene", scene.name());
+    text += &entry(
+        "  size",
+        &format!(
+            "{}, {}",
+            match scene.bodies().len() {
+                1 => "1 body".to_owned(),
+                bodies => format!("{bodies} bodies"),
+            },
+            count(set.joints().len(), "link")
+        ),
+    );
+    text += &entry("  domain", scene.domain().kind().word());
+    text += &entry("  viscosity", &scene.viscosity().to_string());
+    if scene.gait().phases.is_empty() {
+        text += &entry("gait", "none (swim solve computes the initial velocities)");
+        return Ok(text);
+    }
+    text += &entry(
+        "gait",
+        &format!(
+            "{}, {}, duration {}",
+            count(scene.gait().phases.len(), "phase"),
+            count(scene.gait().cycles as usize, "cycle"),
+            scene.gait().duration()
+        ),
+    );
+    let mut gap = f64::INFINITY;
+    for span in spans(scene.gait(), set.initial_shape())?.take(scene.gait().phases.len()) {
+        let poses = set
+            .place(&scene.initial_state(), &span.to)
+            .map_err(SwimError::from)?;
+        gap = gap.min(
+            closest_contact(scene.bodies(), scene.domain(), &poses)
+                .map_or(gap, |contact| contact.gap),
+        );
+    }
+    if gap.is_finite() {
+        text += &entry("  smallest gap", &format!("{gap:.4} at the ends of phases"));
+    }
+    Ok(text)
+}

@@ -1,0 +1,107 @@
+//! Files and lines that `swim map`, `swim optimise` and `swim learn` share.
+
+use std::path::PathBuf;
+
+use design::{StrokeLimits, StrokeTable, StrokeTotals};
+use swimmer::Scene;
+use swimmer::models::ShapeGeometry;
+use swimmer::output::Folder;
+
+use super::error::CliError;
+use super::text::{NO_ESTIMATE, entry, product, two_digits, with_uncertainty};
+
+/// The folder of the results.
+pub fn folder_of(scene: &Scene, out: Option<PathBuf>) -> Result<Folder, CliError> {
+    let out = out.unwrap_or_else(|| PathBuf::from("out").join(scene.name()));
+    Ok(Folder::create(&out)?)
+}
+
+/// Writes a file of text.
+pub fn write(folder: &Folder, name: &str, text: &str) -> Result<(), CliError> {
+    folder.write(name, |file| file.write_all(text.as_bytes()))?;
+    Ok(())
+}
+
+/// Names of the joints that move.
+pub fn names(scene: &Scene, limits: &StrokeLimits) -> Vec<String> {
+    let joints = scene.articulation().joints();
+    (limits.variables.iter())
+        .map(|&k| joints[k].name.clone())
+        .collect()
+}
+
+/// Writes the height functions with a stroke, if two joints move and plots are built in.
+pub fn write_map(
+    folder: &Folder,
+    name: &str,
+    geometry: &ShapeGeometry,
+    names: &[String],
+    stroke: &[Vec<f64>],
+) -> Result<(), CliError> {
+    if names.len() > 1 {
+        let svg = pictures::height_map_svg(geometry, names, stroke)?;
+        write(folder, name, &svg)?;
+    }
+    Ok(())
+}
+
+/// The warning about a table that ended before its tolerance.
+pub fn table_warning(table: &StrokeTable) -> Option<String> {
+    let geometry = &table.geometry;
+    geometry.is_coarse().then(|| {
+        format!(
+            "the interpolation error of the table, {} per unit rate, is above its tolerance: the \
+             next grid would be larger than tables may be; the table has {} shapes; take narrower \
+             limits, or let fewer joints move",
+            two_digits(geometry.errors().0),
+            geometry.points(),
+        )
+    })
+}
+
+/// The lines about a table: its size, and its errors per unit rate.
+pub fn table_entries(table: &StrokeTable) -> String {
+    let geometry = &table.geometry;
+    let source = match table.stored {
+        0 => String::new(),
+        stored => format!(", {stored} of them read from the folder"),
+    };
+    let (interpolation, model) = geometry.errors();
+    let mut errors = format!(
+        "interpolation {}, model {}",
+        two_digits(interpolation),
+        two_digits(model)
+    );
+    if geometry.position_error() > 0.0 {
+        errors += &format!(
+            ", place in the container {}",
+            two_digits(geometry.position_error())
+        );
+    }
+    entry(
+        "table",
+        &format!(
+            "{} shapes, degrees {}{source}",
+            geometry.points(),
+            product(geometry.degrees())
+        ),
+    ) + &entry("errors per unit rate", &errors)
+}
+
+/// The lines about the gait of a scene: totals and energy times period by the table.
+///
+/// `shapes` are those along the gait.
+pub fn gait_entries(
+    table: &StrokeTable,
+    (totals, product): &(StrokeTotals, f64),
+    shapes: &[Vec<f64>],
+) -> String {
+    let displacement =
+        with_uncertainty(totals.displacement.norm(), table.displacement_error(shapes));
+    "\ngait of the scene, by the table\n".to_owned()
+        + &entry("  displacement", &displacement)
+        + &entry(
+            "  energy times period",
+            &format!("{product:.6} at constant power {NO_ESTIMATE}"),
+        )
+}

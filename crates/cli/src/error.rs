@@ -1,0 +1,44 @@
+//! Errors of the command.
+
+use design::DesignError;
+use pictures::PictureError;
+use swimmer::models::ModelError;
+use swimmer::{SceneError, SwimError};
+
+/// Why the command ends without a result.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    #[error(transparent)]
+    Swim(#[from] SwimError),
+    #[error(transparent)]
+    Design(#[from] DesignError),
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// Arguments that do not apply, with the reason and the remedy.
+    #[error("{place}: {problem}")]
+    NotApplicable { place: String, problem: String },
+}
+
+impl CliError {
+    /// 2 for bad input, 3 for a failed method, 130 when interrupted.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Swim(error) => error.exit_code(),
+            Self::Design(error) => error.exit_code(),
+            Self::Picture(error) => error.exit_code(),
+            Self::NotApplicable { .. } => 2,
+        }
+    }
+}
+
+impl From<SceneError> for CliError {
+    fn from(error: SceneError) -> Self {
+        Self::Swim(error.into())
+    }
+}
+
+impl From<ModelError> for CliError {
+    fn from(error: ModelError) -> Self {
+        Self::Swim(error.into())
+    }
+}

@@ -1,0 +1,119 @@
+//! `swim map`: the table over shapes, and what small strokes yield.
+
+use design::{DesignError, StrokeLimits, gait_shapes, gait_totals, tabulate};
+use serde_json::{Value, json};
+use swimmer::SwimError;
+use swimmer::models::{ModelError, Part};
+
+use super::arguments::{DesignArguments, MapArguments};
+use super::design_files::{
+    folder_of, gait_entries, names, table_entries, table_warning, write_map,
+};
+use super::design_progress::Progress;
+use super::error::CliError;
+use super::text::{NO_ESTIMATE, entry, product, vector, warn};
+
+/// Relative error of the table.
+const MAP_TOLERANCE: f64 = 1e-6;
+
+pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, CliError> {
+    let part = arguments.part();
+    let DesignArguments { scene, out, json } = arguments.design;
+    let scene = scene.read()?;
+    let limits = StrokeLimits::of_scene(&scene)?;
+    let folder = folder_of(&scene, out)?;
+    let mut progress = Progress::new(quiet);
+    let place = (Some(&folder), part);
+    let table = match tabulate(&scene, &limits, MAP_TOLERANCE, place, &mut progress) {
+        // The share is done, others are not.
+        Err(DesignError::Swim(SwimError::Model(ModelError::MissingShapes { missing, points })))
+            if part != Part::Known =>
+        {
+            return Ok(share_text(missing, &points, json));
+        }
+        table => table?,
+    };
+    if let Some(warning) = table_warning(&table) {
+        warn(&warning);
+    }
+    let geometry = &table.geometry;
+    let names = names(&scene, &limits);
+    let (interpolation, model) = geometry.errors();
+    let stroke = gait_shapes(&scene, &limits)?;
+    write_map(&folder, "map.svg", geometry, &names, &stroke)?;
+    let middle: Vec<f64> = geometry
+        .ranges()
+        .iter()
+        .map(|r| 0.5 * (r.0 + r.1))
+        .collect();
+    let local = geometry.at(&middle)?;
+    let mut squares = Vec::new();
+    for first in 0..names.len() {
+        for second in first + 1..names.len() {
+            squares.push((first, second, local.curvature(first, second)));
+        }
+    }
+    let gait = gait_totals(&scene, &limits, geometry)?;
+    if json {
+        let squares: Vec<Value> = (squares.iter())
+            .map(|(a, b, c)| json!({ "links": [names[*a], names[*b]], "curvature": c.as_slice() }))
+            .collect();
+        let answer = json!({
+            "model": table.model,
+            "links": names,
+            "ranges": geometry.ranges(),
+            "degrees": geometry.degrees(),
+            "points": geometry.points(),
+            "error_estimate": {
+                "interpolation": interpolation,
+                "model": model,
+                "position": geometry.position_error(),
+            },
+            "middle": middle,
+            "curvature": squares,
+            "gait": gait.map(|(totals, product)| json!({
+                "displacement": totals.displacement.as_slice(),
+                "rotation": totals.rotation.as_slice(),
+                "period_energy_product": product,
+            })),
+        });
+        return Ok(format!("{answer}\n"));
+    }
+    let mut text = entry("scene", scene.name());
+    text += &entry("model", &table.model);
+    text += &table_entries(&table);
+    for (a, b, c) in &squares {
+        text += &format!(
+            "\ncurvature over {} and {} at the middle of the limits: displacement per area {NO_ESTIMATE}\n",
+            names[*a], names[*b]
+        );
+        let size = c.amax();
+        text += &entry("  displacement", &vector([c[0], c[1], c[2]], size));
+        text += &entry(
+            "  rotation vector",
+            &format!("{} rad", vector([c[3], c[4], c[5]], size)),
+        );
+    }
+    if let Some(gait) = &gait {
+        text += &gait_entries(&table, gait, &stroke);
+    }
+    text += "\n";
+    text += &entry("results", &folder.path().display().to_string());
+    Ok(text)
+}
+
+/// What remains after a share of the table.
+fn share_text(missing: usize, points: &[usize], json: bool) -> String {
+    if json {
+        return format!("{}\n", json!({ "points": points, "missing": missing }));
+    }
+    entry("share", "solved")
+        + &entry(
+            "missing",
+            &format!(
+                "{missing} shapes of other shares in the grid {}; when they are solved, run \
+                 --merge",
+                product(points)
+            ),
+        )
+}

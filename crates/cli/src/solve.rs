@@ -1,0 +1,213 @@
+//! `swim solve`: the instantaneous solution at the start.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+use pictures::start_slice;
+use swimmer::models::{BodySolution, ErrorEstimate, Hydrodynamics, InstantaneousSolution};
+use swimmer::output::{matrix_json, peak_rss_mib, solution_json, write_flow};
+use swimmer::{Scene, SwimError, choose, solve_start, start_flow, start_resistance};
+
+use super::arguments::SceneArguments;
+use super::error::CliError;
+use super::text::{
+    count, duration, entry, error, error_estimates, percent, rounded, warn, with_uncertainty,
+};
+
+pub fn solve(
+    arguments: &SceneArguments,
+    json: bool,
+    resistance: bool,
+    flow: Option<&Path>,
+    picture: Option<&Path>,
+) -> Result<String, CliError> {
+    if let Some(path) = picture {
+        require_svg(path)?;
+    }
+    let scene = arguments.read()?;
+    let mut model = choose(&scene)?.model;
+    let solution = solve_start(&scene, model.as_mut())?;
+    if let Some(path) = flow {
+        write_flow(&start_flow(&scene, model.as_mut())?, path)?;
+    }
+    if let Some(path) = picture {
+        draw_flow(&scene, model.as_mut(), path)?;
+    }
+    let resistance = resistance
+        .then(|| start_resistance(&scene, model.as_mut()))
+        .transpose()?;
+    warn_about_target(&scene, &solution);
+    if json {
+        let mut answer = solution_json(&scene, model.name(), &solution);
+        if let Some(resistance) = &resistance {
+            answer["resistance"] = matrix_json(resistance);
+        }
+        return Ok(format!("{answer}\n"));
+    }
+    let mut text = entry("scene", scene.name());
+    text += &entry("model", model.name());
+    text += "\n";
+    text += &motion(&scene, &solution);
+    text += "\n";
+    text += &accuracy(&solution);
+    text += &cost(&solution);
+    if let Some(resistance) = resistance {
+        text += "\ngrand resistance matrix: rows (F, T) of each body, columns (U, omega)\n";
+        for row in resistance.row_iter() {
+            let cells: Vec<String> = row.iter().map(|entry| format!("{entry:>13.6e}")).collect();
+            text += &cells.join(" ");
+            text += "\n";
+        }
+    }
+    Ok(text)
+}
+
+/// Refuses a picture in another format.
+fn require_svg(path: &Path) -> Result<(), CliError> {
+    if path.extension().is_some_and(|extension| extension == "svg") {
+        return Ok(());
+    }
+    Err(CliError::NotApplicable {
+        place: format!("--picture {}", path.display()),
+        problem: "pictures are written as SVG; end the name with .svg".to_owned(),
+    })
+}
+
+/// Number of points of the slice: a colour per three pixels, and streamlines without corners.
+const PICTURE_POINTS: usize = 30_000;
+
+/// Writes the picture of the flow in a plane.
+fn draw_flow(scene: &Scene, model: &mut dyn Hydrodynamics, path: &Path) -> Result<(), CliError> {
+    let set = scene.articulation();
+    let poses = set
+        .place(&scene.initial_state(), set.initial_shape())
+        .map_err(SwimError::from)?;
+    let slice = start_slice(scene, model, PICTURE_POINTS)?;
+    let svg = pictures::flow_svg(scene, &poses, &slice)?;
+    std::fs::write(path, svg).map_err(|source| SwimError::Write {
+        path: path.to_owned(),
+        source,
+    })?;
+    Ok(())
+}
+
+/// Velocities and forces of the bodies, and forces of the joints.
+fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
+    let row = |label: &str, v: &Vector3<f64>| {
+        let v = v.map(|x| rounded(x, 8));
+        format!("{label:<24}{:>14.8} {:>14.8} {:>14.8}\n", v.x, v.y, v.z)
+    };
+    let mut text = "vectors (x, y, z) in the scene's units\n".to_owned();
+    for (number, (body, motion)) in scene.bodies().iter().zip(&solution.bodies).enumerate() {
+        text += &entry("body", &body.name);
+        text += &row("  velocity", &motion.velocity);
+        text += &row("  angular velocity", &motion.angular_velocity);
+        text += &row("  force on the fluid", &motion.force);
+        text += &row("  torque on the fluid", &motion.torque);
+        let stresslets = solution.stresslets.as_ref();
+        if let Some(stresslet) = stresslets.and_then(|s| s.bodies.get(number)) {
+            for (label, column) in ["  stresslet", "", ""]
+                .into_iter()
+                .zip(stresslet.column_iter())
+            {
+                text += &row(label, &column.into_owned());
+            }
+        }
+    }
+    for (joint, force) in scene
+        .articulation()
+        .joints()
+        .iter()
+        .zip(&solution.joint_forces)
+    {
+        text += &entry("link", &joint.name);
+        text += &row(
+            &format!("  force on {}", scene.bodies()[joint.body].name),
+            force,
+        );
+    }
+    text
+}
+
+/// Error estimates and independent checks.
+fn accuracy(solution: &InstantaneousSolution) -> String {
+    let largest = |of: fn(&BodySolution) -> f64| solution.bodies.iter().map(of).fold(0.0, f64::max);
+    let velocities = ErrorEstimate {
+        // Nothing is integrated.
+        integration: Some(0.0),
+        ..solution.error_estimate
+    };
+    let mut text = error_estimates(
+        "error of velocities",
+        &velocities,
+        largest(|body| body.velocity.norm()),
+        "the largest velocity",
+    );
+    let forces = error(
+        solution.force_error.total(),
+        largest(|body| body.force.norm()),
+    );
+    text += &entry("error of forces", &forces);
+    let (power, of_power) = (solution.power(), solution.power_error.total());
+    text += &entry("power on the fluid", &with_uncertainty(power, of_power));
+    if let Some((stresslets, bar)) =
+        (solution.stresslets.as_ref()).and_then(|s| Some((s, s.error?)))
+    {
+        let bar = error(bar, stresslets.largest());
+        text += &entry("error of stresslets", &bar);
+    }
+    if let Some(checks) = &solution.checks {
+        text += &entry(
+            "check of forces",
+            &format!(
+                "{} difference from the integral of the stress",
+                percent(checks.force_by_stress)
+            ),
+        );
+        text += &entry(
+            "check of power",
+            &format!(
+                "{} difference from the dissipation",
+                percent(checks.dissipation)
+            ),
+        );
+    }
+    text
+}
+
+/// Size, solver, time and memory.
+fn cost(solution: &InstantaneousSolution) -> String {
+    let solver = &solution.solver;
+    let mut text = entry("degrees of freedom", &solution.dofs.total.to_string());
+    text += &entry(
+        "solver",
+        &format!(
+            "{} {}, {}, true relative residual {:.1e}",
+            solver.formulation,
+            solver.solver,
+            count(solver.iterations, "iteration"),
+            solver.true_relative_residual
+        ),
+    );
+    text += &entry("time", &duration(solution.seconds.total));
+    if let Some(mib) = peak_rss_mib() {
+        text += &entry("peak memory", &format!("{mib:.0} MiB"));
+    }
+    text
+}
+
+/// Warns if the discretisation error exceeds `fem.target`.
+fn warn_about_target(scene: &Scene, solution: &InstantaneousSolution) {
+    let [forces, velocities] = solution.relative_mesh_errors();
+    if let Some(target) = scene.fem().target
+        && forces.max(velocities) > target
+    {
+        warn(&format!(
+            "fem.target = {target:e} allows a discretisation error of {}, the estimate is {} of \
+             the largest force and {} of the largest velocity; reduce fem.surface_size",
+            percent(target),
+            percent(forces),
+            percent(velocities),
+        ));
+    }
+}

@@ -1,0 +1,253 @@
+//! The page of a run, and the picture of a flow.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use pictures::flow_slice::{FlowSlice, SliceFrame};
+use pictures::start_slice;
+use serde_json::Value;
+use swimmer::{Scene, choose};
+
+fn swim(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_swim"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn printed(folder: &Path, arguments: &[&str]) -> String {
+    let output = swim(folder, arguments);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{message}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Three spheres by multipoles: a run of milliseconds whose flow is evaluated point by point.
+const SPHERES: &str = "bodies = [{ name = \"a<b\", radius = 1, position = [-6, 0, 0] }, \
+     { name = \"b\", radius = 1, position = [0, 0, 0] }, \
+     { name = \"c\", radius = 1, position = [6, 0, 0] }]\n\
+     links = [{ name = \"left\", body = \"a<b\", to = \"b\" }, \
+     { name = \"right\", body = \"c\", to = \"b\" }]\n\
+     gait.phases = [{ link = \"left\", length = 4 }, { link = \"right\", length = 4 }, \
+     { link = \"left\", length = 6 }, { link = \"right\", length = 6 }]\n";
+
+fn data(page: &str) -> Value {
+    let (_, rest) = page.split_once("id=\"run-data\">").unwrap();
+    serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
+}
+
+#[test]
+fn a_run_writes_a_page_that_needs_no_other_file_and_view_writes_the_same_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("spheres.toml"), SPHERES).unwrap();
+    let text = printed(at, &["run", "spheres.toml", "--out", "out"]);
+    assert!(
+        text.contains("report                  out/report.html"),
+        "{text}"
+    );
+    let path = at.join("out/report.html");
+    let page = std::fs::read_to_string(&path).unwrap();
+    // One file: no address but that of the namespace of SVG, no style sheet, no script elsewhere.
+    let addresses: Vec<&str> = (page.match_indices("http"))
+        .map(|(at, _)| &page[at..at + 26])
+        .collect();
+    assert_eq!(addresses, ["http://www.w3.org/2000/svg"]);
+    for reference in ["src=\"", "href=\"", "url(", "import "] {
+        assert!(!page.contains(reference), "{reference}");
+    }
+    assert!(page.len() < 1_500_000, "{} bytes", page.len());
+    // The net displacement is the printed one, and names are text.
+    let net = text
+        .lines()
+        .find_map(|line| line.strip_prefix("net displacement"))
+        .unwrap();
+    let net = net.trim().replace("+-", "±");
+    assert!(page.contains(&net), "{net}");
+    assert!(page.contains("class=\"name\">a&lt;b</th>"));
+    let numbers = data(&page);
+    assert_eq!(numbers["duration"], 4.0);
+    assert_eq!(numbers["bodies"][0]["name"], "a<b");
+    // Equal spheres share their surface.
+    assert_eq!(numbers["meshes"].as_array().unwrap().len(), 1);
+    assert_eq!(numbers["plots"].as_array().unwrap().len(), 2);
+    let slices = numbers["slices"].as_array().unwrap();
+    assert!(slices.len() >= 4, "{}", slices.len());
+    for slice in slices {
+        assert_eq!(slice["outlines"].as_array().unwrap().len(), 3);
+        assert!(slice["lines"].as_array().unwrap().len() > 20);
+    }
+    // The same page from the files of the folder.
+    std::fs::remove_file(&path).unwrap();
+    printed(at, &["view", "out"]);
+    assert!(std::fs::read_to_string(&path).unwrap() == page);
+    // An animated picture of all slices, shown one after the other until the end of the cycle.
+    let text = printed(at, &["view", "out", "--movie"]);
+    assert!(
+        text.contains("movie                   out/movie.svg"),
+        "{text}"
+    );
+    let movie = std::fs::read_to_string(at.join("out/movie.svg")).unwrap();
+    assert_eq!(movie.matches("@keyframes").count(), slices.len());
+    assert_eq!(movie.matches("<g class=\"frame").count(), slices.len());
+    assert!(movie.contains(" 100.000% { visibility: hidden }") && !movie.contains("<script"));
+    assert_eq!(
+        movie.matches("<svg").count(),
+        movie.matches("</svg>").count()
+    );
+    // A run of an older version has no flow; the page says so.
+    std::fs::remove_file(at.join("out/flow_slices.json")).unwrap();
+    printed(at, &["view", "out"]);
+    let refused = swim(at, &["view", "out", "--movie"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let numbers = data(&std::fs::read_to_string(&path).unwrap());
+    assert_eq!(numbers["slices"], serde_json::json!([]));
+    assert!(
+        numbers["missing"]
+            .as_str()
+            .unwrap()
+            .contains("flow_slices.json")
+    );
+}
+
+#[test]
+fn a_folder_without_a_finished_run_has_no_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = swim(folder.path(), &["view", "."]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("summary.json"));
+}
+
+#[test]
+fn long_runs_show_as_many_whole_cycles_as_fit() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("spheres.toml"), SPHERES).unwrap();
+    let cycles = "gait.cycles=40";
+    printed(
+        at,
+        &["run", "spheres.toml", "--out", "out", "--set", cycles],
+    );
+    let page = std::fs::read_to_string(at.join("out/report.html")).unwrap();
+    let numbers = data(&page);
+    let shown = numbers["cycles"]["shown"].as_u64().unwrap();
+    assert_eq!(numbers["cycles"]["all"], 40);
+    assert!((2..=40).contains(&shown), "{shown}");
+    assert!((numbers["duration"].as_f64().unwrap() - 4.0 * shown as f64).abs() < 1e-6);
+    assert!(page.len() < 3_000_000, "{} bytes", page.len());
+}
+
+#[test]
+fn the_picture_of_a_flow_has_colours_streamlines_and_bodies() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("spheres.toml"), SPHERES).unwrap();
+    printed(at, &["solve", "spheres.toml", "--picture", "flow.svg"]);
+    let svg = std::fs::read_to_string(at.join("flow.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+    assert_eq!(svg.matches("data:image/png;base64,").count(), 1);
+    assert!(svg.contains("plane z = 0"));
+    // Two strokes per streamline, one outline per sphere, and the arrow heads.
+    assert!(svg.matches("<polyline").count() > 60);
+    assert!(svg.matches("<polygon").count() > 30);
+    let png = swim(at, &["solve", "spheres.toml", "--picture", "flow.png"]);
+    assert_eq!(png.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&png.stderr).contains(".svg"));
+}
+
+/// All models with a flow have the same one in the plane, and none inside bodies.
+#[test]
+fn slices_by_elements_and_by_multipoles_agree() {
+    let scene = |kind: &str| {
+        Scene::parse(&format!(
+            "domain = {{ kind = \"ball\", radius = 8 }}\n\
+             bodies = [{{ name = \"a\", radius = 1, position = [-2, 0, 0] }}, \
+             {{ name = \"b\", radius = 1, position = [2, 0, 0] }}]\n\
+             links = [{{ name = \"arm\", body = \"a\", to = \"b\" }}]\n\
+             gait.phases = [{{ link = \"arm\", length = 5 }}]\n\
+             model.kind = \"{kind}\"\n"
+        ))
+        .unwrap()
+    };
+    let slice = |kind: &str| {
+        let scene = scene(kind);
+        let mut model = choose(&scene).unwrap().model;
+        start_slice(&scene, model.as_mut(), 1500).unwrap()
+    };
+    let multipoles = slice("multipole");
+    // The usual mesh has an error of the velocity of one or two percent, the quadratic elements of
+    // the meridian plane of a few thousandths.
+    for (kind, allowed) in [("fem", 0.04), ("axisymmetric", 0.01)] {
+        compare(&slice(kind), &multipoles, allowed);
+    }
+}
+
+fn compare(elements: &FlowSlice, multipoles: &FlowSlice, allowed: f64) {
+    let inside = |k: usize| {
+        let (column, row) = (k % elements.columns, k / elements.columns);
+        let [x, y] = [
+            column as f64 / (elements.columns - 1) as f64,
+            row as f64 / (elements.rows - 1) as f64,
+        ];
+        let x = elements.plane.point([x, y]);
+        [-2.0, 2.0].map(|centre| (x - nalgebra::Vector3::x() * centre).norm() - 1.0)
+    };
+    let scale = multipoles.largest_speed();
+    let mut compared = 0;
+    for (k, pair) in elements.values.iter().zip(&multipoles.values).enumerate() {
+        let clearance = inside(k).into_iter().fold(f64::INFINITY, f64::min);
+        match pair {
+            (Some(a), Some(b)) => {
+                let difference = (a.velocity - b.velocity).norm() / scale;
+                assert!(difference < allowed, "{difference} at point {k}");
+                assert!(a.pressure.is_some() && b.pressure.is_none());
+                compared += 1;
+            }
+            (None, None) => assert!(clearance < 1e-2, "{clearance}"),
+            // Curved cells reach over surfaces by a hundredth of their size.
+            _ => assert!(clearance.abs() < 2e-2, "{clearance}"),
+        }
+    }
+    assert!(compared > 1000, "{compared} of {}", elements.values.len());
+}
+
+#[test]
+fn planes_contain_the_bodies_and_the_direction_of_motion() {
+    let normal = |text: &str| {
+        let scene = Scene::parse(text).unwrap();
+        let poses = (scene.articulation())
+            .place(&scene.initial_state(), scene.articulation().initial_shape())
+            .unwrap();
+        let plane = SliceFrame::of(&scene).unwrap().around(&scene, &poses);
+        let normal = plane.normal();
+        (normal * normal[normal.iamax()].signum(), plane)
+    };
+    let sphere = |name: &str, x: [f64; 3]| {
+        format!(
+            "{{ name = \"{name}\", radius = 1, position = [{}, {}, {}] }}",
+            x[0], x[1], x[2]
+        )
+    };
+    let bodies = |list: &[String]| format!("bodies = [{}]\n", list.join(", "));
+    let [a, b] = [sphere("a", [0.0, 0.0, 5.0]), sphere("b", [0.0, 4.0, 9.0])];
+    // A triangle in the plane x = 0, and a line in it.
+    let c = sphere("c", [0.0, -4.0, 9.0]);
+    let x = nalgebra::Vector3::x();
+    assert!((normal(&bodies(&[a.clone(), b.clone(), c])).0 - x).norm() < 1e-12);
+    assert!((normal(&bodies(&[a.clone(), b])).0 - x).norm() < 1e-12);
+    // Above a wall the window ends at the wall, and its second direction is the normal.
+    let wall = format!(
+        "domain.kind = \"wall\"\n{}",
+        bodies(&[sphere("a", [3.0, 0.0, 1.5])])
+    );
+    let plane = normal(&wall).1;
+    assert_eq!(plane.up, nalgebra::Vector3::z());
+    assert!((plane.centre.z - 0.5 * plane.height).abs() < 1e-12);
+    // In a ball it is not larger than the ball.
+    let ball = format!(
+        "domain = {{ kind = \"ball\", radius = 2 }}\n{}",
+        bodies(&[sphere("a", [0.0; 3])])
+    );
+    assert_eq!(normal(&ball).1.width, 4.0);
+}

@@ -1,0 +1,236 @@
+//! The frequency at which a gait moves farthest per cycle.
+//!
+//! Without springs and masses the displacement does not depend on the frequency. With an elastic
+//! arm it is largest near the relaxation rate of the spring (Montino & DeSimone 2015).
+
+use scene::{Document, Scene, ShapePath};
+
+use crate::DesignProgress;
+use crate::error::DesignError;
+use crate::sensitivities::{comparable, net_displacement};
+
+/// Ratio of neighbouring frequencies while an interval with a maximum is searched.
+const FACTOR: f64 = 2.0;
+
+/// Largest ratio of a frequency to that of the scene: outside, the search ends without a maximum.
+const WIDEST: f64 = 1e4;
+
+/// Width of the interval in the logarithm of the frequency at which the search ends. At a maximum
+/// the displacement then differs by the order of its square, 1e-6.
+const WIDTH: f64 = 1e-3;
+
+/// Share of the golden section.
+const GOLDEN: f64 = 0.381_966_011_250_105_1;
+
+/// A run at one frequency.
+#[derive(Clone, Copy, Debug)]
+pub struct FrequencyRun {
+    /// Cycles per time.
+    pub frequency: f64,
+    /// Net displacement along its direction at the frequency of the scene.
+    pub displacement: f64,
+    /// Error bar of the displacement.
+    pub error: f64,
+}
+
+/// The frequency at which the displacement of the gait is largest.
+#[derive(Clone, Debug)]
+pub struct BestFrequency {
+    /// The run at this frequency.
+    pub best: FrequencyRun,
+    /// Error bar of the frequency: at this distance the displacement is smaller by its error bar.
+    /// At least the width of the last interval of the search.
+    pub frequency_error: f64,
+    /// All runs, by frequency.
+    pub runs: Vec<FrequencyRun>,
+}
+
+/// Searches the frequency of the gait at which the net displacement is largest.
+///
+/// The displacement is that along its direction at the frequency of the scene. An interval with a
+/// maximum is searched in steps of a factor of two, and divided by golden sections. Another, higher
+/// maximum outside this interval is not found.
+///
+/// Cost: about 20 runs.
+///
+/// # Errors
+/// [`DesignError::NotApplicable`] if the displacement does not depend on the frequency, has no
+/// maximum, or if forces on joints oscillate with a period of their own; errors of the runs,
+/// [`DesignError::Stopped`].
+pub fn best_frequency(
+    scene: &Scene,
+    progress: &mut dyn DesignProgress,
+) -> Result<BestFrequency, DesignError> {
+    let refuse = |problem: String| {
+        Err(DesignError::NotApplicable {
+            place: scene.place("gait"),
+            problem,
+        })
+    };
+    if scene.joint_forces(0.0).is_some() {
+        return refuse("forces on joints oscillate with periods of their own".to_owned());
+    }
+    let period = scene.gait().cycle_duration();
+    if !(period > 0.0 && period.is_finite()) {
+        return refuse("a gait whose cycle takes a time is required".to_owned());
+    }
+    let (fixed, direction) = comparable(scene)?;
+    let mut runs: Vec<FrequencyRun> = Vec::new();
+    let mut at = |logarithm: f64| -> Result<FrequencyRun, DesignError> {
+        let factor = logarithm.exp();
+        progress.begins(&format!("frequency {:.6}", factor / period));
+        if progress.is_interrupted() {
+            return Err(DesignError::Stopped {
+                what: format!("{} frequencies", runs.len()),
+            });
+        }
+        let net = net_displacement(&faster(&fixed, factor)?)?;
+        let run = FrequencyRun {
+            frequency: factor / period,
+            displacement: net.vector.dot(&direction),
+            error: net.bar,
+        };
+        runs.push(run);
+        Ok(run)
+    };
+    // Three logarithms with the largest displacement in the middle.
+    let step = FACTOR.ln();
+    let (mut x, mut y) = ([-step, 0.0, step], [at(-step)?, at(0.0)?, at(step)?]);
+    let spread = |y: &[FrequencyRun; 3]| {
+        let values = y.map(|run| run.displacement);
+        let range = values
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                (low.min(*v), high.max(*v))
+            });
+        range.1 - range.0
+    };
+    if spread(&y) <= y[0].error + y[2].error {
+        return refuse(
+            "the net displacement does not depend on the frequency; springs or masses would make \
+             it depend"
+                .to_owned(),
+        );
+    }
+    while y[1].displacement <= y[0].displacement.max(y[2].displacement) {
+        if x[0].abs().max(x[2].abs()) > WIDEST.ln() {
+            return refuse(format!(
+                "the displacement has no maximum between the frequencies {:.3e} and {:.3e}",
+                (-WIDEST.ln()).exp() / period,
+                WIDEST / period
+            ));
+        }
+        if y[2].displacement > y[0].displacement {
+            let next = x[2] + step;
+            (x, y) = ([x[1], x[2], next], [y[1], y[2], at(next)?]);
+        } else {
+            let next = x[0] - step;
+            (x, y) = ([next, x[0], x[1]], [at(next)?, y[0], y[1]]);
+        }
+    }
+    while x[2] - x[0] > WIDTH {
+        // A point in the larger of both parts.
+        let is_right = x[2] - x[1] > x[1] - x[0];
+        let end = if is_right { x[2] } else { x[0] };
+        let new = x[1] + GOLDEN * (end - x[1]);
+        let run = at(new)?;
+        let is_better = run.displacement > y[1].displacement;
+        match (is_right, is_better) {
+            (true, true) => (x, y) = ([x[1], new, x[2]], [y[1], run, y[2]]),
+            (true, false) => (x[2], y[2]) = (new, run),
+            (false, true) => (x, y) = ([x[0], new, x[1]], [y[0], run, y[1]]),
+            (false, false) => (x[0], y[0]) = (new, run),
+        }
+    }
+    let best = y[1];
+    runs.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+    Ok(BestFrequency {
+        frequency_error: best.frequency * (x[2] - x[0]).max(uncertain_width(&runs, &best)),
+        best,
+        runs,
+    })
+}
+
+/// Change of the logarithm of the frequency by which the displacement falls by its error bar.
+///
+/// The curvature is that of the parabola through the best run and the nearest ones on both sides
+/// whose displacement is smaller by more than ten error bars.
+fn uncertain_width(runs: &[FrequencyRun], best: &FrequencyRun) -> f64 {
+    let is_lower = |run: &&FrequencyRun| {
+        best.displacement - run.displacement > 10.0 * (run.error + best.error)
+    };
+    let below = (runs.iter().rev()).filter(|run| run.frequency < best.frequency);
+    let above = runs.iter().filter(|run| run.frequency > best.frequency);
+    let (Some(below), Some(above)) = (below.clone().find(is_lower), above.clone().find(is_lower))
+    else {
+        return 0.0;
+    };
+    let curvature = |run: &FrequencyRun| {
+        let distance = (run.frequency / best.frequency).ln();
+        (best.displacement - run.displacement) / (distance * distance)
+    };
+    let smallest = curvature(below).min(curvature(above));
+    (2.0 * best.error / smallest).sqrt()
+}
+
+/// The scene with a gait that is faster by a factor.
+fn faster(scene: &Scene, factor: f64) -> Result<Scene, DesignError> {
+    let mut document = Document::parse(&scene.to_toml()?, "scene".as_ref())?;
+    let phases = &scene.gait().phases;
+    if (phases.iter()).any(|phase| matches!(phase.path, ShapePath::Linear(_))) {
+        for (number, phase) in phases.iter().enumerate() {
+            let duration = phase.duration / factor;
+            document.set(&format!("gait.phases[{number}].duration={duration:?}"))?;
+        }
+    } else {
+        let period = scene.gait().cycle_duration() / factor;
+        document.set(&format!("gait.period={period:?}"))?;
+    }
+    Ok(Scene::from_document(document)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ELASTIC_ARM: &str = include_str!("../../swimmer/templates/elastic-arm.toml");
+
+    #[test]
+    #[ignore = "slow: 8 s"]
+    fn the_displacement_is_largest_at_the_best_frequency() {
+        // The search begins at a fifth of the best frequency.
+        let text = ELASTIC_ARM.replace("period = 87.96237592", "period = 400");
+        let scene = Scene::parse(&text).unwrap();
+        let found = best_frequency(&scene, &mut ()).unwrap();
+        let BestFrequency { best, runs, .. } = &found;
+        let step = 10.0 * found.frequency_error / best.frequency;
+        assert!(step < 0.05, "{step}");
+        for factor in [1.0 - step, 1.0 + step] {
+            let other = faster(&scene, factor * best.frequency * 400.0).unwrap();
+            let other = net_displacement(&comparable(&other).unwrap().0).unwrap();
+            assert!(other.vector.norm() < best.displacement, "{factor}");
+        }
+        let is_best = |run: &FrequencyRun| run.displacement <= best.displacement;
+        assert!(runs.iter().all(is_best) && runs.is_sorted_by_key(|run| run.frequency));
+    }
+
+    #[test]
+    fn scenes_without_a_best_frequency_are_refused_with_the_reason() {
+        let refusal = |scene: &Scene| best_frequency(scene, &mut ()).unwrap_err().to_string();
+        let text = include_str!("../../swimmer/templates/three-sphere.toml");
+        let mut document = Document::parse(text, "three-sphere".as_ref()).unwrap();
+        document.set("model.kind=oseen").unwrap();
+        let reason = refusal(&Scene::from_document(document).unwrap());
+        assert!(
+            reason.contains("does not depend on the frequency"),
+            "{reason}"
+        );
+        let at_rest = ELASTIC_ARM.replace("periodic = true", "periodic = false");
+        let forced = at_rest.replace(
+            "drive = \"spring\"\nstiffness = 1",
+            "drive = \"force\"\nforce = { amplitude = 0.1, period = 10 }",
+        );
+        let reason = refusal(&Scene::parse(&forced).unwrap());
+        assert!(reason.contains("periods of their own"), "{reason}");
+    }
+}

@@ -1,0 +1,256 @@
+//! Parameters of a scene, and the same scene with another value of one of them.
+
+use scene::{Document, Scene, ShapePath, Sine};
+
+use rigid::{JointDrive, JointKind};
+
+use crate::error::DesignError;
+use crate::joint_ranges::joint_ranges;
+
+/// A quantity of a scene on which its net displacement depends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// The quantity, such as `radius of "left"`.
+    pub name: String,
+    /// Its value in the scene.
+    pub value: f64,
+    pub(crate) kind: Kind,
+}
+
+/// What a parameter is, with the number of its body or joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Kind {
+    Radius(usize),
+    Length(usize),
+    Amplitude(usize),
+    Stiffness(usize),
+    Rest(usize),
+}
+
+/// The parameters of a scene.
+///
+/// - the radius of each sphere that moves;
+/// - the length of each driven slide at the start, or the mean of harmonics; all lengths of the
+///   gait change by the same amount;
+/// - the amplitude of each driven joint: half of the difference of its largest and its smallest
+///   value in a cycle, for harmonics the root of the sum of their squares. Phases are stretched
+///   about the start, harmonics about their mean;
+/// - stiffness and rest value of each spring.
+///
+/// Lengths and amplitudes of a gait from a file are not among them.
+///
+/// # Errors
+/// A gait that cannot be followed.
+pub fn parameters(scene: &Scene) -> Result<Vec<Parameter>, DesignError> {
+    let mut parameters = Vec::new();
+    let mut add = |what: &str, of: &str, value: f64, kind: Kind| {
+        parameters.push(Parameter {
+            name: format!("{what} of \"{of}\""),
+            value,
+            kind,
+        });
+    };
+    for (number, body) in scene.bodies().iter().enumerate() {
+        if let Some(radius) = body.shape.sphere_radius()
+            && !body.fixed
+        {
+            add("radius", &body.name, radius, Kind::Radius(number));
+        }
+    }
+    let set = scene.articulation();
+    let (joints, start) = (set.joints(), set.initial_shape());
+    let from_file =
+        (scene.gait().phases.iter()).any(|phase| matches!(phase.path, ShapePath::Cubic(_)));
+    let ranges = joint_ranges(scene)?;
+    for (number, joint) in joints.iter().enumerate() {
+        match joint.drive {
+            JointDrive::Passive(passive) if passive.stiffness > 0.0 => {
+                // A constant force on a spring shifts its rest.
+                let rest = passive.rest + passive.force / passive.stiffness;
+                add(
+                    "stiffness",
+                    &joint.name,
+                    passive.stiffness,
+                    Kind::Stiffness(number),
+                );
+                add("rest value", &joint.name, rest, Kind::Rest(number));
+            }
+            JointDrive::Passive(_) => {}
+            _ if from_file => {}
+            _ => {
+                let of_joint = || sines(scene).iter().filter(|sine| sine.joint == number);
+                if joint.kind == JointKind::Slide {
+                    let mean = start[number] - of_joint().map(at_start).sum::<f64>();
+                    add("length", &joint.name, mean, Kind::Length(number));
+                }
+                let squares: f64 = of_joint().map(|sine| sine.amplitude.powi(2)).sum();
+                let amplitude = match squares > 0.0 {
+                    true => squares.sqrt(),
+                    false => 0.5 * (ranges[number].1 - ranges[number].0),
+                };
+                if amplitude > 0.0 {
+                    add("amplitude", &joint.name, amplitude, Kind::Amplitude(number));
+                }
+            }
+        }
+    }
+    Ok(parameters)
+}
+
+impl Parameter {
+    /// The scene with another value of the parameter.
+    ///
+    /// # Errors
+    /// A value that the scene cannot have, such as spheres that touch.
+    pub fn set(&self, scene: &Scene, value: f64) -> Result<Scene, DesignError> {
+        with_values(scene, &[(self, value)])
+    }
+}
+
+/// How the values of a joint change: stretched about the start, then shifted.
+#[derive(Clone, Copy)]
+struct JointChange {
+    factor: f64,
+    shift: f64,
+}
+
+impl JointChange {
+    fn of_target(self, target: f64, start: f64) -> f64 {
+        let stretched = match self.factor == 1.0 {
+            true => target,
+            false => start + self.factor * (target - start),
+        };
+        stretched + self.shift
+    }
+}
+
+/// The scene with other values of several of its parameters.
+///
+/// # Errors
+/// Values that the scene cannot have, such as spheres that touch.
+pub(crate) fn with_values(
+    scene: &Scene,
+    values: &[(&Parameter, f64)],
+) -> Result<Scene, DesignError> {
+    let mut document = Document::parse(&scene.to_toml()?, "scene".as_ref())?;
+    let joints = scene.articulation().joints();
+    let unchanged = JointChange {
+        factor: 1.0,
+        shift: 0.0,
+    };
+    let mut changes = vec![unchanged; joints.len()];
+    for (parameter, value) in values {
+        match parameter.kind {
+            Kind::Radius(body) => document.set(&format!("bodies[{body}].radius={value:?}"))?,
+            Kind::Stiffness(joint) => {
+                document.set(&format!("links[{joint}].stiffness={value:?}"))?
+            }
+            Kind::Rest(joint) => document.set(&format!("links[{joint}].rest={value:?}"))?,
+            Kind::Length(joint) => changes[joint].shift = value - parameter.value,
+            Kind::Amplitude(joint) => changes[joint].factor = value / parameter.value,
+        }
+    }
+    change_targets(scene, &mut document, &changes)?;
+    let mut shifts: Vec<f64> = changes.iter().map(|change| change.shift).collect();
+    for (number, sine) in sines(scene).iter().enumerate() {
+        let factor = changes[sine.joint].factor;
+        if factor != 1.0 {
+            let amplitude = factor * sine.amplitude;
+            document.set(&format!("gait.harmonics[{number}].amplitude={amplitude:?}"))?;
+            // The mean of a slide follows from where the bodies are, that of an angle is given.
+            if joints[sine.joint].kind == JointKind::Slide {
+                shifts[sine.joint] += (factor - 1.0) * at_start(sine);
+            }
+        }
+    }
+    if shifts.iter().any(|shift| *shift != 0.0) {
+        move_start(scene, &mut document, &shifts)?;
+    }
+    Ok(Scene::from_document(document)?)
+}
+
+/// The value of a term at the start.
+fn at_start(sine: &Sine) -> f64 {
+    sine.amplitude * sine.phase.sin()
+}
+
+/// The terms of a harmonic gait, in the order of the file.
+fn sines(scene: &Scene) -> &[Sine] {
+    match scene.gait().phases.first().map(|phase| &phase.path) {
+        Some(ShapePath::Harmonic { sines, .. }) => sines,
+        _ => &[],
+    }
+}
+
+/// Moves the bodies to other lengths of slides at the start.
+fn move_start(scene: &Scene, document: &mut Document, shifts: &[f64]) -> Result<(), DesignError> {
+    let set = scene.articulation();
+    let state = scene.initial_state();
+    // Joints that turn are at zero in the pose of the file.
+    let mut lengths = set.initial_shape().to_vec();
+    for (length, joint) in lengths.iter_mut().zip(set.joints()) {
+        if joint.kind.is_angle() {
+            *length = 0.0;
+        }
+    }
+    let before = set
+        .place(&state, &lengths)
+        .map_err(models::ModelError::from)?;
+    for (length, shift) in lengths.iter_mut().zip(shifts) {
+        *length += shift;
+    }
+    let after = set
+        .place(&state, &lengths)
+        .map_err(models::ModelError::from)?;
+    let moved: Vec<_> = (after.iter().zip(&before))
+        .map(|(a, b)| a.translation.vector - b.translation.vector)
+        .collect();
+    for (number, (body, moved)) in scene.bodies().iter().zip(&moved).enumerate() {
+        let [x, y, z]: [f64; 3] = (body.position + moved).into();
+        document.set(&format!("bodies[{number}].position=[{x:?}, {y:?}, {z:?}]"))?;
+    }
+    for (number, joint) in set.joints().iter().enumerate() {
+        let joint = joint.kind.translated(&moved[joint.to]);
+        if let JointKind::Turn { pivot, .. } | JointKind::Ball { pivot } = joint {
+            let [x, y, z]: [f64; 3] = pivot.into();
+            document.set(&format!("links[{number}].pivot=[{x:?}, {y:?}, {z:?}]"))?;
+        }
+    }
+    Ok(())
+}
+
+/// Changes the values of joints at the ends of phases.
+fn change_targets(
+    scene: &Scene,
+    document: &mut Document,
+    changes: &[JointChange],
+) -> Result<(), DesignError> {
+    let (joints, start) = (
+        scene.articulation().joints(),
+        scene.articulation().initial_shape(),
+    );
+    for (number, phase) in scene.gait().phases.iter().enumerate() {
+        let ShapePath::Linear(targets) = &phase.path else {
+            continue;
+        };
+        let changed: Vec<(usize, f64)> = (targets.iter())
+            .map(|&(joint, target)| (joint, changes[joint].of_target(target, start[joint])))
+            .collect();
+        if changed == *targets {
+            continue;
+        }
+        if let [(_, target)] = changed[..] {
+            document.set(&format!("gait.phases[{number}].length={target:?}"))?;
+        } else {
+            let texts = changed.iter();
+            let texts: Vec<String> = texts
+                .map(|&(joint, target)| format!("{:?} = {target:?}", joints[joint].name))
+                .collect();
+            document.set(&format!(
+                "gait.phases[{number}].targets={{ {} }}",
+                texts.join(", ")
+            ))?;
+        }
+    }
+    Ok(())
+}

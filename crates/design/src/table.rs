@@ -1,0 +1,232 @@
+//! The table of connection and metric over the limits of a scene, stored on disk.
+
+use std::time::{Duration, Instant as Clock};
+
+use models::{ModelError, Part, ShapeGeometry, ShapeSpace, SolvedShapes};
+use scene::Scene;
+use serde::{Deserialize, Serialize};
+
+use super::limits::StrokeLimits;
+use super::progress::DesignProgress;
+use crate::error::DesignError;
+use swimmer::Folder;
+use swimmer::{Choice, choose};
+
+/// Name of the file of a table.
+const FILE: &str = "table.json";
+
+/// Beginning of the names of the files of the shapes that are solved while a table is computed.
+const PARTIAL: &str = "table.partial";
+
+/// Name of the file of the shapes that a computation has solved.
+fn partial_file(part: Part) -> String {
+    match part {
+        Part::Share { number, count } => format!("{PARTIAL}.{number}-of-{count}.json"),
+        Part::Whole | Part::Known => format!("{PARTIAL}.json"),
+    }
+}
+
+/// Time between two writes of the shapes that are solved: all that an interrupted computation loses
+/// beside its last shape.
+const BETWEEN_WRITES: Duration = Duration::from_secs(5);
+
+/// A table or a part of it, with what it was computed from.
+#[derive(Deserialize, Serialize)]
+struct Stored<T> {
+    /// The scene as TOML.
+    scene: String,
+    ranges: Vec<(f64, f64)>,
+    tolerance: f64,
+    model: String,
+    table: T,
+}
+
+impl Stored<()> {
+    /// The same origin with a table.
+    fn with<T>(&self, table: T) -> Stored<T> {
+        Stored {
+            scene: self.scene.clone(),
+            ranges: self.ranges.clone(),
+            tolerance: self.tolerance,
+            model: self.model.clone(),
+            table,
+        }
+    }
+}
+
+/// A table, and where it is from.
+#[derive(Clone, Debug)]
+pub struct StrokeTable {
+    /// Connection and metric.
+    pub geometry: ShapeGeometry,
+    /// Name of the model.
+    pub model: String,
+    /// Number of its shapes that were read from the folder.
+    pub stored: usize,
+}
+
+impl StrokeTable {
+    /// Error bar of the displacement of a closed stroke, given by values of joints along it: the
+    /// errors of the table for a unit rate times the length of the stroke, summed over the joints.
+    pub fn displacement_error(&self, shapes: &[Vec<f64>]) -> f64 {
+        let (interpolation, model) = self.geometry.errors();
+        let next = shapes.iter().cycle().skip(1);
+        let changes = shapes.iter().zip(next).flat_map(|(a, b)| a.iter().zip(b));
+        let length: f64 = changes.map(|(a, b)| (a - b).abs()).sum();
+        (interpolation + model + self.geometry.position_error()) * length
+    }
+}
+
+/// Tabulates connection and metric over the limits, or reads them from the folder of an earlier run
+/// of the same flow problem.
+///
+/// Shapes that an interrupted computation has solved are in the folder too, and are used by the
+/// next one, which ends with the same bits as one that was not interrupted. Several computations
+/// can share the work in one folder, each with its own `part`.
+///
+/// # Errors
+/// A scene whose motion depends on more than the shape, errors of the model, files that cannot be
+/// written, [`DesignError::Stopped`]; [`ModelError::MissingShapes`] after a part that does not
+/// complete the table.
+pub fn tabulate(
+    scene: &Scene,
+    limits: &StrokeLimits,
+    tolerance: f64,
+    (folder, part): (Option<&Folder>, Part),
+    progress: &mut dyn DesignProgress,
+) -> Result<StrokeTable, DesignError> {
+    if !scene.is_driven_by_shape() {
+        return Err(DesignError::NotApplicable {
+            place: scene.place("optimise"),
+            problem: "tables over shapes require a motion that the joints determine: one linkage \
+                      without external loads, masses, slip, background flow and passive joints"
+                .to_owned(),
+        });
+    }
+    let stored = folder.and_then(|folder| read::<ShapeGeometry>(folder, FILE, scene, limits));
+    if let Some(stored) = stored.filter(|stored| stored.tolerance <= tolerance) {
+        return Ok(StrokeTable {
+            stored: stored.table.points(),
+            geometry: stored.table,
+            model: stored.model,
+        });
+    }
+    let Choice { mut model, .. } = choose(scene)?;
+    let name = model.name();
+    let mut solved = SolvedShapes::default();
+    let partial_files = folder.map(partial_files).unwrap_or_default();
+    for file in &partial_files {
+        let found = folder.and_then(|folder| read::<SolvedShapes>(folder, file, scene, limits));
+        if let Some(found) = found.filter(|found| found.model == name) {
+            solved.merge(found.table);
+        }
+    }
+    let known = solved.len();
+    let origin = Stored {
+        scene: scene.to_toml()?,
+        ranges: limits.ranges.clone(),
+        tolerance,
+        model: name.to_owned(),
+        table: (),
+    };
+    let own_file = partial_file(part);
+    let mut last = None;
+    let mut done = known;
+    let mut failed = None;
+    let mut written = Clock::now();
+    let mut observe = |solved: &SolvedShapes| {
+        done = solved.len();
+        progress.tabulated(done);
+        let is_interrupted = progress.is_interrupted();
+        if let Some(folder) = folder
+            && (is_interrupted || written.elapsed() >= BETWEEN_WRITES)
+        {
+            failed = write(folder, &own_file, &origin.with(solved)).err();
+            written = Clock::now();
+        }
+        if part != Part::Whole {
+            last = Some(solved.clone());
+        }
+        match is_interrupted || failed.is_some() {
+            // Replaced below by an error of this crate.
+            true => Err(ModelError::ShapeSpace {
+                problem: "interrupted".to_owned(),
+            }),
+            false => Ok(()),
+        }
+    };
+    let space = ShapeSpace::tabulate_from(
+        scene,
+        model.as_mut(),
+        &limits.ranges,
+        tolerance,
+        (solved, part),
+        &mut observe,
+    );
+    if let Some(error) = failed {
+        return Err(error);
+    }
+    if progress.is_interrupted() {
+        return Err(DesignError::Stopped {
+            what: format!("{done} shapes of the table; the same command continues with them"),
+        });
+    }
+    if let (Err(ModelError::MissingShapes { .. }), Some(folder), Some(last)) =
+        (&space, folder, &last)
+    {
+        write(folder, &own_file, &origin.with(last))?;
+    }
+    let geometry = space?.geometry()?;
+    if let Some(folder) = folder {
+        write(folder, FILE, &origin.with(&geometry))?;
+        for file in partial_files.iter().chain([&own_file]) {
+            // A part that cannot be removed is read again, to no harm.
+            let _ = std::fs::remove_file(folder.path().join(file));
+        }
+    }
+    Ok(StrokeTable {
+        geometry,
+        model: name.to_owned(),
+        stored: known,
+    })
+}
+
+/// Names of the files of solved shapes in a folder, in a fixed order.
+fn partial_files(folder: &Folder) -> Vec<String> {
+    let entries = std::fs::read_dir(folder.path()).into_iter().flatten();
+    let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let is_partial = |name: &String| name.starts_with(PARTIAL) && name.ends_with(".json");
+    let mut names: Vec<String> = names.filter(is_partial).collect();
+    names.sort_unstable();
+    names
+}
+
+fn write<T: Serialize>(
+    folder: &Folder,
+    name: &str,
+    stored: &Stored<&T>,
+) -> Result<(), DesignError> {
+    folder.write(name, |file| {
+        serde_json::to_writer(&mut *file, stored)?;
+        writeln!(file)
+    })?;
+    Ok(())
+}
+
+/// The contents of a file of a folder, if it is of the same flow problem and limits.
+fn read<T: for<'a> Deserialize<'a>>(
+    folder: &Folder,
+    name: &str,
+    scene: &Scene,
+    limits: &StrokeLimits,
+) -> Option<Stored<T>> {
+    let text = std::fs::read_to_string(folder.path().join(name)).ok()?;
+    let stored: Stored<T> = serde_json::from_str(&text).ok()?;
+    let other = Scene::parse(&stored.scene).ok()?;
+    let is_same = scene.differing_key(&other).is_none()
+        && other.initial_state() == scene.initial_state()
+        && other.model() == scene.model()
+        && other.fem() == scene.fem()
+        && stored.ranges == limits.ranges;
+    is_same.then_some(stored)
+}

@@ -1,0 +1,255 @@
+//! Optimal strokes of three spheres against exact values by multipoles.
+//!
+//! Energies are `E T` in units of the viscosity and the cube of the radius. The exact values were
+//! computed by an independent program with multipole expansions.
+
+use design::{
+    DisplacementMeasure, HighestEfficiency, LeastEnergy, LeastEnergyRotation, Optimum, SampledPath,
+    SearchOptions, Stroke, farthest, optimise, small_stroke_cost,
+};
+use swimmer::models::nalgebra::Vector3;
+use swimmer::models::{ShapeGeometry, ShapeSpace};
+use swimmer::scene::{Document, ShapePath};
+use swimmer::{Gait, Phase, Scene, choose, spans};
+
+/// Three equal spheres of radius 1 on a line, with the table over these arms.
+pub fn table(ranges: [(f64, f64); 2], tolerance: f64) -> ShapeGeometry {
+    let scene = Scene::parse(
+        "model = { kind = \"multipole\", tolerance = 1e-10 }\n\
+         bodies = [{ name = \"l\", radius = 1, position = [-10, 0, 0] }, \
+         { name = \"c\", radius = 1, position = [0, 0, 0] }, \
+         { name = \"r\", radius = 1, position = [10, 0, 0] }]\n\
+         links = [{ name = \"a\", body = \"l\", to = \"c\" }, \
+         { name = \"b\", body = \"r\", to = \"c\" }]\n",
+    )
+    .unwrap();
+    geometry(&scene, &ranges, tolerance)
+}
+
+pub fn geometry(scene: &Scene, ranges: &[(f64, f64)], tolerance: f64) -> ShapeGeometry {
+    let mut model = choose(scene).unwrap().model;
+    let space = ShapeSpace::tabulate(scene, model.as_mut(), ranges, tolerance).unwrap();
+    space.geometry().unwrap()
+}
+
+fn least_energy(
+    table: &ShapeGeometry,
+    displacement: f64,
+    limits: &[(f64, f64)],
+    start: Option<Vec<f64>>,
+    terms: usize,
+) -> Optimum {
+    let objective = LeastEnergy {
+        measure: DisplacementMeasure::Length,
+        displacement,
+    };
+    let options = SearchOptions {
+        start,
+        terms,
+        tolerance: 1e-6,
+    };
+    let optimum = optimise(table, &objective, limits, &options, &mut ()).unwrap();
+    let moved = optimum.totals.displacement.norm();
+    assert!((moved / displacement - 1.0).abs() < 1e-6, "{moved}");
+    optimum
+}
+
+/// `E T = 4 π sqrt(det G) |Δ| / |curl V|` for small strokes about equal arms. The cost is
+/// about proportional to the square of the arms, so that it changes by less than 1e-4 within
+/// 2e-5 of them.
+#[test]
+fn small_strokes_are_the_optimal_ellipses() {
+    for (arm, exact) in [(4.0, 6281.6807), (10.0, 25754.1115), (20.0, 97129.0406)] {
+        let half = 2e-5 * arm;
+        let table = table([(0.9 * arm, 1.1 * arm); 2], 1e-9);
+        let local = table.at(&[arm, arm]).unwrap();
+        let curl = local.curvature(0, 1).x;
+        let objective = LeastEnergy {
+            measure: DisplacementMeasure::Length,
+            displacement: 0.3 * curl.abs() * half * half,
+        };
+        let cost = small_stroke_cost(&local, &objective).unwrap();
+        // Derivatives of a table with an error of 1e-9 in a box of a fifth of the arm.
+        assert!((cost / exact - 1.0).abs() < 5e-6, "{arm}: {cost}");
+        let optimum = least_energy(
+            &table,
+            objective.displacement,
+            &[(arm - half, arm + half); 2],
+            None,
+            4,
+        );
+        let found = optimum.period_energy_product / objective.displacement;
+        assert!((found / exact - 1.0).abs() < 1e-4, "{arm}: {found}");
+    }
+}
+
+/// Alouges, DeSimone & Lefebvre (2008) in radii: arms of 6 at the start, displacement 0.2. The best
+/// square needs 1995.2229; sines converge to 1579.6, by 3e-4 from 6 to 12 of them.
+#[test]
+fn the_stroke_of_2008_costs_a_fifth_less_than_the_best_square() {
+    let table = table([(2.5, 9.0); 2], 1e-5);
+    let optimum = least_energy(&table, 0.2, table.ranges(), Some(vec![6.0, 6.0]), 12);
+    let found = optimum.period_energy_product;
+    assert!((found / 1579.7 - 1.0).abs() < 1e-4, "{found}");
+    assert!(!optimum.at_limits);
+    // The energy of the series itself is near that at constant power.
+    assert!((optimum.totals.energy / found - 1.0).abs() < 1e-4);
+    // A corner at the start: the directions at both ends are not opposite.
+    let [before, start, after] = [0.999, 0.0, 0.001].map(|u| optimum.curve.shape(u));
+    let leaving = [after[0] - start[0], after[1] - start[1]];
+    let arriving = [start[0] - before[0], start[1] - before[1]];
+    let cross = leaving[0] * arriving[1] - leaving[1] * arriving[0];
+    assert!(cross.abs() > 0.1 * leaving[0].hypot(leaving[1]) * arriving[0].hypot(arriving[1]));
+}
+
+/// The stroke of Najafi & Golestanian (2004) with arms of 10 and 6, and the best one within the
+/// same arms for half of its displacement.
+#[test]
+fn strokes_within_limits_stay_there() {
+    let table = table([(6.0, 10.0); 2], 1e-7);
+    let phase = |joint, length| Phase {
+        path: ShapePath::Linear(vec![(joint, length)]),
+        duration: 1.0,
+    };
+    let gait = Gait {
+        cycles: 1,
+        phases: vec![phase(0, 6.0), phase(1, 6.0), phase(0, 10.0), phase(1, 10.0)],
+    };
+    let path = SampledPath::of_spans(spans(&gait, &[10.0, 10.0]).unwrap(), &[0, 1]);
+    let square = Stroke::along(&table, &path).unwrap();
+    assert!((square.totals.displacement.norm() - 0.159_805_340_4).abs() < 1e-8);
+    assert!(
+        (square.totals.energy - 3_701.388_298).abs() < 1e-4,
+        "{}",
+        square.totals.energy
+    );
+    assert!(
+        (square.length.powi(2) - 3_700.504_396).abs() < 1e-4,
+        "{}",
+        square.length.powi(2)
+    );
+
+    // The curvature has one sign, so that nothing goes farther.
+    let far = farthest(&table, DisplacementMeasure::Length, table.ranges()).unwrap();
+    assert!((far.totals.displacement.norm() - 0.159_805_340_4).abs() < 1e-8);
+    assert!((far.period_energy_product - 3_700.504_396).abs() < 1e-4);
+
+    let optimum = least_energy(&table, 0.079_902_670_2, table.ranges(), None, 32);
+    let found = optimum.period_energy_product;
+    // Known to three or four digits.
+    assert!((found / 1198.5 - 1.0).abs() < 2e-4, "{found}");
+    assert!(optimum.at_limits && optimum.refinement_error < 1e-4);
+    for k in 0..5000 {
+        let shape = optimum.curve.shape(f64::from(k) / 5000.0);
+        assert!(shape.iter().all(|x| (6.0..=10.0).contains(x)), "{shape:?}");
+    }
+}
+
+/// Curves that oscillate between the points at which limits are kept left them again each time the
+/// limits were narrowed, and the search gave up.
+#[test]
+fn bug_a_stroke_along_its_limits_was_given_up() {
+    let table = table([(6.0, 10.0); 2], 1e-9);
+    let objective = HighestEfficiency {
+        measure: DisplacementMeasure::Length,
+    };
+    let options = SearchOptions {
+        start: None,
+        terms: 32,
+        tolerance: 2e-4,
+    };
+    let optimum = optimise(&table, &objective, table.ranges(), &options, &mut ()).unwrap();
+    assert!(optimum.at_limits);
+    // A displacement between those of the square and of half the square.
+    let moved = optimum.totals.displacement.norm();
+    assert!((0.14..0.16).contains(&moved), "{moved}");
+}
+
+/// Three spheres in a plane with arms of 4: small strokes that move,
+/// `4 π sqrt(g3 gc) / |h_x|`, and that turn, `4 π gc / |h_t|`, with the metric `g3` of equal
+/// changes of all arms, `gc` of the others, and the curvatures `h_x` and `h_t`.
+#[test]
+fn small_strokes_of_planar_swimmers_are_optimal() {
+    const PI4: f64 = 4.0 * std::f64::consts::PI;
+    let scene = Scene::parse(include_str!("../../../swimmer/templates/planar.toml")).unwrap();
+    let scene = scene.with_tolerance(1e-8).unwrap();
+    let half = 1e-3;
+    let table = geometry(&scene, &[(3.9, 4.1); 3], 1e-6);
+    let local = table.at(&[4.0; 3]).unwrap();
+    let (g3, gc, h_x, h_t) = (25.730_390, 11.266_165, 0.003_017_183, 0.017_820_485);
+    let moving = LeastEnergy {
+        measure: DisplacementMeasure::Along(Vector3::x()),
+        displacement: 1e-10,
+    };
+    let turning = LeastEnergyRotation {
+        axis: Vector3::z(),
+        angle: 0.3 * h_t * half * half,
+    };
+    let cost = small_stroke_cost(&local, &moving).unwrap();
+    let exact = PI4 * f64::sqrt(g3 * gc) / h_x;
+    // The curvatures are from finite loops, which agree to 4e-4.
+    assert!((cost / exact - 1.0).abs() < 4e-4, "{cost} {exact}");
+    let cost = small_stroke_cost(&local, &turning).unwrap();
+    let exact = PI4 * gc / h_t;
+    assert!((cost / exact - 1.0).abs() < 1e-4, "{cost} {exact}");
+    let options = SearchOptions {
+        start: None,
+        terms: 4,
+        tolerance: 1e-6,
+    };
+    let optimum = optimise(
+        &table,
+        &turning,
+        &[(4.0 - half, 4.0 + half); 3],
+        &options,
+        &mut (),
+    )
+    .unwrap();
+    let found = optimum.period_energy_product / turning.angle;
+    // The cost changes by about a part in a thousand within the box.
+    assert!((found / exact - 1.0).abs() < 2e-3, "{found} {exact}");
+    assert!((optimum.totals.rotation.z / turning.angle - 1.0).abs() < 1e-5);
+}
+
+/// The scene of the best stroke runs, and its displacement is that of the table within the bars.
+#[test]
+fn the_best_stroke_is_a_scene_that_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = Scene::parse(include_str!("../../../swimmer/templates/three-sphere.toml")).unwrap();
+    for (objective, start) in [("efficiency", "closed"), ("energy", "fixed")] {
+        let mut document =
+            Document::parse(&scene.to_toml().unwrap(), "scene.toml".as_ref()).unwrap();
+        for setting in [
+            format!("optimise.objective={objective}"),
+            format!("optimise.start={start}"),
+            "optimise.displacement=0.05".to_owned(),
+            "optimise.terms=8".to_owned(),
+            "optimise.tolerance=1e-3".to_owned(),
+            "optimise.upper=10.5".to_owned(),
+        ] {
+            document.set(&setting).unwrap();
+        }
+        let scene = Scene::from_document(document).unwrap();
+        let found = design::design_stroke(&scene, folder.path(), &mut ()).unwrap();
+        let again = Scene::read(&folder.path().join("optimum.toml"), &[]).unwrap();
+        assert_eq!(again.gait(), found.scene.gait());
+        let (table, run) = (
+            found.optimum.totals.displacement.norm(),
+            found.run_displacement,
+        );
+        let bars = found.table_error + found.outcome.error_estimate.total();
+        // The spline through the table of a stroke with a corner: 4e-6 of its highest terms.
+        assert!(
+            (table - run).abs() <= bars + 1e-5 * table,
+            "{table} {run} {bars:e}"
+        );
+        let energy = found.optimum.period_energy_product / found.period;
+        // The energy of the series is above that at constant power by less than one per cent.
+        assert!((found.outcome.work / energy - 1.0).abs() < 1e-2, "{energy}");
+        assert_eq!(found.shapes.first(), found.shapes.last());
+        // Another search in the same folder reads the table.
+        let second = design::design_stroke(&scene, folder.path(), &mut ()).unwrap();
+        assert_eq!(second.table.stored, second.table.geometry.points());
+        assert_eq!(second.shapes, found.shapes);
+    }
+}

@@ -1,0 +1,15 @@
+//! The flow in a plane: values on a regular grid, outlines of bodies, streamlines.
+
+mod body_surface;
+mod grid;
+mod plane;
+mod section;
+mod start;
+mod streamlines;
+
+pub use body_surface::body_surface;
+pub use grid::FlowSlice;
+pub use plane::{SliceFrame, SlicePlane};
+pub use section::section;
+pub use start::start_slice;
+pub use streamlines::{Streamline, streamlines};

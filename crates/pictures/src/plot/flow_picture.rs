@@ -1,0 +1,253 @@
+//! The flow in a plane: speed as colour, streamlines, bodies.
+
+use std::ops::Range;
+
+use nalgebra::{Isometry3, Vector3};
+use plotters::prelude::*;
+use scene::Scene;
+
+use super::canvas::{self, Raster};
+use super::colour_map::colour;
+use super::style::{Area, FAINT, INK, font, px, short};
+use crate::error::PictureError;
+use crate::flow_slice::{FlowSlice, SlicePlane, Streamline, body_surface, section, streamlines};
+use crate::numbers::rounded;
+
+/// Width of the picture in pixels.
+const WIDTH: u32 = 960;
+
+/// Space for title, axes and colour bar in pixels: left, right, above, below.
+const SPACE: [u32; 4] = [76, 124, 52, 48];
+
+/// Distance of streamlines relative to the width of the window.
+const LINE_DISTANCE: f64 = 0.022;
+
+/// Number of steps of the colour bar.
+const STEPS: usize = 128;
+
+/// Largest number of characters of the name of a scene in the title.
+const NAME: usize = 48;
+
+/// Colour of streamlines and their outlines.
+const LINE: RGBColor = RGBColor(255, 255, 255);
+
+/// Draws the flow in a plane as SVG text: speed as colour, streamlines of the velocity in the
+/// plane, and the bodies at these poses.
+///
+/// # Errors
+/// [`PictureError::Plot`] with the reason given by the plotting library.
+pub fn flow_svg(
+    scene: &Scene,
+    poses: &[Isometry3<f64>],
+    slice: &FlowSlice,
+) -> Result<String, PictureError> {
+    let (name, plane) = (shortened(scene.name()), plane_name(&slice.plane));
+    let title = format!("{name}: flow at the start, plane {plane}");
+    flow_frame(scene, poses, slice, &title, slice.largest_speed())
+}
+
+/// The same with another title, and the colours of speeds up to `largest`.
+///
+/// # Errors
+/// As [`flow_svg`].
+pub fn flow_frame(
+    scene: &Scene,
+    poses: &[Isometry3<f64>],
+    slice: &FlowSlice,
+    title: &str,
+    largest: f64,
+) -> Result<String, PictureError> {
+    let plane = &slice.plane;
+    let inner = WIDTH - SPACE[0] - SPACE[1];
+    let height = f64::from(inner) * plane.height / plane.width;
+    let size = (WIDTH, height.round() as u32 + SPACE[2] + SPACE[3]);
+    let mut window = (0..1, 0..1);
+    let svg = canvas::svg(size, |root| {
+        let (left, right) = root.split_horizontally(px(WIDTH - SPACE[1]));
+        window = draw_window(&left, scene, poses, slice, title)?;
+        draw_bar(&right, largest)?;
+        root.present()?;
+        Ok(())
+    })?;
+    canvas::over_raster(&svg, &raster(slice, largest), window)
+}
+
+/// A name with as many characters as fit into a title.
+pub fn shortened(name: &str) -> String {
+    let mut short: String = name.chars().take(NAME).collect();
+    if short.len() < name.len() {
+        short.push_str("...");
+    }
+    short
+}
+
+/// Axes, streamlines and bodies; returns the pixels of the window.
+fn draw_window(
+    area: &Area,
+    scene: &Scene,
+    poses: &[Isometry3<f64>],
+    slice: &FlowSlice,
+    title: &str,
+) -> Result<(Range<i32>, Range<i32>), Box<dyn std::error::Error>> {
+    let plane = &slice.plane;
+    let [right, up] = [plane.right, plane.up].map(|e| direction(&e));
+    area.draw(&Text::new(
+        title.to_owned(),
+        (px(SPACE[0]) as i32, px(14) as i32),
+        font(18, &INK),
+    ))?;
+    area.draw(&Text::new(
+        up,
+        (px(14) as i32, px(SPACE[2] - 20) as i32),
+        font(14, &INK),
+    ))?;
+    let (_, area) = area.split_vertically(px(SPACE[2]));
+    let range = |e: &Vector3<f64>, side: f64| {
+        let middle = plane.centre.dot(e);
+        middle - 0.5 * side..middle + 0.5 * side
+    };
+    let (x, y) = (
+        range(&plane.right, plane.width),
+        range(&plane.up, plane.height),
+    );
+    let mut chart = ChartBuilder::on(&area)
+        .x_label_area_size(px(SPACE[3]))
+        .y_label_area_size(px(SPACE[0]))
+        .build_cartesian_2d(x.clone(), y.clone())?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .axis_style(INK.stroke_width(px(1)))
+        .set_all_tick_mark_size(px(5))
+        .label_style(font(14, &INK))
+        .x_desc(format!("{right} (the scene's unit of length)"))
+        .x_label_formatter(&|v| short(*v))
+        .y_label_formatter(&|v| short(*v))
+        .draw()?;
+    let place = |[a, b]: [f64; 2]| (x.start + a * plane.width, y.start + b * plane.height);
+    for line in streamlines(slice, LINE_DISTANCE) {
+        let points = || line.iter().map(|p| place(*p));
+        let outline = INK.mix(0.35).stroke_width(px(2));
+        chart.draw_series(LineSeries::new(points(), outline))?;
+        chart.draw_series(LineSeries::new(points(), LINE.stroke_width(px(1))))?;
+        if let Some(head) = arrow_head(&line, plane) {
+            chart.draw_series([Polygon::new(head.map(place).to_vec(), LINE.filled())])?;
+        }
+    }
+    for (body, pose) in scene.bodies().iter().zip(poses) {
+        let Some(surface) = body_surface(&body.shape) else {
+            continue;
+        };
+        for curve in section(&surface, pose, plane) {
+            let mut corners: Vec<_> = curve.into_iter().map(place).collect();
+            chart.draw_series([Polygon::new(corners.clone(), FAINT.filled())])?;
+            corners.extend(corners.first().copied());
+            chart.draw_series(LineSeries::new(corners, INK.stroke_width(px(1))))?;
+        }
+    }
+    Ok(chart.plotting_area().get_pixel_range())
+}
+
+/// The colour bar with its axis.
+fn draw_bar(area: &Area, largest: f64) -> Result<(), Box<dyn std::error::Error>> {
+    // A flow at rest needs some axis.
+    let top = if largest > 0.0 { largest } else { 1.0 };
+    let label = font(14, &INK);
+    area.draw(&Text::new(
+        "speed",
+        (px(24) as i32, px(18) as i32),
+        label.clone(),
+    ))?;
+    let (_, area) = area.split_vertically(px(SPACE[2]));
+    let mut chart = ChartBuilder::on(&area)
+        .margin_left(px(24))
+        .margin_bottom(px(SPACE[3]))
+        .right_y_label_area_size(px(76))
+        .build_cartesian_2d(0.0..1.0, 0.0..top)?;
+    let edge = |k: usize| top * k as f64 / STEPS as f64;
+    chart.draw_series((0..STEPS).map(|k| {
+        let [red, green, blue] = colour((k as f64 + 0.5) / STEPS as f64);
+        // Up to the upper end, below the steps that follow: no gaps by rounding.
+        let corners = [(0.0, edge(k)), (1.0, top)];
+        Rectangle::new(corners, RGBColor(red, green, blue).filled())
+    }))?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .disable_x_axis()
+        .axis_style(INK.stroke_width(px(1)))
+        .set_all_tick_mark_size(px(5))
+        .label_style(label)
+        .y_label_formatter(&|v| short(*v))
+        .draw()?;
+    Ok(())
+}
+
+/// The colours of the speeds, from above.
+fn raster(slice: &FlowSlice, largest: f64) -> Raster {
+    let speeds = slice.speeds();
+    let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
+    let rows = speeds.chunks(slice.columns).rev();
+    let colours = rows.flatten().flat_map(|speed| match speed {
+        Some(speed) => {
+            let [red, green, blue] = colour(scale * speed);
+            [red, green, blue, 255]
+        }
+        None => [255, 255, 255, 0],
+    });
+    Raster {
+        columns: slice.columns,
+        rows: slice.rows,
+        colours: colours.collect(),
+    }
+}
+
+/// An arrow head in the middle of a streamline; none for a line without a direction there.
+fn arrow_head(line: &Streamline, plane: &SlicePlane) -> Option<[[f64; 2]; 3]> {
+    // Half of its width, relative to the width of the window: three pixels.
+    const HALF_WIDTH: f64 = 0.0042;
+    let middle = line.len() / 2;
+    let [from, to] = [line.get(middle.checked_sub(1)?)?, line.get(middle)?];
+    let aspect = plane.height / plane.width;
+    let along =
+        Vector3::new(to[0] - from[0], (to[1] - from[1]) * aspect, 0.0).try_normalize(0.0)?;
+    let corner = |ahead: f64, aside: f64| {
+        let [ahead, aside] = [ahead, aside].map(|length| length * HALF_WIDTH);
+        [
+            to[0] + ahead * along.x - aside * along.y,
+            to[1] + (ahead * along.y + aside * along.x) / aspect,
+        ]
+    };
+    Some([corner(2.2, 0.0), corner(-1.2, 1.0), corner(-1.2, -1.0)])
+}
+
+/// The name of a direction: a coordinate or the unit vector.
+fn direction(e: &Vector3<f64>) -> String {
+    let axes = [
+        ("x", Vector3::x()),
+        ("y", Vector3::y()),
+        ("z", Vector3::z()),
+    ];
+    let axis = axes.into_iter().find(|(_, axis)| (e - axis).amax() < 5e-3);
+    axis.map_or_else(
+        || {
+            let [x, y, z] = [e.x, e.y, e.z].map(|c| rounded(c, 2));
+            format!("along ({x:.2}, {y:.2}, {z:.2})")
+        },
+        |(name, _)| name.to_owned(),
+    )
+}
+
+/// The name of a plane: `z = 0`, or a normal and the distance from the origin.
+fn plane_name(plane: &SlicePlane) -> String {
+    let normal = plane.normal();
+    let normal = normal * normal[normal.iamax()].signum();
+    let mut height = plane.centre.dot(&normal);
+    if height.abs() < 1e-6 * plane.width {
+        height = 0.0;
+    }
+    match direction(&normal) {
+        name if name.len() == 1 => format!("{name} = {}", short(height)),
+        name => format!("normal to {}", name.trim_start_matches("along ")),
+    }
+}

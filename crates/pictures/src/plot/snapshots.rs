@@ -1,0 +1,155 @@
+//! The lower half of the plot: the bodies at the ends of phases, or at some times of a single one.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use plotters::prelude::*;
+use scene::{Scene, Shape};
+
+use super::quantity::Quantity;
+use super::style::{Area, COLOURS, GREY, INK, font, px, short};
+use swimmer::{Outcome, Sample};
+
+/// Largest number of snapshots: more would be too small.
+const MAX_SNAPSHOTS: usize = 5;
+
+/// Draws the start, the ends of the first phases and the end, all with the same scale.
+pub(super) fn draw(
+    area: &Area,
+    scene: &Scene,
+    outcome: &Outcome,
+    quantity: &Quantity,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let Some(shots) = shots(scene, outcome) else {
+        return Ok(());
+    };
+    let [axis, across] = quantity.plane(scene, outcome);
+    let flat = |x: &Vector3<f64>| (x.dot(&axis), x.dot(&across));
+    // Bounding rectangle of the bodies in all snapshots.
+    let (mut left, mut right, mut low, mut high) = (f64::MAX, f64::MIN, f64::MAX, f64::MIN);
+    for (_, sample) in &shots {
+        for (body, pose) in scene.bodies().iter().zip(&sample.poses) {
+            let ((x, y), r) = (flat(&pose.translation.vector), body.bounding_radius());
+            (left, right) = (left.min(x - r), right.max(x + r));
+            (low, high) = (low.min(y - r), high.max(y + r));
+        }
+    }
+    let (width, height) = area.dim_in_pixel();
+    let (top, label) = (f64::from(px(34)), f64::from(px(24)));
+    let (width, height) = (f64::from(width), f64::from(height) - top);
+    // Side by side or one above the other, for the larger scale; each with a line of text above.
+    let scale_of = |columns: usize, rows: usize| {
+        let cell = (width / columns as f64, height / rows as f64 - label);
+        (0.9 * cell.0 / (right - left)).min(0.9 * cell.1 / (high - low))
+    };
+    let count = shots.len();
+    let is_beside = scale_of(count, 1) > scale_of(1, count);
+    let (columns, lines) = if is_beside { (count, 1) } else { (1, count) };
+    let scale = scale_of(columns, lines);
+    let (cell_width, cell_height) = (width / columns as f64, height / lines as f64);
+    area.draw(&Text::new(
+        "the bodies, to scale",
+        (px(14) as i32, px(8) as i32),
+        font(16, &INK),
+    ))?;
+    for (number, (name, sample)) in shots.iter().enumerate() {
+        let corner = (
+            cell_width * (number % columns) as f64,
+            top + cell_height * (number / columns) as f64,
+        );
+        let centre = (
+            corner.0 + 0.5 * cell_width,
+            corner.1 + label + 0.5 * (cell_height - label),
+        );
+        let pixel = |x: &Vector3<f64>| {
+            let (x, y) = flat(x);
+            (
+                (centre.0 + scale * (x - 0.5 * (left + right))).round() as i32,
+                (centre.1 - scale * (y - 0.5 * (low + high))).round() as i32,
+            )
+        };
+        area.draw(&Text::new(
+            name.clone(),
+            (
+                corner.0 as i32 + px(14) as i32,
+                corner.1 as i32 + px(4) as i32,
+            ),
+            font(13, &GREY),
+        ))?;
+        let at = |body: usize| pixel(&sample.poses[body].translation.vector);
+        for joint in scene.articulation().joints() {
+            let arm = [at(joint.body), at(joint.to)];
+            area.draw(&PathElement::new(arm, GREY.stroke_width(px(2))))?;
+        }
+        for (body, shape) in scene.bodies().iter().map(|body| &body.shape).enumerate() {
+            let colour = COLOURS[body % COLOURS.len()];
+            let least = f64::from(px(2));
+            let disc = |at: (i32, i32), radius: f64| {
+                let radius = (scale * radius).max(least).round() as i32;
+                area.draw(&Circle::new(at, radius, colour.filled()))
+            };
+            let (pose, centreline) = (&sample.poses[body], shape.centreline());
+            if shape.is_isotropic() {
+                disc(at(body), shape.bounding_radius())?;
+            } else if centreline.is_empty() {
+                let outline = outline(shape, pose, &axis, &across);
+                let corners: Vec<_> = outline.map(|x| pixel(&x)).collect();
+                area.draw(&Polygon::new(corners, colour.filled()))?;
+            }
+            for x in centreline {
+                // Tubes have the radius of the tube.
+                disc(pixel(&(pose * Point3::from(x)).coords), shape.size_radius())?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Names and samples: the start, the ends of the first phases and the end, or, for a single phase,
+/// times at about equal distances.
+fn shots<'a>(scene: &Scene, outcome: &'a Outcome) -> Option<Vec<(String, &'a Sample)>> {
+    let phases = scene.gait().phases.len();
+    let is_end = |sample: &&Sample| sample.bodies.is_none();
+    let ends: Vec<&Sample> = outcome.samples.iter().filter(is_end).collect();
+    let (&last, first) = ends.split_last()?;
+    let mut shots: Vec<(String, &Sample)> = if ends.len() > 2 {
+        let first = first.iter().take(phases.min(MAX_SNAPSHOTS - 1)).enumerate();
+        let name = |k| {
+            if k == 0 {
+                "start".to_owned()
+            } else {
+                format!("after phase {k}")
+            }
+        };
+        first.map(|(k, sample)| (name(k), *sample)).collect()
+    } else {
+        let times =
+            (0..MAX_SNAPSHOTS - 1).map(|k| last.time * k as f64 / (MAX_SNAPSHOTS - 1) as f64);
+        let nearest = times.filter_map(|time| {
+            let off = |sample: &&Sample| (sample.time - time).abs();
+            outcome
+                .samples
+                .iter()
+                .min_by(|a, b| off(a).total_cmp(&off(b)))
+        });
+        nearest
+            .map(|sample| (format!("time {}", short(sample.time)), sample))
+            .collect()
+    };
+    shots.dedup_by(|a, b| a.1.time == b.1.time);
+    shots.push(("end".to_owned(), last));
+    Some(shots)
+}
+
+/// The outline of a convex body projected onto the plane of `axis` and `across`.
+fn outline<'a>(
+    shape: &'a Shape,
+    pose: &'a Isometry3<f64>,
+    axis: &'a Vector3<f64>,
+    across: &'a Vector3<f64>,
+) -> impl Iterator<Item = Vector3<f64>> + 'a {
+    const CORNERS: usize = 48;
+    (0..CORNERS).map(move |k| {
+        let angle = std::f64::consts::TAU * k as f64 / CORNERS as f64;
+        let direction = axis * angle.cos() + across * angle.sin();
+        pose.translation.vector + shape.support_point(&pose.rotation, &direction)
+    })
+}

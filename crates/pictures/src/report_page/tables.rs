@@ -1,0 +1,170 @@
+//! The texts and tables of the page.
+
+use models::ErrorEstimate;
+use serde_json::Value;
+
+use super::html::escaped;
+use super::record::RunRecord;
+use crate::numbers::{count, decimals, duration, percent, rounded, two_digits, with_uncertainty};
+
+/// One sentence about the run.
+pub fn lead(record: &RunRecord) -> String {
+    let gait = record.scene.gait();
+    let summary = &record.summary;
+    let tolerance = summary["tolerance"].as_f64();
+    let met = match (summary["tolerance_met"].as_bool(), tolerance) {
+        (Some(true), Some(tolerance)) => format!("; the tolerance {tolerance:e} is met"),
+        (Some(false), Some(tolerance)) => format!("; the tolerance {tolerance:e} is not met"),
+        _ => String::new(),
+    };
+    format!(
+        "{} of {}, duration {}. Model {}, {}{met}.",
+        count(gait.cycles as usize, "cycle"),
+        count(gait.phases.len(), "phase"),
+        gait.duration(),
+        escaped(summary["model"].as_str().unwrap_or("unknown")),
+        count(record.outcome.solves, "solve"),
+    )
+}
+
+/// Net displacement, work and the displacements of the bodies.
+pub fn results(record: &RunRecord) -> String {
+    let outcome = &record.outcome;
+    let error = outcome.error_estimate.total();
+    let rotation = outcome.rotation.map(|x| rounded(x, 5));
+    let entries = [
+        (
+            "Net displacement",
+            with_uncertainty(outcome.net(), error),
+            "length",
+        ),
+        (
+            "Rotation vector",
+            format!("({:.5}, {:.5}, {:.5})", rotation.x, rotation.y, rotation.z),
+            "radians",
+        ),
+        (
+            "Work on the fluid",
+            with_uncertainty(outcome.work, outcome.work_error.total()),
+            "energy",
+        ),
+    ];
+    let mut html =
+        "<table class=\"totals\"><caption>Totals, in the scene's units</caption><tbody>\n"
+            .to_owned();
+    for (label, value, unit) in entries {
+        let value = value.replace("+-", "±");
+        html += &format!(
+            "<tr><th scope=\"row\">{label}</th><td class=\"number\">{value}</td><td>{unit}</td></tr>\n"
+        );
+    }
+    html += "</tbody></table>\n<div class=\"scroll\" tabindex=\"0\" role=\"group\" \
+             aria-label=\"displacements\"><table><caption>Displacement of each body, ± ";
+    html += &two_digits(error);
+    html += "</caption><thead><tr><th scope=\"col\">Body</th>";
+    for axis in ["x", "y", "z"] {
+        html += &format!("<th scope=\"col\" class=\"number\">{axis}</th>");
+    }
+    html += "</tr></thead><tbody>\n";
+    let decimals = match error > 0.0 {
+        true => decimals(error),
+        false => 6,
+    };
+    for (body, displacement) in record.scene.bodies().iter().zip(&outcome.displacement) {
+        let name = escaped(&body.name);
+        html += &format!("<tr><th scope=\"row\" class=\"name\">{name}</th>");
+        for value in displacement.iter() {
+            let value = rounded(*value, decimals);
+            html += &format!("<td class=\"number\">{value:.decimals$}</td>");
+        }
+        html += "</tr>\n";
+    }
+    html + "</tbody></table></div>\n"
+}
+
+/// The error bars of net displacement and work by source, as tables with bars.
+pub fn error_budget(record: &RunRecord) -> String {
+    let outcome = &record.outcome;
+    let table = |of: &str, estimate: &ErrorEstimate, value: f64| {
+        let total = estimate.total();
+        let share = |error: f64| if total > 0.0 { error / total } else { 0.0 };
+        let relative = |error: f64| match value > 0.0 {
+            true => percent(error / value),
+            false => "-".to_owned(),
+        };
+        let mut html = format!(
+            "<table class=\"budget\"><caption>{of}</caption><thead><tr><th scope=\"col\">Source</th>\
+             <th scope=\"col\" class=\"number\">Absolute</th><th scope=\"col\" \
+             class=\"number\">Relative</th><th scope=\"col\">Share of the sum</th></tr></thead>\
+             <tbody>\n"
+        );
+        for (source, error) in estimate.sources() {
+            let cells = match error {
+                Some(error) => format!(
+                    "<td class=\"number\">{}</td><td class=\"number\">{}</td><td><span \
+                     class=\"bar\" style=\"--share:{:.4}\"><span \
+                     class=\"hidden\">{:.0} %</span></span></td>",
+                    two_digits(error),
+                    relative(error),
+                    share(error),
+                    100.0 * share(error)
+                ),
+                None => "<td class=\"number\" colspan=\"2\">not estimated</td><td></td>".to_owned(),
+            };
+            html += &format!("<tr><th scope=\"row\">{source}</th>{cells}</tr>\n");
+        }
+        html += &format!(
+            "<tr class=\"sum\"><th scope=\"row\">sum</th><td class=\"number\">{}</td><td \
+             class=\"number\">{}</td><td></td></tr></tbody></table>\n",
+            two_digits(total),
+            relative(total)
+        );
+        html
+    };
+    table("Net displacement", &outcome.error_estimate, outcome.net())
+        + &table("Work on the fluid", &outcome.work_error, outcome.work.abs())
+}
+
+/// Model, time, memory and machine.
+pub fn cost(record: &RunRecord) -> String {
+    let summary = &record.summary;
+    let seconds = |key: &str| summary["seconds"][key].as_f64().filter(|s| *s > 0.0);
+    let mut entries: Vec<(String, String)> = Vec::new();
+    let reasons = summary["reasons"].as_array().map_or(&[][..], Vec::as_slice);
+    let reasons: Vec<&str> = reasons.iter().filter_map(Value::as_str).collect();
+    let text = |value: &Value| value.as_str().map(escaped);
+    entries.push(("Model".into(), text(&summary["model"]).unwrap_or_default()));
+    if !reasons.is_empty() {
+        entries.push(("Why this model".into(), escaped(&reasons.join("; "))));
+    }
+    entries.push(("Solves".into(), record.outcome.solves.to_string()));
+    if !record.outcome.meshes.is_empty() {
+        let meshes = record.outcome.meshes.len();
+        entries.push(("Meshes generated".into(), meshes.to_string()));
+    }
+    if let Some(total) = seconds("total") {
+        entries.push(("Time of the run".into(), duration(total)));
+    }
+    let parts: Vec<String> = ["mesh", "assembly", "setup", "solve", "estimate"]
+        .into_iter()
+        .filter_map(|part| Some(format!("{part} {}", duration(seconds(part)?))))
+        .collect();
+    if !parts.is_empty() {
+        entries.push(("Parts of it".into(), parts.join(", ")));
+    }
+    if let Some(mib) = summary["peak_rss_mib"].as_f64() {
+        entries.push(("Peak memory".into(), format!("{mib:.0} MiB")));
+    }
+    for (label, key) in [("Machine", "machine"), ("Version", "version")] {
+        if let Some(value) = text(&summary[key]) {
+            entries.push((label.into(), value));
+        }
+    }
+    let rows = entries
+        .into_iter()
+        .map(|(label, value)| format!("<tr><th scope=\"row\">{label}</th><td>{value}</td></tr>\n"));
+    format!(
+        "<table><tbody>\n{}</tbody></table>\n",
+        rows.collect::<String>()
+    )
+}
