@@ -44,10 +44,7 @@ pub use phase_span::PhaseSpan;
 pub use scene::Scene;
 pub use shape::Shape;
 pub use shape_path::{CubicLength, JointForce, ShapePath, Sine};
-pub use shapes::{
-    CapsuleShape, DiskShape, EllipsoidShape, FileShape, HelixShape, PartShape, PointShape,
-    SphereShape, SpheroidShape, TorusShape,
-};
+pub use shapes::*;
 pub use surface_shape::SurfaceShape;
 pub use words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FlowsKind, FormulationKind,
