@@ -11,8 +11,8 @@ const REMEDY: &str = "install PETSc 3.18 or later with real numbers, and an MPI;
 fn main() {
     println!("cargo:rerun-if-env-changed=PKG_CONFIG_PATH");
     let petsc = pkg_config("PETSc");
-    joint(&petsc);
-    joint(&pkg_config("ompi-c").or_else(|| pkg_config("mpich")));
+    link(&petsc);
+    link(&pkg_config("ompi-c").or_else(|| pkg_config("mpich")));
     let header = petsc
         .iter()
         .flatten()
@@ -49,7 +49,7 @@ fn pkg_config(package: &str) -> Option<Vec<String>> {
 }
 
 /// Passes folders and names of libraries to the linker.
-fn joint(flags: &Option<Vec<String>>) {
+fn link(flags: &Option<Vec<String>>) {
     let Some(flags) = flags else {
         return fail("pkg-config finds no PETSc, or neither Open MPI (ompi-c) nor MPICH (mpich)");
     };

@@ -30,7 +30,8 @@ pub fn run(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
     Ok(())
 }
 
-/// What cargo prints at the root of the workspace with these arguments; its messages go to the terminal.
+/// What cargo prints at the root of the workspace with these arguments; its messages go to the
+/// terminal.
 ///
 /// # Errors
 /// Cargo that cannot be started, or that fails.

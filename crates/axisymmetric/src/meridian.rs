@@ -232,7 +232,7 @@ impl Meridian {
 
     /// The closed boundary of the meridian domain, with the domain on its left.
     ///
-    /// Beside a curve are the parameters at which it is divided into edges, if they are given.
+    /// Each curve comes with the parameters at which it is divided into edges, if they are given.
     pub fn boundary(&self) -> Vec<(Curve, Option<Vec<f64>>)> {
         let (from, to) = match self.wall {
             Wall::Ball { centre, radius } | Wall::Open { centre, radius } => {

@@ -115,8 +115,8 @@ impl Bordered {
         let k = k.into();
         let border_rows = transpose(border_left.as_ref().unwrap_or(&border));
         Bordered {
-            blocks: RowBlocks::new(Rows::of(&k).indptr),
-            border_blocks: RowBlocks::new(Rows::of(&border_rows).indptr),
+            blocks: RowBlocks::new(Rows::new(&k).indptr),
+            border_blocks: RowBlocks::new(Rows::new(&border_rows).indptr),
             border_nodes: SparseNodes::new(&border, |v| v),
             k,
             border,
@@ -164,7 +164,7 @@ impl Bordered {
         self.border = constrained.drop_rows(self.border);
         self.border_left = self.border_left.map(|left| constrained.drop_rows(left));
         self.border_rows = transpose(self.border_left.as_ref().unwrap_or(&self.border));
-        self.border_blocks = RowBlocks::new(Rows::of(&self.border_rows).indptr);
+        self.border_blocks = RowBlocks::new(Rows::new(&self.border_rows).indptr);
         self.border_nodes = SparseNodes::new(&self.border, |v| v);
         self.constrained = constrained;
         self
@@ -240,7 +240,7 @@ impl Bordered {
         y: [&mut [f64]; S],
         extra: impl Fn(usize, &mut [[f64; 3]; S]) + Sync,
     ) {
-        let (k, u) = (Rows::of(&self.k), u.map(nodes));
+        let (k, u) = (Rows::new(&self.k), u.map(nodes));
         let rows = |rows: Range<usize>, mut y: [&mut [[f64; 3]]; S]| {
             for (at, i) in rows.clone().enumerate() {
                 let mut a = node_row(k, i, u);
@@ -270,7 +270,7 @@ impl Bordered {
         y: [&mut [f64]; S],
         extra: impl Fn(usize) -> [f64; S] + Sync,
     ) {
-        let matrix = Rows::of(&self.border_rows);
+        let matrix = Rows::new(&self.border_rows);
         let rows = |rows: Range<usize>, y: [&mut [f64]; S]| {
             for (at, c) in rows.enumerate() {
                 let (nodes, others) = (long_row(matrix, c, |j| u.map(|u| u[j])), extra(c));

@@ -26,7 +26,7 @@ const LOWER_MARGIN: f64 = 0.9;
 ///
 /// The error falls by `2 exp(-2 degree / sqrt(range))`: a thousand steps invert any matrix that
 /// Jacobi scaling leaves with a condition number below 10^3 to rounding. More are a mistake.
-pub(crate) const HIGHEST_DEGREE: usize = 1000;
+pub(crate) const MAX_DEGREE: usize = 1000;
 
 /// Diagonal matrix `D` of the damped Jacobi steps, with a bound on the spectrum of `D^-1 K`.
 pub(crate) struct JacobiScaling {
@@ -44,7 +44,7 @@ impl JacobiScaling {
     /// with them. Iterations of FGMRES on meshes of Gmsh: 27 to 29 instead of 29 to 32. Source:
     /// Baker, Falgout, Kolev, Yang, SIAM J. Sci. Comput. 33, 2011.
     pub fn new(k: &Csr) -> Result<Self, LinalgError> {
-        let rows = Rows::of(k);
+        let rows = Rows::new(k);
         let diagonal: Vec<f64> = (0..k.rows())
             .into_par_iter()
             .map(|i| rows.entries(i).1.iter().map(|v| v.abs()).sum())
@@ -98,7 +98,7 @@ impl MassInverse {
     /// [`LinalgError::NotPositive`], [`LinalgError::Parameter`], [`LinalgError::Factorisation`] for
     /// a matrix with an eigenvalue that is not positive, [`LinalgError::Breakdown`] for overflow.
     pub fn new(mass: &Csr, degree: usize) -> Result<Self, LinalgError> {
-        if !(1..=HIGHEST_DEGREE).contains(&degree) {
+        if !(1..=MAX_DEGREE).contains(&degree) {
             return Err(LinalgError::Parameter {
                 name: "degree of the mass inverse",
                 value: degree as f64,
@@ -119,7 +119,7 @@ impl MassInverse {
         let (lower, upper) = (LOWER_MARGIN * lower, UPPER_MARGIN * upper);
         Ok(MassInverse {
             inverse_diagonal: diagonal.iter().map(|d| d.recip()).collect(),
-            blocks: RowBlocks::new(Rows::of(&mass).indptr),
+            blocks: RowBlocks::new(Rows::new(&mass).indptr),
             factors: sweeps(upper, upper / lower, degree),
             next: Vec::new(),
             mass,
@@ -136,7 +136,7 @@ impl MassInverse {
     /// Overwrites the columns `z` with the approximate solutions for `r`.
     pub(crate) fn pass<const S: usize>(&mut self, r: [&[f64]; S], z: [&mut [f64]; S]) {
         let (mass, scale, n) = (
-            Rows::of(&self.mass),
+            Rows::new(&self.mass),
             &self.inverse_diagonal,
             self.mass.rows(),
         );
@@ -234,7 +234,7 @@ mod tests {
         let mut inverse = MassInverse::new(&mass, 3).expect("a mass matrix");
         let exact: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
         let mut r = vec![0.0; n];
-        let rows = Rows::of(&mass);
+        let rows = Rows::new(&mass);
         for (i, ri) in r.iter_mut().enumerate() {
             *ri = rows.row(i).map(|(j, m)| m * exact[j]).sum();
         }

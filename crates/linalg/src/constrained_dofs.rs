@@ -83,7 +83,7 @@ impl ConstrainedDofs {
             return matrix;
         }
         let bits = self.bits(matrix.rows() / 3);
-        let rows = Rows::of(&matrix);
+        let rows = Rows::new(&matrix);
         build_rows(matrix.rows(), matrix.cols(), |i, row| {
             if bits[i / 3] >> (i % 3) & 1 == 0 {
                 for (c, v) in rows.row(i) {
@@ -101,7 +101,7 @@ impl ConstrainedDofs {
         if self.is_empty() {
             return ConstrainedDofs::default();
         }
-        let rows = Rows::of(prolongation);
+        let rows = Rows::new(prolongation);
         let mut all = vec![0; prolongation.cols()];
         for &(node, bits) in &self.nodes {
             for (j, value) in rows.row(node as usize) {

@@ -42,7 +42,7 @@ impl<V> Clone for Rows<'_, V> {
 impl<V> Copy for Rows<'_, V> {}
 
 impl<'a, V: Copy> Rows<'a, V> {
-    pub fn of(matrix: &'a CsMatI<V, u32, usize>) -> Self {
+    pub fn new(matrix: &'a CsMatI<V, u32, usize>) -> Self {
         Rows {
             indptr: matrix.indptr().into_raw_storage(),
             columns: matrix.indices(),
@@ -87,7 +87,7 @@ pub(crate) fn to_f32(matrix: &Csr, factor: f64) -> Csr32 {
     matrix.map(|&v| (v * factor) as f32)
 }
 
-/// Values of a matrix in f32 beside the sparsity pattern of the original.
+/// Values of a matrix in f32, with the sparsity pattern of the original.
 ///
 /// Half the memory of a copy with column indices.
 pub(crate) struct Rounded {
@@ -142,7 +142,7 @@ pub(crate) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), Lin
 
 /// The diagonal of a square matrix; an absent entry is zero.
 pub(crate) fn diagonal(matrix: &Csr) -> Vec<f64> {
-    let rows = Rows::of(matrix);
+    let rows = Rows::new(matrix);
     (0..matrix.rows())
         .into_par_iter()
         .map(|i| {

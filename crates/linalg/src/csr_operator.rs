@@ -50,7 +50,7 @@ impl CsrOperator {
         check_finite("sparse matrix", matrix.data())?;
         let matrix = into_rows(matrix);
         Ok(CsrOperator {
-            blocks: RowBlocks::new(Rows::of(&matrix).indptr),
+            blocks: RowBlocks::new(Rows::new(&matrix).indptr),
             symmetric: is_symmetric(&matrix),
             matrix: Arc::new(matrix),
         })
@@ -68,7 +68,7 @@ impl CsrOperator {
 
     fn pass<const S: usize>(&self, x: [&[f64]; S], y: [&mut [f64]; S]) {
         assert_lengths(&x, self.cols(), &y, self.rows());
-        let matrix = Rows::of(&self.matrix);
+        let matrix = Rows::new(&self.matrix);
         let rows = |rows: Range<usize>, mut y: [&mut [f64]; S]| {
             for (at, i) in rows.enumerate() {
                 let mut sums = [0.0; S];
@@ -114,7 +114,7 @@ fn is_symmetric(matrix: &Csr) -> bool {
     if matrix.rows() != matrix.cols() {
         return false;
     }
-    let (rows, diagonal) = (Rows::of(matrix), diagonal(matrix));
+    let (rows, diagonal) = (Rows::new(matrix), diagonal(matrix));
     let entry = |i: usize, j: usize| {
         let (columns, values) = rows.entries(i);
         let place = columns.binary_search(&(j as u32));

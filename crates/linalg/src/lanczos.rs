@@ -12,7 +12,7 @@ use crate::{Csr, LinalgError};
 ///
 /// They give the largest eigenvalue within one or two per cent, as a Chebyshev smoother needs;
 /// fewer steps cost iterations, more gain none.
-const STEPS: usize = 16;
+const LANCZOS_STEPS: usize = 16;
 
 /// Estimates the `(min, max)` eigenvalues of `D^-1 K`, `D = diag(K)`, for a positive definite `K`.
 ///
@@ -24,7 +24,7 @@ pub(crate) fn jacobi_spectrum(k: &Csr, diagonal: &[f64]) -> Result<(f64, f64), L
     if n == 0 {
         return Ok((1.0, 1.0));
     }
-    let rows = Rows::of(k);
+    let rows = Rows::new(k);
     let blocks = RowBlocks::new(rows.indptr);
     let root: Vec<f64> = diagonal.iter().map(|d| d.sqrt().recip()).collect();
     let mut v: Vec<f64> = (0..n as u64).map(pseudo_random).collect();
@@ -34,7 +34,7 @@ pub(crate) fn jacobi_spectrum(k: &Csr, diagonal: &[f64]) -> Result<(f64, f64), L
     let mut scaled = vec![0.0; n];
     let (mut alphas, mut betas) = (Vec::new(), Vec::new());
     let mut beta = 0.0;
-    for _ in 0..STEPS.min(n) {
+    for _ in 0..LANCZOS_STEPS.min(n) {
         scaled
             .par_iter_mut()
             .zip(v.par_iter().zip(&root))

@@ -91,7 +91,7 @@ pub(crate) struct SparseNodes<T> {
 impl<T: Copy> SparseNodes<T> {
     /// Collects the nonempty rows of `matrix`, each value converted by `convert`.
     pub fn new(matrix: &Csr, convert: impl Fn(f64) -> T) -> Self {
-        let rows = Rows::of(matrix);
+        let rows = Rows::new(matrix);
         let (mut nodes, mut starts, mut entries) = (Vec::new(), vec![0], Vec::new());
         for node in 0..matrix.rows() / 3 {
             if rows.indptr[3 * node] == rows.indptr[3 * node + 3] {

@@ -7,19 +7,19 @@ use crate::{
 
 /// Chebyshev steps on the pressure mass matrix.
 ///
-/// Two or three need the same iterations, one needs three more (methods note 1.2).
+/// Two or three need the same iterations, one needs three more.
 pub(crate) const MASS_STEPS: usize = 3;
 
 /// Multiple of the mass matrix that is added to the Laplacian, whose null space is the constants.
 ///
 /// Residuals of the divergence sum to zero, so that the shift acts on rounding errors only.
-const SHIFT: f64 = 1e-3;
+const MASS_SHIFT: f64 = 1e-3;
 
 /// Multiple of `s_q` that approximates the Schur complement of a weak row.
 ///
 /// Iterations with an exact velocity solve on Gmsh meshes of boxes, tubes and balls: equal within
 /// one from 3.3 to 5, one or two more with 2.5.
-const WEAK: f64 = 4.0;
+const WEAK_ROW_FACTOR: f64 = 4.0;
 
 /// Approximate inverse of the Schur complement: `M_p^-1 + W`, or `M_p^-1 + W + L^-1`.
 ///
@@ -53,7 +53,7 @@ impl PressureInverse {
     pub fn with_pressure_laplacian(mut self, laplacian: &Csr) -> Result<Self, LinalgError> {
         let mass = self.mass.matrix();
         csr::check_shape("pressure Laplacian", laplacian.shape(), mass.shape())?;
-        let shifted = laplacian + &mass.map(|v| SHIFT * v);
+        let shifted = laplacian + &mass.map(|v| MASS_SHIFT * v);
         let shifted = Bordered::scalar(shifted)?;
         let cycle = ScalarMultigrid::from_scalar(&shifted, &MultigridParams::default())?;
         self.laplacian = Some(cycle);
@@ -81,13 +81,13 @@ impl PressureInverse {
 fn weak_rows(system: &SaddleSystem) -> Vec<(u32, f64)> {
     let stiffness = csr::diagonal(system.velocity_block().stiffness());
     let mass = csr::diagonal(system.pressure_mass());
-    let divergence = Rows::of(system.divergence());
+    let divergence = Rows::new(system.divergence());
     let excess = |(q, m): (usize, &f64)| {
         let row = divergence.row(q);
         let schur: f64 = row
             .map(|(j, [x, y, z])| (x * x + y * y + z * z) / stiffness[j])
             .sum();
-        let excess = (WEAK * schur).recip() - m.recip();
+        let excess = (WEAK_ROW_FACTOR * schur).recip() - m.recip();
         // a row without free velocities has no Schur complement to approximate
         (excess > 0.0 && excess.is_finite()).then_some((q as u32, excess))
     };

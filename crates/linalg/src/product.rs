@@ -88,7 +88,7 @@ pub(crate) fn build_rows(
 
 /// `A B`.
 pub(crate) fn multiply(a: &Csr, b: &Csr) -> Csr {
-    let (left, right) = (Rows::of(a), Rows::of(b));
+    let (left, right) = (Rows::new(a), Rows::new(b));
     build_rows(a.rows(), b.cols(), |i, row| {
         for (k, aik) in left.row(i) {
             for (j, bkj) in right.row(k) {
@@ -103,7 +103,7 @@ pub(crate) fn multiply(a: &Csr, b: &Csr) -> Csr {
 /// Borders are empty at most nodes: the columns of `A` are examined once per node, and skipped if
 /// all rows of `X` that they select are empty.
 pub(crate) fn kron3_multiply_add(a: &Csr, x: &Csr, y: &Csr) -> Csr {
-    let (a_rows, x_rows, y_rows) = (Rows::of(a), Rows::of(x), Rows::of(y));
+    let (a_rows, x_rows, y_rows) = (Rows::new(a), Rows::new(x), Rows::new(y));
     let filled: Vec<bool> = (0..a.cols())
         .into_par_iter()
         .map(|k| x_rows.indptr[3 * k] < x_rows.indptr[3 * k + 3])

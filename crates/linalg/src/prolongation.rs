@@ -141,7 +141,7 @@ impl Prolongation {
 
 /// `(R (x) I3) X` for `X` with three interleaved rows per node.
 fn restrict3(restrict: &Csr, x: &Csr) -> Csr {
-    let (r, x_rows) = (Rows::of(restrict), Rows::of(x));
+    let (r, x_rows) = (Rows::new(restrict), Rows::new(x));
     build_rows(3 * restrict.rows(), x.cols(), |i, row| {
         for (node, w) in r.row(i / 3) {
             for (c, v) in x_rows.row(3 * node + i % 3) {
@@ -153,7 +153,7 @@ fn restrict3(restrict: &Csr, x: &Csr) -> Csr {
 
 /// `M <- M + X^T Y`, summed row by row in order.
 fn add_transposed_product(x: &Csr, y: &Csr, m: &mut DMatrix<f64>) {
-    let (x_rows, y_rows) = (Rows::of(x), Rows::of(y));
+    let (x_rows, y_rows) = (Rows::new(x), Rows::new(y));
     for i in 0..x.rows() {
         for (c, xv) in x_rows.row(i) {
             for (d, yv) in y_rows.row(i) {
@@ -178,7 +178,7 @@ mod tests {
     }
 
     fn dense(matrix: &Csr) -> DMatrix<f64> {
-        let rows = Rows::of(matrix);
+        let rows = Rows::new(matrix);
         let mut all = DMatrix::zeros(matrix.rows(), matrix.cols());
         for i in 0..matrix.rows() {
             rows.row(i).for_each(|(j, v)| all[(i, j)] = v);

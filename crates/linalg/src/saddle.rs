@@ -84,7 +84,7 @@ impl SaddleSystem {
             blocks: Arc::new(Blocks {
                 bt: transpose(&b),
                 et: transpose(e_left.as_ref().unwrap_or(&e)),
-                pressure_blocks: RowBlocks::new(Rows::of(&b).indptr),
+                pressure_blocks: RowBlocks::new(Rows::new(&b).indptr),
                 pressure_mass: into_rows(pressure_mass),
                 a,
                 b,
@@ -152,7 +152,7 @@ impl SaddleSystem {
         &self,
         p: [&[f64]; S],
     ) -> impl Fn(usize) -> [[f64; 3]; S] + Sync {
-        let bt = Rows::of(&self.blocks.bt);
+        let bt = Rows::new(&self.blocks.bt);
         move |i| {
             let mut gradient = [[0.0; 3]; S];
             add_gradient(bt, i, p, &mut gradient);
@@ -214,7 +214,7 @@ impl SaddleSystem {
         &self,
         p: [&[f64]; S],
     ) -> impl Fn(usize) -> [f64; S] + Sync {
-        let et = Rows::of(&self.blocks.et);
+        let et = Rows::new(&self.blocks.et);
         move |c| long_row(et, c, |q| p.map(|p| p[q]))
     }
 
@@ -222,8 +222,8 @@ impl SaddleSystem {
     fn divergence_pass<const S: usize>(&self, u: [&[f64]; S], v: [&[f64]; S], y: [&mut [f64]; S]) {
         let (u, b, e) = (
             u.map(nodes),
-            Rows::of(&self.blocks.b),
-            Rows::of(&self.blocks.e),
+            Rows::new(&self.blocks.b),
+            Rows::new(&self.blocks.e),
         );
         let rows = |rows: Range<usize>, mut y: [&mut [f64]; S]| {
             for (at, q) in rows.enumerate() {
@@ -254,7 +254,7 @@ impl SaddleSystem {
         let (u, v) = split(xa, velocity);
         let (ya, yp) = split_mut(y, border);
         let (yu, yv) = split_mut(ya, velocity);
-        let bt = Rows::of(&self.blocks.bt);
+        let bt = Rows::new(&self.blocks.bt);
         self.blocks
             .a
             .apply_nodes(u, v, yu, |i, a| add_gradient(bt, i, p, a));
@@ -290,7 +290,7 @@ fn residual_weights(a: &Bordered, mass_diagonal: &[f64]) -> Vec<f32> {
 ///
 /// Velocities are of size `b / K` and fluxes of size `B b / K`: below this ratio a residual of 1e-8
 /// would allow more than 1e-4 of the divergence to go unnoticed.
-const SMALLEST_RATIO: f64 = 1e-4;
+const MIN_DIVERGENCE_RATIO: f64 = 1e-4;
 
 /// Refuses a divergence that is small compared with the stiffness.
 ///
@@ -299,7 +299,7 @@ fn check_balance(a: &Bordered, b: &Csr3, e: &Csr) -> Result<(), LinalgError> {
     let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let divergence = largest(b.data().as_flattened()).max(largest(e.data()));
     let ratio = divergence / largest(&diagonal(a.stiffness()));
-    if divergence > 0.0 && ratio < SMALLEST_RATIO {
+    if divergence > 0.0 && ratio < MIN_DIVERGENCE_RATIO {
         return Err(LinalgError::Unbalanced { ratio });
     }
     Ok(())

@@ -32,7 +32,7 @@ pub(crate) fn prolongation(
 
 /// The off-diagonal entries with `a_ij^2 > threshold^2 a_ii a_jj`, with their values.
 fn strong_connections(k: &Csr, diagonal: &[f64], threshold: f64) -> Csr {
-    let rows = Rows::of(k);
+    let rows = Rows::new(k);
     let limit = threshold * threshold;
     build_rows(k.rows(), k.cols(), |i, row| {
         for (j, a) in rows.row(i) {
@@ -64,7 +64,7 @@ impl Aggregates {
     /// # Errors
     /// [`LinalgError::Shape`] unless the matrix is square with one class per row,
     /// [`LinalgError::NotPositive`] for a diagonal entry that is not positive.
-    pub fn of_matrix(k: &Csr, class: &[u8], strength: f64) -> Result<Self, LinalgError> {
+    pub fn from_matrix(k: &Csr, class: &[u8], strength: f64) -> Result<Self, LinalgError> {
         check_shape("matrix to aggregate", k.shape(), (class.len(), class.len()))?;
         let diagonal = positive_diagonal("matrix to aggregate", k)?;
         Ok(standard_aggregates(
@@ -81,7 +81,7 @@ impl Aggregates {
 /// aggregates of the nodes that are left. Only nodes of the same `class` are aggregated.
 /// Deterministic; O(nnz).
 fn standard_aggregates(strong: &Csr, class: &[u8]) -> Aggregates {
-    let rows = Rows::of(strong);
+    let rows = Rows::new(strong);
     let n = strong.rows();
     let neighbours = |i: usize| {
         let all = rows.row(i).map(|(j, _)| j);
@@ -151,7 +151,7 @@ fn smoothed(
 ) -> Prolongation {
     let JacobiScaling { diagonal, upper } = scaling;
     let omega = 4.0 / (3.0 * upper);
-    let (k, t) = (Rows::of(fine.stiffness()), Rows::of(tentative));
+    let (k, t) = (Rows::new(fine.stiffness()), Rows::new(tentative));
     let nodes = build_rows(fine.nodes(), tentative.cols(), |i, row| {
         for (aggregate, value) in t.row(i) {
             row.add(aggregate, value);
@@ -168,7 +168,7 @@ fn smoothed(
         }
     });
     let smoothed_border = |border: &Csr| {
-        let c = Rows::of(border);
+        let c = Rows::new(border);
         build_rows(3 * fine.nodes(), fine.border_len(), |i, row| {
             for (col, value) in c.row(i) {
                 row.add(col, -omega / diagonal[i / 3] * value);

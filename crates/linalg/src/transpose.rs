@@ -10,10 +10,10 @@ use crate::csr::Rows;
 /// Tasks that gather rows of the transpose.
 ///
 /// Enough to balance the work, few enough to keep the searches in every row cheap.
-const TASKS: usize = 8;
+const GATHER_TASKS: usize = 8;
 
 /// Nonzeros per row and task above which several tasks are worth their searches.
-const ENTRIES_A_SEARCH: usize = 4;
+const MIN_ENTRIES_PER_SEARCH: usize = 4;
 
 /// The transpose of a matrix, both stored by rows.
 ///
@@ -23,9 +23,13 @@ const ENTRIES_A_SEARCH: usize = 4;
 pub(crate) fn transpose<V: Copy + Default + Send + Sync>(
     matrix: &CsMatI<V, u32, usize>,
 ) -> CsMatI<V, u32, usize> {
-    let (from, cols) = (Rows::of(matrix), matrix.cols());
-    let searched = ENTRIES_A_SEARCH * TASKS * matrix.rows();
-    let tasks = if from.nnz() < searched { 1 } else { TASKS };
+    let (from, cols) = (Rows::new(matrix), matrix.cols());
+    let searched = MIN_ENTRIES_PER_SEARCH * GATHER_TASKS * matrix.rows();
+    let tasks = if from.nnz() < searched {
+        1
+    } else {
+        GATHER_TASKS
+    };
     let ranges: Vec<Range<usize>> = (0..tasks)
         .map(|task| task * cols / tasks..(task + 1) * cols / tasks)
         .collect();

@@ -12,7 +12,7 @@ use crate::{LinalgError, LinearOperator};
 ///
 /// Below this fraction a product would add only rounding errors: f64 leaves eight digits of the
 /// coefficients.
-const DEPENDENT: f64 = 1e-8;
+const DEPENDENCE_TOLERANCE: f64 = 1e-8;
 
 /// Initial guesses of *new* systems from the solutions of a few earlier ones.
 ///
@@ -186,7 +186,7 @@ impl WarmStart {
                 }
             }
             let size = norm(&product);
-            if !(size > DEPENDENT * before && size.is_finite()) {
+            if !(size > DEPENDENCE_TOLERANCE * before && size.is_finite()) {
                 continue;
             }
             for vector in [&mut direction, &mut product] {

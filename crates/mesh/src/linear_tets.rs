@@ -1,6 +1,36 @@
-//! A first-order tet mesh, as the generator and the file reader produce it.
+//! Points, tets and tagged faces as plain arrays, and the local numbering of a tet.
 
-use crate::{Regions, Vec3};
+use nalgebra::Vector3;
+
+/// A point or a displacement in space.
+pub type Vec3 = Vector3<f64>;
+
+/// Local vertex pairs whose midside nodes are local nodes 4..10 (VTK order of
+/// `VTK_QUADRATIC_TETRA`).
+pub const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]];
+
+/// Local vertices of face `i`, opposite vertex `i`; in a positively oriented tet the normal points
+/// outwards.
+pub(crate) const TET_FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+
+/// Named parts of a mesh's volume, such as two fluids or a porous layer.
+///
+/// Most meshes have one region and name none: both lists are then empty.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Regions {
+    /// Names of the regions.
+    pub names: Vec<String>,
+    /// For each cell, the index of its region's name.
+    pub of_cells: Vec<u16>,
+}
+
+impl Regions {
+    /// Whether no region is named.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+}
 
 /// Vertices, tets and tagged boundary triangles.
 ///
@@ -104,6 +134,37 @@ impl LinearTets {
                 .map(String::from)
                 .into(),
             regions: Regions::default(),
+        }
+    }
+}
+
+/// The points that are `used`, in their order, and the new number of each; `u32::MAX` for others.
+///
+/// # Panics
+/// If a used point does not exist.
+pub fn used_points(points: &[Vec3], used: impl IntoIterator<Item = u32>) -> (Vec<Vec3>, Vec<u32>) {
+    let mut numbers = vec![u32::MAX; points.len()];
+    used.into_iter().for_each(|v| numbers[v as usize] = 0);
+    let mut kept = Vec::new();
+    for (number, point) in numbers.iter_mut().zip(points) {
+        if *number == 0 {
+            *number = kept.len() as u32;
+            kept.push(*point);
+        }
+    }
+    (kept, numbers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faces_of_the_reference_tet_point_outwards() {
+        let x = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+        for (opposite, face) in TET_FACES.iter().enumerate() {
+            let [a, b, c] = face.map(|i| x[i]);
+            assert!((b - a).cross(&(c - a)).dot(&(x[opposite] - a)) < 0.0);
         }
     }
 }

@@ -1,10 +1,8 @@
 //! The cells of a mesh in which points lie.
 
 use nalgebra::Matrix3;
-use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
-use parry3d_f64::math::Vector;
-use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
+use crate::box_tree::{BoundingBox, BoxTree};
 use crate::{TET_EDGES, TetMesh, Vec3};
 
 /// Smallest barycentric coordinate of a point that belongs to a cell.
@@ -55,7 +53,7 @@ impl CellPoint {
 #[derive(Clone)]
 pub struct PointLocator<'a> {
     mesh: &'a TetMesh,
-    boxes: Bvh,
+    boxes: BoxTree,
 }
 
 impl<'a> PointLocator<'a> {
@@ -69,14 +67,12 @@ impl<'a> PointLocator<'a> {
     ///
     /// For the points of a plane normal to a coordinate axis it has a tenth of the cells.
     pub fn within(mesh: &'a TetMesh, min: &Vec3, max: &Vec3) -> Self {
-        let range = Aabb::new(
-            Vector::new(min.x, min.y, min.z),
-            Vector::new(max.x, max.y, max.z),
-        );
+        let [min, max] = [*min, *max];
+        let range = BoundingBox { min, max };
         let boxes = (0..mesh.n_cells())
             .map(|cell| (cell, cell_box(&mesh.cell_points(cell))))
-            .filter(|(_, of_cell)| of_cell.intersects(&range));
-        let boxes = Bvh::from_iter(BvhBuildStrategy::Binned, boxes);
+            .filter(|(_, of_cell)| of_cell.meets(&range));
+        let boxes = BoxTree::new(boxes);
         Self { mesh, boxes }
     }
 
@@ -85,13 +81,12 @@ impl<'a> PointLocator<'a> {
     /// Points outside by less than a fiftieth of a cell belong to it. The map of a curved cell is
     /// inverted by Newton's method.
     pub fn locate(&self, x: &Vec3) -> Option<CellPoint> {
-        let at = Vector::new(x.x, x.y, x.z);
+        let at = BoundingBox { min: *x, max: *x };
         let depth = |point: &CellPoint| point.barycentric.iter().fold(1.0, |d: f64, l| d.min(*l));
         let mut best: Option<CellPoint> = None;
-        for cell in self.boxes.intersect_aabb(&Aabb::new(at, at)) {
-            let cell = cell as usize;
+        self.boxes.visit_meeting(&at, |cell| {
             let Some(barycentric) = invert(&self.mesh.cell_points(cell), x) else {
-                continue;
+                return;
             };
             let found = CellPoint { cell, barycentric };
             // The order of the hierarchy does not matter.
@@ -100,30 +95,26 @@ impl<'a> PointLocator<'a> {
             if depth(&found) >= SMALLEST && is_better {
                 best = Some(found);
             }
-        }
+        });
         best
     }
 }
 
 /// A box around a cell and the points that belong to it.
-fn cell_box(nodes: &[Vec3; 10]) -> Aabb {
+fn cell_box(nodes: &[Vec3; 10]) -> BoundingBox {
     // The cell is in the convex hull of its control points (see `jacobian.rs`).
     let controls = TET_EDGES
         .iter()
         .enumerate()
         .map(|(edge, [i, j])| 2.0 * nodes[4 + edge] - 0.5 * (nodes[*i] + nodes[*j]));
-    let points = nodes[..4].iter().copied().chain(controls);
-    let [min, max] = points.fold(
-        [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)],
-        |[min, max], x| [min.inf(&x), max.sup(&x)],
-    );
+    let points: Vec<Vec3> = nodes[..4].iter().copied().chain(controls).collect();
+    let BoundingBox { min, max } = BoundingBox::around(&points);
     // A barycentric coordinate of -s extends an affine cell by three times s of its box.
     let margin = -3.0 * SMALLEST * (max - min);
-    let [min, max] = [min - margin, max + margin];
-    Aabb::new(
-        Vector::new(min.x, min.y, min.z),
-        Vector::new(max.x, max.y, max.z),
-    )
+    BoundingBox {
+        min: min - margin,
+        max: max + margin,
+    }
 }
 
 fn quadratic(l: &[f64; 4]) -> [f64; 10] {

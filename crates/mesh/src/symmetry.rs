@@ -1,15 +1,9 @@
 //! Meshes cut at symmetry planes, and the whole meshes that they represent.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::tet_mesh::Topology;
-use crate::{Facet, MeshError, Regions, TetMesh, Vec3};
-
-/// Tags of the boundary parts on the symmetry planes through the origin normal to x, y and z.
-///
-/// The meshed part of the fluid is where the coordinate is positive.
-pub const SYMMETRY_PLANE_TAGS: [&str; 3] = ["mirror-x", "mirror-y", "mirror-z"];
+use crate::{Facet, MeshError, Regions, SYMMETRY_PLANE_TAGS, TetMesh, Vec3};
 
 /// A whole mesh, composed of a part and its reflections.
 #[derive(Clone, Debug)]
@@ -24,39 +18,6 @@ pub struct Unfolded {
 }
 
 impl TetMesh {
-    /// For each axis, whether the mesh has a symmetry plane normal to it.
-    ///
-    /// Symmetry planes are the boundary parts with the tags [`SYMMETRY_PLANE_TAGS`].
-    pub fn symmetry_planes(&self) -> [bool; 3] {
-        SYMMETRY_PLANE_TAGS.map(|name| self.tags().iter().any(|tag| tag == name))
-    }
-
-    /// The axis to which the boundary part `tag` is normal, if it is a symmetry plane.
-    pub fn symmetry_plane_axis(&self, tag: u16) -> Option<usize> {
-        let name = self.tags().get(usize::from(tag))?;
-        SYMMETRY_PLANE_TAGS.iter().position(|plane| plane == name)
-    }
-
-    /// Whether the boundary part `tag` is a symmetry plane.
-    pub fn is_symmetry_plane(&self, tag: u16) -> bool {
-        self.symmetry_plane_axis(tag).is_some()
-    }
-
-    /// Nodes on symmetry planes, ascending; for each node, the axes to which its planes are normal.
-    ///
-    /// Cost: one pass over the facets and a sort.
-    pub fn nodes_on_symmetry_planes(&self) -> Vec<(u32, [bool; 3])> {
-        let mut nodes: BTreeMap<u32, [bool; 3]> = BTreeMap::new();
-        for facet in self.facets() {
-            if let Some(axis) = self.symmetry_plane_axis(facet.tag) {
-                for node in facet.nodes {
-                    nodes.entry(node).or_default()[axis] = true;
-                }
-            }
-        }
-        nodes.into_iter().collect()
-    }
-
     /// The whole mesh that this part represents: the part and its reflections in all symmetry
     /// planes.
     ///
@@ -78,19 +39,7 @@ impl TetMesh {
     /// exactly zero; [`MeshError::TooLarge`].
     pub fn unfolded(&self) -> Result<Unfolded, MeshError> {
         let planes = self.symmetry_planes();
-        let on_planes = self.nodes_on_symmetry_planes();
-        let mut on = vec![[false; 3]; self.n_points()];
-        for &(node, axes) in &on_planes {
-            on[node as usize] = axes;
-            let at = self.points()[node as usize];
-            if let Some(axis) = (0..3).find(|&axis| axes[axis] && at[axis] != 0.0) {
-                return Err(MeshError::OffSymmetryPlane {
-                    node: node as usize,
-                    plane: SYMMETRY_PLANE_TAGS[axis],
-                    distance: at[axis].abs(),
-                });
-            }
-        }
+        let on = self.checked_symmetry_planes()?;
         // For each image, the axes along which it is reflected.
         let images: Vec<[bool; 3]> = (0..8usize)
             .map(|bits| [0, 1, 2].map(|axis| bits >> axis & 1 == 1))
@@ -127,6 +76,35 @@ impl TetMesh {
             .iter()
             .map(|(node, signs)| self.points()[*node as usize].component_mul(signs))
             .collect();
+        let topology = self.images(&images, &number, n_vertices);
+        Ok(Unfolded {
+            mesh: TetMesh::checked(points, Arc::new(topology))?,
+            sources,
+        })
+    }
+
+    /// For each node, the symmetry planes on which it lies, exactly.
+    ///
+    /// # Errors
+    /// [`MeshError::OffSymmetryPlane`].
+    fn checked_symmetry_planes(&self) -> Result<Vec<[bool; 3]>, MeshError> {
+        let mut on = vec![[false; 3]; self.n_points()];
+        for (node, axes) in self.nodes_on_symmetry_planes() {
+            on[node as usize] = axes;
+            let at = self.points()[node as usize];
+            if let Some(axis) = (0..3).find(|&axis| axes[axis] && at[axis] != 0.0) {
+                return Err(MeshError::OffSymmetryPlane {
+                    node: node as usize,
+                    plane: SYMMETRY_PLANE_TAGS[axis],
+                    distance: at[axis].abs(),
+                });
+            }
+        }
+        Ok(on)
+    }
+
+    /// Cells and facets of all images, with the `number` of each node in each image.
+    fn images(&self, images: &[[bool; 3]], number: &[Vec<u32>], n_vertices: usize) -> Topology {
         let mut cells = Vec::with_capacity(images.len() * self.n_cells());
         let mut facets = Vec::new();
         let tags: Vec<String> = self
@@ -135,7 +113,7 @@ impl TetMesh {
             .filter(|tag| !SYMMETRY_PLANE_TAGS.contains(&tag.as_str()))
             .cloned()
             .collect();
-        for (image, number) in images.iter().zip(&number) {
+        for (image, number) in images.iter().zip(number) {
             let is_odd = image.iter().filter(|&&axis| axis).count() % 2 == 1;
             let first_cell = cells.len() as u32;
             cells.extend(self.cells().iter().map(|cell| {
@@ -164,7 +142,7 @@ impl TetMesh {
             }
         }
         facets.sort_unstable_by_key(|facet| (facet.tag, facet.cell, facet.nodes));
-        let topology = Topology {
+        Topology {
             n_vertices,
             cells,
             facets,
@@ -173,11 +151,7 @@ impl TetMesh {
                 names: self.regions().names.clone(),
                 of_cells: self.regions().of_cells.repeat(images.len()),
             },
-        };
-        Ok(Unfolded {
-            mesh: TetMesh::checked(points, Arc::new(topology))?,
-            sources,
-        })
+        }
     }
 }
 

@@ -1,9 +1,19 @@
 //! The quadratic tetrahedral mesh on which every crate of the workspace works.
 
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::jacobian::curved_volume;
-use crate::{MeshError, Regions, Surface, TET_EDGES, Vec3};
+use crate::{MeshError, Regions, Surface, SurfaceMesh, TET_EDGES, Vec3};
+
+/// Tags of the boundary parts on the symmetry planes through the origin normal to x, y and z.
+///
+/// The meshed part of the fluid is where the coordinate is positive.
+pub const SYMMETRY_PLANE_TAGS: [&str; 3] = ["mirror-x", "mirror-y", "mirror-z"];
+
+/// Distance of a midside node from the middle of its edge, relative to the edge, above which a part
+/// is curved. Midside nodes of straight edges are written with six digits or more.
+const CURVED: f64 = 1e-5;
 
 /// A face of the fluid's boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,6 +173,80 @@ impl TetMesh {
         self.points
             .iter()
             .fold([far, -far], |[low, high], p| [low.inf(p), high.sup(p)])
+    }
+
+    /// For each axis, whether the mesh has a symmetry plane normal to it.
+    ///
+    /// Symmetry planes are the boundary parts with the tags [`SYMMETRY_PLANE_TAGS`].
+    pub fn symmetry_planes(&self) -> [bool; 3] {
+        SYMMETRY_PLANE_TAGS.map(|name| self.tags().iter().any(|tag| tag == name))
+    }
+
+    /// The axis to which the boundary part `tag` is normal, if it is a symmetry plane.
+    pub fn symmetry_plane_axis(&self, tag: u16) -> Option<usize> {
+        let name = self.tags().get(usize::from(tag))?;
+        SYMMETRY_PLANE_TAGS.iter().position(|plane| plane == name)
+    }
+
+    /// Whether the boundary part `tag` is a symmetry plane.
+    pub fn is_symmetry_plane(&self, tag: u16) -> bool {
+        self.symmetry_plane_axis(tag).is_some()
+    }
+
+    /// Nodes on symmetry planes, ascending; for each node, the axes to which its planes are normal.
+    ///
+    /// Cost: one pass over the facets and a sort.
+    pub fn nodes_on_symmetry_planes(&self) -> Vec<(u32, [bool; 3])> {
+        let mut nodes: BTreeMap<u32, [bool; 3]> = BTreeMap::new();
+        for facet in self.facets() {
+            if let Some(axis) = self.symmetry_plane_axis(facet.tag) {
+                for node in facet.nodes {
+                    nodes.entry(node).or_default()[axis] = true;
+                }
+            }
+        }
+        nodes.into_iter().collect()
+    }
+
+    /// The facets of a boundary part as triangles that face into the fluid: out of a body.
+    ///
+    /// Facets of a curved part become four triangles each, with their midside nodes as vertices.
+    /// The second value is whether the part is curved.
+    ///
+    /// # Errors
+    /// [`MeshError::UnknownTag`].
+    pub fn boundary_part(&self, name: &str) -> Result<(SurfaceMesh, bool), MeshError> {
+        let tag = self.tag(name)?;
+        let facets = || self.facets().iter().filter(|facet| facet.tag == tag);
+        let at = |node: u32| self.points()[node as usize];
+        let bends = |facet: &Facet| {
+            let [a, b, c, ab, bc, ca] = facet.nodes;
+            [[a, b, ab], [b, c, bc], [c, a, ca]]
+                .into_iter()
+                .any(|[a, b, middle]| {
+                    let [a, b, middle] = [a, b, middle].map(at);
+                    (middle - 0.5 * (a + b)).norm() > CURVED * (b - a).norm()
+                })
+        };
+        let is_curved = facets().any(bends);
+        let mut mesh = SurfaceMesh::default();
+        let mut numbers = HashMap::new();
+        for facet in facets() {
+            let [a, b, c, ab, bc, ca] = facet.nodes;
+            let triangles = match is_curved {
+                true => vec![[a, ca, ab], [ab, bc, b], [ca, c, bc], [ab, ca, bc]],
+                false => vec![[a, c, b]],
+            };
+            mesh.triangles.extend(triangles.into_iter().map(|triangle| {
+                triangle.map(|node| {
+                    *numbers.entry(node).or_insert_with(|| {
+                        mesh.points.push(at(node));
+                        mesh.points.len() as u32 - 1
+                    })
+                })
+            }));
+        }
+        Ok((mesh, is_curved))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Edges and faces of a set of tets, and which tets share them.
 
-use crate::tet::TET_FACES;
+use crate::linear_tets::TET_FACES;
 use crate::{MeshError, TET_EDGES, Vec3};
 
 /// All edges of a mesh, numbered by lower, then by upper vertex.

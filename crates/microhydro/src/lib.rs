@@ -2,7 +2,6 @@
 #![forbid(unsafe_code)]
 
 mod error;
-mod inverse;
 pub mod multipole;
 pub mod oseen;
 mod pair_mobility;

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::{HydroError, Medium, Spheres, inverse, pair_mobility, wall};
+use crate::{HydroError, Medium, Spheres, pair_mobility, wall};
 
 /// Mobility matrix of spheres that interact as point forces and point torques.
 ///
@@ -54,5 +54,5 @@ pub fn mobility(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, Hydr
 /// # Errors
 /// As [`mobility`]; [`HydroError::NotPositiveDefinite`] for spheres too close for point forces.
 pub fn resistance(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, HydroError> {
-    inverse::resistance(mobility(spheres, medium)?, spheres, medium, "oseen")
+    pair_mobility::resistance(mobility(spheres, medium)?, spheres, medium, "oseen")
 }

@@ -1,11 +1,12 @@
-//! Stokeslets and rotlets in unbounded fluid, and the mobility matrices built from them.
+//! Stokeslets and rotlets in unbounded fluid, the mobility matrices built from them, and the inverses
+//! of approximate mobilities.
 
 use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 
 use crate::multipole::check_spheres;
-use crate::{HydroError, Spheres};
+use crate::{HydroError, Medium, Spheres};
 
 /// Velocity and angular velocity at `r` due to a force `F` and a torque `T` at the origin,
 /// viscosity 1.
@@ -64,5 +65,50 @@ pub(crate) fn mobility(
         false => Err(HydroError::NotFinite {
             what: "the mobility of the spheres",
         }),
+    }
+}
+
+/// Inverse of an approximate mobility matrix by a Cholesky factorisation.
+///
+/// # Errors
+/// [`HydroError::NotPositiveDefinite`] with the narrowest gap of the spheres;
+/// [`HydroError::NotFinite`] for a mobility with NaN or infinite entries.
+pub(crate) fn resistance(
+    mobility: DMatrix<f64>,
+    spheres: &Spheres,
+    medium: &Medium,
+    model: &'static str,
+) -> Result<DMatrix<f64>, HydroError> {
+    let factor = mobility.clone().cholesky();
+    match factor.map(|factor| factor.inverse()) {
+        Some(inverse) if inverse.iter().all(|x| x.is_finite()) => Ok(inverse),
+        _ => Err(not_positive_definite(&mobility, spheres, medium, model)),
+    }
+}
+
+fn not_positive_definite(
+    mobility: &DMatrix<f64>,
+    spheres: &Spheres,
+    medium: &Medium,
+    model: &'static str,
+) -> HydroError {
+    // Scaling to a unit diagonal makes translations and rotations comparable.
+    let scaled = DMatrix::from_fn(mobility.nrows(), mobility.ncols(), |i, j| {
+        mobility[(i, j)] / (mobility[(i, i)].abs() * mobility[(j, j)].abs()).sqrt()
+    });
+    // The eigenvalue iteration does not end for matrices with NaN.
+    if !scaled.iter().all(|x| x.is_finite()) {
+        return HydroError::NotFinite {
+            what: "the mobility of the spheres",
+        };
+    }
+    let eigenvalues = scaled.symmetric_eigenvalues();
+    let (surfaces, gap) = spheres.narrowest_gap(medium);
+    HydroError::NotPositiveDefinite {
+        model,
+        eigenvalue_ratio: eigenvalues.min() / eigenvalues.max(),
+        surfaces,
+        gap,
+        instead: "multipole expansions",
     }
 }

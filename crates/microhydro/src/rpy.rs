@@ -4,7 +4,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::{HydroError, Medium, Spheres, inverse, multipole, pair_mobility};
+use crate::{HydroError, Medium, Spheres, multipole, pair_mobility};
 
 /// Rotne-Prager-Yamakawa mobility matrix of spheres of any radii.
 ///
@@ -46,5 +46,5 @@ pub fn mobility(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, Hydr
 /// # Errors
 /// As [`mobility`].
 pub fn resistance(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, HydroError> {
-    inverse::resistance(mobility(spheres, medium)?, spheres, medium, "rpy")
+    pair_mobility::resistance(mobility(spheres, medium)?, spheres, medium, "rpy")
 }

@@ -39,20 +39,20 @@ pub enum Medium {
 const CONTACT_TOLERANCE: f64 = 1e-12;
 
 /// Lengths whose powers and quotients in the formulas neither overflow nor vanish.
-const LENGTHS: (f64, f64) = (1e-50, 1e50);
+const LENGTH_RANGE: (f64, f64) = (1e-50, 1e50);
 
-/// Checks that a length is finite and between `lowest` and the highest of [`LENGTHS`].
+/// Checks that a length is finite and between `lowest` and the highest of [`LENGTH_RANGE`].
 fn check_length(what: &'static str, length: f64, lowest: f64) -> Result<(), HydroError> {
     if !length.is_finite() {
         return Err(HydroError::NotFinite { what });
     }
-    match (lowest..=LENGTHS.1).contains(&length.abs()) {
+    match (lowest..=LENGTH_RANGE.1).contains(&length.abs()) {
         true => Ok(()),
         false => Err(HydroError::OutOfRange {
             what,
             length,
-            lowest: LENGTHS.0,
-            highest: LENGTHS.1,
+            lowest: LENGTH_RANGE.0,
+            highest: LENGTH_RANGE.1,
         }),
     }
 }
@@ -86,7 +86,7 @@ impl Spheres {
             check_length("a sphere's centre", x, 0.0)?;
         }
         for &radius in &radii {
-            check_length("a sphere's radius", radius, LENGTHS.0)?;
+            check_length("a sphere's radius", radius, LENGTH_RANGE.0)?;
         }
         let spheres = Self { centres, radii };
         for second in 0..spheres.len() {
@@ -209,7 +209,7 @@ impl Medium {
                 for &x in centre {
                     check_length("the container's centre", x, 0.0)?;
                 }
-                check_length("the container's radius", *radius, LENGTHS.0)
+                check_length("the container's radius", *radius, LENGTH_RANGE.0)
             }
             Self::Wall { point, normal } => {
                 for &x in point {

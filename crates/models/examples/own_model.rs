@@ -39,7 +39,7 @@ impl NoInteractions {
 
         // Velocities of the bodies are S v + W: motions that the joints leave free, and the motion
         // that their rates impose. Free motions do no work: S^T R (S v + W) = 0.
-        let reduction = Reduction::of(set, &constraints)?;
+        let reduction = Reduction::new(set, &constraints)?;
         let (s, w) = (&reduction.surface_basis, &reduction.surface_offset);
         let drag = self.drag();
         let matrix = s.tr_mul(&(&drag * s));

@@ -23,7 +23,7 @@ impl<'a> AxialSurfaces<'a> {
     /// The amplitudes in a configuration; none if all surfaces are rigid and the fluid is at rest.
     ///
     /// # Errors
-    /// Lengths of joints for which a loop does not close.
+    /// Values of joints for which a loop does not close.
     pub fn new(
         scaled: &ScaledScene,
         configuration: Configuration,

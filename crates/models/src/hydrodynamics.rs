@@ -17,7 +17,7 @@ use crate::solution::{FlowField, InstantaneousSolution, PointFlow};
 pub struct Configuration<'a> {
     /// Frames of the linkages and attitudes of the bodies, for [`rigid::Articulation::place`].
     pub state: &'a State,
-    /// Value of the joint of each joint: the length of a slide in the scene's units, or an angle.
+    /// Value of each joint: the length of a slide in the scene's units, or an angle.
     /// Those of passive joints are part of the state, and their entries have no effect.
     pub shape: &'a [f64],
 }

@@ -47,7 +47,7 @@ impl MobilitySolution {
         loads: &[ExternalLoad],
         surfaces: Option<&SurfaceEffect>,
     ) -> Result<Self, ModelError> {
-        let reduction = Reduction::of(set, constraints)?;
+        let reduction = Reduction::new(set, constraints)?;
         let drive = Drive {
             set,
             constraints,

@@ -72,7 +72,7 @@ impl ScaledScene {
     /// Poses of all bodies in a configuration.
     ///
     /// # Errors
-    /// Lengths of joints for which a loop does not close.
+    /// Values of joints for which a loop does not close.
     pub fn poses(&self, configuration: Configuration) -> Result<Vec<Isometry3<f64>>, ModelError> {
         let state = self.state(configuration);
         Ok(self.set.place(&state, &self.values(configuration.shape))?)

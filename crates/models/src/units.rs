@@ -90,8 +90,7 @@ impl Scale {
         error
     }
 
-    /// Scaled state of a state of the scene, whose passive joints are those of the joints
-    /// `passive`.
+    /// Scaled state of a state of the scene with the passive joints `passive`.
     pub fn state<'l>(&self, state: &State, passive: impl Iterator<Item = &'l Joint>) -> State {
         State {
             frames: state
@@ -111,7 +110,7 @@ impl Scale {
         }
     }
 
-    /// Scaled joint of a joint of the scene: its joint, and what drives it.
+    /// Scaled joint of a joint of the scene: its kind, and what drives it.
     ///
     /// Forces of joints that turn are torques, and their values angles.
     pub fn joint(&self, joint: &Joint) -> Joint {
@@ -131,7 +130,7 @@ impl Scale {
         }))
     }
 
-    /// Scaled force on the joint of a joint, a torque for joints that turn.
+    /// Scaled force on a joint, a torque for joints that turn.
     pub fn joint_force(&self, joint: &Joint, force: f64) -> f64 {
         match joint.kind.is_angle() {
             true => force / (self.force_unit() * self.length),
@@ -139,7 +138,7 @@ impl Scale {
         }
     }
 
-    /// Scaled value, or rate, of the joint of a joint: only lengths have a unit.
+    /// Scaled value, or rate, of a joint: only lengths have a unit.
     pub fn value(&self, joint: &Joint, value: f64) -> f64 {
         value / self.value_unit(joint)
     }
@@ -225,8 +224,7 @@ impl Scale {
         pressure * self.viscosity
     }
 
-    /// Rate of change of the state in the scene of a scaled one, with the joints of its passive
-    /// joints.
+    /// Rate of change of the state in the scene of a scaled one, with its passive joints.
     pub fn motion_to_scene<'l>(
         &self,
         motion: &StateVelocity,

@@ -9,12 +9,12 @@ use std::time::Instant;
 use mesh::{NamedSurface, TetMesh};
 use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
-use petsc::{Method, Parameters, Session, solve};
+use petsc::{Session, solve};
 use rigid::{
-    Arms, Articulation, BodyKind, Drive, Eliminated, ExternalLoad, Formulation, Lagrange, Joint,
+    Arms, Articulation, BodyKind, Drive, Eliminated, ExternalLoad, Formulation, Joint, Lagrange,
 };
 use stokes::fem::SurplusSpace;
-use stokes::{InitialGuesses, Options, Problem};
+use stokes::{InitialGuesses, Options, Problem, Solver};
 
 const NAMES: [&str; 3] = ["left", "centre", "right"];
 
@@ -44,9 +44,9 @@ fn run(session: &Session, words: &[String]) -> Result<(), Box<dyn std::error::Er
         Some("lagrange") => &Lagrange,
         _ => &Eliminated,
     };
-    let method = match value("method").as_deref() {
-        Some("direct") => Method::Direct,
-        _ => Method::Block,
+    let solver = match value("method").as_deref() {
+        Some("direct") => Solver::Direct,
+        _ => Solver::Block,
     };
     let spheres = [-10.0, 0.0, 10.0].map(|x| Sphere {
         centre: Vector3::new(x, 0.0, 0.0),
@@ -81,15 +81,19 @@ fn run(session: &Session, words: &[String]) -> Result<(), Box<dyn std::error::Er
         constraints: &set.constraints(&set.initial_state(), set.initial_shape(), &[-1.0, 0.0])?,
         loads: &[ExternalLoad::default(); 3],
     };
-    let mut parameters = Parameters::default()
+    let options = Options::default()
         .with_formulation(formulation)
-        .with_method(method)
+        .with_solver(solver)
         .with_rtol(rtol);
-    if value("estimates").is_some() {
-        parameters = parameters.with_estimates(None);
-    }
+    let with_estimates = value("estimates").is_some();
     let before = peak_memory();
-    let mut solved = solve(session, &problem, std::slice::from_ref(&drive), &parameters)?;
+    let mut solved = solve(
+        session,
+        &problem,
+        std::slice::from_ref(&drive),
+        &options,
+        with_estimates,
+    )?;
     let distributed = solved.pop().ok_or("no solution")?;
     let [before, after] = [before, peak_memory()].map(|mb| sum(session, mb));
     let [before, after] = [before?, after?];

@@ -126,7 +126,7 @@ impl<'s> Level<'s> {
         strength: f64,
     ) -> Result<(Matrix<'s>, Vec<u8>, usize), PetscError> {
         let scalar = self.own_scalar_matrix(components)?;
-        let aggregates = Aggregates::of_matrix(&scalar, components, strength)?;
+        let aggregates = Aggregates::from_matrix(&scalar, components, strength)?;
         let mut of_aggregate = vec![0; aggregates.count];
         for (aggregate, &bits) in aggregates.of_node.iter().zip(components) {
             if let Some(aggregate) = aggregate {

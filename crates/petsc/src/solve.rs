@@ -2,83 +2,23 @@
 
 use std::time::Instant;
 
-use rigid::{Drive, FlowSolution, Formulation, Imposed, MeshPart, NodeRole};
-use stokes::fem::{SurplusPart, SurplusSpace};
+use rigid::{Constrained, Drive, FlowSolution, Imposed, MeshPart, NodeRole};
+use stokes::fem::{SurplusPart, SurplusSpace, mean_pressure};
 use stokes::{
-    Checks, Dofs, Estimate, Gather, PartEquations, Problem, Seconds, Solution, SolverReport,
+    Checks, Dofs, Engine, Estimate, Gather, Options, PartEquations, Problem, Seconds, Solution,
+    SolverReport, StokesError,
 };
 
 use crate::PetscError;
-use crate::assembly::Part;
+use crate::assembly::{OwnEntries, Part};
 use crate::divided::{DividedMatrix, DividedPreconditioner};
-use crate::gather::Fields;
+use crate::gather::{Fields, engine_error};
 use crate::handles::{Session, release_memory};
-use crate::method::Method;
 use crate::numbering::{Numbering, components};
 use crate::partition::Partition;
-use crate::pressure_laplacian::pressure_laplacian;
+use crate::pressure::pressure_laplacian;
 use crate::shared::{self, LateExchange, Shared};
-use crate::solver::Solver;
-
-/// How a problem is solved.
-#[derive(Clone, Copy)]
-#[non_exhaustive]
-pub struct Parameters {
-    /// How the constraints of the joints enter the system.
-    pub formulation: &'static dyn Formulation,
-    /// How the linear system is solved.
-    pub method: Method,
-    /// Bound on the relative Euclidean residual and on the estimated error of
-    /// [`linalg::SolveReport`].
-    pub rtol: f64,
-    /// Whether discretisation errors are estimated.
-    pub estimates: bool,
-    /// See [`stokes::Options::estimate_rtol`].
-    pub estimate_rtol: Option<f64>,
-}
-
-/// Eliminated velocities (P-tilde), the block solver, to 1e-8, without estimates.
-impl Default for Parameters {
-    fn default() -> Self {
-        Self {
-            formulation: &rigid::Eliminated,
-            method: Method::Block,
-            rtol: 1e-8,
-            estimates: false,
-            estimate_rtol: None,
-        }
-    }
-}
-
-impl Parameters {
-    /// The same with another formulation.
-    #[must_use]
-    pub fn with_formulation(mut self, formulation: &'static dyn Formulation) -> Self {
-        self.formulation = formulation;
-        self
-    }
-
-    /// The same with another method.
-    #[must_use]
-    pub fn with_method(mut self, method: Method) -> Self {
-        self.method = method;
-        self
-    }
-
-    /// The same with another tolerance.
-    #[must_use]
-    pub fn with_rtol(mut self, rtol: f64) -> Self {
-        self.rtol = rtol;
-        self
-    }
-
-    /// The same with error estimates, and the residual to which their systems are solved.
-    #[must_use]
-    pub fn with_estimates(mut self, rtol: Option<f64>) -> Self {
-        (self.estimates, self.estimate_rtol) = (true, rtol);
-        self
-    }
-}
+use crate::solver::{Method, Solved, Solver};
 
 /// A solution, the same on every process.
 #[non_exhaustive]
@@ -94,7 +34,9 @@ pub struct DistributedSolution {
 /// Solves a problem for drives that differ only in the rates of the joints.
 ///
 /// Collective: every process calls it with the same problem. All drives share one matrix and one
-/// preconditioner, whose time is counted for the first solution.
+/// preconditioner, whose time is counted for the first solution. Of the solvers there are
+/// [`stokes::Solver::Block`] and, by MUMPS, [`stokes::Solver::Direct`]; `options.rtol` bounds the
+/// relative Euclidean residual and the estimated error of [`linalg::SolveReport`].
 ///
 /// # Errors
 /// [`PetscError`]. If only some processes fail, the caller must end all of them
@@ -103,11 +45,13 @@ pub fn solve(
     session: &Session,
     problem: &Problem,
     drives: &[Drive],
-    parameters: &Parameters,
+    options: &Options,
+    with_estimates: bool,
 ) -> Result<Vec<DistributedSolution>, PetscError> {
     let Some((drive, others)) = drives.split_first() else {
         return Ok(Vec::new());
     };
+    let method = Method::new(options.solver)?;
     let clock = Instant::now();
     let mesh = problem.mesh();
     let roles = problem.roles();
@@ -122,18 +66,18 @@ pub fn solve(
     let exchange = LateExchange::default();
     let part = MeshPart::new(owned.clone(), session.sum_over_parts())
         .with_ghosts(session.rank() == 0, exchange.function());
-    let system = problem.assemble_part(&submesh, part, drive, parameters.formulation)?;
+    let system = problem.assemble_part(&submesh, part, drive, options.formulation)?;
     if !linalg::LinearOperator::is_symmetric(&system.system) {
         return Err(PetscError::NotSymmetric {
-            formulation: parameters.formulation.name(),
+            formulation: options.formulation.name(),
         });
     }
     release_memory();
     let others: Vec<Imposed> = (others.iter())
         .map(|drive| system.imposed(drive))
         .collect::<Result<_, _>>()?;
-    let space = match parameters.estimates {
-        true => Some(SurplusSpace::new(&submesh.mesh).map_err(stokes::StokesError::from)?),
+    let space = match with_estimates {
+        true => Some(SurplusSpace::new(&submesh.mesh).map_err(StokesError::from)?),
         false => None,
     };
     let shared = Shared::new(&partition, &submesh, space.as_ref(), session.rank());
@@ -149,7 +93,7 @@ pub fn solve(
     };
     let entries = part.own_entries();
     let mut blocks = part.blocks(session)?;
-    if parameters.method == Method::Block {
+    if method == Method::Block {
         blocks.pressure_laplacian = pressure_laplacian(session, problem, &part, &partition)?;
     }
     // PETSc has copies.
@@ -157,113 +101,186 @@ pub fn solve(
     release_memory();
     let assembly = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
-    let order = partition.nodes_by_vertex();
-    let is_own = |node: &&u32| partition.owner(**node) == session.rank();
-    let free_vertices: Vec<u32> = (order.iter().filter(is_own).copied())
-        .filter(|&node| (node as usize) < mesh.n_vertices() && numbering.components(node) != 0)
-        .collect();
-    drop(order);
+    let free_vertices = own_free_vertices(session, problem, &partition, &numbering);
     let sizes = blocks.sizes.concat();
-    let solver = Solver::new(
-        session,
-        blocks,
-        parameters.method,
-        &numbering,
-        &free_vertices,
-    )?;
+    let solver = Solver::new(session, blocks, method, &numbering, &free_vertices)?;
     let setup = clock.elapsed().as_secs_f64();
 
-    let fields = Fields::new(mesh, &partition, &submesh, session.rank());
-    let (mut flows, mut solved_drives) = (Vec::new(), Vec::new());
+    let divided = Divided {
+        session,
+        problem,
+        partition: &partition,
+        submesh: &submesh,
+        shared: &shared,
+        system: &system,
+        solver: &solver,
+        entries: &entries,
+        sizes: &sizes,
+        fields: &Fields::new(mesh, &partition, &submesh, session.rank()),
+    };
+    let (mut flows, mut reports) = (Vec::new(), Vec::new());
     let imposed = std::iter::once(None).chain(others.iter().map(Some));
     for imposed in imposed {
         let clock = Instant::now();
-        let rhs = imposed.map_or(&system.rhs, |imposed| &imposed.rhs);
-        let solved = solver.solve(&entries.of(rhs), parameters.rtol)?;
-        let mut solution = vec![0.0; entries.len()];
-        entries.write(&solved.solution, &mut solution);
-        let flow = match imposed {
-            None => system.flow(&solution, drive.set)?,
-            Some(imposed) => system.flow_at(&solution, imposed, drive.set)?,
-        };
-        flows.push(of_all_nodes(problem, &fields, flow)?);
-        solved_drives.push((solved, clock.elapsed().as_secs_f64()));
+        let (flow, report) = divided.flow(imposed, drive, options.rtol)?;
+        flows.push(flow);
+        reports.push((report, clock.elapsed().as_secs_f64()));
     }
     let clock = Instant::now();
-    let mut estimates: Vec<Option<(Estimate, Checks)>> = flows.iter().map(|_| None).collect();
-    if let Some(space) = space {
+    let estimates = match space {
+        Some(space) => divided.estimates(space, drive, &flows, options.estimate_rtol)?,
+        None => Vec::new(),
+    };
+    let estimate_seconds = clock.elapsed().as_secs_f64() / drives.len() as f64;
+
+    let dofs = Dofs {
+        velocity: 3 * free_nodes,
+        pressure: mesh.n_vertices(),
+        total: 3 * free_nodes + border + mesh.n_vertices(),
+    };
+    let mut estimates = estimates.into_iter();
+    let mut shared_seconds = [assembly, setup];
+    let mut all = Vec::with_capacity(drives.len());
+    for (flow, (report, solve)) in flows.into_iter().zip(reports) {
+        let [assembly, setup] = std::mem::take(&mut shared_seconds);
+        let (estimate, checks) = estimates.next().unzip();
+        all.push(DistributedSolution {
+            levels: report.levels,
+            own_dofs: sizes.len(),
+            solution: Solution {
+                slip_power: problem.power_of_slip(&flow)?,
+                estimate,
+                checks,
+                dofs,
+                solver: SolverReport {
+                    formulation: options.formulation.name().to_owned(),
+                    solver: format!("petsc {}", options.solver.name()),
+                    iterations: report.iterations,
+                    true_relative_residual: report.true_relative_residual,
+                },
+                algebraic_error: report.error_estimate,
+                seconds: Seconds {
+                    assembly,
+                    setup,
+                    solve,
+                    estimate: estimate_seconds,
+                    total: assembly + setup + solve + estimate_seconds,
+                    ..Seconds::default()
+                },
+                flow,
+            },
+        });
+    }
+    Ok(all)
+}
+
+/// The free vertices of this process, in the order of their dofs.
+fn own_free_vertices(
+    session: &Session,
+    problem: &Problem,
+    partition: &Partition,
+    numbering: &Numbering,
+) -> Vec<u32> {
+    let is_own = |node: &u32| partition.owner(*node) == session.rank();
+    let vertices = problem.mesh().n_vertices();
+    (partition.nodes_by_vertex().iter().copied())
+        .filter(is_own)
+        .filter(|&node| (node as usize) < vertices && numbering.components(node) != 0)
+        .collect()
+}
+
+/// A system that is divided between the processes, with its solver.
+struct Divided<'a, 's> {
+    session: &'s Session,
+    problem: &'a Problem<'a>,
+    partition: &'a Partition,
+    submesh: &'a mesh::Submesh,
+    shared: &'a Shared,
+    system: &'a Constrained,
+    solver: &'a Solver<'s>,
+    entries: &'a OwnEntries,
+    sizes: &'a [f64],
+    fields: &'a Fields<'a>,
+}
+
+impl Divided<'_, '_> {
+    /// The flow at all nodes for the drive of the system, or at other rates, its pressure with zero
+    /// mean.
+    fn flow(
+        &self,
+        imposed: Option<&Imposed>,
+        drive: &Drive,
+        rtol: f64,
+    ) -> Result<(FlowSolution, Solved), PetscError> {
+        let rhs = imposed.map_or(&self.system.rhs, |imposed| &imposed.rhs);
+        let solved = self.solver.solve(&self.entries.of(rhs), rtol)?;
+        let mut solution = vec![0.0; self.entries.len()];
+        self.entries.write(&solved.solution, &mut solution);
+        let mut flow = match imposed {
+            None => self.system.flow(&solution, drive.set)?,
+            Some(imposed) => self.system.flow_at(&solution, imposed, drive.set)?,
+        };
+        flow.velocity = self.fields.nodes(&flow.velocity)?;
+        flow.pressure = self.fields.vertices(&flow.pressure)?;
+        let mean = mean_pressure(self.problem.mesh(), &flow.pressure).map_err(StokesError::from)?;
+        flow.pressure.iter_mut().for_each(|p| *p -= mean);
+        Ok((flow, solved))
+    }
+
+    /// Estimated errors of flows, by the surplus space of the part of this process.
+    fn estimates(
+        &self,
+        space: SurplusSpace,
+        drive: &Drive,
+        flows: &[FlowSolution],
+        rtol: Option<f64>,
+    ) -> Result<Vec<(Estimate, Checks)>, PetscError> {
+        let Self {
+            session,
+            submesh,
+            solver,
+            entries,
+            ..
+        } = *self;
         solver.free_basis()?;
         let exchange = LateExchange::default();
-        exchange.set(shared.of_extension(session, &submesh, &space)?);
-        let surplus_part = surplus_part(session, &partition, &submesh, &space, &exchange);
-        let space = space
-            .with_part(surplus_part)
-            .map_err(stokes::StokesError::from)?;
+        exchange.set(self.shared.of_extension(session, submesh, &space)?);
+        let part = surplus_part(session, self.partition, submesh, &space, &exchange);
+        let space = space.with_part(part).map_err(StokesError::from)?;
         let equations = PartEquations {
-            submesh: &submesh,
+            submesh,
             space: &space,
-            system: &system,
-            operator: &DividedMatrix::new(session, &solver, &entries, &sizes)?,
-            gather: &fields,
+            system: self.system,
+            operator: &DividedMatrix::new(session, solver, entries, self.sizes)?,
+            gather: self.fields,
         };
-        let mut preconditioner = DividedPreconditioner {
-            solver: &solver,
-            entries: &entries,
-        };
-        let rtol = parameters.estimate_rtol;
-        let estimated =
-            problem.estimate_part(drive, &flows, equations, &mut preconditioner, rtol)?;
-        estimates = estimated.into_iter().map(Some).collect();
+        let mut preconditioner = DividedPreconditioner { solver, entries };
+        Ok((self.problem).estimate_part(drive, flows, equations, &mut preconditioner, rtol)?)
     }
-    let estimate = clock.elapsed().as_secs_f64() / drives.len() as f64;
+}
 
-    let own_dofs = sizes.len();
-    let shared_seconds = std::iter::once([assembly, setup]).chain(std::iter::repeat([0.0; 2]));
-    let all = flows
-        .into_iter()
-        .zip(solved_drives)
-        .zip(estimates)
-        .zip(shared_seconds);
-    all.map(
-        |(((flow, (solved, solve)), estimate_of_flow), [assembly, setup])| {
-            let (estimate_of_flow, checks) = estimate_of_flow.unzip();
-            Ok(DistributedSolution {
-                levels: solved.levels,
-                own_dofs,
-                solution: Solution {
-                    slip_power: problem.power_of_slip(&flow)?,
-                    estimate: estimate_of_flow,
-                    checks,
-                    dofs: Dofs {
-                        velocity: 3 * free_nodes,
-                        pressure: mesh.n_vertices(),
-                        total: 3 * free_nodes + border + mesh.n_vertices(),
-                    },
-                    solver: SolverReport {
-                        formulation: parameters.formulation.name().to_owned(),
-                        solver: match parameters.method {
-                            Method::Block => "petsc block",
-                            Method::Direct => "petsc direct",
-                        }
-                        .to_owned(),
-                        iterations: solved.iterations,
-                        true_relative_residual: solved.true_relative_residual,
-                    },
-                    algebraic_error: solved.error_estimate,
-                    seconds: Seconds {
-                        assembly,
-                        setup,
-                        solve,
-                        estimate,
-                        total: assembly + setup + solve + estimate,
-                        ..Seconds::default()
-                    },
-                    flow,
-                },
-            })
-        },
-    )
-    .collect()
+/// Solves on all processes of the [`Session`] that the calling thread has started.
+///
+/// Every process makes the same calls with the same problems; answers are the same on all, so that
+/// programs take the same decisions everywhere.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PetscEngine;
+
+impl Engine for PetscEngine {
+    fn solve_all(
+        &self,
+        problem: &Problem,
+        drives: &[Drive],
+        options: &Options,
+        surplus: Option<&SurplusSpace>,
+    ) -> Result<Vec<Solution>, StokesError> {
+        let of_session = |session: &Session| {
+            // Each process has the surplus space of its own part of the mesh.
+            let solved = solve(session, problem, drives, options, surplus.is_some())?;
+            Ok(solved.into_iter().map(|solved| solved.solution).collect())
+        };
+        Session::with_current(of_session).map_err(engine_error)
+    }
 }
 
 /// The cells and bubbles of this process.
@@ -294,18 +311,4 @@ fn surplus_part(
         session.sum_over_parts(),
         exchange.function(),
     )
-}
-
-/// The flow with velocities and pressures of all nodes, from those of each process.
-fn of_all_nodes(
-    problem: &Problem,
-    fields: &Fields,
-    mut flow: FlowSolution,
-) -> Result<FlowSolution, PetscError> {
-    flow.velocity = fields.nodes(&flow.velocity)?;
-    flow.pressure = fields.vertices(&flow.pressure)?;
-    let mean = stokes::fem::mean_pressure(problem.mesh(), &flow.pressure)
-        .map_err(stokes::StokesError::from)?;
-    flow.pressure.iter_mut().for_each(|p| *p -= mean);
-    Ok(flow)
 }

@@ -4,9 +4,8 @@ use crate::PetscError;
 use crate::assembly::Blocks;
 use crate::handles::{Krylov, Matrix, NullSpace, Session, Vector, release_memory};
 use crate::hierarchy::Hierarchy;
-use crate::method::Method;
 use crate::numbering::Numbering;
-use crate::pressure_block::{no_entries, null_vector, weak_rows};
+use crate::pressure::{no_entries, null_vector, weak_rows};
 
 /// Basis vectors of FGMRES before a restart, as in `linalg`.
 const RESTART: usize = 60;
@@ -33,7 +32,7 @@ const SMOOTHER: &str = "smoother of level";
 const ERROR_OVER_RESIDUAL: f64 = 2.0;
 
 /// Norm of the image of a unit vector below which it is a null vector: rounding leaves 1e-13.
-const NULL: f64 = 1e-9;
+const MAX_NULL_IMAGE: f64 = 1e-9;
 
 /// Shift of the pressure block of the direct solver, as a multiple of the mass matrix.
 ///
@@ -42,6 +41,29 @@ const DIRECT_SHIFT: f64 = 1e-7;
 
 /// Largest number of restarts of FGMRES from the last solution with a smaller tolerance.
 const MAX_CONTINUATIONS: usize = 5;
+
+/// How the linear system is solved.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// FGMRES with a block-triangular preconditioner, multigrid for velocities and bodies.
+    Block,
+    /// LDLT factors by MUMPS, refined by FGMRES.
+    Direct,
+}
+
+impl Method {
+    /// The method of a solver of `stokes`.
+    ///
+    /// # Errors
+    /// [`PetscError::Unsupported`].
+    pub fn new(solver: stokes::Solver) -> Result<Self, PetscError> {
+        match solver {
+            stokes::Solver::Block => Ok(Self::Block),
+            stokes::Solver::Direct => Ok(Self::Direct),
+            other => Err(PetscError::Unsupported { what: other.name() }),
+        }
+    }
+}
 
 /// A solution with the figures of its computation.
 pub struct Solved {
@@ -96,7 +118,7 @@ impl<'s> Solver<'s> {
         let null = null_vector(session, &factors)?;
         let mut image = Vector::new(session, factors.iter().map(Vec::len).sum())?;
         matrix.apply(&null, &mut image)?;
-        let null_space = match image.norm()? < NULL {
+        let null_space = match image.norm()? < MAX_NULL_IMAGE {
             true => Some(matrix.set_null_vector(&null)?),
             false => None,
         };

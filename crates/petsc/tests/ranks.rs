@@ -7,13 +7,13 @@ use std::process::{Command, ExitCode};
 use mesh::{NamedSurface, TetMesh};
 use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
-use petsc::{Method, Parameters, PetscError, Session, solve};
+use petsc::{PetscError, Session, solve};
 use rigid::{
     Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, FlowSolution,
-    Formulation, Lagrange, Joint,
+    Formulation, Joint, Lagrange,
 };
 use stokes::fem::SurplusSpace;
-use stokes::{InitialGuesses, Options, Problem, Solution, SurfaceFlow};
+use stokes::{InitialGuesses, Options, Problem, Solution, Solver, SurfaceFlow};
 
 const NAMES: [&str; 2] = ["left", "right"];
 
@@ -35,12 +35,22 @@ const UNDER_MPI: &str = "MICROSWIM_TEST_UNDER_MPI";
 struct Case {
     name: &'static str,
     formulation: &'static dyn Formulation,
-    method: Method,
+    solver: Solver,
     /// Whether the left sphere is a wall and fluid leaves through the ball.
     is_open: bool,
     /// Whether the surfaces of the bodies have slip.
     has_slip: bool,
     has_estimates: bool,
+}
+
+impl Case {
+    fn options(&self) -> Options {
+        Options::default()
+            .with_formulation(self.formulation)
+            .with_solver(self.solver)
+            .with_rtol(RTOL)
+            .with_estimate_rtol(ESTIMATE_RTOL)
+    }
 }
 
 /// Slip of a squirmer with swirl, and no background flow.
@@ -67,7 +77,7 @@ const CASES: [Case; 4] = [
     Case {
         name: "p-tilde with slip in a closed domain",
         formulation: &Eliminated,
-        method: Method::Block,
+        solver: Solver::Block,
         is_open: false,
         has_slip: true,
         has_estimates: true,
@@ -75,7 +85,7 @@ const CASES: [Case; 4] = [
     Case {
         name: "multipliers in a closed domain",
         formulation: &Lagrange,
-        method: Method::Block,
+        solver: Solver::Block,
         is_open: false,
         has_slip: false,
         has_estimates: false,
@@ -83,7 +93,7 @@ const CASES: [Case; 4] = [
     Case {
         name: "p-tilde in an open domain",
         formulation: &Eliminated,
-        method: Method::Block,
+        solver: Solver::Block,
         is_open: true,
         has_slip: false,
         has_estimates: true,
@@ -91,7 +101,7 @@ const CASES: [Case; 4] = [
     Case {
         name: "direct solver in a closed domain",
         formulation: &Lagrange,
-        method: Method::Direct,
+        solver: Solver::Direct,
         is_open: false,
         has_slip: false,
         has_estimates: true,
@@ -215,18 +225,14 @@ fn under_mpi() -> Result<(), Failure> {
         let mesh = two_spheres()?;
         for case in &CASES {
             let numbers = numbers(&mesh, case, |problem, drive| {
-                let mut parameters = Parameters::default()
-                    .with_formulation(case.formulation)
-                    .with_method(case.method)
-                    .with_rtol(RTOL);
-                if case.has_estimates {
-                    parameters = parameters.with_estimates(Some(ESTIMATE_RTOL));
-                }
+                let drives = std::slice::from_ref(drive);
+                let options = case.options();
                 first(solve(
                     &session,
                     problem,
-                    std::slice::from_ref(drive),
-                    &parameters,
+                    drives,
+                    &options,
+                    case.has_estimates,
                 )?)
             })?;
             if session.rank() == 0 {
@@ -239,13 +245,9 @@ fn under_mpi() -> Result<(), Failure> {
             }
         }
         let direct_rows = numbers(&mesh, &CASES[0], |problem, drive| {
-            let parameters = Parameters::default().with_formulation(&DirectRows);
-            first(solve(
-                &session,
-                problem,
-                std::slice::from_ref(drive),
-                &parameters,
-            )?)
+            let options = Options::default().with_formulation(&DirectRows);
+            let drives = std::slice::from_ref(drive);
+            first(solve(&session, problem, drives, &options, false)?)
         });
         match direct_rows.map_err(|error| error.downcast::<PetscError>()) {
             Err(Ok(error)) if matches!(*error, PetscError::NotSymmetric { .. }) => Ok(()),
@@ -275,7 +277,9 @@ fn on_ranks(ranks: usize) -> Result<Vec<Groups>, Failure> {
     let text = String::from_utf8(output.stdout)?;
     let group = |group: &str| group.split(' ').map(str::parse).collect::<Result<_, _>>();
     let line = |line: &str| line.split(';').map(group).collect::<Result<_, _>>();
-    Ok(text.lines().map(line).collect::<Result<_, _>>()?)
+    let all: Vec<Groups> = text.lines().map(line).collect::<Result<_, _>>()?;
+    assert_eq!(all.len(), CASES.len());
+    Ok(all)
 }
 
 /// Refuses groups of which the first differs by more than `tolerance`, or another by more than
@@ -318,10 +322,7 @@ fn compare() -> Result<(), Failure> {
     let on_one = on_ranks(1)?;
     for (case, numbers_on_one) in CASES.iter().zip(&on_one) {
         let shared = numbers(&mesh, case, |problem, drive| {
-            let options = Options::default()
-                .with_formulation(case.formulation)
-                .with_rtol(RTOL)
-                .with_estimate_rtol(ESTIMATE_RTOL);
+            let options = case.options().with_solver(Solver::Block);
             let (mut guesses, space) = (InitialGuesses::new(0), SurplusSpace::new(&mesh)?);
             let space = case.has_estimates.then_some(&space);
             let drives = std::slice::from_ref(drive);
@@ -333,7 +334,6 @@ fn compare() -> Result<(), Failure> {
     }
     for ranks in [2, 4] {
         let on_more = on_ranks(ranks)?;
-        assert_eq!(on_more.len(), CASES.len());
         for ((case, one), more) in CASES.iter().zip(&on_one).zip(&on_more) {
             check(case, &format!("{ranks} processes"), one, more, OVER_RANKS);
         }

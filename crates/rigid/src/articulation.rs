@@ -1,12 +1,11 @@
-//! Articulated sets: bodies joined by joints, and the graph that they form.
+//! Articulated sets: bodies connected by joints, and the graph that they form.
 
 use nalgebra::Vector3;
 
 use crate::RigidError;
-use crate::arm_vectors::{ArmVectors, arm_of, check_joint};
-use crate::error::check_length;
-use crate::joint::{JointKind, PassiveDrive};
-use crate::linkage::{Joint, Linkage, find_linkages};
+use crate::error::{check_finite, check_length};
+use crate::joint::{ArmVectors, Arms, Joint, JointKind, PassiveDrive};
+use crate::linkage::{Linkage, find_linkages};
 
 /// The kind of a member of an articulated set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,22 +15,6 @@ pub enum BodyKind {
     Rigid,
     /// A massless point without a surface, such as a junction of arms: three velocities.
     Point,
-}
-
-/// Attachment of bodies to arms that rotate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Arms {
-    /// Bodies do not rotate relative to their frame: one angular velocity for each frame.
-    #[default]
-    Clamped,
-    /// Each body rotates torque-free, and so does each frame.
-    Free,
-    /// Arms keep their direction in the laboratory axes and bodies rotate freely.
-    ///
-    /// This is the literal reading of equations (11)-(12) of Berti et al. (2021). It is torque-free
-    /// only if the swimmer is collinear and moves along its axis.
-    Lab,
 }
 
 /// Bodies, the joints between them, and the arms of the joints in the frames of their bodies.
@@ -54,7 +37,7 @@ pub struct Articulation {
 }
 
 impl Articulation {
-    /// Joins `kinds.len()` bodies at `positions` by `links`.
+    /// Joins `kinds.len()` bodies at `positions` by `joints`.
     ///
     /// The positions give the directions and the initial lengths of the slides. Any graph is
     /// allowed: chains, stars, loops, several separate linkages, bodies without joints. The root
@@ -72,11 +55,7 @@ impl Articulation {
     ) -> Result<Self, RigidError> {
         let bodies = kinds.len();
         check_length("positions of the bodies", positions.len(), bodies)?;
-        if positions.iter().any(|x| !x.iter().all(|c| c.is_finite())) {
-            return Err(RigidError::NotFinite {
-                what: "a body's position",
-            });
-        }
+        check_finite("a body's position", positions.iter().flatten())?;
         let mut arm_vectors = Vec::with_capacity(joints.len());
         let mut initial_shape = Vec::with_capacity(joints.len());
         for joint in &joints {
@@ -89,10 +68,10 @@ impl Articulation {
                     });
                 }
             }
-            check_joint(joint, arms)?;
-            let (arm, length) = arm_of(joint, positions)?;
+            joint.check(arms)?;
+            let (arm, value) = joint.initial_arm(positions)?;
             arm_vectors.push(arm);
-            initial_shape.push(length);
+            initial_shape.push(value);
         }
         let (linkages, frames) = find_linkages(bodies, &joints);
         let mut linkage_of = vec![0; bodies];
@@ -213,38 +192,23 @@ impl Articulation {
     /// Largest distance of the two bodies of a joint at a value; zero for a joint that does not
     /// exist.
     pub fn arm_length(&self, joint: usize, value: f64) -> f64 {
-        match (self.joints.get(joint), self.arm_vectors.get(joint)) {
-            (
-                Some(Joint {
-                    kind: JointKind::Slide,
-                    ..
-                }),
-                _,
-            ) => value.abs(),
-            (Some(_), Some(arm)) => arm.near.norm() + arm.far.norm(),
-            _ => 0.0,
+        match self.joints.iter().zip(&self.arm_vectors).nth(joint) {
+            Some((joint, _)) if joint.kind == JointKind::Slide => value.abs(),
+            Some((_, arm)) => arm.near.norm() + arm.far.norm(),
+            None => 0.0,
         }
     }
 
     /// Largest displacement of one body of a joint relative to the other where its value
     /// changes by `change`; zero for a joint that does not exist.
     pub fn arm_displacement(&self, joint: usize, change: f64) -> f64 {
-        let lever = match (self.joints.get(joint), self.arm_vectors.get(joint)) {
-            (
-                Some(Joint {
-                    kind: JointKind::Turn { advance, .. },
-                    ..
-                }),
-                Some(arm),
-            ) => arm.near.norm().max(arm.far.norm()) + advance.abs(),
-            (
-                Some(Joint {
-                    kind: JointKind::Slide,
-                    ..
-                }),
-                _,
-            ) => 1.0,
-            _ => 0.0,
+        let Some((joint, arm)) = self.joints.iter().zip(&self.arm_vectors).nth(joint) else {
+            return 0.0;
+        };
+        let lever = match joint.kind {
+            JointKind::Slide => 1.0,
+            JointKind::Turn { advance, .. } => arm.near.norm().max(arm.far.norm()) + advance.abs(),
+            JointKind::Fixed | JointKind::Ball { .. } => 0.0,
         };
         change.abs() * lever
     }

@@ -1,11 +1,11 @@
 //! Rigid surfaces in the fluid: velocities of all nodes, and the forces of bodies on the fluid.
 
-use std::borrow::Cow;
 use std::ops::AddAssign;
 
 use linalg::Csr;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
+use crate::mesh_part::Ownership;
 use crate::prescribed_motion::PrescribedMotion;
 use crate::stresslets::SurfaceRows;
 use crate::{MeshPart, NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
@@ -14,7 +14,7 @@ use crate::{MeshPart, NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
 ///
 /// It changes velocities by about this fraction, less than any mesh resolves. Positions in meshes
 /// differ by rounding, 1e-12 body sizes at a distance of ten thousand.
-const POSITION: f64 = 1e-6;
+const MAX_MISPLACEMENT: f64 = 1e-6;
 
 /// The couplings between free nodes and rigid surfaces, and the map from dofs to nodal values.
 ///
@@ -63,9 +63,7 @@ impl Surfaces {
             .chain(bodies)
             .map(|role| f64::from(u8::from(self.roles.contains(&role))))
             .collect();
-        if let Some(part) = &self.part {
-            part.sum(&mut counts);
-        }
+        self.part.sum(&mut counts);
         // NaN, from a sum that failed, counts as none.
         let is_bare = |count: &f64| count.is_nan() || *count == 0.0;
         if is_bare(&counts[0]) {
@@ -86,7 +84,7 @@ impl Surfaces {
         for (body, (surface, position)) in self.bodies.iter().zip(positions).enumerate() {
             let distance = (surface.centre - position).norm();
             let size = (parts * surface.volume).cbrt();
-            if distance.is_nan() || distance > POSITION * size {
+            if distance.is_nan() || distance > MAX_MISPLACEMENT * size {
                 return Err(RigidError::Misplaced { body, distance });
             }
         }
@@ -112,26 +110,13 @@ impl Surfaces {
         }
     }
 
-    /// Whether the equations of a node belong to this process.
-    pub fn owns(&self, node: usize) -> bool {
-        self.part.as_ref().is_none_or(|part| part.owns(node))
-    }
-
-    /// A solution vector with the entries of other processes.
-    pub fn completed<'v>(&self, vector: &'v [f64]) -> Cow<'v, [f64]> {
-        match &self.part {
-            None => Cow::Borrowed(vector),
-            Some(part) => part.completed(vector),
-        }
-    }
-
     /// Forces and torques `(F, T)` on the bodies from forces on all nodes.
     pub fn loads_of_forces(&self, forces: &[Vector3<f64>]) -> DVector<f64> {
         let mut loads = DVector::zeros(6 * self.bodies());
         let nodes = self.roles.iter().zip(&self.arms).enumerate();
         for ((node, (role, arm)), force) in nodes.zip(forces) {
             if let NodeRole::Body(body) = role
-                && self.owns(node)
+                && self.part.owns(node)
             {
                 let first = 6 * *body as usize;
                 let mut own = loads.fixed_rows_mut::<6>(first);
@@ -139,9 +124,7 @@ impl Surfaces {
                 own.fixed_rows_mut::<3>(3).add_assign(&arm.cross(force));
             }
         }
-        if let Some(part) = &self.part {
-            part.sum(loads.as_mut_slice());
-        }
+        self.part.sum(loads.as_mut_slice());
         loads
     }
 
@@ -226,14 +209,13 @@ impl Surfaces {
             add_transposed(&self.rigid_divergence, pressure, residuals);
         };
         let mut residuals = &self.corner * bodies;
-        match &self.part {
-            None => add_fluid(&mut residuals),
-            Some(part) => {
-                let mut of_fluid = DVector::zeros(residuals.len());
-                add_fluid(&mut of_fluid);
-                part.sum(of_fluid.as_mut_slice());
-                residuals += of_fluid;
-            }
+        if self.part.is_none() {
+            add_fluid(&mut residuals);
+        } else {
+            let mut of_fluid = DVector::zeros(residuals.len());
+            add_fluid(&mut of_fluid);
+            self.part.sum(of_fluid.as_mut_slice());
+            residuals += of_fluid;
         }
         residuals
     }

@@ -3,17 +3,16 @@
 use std::ops::Range;
 
 use linalg::{
-    BlockDiagonal, BlockTriangular, Bordered, Csr, Csr3, Multigrid, MultigridParams, Prolongation,
-    SaddleSystem,
+    BlockDiagonal, BlockTriangular, Bordered, Csr, Csr3, LinalgError, Multigrid, MultigridParams,
+    Prolongation, SaddleSystem,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::body_forces::Surfaces;
-use crate::border::Border;
 use crate::error::check_length;
 use crate::fluid::FluidBlocks;
-use crate::imposed::{Imposed, imposed_rhs};
 use crate::joint_loads::JointLoads;
+use crate::mesh_part::Ownership;
 use crate::{Drive, RigidError, RigidFluid, VelocityLayout};
 
 /// The linear system of one configuration, with the data for its solvers and its solution.
@@ -45,6 +44,51 @@ pub struct Constrained {
     pub(crate) first_multiplier: Option<usize>,
     /// The couplings before the constraints were imposed: forces are computed from them.
     pub(crate) surfaces: Surfaces,
+}
+
+/// Velocities, constraints and multipliers that a formulation adds to the equations of the fluid.
+pub(crate) struct Border {
+    /// Generalised velocities for each border dof; zero columns for multipliers.
+    pub columns: DMatrix<f64>,
+    /// Velocities with which each border row is tested, if they differ from `columns`; zero columns
+    /// for rows that are constraints.
+    pub rows: Option<DMatrix<f64>>,
+    /// The velocities `W` that the joints impose: a particular solution of all constraints.
+    pub offset: DVector<f64>,
+    /// Entries of constraint rows and multiplier columns, added to the corner.
+    pub constraints: Option<DMatrix<f64>>,
+    /// Data for the loads of the joints; none without joints.
+    pub joint_loads: Option<JointLoads>,
+    /// The first border dof that is a multiplier.
+    pub first_multiplier: Option<usize>,
+}
+
+impl Border {
+    /// A symmetric border of the velocities `columns v + offset`, without constraints.
+    pub fn new(columns: DMatrix<f64>, offset: DVector<f64>) -> Self {
+        Self {
+            columns,
+            rows: None,
+            offset,
+            constraints: None,
+            joint_loads: None,
+            first_multiplier: None,
+        }
+    }
+}
+
+/// Right-hand side and velocities for one set of rates, from
+/// [`Constrained::imposed`].
+///
+/// The matrix of a system depends on the configuration and on which joints there are, but not on
+/// the rates of the joints: several rates are several right-hand sides of one matrix.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Imposed {
+    /// Right-hand side.
+    pub rhs: Vec<f64>,
+    /// The velocities `W` that the joints impose.
+    pub(crate) offset: DVector<f64>,
 }
 
 impl Constrained {
@@ -106,14 +150,7 @@ impl Constrained {
                 Bordered::new(stiffness, &surfaces.border * &trial, left, corner)?
                     .with_constrained_dofs(&surfaces.constrained)
             },
-            || {
-                let prolongation =
-                    Prolongation::new(interpolation, &interpolation_border * &trial)?;
-                match &test {
-                    Some(test) => prolongation.with_left_border(&interpolation_border * test),
-                    None => Ok(prolongation),
-                }
-            },
+            || with_border(interpolation, &interpolation_border, &trial, test.as_ref()),
         );
         drop(interpolation_border);
         let system = SaddleSystem::new(
@@ -146,13 +183,13 @@ impl Constrained {
     /// constraints and a pass over the border.
     ///
     /// # Errors
-    /// [`RigidError::OtherJoints`] for a drive with other joints, lengths or loads, and for
+    /// [`RigidError::OtherJoints`] for a drive with other joints, values or loads, and for
     /// independent bodies, which have no rates; [`RigidError::Misplaced`] for bodies that are not
     /// where their surfaces are; rates that contradict each other.
     pub fn imposed(&self, drive: &Drive) -> Result<Imposed, RigidError> {
         let (all, joint_loads) = drive.reduced(self.surfaces.symmetry_planes)?;
         // The joint loads contain the independent constraint rows and the vectors along the joints:
-        // everything in the matrix that joints and their lengths determine.
+        // everything in the matrix that joints and their values determine.
         if self.joint_loads.as_ref() != Some(&joint_loads) {
             return Err(RigidError::OtherJoints);
         }
@@ -183,7 +220,7 @@ impl Constrained {
         check_length("generalised loads", loads.len(), tests.nrows())?;
         let mut rhs = vec![0.0; self.dofs()];
         let loads = tests.tr_mul(loads) / self.surfaces.symmetry_planes.parts();
-        if self.owns_border() {
+        if self.surfaces.part.owns_border() {
             rhs[self.border_range()].copy_from_slice(loads.as_slice());
         }
         Ok(rhs)
@@ -208,10 +245,10 @@ impl Constrained {
         let on_surfaces = self.surfaces.loads_of_forces(velocity);
         let surface_tests = self.tests().select_rows(&self.surface_rows);
         let mut border = surface_tests.tr_mul(&on_surfaces);
-        if !self.owns_border() {
+        if !self.surfaces.part.owns_border() {
             border.fill(0.0);
         }
-        let owned = |node: usize, value| match self.surfaces.owns(node) {
+        let owned = |node: usize, value| match self.surfaces.part.owns(node) {
             true => value,
             false => Vector3::zeros(),
         };
@@ -221,15 +258,15 @@ impl Constrained {
             .collect();
         self.surfaces.zero_constrained(&mut rhs);
         rhs.extend(border.iter());
-        let owned = |(node, p): (usize, &f64)| if self.surfaces.owns(node) { *p } else { 0.0 };
+        let owned = |(node, p): (usize, &f64)| {
+            if self.surfaces.part.owns(node) {
+                *p
+            } else {
+                0.0
+            }
+        };
         rhs.extend(pressure.iter().enumerate().map(owned));
         Ok(rhs)
-    }
-
-    /// Whether the border entries of a vector belong to this process.
-    fn owns_border(&self) -> bool {
-        let part = self.surfaces.part.as_ref();
-        part.is_none_or(crate::MeshPart::owns_border)
     }
 
     /// Block-triangular preconditioner with multigrid for velocities and border.
@@ -325,8 +362,63 @@ impl Constrained {
     }
 }
 
+/// Prolongation of free nodes and of a border with these trial and test velocities of bodies.
+fn with_border(
+    interpolation: Csr,
+    of_bodies: &Csr,
+    trial: &Csr,
+    test: Option<&Csr>,
+) -> Result<Prolongation, LinalgError> {
+    let prolongation = Prolongation::new(interpolation, of_bodies * trial)?;
+    match test {
+        Some(test) => prolongation.with_left_border(of_bodies * test),
+        None => Ok(prolongation),
+    }
+}
+
+/// Right-hand side for loads `F` and imposed velocities `W` (`offset`).
+///
+/// The velocities `W` satisfy every constraint. The blocks are `-C W` for the flow, `L^T (F - M W)`
+/// for the border (`L` = `tests`; zero where a row is a constraint) and `-E W` for
+/// incompressibility, each minus the terms of prescribed velocities. They are the same for all
+/// formulations, so that relative residuals are comparable.
+fn imposed_rhs(
+    surfaces: &Surfaces,
+    tests: &DMatrix<f64>,
+    surface_rows: &[usize],
+    loads: &DVector<f64>,
+    offset: &DVector<f64>,
+) -> Vec<f64> {
+    let of_surfaces = offset.select_rows(surface_rows);
+    let surface_tests = tests.select_rows(surface_rows);
+    let mut rhs = negated_product(&surfaces.border, &of_surfaces);
+    let mut border = tests.tr_mul(loads) / surfaces.symmetry_planes.parts()
+        - surface_tests.tr_mul(&(&surfaces.corner * &of_surfaces));
+    let mut flux = negated_product(&surfaces.rigid_divergence, &of_surfaces);
+    if let Some(prescribed) = &surfaces.prescribed {
+        subtract(&mut rhs, &prescribed.momentum);
+        border -= surface_tests.tr_mul(&prescribed.loads);
+        subtract(&mut flux, &prescribed.flux);
+    }
+    surfaces.zero_constrained(&mut rhs);
+    rhs.extend(border.iter());
+    rhs.extend(flux);
+    rhs
+}
+
+fn negated_product(matrix: &Csr, x: &DVector<f64>) -> Vec<f64> {
+    matrix
+        .outer_iterator()
+        .map(|row| -row.iter().map(|(j, &a)| a * x[j]).sum::<f64>())
+        .collect()
+}
+
+fn subtract(from: &mut [f64], other: &[f64]) {
+    from.iter_mut().zip(other).for_each(|(a, b)| *a -= b);
+}
+
 /// The nonzeros of a small dense matrix.
-fn to_csr(dense: &DMatrix<f64>) -> Csr {
+pub(crate) fn to_csr(dense: &DMatrix<f64>) -> Csr {
     let (mut pointers, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
     for row in dense.row_iter() {
         for (column, &value) in row.iter().enumerate().filter(|(_, v)| **v != 0.0) {

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 
-use crate::error::check_length;
+use crate::error::{check_finite, check_length};
 use crate::joint::JointKind;
 use crate::placement::Placement;
 use crate::{
@@ -65,11 +65,7 @@ impl Constraints {
         if self.layout != set.velocity_layout() {
             return Err(RigidError::OtherSet);
         }
-        if velocity.iter().any(|v| !v.is_finite()) {
-            return Err(RigidError::NotFinite {
-                what: "the velocity of the fixed bodies",
-            });
-        }
+        check_finite("the velocity of the fixed bodies", &velocity)?;
         let fixed = set.fixed().iter().filter(|&&fixed| fixed).count();
         // The rows of the fixed bodies are the last ones.
         let first = self.rates.len().checked_sub(6 * fixed);
@@ -95,17 +91,12 @@ impl Constraints {
         if fits != [rows, rows, columns] || joints != [self.layout.joints().count(); 2] {
             return Err(RigidError::OtherSet);
         }
-        let mut entries = (self.matrix.iter())
+        let entries = (self.matrix.iter())
             .chain(self.rates.iter())
             .chain(&self.joint_forces)
             .chain(&self.joint_damping)
             .chain(self.body_damping.iter().flat_map(|(_, block)| block));
-        if !entries.all(|entry| entry.is_finite()) {
-            return Err(RigidError::NotFinite {
-                what: "a constraint",
-            });
-        }
-        Ok(())
+        check_finite("a constraint", entries)
     }
 }
 
@@ -119,16 +110,12 @@ impl Articulation {
     pub fn constraints(
         &self,
         state: &State,
-        lengths: &[f64],
+        shape: &[f64],
         rates: &[f64],
     ) -> Result<Constraints, RigidError> {
         check_length("rates of the links", rates.len(), self.joints().len())?;
-        if rates.iter().any(|r| !r.is_finite()) {
-            return Err(RigidError::NotFinite {
-                what: "the rate of a link",
-            });
-        }
-        let placement = self.placement(state, lengths)?;
+        check_finite("the rate of a link", rates)?;
+        let placement = self.placement(state, shape)?;
         let layout = self.velocity_layout();
         let frame_of = |body: usize| layout.frame(self.frame_of()[body]);
         let is_rigid = |body: &usize| self.kinds()[*body] == BodyKind::Rigid;

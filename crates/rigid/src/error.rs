@@ -1,5 +1,7 @@
 //! Errors of bodies, joints, constraints and fluid matrices.
 
+use nalgebra::Vector3;
+
 /// Reason why bodies, joints or matrices cannot be used, with the remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -9,7 +11,7 @@ pub enum RigidError {
     NoSuchBody {
         /// Name of the joint.
         joint: String,
-        /// Index of the body in the joint.
+        /// Index of the body that the joint names.
         body: usize,
         /// Number of bodies.
         bodies: usize,
@@ -156,7 +158,7 @@ pub enum RigidError {
         /// The reason.
         problem: &'static str,
     },
-    /// A loop of joints that does not close at the given lengths.
+    /// A loop of joints that does not close at the given values.
     #[error(
         "the loop closed by link '{joint}' does not meet: its ends are {gap:.3e} away from the \
          link's length and direction"
@@ -214,7 +216,7 @@ pub enum RigidError {
          with Independent and without links"
     )]
     NotIndependent,
-    /// Joints, lengths or loads other than those that a system was built with.
+    /// Joints, values or loads other than those that a system was built with.
     #[error(
         "a system can be reused for other rates of its links only; build another one for other \
          links, lengths or loads"
@@ -271,4 +273,20 @@ pub(crate) fn check_length(
             found,
         })
     }
+}
+
+/// Refuses numbers that are not finite.
+pub(crate) fn check_finite<'n>(
+    what: &'static str,
+    numbers: impl IntoIterator<Item = &'n f64>,
+) -> Result<(), RigidError> {
+    match numbers.into_iter().all(|number| number.is_finite()) {
+        true => Ok(()),
+        false => Err(RigidError::NotFinite { what }),
+    }
+}
+
+/// Whether all components are finite.
+pub(crate) fn is_finite(vector: &Vector3<f64>) -> bool {
+    vector.iter().all(|component| component.is_finite())
 }

@@ -3,6 +3,7 @@
 use nalgebra::{DVector, Matrix3, Vector3};
 
 use crate::error::check_length;
+use crate::mesh_part::Ownership;
 use crate::{Articulation, Constrained, Imposed, RigidError, StateVelocity};
 
 /// Velocities, pressure and forces of one configuration.
@@ -140,7 +141,7 @@ impl Constrained {
         if set.velocity_layout() != self.layout {
             return Err(RigidError::OtherSet);
         }
-        let solution = self.surfaces.completed(solution);
+        let solution = self.surfaces.part.completed(solution);
         let Blocks {
             free,
             border,
@@ -198,7 +199,7 @@ impl Constrained {
             forces_on_nodes.len(),
             self.surfaces.nodes(),
         )?;
-        let solution = self.surfaces.completed(solution);
+        let solution = self.surfaces.part.completed(solution);
         let Blocks {
             free,
             border,
@@ -234,7 +235,7 @@ impl Constrained {
     /// # Errors
     /// A solution of the wrong length.
     pub fn generalised_of_loads(&self, solution: &[f64]) -> Result<DVector<f64>, RigidError> {
-        Ok(&self.columns * self.split(&self.surfaces.completed(solution))?.border)
+        Ok(&self.columns * self.split(&self.surfaces.part.completed(solution))?.border)
     }
 
     /// Velocity of each node and pressure of a solution for [`Constrained::rhs_of_loads`] or
@@ -246,7 +247,7 @@ impl Constrained {
         &self,
         solution: &[f64],
     ) -> Result<(Vec<Vector3<f64>>, Vec<f64>), RigidError> {
-        let solution = self.surfaces.completed(solution);
+        let solution = self.surfaces.part.completed(solution);
         let Blocks {
             free,
             border,

@@ -3,8 +3,8 @@
 use linalg::{Csr, Csr3};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::error::check_length;
-use crate::placement::is_finite;
+use crate::error::{check_finite, check_length};
+use crate::mesh_part::Ownership;
 use crate::{MeshPart, RigidError, SymmetryPlanes};
 
 /// Role of a node: the equation or condition that determines its velocity.
@@ -123,12 +123,9 @@ impl<'a> FluidNodes<'a> {
 
     /// The symmetry planes that some node lies on, in any part of the mesh.
     pub(crate) fn symmetry(&self) -> SymmetryPlanes {
-        let of_nodes = SymmetryPlanes::of(&self.on_symmetry_planes);
-        let Some(part) = &self.part else {
-            return of_nodes;
-        };
+        let of_nodes = SymmetryPlanes::from_nodes(&self.on_symmetry_planes);
         let mut parts_at_plane = of_nodes.planes.map(|on| f64::from(u8::from(on)));
-        part.sum(&mut parts_at_plane);
+        self.part.sum(&mut parts_at_plane);
         SymmetryPlanes {
             planes: parts_at_plane.map(|parts| parts > 0.0),
         }
@@ -149,11 +146,7 @@ impl<'a> FluidNodes<'a> {
             let moments = self.surface_moments.len();
             check_length("moments of the surface velocities", moments, bodies)?;
         }
-        if !self.points.iter().all(is_finite) {
-            return Err(RigidError::NotFinite {
-                what: "the position of a node",
-            });
-        }
+        check_finite("the position of a node", self.points.iter().flatten())?;
         let mut next = 0;
         for &(node, _) in &self.on_symmetry_planes {
             if !(next..nodes).contains(&(node as usize)) {

@@ -1,6 +1,160 @@
-//! Joints: how a joint lets its two bodies move relative to each other.
+//! Joints: the relative motions they allow (factors of a product of exponentials), drives and arms.
 
 use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::RigidError;
+use crate::error::{check_finite, is_finite};
+
+/// A joint between two bodies.
+///
+/// ```
+/// use rigid::{JointKind, JointDrive, Joint};
+/// let arm = Joint::slide("left", 0, 1);
+/// assert_eq!((arm.kind, arm.drive), (JointKind::Slide, JointDrive::Prescribed));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Joint {
+    /// Name, for messages.
+    pub name: String,
+    /// The body at the far end: a growing length moves it away from `to`.
+    pub body: usize,
+    /// The body at the near end.
+    pub to: usize,
+    /// The relative motion that is possible.
+    pub kind: JointKind,
+    /// What determines the value of the joint.
+    pub drive: JointDrive,
+}
+
+impl Joint {
+    /// A joint of prescribed length between the centres of two bodies.
+    pub fn slide(name: &str, body: usize, to: usize) -> Self {
+        Self {
+            name: name.to_owned(),
+            body,
+            to,
+            kind: JointKind::Slide,
+            drive: JointDrive::Prescribed,
+        }
+    }
+
+    /// The same joint with another relative motion.
+    #[must_use]
+    pub fn with_kind(self, kind: JointKind) -> Self {
+        Self { kind, ..self }
+    }
+
+    /// The same joint with another drive.
+    #[must_use]
+    pub fn with_drive(self, drive: JointDrive) -> Self {
+        Self { drive, ..self }
+    }
+
+    /// Whether the value of the joint is part of the state and not prescribed.
+    pub fn is_passive(&self) -> bool {
+        self.passive_drive().is_some()
+    }
+
+    /// The force on the joint, if its value is part of the state.
+    pub fn passive_drive(&self) -> Option<&PassiveDrive> {
+        match &self.drive {
+            JointDrive::Passive(drive) if self.kind.has_value() => Some(drive),
+            _ => None,
+        }
+    }
+
+    /// Refuses a kind or a drive that is not valid or that the arms do not allow.
+    pub(crate) fn check(&self, arms: Arms) -> Result<(), RigidError> {
+        let drive_is_valid = match &self.drive {
+            JointDrive::Prescribed => true,
+            JointDrive::Passive(drive) => drive.is_valid(),
+        };
+        let problem = match (&self.kind, arms) {
+            (kind, _) if !kind.is_valid() => {
+                "has an axis that is no unit vector or a number that is not finite"
+            }
+            _ if !drive_is_valid => "has a drive that is not finite, or negative",
+            (kind, Arms::Lab) if kind.turns() => {
+                "turns, but with arms = lab all arms keep their directions; use clamped arms"
+            }
+            (JointKind::Ball { .. }, Arms::Free) => {
+                "is a ball, but with arms = free bodies rotate already; use clamped arms"
+            }
+            _ => return Ok(()),
+        };
+        Err(RigidError::BadJoint {
+            joint: self.name.clone(),
+            problem,
+        })
+    }
+
+    /// The arm in the initial configuration, and the initial value.
+    pub(crate) fn initial_arm(
+        &self,
+        positions: &[Vector3<f64>],
+    ) -> Result<(ArmVectors, f64), RigidError> {
+        let (far, near) = (positions[self.body], positions[self.to]);
+        let arm = far - near;
+        let to_pivot = |direction, pivot: &Vector3<f64>| ArmVectors {
+            direction,
+            near: pivot - near,
+            far: pivot - far,
+        };
+        match &self.kind {
+            JointKind::Turn { axis, pivot, .. } => Ok((to_pivot(*axis, pivot), 0.0)),
+            JointKind::Ball { pivot } => Ok((to_pivot(Vector3::zeros(), pivot), 0.0)),
+            JointKind::Slide | JointKind::Fixed => {
+                let distance = arm.norm();
+                check_finite("the distance between two linked bodies", [&distance])?;
+                let vectors = |direction| ArmVectors {
+                    direction,
+                    near: arm,
+                    far: Vector3::zeros(),
+                };
+                if self.kind == JointKind::Fixed {
+                    return Ok((vectors(Vector3::zeros()), 0.0));
+                }
+                // A distance at the level of rounding of the positions determines no direction.
+                let scale = far.norm().max(near.norm());
+                if distance <= 1e-12 * scale || distance == 0.0 {
+                    return Err(RigidError::NoDirection {
+                        joint: self.name.clone(),
+                        distance,
+                    });
+                }
+                Ok((vectors(arm / distance), distance))
+            }
+        }
+    }
+}
+
+/// Attachment of bodies to arms that rotate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Arms {
+    /// Bodies do not rotate relative to their frame: one angular velocity for each frame.
+    #[default]
+    Clamped,
+    /// Each body rotates torque-free, and so does each frame.
+    Free,
+    /// Arms keep their direction in the laboratory axes and bodies rotate freely.
+    ///
+    /// This is the literal reading of equations (11)-(12) of Berti et al. (2021). It is torque-free
+    /// only if the swimmer is collinear and moves along its axis.
+    Lab,
+}
+
+/// What a joint needs to place its bodies, in the axes of their frames.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ArmVectors {
+    /// Unit vector along which the value of the joint acts: from `to` to `body` for slides.
+    pub direction: Vector3<f64>,
+    /// From the centre of `to` to the pivot; to the centre of `body` for slides and fixed joints.
+    pub near: Vector3<f64>,
+    /// From the centre of `body` to the pivot; zero for slides and fixed joints.
+    pub far: Vector3<f64>,
+}
 
 /// The relative motion that a joint allows, in the pose of its bodies at the start.
 ///
@@ -90,15 +244,14 @@ impl JointKind {
 
     /// Whether all numbers are finite and the axis is a unit vector.
     pub(crate) fn is_valid(&self) -> bool {
-        let finite = |v: &Vector3<f64>| v.iter().all(|x| x.is_finite());
         match self {
             Self::Slide | Self::Fixed => true,
             Self::Turn {
                 axis,
                 pivot,
                 advance,
-            } => finite(pivot) && advance.is_finite() && (axis.norm() - 1.0).abs() <= 1e-9,
-            Self::Ball { pivot } => finite(pivot),
+            } => is_finite(pivot) && advance.is_finite() && (axis.norm() - 1.0).abs() <= 1e-9,
+            Self::Ball { pivot } => is_finite(pivot),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::damping::Damping;
+use crate::drive::Damping;
 use crate::error::check_length;
 use crate::{Constraints, Drive, NullSpace, Reduction, RigidError, SymmetryPlanes};
 
@@ -28,14 +28,14 @@ pub(crate) struct JointLoads {
     damping: Damping,
     /// Vectors along the joints.
     ///
-    /// They do not affect the loads, but distinguish drives at different lengths: with
+    /// They do not affect the loads, but distinguish drives at different values: with
     /// [`Arms::Lab`](crate::Arms::Lab) `rows` contain no lengths.
     joint_vectors: Vec<Vector3<f64>>,
 }
 
 /// Power of the loads on a motion of unit size, relative to the loads, up to which it is rounding
 /// of the elimination.
-const UNRESISTED: f64 = 1e-9;
+const MAX_UNRESISTED_POWER: f64 = 1e-9;
 
 impl Drive<'_> {
     /// The velocities that joints and symmetry planes allow, and data for the loads of the joints.
@@ -53,10 +53,10 @@ impl Drive<'_> {
         let constraints = Constraints::with_symmetry(self, symmetry_planes)?;
         let Reduction {
             all, surface_basis, ..
-        } = Reduction::of(self.set, &constraints)?;
+        } = Reduction::new(self.set, &constraints)?;
         let external = self.generalised_loads()?;
         let power = all.unresisted.tr_mul(&external);
-        if power.amax() > UNRESISTED * external.amax() {
+        if power.amax() > MAX_UNRESISTED_POWER * external.amax() {
             return Err(RigidError::Unresisted {
                 power: power.amax(),
             });
@@ -116,11 +116,7 @@ impl JointLoads {
 
     /// Loads from the multipliers `α` of the independent rows: `M q + C^T α = F`, so `λ = -α`.
     pub(crate) fn of_multipliers(&self, multipliers: &[f64]) -> DVector<f64> {
-        let mut loads = DVector::zeros(self.constraints);
-        for (&row, alpha) in self.independent.iter().zip(multipliers) {
-            loads[row] = -alpha;
-        }
-        loads
+        self.of_independent(multipliers.iter().map(|alpha| -alpha))
     }
 
     /// Loads that balance the forces `(F, T)` of the bodies on the fluid at velocities `q`.
@@ -138,7 +134,7 @@ impl JointLoads {
     ) -> Result<DVector<f64>, RigidError> {
         let others = self.damping.times(velocities) - &self.external;
         let multipliers = self.multipliers(forces, others)?;
-        Ok(self.of_independent(&multipliers))
+        Ok(self.of_independent(multipliers.iter().copied()))
     }
 
     /// Change of the loads for changes of the forces `(F, T)` and of all velocities, and the forces
@@ -163,13 +159,13 @@ impl JointLoads {
         let work = basis.tr_mul(forces) + self.basis.tr_mul(&of_dashpots);
         let balanced = forces - basis * gram.solve(&work);
         let multipliers = self.multipliers(&balanced, of_dashpots)?;
-        Ok((self.of_independent(&multipliers), balanced))
+        Ok((self.of_independent(multipliers.iter().copied()), balanced))
     }
 
     /// Loads of all rows from those of the independent ones.
-    fn of_independent(&self, multipliers: &DVector<f64>) -> DVector<f64> {
+    fn of_independent(&self, multipliers: impl Iterator<Item = f64>) -> DVector<f64> {
         let mut loads = DVector::zeros(self.constraints);
-        for (&row, &load) in self.independent.iter().zip(multipliers.iter()) {
+        for (&row, load) in self.independent.iter().zip(multipliers) {
             loads[row] = load;
         }
         loads

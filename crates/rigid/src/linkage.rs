@@ -1,66 +1,6 @@
-//! Joints between bodies, and the connected sets (linkages) that they form.
+//! Linkages: the connected sets that joints form, with their frames and spanning trees.
 
-use crate::joint::{JointDrive, JointKind, PassiveDrive};
-
-/// A joint between two bodies.
-///
-/// ```
-/// use rigid::{JointKind, JointDrive, Joint};
-/// let arm = Joint::slide("left", 0, 1);
-/// assert_eq!((arm.kind, arm.drive), (JointKind::Slide, JointDrive::Prescribed));
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Joint {
-    /// Name, for messages.
-    pub name: String,
-    /// The body at the far end: a growing length moves it away from `to`.
-    pub body: usize,
-    /// The body at the near end.
-    pub to: usize,
-    /// The relative motion that is possible.
-    pub kind: JointKind,
-    /// What determines the value of the joint.
-    pub drive: JointDrive,
-}
-
-impl Joint {
-    /// A joint of prescribed length between the centres of two bodies.
-    pub fn slide(name: &str, body: usize, to: usize) -> Self {
-        Self {
-            name: name.to_owned(),
-            body,
-            to,
-            kind: JointKind::Slide,
-            drive: JointDrive::Prescribed,
-        }
-    }
-
-    /// The same joint with another relative motion.
-    #[must_use]
-    pub fn with_kind(self, kind: JointKind) -> Self {
-        Self { kind, ..self }
-    }
-
-    /// The same joint with another drive.
-    #[must_use]
-    pub fn with_drive(self, drive: JointDrive) -> Self {
-        Self { drive, ..self }
-    }
-
-    /// Whether the value of the joint is part of the state and not prescribed.
-    pub fn is_passive(&self) -> bool {
-        self.passive_drive().is_some()
-    }
-
-    /// The force on the joint, if its value is part of the state.
-    pub fn passive_drive(&self) -> Option<&PassiveDrive> {
-        match &self.drive {
-            JointDrive::Passive(drive) if self.kind.has_value() => Some(drive),
-            _ => None,
-        }
-    }
-}
+use crate::Joint;
 
 /// A connected set of bodies.
 ///

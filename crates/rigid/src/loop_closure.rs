@@ -21,19 +21,19 @@ use crate::{Articulation, RigidError, State, StateVelocity, Twist};
 
 /// Largest misfit of a closed loop relative to its longest arm: rounding along any realistic loop
 /// is far below it, and a real misfit far above.
-const CLOSED: f64 = 1e-9;
+const MAX_MISFIT: f64 = 1e-9;
 
 /// Misfit relative to the longest arm at which the projection ends: the sum of a few lengths has
 /// this rounding error.
-const ROUNDING: f64 = 1e-15;
+const ROUNDING_MISFIT: f64 = 1e-15;
 
 /// Step of the differences for `G`, as a displacement relative to the longest arm. The error of a
 /// central difference is its square, and rounding over it: both below 1e-10.
-const DIFFERENCE: f64 = 1e-5;
+const DIFFERENCE_STEP: f64 = 1e-5;
 
 /// Relative singular value of `G` below which a motion does not change the misfits: redundant
 /// constraints, as those of planar loops in space, have singular values of the error of `G`.
-const REDUNDANT: f64 = 1e-7;
+const MIN_SINGULAR_VALUE: f64 = 1e-7;
 
 /// Largest number of projections; they converge quadratically.
 const MAX_PROJECTIONS: usize = 30;
@@ -45,7 +45,7 @@ const MAX_HALVINGS: usize = 12;
 #[derive(Clone, Copy)]
 enum Coordinate {
     /// The value of a passive joint, by its place in the state.
-    JointKind(usize),
+    Joint(usize),
     /// Rotation of the body of a ball about a laboratory axis.
     Attitude(usize, usize),
 }
@@ -75,13 +75,13 @@ impl Articulation {
     ) -> Result<Option<(State, Placement)>, RigidError> {
         let longest = self.longest_arm(open);
         let mut gaps = self.misfits(open, longest);
-        let coordinates = match gaps.amax() > ROUNDING * longest {
+        let coordinates = match gaps.amax() > ROUNDING_MISFIT * longest {
             true => self.loop_coordinates(longest),
             false => Vec::new(),
         };
         let mut closed = None;
         for _ in 0..MAX_PROJECTIONS {
-            if coordinates.is_empty() || gaps.norm() <= ROUNDING * longest {
+            if coordinates.is_empty() || gaps.norm() <= ROUNDING_MISFIT * longest {
                 break;
             }
             let from = closed.as_ref().map_or(state, |(state, _)| state);
@@ -112,7 +112,7 @@ impl Articulation {
             let [translation, rotation] = self.misfit(placement, number);
             // An angle counts like a distance at the longest arm.
             let gap = translation.norm().max(rotation.norm() * longest);
-            if gap.is_nan() || gap > CLOSED * longest {
+            if gap.is_nan() || gap > MAX_MISFIT * longest {
                 return Err(RigidError::OpenLoop {
                     joint: joint.name.clone(),
                     gap,
@@ -170,7 +170,7 @@ impl Articulation {
             if has_loop(self.joints()[joint].body) {
                 let scale = self.arm_displacement(joint, 1.0);
                 let scale = if scale > 0.0 { scale } else { longest };
-                coordinates.push((Coordinate::JointKind(place), scale));
+                coordinates.push((Coordinate::Joint(place), scale));
             }
         }
         for edge in self.linkages().iter().flat_map(|linkage| &linkage.tree) {
@@ -199,7 +199,7 @@ impl Articulation {
         };
         for ((coordinate, scale), change) in coordinates.iter().zip(changes.iter()) {
             match *coordinate {
-                Coordinate::JointKind(joint) => step.joints[joint] = change / scale,
+                Coordinate::Joint(joint) => step.joints[joint] = change / scale,
                 Coordinate::Attitude(body, axis) => step.spins[body][axis] = change / scale,
             }
         }
@@ -214,7 +214,7 @@ impl Articulation {
         coordinates: &[(Coordinate, f64)],
         longest: f64,
     ) -> Result<DMatrix<f64>, RigidError> {
-        let step = DIFFERENCE * longest;
+        let step = DIFFERENCE_STEP * longest;
         let mut columns = Vec::with_capacity(coordinates.len());
         for column in 0..coordinates.len() {
             let at = |change: f64| -> Result<DVector<f64>, RigidError> {
@@ -232,7 +232,7 @@ impl Articulation {
 /// The smallest least-squares solution of `matrix x = rhs`; zero without one.
 fn minimal_solution(matrix: DMatrix<f64>, rhs: &DVector<f64>) -> DVector<f64> {
     let columns = matrix.ncols();
-    let threshold = REDUNDANT * matrix.amax();
+    let threshold = MIN_SINGULAR_VALUE * matrix.amax();
     let solution = matrix.svd(true, true).solve(rhs, threshold);
     solution.unwrap_or_else(|_| DVector::zeros(columns))
 }

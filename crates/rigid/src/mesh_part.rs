@@ -55,14 +55,39 @@ impl MeshPart {
         }
     }
 
-    /// Whether the border entries of a vector belong to this process.
-    pub(crate) fn owns_border(&self) -> bool {
-        self.ghosts.as_ref().is_none_or(|(owns, _)| *owns)
+    /// Number of nodes of the part, owned or not.
+    pub(crate) fn len(&self) -> usize {
+        self.owned.len()
     }
+}
+
+/// What belongs to this process; everything, if the mesh is not divided.
+pub(crate) trait Ownership {
+    /// Whether the equations of a node belong to this process.
+    fn owns(&self, node: usize) -> bool;
+
+    /// Whether the border entries of a vector belong to this process.
+    fn owns_border(&self) -> bool;
 
     /// The vector with the entries of other processes.
-    pub(crate) fn completed<'v>(&self, vector: &'v [f64]) -> Cow<'v, [f64]> {
-        match &self.ghosts {
+    fn completed<'v>(&self, vector: &'v [f64]) -> Cow<'v, [f64]>;
+
+    /// Replaces `values` by their sums over all processes.
+    fn sum(&self, values: &mut [f64]);
+}
+
+impl Ownership for Option<MeshPart> {
+    fn owns(&self, node: usize) -> bool {
+        self.as_ref().is_none_or(|part| part.owned[node])
+    }
+
+    fn owns_border(&self) -> bool {
+        let ghosts = self.as_ref().and_then(|part| part.ghosts.as_ref());
+        ghosts.is_none_or(|(owns, _)| *owns)
+    }
+
+    fn completed<'v>(&self, vector: &'v [f64]) -> Cow<'v, [f64]> {
+        match self.as_ref().and_then(|part| part.ghosts.as_ref()) {
             None => Cow::Borrowed(vector),
             Some((_, update)) => {
                 let mut all = vector.to_vec();
@@ -72,19 +97,10 @@ impl MeshPart {
         }
     }
 
-    /// Whether the node is owned by this process.
-    pub(crate) fn owns(&self, node: usize) -> bool {
-        self.owned[node]
-    }
-
-    /// Number of nodes of the part, owned or not.
-    pub(crate) fn len(&self) -> usize {
-        self.owned.len()
-    }
-
-    /// Replaces `values` by their sums over all processes.
-    pub(crate) fn sum(&self, values: &mut [f64]) {
-        (self.sum)(values);
+    fn sum(&self, values: &mut [f64]) {
+        if let Some(part) = self {
+            (part.sum)(values);
+        }
     }
 }
 

@@ -45,7 +45,7 @@ impl NullSpace {
     /// [`RigidError::IncompatibleJoints`] names a joint that contradicts the others;
     /// [`RigidError::Length`] for another number of masters than velocities,
     /// [`RigidError::OtherSet`] and [`RigidError::NotFinite`] for constraints that were changed.
-    pub fn of(constraints: &Constraints, masters: &[bool]) -> Result<Self, RigidError> {
+    pub fn new(constraints: &Constraints, masters: &[bool]) -> Result<Self, RigidError> {
         constraints.check()?;
         let (rows, columns) = constraints.matrix.shape();
         check_length("masters", masters.len(), columns)?;
@@ -200,7 +200,7 @@ impl Reduction {
     ///
     /// # Errors
     /// Joints that contradict each other, constraints of another set.
-    pub fn of(set: &Articulation, constraints: &Constraints) -> Result<Self, RigidError> {
+    pub fn new(set: &Articulation, constraints: &Constraints) -> Result<Self, RigidError> {
         let layout = &constraints.layout;
         if *layout != set.velocity_layout() {
             return Err(RigidError::OtherSet);
@@ -217,7 +217,7 @@ impl Reduction {
             masters[joint] = true;
         }
         let surface_rows = set.surface_velocities();
-        let mut all = NullSpace::of(constraints, &masters)?;
+        let mut all = NullSpace::new(constraints, &masters)?;
         all.drop_unresisted(&surface_rows);
         Ok(Self {
             surface_basis: all.basis.select_rows(&surface_rows),

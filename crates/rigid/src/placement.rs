@@ -1,24 +1,10 @@
-//! Configurations of an articulated set: from frames and joint values to the poses of all bodies.
+//! Poses of all bodies from frames and joint values: the product of exponentials along trees.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use crate::error::check_length;
+use crate::error::{check_finite, check_length};
 use crate::joint::JointKind;
-use crate::{Articulation, Joint, RigidError};
-
-/// Position and attitude of an articulated set: one frame per linkage, one attitude per body.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct State {
-    /// Pose of the frame of each linkage; its origin is the centre of the root body.
-    pub frames: Vec<Isometry3<f64>>,
-    /// Attitude of each body that has its own, relative to the laboratory axes; the identity at the
-    /// start and for all other bodies.
-    pub attitudes: Vec<UnitQuaternion<f64>>,
-    /// Values of the joints that are not prescribed, in the order of their joints.
-    #[cfg_attr(feature = "serde", serde(default))]
-    pub joints: Vec<f64>,
-}
+use crate::{Articulation, Joint, RigidError, State};
 
 /// Positions of all bodies and rotations of all frames.
 pub(crate) struct Placement {
@@ -29,26 +15,6 @@ pub(crate) struct Placement {
 }
 
 impl Articulation {
-    /// The state of the positions given to [`Articulation::new`], all attitudes the identity.
-    pub fn initial_state(&self) -> State {
-        State {
-            frames: self
-                .linkages()
-                .iter()
-                .map(|linkage| {
-                    Isometry3::from_parts(
-                        Translation3::from(self.initial_positions()[linkage.root]),
-                        UnitQuaternion::identity(),
-                    )
-                })
-                .collect(),
-            attitudes: vec![UnitQuaternion::identity(); self.kinds().len()],
-            joints: (self.passive_drives())
-                .map(|(joint, _)| self.initial_shape()[joint])
-                .collect(),
-        }
-    }
-
     /// Directions of the joints in the laboratory axes: from `to` to `body` for slides, along the
     /// axis for joints that have one, zero for others.
     ///
@@ -72,7 +38,7 @@ impl Articulation {
     }
 
     /// Values of all joints: those of the passive ones from the state, with closed loops, of others
-    /// from `lengths`.
+    /// from `shape`.
     ///
     /// # Errors
     /// As [`Articulation::place`].
@@ -93,7 +59,7 @@ impl Articulation {
     ///
     /// with the unit vectors `e` and `a`, the vectors `r` and `r'` from the centres to the pivot at
     /// the start, and the advance `h`. Values of passive joints are those of the state, projected
-    /// so that loops close ([`Articulation::closed`]); their entries in `lengths` have no effect.
+    /// so that loops close ([`Articulation::closed`]); their entries in `shape` have no effect.
     ///
     /// # Errors
     /// A length that is not positive, or values that do not close a loop to 1e-9 of the longest
@@ -174,11 +140,7 @@ impl Articulation {
                 placement.positions[edge.child] = placement.positions[edge.parent] + outward;
             }
         }
-        if !placement.positions.iter().all(is_finite) {
-            return Err(RigidError::NotFinite {
-                what: "a body's position",
-            });
-        }
+        check_finite("a body's position", placement.positions.iter().flatten())?;
         Ok(placement)
     }
 
@@ -197,49 +159,6 @@ impl Articulation {
             JointKind::Ball { .. } => near * vectors.near - far * vectors.far,
         }
     }
-
-    /// Refuses a state with another number of frames or attitudes than this set has, positions that
-    /// are not finite and orientations that are not rotations.
-    pub(crate) fn check_state(&self, state: &State) -> Result<(), RigidError> {
-        check_length(
-            "frames of the linkages",
-            state.frames.len(),
-            self.linkages().len(),
-        )?;
-        check_length(
-            "attitudes of the bodies",
-            state.attitudes.len(),
-            self.kinds().len(),
-        )?;
-        check_length(
-            "values of the passive joints",
-            state.joints.len(),
-            self.passive_drives().count(),
-        )?;
-        let positions = || state.frames.iter().map(|frame| &frame.translation.vector);
-        if !positions().all(is_finite) {
-            return Err(RigidError::NotFinite {
-                what: "the position of a frame",
-            });
-        }
-        let rotations = state.frames.iter().map(|frame| &frame.rotation);
-        let mut shape = rotations.chain(&state.attitudes).map(|q| q.norm());
-        match shape.find(|length| length.is_nan() || (length - 1.0).abs() > ROTATION) {
-            Some(length) => Err(RigidError::NotRotation { length }),
-            None => Ok(()),
-        }
-    }
-}
-
-/// Largest difference from 1 of the length of a quaternion that counts as a rotation.
-///
-/// [`Articulation::advance`] keeps it at the level of rounding; a text file with seven digits
-/// reaches 1e-7.
-const ROTATION: f64 = 1e-6;
-
-/// Whether all components are finite.
-pub(crate) fn is_finite(vector: &Vector3<f64>) -> bool {
-    vector.iter().all(|component| component.is_finite())
 }
 
 #[cfg(test)]

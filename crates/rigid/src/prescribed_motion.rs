@@ -4,10 +4,12 @@
 use nalgebra::{DVector, Vector3};
 use rayon::prelude::*;
 
+use crate::error::check_finite;
+use crate::mesh_part::Ownership;
 use crate::{FluidMatrices, FluidNodes, NodeRole, RigidError};
 
-/// Relative size below which a sum is rounding: terms of any sign cancel to 1e-16 of their sizes.
-const ROUNDING: f64 = 1e-10;
+/// Relative net flux below which it is rounding: terms of any sign cancel to 1e-16 of their sizes.
+const MAX_NET_FLUX: f64 = 1e-10;
 
 /// Terms that prescribed velocities `s` add to the equations of the fluid.
 ///
@@ -65,26 +67,9 @@ impl PrescribedMotion {
         let velocity: Vec<(u32, Vector3<f64>)> = (prescribed.iter().enumerate())
             .filter_map(|(node, velocity)| Some((node as u32, (*velocity)?)))
             .collect();
-        if velocity
-            .iter()
-            .any(|(_, u)| !u.iter().all(|c| c.is_finite()))
-        {
-            return Err(RigidError::NotFinite {
-                what: "a prescribed velocity of a wall or a surface",
-            });
-        }
-        for &(node, axes) in &nodes.on_symmetry_planes {
-            let node = node as usize;
-            let Some(velocity) = prescribed[node] else {
-                continue;
-            };
-            if let Some(axis) = (0..3).find(|&axis| axes[axis] && velocity[axis] != 0.0) {
-                return Err(RigidError::AsymmetricWallVelocity {
-                    node,
-                    normal: velocity[axis],
-                });
-            }
-        }
+        let components = velocity.iter().flat_map(|(_, velocity)| velocity);
+        check_finite("a prescribed velocity of a wall or a surface", components)?;
+        check_symmetry(nodes, &prescribed)?;
         let row_sum = |row: usize| -> Vector3<f64> {
             let view = matrices.stiffness.outer_view(row);
             let entries = view.iter().flat_map(|view| view.iter());
@@ -96,10 +81,9 @@ impl PrescribedMotion {
             .par_iter()
             .map(|&node| row_sum(node as usize))
             .collect();
-        let owns = |node: usize| nodes.part.as_ref().is_none_or(|part| part.owns(node));
         let mut loads = DVector::zeros(6 * bodies);
         for (node, role) in nodes.roles.iter().enumerate() {
-            if let (NodeRole::Body(body), true) = (role, owns(node)) {
+            if let (NodeRole::Body(body), true) = (role, nodes.part.owns(node)) {
                 let (force, first) = (row_sum(node), 6 * *body as usize);
                 let mut force_rows = loads.fixed_rows_mut::<3>(first);
                 force_rows += force;
@@ -107,48 +91,17 @@ impl PrescribedMotion {
                 torque_rows += arms[node].cross(&force);
             }
         }
-        if let Some(part) = &nodes.part {
-            part.sum(loads.as_mut_slice());
-        }
+        nodes.part.sum(loads.as_mut_slice());
         for (body, moment) in nodes.surface_moments.iter().enumerate() {
             let mut torque_rows = loads.fixed_rows_mut::<3>(6 * body + 3);
             // n × s, from s n^T
             let m = |i: usize, j: usize| moment[(i, j)] - moment[(j, i)];
             torque_rows += Vector3::new(m(2, 1), m(0, 2), m(1, 0));
         }
-        let (mut flux, mut size) = (Vec::with_capacity(matrices.divergence.rows()), 0.0);
-        let mut net = 0.0;
-        for (vertex, row) in matrices.divergence.outer_iterator().enumerate() {
-            let (mut sum, mut absolute) = (0.0, 0.0);
-            for (column, &entry) in row.iter() {
-                let Some(velocity) = prescribed[column] else {
-                    continue;
-                };
-                let term = Vector3::from(entry).dot(&velocity);
-                sum += term;
-                absolute += term.abs();
-            }
-            if owns(vertex) {
-                net += sum;
-                size += absolute;
-            }
-            flux.push(sum);
-        }
-        if let Some(part) = &nodes.part {
-            let mut sums = [net, size];
-            part.sum(&mut sums);
-            [net, size] = sums;
-        }
-        if net.abs() > ROUNDING * size && is_enclosed(matrices, nodes) {
-            return Err(RigidError::NetWallFlux {
-                flux: net,
-                relative: net.abs() / size,
-            });
-        }
         Ok(Some(Self {
             momentum: momentum.iter().flat_map(|m| [m.x, m.y, m.z]).collect(),
             loads,
-            flux,
+            flux: fluxes(matrices, nodes, &prescribed)?,
             velocity,
         }))
     }
@@ -159,6 +112,62 @@ impl PrescribedMotion {
             field[node as usize] += velocity;
         }
     }
+}
+
+/// Refuses velocities that cross a symmetry plane.
+fn check_symmetry(
+    nodes: &FluidNodes,
+    prescribed: &[Option<Vector3<f64>>],
+) -> Result<(), RigidError> {
+    for &(node, axes) in &nodes.on_symmetry_planes {
+        let node = node as usize;
+        let Some(velocity) = prescribed[node] else {
+            continue;
+        };
+        if let Some(axis) = (0..3).find(|&axis| axes[axis] && velocity[axis] != 0.0) {
+            return Err(RigidError::AsymmetricWallVelocity {
+                node,
+                normal: velocity[axis],
+            });
+        }
+    }
+    Ok(())
+}
+
+/// `B_S s` of prescribed velocities `s`; refuses a net flux in enclosed flow.
+fn fluxes(
+    matrices: &FluidMatrices,
+    nodes: &FluidNodes,
+    prescribed: &[Option<Vector3<f64>>],
+) -> Result<Vec<f64>, RigidError> {
+    let mut fluxes = Vec::with_capacity(matrices.divergence.rows());
+    let (mut net, mut size) = (0.0, 0.0);
+    for (vertex, row) in matrices.divergence.outer_iterator().enumerate() {
+        let (mut sum, mut absolute) = (0.0, 0.0);
+        for (column, &entry) in row.iter() {
+            let Some(velocity) = prescribed[column] else {
+                continue;
+            };
+            let term = Vector3::from(entry).dot(&velocity);
+            sum += term;
+            absolute += term.abs();
+        }
+        if nodes.part.owns(vertex) {
+            net += sum;
+            size += absolute;
+        }
+        fluxes.push(sum);
+    }
+    let mut sums = [net, size];
+    nodes.part.sum(&mut sums);
+    let [net, size]: [f64; 2] = sums;
+    if net.abs() > MAX_NET_FLUX * size && is_enclosed(matrices, nodes) {
+        return Err(RigidError::NetWallFlux {
+            flux: net,
+            relative: net.abs() / size,
+        });
+    }
+    Ok(fluxes)
 }
 
 /// Whether no free velocity has a net flux, so that the constant pressure is undetermined.
@@ -177,14 +186,11 @@ fn is_enclosed(matrices: &FluidMatrices, nodes: &FluidNodes) -> bool {
             sums[node as usize][0][axis] = 0.0;
         }
     }
-    let owns = |node: usize| nodes.part.as_ref().is_none_or(|part| part.owns(node));
     let free = sums.iter().zip(nodes.roles).enumerate();
     let open = free
-        .filter(|(node, (_, role))| **role == NodeRole::Free && owns(*node))
-        .filter(|(_, ([sum, size], _))| (0..3).any(|d| sum[d].abs() > ROUNDING * size[d]));
+        .filter(|(node, (_, role))| **role == NodeRole::Free && nodes.part.owns(*node))
+        .filter(|(_, ([sum, size], _))| (0..3).any(|d| sum[d].abs() > MAX_NET_FLUX * size[d]));
     let mut open = [open.count() as f64];
-    if let Some(part) = &nodes.part {
-        part.sum(&mut open);
-    }
+    nodes.part.sum(&mut open);
     open == [0.0]
 }

@@ -1,4 +1,4 @@
-//! Condensation of the flow on the bodies: grand resistance and mobility matrices.
+//! Grand resistance and mobility matrices of bodies: the Schur complement of the flow.
 
 use nalgebra::DMatrix;
 
@@ -32,7 +32,7 @@ impl GrandResistance {
     /// # Errors
     /// A system that is not of formulation P, an error of `solve`, a mobility that is not positive
     /// definite.
-    pub fn of<E: From<RigidError>>(
+    pub fn new<E: From<RigidError>>(
         independent: &Constrained,
         at_once: usize,
         mut solve: impl FnMut(&[&[f64]], &mut [&mut [f64]]) -> Result<(), E>,

@@ -3,6 +3,7 @@
 use linalg::{Csr, Csr3, OMITTED, submatrix};
 use nalgebra::{Matrix3, Vector3};
 
+use crate::mesh_part::Ownership;
 use crate::{FluidMatrices, FluidNodes, MeshPart, NodeRole, RigidError, SymmetryPlanes};
 
 /// The rows of the momentum equation at the nodes of bodies.
@@ -120,11 +121,10 @@ impl SurfaceRows {
         pressure: &[f64],
         forces: Option<&[Vector3<f64>]>,
     ) -> Vec<Matrix3<f64>> {
-        let owns = |node: usize| self.part.as_ref().is_none_or(|part| part.owns(node));
         let mut residuals = vec![Vector3::zeros(); self.nodes.len()];
         let rows = self.stiffness.outer_iterator().zip(&self.nodes);
         for (residual, (row, (node, _))) in residuals.iter_mut().zip(rows) {
-            if owns(*node as usize) {
+            if self.part.owns(*node as usize) {
                 *residual = row.iter().map(|(column, &k)| k * velocity[column]).sum();
                 if let Some(forces) = forces {
                     *residual -= forces[*node as usize];
@@ -133,7 +133,7 @@ impl SurfaceRows {
         }
         let rows = self.divergence.outer_iterator().zip(pressure).enumerate();
         for (vertex, (row, pressure)) in rows {
-            if owns(vertex) {
+            if self.part.owns(vertex) {
                 for (number, b) in row.iter() {
                     residuals[number] += Vector3::from(*b) * *pressure;
                 }
@@ -143,13 +143,10 @@ impl SurfaceRows {
         for (&(node, body), residual) in self.nodes.iter().zip(&residuals) {
             moments[body as usize] += residual * arms[node as usize].transpose();
         }
-        if let Some(part) = &self.part {
-            let mut numbers: Vec<f64> = moments.iter().flatten().copied().collect();
-            part.sum(&mut numbers);
-            let all = numbers.chunks_exact(9);
-            moments = all.map(Matrix3::from_column_slice).collect();
-        }
-        moments
+        let mut numbers: Vec<f64> = moments.iter().flatten().copied().collect();
+        self.part.sum(&mut numbers);
+        let all = numbers.chunks_exact(9);
+        all.map(Matrix3::from_column_slice).collect()
     }
 
     /// Minus the symmetric part of the moments of whole bodies, without trace.

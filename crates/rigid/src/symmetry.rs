@@ -22,7 +22,7 @@ pub struct SymmetryPlanes {
 
 impl SymmetryPlanes {
     /// The planes that at least one of these nodes lies on.
-    pub fn of(on_symmetry_planes: &[(u32, [bool; 3])]) -> Self {
+    pub fn from_nodes(on_symmetry_planes: &[(u32, [bool; 3])]) -> Self {
         let any = |axis: usize| on_symmetry_planes.iter().any(|(_, on)| on[axis]);
         Self {
             planes: [any(0), any(1), any(2)],

@@ -12,7 +12,7 @@ use crate::{Articulation, BodyKind};
 pub struct VelocityLayout {
     bodies: Vec<usize>,
     frames: Vec<Option<usize>>,
-    /// Joints of the passive joints, with the positions of their rates.
+    /// Indices of the passive joints, with the positions of their rates.
     joints: Vec<(usize, usize)>,
     /// Number of velocities of bodies.
     end_of_bodies: usize,
@@ -44,7 +44,7 @@ impl VelocityLayout {
         self.frames.get(frame).copied().flatten()
     }
 
-    /// Index of the rate of the joint of a joint, if it is passive.
+    /// Index of the rate of a joint, if it is passive.
     pub fn joint(&self, joint: usize) -> Option<usize> {
         let mut joints = self.joints.iter();
         joints

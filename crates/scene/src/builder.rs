@@ -198,7 +198,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds a phase of the gait, at the end of which a joint has the given length.
+    /// Adds a phase of the gait, at the end of which a joint has the given value.
     pub fn phase(self, joint: &str, length: f64, duration: f64) -> Self {
         self.any_phase(PhaseFile {
             link: Some(joint.to_owned()),
@@ -208,7 +208,7 @@ impl SceneBuilder {
         })
     }
 
-    /// Adds a phase of the gait in which several joints change their lengths at the same time.
+    /// Adds a phase of the gait in which several joints change their values at the same time.
     pub fn targets(self, changes: &[(&str, f64)], duration: f64) -> Self {
         let targets = changes
             .iter()
@@ -220,7 +220,7 @@ impl SceneBuilder {
         })
     }
 
-    /// Adds a term `amplitude sin(2 π order t / period + phase)` to the length of a joint.
+    /// Adds a term `amplitude sin(2 π order t / period + phase)` to the value of a joint.
     ///
     /// All terms have the period given last.
     pub fn harmonic(
@@ -243,7 +243,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds a phase of the gait in which all lengths are constant.
+    /// Adds a phase of the gait in which all values are constant.
     pub fn pause(self, duration: f64) -> Self {
         self.any_phase(PhaseFile {
             duration,

@@ -8,7 +8,7 @@ impl Scene {
     /// The first key in which another scene has a different flow problem; `None` if it has the
     /// same.
     ///
-    /// The flow problem is everything that velocities and forces at given lengths and rates of the
+    /// The flow problem is everything that velocities and forces at given values and rates of the
     /// joints depend on: fluid, domain, bodies and joints. Names, gaits and options may differ.
     ///
     /// ```
@@ -52,7 +52,7 @@ impl Scene {
         })
     }
 
-    /// The two bodies of each joint, its joint and what drives it.
+    /// The two bodies of each joint, its kind and what drives it.
     fn joints(&self) -> impl Iterator<Item = (usize, usize, JointKind, JointDrive)> {
         let joints = self.articulation.joints().iter();
         joints.map(|l| (l.body, l.to, l.kind, l.drive))

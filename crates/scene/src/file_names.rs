@@ -4,14 +4,14 @@ use std::path::{Component, Path, PathBuf};
 
 /// The name of a file seen from a folder; absolute if both have no common root.
 ///
-/// Both are relative to the working directory, or absolute. Symbolic joints are followed, because
-/// `..` leads out of the folder to which a joint points.
+/// Both are relative to the working directory, or absolute. Symbolic links are followed, because
+/// `..` leads out of the folder to which a link points.
 pub(crate) fn seen_from(folder: &Path, file: &Path) -> String {
     let full = |path: &Path| {
         let canonical = std::fs::canonicalize(path);
         canonical.or_else(|_| std::path::absolute(path))
     };
-    // The name itself may be a joint to a file elsewhere, and stays.
+    // The name itself may be a link to a file elsewhere, and stays.
     let parent = match file.parent() {
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),

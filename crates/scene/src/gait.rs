@@ -16,7 +16,7 @@ pub struct Gait {
 /// One phase of a gait.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Phase {
-    /// How the lengths change.
+    /// How the shape changes.
     pub path: ShapePath,
     /// Duration.
     pub duration: f64,
@@ -36,7 +36,7 @@ impl Gait {
     /// let gait = Gait::harmonic(1, vec![sine(0, 0.0), sine(1, FRAC_PI_2)], 8.0);
     /// let all: Vec<_> = spans(&gait, &[8.0, 10.0])?.collect();
     /// assert_eq!((all.len(), all[0].duration), (4, 2.0));
-    /// // Joint 0 starts from its mean, joint 1 from its largest length.
+    /// // Joint 0 starts from its mean, joint 1 from its largest value.
     /// assert_eq!(all[0].to, [10.0, 8.0]);
     /// assert!((all[0].rates(0.0)[0] - 0.5 * FRAC_PI_2 * 2.0).abs() < 1e-15);
     /// # Ok::<(), scene::SceneError>(())
@@ -67,7 +67,7 @@ impl Gait {
     }
 }
 
-/// The phase spans of all cycles of a gait in order, from the given initial lengths.
+/// The phase spans of all cycles of a gait in order, from the given initial shape.
 ///
 /// # Errors
 /// [`SceneError::BadValue`] for a phase of a joint that has no initial value, for values that are
@@ -248,7 +248,7 @@ mod tests {
                 phase(1, 9.0, 0.5),
             ],
         };
-        // The first cycle starts from a length to which the gait never returns.
+        // The first cycle starts from a value to which the gait never returns.
         let all: Vec<PhaseSpan> = spans(&gait, &[10.0, 8.0]).unwrap().collect();
         for pair in all.windows(2) {
             assert_eq!(pair[0].to, pair[1].from);

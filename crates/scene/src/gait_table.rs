@@ -1,4 +1,4 @@
-//! Gaits as tables of times and lengths, in files of comma-separated values.
+//! Gaits as tables of times and joint values, in files of comma-separated values.
 
 use std::path::{Path, PathBuf};
 
@@ -11,9 +11,9 @@ use crate::shape_path::{CubicLength, ShapePath};
 use crate::spline::second_derivatives;
 use crate::words::InterpolationKind;
 
-/// Lengths of joints at increasing times, from a file.
+/// Values of joints at increasing times, from a file.
 ///
-/// The first line has the names: `time`, then joints. Every other line has a time and a length for
+/// The first line has the names: `time`, then joints. Every other line has a time and a value for
 /// each of these joints. Empty lines and lines that begin with `#` are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct GaitTable {
@@ -23,7 +23,7 @@ pub(crate) struct GaitTable {
     pub interpolation: InterpolationKind,
     joints: Vec<usize>,
     times: Vec<f64>,
-    /// Lengths of one joint at all times, for each joint.
+    /// Values of one joint at all times, for each joint.
     shape: Vec<Vec<f64>>,
 }
 
@@ -124,13 +124,13 @@ impl GaitTable {
         Ok(())
     }
 
-    /// Joints and their lengths at the first time.
+    /// Joints and their values at the first time.
     pub fn initial_shape(&self) -> Vec<(usize, f64)> {
         let first = self.shape.iter().map(|column| column[0]);
         self.joints.iter().copied().zip(first).collect()
     }
 
-    /// Whether the last row has the lengths of the first one.
+    /// Whether the last row has the values of the first one.
     pub fn is_closed(&self) -> bool {
         (self.shape.iter()).all(|column| column.first() == column.last())
     }

@@ -4,36 +4,35 @@ use std::f64::consts::TAU;
 
 use crate::shape_path::{ShapePath, Sine};
 
-/// One phase of one cycle, with the lengths as functions of the parameter `s` from 0 to 1.
+/// One phase of one cycle, with the shape as a function of the parameter `s` from 0 to 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PhaseSpan {
     /// Number of the phase span over all cycles, from zero.
     pub number: usize,
     /// Number of the phase within its cycle, from zero.
     pub phase: usize,
-    /// The joints that change their lengths.
+    /// The joints that change their values.
     pub joints: Vec<usize>,
-    /// Lengths of the joints at `s` = 0.
+    /// Values of the joints at `s` = 0.
     pub from: Vec<f64>,
-    /// Lengths of the joints at `s` = 1.
+    /// Values of the joints at `s` = 1.
     pub to: Vec<f64>,
     /// Time at `s` = 0.
     pub start: f64,
     /// Duration.
     pub duration: f64,
-    /// Mean lengths of the joints, about which those with sines oscillate.
+    /// Mean values of the joints, about which those with sines oscillate.
     pub(crate) means: Vec<f64>,
     pub(crate) path: ShapePath,
 }
 
-/// Number of parts of a phase span at whose ends its lengths are evaluated where their range is
-/// needed.
+/// Number of parts of a phase span at whose ends the shape is evaluated where its range is needed.
 const RANGE_PARTS: usize = 64;
 
 impl PhaseSpan {
-    /// Lengths of the joints at `s`.
+    /// Values of the joints at `s`.
     pub fn shape(&self, s: f64) -> Vec<f64> {
-        // In this form a constant length is reproduced to the last bit.
+        // In this form a constant value is reproduced to the last bit.
         let linear = || {
             let ends = self.from.iter().zip(&self.to);
             ends.map(|(a, b)| a + s * (b - a)).collect::<Vec<f64>>()
@@ -62,7 +61,7 @@ impl PhaseSpan {
         }
     }
 
-    /// Rates of change of the lengths in time at `s`.
+    /// Rates of change of the values in time at `s`.
     pub fn rates(&self, s: f64) -> Vec<f64> {
         let linear = || {
             let ends = self.from.iter().zip(&self.to);
@@ -96,7 +95,7 @@ impl PhaseSpan {
         }
     }
 
-    /// Intervals that contain the lengths of the joints along the phase span.
+    /// Intervals that contain the values of the joints along the phase span.
     ///
     /// Those of linear paths are sharp. Others are too wide by at most 3e-5 of the largest second
     /// derivative with respect to `s`, for a sine 8e-5 of the amplitude times the order squared.
@@ -155,7 +154,7 @@ impl PhaseSpan {
             .collect()
     }
 
-    /// Whether lengths are linear in `s`.
+    /// Whether the shape is linear in `s`.
     pub fn is_linear(&self) -> bool {
         matches!(self.path, ShapePath::Linear(_))
     }

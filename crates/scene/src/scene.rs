@@ -86,7 +86,7 @@ impl Scene {
     /// Whether surfaces have velocities relative to their bodies or to the fluid: slip of some
     /// body, or a background flow.
     ///
-    /// Velocities at constant lengths of the joints are then not zero.
+    /// Velocities at a constant shape are then not zero.
     pub fn has_surface_velocity(&self) -> bool {
         self.background.is_some() || self.bodies.iter().any(|body| body.slip.is_some())
     }
@@ -136,7 +136,7 @@ impl Scene {
         }
     }
 
-    /// Gait: the change of the joint lengths in time.
+    /// Gait: the change of the shape in time.
     pub fn gait(&self) -> &Gait {
         &self.gait
     }
@@ -166,7 +166,7 @@ impl Scene {
         &self.learn
     }
 
-    /// Values of joints by joint; none for joints without a value.
+    /// Values in the order of the joints; none for joints without a value.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] for values of other joints, which those of a checked scene are not.
@@ -249,7 +249,7 @@ impl Scene {
     /// Whether the motion depends on the values that the gait prescribes alone.
     ///
     /// This holds for one linkage in unbounded fluid at rest, without loads, slip and passive
-    /// joints. With slip, the motion also depends on the speed at which the lengths change.
+    /// joints. With slip, the motion also depends on the speed at which the shape changes.
     pub fn is_free(&self) -> bool {
         self.domain == Domain::Unbounded && self.is_driven_by_shape()
     }

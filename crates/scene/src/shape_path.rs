@@ -1,15 +1,15 @@
-//! Lengths of joints as functions of time along a phase.
+//! Shapes (values of joints) as functions of time along a phase.
 
 use std::f64::consts::TAU;
 
 use crate::joint_path::OwnPath;
 
-/// Lengths of the joints along a phase, as functions of the part `s` of the phase that is over.
+/// Values of the joints along a phase, as functions of the part `s` of the phase that is over.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ShapePath {
-    /// Joints change their lengths at constant rates to the given ones; all others keep theirs.
+    /// Joints change their values at constant rates to the given ones; all others keep theirs.
     ///
-    /// Without joints all lengths are constant.
+    /// Without joints all values are constant.
     Linear(Vec<(usize, f64)>),
     /// Cubic polynomials, such as the pieces of a spline.
     Cubic(Vec<CubicLength>),
@@ -24,9 +24,9 @@ pub enum ShapePath {
     Own(OwnPath),
 }
 
-/// One term of a periodic length: `amplitude sin(2 π order t / T + phase)` with the period `T`.
+/// One term of a periodic value: `amplitude sin(2 π order t / T + phase)` with the period `T`.
 ///
-/// A joint may have several terms. Their mean is such that the length at `t = 0` is the initial
+/// A joint may have several terms. Their mean is such that the value at `t = 0` is the initial
 /// one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sine {
@@ -40,18 +40,18 @@ pub struct Sine {
     pub order: u32,
 }
 
-/// Length of a joint along a phase, a cubic polynomial in `s`:
+/// Value of a joint along a phase, a cubic polynomial in `s`:
 ///
 /// ```text
 /// begin + (end - begin) s + square (s^2 - s) + cube (s^3 - s)
 /// ```
 ///
-/// It begins with the length at the end of the phase before.
+/// It begins with the value at the end of the phase before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CubicLength {
     /// The joint.
     pub joint: usize,
-    /// Length at the end.
+    /// Value at the end.
     pub end: f64,
     /// Coefficient of the second degree.
     pub square: f64,
@@ -60,7 +60,7 @@ pub struct CubicLength {
 }
 
 impl ShapePath {
-    /// The joints whose lengths change, each once, in the order of their first terms.
+    /// The joints whose values change, each once, in the order of their first terms.
     pub fn joints(&self) -> Vec<usize> {
         let mut joints = Vec::new();
         let mut add = |joint: usize| {

@@ -149,11 +149,11 @@ pub enum GaitKind {
     Phases,
     /// Sums of sines.
     Harmonic,
-    /// A file with times and lengths.
+    /// A file with times and joint values.
     Table,
 }
 
-/// Interpolation of the lengths between the rows of a table.
+/// Interpolation of the values between the rows of a table.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantNames,
 )]

@@ -1,4 +1,4 @@
-//! Correction of a flow by functions of the next degree: the Taylor-Hood space P3/P2.
+//! Correction of a flow by functions of the next degree: Taylor-Hood elements P3/P2.
 
 use fem::{
     BoundaryBubbles, BoundaryFlow, CubicExtension, CubicProduct, FacetGeometry, SurfaceVelocity,
@@ -20,23 +20,23 @@ use crate::surface_flow::NodalSurfaceFlow;
 ///
 /// For spheres in balls of 3 to 40 radii, with edges of 0.3 to 0.5 radii, the corrections are then
 /// within 1.5 percent of those of the converged system, once [`COARSE_RTOL`] is met. The number
-/// changes only where the residual stays above [`SUFFICIENT`], so corrections are a smooth function
-/// of the configuration. Opposite flows have opposite corrections: a reciprocal stroke has no net
-/// displacement.
-const ITERATIONS: usize = 8;
+/// changes only where the residual stays above [`MAX_RESIDUAL`], so corrections are a smooth
+/// function of the configuration. Opposite flows have opposite corrections: a reciprocal stroke has
+/// no net displacement.
+const FIRST_ITERATIONS: usize = 8;
 
 /// Relative residual of the extended system above which it is iterated again, with twice as many
 /// iterations.
-const SUFFICIENT: f64 = 0.5;
+const MAX_RESIDUAL: f64 = 0.5;
 
 /// Largest number of iterations without a restart; if it does not suffice, the solve fails.
 ///
 /// A stroke that closes to a gap of 0.08 radii stalled at a residual of 0.65 with restarts after
 /// every eight iterations.
-const MOST_ITERATIONS: usize = 128;
+const MAX_ITERATIONS: usize = 128;
 
 /// Largest number of iterations to a prescribed residual.
-const CONVERGED_ITERATIONS: usize = 2000;
+const MAX_CONVERGED_ITERATIONS: usize = 2000;
 
 /// Relative residual to which the Taylor-Hood part of a correction is solved at the end.
 ///
@@ -173,12 +173,12 @@ impl CubicPreconditioner<'_> {
         if let Some(rtol) = rtol {
             let parameters = KrylovParams::default()
                 .with_rel_tol(rtol)
-                .with_max_iterations(CONVERGED_ITERATIONS)
-                .with_restart(MOST_ITERATIONS);
+                .with_max_iterations(MAX_CONVERGED_ITERATIONS)
+                .with_restart(MAX_ITERATIONS);
             fgmres(system, self, b, x, &parameters)?;
             return Ok(());
         }
-        let mut iterations = ITERATIONS;
+        let mut iterations = FIRST_ITERATIONS;
         loop {
             let parameters = KrylovParams::default()
                 .with_rel_tol(COARSE_RTOL)
@@ -187,8 +187,8 @@ impl CubicPreconditioner<'_> {
             match fgmres(system, self, b, x, &parameters) {
                 Err(LinalgError::NotConverged {
                     true_rel_residual, ..
-                }) if true_rel_residual <= SUFFICIENT => return Ok(()),
-                Err(LinalgError::NotConverged { .. }) if iterations < MOST_ITERATIONS => {
+                }) if true_rel_residual <= MAX_RESIDUAL => return Ok(()),
+                Err(LinalgError::NotConverged { .. }) if iterations < MAX_ITERATIONS => {
                     iterations *= 2;
                 }
                 result => return Ok(result.map(|_| ())?),
@@ -276,8 +276,8 @@ impl<'a> Correction<'a> {
     /// P3/P2 elements, with the velocities of surfaces in bubbles, is iterated for the difference
     /// only: it is small, so a few iterations leave an error far below that of the estimate.
     ///
-    /// Cost per flow: [`ITERATIONS`] iterations, each of three passes over the cells, a matrix
-    /// product and a preconditioner; then a solve of the Taylor-Hood system to [`COARSE_RTOL`].
+    /// Cost per flow: [`FIRST_ITERATIONS`] iterations, each of three passes over the cells, a
+    /// matrix product and a preconditioner; then a solve of the Taylor-Hood system to [`COARSE_RTOL`].
     ///
     /// # Errors
     /// Solves that do not converge, cells that are inverted.
@@ -286,68 +286,26 @@ impl<'a> Correction<'a> {
         flows: &[FlowSolution],
         preconditioner: &mut dyn Preconditioner,
     ) -> Result<Vec<Change>, StokesError> {
-        let (extension, equations) = (&self.extension, self.equations);
-        let system = CubicSystem::new(equations, extension);
-        let first = system.first();
+        let equations = self.equations;
+        let system = CubicSystem::new(equations, &self.extension);
         let of_surfaces = self.bubbles_of_surfaces()?;
-        let (mut of_geometry, mut rhs) = (Vec::new(), Vec::new());
+        let (mut forces, mut rhs) = (Vec::new(), Vec::new());
         for flow in flows {
-            let of_facets = self.geometry.functional(BoundaryFlow {
-                velocity: &flow.velocity,
-                surface_velocity: self.surfaces.map(|(_, velocity)| velocity),
-            })?;
-            let velocity = equations.restricted(&flow.velocity);
-            let pressure = equations.restricted(&flow.pressure);
-            let residual = extension.product(&velocity, &pressure, &of_surfaces)?;
-            let loads = equations.restricted(&of_facets.velocity);
-            let rows = loads.iter().zip(&residual.velocity);
-            let forces: Vec<_> = rows.map(|(load, row)| -load - row).collect();
-            let loads = equations.restricted(&of_facets.pressure);
-            let rows = loads.iter().zip(&residual.pressure);
-            let sources: Vec<f64> = rows.map(|(load, row)| -load - row).collect();
-            let mut column = equations.system.rhs_of_forces(&forces, &sources)?;
-            column.extend(residual.extension.iter().map(|r| -r));
+            let (of_flow, column) = self.residual(flow, &of_surfaces)?;
+            forces.push(of_flow);
             rhs.push(column);
-            of_geometry.push(forces);
         }
         let mut solutions = vec![vec![0.0; system.rows()]; flows.len()];
-        let columns: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
-        let mut x: Vec<&mut [f64]> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
         let mut extended = CubicPreconditioner {
             system: &system,
             coarse: &mut *preconditioner,
         };
-        for (b, x) in columns.iter().zip(&mut x) {
+        for (b, x) in rhs.iter().zip(&mut solutions) {
             extended.iterate(b, x, self.rtol)?;
         }
+        self.solve_coarse(&system, &rhs, &mut solutions, &mut forces, preconditioner)?;
 
-        // the coarse part again, accurately
-        let (mut forces, mut rhs) = (of_geometry, Vec::new());
-        for ((forces, x), column) in forces.iter_mut().zip(&x).zip(&columns) {
-            let product = extension.coarse_rows(&x[first..])?;
-            let rows = system.coarse_rows(&product)?;
-            rhs.push(
-                column
-                    .iter()
-                    .zip(rows)
-                    .map(|(b, row)| b - row)
-                    .collect::<Vec<_>>(),
-            );
-            for (force, product) in forces.iter_mut().zip(&product.velocity) {
-                *force -= product;
-            }
-        }
-        let columns: Vec<&[f64]> = rhs.iter().map(Vec::as_slice).collect();
-        let mut coarse: Vec<&mut [f64]> = x.iter_mut().map(|x| &mut x[..first]).collect();
-        let parameters = KrylovParams::default().with_rel_tol(self.rtol.unwrap_or(COARSE_RTOL));
-        solve_in_groups(
-            equations.operator,
-            preconditioner,
-            &columns,
-            &mut coarse,
-            &parameters,
-        )?;
-
+        let first = system.first();
         let mut changes = Vec::with_capacity(flows.len());
         for (solution, forces) in solutions.iter().zip(&forces) {
             let flow = (equations.system).change(&solution[..first], forces, self.set)?;
@@ -361,5 +319,59 @@ impl<'a> Correction<'a> {
             });
         }
         Ok(changes)
+    }
+
+    /// The nodal forces that a flow leaves unbalanced in cubic elements on the true surfaces, and
+    /// the right-hand side of the correction.
+    fn residual(
+        &self,
+        flow: &FlowSolution,
+        of_surfaces: &[f64],
+    ) -> Result<(Vec<Vector3<f64>>, Vec<f64>), StokesError> {
+        let equations = self.equations;
+        let of_facets = self.geometry.functional(BoundaryFlow {
+            velocity: &flow.velocity,
+            surface_velocity: self.surfaces.map(|(_, velocity)| velocity),
+        })?;
+        let velocity = equations.restricted(&flow.velocity);
+        let pressure = equations.restricted(&flow.pressure);
+        let residual = (self.extension).product(&velocity, &pressure, of_surfaces)?;
+        let loads = equations.restricted(&of_facets.velocity);
+        let rows = loads.iter().zip(&residual.velocity);
+        let forces: Vec<_> = rows.map(|(load, row)| -load - row).collect();
+        let loads = equations.restricted(&of_facets.pressure);
+        let rows = loads.iter().zip(&residual.pressure);
+        let sources: Vec<f64> = rows.map(|(load, row)| -load - row).collect();
+        let mut rhs = equations.system.rhs_of_forces(&forces, &sources)?;
+        rhs.extend(residual.extension.iter().map(|r| -r));
+        Ok((forces, rhs))
+    }
+
+    /// Solves the Taylor-Hood part of the solutions again, accurately, and subtracts the forces
+    /// that their bubbles balance.
+    fn solve_coarse(
+        &self,
+        system: &CubicSystem<'_>,
+        rhs: &[Vec<f64>],
+        solutions: &mut [Vec<f64>],
+        forces: &mut [Vec<Vector3<f64>>],
+        preconditioner: &mut dyn Preconditioner,
+    ) -> Result<(), StokesError> {
+        let first = system.first();
+        let mut coarse_rhs = Vec::with_capacity(rhs.len());
+        for ((forces, x), column) in forces.iter_mut().zip(&*solutions).zip(rhs) {
+            let product = self.extension.coarse_rows(&x[first..])?;
+            let rows = column.iter().zip(system.coarse_rows(&product)?);
+            coarse_rhs.push(rows.map(|(b, row)| b - row).collect::<Vec<_>>());
+            for (force, product) in forces.iter_mut().zip(&product.velocity) {
+                *force -= product;
+            }
+        }
+        let columns: Vec<&[f64]> = coarse_rhs.iter().map(Vec::as_slice).collect();
+        let mut coarse: Vec<&mut [f64]> = solutions.iter_mut().map(|x| &mut x[..first]).collect();
+        let parameters = KrylovParams::default().with_rel_tol(self.rtol.unwrap_or(COARSE_RTOL));
+        let operator = self.equations.operator;
+        solve_in_groups(operator, preconditioner, &columns, &mut coarse, &parameters)?;
+        Ok(())
     }
 }

@@ -9,12 +9,11 @@ use linalg::{
 use rigid::Constrained;
 
 use crate::StokesError;
-use crate::options::{Options, Solver};
 
 /// Maximum number of iterations of additive Schwarz.
 ///
 /// They grow with the number of subdomains, because there is no coarse level.
-const SCHWARZ_ITERATIONS: usize = 1000;
+const MAX_SCHWARZ_ITERATIONS: usize = 1000;
 
 /// Length of the Krylov basis of additive Schwarz: with 60 vectors between restarts the iteration
 /// stalls, with 150 it converges. A vector takes 12 bytes per degree of freedom.
@@ -22,6 +21,38 @@ const SCHWARZ_RESTART: usize = 150;
 
 /// Maximum number of right-hand sides that are solved together, at about 24 vectors of memory each.
 pub const MAX_COLUMNS: usize = 3;
+
+/// A solver of the linear system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Solver {
+    /// FGMRES with the block-triangular multigrid preconditioner: the fastest, for all
+    /// formulations.
+    Block,
+    /// Direct factorisation with iterative refinement: for small systems and comparisons.
+    Direct,
+    /// FGMRES with additive Schwarz: for comparisons.
+    Schwarz {
+        /// Number of subdomains.
+        subdomains: usize,
+        /// Layers of overlap between them.
+        overlap: usize,
+    },
+    /// MINRES with the block-diagonal preconditioner: the least memory, for symmetric formulations.
+    Minres,
+}
+
+impl Solver {
+    /// Name for reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Block => "block",
+            Self::Direct => "direct",
+            Self::Schwarz { .. } => "schwarz",
+            Self::Minres => "minres",
+        }
+    }
+}
 
 /// Solutions of one system.
 pub struct Solutions {
@@ -35,43 +66,35 @@ pub struct Solutions {
 
 /// Solves an assembled system for several right-hand sides.
 ///
-/// The preconditioner of the block solver is left in `block` for later solves.
+/// Krylov methods stop at the true relative residual `rtol`. The preconditioner of the block solver
+/// is left in `block` for later solves.
 pub fn solve_system(
     assembled: &Constrained,
     rhs: &[&[f64]],
-    options: &Options,
+    (solver, rtol): (Solver, f64),
     warm: &WarmStart,
     block: &mut Option<BlockTriangular>,
 ) -> Result<Solutions, StokesError> {
     let system = &assembled.system;
     let mut solutions = vec![vec![0.0; assembled.rhs.len()]; rhs.len()];
-    let parameters = KrylovParams::default().with_rel_tol(options.rtol);
+    let parameters = KrylovParams::default().with_rel_tol(rtol);
     let start = Instant::now();
     let mut columns: Vec<&mut [f64]> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
-    if options.solver != Solver::Direct {
+    if solver != Solver::Direct {
         warm.guess_columns(system, rhs, &mut columns)?;
     }
-    let mut reports = Vec::with_capacity(rhs.len());
     let clock = Instant::now();
     let setup;
-    match options.solver {
+    let reports = match solver {
         Solver::Block => {
             let preconditioner = block.insert(assembled.preconditioner()?);
             setup = clock.elapsed().as_secs_f64();
-            reports.extend(solve_in_groups(
-                system,
-                preconditioner,
-                rhs,
-                &mut columns,
-                &parameters,
-            )?);
+            solve_in_groups(system, preconditioner, rhs, &mut columns, &parameters)?
         }
         Solver::Direct => {
             let mut factor = SaddleLdlt::factor(system, &Default::default())?;
             setup = clock.elapsed().as_secs_f64();
-            for (rhs, solution) in rhs.iter().zip(&mut columns) {
-                reports.push(factor.solve(rhs, solution)?);
-            }
+            solve_each(rhs, &mut columns, |b, x| factor.solve(b, x))?
         }
         Solver::Schwarz {
             subdomains,
@@ -83,38 +106,36 @@ pub fn solve_system(
             let mut preconditioner = Schwarz::new(system, &partition)?;
             setup = clock.elapsed().as_secs_f64();
             let parameters = parameters
-                .with_max_iterations(SCHWARZ_ITERATIONS)
+                .with_max_iterations(MAX_SCHWARZ_ITERATIONS)
                 .with_restart(SCHWARZ_RESTART);
             // One at a time, because each Krylov basis is long.
-            for (rhs, solution) in rhs.iter().zip(&mut columns) {
-                reports.push(fgmres(
-                    system,
-                    &mut preconditioner,
-                    rhs,
-                    solution,
-                    &parameters,
-                )?);
-            }
+            solve_each(rhs, &mut columns, |b, x| {
+                fgmres(system, &mut preconditioner, b, x, &parameters)
+            })?
         }
         Solver::Minres => {
             let mut preconditioner = assembled.symmetric_preconditioner()?;
             setup = clock.elapsed().as_secs_f64();
-            for (rhs, solution) in rhs.iter().zip(&mut columns) {
-                reports.push(minres(
-                    system,
-                    &mut preconditioner,
-                    rhs,
-                    solution,
-                    &parameters,
-                )?);
-            }
+            solve_each(rhs, &mut columns, |b, x| {
+                minres(system, &mut preconditioner, b, x, &parameters)
+            })?
         }
-    }
+    };
     Ok(Solutions {
         columns: solutions.into_iter().zip(reports).collect(),
         setup,
         solve: start.elapsed().as_secs_f64() - setup,
     })
+}
+
+/// Solves for one right-hand side after the other.
+fn solve_each(
+    rhs: &[&[f64]],
+    solutions: &mut [&mut [f64]],
+    mut solve: impl FnMut(&[f64], &mut [f64]) -> Result<SolveReport, LinalgError>,
+) -> Result<Vec<SolveReport>, LinalgError> {
+    let pairs = rhs.iter().zip(solutions);
+    pairs.map(|(rhs, solution)| solve(rhs, solution)).collect()
 }
 
 /// Solves for right-hand sides in groups of equal size, of at most [`MAX_COLUMNS`] each.

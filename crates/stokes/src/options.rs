@@ -1,8 +1,12 @@
-//! Formulation, linear solver and tolerance.
+//! Options of a solution: formulation, linear solver, tolerance, or an engine outside this crate.
 
-use rigid::{Eliminated, Formulation};
+use fem::SurplusSpace;
+use rigid::{Drive, Eliminated, Formulation};
 
-use crate::Engine;
+use crate::StokesError;
+use crate::linear::Solver;
+use crate::problem::Problem;
+use crate::solution::Solution;
 
 /// Constraint formulation, linear solver and tolerance of a solution.
 #[derive(Clone, Copy)]
@@ -21,38 +25,6 @@ pub struct Options {
     pub estimate_rtol: Option<f64>,
     /// What assembles and solves instead of this crate.
     pub engine: Option<&'static dyn Engine>,
-}
-
-/// A solver of the linear system.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Solver {
-    /// FGMRES with the block-triangular multigrid preconditioner: the fastest, for all
-    /// formulations.
-    Block,
-    /// Direct factorisation with iterative refinement: for small systems and comparisons.
-    Direct,
-    /// FGMRES with additive Schwarz: for comparisons.
-    Schwarz {
-        /// Number of subdomains.
-        subdomains: usize,
-        /// Layers of overlap between them.
-        overlap: usize,
-    },
-    /// MINRES with the block-diagonal preconditioner: the least memory, for symmetric formulations.
-    Minres,
-}
-
-impl Solver {
-    /// Name for reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Block => "block",
-            Self::Direct => "direct",
-            Self::Schwarz { .. } => "schwarz",
-            Self::Minres => "minres",
-        }
-    }
 }
 
 /// Eliminated velocities (P-tilde) and the block solver, to a true residual of 1e-8.
@@ -109,4 +81,25 @@ impl Options {
     pub fn with_rtol(self, rtol: f64) -> Self {
         Self { rtol, ..self }
     }
+}
+
+/// Assembles and solves problems in place of this crate, for example on many machines.
+///
+/// Selected by [`Options::with_engine`]. An engine is a unit struct or a static; what it needs at
+/// run time, such as a communicator, it finds itself.
+pub trait Engine: Sync {
+    /// Solutions for drives that differ only in the rates of the joints.
+    ///
+    /// Errors are estimated if `surplus`, the hierarchical surplus space of the mesh, is given
+    /// ([`Problem::estimate_part`]).
+    ///
+    /// # Errors
+    /// Those of the problem; [`StokesError::Engine`] for all others.
+    fn solve_all(
+        &self,
+        problem: &Problem,
+        drives: &[Drive],
+        options: &Options,
+        surplus: Option<&SurplusSpace>,
+    ) -> Result<Vec<Solution>, StokesError>;
 }

@@ -9,11 +9,11 @@ use rigid::NodeRole;
 use crate::StokesError;
 
 /// Residual of the torsion function: a permeability with an error of a few per cent will do.
-const TORSION_TOLERANCE: f64 = 1e-2;
+const TORSION_RTOL: f64 = 1e-2;
 
 /// Rayleigh quotient below which a domain is slender. The mass matrix then approximates the Schur
 /// complement poorly for smooth pressures, and a Laplacian with the permeability is added.
-const SLENDER: f64 = 0.3;
+const MAX_SLENDER_QUOTIENT: f64 = 0.3;
 
 /// Twice the permeability of the fluid at each cell, or `None` if the domain is not slender.
 ///
@@ -24,8 +24,8 @@ const SLENDER: f64 = 0.3;
 /// smallest height `h` of the cell for what linear elements miss.
 ///
 /// A domain is slender if, with this result `k`, the Rayleigh quotient `∫ k |∇q|^2 / ∫ q^2` of some
-/// linear function `q` with zero mean is below [`SLENDER`]: an upper bound of the smallest
-/// eigenvalue of the pressure's Schur complement against the mass matrix. Measured: 0.60 in a ball,
+/// linear function `q` with zero mean is below [`MAX_SLENDER_QUOTIENT`]: an upper bound of the
+/// smallest eigenvalue of the pressure's Schur complement against the mass matrix. Measured: 0.60 in a ball,
 /// 0.38 in a cube, 0.006 in a box of 10 x 1 x 1.
 pub fn permeability_of_channels(mesh: &TetMesh, torsion: &[f64]) -> Option<Vec<f64>> {
     let permeability: Vec<f64> = (0..mesh.n_cells())
@@ -36,7 +36,7 @@ pub fn permeability_of_channels(mesh: &TetMesh, torsion: &[f64]) -> Option<Vec<f
             2.0 * (sum / 4.0) + height * height / 12.0
         })
         .collect();
-    let is_slender = slenderness(mesh, &permeability) < SLENDER;
+    let is_slender = slenderness(mesh, &permeability) < MAX_SLENDER_QUOTIENT;
     is_slender.then_some(permeability)
 }
 
@@ -79,7 +79,7 @@ pub fn torsion(
         })
         .collect();
     let mut inner = vec![0.0; free.len()];
-    let parameters = KrylovParams::default().with_rel_tol(TORSION_TOLERANCE);
+    let parameters = KrylovParams::default().with_rel_tol(TORSION_RTOL);
     cg(&stiffness, &mut multigrid, &load, &mut inner, &parameters)?;
     for (&vertex, value) in free.iter().zip(inner) {
         torsion[vertex as usize] = value.max(0.0);

@@ -1,16 +1,16 @@
 //! Stokes flow around rigid bodies on one mesh, as a problem to assemble and solve.
 
-use fem::{CurvedBoundary, FacetGeometry, TaylorHood};
-use mesh::{NamedSurface, TetMesh};
+use fem::{CurvedBoundary, FacetGeometry, StokesMatrices, SurfaceVelocity, TaylorHood};
+use mesh::{NamedSurface, Submesh, TetMesh};
 use nalgebra::Vector3;
 use rigid::{
-    Constrained, Drive, FluidNodes, Formulation, NodeRole, RigidFluid, SurfaceBody, SymmetryPlanes,
+    Constrained, Drive, FluidMatrices, FluidNodes, Formulation, MeshPart, NodeRole, RigidFluid,
+    SurfaceBody, SymmetryPlanes,
 };
 
 use crate::StokesError;
-use crate::matrices::fluid_matrices;
 use crate::permeability::{permeability_of_channels, torsion};
-use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow};
+use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow, surface_velocity};
 
 /// Stokes flow around rigid bodies on one mesh, viscosity 1.
 ///
@@ -206,6 +206,21 @@ impl<'a> Problem<'a> {
         Ok(FacetGeometry::new(self.mesh, &self.curved)?)
     }
 
+    /// `s - u_∞` on the facets of bodies; zero on all others.
+    pub(crate) fn surface_velocity(&self) -> Option<Box<SurfaceVelocity<'_>>> {
+        Some(surface_velocity(self.surface_flow?, &self.bodies))
+    }
+
+    /// Nodal values of the surface flow; none without one.
+    ///
+    /// # Errors
+    /// A velocity that is not finite.
+    pub(crate) fn nodal_surface_flow(&self) -> Result<Option<NodalSurfaceFlow>, StokesError> {
+        let flow = self.surface_flow;
+        flow.map(|flow| NodalSurfaceFlow::new(flow, self.mesh, &self.bodies))
+            .transpose()
+    }
+
     /// Assembles the system of one drive in a formulation, to be solved by the caller.
     ///
     /// Cost: one pass over the cells and three over the matrices.
@@ -255,5 +270,72 @@ impl<'a> Problem<'a> {
             fluid = fluid.with_pressure_stiffness(stiffness)?;
         }
         Ok(formulation.constrain(fluid, drive)?)
+    }
+
+    /// Assembles the equations of the nodes that this process owns.
+    ///
+    /// `submesh` has all cells around these nodes, `part` says which of its nodes they are. Rows of
+    /// other nodes are incomplete. Border, right-hand side of the border and corner are those of
+    /// the whole problem, the same on every process; columns of the border have the rows of owned
+    /// nodes only. Every process calls this function, because it sums over processes.
+    ///
+    /// Pressure Laplacians for narrow gaps and channels are not assembled: they need
+    /// [`Problem::permeability`] of the whole mesh.
+    ///
+    /// # Errors
+    /// Those of [`Problem::assemble`].
+    pub fn assemble_part(
+        &self,
+        submesh: &Submesh,
+        part: MeshPart,
+        drive: &Drive,
+        formulation: &dyn Formulation,
+    ) -> Result<Constrained, StokesError> {
+        let mesh = &submesh.mesh;
+        let restricted = |values: &[_]| -> Vec<_> {
+            let nodes = submesh.nodes.iter();
+            nodes.map(|&node| values[node as usize]).collect()
+        };
+        let all_roles = self.roles();
+        let roles: Vec<_> = (submesh.nodes.iter())
+            .map(|&node| all_roles[node as usize])
+            .collect();
+        drop(all_roles);
+        let on_planes = self.mesh.nodes_on_symmetry_planes();
+        let on_planes = on_planes.into_iter().filter_map(|(node, axes)| {
+            let number = submesh.number(node)?;
+            Some((number, axes))
+        });
+        let surfaces = self.nodal_surface_flow()?;
+        let velocity = surfaces.as_ref().map(|s| restricted(&s.velocity));
+        let mut nodes = FluidNodes::new(mesh.points(), &roles)
+            .with_symmetry_planes(on_planes.collect())
+            .with_part(part);
+        if let (Some(surfaces), Some(velocity)) = (&surfaces, &velocity) {
+            nodes = nodes.with_surface_velocity(velocity, &surfaces.moments);
+        }
+        let matrices = TaylorHood::new(mesh)?.matrices(mesh)?;
+        let fluid = RigidFluid::new(fluid_matrices(matrices), nodes, &self.surface_bodies()?)?;
+        Ok(formulation.constrain(fluid, drive)?)
+    }
+}
+
+/// Matrices of Stokes flow in the form that [`rigid::RigidFluid::new`] takes.
+///
+/// The crates `fem` and `rigid` do not depend on each other; their fields correspond one to one.
+pub fn fluid_matrices(matrices: StokesMatrices) -> FluidMatrices {
+    let StokesMatrices {
+        stiffness,
+        divergence,
+        pressure_mass,
+        interpolation,
+        vertex_stiffness,
+    } = matrices;
+    FluidMatrices {
+        stiffness,
+        divergence,
+        pressure_mass,
+        interpolation,
+        vertex_stiffness,
     }
 }

@@ -64,7 +64,7 @@ impl Problem<'_> {
             })
             .transpose()?;
         let velocities = system.system.border_range();
-        GrandResistance::of(&system, MAX_COLUMNS, |rhs, solutions| {
+        GrandResistance::new(&system, MAX_COLUMNS, |rhs, solutions| {
             let matrix = &system.system;
             fgmres_columns(matrix, &mut preconditioner, rhs, solutions, &parameters)?;
             let Some(corrections) = &corrections else {

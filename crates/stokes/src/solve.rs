@@ -1,42 +1,22 @@
 //! Solving a problem, for one or several drives, with error estimates.
 
-use std::iter::{once, repeat};
+use std::iter::once;
 use std::time::Instant;
 
 use fem::SurplusSpace;
 use linalg::{Preconditioner, WarmStart};
-use rigid::{Drive, FlowSolution, Imposed};
+use rigid::{Constrained, Drive, FlowSolution, Imposed};
 
 use crate::StokesError;
 use crate::adjoint::AdjointSolutions;
 use crate::checks::{Checks, checks};
 use crate::equations::{Equations, PartEquations};
 use crate::estimate::{Estimate, Estimator};
-use crate::linear::{Solutions, solve_system};
+use crate::linear::solve_system;
 use crate::options::Options;
 use crate::problem::Problem;
-use crate::report::{Dofs, Seconds, SolverReport};
+use crate::solution::{Dofs, Seconds, Solution, SolverReport};
 use crate::surface_flow::NodalSurfaceFlow;
-
-/// Solution for one drive, at viscosity 1.
-pub struct Solution {
-    /// Velocities, forces and pressure; the pressure has zero mean over the fluid.
-    pub flow: FlowSolution,
-    /// Power of the slip on the fluid.
-    pub slip_power: f64,
-    /// Estimated discretisation errors, if requested.
-    pub estimate: Option<Estimate>,
-    /// Comparison with independent computations of forces and power, if estimates were requested.
-    pub checks: Option<Checks>,
-    /// Numbers of degrees of freedom.
-    pub dofs: Dofs,
-    /// How the linear system was solved.
-    pub solver: SolverReport,
-    /// Estimated relative error of the velocities due to the linear solve.
-    pub algebraic_error: f64,
-    /// Times of assembly, set-up, solve and estimate.
-    pub seconds: Seconds,
-}
 
 /// Earlier solutions on the same mesh connectivity, from which the next solves start.
 #[derive(Clone)]
@@ -71,6 +51,9 @@ impl InitialGuesses {
     }
 }
 
+/// Preconditioner and initial guesses of the solves of an estimate.
+type Solvers<'a> = (&'a mut dyn Preconditioner, &'a mut AdjointSolutions);
+
 impl Problem<'_> {
     /// Estimates the errors of flows that several processes have solved together.
     ///
@@ -90,7 +73,8 @@ impl Problem<'_> {
         rtol: Option<f64>,
     ) -> Result<Vec<(Estimate, Checks)>, StokesError> {
         let surfaces = self.nodal_surface_flow()?;
-        let solvers = (preconditioner, &mut AdjointSolutions::default());
+        let mut adjoints = AdjointSolutions::default();
+        let solvers: Solvers = (preconditioner, &mut adjoints);
         self.estimates(drive, flows, surfaces.as_ref(), part.into(), solvers, rtol)
     }
 
@@ -101,7 +85,7 @@ impl Problem<'_> {
         flows: &[FlowSolution],
         surfaces: Option<&NodalSurfaceFlow>,
         equations: Equations<'_>,
-        (preconditioner, adjoints): (&mut dyn Preconditioner, &mut AdjointSolutions),
+        (preconditioner, adjoints): Solvers,
         rtol: Option<f64>,
     ) -> Result<Vec<(Estimate, Checks)>, StokesError> {
         let surface_velocity = self.surface_velocity();
@@ -117,6 +101,25 @@ impl Problem<'_> {
         (estimates.into_iter().zip(flows))
             .map(|(estimate, flow)| Ok((estimate, checks(self, flow, surfaces)?)))
             .collect()
+    }
+
+    /// The flow of a solution for a drive, its pressure with zero mean.
+    ///
+    /// `imposed` are the velocities of the drive, if they are not those of the system.
+    fn flow_of(
+        &self,
+        system: &Constrained,
+        solution: &[f64],
+        imposed: Option<&Imposed>,
+        drive: &Drive,
+    ) -> Result<FlowSolution, StokesError> {
+        let mut flow = match imposed {
+            None => system.flow(solution, drive.set)?,
+            Some(imposed) => system.flow_at(solution, imposed, drive.set)?,
+        };
+        let mean = fem::mean_pressure(self.mesh, &flow.pressure)?;
+        flow.pressure.iter_mut().for_each(|p| *p -= mean);
+        Ok(flow)
     }
 
     /// Solves for one drive, with zero initial guess and without error estimate.
@@ -137,7 +140,7 @@ impl Problem<'_> {
     /// whose time is counted for the first solution.
     ///
     /// # Errors
-    /// Those of [`Problem::assemble`]; drives with other joints, lengths or loads than the first;
+    /// Those of [`Problem::assemble`]; drives with other joints, values or loads than the first;
     /// [`StokesError::Linalg`] without convergence.
     pub fn solve_all(
         &self,
@@ -165,93 +168,61 @@ impl Problem<'_> {
             .chain(others.iter().map(|other| &other.rhs))
             .map(Vec::as_slice)
             .collect();
-        let mut preconditioner = None;
-        let Solutions {
-            columns,
-            setup,
-            solve,
-        } = solve_system(&system, &rhs, options, &guesses.flows, &mut preconditioner)?;
+        let mut block = None;
+        let method = (options.solver, options.rtol);
+        let solved = solve_system(&system, &rhs, method, &guesses.flows, &mut block)?;
+        let (mut flows, mut reports) = (Vec::new(), Vec::new());
+        let imposed = once(None).chain(others.iter().map(Some));
+        for ((solution, report), imposed) in solved.columns.into_iter().zip(imposed) {
+            guesses.flows.remember(&solution);
+            flows.push(self.flow_of(&system, &solution, imposed, drive)?);
+            reports.push(report);
+        }
+        let clock = Instant::now();
+        let estimates = match surplus {
+            None => Vec::new(),
+            Some(space) => {
+                let equations = Equations::whole(self.mesh, space, &system);
+                // The block solver is fast enough for all adjoint solves: they need few digits.
+                let mut preconditioner = block.map_or_else(|| system.preconditioner(), Ok)?;
+                let solvers: Solvers = (&mut preconditioner, &mut guesses.adjoints);
+                let rtol = options.estimate_rtol;
+                self.estimates(drive, &flows, surfaces, equations, solvers, rtol)?
+            }
+        };
+        let seconds = Seconds {
+            assembly,
+            setup: solved.setup,
+            solve: solved.solve,
+            estimate: surplus.map_or(0.0, |_| clock.elapsed().as_secs_f64()),
+            ..Seconds::default()
+        };
         let dofs = Dofs {
             velocity: system.system.velocity_range().len(),
             pressure: system.system.pressure_range().len(),
             total: system.rhs.len(),
         };
-        let (mut flows, mut reports) = (Vec::new(), Vec::new());
-        let imposed = once(None).chain(others.iter().map(Some));
-        for ((solution, report), imposed) in columns.into_iter().zip(imposed) {
-            guesses.flows.remember(&solution);
-            let mut flow = match imposed {
-                None => system.flow(&solution, drive.set)?,
-                Some(other) => system.flow_at(&solution, other, drive.set)?,
-            };
-            let mean = fem::mean_pressure(self.mesh, &flow.pressure)?;
-            flow.pressure.iter_mut().for_each(|p| *p -= mean);
-            flows.push(flow);
-            reports.push(report);
-        }
-        let mut estimating = 0.0;
-        let mut estimates: Vec<(Option<Estimate>, Option<Checks>)> =
-            vec![(None, None); flows.len()];
-        if let Some(space) = surplus {
-            let clock = Instant::now();
-            let equations = Equations::whole(self.mesh, space, &system);
-            let mut preconditioner = match preconditioner {
-                Some(preconditioner) => preconditioner,
-                // The block solver is fast enough for all adjoint solves: they need few digits.
-                None => system.preconditioner()?,
-            };
-            let estimated = self.estimates(
-                drive,
-                &flows,
-                surfaces,
-                equations,
-                (&mut preconditioner, &mut guesses.adjoints),
-                options.estimate_rtol,
-            )?;
-            for (entry, (estimate, checks)) in estimates.iter_mut().zip(estimated) {
-                *entry = (Some(estimate), Some(checks));
-            }
-            estimating = clock.elapsed().as_secs_f64();
-        }
-        let slip_powers: Vec<f64> = (flows.iter())
-            .map(|flow| self.slip_power(flow, surfaces))
-            .collect::<Result<_, _>>()?;
-        let count = drives.len() as f64;
-        let mut per_drive = Seconds {
-            solve: solve / count,
-            estimate: estimating / count,
-            ..Seconds::default()
-        };
-        per_drive.total = per_drive.solve + per_drive.estimate;
-        let shared = Seconds {
-            assembly,
-            setup,
-            total: assembly + setup,
-            ..Seconds::default()
-        };
-        let seconds = once(shared).chain(repeat(Seconds::default()));
-        let flows = flows.into_iter().zip(slip_powers);
-        Ok((flows.zip(reports).zip(estimates).zip(seconds))
-            .map(
-                |((((flow, slip_power), report), (estimate, checks)), mut seconds)| {
-                    seconds += per_drive;
-                    Solution {
-                        flow,
-                        slip_power,
-                        estimate,
-                        checks,
-                        dofs,
-                        solver: SolverReport {
-                            formulation: options.formulation.name().to_owned(),
-                            solver: options.solver.name().to_owned(),
-                            iterations: report.iterations,
-                            true_relative_residual: report.true_rel_residual,
-                        },
-                        algebraic_error: report.error_estimate(),
-                        seconds,
-                    }
+        let mut estimates = estimates.into_iter();
+        let mut solutions = Vec::with_capacity(drives.len());
+        let seconds = seconds.shared(drives.len());
+        for ((flow, report), seconds) in flows.into_iter().zip(reports).zip(seconds) {
+            let (estimate, checks) = estimates.next().unzip();
+            solutions.push(Solution {
+                slip_power: self.slip_power(&flow, surfaces)?,
+                flow,
+                estimate,
+                checks,
+                dofs,
+                solver: SolverReport {
+                    formulation: options.formulation.name().to_owned(),
+                    solver: options.solver.name().to_owned(),
+                    iterations: report.iterations,
+                    true_relative_residual: report.true_rel_residual,
                 },
-            )
-            .collect())
+                algebraic_error: report.error_estimate(),
+                seconds,
+            });
+        }
+        Ok(solutions)
     }
 }

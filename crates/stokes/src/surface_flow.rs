@@ -1,16 +1,16 @@
 //! Flows that do not come from the motion of the bodies: slip of surfaces, background flow.
 
 use fem::SurfaceVelocity;
+use mesh::TetMesh;
 use nalgebra::{Matrix3, Vector3};
 use rigid::FlowSolution;
 
 use crate::StokesError;
-use crate::problem::Problem;
 
 /// Slip of the surfaces of bodies, and the flow in the absence of the bodies.
 ///
 /// The velocity is `u = u_∞ + u'`. The background flow `u_∞` is a solution of the Stokes equations;
-/// a [`Problem`] solves for the disturbance `u'`, with
+/// a [`Problem`](crate::Problem) solves for the disturbance `u'`, with
 ///
 /// ```text
 /// u' = U + ω × r + s - u_∞    on bodies, with the slip s
@@ -47,33 +47,36 @@ pub(crate) struct NodalSurfaceFlow {
     pub background: (Vec<Vector3<f64>>, Vec<f64>),
 }
 
-impl Problem<'_> {
-    /// `s - u_∞` on the facets of bodies; zero on all others.
-    pub(crate) fn surface_velocity(&self) -> Option<Box<SurfaceVelocity<'_>>> {
-        let flow = self.surface_flow?;
-        let bodies: Vec<u16> = self.bodies.iter().map(|(tag, _)| *tag).collect();
-        Some(Box::new(move |tag, x| {
-            match bodies.iter().position(|body| *body == tag) {
-                Some(body) => flow.slip(body, &x) - flow.background(&x),
-                None => Vector3::zeros(),
-            }
-        }))
-    }
+/// `s - u_∞` on the facets of bodies, given by their boundary parts; zero on all others.
+pub(crate) fn surface_velocity<'a>(
+    flow: &'a dyn SurfaceFlow,
+    bodies: &[(u16, Vector3<f64>)],
+) -> Box<SurfaceVelocity<'a>> {
+    let bodies: Vec<u16> = bodies.iter().map(|(tag, _)| *tag).collect();
+    Box::new(
+        move |tag, x| match bodies.iter().position(|body| *body == tag) {
+            Some(body) => flow.slip(body, &x) - flow.background(&x),
+            None => Vector3::zeros(),
+        },
+    )
+}
 
-    /// Nodal values of the surface flow; none without one.
+impl NodalSurfaceFlow {
+    /// Nodal values of `flow` on a mesh with these boundary parts and centres of bodies.
     ///
     /// # Errors
     /// A velocity that is not finite.
-    pub(crate) fn nodal_surface_flow(&self) -> Result<Option<NodalSurfaceFlow>, StokesError> {
-        let (Some(flow), Some(velocity)) = (self.surface_flow, self.surface_velocity()) else {
-            return Ok(None);
-        };
-        let (mesh, points) = (self.mesh, self.mesh.points());
+    pub fn new(
+        flow: &dyn SurfaceFlow,
+        mesh: &TetMesh,
+        bodies: &[(u16, Vector3<f64>)],
+    ) -> Result<Self, StokesError> {
+        let (velocity, points) = (surface_velocity(flow, bodies), mesh.points());
         let zero = vec![Vector3::zeros(); points.len()];
-        let mut nodal = NodalSurfaceFlow {
+        let mut nodal = Self {
             velocity: zero.clone(),
-            tags: self.bodies.iter().map(|(tag, _)| *tag).collect(),
-            moments: Vec::with_capacity(self.bodies.len()),
+            tags: bodies.iter().map(|(tag, _)| *tag).collect(),
+            moments: Vec::with_capacity(bodies.len()),
             slip: zero,
             background: (
                 points.iter().map(|x| flow.background(x)).collect(),
@@ -82,7 +85,7 @@ impl Problem<'_> {
                     .collect(),
             ),
         };
-        for (body, &(tag, _)) in self.bodies.iter().enumerate() {
+        for (body, &(tag, _)) in bodies.iter().enumerate() {
             let on_body = fem::nodal_surface_velocity(mesh, tag, &*velocity)?;
             for (node, value) in on_body.values {
                 nodal.velocity[node as usize] = value;
@@ -90,27 +93,14 @@ impl Problem<'_> {
             }
             nodal.moments.push(on_body.moment);
         }
-        Ok(Some(nodal))
+        Ok(nodal)
     }
 
-    /// Power of a disturbance flow in the prescribed velocities of surfaces.
-    ///
-    /// The dissipation of the disturbance is this power and that of the rigid motions. On a mesh
-    /// that ends at symmetry planes, it is the power of whole surfaces.
-    ///
-    /// # Errors
-    /// A flow that is not finite.
-    pub(crate) fn power_of_surfaces(
-        &self,
-        flow: &FlowSolution,
-        surfaces: Option<&NodalSurfaceFlow>,
-    ) -> Result<f64, StokesError> {
-        Ok(match surfaces {
-            Some(nodal) => {
-                let (velocity, pressure) = (&flow.velocity, &flow.pressure);
-                self.parts() * fem::power(self.mesh, velocity, pressure, &nodal.velocity)?
-            }
-            None => 0.0,
-        })
+    /// Velocities and pressure of a disturbance flow with the background flow.
+    pub fn whole(&self, flow: &FlowSolution) -> (Vec<Vector3<f64>>, Vec<f64>) {
+        let (velocity, pressure) = &self.background;
+        let velocity = flow.velocity.iter().zip(velocity).map(|(u, v)| u + v);
+        let pressure = flow.pressure.iter().zip(pressure).map(|(p, q)| p + q);
+        (velocity.collect(), pressure.collect())
     }
 }

@@ -66,9 +66,6 @@ enum Task {
         /// Only the parts whose names contain this: spheres, strokes, shapes, ...
         #[arg(long)]
         only: Option<String>,
-        /// Gmsh file of three unit spheres with arms of 10 in a ball of radius 40, for more rows.
-        #[arg(long)]
-        mesh: Option<PathBuf>,
         /// Folder for `validation.md`, `validation.csv`, the charts and the page `index.html`.
         #[arg(long, default_value = "validation")]
         out: PathBuf,
@@ -140,12 +137,7 @@ enum Task {
 
 fn main() -> Result<()> {
     match Arguments::parse().task {
-        Task::Validate {
-            quick,
-            only,
-            mesh,
-            out,
-        } => validate::run(quick, only.as_deref(), mesh.as_deref(), &out),
+        Task::Validate { quick, only, out } => validate::run(quick, only.as_deref(), &out),
         Task::Accuracy {
             common,
             only,

@@ -52,7 +52,7 @@ pub enum SwimError {
     Collision {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
-        /// Name of the joint that changes its length.
+        /// Name of the joint that changes its value.
         joint: String,
         /// Completed part of the phase, in percent.
         percent: f64,
@@ -71,7 +71,7 @@ pub enum SwimError {
     NotIntegrated {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
-        /// Name of the joint that changes its length.
+        /// Name of the joint that changes its value.
         joint: String,
         /// Estimated error of the displacement.
         error: f64,
@@ -119,7 +119,7 @@ pub enum SwimError {
     Unstable {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
-        /// Name of the joint that changes its length.
+        /// Name of the joint that changes its value.
         joint: String,
         /// Length of the step.
         step: f64,

@@ -152,7 +152,7 @@ pub(crate) fn mean_of_moving(displacement: &[Vector3<f64>]) -> Vector3<f64> {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct SpanOutcome {
-    /// The joints that changed their lengths.
+    /// The joints that changed their values.
     pub joints: Vec<usize>,
     /// Displacement of every body.
     pub displacement: Vec<Vector3<f64>>,
@@ -170,7 +170,7 @@ pub struct Sample {
     pub time: f64,
     /// Number of the phase span from zero, over all cycles.
     pub span: usize,
-    /// Lengths of the joints.
+    /// Values of the joints.
     pub shape: Vec<f64>,
     /// Pose of every body.
     pub poses: Vec<Isometry3<f64>>,
@@ -182,7 +182,7 @@ impl Interim {
     /// The state before the first phase span.
     ///
     /// # Errors
-    /// A linkage whose loop the initial lengths do not close.
+    /// A linkage whose loop the initial shape does not close.
     pub fn start(scene: &Scene) -> Result<Self, SwimError> {
         Self::from_state(scene, scene.initial_state())
     }

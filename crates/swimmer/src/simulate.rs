@@ -49,7 +49,7 @@ const CURVE_POINTS: usize = 12;
 ///         let (set, at) = (self.0.articulation(), query.configuration);
 ///         let one = |rates: &Vec<f64>| {
 ///             let constraints = set.constraints(at.state, at.shape, rates)?;
-///             let reduction = rigid::Reduction::of(set, &constraints)?;
+///             let reduction = rigid::Reduction::new(set, &constraints)?;
 ///             let free = nalgebra::DVector::zeros(reduction.dofs());
 ///             let motion = set.state_velocity(reduction.velocities(&free)?.as_slice())?;
 ///             let bodies = vec![BodySolution::default(); 2];
@@ -69,8 +69,8 @@ const CURVE_POINTS: usize = 12;
 ///         { name = "anchor", radius = 100, position = [0, 0, 0] },
 ///         { name = "head", radius = 1, position = [110, 0, 0] },
 ///     ]
-///     joints = [{ name = "neck", body = "head", to = "anchor" }]
-///     gait.phases = [{ joint = "neck", length = 105 }]
+///     links = [{ name = "neck", body = "head", to = "anchor" }]
+///     gait.phases = [{ link = "neck", length = 105 }]
 ///     "#,
 /// )?;
 /// // `choose(&scene)?.model` gives one of the models of this workspace.

@@ -10,7 +10,7 @@ use crate::error::SwimError;
 use crate::flow_slice::{FlowSlice, SliceFrame};
 use crate::simulate::check_model;
 
-/// The solution at the start of the first phase of the gait, or with constant lengths for a scene
+/// The solution at the start of the first phase of the gait, or with constant shape for a scene
 /// without a gait.
 ///
 /// The mesh is adapted to `fem.target`, if the scene has that key.

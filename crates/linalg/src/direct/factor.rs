@@ -20,7 +20,7 @@ use crate::{Csr, LinalgError};
 ///
 /// The division determines the rounding, so it is fixed for any number of threads: with
 /// `Par::rayon(0)` (one part per thread) the digits on one thread differed from those on two.
-const PARALLEL: Par = Par::Rayon(NonZeroUsize::new(4).unwrap());
+const PARALLEL_DEGREE: Par = Par::Rayon(NonZeroUsize::new(4).unwrap());
 
 /// The factorisation that a matrix admits without pivoting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,7 +79,7 @@ impl SparseFactor {
             inverse[i] = k;
         }
         let permutation = PermRef::new_checked(order, &inverse, n);
-        let row_pointers = Rows::of(matrix).indptr;
+        let row_pointers = Rows::new(matrix).indptr;
         let indices: Vec<usize> = matrix.indices().iter().map(|&j| j as usize).collect();
         // the rows of a symmetric matrix are its columns
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, row_pointers, None, &indices);
@@ -95,7 +95,7 @@ impl SparseFactor {
                 let sparse = SparseColMatRef::new(pattern, matrix.data());
                 let values = in_pool(|| factorise(&symbolic, sparse, definiteness));
                 let values = values.map_err(failed)?;
-                let need = symbolic.solve_in_place_scratch::<f64>(columns, PARALLEL);
+                let need = symbolic.solve_in_place_scratch::<f64>(columns, PARALLEL_DEGREE);
                 (Values::Double(values), need)
             }
             Precision::Single => {
@@ -103,7 +103,7 @@ impl SparseFactor {
                 let sparse = SparseColMatRef::new(pattern, &entries);
                 let values = in_pool(|| factorise(&symbolic, sparse, definiteness));
                 let values = values.map_err(failed)?;
-                let need = symbolic.solve_in_place_scratch::<f32>(columns, PARALLEL);
+                let need = symbolic.solve_in_place_scratch::<f32>(columns, PARALLEL_DEGREE);
                 (Values::Single(values), need)
             }
         };
@@ -178,28 +178,30 @@ fn factorise<T: RealField>(
     let memory = |need| MemBuffer::try_new(need).map_err(|_| "out of memory".to_string());
     match definiteness {
         Definiteness::Positive => {
-            let need = symbolic.factorize_numeric_llt_scratch::<T>(PARALLEL, Spec::default());
+            let need =
+                symbolic.factorize_numeric_llt_scratch::<T>(PARALLEL_DEGREE, Spec::default());
             symbolic
                 .factorize_numeric_llt(
                     &mut values,
                     matrix,
                     Side::Lower,
                     LltRegularization::default(),
-                    PARALLEL,
+                    PARALLEL_DEGREE,
                     MemStack::new(&mut memory(need)?),
                     Spec::default(),
                 )
                 .map_err(|e| format!("{e:?}"))?;
         }
         Definiteness::Quasi => {
-            let need = symbolic.factorize_numeric_ldlt_scratch::<T>(PARALLEL, Spec::default());
+            let need =
+                symbolic.factorize_numeric_ldlt_scratch::<T>(PARALLEL_DEGREE, Spec::default());
             symbolic
                 .factorize_numeric_ldlt(
                     &mut values,
                     matrix,
                     Side::Lower,
                     LdltRegularization::default(),
-                    PARALLEL,
+                    PARALLEL_DEGREE,
                     MemStack::new(&mut memory(need)?),
                     Spec::default(),
                 )
@@ -224,11 +226,17 @@ fn solve<T: RealField>(
     let columns = rhs.len() / n;
     let rhs = MatMut::from_column_major_slice_mut(rhs, n, columns);
     match definiteness {
-        Definiteness::Positive => {
-            LltRef::new(symbolic, values).solve_in_place_with_conj(Conj::No, rhs, PARALLEL, stack)
-        }
-        Definiteness::Quasi => {
-            LdltRef::new(symbolic, values).solve_in_place_with_conj(Conj::No, rhs, PARALLEL, stack)
-        }
+        Definiteness::Positive => LltRef::new(symbolic, values).solve_in_place_with_conj(
+            Conj::No,
+            rhs,
+            PARALLEL_DEGREE,
+            stack,
+        ),
+        Definiteness::Quasi => LdltRef::new(symbolic, values).solve_in_place_with_conj(
+            Conj::No,
+            rhs,
+            PARALLEL_DEGREE,
+            stack,
+        ),
     }
 }

@@ -12,7 +12,7 @@ use crate::vector::{axpy, power_of_two_below};
 use crate::{Csr, LinalgError, Preconditioner, PreconditionerKind, SaddleSystem};
 
 /// Right-hand sides solved together: enough for level-3 kernels, with little memory.
-const GROUP: usize = 6;
+const RHS_PER_SOLVE: usize = 6;
 
 /// Factors of `[K (x) I3, B^T; B, -shift diag(M_p)]` with the border eliminated.
 ///
@@ -51,8 +51,14 @@ impl SaddleFactor {
         let order = elimination_order(system)?;
         let matrix = fluid_block(system, shift, &scales);
         let quasi = Definiteness::Quasi;
-        let mut factor =
-            SparseFactor::new("fluid block", &matrix, &order, quasi, precision, GROUP)?;
+        let mut factor = SparseFactor::new(
+            "fluid block",
+            &matrix,
+            &order,
+            quasi,
+            precision,
+            RHS_PER_SOLVE,
+        )?;
         let (m, size) = (system.border_range().len(), matrix.rows());
         drop(matrix);
         let mut lifted = border_columns(system);
@@ -144,8 +150,8 @@ fn border_columns(system: &SaddleSystem) -> Vec<f64> {
     let size = velocity + pressure;
     let mut columns = vec![0.0; size * system.border_range().len()];
     let (c, e) = (
-        Rows::of(system.velocity_block().border()),
-        Rows::of(system.border_divergence()),
+        Rows::new(system.velocity_block().border()),
+        Rows::new(system.border_divergence()),
     );
     for i in 0..velocity {
         for (col, v) in c.row(i) {
@@ -163,8 +169,8 @@ fn border_columns(system: &SaddleSystem) -> Vec<f64> {
 /// `(C_l^T u + E_l^T p)_c` of a fluid vector `[u; p]`.
 fn border_row(rows: &[Csr; 2], velocity: usize, c: usize, fluid: &[f64]) -> f64 {
     let (u, p) = fluid.split_at(velocity);
-    let [nodes] = long_row(Rows::of(&rows[0]), c, |j| [u[j]]);
-    let [pressures] = long_row(Rows::of(&rows[1]), c, |q| [p[q]]);
+    let [nodes] = long_row(Rows::new(&rows[0]), c, |j| [u[j]]);
+    let [pressures] = long_row(Rows::new(&rows[1]), c, |q| [p[q]]);
     nodes + pressures
 }
 
@@ -191,9 +197,9 @@ fn scales(system: &SaddleSystem) -> Vec<f64> {
 fn fluid_block(system: &SaddleSystem, shift: f64, scales: &[f64]) -> Csr {
     let a = system.velocity_block();
     let (k, b, bt) = (
-        Rows::of(a.stiffness()),
-        Rows::of(system.divergence()),
-        Rows::of(system.gradient()),
+        Rows::new(a.stiffness()),
+        Rows::new(system.divergence()),
+        Rows::new(system.gradient()),
     );
     let mass = diagonal(system.pressure_mass());
     let velocity = 3 * a.nodes();
@@ -227,9 +233,9 @@ pub(crate) fn adjacency(system: &SaddleSystem) -> Vec<Vec<u32>> {
     let a = system.velocity_block();
     let n = a.nodes();
     let (k, b, bt) = (
-        Rows::of(a.stiffness()),
-        Rows::of(system.divergence()),
-        Rows::of(system.gradient()),
+        Rows::new(a.stiffness()),
+        Rows::new(system.divergence()),
+        Rows::new(system.gradient()),
     );
     let node = |i: usize| {
         let velocities = k.row(i).map(|(j, _)| j as u32);
@@ -276,8 +282,8 @@ fn elimination_order(system: &SaddleSystem) -> Result<Vec<usize>, LinalgError> {
 /// Whether `[B^T; E_l^T] 1 = 0` to rounding, so that a constant pressure is undetermined.
 fn is_enclosed(system: &SaddleSystem) -> bool {
     let (bt, et) = (
-        Rows::of(system.gradient()),
-        Rows::of(system.border_gradient()),
+        Rows::new(system.gradient()),
+        Rows::new(system.border_gradient()),
     );
     // a sum of k terms of size s is zero up to k epsilon s; 1e-10 also allows for rounding in the
     // terms

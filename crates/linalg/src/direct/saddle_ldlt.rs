@@ -78,7 +78,7 @@ impl DirectParams {
 }
 
 /// Refinement steps before the true residual is computed: more than any well-posed system needs.
-const CYCLE: usize = 10;
+const ITERATIONS_PER_CYCLE: usize = 10;
 
 /// Direct solver: `L D L^T` factors with a shifted pressure block, and refinement.
 ///
@@ -123,7 +123,7 @@ impl SaddleLdlt {
             krylov: KrylovParams::default()
                 .with_rel_tol(params.rel_tol)
                 .with_max_iterations(params.max_refinements)
-                .with_restart(CYCLE),
+                .with_restart(ITERATIONS_PER_CYCLE),
             factor: SaddleFactor::new(system, params.shift, params.precision)?,
         })
     }

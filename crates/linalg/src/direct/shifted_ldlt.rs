@@ -10,10 +10,10 @@ use crate::{Csr, LinalgError};
 /// Refinement steps after which a system counts as singular.
 ///
 /// In a regular system each step gains seven digits.
-const MOST_REFINEMENTS: usize = 12;
+const MAX_REFINEMENTS: usize = 12;
 
 /// Relative true residual that every solution reaches; most are two digits better.
-const RESIDUAL: f64 = 1e-11;
+const MAX_RESIDUAL: f64 = 1e-11;
 
 /// Direct solver for `A = [K B^T; B 0]` by factors of `A - diag(shift)`, and refinement.
 ///
@@ -57,7 +57,7 @@ impl ShiftedLdlt {
             });
         }
         let matrix = into_rows(matrix);
-        let rows = Rows::of(&matrix);
+        let rows = Rows::new(&matrix);
         let shifted = build_rows(n, n, |i, row| {
             for (j, v) in rows.row(i) {
                 row.add(j, v);
@@ -98,7 +98,7 @@ impl ShiftedLdlt {
         };
         let mut residual = b.to_vec();
         let mut best = f64::INFINITY;
-        for step in 1..=MOST_REFINEMENTS {
+        for step in 1..=MAX_REFINEMENTS {
             let mut correction = residual.clone();
             self.factor.solve_in_place(&mut correction);
             for (x, c) in x.iter_mut().zip(&correction) {
@@ -109,23 +109,23 @@ impl ShiftedLdlt {
             // a reduction by less than a factor of two is rounding
             let stalls = left.is_nan() || left > 0.5 * best;
             best = left.min(best);
-            if stalls || left == 0.0 || step == MOST_REFINEMENTS {
+            if stalls || left == 0.0 || step == MAX_REFINEMENTS {
                 break;
             }
         }
-        if best <= RESIDUAL {
+        if best <= MAX_RESIDUAL {
             return Ok(best);
         }
         Err(LinalgError::Stagnated {
             method: "direct solution with refinement",
-            iterations: MOST_REFINEMENTS,
+            iterations: MAX_REFINEMENTS,
             true_rel_residual: best,
-            target: RESIDUAL,
+            target: MAX_RESIDUAL,
         })
     }
 
     fn residual(&self, b: &[f64], x: &[f64], r: &mut [f64]) {
-        let rows = Rows::of(&self.matrix);
+        let rows = Rows::new(&self.matrix);
         for (i, r) in r.iter_mut().enumerate() {
             *r = b[i] - rows.row(i).map(|(j, v)| v * x[j]).sum::<f64>();
         }
@@ -141,7 +141,7 @@ fn elimination_order(matrix: &Csr, group: &[u32]) -> Result<Vec<usize>, LinalgEr
     for (i, &g) in group.iter().enumerate() {
         members[g as usize].push(i);
     }
-    let rows = Rows::of(matrix);
+    let rows = Rows::new(matrix);
     let adjacency: Vec<Vec<u32>> = members
         .iter()
         .enumerate()
@@ -212,7 +212,7 @@ mod tests {
             let (matrix, shift, group) = chain(400, zero_sum);
             // a right-hand side in the range, also for dependent constraints
             let exact: Vec<f64> = (0..matrix.rows()).map(|i| (i as f64).sin()).collect();
-            let rows = Rows::of(&matrix);
+            let rows = Rows::new(&matrix);
             let b: Vec<f64> = (0..matrix.rows())
                 .map(|i| rows.row(i).map(|(j, v)| v * exact[j]).sum())
                 .collect();

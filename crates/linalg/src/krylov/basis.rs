@@ -6,13 +6,13 @@ use crate::SumOverProcesses;
 use crate::vector::{CHUNK, lanes_dot, max_abs, power_of_two_below};
 
 /// Vector entries per parallel task: enough that the cost of its partial sums is negligible.
-const TASK: usize = 16 * CHUNK;
+const ENTRIES_PER_TASK: usize = 16 * CHUNK;
 
 /// Fraction of its length below which an orthogonalised vector is orthogonalised a second time.
 ///
 /// The second orthogonalisation costs as much as the first; a reduction of the length by a factor
 /// of ten costs one of sixteen digits of orthogonality (Hoffmann, Computing 41, 1989).
-const CANCELLATION: f64 = 0.1;
+const MAX_CANCELLATION: f64 = 0.1;
 
 /// A basis vector in the precision it needs.
 enum Vector {
@@ -112,7 +112,7 @@ impl<'a> OrthonormalBasis<'a> {
             }
             self.sweep(k, w, &coefficients, false);
             size = self.partial[0].sqrt();
-            if size > CANCELLATION * before.sqrt() {
+            if size > MAX_CANCELLATION * before.sqrt() {
                 break;
             }
         }
@@ -139,16 +139,17 @@ impl<'a> OrthonormalBasis<'a> {
     /// `k` vectors.
     fn sweep(&mut self, k: usize, w: &mut [f64], coefficients: &[f64], products: bool) {
         let (width, vectors, weights) = (k + 1, &self.vectors, self.weights);
-        let tasks = w.len().div_ceil(TASK).max(1);
+        let tasks = w.len().div_ceil(ENTRIES_PER_TASK).max(1);
         self.partial.clear();
         self.partial.resize(width * tasks, 0.0);
-        w.par_chunks_mut(TASK)
+        w.par_chunks_mut(ENTRIES_PER_TASK)
             .zip(self.partial.par_chunks_mut(width))
             .enumerate()
             .for_each(|(task, (w, sums))| {
                 let mut weighted = [0.0; CHUNK];
                 for (chunk, w) in w.chunks_mut(CHUNK).enumerate() {
-                    let here = task * TASK + chunk * CHUNK..task * TASK + chunk * CHUNK + w.len();
+                    let here = task * ENTRIES_PER_TASK + chunk * CHUNK
+                        ..task * ENTRIES_PER_TASK + chunk * CHUNK + w.len();
                     for (v, &c) in vectors.iter().zip(coefficients) {
                         match v {
                             Vector::Double(v) => subtract(c, &v[here.clone()], w),
@@ -197,8 +198,8 @@ fn subtract<T: Copy + Into<f64>>(c: f64, v: &[T], w: &mut [f64]) {
 
 /// Calls `f(&mut a_i, &b_i)` for all `i`.
 fn zip_chunks<A: Send, B: Sync>(a: &mut [A], b: &[B], f: impl Fn(&mut A, &B) + Sync) {
-    a.par_chunks_mut(TASK)
-        .zip(b.par_chunks(TASK))
+    a.par_chunks_mut(ENTRIES_PER_TASK)
+        .zip(b.par_chunks(ENTRIES_PER_TASK))
         .for_each(|(a, b)| a.iter_mut().zip(b).for_each(|(a, b)| f(a, b)));
 }
 
@@ -238,8 +239,8 @@ impl RoundedBasis {
         vector.scale = scale;
         vector
             .values
-            .par_chunks_mut(TASK)
-            .zip(z.par_chunks_mut(TASK))
+            .par_chunks_mut(ENTRIES_PER_TASK)
+            .zip(z.par_chunks_mut(ENTRIES_PER_TASK))
             .for_each(|(short, z)| {
                 for (short, z) in short.iter_mut().zip(z) {
                     *short = (*z * inverse) as f32;

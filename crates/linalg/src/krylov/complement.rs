@@ -8,7 +8,7 @@ use crate::vector::norm;
 use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 
 /// Fraction of a right-hand side below which its projection counts as rounding error.
-const ROUNDING: f64 = 1e-14;
+const PROJECTION_ROUNDING: f64 = 1e-14;
 
 /// A preconditioner `N` between projections: `z = P_right N P_left r`.
 ///
@@ -80,7 +80,7 @@ pub(super) fn solve(
         let before = norm(b);
         let mut rest = b.to_vec();
         project_out(null_vectors.left(), &mut rest);
-        if norm(&rest) <= ROUNDING * before {
+        if norm(&rest) <= PROJECTION_ROUNDING * before {
             rest.fill(0.0);
         }
         let difference: Vec<f64> = b.iter().zip(&rest).map(|(b, rest)| b - rest).collect();

@@ -9,10 +9,10 @@ use crate::vector::{axpy, dot, norm, scale};
 use crate::{LinalgError, LinearOperator};
 
 /// Fraction of its length below which an orthogonalised vector depends linearly on the others.
-const DEPENDENT: f64 = 1e-10;
+const DEPENDENCE_TOLERANCE: f64 = 1e-10;
 
 /// `||A v|| / ||A||` up to which `v` counts as a null vector; assembly in f64 leaves about 1e-15.
-const NULL: f64 = 1e-8;
+const NULL_TOLERANCE: f64 = 1e-8;
 
 /// Null vectors of a singular operator: vectors `v` with `A v = 0`.
 ///
@@ -139,7 +139,7 @@ impl NullVectors {
             operator.apply(vector, &mut product);
             let ratio = norm(&product) / operator_norm;
             // a zero operator maps everything to zero, NaN is reported by the method itself
-            if ratio > NULL {
+            if ratio > NULL_TOLERANCE {
                 return Err(LinalgError::NotNullVector { index, ratio });
             }
         }
@@ -169,7 +169,7 @@ fn orthonormal(vectors: Vec<Vec<f64>>) -> Result<Vec<Vec<f64>>, LinalgError> {
             project_out(&basis, &mut vector);
         }
         let size = norm(&vector);
-        if !(size > DEPENDENT * before && size.is_finite()) {
+        if !(size > DEPENDENCE_TOLERANCE * before && size.is_finite()) {
             return Err(LinalgError::Dependent { index });
         }
         scale(size.recip(), &mut vector);

@@ -5,7 +5,7 @@ use crate::vector::{norm, norm_over, subtract_from, weighted_norm};
 use crate::{LinalgError, LinearOperator, SumOverProcesses};
 
 /// Ratio of the true residuals after and before a cycle, in both norms, that means stagnation.
-const STAGNATION: f64 = 0.99;
+const STAGNATION_RATIO: f64 = 0.99;
 
 /// Convergence state between two evaluations of the true residual.
 pub(super) struct Progress<'a> {
@@ -109,7 +109,7 @@ impl<'a> Progress<'a> {
                 target,
             });
         }
-        let falls = |now: f64, before: f64| now <= STAGNATION * before;
+        let falls = |now: f64, before: f64| now <= STAGNATION_RATIO * before;
         if !falls(larger, self.previous[0]) && !falls(estimate, self.previous[1]) {
             return Err(LinalgError::Stagnated {
                 method,

@@ -68,7 +68,7 @@ impl CoarseSolver {
         };
         let border_rows = operator.border_rows().map(|v| v * unit);
         let mut lifted = vec![0.0; 3 * n * m];
-        let border = Rows::of(operator.border());
+        let border = Rows::new(operator.border());
         for i in 0..3 * n {
             for (c, v) in border.row(i) {
                 lifted[3 * n * c + i] = v * unit;
@@ -84,7 +84,7 @@ impl CoarseSolver {
         for d in 0..m {
             let column = &lifted[3 * n * d..3 * n * (d + 1)];
             for c in 0..m {
-                let [product] = long_row(Rows::of(&border_rows), c, |j| [column[j]]);
+                let [product] = long_row(Rows::new(&border_rows), c, |j| [column[j]]);
                 schur[(c, d)] -= product;
             }
         }
@@ -130,7 +130,7 @@ impl CoarseSolver {
         solve_components(&mut self.factors, &mut self.components);
         interleave(&self.components, &mut self.interleaved);
         for (c, v) in self.border.iter_mut().enumerate() {
-            let [known] = long_row(Rows::of(&self.border_rows), c, |j| [self.interleaved[j]]);
+            let [known] = long_row(Rows::new(&self.border_rows), c, |j| [self.interleaved[j]]);
             *v = f64::from(vectors.border_b[c][s]) - known;
         }
         self.schur.solve(&mut self.border);
@@ -238,7 +238,7 @@ mod sparse {
 
     /// Neighbours of each row, without the diagonal.
     fn adjacency(k: &Csr) -> Vec<Vec<u32>> {
-        let rows = Rows::of(k);
+        let rows = Rows::new(k);
         (0..k.rows())
             .map(|i| {
                 rows.row(i)

@@ -49,7 +49,7 @@ impl Level {
             inverse_diagonal: diagonal.iter().map(|d| (d * unit).recip() as f32).collect(),
             factors: factors.iter().map(|w| *w as f32).collect(),
             p: to_f32(prolongation.nodes(), 1.0),
-            coarse_blocks: RowBlocks::new(Rows::of(&p_transposed).indptr),
+            coarse_blocks: RowBlocks::new(Rows::new(&p_transposed).indptr),
             p_transposed,
             q: SparseNodes::new(prolongation.border(), |v| v as f32),
             q_transposed: padded_columns(&to_f32(&transpose(prolongation.border_left()), 1.0)),
@@ -122,7 +122,7 @@ impl Level {
             ..
         } = self.vectors.columns::<S>();
         let coarse = coarse.columns::<S>();
-        let (k, p) = (self.k.rows(), Rows::of(&self.p_transposed));
+        let (k, p) = (self.k.rows(), Rows::new(&self.p_transposed));
         self.blocks.for_each(r, &|i, ri| {
             let a = padded_row(k, i, x);
             for s in 0..S {
@@ -134,7 +134,7 @@ impl Level {
         self.coarse_blocks
             .for_each(&mut *coarse.b, &|i, bi| *bi = padded_row(p, i, r));
         coarse.constrained.clear_columns(coarse.b);
-        let (left, q) = (Rows::of(&self.border_rows), Rows::of(&self.q_transposed));
+        let (left, q) = (Rows::new(&self.border_rows), Rows::new(&self.q_transposed));
         self.border_blocks.for_each(coarse.border_b, &|c, bc| {
             let known = long_row(left, c, |j| x[j / 4].map(|x| x[j % 4]));
             let motion = long_row(q, c, |j| r[j / 4].map(|r| r[j % 4]));
@@ -144,7 +144,7 @@ impl Level {
 
     /// `x <- x + P x_c + Q v_c`, `v <- v_c`.
     pub fn prolong<const S: usize>(&mut self, coarse: &mut Vectors) {
-        let p = Rows::of(&self.p);
+        let p = Rows::new(&self.p);
         let Columns { x, border_x, .. } = self.vectors.columns::<S>();
         let coarse = coarse.columns::<S>();
         self.blocks.for_each(x, &|i, xi| {

@@ -1,7 +1,7 @@
 //! Parameters of multigrid.
 
 use crate::LinalgError;
-use crate::chebyshev::HIGHEST_DEGREE;
+use crate::chebyshev::MAX_DEGREE;
 
 /// Parameters of the hierarchy of levels.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,7 +92,7 @@ impl MultigridParams {
             ("sweeps", self.sweeps),
             ("coarse_sweeps", self.coarse_sweeps),
         ] {
-            if !(1..=HIGHEST_DEGREE).contains(&sweeps) {
+            if !(1..=MAX_DEGREE).contains(&sweeps) {
                 return parameter(name, sweeps as f64, "from 1 to 1000");
             }
         }

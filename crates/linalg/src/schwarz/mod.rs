@@ -222,8 +222,8 @@ impl EliminatedBorder {
 /// `(C_l^T u + E_l^T p)_c`.
 fn row(system: &SaddleSystem, c: usize, x: &[f64]) -> f64 {
     let (u, p) = (&x[system.velocity_range()], &x[system.pressure_range()]);
-    let rows = Rows::of(system.velocity_block().border_rows());
+    let rows = Rows::new(system.velocity_block().border_rows());
     let [nodes] = long_row(rows, c, |j| [u[j]]);
-    let [pressures] = long_row(Rows::of(system.border_gradient()), c, |q| [p[q]]);
+    let [pressures] = long_row(Rows::new(system.border_gradient()), c, |q| [p[q]]);
     nodes + pressures
 }

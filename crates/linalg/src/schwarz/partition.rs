@@ -9,7 +9,7 @@ use crate::{LinalgError, SaddleSystem};
 /// Largest number of subdomains: more than the cores of any machine.
 ///
 /// Some may be empty, but each takes memory.
-const MOST_SUBDOMAINS: usize = 1 << 16;
+const MAX_SUBDOMAINS: usize = 1 << 16;
 
 /// Partitions by METIS into parts of about equal size and extends each by layers of neighbours.
 ///
@@ -25,7 +25,7 @@ pub(super) fn cut(
     params: &SchwarzParams,
 ) -> Result<Vec<Members>, LinalgError> {
     let parts = params.subdomains;
-    if !(1..=MOST_SUBDOMAINS).contains(&parts) {
+    if !(1..=MAX_SUBDOMAINS).contains(&parts) {
         return Err(LinalgError::Parameter {
             name: "subdomains",
             value: parts as f64,

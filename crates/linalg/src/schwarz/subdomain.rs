@@ -8,7 +8,7 @@ use crate::product::build_rows;
 use crate::{Bordered, LinalgError, Preconditioner, SaddleSystem};
 
 /// Pressure shift of local factors, that of [`DirectParams`](crate::DirectParams) for f32.
-const SHIFT: f64 = 1e-4;
+const PRESSURE_SHIFT: f64 = 1e-4;
 
 /// The nodes, border dofs and pressures of a subdomain, in ascending order.
 ///
@@ -62,7 +62,7 @@ impl Subdomain {
             residual: vec![0.0; dofs.len()],
             solution: vec![0.0; dofs.len()],
             dofs,
-            factor: SaddleFactor::new(&local, SHIFT, Precision::Single)?,
+            factor: SaddleFactor::new(&local, PRESSURE_SHIFT, Precision::Single)?,
         })
     }
 
@@ -125,7 +125,10 @@ fn restrict(system: &SaddleSystem, members: &Members) -> Result<SaddleSystem, Li
 /// The first border dof whose row is zero.
 fn uncoupled(local: &SaddleSystem) -> Option<usize> {
     let a = local.velocity_block();
-    let (u, p) = (Rows::of(a.border_rows()), Rows::of(local.border_gradient()));
+    let (u, p) = (
+        Rows::new(a.border_rows()),
+        Rows::new(local.border_gradient()),
+    );
     (0..a.border_len()).find(|&c| {
         u.row(c).all(|(_, v)| v == 0.0)
             && p.row(c).all(|(_, v)| v == 0.0)
@@ -143,7 +146,7 @@ fn positions(members: &[u32], size: usize) -> Vec<u32> {
 }
 
 fn submatrix(matrix: &Csr, rows: &[u32], cols: &[u32]) -> Csr {
-    let (all, local) = (Rows::of(matrix), positions(cols, matrix.cols()));
+    let (all, local) = (Rows::new(matrix), positions(cols, matrix.cols()));
     build_rows(rows.len(), cols.len(), |i, row| {
         for (j, v) in all.row(rows[i] as usize) {
             if local[j] != u32::MAX {
@@ -154,7 +157,7 @@ fn submatrix(matrix: &Csr, rows: &[u32], cols: &[u32]) -> Csr {
 }
 
 fn submatrix3(matrix: &Csr3, rows: &[u32], cols: &[u32]) -> Csr3 {
-    let (all, local) = (Rows::of(matrix), positions(cols, matrix.cols()));
+    let (all, local) = (Rows::new(matrix), positions(cols, matrix.cols()));
     let (mut indptr, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
     for i in rows {
         // `cols` are in ascending order, hence the restricted columns too

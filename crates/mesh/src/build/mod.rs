@@ -248,3 +248,64 @@ fn key(tet: &[u32; 4]) -> u128 {
     sorted.sort_unstable();
     sorted.iter().fold(0, |key, &v| key << 32 | u128::from(v))
 }
+
+impl TetMesh {
+    /// Copy of the mesh with other node positions: `points[i]` is the new position of node `i`.
+    ///
+    /// The topology is shared, not copied. Cost: one Jacobian bound per curved cell, in parallel.
+    ///
+    /// # Errors
+    /// [`MeshError::WrongLength`], [`MeshError::NotFinite`], and [`MeshError::InvertedCell`] with
+    /// the worst cell if the motion turns any cell inside out.
+    pub fn with_points(&self, points: Vec<Vec3>) -> Result<Self, MeshError> {
+        if points.len() != self.n_points() {
+            return Err(MeshError::WrongLength {
+                what: "list of moved nodes".into(),
+                expected: self.n_points(),
+                found: points.len(),
+            });
+        }
+        check_finite(&points)?;
+        Self::checked(points, Arc::clone(&self.topology))
+    }
+
+    /// The mesh with these points and this topology, if every cell is valid.
+    ///
+    /// # Errors
+    /// [`MeshError::InvertedCell`] with the worst cell.
+    pub(crate) fn checked(points: Vec<Vec3>, topology: Arc<Topology>) -> Result<Self, MeshError> {
+        let mesh = Self { points, topology };
+        mesh.check_jacobians()?;
+        Ok(mesh)
+    }
+
+    /// Checks that the geometry map of every cell is one-to-one.
+    ///
+    /// # Errors
+    /// [`MeshError::InvertedCell`] with the worst cell.
+    fn check_jacobians(&self) -> Result<(), MeshError> {
+        let worst: Vec<(f64, usize)> = (0..self.n_cells().div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                (chunk * CHUNK..self.n_cells().min((chunk + 1) * CHUNK))
+                    .map(|cell| (self.scaled_jacobian(cell), cell))
+                    .fold((f64::INFINITY, 0), smaller)
+            })
+            .collect();
+        let (jacobian, cell) = worst.into_iter().fold((f64::INFINITY, 0), smaller);
+        if jacobian > 0.0 {
+            return Ok(());
+        }
+        let [a, b, c, d] = self.cell_vertices(cell);
+        Err(MeshError::InvertedCell {
+            cell,
+            at: ((a + b + c + d) / 4.0).into(),
+            jacobian,
+        })
+    }
+}
+
+/// The cell with the smaller Jacobian, or with one that overflowed to NaN.
+fn smaller(a: (f64, usize), b: (f64, usize)) -> (f64, usize) {
+    if b.0 < a.0 || b.0.is_nan() { b } else { a }
+}

@@ -1,5 +1,5 @@
-//! Exact signs of the orientation and in-sphere determinants: a filter, then Shewchuk's adaptive
-//! arithmetic.
+//! Circumcentres of tets, and exact signs of the orientation and in-sphere determinants: a filter,
+//! then Shewchuk's adaptive arithmetic.
 
 use mesh::Vec3;
 use robust::Coord3D;
@@ -67,6 +67,16 @@ pub(super) fn in_sphere(a: &Vec3, b: &Vec3, c: &Vec3, d: &Vec3, e: &Vec3) -> f64
         return determinant;
     }
     -robust::insphere(coord(a), coord(b), coord(c), coord(d), coord(e))
+}
+
+/// Circumcentre and volume of a tet.
+#[inline]
+pub(crate) fn circumcentre(x: [Vec3; 4]) -> (Vec3, f64) {
+    let [u, v, w] = [x[1] - x[0], x[2] - x[0], x[3] - x[0]];
+    let (vw, wu, uv) = (v.cross(&w), w.cross(&u), u.cross(&v));
+    let det = u.dot(&vw);
+    let arm = (u.norm_squared() * vw + v.norm_squared() * wu + w.norm_squared() * uv) / (2.0 * det);
+    (x[0] + arm, det / 6.0)
 }
 
 #[cfg(test)]

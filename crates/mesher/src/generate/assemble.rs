@@ -1,8 +1,8 @@
 //! Assembly of the finished mesh, with a check of its boundary faces.
 
-use super::container::Container;
+use super::input::Container;
+use super::input::MeshedBody;
 use super::layout::Layout;
-use super::meshed_body::MeshedBody;
 use crate::GenerateError;
 use crate::delaunay::LinkedTets;
 use crate::surface::{euler_characteristic, sphere_radius};
@@ -44,26 +44,10 @@ pub(crate) fn assemble(
         }
     }
     for (part, list) in faces.iter().enumerate() {
-        let vertices = &layout.vertices[part];
-        let designed = &layout.triangles[part];
-        // Given triangles are faces from the start, and flips keep them.
-        if layout.is_given[part] {
-            continue;
-        }
-        if let Some(vertex) = defect(list, designed, vertices.clone(), layout) {
-            return Err(not_recovered([vertex; 3], part));
-        }
-        // On spheres the faces must be the designed triangles. The normals of faces point out of
-        // the fluid, those of designed triangles out of the body.
-        if bodies
-            .get(part)
-            .is_some_and(|b| sphere_radius(b.surface).is_some())
-        {
-            let found = sorted(list.iter().map(|&[a, b, c]| [a, c, b]));
-            let designed = sorted(layout.triangles[part].iter().copied());
-            if let Some(at) = first_difference(&found, &designed) {
-                return Err(not_recovered(at, part));
-            }
+        let is_sphere = |body: &MeshedBody| sphere_radius(body.surface).is_some();
+        let is_sphere = bodies.get(part).is_some_and(is_sphere);
+        if let Some(at) = first_difference_from_design(layout, part, list, is_sphere) {
+            return Err(not_recovered(at, part));
         }
     }
 
@@ -96,6 +80,30 @@ pub(crate) fn assemble(
         tags,
         regions: Regions::default(),
     })
+}
+
+/// A triangle, or a vertex three times, at which the faces of a part are not as designed.
+fn first_difference_from_design(
+    layout: &Layout<'_>,
+    part: usize,
+    faces: &[[u32; 3]],
+    is_sphere: bool,
+) -> Option<[u32; 3]> {
+    // Given triangles are faces from the start, and flips keep them.
+    if layout.is_given[part] {
+        return None;
+    }
+    let designed = &layout.triangles[part];
+    if let Some(vertex) = defect(faces, designed, layout.vertices[part].clone(), layout) {
+        return Some([vertex; 3]);
+    }
+    if !is_sphere {
+        return None;
+    }
+    // On spheres the faces must be the designed triangles. The normals of faces point out of the
+    // fluid, those of designed triangles out of the body.
+    let found = sorted(faces.iter().map(|&[a, b, c]| [a, c, b]));
+    first_difference(&found, &sorted(designed.iter().copied()))
 }
 
 /// A vertex at which the triangles are not a closed surface through all `vertices`, if there is

@@ -1,6 +1,6 @@
 //! Gaps between close surfaces, and the edge lengths that they allow.
 
-use super::container::Container;
+use super::input::Container;
 use crate::surface::sphere_radius;
 use mesh::{Surface, Vec3};
 
@@ -178,7 +178,7 @@ fn closest_vertex(a: &dyn Surface, b: &dyn Surface) -> Option<(Vec3, f64)> {
 /// Point of `body` closest to the wall, by alternating projections.
 ///
 /// If the body crosses the wall, the point is outside.
-pub(super) fn closest_to_wall(body: &dyn Surface, wall: &dyn Surface) -> Vec3 {
+fn closest_to_wall(body: &dyn Surface, wall: &dyn Surface) -> Vec3 {
     let all_convex = body.is_convex() && wall.is_convex();
     let points = (body.triangulation().filter(|_| !all_convex)).map(|mesh| mesh.points);
     let nearest = (points.into_iter().flatten()).max_by(|x, y| {
@@ -194,4 +194,16 @@ pub(super) fn closest_to_wall(body: &dyn Surface, wall: &dyn Surface) -> Vec3 {
         p = body.closest_point(wall.closest_point(p));
     }
     p
+}
+
+/// Distance between the surface of a body and the wall of a container around it.
+///
+/// Negative if the body crosses the wall: minus how far the point found is outside. For spheres and
+/// for convex containers it is the smallest distance. Otherwise the search begins at the vertex of
+/// the body's triangulation closest to the wall, and finds the smallest distance from there.
+pub fn clearance(body: &dyn Surface, wall: &dyn Surface) -> f64 {
+    match sphere_radius(body) {
+        Some(radius) => -wall.signed_distance(body.centre()) - radius,
+        None => -wall.signed_distance(closest_to_wall(body, wall)),
+    }
 }

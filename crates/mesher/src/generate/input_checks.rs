@@ -1,10 +1,10 @@
 //! Checks of the scene and the parameters of mesh generation.
 
-use super::container::Container;
 use super::gap::Gap;
 use super::geodesic::geodesic_sphere;
-use super::meshed_body::MeshedBody;
-use super::params::GenerateParams;
+use super::input::Container;
+use super::input::GenerateParams;
+use super::input::MeshedBody;
 use super::size_field::HALF_SPACES;
 use super::symmetry_planes::SymmetryPlanes;
 use crate::GenerateError;

@@ -5,33 +5,25 @@
 
 pub(crate) mod assemble;
 mod capsule_mesh;
-mod clearance;
-mod container;
-pub(crate) mod copies;
 mod gap;
 mod geodesic;
 pub(crate) mod hill_climbing;
+pub(crate) mod input;
 pub(crate) mod input_checks;
 pub(crate) mod layout;
-pub(crate) mod meshed_body;
-mod odt;
+pub(crate) mod odt_smoothing;
 mod packing;
-pub(crate) mod params;
 mod point_grid;
-mod recovery;
+mod recovered_surfaces;
 pub(crate) mod size_field;
 pub(crate) mod size_map;
-pub(crate) mod smoothing;
-mod surface_refinement;
-mod surface_tets;
+pub(crate) mod surface_refinement;
 mod surface_triangulation;
 pub(crate) mod symmetry_planes;
 pub(crate) mod triangulations;
 
-pub use clearance::clearance;
-pub use container::Container;
-pub use meshed_body::MeshedBody;
-pub use params::GenerateParams;
+pub use gap::clearance;
+pub use input::{Container, GenerateParams, MeshedBody};
 pub use size_map::SizeMap;
 
 use crate::GenerateError;
@@ -39,7 +31,7 @@ use crate::delaunay::LinkedTets;
 use hill_climbing::HillClimbing;
 use layout::Layout;
 use mesh::{LinearTets, Vec3};
-use recovery::Missing;
+use recovered_surfaces::Missing;
 use size_field::{Background, SizeField};
 use std::time::Instant;
 use triangulations::Triangulations;
@@ -148,7 +140,7 @@ fn generate_with(
         clock = Instant::now();
     };
 
-    let copies = copies::first_copies(bodies);
+    let copies = input::first_copies(bodies);
     let mut field = SizeField::new(bodies, Some(container), &copies, params)?;
     if let Some(background) = background {
         field = field.with_background(background);
@@ -163,7 +155,7 @@ fn generate_with(
 
     let mut changes = 0;
     let tets = loop {
-        let missing = match recovery::recovered(&mut layout)? {
+        let missing = match recovered_surfaces::recovered(&mut layout)? {
             Ok(tets) => break tets,
             Err(missing) => missing,
         };
@@ -176,7 +168,7 @@ fn generate_with(
         layout = surfaces.layout()?;
     };
     let mut tets = LinkedTets::new(layout.points.len(), tets);
-    let sizes = smoothing::smooth(&mut layout, &mut tets, surfaces.field(), params.sweeps);
+    let sizes = odt_smoothing::smooth(&mut layout, &mut tets, surfaces.field(), params.sweeps);
     lap(&mut seconds.smoothing);
 
     let (points, tets) = improve(&mut layout, tets, &sizes, params);

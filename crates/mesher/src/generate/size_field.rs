@@ -1,9 +1,9 @@
 //! The wanted edge length everywhere in the fluid.
 
-use super::container::Container;
 use super::gap::Gap;
-use super::meshed_body::MeshedBody;
-use super::params::GenerateParams;
+use super::input::Container;
+use super::input::GenerateParams;
+use super::input::MeshedBody;
 use super::size_map::SizeMap;
 use crate::{BoxSurface, GenerateError};
 use mesh::{Surface, Vec3};
@@ -250,7 +250,7 @@ impl<'a> SizeField<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::copies::first_copies;
+    use super::super::input::first_copies;
     use super::*;
     use crate::Sphere;
 

@@ -1,6 +1,6 @@
 //! Sets of symmetry planes; the part of the fluid with positive coordinates is meshed.
 
-use mesh::{SurfaceMesh, Vec3};
+use mesh::{SurfaceMesh, Vec3, used_points};
 
 /// A set of planes through the origin normal to coordinate axes.
 ///
@@ -104,19 +104,8 @@ impl SymmetryPlanes {
         let (kept, triangles): (Vec<usize>, Vec<[u32; 3]>) = (mesh.triangles.iter().enumerate())
             .filter(|(_, triangle)| is_kept(triangle))
             .unzip();
-        let mut number = vec![u32::MAX; mesh.points.len()];
-        let mut points = Vec::new();
         // The order of the points is kept, so that neighbours stay close in memory.
-        triangles
-            .iter()
-            .flatten()
-            .for_each(|&v| number[v as usize] = 0);
-        for (number, point) in number.iter_mut().zip(&mesh.points) {
-            if *number == 0 {
-                *number = points.len() as u32;
-                points.push(*point);
-            }
-        }
+        let (points, number) = used_points(&mesh.points, triangles.iter().flatten().copied());
         let mesh = SurfaceMesh {
             points,
             triangles: triangles

@@ -1,11 +1,11 @@
 //! The triangulations of all surfaces of a scene.
 
 use super::capsule_mesh::triangulate_capsule;
-use super::container::Container;
+use super::input::Container;
+use super::input::GenerateParams;
+use super::input::MeshedBody;
 use super::layout::{Layout, Part, WallKind};
-use super::meshed_body::MeshedBody;
-use super::params::GenerateParams;
-use super::recovery::Missing;
+use super::recovered_surfaces::Missing;
 use super::size_field::SizeField;
 use super::surface_refinement::Refiner;
 use super::surface_triangulation::{triangulate, triangulate_box};
@@ -130,7 +130,7 @@ impl<'a, 'f> Triangulations<'a, 'f> {
                 is_given: self.is_given(part),
             })
             .collect();
-        let mut layout = Layout::of_parts(parts, self.planes, &self.field, self.limit)?;
+        let mut layout = Layout::new(parts, self.planes, &self.field, self.limit)?;
         layout.wall = match self.container {
             Container::Ball(_) | Container::Box(_) => WallKind::Hull,
             Container::Capsule(_) => WallKind::CurvatureJumps,

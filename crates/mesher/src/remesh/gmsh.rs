@@ -110,6 +110,9 @@ fn boundary_file(mesh: &TetMesh, moved: &dyn Fn(u32, u16) -> Vec3) -> String {
 }
 
 /// Runs the command on a boundary, in a folder of its own.
+///
+/// Debian's Gmsh is built without the optimiser of Netgen and fails if it is asked for. It then runs
+/// again without this option; its own optimiser always runs.
 fn run(command: &Path, boundary: &str) -> Result<LinearTets, GenerateError> {
     let io = |path: &Path| {
         let path = path.to_path_buf();
@@ -120,32 +123,76 @@ fn run(command: &Path, boundary: &str) -> Result<LinearTets, GenerateError> {
         let path = folder.path().join(name);
         std::fs::write(&path, text).map_err(io(&path))?;
     }
-    let output = Command::new(command)
-        .args(["fluid.geo", "-3", "-optimize_netgen", "-nt", "1"])
-        .args(["-bin", "-format", "msh41", "-o", "fluid.msh"])
-        .current_dir(folder.path())
-        .output()
-        .map_err(|error| GenerateError::Gmsh {
-            problem: match error.kind() {
-                ErrorKind::NotFound => format!("there is no command {}", command.display()),
-                _ => error.to_string(),
-            },
-        })?;
-    let file = folder.path().join("fluid.msh");
-    if !output.status.success() || !file.exists() {
-        let text = [output.stdout, output.stderr].concat();
-        let text = String::from_utf8_lossy(&text);
-        let mut errors = text.lines().filter_map(|line| line.strip_prefix("Error"));
-        let last = errors.next_back();
-        let last = last.map(|line| line.trim_matches([' ', ':']).to_owned());
-        return Err(GenerateError::Gmsh {
-            problem: last.unwrap_or_else(|| format!("it wrote no mesh ({})", output.status)),
-        });
+    match mesh_volume(command, folder.path(), &["-optimize_netgen"]) {
+        Err(problem) if problem.contains(NO_NETGEN) => mesh_volume(command, folder.path(), &[]),
+        done => done,
     }
-    match MshFile::read(&file)? {
+    .map_err(|problem| GenerateError::Gmsh { problem })?;
+    match MshFile::read(folder.path().join(OUTPUT))? {
         MshFile::Linear(tets) => Ok(tets),
         MshFile::Quadratic(_) => Err(GenerateError::Gmsh {
             problem: "its cells are of second order, by an option file".into(),
         }),
+    }
+}
+
+/// The file that Gmsh writes.
+const OUTPUT: &str = "fluid.msh";
+
+/// Part of the message of a Gmsh without Netgen.
+const NO_NETGEN: &str = "Netgen optimizer is not compiled";
+
+/// Runs the command in a folder with its input files; an error is what went wrong.
+fn mesh_volume(command: &Path, folder: &Path, options: &[&str]) -> Result<(), String> {
+    let output = Command::new(command)
+        .args(["fluid.geo", "-3", "-nt", "1"])
+        .args(options)
+        .args(["-bin", "-format", "msh41", "-o", OUTPUT])
+        .current_dir(folder)
+        .output()
+        .map_err(|error| match error.kind() {
+            ErrorKind::NotFound => format!("there is no command {}", command.display()),
+            _ => error.to_string(),
+        })?;
+    if output.status.success() && folder.join(OUTPUT).exists() {
+        return Ok(());
+    }
+    let text = [output.stdout, output.stderr].concat();
+    Err(message(&String::from_utf8_lossy(&text))
+        .unwrap_or_else(|| format!("it wrote no mesh ({})", output.status)))
+}
+
+/// The last errors in the output of Gmsh, without the summary between dashed lines that follows them.
+fn message(output: &str) -> Option<String> {
+    let lines = output
+        .lines()
+        .filter_map(|line| line.strip_prefix("Error"))
+        .map(|line| line.trim_matches([' ', ':']));
+    let errors: Vec<&str> = lines.take_while(|line| !line.starts_with("---")).collect();
+    let last = &errors[errors.len().saturating_sub(MAX_ERRORS)..];
+    (!last.is_empty()).then(|| last.join("; "))
+}
+
+/// Largest number of errors of Gmsh in a message.
+const MAX_ERRORS: usize = 3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_are_the_last_errors_before_the_summary() {
+        let output = "Info    : Optimizing mesh (Netgen)...\n\
+                      Error   : Netgen optimizer is not compiled in this version of Gmsh\n\
+                      Error   : ------------------------------\n\
+                      Error   : Mesh generation error summary\n\
+                      Error   :     1 error\n\
+                      Error   : ------------------------------\n";
+        let expected = "Netgen optimizer is not compiled in this version of Gmsh";
+        assert_eq!(message(output).as_deref(), Some(expected));
+        assert!(message(output).is_some_and(|message| message.contains(NO_NETGEN)));
+        let errors = "Error : a\nInfo : x\nError   : b\nError   : c: d\nError   : e\n";
+        assert_eq!(message(errors).as_deref(), Some("b; c: d; e"));
+        assert_eq!(message("Info    : nothing\n"), None);
     }
 }

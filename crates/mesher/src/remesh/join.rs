@@ -4,7 +4,7 @@ use super::front::{Fronts, edges_of};
 use super::kept_cells::{KeptCells, MovedPart};
 use crate::GenerateError;
 use crate::generate::layout::Layout;
-use mesh::{LinearTets, NamedSurface, TetMesh, Vec3};
+use mesh::{LinearTets, NamedSurface, TetMesh, Vec3, used_points};
 use std::collections::HashMap;
 
 /// Numbers of points in the new mesh, and midside nodes of its edges, while it is joined.
@@ -37,17 +37,33 @@ impl Joined<'_> {
     }
 }
 
+/// What is joined with the generated tets.
+pub(super) struct Pieces<'a> {
+    pub old: &'a TetMesh,
+    pub kept: &'a KeptCells<'a>,
+    pub parts: &'a [MovedPart<'a>],
+    pub part_of_tags: &'a [u32],
+    pub fronts: &'a Fronts,
+    pub layout: &'a Layout<'a>,
+}
+
 /// Joins the cells that stay with the generated tets `new`.
 ///
 /// # Errors
 /// Those of [`TetMesh::curved`].
 pub(super) fn join(
-    (old, kept): (&TetMesh, &KeptCells<'_>),
-    (parts, part_of_tags): (&[MovedPart<'_>], &[u32]),
-    (fronts, layout): (&Fronts, &Layout<'_>),
+    pieces: Pieces<'_>,
     new: LinearTets,
     surfaces: &[NamedSurface],
 ) -> Result<TetMesh, GenerateError> {
+    let Pieces {
+        old,
+        kept,
+        parts,
+        part_of_tags,
+        fronts,
+        layout,
+    } = pieces;
     let generated = new.faces.clone();
     let mut joined = Joined {
         old,
@@ -100,17 +116,8 @@ impl Joined<'_> {
     /// Removes vertices that belong to no tet, and renumbers the others.
     fn drop_unused(&mut self) {
         let tets = &mut self.tets;
-        let mut number = vec![u32::MAX; tets.points.len()];
-        for &v in tets.tets.iter().flatten() {
-            number[v as usize] = 0;
-        }
-        let mut points = Vec::with_capacity(tets.points.len());
-        for (number, point) in number.iter_mut().zip(&tets.points) {
-            if *number == 0 {
-                *number = points.len() as u32;
-                points.push(*point);
-            }
-        }
+        let used = tets.tets.iter().flatten().copied();
+        let (points, number) = used_points(&tets.points, used);
         if points.len() == tets.points.len() {
             return;
         }

@@ -3,23 +3,22 @@
 mod bisection;
 mod front;
 mod gmsh;
-mod groups;
 mod join;
 mod kept_cells;
-mod recovery;
+mod recovered_fronts;
 mod sizes;
 
 use crate::GenerateError;
 use crate::delaunay::LinkedTets;
-use crate::generate::copies::first_copies;
+use crate::generate::input::GenerateParams;
+use crate::generate::input::MeshedBody;
+use crate::generate::input::first_copies;
 use crate::generate::layout::Layout;
-use crate::generate::meshed_body::MeshedBody;
-use crate::generate::params::GenerateParams;
 use crate::generate::size_field::SizeField;
 use crate::generate::size_map::SizeMap;
 use crate::generate::symmetry_planes::SymmetryPlanes;
 use crate::generate::triangulations::triangulate_bodies;
-use crate::generate::{assemble, improve, input_checks, smoothing};
+use crate::generate::{assemble, improve, input_checks, odt_smoothing};
 use crate::surface::FlatTriangles;
 use bisection::{Edge, bisected, long_in_gaps, longest_edge};
 use front::Fronts;
@@ -27,7 +26,7 @@ pub use gmsh::remesh_by_gmsh;
 use kept_cells::{KeptCells, MovedPart};
 use mesh::{Facet, NamedSurface, Surface, SurfaceMesh, TetMesh, Vec3};
 use nalgebra::Isometry3;
-use recovery::{BadFace, Recovery, recovered};
+use recovered_fronts::{BadFace, Recovery, recovered};
 
 /// Largest number of times that the cells that stay are changed.
 const MAX_CHANGES: usize = 40;
@@ -148,7 +147,7 @@ fn attempt(
     for change in 0..=MAX_CHANGES {
         let fronts = Fronts::new(mesh, &parts, &kept);
         let layout_parts = fronts.layout_parts(&parts, &triangulated);
-        let mut layout = Layout::of_parts(layout_parts, planes, &field, params.max_vertices)?;
+        let mut layout = Layout::new(layout_parts, planes, &field, params.max_vertices)?;
         let Recovery { tets, bad } = recovered(&mut layout, &fronts, &kept)?;
         let mut has_changed = false;
         for bad in bad.iter().filter(|_| change < MAX_CHANGES) {
@@ -168,13 +167,19 @@ fn attempt(
         };
         layout.given_offsets = fronts.offsets(mesh, &parts, &layout);
         let mut tets = LinkedTets::new(layout.points.len(), layout.fluid(tets));
-        let sizes = smoothing::smooth(&mut layout, &mut tets, &field, params.sweeps);
+        let sizes = odt_smoothing::smooth(&mut layout, &mut tets, &field, params.sweeps);
         let (points, tets) = improve(&mut layout, tets, &sizes, &params);
         layout.points = points;
         let new = assemble::assemble(&layout, &meshed(&names, &parts), &tets)?;
-        let of_parts = (parts.as_slice(), part_of_tags);
-        let new = join::join((mesh, &kept), of_parts, (&fronts, &layout), new, surfaces)?;
-        return Ok(Attempt::Done(new));
+        let pieces = join::Pieces {
+            old: mesh,
+            kept: &kept,
+            parts: &parts,
+            part_of_tags,
+            fronts: &fronts,
+            layout: &layout,
+        };
+        return Ok(Attempt::Done(join::join(pieces, new, surfaces)?));
     }
     Err(not_recovered(mesh, &parts, &names, None))
 }

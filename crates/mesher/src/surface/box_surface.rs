@@ -1,7 +1,6 @@
 //! Boxes with sides along the axes.
 
-use mesh::Surface;
-use mesh::Vec3;
+use mesh::{Surface, Vec3};
 
 /// The surface of the box `min <= x <= max`, sides along the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,8 +1,7 @@
 //! Cylinders closed by hemispheres.
 
 use super::tube::{Section, intervals, open_tube};
-use mesh::Vec3;
-use mesh::{Surface, SurfaceMesh};
+use mesh::{Surface, SurfaceMesh, Vec3};
 
 /// A cylinder along x, closed by hemispheres.
 ///

@@ -1,8 +1,7 @@
 //! Disks with a round rim.
 
 use super::tube::stretched_sphere;
-use mesh::Vec3;
-use mesh::{Surface, SurfaceMesh};
+use mesh::{Surface, SurfaceMesh, Vec3};
 use std::f64::consts::PI;
 
 /// The disk across the x axis: the points within `half_thickness` of a flat disc about the origin.

@@ -1,8 +1,7 @@
 //! Ellipsoids with three semi-axes.
 
 use super::tube::stretched_sphere;
-use mesh::Vec3;
-use mesh::{Surface, SurfaceMesh};
+use mesh::{Surface, SurfaceMesh, Vec3};
 use std::f64::consts::PI;
 
 /// Ratio of the longest to the middle semi-axis above which the longest determines the

@@ -1,7 +1,6 @@
 //! Closed surfaces of flat triangles: closest points and signed distances.
 
-use mesh::Vec3;
-use mesh::{Surface, SurfaceMesh};
+use mesh::{Surface, SurfaceMesh, Vec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
 

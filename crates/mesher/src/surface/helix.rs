@@ -1,8 +1,7 @@
 //! Tubes along a helix.
 
 use super::tube::{Section, intervals, open_tube};
-use mesh::Vec3;
-use mesh::{Surface, SurfaceMesh};
+use mesh::{Surface, SurfaceMesh, Vec3};
 use std::f64::consts::PI;
 
 /// Sample points of the centreline per turn, from which closest points are searched.

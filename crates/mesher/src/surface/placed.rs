@@ -1,7 +1,6 @@
 //! Shapes moved and turned.
 
-use mesh::Vec3;
-use mesh::{Surface, SurfaceMesh};
+use mesh::{Surface, SurfaceMesh, Vec3};
 use nalgebra::{Isometry3, Point3};
 
 /// A shape in its own coordinates, moved and turned by a pose.

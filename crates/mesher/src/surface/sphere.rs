@@ -1,7 +1,6 @@
 //! Spheres.
 
-use mesh::Surface;
-use mesh::Vec3;
+use mesh::{Surface, Vec3};
 
 /// The sphere `|x - centre| = radius`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,6 @@
 //! Ellipsoids of revolution.
 
-use mesh::Surface;
-use mesh::Vec3;
+use mesh::{Surface, Vec3};
 
 /// The spheroid with semi-axis `axial` along the unit vector `axis` and `equatorial` across it.
 ///

@@ -1,8 +1,7 @@
 //! Tori.
 
 use super::tube::{Section, closed_tube, intervals};
-use mesh::Vec3;
-use mesh::{Surface, SurfaceMesh};
+use mesh::{Surface, SurfaceMesh, Vec3};
 use std::f64::consts::PI;
 
 /// The torus about the x axis: the points at the distance `tube` from a circle about the origin.

@@ -1,7 +1,6 @@
 //! Coarse triangulations of tubes with a circular cross-section.
 
-use mesh::SurfaceMesh;
-use mesh::Vec3;
+use mesh::{SurfaceMesh, Vec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Points around a tube: edges of 0.77 radii.

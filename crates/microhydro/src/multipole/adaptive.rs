@@ -1,11 +1,10 @@
 //! Resistance to a requested accuracy: raises the orders until the error estimate is small enough.
 
-use super::accuracy::Accuracy;
-use super::fixed_order::{self, FIXED_ORDER_TOLERANCE};
+use super::fixed_order::{self, FIXED_ORDER_TOLERANCE, Reached};
 use super::frame::Frame;
 use super::memory;
-use super::order::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, Targets};
-use super::orders::{MIN_ORDER, Orders};
+use super::orders::{Accuracy, MIN_ORDER, Orders};
+use super::truncation::{self, Gap, GapCoordinates, MAX_ORDER_OFF_AXIS, Targets};
 use crate::{HydroError, Medium, Resistance, Spheres};
 
 /// Grand resistance matrix of spheres to a given accuracy.
@@ -106,7 +105,7 @@ pub fn orders_for(
     let mut orders = Orders::all(spheres, medium, 0);
     orders.off_axis = configurations
         .iter()
-        .any(|one| !Frame::of(one, medium).collinear);
+        .any(|one| !Frame::new(one, medium).collinear);
     for configuration in configurations {
         if configuration.len() != spheres {
             return Err(HydroError::Length {
@@ -147,27 +146,13 @@ fn adaptive(
 ) -> Result<Resistance, HydroError> {
     Accuracy::relative(tolerance).check()?;
     spheres.check_inside(medium)?;
-    let n = spheres.len();
-    memory::check_spheres(n)?;
-    let on_axis = Frame::of(spheres, medium).collinear && !lowest.off_axis;
-    let gaps = order::gaps(spheres, medium);
-    let xi = GapCoordinates::narrowest_of(&gaps, n);
-    let needed = |targets: Targets, highest: usize| {
-        order::for_targets(&gaps, n, medium, targets, highest).at_least(lowest)
-    };
-    let mut targets = Targets {
-        expansions: order::first_target(&xi.widened(), n, tolerance),
-        gaps: order::first_target(&xi, n, tolerance),
-    };
-    let first = needed(targets, MAX_ORDER_OFF_AXIS);
-    let cheap = |highest: &usize| first.limited(*highest, usize::MAX).dofs() <= FIRST_DOFS;
-    let mut highest = (MIN_ORDER..=MAX_ORDER_OFF_AXIS)
-        .rev()
-        .find(cheap)
-        .unwrap_or(MIN_ORDER);
-    let mut orders = needed(targets, highest).affordable(on_axis);
+    memory::check_spheres(spheres.len())?;
+    let gaps = truncation::gaps(spheres, medium);
+    let mut search = OrderSearch::new(spheres, medium, &gaps, tolerance, lowest);
+    let mut orders = search.orders();
     let (surfaces, gap) = spheres.narrowest_gap(medium);
-    if first.affordable(on_axis) != first && out_of_reach == OutOfReach::Refuse {
+    let first = search.needed(MAX_ORDER_OFF_AXIS);
+    if first.affordable(search.on_axis) != first && out_of_reach == OutOfReach::Refuse {
         return Err(HydroError::TooClose {
             surfaces,
             gap,
@@ -179,7 +164,7 @@ fn adaptive(
     let mut best: Option<Resistance> = None;
     let mut stalled = 0;
     loop {
-        let accuracy = targets.expansions.min(tolerance);
+        let accuracy = search.targets.expansions.min(tolerance);
         let reached = match fixed_order::resistance(spheres, medium, &orders, accuracy) {
             // orders beyond the memory end the search, unless they are the first ones
             Err(HydroError::TooLarge { .. }) if best.is_some() => break,
@@ -195,48 +180,14 @@ fn adaptive(
         } else {
             stalled + 1
         };
+        let raised = search.raised(&reached, &orders);
         if estimate < lowest_estimate {
             best = Some(reached.resistance);
         }
-        let limited = needed(targets, MAX_ORDER_OFF_AXIS) != needed(targets, highest);
-        let of_expansions = reached.expansions > 0.4 * tolerance;
-        let of_gaps = match on_axis {
-            // on an axis the expansions resolve the gaps themselves
-            true => of_expansions,
-            false => reached.gaps > 0.4 * tolerance,
-        };
-        let last = orders.clone();
-        if limited && of_expansions {
-            let orders = (reached.expansions / tolerance).ln() / DECAY;
-            highest += orders.clamp(1.0, 4.0) as usize;
-        }
-        // The lowest orders suffice for targets far below the one that selected them. The same
-        // orders would give the same estimate, so the targets are lowered until the orders rise.
-        for step in 0..MAX_STEPS {
-            let lower = |target: f64, part: f64| {
-                let factor = (0.4 * tolerance / part).clamp(0.01, 0.5);
-                let further = if step < 8 { 0.1 } else { 1e-20 };
-                target * if step == 0 { factor } else { further }
-            };
-            if of_expansions && !(limited && step == 0) {
-                targets.expansions = lower(targets.expansions, reached.expansions);
-            }
-            if of_gaps {
-                let part = if on_axis {
-                    reached.expansions
-                } else {
-                    reached.gaps
-                };
-                targets.gaps = lower(targets.gaps, part);
-            }
-            orders = needed(targets, highest).affordable(on_axis);
-            if orders != last {
-                break;
-            }
-        }
-        if orders == last || stalled == MAX_STALLED {
+        if raised == orders || stalled == MAX_STALLED {
             break;
         }
+        orders = raised;
     }
     match (out_of_reach, best) {
         (OutOfReach::TakeBest, Some(best)) => Ok(best),
@@ -249,16 +200,116 @@ fn adaptive(
     }
 }
 
+/// The orders tried so far: the targets and the limit that gave the last ones.
+struct OrderSearch<'a> {
+    gaps: &'a [Gap],
+    spheres: usize,
+    medium: &'a Medium,
+    tolerance: f64,
+    lowest: &'a Orders,
+    on_axis: bool,
+    targets: Targets,
+    /// Highest order of the expansions.
+    highest: usize,
+}
+
+impl<'a> OrderSearch<'a> {
+    /// The first orders: those that the gaps need, if they are cheap enough.
+    fn new(
+        spheres: &Spheres,
+        medium: &'a Medium,
+        gaps: &'a [Gap],
+        tolerance: f64,
+        lowest: &'a Orders,
+    ) -> Self {
+        let n = spheres.len();
+        let xi = GapCoordinates::narrowest_of(gaps, n);
+        let mut search = Self {
+            gaps,
+            spheres: n,
+            medium,
+            tolerance,
+            lowest,
+            on_axis: Frame::new(spheres, medium).collinear && !lowest.off_axis,
+            targets: Targets {
+                expansions: truncation::first_target(&xi.widened(), n, tolerance),
+                gaps: truncation::first_target(&xi, n, tolerance),
+            },
+            highest: MIN_ORDER,
+        };
+        let first = search.needed(MAX_ORDER_OFF_AXIS);
+        let cheap = |highest: &usize| first.limited(*highest, usize::MAX).dofs() <= MAX_FIRST_DOFS;
+        search.highest = (MIN_ORDER..=MAX_ORDER_OFF_AXIS)
+            .rev()
+            .find(cheap)
+            .unwrap_or(MIN_ORDER);
+        search
+    }
+
+    /// Orders that the targets need, up to a highest one.
+    fn needed(&self, highest: usize) -> Orders {
+        let (gaps, n) = (self.gaps, self.spheres);
+        truncation::for_targets(gaps, n, self.medium, self.targets, highest).at_least(self.lowest)
+    }
+
+    /// Orders for the present targets and limit.
+    fn orders(&self) -> Orders {
+        self.needed(self.highest).affordable(self.on_axis)
+    }
+
+    /// Higher orders than the `last` ones, by lower targets and a higher limit for what has too
+    /// large an error; the same orders if there are no higher ones.
+    fn raised(&mut self, reached: &Reached, last: &Orders) -> Orders {
+        let tolerance = self.tolerance;
+        let limited = self.needed(MAX_ORDER_OFF_AXIS) != self.needed(self.highest);
+        let of_expansions = reached.expansions > 0.4 * tolerance;
+        let of_gaps = match self.on_axis {
+            // on an axis the expansions resolve the gaps themselves
+            true => of_expansions,
+            false => reached.gaps > 0.4 * tolerance,
+        };
+        if limited && of_expansions {
+            let orders = (reached.expansions / tolerance).ln() / DECAY_PER_ORDER;
+            self.highest += orders.clamp(1.0, 4.0) as usize;
+        }
+        // The lowest orders suffice for targets far below the one that selected them. The same
+        // orders would give the same estimate, so the targets are lowered until the orders rise.
+        for step in 0..MAX_STEPS {
+            let lower = |target: f64, part: f64| {
+                let factor = (0.4 * tolerance / part).clamp(0.01, 0.5);
+                let further = if step < 8 { 0.1 } else { 1e-20 };
+                target * if step == 0 { factor } else { further }
+            };
+            if of_expansions && !(limited && step == 0) {
+                self.targets.expansions = lower(self.targets.expansions, reached.expansions);
+            }
+            if of_gaps {
+                let part = if self.on_axis {
+                    reached.expansions
+                } else {
+                    reached.gaps
+                };
+                self.targets.gaps = lower(self.targets.gaps, part);
+            }
+            let orders = self.orders();
+            if orders != *last {
+                return orders;
+            }
+        }
+        last.clone()
+    }
+}
+
 /// Number of degrees of freedom of the first orders: a second for their factorisation.
 ///
 /// Narrow gaps are treated apart, so that lower orders than those of the gaps may suffice; the
 /// estimate tells.
-const FIRST_DOFS: usize = 6000;
+const MAX_FIRST_DOFS: usize = 6000;
 
 /// Decay of the logarithm of the estimate for each order, in suspensions with gaps from 0.05 to 2.
 ///
 /// Measured: 1 to 1.7. Too high orders cost more than one more attempt.
-const DECAY: f64 = 1.2;
+const DECAY_PER_ORDER: f64 = 1.2;
 
 /// Attempts to raise the orders by lower targets; the last ones are below any number.
 const MAX_STEPS: usize = 24;

@@ -96,11 +96,7 @@ pub(crate) fn mobility(
 
 pub(super) fn modes(expansion: usize, orders: &Orders) -> Modes {
     Modes {
-        order: orders
-            .spheres
-            .get(expansion)
-            .copied()
-            .unwrap_or(orders.container),
+        order: orders.of_expansion(expansion),
     }
 }
 
@@ -149,103 +145,146 @@ pub(super) fn assemble(
     orders: &Orders,
     dofs: &[Dof],
 ) -> Mat<f64> {
-    let n = z.len();
-    let container = match surroundings {
-        Surroundings::Ball(radius) => radius,
-        _ => f64::NAN,
-    };
-    let radius = |expansion: usize| radii.get(expansion).copied().unwrap_or(container);
-    let weights: Vec<f64> = dofs
-        .iter()
-        .map(|u| u.family.energy(u.l, radius(u.expansion)).sqrt())
-        .collect();
-    // for each expansion: degree and index of its modes, by family
-    let mut by_family = vec![[const { Vec::new() }; 3]; n + 1];
-    for (index, u) in dofs.iter().enumerate() {
-        by_family[u.expansion][trace_index(u.family)].push((u.l, index));
+    let mut assembly = Assembly::new(sector.m, z, radii, surroundings, orders, dofs);
+    for j in 0..z.len() {
+        for i in 0..j {
+            assembly.add_pair(i, j);
+        }
+        match surroundings {
+            Surroundings::Unbounded => {}
+            Surroundings::Ball(radius) => assembly.add_container(j, radius),
+            Surroundings::Wall => (0..=j).for_each(|i| assembly.add_image(i, j)),
+        }
     }
-    let mut matrix = Mat::<f64>::identity(dofs.len(), dofs.len());
-    let mut couple = |from: usize,
-                      to: usize,
-                      flow: &dyn Fn(Family, usize) -> Vec<LambCoefficients>,
-                      sign: &dyn Fn(Family, usize) -> f64| {
+    assembly.matrix
+}
+
+/// The matrix of a sector while its couplings are added.
+struct Assembly<'a> {
+    m: usize,
+    z: &'a [f64],
+    radii: &'a [f64],
+    orders: &'a Orders,
+    /// Square root of the self energy of each mode.
+    weights: Vec<f64>,
+    /// For each expansion: degree and index of its modes, by family.
+    by_family: Vec<[Vec<(usize, usize)>; 3]>,
+    matrix: Mat<f64>,
+}
+
+impl<'a> Assembly<'a> {
+    fn new(
+        m: usize,
+        z: &'a [f64],
+        radii: &'a [f64],
+        surroundings: Surroundings,
+        orders: &'a Orders,
+        dofs: &[Dof],
+    ) -> Self {
+        let container = match surroundings {
+            Surroundings::Ball(radius) => radius,
+            _ => f64::NAN,
+        };
+        let radius = |expansion: usize| radii.get(expansion).copied().unwrap_or(container);
+        let weight = |u: &Dof| u.family.energy(u.l, radius(u.expansion)).sqrt();
+        let mut by_family = vec![[const { Vec::new() }; 3]; z.len() + 1];
+        for (index, u) in dofs.iter().enumerate() {
+            by_family[u.expansion][trace_index(u.family)].push((u.l, index));
+        }
+        Self {
+            m,
+            z,
+            radii,
+            orders,
+            weights: dofs.iter().map(weight).collect(),
+            by_family,
+            matrix: Mat::identity(dofs.len(), dofs.len()),
+        }
+    }
+
+    /// Highest degree of an expansion.
+    fn top(&self, expansion: usize) -> usize {
+        self.orders.of_expansion(expansion)
+    }
+
+    /// Adds the coupling of two expansions: `flow` are the coefficients about the second one of a
+    /// mode of the first, `sign` is a factor of each mode.
+    fn couple(
+        &mut self,
+        (from, to): (usize, usize),
+        flow: &dyn Fn(Family, usize) -> Vec<LambCoefficients>,
+        sign: &dyn Fn(Family, usize) -> f64,
+    ) {
         for family in FAMILIES {
-            for &(l, source) in &by_family[from][trace_index(family)] {
+            for &(l, source) in &self.by_family[from][trace_index(family)] {
                 let regular = flow(family, l);
                 for other in FAMILIES {
-                    for &(k, target) in &by_family[to][trace_index(other)] {
-                        let value = regular[k].trace(k)[trace_index(other)] * weights[target]
-                            / weights[source]
+                    for &(k, target) in &self.by_family[to][trace_index(other)] {
+                        let value = regular[k].trace(k)[trace_index(other)] * self.weights[target]
+                            / self.weights[source]
                             * sign(family, l)
                             * sign(other, k);
                         let (row, column) = (source.max(target), source.min(target));
                         // The image of a sphere in the wall couples the sphere to itself: each pair
                         // of modes occurs twice.
                         if from != to || target >= source {
-                            matrix[(row, column)] += value;
+                            self.matrix[(row, column)] += value;
                         }
                     }
                 }
             }
         }
-    };
-    let top = |expansion: usize| modes(expansion, orders).order;
-    let m = sector.m;
-    let no_sign = |_: Family, _: usize| 1.0;
-    for j in 0..n {
-        for i in 0..j {
-            let (low, high) = if z[i] < z[j] { (i, j) } else { (j, i) };
-            let pair = OutgoingTranslation::new(
-                m,
-                (radii[low], top(low)),
-                (radii[high], top(high)),
-                z[high] - z[low],
-            );
-            couple(
-                low,
-                high,
-                &|f, l| coefficients_by_degree(m, top(high), |k| pair.coefficients(f, l, k)),
-                &no_sign,
-            );
-        }
-        match surroundings {
-            Surroundings::Unbounded => {}
-            Surroundings::Ball(radius) => {
-                let interior = InteriorTranslation::new(
-                    m,
-                    (radius, orders.container),
-                    (radii[j], top(j)),
-                    z[j].abs(),
-                );
-                // below the centre, the axis points the other way
-                let sign = |f: Family, l: usize| if z[j] < 0.0 { f.parity(l, m) } else { 1.0 };
-                couple(
-                    n,
-                    j,
-                    &|f, k| coefficients_by_degree(m, top(j), |l| interior.coefficients(f, k, l)),
-                    &sign,
-                );
-            }
-            Surroundings::Wall => {
-                for i in 0..=j {
-                    let reflected = OutgoingTranslation::new(
-                        m,
-                        (radii[i], top(i)),
-                        (radii[j], top(j) + 2),
-                        z[i] + z[j],
-                    );
-                    let flow = |f: Family, l: usize| {
-                        let reflected_flow = coefficients_by_degree(m, top(j) + 2, |k| {
-                            reflected.coefficients(f, l, k).scaled(f.parity(l, m))
-                        });
-                        image(&reflected_flow, m as i32, z[j] / radii[j], top(j))
-                    };
-                    couple(i, j, &flow, &no_sign);
-                }
-            }
-        }
     }
-    matrix
+
+    /// Adds the coupling of two spheres.
+    fn add_pair(&mut self, i: usize, j: usize) {
+        let (z, radii, m) = (self.z, self.radii, self.m);
+        let (low, high) = if z[i] < z[j] { (i, j) } else { (j, i) };
+        let (top_low, top_high) = (self.top(low), self.top(high));
+        let pair = OutgoingTranslation::new(
+            m,
+            (radii[low], top_low),
+            (radii[high], top_high),
+            z[high] - z[low],
+        );
+        let flow = |f: Family, l: usize| {
+            coefficients_by_degree(m, top_high, |k| pair.coefficients(f, l, k))
+        };
+        self.couple((low, high), &flow, &|_, _| 1.0);
+    }
+
+    /// Adds the coupling of a sphere and the container.
+    fn add_container(&mut self, j: usize, radius: f64) {
+        let (z, radii, m) = (self.z, self.radii, self.m);
+        let top = self.top(j);
+        let interior = InteriorTranslation::new(
+            m,
+            (radius, self.orders.container),
+            (radii[j], top),
+            z[j].abs(),
+        );
+        // below the centre, the axis points the other way
+        let sign = |f: Family, l: usize| if z[j] < 0.0 { f.parity(l, m) } else { 1.0 };
+        let flow = |f: Family, k: usize| {
+            coefficients_by_degree(m, top, |l| interior.coefficients(f, k, l))
+        };
+        self.couple((z.len(), j), &flow, &sign);
+    }
+
+    /// Adds the coupling of the image of sphere `i` in the wall and sphere `j`.
+    fn add_image(&mut self, i: usize, j: usize) {
+        let (z, radii, m) = (self.z, self.radii, self.m);
+        let top = self.top(j);
+        let reflected =
+            OutgoingTranslation::new(m, (radii[i], self.top(i)), (radii[j], top + 2), z[i] + z[j]);
+        let flow = |f: Family, l: usize| {
+            let reflected_flow = coefficients_by_degree(m, top + 2, |k| {
+                reflected.coefficients(f, l, k).scaled(f.parity(l, m))
+            });
+            image(&reflected_flow, m as i32, z[j] / radii[j], top)
+        };
+        self.couple((i, j), &flow, &|_, _| 1.0);
+    }
 }
 
 /// Coefficients of degrees `0 ..= top`; zero for degree 0 and degrees below `m`.

@@ -11,8 +11,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::axial_translation::{InteriorTranslation, OutgoingTranslation};
 use super::lamb::{LambCoefficients, trace_index};
 use super::modes::{Family, Modes};
-use super::order;
 use super::rotation::Rotation;
+use super::truncation;
 
 /// Expansion on the surface of a sphere or of the container.
 #[derive(Clone, Copy, Debug)]
@@ -123,7 +123,7 @@ impl Coupling {
         tolerance: f64,
     ) -> Self {
         let all_modes = (from.modes, to.modes);
-        let needed = order::for_pair(offset.norm(), from.radius, to.radius, tolerance);
+        let needed = truncation::for_pair(offset.norm(), from.radius, to.radius, tolerance);
         let from = &from.up_to(needed.0);
         let to = &to.up_to(needed.1);
         Self::new(pair, from, to, offset, all_modes, |m, distance| {

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use super::frame::Frame;
 use super::memory;
 use super::narrow_gap::{Block, NarrowGap};
-use super::order::{self, GapCoordinates, MAX_ORDER_ON_CONTAINER};
 use super::orders::Orders;
 use super::scaled::{ScaledMobility, unscaled, unscaled_inverse};
+use super::truncation::{self, GapCoordinates, MAX_ORDER_ON_CONTAINER};
 use super::{collinear, spatial, three_spheres};
 use crate::{HydroError, Medium, Resistance, Spheres};
 
@@ -50,44 +50,116 @@ fn unchecked_resistance(
     orders: &Orders,
     tolerance: f64,
 ) -> Result<Reached, HydroError> {
-    let frame = Frame::of(spheres, medium);
-    let radii = spheres.radii();
-    let gaps = order::gaps(spheres, medium);
-    let xi = GapCoordinates::narrowest_of(&gaps, spheres.len());
-    let invert =
-        |mobility: &DMatrix<f64>| Ok(frame.to_laboratory(&unscaled_inverse(mobility, radii)?));
-    let new = |matrix: DMatrix<f64>, coarser: DMatrix<f64>, tail: f64, dofs: usize| {
-        Resistance::new(matrix, coarser, tail, orders.clone(), dofs)
+    let gaps = truncation::gaps(spheres, medium);
+    let arrangement = Arrangement {
+        frame: Frame::new(spheres, medium),
+        radii: spheres.radii(),
+        xi: GapCoordinates::narrowest_of(&gaps, spheres.len()),
+        orders,
+        tolerance,
     };
-    let by_order = |scaled: ScaledMobility, used: &Orders| {
-        let [full, lower] = [invert(&scaled.full)?, invert(&scaled.lower)?];
-        let resistance = new(full, lower, order::tail(&xi, used), used.dofs());
+    let frame = &arrangement.frame;
+    if frame.collinear && !orders.off_axis {
+        let used = orders.without_gaps();
+        memory::check_on_axis(&used)?;
+        let z: Vec<f64> = frame.centres.iter().map(|x| x.z).collect();
+        let scaled = collinear::mobility(&z, spheres.radii(), frame.surroundings, &used)?;
+        return arrangement.by_order(scaled, &used);
+    }
+    let narrow = NarrowGap::all(spheres, medium, orders)?;
+    if narrow.is_empty() {
+        return arrangement.by_order(arrangement.mobility()?, orders);
+    }
+    arrangement.with_narrow_gaps(&narrow)
+}
+
+/// Spheres in the frame in which they are solved, with the requested orders.
+struct Arrangement<'a> {
+    frame: Frame,
+    radii: &'a [f64],
+    xi: GapCoordinates,
+    orders: &'a Orders,
+    tolerance: f64,
+}
+
+impl Arrangement<'_> {
+    /// Resistance in the laboratory frame from a scaled mobility.
+    fn invert(&self, mobility: &DMatrix<f64>) -> Result<DMatrix<f64>, HydroError> {
+        let inverse = unscaled_inverse(mobility, self.radii)?;
+        Ok(self.frame.to_laboratory(&inverse))
+    }
+
+    /// Tolerances of neglected couplings and of the residuals of iterations.
+    ///
+    /// In narrow gaps the resistance grows as 1/xi^2, and so does the condition number of the
+    /// system; a neglected coupling is amplified as much.
+    fn accuracy(&self) -> (f64, f64) {
+        let amplified = truncation::narrowest(&self.xi).min(1.0).powi(2);
+        let tolerance = self.tolerance;
+        (tolerance * amplified, 0.03 * tolerance.sqrt() * amplified)
+    }
+
+    /// Mobility for the orders of the spheres alone.
+    fn mobility(&self) -> Result<ScaledMobility, HydroError> {
+        spatial::mobility(&self.frame, self.radii, self.orders, self.accuracy())
+    }
+
+    /// The resistance whose error is estimated from lower orders alone.
+    fn by_order(&self, scaled: ScaledMobility, used: &Orders) -> Result<Reached, HydroError> {
+        let [full, lower] = [self.invert(&scaled.full)?, self.invert(&scaled.lower)?];
+        let (tail, orders) = (truncation::tail(&self.xi, used), self.orders.clone());
+        let resistance = Resistance::new(full, lower, tail, orders, used.dofs());
         Ok(Reached {
             expansions: resistance.relative_error(),
             gaps: 0.0,
             resistance,
         })
-    };
-    if frame.collinear && !orders.off_axis {
-        let used = orders.without_gaps();
-        memory::check_on_axis(&used)?;
-        let z: Vec<f64> = frame.centres.iter().map(|x| x.z).collect();
-        let scaled = collinear::mobility(&z, radii, frame.surroundings, &used)?;
-        return by_order(scaled, &used);
     }
-    let narrow = NarrowGap::all(spheres, medium, orders)?;
-    // In narrow gaps the resistance grows as 1/xi^2, and so does the condition number of the
-    // system; a neglected coupling is amplified as much.
-    let amplified = order::narrowest(&xi).min(1.0).powi(2);
-    let accuracy = (tolerance * amplified, 0.03 * tolerance.sqrt() * amplified);
-    if narrow.is_empty() {
-        let scaled = spatial::mobility(&frame, radii, orders, accuracy)?;
-        return by_order(scaled, orders);
+
+    /// The resistance with the high degrees of narrow gaps.
+    fn with_narrow_gaps(&self, narrow: &[NarrowGap]) -> Result<Reached, HydroError> {
+        let size = 6 * self.radii.len();
+        let mut of_gaps = DMatrix::zeros(size, size);
+        let [matrix, lowered] = match self.gaps_eliminated(narrow) {
+            // Among three spheres close to each other the sum over the gaps may eliminate too much.
+            Err(HydroError::FactorisationFailed { .. }) => self.gaps_added(narrow, &mut of_gaps)?,
+            other => other?,
+        };
+        for gap in narrow {
+            let alone = gap.resistance(&gap.orders, self.tolerance)?;
+            gap.add(
+                &mut of_gaps,
+                &((alone.matrix() - alone.coarser()) * alone.tail()),
+            );
+        }
+        let new = |matrix: DMatrix<f64>, coarser: DMatrix<f64>, tail: f64| {
+            Resistance::new(
+                matrix,
+                coarser,
+                tail,
+                self.orders.clone(),
+                self.orders.dofs(),
+            )
+        };
+        let tail = truncation::tail(&self.xi.widened(), self.orders);
+        let of_expansions = new(matrix, lowered, tail);
+        let matrix = of_expansions.matrix();
+        let change = (matrix - of_expansions.coarser()) * tail;
+        let coarser = matrix - change - &of_gaps;
+        Ok(Reached {
+            expansions: of_expansions.relative_error(),
+            gaps: of_expansions.relative_difference(&(matrix + of_gaps)),
+            resistance: new(matrix.clone(), coarser, 1.0),
+        })
     }
-    let eliminated = || {
+
+    /// Resistances for the orders and for lower ones, with the high degrees of the narrow gaps
+    /// eliminated from the Galerkin matrix.
+    fn gaps_eliminated(&self, narrow: &[NarrowGap]) -> Result<[DMatrix<f64>; 2], HydroError> {
+        let (frame, orders) = (&self.frame, self.orders);
         let blocks: Vec<[Vec<Block>; 2]> = narrow
             .par_iter()
-            .map(|gap| gap.blocks(&frame, orders))
+            .map(|gap| gap.blocks(frame, orders))
             .collect::<Result<_, _>>()?;
         let (of_full, of_lowered): (Vec<_>, Vec<_>) = blocks
             .into_iter()
@@ -95,49 +167,34 @@ fn unchecked_resistance(
             .unzip();
         let resistance = |orders: &Orders, blocks: Vec<Vec<Block>>| {
             let mut blocks: Vec<Block> = blocks.into_iter().flatten().collect();
-            blocks.extend(three_spheres::blocks(&frame, radii, orders));
-            invert(&spatial::mobility_with_blocks(
-                &frame, radii, orders, blocks, accuracy,
+            blocks.extend(three_spheres::blocks(frame, self.radii, orders));
+            let accuracy = self.accuracy();
+            self.invert(&spatial::mobility_with_blocks(
+                frame, self.radii, orders, blocks, accuracy,
             )?)
         };
         let lowered = resistance(&orders.lowered(), of_lowered)?;
         Ok([resistance(orders, of_full)?, lowered])
-    };
-    let size = 6 * spheres.len();
-    let mut of_gaps = DMatrix::zeros(size, size);
-    let [matrix, lowered] = match eliminated() {
-        // Among three spheres close to each other the sum over the gaps may eliminate too much.
-        Err(HydroError::FactorisationFailed { .. }) => {
-            let scaled = spatial::mobility(&frame, radii, orders, accuracy)?;
-            let mut matrices = [invert(&scaled.full)?, invert(&scaled.lower)?];
-            for gap in &narrow {
-                let missed = gap.missed(orders, tolerance)?;
-                for (matrix, missed) in matrices.iter_mut().zip(&missed) {
-                    gap.add(matrix, missed);
-                }
-                gap.add(&mut of_gaps, &(&missed[0] * PAIR_UNCERTAINTY));
-            }
-            matrices
-        }
-        other => other?,
-    };
-    for gap in &narrow {
-        let alone = gap.resistance(&gap.orders, tolerance)?;
-        gap.add(
-            &mut of_gaps,
-            &((alone.matrix() - alone.coarser()) * alone.tail()),
-        );
     }
-    let tail = order::tail(&xi.widened(), orders);
-    let of_expansions = new(matrix, lowered, tail, orders.dofs());
-    let matrix = of_expansions.matrix();
-    let change = (matrix - of_expansions.coarser()) * tail;
-    let coarser = matrix - change - &of_gaps;
-    Ok(Reached {
-        expansions: of_expansions.relative_error(),
-        gaps: of_expansions.relative_difference(&(matrix + of_gaps)),
-        resistance: new(matrix.clone(), coarser, 1.0, orders.dofs()),
-    })
+
+    /// The same by adding what the orders miss of the resistances of two surfaces; its uncertainty
+    /// is added to `of_gaps`.
+    fn gaps_added(
+        &self,
+        narrow: &[NarrowGap],
+        of_gaps: &mut DMatrix<f64>,
+    ) -> Result<[DMatrix<f64>; 2], HydroError> {
+        let scaled = self.mobility()?;
+        let mut matrices = [self.invert(&scaled.full)?, self.invert(&scaled.lower)?];
+        for gap in narrow {
+            let missed = gap.missed(self.orders, self.tolerance)?;
+            for (matrix, missed) in matrices.iter_mut().zip(&missed) {
+                gap.add(matrix, missed);
+            }
+            gap.add(of_gaps, &(&missed[0] * PAIR_UNCERTAINTY));
+        }
+        Ok(matrices)
+    }
 }
 
 /// Relative uncertainty of the sum of two-sphere resistances, because other spheres change the flow
@@ -189,13 +246,13 @@ pub(crate) fn rigid_mobility(
 ) -> Result<DMatrix<f64>, HydroError> {
     spheres.check_inside(medium)?;
     memory::check_spheres(spheres.len())?;
-    let frame = Frame::of(spheres, medium);
-    let xi = GapCoordinates::narrowest_of(&order::gaps(spheres, medium), spheres.len());
+    let frame = Frame::new(spheres, medium);
+    let xi = GapCoordinates::narrowest_of(&truncation::gaps(spheres, medium), spheres.len());
     // One force and one torque per sphere (the modes of order 2 with l = 1), and the order of the
     // container that they need.
     let orders = Orders {
         spheres: vec![2; spheres.len()],
-        container: order::for_tolerance(&xi, medium, 1e-10)
+        container: truncation::for_tolerance(&xi, medium, 1e-10)
             .container
             .min(MAX_ORDER_ON_CONTAINER),
         ..Orders::all(spheres.len(), medium, 2)

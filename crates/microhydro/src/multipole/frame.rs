@@ -40,7 +40,7 @@ const AXIS_TOLERANCE: f64 = 1e-13;
 
 impl Frame {
     /// Frame of spheres in a medium.
-    pub fn of(spheres: &Spheres, medium: &Medium) -> Self {
+    pub fn new(spheres: &Spheres, medium: &Medium) -> Self {
         let centres = spheres.centres();
         let (origin, surroundings) = match medium {
             Medium::Unbounded => (

@@ -11,14 +11,14 @@ use crate::HydroError;
 const MAX_MIB: f64 = 6144.0;
 
 /// Bytes of a number.
-const NUMBER: f64 = 8.0;
+const BYTES_PER_NUMBER: f64 = 8.0;
 
 /// Checks an amount of memory for `numbers` numbers and `dofs` degrees of freedom.
 ///
 /// # Errors
 /// [`HydroError::TooLarge`].
 fn check(numbers: f64, dofs: f64) -> Result<(), HydroError> {
-    let mib = NUMBER * numbers / (1024.0 * 1024.0);
+    let mib = BYTES_PER_NUMBER * numbers / (1024.0 * 1024.0);
     if mib <= MAX_MIB {
         return Ok(());
     }
@@ -47,7 +47,7 @@ pub(super) fn dofs(orders: &Orders) -> f64 {
 /// [`HydroError::TooLarge`].
 pub(crate) fn check_spheres(spheres: usize) -> Result<(), HydroError> {
     let motions = 6.0 * spheres as f64;
-    check(MATRICES * motions * motions, motions)
+    check(RIGID_MATRICES * motions * motions, motions)
 }
 
 /// Checks the memory of expansions on one axis.
@@ -71,18 +71,13 @@ pub(super) fn dense_is_cheaper(orders: &Orders, wall: bool) -> Result<bool, Hydr
     let common = images + of_rigid_motions(orders);
     let dense = dofs * dofs + common;
     let columns = 6.0 * spheres;
-    let cubes: f64 = orders
-        .spheres
-        .iter()
-        .map(|&l| (l as f64).powi(3))
-        .sum::<f64>()
-        + (orders.container as f64).powi(3);
+    let cubes = cubes_of_orders(orders);
     // rotations and couplings of a pair of expansions of order L have about 4.4 L^3 numbers
     let couplings = 4.4 * 0.5 * spheres * cubes;
-    let iteration = couplings + VECTORS * columns * dofs + common;
+    let iteration = couplings + ITERATION_PANELS * columns * dofs + common;
     let dense_operations = dofs.powi(3) / 3.0;
     // a product has two directions, with a multiplication and an addition, and two rotations
-    let iteration_operations = SLOWNESS * ITERATIONS * 8.0 * couplings * columns;
+    let iteration_operations = ITERATION_SLOWDOWN * EXPECTED_ITERATIONS * 8.0 * couplings * columns;
     match check(dense, dofs) {
         Ok(()) => Ok(dense_operations <= iteration_operations || check(iteration, dofs).is_err()),
         Err(_) => check(iteration, dofs).map(|()| false),
@@ -97,29 +92,33 @@ pub(super) fn check_one_solution(orders: &Orders, wall: bool) -> Result<(), Hydr
     let dofs = dofs(orders);
     let images = if wall { 0.5 * dofs * dofs } else { 0.0 };
     let spheres = orders.spheres.len() as f64 + 1.0;
-    let cubes: f64 = orders
-        .spheres
-        .iter()
-        .map(|&l| (l as f64).powi(3))
-        .sum::<f64>()
-        + (orders.container as f64).powi(3);
-    check(4.4 * 0.5 * spheres * cubes + VECTORS * dofs + images, dofs)
+    let cubes = cubes_of_orders(orders);
+    check(
+        4.4 * 0.5 * spheres * cubes + ITERATION_PANELS * dofs + images,
+        dofs,
+    )
 }
 
 /// Panels of all degrees of freedom for an iteration: rhs, solution, residual, direction and
 /// temporaries.
-const VECTORS: f64 = 7.0;
+const ITERATION_PANELS: f64 = 7.0;
 
 /// Iterations for both orders, and the time of an operation in an iteration relative to one in a
 /// factorisation, because the products are small.
-const ITERATIONS: f64 = 60.0;
-const SLOWNESS: f64 = 20.0;
+const EXPECTED_ITERATIONS: f64 = 60.0;
+const ITERATION_SLOWDOWN: f64 = 20.0;
 
 /// Matrices over the rigid motions: mobilities, resistances and temporaries.
-const MATRICES: f64 = 8.0;
+const RIGID_MATRICES: f64 = 8.0;
+
+/// Sum of the cubes of all orders.
+fn cubes_of_orders(orders: &Orders) -> f64 {
+    let cube = |l: usize| (l as f64).powi(3);
+    orders.spheres.iter().map(|&l| cube(l)).sum::<f64>() + cube(orders.container)
+}
 
 fn of_rigid_motions(orders: &Orders) -> f64 {
-    MATRICES * (6.0 * orders.spheres.len() as f64).powi(2)
+    RIGID_MATRICES * (6.0 * orders.spheres.len() as f64).powi(2)
 }
 
 #[cfg(test)]

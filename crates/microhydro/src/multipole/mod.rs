@@ -20,7 +20,7 @@
 //! 4. *Galerkin system* (`collinear`, or `coupling` and `system`). Testing the velocity on each
 //!    sphere with the same harmonics, scaled by the square roots of their self energies, gives
 //!    the identity plus the couplings: a symmetric positive definite matrix.
-//! 5. *Mobility* (`elimination`, `dense`, `spatial`). A rigid motion is `W_1` and `X_1`; the
+//! 5. *Mobility* (`elimination`, `spatial`). A rigid motion is `W_1` and `X_1`; the
 //!    Schur complement of all other modes is the mobility matrix of the spheres, its inverse
 //!    the resistance.
 //!
@@ -30,15 +30,13 @@
 //!
 //! The resistance converges spectrally with the order, and from below; its error is the square of
 //! the error of the velocity field. Spheres on an axis of symmetry of their medium decouple by
-//! azimuthal number. `order` predicts the order that a gap needs and estimates the error;
-//! `narrow_gap` eliminates the high degrees of two close surfaces for the pair alone.
+//! azimuthal number. `truncation` predicts the order that a gap needs and estimates the error;
+//! `narrow_gap` (lubrication) eliminates the high degrees of two close surfaces for the pair alone.
 
-mod accuracy;
 mod adaptive;
 mod axial_translation;
 mod collinear;
 mod coupling;
-mod dense;
 mod elimination;
 mod fixed_order;
 mod frame;
@@ -47,7 +45,6 @@ mod lamb;
 mod memory;
 mod modes;
 mod narrow_gap;
-mod order;
 mod orders;
 mod reflection;
 mod rotation;
@@ -58,15 +55,15 @@ mod surface_flow;
 mod surface_velocity;
 mod system;
 mod three_spheres;
+mod truncation;
 mod velocity_field;
 mod wall_image;
 
-pub use self::accuracy::Accuracy;
 pub use self::adaptive::{orders_for, resistance, resistance_at, resistance_best};
 pub(crate) use self::fixed_order::rigid_mobility;
 pub(crate) use self::memory::check_spheres;
-pub use self::orders::Orders;
-pub use self::stresslet::{Stresslets, stresslets};
+pub use self::orders::{Accuracy, Orders};
+pub use self::stresslet::{SphereStresslets, stresslets};
 pub use self::surface_flow::{SurfaceFlow, surface_flow};
 pub use self::surface_velocity::SurfaceVelocity;
 pub use self::velocity_field::VelocityField;

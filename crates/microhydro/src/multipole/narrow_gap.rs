@@ -54,13 +54,7 @@ impl NarrowGap {
         orders: &Orders,
     ) -> Result<Vec<Self>, HydroError> {
         let n = spheres.len();
-        let order = |index: usize| {
-            orders
-                .spheres
-                .get(index)
-                .copied()
-                .unwrap_or(orders.container)
-        };
+        let order = |index: usize| orders.of_expansion(index);
         let mut all = Vec::new();
         for (&(first, second), gap) in &orders.gaps {
             let [of_first, of_second] = gap.singular;
@@ -115,7 +109,7 @@ impl NarrowGap {
     /// # Errors
     /// [`HydroError::FactorisationFailed`].
     pub fn blocks(&self, frame: &Frame, orders: &Orders) -> Result<[Vec<Block>; 2], HydroError> {
-        let own = Frame::of(&self.spheres, &self.medium);
+        let own = Frame::new(&self.spheres, &self.medium);
         let low = self.low_modes(orders, own.surroundings);
         let lowered = self.low_modes(&orders.lowered(), own.surroundings);
         let top = low.iter().map(|(_, modes)| modes.order).max();

@@ -1,9 +1,65 @@
-//! Orders of all expansions of an arrangement, fixed or chosen for a tolerance.
+//! The requested accuracy, and the orders of all expansions of an arrangement, fixed or chosen for a
+//! tolerance.
 
 use std::collections::BTreeMap;
 
 use super::modes::Modes;
-use crate::Medium;
+use crate::{HydroError, Medium};
+
+/// Requested accuracy of a multipole expansion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Accuracy {
+    /// Relative error of the resistance: the order is raised until the estimate is below it.
+    ///
+    /// Between `1e-13`, below which rounding errors dominate, and 1.
+    pub tolerance: f64,
+    /// Fixed order of all expansions; `None` derives the orders from the gaps and the tolerance.
+    pub order: Option<usize>,
+}
+
+/// Lowest relative error that can be requested.
+const MIN_TOLERANCE: f64 = 1e-13;
+
+impl Default for Accuracy {
+    /// A tolerance of `1e-8`: convergence is spectral, so the last digits cost little.
+    fn default() -> Self {
+        Self::relative(1e-8)
+    }
+}
+
+impl Accuracy {
+    /// Checks the tolerance.
+    ///
+    /// # Errors
+    /// [`HydroError::BadTolerance`].
+    pub(super) fn check(&self) -> Result<(), HydroError> {
+        // The comparison also rejects NaN.
+        match (MIN_TOLERANCE..=1.0).contains(&self.tolerance) {
+            true => Ok(()),
+            false => Err(HydroError::BadTolerance {
+                tolerance: self.tolerance,
+                lowest: MIN_TOLERANCE,
+            }),
+        }
+    }
+
+    /// Accuracy given by a relative error of the resistance.
+    pub fn relative(tolerance: f64) -> Self {
+        Self {
+            tolerance,
+            order: None,
+        }
+    }
+
+    /// Accuracy given by a fixed order of all expansions, at least 2; the tolerance does not apply.
+    pub fn order(order: usize) -> Self {
+        Self {
+            tolerance: f64::INFINITY,
+            order: Some(order),
+        }
+    }
+}
 
 /// Lowest order: rigid motions and stresslets.
 ///
@@ -128,6 +184,11 @@ impl Orders {
             *joined = joined.at_least(*orders);
         }
         joined
+    }
+
+    /// Order of a sphere, or of the container for all other indices.
+    pub(crate) fn of_expansion(&self, index: usize) -> usize {
+        self.spheres.get(index).copied().unwrap_or(self.container)
     }
 
     /// Number of degrees of freedom: multipoles of all expansions outside the narrow gaps.

@@ -1,4 +1,4 @@
-//! Stresslets of spheres: the second degree of the force density.
+//! SphereStresslets of spheres: the second degree of the force density.
 
 use std::f64::consts::PI;
 
@@ -6,13 +6,13 @@ use nalgebra::{DVector, Matrix3, Vector3};
 
 use super::frame::Frame;
 use super::modes::{Family, Modes};
-use super::order::{self, GapCoordinates};
 use super::orders::Orders;
 use super::surface_velocity::{self, SurfaceVelocity};
 use super::system::{MultiVector, System};
+use super::truncation::{self, GapCoordinates};
 use crate::{HydroError, Medium, Spheres};
 
-/// Stresslets of spheres, with those of a lower order for error estimates. Viscosity 1.
+/// SphereStresslets of spheres, with those of a lower order for error estimates. Viscosity 1.
 ///
 /// The stresslet has the sign of Batchelor (1970): with the traction `σ n` of the fluid on the
 /// sphere, the normal `n` out of it, and positions `x` relative to its centre
@@ -24,7 +24,7 @@ use crate::{HydroError, Medium, Spheres};
 /// It is symmetric without trace, and `20π/3 a^3 E` for a rigid sphere in the strain `E`.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Stresslets {
+pub struct SphereStresslets {
     /// The stresslet of each sphere.
     pub values: Vec<Matrix3<f64>>,
     /// The stresslets by expansions whose orders are lower by two.
@@ -33,7 +33,7 @@ pub struct Stresslets {
     pub tail: f64,
 }
 
-/// Stresslets of spheres with given velocities, and surfaces that move relative to them.
+/// SphereStresslets of spheres with given velocities, and surfaces that move relative to them.
 ///
 /// `velocities` has six entries `(U, ω)` per sphere; `surface_velocity` is relative to this motion
 /// and to the background flow, `None` for rigid surfaces in a fluid at rest. `orders` are those of
@@ -66,18 +66,18 @@ pub fn stresslets(
     orders: &Orders,
     velocities: &DVector<f64>,
     surface_velocity: Option<&SurfaceVelocity<'_>>,
-) -> Result<Stresslets, HydroError> {
+) -> Result<SphereStresslets, HydroError> {
     // The lower order must contain `W_2` and the surface velocities too.
     let lowest = match surface_velocity {
-        Some(_) => surface_velocity::ORDER + 2,
+        Some(_) => surface_velocity::SURFACE_ORDER + 2,
         None => 4,
     };
     let orders = surface_velocity::orders(spheres, medium, orders, lowest)?;
-    let frame = Frame::of(spheres, medium);
+    let frame = Frame::new(spheres, medium);
     let system = System::new(&frame, spheres.radii(), &orders, 1e-14).store_couplings();
     let rhs = surface_velocity::of_moving_spheres(&system, &frame, velocities, surface_velocity)?;
-    let xi = GapCoordinates::narrowest_of(&order::gaps(spheres, medium), spheres.len());
-    let target = surface_velocity::RESIDUAL * surface_velocity::largest(&rhs);
+    let xi = GapCoordinates::narrowest_of(&truncation::gaps(spheres, medium), spheres.len());
+    let target = surface_velocity::MAX_SURFACE_RESIDUAL * surface_velocity::largest(&rhs);
     let mut x = system.zeros(1);
     let mut of_order = |included: &dyn Fn(Modes, Family, usize) -> bool| {
         system.solve(&system.mask(included), &rhs, &mut x, target)?;
@@ -85,14 +85,14 @@ pub fn stresslets(
     };
     let coarser = of_order(&|modes, family, l| modes.in_lower_order(family, l))?;
     let values = of_order(&|_, _, _| true)?;
-    Ok(Stresslets {
+    Ok(SphereStresslets {
         values,
         coarser,
-        tail: order::tail(&xi, &orders),
+        tail: truncation::tail(&xi, &orders),
     })
 }
 
-/// Stresslets of the force densities of a solution.
+/// SphereStresslets of the force densities of a solution.
 ///
 /// The density with the velocity `W_2 = 2 A n` on the sphere, `Y_2 = n · A n`, is `5 / a` of it,
 /// and `∮ (A n) n^T dS = 4π/3 a^2 A`. Other modes have no symmetric first moment. The density is

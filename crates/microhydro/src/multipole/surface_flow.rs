@@ -6,11 +6,11 @@ use nalgebra::DMatrix;
 use super::frame::Frame;
 use super::interior;
 use super::modes::{Family, Modes};
-use super::order::{self, GapCoordinates};
 use super::orders::Orders;
 use super::scaled::{AXIS_OF_M, drag_units};
 use super::surface_velocity::{self, SurfaceVelocity};
 use super::system::{MultiVector, System};
+use super::truncation::{self, GapCoordinates};
 use crate::{HydroError, Medium, Spheres};
 
 /// Velocities of force-free spheres whose surfaces move relative to them, and the power for it.
@@ -74,13 +74,13 @@ pub fn surface_flow(
     surface_velocities: &[&SurfaceVelocity<'_>],
 ) -> Result<SurfaceFlow, HydroError> {
     // The lower order must contain the surface velocities too.
-    let lowest = surface_velocity::ORDER + 2;
+    let lowest = surface_velocity::SURFACE_ORDER + 2;
     let orders = surface_velocity::orders(spheres, medium, orders, lowest)?;
-    let frame = Frame::of(spheres, medium);
+    let frame = Frame::new(spheres, medium);
     let system = System::new(&frame, spheres.radii(), &orders, 1e-14).store_couplings();
     let traces = surface_velocity::traces(&system, &frame, surface_velocities);
-    let xi = GapCoordinates::narrowest_of(&order::gaps(spheres, medium), spheres.len());
-    let target = surface_velocity::RESIDUAL * surface_velocity::largest(&traces);
+    let xi = GapCoordinates::narrowest_of(&truncation::gaps(spheres, medium), spheres.len());
+    let target = surface_velocity::MAX_SURFACE_RESIDUAL * surface_velocity::largest(&traces);
     let mut x = system.zeros(surface_velocities.len());
     let inner_powers = interior::powers(&system, &traces);
     let mut force_free = |included: &dyn Fn(Modes, Family, usize) -> bool| {
@@ -107,7 +107,7 @@ pub fn surface_flow(
         inner_powers,
         coarser_velocities,
         coarser_powers,
-        tail: order::tail(&xi, &orders),
+        tail: truncation::tail(&xi, &orders),
     })
 }
 

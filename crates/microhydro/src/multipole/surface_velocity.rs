@@ -8,10 +8,10 @@ use nalgebra::{DVector, Vector3};
 use super::frame::Frame;
 use super::memory;
 use super::modes::{FAMILIES, Family};
-use super::order::{MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
 use super::orders::Orders;
 use super::scaled::{AXIS_OF_M, drag_units};
 use super::system::{MultiVector, System};
+use super::truncation::{MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
 use crate::{HydroError, Medium, Spheres};
 
 /// Velocity of the surface of a sphere relative to a rigid motion.
@@ -22,16 +22,16 @@ pub type SurfaceVelocity<'a> = dyn Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sy
 
 /// Lowest order of expansions that contain every [`SurfaceVelocity`]: the families `W`, `X` and `V`
 /// up to degrees 4, 3 and 2.
-pub(super) const ORDER: usize = 4;
+pub(super) const SURFACE_ORDER: usize = 4;
 
 /// Residual of iterations with surface velocities, relative to the largest coefficient.
-pub(super) const RESIDUAL: f64 = 1e-12;
+pub(super) const MAX_SURFACE_RESIDUAL: f64 = 1e-12;
 
 /// Numbers of quadrature points along a meridian and around the axis.
 ///
 /// They integrate polynomials up to degrees 15 and 15; the products of velocities and harmonics
 /// have degrees up to 8.
-const POINTS: [usize; 2] = [8, 16];
+const QUADRATURE_POINTS: [usize; 2] = [8, 16];
 
 /// Orders for flows of moving surfaces: those of the resistance, of the spheres alone.
 ///
@@ -138,7 +138,7 @@ fn add_projection(
 ) {
     let expansion = &system.expansions[sphere];
     for family in FAMILIES {
-        for l in 1..=ORDER - family.shift() {
+        for l in 1..=SURFACE_ORDER - family.shift() {
             let rows = expansion.modes.shell(family, l);
             let (degree, weight) = (l as f64, expansion.weight(family, l));
             let norm_squared = match family {
@@ -207,7 +207,7 @@ fn legendre(l: usize, m: usize, cos: f64, sin: f64) -> f64 {
 
 /// Gauss points along the meridian, equal angles around the axis.
 fn quadrature() -> Vec<Point> {
-    let [n, around] = POINTS;
+    let [n, around] = QUADRATURE_POINTS;
     let mut points = Vec::with_capacity(n * around);
     for k in 0..n {
         // Newton's method for the roots of the Legendre polynomial, from its asymptotic roots.

@@ -13,12 +13,12 @@ use super::frame::{Frame, Surroundings};
 use super::lamb::LambCoefficients;
 use super::memory;
 use super::modes::Family;
-use super::order::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
 use super::orders::Orders;
 use super::rotation::Rotation;
 use super::scaled::AXIS_OF_M;
 use super::surface_velocity::{self, SurfaceVelocity};
 use super::system::System;
+use super::truncation::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
 use super::wall_image::LambExpansion;
 use crate::{Accuracy, HydroError, Medium, Spheres};
 
@@ -101,28 +101,30 @@ impl VelocityField {
         // the iteration cannot be more accurate
         let tolerance = accuracy.tolerance.clamp(1e-12, 1.0);
         memory::check_spheres(spheres.len())?;
-        let gaps = order::gaps(spheres, medium);
+        let gaps = truncation::gaps(spheres, medium);
         let xi = GapCoordinates::narrowest_of(&gaps, spheres.len());
         let needed = match accuracy.order {
             Some(order) => Orders::all(spheres.len(), medium, order),
-            None => order::for_tolerance(&xi, medium, tolerance * tolerance),
+            None => truncation::for_tolerance(&xi, medium, tolerance * tolerance),
         };
         let orders = match accuracy.order {
             Some(_) => needed.clone(),
             None => needed.limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER),
         };
         let orders = match surface_velocity {
-            Some(_) => {
-                orders.at_least(&Orders::all(spheres.len(), medium, surface_velocity::ORDER))
-            }
+            Some(_) => orders.at_least(&Orders::all(
+                spheres.len(),
+                medium,
+                surface_velocity::SURFACE_ORDER,
+            )),
             None => orders,
         };
         let relative_error = match orders.at_least(&needed) == orders && accuracy.order.is_none() {
             true => accuracy.tolerance,
-            false => order::error(&xi, &orders).sqrt(),
+            false => truncation::error(&xi, &orders).sqrt(),
         };
         memory::check_one_solution(&orders, matches!(medium, Medium::Wall { .. }))?;
-        let frame = Frame::of(spheres, medium);
+        let frame = Frame::new(spheres, medium);
         let system =
             System::new(&frame, spheres.radii(), &orders, FIXED_ORDER_TOLERANCE).store_couplings();
         let rhs =

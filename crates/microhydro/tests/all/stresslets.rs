@@ -1,8 +1,8 @@
-//! Stresslets of spheres against exact values, the far field of the flow, and in rotated frames.
+//! SphereStresslets of spheres against exact values, the far field of the flow, and in rotated frames.
 
 use std::f64::consts::PI;
 
-use microhydro::multipole::{self, Stresslets, SurfaceVelocity, VelocityField};
+use microhydro::multipole::{self, SphereStresslets, SurfaceVelocity, VelocityField};
 use microhydro::{Accuracy, HydroError, Medium, Spheres};
 use nalgebra::{DVector, Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
@@ -13,7 +13,7 @@ fn found(
     spheres: &Spheres,
     velocities: &DVector<f64>,
     surface: Option<&SurfaceVelocity<'_>>,
-) -> Stresslets {
+) -> SphereStresslets {
     let medium = Medium::Unbounded;
     let resistance = multipole::resistance(spheres, &medium, &Accuracy::relative(1e-9)).unwrap();
     multipole::stresslets(spheres, &medium, resistance.orders(), velocities, surface).unwrap()

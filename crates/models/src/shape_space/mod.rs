@@ -1,7 +1,7 @@
 //! Tables over the shapes of a free swimmer, from which solutions are interpolated.
 //!
 //! In unbounded fluid without external loads the velocity of a swimmer without inertia depends only
-//! on its shape `s`, and linearly on the rates of the lengths:
+//! on its shape `s`, and linearly on the rates of the joints:
 //!
 //! ```text
 //! ξ = A(s) ds/dt         velocity in the frame of the swimmer

@@ -42,7 +42,7 @@ impl<'a> Placement<'a> {
     /// The state with the mean of the bodies at its place.
     ///
     /// # Errors
-    /// Lengths for which the bodies cannot be placed.
+    /// Shapes for which the bodies cannot be placed.
     pub fn state(&self, lengths: &[f64]) -> Result<State, ModelError> {
         let mut state = self.start.clone();
         if let Some(mean) = self.mean {

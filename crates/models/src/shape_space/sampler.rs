@@ -30,7 +30,7 @@ pub struct Sampler<'a> {
     scene: &'a Scene,
     placement: &'a Placement<'a>,
     ranges: &'a [(f64, f64)],
-    /// Joints whose length varies.
+    /// Joints whose value varies.
     variables: &'a [usize],
     model: &'a mut dyn Hydrodynamics,
     /// What was solved so far.
@@ -244,7 +244,7 @@ impl<'a> Sampler<'a> {
         reach
     }
 
-    /// Lengths of all joints at a grid point.
+    /// Values of all joints at a grid point.
     fn shape(&self, degrees: &[usize], index: &[usize]) -> Vec<f64> {
         let mut shape: Vec<f64> = self.ranges.iter().map(|range| range.0).collect();
         for (variable, &joint) in self.variables.iter().enumerate() {

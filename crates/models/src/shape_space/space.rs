@@ -22,16 +22,16 @@ use stokes::{Dofs, SolverReport};
 /// it is at most this factor times the error bar of the model.
 const NOISE: f64 = 10.0;
 
-/// Solutions of a model for a free swimmer, interpolated over a box of lengths of its joints.
+/// Solutions of a model for a free swimmer, interpolated over a box of values of its joints.
 ///
 /// The swimmer has the attitude of the start of the scene; [`ShapeSpace::solution`] rotates the
 /// solution to other attitudes.
 #[derive(Clone, Debug)]
 pub struct ShapeSpace {
     start: State,
-    /// Smallest and largest length of each joint.
+    /// Smallest and largest value of each joint.
     ranges: Vec<(f64, f64)>,
-    /// Joints whose length varies in the box.
+    /// Joints whose value varies in the box.
     variables: Vec<usize>,
     /// Numbers of one [`Record`] per variable, for a unit rate of it.
     records: Interpolant,
@@ -54,7 +54,7 @@ impl ShapeSpace {
     /// Tabulates velocities and forces of a model to the relative error `tolerance`.
     ///
     /// The model is sampled at Chebyshev points of the box `ranges`, the smallest and largest
-    /// length of each joint. A range of width zero keeps the length constant. Grids are refined
+    /// value of each joint. A range of width zero keeps the value constant. Grids are refined
     /// until the interpolation error is below the tolerance or below the error bar of the mesh,
     /// which changes from shape to shape, or until other noise of the model prevents a further
     /// decrease.
@@ -197,7 +197,7 @@ impl ShapeSpace {
         }
     }
 
-    /// Whether the lengths are in the box and the rates of constant lengths are zero.
+    /// Whether the shape is in the box and the rates of constant values are zero.
     pub fn contains(&self, shape: &[f64], rates: &[f64]) -> bool {
         covers(&self.ranges, shape, rates)
     }
@@ -207,12 +207,12 @@ impl ShapeSpace {
         (self.records.degrees(), self.records.ranges())
     }
 
-    /// Joints whose length varies.
+    /// Joints whose value varies.
     pub(super) fn variables(&self) -> &[usize] {
         &self.variables
     }
 
-    /// The smallest length of every joint.
+    /// The smallest value of every joint.
     pub(super) fn smallest_lengths(&self) -> Vec<f64> {
         self.ranges.iter().map(|range| range.0).collect()
     }
@@ -248,7 +248,7 @@ impl ShapeSpace {
     /// microseconds.
     ///
     /// # Errors
-    /// [`ModelError::ShapeSpace`] for lengths outside the box.
+    /// [`ModelError::ShapeSpace`] for shapes outside the box.
     pub fn connection(&self, shape: &[f64]) -> Result<Vec<Twist>, ModelError> {
         let records = self.records(shape)?.into_iter();
         Ok(records.map(|record| record.motion.frames[0]).collect())
@@ -260,7 +260,7 @@ impl ShapeSpace {
     /// microseconds.
     ///
     /// # Errors
-    /// [`ModelError::ShapeSpace`] for lengths outside the box.
+    /// [`ModelError::ShapeSpace`] for shapes outside the box.
     pub fn metric(&self, shape: &[f64]) -> Result<DMatrix<f64>, ModelError> {
         let records = self.records(shape)?;
         let n = records.len();
@@ -277,7 +277,7 @@ impl ShapeSpace {
     /// The interpolated solution for a configuration in the box. Cost: microseconds.
     ///
     /// # Errors
-    /// [`ModelError::ShapeSpace`] for lengths outside the box, rates of constant lengths, and a
+    /// [`ModelError::ShapeSpace`] for shapes outside the box, rates of constant values, and a
     /// state without a frame.
     pub fn solution(
         &self,
@@ -360,7 +360,7 @@ impl ShapeSpace {
     /// For each varying joint, the record for a unit rate.
     ///
     /// # Errors
-    /// [`ModelError::ShapeSpace`] for lengths outside the box.
+    /// [`ModelError::ShapeSpace`] for shapes outside the box.
     fn records(&self, shape: &[f64]) -> Result<Vec<Record>, ModelError> {
         if !self.contains(shape, &vec![0.0; self.ranges.len()]) {
             return Err(outside());
@@ -387,7 +387,7 @@ fn outside() -> ModelError {
     }
 }
 
-/// Whether lengths are in a box of `ranges`, and the rates of constant lengths are zero.
+/// Whether a shape is in a box of `ranges`, and the rates of constant values are zero.
 pub(super) fn covers(ranges: &[(f64, f64)], shape: &[f64], rates: &[f64]) -> bool {
     let inside = |((range, length), rate): ((&(f64, f64), &f64), &f64)| {
         range.0 <= *length && *length <= range.1 && (range.0 < range.1 || *rate == 0.0)

@@ -11,7 +11,7 @@ use crate::error::ModelError;
 use crate::hydrodynamics::{Configuration, Cost, ErrorEstimates, History, Hydrodynamics, Query};
 use crate::solution::{FlowField, InstantaneousSolution, PointFlow};
 
-/// A model with tables over boxes of lengths, which are computed when they are first needed.
+/// A model with tables over boxes of shapes, which are computed when they are first needed.
 pub struct Tabulated {
     scene: Scene,
     model: Box<dyn Hydrodynamics>,
@@ -32,7 +32,7 @@ enum TableState {
 }
 
 impl Tabulated {
-    /// Adds tables over boxes of lengths to a model, to the relative error `tolerance`.
+    /// Adds tables over boxes of shapes to a model, to the relative error `tolerance`.
     ///
     /// Each box has one range per joint.
     ///

@@ -18,7 +18,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// A model of one rigid body, or of a rigid assembly of bodies, whose solutions are superposed.
 ///
-/// The model itself solves queries with rates of joints, with lengths other than those of the first
+/// The model itself solves queries with rates of joints, with shapes other than that of the first
 /// query, for stresslets, or with masses.
 pub struct Superposed {
     model: Box<dyn Hydrodynamics>,
@@ -196,7 +196,7 @@ impl Superposed {
         Ok((solved.deviation <= allowed).then_some(solved))
     }
 
-    /// Whether a query can be superposed: no joint moves, and lengths are those of the basis.
+    /// Whether a query can be superposed: no joint moves, and the shape is that of the basis.
     fn serves(&self, query: &Query, rates: &[f64]) -> bool {
         let is_basis = |shape: &[f64]| match &self.basis {
             Basis::Pending => true,

@@ -119,11 +119,8 @@ fn a_change_of_motion_is_reported_once_and_restored_bitwise() {
 fn the_default_motion_follows_the_default_stroke_on_a_mesh_from_gmsh() {
     let file = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../../../shared/meshes/ball_311k.msh"
+        "/../mesh/tests/fixtures/three-spheres-v41-binary.msh"
     );
-    if !Path::new(file).exists() {
-        return;
-    }
     let scene = scene(Path::new(file), ["sphere1", "sphere3", "sphere2"], "");
     let mut model = FemModel::new(&scene).unwrap();
     for shape in [[6.0, 10.0], [6.0, 6.0], [10.0, 6.0]] {
@@ -199,11 +196,8 @@ fn bug_a_reference_mesh_of_low_quality_was_not_kept() {
 fn bodies_of_a_second_order_file_move_as_those_of_our_own_mesh() {
     let file = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../../../shared/meshes/mixed_bodies_order2.msh"
+        "/../mesh/tests/fixtures/mixed-bodies-order2-v41-binary.msh"
     );
-    if !Path::new(file).exists() {
-        return;
-    }
     let angle = 0.6 / 3.0_f64.sqrt();
     let velocities = |domain: &str, surfaces: [&str; 3]| {
         let [sphere, ellipsoid, capsule] = surfaces;

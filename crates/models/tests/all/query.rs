@@ -45,7 +45,7 @@ fn finite_elements_estimate_errors_on_request_only() {
     }
 }
 
-/// Lengths of three configurations, the last of which needs another mesh than the first.
+/// Shapes of three configurations, the last of which needs another mesh than the first.
 const LENGTHS: [[f64; 2]; 3] = [[10.0, 10.0], [8.0, 10.0], [2.5, 9.0]];
 
 /// Solutions for [`LENGTHS`] at once, and the flow of each.

@@ -166,7 +166,7 @@ fn bug_tables_were_refined_below_the_errors_of_the_mesh() {
     }
 }
 
-/// A model whose frame moves by the inverse of the sum of all lengths, at no cost.
+/// A model whose frame moves by the inverse of the sum of all joint values, at no cost.
 struct Formula {
     model: SpheresModel,
     solutions: Vec<InstantaneousSolution>,

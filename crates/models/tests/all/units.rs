@@ -86,6 +86,7 @@ fn assert_same_in_other_units(found: &InstantaneousSolution, reference: &Instant
     assert_bars(&found.error_estimate, &reference.error_estimate, LENGTH);
     assert_bars(&found.force_error, &reference.force_error, force);
     assert_bars(&found.power_error, &reference.power_error, force * LENGTH);
+    assert_eq!(found.mesh_error.is_some(), reference.mesh_error.is_some());
     let (Some(found), Some(reference)) = (&found.mesh_error, &reference.mesh_error) else {
         return;
     };

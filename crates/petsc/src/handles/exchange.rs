@@ -1,11 +1,63 @@
-//! Exchange of entries of vectors between processes.
+//! Messages between processes: sums, and exchange of entries of vectors.
 
 use std::ffi::c_int;
+use std::sync::Arc;
+
+use rigid::SumOverParts;
 
 use super::session::world;
-use super::{Session, check};
+use super::{Session, Vector, check};
 use crate::PetscError;
 use crate::ffi;
+
+/// Numbers that one message of a sum over processes has at most, 512 KiB.
+const MAX_SUM_LENGTH: usize = 1 << 16;
+
+impl Session {
+    /// Replaces numbers by their sums over all processes, in the order of the processes.
+    ///
+    /// Every process calls it with equally many numbers. The sums are the same on all.
+    ///
+    /// # Errors
+    /// Those of PETSc.
+    pub fn sum(&self, values: &mut [f64]) -> Result<(), PetscError> {
+        for block in values.chunks_mut(MAX_SUM_LENGTH) {
+            let mut own = Vector::new(self, block.len())?;
+            own.set(block)?;
+            let all = own.of_all()?;
+            block.fill(0.0);
+            for of_process in all.chunks_exact(block.len()) {
+                (block.iter_mut().zip(of_process)).for_each(|(sum, value)| *sum += value);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sum of `count` over the processes before this one.
+    ///
+    /// # Errors
+    /// Those of PETSc.
+    pub fn before(&self, count: usize) -> Result<usize, PetscError> {
+        let mut counts = vec![0.0; self.ranks()];
+        counts[self.rank()] = count as f64;
+        self.sum(&mut counts)?;
+        Ok(counts[..self.rank()]
+            .iter()
+            .map(|count| *count as usize)
+            .sum())
+    }
+
+    /// [`Session::sum`] in the form that the crate `rigid` takes.
+    ///
+    /// On another thread, after the end of the session or after an error it writes NaN.
+    pub fn sum_over_parts(&self) -> SumOverParts {
+        Arc::new(|values: &mut [f64]| {
+            if Self::with_current(|session| session.sum(values)).is_err() {
+                values.fill(f64::NAN);
+            }
+        })
+    }
+}
 
 /// The entries of a vector that this process sends to others, and those that it receives.
 pub struct Exchange {

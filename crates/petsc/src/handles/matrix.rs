@@ -65,9 +65,6 @@ impl<'s> Matrix<'s> {
     /// A matrix with these rows on this process, which has `columns` entries of a vector.
     ///
     /// Memory is reserved exactly.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn from_rows(_: &'s Session, rows: &Rows, columns: usize) -> Result<Self, PetscError> {
         let mut object = NONE;
         let (m, n) = (int("rows", rows.len())?, int("columns", columns)?);
@@ -125,9 +122,6 @@ impl<'s> Matrix<'s> {
     }
 
     /// A copy of a nested matrix as one sparse matrix.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn to_sparse(&self) -> Result<Self, PetscError> {
         // SAFETY: the matrix is live and the name ends with a zero byte.
         self.make("MatConvert", |out| unsafe {
@@ -136,9 +130,6 @@ impl<'s> Matrix<'s> {
     }
 
     /// The transpose.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn transpose(&self) -> Result<Self, PetscError> {
         // SAFETY: the matrix is live.
         self.make("MatTranspose", |out| unsafe {
@@ -147,9 +138,6 @@ impl<'s> Matrix<'s> {
     }
 
     /// The transpose as an operator on this matrix, without a copy of its entries.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn transposed_view(&self) -> Result<Self, PetscError> {
         // SAFETY: the matrix is live; PETSc adds a reference to it.
         self.make("MatCreateTranspose", |out| unsafe {
@@ -217,18 +205,12 @@ impl<'s> Matrix<'s> {
     }
 
     /// `self <- factor self`.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn multiply_by(&mut self, factor: f64) -> Result<(), PetscError> {
         // SAFETY: the matrix is live.
         check("MatScale", unsafe { ffi::MatScale(self.0.object, factor) })
     }
 
     /// Declares that the matrix is symmetric, so that factorisations may use it.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn declare_symmetric(&mut self) -> Result<(), PetscError> {
         // SAFETY: the matrix is live.
         check("MatSetOption", unsafe {
@@ -253,9 +235,6 @@ impl<'s> Matrix<'s> {
     }
 
     /// Number of rows on all processes.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn size(&self) -> Result<usize, PetscError> {
         let (mut m, mut n) = (0, 0);
         // SAFETY: the matrix and both results are live.
@@ -266,9 +245,6 @@ impl<'s> Matrix<'s> {
     }
 
     /// The rows of this process.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn row_range(&self) -> Result<Range<Int>, PetscError> {
         let (mut first, mut end) = (0, 0);
         // SAFETY: the matrix and both results are live.
@@ -307,9 +283,6 @@ impl<'s> Matrix<'s> {
     }
 
     /// Declares that `vector`, of norm one, spans the null space.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set_null_vector(&mut self, vector: &Vector<'s>) -> Result<NullSpace<'s>, PetscError> {
         let mut space = NONE;
         // SAFETY: one live vector of norm one; PETSc adds a reference to it.
@@ -330,9 +303,6 @@ pub struct NullSpace<'s>(Handle<'s>);
 
 impl<'s> NullSpace<'s> {
     /// Makes `vector` orthogonal to the null space.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn remove(&self, vector: &mut Vector<'s>) -> Result<(), PetscError> {
         // SAFETY: both objects are live.
         check("MatNullSpaceRemove", unsafe {

@@ -3,24 +3,23 @@
 //! Together with `ffi.rs` this is the only folder with unsafe code. All handles borrow the
 //! [`Session`], so that none outlives PETSc. They are neither `Send` nor `Sync`: PETSc is called on
 //! one thread per process.
+//!
+//! Functions that return a [`PetscError`] pass on the errors of PETSc; sections on errors are written
+//! where there are others, or where a caller can cause them.
 #![allow(unsafe_code)]
 
 mod exchange;
 mod krylov;
 mod matrix;
-mod memory;
 mod one_thread;
-mod preconditioner;
 mod session;
 mod vector;
 
 pub use exchange::Exchange;
 pub use krylov::Krylov;
 pub use matrix::{Matrix, NullSpace, Rows};
-pub use memory::release_memory;
 pub use one_thread::OneThread;
-pub use preconditioner::Preconditioner;
-pub use session::Session;
+pub use session::{Session, release_memory};
 pub use vector::Vector;
 
 use std::ffi::{CStr, c_void};

@@ -12,9 +12,6 @@ pub struct Vector<'s>(pub(super) Handle<'s>);
 
 impl<'s> Vector<'s> {
     /// A vector of zeros with `local` entries on this process.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn new(_: &'s Session, local: usize) -> Result<Self, PetscError> {
         let (n, mut object) = (int("entries of a vector", local)?, NONE);
         // SAFETY: the communicator is valid and `object` live.
@@ -25,9 +22,6 @@ impl<'s> Vector<'s> {
     }
 
     /// A vector with these entries on this process.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn from_slice(session: &'s Session, local: &[f64]) -> Result<Self, PetscError> {
         let mut vector = Self::new(session, local.len())?;
         vector.set(local)?;
@@ -59,9 +53,6 @@ impl<'s> Vector<'s> {
     }
 
     /// Copies the entries of this process from a slice of the same length.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn set(&mut self, local: &[f64]) -> Result<(), PetscError> {
         self.with_entries(|entries| {
             (entries.iter_mut().zip(local)).for_each(|(entry, value)| *entry = *value);
@@ -69,17 +60,11 @@ impl<'s> Vector<'s> {
     }
 
     /// The entries of this process.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn local(&self) -> Result<Vec<f64>, PetscError> {
         self.with_entries(|entries| entries.to_vec())
     }
 
     /// The entries of all processes, on every process.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn of_all(&self) -> Result<Vec<f64>, PetscError> {
         let (mut scatter, mut all) = (NONE, NONE);
         // SAFETY: the vector is live; both results are, and belong to this function, which drops
@@ -101,9 +86,6 @@ impl<'s> Vector<'s> {
     }
 
     /// Euclidean norm over all processes.
-    ///
-    /// # Errors
-    /// Those of PETSc.
     pub fn norm(&self) -> Result<f64, PetscError> {
         let mut norm = 0.0;
         // SAFETY: vector and result are live.

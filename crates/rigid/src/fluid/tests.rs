@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
 use super::*;
+use crate::constrained::to_csr;
 
 fn identity(rows: usize, cols: usize) -> Csr {
     let ends = (0..=rows).map(|row| row.min(cols)).collect();
@@ -85,18 +86,6 @@ fn matrices_compressed_by_columns_are_accepted() {
     assert_eq!(by_rows.stiffness, by_columns.stiffness);
 }
 
-fn csr(dense: &DMatrix<f64>) -> Csr {
-    let (mut pointers, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
-    for row in dense.row_iter() {
-        for (j, &v) in row.iter().enumerate().filter(|e| *e.1 != 0.0) {
-            indices.push(j as u32);
-            values.push(v);
-        }
-        pointers.push(indices.len());
-    }
-    Csr::new(dense.shape(), pointers, indices, values)
-}
-
 fn to_dense(matrix: &Csr) -> DMatrix<f64> {
     let mut dense = DMatrix::zeros(matrix.rows(), matrix.cols());
     for (i, row) in matrix.outer_iterator().enumerate() {
@@ -171,7 +160,7 @@ impl Random {
     fn fluid(&self) -> RigidFluid {
         let entries = (0..VERTICES).flat_map(|i| (0..NODES).map(move |j| (i, j)));
         let matrices = FluidMatrices {
-            stiffness: csr(&self.stiffness),
+            stiffness: to_csr(&self.stiffness),
             divergence: Csr3::new(
                 (VERTICES, NODES),
                 (0..=VERTICES).map(|row| row * NODES).collect(),
@@ -180,9 +169,9 @@ impl Random {
                     .map(|place| std::array::from_fn(|axis| self.divergence[axis][place]))
                     .collect(),
             ),
-            pressure_mass: csr(&DMatrix::identity(VERTICES, VERTICES)),
-            interpolation: csr(&self.interpolation),
-            vertex_stiffness: csr(&DMatrix::identity(VERTICES, VERTICES)),
+            pressure_mass: to_csr(&DMatrix::identity(VERTICES, VERTICES)),
+            interpolation: to_csr(&self.interpolation),
+            vertex_stiffness: to_csr(&DMatrix::identity(VERTICES, VERTICES)),
         };
         let nodes = FluidNodes::new(&self.points, &self.roles);
         RigidFluid::new(

@@ -11,7 +11,7 @@ fn check_reduction(set: &Articulation, rotation: Vector3<f64>, rates: &[f64], v:
     let c = set
         .constraints(&state, &values(set), &rates[..set.joints().len()])
         .unwrap();
-    let reduction = Reduction::of(set, &c).unwrap();
+    let reduction = Reduction::new(set, &c).unwrap();
     let q = reduction
         .velocities(&DVector::from_column_slice(&v[..reduction.dofs()]))
         .unwrap();
@@ -25,7 +25,7 @@ fn check_poses(set: &Articulation, rotation: Vector3<f64>, rates: &[f64], v: &[f
     let rates = &rates[..set.joints().len()];
     let state = moved_state(set, &[rotation]);
     let c = set.constraints(&state, &values(set), rates).unwrap();
-    let reduction = Reduction::of(set, &c).unwrap();
+    let reduction = Reduction::new(set, &c).unwrap();
     let q = reduction
         .velocities(&DVector::from_column_slice(&v[..reduction.dofs()]))
         .unwrap();
@@ -94,7 +94,7 @@ fn arms_determine_the_number_of_free_motions() {
     for (arms, dofs) in [(Arms::Clamped, 6), (Arms::Lab, 3 + 9), (Arms::Free, 5 + 9)] {
         let set = collinear(arms);
         let c = constraints(&set, &set.initial_state(), &[-1.0, 0.0]);
-        assert_eq!(Reduction::of(&set, &c).unwrap().dofs(), dofs, "{arms:?}");
+        assert_eq!(Reduction::new(&set, &c).unwrap().dofs(), dofs, "{arms:?}");
     }
 }
 
@@ -102,7 +102,7 @@ fn arms_determine_the_number_of_free_motions() {
 fn lab_arms_are_equation_11_of_the_paper() {
     let set = collinear(Arms::Lab);
     let c = constraints(&set, &set.initial_state(), &[-1.0, 0.5]);
-    let reduction = Reduction::of(&set, &c).unwrap();
+    let reduction = Reduction::new(&set, &c).unwrap();
     let q = reduction
         .velocities(&DVector::zeros(reduction.dofs()))
         .unwrap();
@@ -122,11 +122,11 @@ fn redundant_loops_work_and_contradictory_ones_are_named() {
         let state = set.initial_state();
         // Uniform growth keeps the triangle closed.
         let grow: Vec<f64> = set.initial_shape().iter().map(|l| 0.1 * l).collect();
-        assert!(Reduction::of(&set, &constraints(&set, &state, &grow)).is_ok());
+        assert!(Reduction::new(&set, &constraints(&set, &state, &grow)).is_ok());
         let one = constraints(&set, &state, &[1.0, 0.0, 0.0]);
         assert!(
             matches!(
-                Reduction::of(&set, &one),
+                Reduction::new(&set, &one),
                 Err(RigidError::IncompatibleJoints { .. })
             ),
             "{arms:?}"

@@ -4,12 +4,12 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector3};
 use proptest::prelude::*;
 use rigid::linalg::LinearOperator;
 use rigid::{
-    Arms, Articulation, BodyKind, Constrained, DirectRows, Drive, Eliminated, ExternalLoad,
-    FlowSolution, Formulation, Joint, JointDrive, JointKind, Lagrange, PassiveDrive, RigidError,
+    Arms, Articulation, BodyKind, Constrained, DirectRows, Eliminated, ExternalLoad, FlowSolution,
+    Formulation, Joint, JointDrive, JointKind, Lagrange, PassiveDrive, RigidError,
 };
 
 use crate::support::sets::{
-    centres, loads_on_bodies, moved_state, random_fluid, slide, tree, values, vector,
+    centres, drive, loads_on_bodies, moved_state, random_fluid, slide, tree, values, vector,
 };
 
 /// The flow of a system by a dense factorisation, and the condition of its matrix.
@@ -54,11 +54,7 @@ fn check_formulations(
     }
     let centres = centres(set, &state, &values);
     let fluid = random_fluid(&centres, seed);
-    let drive = Drive {
-        set,
-        constraints: &constraints,
-        loads,
-    };
+    let drive = drive(set, &constraints, loads);
     let formulations: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
     let flows = formulations.map(|formulation| {
         let system = formulation.constrain(fluid.clone(), &drive).unwrap();
@@ -162,7 +158,7 @@ fn a_loop_of_hinges_closes_only_at_matching_angles() {
     assert!(matches!(open, Err(RigidError::OpenLoop { .. })));
     let rates = |rates: [f64; 4]| {
         let constraints = set.constraints(&state, &[v, -v, v, -v], &rates).unwrap();
-        rigid::Reduction::of(&set, &constraints).map(|reduction| reduction.dofs())
+        rigid::Reduction::new(&set, &constraints).map(|reduction| reduction.dofs())
     };
     assert_eq!(rates([1.0, -1.0, 1.0, -1.0]), Ok(6));
     assert!(matches!(
@@ -213,19 +209,17 @@ fn a_force_on_a_joint_that_moves_no_surface_is_refused() {
     let x = [Vector3::zeros(), 5.0 * Vector3::x(), 3.0 * Vector3::y()];
     let kinds = [BodyKind::Rigid, BodyKind::Rigid, BodyKind::Point];
     let at_force = |force| {
-        let drive = JointDrive::Passive(PassiveDrive {
+        let passive = JointDrive::Passive(PassiveDrive {
             force,
             ..PassiveDrive::default()
         });
-        let joints = vec![slide(1, 0), slide(2, 0).with_drive(drive)];
+        let joints = vec![slide(1, 0), slide(2, 0).with_drive(passive)];
         let set = Articulation::new(&kinds, joints, Arms::Clamped, &x).unwrap();
         let shape = set.initial_shape().to_vec();
         let constraints = set.constraints(&set.initial_state(), &shape, &[0.0; 2]);
-        let drive = Drive {
-            set: &set,
-            constraints: &constraints.unwrap(),
-            loads: &[ExternalLoad::default(); 3],
-        };
+        let constraints = constraints.unwrap();
+        let loads = [ExternalLoad::default(); 3];
+        let drive = drive(&set, &constraints, &loads);
         let fluid = random_fluid(&x[..2], &[0.3, -0.1, 0.7]);
         Eliminated.constrain(fluid, &drive).map(drop)
     };

@@ -3,25 +3,13 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use rigid::{
-    Arms, Articulation, BodyKind, Constrained, Constraints, DirectRows, Drive, Eliminated,
-    ExternalLoad, Formulation, Independent, Joint, Lagrange, RigidError,
+    Arms, Articulation, BodyKind, Constrained, DirectRows, Eliminated, ExternalLoad, Formulation,
+    Independent, Joint, Lagrange, RigidError,
 };
 
 use crate::support::sets::{
-    centres, constraints, loads_on_bodies, moved_state, random_fluid, tree, values, vector,
+    centres, constraints, drive, loads_on_bodies, moved_state, random_fluid, tree, values, vector,
 };
-
-fn drive<'a>(
-    set: &'a Articulation,
-    constraints: &'a Constraints,
-    loads: &'a [ExternalLoad],
-) -> Drive<'a> {
-    Drive {
-        set,
-        constraints,
-        loads,
-    }
-}
 
 /// Compares a system at the second of two rates with a system that was built with it.
 fn check_rates(
@@ -65,7 +53,7 @@ fn check_rates(
             bare.rhs_of_forces(&velocity, &pressure).unwrap(),
             direct.rhs_of_forces(&velocity, &pressure).unwrap()
         );
-        // Other loads have other joint loads, other lengths another matrix.
+        // Other loads have other joint loads, other values another matrix.
         let mut other_loads = loads.to_vec();
         other_loads[0].force.x += 1.0;
         let refused = system.imposed(&drive(set, &second, &other_loads)).err();

@@ -66,7 +66,7 @@ impl Scene {
     /// ([`JointPath`](crate::JointPath)).
     ///
     /// # Errors
-    /// As [`phase spans`](crate::phase spans); [`SceneError::BadValue`] for joints that are not
+    /// As [`spans`](crate::spans); [`SceneError::BadValue`] for joints that are not
     /// prescribed, [`SceneError::Touching`] for bodies that touch on the way.
     pub fn with_gait(&self, gait: Gait) -> Result<Self, SceneError> {
         let mut scene = self.clone();

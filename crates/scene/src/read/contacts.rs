@@ -46,7 +46,7 @@ pub(super) fn check_stroke(scene: &Scene) -> Result<(), SceneError> {
     if scene.has_passive_joints() {
         return Ok(());
     }
-    // All cycles after the second one repeat the lengths of the second one.
+    // All cycles after the second one repeat the shapes of the second one.
     let gait = Gait {
         cycles: scene.gait.cycles.min(2),
         phases: scene.gait.phases.clone(),
@@ -64,7 +64,7 @@ fn check_span(scene: &Scene, span: &PhaseSpan) -> Result<(), SceneError> {
         (None, true) => format!("gait.phases[{}].length", span.phase),
         (None, false) => "gait.harmonics".to_owned(),
     };
-    // Lengths along a curved path are joined by lines, which leave them by a ten-thousandth.
+    // Lines stand for the values along a curved path, which they leave by a ten-thousandth.
     let joints = scene.articulation.joints();
     let turns = span.joints.iter().any(|&joint| joints[joint].kind.turns());
     let parts: u32 = match span.is_linear() && !turns {

@@ -74,7 +74,7 @@ pub(super) fn check(
     Ok(())
 }
 
-/// The value of each joint; none for joints without one.
+/// The value for each joint; none where no value is given.
 ///
 /// # Errors
 /// What is wrong with the values.

@@ -161,7 +161,7 @@ pub(super) fn check_periodic(checks: &Checks, set: &Articulation) -> Result<(), 
     }
 }
 
-/// Lengths at the start that the gait determines: of joints with means or in a table.
+/// Values at the start that the gait determines: of joints with means or in a table.
 pub(super) fn initial_shape(
     checks: &Checks,
     file: &GaitFile,

@@ -111,7 +111,7 @@ fn a_table_is_a_spline_or_phases_through_its_rows() {
         (", interpolation = \"linear\", cycles = 3", true),
     ] {
         let scene = with_table(table, gait).unwrap();
-        // The bodies start at the lengths of the first row.
+        // The bodies start at the values of the first row.
         assert_eq!(scene.articulation().initial_shape(), [10.0, 8.0]);
         let all: Vec<_> = spans(scene.gait(), &[10.0, 8.0]).unwrap().collect();
         assert_eq!(scene.gait().phases.len(), 3);

@@ -2,12 +2,14 @@
 
 use fem::TaylorHood;
 use mesh::{LinearTets, TetMesh, Vec3};
-use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
+use mesher::Container;
 use rigid::{
     Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, Formulation,
     Independent, Lagrange,
 };
 use stokes::{InitialGuesses, Options, Problem, Solver, StokesError, solve_stokes};
+
+use crate::support::sphere_in_ball;
 
 const HOSTILE: [f64; 8] = [
     0.0,
@@ -21,18 +23,8 @@ const HOSTILE: [f64; 8] = [
 ];
 
 /// A sphere in a concentric ball, as coarse as possible.
-fn sphere_in_ball() -> TetMesh {
-    let [sphere, ball] = [1.0, 4.0].map(|radius| Sphere {
-        centre: Vec3::zeros(),
-        radius,
-    });
-    let body = MeshedBody {
-        name: "sphere",
-        surface: &sphere,
-        size: 0.9,
-    };
-    let tets = generate(&[body], &Container::Ball(ball), &GenerateParams::default()).unwrap();
-    TetMesh::curved(tets.mesh, &[("sphere", &sphere), (Container::TAG, &ball)]).unwrap()
+fn coarse_ball() -> TetMesh {
+    sphere_in_ball(0.9, 4.0, [false; 3])
 }
 
 fn problem(mesh: &TetMesh) -> Problem<'_> {
@@ -57,7 +49,7 @@ fn speed(problem: &Problem, x: Vec3, options: &Options) -> Result<f64, StokesErr
 
 #[test]
 fn hostile_options_give_the_same_answer_or_are_refused() {
-    let mesh = sphere_in_ball();
+    let mesh = coarse_ball();
     let problem = problem(&mesh);
     let origin = Vec3::zeros();
     let right = speed(&problem, origin, &Options::default()).unwrap();
@@ -93,7 +85,7 @@ fn hostile_options_give_the_same_answer_or_are_refused() {
 
 #[test]
 fn bodies_that_are_not_where_the_mesh_has_them_are_refused() {
-    let mesh = sphere_in_ball();
+    let mesh = coarse_ball();
     for x in HOSTILE.into_iter().filter(|x| x.abs() > 1e-300) {
         assert!(
             speed(&problem(&mesh), x * Vec3::x(), &Options::default()).is_err(),
@@ -111,7 +103,7 @@ fn bodies_that_are_not_where_the_mesh_has_them_are_refused() {
 
 #[test]
 fn parts_that_are_given_twice_are_refused() {
-    let mesh = sphere_in_ball();
+    let mesh = coarse_ball();
     let x = Vec3::zeros();
     for (bodies, walls) in [
         (vec![("sphere", x), ("sphere", x)], vec![Container::TAG]),
@@ -126,14 +118,13 @@ fn parts_that_are_given_twice_are_refused() {
     assert!(speed(&free, x, &Options::default()).is_err());
     let empty = Problem::new(&mesh, &[], &[Container::TAG]).unwrap();
     assert!(speed(&empty, x, &Options::default()).is_err());
-    if let Ok(grand) = empty.resistance(1e-6) {
-        assert!(grand.resistance.is_empty() && grand.asymmetry == 0.0);
-    }
+    let grand = empty.resistance(1e-6).unwrap();
+    assert!(grand.resistance.is_empty() && grand.asymmetry == 0.0);
 }
 
 #[test]
 fn data_of_another_mesh_and_hostile_data_are_refused() {
-    let mesh = sphere_in_ball();
+    let mesh = coarse_ball();
     let cube = TetMesh::straight(LinearTets::cube(1)).unwrap();
     let space = TaylorHood::new(&cube).unwrap();
     let origin = Vec3::zeros();
@@ -150,6 +141,9 @@ fn flows_of_hostile_fields_are_finite_or_refused() {
     for x in HOSTILE {
         let flow = solve_stokes(&mesh, &|at| x * Vec3::new(at.y, 0.0, 0.0), None, 1e-8);
         let forced = solve_stokes(&mesh, &|_| Vec3::zeros(), Some(&|at| x * at), 1e-8);
+        if [0.0, -1.0].contains(&x) {
+            assert!(flow.is_ok() && forced.is_ok(), "{x}");
+        }
         for flow in [flow, forced].into_iter().flatten() {
             assert!(
                 flow.velocity

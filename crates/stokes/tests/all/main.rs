@@ -6,3 +6,4 @@ mod hostile;
 mod iterations;
 mod problem;
 mod squirmers;
+mod support;

@@ -1,10 +1,12 @@
 //! Names of boundary parts, and the agreement of one and several drives.
 
 use mesh::{LinearTets, MeshError, TetMesh};
-use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
+use mesher::Container;
 use nalgebra::Vector3;
 use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad};
 use stokes::{InitialGuesses, Options, Problem, Seconds, StokesError};
+
+use crate::support::{SPHERE, sphere_in_ball};
 
 fn is_unknown(result: Result<Problem, StokesError>, name: &str) -> bool {
     match result {
@@ -22,13 +24,9 @@ fn unknown_names_of_bodies_walls_and_spheres_are_refused() {
         "sphere"
     ));
     assert!(is_unknown(Problem::new(&mesh, &[], &["z0", "lid"]), "lid"));
-    let sphere = Sphere {
-        centre: origin,
-        radius: 1.0,
-    };
     let problem = Problem::new(&mesh, &[("z1", origin)], &["z0"]).unwrap();
     assert!(is_unknown(
-        problem.with_surfaces(&[("ball", &sphere)]),
+        problem.with_surfaces(&[("ball", &SPHERE)]),
         "ball"
     ));
 }
@@ -36,25 +34,14 @@ fn unknown_names_of_bodies_walls_and_spheres_are_refused() {
 /// A sphere that a unit force drags through a concentric ball, by `solve` and by `solve_all`.
 #[test]
 fn velocity_of_a_dragged_sphere_is_force_times_mobility() {
-    let [sphere, ball] = [1.0, 10.0].map(|radius| Sphere {
-        centre: Vector3::zeros(),
-        radius,
-    });
-    let body = MeshedBody {
-        name: "sphere",
-        surface: &sphere,
-        size: 0.8,
-    };
-    let tets = generate(&[body], &Container::Ball(ball), &GenerateParams::default()).unwrap();
-    let surfaces: [mesh::NamedSurface; 2] = [("sphere", &sphere), (Container::TAG, &ball)];
-    let mesh = TetMesh::curved(tets.mesh, &surfaces).unwrap();
-    let problem = Problem::new(&mesh, &[("sphere", sphere.centre)], &[Container::TAG]).unwrap();
+    let mesh = sphere_in_ball(0.8, 10.0, [false; 3]);
+    let problem = Problem::new(&mesh, &[("sphere", SPHERE.centre)], &[Container::TAG]).unwrap();
 
     let set = Articulation::new(
         &[BodyKind::Rigid],
         Vec::new(),
         Arms::Clamped,
-        &[sphere.centre],
+        &[SPHERE.centre],
     )
     .unwrap();
     let load = ExternalLoad {

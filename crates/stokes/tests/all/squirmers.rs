@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use fem::SurplusSpace;
 use mesh::TetMesh;
-use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
+use mesher::{Container, Sphere};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
 use rigid::{
@@ -12,6 +12,8 @@ use rigid::{
     Lagrange,
 };
 use stokes::{InitialGuesses, Options, Problem, Solution, Solver, StokesError, SurfaceFlow};
+
+use crate::support::{SPHERE, sphere_in_ball};
 
 type Vec3 = Vector3<f64>;
 
@@ -38,27 +40,9 @@ impl SurfaceFlow for Squirmer {
     }
 }
 
-const SPHERE: Sphere = Sphere {
-    centre: Vec3::new(0.0, 0.0, 0.0),
-    radius: 1.0,
-};
-
-/// The part of the fluid between a sphere and a concentric ball of radius 2 where the coordinates
-/// normal to the planes are positive.
+/// The part of the fluid between a sphere and a concentric ball of radius 2.
 fn part(size: f64, symmetry_planes: [bool; 3]) -> TetMesh {
-    let ball = Sphere {
-        radius: 2.0,
-        ..SPHERE
-    };
-    let body = MeshedBody {
-        name: "sphere",
-        surface: &SPHERE,
-        size,
-    };
-    let mut parameters = GenerateParams::default();
-    parameters.symmetry_planes = symmetry_planes;
-    let tets = generate(&[body], &Container::Ball(ball), &parameters).unwrap();
-    TetMesh::curved(tets.mesh, &[("sphere", &SPHERE), (Container::TAG, &ball)]).unwrap()
+    sphere_in_ball(size, 2.0, symmetry_planes)
 }
 
 /// The solution for a free sphere on such a mesh, with estimates.

@@ -27,7 +27,7 @@ type Part<'a> = (&'a str, &'a dyn Fn() -> Result<Vec<Row>>);
 ///
 /// # Errors
 /// A row that cannot be computed, or is outside its tolerance; no such part.
-pub fn run(quick: bool, only: Option<&str>, mesh: Option<&Path>, out: &Path) -> Result<()> {
+pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
     let parts: [Part; 11] = [
@@ -40,9 +40,7 @@ pub fn run(quick: bool, only: Option<&str>, mesh: Option<&Path>, out: &Path) -> 
         ("three-sphere swimmer, single configurations", &|| {
             swimmer::configurations(quick)
         }),
-        ("three-sphere swimmer, mesh file", &|| {
-            mesh.map_or(Ok(Vec::new()), swimmer::on_mesh_file)
-        }),
+        ("three-sphere swimmer, mesh file", &swimmer::on_mesh_file),
         ("three-sphere swimmer, strokes", &|| swimmer::strokes(quick)),
         ("elements in the meridian plane", &|| {
             axisymmetric::rows(quick)
@@ -71,7 +69,6 @@ pub fn run(quick: bool, only: Option<&str>, mesh: Option<&Path>, out: &Path) -> 
     let mut notes = Vec::new();
     if only.is_none() {
         notes.push(spheres::PAIR_NOTE.to_owned());
-        notes.extend(mesh.is_none().then(|| swimmer::NO_MESH_NOTE.to_owned()));
     }
     notes.extend(summary::bar_notes(&rows));
     notes.push(

@@ -23,7 +23,7 @@ use crate::error::SwimError;
 pub(super) enum Scheme {
     /// The velocity before the step.
     Explicit,
-    /// The velocity after the step, for the lengths after the step at the frames before it.
+    /// The velocity after the step, for the shape after the step at the frames before it.
     Implicit,
 }
 
@@ -95,7 +95,7 @@ fn explicit_step(
         .joint_forces(evaluator.span.time(s))
         .unwrap_or_default();
     (constraints.joint_forces.iter_mut().zip(oscillating)).for_each(|(sum, force)| *sum += force);
-    let reduction = Reduction::of(set, &constraints)?;
+    let reduction = Reduction::new(set, &constraints)?;
     let load = |body: &scene::Body| ExternalLoad {
         force: body.total_force(),
         torque: body.torque,

@@ -102,7 +102,7 @@ pub(super) fn after_impulse(
     let set = evaluator.scene.articulation();
     let (shape, rates) = (evaluator.span.shape(0.0), evaluator.span.rates(0.0));
     let constraints = set.constraints(state, &shape, &rates)?;
-    let reduction = Reduction::of(set, &constraints)?;
+    let reduction = Reduction::new(set, &constraints)?;
     let masses = mass_matrices(evaluator, 0.0, state)?;
     let surfaced: Vec<usize> = (0..masses.len())
         .filter(|&body| evaluator.scene.bodies()[body].bounding_radius() > 0.0)

@@ -1,6 +1,6 @@
 //! Integration of the motion along the phase spans of a gait.
 //!
-//! Without inertia the velocity is linear in the rates of the lengths, so the displacement over a
+//! Without inertia the velocity is linear in the rates of the joints, so the displacement over a
 //! phase span depends on the path through shape space and not on the speed. [`Method::Collocation`]
 //! solves at a few Gauss points of the phase span; where the motion does not depend on the
 //! position, this is Gauss quadrature of a line integral.

@@ -27,7 +27,7 @@ pub(super) struct SpanEvaluator<'a> {
     dofs: Option<usize>,
     /// Integration error that the scene's tolerance allows for the phase span, if it is known.
     pub tolerance: Option<f64>,
-    /// Intervals of the lengths of the joints along the phase span.
+    /// Intervals of the values of the joints along the phase span.
     pub ranges: Vec<(f64, f64)>,
     model: &'a mut dyn Hydrodynamics,
     observe: Observer<'a>,
@@ -226,7 +226,7 @@ impl<'a> SpanEvaluator<'a> {
         rotated
     }
 
-    /// Names of the joints that change their lengths, for messages.
+    /// Names of the joints that change their values, for messages.
     pub fn joint_name(&self) -> String {
         self.scene.joint_names(&self.span.joints)
     }

@@ -42,7 +42,7 @@ pub(super) fn step_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, wi
 
 /// Ratio of the errors of successive orders of Gauss quadrature that contact causes.
 ///
-/// Velocities are singular functions of the lengths where bodies touch. With the distance `d` from
+/// Velocities are singular functions of the shape where bodies touch. With the distance `d` from
 /// the end of a step of the length `w` to contact, errors decrease by
 ///
 /// ```text
@@ -101,7 +101,7 @@ pub(super) fn largest_displacement(evaluator: &SpanEvaluator, step: &StateVeloci
         .fold(0.0, f64::max)
 }
 
-/// Largest distance of two linked bodies along the phase span.
+/// Largest distance of two joined bodies along the phase span.
 fn longest_joint(evaluator: &SpanEvaluator) -> f64 {
     let set = evaluator.scene.articulation();
     let ranges = evaluator.ranges.iter().enumerate();

@@ -1,9 +1,7 @@
 //! The output folder: checked for write access first, then filled with complete files only.
 
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
-
-use tempfile::NamedTempFile;
 
 use crate::error::SwimError;
 
@@ -48,27 +46,10 @@ impl Folder {
     pub fn write(
         &self,
         name: &str,
-        content: impl FnOnce(&mut BufWriter<&mut NamedTempFile>) -> std::io::Result<()>,
+        content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
     ) -> Result<PathBuf, SwimError> {
         let path = self.path.join(name);
-        let attempt = || -> std::io::Result<()> {
-            let (prefix, mut builder) = (format!(".{name}."), tempfile::Builder::new());
-            builder.prefix(&prefix).suffix(".partial");
-            // Temporary files are private by default; this file gets the permissions of any new
-            // file.
-            #[cfg(unix)]
-            builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-            let mut temporary = builder.tempfile_in(&self.path)?;
-            let mut file = BufWriter::new(&mut temporary);
-            content(&mut file)?;
-            file.flush()?;
-            drop(file);
-            // The contents must reach the disk before the name does.
-            temporary.as_file().sync_all()?;
-            temporary.persist(&path)?;
-            Ok(())
-        };
-        match attempt() {
+        match mesh::write_atomically(&path, content) {
             Ok(()) => Ok(path),
             Err(source) => Err(SwimError::Write { path, source }),
         }

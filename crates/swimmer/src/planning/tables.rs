@@ -56,7 +56,7 @@ fn typical_solves(gait: &Gait, is_solved: impl Fn(&Phase) -> bool) -> usize {
     (phases * TYPICAL_SOLVES_PER_SPAN).saturating_mul(gait.cycles as usize)
 }
 
-/// The boxes of joint lengths that the tables for a gait cover; none if tables would need more
+/// The boxes of joint values that the tables for a gait cover; none if tables would need more
 /// solves than the gait without them.
 ///
 /// Either one box for the shapes of each phase, a line in shape space if one joint moves, or one
@@ -65,7 +65,7 @@ fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
     if !scene.is_free() {
         return None;
     }
-    // From the second cycle on, all cycles have the same lengths.
+    // From the second cycle on, all cycles have the same shapes.
     let gait = Gait {
         cycles: scene.gait().cycles.min(2),
         phases: scene.gait().phases.clone(),

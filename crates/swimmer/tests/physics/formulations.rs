@@ -170,7 +170,7 @@ fn the_condensed_resistance_gives_the_motion_of_the_coupled_solve() {
         surface_basis: s,
         surface_offset: w,
         ..
-    } = Reduction::of(set, &constraints).unwrap();
+    } = Reduction::new(set, &constraints).unwrap();
     let mut external = DVector::zeros(18);
     external[1] = 0.5;
     external[6 + 5] = 1.0;

@@ -1,4 +1,4 @@
-//! Strokes on a mesh from Gmsh, where the file exists.
+//! Strokes on a mesh from Gmsh.
 
 use std::path::Path;
 
@@ -9,10 +9,7 @@ use swimmer::{Method, Scene, choose, simulate};
 #[ignore = "slow: 60 s"]
 fn the_default_stroke_on_a_mesh_from_gmsh_has_its_exact_displacement() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let file = root.join("../shared/meshes/ball_311k.msh");
-    if !file.exists() {
-        return;
-    }
+    let file = root.join("crates/mesh/tests/fixtures/three-spheres-v41-binary.msh");
     let scene = Scene::read(
         &root.join("scenes/three-sphere-mesh.toml"),
         &[format!("domain.file={}", file.display())],

@@ -1,4 +1,4 @@
-//! Smooth gaits in which several joints change their lengths at once.
+//! Smooth gaits in which several joints change their values at once.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -104,10 +104,10 @@ fn a_table_of_a_smooth_gait_converges_with_the_fourth_power_of_its_rows() {
 fn arms_that_oscillate_in_phase_go_nowhere_and_small_strokes_go_with_the_square() {
     let net = |amplitude: f64, phase: f64| follow(&harmonic(amplitude, [0.0, phase])).net(1).x;
     let full = net(0.4, FRAC_PI_2);
-    // The lengths trace the same line forth and back.
+    // The shapes trace the same line forth and back.
     assert!(net(0.4, 0.0).abs() <= 1e-7 * full.abs());
     // The next term is of the fourth power, (amplitude / length)^2 relative to the first; the
-    // shapes start at the same lengths, whose means differ by the amplitude.
+    // shapes start at the same values, whose means differ by the amplitude.
     let ratio = full / net(0.2, FRAC_PI_2);
     assert!((ratio / 4.0 - 1.0).abs() < 0.2, "{ratio}");
 }

@@ -60,8 +60,8 @@ fn euler_is_of_first_order_where_the_position_matters() {
             - exact)
             .norm()
     };
-    // Halving the step halves the error, up to the next order: 1/40 relative at 20 steps a phase
-    // span.
+    // Halving the step halves the error, up to the next order: 1/40 relative at 20 steps per
+    // phase span.
     assert_abs_diff_eq!(error(20) / error(40), 2.0, epsilon = 0.1);
     assert!(error(40) > 100.0 * (follow(&over_wall(5.0, 1e-3)).net(1) - exact).norm());
 }

@@ -116,7 +116,7 @@ impl TestModel {
         let set = self.scene.articulation();
         let poses = set.place(configuration.state, configuration.shape)?;
         let constraints = set.constraints(configuration.state, configuration.shape, rates)?;
-        let reduction = Reduction::of(set, &constraints)?;
+        let reduction = Reduction::new(set, &constraints)?;
         let layout = set.velocity_layout();
         let rigid: Vec<usize> = (0..poses.len())
             .filter(|&b| set.kinds()[b] == BodyKind::Rigid)

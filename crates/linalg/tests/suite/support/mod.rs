@@ -1,15 +1,15 @@
 //! Systems, right-hand sides and residuals shared by several tests.
 
 mod borders;
-mod gmsh;
 pub mod system;
+mod three_spheres;
 mod vectors;
 
 use linalg::Csr;
 
 pub use borders::{chained, linked_pair, prolongation_for, with_border};
-pub use gmsh::three_spheres;
 pub use system::{Stokes, body_forces, cube, one_body};
+pub use three_spheres::three_spheres;
 pub use vectors::{dot, noise, relative_difference, tolerance, true_residual};
 
 /// Two bodies, an eighth of the cube wide, in a cube of `8 k` cells per side.

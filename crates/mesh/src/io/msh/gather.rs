@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::msh_file::MshFile;
+use super::MshFile;
 use super::scan::Scanner;
 use crate::{LinearTets, MeshError, QuadraticTets, Regions, SurfaceMesh, Vec3};
 

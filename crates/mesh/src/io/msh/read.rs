@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use super::MshFile;
 use super::gather::Gather;
-use super::msh_file::MshFile;
 use super::scan::{Encoding, Scanner};
 use super::{version2, version4};
 use crate::{MeshError, SurfaceMesh};

@@ -2,7 +2,6 @@
 
 mod obj;
 mod stl;
-mod weld;
 
 use std::path::Path;
 
@@ -25,7 +24,7 @@ impl SurfaceFormat {
     ///
     /// # Errors
     /// [`MeshError::UnknownSurfaceFormat`].
-    pub fn of_path(path: &Path) -> Result<Self, MeshError> {
+    pub fn from_path(path: &Path) -> Result<Self, MeshError> {
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         match extension.to_ascii_lowercase().as_str() {
             "stl" => Ok(Self::Stl),
@@ -46,7 +45,7 @@ impl SurfaceMesh {
     /// [`MeshError::UnknownSurfaceFormat`], [`MeshError::Io`], or as [`SurfaceMesh::parse`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshError> {
         let path = path.as_ref();
-        let format = SurfaceFormat::of_path(path)?;
+        let format = SurfaceFormat::from_path(path)?;
         let bytes = std::fs::read(path).map_err(|source| MeshError::Io {
             path: path.into(),
             source,

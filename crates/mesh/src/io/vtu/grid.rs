@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::atomic::write_atomically;
+use super::super::atomic_file::write_file;
 use super::xml::{Array, Piece, Values, VtuEncoding, document};
 use crate::{MeshError, TET_EDGES, TetMesh};
 
@@ -196,7 +196,7 @@ impl<'a> Vtu<'a> {
     /// [`MeshError::Io`].
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), MeshError> {
         let bytes = self.to_bytes();
-        write_atomically(path.as_ref(), |out| out.write_all(&bytes))
+        write_file(path.as_ref(), |out| out.write_all(&bytes))
     }
 
     fn n_cells(&self) -> usize {

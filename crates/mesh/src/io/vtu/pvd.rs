@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::atomic::write_atomically;
+use super::super::atomic_file::write_file;
 use super::xml::escape;
 use crate::MeshError;
 
@@ -42,7 +42,7 @@ impl Pvd {
                 value: self.frames[index].0,
             });
         }
-        write_atomically(path.as_ref(), |out| {
+        write_file(path.as_ref(), |out| {
             writeln!(out, "<?xml version=\"1.0\"?>")?;
             writeln!(
                 out,

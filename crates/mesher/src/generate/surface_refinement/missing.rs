@@ -1,7 +1,7 @@
 //! Changes of a surface triangulation whose triangles are not all faces of Delaunay tets.
 
 use super::{Refiner, sorted};
-use crate::generate::recovery::Missing;
+use crate::generate::recovered_surfaces::Missing;
 use mesh::SurfaceMesh;
 
 impl Refiner<'_> {

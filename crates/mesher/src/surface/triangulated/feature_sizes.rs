@@ -136,19 +136,9 @@ impl FeatureSizes {
             );
             return Err(Defect::new(sharpest, mesh.centroid(sharpest), problem));
         }
-        let mut samples: Vec<(Vec3, f64)> = Vec::new();
-        for (at, size) in order.into_iter().map(|t| &measured[t]) {
-            let stands_for = |(x, rho): &(Vec3, f64)| {
-                let rest = SLACK * size - rho;
-                rest >= 0.0 && SLOPE * (at - x).norm() <= rest
-            };
-            if !samples.iter().any(stands_for) {
-                samples.push((*at, *size));
-            }
-        }
         Ok(Self {
             inradius: inradius.max(smallest),
-            samples,
+            samples: representatives(order.into_iter().map(|t| measured[t])),
             smallest: smallest / SLACK,
         })
     }
@@ -160,6 +150,21 @@ impl FeatureSizes {
             .map(|(y, rho)| factor / SLACK * rho + growth * (x - y).norm())
             .fold(f64::INFINITY, f64::min)
     }
+}
+
+/// Some of the measured points and sizes, given in ascending order, that stand for all of them.
+fn representatives(measured: impl Iterator<Item = (Vec3, f64)>) -> Vec<(Vec3, f64)> {
+    let mut samples: Vec<(Vec3, f64)> = Vec::new();
+    for (at, size) in measured {
+        let stands_for = |(x, rho): &(Vec3, f64)| {
+            let rest = SLACK * size - rho;
+            rest >= 0.0 && SLOPE * (at - x).norm() <= rest
+        };
+        if !samples.iter().any(stands_for) {
+            samples.push((at, size));
+        }
+    }
+    samples
 }
 
 /// Smallest radius of curvature along the edges of a triangle: the change of the normal along an

@@ -2,8 +2,6 @@
 
 mod closed;
 mod feature_sizes;
-mod integrals;
-mod kind;
 mod patch;
 mod self_intersection;
 mod sharp_edges;
@@ -15,11 +13,8 @@ use std::sync::Arc;
 
 use crate::GenerateError;
 use feature_sizes::FeatureSizes;
-use integrals::integrals;
-pub use kind::TriangleKind;
-use mesh::Vec3;
-use mesh::{Surface, SurfaceMesh};
-use patch::Patch;
+use mesh::{Surface, SurfaceMesh, Vec3};
+use patch::{Patch, integrals};
 use sharp_edges::SharpEdges;
 use tree::{CurveTree, Foot, PatchTree};
 
@@ -38,6 +33,32 @@ pub struct TriangulatedSurface {
     origin: Vec3,
     /// Radius of the ball about `origin` in units of the file.
     radius: f64,
+}
+
+/// How the triangles of a surface are understood.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TriangleKind {
+    /// The surface is curved through the vertices: between them it follows the normals that the
+    /// triangles give. Edges at which the normals differ by more than 40 degrees are kept sharp.
+    #[default]
+    Smooth,
+    /// The triangles are flat faces. Edges at which the normals differ by more than 5 degrees are
+    /// kept; across others, midside nodes lie on the faces and edges of the mesh need not be
+    /// theirs.
+    Faceted,
+}
+
+impl TriangleKind {
+    /// Angle between normals above which an edge is sharp, in degrees.
+    ///
+    /// Forty degrees is between the 30 degrees of coarse, but usable triangulations (twelve
+    /// segments around a tube) and the 45 degrees of a chamfer.
+    fn sharp_angle(self) -> f64 {
+        match self {
+            Self::Smooth => 40.0,
+            Self::Faceted => 5.0,
+        }
+    }
 }
 
 /// What does not depend on scale and origin.

@@ -3,28 +3,32 @@
 use crate::surface::Triangles;
 use std::cmp::Ordering;
 
-use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use rayon::prelude::*;
 
 use super::Defect;
-use super::tree::bounds;
 use crate::delaunay::orientation;
-use mesh::{SurfaceMesh, Vec3};
+use mesh::{BoundingBox, BoxTree, SurfaceMesh, Vec3};
 
 /// Refuses a surface of which two triangles without a common vertex touch, or two with one common
 /// vertex meet elsewhere too.
 ///
 /// Signs of volumes are exact (Shewchuk 1997).
 pub(super) fn check(mesh: &SurfaceMesh) -> Result<(), Defect> {
-    let boxes: Vec<Aabb> = mesh.corners().map(|corners| bounds(&corners)).collect();
-    let tree = Bvh::from_iter(BvhBuildStrategy::Binned, boxes.iter().copied().enumerate());
+    let boxes: Vec<_> = (mesh.corners())
+        .map(|corners| BoundingBox::around(&corners))
+        .collect();
+    let tree = BoxTree::new(boxes.iter().copied().enumerate());
     let first = (0..mesh.triangles.len())
         .into_par_iter()
         .filter_map(|t| {
-            let near = tree.intersect_aabb(&boxes[t]).map(|other| other as usize);
-            let crossing = near.filter(|&other| other > t && cross(mesh, t, other));
-            crossing.min().map(|other| (t, other))
+            let mut first: Option<usize> = None;
+            tree.visit_meeting(&boxes[t], |other| {
+                let is_first = other > t && first.is_none_or(|first| other < first);
+                if is_first && cross(mesh, t, other) {
+                    first = Some(other);
+                }
+            });
+            first.map(|other| (t, other))
         })
         .min();
     match first {

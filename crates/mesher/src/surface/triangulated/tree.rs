@@ -1,24 +1,8 @@
 //! Closest points of all patches or curves, by a bounding volume hierarchy.
 
-use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::math::Vector;
-use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
-use parry3d_f64::query::PointQuery;
+use mesh::{BoundingBox, BoxTree, Vec3};
 
 use super::patch::{Curve, Patch};
-use mesh::Vec3;
-
-/// A point in the types of parry.
-pub(super) fn vector(x: &Vec3) -> Vector {
-    Vector::new(x.x, x.y, x.z)
-}
-
-/// The smallest box around some points.
-pub(super) fn bounds<'a>(points: impl IntoIterator<Item = &'a Vec3>) -> Aabb {
-    let start = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
-    let [min, max] = (points.into_iter()).fold(start, |[min, max], x| [min.inf(x), max.sup(x)]);
-    Aabb::new(vector(&min), vector(&max))
-}
 
 /// The closest point of a surface.
 #[derive(Clone, Copy, Debug)]
@@ -33,15 +17,15 @@ pub(super) struct Foot {
 
 /// The hierarchy of boxes around the patches.
 #[derive(Clone)]
-pub(super) struct PatchTree(Bvh);
+pub(super) struct PatchTree(BoxTree);
 
 impl PatchTree {
     pub fn new(patches: &[Patch]) -> Self {
         let boxes = patches.iter().map(|patch| {
             let hull: Vec<Vec3> = patch.hull().collect();
-            bounds(&hull)
+            BoundingBox::around(&hull)
         });
-        Self(Bvh::from_iter(BvhBuildStrategy::Binned, boxes.enumerate()))
+        Self(BoxTree::new(boxes.enumerate()))
     }
 
     /// The closest point to `x` within `limit` of those patches that are wanted.
@@ -52,13 +36,12 @@ impl PatchTree {
         limit: f64,
         is_wanted: impl Fn(usize) -> bool,
     ) -> Option<Foot> {
-        let query = vector(x);
-        let best = self.0.find_best(
+        let best = self.0.best(
             limit,
-            |node, _| node.aabb().distance_to_local_point(query, true),
-            |leaf, best| {
-                let patch = &patches[leaf as usize];
-                if !is_wanted(leaf as usize) {
+            |around| around.distance(x),
+            |triangle, best| {
+                let patch = &patches[triangle];
+                if !is_wanted(triangle) {
                     return None;
                 }
                 let (at, point) = closest_of_triangle(&patch.corners, x);
@@ -73,8 +56,8 @@ impl PatchTree {
                 Some(((point - x).norm(), (at, point)))
             },
         );
-        best.map(|(leaf, (distance, (at, point)))| Foot {
-            triangle: leaf as usize,
+        best.map(|(triangle, distance, (at, point))| Foot {
+            triangle,
             at,
             point,
             distance,
@@ -85,42 +68,39 @@ impl PatchTree {
 impl PatchTree {
     /// The point of the hulls of all patches that is farthest in a direction, a unit vector.
     pub fn farthest(&self, patches: &[Patch], direction: &Vec3) -> Vec3 {
-        let (n, size) = (vector(direction), vector(&direction.abs()));
-        let best = self.0.find_best(
+        let best = self.0.best(
             f64::INFINITY,
-            |node, _| -(node.center().dot(n) + node.aabb().half_extents().dot(size)),
-            |leaf, _| {
-                let patch = &patches[leaf as usize];
-                let points = patch.hull().map(|x| (-x.dot(direction), x));
+            |around| -around.support(direction),
+            |triangle, _| {
+                let points = patches[triangle].hull().map(|x| (-x.dot(direction), x));
                 points.min_by(|x, y| x.0.total_cmp(&y.0))
             },
         );
-        best.map_or(Vec3::zeros(), |(_, (_, point))| point)
+        best.map_or(Vec3::zeros(), |(_, _, point)| point)
     }
 }
 
 /// The hierarchy of boxes around curves.
 #[derive(Clone)]
 pub(super) struct CurveTree {
-    tree: Bvh,
+    tree: BoxTree,
     curves: Vec<Curve>,
 }
 
 impl CurveTree {
     pub fn new(curves: Vec<Curve>) -> Self {
-        let boxes = curves.iter().map(|curve| bounds(&curve.points));
-        let tree = Bvh::from_iter(BvhBuildStrategy::Binned, boxes.enumerate());
+        let boxes = (curves.iter()).map(|curve| BoundingBox::around(&curve.points));
+        let tree = BoxTree::new(boxes.enumerate());
         Self { tree, curves }
     }
 
     /// The closest point to `x`; `None` without curves.
     pub fn closest(&self, x: &Vec3) -> Option<Vec3> {
-        let query = vector(x);
-        let best = self.tree.find_best(
+        let best = self.tree.best(
             f64::INFINITY,
-            |node, _| node.aabb().distance_to_local_point(query, true),
-            |leaf, _| {
-                let curve = &self.curves[leaf as usize];
+            |around| around.distance(x),
+            |number, _| {
+                let curve = &self.curves[number];
                 let [a, .., b] = curve.points;
                 let chord = b - a;
                 let start = (x - a).dot(&chord) / chord.norm_squared();
@@ -128,7 +108,7 @@ impl CurveTree {
                 Some(((point - x).norm(), point))
             },
         );
-        best.map(|(_, (_, point))| point)
+        best.map(|(_, _, point)| point)
     }
 }
 

@@ -4,8 +4,8 @@ use linalg::{Csr, Csr3};
 use nalgebra::{DMatrix, Isometry3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rigid::{
-    Arms, Articulation, BodyKind, Constraints, ExternalLoad, FluidMatrices, FluidNodes, Joint,
-    JointDrive, JointKind, NodeRole, PassiveDrive, RigidFluid, State, SurfaceBody,
+    Arms, Articulation, BodyKind, Constraints, Drive, ExternalLoad, FluidMatrices, FluidNodes,
+    Joint, JointDrive, JointKind, NodeRole, PassiveDrive, RigidFluid, State, SurfaceBody,
 };
 
 pub fn slide(body: usize, to: usize) -> Joint {
@@ -16,7 +16,7 @@ pub fn vector(range: f64) -> impl Strategy<Value = Vector3<f64>> {
     prop::array::uniform3(-range..range).prop_map(Vector3::from)
 }
 
-fn arms() -> impl Strategy<Value = Arms> {
+pub fn arms() -> impl Strategy<Value = Arms> {
     prop_oneof![Just(Arms::Clamped), Just(Arms::Free), Just(Arms::Lab)]
 }
 
@@ -34,20 +34,22 @@ fn joint_kind() -> impl Strategy<Value = JointKind> {
 }
 
 fn joint_drive() -> impl Strategy<Value = JointDrive> {
-    let passive = (
-        -1.0..1.0,
-        0.0..2.0,
-        -1.0..1.0,
-        prop_oneof![Just(0.0), 0.0..2.0],
-    )
-        .prop_map(|(force, stiffness, rest, damping)| {
-            JointDrive::Passive(PassiveDrive {
-                force,
-                stiffness,
-                rest,
-                damping,
-            })
-        });
+    let damping = prop_oneof![Just(0.0), 0.0..2.0];
+    drive_with((-1.0..1.0, 0.0..2.0, -1.0..1.0, damping))
+}
+
+/// A prescribed joint, or a passive one with such a force, stiffness, rest value and damping.
+pub fn drive_with(
+    numbers: impl Strategy<Value = (f64, f64, f64, f64)>,
+) -> impl Strategy<Value = JointDrive> {
+    let passive = numbers.prop_map(|(force, stiffness, rest, damping)| {
+        JointDrive::Passive(PassiveDrive {
+            force,
+            stiffness,
+            rest,
+            damping,
+        })
+    });
     prop_oneof![2 => Just(JointDrive::Prescribed), 1 => passive]
 }
 
@@ -157,6 +159,19 @@ pub fn loads_on_bodies(set: &Articulation, vectors: &[Vector3<f64>]) -> Vec<Exte
 /// The constraints at the values at the start.
 pub fn constraints(set: &Articulation, state: &State, rates: &[f64]) -> Constraints {
     set.constraints(state, set.initial_shape(), rates).unwrap()
+}
+
+/// The drive of a set under loads, by its constraints.
+pub fn drive<'a>(
+    set: &'a Articulation,
+    constraints: &'a Constraints,
+    loads: &'a [ExternalLoad],
+) -> Drive<'a> {
+    Drive {
+        set,
+        constraints,
+        loads,
+    }
 }
 
 /// A fluid with random matrices: three free nodes, one on a moving wall, one on each body.

@@ -138,7 +138,7 @@ impl Domain {
             }
         }
         for (index, volume) in self.volumes.iter().enumerate() {
-            // ∇u:∇v becomes 2 D:D by the term 2 |B| w·w: see the methods note 1.1
+            // ∇u:∇v becomes 2 D:D by the term 2 |B| w·w
             for d in 3..6 {
                 corner[(6 * index + d, 6 * index + d)] += 2.0 * viscosity * volume;
             }

@@ -1,0 +1,106 @@
+//! Atomic writing of files: a file is either complete or absent.
+
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use tempfile::Builder;
+
+use crate::MeshError;
+
+/// Writes the file at `path` through a temporary file in the same folder.
+///
+/// The temporary file is renamed when it is complete. Readers therefore never see an incomplete
+/// file, and after an error the previous file is unchanged.
+///
+/// # Errors
+/// Those of the operating system, and of `write`.
+pub fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> std::io::Result<()> {
+    let Some(name) = path.file_name() else {
+        return Err(std::io::Error::new(
+            std::io::ErrorKind::InvalidInput,
+            "the path names no file",
+        ));
+    };
+    let mut prefix = std::ffi::OsString::from(".");
+    prefix.push(name);
+    let mut builder = Builder::new();
+    builder.prefix(&prefix).suffix(".tmp");
+    // Temporary files are private by default; this file gets the permissions of any new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    // Renaming works within one file system only, hence the same folder.
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut temporary = builder.tempfile_in(folder)?;
+    let mut out = BufWriter::new(temporary.as_file_mut());
+    write(&mut out)?;
+    out.flush()?;
+    drop(out);
+    // The contents must reach the disk before the name does.
+    temporary.as_file().sync_all()?;
+    temporary.persist(path)?;
+    Ok(())
+}
+
+/// Writes a mesh file by [`write_atomically`].
+///
+/// # Errors
+/// [`MeshError::Io`] with the path.
+pub(super) fn write_file(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), MeshError> {
+    write_atomically(path, write).map_err(|source| MeshError::Io {
+        path: path.into(),
+        source,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn failed_write_keeps_the_old_file_and_leaves_no_temporary_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.vtu");
+        write_atomically(&path, |out| out.write_all(b"old")).unwrap();
+        let failure = write_atomically(&path, |out| {
+            out.write_all(b"half of the new")?;
+            Err(std::io::Error::other("disk full"))
+        });
+        assert!(failure.unwrap_err().to_string().contains("disk full"));
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn missing_folder_is_an_error_with_the_name_of_the_file() {
+        let error = write_file(Path::new("no/such/folder/a.vtu"), |_| Ok(())).unwrap_err();
+        assert!(
+            error.to_string().starts_with("no/such/folder/a.vtu: "),
+            "{error}"
+        );
+    }
+
+    /// Temporary files are readable by their owner only; the finished file must not be.
+    #[cfg(unix)]
+    #[test]
+    fn written_file_has_the_permissions_of_a_new_file() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let mode = |name: &str| {
+            let file = fs::metadata(folder.path().join(name)).unwrap();
+            file.permissions().mode()
+        };
+        fs::write(folder.path().join("plain"), b"").unwrap();
+        write_atomically(&folder.path().join("atomic"), |_| Ok(())).unwrap();
+        assert_eq!(mode("atomic"), mode("plain"));
+    }
+}

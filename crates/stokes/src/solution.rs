@@ -1,0 +1,95 @@
+//! A solution with its error estimate, size, solver report and computing times.
+
+use rigid::FlowSolution;
+use serde::{Deserialize, Serialize};
+
+use crate::checks::Checks;
+use crate::estimate::Estimate;
+
+/// Solution for one drive, at viscosity 1.
+pub struct Solution {
+    /// Velocities, forces and pressure; the pressure has zero mean over the fluid.
+    pub flow: FlowSolution,
+    /// Power of the slip on the fluid.
+    pub slip_power: f64,
+    /// Estimated discretisation errors, if requested.
+    pub estimate: Option<Estimate>,
+    /// Comparison with independent computations of forces and power, if estimates were requested.
+    pub checks: Option<Checks>,
+    /// Numbers of degrees of freedom.
+    pub dofs: Dofs,
+    /// How the linear system was solved.
+    pub solver: SolverReport,
+    /// Estimated relative error of the velocities due to the linear solve.
+    pub algebraic_error: f64,
+    /// Times of assembly, set-up, solve and estimate.
+    pub seconds: Seconds,
+}
+
+/// Numbers of degrees of freedom; all zero for models without a mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+pub struct Dofs {
+    /// Velocity components of the free nodes.
+    pub velocity: usize,
+    /// Pressures.
+    pub pressure: usize,
+    /// Size of the system: velocities, pressures, bodies and multipliers.
+    pub total: usize,
+}
+
+/// How the linear system of a solution was solved.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct SolverReport {
+    /// Name of the constraint formulation.
+    pub formulation: String,
+    /// Name of the linear solver.
+    pub solver: String,
+    /// Number of iterations.
+    pub iterations: usize,
+    /// `|b - A x| / |b|`, recomputed from the solution.
+    pub true_relative_residual: f64,
+}
+
+/// Wall-clock seconds of the parts of one solution, or their sums over many.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct Seconds {
+    /// Generating or moving the mesh.
+    pub mesh: f64,
+    /// Assembling the matrices.
+    pub assembly: f64,
+    /// Setting up the solver.
+    pub setup: f64,
+    /// Solving.
+    pub solve: f64,
+    /// Estimating errors.
+    pub estimate: f64,
+    /// All of them and the time between them.
+    pub total: f64,
+}
+
+impl std::ops::AddAssign for Seconds {
+    fn add_assign(&mut self, other: Self) {
+        self.mesh += other.mesh;
+        self.assembly += other.assembly;
+        self.setup += other.setup;
+        self.solve += other.solve;
+        self.estimate += other.estimate;
+        self.total += other.total;
+    }
+}
+
+impl Seconds {
+    /// Times of `count` solutions with one matrix: the first one has those of assembly and set-up.
+    pub(crate) fn shared(self, count: usize) -> impl Iterator<Item = Self> {
+        let (solve, estimate) = (self.solve / count as f64, self.estimate / count as f64);
+        (0..count).map(move |number| {
+            let first = if number == 0 { self } else { Self::default() };
+            Self {
+                solve,
+                estimate,
+                total: first.assembly + first.setup + solve + estimate,
+                ..first
+            }
+        })
+    }
+}
