@@ -5,11 +5,13 @@ The command is target/release/swim, or the program that the environment variable
 
 import argparse
 import datetime
+import html
 import json
 import math
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -25,10 +27,13 @@ def arguments(description, **more):
     """Options of a script: --quick, --out, and more ones with a default value and a help text."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--quick", action="store_true", help="a small part of the study")
-    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "docs", help="folder to write to")
+    text = "folder to write to: docs, or one with the name of the script for --quick"
+    parser.add_argument("--out", type=pathlib.Path, help=text)
     for name, (default, text) in more.items():
         parser.add_argument(f"--{name}", type=type(default), default=default, help=text)
     chosen = parser.parse_args()
+    script = pathlib.Path(pathlib.Path(sys.argv[0]).stem)
+    chosen.out = chosen.out or (script if chosen.quick else ROOT / "docs")
     chosen.out.mkdir(parents=True, exist_ok=True)
     return chosen
 
@@ -95,7 +100,7 @@ def chart(path, x, y, series, is_log=False):
     at_x = lambda v: left + (place(v) - x0) / (x1 - x0) * (width - left - right)
     at_y = lambda v: height - bottom - (place(v) - y0) / (y1 - y0) * (height - top - bottom)
     text = lambda a, b, anchor, s, more="": (
-        f'<text x="{a:.1f}" y="{b:.1f}" text-anchor="{anchor}"{more}>{s}</text>'
+        f'<text x="{a:.1f}" y="{b:.1f}" text-anchor="{anchor}"{more}>{html.escape(s)}</text>'
     )
     svg = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '

@@ -1,5 +1,5 @@
-//! Speed and quality of the mesh generator, and the error of the answer on its meshes, compared with
-//! those of Gmsh where its command is installed.
+//! Speed and quality of the mesh generator, and the error of the answer on its meshes, compared
+//! with those of Gmsh where its command is installed.
 
 use std::path::Path;
 use std::process::Command;
