@@ -122,11 +122,11 @@ fn at_start(path: &Path, geometry: &str) -> Result<[Row; 2]> {
     let scene = scenes::read("three-sphere-mesh.toml", &overrides)?;
     let mut model = choose(&scene)?.model;
     let solution = solve_start(&scene, model.as_mut())?;
-    let flow = model.last_flow();
-    let mesh = flow.context("the model has no flow after a solve")?.mesh;
-    let [of_velocity, of_forces] = effect_of_wall(&mesh)?;
+    let flow = solution.flow.as_ref().context("the solution has no flow")?;
+    let mesh = &flow.field()?.mesh;
+    let [of_velocity, of_forces] = effect_of_wall(mesh)?;
     // The radius of the unit sphere minus that of the ball with the volume inside the flat facets.
-    let radius_deficit = 1.0 - radius_inside(&mesh, "sphere1")?;
+    let radius_deficit = 1.0 - radius_inside(mesh, "sphere1")?;
     let tolerances = match geometry {
         "curved" => [(SPEED, Basis::Required), (FORCE, Basis::Required)],
         _ => [(2.0 * radius_deficit, Basis::Facets); 2],
@@ -184,7 +184,7 @@ impl Observer for Spans {
         _: &PhaseSpan,
         result: &SpanResult,
         _: &Outcome,
-        _: &dyn Hydrodynamics,
+        _: &mut dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         self.accumulated.push(result.accumulated_error.clone());
         Ok(())
