@@ -290,8 +290,8 @@ impl Meridian {
     /// Target edge length at a point.
     ///
     /// It is `growth` times the distance to the nearest singularity of the continued flow, less
-    /// near a surface, and at most [`MAX_SIZE_IN_GAP`] times the width of the gap between the two nearest
-    /// surfaces.
+    /// near a surface, and at most [`MAX_SIZE_IN_GAP`] times the width of the gap between the two
+    /// nearest surfaces.
     pub fn size(&self, x: &Point, growth: f64) -> f64 {
         let mut size = match self.wall {
             Wall::Tube { radius, .. } => growth * radius,

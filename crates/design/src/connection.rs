@@ -36,8 +36,9 @@ pub struct Connection {
 /// Cost: one configuration with one set of rates per variable.
 ///
 /// # Errors
-/// [`DesignError::NotApplicable`] for a swimmer whose motion depends on more than the shape, and for
-/// a shape with another number of values; [`SwimError::OtherScene`](swimmer::SwimError::OtherScene); those of the model.
+/// [`DesignError::NotApplicable`] for a swimmer whose motion depends on more than the shape, and
+/// for a shape with another number of values;
+/// [`SwimError::OtherScene`](swimmer::SwimError::OtherScene); those of the model.
 ///
 /// # Examples
 /// Two spheres far apart: each covers half of the change of their distance.

@@ -24,8 +24,8 @@ const ROTATION: f64 = 1e-8;
 /// Curves that wind several times go farther, with one stroke per winding.
 ///
 /// # Errors
-/// [`DesignError::NoStroke`] for other numbers of joints, a swimmer that turns, and a curvature that
-/// changes its sign.
+/// [`DesignError::NoStroke`] for other numbers of joints, a swimmer that turns, and a curvature
+/// that changes its sign.
 pub fn farthest(
     geometry: &ShapeGeometry,
     measure: DisplacementMeasure,

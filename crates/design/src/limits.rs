@@ -26,8 +26,8 @@ impl StrokeLimits {
     /// with the gap `optimise.gap` between spheres that a slide connects.
     ///
     /// # Errors
-    /// [`DesignError::NotApplicable`] for limits that leave no room, no joint or too many joints, and
-    /// a fixed start outside of them.
+    /// [`DesignError::NotApplicable`] for limits that leave no room, no joint or too many joints,
+    /// and a fixed start outside of them.
     pub fn of_scene(scene: &Scene) -> Result<Self, DesignError> {
         let set = scene.articulation();
         let mut ranges = joint_ranges(scene)?;

@@ -104,8 +104,8 @@ pub fn submatrix<T: Copy + Default + Send + Sync>(
     ))
 }
 
-/// Writes the numbers of the columns that are not left out to `sorted`, ascending, each in the upper
-/// half of a word with its position in the row in the lower half.
+/// Writes the numbers of the columns that are not left out to `sorted`, ascending, each in the
+/// upper half of a word with its position in the row in the lower half.
 ///
 /// A word sorts several times faster than a column with its value.
 fn sort_row(columns: &[u32], numbers: &[u32], sorted: &mut Vec<u64>) {

@@ -67,7 +67,8 @@ impl BoundingBox {
 /// let points: Vec<Vec3> = (0..100).map(|k| Vec3::new(f64::from(k), 0.0, 0.0)).collect();
 /// let tree = BoxTree::new(points.iter().map(|x| BoundingBox::around([x])).enumerate());
 /// let x = Vec3::new(41.8, 3.0, 0.0);
-/// let nearest = tree.best(f64::INFINITY, |of| of.distance(&x), |k, _| Some(((points[k] - x).norm(), ())));
+/// let distance = |k: usize, _| Some(((points[k] - x).norm(), ()));
+/// let nearest = tree.best(f64::INFINITY, |around| around.distance(&x), distance);
 /// assert_eq!(nearest.map(|(k, _, ())| k), Some(42));
 /// ```
 #[derive(Clone, Debug, Default)]

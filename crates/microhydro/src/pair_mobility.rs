@@ -1,5 +1,5 @@
-//! Stokeslets and rotlets in unbounded fluid, the mobility matrices built from them, and the inverses
-//! of approximate mobilities.
+//! Stokeslets and rotlets in unbounded fluid, the mobility matrices built from them, and the
+//! inverses of approximate mobilities.
 
 use std::f64::consts::PI;
 

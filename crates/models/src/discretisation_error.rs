@@ -10,8 +10,8 @@ use crate::response::{BodySolution, Response};
 /// Estimated discretisation error of one solution, in the scene's units.
 ///
 /// Errors have signs, because errors along a stroke partly cancel, as the velocities do. They are
-/// what [`correct`](crate::InstantaneousSolution::correct) subtracts: computed minus exact. An error
-/// dereferences to its [`Response`], as a solution does.
+/// what [`correct`](crate::InstantaneousSolution::correct) subtracts: computed minus exact. An
+/// error dereferences to its [`Response`], as a solution does.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiscretisationError {
     /// Errors of motion and loads.

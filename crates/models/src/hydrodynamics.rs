@@ -279,8 +279,8 @@ pub trait Resistances {
 /// Grand resistance matrix of bodies, with its error bars.
 #[derive(Clone, Debug)]
 pub struct GrandResistance {
-    /// `F = R U` in the scene's units, with six entries per body: `(U, ω)` and `(F, T)`. Its inverse
-    /// is the grand mobility matrix.
+    /// `F = R U` in the scene's units, with six entries per body: `(U, ω)` and `(F, T)`. Its
+    /// inverse is the grand mobility matrix.
     pub matrix: DMatrix<f64>,
     /// Error bars of the entries; `None` if they are not estimated.
     pub errors: Option<DMatrix<f64>>,

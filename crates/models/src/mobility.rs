@@ -27,8 +27,8 @@ impl MobilitySolution {
     ///
     /// With a basis `S` of these motions, the motion `W` that the rates of the joints impose, the
     /// grand resistance `R`, the coefficients `D` of dashpots, the external loads `F` and the
-    /// velocities `U_0` of force-free bodies by the velocities of their `surfaces`, the coefficients
-    /// `v` satisfy
+    /// velocities `U_0` of force-free bodies by the velocities of their `surfaces`, the
+    /// coefficients `v` satisfy
     ///
     /// ```text
     /// S^T (R + D) S v = S^T (F - D W - R (W - U_0))

@@ -8,8 +8,8 @@ use rigid::{ExternalLoad, State};
 pub struct Configuration<'a> {
     /// Frames of the linkages and attitudes of the bodies, for [`rigid::Articulation::place`].
     pub state: &'a State,
-    /// Value of each joint: the length of a slide in the scene's units, or an angle. Those of passive
-    /// joints are part of the state, and their entries have no effect.
+    /// Value of each joint: the length of a slide in the scene's units, or an angle. Those of
+    /// passive joints are part of the state, and their entries have no effect.
     pub shape: &'a [f64],
 }
 
@@ -30,7 +30,8 @@ pub struct Query<'a> {
     pub configuration: Configuration<'a>,
     /// One set of rates per solution: the rate of change of each joint, in the scene's units.
     pub rates: &'a [Vec<f64>],
-    /// Whether to estimate discretisation errors ([`mesh_error`](crate::InstantaneousSolution::mesh_error)).
+    /// Whether to estimate discretisation errors
+    /// ([`mesh_error`](crate::InstantaneousSolution::mesh_error)).
     pub estimates: bool,
     /// Relative discretisation error of velocities and forces to which the mesh is adapted; `None`
     /// for the usual mesh.

@@ -1,7 +1,7 @@
 //! Joints: the relative motions they allow (factors of a product of exponentials), drives and arms.
 //!
-//! What depends on the kind of a joint stands here, in functions that list all kinds: a new kind that
-//! is forgotten in one of them does not compile.
+//! What depends on the kind of a joint stands here, in functions that list all kinds: a new kind
+//! that is forgotten in one of them does not compile.
 
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -1,4 +1,5 @@
-//! Blocks of finite-element matrices by the roles of their nodes: order of free nodes, rigid motions.
+//! Blocks of finite-element matrices by the roles of their nodes: order of free nodes, rigid
+//! motions.
 
 use linalg::{Csr, Csr3, submatrix};
 use nalgebra::{DMatrix, Matrix3, Vector3};

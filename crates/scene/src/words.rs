@@ -1,7 +1,7 @@
 //! Words that are values of keys of a scene file, and their meanings.
 //!
-//! A word is one variant: its name in kebab case is what the file says (`FormulationKind::PTilde` is
-//! `"p-tilde"`), and its documentation is the meaning in `docs/scene.md`.
+//! A word is one variant: its name in kebab case is what the file says (`FormulationKind::PTilde`
+//! is `"p-tilde"`), and its documentation is the meaning in `docs/scene.md`.
 
 use serde::{Deserialize, Serialize};
 use strum::VariantNames;
@@ -114,9 +114,11 @@ words! {
 
     /// Interpolation of the values between the rows of a table.
     pub enum InterpolationKind = Cubic {
-        /// A cubic spline with two continuous derivatives, periodic if the last row is the first one.
+        /// A cubic spline with two continuous derivatives, periodic if the last row is the first
+        /// one.
         Cubic,
-        /// The same spline with a corner where the cycle begins, also if the last row is the first one.
+        /// The same spline with a corner where the cycle begins, also if the last row is the first
+        /// one.
         Corner,
         /// Constant rates between rows.
         Linear,

@@ -277,7 +277,8 @@ impl<'a> Correction<'a> {
     /// only: it is small, so a few iterations leave an error far below that of the estimate.
     ///
     /// Cost per flow: [`FIRST_ITERATIONS`] iterations, each of three passes over the cells, a
-    /// matrix product and a preconditioner; then a solve of the Taylor-Hood system to [`COARSE_RTOL`].
+    /// matrix product and a preconditioner; then a solve of the Taylor-Hood system to
+    /// [`COARSE_RTOL`].
     ///
     /// # Errors
     /// Solves that do not converge, cells that are inverted.

@@ -25,7 +25,8 @@ const MAX_SLENDER_QUOTIENT: f64 = 0.3;
 ///
 /// A domain is slender if, with this result `k`, the Rayleigh quotient `∫ k |∇q|^2 / ∫ q^2` of some
 /// linear function `q` with zero mean is below [`MAX_SLENDER_QUOTIENT`]: an upper bound of the
-/// smallest eigenvalue of the pressure's Schur complement against the mass matrix. Measured: 0.60 in a ball,
+/// smallest eigenvalue of the pressure's Schur complement against the mass matrix. Measured: 0.60
+/// in a ball,
 /// 0.38 in a cube, 0.006 in a box of 10 x 1 x 1.
 pub fn permeability_of_channels(mesh: &TetMesh, torsion: &[f64]) -> Option<Vec<f64>> {
     let permeability: Vec<f64> = (0..mesh.n_cells())

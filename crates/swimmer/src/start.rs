@@ -11,8 +11,8 @@ use crate::error::SwimError;
 /// The solution at the start of the first phase of the gait, or with constant shape for a scene
 /// without a gait.
 ///
-/// The mesh is adapted to `fem.target`, if the scene has that key. The solution carries its flow, if
-/// the model has a mesh.
+/// The mesh is adapted to `fem.target`, if the scene has that key. The solution carries its flow,
+/// if the model has a mesh.
 ///
 /// # Errors
 /// [`SwimError::OtherScene`] for a model of another scene; those of the model.

@@ -86,8 +86,9 @@ pub struct BestSizes {
 /// Cost: about `4 (n + 1) (n + 2)` runs for `n` ratios.
 ///
 /// # Errors
-/// [`DesignError::NotApplicable`] for limits that leave no room, another objective, a swimmer without
-/// displacement, and sizes at which bodies touch; errors of the runs, [`DesignError::Stopped`].
+/// [`DesignError::NotApplicable`] for limits that leave no room, another objective, a swimmer
+/// without displacement, and sizes at which bodies touch; errors of the runs,
+/// [`DesignError::Stopped`].
 pub fn best_sizes(
     scene: &Scene,
     progress: &mut dyn DesignProgress,

@@ -198,7 +198,7 @@ fn sizes_without_an_optimum_are_refused_with_the_reason() {
 
 /// The same optimum by finite elements in a ball, where meshes change with the sizes.
 #[test]
-#[ignore = "slow: 3 minutes"]
+#[ignore = "slow: 3 min"]
 fn finite_elements_in_a_ball_find_the_radii_of_multipoles() {
     let settings = [
         "domain={ kind = \"ball\", radius = 30 }",

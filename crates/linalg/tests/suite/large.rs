@@ -14,7 +14,7 @@ use linalg::{
 /// PETSc's additive Schwarz (restricted, overlap 1, LU) takes 75 iterations without
 /// multipliers and 265 with them.
 #[test]
-#[ignore = "slow: a minute of processor time a system, 3 GB"]
+#[ignore = "slow: 2 min, 3 GB"]
 fn schwarz_on_three_spheres() {
     let stokes = three_spheres(0.3, 0.2);
     let plain = &stokes.system;
@@ -34,7 +34,7 @@ fn schwarz_on_three_spheres() {
 
 /// The reference is MUMPS: 142 s and 10.5 GB on one rank, 83 s and 13.2 GB on two.
 #[test]
-#[ignore = "slow: a minute of processor time and 3 GB"]
+#[ignore = "slow: 1 min, 3 GB"]
 fn direct_on_three_spheres() {
     let stokes = three_spheres(0.3, 0.2);
     let b = body_forces(&stokes.system);
@@ -51,7 +51,7 @@ fn direct_on_three_spheres() {
 /// The scalar stiffness matrix is factorised once for all three components, and the pressure
 /// iterated.
 #[test]
-#[ignore = "slow: ten seconds"]
+#[ignore = "slow: 10 s"]
 fn factorised_velocities_on_three_spheres() {
     let stokes = three_spheres(0.3, 0.2);
     let system = &stokes.system;

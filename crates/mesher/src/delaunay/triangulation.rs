@@ -31,8 +31,8 @@ const NEW: u32 = 1 << 31;
 /// for the points of a graded mesh, some microseconds per point.
 ///
 /// # Errors
-/// [`MeshError::NotFinite`], [`MeshError::DuplicateVertices`], and [`GenerateError::FlatPoints`] if all
-/// points lie in one plane.
+/// [`MeshError::NotFinite`], [`MeshError::DuplicateVertices`], and [`GenerateError::FlatPoints`] if
+/// all points lie in one plane.
 pub(crate) fn delaunay(points: &[Vec3], first: Range<u32>) -> Result<Vec<[u32; 4]>, GenerateError> {
     if let Some(i) = points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
         return Err(MeshError::NotFinite { point: i }.into());

@@ -12,8 +12,8 @@ use std::ops::Range;
 /// Numbers the vertices of the fluid, finds the boundary faces, and checks them.
 ///
 /// # Errors
-/// [`GenerateError::SurfaceNotRecovered`] for a body or container whose faces are not a closed surface
-/// through all its vertices, and for a sphere whose faces are not the designed triangles.
+/// [`GenerateError::SurfaceNotRecovered`] for a body or container whose faces are not a closed
+/// surface through all its vertices, and for a sphere whose faces are not the designed triangles.
 pub(crate) fn assemble(
     layout: &Layout<'_>,
     bodies: &[MeshedBody<'_>],

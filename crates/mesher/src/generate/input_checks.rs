@@ -142,8 +142,8 @@ fn finite(what: &str, x: Vec3) -> Result<(), GenerateError> {
 /// Checks that the container is symmetric about every plane, and every body symmetric or beside it.
 ///
 /// # Errors
-/// [`GenerateError::NotSymmetric`]; [`GenerateError::BadParameter`] for a capsule or another surface, whose
-/// triangles would cross the planes.
+/// [`GenerateError::NotSymmetric`]; [`GenerateError::BadParameter`] for a capsule or another
+/// surface, whose triangles would cross the planes.
 fn check_symmetry(
     planes: SymmetryPlanes,
     bodies: &[MeshedBody<'_>],

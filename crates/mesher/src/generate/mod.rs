@@ -85,8 +85,8 @@ pub struct StageSeconds {
 /// # Errors
 /// [`MeshError::BadTag`] for a name used twice, [`GenerateError::BadParameter`],
 /// [`GenerateError::NotSymmetric`], [`GenerateError::BodiesTouch`], [`GenerateError::BodyAtWall`],
-/// [`GenerateError::TooManyVertices`], and [`GenerateError::SurfaceNotRecovered`] where the tets do not
-/// follow a surface because the element size is too large for its shape.
+/// [`GenerateError::TooManyVertices`], and [`GenerateError::SurfaceNotRecovered`] where the tets do
+/// not follow a surface because the element size is too large for its shape.
 ///
 /// ```
 /// use mesh::Vec3;

@@ -54,8 +54,8 @@ impl SizeMap {
     /// Cost: O(n log² n).
     ///
     /// # Errors
-    /// [`GenerateError::BadParameter`] if there is no point, a coordinate is not finite, a length is
-    /// not positive, or `growth` is negative.
+    /// [`GenerateError::BadParameter`] if there is no point, a coordinate is not finite, a length
+    /// is not positive, or `growth` is negative.
     pub fn new(mut points: Vec<(Vec3, f64)>, growth: f64) -> Result<Self, GenerateError> {
         let bad = |what: &str, value: f64, requirement: &'static str| GenerateError::BadParameter {
             what: what.into(),

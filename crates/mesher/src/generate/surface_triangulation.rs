@@ -16,8 +16,8 @@ const UNIFORM: f64 = 1.25;
 ///
 /// # Errors
 /// [`GenerateError::TooManyVertices`] if more than `limit` vertices are needed,
-/// [`GenerateError::SurfaceNotRecovered`] if splitting does not end (spheroids more slender than 1 to
-/// 4).
+/// [`GenerateError::SurfaceNotRecovered`] if splitting does not end (spheroids more slender than 1
+/// to 4).
 pub(super) fn triangulate(
     name: &str,
     surface: &dyn Surface,

@@ -111,8 +111,8 @@ fn boundary_file(mesh: &TetMesh, moved: &dyn Fn(u32, u16) -> Vec3) -> String {
 
 /// Runs the command on a boundary, in a folder of its own.
 ///
-/// Debian's Gmsh is built without the optimiser of Netgen and fails if it is asked for. It then runs
-/// again without this option; its own optimiser always runs.
+/// Debian's Gmsh is built without the optimiser of Netgen and fails if it is asked for. It then
+/// runs again without this option; its own optimiser always runs.
 fn run(command: &Path, boundary: &str) -> Result<LinearTets, GenerateError> {
     let io = |path: &Path| {
         let path = path.to_path_buf();
@@ -162,7 +162,8 @@ fn mesh_volume(command: &Path, folder: &Path, options: &[&str]) -> Result<(), St
         .unwrap_or_else(|| format!("it wrote no mesh ({})", output.status)))
 }
 
-/// The last errors in the output of Gmsh, without the summary between dashed lines that follows them.
+/// The last errors in the output of Gmsh, without the summary between dashed lines that follows
+/// them.
 fn message(output: &str) -> Option<String> {
     let lines = output
         .lines()

@@ -70,8 +70,9 @@ pub struct MovedBody<'a> {
 /// # Errors
 /// [`GenerateError::BadParameter`], [`MeshError::BadTag`] for a body that is named twice,
 /// [`MeshError::UnknownTag`] for one that is not in the mesh, [`GenerateError::BodiesTouch`],
-/// [`GenerateError::BodyAtWall`], [`GenerateError::TooManyVertices`], [`GenerateError::BoundaryNotRecovered`],
-/// [`GenerateError::SurfaceNotRecovered`], and those of [`TetMesh::curved`].
+/// [`GenerateError::BodyAtWall`], [`GenerateError::TooManyVertices`],
+/// [`GenerateError::BoundaryNotRecovered`], [`GenerateError::SurfaceNotRecovered`], and those of
+/// [`TetMesh::curved`].
 pub fn remesh(
     mesh: &TetMesh,
     bodies: &[MovedBody<'_>],

@@ -1,5 +1,5 @@
-//! The requested accuracy, and the orders of all expansions of an arrangement, fixed or chosen for a
-//! tolerance.
+//! The requested accuracy, and the orders of all expansions of an arrangement, fixed or chosen for
+//! a tolerance.
 
 use std::collections::BTreeMap;
 

@@ -54,8 +54,8 @@ pub(crate) fn mobility_with_blocks(
     }
 }
 
-/// Scaled mobility matrices for the orders of a system and two orders lower, by one factorisation of
-/// the whole matrix, for few multipoles per sphere.
+/// Scaled mobility matrices for the orders of a system and two orders lower, by one factorisation
+/// of the whole matrix, for few multipoles per sphere.
 ///
 /// Iterations consist of many small products per pair of spheres and run at a twentieth of the
 /// speed of one large factorisation. The factorisation also gives both orders at once, and its cost

@@ -131,7 +131,7 @@ fn orders_of_an_axis_serve_configurations_off_it() {
 
 /// 140 spheres took 19 times as long as 125, and 200 spheres 53 times.
 #[test]
-#[ignore = "slow: 1000 spheres, 40 s"]
+#[ignore = "slow: 40 s, 1000 spheres"]
 fn a_thousand_spheres_to_a_hundredth() {
     let lattice = |k: i32| {
         Vector3::new(

@@ -1,4 +1,5 @@
-//! SphereStresslets of spheres against exact values, the far field of the flow, and in rotated frames.
+//! SphereStresslets of spheres against exact values, the far field of the flow, and in rotated
+//! frames.
 
 use std::f64::consts::PI;
 

@@ -39,8 +39,8 @@ pub(super) struct PlacedQuery {
     seconds: f64,
 }
 
-/// A mesh with bodies at `poses`, and the error estimate of the last solution on it until it is used
-/// to adapt the mesh.
+/// A mesh with bodies at `poses`, and the error estimate of the last solution on it until it is
+/// used to adapt the mesh.
 pub(super) struct Adaptable {
     pub mesh: Arc<TetMesh>,
     pub poses: Vec<Isometry3<f64>>,

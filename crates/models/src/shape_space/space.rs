@@ -348,7 +348,8 @@ impl ShapeSpace {
     }
 }
 
-/// Joints whose value varies in the box, if a table over it is possible for the scene and the model.
+/// Joints whose value varies in the box, if a table over it is possible for the scene and the
+/// model.
 ///
 /// # Errors
 /// [`ModelError::ShapeSpace`], as [`ShapeSpace::tabulate`].

@@ -4,8 +4,8 @@
 //! [`Session`], so that none outlives PETSc. They are neither `Send` nor `Sync`: PETSc is called on
 //! one thread per process.
 //!
-//! Functions that return a [`PetscError`] pass on the errors of PETSc; sections on errors are written
-//! where there are others, or where a caller can cause them.
+//! Functions that return a [`PetscError`] pass on the errors of PETSc; sections on errors are
+//! written where there are others, or where a caller can cause them.
 #![allow(unsafe_code)]
 
 mod exchange;

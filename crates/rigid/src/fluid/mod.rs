@@ -44,7 +44,8 @@ pub(crate) struct FluidBlocks {
 }
 
 impl FluidBlocks {
-    /// The blocks of free nodes and vertices; each matrix is freed as soon as its block is complete.
+    /// The blocks of free nodes and vertices; each matrix is freed as soon as its block is
+    /// complete.
     fn new(
         matrices: FluidMatrices,
         interpolation_border: Csr,

@@ -118,7 +118,8 @@ tables! {
         /// Point of a surface that is at `position` and about which it turns, in coordinates of the
         /// file.
         centre: Option<[f64; 3]> | "centroid of the volume",
-        /// Direction of the axis of a spheroid, capsule, disk or torus in the initial configuration.
+        /// Direction of the axis of a spheroid, capsule, disk or torus in the initial
+        /// configuration.
         axis: Option<[f64; 3]>; [1.0, 0.0, 0.0],
         /// Rotation vector in radians that turns a body whose axis is x into its initial
         /// orientation: [0, 0, 1.5707963] makes it y. The body turns with the flow from there.
@@ -139,15 +140,15 @@ tables! {
         mass: f64 [NonNegative] = 0.0,
         /// Moment of inertia about the centre; for zero that of a homogeneous body of the mass.
         inertia: f64 [NonNegative] = 0.0,
-        /// Density. With `gravity` g the force (density - fluid.density) volume g acts on the centre
-        /// of volume of the body, in addition to `force`. It has no inertia.
+        /// Density. With `gravity` g the force (density - fluid.density) volume g acts on the
+        /// centre of volume of the body, in addition to `force`. It has no inertia.
         density: Option<f64> [NonNegative] | "that of the fluid: no weight",
         /// Tangential velocity of the surface.
         slip: Option<SlipFile>,
     }
 
-    /// Tangential velocity `-(b1 + b2 n·k) (I - n n^T) k` of the surface of a body, a squirmer, with
-    /// the outward normal n and the unit vector k along `axis`.
+    /// Tangential velocity `-(b1 + b2 n·k) (I - n n^T) k` of the surface of a body, a squirmer,
+    /// with the outward normal n and the unit vector k along `axis`.
     pub(crate) struct SlipFile in "bodies[].slip." {
         /// First mode: on a sphere `b1 sin θ`.
         b1: f64 = 0.0,
@@ -286,9 +287,9 @@ tables! {
         /// Program that meshes the fluid again inside the walls of a mesh file.
         mesher: MesherKind,
         /// Whether symmetry planes are used: the coordinate planes through the origin about which
-        /// bodies, loads, slip, background flow and domain are symmetric for the whole run. One side
-        /// of each is meshed, with a half or a quarter of the degrees of freedom; output shows the
-        /// whole fluid.
+        /// bodies, loads, slip, background flow and domain are symmetric for the whole run. One
+        /// side of each is meshed, with a half or a quarter of the degrees of freedom; output shows
+        /// the whole fluid.
         symmetry: SymmetryKind,
         /// Flows that a run writes for ParaView.
         flows: FlowsKind,

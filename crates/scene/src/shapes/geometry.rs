@@ -14,9 +14,9 @@ use crate::surface_shape::SurfaceFiles;
 
 /// A shape of bodies.
 ///
-/// Its own coordinates have the centre of the body as origin; [`Geometry::orientation`] rotates them
-/// into the initial configuration. Functions without `own` in their description are about the axes
-/// of the initial configuration.
+/// Its own coordinates have the centre of the body as origin; [`Geometry::orientation`] rotates
+/// them into the initial configuration. Functions without `own` in their description are about the
+/// axes of the initial configuration.
 pub(crate) trait Geometry {
     /// The keys of `[[bodies]]` that belong to the shape.
     fn keys() -> &'static [&'static str]
@@ -90,8 +90,8 @@ pub(crate) trait Geometry {
         None
     }
 
-    /// Largest support distance over all directions perpendicular to the unit vector `n`, in its own
-    /// coordinates, or an upper bound.
+    /// Largest support distance over all directions perpendicular to the unit vector `n`, in its
+    /// own coordinates, or an upper bound.
     fn transverse_support_distance(&self, n: &Vector3<f64>) -> f64;
 
     /// The surface with its own coordinates at `pose` and lengths divided by `unit`; `None` without

@@ -15,8 +15,8 @@ use crate::integrate::{SpanResult, SpanSolution};
 /// With [`FlowsKind::All`] a flow is written after its solve. The flows of solves that the
 /// integration discards are removed at the end of the phase span, so the collection contains the
 /// trajectory only. A model with a mesh solves again for those of its solutions that were
-/// interpolated. With [`FlowsKind::Phase`] only the last flow of a phase span is computed, if it was
-/// solved for.
+/// interpolated. With [`FlowsKind::Phase`] only the last flow of a phase span is computed, if it
+/// was solved for.
 #[derive(Debug)]
 pub struct FlowSeries {
     folder: Folder,

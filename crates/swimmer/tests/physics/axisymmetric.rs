@@ -93,7 +93,7 @@ fn a_stroke_in_a_ball_has_the_exact_net_displacement() {
 
 /// Spectral.
 #[test]
-#[ignore = "a minute: strokes to four and five digits"]
+#[ignore = "slow: 1 min, strokes to four and five digits"]
 fn strokes_have_the_exact_net_displacement() {
     check_stroke("{ kind = \"unbounded\" }", 1e-4, 0.1598053403881754);
     check_stroke(BALL, 1e-5, 0.1604180159643671);

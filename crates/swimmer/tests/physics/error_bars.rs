@@ -121,7 +121,7 @@ fn bars_of_forces_between_approaching_spheres_are_their_errors() {
 }
 
 #[test]
-#[ignore = "10 s: 174 thousand degrees of freedom"]
+#[ignore = "slow: 10 s, 174 thousand degrees of freedom"]
 fn bars_hold_in_a_gap_of_a_twentieth_radius() {
     for (distance, exact) in [(2.1, 7.413297606556761), (2.05, 12.71128816977892)] {
         let [error, bar, before] = approach(distance, 0.5, exact);
@@ -229,7 +229,7 @@ fn independent_forces_and_power_agree_to_their_order() {
 }
 
 #[test]
-#[ignore = "15 s: a whole stroke"]
+#[ignore = "slow: 15 s, a whole stroke"]
 fn the_bar_of_the_net_displacement_contains_the_exact_one() {
     // Spectral, ball of 40.
     let exact = Vector3::new(0.1604180159643671, 0.0, 0.0);

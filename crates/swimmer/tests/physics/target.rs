@@ -65,7 +65,7 @@ fn a_given_size_factor_is_kept() {
 }
 
 #[test]
-#[ignore = "two minutes: strokes on four meshes"]
+#[ignore = "slow: 2 min, strokes on four meshes"]
 fn strokes_meet_their_target_error() {
     // Spectral, ball of 40.
     let exact = 0.1604180159643671;

@@ -71,7 +71,7 @@ fn later_cycles_reuse_the_meshes_of_the_first() {
 }
 
 #[test]
-#[ignore = "slow: more than six minutes on two cores"]
+#[ignore = "slow: 7 min"]
 fn a_hundred_cycles_of_the_default_stroke_have_the_same_displacement() {
     let scene = scene(
         100,

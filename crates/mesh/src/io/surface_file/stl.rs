@@ -1,7 +1,7 @@
 //! STL files, text and binary.
 //!
-//! The reader is our own because stl_io (0.11) reads numbers of text in single precision, takes every
-//! file that begins with `solid ` for text, and gives neither line nor offset of an error.
+//! The reader is our own because stl_io (0.11) reads numbers of text in single precision, takes
+//! every file that begins with `solid ` for text, and gives neither line nor offset of an error.
 
 use super::{malformed, number, text};
 use crate::{FileLocation, MeshError, SurfaceMesh, Vec3};

@@ -99,9 +99,9 @@ impl TriangulatedSurface {
     /// Own coordinates are those of the triangulation. Cost: some 20 microseconds per triangle.
     ///
     /// # Errors
-    /// [`GenerateError::BadSurface`] for triangles that are open, not manifold, not oriented, inside
-    /// out, degenerate, folded, in several parts, or that intersect themselves, and for features
-    /// below a thousandth of the surface's radius.
+    /// [`GenerateError::BadSurface`] for triangles that are open, not manifold, not oriented,
+    /// inside out, degenerate, folded, in several parts, or that intersect themselves, and for
+    /// features below a thousandth of the surface's radius.
     pub fn new(name: &str, mesh: SurfaceMesh, kind: TriangleKind) -> Result<Self, GenerateError> {
         let parts = Parts::new(mesh, kind).map_err(|defect| GenerateError::BadSurface {
             surface: name.into(),
