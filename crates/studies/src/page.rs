@@ -240,7 +240,7 @@ mod tests {
         assert!(html.contains("<tr class=\"bad\"><td>&lt;script&gt;</td></tr>"));
         assert!(html.contains("<svg viewBox=\"0 0 10 20\"/>"));
         let text = page.markdown();
-        assert!(text.contains("Made by `cargo xtask validate`. Rows.\n\n\n## rows & columns"));
+        assert!(text.contains("Made by `cargo xtask validate`. Rows.\n\n## rows & columns"));
         assert!(text.contains("![errors over seconds](errors.svg)"));
         let day: Vec<usize> = today().split('-').map(str::len).collect();
         assert_eq!(day, [4, 2, 2]);

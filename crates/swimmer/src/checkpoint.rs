@@ -20,7 +20,7 @@ use crate::output::Folder;
 pub const FILE: &str = "checkpoint.json";
 
 /// Version of the format; increased when older checkpoints can no longer be read.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// Largest size of a checkpoint in bytes, about that of a hundred thousand phase spans.
 const MAX_SIZE: u64 = 1 << 31;

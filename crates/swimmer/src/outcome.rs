@@ -3,10 +3,14 @@
 use models::{AccumulatedError, BodySolution, ErrorEstimate, Hydrodynamics, NewMesh, Seconds};
 use nalgebra::{Isometry3, Vector3};
 use rigid::{Articulation, State};
-use scene::Scene;
+use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
+use crate::integrate::SpanResult;
+
+/// Points of the curve per piece of a phase span: enough for a smooth plot.
+const CURVE_POINTS: usize = 12;
 
 /// The state of a run between two phase spans.
 #[derive(Clone, Debug)]
@@ -45,7 +49,7 @@ pub struct Outcome {
     /// error is not estimated.
     ///
     /// It is the sum of all error bars for a model that controls its own error
-    /// ([`models::Hydrodynamics::controls_error`]), and that of the integration for other models.
+    /// ([`models::Capabilities::controls_error`]), and that of the integration for other models.
     #[serde(default)]
     pub limited_error: Option<f64>,
     /// Largest value of `limited_error` that meets the tolerance: `model.tolerance` times a length.
@@ -225,6 +229,166 @@ impl Interim {
         };
         Ok(Self { state, outcome })
     }
+
+    /// Positions of all bodies in the present state.
+    pub(crate) fn positions(
+        &self,
+        scene: &Scene,
+        shape: &[f64],
+    ) -> Result<Vec<Vector3<f64>>, SwimError> {
+        positions(scene.articulation(), &self.state, shape)
+    }
+
+    /// Appends a phase span: the state becomes that at its end, and the outcome includes it.
+    ///
+    /// `origin` are the positions from which displacements count.
+    pub(crate) fn append(
+        &mut self,
+        scene: &Scene,
+        origin: &[Vector3<f64>],
+        span: &PhaseSpan,
+        result: &SpanResult,
+    ) -> Result<(), SwimError> {
+        let set = scene.articulation();
+        let before = self.positions(scene, &span.from)?;
+        self.state = result.end.clone();
+        let after = self.positions(scene, &span.to)?;
+        let outcome = &mut self.outcome;
+        outcome.append_trajectory(set, span, result)?;
+        outcome.append_displacement(set, span, result, [&before, &after]);
+        outcome.displacement = after.iter().zip(origin).map(|(a, b)| a - b).collect();
+        let turned = self.state.frames[0].rotation;
+        let start = scene.initial_state().frames[0].rotation;
+        outcome.rotation = (turned * start.inverse()).scaled_axis();
+        outcome.velocities.clone_from(&result.velocities);
+        outcome.append_costs_and_work(result);
+        outcome.estimate_errors(set, &after);
+        Ok(())
+    }
+}
+
+impl Outcome {
+    /// Appends the solves and the end of a phase span to the trajectory.
+    fn append_trajectory(
+        &mut self,
+        set: &Articulation,
+        span: &PhaseSpan,
+        result: &SpanResult,
+    ) -> Result<(), SwimError> {
+        let sample = |s: f64, state: &State, shape: &[f64], bodies| -> Result<_, SwimError> {
+            Ok(Sample {
+                time: span.time(s),
+                span: span.number,
+                poses: set.place(state, shape)?,
+                shape: set.joint_values(state, shape)?,
+                bodies,
+            })
+        };
+        for solution in &result.solutions {
+            let (s, bodies) = (solution.s, solution.solution.bodies.clone());
+            let state = result.state(set, s)?;
+            (self.samples).push(sample(s, &state, &span.shape(s), Some(bodies))?);
+        }
+        self.samples.push(sample(1.0, &result.end, &span.to, None)?);
+        let parts = CURVE_POINTS * result.pieces.len();
+        for k in 1..=parts {
+            let s = k as f64 / parts as f64;
+            let at = positions(set, &result.state(set, s)?, &span.shape(s))?;
+            self.curve.push((span.time(s), at));
+        }
+        Ok(())
+    }
+
+    /// Appends the displacement over a phase span between two lists of positions, with its errors.
+    fn append_displacement(
+        &mut self,
+        set: &Articulation,
+        span: &PhaseSpan,
+        result: &SpanResult,
+        [before, after]: [&[Vector3<f64>]; 2],
+    ) {
+        let displacement: Vec<_> = after.iter().zip(before).map(|(a, b)| a - b).collect();
+        let of_roots: Vec<_> = (set.linkages().iter())
+            .map(|linkage| displacement[linkage.root])
+            .collect();
+        let mesh = result.accumulated_error.as_ref();
+        let integration = result.accumulated_integration_error.as_ref();
+        self.spans.push(SpanOutcome {
+            joints: span.joints.clone(),
+            solves: result.solves,
+            error_estimate: ErrorEstimate {
+                mesh: mesh.map(|error| corrected_bar(set, error, after)),
+                integration: (integration.map(|error| integration_bar(set, error, after)))
+                    .or(result.error_estimate.integration),
+                ..result.error_estimate
+            },
+            displacement,
+        });
+        let appended = |sum: Option<AccumulatedError>, of_span: Option<&AccumulatedError>| {
+            let (mut sum, of_span) = sum.zip(of_span)?;
+            sum.append(of_span, &of_roots);
+            Some(sum)
+        };
+        self.accumulated_error = appended(self.accumulated_error.take(), mesh);
+        self.accumulated_integration_error =
+            appended(self.accumulated_integration_error.take(), integration);
+    }
+
+    /// Adds what is a sum over phase spans.
+    fn append_costs_and_work(&mut self, result: &SpanResult) {
+        self.solves += result.solves;
+        self.error_estimate.accumulate(1.0, &result.error_estimate);
+        self.work += result.work;
+        self.work_error.accumulate(1.0, &result.work_error);
+        self.seconds += result.seconds;
+    }
+
+    /// Replaces sums of error bars by those of the accumulated errors, which have signs.
+    fn estimate_errors(&mut self, set: &Articulation, positions: &[Vector3<f64>]) {
+        let accumulated = self.accumulated_error.as_ref();
+        self.mesh_error = accumulated.map(|error| errors_of_bodies(set, error, positions));
+        self.error_estimate.mesh = accumulated.map(|error| corrected_bar(set, error, positions));
+        self.work_error.mesh = accumulated.map(AccumulatedError::work_error_bar);
+        if let Some(error) = &self.accumulated_integration_error {
+            self.error_estimate.integration = Some(integration_bar(set, error, positions));
+        }
+    }
+}
+
+/// Error bar of displacements from which an accumulated error was subtracted.
+fn corrected_bar(set: &Articulation, error: &AccumulatedError, positions: &[Vector3<f64>]) -> f64 {
+    error.displacement_error_bar(largest_error(set, error, positions))
+}
+
+/// Error bar of displacements by the integration, whose errors are not subtracted.
+fn integration_bar(
+    set: &Articulation,
+    error: &AccumulatedError,
+    positions: &[Vector3<f64>],
+) -> f64 {
+    largest_error(set, error, positions).hypot(error.uncertainty)
+}
+
+fn largest_error(set: &Articulation, error: &AccumulatedError, positions: &[Vector3<f64>]) -> f64 {
+    let errors = errors_of_bodies(set, error, positions);
+    errors
+        .iter()
+        .fold(0.0_f64, |largest, e| largest.max(e.norm()))
+}
+
+/// Errors of the displacements of the bodies, from the errors of the frames of their linkages.
+fn errors_of_bodies(
+    set: &Articulation,
+    error: &AccumulatedError,
+    positions: &[Vector3<f64>],
+) -> Vec<Vector3<f64>> {
+    let mut errors = vec![Vector3::zeros(); positions.len()];
+    for (number, linkage) in set.linkages().iter().enumerate() {
+        for &body in &linkage.bodies {
+            errors[body] = error.of_body(number, &(positions[body] - positions[linkage.root]));
+        }
+    }
+    errors
 }
 
 /// Positions of all bodies.

@@ -59,7 +59,7 @@ fn results(out: &Path) -> (Value, Vec<u8>) {
 fn phases_done(out: &Path) -> Option<usize> {
     let text = std::fs::read_to_string(out.join(FILE)).ok()?;
     let checkpoint: Value = serde_json::from_str(&text).unwrap();
-    Some(checkpoint["outcome"]["legs"].as_array().unwrap().len())
+    Some(checkpoint["outcome"]["spans"].as_array().unwrap().len())
 }
 
 /// Sends a signal to a run when it has completed a number of phases.

@@ -98,7 +98,7 @@ pub struct StageSeconds {
 /// assert_eq!(mesh.tags, ["sphere", "outer"]);
 /// // An icosahedron with each face divided into four.
 /// assert_eq!(mesh.faces.iter().filter(|f| f.1 == 0).count(), 80);
-/// # Ok::<(), mesh::GenerateError>(())
+/// # Ok::<(), mesher::GenerateError>(())
 /// ```
 pub fn generate(
     bodies: &[MeshedBody<'_>],

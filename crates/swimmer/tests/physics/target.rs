@@ -173,7 +173,7 @@ fn sizes_for_a_target_follow_from_the_error_of_the_stroke_before() {
     scallop.displacement = vec![nalgebra::Vector3::zeros(); 3];
     scallop.spans = vec![
         serde_json::from_value(serde_json::json!({
-            "links": [0], "displacement": [[1.0, 0.0, 0.0]], "solves": 1, "error_estimate": {},
+            "joints": [0], "displacement": [[1.0, 0.0, 0.0]], "solves": 1, "error_estimate": {},
         }))
         .unwrap(),
     ];

@@ -148,17 +148,17 @@ fn values_that_do_not_fit_are_refused() {
         ("/flows", json!([[0.0]]), "invalid length 1"),
         ("/outcome", json!([]), "is damaged"),
         (
-            "/outcome/legs/0/displacement",
+            "/outcome/spans/0/displacement",
             json!([]),
             "does not fit the scene",
         ),
         (
-            "/outcome/legs/0/links",
+            "/outcome/spans/0/joints",
             json!([7]),
             "does not fit the scene",
         ),
         (
-            "/outcome/legs/0/solves",
+            "/outcome/spans/0/solves",
             json!(-3),
             "invalid value: integer `-3`",
         ),
@@ -170,7 +170,7 @@ fn values_that_do_not_fit_are_refused() {
             "does not fit the scene",
         ),
         (
-            "/outcome/samples/0/lengths",
+            "/outcome/samples/0/shape",
             json!([]),
             "does not fit the scene",
         ),
@@ -195,8 +195,8 @@ fn values_that_do_not_fit_are_refused() {
     }
     // More phases than the gait has.
     let mut bad = good.clone();
-    let span = bad["outcome"]["legs"][0].clone();
-    bad["outcome"]["legs"] = json!([span, span, span]);
+    let span = bad["outcome"]["spans"][0].clone();
+    bad["outcome"]["spans"] = json!([span, span, span]);
     refused(
         &scene,
         bad.to_string().as_bytes(),

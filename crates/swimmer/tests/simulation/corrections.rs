@@ -91,7 +91,7 @@ fn corrections_at_two_points_of_a_span_serve_all_points() {
     let uncorrected = stroke(&scene, &mut uncorrected);
     let mut model = OnRequest::new(&scene, ErrorEstimates::OnRequest);
     let corrected = stroke(&scene, &mut model);
-    assert_eq!(model.requests, 2 * 4, "two on each of four legs");
+    assert_eq!(model.requests, 2 * 4, "two on each of four phase spans");
     for k in 0..2 {
         let [before, after] =
             [uncorrected[k], corrected[k]].map(|value| (value / exact[k] - 1.0).abs());
