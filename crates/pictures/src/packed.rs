@@ -38,7 +38,6 @@ pub fn steps(values: &[Option<f64>]) -> (f64, String) {
 }
 
 /// The values of [`steps`]; `None` for a text that is not of this kind.
-
 pub fn from_steps(unit: f64, text: &str) -> Option<Vec<Option<f64>>> {
     let bytes = STANDARD.decode(text).ok()?;
     let numbers = bytes

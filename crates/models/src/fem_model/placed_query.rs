@@ -248,7 +248,7 @@ impl FemModel {
             solutions.push(solution);
             estimate = solved.estimate;
         }
-        let last = (!solutions.is_empty()).then(|| Adaptable {
+        let last = (!solutions.is_empty()).then_some(Adaptable {
             mesh,
             poses,
             estimate,
