@@ -28,15 +28,8 @@ fn all_methods() -> Vec<Box<dyn MeshMotion>> {
 }
 
 fn mesh_around(surface: &dyn Surface, radius: f64) -> TetMesh {
-    let container = Container::Ball(Sphere {
-        centre: Vec3::zeros(),
-        radius,
-    });
-    let body = MeshedBody {
-        name: "bead",
-        surface,
-        size: 0.7,
-    };
+    let container = Container::Ball(Sphere::new(Vec3::zeros(), radius));
+    let body = MeshedBody::new("bead", surface, 0.7);
     let tets = mesher::generate(&[body], &container, &GenerateParams::default())
         .unwrap()
         .mesh;
@@ -48,10 +41,7 @@ fn mesh_around(surface: &dyn Surface, radius: f64) -> TetMesh {
 }
 
 fn sphere() -> Sphere {
-    Sphere {
-        centre: Vec3::new(0.5, 0.0, 0.0),
-        radius: 1.0,
-    }
+    Sphere::new(Vec3::new(0.5, 0.0, 0.0), 1.0)
 }
 
 fn bead(rotates: bool) -> [MovingBody; 1] {

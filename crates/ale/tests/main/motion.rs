@@ -9,10 +9,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 const NAMES: [&str; 3] = ["left", "centre", "right"];
 
 fn mesh_around(surfaces: &[&dyn Surface], radius: f64, size: f64) -> TetMesh {
-    let container = Container::Ball(Sphere {
-        centre: Vec3::zeros(),
-        radius,
-    });
+    let container = Container::Ball(Sphere::new(Vec3::zeros(), radius));
     let bodies: Vec<MeshedBody> = surfaces
         .iter()
         .zip(NAMES)

@@ -279,10 +279,7 @@ fn bad_boundary_parts_are_refused() {
 
 #[test]
 fn surfaces_off_the_boundary_are_refused() {
-    let off = Sphere {
-        centre: Vec3::new(1e-3, 0.0, 0.0),
-        radius: 1.0,
-    };
+    let off = Sphere::new(Vec3::new(1e-3, 0.0, 0.0), 1.0);
     let error = TetMesh::curved(ball(2), &[("surface", &off)]).unwrap_err();
     match error {
         MeshError::OffSurface {

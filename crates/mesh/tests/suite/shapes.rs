@@ -9,6 +9,12 @@ pub struct Sphere {
     pub radius: f64,
 }
 
+impl Sphere {
+    pub const fn new(centre: Vec3, radius: f64) -> Self {
+        Self { centre, radius }
+    }
+}
+
 impl Surface for Sphere {
     fn signed_distance(&self, point: Vec3) -> f64 {
         (point - self.centre).norm() - self.radius
@@ -100,10 +106,7 @@ pub fn ball(n: u32) -> LinearTets {
 }
 
 /// The sphere that bounds [`ball`].
-pub const UNIT_SPHERE: Sphere = Sphere {
-    centre: Vec3::new(0.0, 0.0, 0.0),
-    radius: 1.0,
-};
+pub const UNIT_SPHERE: Sphere = Sphere::new(Vec3::new(0.0, 0.0, 0.0), 1.0);
 
 /// [`ball`] with its boundary on the sphere.
 pub fn curved_ball(n: u32) -> TetMesh {

@@ -40,7 +40,7 @@ fn item() -> impl Strategy<Value = u32> {
 fn surface(kind: usize, centre: Vec3, [a, b]: [f64; 2]) -> Box<dyn Surface> {
     let axis = Vec3::x();
     match kind {
-        0 => Box::new(Sphere { centre, radius: a }),
+        0 => Box::new(Sphere::new(centre, a)),
         1 => Box::new(Spheroid {
             centre,
             axis,
@@ -51,11 +51,7 @@ fn surface(kind: usize, centre: Vec3, [a, b]: [f64; 2]) -> Box<dyn Surface> {
             min: -centre,
             max: Vec3::repeat(a),
         }),
-        3 => Box::new(Capsule {
-            centre,
-            radius: a,
-            half_length: b,
-        }),
+        3 => Box::new(Capsule::new(centre, a, b)),
         4 => Box::new(Ellipsoid { semi_axes: centre }),
         5 => Box::new(Disk {
             radius: a,
@@ -175,21 +171,21 @@ proptest! {
         let axis = Vec3::z();
         let body: Box<dyn Surface> = match kind {
             0 => Box::new(Spheroid { centre, axis, axial: shape[0], equatorial: shape[1] }),
-            _ => Box::new(Sphere { centre, radius: shape[0] }),
+            _ => Box::new(Sphere::new(centre, shape[0])),
         };
-        let second = Sphere { centre: Vec3::new(0.0, 0.0, 5.0), radius: 1.0 };
+        let second = Sphere::new(Vec3::new(0.0, 0.0, 5.0), 1.0);
         let bodies = [
-            MeshedBody { name: "a", surface: body.as_ref(), size },
-            MeshedBody { name: "b", surface: &second, size: 0.7 },
+            MeshedBody::new("a", body.as_ref(), size),
+            MeshedBody::new("b", &second, 0.7),
         ];
         let centre = Vec3::zeros();
         let container = match container {
-            0 => Container::Ball(Sphere { centre, radius: wall[0] }),
+            0 => Container::Ball(Sphere::new(centre, wall[0])),
             1 => Container::Box(BoxSurface {
                 min: Vec3::repeat(-wall[0]),
                 max: Vec3::repeat(wall[1]),
             }),
-            _ => Container::Capsule(Capsule { centre, radius: wall[0], half_length: wall[1] }),
+            _ => Container::Capsule(Capsule::new(centre, wall[0], wall[1])),
         };
         let mesh = match change {
             2 => generate_sized(&bodies, &container, &params, &|q| if q.x > 0.0 { x } else { 0.7 }),

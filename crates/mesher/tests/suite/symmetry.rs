@@ -6,10 +6,7 @@ use mesher::{
 };
 
 fn sphere(x: f64, y: f64, radius: f64) -> Sphere {
-    Sphere {
-        centre: Vec3::new(x, y, 0.0),
-        radius,
-    }
+    Sphere::new(Vec3::new(x, y, 0.0), radius)
 }
 
 fn ball(radius: f64) -> Container {
@@ -127,16 +124,8 @@ fn cut_meshes_are_as_good_as_whole_meshes_and_unfold_to_them() {
 #[test]
 fn a_capsule_along_a_plane_is_meshed_beside_it() {
     let refusal = |height: f64| {
-        let capsule = Capsule {
-            centre: Vec3::new(0.0, 0.0, height),
-            radius: 0.5,
-            half_length: 1.0,
-        };
-        let body = MeshedBody {
-            name: "a",
-            surface: &capsule,
-            size: 0.25,
-        };
+        let capsule = Capsule::new(Vec3::new(0.0, 0.0, height), 0.5, 1.0);
+        let body = MeshedBody::new("a", &capsule, 0.25);
         let mut params = GenerateParams::default();
         params.symmetry_planes = [false, false, true];
         let container = ball(10.0);
@@ -230,8 +219,5 @@ fn a_body_that_touches_a_plane_beside_it_is_refused() {
 }
 
 fn sphere3(x: f64, y: f64, z: f64) -> Sphere {
-    Sphere {
-        centre: Vec3::new(x, y, z),
-        radius: 1.0,
-    }
+    Sphere::new(Vec3::new(x, y, z), 1.0)
 }

@@ -18,11 +18,7 @@ fn placed<S: Surface>(shape: S) -> Placed<S> {
 }
 
 fn capsule(half_length: f64) -> Capsule {
-    Capsule {
-        centre: Vec3::zeros(),
-        radius: 1.0,
-        half_length,
-    }
+    Capsule::new(Vec3::zeros(), 1.0, half_length)
 }
 
 fn ellipsoid(semi_axes: [f64; 3]) -> Ellipsoid {
@@ -46,11 +42,7 @@ fn euler_characteristic(mesh: &LinearTets, tag: u16) -> i64 {
 
 /// Meshes a shape in a ball, and checks the mesh, its quality and the topology of the surface.
 fn check(label: &str, shape: &dyn Surface, size: f64, euler: i64) {
-    let body = MeshedBody {
-        name: "body",
-        surface: shape,
-        size,
-    };
+    let body = MeshedBody::new("body", shape, size);
     let (_, radius) = shape.bounding_ball();
     let (mesh, quality) = checked(&[body], &ball(4.0 * radius));
     assert_eq!(euler_characteristic(&mesh, 0), euler, "{label}");
@@ -124,10 +116,7 @@ fn a_sphere_in_the_hole_of_a_torus() {
         tube: 0.5,
     });
     for (radius, fits) in [(1.2, true), (1.6, false)] {
-        let sphere = Sphere {
-            centre: torus.centre(),
-            radius,
-        };
+        let sphere = Sphere::new(torus.centre(), radius);
         let bodies = [
             ("ring", &torus as &dyn Surface, 0.3),
             ("ball", &sphere, 0.5),
@@ -156,11 +145,7 @@ fn a_sphere_in_the_hole_of_a_torus() {
 fn a_helix_that_touches_itself_is_refused() {
     for (pitch, turns, tube) in [(0.5, 2.0, 0.3), (4.0, 2.0, 1.7)] {
         let helix = Helix::new(1.0, pitch, turns, tube);
-        let body = MeshedBody {
-            name: "body",
-            surface: &helix,
-            size: 0.1,
-        };
+        let body = MeshedBody::new("body", &helix, 0.1);
         let error = generate(&[body], &ball(20.0), &GenerateParams::default());
         assert!(
             matches!(error, Err(GenerateError::BadParameter { .. })),

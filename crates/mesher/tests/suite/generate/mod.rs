@@ -12,10 +12,7 @@ use mesher::{
 use std::collections::HashMap;
 
 fn ball(radius: f64) -> Container {
-    Container::Ball(Sphere {
-        centre: Vec3::zeros(),
-        radius,
-    })
+    Container::Ball(Sphere::new(Vec3::zeros(), radius))
 }
 
 fn unit_spheres(centres: &[Vec3]) -> Vec<Sphere> {
@@ -236,11 +233,7 @@ fn volume_enclosed_by_the_walls_of_a_box_is_exact() {
 #[test]
 fn bodies_in_a_capsule() {
     for (radius, x) in [(4.0, 0.0), (4.0, 2.0), (12.0, 3.0)] {
-        let capsule = Capsule {
-            centre: Vec3::zeros(),
-            radius,
-            half_length: 10.0 + 4.0 * radius,
-        };
+        let capsule = Capsule::new(Vec3::zeros(), radius, 10.0 + 4.0 * radius);
         let shapes: Vec<Sphere> =
             unit_spheres(&[-6.0, 0.0, 6.0].map(|along| Vec3::new(along, 0.6 * x, -0.8 * x)));
         let (_, quality) = checked(&bodies(&shapes, 0.6), &Container::Capsule(capsule));
@@ -252,14 +245,8 @@ fn bodies_in_a_capsule() {
 fn radii_of_one_to_twenty_side_by_side() {
     for gap in [0.15, 0.01] {
         let shapes = [
-            Sphere {
-                centre: Vec3::zeros(),
-                radius: 1.0,
-            },
-            Sphere {
-                centre: Vec3::new(0.0, 1.05 + gap, 0.0),
-                radius: 0.05,
-            },
+            Sphere::new(Vec3::zeros(), 1.0),
+            Sphere::new(Vec3::new(0.0, 1.05 + gap, 0.0), 0.05),
         ];
         let (_, quality) = checked(&bodies(&shapes, 0.5), &ball(20.0));
         assert_good(&format!("gap {gap}"), &quality);
@@ -286,11 +273,7 @@ fn spheroids() {
             axial,
             equatorial,
         };
-        let body = MeshedBody {
-            name: "spheroid",
-            surface: &shape,
-            size: 0.5,
-        };
+        let body = MeshedBody::new("spheroid", &shape, 0.5);
         let (_, quality) = checked(&[body], &ball(20.0));
         assert_good(&format!("{axial} : {equatorial}"), &quality);
     }
@@ -360,11 +343,7 @@ fn gap_ratio_is_about_one_after_generation_and_larger_in_a_closing_gap() {
 #[cfg(feature = "serde")]
 #[test]
 fn shapes_read_back_as_they_were_serialised() {
-    let capsule = Capsule {
-        centre: Vec3::new(0.1, 0.2, 0.3),
-        radius: 1.5,
-        half_length: 4.0,
-    };
+    let capsule = Capsule::new(Vec3::new(0.1, 0.2, 0.3), 1.5, 4.0);
     let text = serde_json::to_string(&capsule).unwrap();
     assert_eq!(serde_json::from_str::<Capsule>(&text).unwrap(), capsule);
 }

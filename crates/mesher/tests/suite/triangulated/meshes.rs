@@ -11,10 +11,7 @@ use nalgebra::Isometry3;
 use std::collections::BTreeSet;
 
 fn in_ball(bodies: &[MeshedBody<'_>]) -> (LinearTets, TetMesh) {
-    let container = Container::Ball(Sphere {
-        centre: Vec3::zeros(),
-        radius: 8.0,
-    });
+    let container = Container::Ball(Sphere::new(Vec3::zeros(), 8.0));
     curved(bodies, &container)
 }
 
@@ -29,11 +26,7 @@ fn curved(bodies: &[MeshedBody<'_>], container: &Container) -> (LinearTets, TetM
 }
 
 fn body(surface: &dyn Surface, size: f64) -> MeshedBody<'_> {
-    MeshedBody {
-        name: "body",
-        surface,
-        size,
-    }
+    MeshedBody::new("body", surface, size)
 }
 
 /// Volume that the curved facets of a part enclose, by the divergence theorem on each.
@@ -156,10 +149,7 @@ fn step() -> mesh::SurfaceMesh {
 
 #[test]
 fn containers_of_any_shape() {
-    let sphere = Sphere {
-        centre: Vec3::new(0.1, 0.05, 0.0),
-        radius: 0.3,
-    };
+    let sphere = Sphere::new(Vec3::new(0.1, 0.05, 0.0), 0.3);
     let check = |label: &str, surface: TriangulatedSurface, centre: Vec3| {
         let volume = surface.volume();
         let sphere = Sphere { centre, ..sphere };
@@ -198,10 +188,7 @@ fn containers_of_any_shape() {
 /// degrees were neither smooth nor sharp enough to tell on which side of the surface a tet is.
 #[test]
 fn bug_faceted_cylinders_were_not_recovered() {
-    let sphere = Sphere {
-        centre: Vec3::new(0.3, -0.2, 0.7),
-        radius: 0.6,
-    };
+    let sphere = Sphere::new(Vec3::new(0.3, -0.2, 0.7), 0.6);
     for (sides, rows, size) in [(32, 1, 0.15), (32, 4, 0.3), (48, 1, 0.5), (12, 4, 0.5)] {
         let container = Container::Surface(faceted(cylinder(2.0, 4.0, sides, rows)));
         let (_, mesh) = curved(&[body(&sphere, size)], &container);
