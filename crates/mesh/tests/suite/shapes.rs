@@ -1,6 +1,6 @@
 //! Meshes for tests.
 
-use mesh::{LinearTets, Surface, TetMesh, Vec3};
+use mesh::{LinearTets, QuadraticTets, Surface, TetMesh, Vec3};
 
 /// A sphere.
 #[derive(Clone, Copy)]
@@ -111,4 +111,15 @@ pub const UNIT_SPHERE: Sphere = Sphere::new(Vec3::new(0.0, 0.0, 0.0), 1.0);
 /// [`ball`] with its boundary on the sphere.
 pub fn curved_ball(n: u32) -> TetMesh {
     TetMesh::curved(ball(n), &[("surface", &UNIT_SPHERE)]).unwrap()
+}
+
+/// The nodes and elements of a mesh as in a second-order file.
+pub fn as_quadratic(mesh: &TetMesh) -> QuadraticTets {
+    QuadraticTets {
+        points: mesh.points().to_vec(),
+        tets: mesh.cells().to_vec(),
+        faces: mesh.facets().iter().map(|f| (f.nodes, f.tag)).collect(),
+        tags: mesh.tags().to_vec(),
+        regions: mesh.regions().clone(),
+    }
 }

@@ -192,10 +192,10 @@ const ROUNDS: usize = 4;
 /// Largest number of edges that are divided because of tets without volume.
 const MAX_DIVISIONS: usize = 50;
 
-/// Improves the worst tets, and divides edges of tets without volume between vertices that cannot
-/// move.
+/// Improves the worst tets, and divides edges of those that still have no volume.
 ///
-/// Vertices of two bodies may lie in one plane but for rounding, and nearly on a circle in it.
+/// Several tets without volume at one vertex can be such that no move of a single vertex improves
+/// all of them; a new vertex in the middle of an edge can move out of their planes.
 pub(crate) fn improve(
     layout: &mut Layout,
     mut tets: LinkedTets,

@@ -1,7 +1,8 @@
 //! Bodies that are not spheres: their surfaces are recovered, closed and of the right topology.
 
-use super::{assert_good, ball, checked};
-use mesh::{LinearTets, Surface, Vec3};
+use super::{assert_good, checked};
+use crate::{ball, euler_characteristic};
+use mesh::{Surface, Vec3};
 use mesher::{
     Capsule, Disk, Ellipsoid, GenerateError, GenerateParams, Helix, MeshedBody, Placed, Sphere,
     Torus, generate,
@@ -25,19 +26,6 @@ fn ellipsoid(semi_axes: [f64; 3]) -> Ellipsoid {
     Ellipsoid {
         semi_axes: semi_axes.into(),
     }
-}
-
-/// `V - E + F` of the faces with a tag; every edge of a closed surface has two faces.
-fn euler_characteristic(mesh: &LinearTets, tag: u16) -> i64 {
-    let faces: Vec<[u32; 3]> = (mesh.faces.iter())
-        .filter(|face| face.1 == tag)
-        .map(|face| face.0)
-        .collect();
-    let mut vertices: Vec<u32> = faces.iter().flatten().copied().collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    assert_eq!(faces.len() % 2, 0);
-    vertices.len() as i64 - faces.len() as i64 / 2
 }
 
 /// Meshes a shape in a ball, and checks the mesh, its quality and the topology of the surface.
@@ -131,11 +119,8 @@ fn a_sphere_in_the_hole_of_a_torus() {
             assert_good("sphere in torus", &quality);
             assert_eq!(euler_characteristic(&mesh, 0), 0);
         } else {
-            let error = generate(&bodies, &ball(20.0), &GenerateParams::default());
-            assert!(
-                matches!(error, Err(GenerateError::BodiesTouch { .. })),
-                "{error:?}"
-            );
+            let result = generate(&bodies, &ball(20.0), &GenerateParams::default());
+            assert_refused!(result, GenerateError::BodiesTouch { .. });
         }
     }
 }
@@ -146,11 +131,8 @@ fn a_helix_that_touches_itself_is_refused() {
     for (pitch, turns, tube) in [(0.5, 2.0, 0.3), (4.0, 2.0, 1.7)] {
         let helix = Helix::new(1.0, pitch, turns, tube);
         let body = MeshedBody::new("body", &helix, 0.1);
-        let error = generate(&[body], &ball(20.0), &GenerateParams::default());
-        assert!(
-            matches!(error, Err(GenerateError::BadParameter { .. })),
-            "{error:?}"
-        );
+        let result = generate(&[body], &ball(20.0), &GenerateParams::default());
+        assert_refused!(result, GenerateError::BadParameter { .. });
     }
 }
 

@@ -36,10 +36,10 @@ proptest! {
     }
 }
 
-/// All centres are in one plane: four vertices of two spheres lay in it, but for rounding, and the
-/// tet between them had no volume (`FlatCell`).
+/// Three tets around three vertices above a sphere had no volume (`FlatCell`), which no move of a
+/// single vertex could change.
 #[test]
-fn bug_a_tet_between_fixed_vertices_had_no_volume() {
+fn bug_tets_without_volume_that_no_single_move_improves() {
     let shapes = [
         Sphere::new(Vec3::new(0.0, 0.4619673773175371, 0.0), 0.3),
         Sphere::new(

@@ -5,15 +5,12 @@ mod bodies_of_any_shape;
 mod random_scenes;
 mod remeshed;
 
+use crate::{ball, curved, on_threads, surfaces};
 use mesh::{LinearTets, NamedSurface, Quality, Surface, TetMesh, Vec3};
 use mesher::{
     BoxSurface, Capsule, Container, GenerateParams, MeshedBody, Sphere, Spheroid, generate,
 };
 use std::collections::HashMap;
-
-fn ball(radius: f64) -> Container {
-    Container::Ball(Sphere::new(Vec3::zeros(), radius))
-}
 
 fn unit_spheres(centres: &[Vec3]) -> Vec<Sphere> {
     let sphere = |&centre| Sphere {
@@ -50,11 +47,9 @@ fn bodies(shapes: &[Sphere], size: f64) -> Vec<MeshedBody<'_>> {
 
 /// Generates and curves a mesh, and checks its volume and vertices against the true shapes.
 fn checked(bodies: &[MeshedBody<'_>], container: &Container) -> (LinearTets, Quality) {
-    let mesh = generate(bodies, container, &GenerateParams::default())
-        .unwrap_or_else(|e| panic!("{e}"))
-        .mesh;
-    let mut surfaces: Vec<NamedSurface<'_>> = bodies.iter().map(|b| (b.name, b.surface)).collect();
-    surfaces.push((Container::TAG, container.surface()));
+    let (mesh, of_mesh) = curved(bodies, container, &GenerateParams::default())
+        .unwrap_or_else(|error| panic!("{error}"));
+    let surfaces = surfaces(bodies, container);
     for &(face, tag) in &mesh.faces {
         let surface = surfaces[tag as usize].1;
         let (_, radius) = surface.bounding_ball();
@@ -77,20 +72,20 @@ fn checked(bodies: &[MeshedBody<'_>], container: &Container) -> (LinearTets, Qua
         })
         .sum();
     // The volume of the tets is that enclosed by the faces (divergence theorem).
-    let enclosed: f64 = mesh
-        .faces
-        .iter()
-        .map(|(face, _)| {
-            let [a, b, c] = face.map(|v| mesh.points[v as usize]);
-            a.dot(&b.cross(&c)) / 6.0
-        })
-        .sum();
+    let enclosed = enclosed(&mesh, |_| true);
     let terms = (mesh.tets.len() + mesh.faces.len()) as f64;
     assert!((volume - enclosed).abs() <= terms * f64::EPSILON * volume);
-    let quality = TetMesh::curved(mesh.clone(), &surfaces)
-        .unwrap_or_else(|e| panic!("{e}"))
-        .quality();
-    (mesh, quality)
+    (mesh, of_mesh.quality())
+}
+
+/// Volume that the faces of some parts enclose.
+fn enclosed(mesh: &LinearTets, is_wanted: impl Fn(u16) -> bool) -> f64 {
+    let faces = mesh.faces.iter().filter(|(_, tag)| is_wanted(*tag));
+    let volume = |(face, _): &([u32; 3], u16)| {
+        let [a, b, c] = face.map(|v| mesh.points[v as usize]);
+        a.dot(&b.cross(&c)) / 6.0
+    };
+    faces.map(volume).sum()
 }
 
 /// Asserts the quality that every mesh around separate bodies must have.
@@ -218,15 +213,7 @@ fn volume_enclosed_by_the_walls_of_a_box_is_exact() {
     let shapes = collinear(&[-10.0, 0.0, 10.0]);
     let (mesh, quality) = checked(&bodies(&shapes, 0.6), &Container::Box(sides));
     assert_good("box", &quality);
-    let walls: f64 = mesh
-        .faces
-        .iter()
-        .filter(|f| f.1 == 3)
-        .map(|(face, _)| {
-            let [a, b, c] = face.map(|v| mesh.points[v as usize]);
-            a.dot(&b.cross(&c)) / 6.0
-        })
-        .sum();
+    let walls = enclosed(&mesh, |tag| tag == 3);
     assert!((walls - sides.volume()).abs() < 1e-12 * sides.volume());
 }
 
@@ -291,13 +278,8 @@ fn meshes_are_bitwise_the_same_for_any_number_of_threads() {
     let shapes = collinear(&[-3.0, 0.0, 5.0]);
     let bodies = bodies(&shapes, 0.5);
     let run = |threads| {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("threads")
-            .install(|| generate(&bodies, &ball(40.0), &GenerateParams::default()))
-            .expect("a valid scene")
-            .mesh
+        let generated = || generate(&bodies, &ball(40.0), &GenerateParams::default());
+        on_threads(threads, generated).expect("a valid scene").mesh
     };
     let one = run(1);
     assert_eq!(one, run(2));
@@ -324,10 +306,7 @@ fn gap_ratio_is_about_one_after_generation_and_larger_in_a_closing_gap() {
     for gap in [1.0, 0.2] {
         let shapes = collinear(&[-1.0 - gap / 2.0, 1.0 + gap / 2.0]);
         let bodies = bodies(&shapes, 0.8);
-        let generated = generate(&bodies, &container, &GenerateParams::default()).unwrap();
-        let mut surfaces: Vec<NamedSurface> = bodies.iter().map(|b| (b.name, b.surface)).collect();
-        surfaces.push((Container::TAG, container.surface()));
-        let mesh = TetMesh::curved(generated.mesh, &surfaces).unwrap();
+        let (_, mesh) = curved(&bodies, &container, &GenerateParams::default()).unwrap();
         let fresh = mesh.gap_ratio(&[&shapes[0], &shapes[1]], wall);
         // The wanted edges are 0.6 of the gap; the longest edge of a regular pair of tets across it
         // is 1.2 of the gap.
