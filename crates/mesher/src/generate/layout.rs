@@ -6,7 +6,7 @@ use super::size_field::SizeField;
 use super::symmetry_planes::SymmetryPlanes;
 use crate::GenerateError;
 use crate::delaunay::{FlipRules, circumcentre, insertion_order};
-use crate::surface::Triangles;
+use crate::surface::triangles;
 use mesh::{Surface, SurfaceMesh, TET_EDGES, Vec3, has_volume};
 use std::collections::{HashSet, VecDeque};
 use std::ops::Range;
@@ -315,7 +315,7 @@ impl FlipRules for Layout<'_> {
 ///
 /// They are ordered from neighbour to neighbour, so that the packing accepts about every other one.
 fn apexes(mesh: &SurfaceMesh, side: f64, field: &SizeField<'_>) -> Vec<Vec3> {
-    let neighbours = mesh.neighbours();
+    let neighbours = triangles::neighbours(mesh);
     let mut seen = vec![false; mesh.triangles.len()];
     let mut queue = VecDeque::new();
     let mut apexes = Vec::with_capacity(seen.len());

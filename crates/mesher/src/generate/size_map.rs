@@ -1,5 +1,6 @@
 //! An edge length everywhere, from edge lengths at given points.
 
+use super::input::{demand, finite, length};
 use crate::GenerateError;
 use mesh::{BoundingBox, Vec3};
 
@@ -50,32 +51,20 @@ impl SizeMap {
     /// [`GenerateError::BadParameter`] if there is no point, a coordinate is not finite, a length
     /// is not positive, or `growth` is negative.
     pub fn new(mut points: Vec<(Vec3, f64)>, growth: f64) -> Result<Self, GenerateError> {
-        let bad = |what: &str, value: f64, requirement: &'static str| GenerateError::BadParameter {
-            what: what.into(),
-            value,
-            requirement,
-        };
-        if points.is_empty() {
-            return Err(bad(
-                "number of points of the size map",
-                0.0,
-                "it must be at least one",
-            ));
-        }
-        if !(growth >= 0.0 && growth.is_finite()) {
-            return Err(bad(
-                "growth of the size map",
-                growth,
-                "it must be zero or positive",
-            ));
-        }
+        let count = points.len() as f64;
+        let at_least_one = "it must be at least one";
+        demand(
+            count > 0.0,
+            "number of points of the size map",
+            count,
+            at_least_one,
+        )?;
+        let is_growth = growth >= 0.0 && growth.is_finite();
+        let not_negative = "it must be zero or positive";
+        demand(is_growth, "growth of the size map", growth, not_negative)?;
         for (x, h) in &points {
-            if !(*h > 0.0 && h.is_finite()) {
-                return Err(bad("length in the size map", *h, "it must be positive"));
-            }
-            if let Some(c) = x.iter().find(|c| !c.is_finite()) {
-                return Err(bad("coordinate in the size map", *c, "it must be finite"));
-            }
+            length("length in the size map", *h)?;
+            finite("coordinate in the size map", *x)?;
         }
         let mut nodes = Vec::new();
         divide(&mut points, 0, &mut nodes);

@@ -57,12 +57,8 @@ pub(super) fn long_in_gaps(
         let width = |node: u32| {
             let x = parts[part].moved(mesh.points()[node as usize]);
             let others = (parts.iter().enumerate()).filter(|(k, _)| *k != part);
-            others
-                .map(|(k, other)| {
-                    let side = if k == walls { -1.0 } else { 1.0 };
-                    side * other.surface.signed_distance(x)
-                })
-                .fold(f64::INFINITY, f64::min)
+            let distances = others.map(|(_, other)| other.distance(x));
+            distances.fold(f64::INFINITY, f64::min)
         };
         let narrowest = facet
             .nodes

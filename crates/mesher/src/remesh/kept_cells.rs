@@ -30,9 +30,17 @@ pub(super) struct MovedPart<'a> {
     pub motion: Isometry3<f64>,
     /// Whether its triangles are those of the mesh.
     pub is_given: bool,
+    /// Whether the fluid is inside the surface.
+    pub is_wall: bool,
 }
 
 impl MovedPart<'_> {
+    /// Distance of a point of the fluid from the surface; negative on its other side.
+    pub fn distance(&self, x: Vec3) -> f64 {
+        let distance = self.surface.signed_distance(x);
+        if self.is_wall { -distance } else { distance }
+    }
+
     /// The new place of a point that moves with the part.
     pub fn moved(&self, x: Vec3) -> Vec3 {
         // Walls keep their coordinates to the last bit.
@@ -157,13 +165,8 @@ impl<'a> KeptCells<'a> {
     fn is_clear(&self, cell: usize, part: u32) -> bool {
         let (centre, longest) = self.extent(cell);
         let moved = self.parts[part as usize].moved(centre);
-        let walls = self.parts.len() - 1;
-        (self.parts.iter().enumerate())
-            .filter(|(k, _)| *k != part as usize)
-            .all(|(k, other)| {
-                let side = if k == walls { -1.0 } else { 1.0 };
-                side * other.surface.signed_distance(moved) > TIGHT_CLEARANCE * longest
-            })
+        let mut others = (self.parts.iter().enumerate()).filter(|(k, _)| *k != part as usize);
+        others.all(|(_, other)| other.distance(moved) > TIGHT_CLEARANCE * longest)
     }
 
     /// Whether a group of cells can move with a part.

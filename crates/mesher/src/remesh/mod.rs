@@ -217,6 +217,7 @@ fn moved_parts<'a>(bodies: &[MovedBody<'a>], given: &'a [FlatTriangles]) -> Vec<
             surface: surface.map_or(given, |(surface, _)| surface),
             motion: body.map_or_else(Isometry3::identity, |body| body.motion),
             is_given: surface.is_none(),
+            is_wall: body.is_none(),
         }
     };
     given.iter().enumerate().map(part).collect()

@@ -1,6 +1,6 @@
 //! Checks that triangles are one closed, oriented surface around a solid.
 
-use crate::surface::Triangles;
+use crate::surface::triangles;
 use std::collections::HashMap;
 
 use super::Defect;
@@ -35,12 +35,14 @@ pub(super) fn neighbours_of_closed(mesh: &SurfaceMesh) -> Result<Vec<[u32; 3]>, 
     let neighbours = match_edges(mesh)?;
     check_vertices(mesh, &neighbours)?;
     check_connected(mesh, &neighbours)?;
-    let volume: f64 = mesh.corners().map(|[a, b, c]| a.dot(&b.cross(&c))).sum();
+    let volume: f64 = triangles::corners(mesh)
+        .map(|[a, b, c]| a.dot(&b.cross(&c)))
+        .sum();
     if volume > 0.0 {
         return Ok(neighbours);
     }
     let problem = "faces inwards like all others: the surface is inside out; reverse the triangles";
-    Err(Defect::new(0, mesh.centroid(0), problem))
+    Err(Defect::in_middle(mesh, 0, problem))
 }
 
 fn check_triangles(mesh: &SurfaceMesh) -> Result<(), Defect> {
@@ -66,7 +68,7 @@ fn check_triangles(mesh: &SurfaceMesh) -> Result<(), Defect> {
         if height.is_nan() || height <= FLAT * longest {
             let problem = "is degenerate: its corners are on one line; remove it and join its \
                            neighbours";
-            return Err(Defect::new(t, mesh.centroid(t), problem));
+            return Err(Defect::in_middle(mesh, t, problem));
         }
     }
     Ok(())
@@ -130,7 +132,7 @@ fn check_vertices(mesh: &SurfaceMesh, neighbours: &[[u32; 3]]) -> Result<(), Def
                 continue;
             }
             seen[v] = true;
-            let fan = mesh.fan(neighbours, t, i).count();
+            let fan = triangles::fan(mesh, neighbours, t, i).count();
             if fan < count[v] {
                 let problem = "touches other parts of the surface in one vertex only; separate \
                                the parts or join them by a face";
@@ -155,7 +157,7 @@ fn check_connected(mesh: &SurfaceMesh, neighbours: &[[u32; 3]]) -> Result<(), De
         Some(t) => {
             let problem = "is not connected with triangle 1: the surface has several parts; give \
                            every body a file of its own";
-            Err(Defect::new(t, mesh.centroid(t), problem))
+            Err(Defect::in_middle(mesh, t, problem))
         }
     }
 }

@@ -3,7 +3,6 @@
 use super::Defect;
 use super::patch::Patch;
 use super::tree::PatchTree;
-use crate::surface::Triangles;
 use mesh::{SurfaceMesh, Vec3};
 
 /// Largest cosine between the normals at two ends of a ball's chord that count as opposite sides of
@@ -134,7 +133,7 @@ impl FeatureSizes {
                 "is at a tiny feature: the {what} is {smallest:.2e} there, below {TINIEST:e} of the \
                  radius {radius:.2e} of the surface; remove it"
             );
-            return Err(Defect::new(sharpest, mesh.centroid(sharpest), problem));
+            return Err(Defect::in_middle(mesh, sharpest, problem));
         }
         Ok(Self {
             inradius: inradius.max(smallest),
