@@ -15,12 +15,9 @@ enum Part {
     Text(String),
     /// Large figures with their captions, side by side; only in HTML.
     Figures(Vec<(String, &'static str)>),
-    /// An SVG picture with its name, without extension, and its description; those without a name
-    /// are only in HTML.
+    /// An SVG picture with its name, without extension, and its description.
     Picture(String, &'static str, String),
     Table(Table),
-    /// A table that is only in Markdown.
-    MarkdownTable(Table),
 }
 
 /// A page of a study.
@@ -98,12 +95,6 @@ impl Page {
         self.parts.push(part);
     }
 
-    /// A picture in HTML, and a table in Markdown, that show the same.
-    pub fn picture_or_table(&mut self, svg: String, table: Table) {
-        self.picture("", "", svg);
-        self.parts.push(Part::MarkdownTable(table));
-    }
-
     /// A chart that is written to `name.svg`.
     pub fn chart(
         &mut self,
@@ -121,9 +112,8 @@ impl Page {
             Part::Heading(text) => format!("\n## {text}\n"),
             Part::Text(text) => format!("\n{}\n", text.trim()),
             Part::Figures(_) => String::new(),
-            Part::Picture(name, ..) if name.is_empty() => String::new(),
             Part::Picture(name, description, _) => format!("\n![{description}]({name}.svg)\n"),
-            Part::Table(table) | Part::MarkdownTable(table) => format!("\n{}", table.markdown()),
+            Part::Table(table) => format!("\n{}", table.markdown()),
         });
         format!("# {}\n", self.title) + &parts.collect::<String>()
     }
@@ -149,7 +139,6 @@ impl Page {
                 }
                 Part::Picture(_, _, svg) => format!("<figure>{}</figure>\n", scalable(svg)),
                 Part::Table(table) => table.html() + "\n",
-                Part::MarkdownTable(_) => String::new(),
             };
         }
         let title = escape(self.title);
@@ -176,9 +165,7 @@ impl Page {
 
     fn write_pictures(&self, out: &Path) -> Result<()> {
         self.parts.iter().try_for_each(|part| match part {
-            Part::Picture(name, _, svg) if !name.is_empty() => {
-                write(out, &format!("{name}.svg"), svg)
-            }
+            Part::Picture(name, _, svg) => write(out, &format!("{name}.svg"), svg),
             _ => Ok(()),
         })
     }

@@ -88,6 +88,12 @@ impl SceneText {
         self.line(table).key("length", length)
     }
 
+    /// Adds phases, each of which moves one joint to a length.
+    pub fn phases(self, phases: &[(&str, f64)]) -> Self {
+        let phases = phases.iter();
+        phases.fold(self, |text, (joint, length)| text.phase(joint, *length))
+    }
+
     /// Adds spheres `s0`, `s1`, ... on the x axis.
     pub fn spheres_on_axis(self, radii: &[f64], places: impl IntoIterator<Item = f64>) -> Self {
         let spheres = radii.iter().zip(places).enumerate();

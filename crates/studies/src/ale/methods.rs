@@ -24,12 +24,12 @@ const fn method(name: &'static str, make: fn() -> Box<dyn MeshMotion>) -> Method
     Method { name, make }
 }
 
-pub const KANCHI_MASUD: &str = "1 + tau (Kanchi & Masud)";
-
 /// All mesh motions of the study.
 pub const METHODS: [Method; 8] = [
     method("Laplace", || Box::new(Harmonic(Stiffening::None))),
-    method(KANCHI_MASUD, || Box::new(Harmonic(Stiffening::KanchiMasud))),
+    method("1 + tau (Kanchi & Masud)", || {
+        Box::new(Harmonic(Stiffening::KanchiMasud))
+    }),
     method("1/V", || Box::new(Harmonic(Stiffening::InverseVolume))),
     method("elastic, nu = 0", || Box::new(Elastic { poisson: 0.0 })),
     method("elastic, nu = 0.3", || Box::new(Elastic { poisson: 0.3 })),

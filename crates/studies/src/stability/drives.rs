@@ -241,23 +241,18 @@ fn cases() -> Vec<Case> {
 
 /// The map.
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
-    let mut rows = Vec::new();
-    for case in cases() {
-        if !quick || case.quick {
-            rows.push(store.row("drives", &case.name, || cells(&case))?);
-        }
-    }
-    Ok(Map {
+    let mut map = Map {
         key: "drives",
         title: "Joints, drives and masses",
         note: "Runs with Rotne-Prager-Yamakawa hydrodynamics, by tolerance: the largest error of a displacement against an exact value or a run to 1e-7, and the \
                error bar of the integration, both in radii. WRONG means an error of more than twice the bar.",
-        columns: TOLERANCES
-            .iter()
-            .map(|t| format!("tolerance {t:e}"))
-            .collect(),
-        rows,
-    })
+        columns: TOLERANCES.map(|t| format!("tolerance {t:e}")).to_vec(),
+        ..Map::default()
+    };
+    for case in cases().iter().filter(|case| !quick || case.quick) {
+        map.add(store, &case.name, || cells(case))?;
+    }
+    Ok(map)
 }
 
 fn cells(case: &Case) -> Result<Vec<Cell>> {

@@ -219,20 +219,18 @@ fn settings() -> Vec<Setting> {
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     // The tests leave out models with a mesh.
     let models = if quick { &MODELS[..3] } else { &MODELS[..] };
-    let mut rows = Vec::new();
-    for setting in settings() {
-        if !quick || setting.quick {
-            rows.push(store.row("models", setting.name, || cells(&setting, models))?);
-        }
-    }
-    Ok(Map {
+    let mut map = Map {
         key: "models",
         title: "Models: every error within its own error bar",
         note: "Velocities against multipole expansions to 1e-9: the true error and, after it, the error bar that the model gives, both relative to the fastest \
                sphere. WRONG means an error of more than twice the bar.",
         columns: models.iter().map(|&model| model.to_owned()).collect(),
-        rows,
-    })
+        ..Map::default()
+    };
+    for setting in settings().iter().filter(|setting| !quick || setting.quick) {
+        map.add(store, setting.name, || cells(setting, models))?;
+    }
+    Ok(map)
 }
 
 fn cells(setting: &Setting, models: &[&str]) -> Result<Vec<Cell>> {

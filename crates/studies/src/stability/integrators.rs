@@ -6,7 +6,7 @@ use swimmer::models::{SphereModel, SpheresModel};
 use swimmer::{Method, Outcome, Scene, SwimError, simulate};
 
 use super::map::Tried;
-use crate::chart::{LogLog, Series, Style};
+use crate::chart::{LogLog, Series};
 use crate::page::Page;
 use crate::scenes::SceneText;
 use crate::table::{Table, count, exp};
@@ -340,7 +340,7 @@ fn chart(title: &str, points: &[Point]) -> LogLog {
         let points = points.iter().filter(|p| p.integrator == name);
         // Smaller errors are rounding errors.
         let points = points.map(|p| (p.solves as f64, p.error.max(1e-16)));
-        Series::new(name, points, Style::Curve)
+        Series::new(name, points)
     });
-    LogLog::new(title, "solves", "error in radii", series)
+    LogLog::new(title, ["solves", "error in radii"], series, true)
 }

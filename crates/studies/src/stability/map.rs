@@ -9,7 +9,7 @@ use serde_json::Value;
 use swimmer::SwimError;
 
 use crate::page::{self, Page};
-use crate::table::{Cell as Field, Table, escape, exp, fixed};
+use crate::table::{Cell as Field, Table, exp, fixed};
 
 /// Outcome of one method for one stress case.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -118,7 +118,7 @@ pub struct Row {
 }
 
 /// Table of stress cases and methods.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Map {
     /// Name of the map in the CSV file.
     pub key: &'static str,
@@ -130,6 +130,19 @@ pub struct Map {
 }
 
 impl Map {
+    /// Adds the row of an earlier run, or else a new one from `make`, which is stored.
+    pub fn add(
+        &mut self,
+        store: &mut Store,
+        case: impl Into<String>,
+        make: impl FnOnce() -> Result<Vec<Cell>>,
+    ) -> Result<()> {
+        let case = case.into();
+        let cells = store.cells(format!("{}: {case}", self.key), make)?;
+        self.rows.push(Row { case, cells });
+        Ok(())
+    }
+
     pub fn cells(&self) -> impl Iterator<Item = &Cell> {
         self.rows.iter().flat_map(|row| &row.cells)
     }
@@ -175,7 +188,7 @@ impl Map {
     pub fn add_to(&self, page: &mut Page) {
         page.heading(self.title);
         page.text(self.note);
-        page.picture_or_table(self.picture(), self.table());
+        page.table(self.table());
         page.text("(!) means that the outcome is not the expected one. Reasons of refusals:");
         page.table(self.reasons());
     }
@@ -201,71 +214,6 @@ impl Map {
                 ]);
             }
         }
-    }
-
-    /// The map as an SVG picture with one coloured field per cell.
-    fn picture(&self) -> String {
-        const LABEL: f64 = 330.0;
-        const MIN_WIDTH: f64 = 74.0;
-        const HEIGHT: f64 = 24.0;
-        const HEAD: f64 = 30.0;
-        let (columns, rows) = (self.columns.len() as f64, self.rows.len() as f64);
-        // Columns are wide enough for the longest text.
-        let lengths = self.cells().map(|cell| cell.outcome.mark().len());
-        let width = MIN_WIDTH.max(7.0 * lengths.max().unwrap_or(0) as f64 + 14.0);
-        let mut text = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.0}\" height=\"{:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n\
-             <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
-            LABEL + width * columns + 8.0,
-            HEAD + HEIGHT * rows + 8.0
-        );
-        let mut write = |x: f64, y: f64, anchor: &str, ink: &str, content: &str| {
-            let content = escape(content);
-            text += &format!(
-                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{ink}\">{content}</text>\n"
-            );
-        };
-        for (k, column) in self.columns.iter().enumerate() {
-            write(
-                LABEL + width * (k as f64 + 0.5),
-                20.0,
-                "middle",
-                "#282828",
-                column,
-            );
-        }
-        for (r, row) in self.rows.iter().enumerate() {
-            let y = HEAD + HEIGHT * r as f64 + 16.0;
-            write(LABEL - 8.0, y, "end", "#282828", &row.case);
-        }
-        for (r, row) in self.rows.iter().enumerate() {
-            let y = HEAD + HEIGHT * r as f64;
-            for (c, cell) in row.cells.iter().enumerate() {
-                let x = LABEL + width * c as f64;
-                let (fill, ink) = colours(cell);
-                let (content, middle) = (escape(&cell.outcome.mark()), x + 0.5 * width);
-                text += &format!(
-                    "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" rx=\"3\" fill=\"{fill}\"/>\
-                     <text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"{ink}\">{content}</text>\n",
-                    x + 1.0,
-                    y + 1.0,
-                    width - 2.0,
-                    HEIGHT - 2.0,
-                    y + 16.0
-                );
-            }
-        }
-        text + "</svg>\n"
-    }
-}
-
-/// Colours of field and text, from a palette that colour-blind readers can distinguish.
-fn colours(cell: &Cell) -> (&'static str, &'static str) {
-    match &cell.outcome {
-        Outcome::Wrong { .. } => ("#b3261e", "#fff"),
-        _ if !cell.as_expected => ("#e69f00", "#000"),
-        Outcome::Right { .. } => ("#bfe3d7", "#00382b"),
-        Outcome::Refused(_) => ("#d9dee5", "#39424d"),
     }
 }
 
@@ -343,20 +291,17 @@ impl Store {
         })
     }
 
-    /// Row of an earlier run, or else a new one from `make`, which is stored.
+    /// Cells of an earlier run, or else new ones from `make`, which are stored.
     ///
     /// Rows with an infinite error or NaN, which JSON does not have, are made again.
-    pub fn row(
+    fn cells(
         &mut self,
-        map: &str,
-        case: impl Into<String>,
+        key: String,
         make: impl FnOnce() -> Result<Vec<Cell>>,
-    ) -> Result<Row> {
-        let case = case.into();
-        let key = format!("{map}: {case}");
+    ) -> Result<Vec<Cell>> {
         let known = self.rows.get(&key).cloned();
         if let Some(cells) = known.and_then(|cells| serde_json::from_value(cells).ok()) {
-            return Ok(Row { case, cells });
+            return Ok(cells);
         }
         eprintln!("{key}");
         let cells = make()?;
@@ -364,7 +309,7 @@ impl Store {
             self.rows.insert(key, serde_json::to_value(&cells)?);
             page::write(folder, Self::FILE, &serde_json::to_string(&self.rows)?)?;
         }
-        Ok(Row { case, cells })
+        Ok(cells)
     }
 
     /// Removes the file when all maps are complete.
@@ -399,10 +344,11 @@ mod tests {
             ])
         };
         let mut store = Store::open(folder.path()).unwrap();
-        let made = store.row("flow", "gap", cells).unwrap();
+        let made = store.cells("flow: gap".into(), cells).unwrap();
         drop(store);
         let mut again = Store::open(folder.path()).unwrap();
-        let kept = again.row("flow", "gap", || panic!("it is known")).unwrap();
+        let kept = again.cells("flow: gap".into(), || panic!("it is known"));
+        let kept = kept.unwrap();
         assert_eq!(format!("{made:?}"), format!("{kept:?}"));
         again.close().unwrap();
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);

@@ -5,7 +5,6 @@ mod algebra;
 mod drives;
 mod every_model;
 mod faults;
-mod ilu;
 mod inf_sup;
 mod integrators;
 mod map;

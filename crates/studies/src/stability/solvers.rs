@@ -2,8 +2,8 @@
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
+use swimmer::SwimError;
 use swimmer::models::InstantaneousSolution;
-use swimmer::{Scene, SwimError};
 
 use super::map::{Cell, Expected, Map, Outcome, Store};
 use super::stress_cases::{self, Setup, StressCase};
@@ -27,26 +27,26 @@ const COARSE: f64 = 1.5;
 
 /// The map.
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
-    let mut rows = Vec::new();
-    for mut case in stress_cases::all() {
-        if !quick || case.quick {
-            if quick {
-                case.coarsen(COARSE);
-            }
-            rows.push(store.row("flow", case.name, || cells(&case))?);
-        }
-    }
     let columns = SOLVERS
         .iter()
         .flat_map(|solver| FORMULATIONS.map(|(_, short)| format!("{solver} {short}")));
-    Ok(Map {
+    let mut map = Map {
         key: "flow",
         title: "Finite elements: formulations and solvers",
         note: "P~: elimination; L: Lagrange multipliers; DR: direct rows. A number means that the answer is right, and is the number of iterations. Velocities are compared with an \
                independent solve: to 1e-7 for Krylov solvers, which stop at a true residual of 1e-10, and to 1e-9 for the direct one.",
         columns: columns.collect(),
-        rows,
-    })
+        ..Map::default()
+    };
+    for mut case in stress_cases::all() {
+        if quick {
+            case.coarsen(COARSE);
+        }
+        if !quick || case.quick {
+            map.add(store, case.name, || cells(&case))?;
+        }
+    }
+    Ok(map)
 }
 
 /// All cells of one stress case.
@@ -84,7 +84,7 @@ fn solve_by(
     formulation: &str,
     solver: &str,
 ) -> Result<InstantaneousSolution, SwimError> {
-    solve(&Scene::parse(&setup.text(formulation, solver).0)?)
+    solve(&setup.scene(formulation, solver)?)
 }
 
 /// Compares velocities with those of the reference times a factor.

@@ -82,11 +82,7 @@ pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
     );
     summary::page(&rows, &notes).write(out, "validation")?;
     page::write(out, "validation.csv", &summary::table(&rows).csv())?;
-    let quantities = match (quick, only) {
-        (false, None) => crate::accuracy::run(false, None, out)?,
-        _ => Vec::new(),
-    };
-    summary::overview(&rows, &notes, &quantities)?.write_html(out, "index")?;
+    summary::overview(&rows, &notes)?.write_html(out, "index")?;
     eprintln!("see {}", out.join("index.html").display());
     if failed > 0 {
         bail!(

@@ -3,8 +3,7 @@
 use anyhow::Result;
 
 use super::row::{BASES, MAX_ERROR_IN_BARS, Row};
-use crate::accuracy::Quantity;
-use crate::chart::{LogLog, Series, Style};
+use crate::chart::{LogLog, Series};
 use crate::page::Page;
 use crate::table::{Cell, Table, count, exp, fixed, median, optional, signed};
 
@@ -123,8 +122,8 @@ pub fn page(rows: &[Row], notes: &[String]) -> Page {
     page
 }
 
-/// The page with one table per case, the chart of all errors, and those of the quantities.
-pub fn overview(rows: &[Row], notes: &[String], quantities: &[Quantity]) -> Result<Page> {
+/// The page with one table per case and the chart of all errors.
+pub fn overview(rows: &[Row], notes: &[String]) -> Result<Page> {
     let text = "Computed values against exact ones: spectral solutions and closed forms, none from a finite-element code.";
     let mut page = Page::new("Validation", "validate", text);
     let passed = rows.iter().filter(|row| row.passes()).count();
@@ -149,10 +148,6 @@ pub fn overview(rows: &[Row], notes: &[String], quantities: &[Quantity]) -> Resu
     page.heading("Where the tolerances come from");
     for line in footnotes(rows, notes) {
         page.text(line);
-    }
-    for quantity in quantities {
-        page.heading(quantity.title.clone());
-        quantity.add_charts(&mut page)?;
     }
     Ok(page)
 }
@@ -180,10 +175,10 @@ fn errors(rows: &[Row]) -> LogLog {
     let series = groups.map(|(group, name)| {
         let rows = rows.iter().filter(|row| row.group == group);
         let points = rows.map(|row| (row.cost.seconds, row.error.abs()));
-        Series::new(name, points, Style::Points)
+        Series::new(name, points)
     });
     let title = "error of every row over its seconds";
-    LogLog::new(title, "seconds", "error", series)
+    LogLog::new(title, ["seconds", "error"], series, false)
 }
 
 #[cfg(test)]
