@@ -16,7 +16,7 @@ enum Part {
     /// Large figures with their captions, side by side; only in HTML.
     Figures(Vec<(String, &'static str)>),
     /// An SVG picture with its name, without extension, and its description.
-    Picture(String, &'static str, String),
+    Picture(&'static str, &'static str, String),
     Table(Table),
 }
 
@@ -89,20 +89,9 @@ impl Page {
         self.parts.push(Part::Table(table));
     }
 
-    /// A picture that is written to `name.svg`.
-    pub fn picture(&mut self, name: impl Into<String>, description: &'static str, svg: String) {
-        let part = Part::Picture(name.into(), description, svg);
-        self.parts.push(part);
-    }
-
     /// A chart that is written to `name.svg`.
-    pub fn chart(
-        &mut self,
-        name: impl Into<String>,
-        text: &'static str,
-        it: &LogLog,
-    ) -> Result<()> {
-        self.picture(name, text, it.svg()?);
+    pub fn chart(&mut self, name: &'static str, text: &'static str, it: &LogLog) -> Result<()> {
+        self.parts.push(Part::Picture(name, text, it.svg()?));
         Ok(())
     }
 
@@ -171,22 +160,11 @@ impl Page {
     }
 }
 
-/// SVG picture that scales with the page: the fixed size is replaced by a view box.
+/// SVG picture that scales with the page: its fixed size, which comes first, is left out.
 fn scalable(svg: &str) -> String {
-    let attribute = |name: &str| -> Option<&str> {
-        let rest = svg.split_once(&format!("{name}=\""))?.1;
-        Some(rest.split_once('"')?.0)
-    };
-    match (attribute("width"), attribute("height")) {
-        (Some(width), Some(height)) if !svg.contains("viewBox") => svg.replacen(
-            &format!("width=\"{width}\" height=\"{height}\""),
-            &format!("viewBox=\"0 0 {width} {height}\""),
-            1,
-        ),
-        (Some(width), Some(height)) => {
-            svg.replacen(&format!("width=\"{width}\" height=\"{height}\" "), "", 1)
-        }
-        _ => svg.to_owned(),
+    match svg.split_once(" viewBox=") {
+        Some((_, rest)) => format!("<svg viewBox={rest}"),
+        None => svg.to_owned(),
     }
 }
 
@@ -221,7 +199,8 @@ mod tests {
         table.push_marked(true, ["<script>".into()]);
         page.table(table);
         let svg = "<svg width=\"10\" height=\"20\" viewBox=\"0 0 10 20\"/>";
-        page.picture("errors", "errors over seconds", svg.into());
+        let picture = Part::Picture("errors", "errors over seconds", svg.into());
+        page.parts.push(picture);
         let html = page.html();
         assert!(html.contains("<h1>a &lt; b</h1>") && html.contains("href=\"#s1\""));
         assert!(html.contains("<tr class=\"bad\"><td>&lt;script&gt;</td></tr>"));

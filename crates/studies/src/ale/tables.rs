@@ -64,27 +64,14 @@ fn verdict(run: Option<&Run>) -> Cell {
 }
 
 fn moves(page: &mut Page, runs: &Runs) {
-    for (is_curved, title) in [
-        (
-            true,
-            "Moves, cells curved at the spheres: smallest quality / Jacobian along the path",
-        ),
-        (
-            false,
-            "Moves, straight cells: smallest quality along the path",
-        ),
-    ] {
+    let curved = "Moves, cells curved at the spheres: smallest quality / Jacobian along the path";
+    let straight = "Moves, straight cells: smallest quality along the path";
+    for (is_curved, title) in [(true, curved), (false, straight)] {
         page.heading(title);
         page.text("*Inverted at* gives the completed fraction of the motion. One step is from the reference, ten steps are incremental.");
-        let mut table = Table::new([
-            "motion",
-            "4 radii, one step",
-            "ten steps",
-            "close 5 to 2.5, one step",
-            "ten steps",
-            "open 5 to 9, one step",
-            "ten steps",
-        ]);
+        const HEADINGS: &str = "motion;4 radii, one step;ten steps;close 5 to 2.5, one step;\
+             ten steps;open 5 to 9, one step;ten steps";
+        let mut table = Table::new(HEADINGS.split(';'));
         for method in &METHODS {
             let mut cells: Vec<Cell> = vec![method.name.into()];
             for key in ["move", "close", "open"] {
@@ -105,13 +92,9 @@ fn moves(page: &mut Page, runs: &Runs) {
 fn approach(page: &mut Page, runs: &Runs) -> Result<()> {
     page.heading("Approach: gaps close from 3 to 0.02, 15 % per step");
     page.text("The smallest gap that was reached, and the quality of the mesh there.");
-    let mut table = Table::new([
-        "motion",
-        "curved, reference",
-        "curved, incremental",
-        "straight, reference",
-        "straight, incremental",
-    ]);
+    const HEADINGS: &str = "motion;curved, reference;curved, incremental;straight, reference;\
+         straight, incremental";
+    let mut table = Table::new(HEADINGS.split(';'));
     for method in &METHODS {
         let mut cells: Vec<Cell> = vec![method.name.into()];
         for is_curved in [true, false] {
@@ -152,17 +135,12 @@ fn cycles(page: &mut Page, runs: &Runs, cycles: f64) -> Result<()> {
         "Drift is the largest distance of a node from its position \
          at the start of the first cycle; from the reference it is zero by construction.",
     );
-    let mut table = Table::new([
-        "motion".to_owned(),
-        "drift after 1".to_owned(),
-        format!("after {cycles:.0}"),
-        "quality after 1".to_owned(),
-        format!("after {cycles:.0}"),
-        "reference: smallest quality / Jacobian".to_owned(),
-        "preparation, s".to_owned(),
-        "reference: s per step".to_owned(),
-        "incremental: s per step".to_owned(),
-    ]);
+    let headings = format!(
+        "motion;drift after 1;after {cycles:.0};quality after 1;after {cycles:.0};\
+         reference: smallest quality / Jacobian;preparation, s;reference: s per step;\
+         incremental: s per step"
+    );
+    let mut table = Table::new(headings.split(';'));
     for method in &METHODS {
         let run = |way| runs.find("cycles", true, method.name, way);
         let (Some(reference), Some(steps)) = (run(Way::Reference), run(Way::Incremental)) else {
@@ -202,19 +180,9 @@ fn cycles(page: &mut Page, runs: &Runs, cycles: f64) -> Result<()> {
 
 /// All valid steps.
 fn samples(runs: &Runs) -> Table {
-    let mut table = Table::new([
-        "case",
-        "cells",
-        "motion",
-        "way",
-        "label",
-        "quality",
-        "jacobian",
-        "displacement",
-        "complete",
-        "setup_seconds",
-        "step_seconds",
-    ]);
+    const HEADINGS: &str = "case cells motion way label quality jacobian displacement complete \
+         setup_seconds step_seconds";
+    let mut table = Table::new(HEADINGS.split(' '));
     for run in runs.0 {
         for s in &run.samples {
             let cells = if run.is_curved { "curved" } else { "straight" };

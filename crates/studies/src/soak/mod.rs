@@ -64,90 +64,73 @@ fn run_scenes(minutes: f64, seed: u64, elements: f64) -> Result<Vec<(f64, f64)>>
     let mut tallies = Tallies::new();
     let mut refusals: BTreeMap<&'static str, usize> = BTreeMap::new();
     let mut memory: Vec<(f64, f64)> = Vec::new();
-    let mut printed = Instant::now();
     while clock.elapsed() < limit {
         let (text, scene) = draw(&mut random, elements);
-        let kind = kind(&text.0);
+        // The model is the second table of the text.
+        let kind = text.0.split("kind = \"").nth(2).unwrap_or_default();
+        let kind = kind.split('"').next().unwrap_or_default().to_owned();
         let start = Instant::now();
         let on_all = results(&scene);
         let on_one = one_thread.install(|| results(&scene));
-        let tally = tallies.entry((kind.clone(), scene.domain().kind().word()));
-        let tally = tally.or_default();
+        let key = (kind.clone(), scene.domain().kind().word());
+        let tally = tallies.entry(key).or_default();
         tally.scenes += 1;
-        match check(&kind, on_all, on_one)
-            .map_err(|what| anyhow!("{what}\nin the scene\n{}", text.0))?
-        {
-            Checked::Solved(imbalances) => {
+        let checked = check(&kind, on_all, on_one);
+        match checked.map_err(|what| anyhow!("{what}\nin the scene\n{}", text.0))? {
+            Ok(imbalances) => {
                 tally.solutions += imbalances.solutions;
                 tally.balance = tally.balance.max(imbalances.balance);
                 tally.power = tally.power.max(imbalances.power);
             }
-            Checked::Refused(reason) => {
+            Err(reason) => {
                 *refusals.entry(reason).or_default() += 1;
                 tally.refused += 1;
             }
         }
         tally.seconds += start.elapsed().as_secs_f64();
-        if let Some(now) = resident_mib() {
-            memory.push((clock.elapsed().as_secs_f64(), now));
-        }
-        if printed.elapsed() > Duration::from_secs(30) {
-            printed = Instant::now();
-            let scenes: usize = tallies.values().map(|t| t.scenes).sum();
-            eprintln!("{:.0} s, {scenes} scenes", clock.elapsed().as_secs_f64());
-        }
+        memory.extend(resident_mib().map(|mib| (clock.elapsed().as_secs_f64(), mib)));
     }
     report(&tallies, &refusals, clock.elapsed().as_secs_f64());
     Ok(memory)
 }
 
-/// A scene that satisfies the invariants.
-enum Checked {
-    Solved(Imbalances),
-    /// Refused for this reason, which is expected.
-    Refused(&'static str),
-}
-
 /// Results of a scene as text, and its imbalances.
 type Results = Result<(String, Imbalances), SwimError>;
 
-/// Checks the results of a scene on all threads and on one thread.
+/// Checks the results of a scene on all threads and on one thread: the imbalances, or the reason of
+/// an expected refusal.
 ///
 /// # Errors
 /// The invariant that is violated.
-fn check(kind: &str, on_all: Results, on_one: Results) -> Result<Checked, String> {
-    match (on_all, on_one) {
-        (Ok((text_on_all, imbalances)), Ok((text_on_one, _))) => {
-            if text_on_all != text_on_one {
-                return Err("one thread gives other bits than all threads".into());
-            }
+fn check(
+    kind: &str,
+    on_all: Results,
+    on_one: Results,
+) -> Result<Result<Imbalances, &'static str>, String> {
+    let ending = |results: &Results| match results {
+        Ok((text, _)) => text.clone(),
+        Err(error) => error.to_string(),
+    };
+    if ending(&on_all) != ending(&on_one) {
+        let [all, one] = [on_all, on_one].map(|results| results.map(|_| "a solution"));
+        return Err(format!(
+            "one thread gives other bits than all threads: {one:?}, {all:?}"
+        ));
+    }
+    match on_all {
+        Ok((_, imbalances)) => {
             let bar = if kind == "fem" { ITERATED } else { DIRECT };
             // In this form the check fails for NaN.
             match imbalances.balance <= bar && imbalances.power <= bar {
-                true => Ok(Checked::Solved(imbalances)),
+                true => Ok(Ok(imbalances)),
                 false => Err(format!("balances are violated: {imbalances:?}")),
             }
         }
-        (Err(on_all), Err(on_one)) if on_all.to_string() == on_one.to_string() => {
-            let reason = expected(&on_all).ok_or_else(|| format!("failed: {on_all}"))?;
-            Ok(Checked::Refused(reason))
-        }
-        (on_all, on_one) => {
-            let outcome = |r: Results| match r {
-                Ok(_) => "a solution".to_owned(),
-                Err(error) => error.to_string(),
-            };
-            let (a, b) = (outcome(on_all), outcome(on_one));
-            Err(format!("on all threads: {a}; on one thread: {b}"))
-        }
+        Err(error) => match expected(&error) {
+            Some(reason) => Ok(Err(reason)),
+            None => Err(format!("failed: {error}")),
+        },
     }
-}
-
-/// Model in the text of a scene.
-fn kind(text: &str) -> String {
-    text.split("kind = \"").nth(2).map_or("?".into(), |rest| {
-        rest.split('"').next().unwrap_or("?").to_owned()
-    })
 }
 
 /// All results of a scene except times, as text, and its imbalances.
@@ -190,16 +173,8 @@ fn expected(error: &SwimError) -> Option<&'static str> {
 }
 
 fn report(tallies: &Tallies, refusals: &BTreeMap<&'static str, usize>, seconds: f64) {
-    let mut table = Table::new([
-        "model",
-        "domain",
-        "scenes",
-        "solves",
-        "stopped",
-        "s per scene",
-        "forces",
-        "power",
-    ]);
+    let headings = "model,domain,scenes,solves,stopped,s per scene,forces,power";
+    let mut table = Table::new(headings.split(','));
     for ((model, domain), t) in tallies {
         table.push([
             model.as_str().into(),

@@ -14,7 +14,7 @@ use swimmer::models::{Configuration, FemModel};
 
 use super::faults;
 use super::inf_sup::InfSup;
-use super::map::Tried;
+use super::map::{Map, Outcome, Row};
 use super::stress_cases::Setup;
 
 /// Smallest inf-sup constant of an accepted pair of spaces.
@@ -22,8 +22,8 @@ use super::stress_cases::Setup;
 /// P2-P1 has 0.4 to 0.5, equal orders 0.08 on coarse meshes and less on fine ones.
 const MIN_INF_SUP: f64 = 0.1;
 
-/// Runs all tests.
-pub fn rows() -> Result<Vec<Tried>> {
+/// The map.
+pub fn map() -> Result<Map> {
     let eliminated = system(&Eliminated)?;
     let lagrange = system(&Lagrange)?;
     let direct_rows = system(&DirectRows)?;
@@ -60,22 +60,28 @@ pub fn rows() -> Result<Vec<Tried>> {
         ),
         ("a NaN in the stiffness", poisoned, "NaN"),
     ] {
-        rows.push(Tried::refusal(name, result, part));
+        rows.push(Row::refusal(name, result, part));
     }
     rows.extend([1e-9, 1e9].map(|viscosity| viscous_matrices(&eliminated, viscosity)));
     rows.push(no_preconditioner(&eliminated));
     rows.extend(faults::rhs_and_guesses(&eliminated)?);
     rows.extend(faults::meshes()?);
-    Ok(rows)
+    Ok(Map {
+        key: "algebra",
+        title: "Algebra",
+        note: "Stress cases that cannot be described by a scene, for the systems of the bent chain.",
+        columns: vec!["outcome".to_owned()],
+        rows,
+    })
 }
 
 /// The block solver with an exact solve of the velocity block in the place of the V-cycle, which
 /// must need fewer iterations, but not fewer than half.
-fn exact_velocities(system: &Constrained) -> Result<Tried> {
+fn exact_velocities(system: &Constrained) -> Result<Row> {
     let exact = Multigrid::new(system.system.velocity_block(), &MultigridParams::direct())?;
     let with_cycle = iterations(system, &mut system.preconditioner()?)?;
     let with_exact = iterations(system, &mut system.preconditioner_with(exact)?)?;
-    Ok(Tried::new(
+    Ok(Row::test(
         "exact velocity solves instead of V-cycles",
         format!("right after {with_exact} instead of {with_cycle} iterations"),
         with_exact <= with_cycle && with_cycle <= 2 * with_exact,
@@ -96,17 +102,17 @@ fn system(formulation: &dyn Formulation) -> Result<Constrained> {
     Ok(model.system(configuration, &[-0.5, 0.0], formulation)?)
 }
 
-fn quadratic(system: &Constrained) -> Result<Tried> {
+fn quadratic(system: &Constrained) -> Result<Row> {
     let measured = InfSup::new(&system.system)?;
     // The constant pressure of enclosed flow, and the bound of the full gradient.
     let is_stable = measured.require(MIN_INF_SUP).is_ok()
         && measured.null_space_dimension <= 1
         && measured.largest <= 1.0 + 1e-6;
     let constant = format!("{:.3}", measured.constant);
-    Ok(Tried::new("inf-sup constant of P2-P1", constant, is_stable))
+    Ok(Row::test("inf-sup constant of P2-P1", constant, is_stable))
 }
 
-fn equal_order(system: &Constrained) -> Result<Tried> {
+fn equal_order(system: &Constrained) -> Result<Row> {
     let nodes = system.prolongation.nodes();
     let linear = SaddleSystem::new(
         Bordered::scalar(system.vertex_stiffness.clone())?,
@@ -115,7 +121,7 @@ fn equal_order(system: &Constrained) -> Result<Tried> {
         None,
         system.system.pressure_mass().clone(),
     )?;
-    Ok(Tried::refusal(
+    Ok(Row::refusal(
         "P1 velocities with P1 pressures",
         InfSup::new(&linear)?.require(MIN_INF_SUP),
         "inf-sup constant",
@@ -148,12 +154,12 @@ fn vector_product(b: &Csr3, interpolation: &Csr) -> Csr3 {
 /// Schwarz with multipliers in another subdomain than the bodies that they constrain.
 ///
 /// This is the case "gasm + LU fails on Lagrange multipliers" of the paper.
-fn separated_multipliers(lagrange: &Constrained) -> Tried {
+fn separated_multipliers(lagrange: &Constrained) -> Row {
     let m = lagrange.system.border_range().len();
     // Velocities of the bodies come first; the second subdomain gets all multipliers.
     let velocities = 6 * 3 + 3;
     let placement = (0..m).map(|c| usize::from(c >= velocities)).collect();
-    Tried::refusal(
+    Row::refusal(
         "Schwarz on Lagrange, multipliers cut off from their bodies (the paper's failure of gasm+LU)",
         Schwarz::new(
             &lagrange.system,
@@ -170,10 +176,10 @@ fn cut(subdomains: usize, border: BorderPlacement) -> SchwarzParams {
         .with_border(border)
 }
 
-fn no_preconditioner(system: &Constrained) -> Tried {
+fn no_preconditioner(system: &Constrained) -> Row {
     let found = iterations(system, &mut Identity(system.rhs.len()));
     let refused = found.map_err(|error| format!("{error:#}"));
-    Tried::refusal("FGMRES without preconditioner", refused, "FGMRES reached")
+    Row::refusal("FGMRES without preconditioner", refused, "FGMRES reached")
 }
 
 /// Iterations of a solve whose residual is computed again.
@@ -210,7 +216,7 @@ fn solved(
 /// Solves with the viscosity in the matrices instead of viscosity 1 in scaled units.
 ///
 /// The velocities of a swimmer must not change, or the solver must fail with a reason.
-fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Tried {
+fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Row {
     let momentum = plain.system.border_range().end;
     let mut b = plain.rhs.clone();
     b[..momentum].iter_mut().for_each(|load| *load *= viscosity);
@@ -222,23 +228,18 @@ fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Tried {
     };
     let compared = scaled(&plain.system, viscosity)
         .and_then(|system| Ok((solve(&plain.system, &plain.rhs)?, solve(&system, &b)?)));
-    let (outcome, as_expected) = match compared {
-        Err(error) => (format!("*no*: {error}"), true),
+    let name = format!("viscosity {viscosity:e} in the matrices instead of in the units");
+    match compared {
+        Err(error) => Row::one(name, Outcome::Refused(error.to_string()), true),
         Ok((exact, found)) => {
-            let largest = exact[..momentum]
-                .iter()
-                .fold(0.0, |m: f64, e| m.max(e.abs()));
-            let pairs = exact[..momentum].iter().zip(&found);
+            let exact = &exact[..momentum];
+            let largest = exact.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
+            let pairs = exact.iter().zip(&found);
             let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest;
             // Residuals of 1e-8 on both sides, as in the cells of the map.
-            match error < 1e-5 {
-                true => (format!("right to {error:.0e}"), true),
-                false => (format!("**WRONG** by {error:.0e}"), false),
-            }
+            Row::test(name, format!("{error:.0e}"), error < 1e-5)
         }
-    };
-    let name = format!("viscosity {viscosity:e} in the matrices instead of in the units");
-    Tried::new(name, outcome, as_expected)
+    }
 }
 
 /// The same system with the viscosity in its matrices, in unscaled units.

@@ -16,6 +16,7 @@ const TOLERANCES: [f64; 2] = [1e-2, 1e-4];
 const TRUTH: f64 = 1e-7;
 
 /// A scene without its tolerance.
+#[derive(Clone)]
 struct Case {
     name: String,
     text: SceneText,
@@ -53,12 +54,10 @@ impl Case {
 
 /// Three unit spheres on a line at this distance, without joints.
 fn row_of_spheres(distance: f64, keys: &str) -> SceneText {
-    let places = [("l", -distance), ("c", 0.0), ("r", distance)];
-    places
-        .into_iter()
-        .fold(SceneText::default(), |text, (name, x)| {
-            text.sphere(name, 1.0, [x, 0.0, 0.0]).line(keys)
-        })
+    let places = [("l", -distance), ("c", 0.0), ("r", distance)].into_iter();
+    places.fold(SceneText::default(), |text, (name, x)| {
+        text.sphere(name, 1.0, [x, 0.0, 0.0]).line(keys)
+    })
 }
 
 /// Three spheres on a line with these keys of the bodies and of the right joint.
@@ -211,26 +210,21 @@ fn rhombus(name: &str, free: usize, gait: &str, expected: Expected) -> Case {
 }
 
 fn cases() -> Vec<Case> {
-    let mut cases = Vec::new();
-    cases.extend([1e-6, 1e-3, 1.0, 1e3, 1e6].map(spring));
-    cases.push(rhombus(
-        "a loop of hinges with contradictory angles",
-        0,
-        "[[gait.phases]]\ntargets = { h0 = 0.3, h1 = 0.2 }\n",
-        Expected::Refused("loop"),
-    ));
-    cases.push(rhombus(
-        "the same with one free hinge",
-        1,
-        "[[gait.phases]]\ntargets = { h0 = 0.3, h1 = 0.2 }\n",
-        Expected::Refused("loop"),
-    ));
-    cases.push(rhombus(
-        "the same with three free hinges",
-        3,
-        "[[gait.phases]]\ntargets = { h0 = 0.3 }\n[[gait.phases]]\ntargets = { h0 = -0.2 }\n",
-        Expected::Right,
-    ));
+    let contradictory = "[[gait.phases]]\ntargets = { h0 = 0.3, h1 = 0.2 }";
+    let free = "[[gait.phases]]\ntargets = { h0 = 0.3 }\n[[gait.phases]]\ntargets = { h0 = -0.2 }";
+    let refused = Expected::Refused("loop");
+    let loops = [
+        (
+            "a loop of hinges with contradictory angles",
+            0,
+            contradictory,
+            refused,
+        ),
+        ("the same with one free hinge", 1, contradictory, refused),
+        ("the same with three free hinges", 3, free, Expected::Right),
+    ];
+    let mut cases = [1e-6, 1e-3, 1.0, 1e3, 1e6].map(spring).to_vec();
+    cases.extend(loops.map(|(name, free, gait, expected)| rhombus(name, free, gait, expected)));
     cases.extend([5, 24].map(corners));
     cases.extend([3, 12].map(overtones));
     cases.extend([1e-8, 1e-4, 1.0, 1e4].map(pulled));
@@ -266,7 +260,7 @@ fn cells(case: &Case) -> Result<Vec<Cell>> {
         }
     };
     let compare = |swum: Swum| match &truth {
-        None => Outcome::Wrong { error: f64::NAN },
+        None => Outcome::wrong(f64::NAN),
         Some((exact, bar)) => compare(&swum, exact, *bar),
     };
     let cell = |tolerance| Cell::new(case.expected, || run(&case.scene(tolerance)?), compare);

@@ -18,8 +18,8 @@ pub enum Outcome {
     Right { error: f64, mark: String },
     /// Refused with this message.
     Refused(String),
-    /// A solution that is wrong, without an error message.
-    Wrong { error: f64 },
+    /// A solution that is wrong, without an error message: its error, and the text of the cell.
+    Wrong { error: f64, mark: String },
 }
 
 /// Outcome that a cell must have.
@@ -51,7 +51,7 @@ impl Outcome {
         match self {
             Self::Right { mark, .. } => mark.clone(),
             Self::Refused(_) => "no".to_owned(),
-            Self::Wrong { error } => format!("WRONG {error:.0e}"),
+            Self::Wrong { mark, .. } => format!("WRONG {mark}"),
         }
     }
 
@@ -69,8 +69,15 @@ impl Outcome {
         // In this form NaN is wrong.
         match error <= tolerance {
             true => Self::Right { error, mark },
-            false => Self::Wrong { error },
+            false => Self::wrong(error),
         }
+    }
+
+    /// Outcome of a solution with this error, which is too large, or NaN for one that must be
+    /// refused.
+    pub fn wrong(error: f64) -> Self {
+        let mark = format!("{error:.0e}");
+        Self::Wrong { error, mark }
     }
 
     /// Outcome of a solution with an error bar: right up to twice the bar.
@@ -115,6 +122,43 @@ impl Cell {
 pub struct Row {
     pub case: String,
     pub cells: Vec<Cell>,
+}
+
+impl Row {
+    /// A test of a single system or integrator.
+    pub fn one(case: impl Into<String>, outcome: Outcome, as_expected: bool) -> Self {
+        let cell = Cell {
+            outcome,
+            seconds: 0.0,
+            as_expected,
+        };
+        Self {
+            case: case.into(),
+            cells: vec![cell],
+        }
+    }
+
+    /// A test of which `mark` says the result; it is wrong if it is not as expected.
+    pub fn test(case: impl Into<String>, mark: impl Into<String>, as_expected: bool) -> Self {
+        let (error, mark) = (f64::NAN, mark.into());
+        let outcome = match as_expected {
+            true => Outcome::Right { error, mark },
+            false => Outcome::Wrong { error, mark },
+        };
+        Self::one(case, outcome, as_expected)
+    }
+
+    /// A test that must fail with a message that contains `part`.
+    pub fn refusal<T, E: std::fmt::Display>(case: &str, result: Result<T, E>, part: &str) -> Self {
+        match result {
+            Ok(_) => Self::test(case, "accepted", false),
+            Err(error) => {
+                let message = error.to_string();
+                let as_expected = message.contains(part);
+                Self::one(case, Outcome::Refused(message), as_expected)
+            }
+        }
+    }
 }
 
 /// Table of stress cases and methods.
@@ -199,7 +243,9 @@ impl Map {
             for (cell, column) in row.cells.iter().zip(&self.columns) {
                 let (error, message) = match &cell.outcome {
                     Outcome::Refused(message) => ("".into(), message.as_str()),
-                    Outcome::Right { error, .. } | Outcome::Wrong { error } => (exp(*error, 1), ""),
+                    Outcome::Right { error, .. } | Outcome::Wrong { error, .. } => {
+                        (exp(*error, 1), "")
+                    }
                 };
                 table.push([
                     self.key.into(),
@@ -217,49 +263,9 @@ impl Map {
     }
 }
 
-/// Test of a single system or integrator, with its outcome.
-#[derive(Clone, Debug)]
-pub struct Tried {
-    pub name: String,
-    pub outcome: String,
-    pub as_expected: bool,
-}
-
-impl Tried {
-    pub fn new(name: impl Into<String>, outcome: impl Into<String>, as_expected: bool) -> Self {
-        Self {
-            name: name.into(),
-            outcome: outcome.into(),
-            as_expected,
-        }
-    }
-
-    /// A test that must fail with a message that contains `part`.
-    pub fn refusal<T, E: std::fmt::Display>(name: &str, result: Result<T, E>, part: &str) -> Self {
-        match result {
-            Ok(_) => Self::new(name, "**accepted**", false),
-            Err(error) => {
-                let message = error.to_string();
-                Self::new(name, format!("*no*: {message}"), message.contains(part))
-            }
-        }
-    }
-
-    /// Table of tests.
-    pub fn table(list: &[Self]) -> Table {
-        let mut table = Table::new(["test", "outcome"]);
-        for tried in list {
-            let unexpected = if tried.as_expected { "" } else { " (!)" };
-            let outcome = tried.outcome.clone() + unexpected;
-            let cells = [tried.name.clone().into(), outcome.into()];
-            table.push_marked(!tried.as_expected, cells);
-        }
-        table
-    }
-}
-
 /// Finished rows of the maps by map and stress case, in a file if there is one, so that a run that
 /// was stopped can be continued.
+#[derive(Default)]
 pub struct Store {
     folder: Option<PathBuf>,
     rows: serde_json::Map<String, Value>,
@@ -267,15 +273,6 @@ pub struct Store {
 
 impl Store {
     const FILE: &str = "stability.partial.json";
-
-    /// Store without a file.
-    #[cfg(test)]
-    pub fn none() -> Self {
-        Self {
-            folder: None,
-            rows: serde_json::Map::new(),
-        }
-    }
 
     /// Store in a folder, with the rows of an earlier run.
     pub fn open(folder: &Path) -> Result<Self> {
@@ -340,7 +337,7 @@ mod tests {
                     mark: "3".into(),
                 }),
                 cell(Outcome::Refused("no \"such\" key".into())),
-                cell(Outcome::Wrong { error: 0.1 }),
+                cell(Outcome::wrong(0.1)),
             ])
         };
         let mut store = Store::open(folder.path()).unwrap();

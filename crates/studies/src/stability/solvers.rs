@@ -69,7 +69,7 @@ fn cells(case: &StressCase) -> Result<Vec<Cell>> {
             let tolerance = if solver == "direct" { DIRECT } else { KRYLOV };
             let compare = |found: InstantaneousSolution| match &truth {
                 // Without a reference, any solution is wrong.
-                None => Outcome::Wrong { error: f64::NAN },
+                None => Outcome::wrong(f64::NAN),
                 Some(truth) => compare(&found, truth, factor, tolerance),
             };
             let compute = || solve_by(&case.setup, formulation, solver);

@@ -21,22 +21,9 @@ const CASES: [(&str, &str); 8] = [
 
 /// The table of these rows.
 pub fn table<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Table {
-    let mut table = Table::new([
-        "case",
-        "row",
-        "exact",
-        "computed",
-        "error",
-        "tolerance",
-        "bar",
-        "error / bar",
-        "uncorrected",
-        "gain",
-        "dofs",
-        "its",
-        "s",
-        "result",
-    ]);
+    const HEADINGS: &str = "case,row,exact,computed,error,tolerance,bar,error / bar,uncorrected,\
+         gain,dofs,its,s,result";
+    let mut table = Table::new(HEADINGS.split(','));
     for row in rows {
         let (_, letter, _) = BASES[row.basis as usize];
         let tolerance = exp(row.tolerance, 1);
@@ -152,26 +139,16 @@ pub fn overview(rows: &[Row], notes: &[String]) -> Result<Page> {
     Ok(page)
 }
 
-/// Cases that occur, with their names; cases that are not in [`CASES`] come last.
-fn groups(rows: &[Row]) -> Vec<(&'static str, String)> {
+/// Cases that occur, with their names.
+fn groups(rows: &[Row]) -> impl Iterator<Item = (&'static str, String)> {
     let occurs = |(group, _): &&(&str, _)| rows.iter().any(|row| row.group == *group);
     let known = CASES.iter().filter(occurs);
-    let mut groups: Vec<(&str, String)> = known
-        .map(|&(group, name)| (group, format!("{group}: {name}")))
-        .collect();
-    for row in rows {
-        if !groups.iter().any(|(group, _)| *group == row.group) {
-            groups.push((row.group, row.group.to_owned()));
-        }
-    }
-    groups
+    known.map(|&(group, name)| (group, format!("{group}: {name}")))
 }
 
 fn errors(rows: &[Row]) -> LogLog {
     // Orders of convergence have no relative error.
-    let groups = groups(rows)
-        .into_iter()
-        .filter(|(group, _)| *group != "order");
+    let groups = groups(rows).filter(|(group, _)| *group != "order");
     let series = groups.map(|(group, name)| {
         let rows = rows.iter().filter(|row| row.group == group);
         let points = rows.map(|row| (row.cost.seconds, row.error.abs()));

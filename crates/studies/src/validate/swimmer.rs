@@ -59,14 +59,14 @@ pub fn configuration(
     tolerances: [(f64, Basis); 2],
 ) -> Result<[Row; 2]> {
     let solution = solve(&at(case, CONTAINER, model)?)?;
-    let moving = if case.left_rate == 0.0 {
-        "right"
+    let [left, right] = case.rates;
+    let moving = if left == 0.0 { "right" } else { "left" };
+    let way = if left + right < 0.0 {
+        "closes"
     } else {
-        "left"
+        "opens"
     };
-    let is_closing = case.left_rate + case.right_rate < 0.0;
-    let way = if is_closing { "closes" } else { "opens" };
-    let arms = format!("arms {} {}", case.left_arm, case.right_arm);
+    let arms = format!("arms {} {}", case.arms[0], case.arms[1]);
     let name = format!("{arms}, {moving} {way}, {by}");
     Ok(compare(&name, case, &solution, tolerances))
 }
@@ -96,11 +96,11 @@ fn compare(
 /// Scene of a configuration in a ball of radius `container`; its first phase changes one arm by one
 /// radius in one unit of time.
 fn at(case: &Instantaneous, container: f64, model: &str) -> Result<Scene> {
-    let (joint, length) = match case.left_rate {
-        0.0 => ("right", case.right_arm + case.right_rate),
-        rate => ("left", case.left_arm + rate),
+    let (joint, length) = match case.rates {
+        [0.0, rate] => ("right", case.arms[1] + rate),
+        [rate, _] => ("left", case.arms[0] + rate),
     };
-    let text = in_ball(container, model).swimmer([1.0; 3], [case.left_arm, case.right_arm]);
+    let text = in_ball(container, model).swimmer([1.0; 3], case.arms);
     text.phase(joint, length).parse()
 }
 
