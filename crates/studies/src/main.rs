@@ -56,16 +56,15 @@ impl Common {
 #[derive(Subcommand)]
 enum Task {
     /// Compares computed with exact values; fails if an error is above its tolerance.
+    ///
+    /// Writes `validation.md`, `validation.csv`, a chart and the page `index.html`, by default to the
+    /// folder `validation`.
     Validate {
-        /// Coarser meshes and fewer rows: under two minutes on two cores.
-        #[arg(long)]
-        quick: bool,
+        #[command(flatten)]
+        common: Common,
         /// Only the parts whose names contain this: spheres, strokes, shapes, ...
         #[arg(long)]
         only: Option<String>,
-        /// Folder for `validation.md`, `validation.csv`, the charts and the page `index.html`.
-        #[arg(long, default_value = "validation")]
-        out: PathBuf,
     },
     /// Compares mesh motions: large steps, small steps, approach, closed cycles.
     Ale(Common),
@@ -109,7 +108,10 @@ enum Task {
 
 fn main() -> Result<()> {
     match Arguments::parse().task {
-        Task::Validate { quick, only, out } => validate::run(quick, only.as_deref(), &out),
+        Task::Validate { common, only } => {
+            let out = common.folder("validation", true);
+            validate::run(common.quick, only.as_deref(), &out)
+        }
         Task::Ale(common) => ale::run(common.quick, &common.folder("ale", false)),
         Task::Models(common) => models::run(common.quick, &common.folder("models", false)),
         Task::Stability { common, only } => {

@@ -37,40 +37,27 @@ pub struct Collinear {
     pub resistance: &'static [f64],
 }
 
-impl Collinear {
-    const fn new(
-        name: &'static str,
-        container: f64,
-        positions: &'static [f64],
-        radii: &'static [f64],
-        resistance: &'static [f64],
-    ) -> Self {
-        Self {
-            name,
-            container,
-            positions,
-            radii,
-            resistance,
-        }
-    }
-}
-
 /// Spectral values.
 #[rustfmt::skip]
 pub const COLLINEAR: [Collinear; 6] = [
-    Collinear::new("1 eccentric, z=4 b=10", 10.0, &[4.0], &[1.0], &[25.59443285590934]),
-    Collinear::new("1 eccentric, z=2 b=5", 5.0, &[2.0], &[1.0], &[37.96695415767978]),
-    Collinear::new("2, b=8", 8.0, &[-3.0, 2.0], &[1.0, 1.0],
-        &[28.053090742016554, -2.5710663381106063, 27.052609255108717]),
-    Collinear::new("3 L=10, b=40", 40.0, &[-10.0, 0.0, 10.0], &[1.0, 1.0, 1.0],
-        &[20.267463367404837, -1.9809051103556108, -0.36714152869806327,
-          20.381729640056037, -1.9809051103556188, 20.267463367404837]),
-    Collinear::new("3 6,10, b=25", 25.0, &[-6.0, 0.0, 10.0], &[1.0, 1.0, 1.0],
-        &[21.54914308019031, -3.7152230485764695, -0.25636053674461917,
-          21.52396669750794, -1.4440802655643519, 21.22086203552462]),
-    Collinear::new("3 unequal, b=12", 12.0, &[-5.0, 1.0, 6.0], &[1.0, 1.5, 0.7],
-        &[24.878061711608638, -3.983214481689879, 0.004052731170952731,
-          40.92828880750805, -3.713430263928663, 16.49840851801843]),
+    Collinear { name: "1 eccentric, z=4 b=10", container: 10.0, positions: &[4.0], radii: &[1.0],
+        resistance: &[25.59443285590934] },
+    Collinear { name: "1 eccentric, z=2 b=5", container: 5.0, positions: &[2.0], radii: &[1.0],
+        resistance: &[37.96695415767978] },
+    Collinear { name: "2, b=8", container: 8.0, positions: &[-3.0, 2.0], radii: &[1.0, 1.0],
+        resistance: &[28.053090742016554, -2.5710663381106063, 27.052609255108717] },
+    Collinear { name: "3 L=10, b=40", container: 40.0,
+        positions: &[-10.0, 0.0, 10.0], radii: &[1.0, 1.0, 1.0],
+        resistance: &[20.267463367404837, -1.9809051103556108, -0.36714152869806327,
+            20.381729640056037, -1.9809051103556188, 20.267463367404837] },
+    Collinear { name: "3 6,10, b=25", container: 25.0,
+        positions: &[-6.0, 0.0, 10.0], radii: &[1.0, 1.0, 1.0],
+        resistance: &[21.54914308019031, -3.7152230485764695, -0.25636053674461917,
+            21.52396669750794, -1.4440802655643519, 21.22086203552462] },
+    Collinear { name: "3 unequal, b=12", container: 12.0,
+        positions: &[-5.0, 1.0, 6.0], radii: &[1.0, 1.5, 0.7],
+        resistance: &[24.878061711608638, -3.983214481689879, 0.004052731170952731,
+            40.92828880750805, -3.713430263928663, 16.49840851801843] },
 ];
 
 /// Resistance function `X^A` of prolate spheroids, by aspect ratio.
@@ -115,35 +102,21 @@ pub struct Instantaneous {
     pub forces: [f64; 3],
 }
 
-const fn instantaneous(
-    arms: [f64; 2],
-    rates: [f64; 2],
-    centre_velocity: f64,
-    forces: [f64; 3],
-) -> Instantaneous {
-    Instantaneous {
-        arms,
-        rates,
-        centre_velocity,
-        forces,
-    }
-}
-
 /// Spectral values for spheres of radius 1 in a ball of radius 40.
 #[rustfmt::skip]
 pub const INSTANTANEOUS: [Instantaneous; 6] = [
-    instantaneous([10.0, 10.0], [-1.0, 0.0], -0.3428979021151601,
-        [14.122932964125914, -7.611261032148927, -6.5116719319769825]),
-    instantaneous([8.0, 10.0], [-1.0, 0.0], -0.33804651789074397,
-        [14.620217407602777, -8.130806745333922, -6.489410662268859]),
-    instantaneous([6.0, 10.0], [0.0, -1.0], 0.3634674179357112,
-        [6.4367886755854355, 7.358977854148839, -13.795766529734276]),
-    instantaneous([6.0, 8.0], [0.0, -1.0], 0.358597994193361,
-        [6.458385173596508, 7.86264482544764, -14.321029999044146]),
-    instantaneous([6.0, 6.0], [1.0, 0.0], 0.3511556949452645,
-        [-15.298791107588272, 8.83264317277649, 6.4661479348117865]),
-    instantaneous([10.0, 6.0], [0.0, 1.0], -0.3307339235651207,
-        [-6.436788675585434, -9.121051839831152, 15.557840515416586]),
+    Instantaneous { arms: [10.0, 10.0], rates: [-1.0, 0.0], centre_velocity: -0.3428979021151601,
+        forces: [14.122932964125914, -7.611261032148927, -6.5116719319769825] },
+    Instantaneous { arms: [8.0, 10.0], rates: [-1.0, 0.0], centre_velocity: -0.33804651789074397,
+        forces: [14.620217407602777, -8.130806745333922, -6.489410662268859] },
+    Instantaneous { arms: [6.0, 10.0], rates: [0.0, -1.0], centre_velocity: 0.3634674179357112,
+        forces: [6.4367886755854355, 7.358977854148839, -13.795766529734276] },
+    Instantaneous { arms: [6.0, 8.0], rates: [0.0, -1.0], centre_velocity: 0.358597994193361,
+        forces: [6.458385173596508, 7.86264482544764, -14.321029999044146] },
+    Instantaneous { arms: [6.0, 6.0], rates: [1.0, 0.0], centre_velocity: 0.3511556949452645,
+        forces: [-15.298791107588272, 8.83264317277649, 6.4661479348117865] },
+    Instantaneous { arms: [10.0, 6.0], rates: [0.0, 1.0], centre_velocity: -0.3307339235651207,
+        forces: [-6.436788675585434, -9.121051839831152, 15.557840515416586] },
 ];
 
 /// Displacement of the middle sphere over a stroke with arms between 10 and 6.
@@ -238,40 +211,24 @@ pub struct ShapeResistance {
     pub accuracy: f64,
 }
 
-const fn shape(
-    name: &'static str,
-    keys: &'static str,
-    drag: [f64; 3],
-    torque: [f64; 3],
-    accuracy: f64,
-) -> ShapeResistance {
-    ShapeResistance {
-        name,
-        keys,
-        drag,
-        torque,
-        accuracy,
-    }
-}
-
 /// Ellipsoids: Oberbeck 1876 and Jeffery 1922, with Carlson's integrals. Capsules, four to five
 /// digits: ring Stokeslets on the surface, which meet the values of spheroids to 1e-9.
 #[rustfmt::skip]
 pub const SHAPES: [ShapeResistance; 7] = [
-    shape("ellipsoid 2:1:1", "shape = \"ellipsoid\"\nsemi_axes = [2, 1, 1]",
-        [1.2039409898, 1.3788990569, 1.3788990569], [1.6133533986, 3.0098524745, 3.0098524745], 1e-9),
-    shape("capsule 2:1", "shape = \"capsule\"\nradius = 1\nhalf_length = 2",
-        [1.3153, 1.48523, 1.48523], [2.0552, 3.7799, 3.7799], 1e-4),
-    shape("capsule 3:1", "shape = \"capsule\"\nradius = 1\nhalf_length = 3",
-        [1.5783, 1.89624, 1.89624], [3.0733, 9.2924, 9.2924], 1e-4),
-    shape("spheroid 1:2", "shape = \"spheroid\"\nradius = 1\nhalf_length = 0.5",
-        [0.9053052615, 0.7927074276, 0.7927074276], [0.7050201619, 0.5658157884, 0.5658157884], 1e-9),
-    shape("ellipsoid 3:2:1", "shape = \"ellipsoid\"\nsemi_axes = [3, 2, 1]",
-        [1.7942956646, 1.9415195515, 2.2048206919], [6.0784308862, 10.0844494468, 10.5036820535], 1e-9),
-    shape("capsule 10:1", "shape = \"capsule\"\nradius = 1\nhalf_length = 10",
-        [3.023, 4.2058, 4.2058], [10.1, 176.14, 176.14], 2e-4),
-    shape("spheroid 10:1", "shape = \"spheroid\"\nradius = 1\nhalf_length = 10",
-        [2.6471360019, 3.8115284451, 3.8115284451], [6.8047061205, 133.6803680980, 133.6803680980], 1e-9),
+    ShapeResistance { name: "ellipsoid 2:1:1", accuracy: 1e-9, keys: "shape = \"ellipsoid\"\nsemi_axes = [2, 1, 1]",
+        drag: [1.2039409898, 1.3788990569, 1.3788990569], torque: [1.6133533986, 3.0098524745, 3.0098524745] },
+    ShapeResistance { name: "capsule 2:1", accuracy: 1e-4, keys: "shape = \"capsule\"\nradius = 1\nhalf_length = 2",
+        drag: [1.3153, 1.48523, 1.48523], torque: [2.0552, 3.7799, 3.7799] },
+    ShapeResistance { name: "capsule 3:1", accuracy: 1e-4, keys: "shape = \"capsule\"\nradius = 1\nhalf_length = 3",
+        drag: [1.5783, 1.89624, 1.89624], torque: [3.0733, 9.2924, 9.2924] },
+    ShapeResistance { name: "spheroid 1:2", accuracy: 1e-9, keys: "shape = \"spheroid\"\nradius = 1\nhalf_length = 0.5",
+        drag: [0.9053052615, 0.7927074276, 0.7927074276], torque: [0.7050201619, 0.5658157884, 0.5658157884] },
+    ShapeResistance { name: "ellipsoid 3:2:1", accuracy: 1e-9, keys: "shape = \"ellipsoid\"\nsemi_axes = [3, 2, 1]",
+        drag: [1.7942956646, 1.9415195515, 2.2048206919], torque: [6.0784308862, 10.0844494468, 10.5036820535] },
+    ShapeResistance { name: "capsule 10:1", accuracy: 2e-4, keys: "shape = \"capsule\"\nradius = 1\nhalf_length = 10",
+        drag: [3.023, 4.2058, 4.2058], torque: [10.1, 176.14, 176.14] },
+    ShapeResistance { name: "spheroid 10:1", accuracy: 1e-9, keys: "shape = \"spheroid\"\nradius = 1\nhalf_length = 10",
+        drag: [2.6471360019, 3.8115284451, 3.8115284451], torque: [6.8047061205, 133.6803680980, 133.6803680980] },
 ];
 
 /// Drags over `6 pi` along the axis of the spheroids inside and around a rounded disk of radius 1

@@ -54,7 +54,7 @@ const MIN_TOLERANCE: f64 = 1e-11;
 ///
 /// The estimate continues the changes from order to order as a geometric series, whose ratio varies
 /// between orders. With an uncertainty of 0.5, one of 54 random rows had an error of 2.8 bars
-/// (`cargo xtask accuracy --random`).
+/// (`docs/figures/random_cases.py`).
 const UNCERTAINTY: f64 = 0.75;
 
 /// Uncertainty of velocities relative to the largest one, per relative error of the resistance.

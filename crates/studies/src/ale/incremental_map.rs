@@ -67,11 +67,6 @@ impl IncrementalMap {
         })
     }
 
-    /// The current mesh.
-    pub fn mesh(&self) -> &TetMesh {
-        &self.mesh
-    }
-
     /// Moves the mesh to the configuration where body `i` has moved by `motions[i]` in total.
     ///
     /// Motions are relative to the *initial* mesh, as in
@@ -216,7 +211,7 @@ mod tests {
             let through_the_wall = [Isometry3::translation(5.0, 0.0, 0.0)];
             let refused = steps.advance(&through_the_wall);
             assert!(matches!(refused, Err(AleError::Invalid(_))));
-            assert_eq!(steps.mesh().points(), mesh.points());
+            assert_eq!(steps.mesh.points(), mesh.points());
             let refused = steps.advance(&[]);
             assert!(matches!(
                 refused,

@@ -25,7 +25,7 @@ impl Runs<'_> {
 pub fn write(cases: &[Case], runs: &[Run], size: f64, out: &Path) -> Result<()> {
     let runs = Runs(runs);
     let first = runs.0.iter().find(|run| run.case == "move-1");
-    let vertices = first.map_or(0, |run| run.mesh.n_vertices());
+    let vertices = first.map_or(0, |run| run.vertices);
     let mut page = Page::new(
         "Mesh motions",
         "ale",

@@ -37,11 +37,9 @@ const SLACK_MIB: f64 = 400.0;
 #[derive(Default)]
 struct Tally {
     scenes: usize,
-    solutions: usize,
     refused: usize,
     seconds: f64,
-    balance: f64,
-    power: f64,
+    imbalances: Imbalances,
 }
 
 /// Runs random scenes until the time is over.
@@ -78,9 +76,7 @@ fn run_scenes(minutes: f64, seed: u64, elements: f64) -> Result<Vec<(f64, f64)>>
         let checked = check(&kind, on_all, on_one);
         match checked.map_err(|what| anyhow!("{what}\nin the scene\n{}", text.0))? {
             Ok(imbalances) => {
-                tally.solutions += imbalances.solutions;
-                tally.balance = tally.balance.max(imbalances.balance);
-                tally.power = tally.power.max(imbalances.power);
+                tally.imbalances.add(imbalances);
             }
             Err(reason) => {
                 *refusals.entry(reason).or_default() += 1;
@@ -180,11 +176,11 @@ fn report(tallies: &Tallies, refusals: &BTreeMap<&'static str, usize>, seconds: 
             model.as_str().into(),
             (*domain).into(),
             count(t.scenes),
-            count(t.solutions),
+            count(t.imbalances.solutions),
             count(t.refused),
             fixed(t.seconds / t.scenes as f64, 4),
-            exp(t.balance, 1),
-            exp(t.power, 1),
+            exp(t.imbalances.balance, 1),
+            exp(t.imbalances.power, 1),
         ]);
     }
     println!("{seconds:.0} s on {}\n{}", processor(), table.markdown());
@@ -205,6 +201,14 @@ struct Imbalances {
     solutions: usize,
 }
 
+impl Imbalances {
+    fn add(&mut self, other: Self) {
+        self.balance = self.balance.max(other.balance);
+        self.power = self.power.max(other.power);
+        self.solutions += other.solutions;
+    }
+}
+
 /// Observer of a run that records the imbalances.
 struct Watch<'a> {
     scene: &'a Scene,
@@ -219,17 +223,12 @@ impl Observer for Watch<'_> {
         _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         let set = self.scene.articulation();
-        let places: Vec<Vector3<f64>> = set
-            .place(&solved.state, &span.shape(solved.s))?
-            .iter()
-            .map(|pose| pose.translation.vector)
-            .collect();
+        let poses = set.place(&solved.state, &span.shape(solved.s))?;
+        let places: Vec<_> = poses.iter().map(|pose| pose.translation.vector).collect();
         let directions = set.directions(&solved.state, &span.shape(solved.s))?;
         let rates = span.rates(0.0);
         let seen = imbalances(self.scene, &solved.solution, &places, &directions, &rates);
-        self.imbalances.balance = self.imbalances.balance.max(seen.balance);
-        self.imbalances.power = self.imbalances.power.max(seen.power);
-        self.imbalances.solutions += 1;
+        self.imbalances.add(seen);
         Ok(())
     }
 }
@@ -243,12 +242,9 @@ fn imbalances(
     rates: &[f64],
 ) -> Imbalances {
     let set = scene.articulation();
-    let largest = solution
-        .bodies
-        .iter()
-        .map(|b| b.force.norm())
-        .chain(scene.bodies().iter().map(|b| b.force.norm()))
-        .fold(f64::MIN_POSITIVE, f64::max);
+    let given = scene.bodies().iter().map(|b| b.force.norm());
+    let forces = solution.bodies.iter().map(|b| b.force.norm());
+    let largest = forces.chain(given).fold(f64::MIN_POSITIVE, f64::max);
     let mut balance = 0.0_f64;
     for linkage in set.linkages() {
         if set.fixed()[linkage.root] {
@@ -282,19 +278,15 @@ fn imbalances(
         into_fluid += terms.iter().sum::<f64>();
         size += terms.iter().map(|x| x.abs()).sum::<f64>();
     }
-    let joints: f64 = solution
-        .joint_forces
-        .iter()
-        .zip(directions)
-        .zip(rates)
-        .map(|((f, e), rate)| f.dot(e) * rate)
-        .sum();
+    let joints = solution.joint_forces.iter().zip(directions).zip(rates);
+    let joints: f64 = joints.map(|((f, e), rate)| f.dot(e) * rate).sum();
+    let power = match size > 0.0 {
+        true => (into_fluid - joints).abs() / size,
+        false => 0.0,
+    };
     Imbalances {
         balance,
-        power: match size > 0.0 {
-            true => (into_fluid - joints).abs() / size,
-            false => 0.0,
-        },
+        power,
         solutions: 1,
     }
 }
@@ -305,10 +297,10 @@ fn check_memory(samples: &[(f64, f64)]) -> Result<()> {
         return Ok(());
     };
     let peak = |from: f64, to: f64| {
-        samples
+        let within = samples
             .iter()
-            .filter(|s| s.0 >= from * end && s.0 <= to * end)
-            .fold(0.0_f64, |m, s| m.max(s.1))
+            .filter(|s| s.0 >= from * end && s.0 <= to * end);
+        within.fold(0.0_f64, |m, s| m.max(s.1))
     };
     let (first, second) = (peak(0.0, 0.5), peak(0.5, 1.0));
     println!(

@@ -113,7 +113,8 @@ fn crowd() -> Vec<Pulled> {
 }
 
 fn settings() -> Vec<Setting> {
-    let near_wall = [10.9, 0.0, 0.0];
+    let (near_wall, above) = ([10.9, 0.0, 0.0], [0.0, 0.0, 1.1]);
+    let clear = "clearance 0.1 from the wall of a ball";
     let off_centre = [3.0, 0.0, 0.0];
     let unequal = [
         (1.0, [0.0; 3], [1.0, 0.0, 0.0]),
@@ -144,15 +145,10 @@ fn settings() -> Vec<Setting> {
         one(
             "clearance 0.1 from a plane wall",
             WALL,
-            [0.0, 0.0, 1.1],
+            above,
             [1.0, 0.0, -1.0],
         ),
-        one(
-            "clearance 0.1 from the wall of a ball",
-            BALL,
-            near_wall,
-            [1.0, 1.0, 0.0],
-        ),
+        one(clear, BALL, near_wall, [1.0, 1.0, 0.0]),
         one(
             "a ball of 1.5 radii",
             SMALL_BALL,

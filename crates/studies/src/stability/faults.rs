@@ -38,33 +38,36 @@ pub fn meshes() -> Result<Vec<Row>> {
     let mut flat = cube();
     let corner = flat.tets[0];
     flat.points[corner[3] as usize] = flat.points[corner[0] as usize];
-    Ok(vec![
-        Row::refusal(
+    let center = whole.points()[middle];
+    Ok([
+        (
             "a cell turned inside out by a vertex",
             moved(inner, place + Vec3::new(0.6, 0.0, 0.0)),
             "inverted",
         ),
-        Row::refusal(
+        (
             "a curved cell folded by a midside node",
-            moved(middle, whole.points()[middle] + Vec3::repeat(0.3)),
+            moved(middle, center + Vec3::repeat(0.3)),
             "inverted",
         ),
-        Row::refusal(
+        (
             "a node at NaN",
             moved(inner, Vec3::repeat(f64::NAN)),
             "finite",
         ),
-        Row::refusal(
+        (
             "two vertices in one place, a flat cell",
             TetMesh::straight(flat),
             "",
         ),
-        Row::refusal(
+        (
             "a vertex doubled, a crack without a tag",
             TetMesh::straight(twice),
             "",
         ),
-    ])
+    ]
+    .map(|(name, result, part)| Row::refusal(name, result, part))
+    .to_vec())
 }
 
 fn vertex_of(tets: &LinearTets, place: Vec3) -> usize {

@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use swimmer::models::{SphereModel, SpheresModel};
-use swimmer::scene::MeshMotionKind;
+use swimmer::scene::{Document, MeshMotionKind};
 use swimmer::{Method, Outcome as Swum, Scene, SwimError, choose, simulate};
 
 use super::map::{Cell, Expected, Map, Outcome, Store};
@@ -21,48 +21,33 @@ struct Stroke {
 }
 
 /// All strokes, that of the quick part first.
-const STROKES: [Stroke; 5] = {
-    const fn stroke(
-        name: &'static str,
-        arm: f64,
-        phases: &'static [(&'static str, f64)],
-        force: f64,
-    ) -> Stroke {
-        Stroke {
-            name,
-            arm,
-            phases,
-            force,
-        }
-    }
+fn strokes() -> [Stroke; 5] {
+    let stroke = |name, arm, phases, force| Stroke {
+        name,
+        arm,
+        phases,
+        force,
+    };
+    let four = &[("left", 3.0), ("right", 3.0), ("left", 6.0), ("right", 6.0)];
     let sideways = "pulled sideways by four radii while an arm opens";
     [
         stroke("an arm closes from 5 to 2.5", 5.0, &[("left", 2.5)], 0.0),
         stroke("an arm closes to a gap of 0.1", 4.0, &[("left", 2.1)], 0.0),
         stroke("an arm opens from 3 to 9", 3.0, &[("left", 9.0)], 0.0),
-        stroke(
-            "four phases, arms 6 and 3",
-            6.0,
-            &[("left", 3.0), ("right", 3.0), ("left", 6.0), ("right", 6.0)],
-            0.0,
-        ),
+        stroke("four phases, arms 6 and 3", 6.0, four, 0.0),
         stroke(sideways, 4.0, &[("left", 5.0)], 150.0),
     ]
-};
+}
 
 impl Stroke {
     fn scene(&self, model: &str, tolerance: f64, motion: &str) -> Result<Scene, SwimError> {
         let model = format!("model = {{ kind = \"{model}\", tolerance = {tolerance:e} }}");
         let fem = format!("fem = {{ surface_size = 1.0, mesh_motion = \"{motion}\" }}");
         let text = in_ball(14.0, &model).line(fem);
-        let places = [-self.arm, 0.0, self.arm];
-        let text = text.sphere("s0", 1.0, [places[0], 0.0, 0.0]);
-        let text = text.key("force", [0.0, self.force, 0.0]);
-        let text =
-            text.sphere("s1", 1.0, [places[1], 0.0, 0.0])
-                .sphere("s2", 1.0, [places[2], 0.0, 0.0]);
-        let text = text.joint("left", "s0", "s1").joint("right", "s2", "s1");
-        Ok(Scene::parse(&text.phases(self.phases).0)?)
+        let text = text.swimmer([1.0; 3], [self.arm; 2]).phases(self.phases);
+        let mut document = Document::parse(&text.0, "stroke.toml".as_ref())?;
+        document.set(&format!("bodies.s0.force=[0, {}, 0]", self.force))?;
+        Ok(Scene::from_document(document)?)
     }
 }
 
@@ -84,7 +69,7 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
         columns: motions.iter().map(|&motion| motion.to_owned()).collect(),
         ..Map::default()
     };
-    for stroke in &STROKES[..if quick { 1 } else { STROKES.len() }] {
+    for stroke in strokes().iter().take(if quick { 1 } else { usize::MAX }) {
         map.add(store, stroke.name, || cells(stroke, &motions))?;
     }
     Ok(map)

@@ -215,37 +215,28 @@ fn linkages() -> Vec<StressCase> {
         joints: vec![(0, 1), (2, 1), (2, 0)],
         ..Setup::with(&["bodies.b0.force=[0, 1, 0]"])
     };
-    let closing = Some((0, -0.5));
+    let still = Setup {
+        change: None,
+        ..triangle.clone()
+    };
+    let backwards = Setup::linkage(backwards, &[(0, 1), (1, 2), (2, 3)], Some((1, -0.5)));
+    let two_swimmers = Setup::linkage(two_swimmers, &[(0, 1), (2, 3)], Some((0, -0.5)));
+    let pulled = Setup::one([3.0, 1.0, 0.0], &["bodies.b0.force=[1, 0, 0]"]);
     vec![
         case("arms clamped", Setup::with(&["gait.arms=clamped"])),
         case("arms lab", Setup::with(&["gait.arms=lab"])),
-        case(
-            "one body, pulled",
-            Setup::one([3.0, 1.0, 0.0], &["bodies.b0.force=[1, 0, 0]"]),
-        ),
+        case("one body, pulled", pulled),
         case(
             "pulled and swimming",
             Setup::with(&["bodies.b2.force=[0, 0, 5]"]),
         ),
-        case(
-            "chain of dependent bodies, numbered backwards",
-            Setup::linkage(backwards, &[(0, 1), (1, 2), (2, 3)], Some((1, -0.5))),
-        ),
+        case("chain of dependent bodies, numbered backwards", backwards),
         StressCase {
             quick: true,
-            ..case(
-                "closed loop, redundant",
-                Setup {
-                    change: None,
-                    ..triangle.clone()
-                },
-            )
+            ..case("closed loop, redundant", still)
         },
         refused("closed loop, contradictory", triangle, "loop"),
-        case(
-            "two swimmers",
-            Setup::linkage(two_swimmers, &[(0, 1), (2, 3)], closing),
-        ),
+        case("two swimmers", two_swimmers),
         case("star of three around a point", star(3)),
         case("star of ten around a point", star(10)),
         case("snake of 27", snake(3)),
@@ -329,38 +320,27 @@ fn gaps() -> Vec<StressCase> {
 
 /// Containers, values of keys and elements.
 fn surroundings() -> Vec<StressCase> {
-    let narrow = [
-        "domain={ kind = \"ball\", radius = 1.5 }",
-        "bodies.b0.force=[1, 1, 0]",
-    ];
-    let in_domain = |domain| Setup::with(&[domain]);
+    let narrow = ["domain.radius=1.5", "bodies.b0.force=[1, 1, 0]"];
+    let with = |key| Setup::with(&[key]);
+    let a_box = "domain={ kind = \"box\", size = [24, 20, 16] }";
+    let positive = "fluid.viscosity must be";
     let fine = Setup {
         size: Some(0.5),
         ..Setup::bent_chain()
     };
     vec![
         case("a ball of 1.5 radii", Setup::one([0.1, 0.0, 0.0], &narrow)),
-        case(
-            "a ball of 500 radii",
-            in_domain("domain={ kind = \"ball\", radius = 500 }"),
-        ),
-        case(
-            "a box",
-            in_domain("domain={ kind = \"box\", size = [24, 20, 16] }"),
-        ),
+        case("a ball of 500 radii", with("domain.radius=500")),
+        case("a box", with(a_box)),
         case("nothing moves", Setup::one([3.0, 1.0, 0.0], &[])),
-        case("no container", in_domain("domain={ kind = \"unbounded\" }")),
-        refused(
-            "a viscosity of zero",
-            Setup::with(&["fluid.viscosity=0"]),
-            "fluid.viscosity must be",
-        ),
+        case("no container", with("domain={ kind = \"unbounded\" }")),
+        refused("a viscosity of zero", with("fluid.viscosity=0"), positive),
         refused(
             "a viscosity that is NaN",
-            Setup::with(&["fluid.viscosity=nan"]),
-            "fluid.viscosity must be",
+            with("fluid.viscosity=nan"),
+            positive,
         ),
-        case("straight elements", Setup::with(&["fem.geometry=straight"])),
+        case("straight elements", with("fem.geometry=straight")),
         case("elements of half the radius", fine),
     ]
 }

@@ -106,7 +106,7 @@ fn at(case: &Instantaneous, container: f64, model: &str) -> Result<Scene> {
 
 /// Rows on a mesh of three unit spheres in a ball of radius 40 by Gmsh, first order, 2917 vertices,
 /// at the start of the stroke with curved and with straight elements.
-pub fn on_mesh_file() -> Result<Vec<Row>> {
+pub fn on_mesh_file(_: bool) -> Result<Vec<Row>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../mesh/tests/fixtures");
     let path = folder.join("three-spheres-v41-binary.msh");
     let rows = ["curved", "straight"].map(|geometry| at_start(&path, geometry));
