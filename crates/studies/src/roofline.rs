@@ -65,11 +65,12 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
             pool.install(|| measure(&system, threads, &mut rows))?;
         }
     }
+    let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let text = format!(
         "The start of `scenes/three-sphere.toml`; average load of the machine over the last minute: {}.\n\n\
          The fastest of {RUNS} runs of each kernel, with data in memory, not in caches. STREAM is the best bandwidth of reading 256 MB, measured before every run. Other load on \
          the machine lowers both. The last column is the kernel's share of the time of an iteration, from its time and the number of its runs.",
-        load()
+        load.split(' ').next().unwrap_or("unknown")
     );
     let mut page = Page::new("Kernels against the bandwidth of memory", "roofline", text);
     let table = table(&rows);
@@ -342,12 +343,4 @@ fn table(rows: &[Row]) -> Table {
         ]);
     }
     table
-}
-
-/// Average load of the machine over the last minute.
-fn load() -> String {
-    std::fs::read_to_string("/proc/loadavg")
-        .ok()
-        .and_then(|text| Some(text.split_whitespace().next()?.to_owned()))
-        .unwrap_or_else(|| "unknown".to_owned())
 }

@@ -71,8 +71,8 @@ impl SceneText {
 
     /// Adds a body, whose shape follows as further keys.
     pub fn body(self, name: impl Display, position: [f64; 3]) -> Self {
-        let table = format!("[[bodies]]\nname = \"{name}\"");
-        self.line(table).key("position", position)
+        self.line(format_args!("[[bodies]]\nname = \"{name}\""))
+            .key("position", position)
     }
 
     /// Adds a joint between two bodies.

@@ -152,20 +152,20 @@ fn results(scene: &Scene) -> Results {
 /// Reason if a valid scene may fail with this error; the path of the bodies is not known in
 /// advance.
 fn expected(error: &SwimError) -> Option<&'static str> {
-    match error {
-        SwimError::Collision { .. } => Some("bodies touched on their way"),
-        SwimError::Model(ModelError::Spheres(microhydro::HydroError::NotPositiveDefinite {
-            ..
-        })) => Some("too close for oseen or rpy"),
-        SwimError::Model(ModelError::Spheres(microhydro::HydroError::TooClose { .. })) => {
-            Some("a gap too narrow for the accuracy")
+    use mesher::GenerateError::BodiesTouch;
+    use microhydro::HydroError::{NotPositiveDefinite, TooClose};
+    Some(match error {
+        SwimError::Collision { .. } => "bodies touched on their way",
+        SwimError::Model(ModelError::Spheres(NotPositiveDefinite { .. })) => {
+            "too close for oseen or rpy"
         }
-        SwimError::NotIntegrated { .. } => Some("not integrated to the tolerance"),
-        SwimError::Model(ModelError::Mesh(mesher::GenerateError::BodiesTouch { .. })) => {
-            Some("a gap too narrow for the mesh")
+        SwimError::Model(ModelError::Spheres(TooClose { .. })) => {
+            "a gap too narrow for the accuracy"
         }
-        _ => None,
-    }
+        SwimError::NotIntegrated { .. } => "not integrated to the tolerance",
+        SwimError::Model(ModelError::Mesh(BodiesTouch { .. })) => "a gap too narrow for the mesh",
+        _ => return None,
+    })
 }
 
 fn report(tallies: &Tallies, refusals: &BTreeMap<&'static str, usize>, seconds: f64) {
