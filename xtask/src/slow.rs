@@ -294,10 +294,12 @@ mod tests {
 
     #[test]
     fn stated_times_are_read() {
-        let text = "#[test]\n#[ignore = \"slow: 2 min, 3 GB\"]\nfn large() {}\n    \
-                    #[ignore = \"slow: 1.5 s\"]\n    // why\n    fn random(\n\
-                    #[ignore = \"a minute\"]\nfn vague() {}\n#[ignore]\nfn bare() {}";
-        let found = stated(text);
+        let [large, random] = ["slow: 2 min, 3 GB", "slow: 1.5 s"];
+        let text = format!(
+            "\n#[ignore = \"{large}\"]\nfn large() {{}}\n    #[ignore = \"{random}\"]\n    // why\n    \
+             fn random(\n#[ignore = \"a minute\"]\nfn vague() {{}}\n#[ignore]\nfn bare() {{}}"
+        );
+        let found = stated(&text);
         let found: Vec<(usize, &str, Option<f64>)> = (found.iter())
             .map(|stated| (stated.line, &*stated.function, stated.seconds))
             .collect();

@@ -57,8 +57,8 @@ impl Common {
 enum Task {
     /// Compares computed with exact values; fails if an error is above its tolerance.
     ///
-    /// Writes `validation.md`, `validation.csv`, a chart and the page `index.html`, by default to the
-    /// folder `validation`.
+    /// Writes `validation.md`, `validation.csv`, a chart and the page `index.html`, by default to
+    /// the folder `validation`.
     Validate {
         #[command(flatten)]
         common: Common,
