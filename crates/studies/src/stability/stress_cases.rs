@@ -248,7 +248,7 @@ fn linkages() -> Vec<StressCase> {
 fn star(arms: usize) -> Setup {
     let sphere = |number: usize| {
         let angle = TAU * number as f64 / arms as f64;
-        let height = if number % 2 == 0 { 1.0 } else { -0.7 };
+        let height = if number.is_multiple_of(2) { 1.0 } else { -0.7 };
         (Some(0.8), [6.0 * angle.cos(), 6.0 * angle.sin(), height])
     };
     Setup {
