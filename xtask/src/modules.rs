@@ -159,12 +159,8 @@ impl<'a> Modules<'a> {
                         false => 1,
                     }
                 }
-                ["{" | "(" | "[", ..] => {
-                    depth += 1;
-                    1
-                }
-                ["}" | ")" | "]", ..] => {
-                    depth -= 1;
+                ["{" | "(" | "[" | "}" | ")" | "]", ..] => {
+                    depth += if "{([".contains(token) { 1 } else { -1 };
                     1
                 }
                 ["use", next, ..] if next != "<" => {
@@ -194,13 +190,13 @@ impl<'a> Modules<'a> {
                         && is_word(name)
                         && !tokens[..k].ends_with(&["'"]) =>
                 {
-                    if token == "macro_rules" && is_exported {
-                        self.list[0].items.insert(name.to_owned());
-                        is_exported = false;
-                    }
+                    let is_of_root = token == "macro_rules" && std::mem::take(&mut is_exported);
                     // `const` and `unsafe` may stand before the keyword of a function.
                     if !KEYWORDS.contains(&name) && name != "unsafe" {
-                        self.list[index].items.insert(name.to_owned());
+                        let root = is_of_root.then_some(0);
+                        for module in root.into_iter().chain([index]) {
+                            self.list[module].items.insert(name.to_owned());
+                        }
                     }
                     1
                 }
