@@ -110,7 +110,7 @@ fn values_that_do_not_fit_are_refused() {
         (
             "/version",
             json!(99),
-            "is of version 99, this program reads version 3",
+            "is of version 99, this program reads version 4",
         ),
         ("/version", json!("1"), "invalid type: string"),
         ("/version", json!(-1), "invalid value: integer `-1`"),
