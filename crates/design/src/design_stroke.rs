@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use models::{Part, ShapeGeometry};
+use models::{ShapeGeometry, TablePart};
 use nalgebra::Vector3;
 use scene::{Gait, ObjectiveKind, Scene, StrokeStart, spans};
 
@@ -102,7 +102,7 @@ pub fn design_stroke(
         scene,
         &limits,
         TABLE * options.tolerance,
-        (Some(&folder), Part::Whole),
+        (Some(&folder), TablePart::Whole),
         progress,
     )?;
     let gait = gait_totals(scene, &limits, &table.geometry)?;

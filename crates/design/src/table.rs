@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant as Clock};
 
-use models::{ModelError, Part, ShapeGeometry, ShapeSpace, SolvedShapes};
+use models::{ModelError, ShapeGeometry, ShapeSpace, SolvedShapes, TablePart};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -19,10 +19,10 @@ const FILE: &str = "table.json";
 const PARTIAL: &str = "table.partial";
 
 /// Name of the file of the shapes that a computation has solved.
-fn partial_file(part: Part) -> String {
+fn partial_file(part: TablePart) -> String {
     match part {
-        Part::Share { number, count } => format!("{PARTIAL}.{number}-of-{count}.json"),
-        Part::Whole | Part::Known => format!("{PARTIAL}.json"),
+        TablePart::Share { number, count } => format!("{PARTIAL}.{number}-of-{count}.json"),
+        TablePart::Whole | TablePart::Known => format!("{PARTIAL}.json"),
     }
 }
 
@@ -92,7 +92,7 @@ pub fn tabulate(
     scene: &Scene,
     limits: &StrokeLimits,
     tolerance: f64,
-    (folder, part): (Option<&Folder>, Part),
+    (folder, part): (Option<&Folder>, TablePart),
     progress: &mut dyn DesignProgress,
 ) -> Result<StrokeTable, DesignError> {
     if !scene.is_driven_by_shape() {
@@ -144,7 +144,7 @@ pub fn tabulate(
             failed = write(folder, &own_file, &origin.with(solved)).err();
             written = Clock::now();
         }
-        if part != Part::Whole {
+        if part != TablePart::Whole {
             last = Some(solved.clone());
         }
         match is_interrupted || failed.is_some() {

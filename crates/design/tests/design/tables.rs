@@ -1,7 +1,7 @@
 //! Tables over shapes whose values depend on more than the shape.
 
 use design::{StrokeLimits, gait_totals, tabulate};
-use models::Part;
+use models::TablePart;
 use scene::{Document, Scene};
 use swimmer::{Method, choose, simulate};
 
@@ -19,7 +19,7 @@ fn tables_in_a_ball_have_an_error_bar_for_the_place() {
         }
         let scene = Scene::from_document(document).unwrap();
         let limits = StrokeLimits::of_scene(&scene).unwrap();
-        let table = tabulate(&scene, &limits, 1e-5, (None, Part::Whole), &mut ())
+        let table = tabulate(&scene, &limits, 1e-5, (None, TablePart::Whole), &mut ())
             .unwrap()
             .geometry;
         let (totals, _) = gait_totals(&scene, &limits, &table).unwrap().unwrap();

@@ -1,8 +1,8 @@
 //! How tables are computed: in parallel, after interruptions, and up to the noise of a model.
 
 use models::{
-    Hydrodynamics, InstantaneousSolution, ModelError, Part, Query, ShapeSpace, SolvedShapes,
-    SphereModel, SpheresModel,
+    Hydrodynamics, InstantaneousSolution, ModelError, Query, ShapeSpace, SolvedShapes, SphereModel,
+    SpheresModel, TablePart,
 };
 use scene::Scene;
 
@@ -80,11 +80,11 @@ fn interrupted_tables_continue_with_the_same_digits() {
         }
     };
     let mut model = Rough::new(&scene, 0.0);
-    let start = (SolvedShapes::default(), Part::Whole);
+    let start = (SolvedShapes::default(), TablePart::Whole);
     let stopped = ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, start, &mut stop);
     assert!(matches!(stopped, Err(ModelError::NoMesh)));
     let mut model = Rough::new(&scene, 0.0);
-    let solved = (serde_json::from_str(&saved).unwrap(), Part::Whole);
+    let solved = (serde_json::from_str(&saved).unwrap(), TablePart::Whole);
     let space =
         ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, solved, &mut |_| Ok(()))
             .unwrap();
@@ -92,7 +92,7 @@ fn interrupted_tables_continue_with_the_same_digits() {
     assert_eq!(digits(&space), digits(&whole));
 
     // Shapes of a scene with other numbers of joints.
-    let solved = (serde_json::from_str(&saved).unwrap(), Part::Whole);
+    let solved = (serde_json::from_str(&saved).unwrap(), TablePart::Whole);
     let line = [(6.0, 10.0), (10.0, 10.0)];
     let refused =
         ShapeSpace::tabulate_from(&scene, &mut model, &line, 1e-4, solved, &mut |_| Ok(()));
@@ -110,7 +110,7 @@ fn shares_of_a_table_are_solved_apart_and_complete_it() {
         let before = known.clone();
         for number in 1..=3 {
             let mut model = Rough::new(&scene, 0.0);
-            let share = (before.clone(), Part::Share { number, count: 3 });
+            let share = (before.clone(), TablePart::Share { number, count: 3 });
             let mut solved = SolvedShapes::default();
             let mut keep = |all: &SolvedShapes| {
                 solved = all.clone();
@@ -123,7 +123,7 @@ fn shares_of_a_table_are_solved_apart_and_complete_it() {
             known.merge(solved);
         }
         let mut model = Rough::new(&scene, 0.0);
-        let all = (known.clone(), Part::Known);
+        let all = (known.clone(), TablePart::Known);
         match ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, all, &mut |_| Ok(())) {
             Ok(space) => break space,
             Err(ModelError::MissingShapes { missing, points }) => {
@@ -209,7 +209,7 @@ fn bug_tables_of_five_joints_were_refused() {
         model: SpheresModel::new(&scene, SphereModel::Oseen).unwrap(),
         solutions: Vec::new(),
     };
-    let whole = (SolvedShapes::default(), Part::Whole);
+    let whole = (SolvedShapes::default(), TablePart::Whole);
     let found =
         ShapeSpace::tabulate_from(&scene, &mut model, &ranges, 1e-9, whole, &mut |_| Ok(()));
     let space = found.unwrap();
