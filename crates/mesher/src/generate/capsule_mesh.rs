@@ -181,11 +181,7 @@ mod tests {
     #[test]
     fn surface_is_closed_and_convex_on_the_cylinder() {
         for (half_length, edge) in [(3.0, 0.5), (5.0, 0.31), (0.4, 0.7)] {
-            let capsule = Capsule {
-                centre: Vec3::new(0.25, -0.5, 1.0),
-                radius: 1.5,
-                half_length,
-            };
+            let capsule = Capsule::new(Vec3::new(0.25, -0.5, 1.0), 1.5, half_length);
             let mesh = triangulate_capsule(&capsule, edge, 100_000).unwrap();
             // The surface is closed and has the topology of a sphere.
             assert_eq!(mesh.neighbours().len(), mesh.triangles.len());

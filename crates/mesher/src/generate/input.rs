@@ -30,6 +30,17 @@ pub struct MeshedBody<'a> {
     pub size: f64,
 }
 
+impl<'a> MeshedBody<'a> {
+    /// The body with this name, surface and edge length.
+    pub fn new(name: &'a str, surface: &'a dyn Surface, size: f64) -> Self {
+        Self {
+            name,
+            surface,
+            size,
+        }
+    }
+}
+
 /// The container of the fluid; its facets are tagged [`Container::TAG`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Container {

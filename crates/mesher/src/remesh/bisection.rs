@@ -192,10 +192,7 @@ mod tests {
     /// A cube with curved cells: its side `x1` is bulged by moving the midside nodes on it.
     #[test]
     fn divided_cells_keep_their_shape() {
-        let bulge = Sphere {
-            centre: Vec3::new(-4.5, 0.5, 0.5),
-            radius: (5.5f64.powi(2) + 0.5).sqrt(),
-        };
+        let bulge = Sphere::new(Vec3::new(-4.5, 0.5, 0.5), (5.5f64.powi(2) + 0.5).sqrt());
         let cube = LinearTets::cube(1);
         let surfaces: [NamedSurface; 1] = [("x1", &bulge)];
         let mesh = TetMesh::curved(cube, &surfaces).expect("curved");

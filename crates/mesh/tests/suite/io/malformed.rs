@@ -4,8 +4,8 @@ use mesh::{FileLocation, MeshError, MshFile};
 use proptest::prelude::*;
 
 use super::dialects::find;
-use super::encode::{Bytes, Dialect, as_quadratic, encode, node_tag};
-use crate::shapes::curved_ball;
+use super::encode::{Bytes, Dialect, encode, node_tag};
+use crate::shapes::{as_quadratic, curved_ball};
 
 fn ball(version4: bool, bytes: Bytes) -> Vec<u8> {
     let dialect = Dialect {

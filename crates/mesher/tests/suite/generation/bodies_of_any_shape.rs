@@ -1,7 +1,8 @@
 //! Bodies that are not spheres: their surfaces are recovered, closed and of the right topology.
 
-use super::{assert_good, ball, checked};
-use mesh::{LinearTets, Surface, Vec3};
+use super::{assert_good, checked};
+use crate::{ball, euler_characteristic};
+use mesh::{Surface, Vec3};
 use mesher::{
     Capsule, Disk, Ellipsoid, GenerateError, GenerateParams, Helix, MeshedBody, Placed, Sphere,
     Torus, generate,
@@ -18,11 +19,7 @@ fn placed<S: Surface>(shape: S) -> Placed<S> {
 }
 
 fn capsule(half_length: f64) -> Capsule {
-    Capsule {
-        centre: Vec3::zeros(),
-        radius: 1.0,
-        half_length,
-    }
+    Capsule::new(Vec3::zeros(), 1.0, half_length)
 }
 
 fn ellipsoid(semi_axes: [f64; 3]) -> Ellipsoid {
@@ -31,26 +28,9 @@ fn ellipsoid(semi_axes: [f64; 3]) -> Ellipsoid {
     }
 }
 
-/// `V - E + F` of the faces with a tag; every edge of a closed surface has two faces.
-fn euler_characteristic(mesh: &LinearTets, tag: u16) -> i64 {
-    let faces: Vec<[u32; 3]> = (mesh.faces.iter())
-        .filter(|face| face.1 == tag)
-        .map(|face| face.0)
-        .collect();
-    let mut vertices: Vec<u32> = faces.iter().flatten().copied().collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    assert_eq!(faces.len() % 2, 0);
-    vertices.len() as i64 - faces.len() as i64 / 2
-}
-
 /// Meshes a shape in a ball, and checks the mesh, its quality and the topology of the surface.
 fn check(label: &str, shape: &dyn Surface, size: f64, euler: i64) {
-    let body = MeshedBody {
-        name: "body",
-        surface: shape,
-        size,
-    };
+    let body = MeshedBody::new("body", shape, size);
     let (_, radius) = shape.bounding_ball();
     let (mesh, quality) = checked(&[body], &ball(4.0 * radius));
     assert_eq!(euler_characteristic(&mesh, 0), euler, "{label}");
@@ -124,10 +104,7 @@ fn a_sphere_in_the_hole_of_a_torus() {
         tube: 0.5,
     });
     for (radius, fits) in [(1.2, true), (1.6, false)] {
-        let sphere = Sphere {
-            centre: torus.centre(),
-            radius,
-        };
+        let sphere = Sphere::new(torus.centre(), radius);
         let bodies = [
             ("ring", &torus as &dyn Surface, 0.3),
             ("ball", &sphere, 0.5),
@@ -142,11 +119,8 @@ fn a_sphere_in_the_hole_of_a_torus() {
             assert_good("sphere in torus", &quality);
             assert_eq!(euler_characteristic(&mesh, 0), 0);
         } else {
-            let error = generate(&bodies, &ball(20.0), &GenerateParams::default());
-            assert!(
-                matches!(error, Err(GenerateError::BodiesTouch { .. })),
-                "{error:?}"
-            );
+            let result = generate(&bodies, &ball(20.0), &GenerateParams::default());
+            assert_refused!(result, GenerateError::BodiesTouch { .. });
         }
     }
 }
@@ -156,16 +130,9 @@ fn a_sphere_in_the_hole_of_a_torus() {
 fn a_helix_that_touches_itself_is_refused() {
     for (pitch, turns, tube) in [(0.5, 2.0, 0.3), (4.0, 2.0, 1.7)] {
         let helix = Helix::new(1.0, pitch, turns, tube);
-        let body = MeshedBody {
-            name: "body",
-            surface: &helix,
-            size: 0.1,
-        };
-        let error = generate(&[body], &ball(20.0), &GenerateParams::default());
-        assert!(
-            matches!(error, Err(GenerateError::BadParameter { .. })),
-            "{error:?}"
-        );
+        let body = MeshedBody::new("body", &helix, 0.1);
+        let result = generate(&[body], &ball(20.0), &GenerateParams::default());
+        assert_refused!(result, GenerateError::BadParameter { .. });
     }
 }
 

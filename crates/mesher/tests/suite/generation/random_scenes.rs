@@ -35,3 +35,22 @@ proptest! {
         }
     }
 }
+
+/// Three tets around three vertices above a sphere had no volume (`FlatCell`), which no move of a
+/// single vertex could change.
+#[test]
+fn bug_tets_without_volume_that_no_single_move_improves() {
+    let shapes = [
+        Sphere::new(Vec3::new(0.0, 0.4619673773175371, 0.0), 0.3),
+        Sphere::new(
+            Vec3::new(0.0, 3.601218562168017, -2.9840832370267116),
+            1.2136678998138564,
+        ),
+        Sphere::new(
+            Vec3::new(0.0, -2.9325935776604313, -2.8755406890327584),
+            1.214531321919653,
+        ),
+    ];
+    let (_, quality) = checked(&bodies(&shapes, 0.4754607427626072), &ball(12.0));
+    assert!(quality.min_jacobian > 0.0, "{quality:?}");
+}

@@ -5,18 +5,12 @@ mod bodies_of_any_shape;
 mod random_scenes;
 mod remeshed;
 
+use crate::{ball, curved, on_threads, surfaces};
 use mesh::{LinearTets, NamedSurface, Quality, Surface, TetMesh, Vec3};
 use mesher::{
     BoxSurface, Capsule, Container, GenerateParams, MeshedBody, Sphere, Spheroid, generate,
 };
 use std::collections::HashMap;
-
-fn ball(radius: f64) -> Container {
-    Container::Ball(Sphere {
-        centre: Vec3::zeros(),
-        radius,
-    })
-}
 
 fn unit_spheres(centres: &[Vec3]) -> Vec<Sphere> {
     let sphere = |&centre| Sphere {
@@ -53,11 +47,9 @@ fn bodies(shapes: &[Sphere], size: f64) -> Vec<MeshedBody<'_>> {
 
 /// Generates and curves a mesh, and checks its volume and vertices against the true shapes.
 fn checked(bodies: &[MeshedBody<'_>], container: &Container) -> (LinearTets, Quality) {
-    let mesh = generate(bodies, container, &GenerateParams::default())
-        .unwrap_or_else(|e| panic!("{e}"))
-        .mesh;
-    let mut surfaces: Vec<NamedSurface<'_>> = bodies.iter().map(|b| (b.name, b.surface)).collect();
-    surfaces.push((Container::TAG, container.surface()));
+    let (mesh, of_mesh) = curved(bodies, container, &GenerateParams::default())
+        .unwrap_or_else(|error| panic!("{error}"));
+    let surfaces = surfaces(bodies, container);
     for &(face, tag) in &mesh.faces {
         let surface = surfaces[tag as usize].1;
         let (_, radius) = surface.bounding_ball();
@@ -80,20 +72,20 @@ fn checked(bodies: &[MeshedBody<'_>], container: &Container) -> (LinearTets, Qua
         })
         .sum();
     // The volume of the tets is that enclosed by the faces (divergence theorem).
-    let enclosed: f64 = mesh
-        .faces
-        .iter()
-        .map(|(face, _)| {
-            let [a, b, c] = face.map(|v| mesh.points[v as usize]);
-            a.dot(&b.cross(&c)) / 6.0
-        })
-        .sum();
+    let enclosed = enclosed(&mesh, |_| true);
     let terms = (mesh.tets.len() + mesh.faces.len()) as f64;
     assert!((volume - enclosed).abs() <= terms * f64::EPSILON * volume);
-    let quality = TetMesh::curved(mesh.clone(), &surfaces)
-        .unwrap_or_else(|e| panic!("{e}"))
-        .quality();
-    (mesh, quality)
+    (mesh, of_mesh.quality())
+}
+
+/// Volume that the faces of some parts enclose.
+fn enclosed(mesh: &LinearTets, is_wanted: impl Fn(u16) -> bool) -> f64 {
+    let faces = mesh.faces.iter().filter(|(_, tag)| is_wanted(*tag));
+    let volume = |(face, _): &([u32; 3], u16)| {
+        let [a, b, c] = face.map(|v| mesh.points[v as usize]);
+        a.dot(&b.cross(&c)) / 6.0
+    };
+    faces.map(volume).sum()
 }
 
 /// Asserts the quality that every mesh around separate bodies must have.
@@ -221,26 +213,14 @@ fn volume_enclosed_by_the_walls_of_a_box_is_exact() {
     let shapes = collinear(&[-10.0, 0.0, 10.0]);
     let (mesh, quality) = checked(&bodies(&shapes, 0.6), &Container::Box(sides));
     assert_good("box", &quality);
-    let walls: f64 = mesh
-        .faces
-        .iter()
-        .filter(|f| f.1 == 3)
-        .map(|(face, _)| {
-            let [a, b, c] = face.map(|v| mesh.points[v as usize]);
-            a.dot(&b.cross(&c)) / 6.0
-        })
-        .sum();
+    let walls = enclosed(&mesh, |tag| tag == 3);
     assert!((walls - sides.volume()).abs() < 1e-12 * sides.volume());
 }
 
 #[test]
 fn bodies_in_a_capsule() {
     for (radius, x) in [(4.0, 0.0), (4.0, 2.0), (12.0, 3.0)] {
-        let capsule = Capsule {
-            centre: Vec3::zeros(),
-            radius,
-            half_length: 10.0 + 4.0 * radius,
-        };
+        let capsule = Capsule::new(Vec3::zeros(), radius, 10.0 + 4.0 * radius);
         let shapes: Vec<Sphere> =
             unit_spheres(&[-6.0, 0.0, 6.0].map(|along| Vec3::new(along, 0.6 * x, -0.8 * x)));
         let (_, quality) = checked(&bodies(&shapes, 0.6), &Container::Capsule(capsule));
@@ -252,14 +232,8 @@ fn bodies_in_a_capsule() {
 fn radii_of_one_to_twenty_side_by_side() {
     for gap in [0.15, 0.01] {
         let shapes = [
-            Sphere {
-                centre: Vec3::zeros(),
-                radius: 1.0,
-            },
-            Sphere {
-                centre: Vec3::new(0.0, 1.05 + gap, 0.0),
-                radius: 0.05,
-            },
+            Sphere::new(Vec3::zeros(), 1.0),
+            Sphere::new(Vec3::new(0.0, 1.05 + gap, 0.0), 0.05),
         ];
         let (_, quality) = checked(&bodies(&shapes, 0.5), &ball(20.0));
         assert_good(&format!("gap {gap}"), &quality);
@@ -286,11 +260,7 @@ fn spheroids() {
             axial,
             equatorial,
         };
-        let body = MeshedBody {
-            name: "spheroid",
-            surface: &shape,
-            size: 0.5,
-        };
+        let body = MeshedBody::new("spheroid", &shape, 0.5);
         let (_, quality) = checked(&[body], &ball(20.0));
         assert_good(&format!("{axial} : {equatorial}"), &quality);
     }
@@ -308,13 +278,8 @@ fn meshes_are_bitwise_the_same_for_any_number_of_threads() {
     let shapes = collinear(&[-3.0, 0.0, 5.0]);
     let bodies = bodies(&shapes, 0.5);
     let run = |threads| {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("threads")
-            .install(|| generate(&bodies, &ball(40.0), &GenerateParams::default()))
-            .expect("a valid scene")
-            .mesh
+        let generated = || generate(&bodies, &ball(40.0), &GenerateParams::default());
+        on_threads(threads, generated).expect("a valid scene").mesh
     };
     let one = run(1);
     assert_eq!(one, run(2));
@@ -341,10 +306,7 @@ fn gap_ratio_is_about_one_after_generation_and_larger_in_a_closing_gap() {
     for gap in [1.0, 0.2] {
         let shapes = collinear(&[-1.0 - gap / 2.0, 1.0 + gap / 2.0]);
         let bodies = bodies(&shapes, 0.8);
-        let generated = generate(&bodies, &container, &GenerateParams::default()).unwrap();
-        let mut surfaces: Vec<NamedSurface> = bodies.iter().map(|b| (b.name, b.surface)).collect();
-        surfaces.push((Container::TAG, container.surface()));
-        let mesh = TetMesh::curved(generated.mesh, &surfaces).unwrap();
+        let (_, mesh) = curved(&bodies, &container, &GenerateParams::default()).unwrap();
         let fresh = mesh.gap_ratio(&[&shapes[0], &shapes[1]], wall);
         // The wanted edges are 0.6 of the gap; the longest edge of a regular pair of tets across it
         // is 1.2 of the gap.
@@ -360,11 +322,7 @@ fn gap_ratio_is_about_one_after_generation_and_larger_in_a_closing_gap() {
 #[cfg(feature = "serde")]
 #[test]
 fn shapes_read_back_as_they_were_serialised() {
-    let capsule = Capsule {
-        centre: Vec3::new(0.1, 0.2, 0.3),
-        radius: 1.5,
-        half_length: 4.0,
-    };
+    let capsule = Capsule::new(Vec3::new(0.1, 0.2, 0.3), 1.5, 4.0);
     let text = serde_json::to_string(&capsule).unwrap();
     assert_eq!(serde_json::from_str::<Capsule>(&text).unwrap(), capsule);
 }

@@ -12,13 +12,29 @@ use super::*;
 /// Three unit spheres of edge length 0.5 on the x axis in a container.
 fn three_spheres(container: &Container) -> TetMesh {
     let shapes = collinear(&[-5.0, 0.0, 5.0]);
-    let tets = generate(&bodies(&shapes, 0.5), container, &GenerateParams::default())
-        .unwrap()
-        .mesh;
-    let surfaces: Vec<NamedSurface> = (NAMES.into_iter().zip(&shapes))
-        .map(|(name, sphere)| (name, sphere as &dyn Surface))
-        .collect();
-    TetMesh::curved(tets, &surfaces).unwrap()
+    let tets = generate(&bodies(&shapes, 0.5), container, &GenerateParams::default());
+    TetMesh::curved(tets.unwrap().mesh, &named(&shapes)).unwrap()
+}
+
+fn named(shapes: &[Sphere]) -> Vec<NamedSurface<'_>> {
+    let surfaces = shapes.iter().map(|sphere| sphere as &dyn Surface);
+    NAMES.into_iter().zip(surfaces).collect()
+}
+
+/// Bodies that are known by their facets only.
+fn as_they_are<'a>(motions: &[(&'a str, Isometry3<f64>)]) -> Vec<MovedBody<'a>> {
+    let body = |&(name, motion): &(&'a str, _)| MovedBody {
+        name,
+        motion,
+        surface: None,
+    };
+    motions.iter().map(body).collect()
+}
+
+/// A rotation about a centre, then a shift of it to another place.
+fn placed(centre: Vec3, to: Vec3, axis: Vec3) -> Isometry3<f64> {
+    let rotation = UnitQuaternion::from_scaled_axis(axis);
+    Isometry3::from_parts((to - rotation * centre).into(), rotation)
 }
 
 fn small_box() -> Container {
@@ -26,6 +42,12 @@ fn small_box() -> Container {
         min: Vec3::new(-9.0, -6.0, -5.0),
         max: Vec3::new(10.0, 6.0, 7.0),
     })
+}
+
+/// Asserts that a mesh fills the same volume, but for some rounding of each cell.
+fn assert_same_volume(new: &TetMesh, mesh: &TetMesh) {
+    let rounding = 16.0 * f64::EPSILON * mesh.volume() * (new.n_cells() as f64).sqrt();
+    assert!((new.volume() - mesh.volume()).abs() < rounding);
 }
 
 /// The nodes of the facets on a boundary part, moved; as bits, sorted.
@@ -59,13 +81,7 @@ fn moved_as_they_are(
     mesh: &TetMesh,
     motions: &[(&str, Isometry3<f64>)],
 ) -> Result<TetMesh, GenerateError> {
-    let bodies: Vec<MovedBody> = (motions.iter())
-        .map(|&(name, motion)| MovedBody {
-            name,
-            motion,
-            surface: None,
-        })
-        .collect();
+    let bodies = as_they_are(motions);
     let new = remesh(mesh, &bodies, &GenerateParams::default(), &[])?;
     let identity = Isometry3::identity();
     for name in mesh.tags() {
@@ -76,9 +92,7 @@ fn moved_as_they_are(
             "{name}"
         );
     }
-    // Each cell rounds by some units of the volume of the container.
-    let rounding = 16.0 * f64::EPSILON * mesh.volume() * (new.n_cells() as f64).sqrt();
-    assert!((new.volume() - mesh.volume()).abs() < rounding);
+    assert_same_volume(&new, mesh);
     Ok(new)
 }
 
@@ -86,22 +100,16 @@ fn moved_as_they_are(
 fn walls_and_bodies_keep_their_facets() {
     for container in [ball(12.0), small_box()] {
         let mesh = three_spheres(&container);
-        let turned =
-            |x: f64, y: f64| Isometry3::new(Vec3::new(x, y, 0.0), Vec3::new(0.3, -1.0, 0.5));
         // Gaps of 0.6 and 0.5 between the spheres; then one near the wall.
         for shifts in [
             [(2.4, 0.0), (0.0, 0.0), (-2.5, 0.0)],
             [(0.0, 0.0), (1.0, 4.0), (0.5, 0.0)],
         ] {
-            let motions: Vec<_> = (NAMES.into_iter().zip(shifts))
-                .map(|(name, (x, y))| (name, turned(x, y)))
-                .collect();
-            // Turned about the origin, the outer spheres would leave their places.
-            let motions: Vec<_> = (motions.iter().zip([-5.0, 0.0, 5.0]))
-                .map(|((name, motion), x)| {
+            let motions: Vec<_> = (NAMES.into_iter().zip(shifts).zip([-5.0, 0.0, 5.0]))
+                .map(|((name, (dx, dy)), x)| {
                     let centre = Vec3::new(x, 0.0, 0.0);
-                    let shift = centre + motion.translation.vector - motion.rotation * centre;
-                    (*name, Isometry3::from_parts(shift.into(), motion.rotation))
+                    let to = centre + Vec3::new(dx, dy, 0.0);
+                    (name, placed(centre, to, Vec3::new(0.3, -1.0, 0.5)))
                 })
                 .collect();
             let new = moved_as_they_are(&mesh, &motions).unwrap();
@@ -134,21 +142,16 @@ fn bug_facets_larger_than_their_gap_were_refused() {
     .enumerate()
     {
         let places = [-1.0, 0.0, 1.0].map(|side| side * (2.0 + width) * away.normalize());
-        let moved: Vec<MovedBody> = (NAMES.into_iter().zip(places).zip([-5.0, 0.0, 5.0]))
+        let motions: Vec<_> = (NAMES.into_iter().zip(places).zip([-5.0, 0.0, 5.0]))
             .map(|((name, to), x)| {
-                let turned = UnitQuaternion::from_scaled_axis(Vec3::new(0.4, x, k as f64));
-                let shift = to - turned * Vec3::new(x, 0.0, 0.0);
-                MovedBody {
-                    name,
-                    motion: Isometry3::from_parts(shift.into(), turned),
-                    surface: None,
-                }
+                let axis = Vec3::new(0.4, x, k as f64);
+                (name, placed(Vec3::new(x, 0.0, 0.0), to, axis))
             })
             .collect();
+        let moved = as_they_are(&motions);
         let new = remesh(&mesh, &moved, &GenerateParams::default(), &[]).unwrap();
         // Divided facets lie in the planes of the given ones.
-        let rounding = 16.0 * f64::EPSILON * mesh.volume() * (new.n_cells() as f64).sqrt();
-        assert!((new.volume() - mesh.volume()).abs() < rounding);
+        assert_same_volume(&new, &mesh);
         // The narrowest part of the gap, where facets lie opposite each other.
         let tag = new.tag("b").unwrap();
         let longest = (new.facets().iter())
@@ -187,9 +190,7 @@ fn known_surfaces_are_triangulated_again_and_resolve_gaps() {
             surface: Some((sphere, 0.5)),
         })
         .collect();
-    let surfaces: Vec<NamedSurface> = (NAMES.into_iter().zip(&shapes))
-        .map(|(name, sphere)| (name, sphere as &dyn Surface))
-        .collect();
+    let surfaces = named(&shapes);
     let new = remesh(&mesh, &moved, &GenerateParams::default(), &surfaces).unwrap();
     let identity = Isometry3::identity();
     assert!(nodes_on(&new, "outer", &identity) == nodes_on(&mesh, "outer", &identity));
@@ -216,31 +217,15 @@ fn bodies_of_a_second_order_file_keep_their_curved_facets() {
         .unwrap()
         .into_mesh(&[])
         .unwrap();
-    let about = |centre: Vec3, shift: Vec3, axis: Vec3| {
-        let rotation = UnitQuaternion::from_scaled_axis(axis);
-        Isometry3::from_parts((centre + shift - rotation * centre).into(), rotation)
-    };
+    let [left, right] = [Vec3::new(-6.0, 0.0, 0.0), Vec3::new(6.0, 0.0, 0.0)];
+    let sphere = placed(left, left + Vec3::new(2.5, 0.5, 0.0), Vec3::zeros());
+    let ellipsoid = placed(Vec3::zeros(), Vec3::zeros(), Vec3::new(0.0, 0.9, 0.4));
+    let to = right + Vec3::new(-1.8, 1.0, 0.5);
+    let capsule = placed(right, to, Vec3::new(0.5, 0.0, 1.2));
     let motions = [
-        (
-            "sphere",
-            about(
-                Vec3::new(-6.0, 0.0, 0.0),
-                Vec3::new(2.5, 0.5, 0.0),
-                Vec3::zeros(),
-            ),
-        ),
-        (
-            "ellipsoid",
-            about(Vec3::zeros(), Vec3::zeros(), Vec3::new(0.0, 0.9, 0.4)),
-        ),
-        (
-            "capsule",
-            about(
-                Vec3::new(6.0, 0.0, 0.0),
-                Vec3::new(-1.8, 1.0, 0.5),
-                Vec3::new(0.5, 0.0, 1.2),
-            ),
-        ),
+        ("sphere", sphere),
+        ("ellipsoid", ellipsoid),
+        ("capsule", capsule),
     ];
     let new = moved_as_they_are(&mesh, &motions).unwrap();
     let (quality, of_file) = (new.quality(), mesh.quality());
@@ -255,34 +240,19 @@ fn bodies_of_a_second_order_file_keep_their_curved_facets() {
 fn bodies_that_touch_and_unknown_bodies_are_errors() {
     let mesh = three_spheres(&ball(12.0));
     let shift = |name, x| (name, Isometry3::translation(x, 0.0, 0.0));
-    let error = |motions: &[(&str, Isometry3<f64>)]| moved_as_they_are(&mesh, motions).unwrap_err();
-    let touching = error(&[shift("a", 3.1), shift("b", 0.0), shift("c", 0.0)]);
-    assert!(
-        matches!(touching, GenerateError::BodiesTouch { .. }),
-        "{touching}"
-    );
-    let outside = error(&[shift("a", -6.5), shift("b", 0.0), shift("c", 0.0)]);
-    assert!(
-        matches!(outside, GenerateError::BodyAtWall { .. }),
-        "{outside}"
-    );
-    let unknown = error(&[shift("d", 0.0)]);
-    assert!(
-        matches!(unknown, GenerateError::Mesh(MeshError::UnknownTag { .. })),
-        "{unknown}"
-    );
-    let twice = error(&[shift("a", 0.0), shift("b", 0.0), shift("a", 0.0)]);
-    assert!(
-        matches!(twice, GenerateError::Mesh(MeshError::BadTag { .. })),
-        "{twice}"
-    );
-    let nan = error(&[shift("a", f64::NAN), shift("b", 0.0), shift("c", 0.0)]);
-    assert!(
-        matches!(
-            nan,
-            GenerateError::BodiesTouch { .. } | GenerateError::BodyAtWall { .. }
-        ),
-        "{nan}"
+    let moved = |motions: &[(&str, Isometry3<f64>)]| moved_as_they_are(&mesh, motions);
+    let touching = moved(&[shift("a", 3.1), shift("b", 0.0), shift("c", 0.0)]);
+    assert_refused!(touching, GenerateError::BodiesTouch { .. });
+    let outside = moved(&[shift("a", -6.5), shift("b", 0.0), shift("c", 0.0)]);
+    assert_refused!(outside, GenerateError::BodyAtWall { .. });
+    let unknown = moved(&[shift("d", 0.0)]);
+    assert_refused!(unknown, GenerateError::Mesh(MeshError::UnknownTag { .. }));
+    let twice = moved(&[shift("a", 0.0), shift("b", 0.0), shift("a", 0.0)]);
+    assert_refused!(twice, GenerateError::Mesh(MeshError::BadTag { .. }));
+    let nan = moved(&[shift("a", f64::NAN), shift("b", 0.0), shift("c", 0.0)]);
+    assert_refused!(
+        nan,
+        GenerateError::BodiesTouch { .. } | GenerateError::BodyAtWall { .. }
     );
 }
 
@@ -291,18 +261,12 @@ fn bodies_that_touch_and_unknown_bodies_are_errors() {
 fn gmsh_keeps_all_facets() {
     let command = Path::new("gmsh");
     let mesh = three_spheres(&small_box());
-    let turned = UnitQuaternion::from_scaled_axis(Vec3::new(0.3, -1.0, 0.5));
     let motions = [-5.0, 0.0, 5.0].map(|x| {
         let centre = Vec3::new(x, 0.0, 0.0);
-        Isometry3::from_parts((0.6 * centre - turned * centre).into(), turned)
+        placed(centre, 0.6 * centre, Vec3::new(0.3, -1.0, 0.5))
     });
-    let moved: Vec<MovedBody> = (NAMES.into_iter().zip(motions))
-        .map(|(name, motion)| MovedBody {
-            name,
-            motion,
-            surface: None,
-        })
-        .collect();
+    let motions: Vec<_> = NAMES.into_iter().zip(motions).collect();
+    let moved = as_they_are(&motions);
     let is_installed = std::process::Command::new(command)
         .arg("--version")
         .output()
@@ -317,11 +281,10 @@ fn gmsh_keeps_all_facets() {
         }
         new => new.unwrap(),
     };
-    for (name, motion) in NAMES.into_iter().zip(&motions) {
+    for (name, motion) in &motions {
         assert!(nodes_on(&new, name, &Isometry3::identity()) == nodes_on(&mesh, name, motion));
     }
-    let rounding = 16.0 * f64::EPSILON * mesh.volume() * (new.n_cells() as f64).sqrt();
-    assert!((new.volume() - mesh.volume()).abs() < rounding);
+    assert_same_volume(&new, &mesh);
 }
 
 /// A command that is missing, one that fails, and one that writes no mesh.
@@ -352,8 +315,7 @@ proptest! {
             .collect();
         let new = moved_as_they_are(&mesh, &motions).unwrap();
         prop_assert!(new.quality().min_jacobian > 0.1, "{:?}", new.quality());
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        let serial = pool.install(|| moved_as_they_are(&mesh, &motions)).unwrap();
+        let serial = on_threads(1, || moved_as_they_are(&mesh, &motions)).unwrap();
         prop_assert!(serial == new);
     }
 }
