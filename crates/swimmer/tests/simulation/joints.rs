@@ -11,7 +11,7 @@ use swimmer::{Method, Outcome, Scene, choose, simulate};
 fn run(text: &str) -> Outcome {
     let scene = Scene::parse(text).unwrap();
     let mut model = choose(&scene).unwrap().model;
-    let method = Method::of(&scene);
+    let method = Method::from_scene(&scene);
     simulate(&scene, model.as_mut(), method, &mut ()).unwrap()
 }
 

@@ -38,7 +38,7 @@ fn four_bars(drives: [&str; 4], gait: &str) -> Scene {
 
 fn run(scene: &Scene) -> Outcome {
     let mut model = choose(scene).unwrap().model;
-    simulate(scene, model.as_mut(), Method::of(scene), &mut ()).unwrap()
+    simulate(scene, model.as_mut(), Method::from_scene(scene), &mut ()).unwrap()
 }
 
 /// Largest distance between the two ends that meet at a corner.
@@ -91,7 +91,7 @@ fn contradictory_angles_of_a_loop_are_refused() {
     let text = "[[gait.phases]]\ntargets = { \"hinge 0\" = 0.3, \"hinge 1\" = 0.2 }\n";
     let scene = four_bars(["", "", "", FREE], text);
     let mut model = choose(&scene).unwrap().model;
-    let error = simulate(&scene, model.as_mut(), Method::of(&scene), &mut ()).unwrap_err();
+    let error = simulate(&scene, model.as_mut(), Method::from_scene(&scene), &mut ()).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("loop closed by link 'hinge"), "{text}");
 }

@@ -9,7 +9,7 @@ use swimmer::{Method, Outcome, Scene, choose, run, simulate};
 
 fn simulated(scene: &Scene) -> Outcome {
     let mut model = choose(scene).unwrap().model;
-    simulate(scene, model.as_mut(), Method::of(scene), &mut ()).unwrap()
+    simulate(scene, model.as_mut(), Method::from_scene(scene), &mut ()).unwrap()
 }
 
 /// Two arms that oscillate about 6 with the amplitude 1, a quarter of a period apart.
