@@ -4,7 +4,6 @@
 mod arguments;
 mod check;
 mod design_files;
-mod design_progress;
 mod displacements;
 mod error;
 mod frequency;

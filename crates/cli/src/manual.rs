@@ -25,5 +25,5 @@ pub fn pages(out: &Path) -> Result<String, CliError> {
             path: out.to_owned(),
             source,
         })?;
-    Ok(entry("manual pages", &out.display().to_string()))
+    Ok(entry("manual pages", out.display()))
 }

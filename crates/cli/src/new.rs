@@ -34,5 +34,5 @@ pub fn new(name: &str, out: Option<PathBuf>) -> Result<String, CliError> {
         "learning" => "learn",
         _ => "run",
     };
-    Ok(entry("scene file", &path.to_string()) + &entry("next", &format!("swim {command} {path}")))
+    Ok(entry("scene file", &path) + &entry("next", format!("swim {command} {path}")))
 }

@@ -3,18 +3,17 @@
 use std::path::Path;
 
 use design::sensitivities::{self as runs, Sensitivity};
-use serde_json::{Value, json};
 use swimmer::Scene;
 use swimmer::output::Folder;
 
 use super::design_files::write;
-use super::design_progress::Progress;
 use super::error::CliError;
+use super::progress::DesignSpinner;
 use super::text::with_uncertainty;
 
 /// Computes the sensitivities and writes `sensitivities.csv`.
 pub fn sensitivities(scene: &Scene, out: &Path, quiet: bool) -> Result<Vec<Sensitivity>, CliError> {
-    let found = runs::sensitivities(scene, &mut Progress::new(quiet))?;
+    let found = runs::sensitivities(scene, &mut DesignSpinner::new(quiet))?;
     let mut csv = "parameter,value,derivative,error\n".to_owned();
     for sensitivity in &found {
         let (parameter, derivative) = (&sensitivity.parameter, sensitivity.derivative);
@@ -41,17 +40,4 @@ pub fn describe_sensitivities(found: &[Sensitivity]) -> String {
         );
     }
     text
-}
-
-/// The sensitivities as a list of objects with `parameter`, `value`, `derivative` and `error`.
-pub fn sensitivities_json(found: &[Sensitivity]) -> Value {
-    let entry = |sensitivity: &Sensitivity| {
-        json!({
-            "parameter": sensitivity.parameter.name,
-            "value": sensitivity.parameter.value,
-            "derivative": sensitivity.derivative,
-            "error": sensitivity.error,
-        })
-    };
-    found.iter().map(entry).collect()
 }

@@ -5,12 +5,11 @@ use rayon::prelude::*;
 
 use super::interior_point::Minimum;
 use super::objective::Objective;
-use super::progress::DesignProgress;
 use super::search::StrokeProblem;
 use super::starts::starts;
 use super::stroke_path::{Series, StrokeCurve};
 use super::totals::StrokeTotals;
-use crate::error::DesignError;
+use crate::error::{DesignError, DesignProgress, check_interruption};
 
 /// Number of terms of the first series, in which all starts are compared.
 pub(super) const FIRST_TERMS: usize = 4;
@@ -62,7 +61,7 @@ pub struct Optimum {
     pub iterations: usize,
 }
 
-/// Searches the best stroke inside `limits`, one range per joint of the table.
+/// Searches for the best stroke inside `limits`, one range per joint of the table.
 ///
 /// # Errors
 /// [`DesignError::NoStroke`] if no start leads to a stroke, [`DesignError::Stopped`].
@@ -73,75 +72,70 @@ pub fn optimise(
     options: &SearchOptions,
     progress: &mut dyn DesignProgress,
 ) -> Result<Optimum, DesignError> {
-    let terms = FIRST_TERMS.min(options.terms);
-    let mut series = match &options.start {
-        Some(start) => Series::FromStart {
-            terms,
-            start: start.clone(),
-        },
-        None => Series::Closed { terms },
-    };
+    let series = Series::new(FIRST_TERMS.min(options.terms), options.start.as_deref());
     let starts = starts(geometry, objective, &series, limits);
     progress.begins(&format!("searching from {} strokes", starts.len()));
     let found = compared(geometry, objective, &series, &starts, limits);
     let mut iterations = found.iter().map(|(_, minimum)| minimum.iterations).sum();
     // The first of equal ones, so that the result does not depend on the number of threads.
     let best = (found.into_iter()).reduce(|a, b| if b.1.cost < a.1.cost { b } else { a });
-    let Some((mut coefficients, mut best)) = best else {
-        return Err(DesignError::NoStroke {
-            reason: "no stroke inside the limits meets the objective; widen optimise.lower and \
-                     optimise.upper, or ask for less"
-                .to_owned(),
-        });
+    let Some((coefficients, best)) = best else {
+        return Err(DesignError::no_stroke(
+            "no stroke inside the limits meets the objective; widen optimise.lower and \
+             optimise.upper, or ask for less",
+        ));
     };
-    let mut refinement_error = f64::INFINITY;
-    let tolerance = SEARCH * options.tolerance;
+    let mut found = Refined {
+        series,
+        coefficients,
+        best,
+        error: f64::INFINITY,
+    };
     let mut is_first = true;
     loop {
-        if progress.is_interrupted() {
-            return Err(DesignError::Stopped {
-                what: format!("{} terms of the stroke", series.terms()),
-            });
-        }
+        check_interruption(progress, || {
+            format!("{} terms of the stroke", found.series.terms())
+        })?;
         let terms = match is_first {
-            true => series.terms(),
-            false => (2 * series.terms()).min(options.terms),
+            true => found.series.terms(),
+            false => (2 * found.series.terms()).min(options.terms),
         };
         progress.begins(&format!("{terms} terms per joint"));
-        let finer = series.with_terms(terms);
-        let start = series.extended(&coefficients, &finer);
-        let (refined, minimum) = solved_inside(
-            geometry, objective, &finer, &start, limits, tolerance,
-        )
-        .ok_or_else(|| DesignError::NoStroke {
-            reason: format!("the search with {terms} terms has no start inside the limits"),
+        let refined = found.refined(geometry, objective, limits, terms, options.tolerance);
+        let refined = refined.ok_or_else(|| {
+            DesignError::no_stroke(format!(
+                "the search with {terms} terms has no start inside the limits"
+            ))
         })?;
-        iterations += minimum.iterations;
-        if !is_first {
-            refinement_error = (minimum.cost - best.cost).abs();
-        }
-        (series, coefficients, best) = (finer, refined, minimum);
-        if refinement_error <= options.tolerance || (terms == options.terms) {
+        iterations += refined.best.iterations;
+        let error = match is_first {
+            true => f64::INFINITY,
+            false => refined.error,
+        };
+        found = Refined { error, ..refined };
+        if error <= options.tolerance || terms == options.terms {
             break;
         }
         is_first = false;
     }
+    let Refined {
+        series,
+        coefficients,
+        best,
+        error: refinement_error,
+    } = found;
     if best.violation > options.tolerance || best.decrease > options.tolerance {
-        return Err(DesignError::NoStroke {
-            reason: format!(
-                "the search ended after {iterations} iterations with a violation of {:.1e} of the \
-                 condition and a possible decrease of {:.1e}; change the limits, the displacement \
-                 or optimise.terms",
-                best.violation, best.decrease
-            ),
-        });
+        return Err(DesignError::no_stroke(format!(
+            "the search ended after {iterations} iterations with a violation of {:.1e} of the \
+             condition and a possible decrease of {:.1e}; change the limits, the displacement or \
+             optimise.terms",
+            best.violation, best.decrease
+        )));
     }
     let problem = StrokeProblem::new(geometry, objective, series.clone(), limits);
     let stroke = problem
         .stroke(&coefficients)
-        .ok_or_else(|| DesignError::NoStroke {
-            reason: "the best stroke leaves the table".to_owned(),
-        })?;
+        .ok_or_else(|| DesignError::no_stroke("the best stroke leaves the table"))?;
     Ok(Optimum {
         totals: stroke.totals,
         period_energy_product: stroke.length.powi(2),
@@ -155,6 +149,40 @@ pub fn optimise(
             coefficients,
         },
     })
+}
+
+/// The best stroke of a series.
+struct Refined {
+    series: Series,
+    coefficients: Vec<f64>,
+    best: Minimum,
+    /// Change of the cost by the last increase of the number of terms.
+    error: f64,
+}
+
+impl Refined {
+    /// The best stroke with this number of terms, from this one; none without a start inside the
+    /// limits.
+    fn refined(
+        &self,
+        geometry: &ShapeGeometry,
+        objective: &dyn Objective,
+        limits: &[(f64, f64)],
+        terms: usize,
+        tolerance: f64,
+    ) -> Option<Self> {
+        let series = self.series.with_terms(terms);
+        let start = self.series.extended(&self.coefficients, &series);
+        let tolerance = SEARCH * tolerance;
+        let (coefficients, best) =
+            solved_inside(geometry, objective, &series, &start, limits, tolerance)?;
+        Some(Self {
+            error: (best.cost - self.best.cost).abs(),
+            series,
+            coefficients,
+            best,
+        })
+    }
 }
 
 /// The best strokes of a short series from several starts.

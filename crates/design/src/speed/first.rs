@@ -3,10 +3,9 @@
 use models::ModelError;
 
 use super::problem::Task;
-use crate::error::DesignError;
+use crate::error::{DesignError, DesignProgress};
 use crate::objective::HighestEfficiency;
 use crate::optimise::{FIRST_TERMS, Optimum, SearchOptions, compared, inside, optimise};
-use crate::progress::DesignProgress;
 use crate::starts::starts;
 use crate::stroke_path::Series;
 use crate::timing::{MotionBounds, Timing};
@@ -47,14 +46,7 @@ pub fn cost_without_rates(task: &Task, found: &Optimum) -> Result<f64, ModelErro
 /// Corners of the strokes from which to start: the best small ellipses, and the strokes of high
 /// efficiency to which these lead; with a bound on the power only the latter.
 pub fn first_corners(task: &Task) -> Vec<Vec<Vec<f64>>> {
-    let terms = FIRST_TERMS;
-    let series = match task.start {
-        Some(start) => Series::FromStart {
-            terms,
-            start: start.to_vec(),
-        },
-        None => Series::Closed { terms },
-    };
+    let series = Series::new(FIRST_TERMS, task.start);
     let objective = HighestEfficiency {
         measure: task.measure,
     };

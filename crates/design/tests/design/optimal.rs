@@ -115,7 +115,7 @@ fn strokes_within_limits_stay_there() {
         cycles: 1,
         phases: vec![phase(0, 6.0), phase(1, 6.0), phase(0, 10.0), phase(1, 10.0)],
     };
-    let path = SampledPath::of_spans(spans(&gait, &[10.0, 10.0]).unwrap(), &[0, 1]);
+    let path = SampledPath::from_spans(spans(&gait, &[10.0, 10.0]).unwrap(), &[0, 1]);
     let square = Stroke::along(&table, &path).unwrap();
     assert!((square.totals.displacement.norm() - 0.159_805_340_4).abs() < 1e-8);
     assert!(

@@ -18,7 +18,7 @@ fn tables_in_a_ball_have_an_error_bar_for_the_place() {
             document.set(assignment).unwrap();
         }
         let scene = Scene::from_document(document).unwrap();
-        let limits = StrokeLimits::of_scene(&scene).unwrap();
+        let limits = StrokeLimits::from_scene(&scene).unwrap();
         let table = tabulate(&scene, &limits, 1e-5, (None, TablePart::Whole), &mut ())
             .unwrap()
             .geometry;

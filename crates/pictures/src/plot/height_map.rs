@@ -63,13 +63,11 @@ pub fn height_map_svg(
     let components: Vec<usize> = (0..6).filter(|&c| largest(c) > ZERO * scale).collect();
     let size = (PANEL.0 * components.len().max(1) as u32, PANEL.1);
     canvas::svg(size, |root| {
-        root.fill(&WHITE)?;
         let panels = root.split_evenly((1, components.len().max(1)));
         for (panel, &component) in panels.iter().zip(&components) {
             let values: Vec<f64> = cells.iter().map(|cell| cell[component]).collect();
             draw(panel, ranges, names, &values, COMPONENTS[component], stroke)?;
         }
-        root.present()?;
         Ok(())
     })
 }

@@ -14,7 +14,6 @@ use crate::error::PictureError;
 /// [`PictureError::Plot`].
 pub fn learning_curve_svg(curve: &[f64], best: f64) -> Result<String, PictureError> {
     canvas::svg((SIZE.0, 420), |root| {
-        root.fill(&WHITE)?;
         let low = curve.iter().copied().fold(0.0, f64::min);
         let high = 1.1 * curve.iter().copied().fold(best, f64::max).max(1e-300);
         let mut chart = ChartBuilder::on(root)
@@ -40,7 +39,6 @@ pub fn learning_curve_svg(curve: &[f64], best: f64) -> Result<String, PictureErr
         let ends = [(0.0, best), (curve.len() as f64, best)];
         chart.draw_series(LineSeries::new(ends, COLOURS[1].stroke_width(px(2))))?;
         chart.draw_series([Text::new("best cycle", ends[0], font(13, &COLOURS[1]))])?;
-        root.present()?;
         Ok(())
     })
 }
@@ -63,12 +61,7 @@ pub struct Policy<'a> {
 /// # Errors
 /// [`PictureError::Plot`].
 pub fn policy_svg(policy: &Policy) -> Result<String, PictureError> {
-    canvas::svg((620, 620), |root| {
-        root.fill(&WHITE)?;
-        draw_policy(root, policy)?;
-        root.present()?;
-        Ok(())
-    })
+    canvas::svg((620, 620), |root| draw_policy(root, policy))
 }
 
 fn draw_policy(root: &Area, policy: &Policy) -> Result<(), Box<dyn std::error::Error>> {

@@ -3,8 +3,9 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use scene::{Scene, Shape};
 
-use crate::numbers::rounded;
 use swimmer::Outcome;
+
+use super::style::direction_name;
 
 /// Displacements below this part of the smallest body are not shown if bodies turn more.
 const SMALL: f64 = 0.01;
@@ -19,7 +20,7 @@ pub enum Quantity {
 
 impl Quantity {
     /// Displacements, or angles if bodies turn and hardly move.
-    pub fn of(scene: &Scene, outcome: &Outcome) -> Self {
+    pub fn new(scene: &Scene, outcome: &Outcome) -> Self {
         let start = outcome.curve.first().map_or(&[][..], |(_, x)| x);
         let moved = largest(
             &mut outcome
@@ -42,24 +43,11 @@ impl Quantity {
 
     /// Title of the plot.
     pub fn title(&self) -> String {
-        let name = |e: &Vector3<f64>| {
-            let units = [
-                ("x", Vector3::x()),
-                ("y", Vector3::y()),
-                ("z", Vector3::z()),
-            ];
-            let axis = units.into_iter().find(|(_, unit)| (e - unit).amax() < 5e-3);
-            match axis {
-                Some((name, _)) => name.to_owned(),
-                None => {
-                    let [x, y, z] = [e.x, e.y, e.z].map(|c| rounded(c, 2));
-                    format!("({x:.2}, {y:.2}, {z:.2})")
-                }
-            }
-        };
         match self {
-            Quantity::Displacement(e) => format!("displacement of the bodies along {}", name(e)),
-            Quantity::Angle(e) => format!("rotation of the bodies about {}", name(e)),
+            Quantity::Displacement(e) => {
+                format!("displacement of the bodies along {}", direction_name(e))
+            }
+            Quantity::Angle(e) => format!("rotation of the bodies about {}", direction_name(e)),
         }
     }
 

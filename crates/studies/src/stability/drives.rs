@@ -269,7 +269,7 @@ fn cells(case: &Case) -> Result<Vec<Cell>> {
 
 fn run(scene: &Scene) -> Result<Swum, SwimError> {
     let mut model = choose(scene)?.model;
-    simulate(scene, model.as_mut(), Method::of(scene), &mut ())
+    simulate(scene, model.as_mut(), Method::from_scene(scene), &mut ())
 }
 
 /// The error bar without that of the model, which is the same in all runs.

@@ -82,7 +82,7 @@ fn run(text: &str, overrides: &[String]) -> Result<(Outcome, Cost)> {
         .try_for_each(|assignment| document.set(assignment))?;
     let scene = Scene::from_document(document)?;
     let mut model = with_tables(&scene, choose(&scene)?)?.model;
-    let method = Method::of(&scene);
+    let method = Method::from_scene(&scene);
     let outcome =
         simulate(&scene, model.as_mut(), method, &mut ()).context("a gait with joints")?;
     let cost = Cost {

@@ -54,7 +54,7 @@ const MODEL_SHARE: f64 = 0.6;
 impl Prediction {
     /// The prediction for a scene; none without a gait, with many bodies, slip or a background
     /// flow, or if nothing moves.
-    pub fn of(scene: &Scene) -> Option<Self> {
+    pub fn from_scene(scene: &Scene) -> Option<Self> {
         // The rough model ignores slip and background flows.
         if scene.bodies().len() > MAX_BODIES || scene.has_surface_velocity() {
             return None;
@@ -104,7 +104,7 @@ impl Prediction {
 /// Relative error of the velocities of a model for a tolerance of the net displacement.
 pub(crate) fn velocity_tolerance(scene: &Scene) -> f64 {
     let tolerance = scene.model().tolerance;
-    match Prediction::of(scene) {
+    match Prediction::from_scene(scene) {
         Some(prediction) => prediction.velocity_tolerance(tolerance),
         // The net displacement of the planar three-sphere swimmer is 1/100 of that of a phase.
         None => 0.01 * tolerance,

@@ -3,7 +3,7 @@
 use models::{ModelError, Superposed, Tabulated};
 use scene::{Gait, Phase, Scene, spans};
 
-use super::choice::Choice;
+use super::Choice;
 use crate::integrate::{TYPICAL_SOLVES_PER_SPAN, velocity_tolerance};
 
 /// Number of points per variable in a typical table.

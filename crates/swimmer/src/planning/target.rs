@@ -3,10 +3,10 @@
 use models::FemModel;
 use scene::{GeometryKind, Scene};
 
-use super::choice::choose;
+use super::choose;
 use crate::error::SwimError;
 use crate::integrate::Method;
-use crate::observer::Observer;
+use crate::observer::{MissedTarget, Observer};
 use crate::outcome::Outcome;
 use crate::simulate::simulate;
 
@@ -31,16 +31,6 @@ const MIN_RATIO: f64 = 0.5;
 
 /// Largest number of strokes with finer sizes.
 const MOST_REFINEMENTS: usize = 4;
-
-/// A stroke whose estimated discretisation error exceeds `fem.target`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct MissedTarget {
-    /// Factor on the element sizes, as the scene key `fem.size_factor`.
-    pub size_factor: f64,
-    /// Estimated discretisation error, divided by [`Outcome::reference_displacement`].
-    pub relative_error: f64,
-}
 
 /// The search for the factor on the element sizes (`fem.size_factor`) with which the error bar of
 /// the net displacement meets `fem.target`.

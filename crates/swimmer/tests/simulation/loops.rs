@@ -93,6 +93,6 @@ fn contradictory_angles_of_a_loop_are_refused() {
     let text = "[[gait.phases]]\ntargets = { \"hinge 0\" = 0.3, \"hinge 1\" = 0.2 }\n";
     let scene = four_bars(["", "", "", FREE], text);
     let mut model = boxed(&scene);
-    let error = simulate(&scene, model.as_mut(), Method::of(&scene), &mut ()).unwrap_err();
+    let error = simulate(&scene, model.as_mut(), Method::from_scene(&scene), &mut ()).unwrap_err();
     testkit::contains("loop", &error.to_string(), &["loop closed by link 'hinge"]);
 }
