@@ -13,7 +13,7 @@ use crate::sensitivities::{comparable, net_displacement, with_keys};
 const FACTOR: f64 = 2.0;
 
 /// Largest ratio of a frequency to that of the scene: outside, the search ends without a maximum.
-const WIDEST: f64 = 1e4;
+const MAX_FREQUENCY_RATIO: f64 = 1e4;
 
 /// Width of the interval in the logarithm of the frequency at which the search ends. At a maximum
 /// the displacement then differs by the order of its square, 1e-6.
@@ -92,8 +92,8 @@ pub fn best_frequency(
     let Some((x, y)) = search.bracket([-step, 0.0, step], runs)? else {
         return refuse(&format!(
             "the displacement has no maximum between the frequencies {:.3e} and {:.3e}",
-            (-WIDEST.ln()).exp() / period,
-            WIDEST / period
+            (-MAX_FREQUENCY_RATIO.ln()).exp() / period,
+            MAX_FREQUENCY_RATIO / period
         ));
     };
     let (best, width) = search.narrowed(x, y)?;
@@ -131,7 +131,7 @@ impl FrequencySearch<'_> {
         Ok(run)
     }
 
-    /// Moves three points until the middle one is the highest; none beyond [`WIDEST`].
+    /// Moves three points until the middle one is the highest; none beyond [`MAX_FREQUENCY_RATIO`].
     fn bracket(
         &mut self,
         mut x: [f64; 3],
@@ -139,7 +139,7 @@ impl FrequencySearch<'_> {
     ) -> Result<Option<([f64; 3], [FrequencyRun; 3])>, DesignError> {
         let step = FACTOR.ln();
         while y[1].displacement <= y[0].displacement.max(y[2].displacement) {
-            if x[0].abs().max(x[2].abs()) > WIDEST.ln() {
+            if x[0].abs().max(x[2].abs()) > MAX_FREQUENCY_RATIO.ln() {
                 return Ok(None);
             }
             if y[2].displacement > y[0].displacement {

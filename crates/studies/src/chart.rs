@@ -16,7 +16,7 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(40, 40, 40),
 ];
 
-const FAINT: RGBColor = RGBColor(225, 225, 225);
+const GRID_COLOUR: RGBColor = RGBColor(225, 225, 225);
 
 /// Width and height of a chart.
 const SIZE: (u32, u32) = (1180, 620);
@@ -103,7 +103,7 @@ impl LogLog {
             .label_style(("sans-serif", 14))
             .x_label_formatter(&|x| power(*x))
             .y_label_formatter(&|y| power(*y))
-            .bold_line_style(FAINT)
+            .bold_line_style(GRID_COLOUR)
             .light_line_style(WHITE)
             .draw()?;
         for (number, series) in self.series.iter().enumerate() {

@@ -11,8 +11,8 @@ use swimmer::{Method, Scene, SwimError, choose, simulate, solve_start};
 
 use crate::page::{self, Page};
 use crate::reference::{
-    NORMAL_TO_WALL, OPPOSITE, PARALLEL_TO_WALL, STARS, STROKES, TOGETHER, UNBOUNDED_STROKES,
-    concentric_drag,
+    COMMON_MOTION, NORMAL_TO_WALL, OPPOSITE_MOTION, PARALLEL_TO_WALL, STARS, STROKES,
+    UNBOUNDED_STROKES, concentric_drag,
 };
 use crate::scenes::SceneText;
 use crate::table::{Table, exp, fixed};
@@ -218,8 +218,8 @@ fn forced_spheres() -> Vec<Case> {
     )];
     // A sphere that approaches a fixed one at speed U: half of the force if both approach each
     // other at speed U, plus half of the force if both move together.
-    for (distance, together) in TOGETHER {
-        let Some(opposite) = OPPOSITE.iter().find(|row| row.0 == distance) else {
+    for (distance, together) in COMMON_MOTION {
+        let Some(opposite) = OPPOSITE_MOTION.iter().find(|row| row.0 == distance) else {
             continue;
         };
         let own = 0.5 * (opposite.1 + together);

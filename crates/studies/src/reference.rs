@@ -82,7 +82,7 @@ pub const CYLINDER: [(f64, f64); 5] = [
 ///
 /// They move along their line of centres in unbounded fluid; the distance is that of the centres
 /// (Stimson & Jeffery 1926, Maude 1961; spectral).
-pub const OPPOSITE: [(f64, f64); 6] = [
+pub const OPPOSITE_MOTION: [(f64, f64); 6] = [
     (6.0, 1.330153663951659),
     (4.0, 1.5966819994959558),
     (3.0, 2.0386546439229005),
@@ -150,7 +150,7 @@ pub const UNBOUNDED_STROKES: [(f64, f64, f64); 3] = [
 
 /// Force over `6 pi U` on each of two unit spheres that move together along their line of centres,
 /// by distance; spectral.
-pub const TOGETHER: [(f64, f64); 2] = [(3.0, 0.6983045602500371), (2.1, 0.6509001445148839)];
+pub const COMMON_MOTION: [(f64, f64); 2] = [(3.0, 0.6983045602500371), (2.1, 0.6509001445148839)];
 
 /// Height of a unit sphere above a plane wall, and its drag over `6 pi` normal to the wall (Brenner
 /// 1961).

@@ -35,7 +35,7 @@ const LARGEST_STEP: f64 = 0.25;
 
 /// Size of the trust region relative to the step. At the largest step it reaches the limits from a
 /// centre around which the interpolation stays inside them.
-const TRUST: f64 = 3.0;
+const TRUST_FACTOR: f64 = 3.0;
 
 /// Smallest step; differences of closer runs would be rounding errors of mesh sizes.
 const SMALLEST_STEP: f64 = 0.01;
@@ -51,7 +51,7 @@ const ROUNDS: usize = 60;
 const BATCH: usize = 8;
 
 /// Distance from a limit, relative to the size, below which a size counts as at the limit.
-const NEAR: f64 = 1e-3;
+const ACTIVE_DISTANCE: f64 = 1e-3;
 
 /// The best sizes for a gait.
 #[derive(Clone, Debug)]
@@ -270,7 +270,7 @@ impl<'a> Search<'a> {
             .map(|run| -run.objective / objective)
             .collect();
         let model = Quadratic::through(&costs, basis.ncols(), inside);
-        let polytope = self.space.polytope(around, &basis, TRUST * step);
+        let polytope = self.space.polytope(around, &basis, TRUST_FACTOR * step);
         // From several points, because the function may be concave.
         let minima = points.iter().filter_map(|y| polytope.minimum(&model, y));
         let best = minima.reduce(|a, b| if b.cost < a.cost { b } else { a });
@@ -324,12 +324,12 @@ fn at_limits(space: &SizeSpace, shares: &[f64]) -> Vec<String> {
     let mut found = Vec::new();
     for ((parameter, value), limit) in space.parameters.iter().zip(values).zip(space.limits()) {
         for (bound, word) in [(limit.0, "smallest"), (limit.1, "largest")] {
-            if (value - bound).abs() < NEAR * value {
+            if (value - bound).abs() < ACTIVE_DISTANCE * value {
                 found.push(format!("the {} is the {word} allowed", parameter.name));
             }
         }
     }
-    for names in space.closed_gaps(shares, NEAR) {
+    for names in space.closed_gaps(shares, ACTIVE_DISTANCE) {
         found.push(format!("{names} come as close as optimise.gap allows"));
     }
     found
@@ -347,7 +347,7 @@ fn errors(space: &SizeSpace, found: &Found) -> Vec<f64> {
     let basis = space.basis(&found.shares);
     let free = space
         .polytope(&found.shares, &basis, f64::INFINITY)
-        .free_directions(NEAR);
+        .free_directions(ACTIVE_DISTANCE);
     if free.ncols() == 0 {
         return vec![0.0; values.len()];
     }

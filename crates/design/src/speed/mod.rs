@@ -42,10 +42,10 @@ const COMPARE_ITERATIONS: usize = 40;
 const MAX_ITERATIONS: usize = 200;
 
 /// Part of the distance to the middle of the limits by which a polygon is moved before a search.
-const INSIDE: f64 = 0.01;
+const INWARD_SHIFT: f64 = 0.01;
 
 /// Factor on the shortest times of the sides before a search.
-const SLOWER: f64 = 1.05;
+const SLOWDOWN: f64 = 1.05;
 
 /// Largest number of searches with split corners.
 const SPLITS: usize = 4;
@@ -203,12 +203,12 @@ fn solved(
         Some(start) => start.to_vec(),
         None => task.limits.iter().map(|r| 0.5 * (r.0 + r.1)).collect(),
     };
-    let inner = first.moved_towards(&middle, INSIDE);
+    let inner = first.moved_towards(&middle, INWARD_SHIFT);
     let mut inner = TimedPolygon::fastest(task.geometry, inner.corners, task.bounds).ok()?;
     // Sides of no length have a time too.
     let mean = inner.period() / inner.durations.len() as f64;
     for time in &mut inner.durations {
-        *time = (SLOWER * *time).max(0.1 * mean);
+        *time = (SLOWDOWN * *time).max(0.1 * mean);
     }
     SpeedProblem::new(*task, &inner).solve(&inner, tolerance, max_iterations)
 }
@@ -223,10 +223,12 @@ fn exact_cost(task: &Task, polygon: &TimedPolygon) -> Result<f64, ModelError> {
 /// Whether a corner is at a limit.
 fn is_at_limits(task: &Task, polygon: &TimedPolygon) -> bool {
     /// Distance from a limit, relative to the range, below which it counts as active.
-    const NEAR: f64 = 1e-3;
+    const ACTIVE_DISTANCE: f64 = 1e-3;
     polygon.corners.iter().any(|corner| {
         let mut pairs = corner.iter().zip(task.limits);
-        pairs.any(|(x, range)| (x - range.0).min(range.1 - x) < NEAR * (range.1 - range.0))
+        pairs.any(|(x, range)| {
+            (x - range.0).min(range.1 - x) < ACTIVE_DISTANCE * (range.1 - range.0)
+        })
     })
 }
 

@@ -14,11 +14,11 @@ use methods::runs;
 const SIZE: f64 = 0.6;
 
 /// Element size of the quick part.
-const COARSE: f64 = 0.8;
+const COARSE_SIZE: f64 = 0.8;
 
 /// Runs the study and writes `ale.md`, `ale.csv`, charts and pictures of meshes.
 pub fn run(quick: bool, out: &Path) -> Result<()> {
-    let size = if quick { COARSE } else { SIZE };
+    let size = if quick { COARSE_SIZE } else { SIZE };
     let cases = cases::all(quick);
     let mut all = Vec::new();
     for case in &cases {
@@ -36,7 +36,7 @@ mod tests {
     fn only_the_plain_laplace_motion_inverts_cells_in_a_large_step() {
         let cases = cases::all(true);
         let case = cases.iter().find(|case| case.key == "move-1").unwrap();
-        for run in runs(case, COARSE).unwrap() {
+        for run in runs(case, COARSE_SIZE).unwrap() {
             let is_complete = run.failed_at.is_none();
             let (method, way) = (run.method, run.way);
             assert_eq!(is_complete, method != "Laplace", "{method} {way:?}");

@@ -22,7 +22,7 @@ use crate::random::Random;
 use crate::table::{Table, count, exp, fixed};
 
 /// Largest allowed imbalance where the equations of the bodies are solved directly.
-const DIRECT: f64 = 1e-9;
+const DIRECT_IMBALANCE: f64 = 1e-9;
 
 /// Largest allowed imbalance for finite elements.
 ///
@@ -115,7 +115,11 @@ fn check(
     }
     match on_all {
         Ok((_, imbalances)) => {
-            let bar = if kind == "fem" { ITERATED } else { DIRECT };
+            let bar = if kind == "fem" {
+                ITERATED
+            } else {
+                DIRECT_IMBALANCE
+            };
             // In this form the check fails for NaN.
             match imbalances.balance <= bar && imbalances.power <= bar {
                 true => Ok(Ok(imbalances)),

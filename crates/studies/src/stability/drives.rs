@@ -13,14 +13,14 @@ use crate::scenes::SceneText;
 const TOLERANCES: [f64; 2] = [1e-2, 1e-4];
 
 /// Tolerance of the run that a case without an exact value is compared with.
-const TRUTH: f64 = 1e-7;
+const REFERENCE_TOLERANCE: f64 = 1e-7;
 
 /// A scene without its tolerance.
 #[derive(Clone)]
 struct Case {
     name: String,
     text: SceneText,
-    /// Exact displacement of the first body; `None` for that of a run to [`TRUTH`].
+    /// Exact displacement of the first body; `None` for that of a run to [`REFERENCE_TOLERANCE`].
     exact: Option<Vector3<f64>>,
     /// Outcome that every tolerance must have.
     expected: Expected,
@@ -41,7 +41,7 @@ impl Case {
     fn scene(&self, tolerance: f64) -> Result<Scene, SwimError> {
         // A model of constant cost: the cases are hard for the integration.
         // The run to compare with has a bar of its own, whatever it reaches.
-        let accept = if tolerance == TRUTH {
+        let accept = if tolerance == REFERENCE_TOLERANCE {
             "best"
         } else {
             "tolerance"
@@ -254,7 +254,8 @@ fn cells(case: &Case) -> Result<Vec<Cell>> {
         (Expected::Refused(_), _) => None,
         (_, Some(exact)) => Some((vec![exact], 0.0)),
         (_, None) => {
-            let truth = run(&case.scene(TRUTH)?).with_context(|| case.name.clone())?;
+            let truth =
+                run(&case.scene(REFERENCE_TOLERANCE)?).with_context(|| case.name.clone())?;
             let bar = integration_bar(&truth);
             Some((truth.displacement, bar))
         }

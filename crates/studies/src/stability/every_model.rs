@@ -11,7 +11,7 @@ use crate::scenes::{SceneText, solve};
 const MODELS: [&str; 5] = ["oseen", "rpy", "multipole", "axisymmetric", "fem"];
 
 /// Relative error of the reference expansion.
-const TRUTH: f64 = 1e-9;
+const REFERENCE_TOLERANCE: f64 = 1e-9;
 
 /// Element size for finite elements, over the smallest radius.
 const SIZE: f64 = 0.8;
@@ -67,7 +67,7 @@ const NONE: [f64; 3] = [0.0; 3];
 /// Shear in a plane that contains no coordinate axis.
 const SHEAR: &str = "background = { kind = \"shear\", \
      gradient = [[0.0, 0.5, 0.2], [0.0, 0.0, 0.3], [0.0, 0.0, 0.0]] }";
-const FREE: &str = "{ kind = \"unbounded\" }";
+const UNBOUNDED: &str = "{ kind = \"unbounded\" }";
 const WALL: &str = "{ kind = \"wall\" }";
 const BALL: &str = "{ kind = \"ball\", radius = 12 }";
 const SMALL_BALL: &str = "{ kind = \"ball\", radius = 1.5 }";
@@ -84,7 +84,7 @@ fn pair_under(name: &'static str, gap: f64, domain: &'static str, force: [f64; 3
 /// Two spheres with a gap, one pulled along and across the line of centres.
 fn pair(name: &'static str, gap: f64, domain: &'static str) -> Setting {
     Setting {
-        quick: domain == FREE && gap > 0.05,
+        quick: domain == UNBOUNDED && gap > 0.05,
         ..pair_under(name, gap, domain, [10.0, 3.0, 0.0])
     }
 }
@@ -127,20 +127,20 @@ fn settings() -> Vec<Setting> {
     let narrow = "pulled along the line of centres, gap 0.02, in a ball";
     let sheared = "shear, clearance 0.1 from the wall of a ball";
     vec![
-        pair("two spheres, gap 8", 8.0, FREE),
-        pair("gap 1", 1.0, FREE),
-        pair("gap 0.1", 0.1, FREE),
-        pair("gap 0.02", 0.02, FREE),
-        pair("gap 0.001", 0.001, FREE),
+        pair("two spheres, gap 8", 8.0, UNBOUNDED),
+        pair("gap 1", 1.0, UNBOUNDED),
+        pair("gap 0.1", 0.1, UNBOUNDED),
+        pair("gap 0.02", 0.02, UNBOUNDED),
+        pair("gap 0.001", 0.001, UNBOUNDED),
         Setting {
             expected: Expected::Refused("touch"),
             quick: true,
-            ..pair("contact", 0.0, FREE)
+            ..pair("contact", 0.0, UNBOUNDED)
         },
         pair("gap 1 in a ball", 1.0, BALL),
         pair("gap 0.1 in a ball", 0.1, BALL),
         pair("gap 0.02 in a ball", 0.02, BALL),
-        along("pulled along the line of centres, gap 0.1", 0.1, FREE),
+        along("pulled along the line of centres, gap 0.1", 0.1, UNBOUNDED),
         along(narrow, 0.02, BALL),
         one(
             "clearance 0.1 from a plane wall",
@@ -169,13 +169,13 @@ fn settings() -> Vec<Setting> {
         pair("shear in a ball, gap 0.1", 0.1, BALL).with(SHEAR),
         one(sheared, BALL, near_wall, NONE).with(SHEAR),
         one("nothing moves", BALL, off_centre, NONE),
-        Setting::new("radii 1 to 0.01", FREE, unequal),
+        Setting::new("radii 1 to 0.01", UNBOUNDED, unequal),
         Setting {
             torque: [0.0, 1e-21, 0.0],
             ..Setting::new("micrometres and viscosity 1e-9", MICRO_BALL, micrometres)
                 .with("fluid.viscosity = 1e-9")
         },
-        Setting::new("27 spheres", FREE, crowd()),
+        Setting::new("27 spheres", UNBOUNDED, crowd()),
     ]
 }
 
@@ -217,7 +217,7 @@ fn cells(setting: &Setting, models: &[&str]) -> Result<Vec<Cell>> {
 /// repeatedly.
 fn truth(setting: &Setting) -> Result<InstantaneousSolution> {
     let scene = setting.scene("multipole")?;
-    let mut tolerance = TRUTH;
+    let mut tolerance = REFERENCE_TOLERANCE;
     loop {
         let mut model = SpheresModel::new(&scene, SphereModel::Multipole(tolerance))?;
         match solve_start(&scene, &mut model) {

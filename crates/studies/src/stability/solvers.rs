@@ -20,10 +20,10 @@ const SOLVERS: [&str; 4] = ["block", "minres", "schwarz", "direct"];
 const KRYLOV: f64 = 1e-7;
 
 /// Tolerance of velocities for the direct solver, whose iterative refinement stops at 1e-12.
-const DIRECT: f64 = 1e-9;
+const DIRECT_TOLERANCE: f64 = 1e-9;
 
 /// Element size of the part that the tests run, over the smallest radius: twenty thousand dofs.
-const COARSE: f64 = 1.5;
+const COARSE_SIZE: f64 = 1.5;
 
 /// The map.
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
@@ -40,7 +40,7 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     };
     for mut case in stress_cases::all() {
         if quick {
-            case.coarsen(COARSE);
+            case.coarsen(COARSE_SIZE);
         }
         if !quick || case.quick {
             map.add(store, case.name, || cells(&case))?;
@@ -66,7 +66,11 @@ fn cells(case: &StressCase) -> Result<Vec<Cell>> {
                 ("minres", "direct-row", Expected::Right) => Expected::Refused("symmetric"),
                 (_, _, expected) => expected,
             };
-            let tolerance = if solver == "direct" { DIRECT } else { KRYLOV };
+            let tolerance = if solver == "direct" {
+                DIRECT_TOLERANCE
+            } else {
+                KRYLOV
+            };
             let compare = |found: InstantaneousSolution| match &truth {
                 // Without a reference, any solution is wrong.
                 None => Outcome::wrong(f64::NAN),
