@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Isometry3, Translation3, UnitQuaternion, Vector3};
 use rigid::State;
-use swimmer::models::{Configuration, Hydrodynamics, ModelError, ShapeSpace};
+use swimmer::models::{Configuration, ModelError, ShapeSpace};
 use swimmer::{Choice, Method, Outcome, Scene, choose, with_tables};
 use testkit::{SceneText, boxed, run, run_by, within};
 
