@@ -9,6 +9,13 @@ use testkit::exact::STROKE;
 
 use crate::{printed, refused, swim, text};
 
+/// A folder with a template as `scene.toml`.
+fn template(name: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    printed(folder.path(), &["new", name, "--out", "scene.toml"]);
+    folder
+}
+
 fn json(folder: &Path, arguments: &[&str]) -> Value {
     serde_json::from_str(&printed(folder, arguments)).unwrap()
 }
@@ -69,9 +76,8 @@ fn the_best_cycle_of_the_template_is_learned() {
 
 #[test]
 fn the_best_sizes_are_printed_and_run() {
-    let temporary = tempfile::tempdir().unwrap();
+    let temporary = template("three-sphere");
     let folder = temporary.path();
-    printed(folder, &["new", "three-sphere", "--out", "scene.toml"]);
     let limits = ["--set", "optimise.arms=[4.5, 20]"];
     let arguments = [&["sizes", "scene.toml", "--out", "best"][..], &limits].concat();
     let output = swim(folder, &arguments);
@@ -126,9 +132,8 @@ fn the_best_sizes_of_a_gait_from_a_file_run() {
 
 #[test]
 fn scenes_without_a_design_are_refused_with_a_remedy() {
-    let temporary = tempfile::tempdir().unwrap();
+    let temporary = template("optimal-stroke");
     let folder = temporary.path();
-    printed(folder, &["new", "optimal-stroke", "--out", "scene.toml"]);
     // Command, settings and what the message contains.
     let rows = "
 map | bodies.left.force=[1, 0, 0] | without external loads
@@ -158,9 +163,8 @@ optimise | optimise.power=1; optimise.max_power=2 | which determine the period
 #[cfg(unix)]
 #[test]
 fn interrupted_tables_of_elements_continue() {
-    let temporary = tempfile::tempdir().unwrap();
+    let temporary = template("three-sphere");
     let folder = temporary.path();
-    printed(folder, &["new", "three-sphere", "--out", "scene.toml"]);
     let arguments = |out: &'static str| {
         let mut arguments = vec!["map", "scene.toml", "--out", out];
         for setting in [
@@ -205,9 +209,8 @@ fn interrupted_tables_of_elements_continue() {
 /// Two jobs that share a folder solve a table grid by grid, with the digits of one job.
 #[test]
 fn the_shares_of_a_map_are_merged() {
-    let temporary = tempfile::tempdir().unwrap();
+    let temporary = template("optimal-stroke");
     let folder = temporary.path();
-    printed(folder, &["new", "optimal-stroke", "--out", "scene.toml"]);
     let map = |out: &'static str, more: &[&'static str]| {
         let mut arguments = vec!["map", "scene.toml", "--out", out];
         arguments.extend(more);
@@ -236,9 +239,8 @@ fn the_shares_of_a_map_are_merged() {
 
 #[test]
 fn sensitivities_are_printed_and_written() {
-    let temporary = tempfile::tempdir().unwrap();
+    let temporary = template("three-sphere");
     let folder = temporary.path();
-    printed(folder, &["new", "three-sphere", "--out", "scene.toml"]);
     let arguments = ["run", "scene.toml", "--out", "out", "--sensitivities"];
     let derivative = "derivative of the net displacement by";
     let parts = [derivative, "amplitude of \"right-arm\" = 2"];

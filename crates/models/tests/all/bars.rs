@@ -1,8 +1,8 @@
 //! Error bars of single solutions and what they consist of.
 
 use models::{
-    AxisymmetricModel, BodySolution, Configuration, DiscretisationError, FemModel, Hydrodynamics,
-    InstantaneousSolution, ModelError, Query, Response, SphereModel, SpheresModel, Uncertainty,
+    AxisymmetricModel, BodySolution, DiscretisationError, FemModel, Hydrodynamics,
+    InstantaneousSolution, ModelError, Query, SphereModel, SpheresModel, Uncertainty,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use rigid::StateVelocity;
@@ -195,10 +195,7 @@ fn the_accuracy_in_the_meridian_plane_is_that_of_the_scene_the_caller_or_the_que
     let scene = |tolerance: f64| pair(0.0, 4.0).tolerance(tolerance).scene();
     let model = |tolerance: f64| AxisymmetricModel::new(&scene(tolerance)).unwrap();
     let state = scene(1e-3).initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: &[4.0],
-    };
+    let configuration = testkit::at(&state, &[4.0]);
     let rates = [vec![1.0]];
     let query = Query::new(configuration, &rates);
     let relative = |model: &mut AxisymmetricModel, query: &Query| {
@@ -230,10 +227,7 @@ fn the_accuracy_in_the_meridian_plane_is_that_of_the_scene_the_caller_or_the_que
     // Bodies that leave the axis are refused.
     let mut turned = state.clone();
     turned.frames[0].rotation = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 0.1));
-    let configuration = Configuration {
-        state: &turned,
-        shape: &[4.0],
-    };
+    let configuration = testkit::at(&turned, &[4.0]);
     let refused = model(1e-1).solve(&Query::new(configuration, &rates));
     assert!(matches!(refused, Err(ModelError::Unsupported { .. })));
 }
@@ -266,22 +260,16 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
         body.velocity *= 1e3;
         body.force *= 1e3;
     }
+    let mut response = &solution.response * 0.0;
+    response.bodies = vec![error(0.02, 0.4), error(0.06, 0.6), error(0.04, 0.2)];
+    let uncertainty = Uncertainty {
+        relative: 0.5,
+        velocity: 0.04 * speed,
+        power: 0.0,
+    };
     solution.correct(DiscretisationError {
-        response: Response {
-            motion: StateVelocity {
-                frames: Vec::new(),
-                spins: Vec::new(),
-                joints: vec![],
-            },
-            bodies: vec![error(0.02, 0.4), error(0.06, 0.6), error(0.04, 0.2)],
-            joint_forces: Vec::new(),
-            slip_power: 0.0,
-        },
-        uncertainty: Uncertainty {
-            relative: 0.5,
-            velocity: 0.04 * speed,
-            power: 0.0,
-        },
+        response,
+        uncertainty,
     });
     let largest = |of: &dyn Fn(usize) -> f64| (0..3).map(of).fold(0.0, f64::max);
     let sizes = [

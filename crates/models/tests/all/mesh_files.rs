@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 
 use mesh::{LinearTets, TetMesh, Vec3};
 use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
-use models::{
-    Configuration, FemModel, History, Hydrodynamics, InstantaneousSolution, ModelError, Remesh,
-};
+use models::{FemModel, History, Hydrodynamics, InstantaneousSolution, ModelError, Remesh};
 use scene::Scene;
 use tempfile::TempDir;
 
@@ -53,10 +51,7 @@ pub const OTHER_MOTION: [f64; 2] = [16.0, 10.0];
 pub const OWN_PARTS: [&str; 3] = ["left", "centre", "right"];
 
 pub fn mesh_at(model: &mut FemModel, shape: [f64; 2]) -> Result<TetMesh, ModelError> {
-    let configuration = Configuration {
-        state: &model.scene().initial_state(),
-        shape: &shape,
-    };
+    let configuration = testkit::at(&model.scene().initial_state(), &shape);
     Ok(model.mesh(configuration)?.unwrap())
 }
 

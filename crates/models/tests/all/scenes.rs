@@ -1,8 +1,8 @@
 //! Scenes and solutions that several tests use.
 
 use models::{
-    AxisymmetricModel, Configuration, FemModel, Hydrodynamics, InstantaneousSolution, Query,
-    SphereModel, SpheresModel,
+    AxisymmetricModel, FemModel, Hydrodynamics, InstantaneousSolution, Query, SphereModel,
+    SpheresModel,
 };
 use scene::Scene;
 use testkit::{SceneText, solve_at};
@@ -29,10 +29,7 @@ pub fn solve_at_start(model: &mut dyn Hydrodynamics, rates: &[f64]) -> Instantan
 /// The solution of a model at the start of its scene, at rest and with stresslets.
 pub fn with_stresslets(model: &mut dyn Hydrodynamics) -> InstantaneousSolution {
     let scene = model.scene().clone();
-    let configuration = Configuration {
-        state: &scene.initial_state(),
-        shape: scene.articulation().initial_shape(),
-    };
+    let configuration = testkit::at(&scene.initial_state(), scene.articulation().initial_shape());
     let rates = [vec![0.0; configuration.shape.len()]];
     let query = Query::new(configuration, &rates).with_stresslets();
     model.solve(&query).unwrap().remove(0)

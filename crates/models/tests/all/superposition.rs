@@ -43,10 +43,7 @@ fn superposed_solutions_are_those_of_the_model() {
     state.frames[0].rotation = turn * state.frames[0].rotation;
     state.attitudes[0] = turn * state.attitudes[0];
     state.frames[0].translation.vector += Vector3::new(0.3, 0.2, -4.0);
-    let configuration = Configuration {
-        state: &state,
-        shape: &[],
-    };
+    let configuration = testkit::at(&state, &[]);
     let rates = [vec![]];
     let query = Query::new(configuration, &rates).with_flows(true);
     let a = direct.solve(&query).unwrap().pop().unwrap();

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use mesh::{SurfaceMesh, Vec3};
-use models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution};
+use models::{FemModel, Hydrodynamics, InstantaneousSolution};
 use scene::Scene;
 use testkit::exact::BODIES;
 use testkit::{SceneText, within};
@@ -88,10 +88,7 @@ fn an_ellipsoid_as_formula_as_surface_and_as_mesh_part() {
 
     let file = folder.path().join("ball.msh");
     let state = formula.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: &[],
-    };
+    let configuration = testkit::at(&state, &[]);
     let mesh = model.mesh(configuration).unwrap().unwrap();
     mesh.write(&file).unwrap();
     let domain = format!("{{ kind = \"mesh\", file = {file:?}, walls = [\"outer\"] }}");

@@ -1,8 +1,8 @@
 //! Error bars of tables over shape space.
 
 use models::{
-    BodySolution, Configuration, DiscretisationError, ErrorEstimate, Hydrodynamics, ShapeSpace,
-    SphereModel, SpheresModel, Uncertainty,
+    BodySolution, DiscretisationError, ErrorEstimate, Hydrodynamics, ShapeSpace, SphereModel,
+    SpheresModel, Uncertainty,
 };
 use nalgebra::Vector3;
 use scene::Scene;
@@ -80,10 +80,7 @@ fn a_table_has_the_largest_bars_of_its_points_and_its_own_interpolation_error() 
 
     let state = scene.initial_state();
     let shape = [6.9, 8.3];
-    let configuration = Configuration {
-        state: &state,
-        shape: &shape,
-    };
+    let configuration = testkit::at(&state, &shape);
     for rates in [[1.0, 0.0], [0.5, -2.0], [-1.0, 1.0]] {
         let found = space.solution(configuration, &rates).unwrap();
         // Errors add up in whatever direction the arms move.
@@ -141,10 +138,7 @@ fn the_metric_contains_the_power_of_torques() {
     let ranges = [(4.0, 6.0), (6.0, 6.0)];
     let space = ShapeSpace::tabulate(&scene, &mut model, &ranges, 1e-9).unwrap();
     let (shape, state) = ([4.7, 6.0], scene.initial_state());
-    let configuration = Configuration {
-        state: &state,
-        shape: &shape,
-    };
+    let configuration = testkit::at(&state, &shape);
     let exact = model.solve_one(configuration, &[1.0, 0.0]).unwrap();
     let torques = exact
         .bodies

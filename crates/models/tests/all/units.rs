@@ -1,8 +1,8 @@
 //! Solutions in other units of length and viscosity.
 
 use models::{
-    Configuration, ErrorEstimate, FemModel, InstantaneousSolution, Resistances, Response,
-    SphereModel, SpheresModel,
+    ErrorEstimate, FemModel, InstantaneousSolution, Resistances, Response, SphereModel,
+    SpheresModel,
 };
 use nalgebra::Vector3;
 use scene::Scene;
@@ -101,10 +101,7 @@ fn models_of_spheres_give_the_same_solution_in_other_units() {
     let matrix = |scene: &Scene| {
         let state = scene.initial_state();
         let shape = scene.articulation().initial_shape();
-        let configuration = Configuration {
-            state: &state,
-            shape,
-        };
+        let configuration = testkit::at(&state, shape);
         let resistance = Resistances::resistance(&mut model(scene), configuration);
         resistance.unwrap().matrix
     };
