@@ -6,6 +6,8 @@
 
 use std::f64::consts::PI;
 
+use crate::bounds::within;
+
 /// A number that is known.
 #[derive(Clone, Copy, Debug)]
 pub struct Exact {
@@ -26,15 +28,20 @@ impl Exact {
         }
     }
 
-    /// Asserts that a number is within a bound and the accuracy of the exact one; returns the ratio.
+    /// Asserts that a number is within a bound, which is at least the accuracy of the exact one;
+    /// returns the ratio.
     ///
     /// # Panics
-    /// As [`crate::within`].
+    /// As [`within`].
     #[track_caller]
     pub fn check(&self, found: f64, bound: f64, why: &str) -> f64 {
-        let why = format!("{why}; {found} instead of {} ({})", self.value, self.source);
-        let known = self.accuracy * self.value.abs();
-        crate::within(found - self.value, bound + known, why)
+        within(
+            self.accuracy * self.value,
+            bound,
+            "accuracy of the exact value",
+        );
+        let why = format!("{why}; {found}, exact {} ({})", self.value, self.source);
+        within(found - self.value, bound, why)
     }
 }
 

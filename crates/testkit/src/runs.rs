@@ -2,6 +2,7 @@
 
 use models::{Configuration, Hydrodynamics, InstantaneousSolution};
 use nalgebra::{DMatrix, Vector3};
+use rigid::State;
 use scene::Scene;
 use swimmer::{Method, Outcome};
 
@@ -38,6 +39,11 @@ pub fn start_resistance(scene: &Scene) -> DMatrix<f64> {
     resistance.expect("a resistance")
 }
 
+/// A configuration of bodies.
+pub fn at<'a>(state: &'a State, shape: &'a [f64]) -> Configuration<'a> {
+    Configuration { state, shape }
+}
+
 /// The solution of a model for a shape, with the bodies where they are at the start.
 pub fn solve_at(
     model: &mut dyn Hydrodynamics,
@@ -45,7 +51,7 @@ pub fn solve_at(
     rates: &[f64],
 ) -> InstantaneousSolution {
     let state = &model.scene().initial_state();
-    let solution = model.solve_one(Configuration { state, shape }, rates);
+    let solution = model.solve_one(at(state, shape), rates);
     solution.expect("a solution")
 }
 

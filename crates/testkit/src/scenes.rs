@@ -241,19 +241,6 @@ mod tests {
         );
         assert_eq!(scene.articulation().initial_shape(), [10.0, 10.0]);
         let wrong = pair(0.0, 4.0).with("bodies.a.radius", 5);
-        crate::contains("radius", &wrong.refusal(), &["touch or overlap"]);
-    }
-
-    #[test]
-    #[should_panic(expected = "error 2e0 above the bound 1e0: the reason")]
-    fn a_missed_bound_says_why_it_is_the_bound() {
-        assert_eq!(crate::within(-1.0, 2.0, "half of it"), 0.5);
-        crate::within(2.0, 1.0, "the reason");
-    }
-
-    #[test]
-    #[should_panic(expected = "error NaN")]
-    fn nan_is_not_within_any_bound() {
-        crate::within(f64::NAN, f64::INFINITY, "NaN");
+        crate::bounds::contains("radius", &wrong.refusal(), &["touch or overlap"]);
     }
 }

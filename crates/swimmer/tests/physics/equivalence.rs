@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use proptest::prelude::*;
 use rigid::{Constrained, DirectRows, Eliminated, FlowSolution, Formulation, Lagrange};
 use swimmer::Scene;
-use swimmer::models::{Configuration, FemModel};
+use swimmer::models::FemModel;
 use testkit::SceneText;
 
 const FORMULATIONS: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
@@ -145,10 +145,7 @@ proptest! {
         let mut model = FemModel::new(&scene).unwrap();
         let state = scene.initial_state();
         let rates: Vec<f64> = case.rates.iter().map(|r| r * case.length).collect();
-        let configuration = Configuration {
-            state: &state,
-            shape: scene.articulation().initial_shape(),
-        };
+        let configuration = testkit::at(&state, scene.articulation().initial_shape());
         let mut reference: Option<FlowSolution> = None;
         for formulation in FORMULATIONS {
             let system = model.system(configuration, &rates, formulation).unwrap();

@@ -4,7 +4,7 @@
 use linalg::SaddleLdlt;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::{DirectRows, Eliminated, Formulation, Lagrange, Reduction};
-use swimmer::models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution};
+use swimmer::models::{FemModel, Hydrodynamics, InstantaneousSolution};
 use swimmer::start_resistance;
 use testkit::{SceneText, boxed, chain, start, start_by, within};
 
@@ -164,10 +164,7 @@ fn the_condensed_resistance_gives_the_motion_of_the_coupled_solve() {
 fn nodal_forces_move_bodies_according_to_the_reciprocal_theorem() {
     let scene = scene("free").scene();
     let mut model = FemModel::new(&scene).unwrap();
-    let configuration = Configuration {
-        state: &scene.initial_state(),
-        shape: scene.articulation().initial_shape(),
-    };
+    let configuration = testkit::at(&scene.initial_state(), scene.articulation().initial_shape());
     let mesh = model.mesh(configuration).unwrap().unwrap();
     let forces: Vec<_> = (0..mesh.n_points())
         .map(|i| Vector3::from_fn(|c, _| ((3 * i + c) as f64).sin()))

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 use rigid::ExternalLoad;
-use swimmer::models::{BodyInertia, Configuration, InstantaneousSolution, Query};
+use swimmer::models::{BodyInertia, InstantaneousSolution, Query};
 use testkit::{SceneText, boxed, exact, run, within};
 
 /// Purcell's swimmer of three spheroids 2:1 whose hinges are 3 from the centres: displacement per
@@ -66,10 +66,7 @@ fn formulations_agree_for_hinges_and_springs() {
         let scene = text.clone().with("fem.formulation", formulation).scene();
         let (state, rates) = (scene.initial_state(), [vec![-1.0, 0.0, 0.0]]);
         let shape = scene.articulation().initial_shape();
-        let configuration = Configuration {
-            state: &state,
-            shape,
-        };
+        let configuration = testkit::at(&state, shape);
         let query = Query::new(configuration, &rates).with_inertia(&inertia);
         boxed(&scene).solve(&query).unwrap().remove(0)
     });

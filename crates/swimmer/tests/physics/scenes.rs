@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use swimmer::Scene;
-use swimmer::models::{Configuration, FlowField, InstantaneousSolution};
+use swimmer::models::{FlowField, InstantaneousSolution};
 use testkit::{SceneText, boxed, start};
 
 /// Settings of every scene here: a coarse mesh, and residuals well below the discretisation error.
@@ -39,10 +39,7 @@ pub fn solve_with_flow(scene: &Scene) -> (InstantaneousSolution, FlowField) {
 pub fn mesh(scene: &Scene) -> mesh::TetMesh {
     let shape = scene.articulation().initial_shape();
     let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape,
-    };
+    let configuration = testkit::at(&state, shape);
     boxed(scene).mesh(configuration).unwrap().unwrap()
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use swimmer::Scene;
-use swimmer::models::{Configuration, Query, ShapeSpace, SphereModel, SpheresModel};
+use swimmer::models::{Query, ShapeSpace, SphereModel, SpheresModel};
 use testkit::{Recording, SceneText, boxed, within};
 
 /// Three spheres of two sizes with two arms, collinear or not.
@@ -32,10 +32,7 @@ fn assert_bitwise_equal(text: SceneText, count: usize) {
     let model = || boxed(scene);
     let (state, shape) = (scene.initial_state(), scene.articulation().initial_shape());
     let rates = rates(count);
-    let configuration = Configuration {
-        state: &state,
-        shape,
-    };
+    let configuration = testkit::at(&state, shape);
     let at_once = model().solve(&Query::new(configuration, &rates)).unwrap();
     assert_eq!(at_once.len(), rates.len());
     for (number, (answer, rates)) in at_once.iter().zip(&rates).enumerate() {
@@ -89,10 +86,7 @@ fn the_finite_element_model_continues_after_empty_and_multiple_queries() {
     let scene: Scene = swimmer("fem", ON_LINE).ball(8.0).elements(2.0).scene();
     let mut model = boxed(&scene);
     let (state, shape) = (scene.initial_state(), scene.articulation().initial_shape());
-    let configuration = Configuration {
-        state: &state,
-        shape,
-    };
+    let configuration = testkit::at(&state, shape);
     let mut solve = |rates: &[Vec<f64>]| model.solve(&Query::new(configuration, rates));
     assert!(solve(&[]).unwrap().is_empty());
     let first = solve(&rates(4)).unwrap();

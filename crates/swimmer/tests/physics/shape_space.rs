@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, Isometry3, Translation3, UnitQuaternion, Vector3};
 use rigid::State;
-use swimmer::models::{Configuration, ModelError, ShapeSpace};
+use swimmer::models::{ModelError, ShapeSpace};
 use swimmer::{Choice, Method, Outcome, Scene, choose, with_tables};
-use testkit::{SceneText, boxed, run, run_by, within};
+use testkit::{SceneText, at, boxed, run, run_by, within};
 
 fn collinear() -> SceneText {
     let text = include_str!("../../templates/three-sphere.toml");
@@ -64,10 +64,6 @@ fn rotating_swimmers_are_followed_through_all_cycles() {
         let text = planar().with("gait.arms", arms);
         assert_within_error_bars(&text.with("gait.cycles", 3).scene());
     }
-}
-
-fn at<'a>(state: &'a State, shape: &'a [f64]) -> Configuration<'a> {
-    Configuration { state, shape }
 }
 
 #[test]

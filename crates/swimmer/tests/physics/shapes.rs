@@ -159,10 +159,7 @@ fn meshes_turn_with_the_bodies() {
         state.attitudes[0] = turn;
         let poses = scene.articulation().place(&state, &[]).expect("poses");
         within(poses[0].rotation.angle_to(&turn), 1e-12, "rounding");
-        let configuration = Configuration {
-            state: &state,
-            shape: &[],
-        };
+        let configuration = testkit::at(&state, &[]);
         model.solve_one(configuration, &[]).expect("a solution")
     };
     at(&mut model, 0.0);

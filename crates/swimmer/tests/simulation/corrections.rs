@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use swimmer::models::{
-    Capabilities, Configuration, DiscretisationError, ErrorEstimates, Hydrodynamics, Query,
-    SphereModel, SpheresModel, Uncertainty,
+    Capabilities, DiscretisationError, ErrorEstimates, Hydrodynamics, Query, SphereModel,
+    SpheresModel, Uncertainty,
 };
 use swimmer::{Method, Scene};
 use testkit::{Recording, run_by, three_spheres, within};
@@ -88,10 +88,7 @@ fn corrections_between_points_follow_the_polynomial_through_them() {
     let (mut model, _) = on_request(&scene, ErrorEstimates::OnRequest);
     let state = scene.initial_state();
     let shape = scene.articulation().initial_shape().to_vec();
-    let configuration = Configuration {
-        state: &state,
-        shape: &shape,
-    };
+    let configuration = testkit::at(&state, &shape);
     let rates = [vec![1.0, 0.0], vec![0.0, 1.0]];
     let query = Query::new(configuration, &rates).with_estimates(true);
     let errors: Vec<DiscretisationError> = (model.solve(&query).unwrap().into_iter())

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use rigid::Twist;
 use swimmer::models::{
-    BodySolution, Configuration, DiscretisationError, Hydrodynamics, InstantaneousSolution,
-    SphereModel, SpheresModel, Uncertainty,
+    BodySolution, DiscretisationError, Hydrodynamics, InstantaneousSolution, SphereModel,
+    SpheresModel, Uncertainty,
 };
 use swimmer::{Method, spans};
 use testkit::{Recording, SceneText, three_spheres, within};
@@ -167,10 +167,7 @@ fn solutions_of_a_rotating_swimmer_are_the_solutions_at_their_states() {
     for (span, result) in all.zip(&run.spans) {
         for found in &result.solutions {
             let shape = span.shape(found.s);
-            let configuration = Configuration {
-                state: &found.state,
-                shape: &shape,
-            };
+            let configuration = testkit::at(&found.state, &shape);
             let exact = model()
                 .solve_one(configuration, &span.rates(found.s))
                 .unwrap();

@@ -1,11 +1,7 @@
 //! Numbers beyond sense in every key: refused with the key and its line, or a valid scene.
 
-mod texts;
-
 use scene::keys::{Kind, all, find};
 use scene::{Domain, FemOptions, Gait, Phase, PointShape, Scene, Shape, closest_contact, spans};
-
-use texts::SCENES;
 
 /// Numbers that are refused in every key, except for zero where it is allowed.
 const BEYOND: [&str; 8] = [
@@ -17,17 +13,86 @@ const ODD: [&str; 9] = [
     "0", "-0.0", "-1", "1e40", "-1e40", "1e-40", "1e12", "1e-12", "7",
 ];
 
+/// Scenes that together have every key with numbers; `; ` is the end of a line, an empty line that
+/// of a scene.
+const SCENES: &str = r#"
+fluid.viscosity = 1; model.tolerance = 1e-3; fem.rtol = 1e-8; fem.surface_size = 0.4
+fem.size_factor = 1; fem.target = 1e-2; fem.subdomains = 8; fem.overlap = 1
+[domain]; kind = "ball"; radius = 40
+[[bodies]]; name = "left"; radius = 1; position = [-10, 0, 0]; force = [1, 0, 0]
+torque = [1, 0, 0]; mass = 1; inertia = 1
+[[bodies]]; name = "right"; radius = 1; position = [0, 0, 0]
+[[links]]; name = "arm"; body = "left"; to = "right"
+[gait]; cycles = 2
+[[gait.phases]]; link = "arm"; length = 6; duration = 1
+[optimise]; displacement = 0.1; rotation = 0.1; direction = [1, 0, 0]; axis = [0, 0, 1]
+lower = 5; upper = { arm = 9 }; gap = 0.1; period = 1; power = 1; terms = 8
+tolerance = 1e-3
+[learn]; contracted = 6; extended = { arm = 10 }; direction = [1, 0, 0]; episodes = 10
+steps = 10; discount = 0.9; rate = 0.5; exploration = 0.1; seed = 1
+
+[domain]; kind = "box"; size = [30, 20, 20]
+[[bodies]]; name = "spheroid"; shape = "spheroid"; radius = 1; half_length = 2
+axis = [0, 0, 1]; position = [1, 0, 0]; force = [1, 0, 0]
+
+[[bodies]]; name = "ellipsoid"; shape = "ellipsoid"; semi_axes = [3, 2, 1]
+orientation = [0.1, 0.2, 0.3]; position = [1, 0, 0]
+[[bodies]]; name = "helix"; shape = "helix"; radius = 1; tube_radius = 0.2; pitch = 2
+turns = 3; position = [9, 0, 0]
+
+[domain]; kind = "cylinder"; radius = 5
+[[bodies]]; name = "ball"; radius = 1; position = [1, 0, 0]
+
+[[bodies]]; name = "left"; radius = 1; position = [-10, 0, 0]
+[[bodies]]; name = "right"; radius = 1; position = [0, 0, 0]
+[[links]]; name = "arm"; body = "left"; to = "right"
+[[gait.phases]]; targets = { arm = 6 }
+[optimise]; objective = "speed"; max_rate = 0.5; max_power = 10; radii = [0.5, 2]
+arms = [4, 20]
+
+[[bodies]]; name = "left"; radius = 1; position = [-10, 0, 0]
+[[bodies]]; name = "right"; radius = 1; position = [0, 0, 0]
+[[links]]; name = "arm"; body = "left"; to = "right"
+[gait]; period = 8
+[[gait.harmonics]]; link = "arm"; mean = 9; amplitude = 2; phase = 0.5; order = 2
+
+[[bodies]]; name = "left"; radius = 1; position = [-10, 0, 0]
+[[bodies]]; name = "right"; radius = 1; position = [0, 0, 0]
+[[bodies]]; name = "tail"; radius = 1; position = [10, 0, 0]
+[[links]]; name = "screw"; body = "left"; to = "right"; joint = "screw"; axis = [0, 0, 1]
+pivot = [1, 0, 0]; pitch = 2; drive = "spring"; stiffness = 1; rest = 1; damping = 1
+[[links]]; name = "spring"; body = "tail"; to = "right"; drive = "force"; force = 1
+
+gravity = [0, 0, -1]
+[fluid]; density = 1
+[background]; kind = "uniform"; velocity = [1, 0, 0]
+[[bodies]]; name = "squirmer"; radius = 1; density = 2; position = [1, 0, 0]
+[bodies.slip]; b1 = 1; b2 = 2; axis = [0, 0, 1]
+
+[background]; kind = "shear"; gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]]
+[[bodies]]; name = "a"; radius = 1; position = [1, 0, 0]
+
+[domain]; kind = "surface"; file = "tests/all/tetrahedron.obj"; scale = 100
+[[bodies]]; name = "part"; shape = "surface"; file = "tests/all/tetrahedron.obj"; scale = 1
+centre = [1, 1, 1]; position = [50, 50, 50]
+"#;
+
 /// The texts in which one number is replaced, with the line, the key and the number.
 fn changed() -> impl Iterator<Item = (String, usize, &'static str, &'static str)> {
-    let lines = SCENES.into_iter().flat_map(|text| {
-        let mut group = "";
-        text.lines().enumerate().filter_map(move |(number, line)| {
+    let scenes = SCENES
+        .trim()
+        .split("\n\n")
+        .map(|scene| scene.replace("; ", "\n"));
+    let lines = scenes.flat_map(|text| {
+        let mut group = String::new();
+        let mut numbers = Vec::new();
+        for (number, line) in text.lines().enumerate() {
             if line.starts_with('[') {
-                group = line.trim_matches(['[', ']']);
-                return None;
+                group = line.trim_matches(['[', ']']).to_owned();
+                continue;
             }
-            let (name, value) = line.split_once(" = ")?;
-            let path = match group {
+            let (name, value) = line.split_once(" = ").expect("a key and its value");
+            let path = match group.as_str() {
                 "" => name.to_owned(),
                 "bodies" | "links" | "gait.phases" | "gait.harmonics" => {
                     format!("{group}[].{name}")
@@ -36,9 +101,12 @@ fn changed() -> impl Iterator<Item = (String, usize, &'static str, &'static str)
                 group => format!("{group}.{name}"),
             };
             let key = find(&path).expect("a key");
-            let is_number = !matches!(key.kind, Kind::Text | Kind::Word(_) | Kind::Flag);
-            is_number.then_some((text, number, name, value, key.path))
-        })
+            if !matches!(key.kind, Kind::Text | Kind::Word(_) | Kind::Flag) {
+                let [name, value] = [name, value].map(str::to_owned);
+                numbers.push((text.clone(), number, name, value, key.path));
+            }
+        }
+        numbers
     });
     lines.flat_map(|(text, number, name, value, path)| {
         BEYOND.into_iter().chain(ODD).map(move |hostile| {
