@@ -1,20 +1,20 @@
-//! `swim run`: the simulation of the whole gait.
+//! `swim run`: the simulation of the whole gait, and sensitivities of its net displacement.
 
 use std::path::Path;
 
+use design::sensitivities::Sensitivity;
 use pictures::RunPictures;
 use serde_json::json;
-use swimmer::Report;
+use swimmer::{Folder, Report, Scene};
 
 use super::arguments::RunArguments;
-use super::design_files::path_of;
+use super::design_files::{path_of, write};
 use super::displacements::displacement_table;
 use super::error::CliError;
-use super::progress::{RunBar, watch_signals};
-use super::sensitivities::{describe_sensitivities, sensitivities};
+use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
     count, duration, entry, error_estimates, measured, print, rotation_entry, rounded, two_digits,
-    warn,
+    warn, with_uncertainty,
 };
 use super::view::{open_page, page_entry, write_movie};
 
@@ -117,4 +117,35 @@ fn describe(report: &Report, out: &Path) -> String {
         + &entry("cost", cost)
         + &entry("results", out.display())
         + &page_entry(out)
+}
+
+/// Computes the sensitivities and writes `sensitivities.csv`.
+fn sensitivities(scene: &Scene, out: &Path, quiet: bool) -> Result<Vec<Sensitivity>, CliError> {
+    let found = design::sensitivities::sensitivities(scene, &mut DesignSpinner::new(quiet))?;
+    let mut csv = "parameter,value,derivative,error\n".to_owned();
+    for sensitivity in &found {
+        let (parameter, derivative) = (&sensitivity.parameter, sensitivity.derivative);
+        // Quotes in a quoted field are doubled.
+        let name = parameter.name.replace('"', "\"\"");
+        csv += &format!(
+            "\"{name}\",{:?},{derivative:?},{:?}\n",
+            parameter.value, sensitivity.error
+        );
+    }
+    write(&Folder::create(out)?, "sensitivities.csv", &csv)?;
+    Ok(found)
+}
+
+/// The sensitivities as text.
+fn describe_sensitivities(found: &[Sensitivity]) -> String {
+    let mut text = "\nderivative of the net displacement by\n".to_owned();
+    for sensitivity in found {
+        let parameter = &sensitivity.parameter;
+        text += &format!(
+            "  {:<38} {}\n",
+            format!("{} = {}", parameter.name, parameter.value),
+            with_uncertainty(sensitivity.derivative, sensitivity.error)
+        );
+    }
+    text
 }

@@ -13,8 +13,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::bounds::{Bounds, Multipliers, Slacks};
-use super::evaluation::{Evaluation, Problem};
+use super::evaluation::{Bounds, Evaluation, Multipliers, Problem, Slacks};
 
 /// A minimum.
 #[derive(Clone, Debug)]

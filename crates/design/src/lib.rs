@@ -2,7 +2,6 @@
 #![forbid(unsafe_code)]
 
 mod best_frequency;
-mod bounds;
 mod connection;
 mod design_stroke;
 mod error;

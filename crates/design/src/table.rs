@@ -112,8 +112,7 @@ pub fn tabulate(
     }
     let mut model = choose(scene)?.model;
     let name = model.name();
-    let mut solved = SolvedShapes::default();
-    let partial_files = folder.map(partial_files).unwrap_or_default();
+    let (mut solved, partial_files) = (SolvedShapes::default(), partial_files(folder));
     for file in &partial_files {
         let found = folder.and_then(|folder| read::<SolvedShapes>(folder, file, scene, limits));
         if let Some(found) = found.filter(|found| found.model == name) {
@@ -121,17 +120,18 @@ pub fn tabulate(
         }
     }
     let known = solved.len();
+    let origin = Stored {
+        scene: scene.to_toml()?,
+        ranges: limits.ranges.clone(),
+        tolerance,
+        model: name.to_owned(),
+        table: (),
+    };
     let mut recorder = Recorder {
         folder,
         file: partial_file(part),
         keeps_last: part != TablePart::Whole,
-        origin: Stored {
-            scene: scene.to_toml()?,
-            ranges: limits.ranges.clone(),
-            tolerance,
-            model: name.to_owned(),
-            table: (),
-        },
+        origin,
         done: known,
         last: None,
         failed: None,
@@ -215,8 +215,9 @@ impl Recorder<'_> {
 }
 
 /// Names of the files of solved shapes in a folder, in a fixed order.
-fn partial_files(folder: &Folder) -> Vec<String> {
-    let entries = std::fs::read_dir(folder.path()).into_iter().flatten();
+fn partial_files(folder: Option<&Folder>) -> Vec<String> {
+    let entries = folder.and_then(|folder| std::fs::read_dir(folder.path()).ok());
+    let entries = entries.into_iter().flatten();
     let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
     let is_partial = |name: &String| name.starts_with(PARTIAL) && name.ends_with(".json");
     let mut names: Vec<String> = names.filter(is_partial).collect();

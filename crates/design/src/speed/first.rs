@@ -5,7 +5,8 @@ use models::ModelError;
 use super::problem::Task;
 use crate::error::{DesignError, DesignProgress};
 use crate::objective::HighestEfficiency;
-use crate::optimise::{FIRST_TERMS, Optimum, SearchOptions, compared, inside, optimise};
+use crate::optimise::{FIRST_TERMS, Optimum, SearchOptions, optimise};
+use crate::search::{StrokeProblem, inside};
 use crate::starts::starts;
 use crate::stroke_path::Series;
 use crate::timing::{MotionBounds, Timing};
@@ -52,7 +53,8 @@ pub fn first_corners(task: &Task) -> Vec<Vec<Vec<f64>>> {
     };
     let (geometry, limits) = (task.geometry, task.limits);
     let mut strokes = starts(geometry, &objective, &series, limits);
-    let efficient = compared(geometry, &objective, &series, &strokes, limits);
+    let problem = StrokeProblem::new(geometry, &objective, series.clone(), limits);
+    let efficient = problem.compared(&strokes);
     if task.bounds.power.is_finite() {
         strokes.clear();
     }

@@ -1,7 +1,7 @@
 //! How tables are computed: in parallel, after interruptions, and up to the noise of a model.
 
 use models::{
-    Hydrodynamics, ModelError, TablePart, ShapeSpace, SolvedShapes, SphereModel, SpheresModel,
+    Hydrodynamics, ModelError, ShapeSpace, SolvedShapes, SphereModel, SpheresModel, TablePart,
 };
 use scene::Scene;
 use testkit::{Recording, SceneText, within};

@@ -172,13 +172,14 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
                 evaluator.capabilities().controls_error && change <= current.error_bar(duration);
             let is_mesh_change = evaluator.mesh_changes > mesh_changes
                 && change <= current.uncorrected_mesh_error_bar(duration);
-            if is_rounding || is_model_error {
-                accepted = Some((change, 0.0));
-            } else if is_mesh_change {
-                // The corrections remove most of the difference between the meshes.
-                let corrected = &step + &(&previous.piece.step() * -1.0);
-                accepted = Some((0.0, largest_displacement(evaluator, &corrected)));
-            }
+            // The corrections remove most of the difference between the meshes.
+            let corrected = || &step + &(&previous.piece.step() * -1.0);
+            accepted = match is_rounding || is_model_error {
+                true => Some((change, 0.0)),
+                false => {
+                    is_mesh_change.then(|| (0.0, largest_displacement(evaluator, &corrected())))
+                }
+            };
         }
         let is_accepted = accepted.is_some();
         // If this order changed the mesh, the next order decides, with corrections.
