@@ -18,7 +18,7 @@ pub(crate) fn reverse_cuthill_mckee(n_vertices: usize, edges: &EdgeIndex) -> Vec
     let neighbours = Grouped::new(n_vertices, pairs);
     let mut order = Vec::with_capacity(n_vertices);
     let mut placed = vec![false; n_vertices];
-    let mut level = vec![UNSEEN; n_vertices];
+    let mut level = vec![UNREACHED_LEVEL; n_vertices];
     for seed in 0..n_vertices as u32 {
         if !placed[seed as usize] {
             let start = pseudo_peripheral(&neighbours, seed, &mut level);
@@ -44,7 +44,7 @@ pub(crate) fn reverse_cuthill_mckee(n_vertices: usize, edges: &EdgeIndex) -> Vec
 }
 
 /// Level of a vertex that the search has not reached.
-const UNSEEN: u32 = u32::MAX;
+const UNREACHED_LEVEL: u32 = u32::MAX;
 
 /// A pseudo-peripheral vertex: repeated searches from the far end find no deeper tree.
 fn pseudo_peripheral(neighbours: &Grouped<u32>, seed: u32, level: &mut [u32]) -> u32 {
@@ -61,7 +61,7 @@ fn pseudo_peripheral(neighbours: &Grouped<u32>, seed: u32, level: &mut [u32]) ->
 
 /// The vertex of lowest degree in the last breadth-first level, and the number of that level.
 ///
-/// `level` is all `UNSEEN` before and after, so that a search costs no more than the connected
+/// `level` is all `UNREACHED_LEVEL` before and after, so that a search costs no more than the connected
 /// component it visits.
 fn farthest(neighbours: &Grouped<u32>, from: u32, level: &mut [u32]) -> (u32, u32) {
     let mut queue = vec![from];
@@ -70,7 +70,7 @@ fn farthest(neighbours: &Grouped<u32>, from: u32, level: &mut [u32]) -> (u32, u3
     while next < queue.len() {
         let v = queue[next];
         for &w in neighbours.of(v) {
-            if level[w as usize] == UNSEEN {
+            if level[w as usize] == UNREACHED_LEVEL {
                 level[w as usize] = level[v as usize] + 1;
                 queue.push(w);
             }
@@ -85,7 +85,7 @@ fn farthest(neighbours: &Grouped<u32>, from: u32, level: &mut [u32]) -> (u32, u3
         .min_by_key(|&&v| (neighbours.of(v).len(), v));
     let far = far.copied().unwrap_or(from);
     for v in queue {
-        level[v as usize] = UNSEEN;
+        level[v as usize] = UNREACHED_LEVEL;
     }
     (far, depth)
 }

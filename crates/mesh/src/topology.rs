@@ -62,11 +62,11 @@ pub(crate) struct BoundaryFace {
 }
 
 /// The two higher vertices of a face, the index of the tet or tagged face, and the local face of
-/// the tet or [`TAGGED`].
+/// the tet or [`TAGGED_FACE`].
 type FaceEntry = ([u32; 2], u32, u8);
 
 /// Marks a [`FaceEntry`] of a tagged face; smaller numbers are local faces of a tet.
-const TAGGED: u8 = 4;
+const TAGGED_FACE: u8 = 4;
 
 /// Matches the boundary faces of `tets` (positively oriented) with the tagged `faces`, one to one.
 ///
@@ -90,16 +90,16 @@ pub(crate) fn match_boundary(
             [0, 1, 2, 3].map(|f| key(TET_FACES[f].map(|i| tet[i]), cell as u32, f as u8))
         });
         let tagged = faces.iter().enumerate();
-        of_tets.chain(tagged.map(move |(i, (face, _))| key(*face, i as u32, TAGGED)))
+        of_tets.chain(tagged.map(move |(i, (face, _))| key(*face, i as u32, TAGGED_FACE)))
     };
     let mut entries = Grouped::new(points.len(), entries);
     let mut boundary = Vec::with_capacity(faces.len());
     for low in 0..points.len() as u32 {
         let around = entries.of_mut(low);
         // Within a group of equal faces the tets come before the tagged faces.
-        around.sort_unstable_by_key(|&(upper, owner, side)| (upper, side == TAGGED, owner));
+        around.sort_unstable_by_key(|&(upper, owner, side)| (upper, side == TAGGED_FACE, owner));
         for group in around.chunk_by(|a, b| a.0 == b.0) {
-            let n_tets = group.iter().filter(|entry| entry.2 != TAGGED).count();
+            let n_tets = group.iter().filter(|entry| entry.2 != TAGGED_FACE).count();
             let (of_tets, tagged) = group.split_at(n_tets);
             let [b, c] = group[0].0;
             let corners = [low, b, c].map(|v| points[v as usize]);

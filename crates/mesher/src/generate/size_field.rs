@@ -62,15 +62,15 @@ pub(crate) struct SizeField<'a> {
 
 /// The positive side of each coordinate plane, as boxes with faces at distances without meaning.
 pub(crate) static HALF_SPACES: [Container; 3] = {
-    const FAR: f64 = 1e100;
+    const FACE_DISTANCE: f64 = 1e100;
     const fn half_space(min: Vec3) -> Container {
-        let max = Vec3::new(FAR, FAR, FAR);
+        let max = Vec3::new(FACE_DISTANCE, FACE_DISTANCE, FACE_DISTANCE);
         Container::Box(BoxSurface { min, max })
     }
     [
-        half_space(Vec3::new(0.0, -FAR, -FAR)),
-        half_space(Vec3::new(-FAR, 0.0, -FAR)),
-        half_space(Vec3::new(-FAR, -FAR, 0.0)),
+        half_space(Vec3::new(0.0, -FACE_DISTANCE, -FACE_DISTANCE)),
+        half_space(Vec3::new(-FACE_DISTANCE, 0.0, -FACE_DISTANCE)),
+        half_space(Vec3::new(-FACE_DISTANCE, -FACE_DISTANCE, 0.0)),
     ]
 };
 

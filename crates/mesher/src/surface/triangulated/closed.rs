@@ -8,21 +8,21 @@ use mesh::{SurfaceMesh, Vec3};
 
 /// Smallest height of a triangle relative to its longest edge; flatter ones have no normal in
 /// single precision.
-const FLAT: f64 = 1e-6;
+const MIN_RELATIVE_HEIGHT: f64 = 1e-6;
 
 /// Largest number of triangles.
-const MOST: usize = 2_000_000;
+const MAX_TRIANGLES: usize = 2_000_000;
 
 /// Checks every triangle and edge, then every vertex, then the whole.
 ///
 /// Returns the neighbours of each triangle across the edges opposite its vertices.
 pub(super) fn neighbours_of_closed(mesh: &SurfaceMesh) -> Result<Vec<[u32; 3]>, Defect> {
-    if mesh.triangles.len() > MOST {
+    if mesh.triangles.len() > MAX_TRIANGLES {
         let problem = format!(
-            "is one of {}, more than {MOST}; simplify the surface",
+            "is one of {}, more than {MAX_TRIANGLES}; simplify the surface",
             mesh.triangles.len()
         );
-        return Err(Defect::new(MOST, Vec3::zeros(), problem));
+        return Err(Defect::new(MAX_TRIANGLES, Vec3::zeros(), problem));
     }
     if mesh.triangles.is_empty() {
         return Err(Defect::new(
@@ -65,7 +65,7 @@ fn check_triangles(mesh: &SurfaceMesh) -> Result<(), Defect> {
         let [a, b, c] = triangle.map(|v| mesh.points[v as usize]);
         let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
         let height = (b - a).cross(&(c - a)).norm() / longest;
-        if height.is_nan() || height <= FLAT * longest {
+        if height.is_nan() || height <= MIN_RELATIVE_HEIGHT * longest {
             let problem = "is degenerate: its corners are on one line; remove it and join its \
                            neighbours";
             return Err(Defect::in_middle(mesh, t, problem));
