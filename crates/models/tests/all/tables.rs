@@ -33,7 +33,7 @@ fn tabulate(scene: &Scene, model: &mut dyn Hydrodynamics, tolerance: f64) -> Sha
 fn continued(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
-    start: (SolvedShapes, Part),
+    start: (SolvedShapes, TablePart),
     keep: &mut dyn FnMut(&SolvedShapes) -> Result<(), ModelError>,
 ) -> Result<ShapeSpace, ModelError> {
     ShapeSpace::tabulate_from(scene, model, &RANGES, 1e-4, start, &mut |all| keep(all))

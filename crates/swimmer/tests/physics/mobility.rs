@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use testkit::{SceneText, start, within};
 
-use crate::scenes::COARSE;
+use crate::scenes::COARSE_SETTINGS;
 
 /// Two unequal spheres off the axis of their ball with the unit load number `k`, six per body.
 fn loaded(k: usize) -> SceneText {
