@@ -115,6 +115,9 @@ struct FrequencySearch<'a> {
     progress: &'a mut dyn DesignProgress,
 }
 
+/// Logarithms of three frequencies relative to that of the scene, and their runs.
+type Bracket = ([f64; 3], [FrequencyRun; 3]);
+
 impl FrequencySearch<'_> {
     fn run(&mut self, logarithm: f64) -> Result<FrequencyRun, DesignError> {
         let factor = logarithm.exp();
@@ -136,7 +139,7 @@ impl FrequencySearch<'_> {
         &mut self,
         mut x: [f64; 3],
         mut y: [FrequencyRun; 3],
-    ) -> Result<Option<([f64; 3], [FrequencyRun; 3])>, DesignError> {
+    ) -> Result<Option<Bracket>, DesignError> {
         let step = FACTOR.ln();
         while y[1].displacement <= y[0].displacement.max(y[2].displacement) {
             if x[0].abs().max(x[2].abs()) > MAX_FREQUENCY_RATIO.ln() {
