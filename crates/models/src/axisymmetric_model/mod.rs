@@ -56,13 +56,13 @@ const MIN_TOLERANCE: f64 = 1e-11;
 ///
 /// The estimate continues the changes from order to order as a geometric series, whose ratio varies
 /// between orders. With an uncertainty of 0.5, one of 54 random rows had an error of 2.8 bars
-/// (`cargo xtask accuracy --random`).
+/// (`docs/figures/random_cases.py`).
 const UNCERTAINTY: f64 = 0.75;
 
 /// Uncertainty of velocities relative to the largest one, per relative error of the resistance.
 ///
 /// The estimated errors of linked bodies cancel in their velocities; their uncertainties do not.
-const UNCANCELLED: f64 = 0.1;
+const UNCANCELLED_FACTOR: f64 = 0.1;
 
 /// Relative error of resistances that the lowest order of the elements reaches.
 const LOWEST_ACCURACY: f64 = 1e-4;
@@ -302,7 +302,7 @@ impl AxisymmetricModel {
             .fold(0.0_f64, |m, body| m.max(body.velocity.norm()));
         let uncertainty = Uncertainty {
             relative: UNCERTAINTY,
-            velocity: UNCANCELLED * axial.relative_error() * speed,
+            velocity: UNCANCELLED_FACTOR * axial.relative_error() * speed,
             power: axial.relative_error() * corrected.slip_power.abs(),
         };
         let error = DiscretisationError::between(&computed, &corrected, uncertainty);

@@ -18,7 +18,7 @@ use scene::{Domain, GeometryKind, MesherKind, Scene, Shape};
 ///
 /// At one radius the preconditioner needs as many iterations as for wide gaps; at a third of a
 /// radius it needs a sixth more.
-const NARROW: f64 = 0.5;
+const NARROW_GAP: f64 = 0.5;
 
 /// Name of the boundary part on the plane wall.
 const PLANE_WALL: &str = "wall";
@@ -304,7 +304,7 @@ impl MeshGenerator {
         let (surfaces, balls) = (self.surfaces(poses), self.bounding_balls(poses));
         let container = self.container(poses);
         let wall = container.as_ref().map(Container::surface);
-        let narrow = |gap: f64, radius: f64| gap < NARROW * radius;
+        let narrow = |gap: f64, radius: f64| gap < NARROW_GAP * radius;
         // Gaps to the balls are lower bounds.
         let is_near_others = |(k, a): (usize, &Sphere)| {
             surfaces[..k].iter().zip(&balls).any(|(b, ball)| {
