@@ -33,11 +33,11 @@ pub struct Minimum {
 }
 
 /// Distance from a bound, relative to the range, below which the bound counts as active.
-const NEAR: f64 = 1e-3;
+const ACTIVE_DISTANCE: f64 = 1e-3;
 /// Smallest factor on a step.
-const SHORTEST: f64 = 1e-10;
+const MIN_STEP_FACTOR: f64 = 1e-10;
 /// Part of the predicted decrease that a step must achieve.
-const SUFFICIENT: f64 = 1e-4;
+const SUFFICIENT_SHARE: f64 = 1e-4;
 
 /// Minimises from a point strictly inside the bounds.
 ///
@@ -110,7 +110,7 @@ pub fn minimise(
     Some(Minimum {
         violation: here.violation(),
         cost: here.cost,
-        at_bounds: slacks.smallest_share() < NEAR,
+        at_bounds: slacks.smallest_share() < ACTIVE_DISTANCE,
         x,
         iterations,
         decrease,
@@ -153,7 +153,7 @@ impl LineSearch<'_> {
             if let Some((new, evaluation)) = found.and_then(|e| Some((slacks(&e)?, e))) {
                 // Rounding of the merit function counts as a decrease.
                 let rounding = 1e-14 * before.abs().max(1.0);
-                let allowed = before + SUFFICIENT * factor * slope + rounding;
+                let allowed = before + SUFFICIENT_SHARE * factor * slope + rounding;
                 if self.merit(&evaluation, &new) <= allowed {
                     return Some((trial, evaluation, new));
                 }
@@ -165,7 +165,7 @@ impl LineSearch<'_> {
             }
             correction = Some(DVector::zeros(x.len()));
             factor *= 0.5;
-            if factor < SHORTEST {
+            if factor < MIN_STEP_FACTOR {
                 return None;
             }
         }

@@ -27,13 +27,13 @@ use super::totals::Stroke;
 use crate::error::{DesignError, DesignProgress, check_interruption};
 
 /// Predicted decrease of the cost at which a search ends, relative to the tolerance of refinement.
-const SEARCH: f64 = 0.01;
+const SEARCH_SHARE: f64 = 0.01;
 
 /// The same with a bound on the power, where a search takes more iterations.
-const SEARCH_WITH_POWER: f64 = 0.1;
+const SEARCH_SHARE_WITH_POWER: f64 = 0.1;
 
 /// Predicted decrease at which the starts are compared.
-const COMPARE: f64 = 1e-3;
+const COMPARE_DECREASE: f64 = 1e-3;
 
 /// Largest number of iterations in which the starts are compared.
 const COMPARE_ITERATIONS: usize = 40;
@@ -42,13 +42,13 @@ const COMPARE_ITERATIONS: usize = 40;
 const MAX_ITERATIONS: usize = 200;
 
 /// Part of the distance to the middle of the limits by which a polygon is moved before a search.
-const INSIDE: f64 = 0.01;
+const INWARD_SHARE: f64 = 0.01;
 
 /// Factor on the shortest times of the sides before a search.
-const SLOWER: f64 = 1.05;
+const TIME_FACTOR: f64 = 1.05;
 
 /// Largest number of searches with split corners.
-const SPLITS: usize = 4;
+const MAX_SPLITS: usize = 4;
 
 /// Searches for the stroke of the largest displacement per time inside `limits`, one range per joint of
 /// the table, with the rates and the power within `bounds`.
@@ -79,7 +79,9 @@ pub fn fastest_stroke(
     let mut iterations = 0;
     if bounds.power.is_finite() {
         let unlimited = without_rates(&task, options, progress)?;
-        if unlimited.cost <= cost_without_rates(&task, &unlimited)? + SEARCH * options.tolerance {
+        if unlimited.cost
+            <= cost_without_rates(&task, &unlimited)? + SEARCH_SHARE * options.tolerance
+        {
             return Ok(unlimited);
         }
         iterations += unlimited.iterations;
@@ -89,7 +91,7 @@ pub fn fastest_stroke(
     let found: Vec<(TimedPolygon, Minimum)> = (firsts.par_iter())
         .filter_map(|corners| {
             let first = TimedPolygon::fastest(geometry, corners.clone(), bounds).ok()?;
-            solved(&task, &first, COMPARE, COMPARE_ITERATIONS)
+            solved(&task, &first, COMPARE_DECREASE, COMPARE_ITERATIONS)
         })
         .collect();
     let counts = found.iter().map(|(_, minimum)| minimum.iterations);
@@ -104,8 +106,8 @@ pub fn fastest_stroke(
     };
     let smallest = options.tolerance
         * match bounds.power.is_finite() {
-            true => SEARCH_WITH_POWER,
-            false => SEARCH,
+            true => SEARCH_SHARE_WITH_POWER,
+            false => SEARCH_SHARE,
         };
     let mut found = Found {
         polygon: first,
@@ -170,7 +172,7 @@ impl Found {
     fn split_corners(&mut self, task: &Task, smallest: f64) -> Result<(), ModelError> {
         let searched = self.polygon.corners.len();
         self.polygon = simplified(task, self.polygon.clone(), self.cost + smallest)?;
-        for _ in 0..SPLITS {
+        for _ in 0..MAX_SPLITS {
             let split = self.polygon.split(task.start.is_some());
             if split.corners.len() > searched {
                 break;
@@ -203,12 +205,12 @@ fn solved(
         Some(start) => start.to_vec(),
         None => task.limits.iter().map(|r| 0.5 * (r.0 + r.1)).collect(),
     };
-    let inner = first.moved_towards(&middle, INSIDE);
+    let inner = first.moved_towards(&middle, INWARD_SHARE);
     let mut inner = TimedPolygon::fastest(task.geometry, inner.corners, task.bounds).ok()?;
     // Sides of no length have a time too.
     let mean = inner.period() / inner.durations.len() as f64;
     for time in &mut inner.durations {
-        *time = (SLOWER * *time).max(0.1 * mean);
+        *time = (TIME_FACTOR * *time).max(0.1 * mean);
     }
     SpeedProblem::new(*task, &inner).solve(&inner, tolerance, max_iterations)
 }
@@ -223,10 +225,12 @@ fn exact_cost(task: &Task, polygon: &TimedPolygon) -> Result<f64, ModelError> {
 /// Whether a corner is at a limit.
 fn is_at_limits(task: &Task, polygon: &TimedPolygon) -> bool {
     /// Distance from a limit, relative to the range, below which it counts as active.
-    const NEAR: f64 = 1e-3;
+    const ACTIVE_DISTANCE: f64 = 1e-3;
     polygon.corners.iter().any(|corner| {
         let mut pairs = corner.iter().zip(task.limits);
-        pairs.any(|(x, range)| (x - range.0).min(range.1 - x) < NEAR * (range.1 - range.0))
+        pairs.any(|(x, range)| {
+            (x - range.0).min(range.1 - x) < ACTIVE_DISTANCE * (range.1 - range.0)
+        })
     })
 }
 

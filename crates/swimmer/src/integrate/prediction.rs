@@ -33,15 +33,15 @@ const POINTS: usize = 4;
 
 /// Predicted net displacement relative to the longest one, below which the gait counts as
 /// reciprocal: its net displacement vanishes up to rounding and the error of the quadrature.
-const RECIPROCAL: f64 = 1e-6;
+const MAX_RECIPROCAL_RATIO: f64 = 1e-6;
 
 /// Ratio of the net displacement to the longest displacement in a phase that is assumed for a
 /// reciprocal gait; the swimmer of Najafi & Golestanian has 0.06.
-const TYPICAL: f64 = 0.04;
+const TYPICAL_NET_RATIO: f64 = 0.04;
 
 /// Smallest ratio that is used: below it, as for a gait that does not quite close, tolerances are
 /// relative to this ratio.
-const SMALLEST: f64 = 1e-3;
+const MIN_NET_RATIO: f64 = 1e-3;
 
 /// Part of the tolerance that the integration may use; the rest is for errors of the model and of
 /// the prediction, which is right within a factor of two where bodies come close.
@@ -79,11 +79,11 @@ impl Prediction {
         let displacement: Vec<Vector3<f64>> =
             before.iter().zip(&origin).map(|(a, b)| a - b).collect();
         let net = mean_of_moving(&displacement).norm();
-        let is_reciprocal = net <= RECIPROCAL * longest;
+        let is_reciprocal = net <= MAX_RECIPROCAL_RATIO * longest;
         (longest > 0.0 && longest.is_finite()).then_some(Self {
             net: match is_reciprocal {
-                true => TYPICAL * longest,
-                false => net.max(SMALLEST * longest),
+                true => TYPICAL_NET_RATIO * longest,
+                false => net.max(MIN_NET_RATIO * longest),
             },
             longest,
             phases,
