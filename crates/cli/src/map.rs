@@ -3,7 +3,7 @@
 use design::{DesignError, StrokeLimits, gait_shapes, gait_totals, tabulate};
 use serde_json::{Value, json};
 use swimmer::SwimError;
-use swimmer::models::{ModelError, Part};
+use swimmer::models::{ModelError, TablePart};
 
 use super::arguments::{DesignArguments, MapArguments};
 use super::design_files::{
@@ -27,7 +27,7 @@ pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, CliError> {
     let table = match tabulate(&scene, &limits, MAP_TOLERANCE, place, &mut progress) {
         // The share is done, others are not.
         Err(DesignError::Swim(SwimError::Model(ModelError::MissingShapes { missing, points })))
-            if part != Part::Known =>
+            if part != TablePart::Known =>
         {
             return Ok(share_text(missing, &points, json));
         }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use models::{Part, ShapeGeometry};
+use models::{ShapeGeometry, TablePart};
 use nalgebra::Vector3;
 use scene::{Gait, ObjectiveKind, Scene, StrokeStart, spans};
 
@@ -25,7 +25,7 @@ use crate::error::{DesignError, DesignProgress};
 /// Error of the table relative to the tolerance of the search.
 const TABLE_SHARE: f64 = 1e-3;
 
-/// Part by which a stroke is slower than its bounds allow, so that rounding does not exceed them.
+/// TablePart by which a stroke is slower than its bounds allow, so that rounding does not exceed them.
 const ROUNDING: f64 = 1e-9;
 
 /// Number of shapes of the stroke in [`DesignedStroke::shapes`], first and last one included.
@@ -97,7 +97,7 @@ pub fn design_stroke(
         scene,
         &limits,
         TABLE_SHARE * options.tolerance,
-        (Some(&folder), Part::Whole),
+        (Some(&folder), TablePart::Whole),
         progress,
     )?;
     let gait = gait_totals(scene, &limits, &table.geometry)?;

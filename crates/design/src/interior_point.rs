@@ -37,7 +37,7 @@ const ACTIVE_DISTANCE: f64 = 1e-3;
 /// Smallest factor on a step.
 const MIN_STEP_FACTOR: f64 = 1e-10;
 /// Part of the predicted decrease that a step must achieve.
-const SUFFICIENT_SHARE: f64 = 1e-4;
+const SUFFICIENT_DECREASE: f64 = 1e-4;
 
 /// Minimises from a point strictly inside the bounds.
 ///
@@ -153,7 +153,7 @@ impl LineSearch<'_> {
             if let Some((new, evaluation)) = found.and_then(|e| Some((slacks(&e)?, e))) {
                 // Rounding of the merit function counts as a decrease.
                 let rounding = 1e-14 * before.abs().max(1.0);
-                let allowed = before + SUFFICIENT_SHARE * factor * slope + rounding;
+                let allowed = before + SUFFICIENT_DECREASE * factor * slope + rounding;
                 if self.merit(&evaluation, &new) <= allowed {
                     return Some((trial, evaluation, new));
                 }

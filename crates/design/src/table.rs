@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant as Clock};
 
-use models::{ModelError, Part, ShapeGeometry, ShapeSpace, SolvedShapes};
+use models::{ModelError, ShapeGeometry, ShapeSpace, SolvedShapes, TablePart};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -18,10 +18,10 @@ const FILE: &str = "table.json";
 const PARTIAL: &str = "table.partial";
 
 /// Name of the file of the shapes that a computation has solved.
-fn partial_file(part: Part) -> String {
+fn partial_file(part: TablePart) -> String {
     match part {
-        Part::Share { number, count } => format!("{PARTIAL}.{number}-of-{count}.json"),
-        Part::Whole | Part::Known => format!("{PARTIAL}.json"),
+        TablePart::Share { number, count } => format!("{PARTIAL}.{number}-of-{count}.json"),
+        TablePart::Whole | TablePart::Known => format!("{PARTIAL}.json"),
     }
 }
 
@@ -91,7 +91,7 @@ pub fn tabulate(
     scene: &Scene,
     limits: &StrokeLimits,
     tolerance: f64,
-    (folder, part): (Option<&Folder>, Part),
+    (folder, part): (Option<&Folder>, TablePart),
     progress: &mut dyn DesignProgress,
 ) -> Result<StrokeTable, DesignError> {
     if !scene.is_driven_by_shape() {
@@ -179,11 +179,11 @@ struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    fn new(folder: Option<&'a Folder>, part: Part, origin: Stored<()>, done: usize) -> Self {
+    fn new(folder: Option<&'a Folder>, part: TablePart, origin: Stored<()>, done: usize) -> Self {
         Self {
             folder,
             file: partial_file(part),
-            keeps_last: part != Part::Whole,
+            keeps_last: part != TablePart::Whole,
             origin,
             done,
             last: None,

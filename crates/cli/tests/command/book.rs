@@ -6,7 +6,8 @@
 //! `cargo test -- --ignored`. Blocks `sh` have commands that build or install.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+
+use crate::{shell, text};
 
 /// Commands of blocks `sh`, which are not run from here: checks and wheel are those of `.ci`,
 /// examples are run by the tests of their crates, benchmarks take minutes.
@@ -84,8 +85,6 @@ fn examples(block: &str) -> Vec<Example> {
 ///
 /// A shown line is a printed line or the beginning of one.
 fn run_blocks(kind: &str) {
-    let program = Path::new(env!("CARGO_BIN_EXE_swim")).parent().unwrap();
-    let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
     let mut commands = 0;
     let mut differences = String::new();
     for (name, page) in pages() {
@@ -102,15 +101,10 @@ fn run_blocks(kind: &str) {
                 if let Some(template) = command.strip_prefix("swim new ") {
                     let _ = std::fs::remove_file(folder.path().join(format!("{template}.toml")));
                 }
-                let output = Command::new("sh")
-                    .args(["-c", &command])
-                    .current_dir(folder.path())
-                    .env("PATH", &path)
-                    .output()
-                    .unwrap();
-                let errors = String::from_utf8_lossy(&output.stderr);
+                let output = shell(folder.path(), &command);
+                let errors = text(&output.stderr);
                 assert!(output.status.success(), "{name}: {command}: {errors}");
-                let text = String::from_utf8_lossy(&output.stdout);
+                let text = text(&output.stdout);
                 let mut lines = text.lines();
                 let missing = printed
                     .iter()

@@ -1,28 +1,19 @@
 //! `swim map`, `swim optimise`, `swim learn` and `swim run --sensitivities` as a user meets them.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 use serde_json::Value;
+use testkit::contains;
+use testkit::exact::STROKE;
 
-/// Runs the command in a folder.
-fn swim(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_swim"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
+use crate::{printed, refused, swim, text};
 
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Standard output of a successful command.
-fn printed(folder: &Path, arguments: &[&str]) -> String {
-    let output = swim(folder, arguments);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    text(&output.stdout)
+/// A folder with a template as `scene.toml`.
+fn template(name: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    printed(folder.path(), &["new", name, "--out", "scene.toml"]);
+    folder
 }
 
 fn json(folder: &Path, arguments: &[&str]) -> Value {
@@ -44,14 +35,12 @@ fn the_template_is_mapped_optimised_and_run() {
     let next = printed(folder, &["new", "optimal-stroke"]);
     assert!(next.contains("swim optimise optimal-stroke.toml"), "{next}");
 
-    let map = json(
-        folder,
-        &["map", "optimal-stroke.toml", "--out", "map", "--json"],
-    );
+    let map = ["map", "optimal-stroke.toml", "--out", "map", "--json"];
+    let map = json(folder, &map);
     assert_eq!(map["links"], serde_json::json!(["left-arm", "right-arm"]));
     // The square of the gait, exact.
     let gait = map["gait"]["displacement"][0].as_f64().unwrap();
-    assert!((gait.abs() - 0.159_805_340_4).abs() < 1e-6, "{gait}");
+    STROKE.check(gait.abs(), 1e-6, "the tolerance of the table");
     let again = printed(folder, &["map", "optimal-stroke.toml", "--out", "map"]);
     assert!(again.contains("of them read from the folder"), "{again}");
     assert!(folder.join("map/map.svg").exists());
@@ -87,34 +76,30 @@ fn the_best_cycle_of_the_template_is_learned() {
 
 #[test]
 fn the_best_sizes_are_printed_and_run() {
-    let temporary = tempfile::tempdir().unwrap();
+    let temporary = template("three-sphere");
     let folder = temporary.path();
-    printed(folder, &["new", "three-sphere", "--out", "scene.toml"]);
     let limits = ["--set", "optimise.arms=[4.5, 20]"];
     let arguments = [&["sizes", "scene.toml", "--out", "best"][..], &limits].concat();
     let output = swim(folder, &arguments);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     assert!(text(&output.stderr).contains("sizes: 1 runs"));
     let shown = text(&output.stdout);
-    assert!(
-        shown.contains("8.500000, the limit; in the scene 10"),
-        "{shown}"
-    );
-    assert!(shown.contains("is the smallest allowed"), "{shown}");
+    let parts = [
+        "8.500000, the limit; in the scene 10",
+        "is the smallest allowed",
+    ];
+    contains("sizes", &shown, &parts);
     let found = json(folder, &[&arguments[..], &["--json", "--quiet"]].concat());
     let run = json(folder, &["run", "best/optimum.toml", "--json", "--quiet"]);
     let of_run = run["displacement"]["centre"][0].as_f64().unwrap();
     let of_search = found["best"]["displacement"].as_f64().unwrap();
     assert!((of_run / of_search - 1.0).abs() < 1e-3, "{run}");
     let csv = std::fs::read_to_string(folder.join("best/sizes.csv")).unwrap();
-    assert_eq!(
-        csv.lines().count() as u64,
-        1 + found["runs"].as_u64().unwrap()
-    );
+    let runs = found["runs"].as_u64().unwrap();
+    assert_eq!(csv.lines().count() as u64, 1 + runs);
     assert!(csv.starts_with("length of left-arm,length of right-arm,objective\n"));
-    let refused = swim(folder, &["sizes", "scene.toml"]);
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(text(&refused.stderr).contains("optimise.radii = [0.5, 2]"));
+    let message = refused(folder, &["sizes", "scene.toml"]);
+    contains("sizes", &message, &["optimise.radii = [0.5, 2]"]);
 }
 
 /// The gait of the scene is a table in another folder than the results.
@@ -123,26 +108,15 @@ fn the_best_sizes_of_a_gait_from_a_file_run() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
     std::fs::create_dir(folder.join("scenes")).unwrap();
-    printed(
-        folder,
-        &["new", "three-sphere", "--out", "scenes/scene.toml"],
-    );
+    let scene = "scenes/scene.toml";
+    printed(folder, &["new", "three-sphere", "--out", scene]);
     let square = "time,left-arm,right-arm\n0,10,10\n1,6,10\n2,6,6\n3,10,6\n4,10,10\n";
     std::fs::write(folder.join("scenes/square.csv"), square).unwrap();
     let gait = "gait={ kind = \"table\", file = \"square.csv\", interpolation = \"linear\" }";
-    let arguments = [
-        "sizes",
-        "scenes/scene.toml",
-        "--set",
-        gait,
-        "--set",
-        "optimise.radii=[0.9, 1.1]",
-        "--set",
-        "optimise.tolerance=1e-2",
-        "--out",
-        "results/best",
-        "--json",
-    ];
+    let mut arguments = vec!["sizes", scene, "--out", "results/best", "--json"];
+    for setting in [gait, "optimise.radii=[0.9, 1.1]", "optimise.tolerance=1e-2"] {
+        arguments.extend(["--set", setting]);
+    }
     let found = json(folder, &arguments);
     let run = json(
         folder,
@@ -158,53 +132,29 @@ fn the_best_sizes_of_a_gait_from_a_file_run() {
 
 #[test]
 fn scenes_without_a_design_are_refused_with_a_remedy() {
-    let temporary = tempfile::tempdir().unwrap();
+    let temporary = template("optimal-stroke");
     let folder = temporary.path();
-    printed(folder, &["new", "optimal-stroke", "--out", "scene.toml"]);
-    let pulled = ["--set", "bodies.left.force=[1, 0, 0]"];
-    for (command, settings, words) in [
-        ("map", &pulled[..], "without external loads"),
-        ("optimise", &pulled, "without external loads"),
-        ("learn", &pulled, "without external loads"),
-        ("learn", &[], "learn.contracted = 6"),
-        ("optimise", &["--set", "optimise.upper=3"], "no value of"),
-        (
-            "optimise",
-            &["--set", "optimise.objective=rotation"],
-            "optimise.rotation is missing",
-        ),
-        ("map", &["--set", "optimise.uper=3"], "upper"),
-        (
-            "optimise",
-            &["--set", "optimise.max_rate=-1"],
-            "greater than zero, not -1",
-        ),
-        (
-            "optimise",
-            &["--set", "optimise.objective=speed"],
-            "give optimise.max_rate or optimise.max_power",
-        ),
-        (
-            "optimise",
-            &["--set", "optimise.max_rate={ left-arm = 1 }"],
-            "a joint that moves has no largest rate",
-        ),
-        (
-            "optimise",
-            &["--set", "optimise.power=1", "--set", "optimise.max_power=2"],
-            "which determine the period",
-        ),
-    ] {
+    // Command, settings and what the message contains.
+    let rows = "
+map | bodies.left.force=[1, 0, 0] | without external loads
+optimise | bodies.left.force=[1, 0, 0] | without external loads
+learn | bodies.left.force=[1, 0, 0] | without external loads
+learn | gait.cycles=1 | learn.contracted = 6
+optimise | optimise.upper=3 | no value of
+optimise | optimise.objective=rotation | optimise.rotation is missing
+map | optimise.uper=3 | upper
+optimise | optimise.max_rate=-1 | greater than zero, not -1
+optimise | optimise.objective=speed | give optimise.max_rate or optimise.max_power
+optimise | optimise.max_rate={ left-arm = 1 } | a joint that moves has no largest rate
+optimise | optimise.power=1; optimise.max_power=2 | which determine the period
+";
+    for row in rows.trim().lines() {
+        let [command, settings, words] = row.split(" | ").collect::<Vec<_>>()[..] else {
+            panic!("{row}");
+        };
         let mut arguments = vec![command, "scene.toml", "--out", "out"];
-        arguments.extend(settings);
-        let output = swim(folder, &arguments);
-        let message = text(&output.stderr);
-        assert_eq!(
-            output.status.code(),
-            Some(2),
-            "{command} {settings:?}: {message}"
-        );
-        assert!(message.contains(words), "{command}: {message}");
+        arguments.extend(settings.split("; ").flat_map(|setting| ["--set", setting]));
+        contains(row, &refused(folder, &arguments), &[words]);
     }
 }
 
@@ -213,9 +163,8 @@ fn scenes_without_a_design_are_refused_with_a_remedy() {
 #[cfg(unix)]
 #[test]
 fn interrupted_tables_of_elements_continue() {
-    let temporary = tempfile::tempdir().unwrap();
+    let temporary = template("three-sphere");
     let folder = temporary.path();
-    printed(folder, &["new", "three-sphere", "--out", "scene.toml"]);
     let arguments = |out: &'static str| {
         let mut arguments = vec!["map", "scene.toml", "--out", out];
         for setting in [
@@ -260,9 +209,8 @@ fn interrupted_tables_of_elements_continue() {
 /// Two jobs that share a folder solve a table grid by grid, with the digits of one job.
 #[test]
 fn the_shares_of_a_map_are_merged() {
-    let temporary = tempfile::tempdir().unwrap();
+    let temporary = template("optimal-stroke");
     let folder = temporary.path();
-    printed(folder, &["new", "optimal-stroke", "--out", "scene.toml"]);
     let map = |out: &'static str, more: &[&'static str]| {
         let mut arguments = vec!["map", "scene.toml", "--out", out];
         arguments.extend(more);
@@ -277,36 +225,26 @@ fn the_shares_of_a_map_are_merged() {
         }
         let output = swim(folder, &map("shared", &["--merge"]));
         if output.status.success() {
-            break String::from_utf8(output.stdout).unwrap();
+            break text(&output.stdout);
         }
         assert_eq!(output.status.code(), Some(3));
-        let message = String::from_utf8(output.stderr).unwrap();
+        let message = text(&output.stderr);
         assert!(message.contains("are missing") && rounds < 5, "{message}");
     };
     assert!(merged.contains("degrees"), "{merged}");
     let table = |out: &str| std::fs::read_to_string(folder.join(out).join("table.json")).unwrap();
     assert_eq!(table("whole"), table("shared"));
-    let refused = swim(folder, &map("other", &["--shard", "3/2"]));
-    assert_eq!(refused.status.code(), Some(2));
+    refused(folder, &map("other", &["--shard", "3/2"]));
 }
 
 #[test]
 fn sensitivities_are_printed_and_written() {
-    let temporary = tempfile::tempdir().unwrap();
+    let temporary = template("three-sphere");
     let folder = temporary.path();
-    printed(folder, &["new", "three-sphere", "--out", "scene.toml"]);
-    let output = printed(
-        folder,
-        &["run", "scene.toml", "--out", "out", "--sensitivities"],
-    );
-    assert!(
-        output.contains("derivative of the net displacement by"),
-        "{output}"
-    );
-    assert!(
-        output.contains("amplitude of \"right-arm\" = 2"),
-        "{output}"
-    );
+    let arguments = ["run", "scene.toml", "--out", "out", "--sensitivities"];
+    let derivative = "derivative of the net displacement by";
+    let parts = [derivative, "amplitude of \"right-arm\" = 2"];
+    contains("run", &printed(folder, &arguments), &parts);
     let csv = std::fs::read_to_string(folder.join("out/sensitivities.csv")).unwrap();
     assert_eq!(csv.lines().count(), 8, "{csv}");
 }

@@ -1,23 +1,8 @@
 //! Help texts: examples that run, exit codes, completions, manual pages.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
-/// Runs a line of the shell in a folder, with `swim` in its path.
-fn shell(folder: &Path, line: &str) -> Output {
-    let program = Path::new(env!("CARGO_BIN_EXE_swim")).parent().unwrap();
-    let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
-    Command::new("sh")
-        .args(["-c", line])
-        .current_dir(folder)
-        .env("PATH", path)
-        .output()
-        .unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
+use crate::{shell, text};
 
 fn help(command: &str) -> String {
     let output = shell(Path::new("."), &format!("swim {command} --help"));

@@ -1,18 +1,47 @@
 //! Output of the command: exit codes, one line per error, complete files.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
+use testkit::{SceneText, contains, pair, within};
+
+use crate::text;
+
+/// Runs the command in the folder of this crate.
 fn swim(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_swim"))
-        .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap()
+    crate::swim(Path::new(env!("CARGO_MANIFEST_DIR")), arguments)
 }
 
 fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+    text(&output.stderr)
+}
+
+/// A file with a scene and the folder of its results, in a temporary folder.
+struct Files {
+    folder: tempfile::TempDir,
+    scene: String,
+    out: std::path::PathBuf,
+}
+
+impl Files {
+    /// `toml` are further lines of the scene.
+    fn new(text: &SceneText, toml: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let [scene, out] = ["scene.toml", "out"].map(|name| folder.path().join(name));
+        std::fs::write(&scene, format!("{toml}\n{}", text.toml())).unwrap();
+        let scene = scene.display().to_string();
+        Self { folder, scene, out }
+    }
+
+    /// Runs the scene, with its results in the folder.
+    fn run(&self, more: &[&str]) -> Output {
+        let out = self.out.to_str().unwrap();
+        swim(&[&["run", &self.scene, "--out", out], more].concat())
+    }
+
+    fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.out.join(name)).unwrap()
+    }
 }
 
 const SPHERE: &str = "../../scenes/sphere-in-ball.toml";
@@ -20,56 +49,45 @@ const SWIMMER: &str = "../../scenes/three-sphere.toml";
 
 #[test]
 fn bad_input_gives_one_line_and_exit_code_2() {
-    let file = Path::new("Cargo.toml").display().to_string();
-    for (arguments, fragment) in [
-        (&["check", "no-such.toml"][..], "cannot read no-such.toml"),
-        (&["check", &file], "unknown key"),
-        (&["run", SPHERE], "no [[gait.phases]] to run"),
-        (&["run", SWIMMER, "--resume"], "checkpoint.json"),
+    let cylinder = "use model.kind = \"fem\", or the domain unbounded, ball or wall";
+    // Arguments, settings, and what the message contains; names of scenes are in their folder.
+    let rows = [
+        ("check no-such.toml", &[][..], "cannot read no-such.toml"),
+        ("check Cargo.toml", &[], "unknown key"),
+        ("run SPHERE", &[], "no [[gait.phases]] to run"),
+        ("run SWIMMER --resume", &[], "checkpoint.json"),
         (
-            &["run", SWIMMER, "--out", "Cargo.toml/out"],
+            "run SWIMMER --out Cargo.toml/out",
+            &[],
             "cannot write Cargo.toml/out",
         ),
+        ("run SWIMMER", &["domain.radius=10.5"], "outside the domain"),
         (
-            &["run", SWIMMER, "--set", "domain.radius=10.5"],
-            "outside the domain",
-        ),
-        (
-            &["solve", SWIMMER, "--set", "fluid.viscosity=0"],
+            "solve SWIMMER",
+            &["fluid.viscosity=0"],
             "--set fluid.viscosity=0: fluid.viscosity must be",
         ),
         (
-            &[
-                "solve",
-                SWIMMER,
-                "--json",
-                "--set",
-                "model.kind=axisymmetric",
-                "--set",
-                "bodies.left.torque=[0, 0, 1]",
-            ],
+            "solve SWIMMER --json",
+            &["model.kind=axisymmetric", "bodies.left.torque=[0, 0, 1]"],
             "not supported",
         ),
         (
-            &[
-                "check",
-                SWIMMER,
-                "--set",
-                "domain.kind=cylinder",
-                "--set",
-                "model.kind=rpy",
-            ],
-            "use model.kind = \"fem\", or the domain unbounded, ball or wall",
+            "check SWIMMER",
+            &["domain.kind=cylinder", "model.kind=rpy"],
+            cylinder,
         ),
-        (&["mesh", SPHERE, "--out", "mesh.stl"], ".vtu"),
-    ] {
-        let output = swim(arguments);
+        ("mesh SPHERE --out mesh.stl", &[], ".vtu"),
+    ];
+    for (line, settings, fragment) in rows {
+        let line = line.replace("SPHERE", SPHERE).replace("SWIMMER", SWIMMER);
+        let mut arguments: Vec<&str> = line.split(' ').collect();
+        arguments.extend(settings.iter().flat_map(|setting| ["--set", setting]));
+        let output = swim(&arguments);
         let message = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
-        assert!(
-            message.starts_with("error: ") && message.contains(fragment),
-            "{arguments:?}: {message}"
-        );
+        contains(&arguments, &message, &["error: ", fragment]);
+        assert!(message.starts_with("error: "), "{message}");
         assert_eq!(message.trim_end().lines().count(), 1, "{message}");
         assert!(output.stdout.is_empty());
     }
@@ -87,10 +105,11 @@ fn wrong_usage_has_exit_code_2_and_help_has_0() {
     }
     let help = swim(&["--help"]);
     assert_eq!(help.status.code(), Some(0));
-    let text = String::from_utf8_lossy(&help.stdout).into_owned();
-    for command in ["run", "solve", "check", "mesh"] {
-        assert!(text.contains(command));
-    }
+    contains(
+        "help",
+        &text(&help.stdout),
+        &["run", "solve", "check", "mesh"],
+    );
 }
 
 #[test]
@@ -104,11 +123,9 @@ fn solve_prints_the_documented_json_object() {
     for key in ["velocity", "angular_velocity", "force", "torque"] {
         assert_eq!(body[key].as_array().unwrap().len(), 3, "{key}");
     }
-    // Haberman & Sayre: K = 1.2861963385 for a radius of a tenth of the container. The default mesh
-    // is much better than 2 %.
-    let exact = 1.0 / (6.0 * std::f64::consts::PI * 1.2861963384700);
+    let [exact, _] = testkit::exact::concentric_mobility(0.1);
     let speed = body["velocity"][0].as_f64().unwrap();
-    assert!((speed / exact - 1.0).abs() < 0.02, "{speed} {exact}");
+    within(speed / exact - 1.0, 0.02, "the default mesh is much better");
     for key in ["velocity", "pressure", "total"] {
         assert!(answer["dofs"][key].as_u64().unwrap() > 0);
     }
@@ -124,34 +141,20 @@ fn solve_prints_the_documented_json_object() {
 
 #[test]
 fn a_run_writes_complete_and_consistent_files() {
-    let folder = tempfile::tempdir().unwrap();
-    let scene = folder.path().join("pair.toml");
-    std::fs::write(
-        &scene,
-        "domain = { kind = \"ball\", radius = 12 }\nmodel = { kind = \"fem\", tolerance = 0.1 }\n\
-         bodies = [{ name = \"a\", radius = 1, position = [-2, 0, 0] }, \
-         { name = \"b\", radius = 1, position = [2, 0, 0] }]\n\
-         links = [{ name = \"arm\", body = \"b\", to = \"a\" }]\n\
-         gait.phases = [{ link = \"arm\", length = 4.5 }]\n",
-    )
-    .unwrap();
-    let out = folder.path().join("out");
-    let output = swim(&[
-        "run",
-        scene.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ]);
+    let keys =
+        "domain = { kind = \"ball\", radius = 12 }\nmodel = { kind = \"fem\", tolerance = 0.1 }";
+    let files = Files::new(&pair(-2.0, 2.0).phases(&[("arm", 4.5)]), keys);
+    let output = files.run(&[]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let net = text
-        .lines()
+    let text = text(&output.stdout);
+    let mut lines = text.lines();
+    let net = lines
         .find(|line| line.starts_with("net displacement  "))
         .unwrap();
     // The displacement is zero up to its error bar, so no ratio is printed.
     assert!(net.contains(" +- ") && !net.contains('%'), "{net}");
     assert!(!text.contains("warning"), "warnings go to stderr: {text}");
-    let names: Vec<String> = std::fs::read_dir(&out)
+    let names: Vec<String> = std::fs::read_dir(&files.out)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
@@ -167,16 +170,9 @@ fn a_run_writes_complete_and_consistent_files() {
         );
     }
     assert!(names.iter().all(|name| !name.starts_with('.')), "{names:?}");
-    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let read = |name: &str| files.read(name);
     let summary: serde_json::Value = serde_json::from_str(&read("summary.json")).unwrap();
-    for key in [
-        "displacement",
-        "rotation",
-        "phases",
-        "solves",
-        "error_estimate",
-        "seconds",
-    ] {
+    for key in "displacement rotation phases solves error_estimate seconds".split(' ') {
         assert!(summary.get(key).is_some(), "{key}");
     }
     assert_eq!(summary["phases"][0]["link"], "arm");
@@ -184,13 +180,16 @@ fn a_run_writes_complete_and_consistent_files() {
         summary["phases"][0]["displacement"],
         summary["displacement"]
     );
-    // The arm extends by 0.5, and by symmetry each body moves by half of it. The noise of the
-    // default mesh is well below 1e-3.
+    // The arm extends by 0.5, and by symmetry each body moves by half of it.
     let moved = |body: &str| summary["displacement"][body][0].as_f64().unwrap();
     // The noise of the mesh rotates the pair by about 1e-5, which shortens the projection of an arm
     // of 4.5 by 4.5 (1e-5)^2 / 2 = 2e-10.
-    assert!((moved("b") - moved("a") - 0.5).abs() < 1e-8);
-    assert!((moved("b") - 0.25).abs() < 1e-3, "{}", moved("b"));
+    within(moved("b") - moved("a") - 0.5, 1e-8, "fifty times that");
+    within(
+        moved("b") - 0.25,
+        1e-3,
+        "the noise of the default mesh is well below",
+    );
     let csv = read("trajectory.csv");
     let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!(
@@ -200,8 +199,12 @@ fn a_run_writes_complete_and_consistent_files() {
     assert!(rows.iter().all(|row| row.len() == 4 + 2 * 18));
     let last = rows.last().unwrap();
     assert_eq!((last[0], last[3]), ("1", "4.5"));
-    // The sum has a rounding error of one unit in the last place.
-    assert!((last[4].parse::<f64>().unwrap() + 2.0 - moved("a")).abs() < 1e-15);
+    let end = last[4].parse::<f64>().unwrap();
+    within(
+        end + 2.0 - moved("a"),
+        1e-15,
+        "one unit in the last place of the sum",
+    );
     // The flow files are exactly those that the collection names.
     let pvd = read("trajectory.pvd");
     let flows: Vec<&String> = names.iter().filter(|name| name.ends_with(".vtu")).collect();
@@ -210,16 +213,9 @@ fn a_run_writes_complete_and_consistent_files() {
     // One flow per phase, unless others are requested.
     assert_eq!(flows.len(), 1);
     let run = |which: &str| {
-        let out = folder.path().join(which);
-        let key = format!("fem.flows={which}");
-        let arguments = [
-            "run",
-            scene.to_str().unwrap(),
-            "--set",
-            &key,
-            "--out",
-            out.to_str().unwrap(),
-        ];
+        let out = files.folder.path().join(which);
+        let (key, to) = (format!("fem.flows={which}"), out.to_str().unwrap());
+        let arguments = ["run", &files.scene, "--set", &key, "--out", to];
         assert!(swim(&arguments).status.success());
         let names = std::fs::read_dir(out).unwrap();
         let names = names.map(|entry| entry.unwrap().file_name().into_string().unwrap());
@@ -237,24 +233,18 @@ fn a_run_writes_complete_and_consistent_files() {
 /// Tables have no flows, and `Tabulated` did not forward those of the model.
 #[test]
 fn bug_tabulated_swimmers_by_elements_wrote_no_flows() {
-    let folder = tempfile::tempdir().unwrap();
-    let scene = folder.path().join("pair.toml");
-    std::fs::write(
-        &scene,
-        "model = { kind = \"fem\", tolerance = 0.3 }\n\
-         fem = { size_factor = 2.5, estimates = \"off\", flows = \"all\" }\n\
-         bodies = [{ name = \"a\", radius = 1, position = [-2, 0, 0] }, \
-         { name = \"b\", radius = 1.5, position = [3, 0, 0] }]\n\
-         links = [{ name = \"arm\", body = \"b\", to = \"a\" }]\n\
-         gait = { cycles = 3, phases = [{ link = \"arm\", length = 5.5 }, \
-         { link = \"arm\", length = 5 }] }\n",
-    )
-    .unwrap();
-    let out = folder.path().join("out");
-    let (scene, to) = (scene.to_str().unwrap(), out.to_str().unwrap());
-    let output = swim(&["run", scene, "--out", to]);
+    let keys = "model = { kind = \"fem\", tolerance = 0.3 }\ngait.cycles = 3\n\
+                fem = { size_factor = 2.5, estimates = \"off\", flows = \"all\" }";
+    let text = SceneText::new()
+        .sphere("a", 1.0, [-2, 0, 0])
+        .sphere("b", 1.5, [3, 0, 0]);
+    let text = text
+        .slide("arm", "b", "a")
+        .phases(&[("arm", 5.5), ("arm", 5.0)]);
+    let files = Files::new(&text, keys);
+    let output = files.run(&[]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let read = |name: &str| files.read(name);
     assert!(read("summary.json").contains("tabulated over the shapes"));
     let csv = read("trajectory.csv");
     let solved = csv
@@ -265,7 +255,10 @@ fn bug_tabulated_swimmers_by_elements_wrote_no_flows() {
     assert!(solved.clone().count() >= 3 * 2);
     assert_eq!(pvd.matches("<DataSet").count(), solved.count());
     for file in pvd.split('"').filter(|text| text.ends_with(".vtu")) {
-        assert!(out.join(file).metadata().unwrap().len() > 1000, "{file}");
+        assert!(
+            files.out.join(file).metadata().unwrap().len() > 1000,
+            "{file}"
+        );
     }
 }
 
@@ -274,38 +267,27 @@ fn a_collision_names_bodies_and_time_and_the_completed_phases_are_kept() {
     // A stone is pulled towards a swimmer at rest. By Stokes' law it covers the distance of six
     // radii in at least 6 * 6 pi / 40 = 2.8 units of time, so the first phases are completed and a
     // later one ends the run.
-    let folder = tempfile::tempdir().unwrap();
-    let scene = folder.path().join("falling.toml");
-    std::fs::write(
-        &scene,
-        "model = { kind = \"rpy\", tolerance = 1e-2 }\n\
-         bodies = [{ name = \"a\", radius = 1, position = [0, -4, 0] }, \
-         { name = \"b\", radius = 1, position = [0, 4, 0] }, \
-         { name = \"stone\", radius = 1, position = [8, 4, 0], force = [-40, 0, 0] }]\n\
-         links = [{ name = \"arm\", body = \"b\", to = \"a\" }]\n\
-         gait = { cycles = 20, phases = [{ duration = 1 }] }\n",
-    )
-    .unwrap();
-    let out = folder.path().join("out");
+    let keys = "model = { kind = \"rpy\", tolerance = 1e-2 }\ngait.cycles = 20";
+    let text = SceneText::new()
+        .sphere("a", 1.0, [0, -4, 0])
+        .sphere("b", 1.0, [0, 4, 0])
+        .shape("stone", "radius = 1, force = [-40, 0, 0]", [8, 4, 0])
+        .slide("arm", "b", "a")
+        .phase("duration = 1");
+    let files = Files::new(&text, keys);
     // The summary of an older run must not be taken for the result of this one.
-    std::fs::create_dir(&out).unwrap();
-    std::fs::write(out.join("summary.json"), "{}").unwrap();
-    let arguments = [
-        "run",
-        scene.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ];
-    let first = swim(&arguments);
+    std::fs::create_dir(&files.out).unwrap();
+    std::fs::write(files.out.join("summary.json"), "{}").unwrap();
+    let first = files.run(&[]);
     let message = stderr(&first);
     assert_eq!(first.status.code(), Some(3), "{message}");
-    let error = message
-        .lines()
-        .find(|line| line.starts_with("error: "))
-        .unwrap();
-    for part in ["'b'", "'stone'", "touch", "time ", "phase "] {
-        assert!(error.contains(part), "{part}: {error}");
-    }
+    let mut lines = message.lines();
+    let error = lines.find(|line| line.starts_with("error: ")).unwrap();
+    contains(
+        "collision",
+        error,
+        &["'b'", "'stone'", "touch", "time ", "phase "],
+    );
     let number = |after: &str| -> f64 {
         let rest = error.split_once(after).unwrap().1;
         let end = rest.find([' ', ')']).unwrap();
@@ -313,14 +295,11 @@ fn a_collision_names_bodies_and_time_and_the_completed_phases_are_kept() {
     };
     let (phase, time) = (number("phase "), number("time "));
     assert!(phase > 1.0 && time > phase - 1.0 && time < phase, "{error}");
-    // The percentage is that of the phase, with one decimal.
     let percent = number("constant lengths, ");
-    assert!(
-        (time - (phase - 1.0) - 0.01 * percent).abs() < 6e-4,
-        "{error}"
-    );
+    let why = "the percentage is that of the phase, with one decimal";
+    within(time - (phase - 1.0) - 0.01 * percent, 6e-4, why);
     // All earlier phases are complete in the trajectory and in the checkpoint.
-    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let read = |name: &str| files.read(name);
     let csv = read("trajectory.csv");
     let last = csv.lines().last().unwrap().split(',').next().unwrap();
     assert_eq!(last.parse::<f64>().unwrap(), phase - 1.0);
@@ -329,8 +308,8 @@ fn a_collision_names_bodies_and_time_and_the_completed_phases_are_kept() {
     let spans = checkpoint["outcome"]["spans"].as_array().unwrap();
     assert_eq!(spans.len() as f64, phase - 1.0);
     // There is no summary, and a resumed run ends with the same error.
-    assert!(!out.join("summary.json").exists());
-    let again = swim(&[&arguments[..], &["--resume"]].concat());
+    assert!(!files.out.join("summary.json").exists());
+    let again = files.run(&["--resume"]);
     assert_eq!(again.status.code(), Some(3));
     assert!(stderr(&again).contains(error));
 }
@@ -339,15 +318,9 @@ fn a_collision_names_bodies_and_time_and_the_completed_phases_are_kept() {
 fn check_prints_the_model_and_its_cost() {
     let output = swim(&["check", SPHERE]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    for fragment in [
-        "model                   fem",
-        "degrees of freedom",
-        "MiB",
-        "axisymmetric",
-    ] {
-        assert!(text.contains(fragment), "{fragment}: {text}");
-    }
+    let model = "model                   fem";
+    let parts = [model, "degrees of freedom", "MiB", "axisymmetric"];
+    contains("check", &text(&output.stdout), &parts);
 }
 
 #[test]
@@ -393,34 +366,23 @@ fn a_missed_target_is_a_warning_on_stderr() {
         message.starts_with("warning: fem.target = 1e-7 allows"),
         "{message}"
     );
-    for part in ["the estimate is", " %", "reduce"] {
-        assert!(message.contains(part), "{part}: {message}");
-    }
+    contains("warning", &message, &["the estimate is", " %", "reduce"]);
 }
 
 /// A sphere in the shear `u = (y, 0, 0)` stays and turns by half the vorticity, `-t / 2` about z.
 #[test]
 fn the_picture_of_bodies_that_only_turn_shows_their_rotation() {
-    let folder = tempfile::tempdir().unwrap();
-    let scene = folder.path().join("shear.toml");
-    let text = "background = { kind = \"shear\", gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]] }\n\
-                bodies = [{ name = \"ball\", radius = 1, position = [0, 0, 0] }]\n\
-                gait.phases = [{ duration = 8 }]\n";
-    std::fs::write(&scene, text).unwrap();
-    let out = folder.path().join("out");
-    let run = swim(&[
-        "run",
-        scene.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ]);
+    let flow = "background = { kind = \"shear\", gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]] }";
+    let text = SceneText::new()
+        .sphere("ball", 1.0, [0; 3])
+        .phase("duration = 8");
+    let files = Files::new(&text, flow);
+    let run = files.run(&[]);
     assert!(run.status.success(), "{}", stderr(&run));
-    let svg = std::fs::read_to_string(out.join("trajectory.svg")).unwrap();
-    for text in [
+    let parts = [
         "rotation of the bodies about z",
         "ball -4.00000",
         "time 1.6906",
-    ] {
-        assert!(svg.contains(text), "{text}");
-    }
+    ];
+    contains("picture", &files.read("trajectory.svg"), &parts);
 }

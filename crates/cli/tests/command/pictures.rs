@@ -1,36 +1,19 @@
 //! The page of a run, and the picture of a flow.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
 use pictures::flow_slice::{FlowSlice, SliceFrame};
 use pictures::start_slice;
 use serde_json::Value;
-use swimmer::{Scene, choose};
+use testkit::{SceneText, boxed, contains, pair, within};
 
-fn swim(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_swim"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn printed(folder: &Path, arguments: &[&str]) -> String {
-    let output = swim(folder, arguments);
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{message}");
-    String::from_utf8(output.stdout).unwrap()
-}
+use crate::{printed, refused};
 
 /// Three spheres by multipoles: a run of milliseconds whose flow is evaluated point by point.
-const SPHERES: &str = "bodies = [{ name = \"a<b\", radius = 1, position = [-6, 0, 0] }, \
-     { name = \"b\", radius = 1, position = [0, 0, 0] }, \
-     { name = \"c\", radius = 1, position = [6, 0, 0] }]\n\
-     links = [{ name = \"left\", body = \"a<b\", to = \"b\" }, \
-     { name = \"right\", body = \"c\", to = \"b\" }]\n\
-     gait.phases = [{ link = \"left\", length = 4 }, { link = \"right\", length = 4 }, \
-     { link = \"left\", length = 6 }, { link = \"right\", length = 6 }]\n";
+fn spheres() -> String {
+    let text = testkit::chain(&["a<b", "b", "c"], &[-6.0, 0.0, 6.0]);
+    let text = text.slide("left", "a<b", "b").slide("right", "c", "b");
+    let stroke = [("left", 4.0), ("right", 4.0), ("left", 6.0), ("right", 6.0)];
+    text.phases(&stroke).toml()
+}
 
 fn data(page: &str) -> Value {
     let (_, rest) = page.split_once("id=\"run-data\">").unwrap();
@@ -41,12 +24,9 @@ fn data(page: &str) -> Value {
 fn a_run_writes_a_page_that_needs_no_other_file_and_view_writes_the_same_one() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    std::fs::write(at.join("spheres.toml"), SPHERES).unwrap();
+    std::fs::write(at.join("spheres.toml"), spheres()).unwrap();
     let text = printed(at, &["run", "spheres.toml", "--out", "out"]);
-    assert!(
-        text.contains("report                  out/report.html"),
-        "{text}"
-    );
+    contains("run", &text, &["report                  out/report.html"]);
     let path = at.join("out/report.html");
     let page = std::fs::read_to_string(&path).unwrap();
     // One file: no address but that of the namespace of SVG, no style sheet, no script elsewhere.
@@ -59,11 +39,9 @@ fn a_run_writes_a_page_that_needs_no_other_file_and_view_writes_the_same_one() {
     }
     assert!(page.len() < 1_500_000, "{} bytes", page.len());
     // The net displacement is the printed one, and names are text.
-    let net = text
-        .lines()
-        .find_map(|line| line.strip_prefix("net displacement"))
-        .unwrap();
-    let net = net.trim().replace("+-", "±");
+    let mut lines = text.lines();
+    let net = lines.find_map(|line| line.strip_prefix("net displacement"));
+    let net = net.unwrap().trim().replace("+-", "±");
     assert!(page.contains(&net), "{net}");
     assert!(page.contains("class=\"name\">a&lt;b</th>"));
     let numbers = data(&page);
@@ -84,46 +62,41 @@ fn a_run_writes_a_page_that_needs_no_other_file_and_view_writes_the_same_one() {
     assert!(std::fs::read_to_string(&path).unwrap() == page);
     // An animated picture of all slices, shown one after the other until the end of the cycle.
     let text = printed(at, &["view", "out", "--movie"]);
-    assert!(
-        text.contains("movie                   out/movie.svg"),
-        "{text}"
-    );
+    contains("view", &text, &["movie                   out/movie.svg"]);
     let movie = std::fs::read_to_string(at.join("out/movie.svg")).unwrap();
     assert_eq!(movie.matches("@keyframes").count(), slices.len());
     assert_eq!(movie.matches("<g class=\"frame").count(), slices.len());
     assert!(movie.contains(" 100.000% { visibility: hidden }") && !movie.contains("<script"));
-    assert_eq!(
-        movie.matches("<svg").count(),
-        movie.matches("</svg>").count()
-    );
+    let [begins, ends] = ["<svg", "</svg>"].map(|tag| movie.matches(tag).count());
+    assert_eq!(begins, ends);
     // A run of an older version has no flow; the page says so.
     std::fs::remove_file(at.join("out/flow_slices.json")).unwrap();
     printed(at, &["view", "out"]);
-    let refused = swim(at, &["view", "out", "--movie"]);
-    assert_eq!(refused.status.code(), Some(2));
+    refused(at, &["view", "out", "--movie"]);
     let numbers = data(&std::fs::read_to_string(&path).unwrap());
     assert_eq!(numbers["slices"], serde_json::json!([]));
-    assert!(
-        numbers["missing"]
-            .as_str()
-            .unwrap()
-            .contains("flow_slices.json")
+    contains(
+        "page",
+        numbers["missing"].as_str().unwrap(),
+        &["flow_slices.json"],
     );
 }
 
 #[test]
 fn a_folder_without_a_finished_run_has_no_page() {
     let folder = tempfile::tempdir().unwrap();
-    let output = swim(folder.path(), &["view", "."]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("summary.json"));
+    contains(
+        "view",
+        &refused(folder.path(), &["view", "."]),
+        &["summary.json"],
+    );
 }
 
 #[test]
 fn long_runs_show_as_many_whole_cycles_as_fit() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    std::fs::write(at.join("spheres.toml"), SPHERES).unwrap();
+    std::fs::write(at.join("spheres.toml"), spheres()).unwrap();
     let cycles = "gait.cycles=40";
     printed(
         at,
@@ -142,7 +115,7 @@ fn long_runs_show_as_many_whole_cycles_as_fit() {
 fn the_picture_of_a_flow_has_colours_streamlines_and_bodies() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    std::fs::write(at.join("spheres.toml"), SPHERES).unwrap();
+    std::fs::write(at.join("spheres.toml"), spheres()).unwrap();
     printed(at, &["solve", "spheres.toml", "--picture", "flow.svg"]);
     let svg = std::fs::read_to_string(at.join("flow.svg")).unwrap();
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
@@ -151,29 +124,17 @@ fn the_picture_of_a_flow_has_colours_streamlines_and_bodies() {
     // Two strokes per streamline, one outline per sphere, and the arrow heads.
     assert!(svg.matches("<polyline").count() > 60);
     assert!(svg.matches("<polygon").count() > 30);
-    let png = swim(at, &["solve", "spheres.toml", "--picture", "flow.png"]);
-    assert_eq!(png.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&png.stderr).contains(".svg"));
+    let png = refused(at, &["solve", "spheres.toml", "--picture", "flow.png"]);
+    contains("png", &png, &[".svg"]);
 }
 
 /// All models with a flow have the same one in the plane, and none inside bodies.
 #[test]
 fn slices_by_elements_and_by_multipoles_agree() {
-    let scene = |kind: &str| {
-        Scene::parse(&format!(
-            "domain = {{ kind = \"ball\", radius = 8 }}\n\
-             bodies = [{{ name = \"a\", radius = 1, position = [-2, 0, 0] }}, \
-             {{ name = \"b\", radius = 1, position = [2, 0, 0] }}]\n\
-             links = [{{ name = \"arm\", body = \"a\", to = \"b\" }}]\n\
-             gait.phases = [{{ link = \"arm\", length = 5 }}]\n\
-             model.kind = \"{kind}\"\n"
-        ))
-        .unwrap()
-    };
+    let text = pair(-2.0, 2.0).phases(&[("arm", 5.0)]).ball(8.0);
     let slice = |kind: &str| {
-        let scene = scene(kind);
-        let mut model = choose(&scene).unwrap().model;
-        start_slice(&scene, model.as_mut(), 1500).unwrap()
+        let scene = text.clone().with("model.kind", kind).scene();
+        start_slice(&scene, boxed(&scene).as_mut(), 1500).unwrap()
     };
     let multipoles = slice("multipole");
     // The usual mesh has an error of the velocity of one or two percent, the quadratic elements of
@@ -200,13 +161,18 @@ fn compare(elements: &FlowSlice, multipoles: &FlowSlice, allowed: f64) {
         match pair {
             (Some(a), Some(b)) => {
                 let difference = (a.velocity - b.velocity).norm() / scale;
-                assert!(difference < allowed, "{difference} at point {k}");
+                within(difference, allowed, format!("the usual mesh, at point {k}"));
                 assert!(a.pressure.is_some() && b.pressure.is_none());
                 compared += 1;
             }
             (None, None) => assert!(clearance < 1e-2, "{clearance}"),
-            // Curved cells reach over surfaces by a hundredth of their size.
-            _ => assert!(clearance.abs() < 2e-2, "{clearance}"),
+            _ => {
+                within(
+                    clearance,
+                    2e-2,
+                    "curved cells reach over surfaces by 1e-2 of their size",
+                );
+            }
         }
     }
     assert!(compared > 1000, "{compared} of {}", elements.values.len());
@@ -214,8 +180,8 @@ fn compare(elements: &FlowSlice, multipoles: &FlowSlice, allowed: f64) {
 
 #[test]
 fn planes_contain_the_bodies_and_the_direction_of_motion() {
-    let normal = |text: &str| {
-        let scene = Scene::parse(text).unwrap();
+    let normal = |text: &SceneText| {
+        let scene = text.scene();
         let poses = (scene.articulation())
             .place(&scene.initial_state(), scene.articulation().initial_shape())
             .unwrap();
@@ -225,31 +191,26 @@ fn planes_contain_the_bodies_and_the_direction_of_motion() {
         let normal = plane.normal();
         (normal * normal[normal.iamax()].signum(), plane)
     };
-    let sphere = |name: &str, x: [f64; 3]| {
-        format!(
-            "{{ name = \"{name}\", radius = 1, position = [{}, {}, {}] }}",
-            x[0], x[1], x[2]
-        )
-    };
-    let bodies = |list: &[String]| format!("bodies = [{}]\n", list.join(", "));
-    let [a, b] = [sphere("a", [0.0, 0.0, 5.0]), sphere("b", [0.0, 4.0, 9.0])];
+    let two = SceneText::new()
+        .sphere("a", 1.0, [0, 0, 5])
+        .sphere("b", 1.0, [0, 4, 9]);
     // A triangle in the plane x = 0, and a line in it.
-    let c = sphere("c", [0.0, -4.0, 9.0]);
-    let x = nalgebra::Vector3::x();
-    assert!((normal(&bodies(&[a.clone(), b.clone(), c])).0 - x).norm() < 1e-12);
-    assert!((normal(&bodies(&[a.clone(), b])).0 - x).norm() < 1e-12);
+    let three = two.clone().sphere("c", 1.0, [0, -4, 9]);
+    for text in [three, two] {
+        within(
+            (normal(&text).0 - nalgebra::Vector3::x()).norm(),
+            1e-12,
+            "rounding",
+        );
+    }
     // Above a wall the window ends at the wall, and its second direction is the normal.
-    let wall = format!(
-        "domain.kind = \"wall\"\n{}",
-        bodies(&[sphere("a", [3.0, 0.0, 1.5])])
-    );
+    let wall = SceneText::new()
+        .sphere("a", 1.0, [3.0, 0.0, 1.5])
+        .with("domain.kind", "wall");
     let plane = normal(&wall).1;
     assert_eq!(plane.up, nalgebra::Vector3::z());
-    assert!((plane.centre.z - 0.5 * plane.height).abs() < 1e-12);
+    within(plane.centre.z - 0.5 * plane.height, 1e-12, "rounding");
     // In a ball it is not larger than the ball.
-    let ball = format!(
-        "domain = {{ kind = \"ball\", radius = 2 }}\n{}",
-        bodies(&[sphere("a", [0.0; 3])])
-    );
+    let ball = SceneText::new().sphere("a", 1.0, [0; 3]).ball(2.0);
     assert_eq!(normal(&ball).1.width, 4.0);
 }

@@ -1,16 +1,15 @@
 //! What the command prints are the numbers of its JSON, rounded.
 
-use std::process::Command;
+use std::path::Path;
 
 use serde_json::Value;
+use testkit::within;
+
+use crate::text;
 
 /// Standard output and standard error of a successful command.
 fn swim(arguments: &[&str]) -> (String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_swim"))
-        .args(arguments)
-        .output()
-        .unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let output = crate::swim(Path::new("."), arguments);
     assert!(output.status.success(), "{}", text(&output.stderr));
     (text(&output.stdout), text(&output.stderr))
 }
@@ -46,11 +45,11 @@ fn with_uncertainty(text: &str) -> [f64; 2] {
 
 /// Asserts that two digits of `printed` are those of `exact`.
 fn assert_two_digits(what: &str, printed: f64, exact: f64) {
-    // Half a unit of the second digit is at most a twentieth.
-    let difference = (printed - exact).abs();
-    assert!(
-        difference <= 0.0501 * exact.abs(),
-        "{what}: {printed:e} {exact:e}"
+    let why = "half a unit of the second digit is at most a twentieth";
+    within(
+        printed - exact,
+        0.0501 * exact.abs(),
+        format!("{why}: {what}"),
     );
 }
 
@@ -86,26 +85,17 @@ fn a_run_prints_the_numbers_of_its_summary() {
     let folder = tempfile::tempdir().unwrap();
     let [scene, out] = ["planar.toml", "out"].map(|name| folder.path().join(name));
     std::fs::write(&scene, PLANAR).unwrap();
-    let (text, _) = swim(&[
-        "run",
-        scene.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ]);
+    let [from, to] = [&scene, &out].map(|path| path.to_str().unwrap());
+    let (text, _) = swim(&["run", from, "--out", to]);
     let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
     let summary: Value = serde_json::from_str(&summary).unwrap();
 
     // The table: phases, then the total, with a common power of ten and five decimals.
     let unit = 1e-6;
-    let mut table = text
-        .lines()
-        .skip_while(|line| !line.starts_with("displacements"));
-    assert!(
-        table
-            .next()
-            .unwrap()
-            .contains(" in 1e-6 of the scene's unit")
-    );
+    let lines = text.lines();
+    let mut table = lines.skip_while(|line| !line.starts_with("displacements"));
+    let head = table.next().unwrap();
+    assert!(head.contains(" in 1e-6 of the scene's unit"), "{head}");
     let names: Vec<&str> = table.next().unwrap().split_whitespace().skip(1).collect();
     assert_eq!(names, ["hub", "one", "two", "three"]);
     let phases = summary["phases"].as_array().unwrap();
@@ -118,7 +108,11 @@ fn a_run_prints_the_numbers_of_its_summary() {
             let displacement = vector(&row["displacement"][*name]);
             for (axis, exact) in displacement.into_iter().enumerate() {
                 let printed = number(cells[1 + 3 * body + axis]) * unit;
-                assert!((printed - exact).abs() <= 0.51e-5 * unit, "{line}");
+                within(
+                    printed - exact,
+                    0.51e-5 * unit,
+                    format!("five decimals: {line}"),
+                );
             }
         }
     }
@@ -133,17 +127,15 @@ fn a_run_prints_the_numbers_of_its_summary() {
     let [value, bar] = with_uncertainty(after(&text, "net displacement"));
     let exact_bar = summary["error_estimate"]["total"].as_f64().unwrap();
     assert_two_digits("bar of the net displacement", bar, exact_bar);
-    assert!(
-        (value - net).abs() <= 0.051 * exact_bar,
-        "{value:e} {net:e}"
+    within(
+        value - net,
+        0.051 * exact_bar,
+        "half of the second digit of the bar",
     );
     for source in ["model", "integration"] {
         let printed = number(after(&text, &format!("  {source}")));
-        assert_two_digits(
-            source,
-            printed,
-            summary["error_estimate"][source].as_f64().unwrap(),
-        );
+        let exact = summary["error_estimate"][source].as_f64().unwrap();
+        assert_two_digits(source, printed, exact);
     }
     assert_two_digits("sum", number(after(&text, "  sum")), exact_bar);
     assert!(after(&text, "  not estimated").contains("container"));
@@ -152,15 +144,20 @@ fn a_run_prints_the_numbers_of_its_summary() {
     let work = summary["work"].as_f64().unwrap();
     let exact_bar = summary["work_error"]["total"].as_f64().unwrap();
     assert_two_digits("bar of the work", bar, exact_bar);
-    assert!(
-        (value - work).abs() <= 0.051 * exact_bar,
-        "{value:e} {work:e}"
+    within(
+        value - work,
+        0.051 * exact_bar,
+        "half of the second digit of the bar",
     );
 
     let rotation = after(&text, "rotation vector").trim_start_matches('(');
     let printed: Vec<f64> = rotation.split([',', ')']).take(3).map(number).collect();
     for (printed, exact) in printed.iter().zip(vector(&summary["rotation"])) {
-        assert!((printed - exact).abs() <= 0.51e-5, "{rotation}");
+        within(
+            printed - exact,
+            0.51e-5,
+            format!("five decimals: {rotation}"),
+        );
     }
     assert!(printed[2] > 0.01, "{rotation}");
     let solves = summary["solves"].as_u64().unwrap();
@@ -203,7 +200,11 @@ fn solve_prints_the_numbers_of_its_json_and_warns_about_the_larger_error() {
             return assert_eq!(printed.trim(), name);
         }
         for (printed, exact) in printed.split_whitespace().zip(vector(exact)) {
-            assert!((number(printed) - exact).abs() <= 0.51e-8, "{line}");
+            within(
+                number(printed) - exact,
+                0.51e-8,
+                format!("eight decimals: {line}"),
+            );
         }
     };
     for body in answer["bodies"].as_array().unwrap() {
@@ -231,11 +232,8 @@ fn solve_prints_the_numbers_of_its_json_and_warns_about_the_larger_error() {
         ("check of power", "dissipation"),
     ] {
         let percent = number(after(&text, label));
-        assert_two_digits(
-            label,
-            percent,
-            100.0 * answer["checks"][key].as_f64().unwrap(),
-        );
+        let exact = answer["checks"][key].as_f64().unwrap();
+        assert_two_digits(label, percent, 100.0 * exact);
     }
     let dofs = answer["dofs"]["total"].as_u64().unwrap();
     assert_eq!(after(&text, "degrees of freedom"), dofs.to_string());
@@ -257,9 +255,6 @@ fn solve_prints_the_numbers_of_its_json_and_warns_about_the_larger_error() {
     let (of_force, of_velocity) = words.split_once(" of the largest force and ").unwrap();
     let of_force = of_force.rsplit_once("is ").unwrap().1;
     assert_two_digits("force", number(of_force), 100.0 * force / size);
-    assert_two_digits(
-        "velocity",
-        number(of_velocity),
-        100.0 * estimate("mesh") / speed,
-    );
+    let percent = 100.0 * estimate("mesh") / speed;
+    assert_two_digits("velocity", number(of_velocity), percent);
 }

@@ -92,12 +92,8 @@ fn killed_and_interrupted_runs_end_like_an_uninterrupted_one() {
     assert_eq!(interrupted.wait().unwrap().code(), Some(130));
     assert!((2..4).contains(&phases_done(&out).unwrap()));
 
-    assert!(
-        start(folder, "broken", &["--resume"])
-            .wait()
-            .unwrap()
-            .success()
-    );
+    let mut resumed = start(folder, "broken", &["--resume"]);
+    assert!(resumed.wait().unwrap().success());
     assert_eq!(results(&folder.join("whole")), results(&out));
     let collection = |out: &Path| std::fs::read(out.join("trajectory.pvd")).unwrap();
     assert_eq!(collection(&folder.join("whole")), collection(&out));
@@ -111,16 +107,12 @@ fn a_checkpoint_of_another_scene_is_refused_with_the_difference() {
     let mut run = start(folder, "out", &[]);
     signal_after(&mut run, &folder.join("out"), 0, "-TERM");
     assert!(run.wait().is_ok());
-    let refused = Command::new(env!("CARGO_BIN_EXE_swim"))
-        .args(["run", "scene.toml", "--out", "out", "--resume"])
-        .args(["--set", "domain.radius=10"])
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert_eq!(refused.status.code(), Some(2), "{message}");
-    assert!(
-        message.contains("another scene") && message.contains("radius"),
-        "{message}"
-    );
+    let other = ["--set", "domain.radius=10"];
+    let arguments = [
+        &["run", "scene.toml", "--out", "out", "--resume"][..],
+        &other,
+    ]
+    .concat();
+    let message = crate::refused(folder, &arguments);
+    testkit::contains("resume", &message, &["another scene", "radius"]);
 }

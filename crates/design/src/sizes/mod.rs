@@ -35,7 +35,7 @@ const MAX_STEP: f64 = 0.25;
 
 /// Size of the trust region relative to the step. At the largest step it reaches the limits from a
 /// centre around which the interpolation stays inside them.
-const TRUST_RATIO: f64 = 3.0;
+const TRUST_FACTOR: f64 = 3.0;
 
 /// Smallest step; differences of closer runs would be rounding errors of mesh sizes.
 const MIN_STEP: f64 = 0.01;
@@ -270,7 +270,7 @@ impl<'a> Search<'a> {
             .map(|run| -run.objective / objective)
             .collect();
         let model = Quadratic::through(&costs, basis.ncols(), inside);
-        let polytope = self.space.polytope(around, &basis, TRUST_RATIO * step);
+        let polytope = self.space.polytope(around, &basis, TRUST_FACTOR * step);
         // From several points, because the function may be concave.
         let minima = points.iter().filter_map(|y| polytope.minimum(&model, y));
         let best = minima.reduce(|a, b| if b.cost < a.cost { b } else { a });

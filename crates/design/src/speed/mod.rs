@@ -42,10 +42,10 @@ const COMPARE_ITERATIONS: usize = 40;
 const MAX_ITERATIONS: usize = 200;
 
 /// Part of the distance to the middle of the limits by which a polygon is moved before a search.
-const INWARD_SHARE: f64 = 0.01;
+const INWARD_SHIFT: f64 = 0.01;
 
 /// Factor on the shortest times of the sides before a search.
-const TIME_FACTOR: f64 = 1.05;
+const SLOWDOWN: f64 = 1.05;
 
 /// Largest number of searches with split corners.
 const MAX_SPLITS: usize = 4;
@@ -205,12 +205,12 @@ fn solved(
         Some(start) => start.to_vec(),
         None => task.limits.iter().map(|r| 0.5 * (r.0 + r.1)).collect(),
     };
-    let inner = first.moved_towards(&middle, INWARD_SHARE);
+    let inner = first.moved_towards(&middle, INWARD_SHIFT);
     let mut inner = TimedPolygon::fastest(task.geometry, inner.corners, task.bounds).ok()?;
     // Sides of no length have a time too.
     let mean = inner.period() / inner.durations.len() as f64;
     for time in &mut inner.durations {
-        *time = (TIME_FACTOR * *time).max(0.1 * mean);
+        *time = (SLOWDOWN * *time).max(0.1 * mean);
     }
     SpeedProblem::new(*task, &inner).solve(&inner, tolerance, max_iterations)
 }

@@ -6,26 +6,22 @@
 use design::learn::{
     ArmStates, LearningOptions, Rewards, best_cycle, greedy_cycle, learn, rewards,
 };
-use swimmer::Scene;
+use testkit::exact::STROKE;
+use testkit::{SceneText, within};
 
 /// A chain of spheres with arms of ten radii that contract to six.
 fn chain(spheres: usize) -> Rewards {
-    let mut text = "model = { kind = \"multipole\", tolerance = 1e-8 }\n\
-                    learn.contracted = 6\n"
-        .to_owned();
-    for k in 0..spheres {
-        text += &format!(
-            "[[bodies]]\nname = \"{k}\"\nradius = 1\nposition = [{}, 0, 0]\n",
-            10 * k
-        );
-    }
-    for k in 1..spheres {
-        text += &format!(
-            "[[links]]\nname = \"arm-{k}\"\nbody = \"{k}\"\nto = \"{}\"\n",
-            k - 1
-        );
-    }
-    rewards(&Scene::parse(&text).unwrap(), &mut ()).unwrap()
+    let text = (0..spheres).fold(SceneText::new(), |text, k| {
+        text.sphere(&k.to_string(), 1.0, [10 * k, 0, 0])
+    });
+    let text = (1..spheres).fold(text, |text, k| {
+        text.slide(&format!("arm-{k}"), &k.to_string(), &(k - 1).to_string())
+    });
+    let scene = text
+        .model("multipole", 1e-8)
+        .with("learn.contracted", 6)
+        .scene();
+    rewards(&scene, &mut ()).unwrap()
 }
 
 fn options(discount: f64, is_double: bool) -> LearningOptions {
@@ -52,12 +48,24 @@ fn three_spheres_learn_the_optimal_cycle() {
         (0b00, 1, 0.019_300_998_5),
     ] {
         let found = rewards.of(state, action);
-        assert!((found - exact).abs() < 2e-9, "{state:b} {action}: {found}");
+        within(
+            found - exact,
+            2e-9,
+            format!("the tolerance of 1e-8: {state:b} {action}"),
+        );
     }
     let best = best_cycle(&rewards);
     assert_eq!(best.states, [0b00, 0b01, 0b11, 0b10]);
-    assert!((best.per_step() - 0.039_951_335_1).abs() < 1e-9);
-    assert!((best.per_cycle - 0.159_805_340_4).abs() < 4e-9);
+    within(
+        best.per_step() - STROKE.value / 4.0,
+        1e-9,
+        "the tolerance of 1e-8",
+    );
+    within(
+        best.per_cycle - STROKE.value,
+        4e-9,
+        "four times that of a step",
+    );
     for is_double in [false, true] {
         let learned = learn(&mut ArmStates::new(&rewards), &options(0.9, is_double));
         assert_eq!(greedy_cycle(&rewards, &learned.policy), best);
@@ -74,7 +82,7 @@ fn short_sighted_swimmers_go_back_and_forth() {
         let learned = learn(&mut ArmStates::new(&rewards), &options(discount, false));
         greedy_cycle(&rewards, &learned.policy).per_cycle
     };
-    assert!(per_cycle(0.27).abs() < 1e-12);
+    within(per_cycle(0.27), 1e-12, "rounding");
     assert!(per_cycle(0.28) > 0.15);
 }
 
@@ -88,12 +96,16 @@ fn four_spheres_swim_best_by_a_travelling_wave() {
         .map(|&state| rewards.name(state))
         .collect();
     assert_eq!(names, ["000", "100", "110", "111", "011", "001"]);
-    assert!(
-        (best.per_step() - 0.064_539_809_4).abs() < 2e-9,
-        "{}",
-        best.per_step()
+    within(
+        best.per_step() - 0.064_539_809_4,
+        2e-9,
+        "the tolerance of 1e-8",
     );
-    assert!((best.per_cycle - 0.387_238_856_5).abs() < 1e-8);
+    within(
+        best.per_cycle - 0.387_238_856_5,
+        1e-8,
+        "the tolerance of 1e-8",
+    );
     let learned = learn(&mut ArmStates::new(&rewards), &options(0.9, false));
     assert_eq!(greedy_cycle(&rewards, &learned.policy), best);
 }

@@ -9,27 +9,21 @@ use design::{
 };
 use swimmer::models::nalgebra::Vector3;
 use swimmer::models::{ShapeGeometry, ShapeSpace};
-use swimmer::scene::{Document, ShapePath};
-use swimmer::{Gait, Phase, Scene, choose, spans};
+use swimmer::scene::ShapePath;
+use swimmer::{Gait, Phase, Scene, spans};
+use testkit::exact::STROKE;
+use testkit::{boxed, within};
+
+use crate::{planar, three_sphere, two_arms};
 
 /// Three equal spheres of radius 1 on a line, with the table over these arms.
 pub fn table(ranges: [(f64, f64); 2], tolerance: f64) -> ShapeGeometry {
-    let scene = Scene::parse(
-        "model = { kind = \"multipole\", tolerance = 1e-10 }\n\
-         bodies = [{ name = \"l\", radius = 1, position = [-10, 0, 0] }, \
-         { name = \"c\", radius = 1, position = [0, 0, 0] }, \
-         { name = \"r\", radius = 1, position = [10, 0, 0] }]\n\
-         links = [{ name = \"a\", body = \"l\", to = \"c\" }, \
-         { name = \"b\", body = \"r\", to = \"c\" }]\n",
-    )
-    .unwrap();
-    geometry(&scene, &ranges, tolerance)
+    geometry(&two_arms(1e-10).scene(), &ranges, tolerance)
 }
 
 pub fn geometry(scene: &Scene, ranges: &[(f64, f64)], tolerance: f64) -> ShapeGeometry {
-    let mut model = choose(scene).unwrap().model;
-    let space = ShapeSpace::tabulate(scene, model.as_mut(), ranges, tolerance).unwrap();
-    space.geometry().unwrap()
+    let space = ShapeSpace::tabulate(scene, boxed(scene).as_mut(), ranges, tolerance);
+    space.unwrap().geometry().unwrap()
 }
 
 fn least_energy(
@@ -50,7 +44,11 @@ fn least_energy(
     };
     let optimum = optimise(table, &objective, limits, &options, &mut ()).unwrap();
     let moved = optimum.totals.displacement.norm();
-    assert!((moved / displacement - 1.0).abs() < 1e-6, "{moved}");
+    within(
+        moved / displacement - 1.0,
+        1e-6,
+        "the tolerance of the search",
+    );
     optimum
 }
 
@@ -69,17 +67,16 @@ fn small_strokes_are_the_optimal_ellipses() {
             displacement: 0.3 * curl.abs() * half * half,
         };
         let cost = small_stroke_cost(&local, &objective).unwrap();
-        // Derivatives of a table with an error of 1e-9 in a box of a fifth of the arm.
-        assert!((cost / exact - 1.0).abs() < 5e-6, "{arm}: {cost}");
-        let optimum = least_energy(
-            &table,
-            objective.displacement,
-            &[(arm - half, arm + half); 2],
-            None,
-            4,
-        );
+        let why = "derivatives of a table with an error of 1e-9 in a box of a fifth of the arm";
+        within(cost / exact - 1.0, 5e-6, format!("{why}: {arm}"));
+        let limits = [(arm - half, arm + half); 2];
+        let optimum = least_energy(&table, objective.displacement, &limits, None, 4);
         let found = optimum.period_energy_product / objective.displacement;
-        assert!((found / exact - 1.0).abs() < 1e-4, "{arm}: {found}");
+        within(
+            found / exact - 1.0,
+            1e-4,
+            format!("the change of the cost within the box: {arm}"),
+        );
     }
 }
 
@@ -90,10 +87,10 @@ fn the_stroke_of_2008_costs_a_fifth_less_than_the_best_square() {
     let table = table([(2.5, 9.0); 2], 1e-5);
     let optimum = least_energy(&table, 0.2, table.ranges(), Some(vec![6.0, 6.0]), 12);
     let found = optimum.period_energy_product;
-    assert!((found / 1579.7 - 1.0).abs() < 1e-4, "{found}");
+    within(found / 1579.7 - 1.0, 1e-4, "the known digits");
     assert!(!optimum.at_limits);
-    // The energy of the series itself is near that at constant power.
-    assert!((optimum.totals.energy / found - 1.0).abs() < 1e-4);
+    let why = "the energy of the series itself is near that at constant power";
+    within(optimum.totals.energy / found - 1.0, 1e-4, why);
     // A corner at the start: the directions at both ends are not opposite.
     let [before, start, after] = [0.999, 0.0, 0.001].map(|u| optimum.curve.shape(u));
     let leaving = [after[0] - start[0], after[1] - start[1]];
@@ -117,27 +114,19 @@ fn strokes_within_limits_stay_there() {
     };
     let path = SampledPath::from_spans(spans(&gait, &[10.0, 10.0]).unwrap(), &[0, 1]);
     let square = Stroke::along(&table, &path).unwrap();
-    assert!((square.totals.displacement.norm() - 0.159_805_340_4).abs() < 1e-8);
-    assert!(
-        (square.totals.energy - 3_701.388_298).abs() < 1e-4,
-        "{}",
-        square.totals.energy
-    );
-    assert!(
-        (square.length.powi(2) - 3_700.504_396).abs() < 1e-4,
-        "{}",
-        square.length.powi(2)
-    );
+    let why = "the table has an error of 1e-7 relative to the largest force";
+    STROKE.check(square.totals.displacement.norm(), 1e-8, why);
+    within(square.totals.energy - 3_701.388_298, 1e-4, why);
+    within(square.length.powi(2) - 3_700.504_396, 1e-4, why);
 
     // The curvature has one sign, so that nothing goes farther.
     let far = farthest(&table, DisplacementMeasure::Length, table.ranges()).unwrap();
-    assert!((far.totals.displacement.norm() - 0.159_805_340_4).abs() < 1e-8);
-    assert!((far.period_energy_product - 3_700.504_396).abs() < 1e-4);
+    STROKE.check(far.totals.displacement.norm(), 1e-8, why);
+    within(far.period_energy_product - 3_700.504_396, 1e-4, why);
 
     let optimum = least_energy(&table, 0.079_902_670_2, table.ranges(), None, 32);
     let found = optimum.period_energy_product;
-    // Known to three or four digits.
-    assert!((found / 1198.5 - 1.0).abs() < 2e-4, "{found}");
+    within(found / 1198.5 - 1.0, 2e-4, "known to three or four digits");
     assert!(optimum.at_limits && optimum.refinement_error < 1e-4);
     for k in 0..5000 {
         let shape = optimum.curve.shape(f64::from(k) / 5000.0);
@@ -171,8 +160,7 @@ fn bug_a_stroke_along_its_limits_was_given_up() {
 #[test]
 fn small_strokes_of_planar_swimmers_are_optimal() {
     const PI4: f64 = 4.0 * std::f64::consts::PI;
-    let scene = Scene::parse(include_str!("../../../swimmer/templates/planar.toml")).unwrap();
-    let scene = scene.with_tolerance(1e-8).unwrap();
+    let scene = planar().tolerance(1e-8).scene();
     let half = 1e-3;
     let table = geometry(&scene, &[(3.9, 4.1); 3], 1e-6);
     let local = table.at(&[4.0; 3]).unwrap();
@@ -187,65 +175,65 @@ fn small_strokes_of_planar_swimmers_are_optimal() {
     };
     let cost = small_stroke_cost(&local, &moving).unwrap();
     let exact = PI4 * f64::sqrt(g3 * gc) / h_x;
-    // The curvatures are from finite loops, which agree to 4e-4.
-    assert!((cost / exact - 1.0).abs() < 4e-4, "{cost} {exact}");
+    within(
+        cost / exact - 1.0,
+        4e-4,
+        "the curvatures are from finite loops, which agree to that",
+    );
     let cost = small_stroke_cost(&local, &turning).unwrap();
     let exact = PI4 * gc / h_t;
-    assert!((cost / exact - 1.0).abs() < 1e-4, "{cost} {exact}");
+    within(
+        cost / exact - 1.0,
+        1e-4,
+        "the curvatures are from finite loops",
+    );
     let options = SearchOptions {
         start: None,
         terms: 4,
         tolerance: 1e-6,
     };
-    let optimum = optimise(
-        &table,
-        &turning,
-        &[(4.0 - half, 4.0 + half); 3],
-        &options,
-        &mut (),
-    )
-    .unwrap();
+    let limits = [(4.0 - half, 4.0 + half); 3];
+    let optimum = optimise(&table, &turning, &limits, &options, &mut ()).unwrap();
     let found = optimum.period_energy_product / turning.angle;
-    // The cost changes by about a part in a thousand within the box.
-    assert!((found / exact - 1.0).abs() < 2e-3, "{found} {exact}");
-    assert!((optimum.totals.rotation.z / turning.angle - 1.0).abs() < 1e-5);
+    within(
+        found / exact - 1.0,
+        2e-3,
+        "the cost changes by a part in a thousand within the box",
+    );
+    within(
+        optimum.totals.rotation.z / turning.angle - 1.0,
+        1e-5,
+        "the tolerance",
+    );
 }
 
 /// The scene of the best stroke runs, and its displacement is that of the table within the bars.
 #[test]
 fn the_best_stroke_is_a_scene_that_runs() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = Scene::parse(include_str!("../../../swimmer/templates/three-sphere.toml")).unwrap();
+    let settings = [
+        "displacement=0.05",
+        "terms=8",
+        "tolerance=1e-3",
+        "upper=10.5",
+    ];
+    let settings = settings.map(|setting| format!("optimise.{setting}"));
     for (objective, start) in [("efficiency", "closed"), ("energy", "fixed")] {
-        let mut document =
-            Document::parse(&scene.to_toml().unwrap(), "scene.toml".as_ref()).unwrap();
-        for setting in [
-            format!("optimise.objective={objective}"),
-            format!("optimise.start={start}"),
-            "optimise.displacement=0.05".to_owned(),
-            "optimise.terms=8".to_owned(),
-            "optimise.tolerance=1e-3".to_owned(),
-            "optimise.upper=10.5".to_owned(),
-        ] {
-            document.set(&setting).unwrap();
-        }
-        let scene = Scene::from_document(document).unwrap();
+        let text = three_sphere().set(&settings.each_ref().map(String::as_str));
+        let text = text
+            .with("optimise.objective", objective)
+            .with("optimise.start", start);
+        let scene = text.scene();
         let found = design::design_stroke(&scene, folder.path(), &mut ()).unwrap();
         let again = Scene::read(&folder.path().join("optimum.toml"), &[]).unwrap();
         assert_eq!(again.gait(), found.scene.gait());
-        let (table, run) = (
-            found.optimum.totals.displacement.norm(),
-            found.run_displacement,
-        );
+        let table = found.optimum.totals.displacement.norm();
         let bars = found.table_error + found.outcome.error_estimate.total();
-        // The spline through the table of a stroke with a corner: 4e-6 of its highest terms.
-        assert!(
-            (table - run).abs() <= bars + 1e-5 * table,
-            "{table} {run} {bars:e}"
-        );
+        let why = "the bars, and 4e-6 of the spline of a stroke with a corner in its highest terms";
+        within(table - found.run_displacement, bars + 1e-5 * table, why);
         let energy = found.optimum.period_energy_product / found.period;
-        // The energy of the series is above that at constant power by less than one per cent.
-        assert!((found.outcome.work / energy - 1.0).abs() < 1e-2, "{energy}");
+        let why = "the energy of the series is above that at constant power";
+        within(found.outcome.work / energy - 1.0, 1e-2, why);
         assert_eq!(found.shapes.first(), found.shapes.last());
         // Another search in the same folder reads the table.
         let second = design::design_stroke(&scene, folder.path(), &mut ()).unwrap();

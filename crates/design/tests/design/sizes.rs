@@ -1,21 +1,12 @@
 //! The best sizes for a gait, against symmetry, a formula and scans by multipoles.
 
 use design::{BestSizes, best_sizes};
-use swimmer::Scene;
-use swimmer::scene::Document;
+use testkit::{SceneText, pair, within};
 
-const THREE_SPHERES: &str = include_str!("../../../swimmer/templates/three-sphere.toml");
-
-fn scene(text: &str, settings: &[&str]) -> Scene {
-    let mut document = Document::parse(text, "scene.toml".as_ref()).unwrap();
-    for setting in settings {
-        document.set(setting).unwrap();
-    }
-    Scene::from_document(document).unwrap()
-}
+use crate::three_sphere;
 
 fn found(settings: &[&str]) -> BestSizes {
-    best_sizes(&scene(THREE_SPHERES, settings), &mut ()).unwrap()
+    best_sizes(&three_sphere().set(settings).scene(), &mut ()).unwrap()
 }
 
 /// `Δ ~ a1 a2 a3 / (a1 + a2 + a3)^2` for small strokes of spheres far apart (Golestanian & Ajdari
@@ -35,25 +26,20 @@ fn equal_radii_are_best_for_small_strokes_of_spheres_far_apart() {
     ]);
     let radius = ((0.8_f64.powi(3) + 1.1_f64.powi(3) + 1.2_f64.powi(3)) / 3.0).cbrt();
     for value in &found.values {
-        // The formula neglects terms of the order of radius over length.
-        assert!(
-            (value / radius - 1.0).abs() < 1.0 / 200.0,
-            "{value} {radius}"
-        );
+        let why = "the formula neglects terms of the order of radius over length";
+        within(value / radius - 1.0, 1.0 / 200.0, why);
     }
     assert!(found.at_limits.is_empty());
     assert!(found.best.displacement > found.before.displacement);
 }
 
+const BALL: &str = "domain={ kind = \"ball\", radius = 30 }";
+
 /// A square stroke is the same seen from the other side and backwards in time, so that both outer
 /// spheres have the same best radius; the ratio to the inner one is that of a scan.
 #[test]
 fn the_best_radii_of_the_square_stroke_are_those_of_a_scan() {
-    for domain in ["unbounded", "ball"] {
-        let domain = match domain {
-            "ball" => "domain={ kind = \"ball\", radius = 30 }",
-            _ => "domain.kind=unbounded",
-        };
+    for domain in ["domain.kind=unbounded", BALL] {
         let settings = [
             domain,
             "bodies.left.radius=0.9",
@@ -65,25 +51,24 @@ fn the_best_radii_of_the_square_stroke_are_those_of_a_scan() {
             panic!("three radii");
         };
         let bars = &found.errors;
-        assert!(
-            (left - right).abs() <= bars[0] + bars[2],
-            "{left} {right} {bars:?}"
-        );
+        within(left - right, bars[0] + bars[2], "both error bars");
         assert!(bars.iter().all(|bar| *bar < 5e-3), "{bars:?}");
         // The volume is kept.
         let cubes = |radii: [f64; 3]| radii.map(|r| r.powi(3)).iter().sum::<f64>();
         let volume = cubes([0.9, 1.0, 1.15]);
-        assert!((cubes([left, centre, right]) / volume - 1.0).abs() < 1e-12);
+        within(
+            cubes([left, centre, right]) / volume - 1.0,
+            1e-12,
+            "rounding",
+        );
         // A scan over the inner radius, with equal outer ones.
         let efficiency = |inner: f64| {
             let outer = ((volume - inner.powi(3)) / 2.0).cbrt();
-            let text = found.scene.to_toml().unwrap();
-            let radii = [
-                format!("bodies.left.radius={outer:?}"),
-                format!("bodies.centre.radius={inner:?}"),
-                format!("bodies.right.radius={outer:?}"),
-            ];
-            let scene = scene(&text, &radii.each_ref().map(String::as_str));
+            let text = SceneText::file(&found.scene.to_toml().unwrap());
+            let text = text
+                .with("bodies.left.radius", outer)
+                .with("bodies.right.radius", outer);
+            let scene = text.with("bodies.centre.radius", inner).scene();
             let time = scene.gait().cycle_duration();
             let run = swimmer::run_without_files(scene, &mut ()).unwrap().outcome;
             let drag = 6.0 * std::f64::consts::PI * (inner + 2.0 * outer);
@@ -93,13 +78,21 @@ fn the_best_radii_of_the_square_stroke_are_those_of_a_scan() {
         let scan = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|k| efficiency(centre + k * step));
         let best = scan.iter().fold(0.0_f64, |best, value| best.max(*value));
         assert_eq!(best, scan[2], "{scan:?}");
-        assert!((best / found.best.efficiency - 1.0).abs() < 1e-3);
+        within(
+            best / found.best.efficiency - 1.0,
+            1e-3,
+            "the tolerance of the search",
+        );
         // The maximum of the polynomial of degree four through the scan.
         let slope = (8.0 * (scan[3] - scan[1]) - (scan[4] - scan[0])) / (12.0 * step);
         let curvature = (16.0 * (scan[3] + scan[1]) - 30.0 * scan[2] - (scan[4] + scan[0]))
             / (12.0 * step * step);
         let distance = -slope / curvature;
-        assert!(distance.abs() <= 2.0 * bars[1], "{distance} {bars:?}");
+        within(
+            distance,
+            2.0 * bars[1],
+            "the error bar, and that of the scan",
+        );
     }
 }
 
@@ -114,25 +107,21 @@ fn unequal_arms_are_better_than_equal_ones_up_to_the_limit() {
     ] {
         let found = found(&[setting, "optimise.gap=1", "model.tolerance=1e-4"]);
         let arms = &found.values;
-        assert!((arms[0] + arms[1] - 20.0).abs() < 1e-9);
+        within(arms[0] + arms[1] - 20.0, 1e-9, "rounding");
         let short = arms[0].min(arms[1]);
         assert!(shortest < short && short < shortest + 0.01, "{arms:?}");
         assert!(found.at_limits.iter().any(|limit| limit.contains(words)));
         // At no time of the gait are spheres closer than allowed: arms contract by four.
         assert!(short - 4.0 - 2.0 >= 1.0);
-        assert!(
-            found
-                .runs
-                .iter()
-                .all(|(arms, _)| arms[0].min(arms[1]) > shortest)
-        );
+        let mut all = found.runs.iter().map(|(arms, _)| arms[0].min(arms[1]));
+        assert!(all.all(|arm| arm > shortest));
         // Both sides of equal arms are better, and the limit is best.
         let of = |arm: f64| {
-            let closest = found
-                .runs
-                .iter()
-                .min_by(|(a, _), (b, _)| (a[0] - arm).abs().total_cmp(&(b[0] - arm).abs()));
-            closest.unwrap().1
+            let distance = |arms: &[f64]| (arms[0] - arm).abs();
+            let runs = found.runs.iter();
+            runs.min_by(|(a, _), (b, _)| distance(a).total_cmp(&distance(b)))
+                .unwrap()
+                .1
         };
         assert!(of(9.0) > of(10.0) && of(11.0) > of(10.0));
         assert!(found.best.efficiency > 1.1 * found.before.efficiency);
@@ -152,11 +141,10 @@ fn radii_and_arms_vary_together() {
     let second = of(&["bodies.centre.radius=1.2", "bodies.left.radius=0.7636"]);
     assert_eq!(first.values.len(), 5);
     let relative = first.best.efficiency / second.best.efficiency - 1.0;
-    assert!(
-        relative.abs() < 1e-3,
-        "{:?} {:?}",
-        first.values,
-        second.values
+    within(
+        relative,
+        1e-3,
+        format!("the tolerance: {:?} {:?}", first.values, second.values),
     );
     assert!(!first.at_limits.is_empty());
 }
@@ -183,16 +171,14 @@ fn sizes_without_an_optimum_are_refused_with_the_reason() {
             "turn the direction round",
         ),
     ] {
-        let scene = scene(THREE_SPHERES, settings);
-        let error = best_sizes(&scene, &mut ()).unwrap_err().to_string();
-        assert!(error.contains(words), "{settings:?}: {error}");
+        let error = best_sizes(&three_sphere().set(settings).scene(), &mut ()).unwrap_err();
+        testkit::contains(settings, &error.to_string(), &[words]);
     }
     // The sum of one length leaves nothing to vary.
-    let two = "[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\n\
-               [[bodies]]\nname = \"b\"\nradius = 1\nposition = [9, 0, 0]\n\
-               [[links]]\nname = \"arm\"\nbody = \"a\"\nto = \"b\"\n\
-               [[gait.phases]]\nlink = \"arm\"\nlength = 8\n[optimise]\narms = [4, 20]\n";
-    let error = best_sizes(&Scene::parse(two).unwrap(), &mut ()).unwrap_err();
+    let two = pair(0.0, 9.0)
+        .phases(&[("arm", 8.0)])
+        .with("optimise.arms", "[4, 20]");
+    let error = best_sizes(&two.scene(), &mut ()).unwrap_err();
     assert!(error.to_string().contains("at least two arms"), "{error}");
 }
 
@@ -201,7 +187,7 @@ fn sizes_without_an_optimum_are_refused_with_the_reason() {
 #[ignore = "slow: 3 min"]
 fn finite_elements_in_a_ball_find_the_radii_of_multipoles() {
     let settings = [
-        "domain={ kind = \"ball\", radius = 30 }",
+        BALL,
         "bodies.left.radius=0.9",
         "bodies.right.radius=1.15",
         "optimise.radii=[0.3, 3]",
@@ -210,6 +196,10 @@ fn finite_elements_in_a_ball_find_the_radii_of_multipoles() {
     let fem = found(&[&settings[..], &["model.kind=fem"]].concat());
     for k in 0..3 {
         let bar = exact.errors[k] + fem.errors[k];
-        assert!((exact.values[k] - fem.values[k]).abs() <= bar, "{k} {bar}");
+        within(
+            exact.values[k] - fem.values[k],
+            bar,
+            format!("both error bars: {k}"),
+        );
     }
 }

@@ -8,11 +8,13 @@ use design::{
     DisplacementMeasure, HighestEfficiency, MotionBounds, Optimum, SearchOptions, StrokeCurve,
     Timing, fastest_stroke, optimise,
 };
-use swimmer::Scene;
 use swimmer::models::ShapeGeometry;
 use swimmer::models::nalgebra::Vector3;
 
+use testkit::within;
+
 use crate::optimal::{geometry, table};
+use crate::planar;
 
 const MEASURE: DisplacementMeasure = DisplacementMeasure::Length;
 const NO_BOUND: f64 = f64::INFINITY;
@@ -57,10 +59,9 @@ fn small_strokes_are_the_optimal_octagons() {
         let [w1, w2] = [half[0] / rates[0], half[1] / rates[1]];
         let cut = w1 + w2 - w1.hypot(w2);
         let exact = curvature * rates[0] * rates[1] * cut;
-        // The search ends within 1e-2 of its tolerance, twice; the curvature changes by about the
-        // square of 4e-4 seen from the middle.
-        let error = speed(&found) / exact - 1.0;
-        assert!(error.abs() < 4e-6, "{half:?} {rates:?} {error:e}");
+        // The curvature changes by about the square of 4e-4 seen from the middle.
+        let why = format!("1e-2 of the tolerance of the search, twice: {half:?} {rates:?}");
+        within(speed(&found) / exact - 1.0, 4e-6, why);
         assert!(found.at_limits);
         let StrokeCurve::Polygon { corners, .. } = &found.curve else {
             panic!("a polygon");
@@ -131,9 +132,9 @@ fn strokes_within_limits_are_the_best_octagons() {
         let bounds = bounds(rates, NO_BOUND);
         let limits = [range; 2];
         let found = fastest_stroke(&table, MEASURE, (&limits, &bounds), &options, &mut ()).unwrap();
-        // The search ends within 1e-2 of its tolerance, twice, and so does the search from a start.
-        let error = speed(&found) / exact - 1.0;
-        assert!(error.abs() < 1e-5, "{rates:?} {is_fixed}: {error:e}");
+        // The search from a start ends with the same error.
+        let why = format!("1e-2 of the tolerance of the search, twice: {rates:?} {is_fixed}");
+        within(speed(&found) / exact - 1.0, 1e-5, why);
         if rates == [1.0; 2] {
             // The square goes 0.1598053 in a time of 16.
             assert!(exact > 1.17 * 0.159_805_3 / 16.0, "{exact}");
@@ -141,12 +142,7 @@ fn strokes_within_limits_are_the_best_octagons() {
         let StrokeCurve::Polygon { corners, .. } = &found.curve else {
             panic!("a polygon");
         };
-        assert!(
-            corners
-                .iter()
-                .flatten()
-                .all(|x| range.0 <= *x && *x <= range.1)
-        );
+        assert!((corners.iter().flatten()).all(|x| (range.0..=range.1).contains(x)));
         if is_fixed {
             assert_eq!(corners[0], start);
         }
@@ -173,18 +169,21 @@ fn a_stroke_with_two_bounds_is_slower_than_those_with_one() {
     let both = bounds([1.0; 2], power);
     let found = speed(&fastest(&both));
     let slowest = of_rates.min(of_power);
-    assert!(
-        found < slowest * (1.0 + options.tolerance),
-        "{found} {slowest}"
+    within(
+        found,
+        slowest * (1.0 + options.tolerance),
+        "the tolerance of the search",
     );
-    let period = Timing::fastest(&table, &efficient.curve, &both)
-        .unwrap()
-        .period();
-    let slower = efficient.totals.displacement.norm() / period;
+    let timing = Timing::fastest(&table, &efficient.curve, &both).unwrap();
+    let slower = efficient.totals.displacement.norm() / timing.period();
     assert!(found > slower, "{found} {slower}");
     // Rates that the most efficient stroke never reaches do not count.
     let loose = fastest(&bounds([9.0; 2], power));
-    assert!((speed(&loose) / of_power - 1.0).abs() < options.tolerance);
+    within(
+        speed(&loose) / of_power - 1.0,
+        options.tolerance,
+        "the tolerance of the search",
+    );
     assert_eq!(loose.curve, efficient.curve);
 }
 
@@ -192,7 +191,7 @@ fn a_stroke_with_two_bounds_is_slower_than_those_with_one() {
 /// have the same largest speed.
 #[test]
 fn strokes_of_three_joints_have_the_symmetry_of_the_swimmer() {
-    let scene = Scene::parse(include_str!("../../../swimmer/templates/planar.toml")).unwrap();
+    let scene = planar().scene();
     let limits = [(4.0, 6.0); 3];
     let table = geometry(&scene, &limits, 1e-3);
     let options = options(None, 16, 1e-3);
@@ -207,8 +206,9 @@ fn strokes_of_three_joints_have_the_symmetry_of_the_swimmer() {
         speed(&found.unwrap())
     };
     let [along, other] = [0.0, 120.0].map(fastest);
-    assert!(
-        (other / along - 1.0).abs() < options.tolerance,
-        "{along} {other}"
+    within(
+        other / along - 1.0,
+        options.tolerance,
+        "the tolerance of the search",
     );
 }

@@ -2,41 +2,41 @@
 
 use design::{DesignedStroke, design_stroke};
 use swimmer::models::{Configuration, Query};
-use swimmer::{Scene, choose, spans};
+use swimmer::spans;
+use testkit::{boxed, within};
 
 /// The best stroke of three spheres with these settings, and the share of the period after which
 /// the largest rate or the power is below 95 % of its bound, by the model without a table.
-fn designed(settings: &str, rates: [f64; 2], power: f64) -> (DesignedStroke, f64) {
-    let scene = Scene::parse(&format!(
-        "model = {{ kind = \"multipole\", tolerance = 1e-6 }}\n\
-         bodies = [{{ name = \"l\", radius = 1, position = [-10, 0, 0] }}, \
-         {{ name = \"c\", radius = 1, position = [0, 0, 0] }}, \
-         {{ name = \"r\", radius = 1, position = [10, 0, 0] }}]\n\
-         links = [{{ name = \"a\", body = \"l\", to = \"c\" }}, \
-         {{ name = \"b\", body = \"r\", to = \"c\" }}]\n\
-         [optimise]\nlower = 6\nupper = 10\nterms = 8\ntolerance = 1e-2\n{settings}\n"
-    ))
-    .unwrap();
+fn designed(settings: &[&str], rates: [f64; 2], power: f64) -> (DesignedStroke, f64) {
+    let limits = ["lower=6", "upper=10", "terms=8", "tolerance=1e-2"];
+    let scene = [&limits, settings]
+        .concat()
+        .iter()
+        .fold(crate::two_arms(1e-6), |text, setting| {
+            text.set(&[&format!("optimise.{setting}")])
+        });
+    let scene = scene.scene();
     let folder = tempfile::tempdir().unwrap();
     let found = design_stroke(&scene, folder.path(), &mut ()).unwrap();
-    let mut model = choose(&found.scene).unwrap().model;
+    let mut model = boxed(&found.scene);
     let state = found.scene.initial_state();
     let start = found.scene.articulation().initial_shape();
     let mut slow = 0.0;
     for span in spans(found.scene.gait(), start).unwrap() {
         for s in [0.0, 0.5] {
             let (shape, rate) = (span.shape(s), [span.rates(s)]);
-            let configuration = Configuration {
-                state: &state,
-                shape: &shape,
-            };
+            let (state, shape) = (&state, &shape);
+            let configuration = Configuration { state, shape };
             let solved = model.solve(&Query::new(configuration, &rate)).unwrap();
             let used = solved[0].power() / power;
-            // The table has the tolerance 1e-5, relative to the largest force.
-            assert!(used <= 1.0 + 1e-4, "power: {used} of the bound");
+            within(
+                used,
+                1.0 + 1e-4,
+                "the table has the tolerance 1e-5 of the largest force",
+            );
             let mut largest = used.sqrt();
             for (rate, bound) in rate[0].iter().zip(rates) {
-                assert!(rate.abs() <= bound, "rate {rate}, bound {bound}");
+                within(*rate, bound, "the bound on the rate");
                 largest = largest.max(rate.abs() / bound);
             }
             if largest < 0.95 {
@@ -51,22 +51,26 @@ fn designed(settings: &str, rates: [f64; 2], power: f64) -> (DesignedStroke, f64
 /// the highest efficiency.
 #[test]
 fn a_bound_on_the_power_is_reached_at_all_times() {
-    let (found, slow) = designed("max_power = 2", [f64::INFINITY; 2], 2.0);
+    let (found, slow) = designed(&["max_power=2"], [f64::INFINITY; 2], 2.0);
     let shortest = (found.optimum.period_energy_product / 2.0).sqrt();
-    assert!(
-        (found.period / shortest - 1.0).abs() < 5e-3,
-        "{} {shortest}",
-        found.period
+    within(
+        found.period / shortest - 1.0,
+        5e-3,
+        "half of the tolerance of the search",
     );
-    assert!(slow < 0.01, "{slow}");
-    assert!((found.outcome.work / found.energy - 1.0).abs() < 1e-3);
+    within(slow, 0.01, "steps of the time");
+    within(
+        found.outcome.work / found.energy - 1.0,
+        1e-3,
+        "the tolerance of the model",
+    );
 }
 
 #[test]
 fn bounds_on_rates_and_power_hold_along_the_stroke() {
-    let rates = "max_rate = { a = 0.5, b = 0.3 }";
-    let (found, slow) = designed(&format!("{rates}\nmax_power = 6"), [0.5, 0.3], 6.0);
-    assert!(slow < 0.01, "{slow}");
+    let bounds = ["max_rate={ a = 0.5, b = 0.3 }", "max_power=6"];
+    let (found, slow) = designed(&bounds, [0.5, 0.3], 6.0);
+    within(slow, 0.01, "steps of the time");
     assert!(found.peaks.rates[0] <= 0.5 && found.peaks.rates[1] <= 0.3);
     assert!(found.peaks.power <= 6.0);
     // Each of them alone is exceeded by nobody and reached by one.
@@ -77,22 +81,23 @@ fn bounds_on_rates_and_power_hold_along_the_stroke() {
 /// Sides of 4 at a rate of 1: the square takes a time of 16.
 #[test]
 fn a_bound_on_rates_gives_the_period_of_the_square() {
-    let settings = "objective = \"displacement\"\nmax_rate = 1";
-    let (found, slow) = designed(settings, [1.0 + 1e-9; 2], f64::INFINITY);
-    assert!((found.period - 16.0).abs() < 1e-6, "{}", found.period);
-    assert!(slow == 0.0, "{slow}");
+    let settings = ["objective=displacement", "max_rate=1"];
+    let (found, slow) = designed(&settings, [1.0 + 1e-9; 2], f64::INFINITY);
+    within(
+        found.period - 16.0,
+        1e-6,
+        "rounding of the times of corners",
+    );
+    assert_eq!(slow, 0.0);
 }
 
 /// At all times some joint moves at its largest rate, and away from the limits both do.
 #[test]
 fn the_fastest_stroke_is_a_scene_that_runs() {
-    let settings = "objective = \"speed\"\nmax_rate = { a = 0.5, b = 0.3 }";
-    let (found, slow) = designed(
-        settings,
-        [0.5, 0.3].map(|v| v * (1.0 + 1e-9)),
-        f64::INFINITY,
-    );
-    assert!(slow == 0.0, "{slow}");
+    let settings = ["objective=speed", "max_rate={ a = 0.5, b = 0.3 }"];
+    let rates = [0.5, 0.3].map(|v| v * (1.0 + 1e-9));
+    let (found, slow) = designed(&settings, rates, f64::INFINITY);
+    assert_eq!(slow, 0.0);
     let start = found.scene.articulation().initial_shape();
     for span in spans(found.scene.gait(), start).unwrap() {
         let (middle, rates) = (span.shape(0.5), span.rates(0.5));
@@ -103,11 +108,12 @@ fn the_fastest_stroke_is_a_scene_that_runs() {
             "{middle:?} {rates:?}"
         );
     }
-    let (table, run) = (
-        found.optimum.totals.displacement.norm(),
-        found.run_displacement,
-    );
+    let table = found.optimum.totals.displacement.norm();
     let bars = found.table_error + found.outcome.error_estimate.total();
-    assert!((table - run).abs() <= bars, "{table} {run} {bars:e}");
-    assert!((found.outcome.work / found.energy - 1.0).abs() < 1e-3);
+    within(table - found.run_displacement, bars, "both error bars");
+    within(
+        found.outcome.work / found.energy - 1.0,
+        1e-3,
+        "the tolerance of the model",
+    );
 }

@@ -1,34 +1,24 @@
 //! Error bars of single solutions and what they consist of.
 
 use models::{
-    AxisymmetricModel, BodySolution, Configuration, DiscretisationError, FemModel, Hydrodynamics,
-    InstantaneousSolution, ModelError, Query, Response, SphereModel, SpheresModel, Uncertainty,
+    AxisymmetricModel, BodySolution, DiscretisationError, FemModel, Hydrodynamics,
+    InstantaneousSolution, ModelError, Query, SphereModel, SpheresModel, Uncertainty,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use rigid::StateVelocity;
-use scene::Scene;
+use testkit::{SceneText, pair, within};
 
 use crate::scenes::{solve_at_start, three_spheres};
 
-fn parse(text: &str) -> Scene {
-    Scene::parse(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
-}
-
 #[test]
 fn bars_of_models_of_spheres_contain_the_errors_of_velocities_and_power() {
-    let scene = parse(
-        r#"
-        bodies = [
-            { name = "left", radius = 1, position = [-3, 0, 0] },
-            { name = "centre", radius = 1.2, position = [0, 0, 0] },
-            { name = "right", radius = 0.8, position = [3.5, 1, 0] },
-        ]
-        links = [
-            { name = "left arm", body = "left", to = "centre" },
-            { name = "right arm", body = "right", to = "centre" },
-        ]
-        "#,
-    );
+    let scene = SceneText::new()
+        .sphere("left", 1.0, [-3, 0, 0])
+        .sphere("centre", 1.2, [0; 3])
+        .sphere("right", 0.8, [3.5, 1.0, 0.0])
+        .slide("left arm", "left", "centre")
+        .slide("right arm", "right", "centre")
+        .scene();
     let exact = |rates: &[f64]| {
         let kind = SphereModel::Multipole(1e-10);
         solve_at_start(&mut SpheresModel::new(&scene, kind).unwrap(), rates)
@@ -43,49 +33,54 @@ fn bars_of_models_of_spheres_contain_the_errors_of_velocities_and_power() {
         for rates in [[1.0, 0.0], [0.0, 1.0], [0.5, -1.0]] {
             let found = solve_at_start(&mut SpheresModel::new(&scene, kind).unwrap(), &rates);
             let exact = exact(&rates);
-            let pairs = found.bodies.iter().zip(&exact.bodies);
-            let error = pairs.fold(0.0_f64, |m, (a, b)| m.max((a.velocity - b.velocity).norm()));
-            let bar = found.error_estimate.model.unwrap();
-            assert!(
-                error <= bar && bar <= largest_ratio * error,
-                "{kind:?} {rates:?}: {error:e} {bar:e}"
-            );
-            let pairs = found.bodies.iter().zip(&exact.bodies);
-            let error = pairs.fold(0.0_f64, |m, (a, b)| m.max((a.force - b.force).norm()));
-            let bar = found.force_error.model.unwrap();
-            assert!(
-                error <= bar && bar <= largest_ratio * error,
-                "{kind:?} {rates:?}: force {error:e} {bar:e}"
-            );
-            let error = (found.power() - exact.power()).abs();
-            let bar = found.power_error.model.unwrap();
-            assert!(
-                error <= bar && bar <= largest_ratio * error,
-                "{kind:?} {rates:?}: power {error:e} {bar:e}"
-            );
+            let largest = |of: &dyn Fn(&BodySolution) -> Vector3<f64>| {
+                let pairs = found.bodies.iter().zip(&exact.bodies);
+                pairs.fold(0.0_f64, |m, (a, b)| m.max((of(a) - of(b)).norm()))
+            };
+            for (what, error, bar) in [
+                (
+                    "velocity",
+                    largest(&|body| body.velocity),
+                    found.error_estimate,
+                ),
+                ("force", largest(&|body| body.force), found.force_error),
+                (
+                    "power",
+                    (found.power() - exact.power()).abs(),
+                    found.power_error,
+                ),
+            ] {
+                let (bar, what) = (bar.model.unwrap(), format!("{kind:?} {rates:?}: {what}"));
+                within(error, bar, format!("the error bar: {what}"));
+                within(
+                    bar,
+                    largest_ratio * error,
+                    format!("the bar is not too large: {what}"),
+                );
+            }
         }
     }
 }
 
 /// A bent swimmer with a load on one of its bodies, in a ball.
-const BENT: &str = r#"
-    domain = { kind = "ball", radius = 12 }
-    model.kind = "fem"
-    fem.surface_size = 1.2
-    bodies = [
-        { name = "a", radius = 1, position = [-3, 0, 0] },
-        { name = "b", radius = 1, position = [0, 0, 0], force = [1, 2, 3], torque = [3, 1, -2] },
-        { name = "c", radius = 1, position = [1, 4, 0] },
-    ]
-    links = [
-        { name = "ab", body = "a", to = "b" },
-        { name = "cb", body = "c", to = "b" },
-    ]
-"#;
+fn bent() -> SceneText {
+    SceneText::new()
+        .sphere("a", 1.0, [-3, 0, 0])
+        .shape(
+            "b",
+            "radius = 1, force = [1, 2, 3], torque = [3, 1, -2]",
+            [0; 3],
+        )
+        .sphere("c", 1.0, [1, 4, 0])
+        .slide("ab", "a", "b")
+        .slide("cb", "c", "b")
+        .ball(12.0)
+        .elements(1.2)
+}
 
 #[test]
 fn the_errors_that_are_subtracted_are_those_of_a_rigid_motion_and_of_balanced_forces() {
-    let scene = parse(BENT);
+    let scene = bent().scene();
     let solution = solve_at_start(&mut FemModel::new(&scene).unwrap(), &[1.0, -0.5]);
     let error = solution.mesh_error.as_ref().unwrap();
     let frame = error.motion.frames[0];
@@ -94,9 +89,9 @@ fn the_errors_that_are_subtracted_are_those_of_a_rigid_motion_and_of_balanced_fo
     let mut largest = 0.0_f64;
     for (body, found) in scene.bodies().iter().zip(&error.bodies) {
         let expected = frame.linear + frame.angular.cross(&(body.position - root));
-        // Differences of velocities of about one.
-        assert!((found.velocity - expected).norm() <= 1e-14);
-        assert!((found.angular_velocity - frame.angular).norm() <= 1e-14);
+        let why = "rounding of differences of velocities of about one";
+        within((found.velocity - expected).norm(), 1e-14, why);
+        within((found.angular_velocity - frame.angular).norm(), 1e-14, why);
         largest = largest.max(found.velocity.norm());
     }
     let relative = error.uncertainty.relative;
@@ -104,12 +99,13 @@ fn the_errors_that_are_subtracted_are_those_of_a_rigid_motion_and_of_balanced_fo
     assert!(error.uncertainty.velocity > 0.01 * largest);
     let bar = solution.error_estimate.mesh.unwrap();
     let expected = (relative * largest).hypot(error.uncertainty.velocity);
-    assert!((bar / expected - 1.0).abs() < 1e-14);
-    let largest = error
-        .bodies
-        .iter()
-        .fold(0.0_f64, |m, e| m.max(e.force.norm()));
-    assert!((error.force_error_bar() / (relative * largest) - 1.0).abs() < 1e-14);
+    within(bar / expected - 1.0, 1e-14, "rounding");
+    let largest = (error.bodies.iter()).fold(0.0_f64, |m, e| m.max(e.force.norm()));
+    within(
+        error.force_error_bar() / (relative * largest) - 1.0,
+        1e-14,
+        "rounding",
+    );
     // Forces of a constrained motion are too large.
     let body = &solution.bodies[0];
     let factor = error.bodies[0].force.dot(&body.force) / body.force.norm_squared();
@@ -119,11 +115,8 @@ fn the_errors_that_are_subtracted_are_those_of_a_rigid_motion_and_of_balanced_fo
     let force = sum(&|k| error.bodies[k].force);
     let about_root = |k: usize| scene.bodies()[k].position - root;
     let torque = sum(&|k| error.bodies[k].torque + about_root(k).cross(&error.bodies[k].force));
-    // Rounding of forces of about ten.
-    assert!(
-        force.norm() < 1e-12 && torque.norm() < 1e-11,
-        "{force} {torque}"
-    );
+    within(force.norm(), 1e-12, "rounding of forces of about ten");
+    within(torque.norm(), 1e-11, "the same with arms of about four");
     // Joints transmit what the fluid exerts, apart from the loads.
     for solution in [&solution, &solution.uncorrected()] {
         let forces = |body: usize| solution.bodies[body].force;
@@ -133,23 +126,29 @@ fn the_errors_that_are_subtracted_are_those_of_a_rigid_motion_and_of_balanced_fo
             (joints[1], forces(2)),
             (-joints[0] - joints[1], forces(1) - scene.bodies()[1].force),
         ] {
-            // The solver's residual of 1e-8, of forces of about ten.
-            assert!((found - expected).norm() < 1e-5, "{found} {expected}");
+            within(
+                (found - expected).norm(),
+                1e-5,
+                "residuals of 1e-8, of forces of about ten",
+            );
         }
     }
     let removed = (solution.uncorrected_power() - solution.power()).abs();
     let uncorrected = solution.uncorrected();
-    assert!((uncorrected.power() - solution.uncorrected_power()).abs() < 1e-12 * removed.max(1.0));
+    let difference = uncorrected.power() - solution.uncorrected_power();
+    within(difference, 1e-12 * removed.max(1.0), "rounding");
     let bar = solution.power_error.mesh.unwrap();
-    assert!((bar / (relative * removed) - 1.0).abs() < 1e-9);
+    within(
+        bar / (relative * removed) - 1.0,
+        1e-9,
+        "a difference of powers",
+    );
     // The residual of the solver has the same relative effect on velocities and power.
-    let speed = solution
-        .bodies
-        .iter()
-        .fold(0.0_f64, |m, b| m.max(b.velocity.norm()));
+    let speed = (solution.bodies.iter()).fold(0.0_f64, |m, b| m.max(b.velocity.norm()));
     let of_velocity = solution.error_estimate.algebraic.unwrap() / speed;
     let of_power = solution.power_error.algebraic.unwrap() / solution.power().abs();
-    assert!(of_velocity > 0.0 && (of_velocity / of_power - 1.0).abs() < 1e-13);
+    assert!(of_velocity > 0.0);
+    within(of_velocity / of_power - 1.0, 1e-13, "rounding");
 }
 
 #[test]
@@ -157,55 +156,46 @@ fn the_far_field_moves_the_whole_flow_and_its_bar_is_that_of_the_neglected_terms
     // The ball of the mesh has 60 times the radius of the bodies, measured from its centre; above a
     // wall the centre is on the wall, at twice the radius from the farthest point of the sphere.
     for (domain, height, neglected) in [("unbounded", 0.0, 2.5), ("wall", 1.5, 5.0)] {
-        let scene = parse(&format!(
-            "domain.kind = \"{domain}\"\nmodel.kind = \"fem\"\nfem.surface_size = 1.2\n\
-             bodies = [{{ name = \"s\", radius = 1, position = [0, 0, {height:?}], \
-             force = [1, 0, 0] }}]"
-        ));
+        let text = SceneText::new()
+            .sphere("s", 1.0, [0.0, 0.0, height])
+            .elements(1.2);
+        let text = text
+            .with("domain.kind", domain)
+            .with("bodies.s.force", "[1, 0, 0]");
+        let scene = text.scene();
         let mut model = FemModel::new(&scene).unwrap();
         let solution = solve_at_start(&mut model, &[]);
         let velocity = solution.bodies[0].velocity;
-        let bar = solution.error_estimate.container.unwrap();
-        let expected = neglected / 60.0_f64.powi(3) * velocity.norm();
-        assert!(
-            (bar / expected - 1.0).abs() < 1e-10,
-            "{domain}: {bar:e} {expected:e}"
+        let relative = neglected / 60.0_f64.powi(3);
+        for (bar, value) in [
+            (solution.error_estimate.container, velocity.norm()),
+            (solution.power_error.container, solution.power()),
+        ] {
+            let why = format!("rounding of the radius of the ball: {domain}");
+            within(bar.unwrap() / (relative * value) - 1.0, 1e-10, why);
+        }
+        within(
+            (solution.motion.frames[0].linear - velocity).norm(),
+            1e-14,
+            "rounding",
         );
-        let bar = solution.power_error.container.unwrap();
-        let expected = neglected / 60.0_f64.powi(3) * solution.power();
-        assert!(
-            (bar / expected - 1.0).abs() < 1e-10,
-            "{domain}: {bar:e} {expected:e}"
-        );
-        assert!((solution.motion.frames[0].linear - velocity).norm() < 1e-14);
         // The fluid on the sphere moves with it.
         let flow = solution.flow.as_ref().unwrap().field().unwrap();
         let spin = solution.bodies[0].angular_velocity;
         for node in flow.mesh.nodes_on(flow.mesh.tag("s").unwrap()) {
             let arm = flow.mesh.points()[node as usize] - scene.bodies()[0].position;
             let difference = flow.velocity[node as usize] - velocity - spin.cross(&arm);
-            assert!(difference.norm() < 1e-14, "{domain}: {difference}");
+            within(difference.norm(), 1e-14, format!("rounding: {domain}"));
         }
     }
 }
 
-const PAIR_ON_AXIS: &str = r#"
-    bodies = [
-        { name = "a", radius = 1, position = [0, 0, 0] },
-        { name = "b", radius = 1, position = [4, 0, 0] },
-    ]
-    links = [{ name = "arm", body = "b", to = "a" }]
-"#;
-
 #[test]
 fn the_accuracy_in_the_meridian_plane_is_that_of_the_scene_the_caller_or_the_query() {
-    let scene = |tolerance: f64| parse(&format!("model.tolerance = {tolerance:e}\n{PAIR_ON_AXIS}"));
+    let scene = |tolerance: f64| pair(0.0, 4.0).tolerance(tolerance).scene();
     let model = |tolerance: f64| AxisymmetricModel::new(&scene(tolerance)).unwrap();
     let state = scene(1e-3).initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: &[4.0],
-    };
+    let configuration = testkit::at(&state, &[4.0]);
     let rates = [vec![1.0]];
     let query = Query::new(configuration, &rates);
     let relative = |model: &mut AxisymmetricModel, query: &Query| {
@@ -220,9 +210,11 @@ fn the_accuracy_in_the_meridian_plane_is_that_of_the_scene_the_caller_or_the_que
         relative(&mut model(1e-1).with_accuracy(1e-8), &query),
         relative(&mut model(1e-1), &query.with_accuracy(Some(1e-8))),
     ] {
-        assert!(
-            found > 0.0 && found < 1e-7 && found < 0.1 * usual,
-            "{found:e} {usual:e}"
+        assert!(found > 0.0);
+        within(
+            found,
+            1e-7_f64.min(0.1 * usual),
+            "a twentieth of the tolerance, or 1e-8",
         );
     }
     let cost = model(1e-1).cost(configuration).unwrap();
@@ -235,17 +227,14 @@ fn the_accuracy_in_the_meridian_plane_is_that_of_the_scene_the_caller_or_the_que
     // Bodies that leave the axis are refused.
     let mut turned = state.clone();
     turned.frames[0].rotation = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 0.1));
-    let configuration = Configuration {
-        state: &turned,
-        shape: &[4.0],
-    };
+    let configuration = testkit::at(&turned, &[4.0]);
     let refused = model(1e-1).solve(&Query::new(configuration, &rates));
     assert!(matches!(refused, Err(ModelError::Unsupported { .. })));
 }
 
 #[test]
 fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
-    let scene = three_spheres("");
+    let scene = three_spheres().scene();
     let mut model = SpheresModel::new(&scene, SphereModel::Rpy).unwrap();
     let mut solution = InstantaneousSolution::new(
         solve_at_start(&mut model, &[1.0, 0.0]).response.bodies,
@@ -271,22 +260,16 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
         body.velocity *= 1e3;
         body.force *= 1e3;
     }
+    let mut response = &solution.response * 0.0;
+    response.bodies = vec![error(0.02, 0.4), error(0.06, 0.6), error(0.04, 0.2)];
+    let uncertainty = Uncertainty {
+        relative: 0.5,
+        velocity: 0.04 * speed,
+        power: 0.0,
+    };
     solution.correct(DiscretisationError {
-        response: Response {
-            motion: StateVelocity {
-                frames: Vec::new(),
-                spins: Vec::new(),
-                joints: vec![],
-            },
-            bodies: vec![error(0.02, 0.4), error(0.06, 0.6), error(0.04, 0.2)],
-            joint_forces: Vec::new(),
-            slip_power: 0.0,
-        },
-        uncertainty: Uncertainty {
-            relative: 0.5,
-            velocity: 0.04 * speed,
-            power: 0.0,
-        },
+        response,
+        uncertainty,
     });
     let largest = |of: &dyn Fn(usize) -> f64| (0..3).map(of).fold(0.0, f64::max);
     let sizes = [
@@ -294,9 +277,6 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
         largest(&|body| solution.bodies[body].velocity.norm()) / speed,
     ];
     let [of_forces, of_velocities] = solution.relative_mesh_errors();
-    assert!((of_forces * sizes[0] - 0.3).abs() < 1e-13, "{of_forces}");
-    assert!(
-        (of_velocities * sizes[1] - 0.05).abs() < 1e-13,
-        "{of_velocities}"
-    );
+    within(of_forces * sizes[0] - 0.3, 1e-13, "rounding");
+    within(of_velocities * sizes[1] - 0.05, 1e-13, "rounding");
 }

@@ -2,7 +2,9 @@
 
 use models::{FemModel, History, Hydrodynamics, ModelError};
 
-use crate::scenes::{solve_at, three_spheres_in_ball};
+use testkit::solve_at;
+
+use crate::scenes::three_spheres_in_ball;
 
 fn through_json(history: &History) -> History {
     let text = serde_json::to_string(history).unwrap();

@@ -4,44 +4,45 @@ use std::path::{Path, PathBuf};
 
 use mesh::{LinearTets, TetMesh, Vec3};
 use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
-use models::{
-    Configuration, FemModel, History, Hydrodynamics, InstantaneousSolution, ModelError, Remesh,
-};
+use models::{FemModel, History, Hydrodynamics, InstantaneousSolution, ModelError, Remesh};
 use scene::Scene;
 use tempfile::TempDir;
 
-use crate::scenes::{solve_at, solve_at_start, three_spheres};
+use testkit::{SceneText, solve_at, within};
+
+use crate::scenes::{solve_at_start, three_spheres};
 
 /// A mesh of three spheres in a small ball, in a file.
 pub fn file() -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("spheres.msh");
-    let own = three_spheres("domain = { kind = \"ball\", radius = 20 }\nfem.surface_size = 0.55");
-    let mut model = FemModel::new(&own).unwrap();
-    mesh_at(&mut model, [10.0, 10.0])
-        .unwrap()
-        .write(&path)
-        .unwrap();
+    let mut model = FemModel::new(&own_mesh()).unwrap();
+    let mesh = mesh_at(&mut model, [10.0, 10.0]).unwrap();
+    mesh.write(&path).unwrap();
     (folder, path)
 }
 
+/// The same scene with our own mesh.
+pub fn own_mesh() -> Scene {
+    three_spheres()
+        .ball(20.0)
+        .with("fem.surface_size", 0.55)
+        .scene()
+}
+
+/// The domain in the mesh of a file.
+pub fn in_file(text: SceneText, file: &Path) -> SceneText {
+    let domain = format!("{{ kind = \"mesh\", file = {file:?}, walls = [\"outer\"] }}");
+    text.with("domain", domain).with("model.kind", "fem")
+}
+
 /// The three spheres in the mesh of a file, with the names of their boundary parts.
-pub fn scene(file: &Path, parts: [&str; 3], more: &str) -> Scene {
-    let mut text = format!(
-        "domain = {{ kind = \"mesh\", file = {file:?}, walls = [\"outer\"] }}\nmodel.kind = \"fem\"\n{more}\n"
-    );
-    for ((name, x), part) in [("left", -10), ("centre", 0), ("right", 10)]
-        .iter()
-        .zip(parts)
-    {
-        text += &format!(
-            "[[bodies]]\nname = \"{name}\"\nradius = 1\nposition = [{x}, 0, 0]\nsurface = \"{part}\"\n"
-        );
-    }
-    for name in ["left", "right"] {
-        text += &format!("[[links]]\nname = \"{name}-arm\"\nbody = \"{name}\"\nto = \"centre\"\n");
-    }
-    Scene::parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"))
+pub fn scene(file: &Path, parts: [&str; 3], settings: &[&str]) -> Scene {
+    let bodies = OWN_PARTS.iter().zip(parts);
+    let text = bodies.fold(three_spheres(), |text, (name, part)| {
+        text.with(&format!("bodies.{name}.surface"), part)
+    });
+    in_file(text, file).set(settings).scene()
 }
 
 /// Lengths at which the biharmonic and the harmonic motion are refused, the next one is not.
@@ -50,10 +51,8 @@ pub const OTHER_MOTION: [f64; 2] = [16.0, 10.0];
 pub const OWN_PARTS: [&str; 3] = ["left", "centre", "right"];
 
 pub fn mesh_at(model: &mut FemModel, shape: [f64; 2]) -> Result<TetMesh, ModelError> {
-    let configuration = Configuration {
-        state: &model.scene().initial_state(),
-        shape: &shape,
-    };
+    let state = model.scene().initial_state();
+    let configuration = testkit::at(&state, &shape);
     Ok(model.mesh(configuration)?.unwrap())
 }
 
@@ -64,7 +63,7 @@ pub fn solve(model: &mut FemModel, shape: [f64; 2]) -> InstantaneousSolution {
 #[test]
 fn the_mesh_of_a_file_depends_on_the_configuration_only() {
     let (_folder, file) = file();
-    let scene = scene(&file, OWN_PARTS, "");
+    let scene = scene(&file, OWN_PARTS, &[]);
     let mut model = FemModel::new(&scene).unwrap();
     let mut points = |lengths| {
         let mesh = mesh_at(&mut model, lengths).unwrap();
@@ -80,11 +79,7 @@ fn the_mesh_of_a_file_depends_on_the_configuration_only() {
 #[test]
 fn a_change_of_motion_is_reported_once_and_restored_bitwise() {
     let (_folder, file) = file();
-    let scene = scene(
-        &file,
-        OWN_PARTS,
-        "fem = { rtol = 1e-4, estimates = \"off\" }",
-    );
+    let scene = scene(&file, OWN_PARTS, &["fem.rtol=1e-4", "fem.estimates=off"]);
     let mut model = FemModel::new(&scene).unwrap();
     let first = solve(&mut model, OTHER_MOTION);
     let Some(Remesh::Motion { name, tried }) = first.remeshed else {
@@ -113,7 +108,7 @@ fn the_default_motion_follows_the_default_stroke_on_a_mesh_from_gmsh() {
         env!("CARGO_MANIFEST_DIR"),
         "/../mesh/tests/fixtures/three-spheres-v41-binary.msh"
     );
-    let scene = scene(Path::new(file), ["sphere1", "sphere3", "sphere2"], "");
+    let scene = scene(Path::new(file), ["sphere1", "sphere3", "sphere2"], &[]);
     let mut model = FemModel::new(&scene).unwrap();
     for shape in [[6.0, 10.0], [6.0, 6.0], [10.0, 6.0]] {
         mesh_at(&mut model, shape).unwrap();
@@ -164,20 +159,10 @@ fn bug_a_reference_mesh_of_low_quality_was_not_kept() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("sphere.msh");
     poor_mesh().write(&file).unwrap();
-    let scene = Scene::parse(&format!(
-        "domain = {{ kind = \"mesh\", file = {file:?}, walls = [\"outer\"] }}\n\
-         model.kind = \"fem\"\nfem.estimates = \"off\"\n\
-         bodies = [{{ name = \"sphere\", surface = \"sphere\", radius = 1, position = [0, 0, 0], \
-         force = [1, 0, 0] }}]"
-    ))
-    .unwrap();
-    let mut model = FemModel::new(&scene).unwrap();
-    let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: &[],
-    };
-    let mut remeshed = || model.solve_one(configuration, &[]).unwrap().remeshed;
+    let keys = "radius = 1, surface = \"sphere\", force = [1, 0, 0]";
+    let text = in_file(SceneText::new().shape("sphere", keys, [0; 3]), &file);
+    let mut model = FemModel::new(&text.with("fem.estimates", "off").scene()).unwrap();
+    let mut remeshed = || solve_at(&mut model, &[], &[]).remeshed;
     // The file's mesh, by the first method of motion; then the same again.
     assert_eq!([remeshed(), remeshed()], [None, None]);
 }
@@ -191,40 +176,34 @@ fn bodies_of_a_second_order_file_move_as_those_of_our_own_mesh() {
         "/../mesh/tests/fixtures/mixed-bodies-order2-v41-binary.msh"
     );
     let angle = 0.6 / 3.0_f64.sqrt();
-    let velocities = |domain: &str, surfaces: [&str; 3]| {
-        let [sphere, ellipsoid, capsule] = surfaces;
-        let scene = Scene::parse(&format!(
-            r#"
-            domain = {domain}
-            model.kind = "fem"
-            fem.size_factor = 1.5
-            bodies = [
-                {{ name = "sphere", radius = 1, position = [-6, 0, 0]{sphere} }},
-                {{ name = "ellipsoid", shape = "ellipsoid", semi_axes = [1.5, 1, 0.8],
-                   orientation = [{angle}, {angle}, {angle}], position = [0, 0, 0]{ellipsoid} }},
-                {{ name = "capsule", shape = "capsule", radius = 1, half_length = 2,
-                   position = [6, 0, 0]{capsule} }},
-            ]
-            links = [
-                {{ name = "a", body = "sphere", to = "ellipsoid" }},
-                {{ name = "b", body = "capsule", to = "ellipsoid" }},
-            ]
-            "#
-        ))
-        .unwrap();
-        let mut model = FemModel::new(&scene).unwrap();
+    let orientation = format!("orientation = [{angle}, {angle}, {angle}]");
+    let ellipsoid = format!("shape = \"ellipsoid\", semi_axes = [1.5, 1, 0.8], {orientation}");
+    let text = SceneText::new()
+        .sphere("sphere", 1.0, [-6, 0, 0])
+        .shape("ellipsoid", &ellipsoid, [0; 3])
+        .shape(
+            "capsule",
+            "shape = \"capsule\", radius = 1, half_length = 2",
+            [6, 0, 0],
+        )
+        .slide("a", "sphere", "ellipsoid")
+        .slide("b", "capsule", "ellipsoid")
+        .set(&["model.kind=fem", "fem.size_factor=1.5"]);
+    let velocities = |text: SceneText| {
+        let mut model = FemModel::new(&text.scene()).unwrap();
         let solution = solve_at_start(&mut model, &[-1.0, 0.5]);
         let bar = solution.error_estimate.total();
         (solution.response.bodies, bar)
     };
-    let parts = ["sphere", "ellipsoid", "capsule"].map(|tag| format!(", surface = \"{tag}\""));
-    let mesh = format!("{{ kind = \"mesh\", file = {file:?}, walls = [\"outer\"] }}");
-    let (of_file, file_bar) = velocities(&mesh, parts.each_ref().map(String::as_str));
-    let (own, own_bar) = velocities("{ kind = \"ball\", radius = 20 }", [""; 3]);
+    let parts = ["sphere", "ellipsoid", "capsule"];
+    let with_parts = parts.iter().fold(text.clone(), |text, name| {
+        text.with(&format!("bodies.{name}.surface"), name)
+    });
+    let (of_file, file_bar) = velocities(in_file(with_parts, Path::new(file)));
+    let (own, own_bar) = velocities(text.ball(20.0));
     for (a, b) in of_file.iter().zip(&own) {
         let difference = (a.velocity - b.velocity).norm();
-        let bars = file_bar + own_bar;
-        assert!(difference <= bars, "{difference:.1e} {bars:.1e}");
+        within(difference, file_bar + own_bar, "both error bars");
     }
-    assert!(own_bar < 1e-3, "{own_bar:.1e}");
+    within(own_bar, 1e-3, "the bar says something");
 }

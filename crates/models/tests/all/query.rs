@@ -5,16 +5,16 @@ use models::{
     Query, SphereModel, SpheresModel,
 };
 
+use testkit::{solve_at, within};
+
 use crate::scenes::{three_spheres, three_spheres_in_ball};
 
 #[test]
 fn a_query_without_rates_has_no_solutions() {
-    let scene = three_spheres("");
+    let scene = three_spheres().scene();
     let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: &[10.0, 10.0],
-    };
+    let (state, shape) = (&state, &[10.0, 10.0]);
+    let configuration = Configuration { state, shape };
     let models: [Box<dyn Hydrodynamics>; 3] = [
         Box::new(SpheresModel::new(&scene, SphereModel::Oseen).unwrap()),
         Box::new(AxisymmetricModel::new(&scene).unwrap()),
@@ -30,10 +30,8 @@ fn a_query_without_rates_has_no_solutions() {
 fn finite_elements_estimate_errors_on_request_only() {
     let scene = three_spheres_in_ball();
     let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: &[10.0, 10.0],
-    };
+    let (state, shape) = (&state, &[10.0, 10.0]);
+    let configuration = Configuration { state, shape };
     let rates = [vec![1.0, 0.0]];
     let query = Query::new(configuration, &rates);
     let mut model = FemModel::new(&scene).unwrap();
@@ -70,22 +68,19 @@ fn solved_together() -> (Vec<InstantaneousSolution>, Vec<FlowField>) {
 #[test]
 fn queries_that_are_solved_together_have_the_solutions_of_single_ones() {
     let scene = three_spheres_in_ball();
-    let state = scene.initial_state();
     let mut model = FemModel::new(&scene).unwrap();
     let (together, flows) = solved_together();
     assert!(together[2].remeshed.is_some() && together[1].remeshed.is_none());
     for ((shape, together), flow) in LENGTHS.iter().zip(&together).zip(&flows) {
-        let state = &state;
-        let single = model
-            .solve_one(Configuration { state, shape }, &[1.0, 0.5])
-            .unwrap();
+        let single = solve_at(&mut model, shape, &[1.0, 0.5]);
         let algebraic = |solution: &InstantaneousSolution| solution.error_estimate.algebraic;
         let allowed = algebraic(together).unwrap() + algebraic(&single).unwrap();
         for (a, b) in together.bodies.iter().zip(&single.bodies) {
             let difference = (a.velocity - b.velocity).norm();
-            assert!(
-                difference <= allowed,
-                "{shape:?}: {difference:e} > {allowed:e}"
+            within(
+                difference,
+                allowed,
+                format!("the residuals of both: {shape:?}"),
             );
         }
         let of_single = single.flow.as_ref().unwrap().field().unwrap();

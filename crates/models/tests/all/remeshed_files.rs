@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
-use mesh::{TetMesh, Vec3};
+use mesh::TetMesh;
 use models::{FemModel, History, Hydrodynamics, Remesh};
 
-use crate::mesh_files::{OTHER_MOTION, OWN_PARTS, file, mesh_at, scene, solve};
-use crate::scenes::three_spheres;
+use testkit::{forces, within};
+
+use crate::mesh_files::{OTHER_MOTION, OWN_PARTS, file, mesh_at, own_mesh, scene, solve};
 
 /// Number of configurations on a path for which the file's own cells are used.
-fn followed(file: &Path, motion: &str, path: &[[f64; 2]]) -> usize {
+fn followed(file: &Path, motion: &[&str], path: &[[f64; 2]]) -> usize {
     let scene = scene(file, OWN_PARTS, motion);
     let mut model = FemModel::new(&scene).unwrap();
     let mut cells = path.iter().map(|&lengths| {
@@ -26,8 +27,8 @@ fn a_mesh_file_is_meshed_again_after_all_methods_of_motion() {
     let (_folder, file) = file();
     // The outer sphere leaves the ball of radius 20 at an arm of 19.
     let opening: Vec<[f64; 2]> = (10..19).map(|arm| [f64::from(arm), 10.0]).collect();
-    let by_one = followed(&file, "fem.mesh_motion = \"biharmonic\"", &opening);
-    let by_all = followed(&file, "", &opening);
+    let by_one = followed(&file, &["fem.mesh_motion=biharmonic"], &opening);
+    let by_all = followed(&file, &[], &opening);
     assert!(
         by_one < by_all && by_all < opening.len(),
         "{by_one} {by_all}"
@@ -56,9 +57,8 @@ fn wall(mesh: &TetMesh) -> Vec<[[u64; 3]; 3]> {
 #[test]
 fn a_file_meshed_again_has_the_answer_of_our_own_mesh() {
     let (_folder, file) = file();
-    let in_file = scene(&file, OWN_PARTS, "");
-    let own = three_spheres("domain = { kind = \"ball\", radius = 20 }\nfem.surface_size = 0.55");
-    let [mut model, mut other] = [&in_file, &own].map(|scene| FemModel::new(scene).unwrap());
+    let in_file = scene(&file, OWN_PARTS, &[]);
+    let [mut model, mut other] = [in_file, own_mesh()].map(|scene| FemModel::new(&scene).unwrap());
     let before = mesh_at(&mut model, [10.0, 10.0]).unwrap();
     let gap = [2.5, 2.5];
     let found = solve(&mut model, gap);
@@ -74,15 +74,15 @@ fn a_file_meshed_again_has_the_answer_of_our_own_mesh() {
     let bars = found.error_estimate.total() + expected.error_estimate.total();
     for (a, b) in found.bodies.iter().zip(&expected.bodies) {
         let difference = (a.velocity - b.velocity).norm();
-        assert!(difference <= bars, "{difference:.1e} {bars:.1e}");
+        within(difference, bars, "both error bars");
     }
-    assert!(bars < 0.02, "{bars:.1e}");
+    within(bars, 0.02, "the bars say something");
 }
 
 #[test]
 fn straight_bodies_stay_straight_in_a_file_meshed_again() {
     let (_folder, file) = file();
-    let scene = scene(&file, OWN_PARTS, "fem.geometry = \"straight\"");
+    let scene = scene(&file, OWN_PARTS, &["fem.geometry=straight"]);
     let mut model = FemModel::new(&scene).unwrap();
     let mesh = mesh_at(&mut model, [2.5, 2.5]).unwrap();
     // The reference with the mesh of the file is followed by a new one.
@@ -100,8 +100,11 @@ fn straight_bodies_stay_straight_in_a_file_meshed_again() {
 #[test]
 fn forces_are_in_balance_through_ten_new_meshes() {
     let (_folder, file) = file();
-    let options = "fem = { mesh_motion = \"laplace\", estimates = \"off\" }";
-    let scene = scene(&file, OWN_PARTS, options);
+    let scene = scene(
+        &file,
+        OWN_PARTS,
+        &["fem.mesh_motion=laplace", "fem.estimates=off"],
+    );
     let mut model = FemModel::new(&scene).unwrap();
     let mut new_meshes = 0;
     for step in 0..24 {
@@ -113,13 +116,9 @@ fn forces_are_in_balance_through_ten_new_meshes() {
         };
         let solution = solve(&mut model, lengths);
         new_meshes += usize::from(solution.remeshed.is_some());
-        let forces = || solution.bodies.iter().map(|body| body.force);
-        let (sum, largest) = (
-            forces().sum::<Vec3>(),
-            forces().map(|f| f.norm()).fold(0.0, f64::max),
-        );
-        // The linear solver stops at a residual of 1e-8.
-        assert!(sum.norm() <= 1e-6 * largest, "{lengths:?}: {sum} {largest}");
+        let (sum, largest) = forces(&solution);
+        let why = format!("the linear solver stops at a residual of 1e-8: {lengths:?}");
+        within(sum.norm(), 1e-6 * largest, why);
         if new_meshes == 10 {
             return;
         }
@@ -131,15 +130,10 @@ fn forces_are_in_balance_through_ten_new_meshes() {
 #[test]
 fn new_meshes_inside_a_file_are_restored_bitwise() {
     let (_folder, file) = file();
-    let scene = scene(&file, OWN_PARTS, "");
+    let scene = scene(&file, OWN_PARTS, &[]);
     let mut model = FemModel::new(&scene).unwrap();
-    let shapes = [
-        [10.0, 10.0],
-        OTHER_MOTION,
-        [2.5, 3.0],
-        [3.0, 2.4],
-        [6.0, 6.0],
-    ];
+    let (start, end) = ([10.0, 10.0], [6.0, 6.0]);
+    let shapes = [start, OTHER_MOTION, [2.5, 3.0], [3.0, 2.4], end];
     for shape in shapes {
         mesh_at(&mut model, shape).unwrap();
     }
@@ -158,7 +152,7 @@ fn new_meshes_inside_a_file_are_restored_bitwise() {
 #[test]
 fn histories_with_more_meshes_than_there_can_be_are_refused() {
     let (_folder, file) = file();
-    let scene = scene(&file, OWN_PARTS, "fem.mesh_motion = \"biharmonic\"");
+    let scene = scene(&file, OWN_PARTS, &["fem.mesh_motion=biharmonic"]);
     let mut model = FemModel::new(&scene).unwrap();
     // One method of motion and three new meshes; the first method is not recorded.
     let state = scene.initial_state();

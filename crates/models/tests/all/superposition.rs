@@ -2,18 +2,29 @@
 
 use models::{Configuration, ErrorEstimates, FemModel, Hydrodynamics, Query, Superposed};
 use nalgebra::{UnitQuaternion, Vector3};
-use scene::Scene;
+use testkit::{SceneText, solve_at, within};
 
 /// A spheroid that sinks, swims by slip and is sheared, away from the origin.
-const SPHEROID: &str = "gravity = [0, 0, -2]\nfem = { size_factor = 2 }\n\
-    background = { kind = \"shear\", gradient = [[0.3, 1, 0], [0, -0.3, 0], [0.5, 0, 0]] }\n\
-    [[bodies]]\nname = \"s\"\nshape = \"spheroid\"\nradius = 1\nhalf_length = 2\n\
-    axis = [1, 0, 0]\nposition = [1, -2, 0.5]\ndensity = 2\n\
-    torque = [0, 0, 3]\nslip = { b1 = 1, b2 = 0.5, axis = [1, 0, 0] }\n";
+fn spheroid() -> SceneText {
+    let shape = "shape = \"spheroid\", radius = 1, half_length = 2, axis = [1, 0, 0], density = 2";
+    let slip = "slip = { b1 = 1, b2 = 0.5, axis = [1, 0, 0] }, torque = [0, 0, 3]";
+    let text = SceneText::new().shape("s", &format!("{shape}, {slip}"), [1.0, -2.0, 0.5]);
+    text.with("gravity", "[0, 0, -2]")
+        .with("fem.size_factor", 2)
+}
+
+/// The spheroid in a shear flow.
+fn sheared() -> SceneText {
+    let gradient = "[[0.3, 1, 0], [0, -0.3, 0], [0.5, 0, 0]]";
+    spheroid().with(
+        "background",
+        format!("{{ kind = \"shear\", gradient = {gradient} }}"),
+    )
+}
 
 #[test]
 fn superposed_solutions_are_those_of_the_model() {
-    let scene = Scene::parse(SPHEROID).unwrap();
+    let scene = sheared().scene();
     let fem = || Box::new(FemModel::new(&scene).unwrap());
     let mut direct = fem();
     let mut superposed = Superposed::new(fem()).ok().unwrap();
@@ -26,30 +37,26 @@ fn superposed_solutions_are_those_of_the_model() {
     let mut state = scene.initial_state();
     // A mesh that is generated in another place has other cells.
     for model in [&mut *direct as &mut dyn Hydrodynamics, &mut superposed] {
-        let configuration = Configuration {
-            state: &state,
-            shape: &[],
-        };
-        model.solve_one(configuration, &[]).unwrap();
+        solve_at(model, &[], &[]);
     }
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -1.1, 0.7));
     state.frames[0].rotation = turn * state.frames[0].rotation;
     state.attitudes[0] = turn * state.attitudes[0];
     state.frames[0].translation.vector += Vector3::new(0.3, 0.2, -4.0);
-    let configuration = Configuration {
-        state: &state,
-        shape: &[],
-    };
+    let configuration = testkit::at(&state, &[]);
     let rates = [vec![]];
     let query = Query::new(configuration, &rates).with_flows(true);
     let a = direct.solve(&query).unwrap().pop().unwrap();
     let b = superposed.solve(&query).unwrap().pop().unwrap();
-    // Corrections take a fixed number of iterations, which is not linear: a hundredth of them.
     let change = (a.bodies[0].velocity - b.bodies[0].velocity).norm();
-    assert!(change < a.error_estimate.mesh.unwrap(), "{change}");
-    // Relative residuals are 1e-8, the condition number costs some digits.
+    let why = "corrections take a fixed number of iterations, which is not linear";
+    within(change, a.error_estimate.mesh.unwrap(), why);
     let close = |a: &Vector3<f64>, b: &Vector3<f64>, scale: f64| {
-        assert!((a - b).norm() < 1e-5 * scale, "{a} {b}");
+        within(
+            (a - b).norm(),
+            1e-5 * scale,
+            "residuals of 1e-8, and the condition number",
+        );
     };
     let ratio = b.error_estimate.total() / a.error_estimate.total();
     let flows = [a.flow.clone(), b.flow.clone()];
@@ -68,13 +75,14 @@ fn superposed_solutions_are_those_of_the_model() {
 
     // the flow around the body, at the same place; its corrections too are not linear
     let close = |a: &Vector3<f64>, b: &Vector3<f64>, scale: f64| {
-        assert!((a - b).norm() < 1e-3 * scale, "{a} {b}");
+        within((a - b).norm(), 1e-3 * scale, "corrections are not linear");
     };
     let [flow, combined] = flows.map(|flow| flow.unwrap().into_field().unwrap());
     assert_eq!(flow.velocity.len(), combined.velocity.len());
     let largest = flow.velocity.iter().map(|u| u.norm()).fold(0.0, f64::max);
     for (k, x) in flow.mesh.points().iter().enumerate() {
-        assert!((x - combined.mesh.points()[k]).norm() < 1e-9 * (1.0 + x.norm()));
+        let moved = (x - combined.mesh.points()[k]).norm();
+        within(moved, 1e-9 * (1.0 + x.norm()), "rounding");
         close(&flow.velocity[k], &combined.velocity[k], largest);
     }
 }
@@ -83,22 +91,22 @@ fn superposed_solutions_are_those_of_the_model() {
 /// superposed.
 #[test]
 fn a_squirmer_in_a_symmetry_plane_is_superposed_from_orientations_in_it() {
-    let text = "fem = { size_factor = 2 }\n\
-        background = { kind = \"shear\", gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]] }\n\
-        [[bodies]]\nname = \"s\"\nradius = 1\nposition = [0.3, -0.2, 0]\n\
-        torque = [0, 0, 3]\nslip = { b1 = 1.5, b2 = 1, axis = [0.6, 0.8, 0] }\n";
-    let scene = Scene::parse(text).unwrap();
+    let slip = "slip = { b1 = 1.5, b2 = 1, axis = [0.6, 0.8, 0] }";
+    let keys = format!("radius = 1, torque = [0, 0, 3], {slip}");
+    let shear = "{ kind = \"shear\", gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]] }";
+    let text = SceneText::new()
+        .shape("s", &keys, [0.3, -0.2, 0.0])
+        .with("background", shear);
+    let scene = text.with("fem.size_factor", 2).scene();
     assert_eq!(scene.fem_symmetry_planes(), [false, false, true]);
     assert_eq!(Superposed::count(&scene), Some(3));
-    let mut model = Superposed::new(Box::new(FemModel::new(&scene).unwrap()))
-        .ok()
-        .unwrap();
+    let model = Box::new(FemModel::new(&scene).unwrap());
+    let mut model = Superposed::new(model).ok().unwrap();
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 0.0, 2.3));
     let mut state = scene.initial_state();
     state.attitudes[0] = turn * state.attitudes[0];
     state.frames[0].rotation = turn * state.frames[0].rotation;
-    let shape = &[];
-    let state = &state;
+    let (state, shape) = (&state, &[]);
     let found = model
         .solve_one(Configuration { state, shape }, &[])
         .unwrap();
@@ -108,29 +116,22 @@ fn a_squirmer_in_a_symmetry_plane_is_superposed_from_orientations_in_it() {
     let spin = Vector3::z() * (3.0 / (8.0 * std::f64::consts::PI) - 0.5);
     let bar = found.error_estimate.total();
     let error = (found.bodies[0].velocity - speed).norm();
-    assert!(error < bar && bar < 0.05, "{error:e} {bar:e}");
+    within(error, bar, "the error bar");
+    within(bar, 0.05, "the bar says something");
     let error = (found.bodies[0].angular_velocity - spin).norm();
-    assert!(error < bar, "{error:e} {bar:e}");
+    within(error, bar, "the error bar, at a radius of 1");
 }
 
 #[test]
 fn other_scenes_are_left_to_the_model() {
-    let refused = |from: &str, to: &str| {
-        let text = SPHEROID.replace(from, to);
-        assert_ne!(text, SPHEROID);
-        let scene = Scene::parse(&text).unwrap();
-        Superposed::count(&scene).is_none()
-            && Superposed::new(Box::new(FemModel::new(&scene).unwrap())).is_err()
-    };
-    // walls
-    let strain =
-        "background = { kind = \"shear\", gradient = [[0.3, 1, 0], [0, -0.3, 0], [0.5, 0, 0]] }";
-    assert!(refused(strain, "domain = { kind = \"ball\", radius = 9 }"));
-    // another body
-    let other = "\n[[bodies]]\nname = \"t\"\nradius = 1\nposition = [6, 0, 0]\n[[bodies]]\n";
-    assert!(refused("\n[[bodies]]\n", other));
-    // nothing that drives it
-    let still = Scene::parse("[[bodies]]\nname = \"s\"\nradius = 1\nposition = [0, 0, 0]\n");
-    let model = Box::new(FemModel::new(&still.unwrap()).unwrap());
-    assert!(Superposed::new(model).is_err());
+    let walls = spheroid().ball(9.0);
+    let another_body = sheared().sphere("t", 1.0, [6, 0, 0]);
+    let nothing_that_drives_it = SceneText::new().sphere("s", 1.0, [0; 3]);
+    for text in [&walls, &another_body] {
+        assert!(Superposed::count(&text.scene()).is_none());
+    }
+    for text in [walls, another_body, nothing_that_drives_it] {
+        let model = Box::new(FemModel::new(&text.scene()).unwrap());
+        assert!(Superposed::new(model).is_err(), "{}", text.toml());
+    }
 }

@@ -4,8 +4,10 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use mesh::{SurfaceMesh, Vec3};
-use models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution};
+use models::{FemModel, Hydrodynamics, InstantaneousSolution};
 use scene::Scene;
+use testkit::exact::BODIES;
+use testkit::{SceneText, within};
 
 use crate::scenes::solve_at_start;
 
@@ -49,7 +51,22 @@ fn answer(scene: &Scene) -> InstantaneousSolution {
     solve_at_start(&mut FemModel::new(scene).unwrap(), &[])
 }
 
-const LOAD: &str = "force = [10, 4, 0], torque = [5, 0, 20]";
+/// A body by finite elements under a force and a torque, with further keys.
+fn loaded(keys: &str) -> SceneText {
+    let load = "force = [10, 4, 0], torque = [5, 0, 20]";
+    let body = format!("bodies = [{{ name = \"body\", {keys}, {load} }}]");
+    SceneText::file(&body).with("model.kind", "fem")
+}
+
+/// The same velocity up to both error bars, and 2e-4 by which the file follows the formula, which no
+/// bar knows.
+fn assert_same(what: &str, found: &InstantaneousSolution, expected: &InstantaneousSolution) -> f64 {
+    let [a, b] = [found, expected].map(|solution| solution.bodies[0].velocity);
+    let bars = found.error_estimate.total() + expected.error_estimate.total();
+    let why = format!("both error bars, and 2e-4 of the file: {what}");
+    within((a - b).norm(), bars + 2e-4 * b.norm(), why);
+    bars
+}
 
 /// A turned ellipsoid 2:1:1 as formula, as STL file and as part of a mesh file, in a ball.
 #[test]
@@ -57,57 +74,46 @@ fn an_ellipsoid_as_formula_as_surface_and_as_mesh_part() {
     let folder = tempfile::tempdir().unwrap();
     let part = ellipsoid([2.0, 1.0, 1.0], 64, Vec3::new(0.5, 3.0, -1.0));
     let of_stl = write_stl(folder.path(), &part);
-    let scene = |domain: &str, body: &str| {
-        let text = format!(
-            "domain = {domain}\nmodel.kind = \"fem\"\nfem.size_factor = 1.5\n\
-             bodies = [{{ name = \"body\", {body}, {LOAD} }}]"
-        );
-        Scene::parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"))
-    };
     let placed = "position = [1, 0.5, 0], orientation = [0.3, 0.2, 0.5]";
-    let ball = "{ kind = \"ball\", radius = 8 }";
-    let formula = scene(
-        ball,
-        &format!("shape = \"ellipsoid\", semi_axes = [2, 1, 1], {placed}"),
-    );
-    let surface = scene(ball, &format!("{of_stl}, {placed}"));
+    let scene = |keys: &str| {
+        loaded(&format!("{keys}, {placed}"))
+            .ball(8.0)
+            .with("fem.size_factor", 1.5)
+            .scene()
+    };
+    let formula = scene("shape = \"ellipsoid\", semi_axes = [2, 1, 1]");
+    let surface = scene(&of_stl);
     let mut model = FemModel::new(&formula).unwrap();
     let expected = solve_at_start(&mut model, &[]);
 
     let file = folder.path().join("ball.msh");
     let state = formula.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: &[],
-    };
+    let configuration = testkit::at(&state, &[]);
     let mesh = model.mesh(configuration).unwrap().unwrap();
     mesh.write(&file).unwrap();
     let domain = format!("{{ kind = \"mesh\", file = {file:?}, walls = [\"outer\"] }}");
-    let part = scene(&domain, "shape = \"file\", surface = \"body\"");
+    let part = loaded("shape = \"file\", surface = \"body\"").with("domain", domain);
+    let part = part.with("fem.size_factor", 1.5).scene();
     // The centre is that of the volume: curved facets follow the ellipsoid within 1e-3.
     let centre = part.bodies()[0].position;
-    assert!(
-        (centre - Vec3::new(1.0, 0.5, 0.0)).norm() < 1e-3,
-        "{centre}"
+    within(
+        (centre - Vec3::new(1.0, 0.5, 0.0)).norm(),
+        1e-3,
+        "curved facets",
     );
 
     for (label, scene) in [("surface", &surface), ("mesh part", &part)] {
         let found = answer(scene);
         let [a, b] = [&found, &expected].map(|solution| &solution.bodies[0]);
-        let bars = found.error_estimate.total() + expected.error_estimate.total();
-        // The file follows the ellipsoid within 2e-4, which no bar knows.
-        let allowed = bars + 2e-4 * b.velocity.norm();
-        let difference = (a.velocity - b.velocity).norm();
-        assert!(
-            difference <= allowed,
-            "{label} {difference:.1e} {allowed:.1e}"
-        );
+        assert_same(label, &found, &expected);
         let spin = (a.angular_velocity - b.angular_velocity).norm();
-        assert!(
-            spin <= 2e-3 * b.angular_velocity.norm(),
-            "{label} {spin:.1e}"
+        let why = format!("as velocities, which have bars of 1e-2: {label}");
+        within(spin, 2e-3 * b.angular_velocity.norm(), why);
+        within(
+            found.error_estimate.total(),
+            1e-2 * b.velocity.norm(),
+            "the bar says something",
         );
-        assert!(found.error_estimate.total() < 1e-2 * b.velocity.norm());
     }
     // What was read is written, and read again.
     let written = Scene::parse(&part.to_toml().unwrap()).unwrap();
@@ -121,20 +127,17 @@ fn an_ellipsoid_as_formula_as_surface_and_as_mesh_part() {
 fn the_drag_of_a_surface_in_unbounded_fluid() {
     let folder = tempfile::tempdir().unwrap();
     let part = ellipsoid([2000.0, 1000.0, 1000.0], 64, Vec3::zeros());
-    let scene = Scene::parse(&format!(
-        "model.kind = \"fem\"\nbodies = [{{ name = \"body\", {}, scale = 1e-3, \
-         position = [0, 0, 0], force = [{}, 0, 0] }}]",
-        write_stl(folder.path(), &part),
-        6.0 * PI
-    ))
-    .unwrap();
-    let found = answer(&scene);
-    let error = found.bodies[0].velocity.x * 1.2039409898 - 1.0;
-    let bar = found.error_estimate.total() * 1.2039409898;
-    assert!(
-        error.abs() <= bar + 2e-4 && bar < 1e-3,
-        "{error:.1e} {bar:.1e}"
-    );
+    let keys = format!("{}, scale = 1e-3", write_stl(folder.path(), &part));
+    let text = SceneText::new()
+        .shape("body", &keys, [0; 3])
+        .with("model.kind", "fem");
+    let force = format!("[{}, 0, 0]", 6.0 * PI);
+    let found = answer(&text.with("bodies.body.force", force).scene());
+    let drag = BODIES[0].drag[0];
+    let bar = found.error_estimate.total() * drag;
+    let error = found.bodies[0].velocity.x * drag - 1.0;
+    within(error, bar + 2e-4, "the error bar, and 2e-4 of the file");
+    within(bar, 1e-3, "the bar says something");
 }
 
 /// A sphere in a ball given by a file, and by its radius.
@@ -144,27 +147,18 @@ fn a_domain_from_a_file_is_that_of_the_formula() {
     let file = folder.path().join("ball.stl");
     let ball = ellipsoid([4.0; 3], 48, Vec3::zeros());
     std::fs::write(&file, ball.to_stl()).unwrap();
-    let scene = |domain: &str| {
-        Scene::parse(&format!(
-            "domain = {domain}\nmodel.kind = \"fem\"\nfem.symmetry = \"off\"\n\
-             bodies = [{{ name = \"body\", radius = 1, position = [1, 0.5, 0], {LOAD} }}]"
-        ))
-        .unwrap()
+    let of_domain = |domain: String| {
+        let text = loaded("radius = 1, position = [1, 0.5, 0]").with("domain", domain);
+        answer(&text.with("fem.symmetry", "off").scene())
     };
-    let [found, expected] = [
-        answer(&scene(&format!(
-            "{{ kind = \"surface\", file = {file:?} }}"
-        ))),
-        answer(&scene("{ kind = \"ball\", radius = 4 }")),
-    ];
-    let difference = (found.bodies[0].velocity - expected.bodies[0].velocity).norm();
-    let bars = found.error_estimate.total() + expected.error_estimate.total();
-    let speed = expected.bodies[0].velocity.norm();
-    assert!(
-        difference <= bars + 2e-4 * speed,
-        "{difference:.1e} {bars:.1e}"
+    let found = of_domain(format!("{{ kind = \"surface\", file = {file:?} }}"));
+    let expected = of_domain("{ kind = \"ball\", radius = 4 }".to_owned());
+    let bars = assert_same("domain", &found, &expected);
+    within(
+        bars,
+        1e-2 * expected.bodies[0].velocity.norm(),
+        "the bars say something",
     );
-    assert!(bars < 1e-2 * speed, "{bars:.1e}");
 }
 
 /// A channel, which is not convex: a body beside its bend is outside.
@@ -172,10 +166,11 @@ fn a_domain_from_a_file_is_that_of_the_formula() {
 fn bodies_outside_of_a_bent_channel_are_refused() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/bent-channel.stl");
     let scene = |x: f64, y: f64, radius: f64| {
-        Scene::parse(&format!(
-            "domain = {{ kind = \"surface\", file = {file:?} }}\n\
-             bodies = [{{ name = \"body\", radius = {radius}, position = [{x}, {y}, 0] }}]"
-        ))
+        let domain = format!("{{ kind = \"surface\", file = {file:?} }}");
+        SceneText::new()
+            .sphere("body", radius, [x, y, 0.0])
+            .with("domain", domain)
+            .try_scene()
     };
     assert!(scene(0.0, 0.0, 3.9).is_ok());
     // The centre of the bend is 12 away from the middle of the channel, whose radius is 4.

@@ -1,54 +1,42 @@
 //! How tables are computed: in parallel, after interruptions, and up to the noise of a model.
 
 use models::{
-    Hydrodynamics, InstantaneousSolution, ModelError, Part, Query, ShapeSpace, SolvedShapes,
-    SphereModel, SpheresModel,
+    Hydrodynamics, ModelError, ShapeSpace, SolvedShapes, SphereModel, SpheresModel, TablePart,
 };
 use scene::Scene;
+use testkit::{Recording, SceneText, within};
 
 use crate::scenes::three_spheres;
 
 const RANGES: [(f64, f64); 2] = [(6.0, 10.0), (6.0, 10.0)];
 
-/// A model that is not solved in parallel, with errors that differ from shape to shape.
-struct Rough {
-    model: SpheresModel,
-    /// Size of the errors, and their error bar.
-    noise: f64,
-    solves: usize,
-}
-
-impl Rough {
-    fn new(scene: &Scene, noise: f64) -> Self {
-        Self {
-            model: SpheresModel::new(scene, SphereModel::Multipole(1e-8)).unwrap(),
-            noise,
-            solves: 0,
-        }
-    }
-}
-
-impl Hydrodynamics for Rough {
-    fn name(&self) -> &'static str {
-        "rough"
-    }
-
-    fn scene(&self) -> &Scene {
-        self.model.scene()
-    }
-
-    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        self.solves += 1;
+/// A model that is not solved in parallel, with errors of this size, which is also their error bar;
+/// they differ from shape to shape.
+fn rough(scene: &Scene, noise: f64) -> Recording<'static> {
+    let model = SpheresModel::new(scene, SphereModel::Multipole(1e-8)).unwrap();
+    Recording::changing(model, move |query, solutions| {
         let shape = query.configuration.shape;
-        let mut solutions = self.model.solve(query)?;
-        for solution in &mut solutions {
+        for solution in solutions {
             // Between -1 and 1, without a pattern.
             let error = (1e4 * (shape[0] + 1.7 * shape[1])).sin();
-            solution.motion.frames[0].linear.x += self.noise * error;
-            solution.error_estimate.mesh = Some(self.noise);
+            solution.motion.frames[0].linear.x += noise * error;
+            solution.error_estimate.mesh = Some(noise);
         }
-        Ok(solutions)
-    }
+    })
+}
+
+fn tabulate(scene: &Scene, model: &mut dyn Hydrodynamics, tolerance: f64) -> ShapeSpace {
+    ShapeSpace::tabulate(scene, model, &RANGES, tolerance).unwrap()
+}
+
+/// A table from shapes that are known, with what is called after each shape.
+fn continued(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+    start: (SolvedShapes, TablePart),
+    keep: &mut dyn FnMut(&SolvedShapes) -> Result<(), ModelError>,
+) -> Result<ShapeSpace, ModelError> {
+    ShapeSpace::tabulate_from(scene, model, &RANGES, 1e-4, start, &mut |all| keep(all))
 }
 
 /// All digits of a table.
@@ -58,19 +46,19 @@ fn digits(space: &ShapeSpace) -> String {
 
 #[test]
 fn tables_in_parallel_are_bitwise_those_of_one_model() {
-    let scene = three_spheres("");
+    let scene = three_spheres().scene();
     let mut model = SpheresModel::new(&scene, SphereModel::Multipole(1e-8)).unwrap();
-    let parallel = ShapeSpace::tabulate(&scene, &mut model, &RANGES, 1e-6).unwrap();
-    let mut rough = Rough::new(&scene, 0.0);
-    let sequential = ShapeSpace::tabulate(&scene, &mut rough, &RANGES, 1e-6).unwrap();
-    assert_eq!(rough.solves, sequential.points());
+    let parallel = tabulate(&scene, &mut model, 1e-6);
+    let mut rough = rough(&scene, 0.0);
+    let sequential = tabulate(&scene, &mut rough, 1e-6);
+    assert_eq!(rough.queries().len(), sequential.points());
     assert_eq!(digits(&parallel), digits(&sequential));
 }
 
 #[test]
 fn interrupted_tables_continue_with_the_same_digits() {
-    let scene = three_spheres("");
-    let whole = ShapeSpace::tabulate(&scene, &mut Rough::new(&scene, 0.0), &RANGES, 1e-4).unwrap();
+    let scene = three_spheres().scene();
+    let whole = tabulate(&scene, &mut rough(&scene, 0.0), 1e-4);
     let mut saved = String::new();
     let mut stop = |solved: &SolvedShapes| {
         saved = serde_json::to_string(solved).unwrap();
@@ -79,20 +67,18 @@ fn interrupted_tables_continue_with_the_same_digits() {
             _ => Ok(()),
         }
     };
-    let mut model = Rough::new(&scene, 0.0);
-    let start = (SolvedShapes::default(), Part::Whole);
-    let stopped = ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, start, &mut stop);
+    let mut model = rough(&scene, 0.0);
+    let start = (SolvedShapes::default(), TablePart::Whole);
+    let stopped = continued(&scene, &mut model, start, &mut stop);
     assert!(matches!(stopped, Err(ModelError::NoMesh)));
-    let mut model = Rough::new(&scene, 0.0);
-    let solved = (serde_json::from_str(&saved).unwrap(), Part::Whole);
-    let space =
-        ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, solved, &mut |_| Ok(()))
-            .unwrap();
-    assert_eq!(model.solves, space.points() - 30);
+    let mut model = rough(&scene, 0.0);
+    let solved = (serde_json::from_str(&saved).unwrap(), TablePart::Whole);
+    let space = continued(&scene, &mut model, solved, &mut |_| Ok(())).unwrap();
+    assert_eq!(model.queries().len(), space.points() - 30);
     assert_eq!(digits(&space), digits(&whole));
 
     // Shapes of a scene with other numbers of joints.
-    let solved = (serde_json::from_str(&saved).unwrap(), Part::Whole);
+    let solved = (serde_json::from_str(&saved).unwrap(), TablePart::Whole);
     let line = [(6.0, 10.0), (10.0, 10.0)];
     let refused =
         ShapeSpace::tabulate_from(&scene, &mut model, &line, 1e-4, solved, &mut |_| Ok(()));
@@ -101,37 +87,36 @@ fn interrupted_tables_continue_with_the_same_digits() {
 
 #[test]
 fn shares_of_a_table_are_solved_apart_and_complete_it() {
-    let scene = three_spheres("");
-    let whole = ShapeSpace::tabulate(&scene, &mut Rough::new(&scene, 0.0), &RANGES, 1e-4).unwrap();
+    let scene = three_spheres().scene();
+    let whole = tabulate(&scene, &mut rough(&scene, 0.0), 1e-4);
     let mut known = SolvedShapes::default();
     let mut solves = 0;
     let space = loop {
         // The shares of one grid, as if at the same time: none knows what the others solve.
         let before = known.clone();
         for number in 1..=3 {
-            let mut model = Rough::new(&scene, 0.0);
-            let share = (before.clone(), Part::Share { number, count: 3 });
+            let mut model = rough(&scene, 0.0);
+            let share = (before.clone(), TablePart::Share { number, count: 3 });
             let mut solved = SolvedShapes::default();
             let mut keep = |all: &SolvedShapes| {
                 solved = all.clone();
                 Ok(())
             };
-            let space =
-                ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, share, &mut keep);
+            let space = continued(&scene, &mut model, share, &mut keep);
             assert!(matches!(space, Err(ModelError::MissingShapes { .. })));
-            solves += model.solves;
+            solves += model.queries().len();
             known.merge(solved);
         }
-        let mut model = Rough::new(&scene, 0.0);
-        let all = (known.clone(), Part::Known);
-        match ShapeSpace::tabulate_from(&scene, &mut model, &RANGES, 1e-4, all, &mut |_| Ok(())) {
+        let mut model = rough(&scene, 0.0);
+        let all = (known.clone(), TablePart::Known);
+        match continued(&scene, &mut model, all, &mut |_| Ok(())) {
             Ok(space) => break space,
             Err(ModelError::MissingShapes { missing, points }) => {
                 assert_eq!(missing + known.len(), points.iter().product::<usize>());
             }
             Err(other) => panic!("{other}"),
         }
-        assert_eq!(model.solves, 0);
+        assert_eq!(model.queries().len(), 0);
     };
     assert_eq!(solves, whole.points());
     assert_eq!(digits(&space), digits(&whole));
@@ -141,52 +126,23 @@ fn shares_of_a_table_are_solved_apart_and_complete_it() {
 /// mesh.
 #[test]
 fn bug_tables_were_refined_below_the_errors_of_the_mesh() {
-    let scene = three_spheres("");
+    let scene = three_spheres().scene();
     let noise = 3e-4;
-    let space = ShapeSpace::tabulate(&scene, &mut Rough::new(&scene, noise), &RANGES, 1e-9);
-    let space = space.unwrap();
+    let space = tabulate(&scene, &mut rough(&scene, noise), 1e-9);
     assert!(space.points() <= 81, "{}", space.points());
     // Both are parts of the error bar.
-    assert!(
-        space.errors().0 > 0.0 && space.errors().1 >= noise,
-        "{:?}",
-        space.errors()
-    );
-    let exact = ShapeSpace::tabulate(&scene, &mut Rough::new(&scene, 0.0), &RANGES, 1e-7).unwrap();
+    let errors = space.errors();
+    assert!(errors.0 > 0.0 && errors.1 >= noise, "{errors:?}");
+    let exact = tabulate(&scene, &mut rough(&scene, 0.0), 1e-7);
     for shape in [[6.1, 9.7], [7.3, 8.1], [10.0, 6.0]] {
         let [found, exact] = [&space, &exact].map(|s| s.connection(&shape).unwrap());
         for (a, b) in found.iter().zip(&exact) {
-            let error = (a.linear - b.linear).norm();
-            assert!(error <= space.errors().0 + space.errors().1, "{error:e}");
+            within(
+                (a.linear - b.linear).norm(),
+                errors.0 + errors.1,
+                "the error bar",
+            );
         }
-    }
-}
-
-/// A model whose frame moves by the inverse of the sum of all joint values, at no cost.
-struct Formula {
-    model: SpheresModel,
-    solutions: Vec<InstantaneousSolution>,
-}
-
-impl Hydrodynamics for Formula {
-    fn name(&self) -> &'static str {
-        "formula"
-    }
-
-    fn scene(&self) -> &Scene {
-        self.model.scene()
-    }
-
-    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        if self.solutions.is_empty() {
-            self.solutions = self.model.solve(query)?;
-        }
-        let mut solutions = self.solutions.clone();
-        for solution in &mut solutions {
-            let sum: f64 = query.configuration.shape.iter().sum();
-            solution.motion.frames[0].linear.x = 1.0 / sum;
-        }
-        Ok(solutions)
     }
 }
 
@@ -194,22 +150,24 @@ impl Hydrodynamics for Formula {
 #[test]
 fn bug_tables_of_five_joints_were_refused() {
     let spheres = 6;
-    let mut text = "model.kind = \"oseen\"\n".to_owned();
-    for k in 0..spheres {
-        let x = 10 * k;
-        text += &format!("[[bodies]]\nname = \"s{k}\"\nradius = 1\nposition = [{x}, 0, 0]\n");
-    }
-    for k in 1..spheres {
-        let to = k - 1;
-        text += &format!("[[links]]\nname = \"a{k}\"\nbody = \"s{to}\"\nto = \"s{k}\"\n");
-    }
-    let scene = Scene::parse(&text).unwrap();
+    let names: Vec<String> = (0..spheres).map(|k| format!("s{k}")).collect();
+    let text = (0..spheres).fold(SceneText::new(), |text, k| {
+        text.sphere(&names[k], 1.0, [10 * k, 0, 0])
+    });
+    let text = (1..spheres).fold(text, |text, k| {
+        text.slide(&format!("a{k}"), &names[k - 1], &names[k])
+    });
+    let scene = text.with("model.kind", "oseen").scene();
     let ranges = vec![(6.0, 10.0); spheres - 1];
-    let mut model = Formula {
-        model: SpheresModel::new(&scene, SphereModel::Oseen).unwrap(),
-        solutions: Vec::new(),
-    };
-    let whole = (SolvedShapes::default(), Part::Whole);
+    // A model whose frame moves by the inverse of the sum of all joint values.
+    let oseen = SpheresModel::new(&scene, SphereModel::Oseen).unwrap();
+    let mut model = Recording::changing(oseen, |query, solutions| {
+        for solution in solutions {
+            let sum: f64 = query.configuration.shape.iter().sum();
+            solution.motion.frames[0].linear.x = 1.0 / sum;
+        }
+    });
+    let whole = (SolvedShapes::default(), TablePart::Whole);
     let found =
         ShapeSpace::tabulate_from(&scene, &mut model, &ranges, 1e-9, whole, &mut |_| Ok(()));
     let space = found.unwrap();
@@ -217,8 +175,11 @@ fn bug_tables_of_five_joints_were_refused() {
     let shape = [6.4, 9.1, 7.3, 8.8, 6.9];
     let exact = 1.0 / shape.iter().sum::<f64>();
     for twist in space.connection(&shape).unwrap() {
-        let error = (twist.linear.x - exact).abs();
-        assert!(error <= space.errors().0, "{error:e}");
+        within(
+            twist.linear.x - exact,
+            space.errors().0,
+            "the interpolation error",
+        );
     }
     // A table that must keep its tolerance is still refused.
     let refused = ShapeSpace::tabulate(&scene, &mut model, &ranges, 1e-9);

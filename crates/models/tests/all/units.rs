@@ -1,11 +1,12 @@
 //! Solutions in other units of length and viscosity.
 
 use models::{
-    Configuration, ErrorEstimate, FemModel, InstantaneousSolution, Resistances, SphereModel,
+    ErrorEstimate, FemModel, InstantaneousSolution, Resistances, Response, SphereModel,
     SpheresModel,
 };
 use nalgebra::Vector3;
 use scene::Scene;
+use testkit::SceneText;
 
 use crate::scenes::solve_at_start;
 
@@ -15,36 +16,51 @@ const VISCOSITY: f64 = 4.0;
 
 /// Two linked spheres and a loose one with a force and a torque, in units of the given length and
 /// viscosity.
-fn bodies(length: f64, viscosity: f64, more: &str) -> Scene {
-    let vector = |v: [f64; 3], unit: f64| format!("{:?}", v.map(|x| x * unit));
+fn bodies(length: f64, viscosity: f64) -> SceneText {
+    let vector = |v: [f64; 3], unit: f64| v.map(|x| x * unit);
     let force = viscosity * length.powi(2);
-    Scene::parse(&format!(
-        r#"
-        fluid.viscosity = {viscosity:?}
-        {more}
-        bodies = [
-            {{ name = "a", radius = {:?}, position = {} }},
-            {{ name = "b", radius = {:?}, position = {} }},
-            {{ name = "c", radius = {:?}, position = {}, force = {}, torque = {} }},
-        ]
-        links = [{{ name = "arm", body = "b", to = "a" }}]
-        "#,
-        length,
-        vector([-3.0, 0.0, 0.5], length),
-        1.5 * length,
-        vector([2.0, 1.0, 0.0], length),
-        length,
-        vector([0.0, -4.0, 0.0], length),
-        vector([1.0, 2.0, 3.0], force),
-        vector([4.0, -5.0, 6.0], force * length),
-    ))
-    .unwrap()
+    SceneText::new()
+        .sphere("a", length, vector([-3.0, 0.0, 0.5], length))
+        .sphere("b", 1.5 * length, vector([2.0, 1.0, 0.0], length))
+        .sphere("c", length, vector([0.0, -4.0, 0.0], length))
+        .slide("arm", "b", "a")
+        .with(
+            "bodies.c.force",
+            format!("{:?}", vector([1.0, 2.0, 3.0], force)),
+        )
+        .with(
+            "bodies.c.torque",
+            format!("{:?}", vector([4.0, -5.0, 6.0], force * length)),
+        )
+        .with("fluid.viscosity", format!("{viscosity:?}"))
 }
 
 fn assert_scaled(found: &[Vector3<f64>], reference: &[Vector3<f64>], unit: f64) {
     assert_eq!(found.len(), reference.len());
     for (found, reference) in found.iter().zip(reference) {
         assert_eq!(*found, reference * unit);
+    }
+}
+
+fn assert_responses(found: &Response, reference: &Response) {
+    let force = VISCOSITY * LENGTH.powi(2);
+    assert_eq!(found.bodies.len(), reference.bodies.len());
+    for (found, reference) in found.bodies.iter().zip(&reference.bodies) {
+        assert_scaled(&[found.velocity], &[reference.velocity], LENGTH);
+        assert_scaled(
+            &[found.angular_velocity],
+            &[reference.angular_velocity],
+            1.0,
+        );
+        assert_scaled(&[found.force], &[reference.force], force);
+        assert_scaled(&[found.torque], &[reference.torque], force * LENGTH);
+    }
+    assert_scaled(&found.joint_forces, &reference.joint_forces, force);
+    assert_scaled(&found.motion.spins, &reference.motion.spins, 1.0);
+    assert_eq!(found.motion.frames.len(), reference.motion.frames.len());
+    for (found, reference) in found.motion.frames.iter().zip(&reference.motion.frames) {
+        assert_scaled(&[found.linear], &[reference.linear], LENGTH);
+        assert_scaled(&[found.angular], &[reference.angular], 1.0);
     }
 }
 
@@ -56,23 +72,10 @@ fn assert_bars(found: &ErrorEstimate, reference: &ErrorEstimate, unit: f64) {
 
 fn assert_same_in_other_units(found: &InstantaneousSolution, reference: &InstantaneousSolution) {
     let force = VISCOSITY * LENGTH.powi(2);
-    for (found, reference) in found.bodies.iter().zip(&reference.bodies) {
-        assert_scaled(&[found.velocity], &[reference.velocity], LENGTH);
-        assert_scaled(
-            &[found.angular_velocity],
-            &[reference.angular_velocity],
-            1.0,
-        );
-        assert_scaled(&[found.force], &[reference.force], force);
-        assert_scaled(&[found.torque], &[reference.torque], force * LENGTH);
+    for reference in &reference.bodies {
         assert!(reference.torque.norm() > 1e-3 && reference.force.norm() > 1e-3);
     }
-    assert_scaled(&found.joint_forces, &reference.joint_forces, force);
-    assert_scaled(&found.motion.spins, &reference.motion.spins, 1.0);
-    for (found, reference) in found.motion.frames.iter().zip(&reference.motion.frames) {
-        assert_scaled(&[found.linear], &[reference.linear], LENGTH);
-        assert_scaled(&[found.angular], &[reference.angular], 1.0);
-    }
+    assert_responses(&found.response, &reference.response);
     assert_eq!(found.power(), reference.power() * force * LENGTH);
     assert!(reference.error_estimate.total() > 0.0 && reference.power_error.total() > 0.0);
     assert_bars(&found.error_estimate, &reference.error_estimate, LENGTH);
@@ -82,24 +85,15 @@ fn assert_same_in_other_units(found: &InstantaneousSolution, reference: &Instant
     let (Some(found), Some(reference)) = (&found.mesh_error, &reference.mesh_error) else {
         return;
     };
-    for (found, reference) in found.bodies.iter().zip(&reference.bodies) {
-        assert_scaled(&[found.velocity], &[reference.velocity], LENGTH);
-        assert_scaled(&[found.force], &[reference.force], force);
-        assert_scaled(&[found.torque], &[reference.torque], force * LENGTH);
-    }
-    assert_scaled(&found.joint_forces, &reference.joint_forces, force);
+    assert_responses(&found.response, &reference.response);
     let (own, other) = (found.uncertainty, reference.uncertainty);
     assert_eq!(own.velocity, other.velocity * LENGTH);
     assert_eq!(own.relative, other.relative);
-    for (found, reference) in (found.motion.frames.iter()).zip(&reference.motion.frames) {
-        assert_scaled(&[found.linear], &[reference.linear], LENGTH);
-        assert_scaled(&[found.angular], &[reference.angular], 1.0);
-    }
 }
 
 #[test]
 fn models_of_spheres_give_the_same_solution_in_other_units() {
-    let [reference, other] = [bodies(1.0, 1.0, ""), bodies(LENGTH, VISCOSITY, "")];
+    let [reference, other] = [bodies(1.0, 1.0), bodies(LENGTH, VISCOSITY)].map(|text| text.scene());
     let model = |scene: &Scene| SpheresModel::new(scene, SphereModel::Rpy).unwrap();
     let found = solve_at_start(&mut model(&other), &[0.5 * LENGTH]);
     assert_same_in_other_units(&found, &solve_at_start(&mut model(&reference), &[0.5]));
@@ -107,13 +101,9 @@ fn models_of_spheres_give_the_same_solution_in_other_units() {
     let matrix = |scene: &Scene| {
         let state = scene.initial_state();
         let shape = scene.articulation().initial_shape();
-        let configuration = Configuration {
-            state: &state,
-            shape,
-        };
-        Resistances::resistance(&mut model(scene), configuration)
-            .unwrap()
-            .matrix
+        let configuration = testkit::at(&state, shape);
+        let resistance = Resistances::resistance(&mut model(scene), configuration);
+        resistance.unwrap().matrix
     };
     let (found, reference) = (matrix(&other), matrix(&reference));
     let unit = |entry: usize| if entry % 6 < 3 { 1.0 } else { LENGTH };
@@ -128,13 +118,8 @@ fn models_of_spheres_give_the_same_solution_in_other_units() {
 #[test]
 fn finite_elements_give_the_same_solution_and_flow_in_other_units() {
     let scene = |length: f64, viscosity: f64| {
-        let radius = 10.0 * length;
-        let fem = format!(
-            "model.kind = \"fem\"\nfem.surface_size = {:?}\n\
-             domain = {{ kind = \"ball\", radius = {radius:?} }}",
-            1.5 * length
-        );
-        bodies(length, viscosity, &fem)
+        let text = bodies(length, viscosity).ball(10.0 * length);
+        text.elements(1.5 * length).scene()
     };
     let [(found, flow), (reference, reference_flow)] =
         [(LENGTH, VISCOSITY), (1.0, 1.0)].map(|(length, viscosity)| {

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Vector3};
 use scene::Shape;
 
 /// Number of triangles with which a smooth shape also looks smooth.
-const ENOUGH: usize = 1200;
+const SMOOTH_TRIANGLES: usize = 1200;
 
 /// Largest number of triangles; finer surfaces from files are coarsened.
 const MAX_TRIANGLES: usize = 20_000;
@@ -23,7 +23,7 @@ pub fn body_surface(shape: &Shape) -> Option<SurfaceMesh> {
     if surface.has_fine_triangulation() {
         return Some(coarsened(mesh));
     }
-    while mesh.triangles.len() < ENOUGH {
+    while mesh.triangles.len() < SMOOTH_TRIANGLES {
         mesh = divided(&mesh, |x| surface.closest_point(x));
     }
     Some(mesh)

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 use scene::{Scene, ShapePath};
 
 use super::quantity::Quantity;
-use super::style::{Area, BAND, COLOURS, FAINT, GREY, INK, at, font, px, short};
+use super::style::{Area, BAND, COLOURS, GREY, GRID_COLOUR, INK, at, font, px, short};
 use crate::numbers::rounded;
 use swimmer::Outcome;
 
@@ -74,7 +74,7 @@ pub(super) fn draw(
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .bold_line_style(FAINT.stroke_width(px(1)))
+        .bold_line_style(GRID_COLOUR.stroke_width(px(1)))
         .axis_style(INK.stroke_width(px(1)))
         .set_all_tick_mark_size(px(5))
         .label_style(font(14, &INK))

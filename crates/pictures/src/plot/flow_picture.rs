@@ -7,7 +7,7 @@ use plotters::prelude::*;
 use scene::Scene;
 
 use super::canvas::{self, Raster};
-use super::style::{Area, FAINT, INK, at, direction_name, font, px, short, viridis};
+use super::style::{Area, GRID_COLOUR, INK, at, direction_name, font, px, short, viridis};
 use crate::error::PictureError;
 use crate::flow_slice::{FlowSlice, SlicePlane, Streamline, body_surface, section, streamlines};
 
@@ -132,7 +132,7 @@ fn draw_window(
         };
         for curve in section(&surface, pose, plane) {
             let mut corners: Vec<_> = curve.into_iter().map(place).collect();
-            chart.draw_series([Polygon::new(corners.clone(), FAINT.filled())])?;
+            chart.draw_series([Polygon::new(corners.clone(), GRID_COLOUR.filled())])?;
             corners.extend(corners.first().copied());
             chart.draw_series(LineSeries::new(corners, INK.stroke_width(px(1))))?;
         }

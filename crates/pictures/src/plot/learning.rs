@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use plotters::prelude::*;
 
 use super::canvas;
-use super::style::{Area, COLOURS, FAINT, GREY, INK, SIZE, font, px};
+use super::style::{Area, COLOURS, GREY, GRID_COLOUR, INK, SIZE, font, px};
 use crate::error::PictureError;
 
 /// Draws the mean reward of a step against the episode, with that of the best cycle.
@@ -28,7 +28,7 @@ pub fn learning_curve_svg(curve: &[f64], best: f64) -> Result<String, PictureErr
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
-            .bold_line_style(FAINT.stroke_width(px(1)))
+            .bold_line_style(GRID_COLOUR.stroke_width(px(1)))
             .axis_style(INK.stroke_width(px(1)))
             .label_style(font(14, &INK))
             .x_desc("episode")

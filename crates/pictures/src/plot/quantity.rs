@@ -8,7 +8,7 @@ use swimmer::Outcome;
 use super::style::direction_name;
 
 /// Displacements below this part of the smallest body are not shown if bodies turn more.
-const MAX_SMALL_SHARE: f64 = 0.01;
+const MIN_DISPLACEMENT: f64 = 0.01;
 
 /// A number for every body at every time.
 pub enum Quantity {
@@ -31,7 +31,7 @@ impl Quantity {
         let radii = scene.bodies().iter().map(|body| body.bounding_radius());
         let smallest = radii.filter(|r| *r > 0.0).fold(f64::INFINITY, f64::min);
         let rotation =
-            Self::rotation(outcome).filter(|_| moved.norm() < MAX_SMALL_SHARE * smallest);
+            Self::rotation(outcome).filter(|_| moved.norm() < MIN_DISPLACEMENT * smallest);
         rotation.unwrap_or_else(|| Quantity::Displacement(swimmer_axis(outcome)))
     }
 
@@ -39,7 +39,7 @@ impl Quantity {
     pub fn rotation(outcome: &Outcome) -> Option<Self> {
         let angles = angles(outcome).into_iter();
         let turned = largest(&mut angles.flat_map(|(_, angles)| angles));
-        (turned.norm() > MAX_SMALL_SHARE).then(|| Quantity::Angle(positive(turned)))
+        (turned.norm() > MIN_DISPLACEMENT).then(|| Quantity::Angle(positive(turned)))
     }
 
     /// Title of the plot.

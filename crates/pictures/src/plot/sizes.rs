@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use super::canvas;
-use super::style::{Area, COLOURS, FAINT, INK, SIZE, at, font, px, short};
+use super::style::{Area, COLOURS, GRID_COLOUR, INK, SIZE, at, font, px, short};
 use crate::error::PictureError;
 
 /// Height of a panel in pixels.
@@ -82,7 +82,7 @@ fn draw(
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .bold_line_style(FAINT.stroke_width(px(1)))
+        .bold_line_style(GRID_COLOUR.stroke_width(px(1)))
         .axis_style(INK.stroke_width(px(1)))
         .label_style(font(14, &INK))
         .x_desc(kind)

@@ -29,7 +29,7 @@ pub const INK: RGBColor = RGBColor(40, 40, 40);
 /// Colour of secondary text and joints.
 pub const GREY: RGBColor = RGBColor(110, 110, 110);
 /// Colour of grid lines.
-pub const FAINT: RGBColor = RGBColor(225, 225, 225);
+pub const GRID_COLOUR: RGBColor = RGBColor(225, 225, 225);
 /// Background of every second phase.
 pub const BAND: RGBColor = RGBColor(246, 246, 246);
 

@@ -13,37 +13,15 @@ pub enum Edit {
 
 fn edit() -> impl Strategy<Value = Edit> {
     // Pieces with a meaning in TOML, in JSON or in numbers.
-    let text = prop::sample::select(vec![
-        "[",
-        "]",
-        "[[",
-        "]]",
-        "{",
-        "}",
-        "=",
-        ",",
-        "\"",
-        "'",
+    let words = "[ ] [[ ]] { } = , \" ' # . - e nan inf -1 0 1e999 1e-400 99999999999999999999 true \
+                 null \u{0} é";
+    let lines = [
         "\n",
-        "#",
-        ".",
-        "-",
-        "e",
-        "nan",
-        "inf",
-        "-1",
-        "0",
-        "1e999",
-        "1e-400",
-        "99999999999999999999",
-        "true",
-        "null",
-        "\u{0}",
-        "é",
         "[[bodies]]\n",
         "cycles = 4294967295\n",
         "radius = -0.0\n",
-    ]);
+    ];
+    let text = prop::sample::select(words.split(' ').chain(lines).collect::<Vec<_>>());
     // Taken modulo the length of the text when it is applied.
     let place = || 0usize..1 << 20;
     prop_oneof![

@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 use rigid::JointKind;
 use scene::{Scene, ShapePath, spans};
 
-/// Three spheres on a line, with arms of the length 10.
-fn parse(gait: &str) -> Result<Scene, String> {
-    let text = format!(
+/// Three spheres on a line, with arms of the length 10, and a gait.
+fn text(gait: &str) -> String {
+    format!(
         r#"
         bodies = [
             {{ name = "left", radius = 1, position = [-10, 0, 0] }},
@@ -19,8 +19,11 @@ fn parse(gait: &str) -> Result<Scene, String> {
         ]
         {gait}
         "#
-    );
-    Scene::parse(&text).map_err(|error| error.to_string())
+    )
+}
+
+fn parse(gait: &str) -> Result<Scene, String> {
+    Scene::parse(&text(gait)).map_err(|error| error.to_string())
 }
 
 #[test]
@@ -81,20 +84,7 @@ fn with_table(table: &str, gait: &str) -> Result<Scene, String> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("stroke.csv"), table).unwrap();
     let file = folder.path().join("scene.toml");
-    let text = format!(
-        r#"
-        bodies = [
-            {{ name = "left", radius = 1, position = [-10, 0, 0] }},
-            {{ name = "centre", radius = 1, position = [0, 0, 0] }},
-            {{ name = "right", radius = 1, position = [10, 0, 0] }},
-        ]
-        links = [
-            {{ name = "a", body = "left", to = "centre" }},
-            {{ name = "b", body = "right", to = "centre" }},
-        ]
-        gait = {{ file = "stroke.csv"{gait} }}
-        "#
-    );
+    let text = text(&format!("gait = {{ file = \"stroke.csv\"{gait} }}"));
     std::fs::write(&file, text).unwrap();
     let scene = Scene::read(&file, &[]).map_err(|error| error.to_string())?;
     // Written and read again while the table exists.
@@ -141,145 +131,92 @@ fn a_table_is_a_spline_or_phases_through_its_rows() {
     }
 }
 
-#[test]
-fn bad_tables_are_refused_with_their_line() {
-    for (table, gait, parts) in [
-        ("", "", &["gait.file", "no rows"][..]),
-        ("time, a\n0, 10\n", "", &["less than two rows"]),
-        ("t, a\n0, 10\n1, 9\n", "", &["line 1", "time"]),
-        ("time, c\n0, 10\n1, 9\n", "", &["line 1", "\"c\""]),
-        (
-            "time, a, a\n0, 10, 9\n1, 9, 9\n",
-            "",
-            &["line 1", "two columns"],
-        ),
-        (
-            "time, a\n0, 10\n\n1, x\n",
-            "",
-            &["line 4", "\"x\" is not a number"],
-        ),
-        ("time, a\n0, 10\n1, NaN\n", "", &["line 3", "not a number"]),
-        (
-            "time, a\n0, 10\n1, 9, 8\n",
-            "",
-            &["line 3", "3 columns instead of 2"],
-        ),
-        ("time, a\n0, 10\n0, 9\n", "", &["line 3", "not after"]),
-        ("time, a\n0, 10\n1, -9\n", "", &["line 3", "not positive"]),
-        ("time, a\n0, 10\n1, 1e40\n", "", &["gait.file", "too large"]),
-        (
-            "time, a\n0, 10\n1, 9\n",
-            ", cycles = 2",
-            &["gait.cycles", "first one"],
-        ),
-        ("time, a\n0, 10\n1, 1.5\n", "", &["touch", "phase 1"]),
-        (
-            "time, a\n0, 10\n1, 9\n",
-            ", period = 2",
-            &["gait.period", "harmonic"],
-        ),
-        (
-            "time, a\n0, 10\n1, 9\n",
-            ", kind = \"phases\"",
-            &["gait.kind", "no gait.phases"],
-        ),
-    ] {
-        let message = with_table(table, gait).unwrap_err();
-        for part in parts {
-            assert!(message.contains(part), "{table}\n{message}\nwithout {part}");
+/// Asserts that each row `case -> part | part` is refused with all of its parts.
+fn assert_refused(rows: &str, refuse: impl Fn(&str) -> String) {
+    for row in rows.trim().lines() {
+        let (case, parts) = row.split_once("-> ").unwrap();
+        let message = refuse(case.trim());
+        for part in parts.split(" | ") {
+            assert!(message.contains(part), "{case}\n{message}\nwithout {part}");
         }
     }
-    let missing = parse("gait.file = \"nowhere.csv\"").unwrap_err();
-    assert!(
-        missing.contains("gait.file") && missing.contains("nowhere.csv"),
-        "{missing}"
+}
+
+#[test]
+fn bad_tables_are_refused_with_their_line() {
+    // Lines of the table are separated by `/`; `;` ends it before further keys of the gait.
+    let rows = r#"
+-> gait.file | no rows
+time, a / 0, 10 / -> less than two rows
+t, a / 0, 10 / 1, 9 / -> line 1 | time
+time, c / 0, 10 / 1, 9 / -> line 1 | "c"
+time, a, a / 0, 10, 9 / 1, 9, 9 / -> line 1 | two columns
+time, a / 0, 10 / / 1, x / -> line 4 | "x" is not a number
+time, a / 0, 10 / 1, NaN / -> line 3 | not a number
+time, a / 0, 10 / 1, 9, 8 / -> line 3 | 3 columns instead of 2
+time, a / 0, 10 / 0, 9 / -> line 3 | not after
+time, a / 0, 10 / 1, -9 / -> line 3 | not positive
+time, a / 0, 10 / 1, 1e40 / -> gait.file | too large
+time, a / 0, 10 / 1, 9 /; cycles = 2 -> gait.cycles | first one
+time, a / 0, 10 / 1, 1.5 / -> touch | phase 1
+time, a / 0, 10 / 1, 9 /; period = 2 -> gait.period | harmonic
+time, a / 0, 10 / 1, 9 /; kind = "phases" -> gait.kind | no gait.phases
+"#;
+    assert_refused(rows, |case| {
+        let (table, keys) = match case.split_once("; ") {
+            Some((table, keys)) => (table, format!(", {keys}")),
+            None => (case, String::new()),
+        };
+        let table = table
+            .replace(" / ", "\n")
+            .replace(" /", "\n")
+            .replace("/ ", "\n");
+        with_table(&table, &keys).unwrap_err()
+    });
+    assert_refused(
+        r#"gait.file = "nowhere.csv" -> gait.file | nowhere.csv"#,
+        |gait| parse(gait).unwrap_err(),
     );
 }
 
 #[test]
 fn bad_gaits_are_refused_with_their_key() {
-    let harmonic = |entry: &str| format!("gait = {{ period = 8, harmonics = [{entry}] }}");
-    for (gait, parts) in [
-        (
-            "gait.phases = [{ targets = { c = 7 } }]",
-            &["gait.phases[0].targets", "\"c\""][..],
-        ),
-        (
-            "gait.phases = [{ targets = { a = -7 } }]",
-            &["gait.phases[0].targets", "greater"],
-        ),
-        (
-            "gait.phases = [{ targets = 7 }]",
-            &["gait.phases[0].targets", "{ arm = 6 }"],
-        ),
-        (
-            "gait.phases = [{ targets = { a = 1e300 } }]",
-            &["gait.phases[0].targets", "1e50"],
-        ),
-        (
-            "gait.phases = [{ link = \"b\", length = 8, targets = { a = 7 } }]",
-            &["gait.phases[0].targets", "cannot be combined with link"],
-        ),
-        // Both arms at once are shorter than a diameter.
-        (
-            "gait.phases = [{ targets = { a = 1.9, b = 8 } }]",
-            &["touch", "phase 1"],
-        ),
-        (&harmonic(""), &["gait.harmonics", "is empty"]),
-        (
-            &harmonic("{ amplitude = 1 }"),
-            &["gait.harmonics[0].link", "missing"],
-        ),
-        (
-            &harmonic("{ link = \"a\" }"),
-            &["gait.harmonics[0].amplitude", "missing"],
-        ),
-        (
-            &harmonic("{ link = \"c\", amplitude = 1 }"),
-            &["gait.harmonics[0].link", "names no link"],
-        ),
-        (
-            &harmonic("{ link = \"a\", amplitude = 1, order = 0 }"),
-            &["gait.harmonics[0].order", "at least 1"],
-        ),
-        (
-            &harmonic(
-                "{ link = \"a\", amplitude = 1, mean = 8 }, { link = \"a\", amplitude = 1, mean = 9 }",
-            ),
-            &["gait.harmonics[1].mean", "another entry"],
-        ),
-        // The arm is shortest, 10 - 8.5, in the third quarter.
-        (
-            &harmonic("{ link = \"a\", amplitude = 8.5 }"),
-            &["scene.toml:", "touch", "phase 3"],
-        ),
-        (
-            "gait.harmonics = [{ link = \"a\", amplitude = 1 }]",
-            &["gait.period", "missing"],
-        ),
-        ("gait.period = 8", &["gait.period", "harmonic"]),
-        (
-            "gait = { phases = [{}], interpolation = \"linear\" }",
-            &["gait.interpolation", "table"],
-        ),
-        (
-            "gait.kind = \"harmonic\"",
-            &["gait.kind", "no gait.harmonics"],
-        ),
-        (
-            "gait = { kind = \"phases\", period = 8, harmonics = [{ link = \"a\", amplitude = 1 }] }",
-            &["gait.kind", "no gait.phases"],
-        ),
-        (
-            "gait = { phases = [{}], period = 8, harmonics = [{ link = \"a\", amplitude = 1 }] }",
-            &["gait.harmonics", "phases"],
-        ),
-    ] {
-        let message = parse(gait).unwrap_err();
-        for part in parts {
-            assert!(message.contains(part), "{gait}\n{message}\nwithout {part}");
-        }
-    }
+    // Both arms at once are shorter than a diameter in the last row.
+    let phases = r#"
+targets = { c = 7 } -> gait.phases[0].targets | "c"
+targets = { a = -7 } -> gait.phases[0].targets | greater
+targets = 7 -> gait.phases[0].targets | { arm = 6 }
+targets = { a = 1e300 } -> gait.phases[0].targets | 1e50
+link = "b", length = 8, targets = { a = 7 } -> gait.phases[0].targets | cannot be combined with link
+targets = { a = 1.9, b = 8 } -> touch | phase 1
+"#;
+    assert_refused(phases, |phase| {
+        parse(&format!("gait.phases = [{{ {phase} }}]")).unwrap_err()
+    });
+    // The arm is shortest, 10 - 8.5, in the third quarter in the last row.
+    let harmonics = r#"
+-> gait.harmonics | is empty
+{ amplitude = 1 } -> gait.harmonics[0].link | missing
+{ link = "a" } -> gait.harmonics[0].amplitude | missing
+{ link = "c", amplitude = 1 } -> gait.harmonics[0].link | names no link
+{ link = "a", amplitude = 1, order = 0 } -> gait.harmonics[0].order | at least 1
+{ link = "a", amplitude = 1, mean = 8 }, { link = "a", amplitude = 1, mean = 9 } -> gait.harmonics[1].mean | another entry
+{ link = "a", amplitude = 8.5 } -> scene.toml: | touch | phase 3
+"#;
+    assert_refused(harmonics, |entry| {
+        parse(&format!("gait = {{ period = 8, harmonics = [{entry}] }}")).unwrap_err()
+    });
+    let gaits = r#"
+harmonics = [{ link = "a", amplitude = 1 }] -> gait.period | missing
+period = 8 -> gait.period | harmonic
+phases = [{}], interpolation = "linear" -> gait.interpolation | table
+kind = "harmonic" -> gait.kind | no gait.harmonics
+kind = "phases", period = 8, harmonics = [{ link = "a", amplitude = 1 }] -> gait.kind | no gait.phases
+phases = [{}], period = 8, harmonics = [{ link = "a", amplitude = 1 }] -> gait.harmonics | phases
+"#;
+    assert_refused(gaits, |keys| {
+        parse(&format!("gait = {{ {keys} }}")).unwrap_err()
+    });
 }
 
 /// The pivot of a hinge stays where it is on its bodies when the mean of a slide moves them.

@@ -2,33 +2,13 @@
 
 use nalgebra::{Rotation3, Vector3};
 use swimmer::choose;
-use swimmer::{Method, Scene, simulate, solve_start};
+use testkit::exact::{
+    CYLINDER_5, Exact, INSTANT_IN_BALL_40, SPHEROID_2, STROKE, STROKE_IN_BALL_40,
+};
+use testkit::{SceneText, run, start, start_by, three_spheres, within};
 
-/// The three-sphere swimmer of Najafi & Golestanian (2004) along `axis`: arms close from 10 to 6
-/// and open again.
-fn three_spheres(domain: &str, model: &str, tolerance: f64, axis: Vector3<f64>) -> Scene {
-    let phases: String = [("left", 6), ("right", 6), ("left", 10), ("right", 10)]
-        .map(|(joint, length)| format!("[[gait.phases]]\nlink = \"{joint}\"\nlength = {length}\n"))
-        .concat();
-    let bodies: String = [("l", -10.0), ("c", 0.0), ("r", 10.0)]
-        .map(|(name, at)| {
-            let x = at * axis;
-            format!(
-                "[[bodies]]\nname = \"{name}\"\nradius = 1\nposition = [{:?}, {:?}, {:?}]\n",
-                x.x, x.y, x.z
-            )
-        })
-        .concat();
-    Scene::parse(&format!(
-        "domain = {domain}\n\
-         links = [{{ name = \"left\", body = \"l\", to = \"c\" }}, \
-         {{ name = \"right\", body = \"r\", to = \"c\" }}]\n\
-         model = {{ kind = \"{model}\", tolerance = {tolerance:e} }}\n{bodies}{phases}"
-    ))
-    .expect("a scene")
-}
-
-const BALL: &str = "{ kind = \"ball\", radius = 40 }";
+const EIGHT_PI: f64 = 8.0 * std::f64::consts::PI;
+const SIX_PI: f64 = 6.0 * std::f64::consts::PI;
 
 /// Spectral, ball of radius 40: velocity of the centre sphere and forces while the left arm closes
 /// at unit rate.
@@ -37,28 +17,35 @@ fn an_instant_in_a_ball_is_exact_within_its_error_bar() {
     // Not along a coordinate axis.
     let axis = Rotation3::from_euler_angles(0.3, 0.4, 0.5) * Vector3::x();
     for tolerance in [1e-2, 1e-4] {
-        let scene = three_spheres(BALL, "axisymmetric", tolerance, axis);
-        let mut choice = choose(&scene).expect("collinear in a ball");
+        let text = three_spheres().ball(40.0).model("axisymmetric", tolerance);
+        let text = [("left", -10.0), ("right", 10.0)]
+            .iter()
+            .fold(text, |text, (name, x)| {
+                let key = format!("bodies.{name}.position");
+                text.with(&key, format!("{:?}", (axis * *x).as_slice()))
+            });
+        let mut choice = choose(&text.scene()).expect("collinear in a ball");
         assert_eq!(choice.model.name(), "axisymmetric");
-        let instant = solve_start(&scene, choice.model.as_mut()).expect("a solution");
+        let instant = start_by(choice.model.as_mut());
         // The arm closes by 4 per unit of time.
-        let off = (instant.bodies[1].velocity / 4.0 - axis * -0.3428979021151601).norm();
+        let speed = INSTANT_IN_BALL_40.velocity;
+        let off = (instant.bodies[1].velocity / 4.0 - axis * speed).norm();
         let bar = instant.error_estimate.mesh.expect("always estimated") / 4.0;
-        assert!(off < tolerance * 0.34 && off < bar, "{off:e} {bar:e}");
-        let exact = [14.122932964125914, -7.611261032148927, -6.5116719319769825];
+        within(off, tolerance * 0.34, "the tolerance");
+        within(off, bar, "the error bar");
+        let exact = INSTANT_IN_BALL_40.forces;
         let error = instant.mesh_error.as_ref().expect("always estimated");
         let bar = error.force_error_bar() / 4.0;
         for (body, force) in instant.bodies.iter().zip(exact) {
             let off = (body.force / 4.0 - axis * force).norm();
-            assert!(off < 2.0 * bar, "{off:e} {bar:e}");
-            assert!(body.angular_velocity.norm() < 1e-12);
+            within(off, 2.0 * bar, "bars of forces are within a factor of two");
+            within(body.angular_velocity.norm(), 1e-12, "rounding");
         }
         // What was subtracted has the sign of the error before; the forces add up to zero, so the
         // power is the force of the left sphere times the rate of its arm.
         let before = instant.uncorrected();
         let signed = [
-            (before.bodies[1].velocity - axis * 4.0 * -0.3428979021151601)
-                .dot(&error.bodies[1].velocity),
+            (before.bodies[1].velocity - axis * 4.0 * speed).dot(&error.bodies[1].velocity),
             (before.bodies[0].force - axis * 4.0 * exact[0]).dot(&error.bodies[0].force),
             (before.power() - 16.0 * exact[0]) * (before.power() - instant.power()),
         ];
@@ -66,96 +53,74 @@ fn an_instant_in_a_ball_is_exact_within_its_error_bar() {
         // All bodies of a linkage have the velocity of its frame, and the rates of the arms.
         let frame = error.motion.frames[0].linear;
         for of_body in &error.bodies {
-            let off = (of_body.velocity - frame).norm();
-            assert!(off < 1e-12, "{} {frame}", of_body.velocity);
+            within((of_body.velocity - frame).norm(), 1e-12, "rounding");
         }
-        assert!((instant.joint_forces[0] / 4.0 - axis * exact[0]).norm() < 2.0 * bar);
+        let off = (instant.joint_forces[0] / 4.0 - axis * exact[0]).norm();
+        within(off, 2.0 * bar, "bars of forces are within a factor of two");
         assert!(instant.error_estimate.container.is_none());
     }
 }
 
-fn check_stroke(domain: &str, tolerance: f64, net: f64) {
-    let scene = three_spheres(domain, "axisymmetric", tolerance, Vector3::x());
-    let mut model = choose(&scene).expect("collinear").model;
-    let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut ()).expect("a stroke");
-    let off = (outcome.displacement[1] - Vector3::x() * net).norm();
-    let bar = outcome.error_estimate.total();
-    assert!(off < tolerance * net && off < bar, "{off:e} {bar:e}");
+fn check_stroke(text: SceneText, tolerance: f64, net: Exact) {
+    let outcome = run(&text.model("axisymmetric", tolerance).scene());
+    let off = (outcome.displacement[1] - Vector3::x() * net.value).norm();
+    within(off, tolerance * net.value, "the tolerance");
+    within(off, outcome.error_estimate.total(), "the error bar");
     assert!(outcome.tolerance_met);
-    assert!(outcome.displacement[1].yz().norm() < 1e-12);
+    within(outcome.displacement[1].yz().norm(), 1e-12, "rounding");
 }
 
-/// Spectral, the swimmer starting at the centre.
 #[test]
 fn a_stroke_in_a_ball_has_the_exact_net_displacement() {
-    check_stroke(BALL, 1e-2, 0.1604180159643671);
+    check_stroke(three_spheres().ball(40.0), 1e-2, STROKE_IN_BALL_40);
 }
 
-/// Spectral.
 #[test]
 #[ignore = "slow: 1 min, strokes to four and five digits"]
 fn strokes_have_the_exact_net_displacement() {
-    check_stroke("{ kind = \"unbounded\" }", 1e-4, 0.1598053403881754);
-    check_stroke(BALL, 1e-5, 0.1604180159643671);
+    check_stroke(three_spheres(), 1e-4, STROKE);
+    check_stroke(three_spheres().ball(40.0), 1e-5, STROKE_IN_BALL_40);
 }
 
 /// Haberman & Sayre (1958), by a collocation of their series to 1e-9: a cylinder with five times
 /// the radius of the sphere.
 #[test]
 fn auto_chooses_the_axisymmetric_model_in_a_cylinder_and_gives_reasons() {
-    let scene = Scene::parse(
-        "domain = { kind = \"cylinder\", radius = 2.5 }\nfluid.viscosity = 2\n\
-         bodies = [{ name = \"s\", radius = 0.5, position = [7, 0, 0], force = [3, 0, 0] }]",
-    )
-    .expect("a scene");
-    let mut choice = choose(&scene).expect("a sphere on the axis");
+    let text = SceneText::new().shape("s", "radius = 0.5, force = [3, 0, 0]", [7, 0, 0]);
+    let text = text.set(&[
+        "domain.kind=cylinder",
+        "domain.radius=2.5",
+        "fluid.viscosity=2",
+    ]);
+    let mut choice = choose(&text.scene()).expect("a sphere on the axis");
     assert_eq!(choice.model.name(), "axisymmetric");
-    let reasons = choice.reasons.join("; ");
-    for fragment in [
-        "axis of the domain",
-        "cylinder",
-        "resistance",
-        "chosen: finite elements in the meridian plane",
-    ] {
-        assert!(reasons.contains(fragment), "{reasons}");
-    }
-    let instant = solve_start(&scene, choice.model.as_mut()).expect("a solution");
-    let exact = 3.0 / (6.0 * std::f64::consts::PI * 2.0 * 0.5 * 1.679478884847892);
-    let off = (instant.bodies[0].velocity.x - exact).abs();
-    assert!(
-        off < 5e-5 * exact && off < instant.error_estimate.total(),
-        "{off:e}"
-    );
+    let chosen = "chosen: finite elements in the meridian plane";
+    let fragments = ["axis of the domain", "cylinder", "resistance", chosen];
+    testkit::contains("reasons", &choice.reasons.join("; "), &fragments);
+    let instant = start_by(choice.model.as_mut());
+    let exact = 3.0 / (SIX_PI * 2.0 * 0.5 * CYLINDER_5.value);
+    let off = instant.bodies[0].velocity.x - exact;
+    within(off, 5e-5 * exact, "a twentieth of the tolerance");
+    within(off, instant.error_estimate.total(), "the error bar");
 }
 
 /// Happel & Brenner (1983): torque factor `1 / (1 - 2^-3)` in a ball of twice the radius.
 #[test]
 fn a_torque_about_the_axis_gives_the_exact_angular_velocity() {
-    let scene = Scene::parse(
-        "model.kind = \"axisymmetric\"\ndomain = { kind = \"ball\", radius = 2 }\n\
-         bodies = [{ name = \"s\", radius = 1, position = [0, 0, 0], torque = [0, 0, 5], force = [0, 0, 1] }]",
-    )
-    .expect("a scene");
-    let mut model = choose(&scene).expect("symmetric").model;
-    let instant = solve_start(&scene, model.as_mut()).expect("a solution");
-    let exact = Vector3::z() * 5.0 * 0.875 / (8.0 * std::f64::consts::PI);
+    let keys = "radius = 1, torque = [0, 0, 5], force = [0, 0, 1]";
+    let text = SceneText::new().shape("s", keys, [0; 3]).ball(2.0);
+    let text = text.with("model.kind", "axisymmetric");
+    let instant = start(&text.scene());
+    let exact = Vector3::z() * 5.0 * 0.875 / EIGHT_PI;
     let off = (instant.bodies[0].angular_velocity - exact).norm();
-    assert!(off < 5e-5 * exact.norm(), "{off:e}");
-    assert!((instant.bodies[0].torque.z - 5.0).abs() < 1e-10);
+    within(off, 5e-5 * exact.norm(), "a twentieth of the tolerance");
+    within(instant.bodies[0].torque.z - 5.0, 1e-10, "rounding");
     assert!(instant.bodies[0].velocity.z > 0.0);
     // The angular velocity has an estimated error, and dofs of its own.
-    let error = instant
-        .mesh_error
-        .as_ref()
-        .expect("always estimated")
-        .motion
-        .frames[0]
-        .angular;
-    assert!(off <= 4.0 * error.norm() + 1e-13, "{off:e} {error}");
-    let pulled = scene.to_toml().expect("TOML").replace("5.0", "0.0");
-    let pulled = Scene::parse(&pulled).expect("a scene");
-    let mut model = choose(&pulled).expect("symmetric").model;
-    let without = solve_start(&pulled, model.as_mut()).expect("a solution");
+    let error = instant.mesh_error.as_ref().expect("always estimated");
+    let bar = 4.0 * error.motion.frames[0].angular.norm();
+    within(off, bar + 1e-13, "the order of the estimated error");
+    let without = start(&text.with("bodies.s.torque", "[0, 0, 0]").scene());
     assert!(without.dofs.total < instant.dofs.total);
 }
 
@@ -165,31 +130,21 @@ fn a_spheroid_along_any_axis_has_the_exact_velocity() {
     for (axis, force) in [([2.0, 1.0, 2.0], 3.0), ([0.0, 1.0, 0.0], -1.0)] {
         let direction = Vector3::from(axis).normalize();
         let load = direction * force;
-        let scene = Scene::parse(&format!(
-            "domain.kind = \"unbounded\"\n\
-             bodies = [{{ name = \"s\", shape = \"spheroid\", radius = 0.5, half_length = 1, axis = {axis:?}, position = [1, 2, 3], force = {:?} }}]",
-            load.as_slice()
-        ))
-        .expect("a scene");
+        let (load_keys, shape) = (
+            load.as_slice(),
+            "shape = \"spheroid\", radius = 0.5, half_length = 1",
+        );
+        let keys = format!("{shape}, axis = {axis:?}, force = {load_keys:?}");
+        let scene = SceneText::new().shape("s", &keys, [1, 2, 3]).scene();
         let mut choice = choose(&scene).expect("a lone spheroid");
-        assert!(
-            choice.reasons[1].contains("spheroid"),
-            "{:?}",
-            choice.reasons
-        );
-        let instant = solve_start(&scene, choice.model.as_mut()).expect("a solution");
-        let exact = load / (6.0 * std::f64::consts::PI * 0.6019704948941008);
+        testkit::contains("reason", &choice.reasons[1], &["spheroid"]);
+        let instant = start_by(choice.model.as_mut());
+        let exact = load / (SIX_PI * SPHEROID_2.value);
         let off = (instant.bodies[0].velocity - exact).norm();
-        assert!(
-            off < 5e-5 * exact.norm() && off < instant.error_estimate.total(),
-            "{off:e}"
-        );
-        assert_eq!(
-            Scene::parse(&scene.to_toml().expect("TOML"))
-                .expect("a scene")
-                .bodies(),
-            scene.bodies()
-        );
+        within(off, 5e-5 * exact.norm(), "a twentieth of the tolerance");
+        within(off, instant.error_estimate.total(), "the error bar");
+        let again = SceneText::file(&scene.to_toml().expect("TOML")).scene();
+        assert_eq!(again.bodies(), scene.bodies());
     }
 }
 
@@ -197,12 +152,10 @@ fn a_spheroid_along_any_axis_has_the_exact_velocity() {
 #[test]
 fn shapes_off_the_axis_are_left_to_elements_in_space() {
     let scene = |kind: &str, shape: &str| {
-        Scene::parse(&format!(
-            "model.kind = \"{kind}\"\ndomain = {BALL}\n\
-             bodies = [{{ name = \"a\", {shape}, position = [0, 0, 0] }}, \
-             {{ name = \"b\", radius = 1, position = [4, 0, 0] }}]"
-        ))
-        .expect("a scene")
+        let text = SceneText::new()
+            .shape("a", shape, [0; 3])
+            .sphere("b", 1.0, [4, 0, 0]);
+        text.ball(40.0).with("model.kind", kind).scene()
     };
     let spheroid = "shape = \"spheroid\", radius = 1, half_length = 2, axis = [0, 1, 0]";
     let capsule = "shape = \"capsule\", radius = 1, half_length = 2";
@@ -224,66 +177,43 @@ fn shapes_off_the_axis_are_left_to_elements_in_space() {
 /// A body longer than the width of a cylinder fits along the cylinder but not across it.
 #[test]
 fn clearance_depends_on_the_shape() {
-    let scene = |axis: &str| {
-        Scene::parse(&format!(
-            "domain = {{ kind = \"cylinder\", radius = 2 }}\n\
-             bodies = [{{ name = \"s\", shape = \"spheroid\", radius = 1, half_length = 2.5, axis = {axis}, position = [0, 0, 0], force = [1, 0, 0] }}]"
-        ))
+    let text = |axis: &str| {
+        let keys = "shape = \"spheroid\", radius = 1, half_length = 2.5, force = [1, 0, 0]";
+        let text = SceneText::new()
+            .shape("s", keys, [0; 3])
+            .with("bodies.s.axis", axis);
+        text.set(&["domain.kind=cylinder", "domain.radius=2"])
     };
-    let along = scene("[1, 0, 0]").expect("it fits");
-    let mut model = choose(&along).expect("on the axis").model;
-    assert!(
-        solve_start(&along, model.as_mut())
-            .expect("a solution")
-            .bodies[0]
-            .velocity
-            .x
-            > 0.0
-    );
-    assert!(scene("[0, 0, 1]").is_err());
+    assert!(start(&text("[1, 0, 0]").scene()).bodies[0].velocity.x > 0.0);
+    assert!(text("[0, 0, 1]").try_scene().is_err());
 }
 
 #[test]
 fn scenes_without_axial_symmetry_are_refused_with_the_reason() {
-    let scene = |domain: &str, body: &str| {
-        Scene::parse(&format!(
-            "model.kind = \"axisymmetric\"\ndomain = {domain}\n\
-             bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0], {body} }}, {{ name = \"b\", radius = 1, position = [4, 0, 0] }}]"
-        ))
-        .expect("a scene")
-    };
-    for (domain, body, reason) in [
-        (
-            "{ kind = \"box\", size = [20, 20, 20] }",
-            "force = [1, 0, 0]",
-            "domain.kind = \"box\"",
-        ),
-        (
-            BALL,
-            "force = [0, 1, 0]",
-            "about which shapes, loads or the domain are not symmetric",
-        ),
-        (
-            BALL,
-            "torque = [0, 1, 0]",
-            "about which shapes, loads or the domain are not symmetric",
-        ),
+    let text = testkit::chain(&["a", "b"], &[0.0, 4.0]).with("model.kind", "axisymmetric");
+    let asymmetric = "about which shapes, loads or the domain are not symmetric";
+    let in_box = text
+        .clone()
+        .with("domain", "{ kind = \"box\", size = [20, 20, 20] }");
+    let in_ball = text.ball(40.0);
+    for (text, setting, reason) in [
+        (&in_box, "bodies.a.force=[1, 0, 0]", "domain.kind = \"box\""),
+        (&in_ball, "bodies.a.force=[0, 1, 0]", asymmetric),
+        (&in_ball, "bodies.a.torque=[0, 1, 0]", asymmetric),
     ] {
-        let scene = scene(domain, body);
-        let error = choose(&scene).err().expect(reason);
-        assert!(
-            error.is_bad_input() && error.to_string().contains(reason),
-            "{error}"
-        );
+        let error = choose(&text.clone().set(&[setting]).scene())
+            .err()
+            .expect(reason);
+        assert!(error.is_bad_input());
+        testkit::contains(setting, &error.to_string(), &[reason]);
     }
-    let scene = scene(BALL, "force = [1, 0, 0]");
+    let scene = in_ball.with("bodies.a.force", "[1, 0, 0]").scene();
     let mut model = choose(&scene).expect("symmetric").model;
     let error = swimmer::start_resistance(&scene, model.as_mut()).expect_err("axial only");
-    assert!(
-        error
-            .to_string()
-            .contains("restricted to motions along the axis"),
-        "{error}"
+    testkit::contains(
+        "force",
+        &error.to_string(),
+        &["restricted to motions along the axis"],
     );
 }
 
@@ -291,33 +221,35 @@ fn scenes_without_axial_symmetry_are_refused_with_the_reason() {
 /// with the joint's name.
 #[test]
 fn a_rotor_about_the_axis_turns_bodies_as_multipoles_do() {
-    let scene = |model: &str, joint: &str| {
-        let text = format!(
-            "model = {{ kind = \"{model}\", tolerance = 1e-6 }}\n\
-             bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0] }}, \
-             {{ name = \"b\", radius = 1.5, position = [2.8, 0, 0] }}]\n\
-             links = [{{ name = \"motor\", body = \"b\", to = \"a\", {joint} }}]\n\
-             gait.phases = [{{ link = \"motor\", length = 2 }}]\n"
-        );
-        Scene::parse(&text).expect("a scene")
+    let text = |model: &str, joint: &str| {
+        let text = SceneText::new()
+            .sphere("a", 1.0, [0; 3])
+            .sphere("b", 1.5, [2.8, 0.0, 0.0]);
+        let text = text
+            .joint("motor", "b", "a", joint)
+            .phases(&[("motor", 2.0)]);
+        text.model(model, 1e-6)
     };
-    let rotor = "joint = \"rotor\"";
-    let [meridian, spheres] = ["axisymmetric", "multipole"].map(|model| {
-        let scene = scene(model, rotor);
-        solve_start(&scene, choose(&scene).unwrap().model.as_mut()).unwrap()
-    });
+    let [meridian, spheres] =
+        ["axisymmetric", "multipole"].map(|model| start(&text(model, "joint = \"rotor\"").scene()));
     for (body, other) in meridian.bodies.iter().zip(&spheres.bodies) {
         assert!(other.angular_velocity.x.abs() > 0.1);
-        assert!((body.angular_velocity - other.angular_velocity).norm() < 1e-6);
-        assert!((body.torque - other.torque).norm() < 1e-5);
-        assert!(body.velocity.norm() < 1e-9);
+        let turned = (body.angular_velocity - other.angular_velocity).norm();
+        within(turned, 1e-6, "the tolerance");
+        within(
+            (body.torque - other.torque).norm(),
+            1e-5,
+            "the tolerance, of torques of about ten",
+        );
+        within(body.velocity.norm(), 1e-9, "rounding");
     }
     // The relative rate is that of the gait.
     let [a, b] = [0, 1].map(|body| meridian.bodies[body].angular_velocity.x);
-    assert!((b - a - 2.0).abs() < 1e-9);
-    let hinge = scene("axisymmetric", "joint = \"hinge\", axis = [0, 0, 1]");
-    let error = choose(&hinge).err().unwrap().to_string();
-    assert!(error.contains("the joint 'motor' can turn them"), "{error}");
-    let reasons = choose(&scene("auto", "joint = \"hinge\", axis = [0, 0, 1]"));
-    assert!(reasons.unwrap().reasons[0].contains("the joint 'motor' can turn them"));
+    within(b - a - 2.0, 1e-9, "rounding");
+    let hinge = "joint = \"hinge\", axis = [0, 0, 1]";
+    let reason = "the joint 'motor' can turn them";
+    let error = choose(&text("axisymmetric", hinge).scene()).err().unwrap();
+    testkit::contains("axisymmetric", &error.to_string(), &[reason]);
+    let choice = choose(&text("auto", hinge).scene()).unwrap();
+    testkit::contains("auto", &choice.reasons[0], &[reason]);
 }

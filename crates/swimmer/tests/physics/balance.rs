@@ -2,48 +2,63 @@
 
 use nalgebra::Vector3;
 
-use crate::scenes::{BALL, COARSE, bent, parse, rhs_bound, solve, solve_with_flow};
+use testkit::{SceneText, forces, start, within};
+
+use crate::scenes::{COARSE_SETTINGS, bent, rhs_bound, solve_with_flow};
 
 #[test]
 fn a_free_swimmer_exerts_no_force_and_no_torque() {
-    let scene = bent(COARSE);
-    let instant = solve(&scene);
+    let scene = bent(&[]);
+    let instant = start(&scene);
     // The sums are the residuals of the six rows of the rigid motion of the swimmer, about its
     // first sphere.
     let tolerance = instant.solver.true_relative_residual * rhs_bound(&instant);
     let root = scene.bodies()[0].position;
-    let force: Vector3<f64> = instant.bodies.iter().map(|b| b.force).sum();
-    let torque: Vector3<f64> = scene
-        .bodies()
-        .iter()
-        .zip(&instant.bodies)
-        .map(|(body, b)| b.torque + (body.position - root).cross(&b.force))
-        .sum();
-    assert!(force.norm() <= tolerance, "{force:?} {tolerance:e}");
-    assert!(torque.norm() <= tolerance, "{torque:?} {tolerance:e}");
+    let pairs = scene.bodies().iter().zip(&instant.bodies);
+    let torque = pairs.map(|(body, b)| b.torque + (body.position - root).cross(&b.force));
+    within(
+        forces(&instant).0.norm(),
+        tolerance,
+        "the residual of the solver",
+    );
+    within(
+        torque.sum::<Vector3<f64>>().norm(),
+        tolerance,
+        "the residual of the solver",
+    );
     // The forces themselves are of order one.
     assert!(instant.bodies.iter().all(|b| b.force.norm() > 1.0));
 }
 
 #[test]
 fn forces_of_driven_bodies_are_the_applied_loads() {
-    let loads = "force = [1, -2, 0.5]\ntorque = [0.25, 1, -1]\n";
-    let body = format!("[[bodies]]\nname = \"s\"\nradius = 1\nposition = [1, 2, -1]\n{loads}");
-    let instant = solve(&parse(&format!("{BALL}{COARSE}{body}")));
+    let keys = "radius = 1, force = [1, -2, 0.5], torque = [0.25, 1, -1]";
+    let text = SceneText::new()
+        .shape("s", keys, [1, 2, -1])
+        .ball(9.0)
+        .set(&COARSE_SETTINGS);
+    let instant = start(&text.scene());
     // Six rows of the system have the load as right-hand side.
     let tolerance = instant.solver.true_relative_residual * (5.25_f64 + 2.0625).sqrt();
-    let tolerance = tolerance.max(1e-13); // rounding of sums over the sphere's nodes
-    let body = &instant.bodies[0];
-    assert!((body.force - Vector3::new(1.0, -2.0, 0.5)).norm() <= tolerance);
-    assert!((body.torque - Vector3::new(0.25, 1.0, -1.0)).norm() <= tolerance);
+    let (tolerance, body) = (tolerance.max(1e-13), &instant.bodies[0]);
+    let why = "the residual, or rounding of sums over the sphere's nodes";
+    within(
+        (body.force - Vector3::new(1.0, -2.0, 0.5)).norm(),
+        tolerance,
+        why,
+    );
+    within(
+        (body.torque - Vector3::new(0.25, 1.0, -1.0)).norm(),
+        tolerance,
+        why,
+    );
 }
 
 #[test]
 fn the_power_of_the_bodies_is_the_energy_of_the_flow() {
     // Straight cells: every integral below is exact.
     // The energy is that of the discrete solution, without corrections.
-    let more = "fem.geometry = \"straight\"\nfem.estimates = \"off\"\n";
-    let scene = bent(&format!("{COARSE}{more}"));
+    let scene = bent(&["fem.geometry=straight", "fem.estimates=off"]);
     let (instant, flow) = solve_with_flow(&scene);
     let power: f64 = instant
         .bodies
@@ -72,10 +87,7 @@ fn the_power_of_the_bodies_is_the_energy_of_the_flow() {
         * rhs_bound(&instant)
         * (pressure.sqrt() + velocity.sqrt());
     let energy = gradient * gradient + spin;
-    assert!(
-        (power - energy).abs() <= tolerance,
-        "{power} {energy} {tolerance:e}"
-    );
+    within(power - energy, tolerance, "the residuals of both equations");
 
     // 2 D:D is that energy plus the square of the divergence, which vanishes only under refinement.
     let dissipation = fem::dissipation(&flow.mesh, &flow.velocity).unwrap();
@@ -85,16 +97,13 @@ fn the_power_of_the_bodies_is_the_energy_of_the_flow() {
 #[test]
 fn the_excess_of_dissipation_over_power_decreases_under_refinement() {
     let excess = [0.6, 0.3].map(|size| {
-        let text = format!(
-            "domain = {{ kind = \"ball\", radius = 4 }}\nmodel.kind = \"fem\"\n\
-             fem.surface_size = {size}\nfem.rtol = 1e-10\n\
-             [[bodies]]\nname = \"s\"\nradius = 1\nposition = [0, 0, 0]\nforce = [1, 0, 0]\n"
-        );
-        let (instant, flow) = solve_with_flow(&parse(&text));
+        let text = SceneText::new().shape("s", "radius = 1, force = [1, 0, 0]", [0; 3]);
+        let text = text.ball(4.0).elements(size).with("fem.rtol", "1e-10");
+        let (instant, flow) = solve_with_flow(&text.scene());
         let power = instant.bodies[0].velocity.x;
         fem::dissipation(&flow.mesh, &flow.velocity).unwrap() / power - 1.0
     });
     // The square of a second-order quantity; far from the body the elements are refined less.
     assert!(excess[1] > 0.0 && excess[0] / excess[1] > 4.0, "{excess:?}");
-    assert!(excess[0] < 0.05, "{excess:?}");
+    within(excess[0], 0.05, "elements of 0.6 radii");
 }

@@ -2,10 +2,12 @@
 
 use std::f64::consts::PI;
 
-use crate::scenes::{parse, solve_with_flow};
+use testkit::SceneText;
+use testkit::exact::{concentric_drag, concentric_torque};
 
-/// Ratio of the radii: `K = (1 - l^5) / (1 - 9/4 l + 5/2 l^3 - 9/4 l^5 + l^6)`, torque factor
-/// `1 / (1 - l^3)` (Happel & Brenner 1983).
+use crate::scenes::solve_with_flow;
+
+/// Ratio of the radii.
 const LAMBDA: f64 = 0.25;
 
 struct Loads {
@@ -16,15 +18,14 @@ struct Loads {
 }
 
 fn loads(size: f64, geometry: &str) -> Loads {
-    let text = format!(
-        "domain = {{ kind = \"ball\", radius = 4 }}\nmodel.kind = \"fem\"\n\
-         fem.surface_size = {size}\nfem.geometry = \"{geometry}\"\n\
-         [[bodies]]\nname = \"s\"\nradius = 1\nposition = [0, 0, 0]\nforce = [1, 0, 0]\ntorque = [0, 0, 1]\n"
-    );
-    let (instant, flow) = solve_with_flow(&parse(&text));
-    let volume = fem::surface_measures(&flow.mesh, flow.mesh.tag("s").unwrap())
-        .unwrap()
-        .volume;
+    let keys = "radius = 1, force = [1, 0, 0], torque = [0, 0, 1]";
+    let text = SceneText::new()
+        .shape("s", keys, [0; 3])
+        .ball(4.0)
+        .elements(size);
+    let (instant, flow) = solve_with_flow(&text.with("fem.geometry", geometry).scene());
+    let tag = flow.mesh.tag("s").unwrap();
+    let volume = fem::surface_measures(&flow.mesh, tag).unwrap().volume;
     Loads {
         drag: 1.0 / instant.bodies[0].velocity.x,
         torque: 1.0 / instant.bodies[0].angular_velocity.z,
@@ -33,9 +34,10 @@ fn loads(size: f64, geometry: &str) -> Loads {
 }
 
 fn exact() -> [f64; 2] {
-    let l = |k| LAMBDA.powi(k);
-    let k = (1.0 - l(5)) / (1.0 - 2.25 * l(1) + 2.5 * l(3) - 2.25 * l(5) + l(6));
-    [6.0 * PI * k, 8.0 * PI / (1.0 - l(3))]
+    [
+        6.0 * PI * concentric_drag(LAMBDA),
+        8.0 * PI * concentric_torque(LAMBDA),
+    ]
 }
 
 #[test]

@@ -6,7 +6,8 @@ use nalgebra::DVector;
 use proptest::prelude::*;
 use rigid::{Constrained, DirectRows, Eliminated, FlowSolution, Formulation, Lagrange};
 use swimmer::Scene;
-use swimmer::models::{Configuration, FemModel};
+use swimmer::models::FemModel;
+use testkit::SceneText;
 
 const FORMULATIONS: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
 
@@ -61,40 +62,25 @@ fn case() -> impl Strategy<Value = Case> {
 }
 
 impl Case {
-    fn toml(&self) -> String {
-        let (length, viscosity) = (self.length, self.viscosity);
-        // The largest sphere has radius 1.4: one element size for all keeps the meshes small.
-        let mut text = format!(
-            "fluid.viscosity = {viscosity:e}\ndomain = {{ kind = \"ball\", radius = {:e} }}\n\
-             gait.arms = \"{}\"\n\
-             model.kind = \"fem\"\nfem.surface_size = {:e}\n",
-            11.0 * length,
-            self.arms,
-            length
-        );
-        let force_unit = viscosity * length * length;
+    fn scene(&self) -> Scene {
+        let length = self.length;
+        let mut text = SceneText::new();
         for (number, (radius, offset)) in self.bodies.iter().enumerate() {
             let x = [0, 1, 2].map(|axis| length * (POSITIONS[number][axis] + offset[axis]));
-            text += &format!(
-                "[[bodies]]\nname = \"b{number}\"\nradius = {:e}\nposition = [{:e}, {:e}, {:e}]\n",
-                length * radius,
-                x[0],
-                x[1],
-                x[2]
-            );
-            if number == 0 {
-                let f = self.pull.map(|f| f * force_unit);
-                text += &format!("force = [{:e}, {:e}, {:e}]\n", f[0], f[1], f[2]);
-            }
+            text = text.sphere(&format!("b{number}"), length * radius, x);
         }
         for (child, &parent) in self.parents.iter().enumerate() {
-            text += &format!(
-                "[[links]]\nname = \"l{child}\"\nbody = \"b{}\"\nto = \"b{}\"\n",
-                self.order[child + 1],
-                self.order[parent]
-            );
+            let [body, to] = [child + 1, parent].map(|k| format!("b{}", self.order[k]));
+            text = text.slide(&format!("l{child}"), &body, &to);
         }
-        text
+        let pull = self.pull.map(|f| f * self.viscosity * length * length);
+        // The largest sphere has radius 1.4: one element size for all keeps the meshes small.
+        text.ball(11.0 * length)
+            .elements(length)
+            .with("fluid.viscosity", format!("{:e}", self.viscosity))
+            .with("bodies[0].force", format!("{pull:?}"))
+            .with("gait.arms", self.arms)
+            .scene()
     }
 }
 
@@ -155,14 +141,11 @@ proptest! {
 
     #[test]
     fn formulations_have_the_same_solution(case in case()) {
-        let scene = Scene::parse(&case.toml()).unwrap();
+        let scene = case.scene();
         let mut model = FemModel::new(&scene).unwrap();
         let state = scene.initial_state();
         let rates: Vec<f64> = case.rates.iter().map(|r| r * case.length).collect();
-        let configuration = Configuration {
-            state: &state,
-            shape: scene.articulation().initial_shape(),
-        };
+        let configuration = testkit::at(&state, scene.articulation().initial_shape());
         let mut reference: Option<FlowSolution> = None;
         for formulation in FORMULATIONS {
             let system = model.system(configuration, &rates, formulation).unwrap();

@@ -1,11 +1,12 @@
 //! Strokes by finite elements: the displacement depends on the path through shape space only.
 
 use nalgebra::Vector3;
-use swimmer::choose;
 use swimmer::models::Hydrodynamics;
 use swimmer::{Method, Observer, Outcome, PhaseSpan, Scene, SpanSolution, SwimError, simulate};
 
-use crate::scenes::{BALL, BODIES, COARSE, parse};
+use testkit::{boxed, within};
+
+use crate::scenes::{COARSE_SETTINGS, bodies};
 
 /// Number of meshes generated during a simulation after the first.
 #[derive(Default)]
@@ -23,26 +24,28 @@ impl Observer for Remeshes {
     }
 }
 
-/// The bent swimmer through phases of `(arm, length, duration)`; arms are 4.15 and 4.36 long at the
-/// start.
-fn swimmer(more: &str, phases: &[(&str, f64, f64)]) -> Scene {
-    let phases: String = phases
+/// The bent swimmer through phases of `(arm, length, duration)`.
+fn swimmer(settings: &[&str], phases: &[(&str, f64, f64)]) -> Scene {
+    let text = phases
         .iter()
-        .map(|(arm, length, duration)| {
-            format!(
-                "[[gait.phases]]\nlink = \"{arm}-arm\"\nlength = {length:?}\nduration = {duration:?}\n"
-            )
-        })
-        .collect();
+        .fold(bodies(), |text, (arm, length, duration)| {
+            let keys =
+                format!("link = \"{arm}-arm\", length = {length:?}, duration = {duration:?}");
+            text.phase(&keys)
+        });
     // A vanishing net displacement meets no relative tolerance; the tolerance only sets the
     // accuracy of the integration.
-    parse(&format!(
-        "{BALL}{COARSE}model.tolerance = 1e-2\n{more}{BODIES}{phases}"
-    ))
+    text.set(&COARSE_SETTINGS)
+        .tolerance(1e-2)
+        .set(settings)
+        .scene()
 }
 
+/// Corrections would double the time.
+const WITHOUT_CORRECTIONS: &str = "fem.estimates=off";
+
 fn follow(scene: &Scene) -> Outcome {
-    let mut model = choose(scene).unwrap().model;
+    let mut model = boxed(scene);
     let mut remeshes = Remeshes::default();
     let outcome = simulate(scene, model.as_mut(), Method::Collocation, &mut remeshes).unwrap();
     // On one moving mesh the discretisation errors are a function of position and shape, as the
@@ -57,8 +60,12 @@ fn remaining_error(outcome: &Outcome) -> f64 {
 }
 
 fn arms() -> [f64; 2] {
-    let scene = swimmer("", &[("left", 3.5, 1.0)]);
-    scene.articulation().initial_shape().try_into().unwrap()
+    bodies()
+        .scene()
+        .articulation()
+        .initial_shape()
+        .try_into()
+        .unwrap()
 }
 
 fn largest(displacement: &[Vector3<f64>]) -> f64 {
@@ -80,26 +87,20 @@ fn a_stroke_and_its_reverse_cancel() {
         ("right", right_arm, 1.0),
         ("left", left_arm, 1.0),
     ];
-    // Corrections would take half of the time; the next test has them.
     let phases = [stroke, reverse].concat();
-    let outcome = follow(&swimmer("fem.estimates = \"off\"\n", &phases));
-    let half: Vec<Vector3<f64>> = (0..3)
-        .map(|body| {
-            outcome.spans[..4]
-                .iter()
-                .map(|span| span.displacement[body])
-                .sum()
-        })
-        .collect();
-    let net = largest(&outcome.displacement);
+    let outcome = follow(&swimmer(&[WITHOUT_CORRECTIONS], &phases));
+    let spans = &outcome.spans[..4];
+    let half = [0, 1, 2].map(|body| spans.iter().map(|span| span.displacement[body]).sum());
     let allowed = remaining_error(&outcome);
-    assert!(net <= allowed, "{net:e} {allowed:e}");
-    // The displacement of the first half is much larger.
-    assert!(
-        largest(&half) > 20.0 * remaining_error(&outcome),
-        "{:e} {:e}",
+    within(
+        largest(&outcome.displacement),
+        allowed,
+        "integration and solver",
+    );
+    within(
+        20.0 * allowed,
         largest(&half),
-        remaining_error(&outcome)
+        "the displacement of the first half is much larger",
     );
 }
 
@@ -107,15 +108,12 @@ fn a_stroke_and_its_reverse_cancel() {
 fn a_reciprocal_stroke_has_no_net_displacement() {
     // The scallop: one arm, closed slowly and opened fast (Purcell 1977).
     let [left_arm, _] = arms();
-    let outcome = follow(&swimmer(
-        "",
-        &[("left", 3.5, 10.0), ("left", left_arm, 0.1)],
-    ));
-    // Corrections cancel to a part of their error bar: they depend on the position in the ball,
-    // which differs by the error of the integration.
-    let net = largest(&outcome.displacement);
+    let phases = [("left", 3.5, 10.0), ("left", left_arm, 0.1)];
+    let outcome = follow(&swimmer(&[], &phases));
+    // They depend on the position in the ball, which differs by the error of the integration.
+    let why = "corrections cancel to a part of their error bar";
     let allowed = remaining_error(&outcome) + 0.2 * outcome.error_estimate.mesh.unwrap();
-    assert!(net <= allowed, "{net:e} {allowed:e}");
+    within(largest(&outcome.displacement), allowed, why);
     assert!(largest(&outcome.spans[0].displacement) > 0.1);
 }
 
@@ -130,19 +128,15 @@ fn displacements_do_not_depend_on_rate_or_viscosity() {
             ("right", right_arm, d[3]),
         ]
     };
-    // Corrections would double the time.
-    let slow = follow(&swimmer("fem.estimates = \"off\"\n", &phases([1.0; 4])));
-    let fast = follow(&swimmer(
-        "fem.estimates = \"off\"\nfluid.viscosity = 8.9e-4\n",
-        &phases([0.3, 7.0, 1e-3, 40.0]),
-    ));
-    // Displacements agree up to the algebraic errors of the solves.
+    let slow = follow(&swimmer(&[WITHOUT_CORRECTIONS], &phases([1.0; 4])));
+    let settings = [WITHOUT_CORRECTIONS, "fluid.viscosity=8.9e-4"];
+    let fast = follow(&swimmer(&settings, &phases([0.3, 7.0, 1e-3, 40.0])));
     let algebraic = slow.error_estimate.algebraic.unwrap() + fast.error_estimate.algebraic.unwrap();
     for (a, b) in slow.displacement.iter().zip(&fast.displacement) {
-        assert!(
-            (a - b).norm() <= algebraic,
-            "{:e} {algebraic:e}",
-            (a - b).norm()
+        within(
+            (a - b).norm(),
+            algebraic,
+            "the algebraic errors of the solves",
         );
     }
     // The work scales with the viscosity and, phase span by phase span, with the rate.

@@ -2,49 +2,25 @@
 //! kind of arm.
 
 use linalg::SaddleLdlt;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::{DirectRows, Eliminated, Formulation, Lagrange, Reduction};
-use swimmer::choose;
-use swimmer::models::{Configuration, FemModel, Hydrodynamics, InstantaneousSolution};
-use swimmer::{Scene, solve_start, start_resistance};
+use swimmer::models::{FemModel, Hydrodynamics, InstantaneousSolution};
+use swimmer::start_resistance;
+use testkit::{SceneText, boxed, chain, start, start_by, within};
 
 /// A bent chain of three unequal spheres off the centre of a ball, with external loads.
-fn scene(arms: &str) -> String {
-    format!(
-        r#"
-        fluid.viscosity = 1
-        domain = {{ kind = "ball", radius = 6.5 }}
-        gait.arms = "{arms}"
-        model.kind = "fem"
-        fem = {{ surface_size = 0.7, rtol = 1e-11 }}
-        [[bodies]]
-        name = "a"
-        radius = 1
-        position = [-4, 0, 0]
-        force = [0, 0.5, 0]
-        [[bodies]]
-        name = "b"
-        radius = 1.3
-        position = [0.5, 0, 0]
-        torque = [0, 0, 1]
-        [[bodies]]
-        name = "c"
-        radius = 0.8
-        position = [1, 4, 0.5]
-        [[links]]
-        name = "ab"
-        body = "a"
-        to = "b"
-        [[links]]
-        name = "cb"
-        body = "c"
-        to = "b"
-        [[gait.phases]]
-        link = "ab"
-        length = 4
-        duration = 0.5
-        "#
-    )
+fn scene(arms: &str) -> SceneText {
+    SceneText::new()
+        .shape("a", "radius = 1, force = [0, 0.5, 0]", [-4, 0, 0])
+        .shape("b", "radius = 1.3, torque = [0, 0, 1]", [0.5, 0.0, 0.0])
+        .sphere("c", 0.8, [1.0, 4.0, 0.5])
+        .slide("ab", "a", "b")
+        .slide("cb", "c", "b")
+        .phase("link = \"ab\", length = 4, duration = 0.5")
+        .ball(6.5)
+        .elements(0.7)
+        .with("gait.arms", arms)
+        .with("fem.rtol", "1e-11")
 }
 
 fn instant(arms: &str, formulation: &str, solver: &str) -> InstantaneousSolution {
@@ -57,16 +33,10 @@ fn discrete(arms: &str, formulation: &str, solver: &str) -> InstantaneousSolutio
 }
 
 fn solved(arms: &str, formulation: &str, solver: &str, estimates: &str) -> InstantaneousSolution {
-    let text = scene(arms).replace(
-        "fem = {",
-        &format!(
-            "fem = {{ formulation = \"{formulation}\", solver = \"{solver}\", \
-             estimates = \"{estimates}\","
-        ),
-    );
-    let scene = Scene::parse(&text).unwrap();
-    let mut model = choose(&scene).unwrap().model;
-    solve_start(&scene, model.as_mut()).unwrap()
+    let text = scene(arms)
+        .with("fem.formulation", formulation)
+        .with("fem.solver", solver);
+    start(&text.with("fem.estimates", estimates).scene())
 }
 
 /// Relative differences of velocities and of forces, including those of the joints.
@@ -99,10 +69,11 @@ fn formulations_agree_with_the_direct_solver_to_rounding() {
         let eliminated = discrete(arms, "p-tilde", "direct");
         for formulation in ["lagrange", "direct-row"] {
             let [velocity, force] = difference(&eliminated, &discrete(arms, formulation, "direct"));
-            // Refined to a true residual of 1e-12, which forces amplify by about 1e3.
-            assert!(
-                velocity < 1e-9 && force < 1e-9,
-                "{arms} {formulation}: {velocity:e} {force:e}"
+            let why = "a true residual of 1e-12, which forces amplify by about 1e3";
+            within(
+                velocity.max(force),
+                1e-9,
+                format!("{why}: {arms} {formulation}"),
             );
         }
     }
@@ -129,8 +100,7 @@ fn bug_direct_rows_mixed_momentum_into_constraints() {
         &discrete("free", "direct-row", "block"),
         &discrete("free", "p-tilde", "block"),
     );
-    // True residuals of 1e-11 on both sides.
-    assert!(velocity < 1e-8, "{velocity:e}");
+    within(velocity, 1e-8, "true residuals of 1e-11 on both sides");
 }
 
 #[test]
@@ -141,23 +111,25 @@ fn joint_forces_balance_fluid_forces_and_external_loads() {
         // only.
         let [a, c] = [0, 2].map(|body| solution.bodies[body].force);
         let scale = a.amax();
-        let pull = nalgebra::Vector3::new(0.0, 0.5, 0.0);
-        // Balances of the solution to 1e-12, amplified by resistances of about 6 pi over velocities
-        // of 1.
-        assert!((solution.joint_forces[0] + pull - a).amax() < 1e-10 * scale);
-        assert!((solution.joint_forces[1] - c).amax() < 1e-10 * scale);
+        let pull = Vector3::new(0.0, 0.5, 0.0);
+        let why = "balances to 1e-12, amplified by resistances of about 6 pi over velocities of 1";
+        within(
+            (solution.joint_forces[0] + pull - a).amax(),
+            1e-10 * scale,
+            why,
+        );
+        within((solution.joint_forces[1] - c).amax(), 1e-10 * scale, why);
     }
 }
 
 #[test]
 fn the_condensed_resistance_gives_the_motion_of_the_coupled_solve() {
     // The scene's units are not those of the flow: viscosity 3, smallest radius 0.8.
-    let text = scene("free").replace("fluid.viscosity = 1", "fluid.viscosity = 3");
+    let text = scene("free").with("fluid.viscosity", 3);
     // Corrections agree to the accuracy of their iteration only.
-    let text = text.replace("fem = {", "fem = { estimates = \"off\",");
-    let scene = Scene::parse(&text).unwrap();
-    let mut model = choose(&scene).unwrap().model;
-    let coupled = solve_start(&scene, model.as_mut()).unwrap();
+    let scene = text.with("fem.estimates", "off").scene();
+    let mut model = boxed(&scene);
+    let coupled = start_by(model.as_mut());
     let resistance: DMatrix<f64> = start_resistance(&scene, model.as_mut()).unwrap();
     assert_eq!(resistance.shape(), (18, 18));
 
@@ -175,17 +147,14 @@ fn the_condensed_resistance_gives_the_motion_of_the_coupled_solve() {
     external[1] = 0.5;
     external[6 + 5] = 1.0;
     let balance = s.tr_mul(&(external - &resistance * &w));
-    let v = (s.tr_mul(&(&resistance * &s)))
-        .lu()
-        .solve(&balance)
-        .unwrap();
+    let v = s.tr_mul(&(&resistance * &s)).lu().solve(&balance).unwrap();
     let velocities = s * v + w;
     let largest = velocities.amax();
     for (body, solved) in coupled.bodies.iter().enumerate() {
         let u = velocities.fixed_rows::<3>(6 * body) - solved.velocity;
         let omega = velocities.fixed_rows::<3>(6 * body + 3) - solved.angular_velocity;
-        // Residuals of 1e-11, amplified by the condition of a few resistances between 1 and 100.
-        assert!(u.amax() < 1e-8 * largest && omega.amax() < 1e-8 * largest);
+        let why = "residuals of 1e-11, amplified by the condition of resistances from 1 to 100";
+        within(u.amax().max(omega.amax()), 1e-8 * largest, why);
     }
 }
 
@@ -193,15 +162,13 @@ fn the_condensed_resistance_gives_the_motion_of_the_coupled_solve() {
 /// that velocity by `f . b_k`, in every formulation.
 #[test]
 fn nodal_forces_move_bodies_according_to_the_reciprocal_theorem() {
-    let scene = Scene::parse(&scene("free")).unwrap();
+    let scene = scene("free").scene();
     let mut model = FemModel::new(&scene).unwrap();
-    let configuration = Configuration {
-        state: &scene.initial_state(),
-        shape: scene.articulation().initial_shape(),
-    };
+    let state = scene.initial_state();
+    let configuration = testkit::at(&state, scene.articulation().initial_shape());
     let mesh = model.mesh(configuration).unwrap().unwrap();
     let forces: Vec<_> = (0..mesh.n_points())
-        .map(|i| nalgebra::Vector3::from_fn(|c, _| ((3 * i + c) as f64).sin()))
+        .map(|i| Vector3::from_fn(|c, _| ((3 * i + c) as f64).sin()))
         .collect();
     // The fluid is enclosed, so the sources have zero mean.
     let mut sources: Vec<f64> = (0..mesh.n_vertices()).map(|i| (i as f64).cos()).collect();
@@ -227,13 +194,9 @@ fn nodal_forces_move_bodies_according_to_the_reciprocal_theorem() {
             let (velocity, pressure) = system.flow_of_loads(&unit).unwrap();
             let by_velocity: f64 = velocity.iter().zip(&forces).map(|(u, f)| u.dot(f)).sum();
             let by_pressure: f64 = pressure.iter().zip(&sources).map(|(p, s)| p * s).sum();
-            // Refined to true residuals of 1e-12.
             let difference = moved[k] - by_velocity - by_pressure;
-            assert!(
-                difference.abs() < 1e-8 * moved.amax(),
-                "{} {k}: {difference:e}",
-                formulation.name()
-            );
+            let why = format!("true residuals of 1e-12: {} {k}", formulation.name());
+            within(difference, 1e-8 * moved.amax(), why);
         }
     }
 }
@@ -243,19 +206,12 @@ fn nodal_forces_move_bodies_according_to_the_reciprocal_theorem() {
 #[test]
 fn narrow_gaps_do_not_increase_the_iterations() {
     let iterations = |gap: f64| {
-        let text = format!(
-            "domain = {{ kind = \"ball\", radius = 6.5 }}\nmodel.kind = \"fem\"\n\
-             fem = {{ surface_size = 0.7, estimates = \"off\" }}\n\
-             [[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\nforce = [1, 0, 0]\n\
-             [[bodies]]\nname = \"b\"\nradius = 1\nposition = [{:?}, 0, 0]\nforce = [0, 1, 1]\n",
-            2.0 + gap
-        );
-        let scene = Scene::parse(&text).unwrap();
-        let mut model = choose(&scene).unwrap().model;
-        solve_start(&scene, model.as_mut())
-            .unwrap()
-            .solver
-            .iterations
+        let pair = chain(&["a", "b"], &[0.0, 2.0 + gap])
+            .ball(6.5)
+            .elements(0.7);
+        let loads = ["bodies.a.force=[1, 0, 0]", "bodies.b.force=[0, 1, 1]"];
+        let text = pair.with("fem.estimates", "off").set(&loads);
+        start(&text.scene()).solver.iterations
     };
     let (wide, narrow) = (iterations(2.0), iterations(0.1));
     assert!(5 * narrow <= 6 * wide, "{wide} and {narrow}");

@@ -4,9 +4,8 @@ use mesh::{QuadraticTets, TetMesh};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use swimmer::Scene;
 
-use crate::scenes::{
-    BODIES, COARSE, bent, force_error, largest_differences, mesh, parse, solve, velocity_error,
-};
+use crate::scenes::{bent, bodies, force_error, largest_differences, mesh, velocity_error};
+use testkit::{start, within};
 
 /// The bent swimmer in `mesh` (from a file in `folder`) under `x -> linear x + shift`.
 fn mapped(
@@ -30,68 +29,53 @@ fn mapped(
         .write(&file)
         .unwrap();
     let wall = original.tags().last().unwrap();
-    let mut name = "";
-    let bodies: String = BODIES
-        .lines()
-        .map(|line| match line.split_once(" = ") {
-            Some(("position", x)) => {
-                let c: Vec<f64> = x
-                    .trim_matches(['[', ']'])
-                    .split(',')
-                    .map(|c| c.trim().parse().unwrap())
-                    .collect();
-                let x = place(&Vector3::from_column_slice(&c));
-                format!("position = {:?}\nsurface = {name}\n", x.as_slice())
-            }
-            key => {
-                if let Some(("name", value)) = key {
-                    name = value;
-                }
-                format!("{line}\n")
-            }
-        })
-        .collect();
-    parse(
-        &format!(
-            "domain = {{ kind = \"mesh\", file = {:?}, walls = [{wall:?}] }}\n{COARSE}{bodies}\
-         [[gait.phases]]\nlink = \"left-arm\"\nlength = 3.25\n",
-            file.display().to_string()
+    let domain = format!("{{ kind = \"mesh\", file = {file:?}, walls = [{wall:?}] }}");
+    let scene = bodies().scene();
+    let text = scene.bodies().iter().fold(bodies(), |text, body| {
+        let key = |key: &str| format!("bodies.{}.{key}", body.name);
+        text.with(
+            &key("position"),
+            format!("{:?}", place(&body.position).as_slice()),
         )
-        .replace("fem.surface_size = 0.7\n", ""),
-    )
+        .with(&key("surface"), &body.name)
+    });
+    let text = text.phases(&[("left-arm", 3.25)]).with("domain", domain);
+    text.set(&["model.kind=fem", "fem.rtol=1e-10"]).scene()
 }
 
 fn check(linear: Matrix3<f64>, shift: Vector3<f64>) {
-    let scene = bent(COARSE);
+    let scene = bent(&[]);
     let original = mesh(&scene);
     let folder = tempfile::tempdir().unwrap();
-    let reference = solve(&scene);
-    let answer = solve(&mapped(folder.path(), &original, &linear, shift));
+    let reference = start(&scene);
+    let answer = start(&mapped(folder.path(), &original, &linear, shift));
     assert_eq!(reference.dofs, answer.dofs);
     // Corrections agree to the accuracy of their iteration, a few percent of the correction; the
     // file does not tell that its wall is a ball, whose facets are then not corrected.
     let [before, after] = [&reference, &answer].map(|solution| solution.uncorrected());
-    let off = |k: usize, a: &models::InstantaneousSolution, b: &models::InstantaneousSolution| {
-        let axial = linear * linear.determinant();
-        largest_differences(a, b, |[u, w, f, t]| {
-            [linear * u, axial * w, linear * f, axial * t]
-        })[k]
-    };
-    for k in 0..2 {
-        let correction = largest_differences(&reference, &before, |vectors| vectors)[k];
-        let off = off(k, &reference, &answer);
-        assert!(off < 0.05 * correction, "{off:e} {correction:e}");
-    }
-    let (reference, answer) = (before, after);
     // Angular velocities and torques are axial vectors, which change sign under reflection.
     let axial = linear * linear.determinant();
-    let [velocities, forces] = largest_differences(&reference, &answer, |[u, w, f, t]| {
-        [linear * u, axial * w, linear * f, axial * t]
-    });
-    let both =
-        |error: fn(&models::InstantaneousSolution) -> f64| error(&reference) + error(&answer);
-    assert!(velocities <= both(velocity_error), "{velocities:e}");
-    assert!(forces <= both(force_error), "{forces:e}");
+    let map = |[u, w, f, t]: [Vector3<f64>; 4]| [linear * u, axial * w, linear * f, axial * t];
+    let off = largest_differences(&reference, &answer, map);
+    let correction = largest_differences(&reference, &before, |vectors| vectors);
+    for k in 0..2 {
+        within(
+            off[k],
+            0.05 * correction[k],
+            "the iteration of the corrections",
+        );
+    }
+    let [velocities, forces] = largest_differences(&before, &after, map);
+    within(
+        velocities,
+        velocity_error(&before) + velocity_error(&after),
+        "residuals",
+    );
+    within(
+        forces,
+        force_error(&before) + force_error(&after),
+        "residuals",
+    );
 }
 
 #[test]

@@ -3,26 +3,22 @@
 use models::InstantaneousSolution;
 use nalgebra::{DMatrix, DVector};
 
-use crate::scenes::{COARSE, parse, solve};
+use testkit::{SceneText, start, within};
+
+use crate::scenes::COARSE_SETTINGS;
 
 /// Two unequal spheres off the axis of their ball with the unit load number `k`, six per body.
-fn loaded(k: usize) -> String {
-    let bodies = [("small", 1.0, "[-2, 0.5, 1]"), ("large", 1.5, "[2, 0, -1]")];
-    let bodies: String = bodies
-        .iter()
-        .enumerate()
-        .map(|(number, (name, radius, position))| {
-            let mut load = [0.0; 6];
-            if k / 6 == number {
-                load[k % 6] = 1.0;
-            }
-            let (force, torque) = load.split_at(3);
-            format!(
-                "[[bodies]]\nname = \"{name}\"\nradius = {radius}\nposition = {position}\nforce = {force:?}\ntorque = {torque:?}\n"
-            )
-        })
-        .collect();
-    format!("domain = {{ kind = \"ball\", radius = 8 }}\n{COARSE}{bodies}")
+fn loaded(k: usize) -> SceneText {
+    let mut load = [0.0; 6];
+    load[k % 6] = 1.0;
+    let (force, torque) = load.split_at(3);
+    SceneText::new()
+        .sphere("small", 1.0, [-2.0, 0.5, 1.0])
+        .sphere("large", 1.5, [2, 0, -1])
+        .ball(8.0)
+        .set(&COARSE_SETTINGS)
+        .with(&format!("bodies[{}].force", k / 6), format!("{force:?}"))
+        .with(&format!("bodies[{}].torque", k / 6), format!("{torque:?}"))
 }
 
 #[test]
@@ -30,7 +26,7 @@ fn mobility_is_symmetric_and_positive_definite() {
     let (mut mobility, mut correction) = (DMatrix::zeros(12, 12), DMatrix::zeros(12, 12));
     let mut tolerance = 0.0_f64;
     for k in 0..12 {
-        let corrected = solve(&parse(&loaded(k)));
+        let corrected = start(&loaded(k).scene());
         let instant = corrected.uncorrected();
         let column = |instant: &InstantaneousSolution| -> DVector<f64> {
             let columns = (instant.bodies.iter()).flat_map(|b| [b.velocity, b.angular_velocity]);
@@ -45,13 +41,13 @@ fn mobility_is_symmetric_and_positive_definite() {
         tolerance = tolerance.max(2.0 * instant.solver.true_relative_residual * largest);
     }
     let asymmetry = (&mobility - mobility.transpose()).amax();
-    assert!(asymmetry <= tolerance, "{asymmetry:e} {tolerance:e}");
-    // So are the corrections, to the accuracy of their iteration.
+    within(asymmetry, tolerance, "two residuals");
+    // So are the corrections.
     let asymmetry = (&correction - correction.transpose()).amax();
-    assert!(
-        asymmetry < 0.05 * correction.amax(),
-        "{asymmetry:e} {:e}",
-        correction.amax()
+    within(
+        asymmetry,
+        0.05 * correction.amax(),
+        "the iteration of the corrections",
     );
     // The off-diagonal entries do not vanish.
     assert!(mobility[(0, 6)].abs() > 1e-3);
@@ -64,9 +60,11 @@ fn mobility_is_symmetric_and_positive_definite() {
         "{eigenvalues}"
     );
     let resistance = mobility.try_inverse().unwrap();
-    assert!(
-        (&resistance - resistance.transpose()).amax()
-            <= tolerance * resistance.amax().powi(2) * 12.0
+    let asymmetry = (&resistance - resistance.transpose()).amax();
+    within(
+        asymmetry,
+        tolerance * resistance.amax().powi(2) * 12.0,
+        "that of the mobility",
     );
     assert!(resistance.symmetric_eigenvalues().min() > 0.0);
 }

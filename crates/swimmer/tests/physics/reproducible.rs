@@ -3,39 +3,46 @@
 use swimmer::Scene;
 use swimmer::models::InstantaneousSolution;
 
+use testkit::{start, within};
+
 use crate::scenes::{
-    BALL, BODIES, COARSE, bent, force_error, largest_differences, parse, solve, solve_with_flow,
-    velocity_error,
+    bent, bodies, force_error, largest_differences, solve_with_flow, velocity_error,
 };
 
 fn same(v: [nalgebra::Vector3<f64>; 4]) -> [nalgebra::Vector3<f64>; 4] {
     v
 }
 
+/// The bent swimmer by this linear solver.
+fn by_solver(solver: &str) -> Scene {
+    bent(&[&format!("fem.solver={solver}")])
+}
+
 #[test]
 fn direct_and_block_solver_agree() {
-    let block = solve(&bent(COARSE));
-    let direct = solve(&bent(&format!("{COARSE}fem.solver = \"direct\"\n")));
+    let [block, direct] = ["block", "direct"].map(|solver| start(&by_solver(solver)));
     assert_eq!(
         [block.solver.solver.as_str(), &direct.solver.solver],
         ["block", "direct"]
     );
     let [velocities, forces] = largest_differences(&block, &direct, same);
-    assert!(velocities <= 1e-8, "{velocities:e}");
-    assert!(
-        velocities <= velocity_error(&block) + velocity_error(&direct),
-        "{velocities:e}"
+    within(velocities, 1e-8, "residuals of 1e-10");
+    within(
+        velocities,
+        velocity_error(&block) + velocity_error(&direct),
+        "residuals",
     );
-    assert!(
-        forces <= force_error(&block) + force_error(&direct),
-        "{forces:e}"
+    within(
+        forces,
+        force_error(&block) + force_error(&direct),
+        "residuals",
     );
 }
 
 #[test]
 fn solutions_are_bitwise_equal_for_any_number_of_threads() {
     for solver in ["block", "direct"] {
-        let scene = bent(&format!("{COARSE}fem.solver = \"{solver}\"\n"));
+        let scene = by_solver(solver);
         let answers = [1, 2, 3].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
@@ -46,44 +53,34 @@ fn solutions_are_bitwise_equal_for_any_number_of_threads() {
                 (instant.response.bodies, flow.velocity, flow.pressure)
             })
         });
-        assert!(
-            answers[0] == answers[1],
-            "{solver}: one and two threads differ"
-        );
-        assert!(
-            answers[0] == answers[2],
-            "{solver}: one and three threads differ"
-        );
+        for (other, threads) in [(1, "two"), (2, "three")] {
+            let is_same = answers[0] == answers[other];
+            assert!(is_same, "{solver}: one and {threads} threads differ");
+        }
     }
 }
 
 /// The bent swimmer with other units of length and viscosity.
 fn in_units(length: f64, viscosity: f64) -> Scene {
-    let shape = |text: &str| -> String {
-        text.lines()
-            .map(|line| match line.split_once(" = ") {
-                Some(("radius", r)) => {
-                    format!("radius = {:?}\n", r.parse::<f64>().unwrap() * length)
-                }
-                Some(("position", x)) => {
-                    let x = x
-                        .trim_matches(['[', ']'])
-                        .split(',')
-                        .map(|c| c.trim().parse::<f64>().unwrap() * length);
-                    format!("position = {:?}\n", x.collect::<Vec<_>>())
-                }
-                _ => format!("{line}\n"),
-            })
-            .collect()
-    };
-    let options = COARSE.replace("0.7", &format!("{:?}", 0.7 * length));
-    parse(&format!(
-        "domain = {{ kind = \"ball\", radius = {:?} }}\nfluid.viscosity = {viscosity:?}\n{options}{}\
-         [[gait.phases]]\nlink = \"left-arm\"\nlength = {:?}\n",
-        9.0 * length,
-        shape(BODIES),
-        3.25 * length
-    ))
+    let text = bodies()
+        .scene()
+        .bodies()
+        .iter()
+        .fold(bodies(), |text, body| {
+            let key = |key: &str| format!("bodies.{}.{key}", body.name);
+            let position = body.position * length;
+            text.with(
+                &key("radius"),
+                format!("{:?}", body.bounding_radius() * length),
+            )
+            .with(&key("position"), format!("{:?}", position.as_slice()))
+        });
+    let text = text
+        .phases(&[("left-arm", 3.25 * length)])
+        .ball(9.0 * length);
+    let text = text.elements(0.7 * length).with("fem.rtol", "1e-10");
+    text.with("fluid.viscosity", format!("{viscosity:?}"))
+        .scene()
 }
 
 /// Differences of two solutions in other units: velocities scale with the length, forces with
@@ -104,18 +101,17 @@ fn scaled(
 
 #[test]
 fn units_of_the_scene_do_not_matter() {
-    assert!(BALL.contains("9") && COARSE.contains("0.7"));
-    let unit = solve(&in_units(1.0, 1.0));
+    let unit = start(&in_units(1.0, 1.0));
     // A power of two changes no digit.
     let length = 0.5_f64.powi(20);
-    let other = solve(&in_units(length, 2.0));
+    let other = start(&in_units(length, 2.0));
     assert_eq!(scaled(&unit, &other, length, 2.0), [0.0, 0.0]);
     // Micrometres and water change the last digits, also those of the mesh: as two different
     // solves.
     let (length, viscosity) = (1e-6, 1e-3);
-    let other = solve(&in_units(length, viscosity));
+    let other = start(&in_units(length, viscosity));
     let [velocities, forces] = scaled(&unit, &other, length, viscosity);
     // Rates are lengths per time as well; angular velocities keep their size.
-    assert!(velocities <= 2.0 * velocity_error(&unit), "{velocities:e}");
-    assert!(forces <= 2.0 * force_error(&unit), "{forces:e}");
+    within(velocities, 2.0 * velocity_error(&unit), "residuals");
+    within(forces, 2.0 * force_error(&unit), "residuals");
 }

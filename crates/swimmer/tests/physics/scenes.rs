@@ -1,58 +1,36 @@
 //! Small scenes, and bounds on the difference of two solutions of the same problem.
 
 use nalgebra::Vector3;
-use swimmer::choose;
-use swimmer::models::{Configuration, FlowField, InstantaneousSolution};
-use swimmer::{Scene, solve_start};
+use swimmer::Scene;
+use swimmer::models::{FlowField, InstantaneousSolution};
+use testkit::{SceneText, boxed, start};
 
 /// Settings of every scene here: a coarse mesh, and residuals well below the discretisation error.
-pub const COARSE: &str = "model.kind = \"fem\"\nfem.surface_size = 0.7\nfem.rtol = 1e-10\n";
+pub const COARSE_SETTINGS: [&str; 3] = ["model.kind=fem", "fem.surface_size=0.7", "fem.rtol=1e-10"];
 
 /// Three spheres of different sizes on two arms at an angle, off the centre of a ball, without any
-/// symmetry.
-pub const BODIES: &str = r#"
-[[bodies]]
-name = "left"
-radius = 1
-position = [-4, 1, 0.5]
-[[bodies]]
-name = "centre"
-radius = 1.25
-position = [0, 0, 1]
-[[bodies]]
-name = "right"
-radius = 1
-position = [3, 3, 0]
-[[links]]
-name = "left-arm"
-body = "left"
-to = "centre"
-[[links]]
-name = "right-arm"
-body = "right"
-to = "centre"
-"#;
-
-pub const BALL: &str = "domain = { kind = \"ball\", radius = 9 }\n";
+/// symmetry; 4.15 and 4.36 long at the start.
+pub fn bodies() -> SceneText {
+    SceneText::new()
+        .sphere("left", 1.0, [-4.0, 1.0, 0.5])
+        .sphere("centre", 1.25, [0, 0, 1])
+        .sphere("right", 1.0, [3, 3, 0])
+        .slide("left-arm", "left", "centre")
+        .slide("right-arm", "right", "centre")
+        .ball(9.0)
+}
 
 /// The bent swimmer with its left arm closing by one in one unit of time.
-pub fn bent(options: &str) -> Scene {
-    let gait = "[[gait.phases]]\nlink = \"left-arm\"\nlength = 3.25\n";
-    parse(&format!("{BALL}{options}{BODIES}{gait}"))
-}
-
-pub fn parse(text: &str) -> Scene {
-    Scene::parse(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
-}
-
-/// The solution at the start of a scene.
-pub fn solve(scene: &Scene) -> InstantaneousSolution {
-    solve_with_flow(scene).0
+pub fn bent(options: &[&str]) -> Scene {
+    bodies()
+        .phases(&[("left-arm", 3.25)])
+        .set(&COARSE_SETTINGS)
+        .set(options)
+        .scene()
 }
 
 pub fn solve_with_flow(scene: &Scene) -> (InstantaneousSolution, FlowField) {
-    let mut model = choose(scene).unwrap().model;
-    let mut instant = solve_start(scene, model.as_mut()).unwrap();
+    let mut instant = start(scene);
     let flow = instant.flow.take().unwrap().into_field().unwrap();
     (instant, flow)
 }
@@ -61,12 +39,8 @@ pub fn solve_with_flow(scene: &Scene) -> (InstantaneousSolution, FlowField) {
 pub fn mesh(scene: &Scene) -> mesh::TetMesh {
     let shape = scene.articulation().initial_shape();
     let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape,
-    };
-    let mut model = choose(scene).unwrap().model;
-    model.mesh(configuration).unwrap().unwrap()
+    let configuration = testkit::at(&state, shape);
+    boxed(scene).mesh(configuration).unwrap().unwrap()
 }
 
 /// Bound on the norm of the right-hand side of a system with viscosity 1 and radii about 1.
@@ -76,10 +50,7 @@ pub fn mesh(scene: &Scene) -> mesh::TetMesh {
 /// and more they are at most four times the forces of the flow, and the norm is at most their sum.
 /// Incompressibility adds the flux of the sphere, below its area. A factor of ten covers both.
 pub fn rhs_bound(instant: &InstantaneousSolution) -> f64 {
-    let loads = instant
-        .bodies
-        .iter()
-        .map(|b| b.force.norm() + b.torque.norm());
+    let loads = (instant.bodies.iter()).map(|b| b.force.norm() + b.torque.norm());
     10.0 * loads.sum::<f64>()
 }
 

@@ -2,45 +2,22 @@
 
 use nalgebra::Vector3;
 use swimmer::Scene;
-use swimmer::choose;
-use swimmer::models::ShapeSpace;
-use swimmer::models::{Configuration, Hydrodynamics, InstantaneousSolution, ModelError, Query};
+use swimmer::models::{Query, ShapeSpace, SphereModel, SpheresModel};
+use testkit::{Recording, SceneText, boxed, within};
 
 /// Three spheres of two sizes with two arms, collinear or not.
-fn swimmer(domain: &str, model: &str, right: [i32; 3]) -> Scene {
-    let text = format!(
-        r#"
-        domain = {domain}
-        model = {model}
-        [[bodies]]
-        name = "left"
-        radius = 1
-        position = [-4, 0, 0]
-        [[bodies]]
-        name = "centre"
-        radius = 1.2
-        position = [0, 0, 0]
-        [[bodies]]
-        name = "right"
-        radius = 1
-        position = {right:?}
-        [[links]]
-        name = "left arm"
-        body = "left"
-        to = "centre"
-        [[links]]
-        name = "right arm"
-        body = "right"
-        to = "centre"
-        "#
-    );
-    Scene::parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}"))
+fn swimmer(kind: &str, right: [i32; 3]) -> SceneText {
+    SceneText::new()
+        .sphere("left", 1.0, [-4, 0, 0])
+        .sphere("centre", 1.2, [0; 3])
+        .sphere("right", 1.0, right)
+        .slide("left arm", "left", "centre")
+        .slide("right arm", "right", "centre")
+        .with("model.kind", kind)
 }
 
-const UNBOUNDED: &str = "{ kind = \"unbounded\" }";
 const ON_LINE: [i32; 3] = [5, 0, 0];
 const OFF_LINE: [i32; 3] = [3, 4, 0];
-const BALL: &str = "{ kind = \"ball\", radius = 8 }";
 
 /// Rates of both arms.
 const RATES: [[f64; 2]; 4] = [[1.0, 0.0], [0.3, -0.7], [0.0, 1.0], [0.0, 0.0]];
@@ -50,14 +27,12 @@ fn rates(count: usize) -> Vec<Vec<f64>> {
 }
 
 /// Asserts that the solutions of one query for `count` rates equal those of `count` single queries.
-fn assert_bitwise_equal(scene: &Scene, count: usize) {
-    let model = || choose(scene).unwrap().model;
+fn assert_bitwise_equal(text: SceneText, count: usize) {
+    let scene = &text.scene();
+    let model = || boxed(scene);
     let (state, shape) = (scene.initial_state(), scene.articulation().initial_shape());
     let rates = rates(count);
-    let configuration = Configuration {
-        state: &state,
-        shape,
-    };
+    let configuration = testkit::at(&state, shape);
     let at_once = model().solve(&Query::new(configuration, &rates)).unwrap();
     assert_eq!(at_once.len(), rates.len());
     for (number, (answer, rates)) in at_once.iter().zip(&rates).enumerate() {
@@ -78,50 +53,40 @@ fn assert_bitwise_equal(scene: &Scene, count: usize) {
 
 #[test]
 fn unbounded_fem_queries_are_bitwise_equal_to_single_ones() {
-    let model = "{ kind = \"fem\" }\nfem = { size_factor = 4 }";
-    assert_bitwise_equal(&swimmer(UNBOUNDED, model, ON_LINE), 2);
+    assert_bitwise_equal(swimmer("fem", ON_LINE).with("fem.size_factor", 4), 2);
 }
 
 #[test]
 fn queries_of_every_formulation_are_bitwise_equal_to_single_ones() {
     // Four right-hand sides are solved in two groups.
     for (formulation, count) in [("p-tilde", 4), ("lagrange", 2), ("direct-row", 2)] {
-        let model = format!(
-            "{{ kind = \"fem\" }}\nfem = {{ surface_size = 2, formulation = \"{formulation}\" }}"
-        );
-        assert_bitwise_equal(&swimmer(BALL, &model, OFF_LINE), count);
+        let text = swimmer("fem", OFF_LINE).ball(8.0).elements(2.0);
+        assert_bitwise_equal(text.with("fem.formulation", formulation), count);
     }
 }
 
 #[test]
 fn queries_of_other_solvers_are_bitwise_equal_to_single_ones() {
     for solver in ["direct", "minres"] {
-        let model = format!(
-            "{{ kind = \"fem\" }}\nfem = {{ surface_size = 2, estimates = \"off\", solver = \"{solver}\" }}"
+        let text = swimmer("fem", ON_LINE).ball(8.0).elements(2.0);
+        assert_bitwise_equal(
+            text.with("fem.estimates", "off").with("fem.solver", solver),
+            2,
         );
-        assert_bitwise_equal(&swimmer(BALL, &model, ON_LINE), 2);
     }
 }
 
 #[test]
 fn axisymmetric_queries_are_bitwise_equal_to_single_ones() {
-    let model = "{ kind = \"axisymmetric\", tolerance = 1e-2 }";
-    assert_bitwise_equal(&swimmer(UNBOUNDED, model, ON_LINE), 2);
+    assert_bitwise_equal(swimmer("axisymmetric", ON_LINE).tolerance(1e-2), 2);
 }
 
 #[test]
 fn the_finite_element_model_continues_after_empty_and_multiple_queries() {
-    let scene = swimmer(
-        BALL,
-        "{ kind = \"fem\" }\nfem = { surface_size = 2 }",
-        ON_LINE,
-    );
-    let mut model = choose(&scene).unwrap().model;
+    let scene: Scene = swimmer("fem", ON_LINE).ball(8.0).elements(2.0).scene();
+    let mut model = boxed(&scene);
     let (state, shape) = (scene.initial_state(), scene.articulation().initial_shape());
-    let configuration = Configuration {
-        state: &state,
-        shape,
-    };
+    let configuration = testkit::at(&state, shape);
     let mut solve = |rates: &[Vec<f64>]| model.solve(&Query::new(configuration, rates));
     assert!(solve(&[]).unwrap().is_empty());
     let first = solve(&rates(4)).unwrap();
@@ -130,44 +95,21 @@ fn the_finite_element_model_continues_after_empty_and_multiple_queries() {
     assert!(again[0].solver.iterations <= 1);
     let [first, again] = [&first[1], &again[0]].map(|solution| solution.uncorrected());
     for (a, b) in first.bodies.iter().zip(&again.bodies) {
-        // Both are solved to a residual of 1e-8; errors of velocities are larger by a small factor.
-        assert!((a.velocity - b.velocity).norm() <= 1e-6);
+        let why = "residuals of 1e-8; errors of velocities are larger by a small factor";
+        within((a.velocity - b.velocity).norm(), 1e-6, why);
     }
     // Too few rates are refused in any position.
     let short = [vec![1.0, 0.0], vec![1.0]];
     assert!(solve(&short).is_err());
 }
 
-/// Records the number of rates in each query.
-struct Counted {
-    model: Box<dyn Hydrodynamics>,
-    queries: Vec<usize>,
-}
-
-impl Hydrodynamics for Counted {
-    fn name(&self) -> &'static str {
-        self.model.name()
-    }
-
-    fn scene(&self) -> &Scene {
-        self.model.scene()
-    }
-
-    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        self.queries.push(query.rates.len());
-        self.model.solve(query)
-    }
-}
-
 #[test]
 fn tables_need_one_query_per_shape() {
-    let scene = swimmer(UNBOUNDED, "{ kind = \"multipole\" }", ON_LINE);
-    let mut model = Counted {
-        model: choose(&scene).unwrap().model,
-        queries: Vec::new(),
-    };
+    let scene = swimmer("multipole", ON_LINE).scene();
+    let spheres = SpheresModel::new(&scene, SphereModel::Multipole(1e-6)).unwrap();
+    let mut model = Recording::new(spheres);
     let ranges = [(3.5, 5.0), (4.0, 6.0)];
     let space = ShapeSpace::tabulate(&scene, &mut model, &ranges, 1e-4).unwrap();
-    assert_eq!(model.queries, vec![2; space.points()]);
+    assert_eq!(model.queries(), vec![2; space.points()]);
     assert!(space.connection(&[4.0, 5.0]).unwrap()[0].linear != Vector3::zeros());
 }

@@ -2,86 +2,46 @@
 
 use nalgebra::Vector3;
 use scene::{FemOptions, SceneBuilder};
-use swimmer::{Method, Outcome, Scene, choose, simulate, with_tables};
-
-/// The three-sphere swimmer of Najafi & Golestanian (2004): arms of 10 close to 6 and open again.
-pub fn three_spheres(domain: &str, model: &str, tolerance: f64) -> Scene {
-    let phases: String = [("left", 6), ("right", 6), ("left", 10), ("right", 10)]
-        .map(|(joint, length)| format!("[[gait.phases]]\nlink = \"{joint}\"\nlength = {length}\n"))
-        .concat();
-    Scene::parse(&format!(
-        "domain = {domain}\n\
-         bodies = [\n\
-           {{ name = \"l\", radius = 1, position = [-10, 0, 0] }},\n\
-           {{ name = \"c\", radius = 1, position = [0, 0, 0] }},\n\
-           {{ name = \"r\", radius = 1, position = [10, 0, 0] }},\n\
-         ]\n\
-         links = [{{ name = \"left\", body = \"l\", to = \"c\" }}, \
-         {{ name = \"right\", body = \"r\", to = \"c\" }}]\n\
-         model = {{ kind = \"{model}\", tolerance = {tolerance:e} }}\n{phases}"
-    ))
-    .unwrap()
-}
-
-pub const UNBOUNDED: &str = "{ kind = \"unbounded\" }";
-
-pub fn run(scene: &Scene) -> Outcome {
-    let mut model = choose(scene).unwrap().model;
-    simulate(scene, model.as_mut(), Method::Collocation, &mut ()).unwrap()
-}
+use swimmer::{Method, Scene, choose, with_tables};
+use testkit::exact::{
+    STEPS, STEPS_OSEEN, STEPS_RPY, STROKE, STROKE_IN_BALL, STROKE_OSEEN, STROKE_RPY,
+};
+use testkit::{SceneText, run, run_by, three_spheres, within};
 
 #[test]
 fn the_three_sphere_stroke_by_every_model() {
-    // Displacements of the centre sphere per phase: Oseen, RPY, exact (bispherical series and
-    // collocation agree to 1e-12).
     for (model, steps, net) in [
-        (
-            "oseen",
-            [-1.353092738366866, 1.4391384581513114],
-            0.1720914395688904,
-        ),
-        (
-            "rpy",
-            [-1.3529873030998665, 1.435496826965346],
-            0.16501904773095988,
-        ),
-        (
-            "multipole",
-            [-1.352634331801177, 1.4325370019952646],
-            0.1598053403881754,
-        ),
+        ("oseen", STEPS_OSEEN, STROKE_OSEEN),
+        ("rpy", STEPS_RPY, STROKE_RPY),
+        ("multipole", STEPS, STROKE.value),
     ] {
-        let outcome = run(&three_spheres(UNBOUNDED, model, 1e-8));
+        let outcome = run(&three_spheres().model(model, 1e-8).scene());
         for (span, step) in outcome.spans.iter().zip(steps) {
-            assert!(
-                (span.displacement[1].x - step).abs() < 1e-8,
-                "{model}: {} {step}",
-                span.displacement[1].x
-            );
+            let why = format!("the tolerance: {model}");
+            within(span.displacement[1].x - step, 1e-8, why);
         }
-        assert!(
-            (outcome.displacement[1].x - net).abs() < 1e-8,
-            "{model}: {}",
-            outcome.displacement[1].x
+        within(
+            outcome.displacement[1].x - net,
+            1e-8,
+            format!("the tolerance: {model}"),
         );
         assert!(outcome.tolerance_met);
-        assert!(outcome.displacement[1].yz().norm() < 1e-12 && outcome.rotation.norm() < 1e-12);
+        within(outcome.displacement[1].yz().norm(), 1e-12, "rounding");
+        within(outcome.rotation.norm(), 1e-12, "rounding");
     }
 }
 
 #[test]
 fn the_three_sphere_stroke_in_balls() {
-    for (radius, net) in [
-        (25, 0.15973257986289502),
-        (40, 0.1604180159643671),
-        (80, 0.15993017649902952),
-    ] {
-        let domain = format!("{{ kind = \"ball\", radius = {radius} }}");
-        let outcome = run(&three_spheres(&domain, "multipole", 1e-8));
-        assert!(
-            (outcome.displacement[1].x - net).abs() < 1e-8,
-            "{radius}: {}",
-            outcome.displacement[1].x
+    for (radius, net) in STROKE_IN_BALL {
+        let outcome = run(&three_spheres()
+            .ball(radius)
+            .model("multipole", 1e-8)
+            .scene());
+        net.check(
+            outcome.displacement[1].x,
+            1e-8,
+            &format!("the tolerance: {radius}"),
         );
     }
 }
@@ -131,18 +91,22 @@ fn the_work_of_a_stroke_is_within_its_error_bar_of_the_exact_value() {
             // Three cycles are tabulated.
             let scene = stroke_between(open, closed, cycles, "multipole", tolerance);
             let mut model = with_tables(&scene, choose(&scene).unwrap()).unwrap().model;
-            let outcome = simulate(&scene, model.as_mut(), Method::Collocation, &mut ()).unwrap();
-            let error = (outcome.work - f64::from(cycles) * exact).abs();
+            let outcome = run_by(model.as_mut(), Method::Collocation);
+            let error = outcome.work - f64::from(cycles) * exact;
             let bar = outcome.work_error.total();
-            // The exact values have nine digits.
-            let rounding = f64::from(cycles) * 5e-7;
-            assert!(
-                error <= bar + rounding,
-                "{open} {closed}: {error:e} {bar:e}"
+            let digits = f64::from(cycles) * 5e-7;
+            within(
+                error,
+                bar + digits,
+                format!("bar and nine digits: {open} {closed}"),
             );
             // The tolerance is that of the displacement, which is a smaller part of the lengths
             // than the work is of the power, and both converge at the same rate.
-            assert!(bar <= 100.0 * tolerance * exact, "{open} {closed}: {bar:e}");
+            within(
+                bar,
+                100.0 * tolerance * exact,
+                format!("as displacements: {open} {closed}"),
+            );
         }
     }
 }
@@ -155,120 +119,97 @@ fn the_work_by_elements_in_space_and_in_the_meridian_plane_is_within_its_error_b
         coarse.size_factor = Some(1.5);
         let scene = stroke(open, closed, 1, model, 1e-2).fem(coarse).build();
         let outcome = run(&scene.unwrap());
-        let (error, bar) = ((outcome.work - exact).abs(), outcome.work_error.total());
-        assert!(
-            error <= bar && bar <= largest * exact,
-            "{model}: {error:e} {bar:e}"
+        let bar = outcome.work_error.total();
+        within(outcome.work - exact, bar, format!("the error bar: {model}"));
+        within(
+            bar,
+            largest * exact,
+            format!("the bar says something: {model}"),
         );
     }
 }
 
 /// Spheres on arms of 6 from a junction; the first two arms close to 4 and open again.
-fn star(directions: &[Vector3<f64>], arms: &str) -> Scene {
-    let bodies: String = directions
-        .iter()
-        .enumerate()
-        .map(|(k, e)| {
-            let x = 6.0 * e;
-            format!(
-                "[[bodies]]\nname = \"s{k}\"\nradius = 1\nposition = [{:?}, {:?}, {:?}]\n\
-                 [[links]]\nname = \"a{k}\"\nbody = \"s{k}\"\nto = \"j\"\n",
-                x.x, x.y, x.z
-            )
-        })
-        .collect();
-    let phases: String = [("a0", 4), ("a1", 4), ("a0", 6), ("a1", 6)]
-        .map(|(joint, length)| format!("[[gait.phases]]\nlink = \"{joint}\"\nlength = {length}\n"))
-        .concat();
-    Scene::parse(&format!(
-        "domain.kind = \"unbounded\"\nmodel = {{ kind = \"multipole\", tolerance = 1e-6 }}\n\
-         gait.arms = \"{arms}\"\n\
-         [[bodies]]\nname = \"j\"\nshape = \"point\"\nposition = [0, 0, 0]\n{bodies}{phases}"
-    ))
-    .unwrap()
+fn star(directions: &[Vector3<f64>]) -> SceneText {
+    let text = SceneText::new().point("j", [0; 3]);
+    let text = directions.iter().enumerate().fold(text, |text, (k, e)| {
+        let (sphere, arm) = (format!("s{k}"), format!("a{k}"));
+        text.sphere(&sphere, 1.0, (6.0 * e).as_slice())
+            .slide(&arm, &sphere, "j")
+    });
+    text.phases(&[("a0", 4.0), ("a1", 4.0), ("a0", 6.0), ("a1", 6.0)])
 }
 
-fn check_star(directions: &[Vector3<f64>], arms: &str, net: [f64; 3], rotation: [f64; 3]) {
-    let outcome = run(&star(directions, arms));
-    let (net, rotation) = (Vector3::from(net), Vector3::from(rotation));
-    let error = (outcome.displacement[0] - net).norm();
-    assert!(
-        error < 1e-7,
-        "{arms}: {error:e}, {:?}",
-        outcome.displacement[0]
-    );
-    let error = (outcome.rotation - rotation).norm();
-    assert!(error < 1e-7, "{arms}: {error:e}, {:?}", outcome.rotation);
+/// Displacement and rotation for arms that are clamped, free, or keep the rotations of the lab.
+type OfArms = [[[f64; 3]; 2]; 3];
+
+fn check_star(text: &SceneText, exact: OfArms) {
+    for (arms, [net, rotation]) in ["clamped", "free", "lab"].iter().zip(exact) {
+        let text = text
+            .clone()
+            .with("gait.arms", arms)
+            .model("multipole", 1e-6);
+        let outcome = run(&text.scene());
+        let why = format!("a tenth of the tolerance: {arms}");
+        within(
+            (outcome.displacement[0] - Vector3::from(net)).norm(),
+            1e-7,
+            &why,
+        );
+        within(
+            (outcome.rotation - Vector3::from(rotation)).norm(),
+            1e-7,
+            &why,
+        );
+    }
 }
 
 // Lefebvre-Lepot & Merlet (2009); collocation and a method of fundamental solutions agree to 1e-11.
 #[test]
 fn the_planar_swimmer_has_the_exact_displacement_and_rotation() {
-    let directions = [0.0, 1.0, 2.0].map(|k| {
-        let angle = k * std::f64::consts::TAU / 3.0;
-        Vector3::new(angle.cos(), angle.sin(), 0.0)
-    });
-    check_star(
-        &directions,
-        "clamped",
-        [0.004791832418980625, -0.0026805960395928506, 0.0],
-        [0.0, 0.0, 0.027120360738385564],
-    );
-    check_star(
-        &directions,
-        "free",
-        [0.004667202336353144, -0.002607693358089058, 0.0],
-        [0.0, 0.0, 0.02815968765431789],
-    );
-    check_star(
-        &directions,
-        "lab",
-        [0.007340621150791131, -0.004238109597428583, 0.0],
-        [0.0, 0.0, 0.0],
-    );
+    let clamped = [0.004791832418980625, -0.0026805960395928506, 0.0];
+    let free = [0.004667202336353144, -0.002607693358089058, 0.0];
+    let lab = [0.007340621150791131, -0.004238109597428583, 0.0];
+    let exact = [
+        [clamped, [0.0, 0.0, 0.027120360738385564]],
+        [free, [0.0, 0.0, 0.02815968765431789]],
+        [lab, [0.0; 3]],
+    ];
+    check_star(&testkit::planar(|x| x), exact);
 }
 
 // Alouges et al. (2013); collocation and a method of fundamental solutions agree to 1e-11.
 #[test]
 fn the_tetrahedral_swimmer_has_the_exact_displacement_and_rotation() {
-    let directions = [
-        (1.0, 1.0, 1.0),
-        (1.0, -1.0, -1.0),
-        (-1.0, 1.0, -1.0),
-        (-1.0, -1.0, 1.0),
-    ]
-    .map(|(x, y, z)| Vector3::new(x, y, z) / 3.0_f64.sqrt());
-    check_star(
-        &directions,
-        "clamped",
-        [
-            7.608613702185518e-05,
-            0.0045765204228767975,
-            0.004576520422876715,
-        ],
-        [0.0, 0.016624558666787786, -0.016624558666787737],
-    );
-    check_star(
-        &directions,
-        "free",
-        [
-            7.758427939318449e-05,
-            0.0044049086287823325,
-            0.004404908628781979,
-        ],
-        [0.0, 0.017612231013913925, -0.01761223101391386],
-    );
-    check_star(
-        &directions,
-        "lab",
-        [0.0, 0.006762950325282432, 0.0067629503252824175],
-        [0.0, 0.0, 0.0],
-    );
+    let corners = [
+        [1.0, 1.0, 1.0],
+        [1.0, -1.0, -1.0],
+        [-1.0, 1.0, -1.0],
+        [-1.0, -1.0, 1.0],
+    ];
+    let directions = corners.map(|corner| Vector3::from(corner) / 3.0_f64.sqrt());
+    let clamped = [
+        7.608613702185518e-05,
+        0.0045765204228767975,
+        0.004576520422876715,
+    ];
+    let free = [
+        7.758427939318449e-05,
+        0.0044049086287823325,
+        0.004404908628781979,
+    ];
+    let lab = [0.0, 0.006762950325282432, 0.0067629503252824175];
+    let exact = [
+        [clamped, [0.0, 0.016624558666787786, -0.016624558666787737]],
+        [free, [0.0, 0.017612231013913925, -0.01761223101391386]],
+        [lab, [0.0; 3]],
+    ];
+    check_star(&star(&directions), exact);
 }
 
 #[test]
 fn templates_have_the_documented_displacements() {
-    for (text, body, net) in [
+    let displacements = [
         (
             include_str!("../../templates/three-sphere.toml"),
             1,
@@ -289,19 +230,16 @@ fn templates_have_the_documented_displacements() {
             0,
             [0.0000761, 0.0045765, 0.0045765],
         ),
-        (
-            include_str!("../../templates/scallop.toml"),
-            1,
-            [0.0, 0.0, 0.0],
-        ),
-    ] {
-        let scene = Scene::parse(text).unwrap();
-        let found = run(&scene).displacement[body];
+        (include_str!("../../templates/scallop.toml"), 1, [0.0; 3]),
+    ];
+    for (text, body, net) in displacements {
+        let scene = SceneText::file(text).scene();
         let exact = Vector3::from(net);
-        // The tolerance applies to the mean of the bodies, about which the junction rotates.
+        let error = (run(&scene).displacement[body] - exact).norm();
         let tolerance = 2.0 * scene.model().tolerance * exact.norm();
-        assert!((found - exact).norm() < tolerance + 1e-7, "{found} {exact}");
+        let why = "the tolerance applies to the mean of the bodies, about which junctions rotate";
+        within(error, tolerance + 1e-7, why);
     }
-    let chain = run(&Scene::parse(include_str!("../../templates/chain.toml")).unwrap());
-    assert!(chain.net() > 0.01);
+    let chain = SceneText::file(include_str!("../../templates/chain.toml"));
+    assert!(run(&chain.scene()).net() > 0.01);
 }

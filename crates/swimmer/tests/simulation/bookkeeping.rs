@@ -1,20 +1,14 @@
 //! Counts, times, meshes and samples of a run.
 
-use approx::assert_abs_diff_eq;
 use nalgebra::Vector3;
-use swimmer::models::{Hydrodynamics, InstantaneousSolution, ModelError, Query, Remesh, Seconds};
+use swimmer::models::{Hydrodynamics, Remesh, Seconds};
 use swimmer::{
     Method, Observer, Outcome, PhaseSpan, Scene, SpanSolution, SwimError, simulate, spans,
 };
+use testkit::{Recording, within};
 
-use crate::strokes::FREE;
-use crate::support::{Tensor, TestModel, scene, three_spheres};
-
-/// The test model, with given computing times, whose twentieth solution is on a new mesh.
-struct Counted {
-    model: TestModel,
-    solves: usize,
-}
+use crate::accumulated::stroke;
+use crate::support::{Tensor, TestModel};
 
 const SECONDS: Seconds = Seconds {
     mesh: 1.0,
@@ -26,32 +20,6 @@ const SECONDS: Seconds = Seconds {
 };
 
 const REMESHED: usize = 20;
-
-impl Hydrodynamics for Counted {
-    fn name(&self) -> &'static str {
-        "counted"
-    }
-
-    fn scene(&self) -> &Scene {
-        self.model.scene()
-    }
-
-    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        let mut solutions = self.model.solve(query)?;
-        for solution in &mut solutions {
-            solution.seconds = SECONDS;
-            solution.remeshed = (self.solves == REMESHED).then_some(Remesh::First);
-            self.solves += 1;
-        }
-        Ok(solutions)
-    }
-}
-
-/// Phases of the durations 1/2, 1/2, 1 and 1.
-fn stroke() -> Scene {
-    let text = three_spheres("model.tolerance = 1e-6", FREE);
-    scene(&text.replace("length = 6\n", "length = 6\nduration = 0.5\n"))
-}
 
 /// Time and phase of the solution on a new mesh.
 #[derive(Default)]
@@ -71,38 +39,34 @@ impl Observer for Remeshed {
     }
 }
 
-fn follow(model: &mut Counted, observer: &mut Remeshed) -> Outcome {
-    simulate(&stroke(), model, Method::Collocation, observer).unwrap()
-}
-
-fn counted() -> Counted {
-    Counted {
-        model: TestModel::new(&stroke(), Tensor::Rpy),
-        solves: 0,
-    }
+/// The stroke by the test model, with given computing times, whose twentieth solution is on a new
+/// mesh; and the number of solutions.
+fn follow(observer: &mut Remeshed) -> (Outcome, usize) {
+    let mut solves = 0;
+    let model = TestModel::new(&stroke(), Tensor::Rpy);
+    let mut model = Recording::changing(model, |_, solutions| {
+        for solution in solutions {
+            solution.seconds = SECONDS;
+            solution.remeshed = (solves == REMESHED).then_some(Remesh::First);
+            solves += 1;
+        }
+    });
+    let outcome = simulate(&stroke(), &mut model, Method::Collocation, observer).unwrap();
+    drop(model);
+    (outcome, solves)
 }
 
 #[test]
 fn solves_seconds_and_meshes_of_all_spans_are_counted() {
-    let (mut model, mut observer) = (counted(), Remeshed::default());
-    let outcome = follow(&mut model, &mut observer);
-    assert_eq!(outcome.solves, model.solves);
+    let mut observer = Remeshed::default();
+    let (outcome, solves) = follow(&mut observer);
+    assert_eq!(outcome.solves, solves);
     let of_spans: Vec<usize> = outcome.spans.iter().map(|span| span.solves).collect();
-    assert_eq!(of_spans.iter().sum::<usize>(), model.solves);
+    assert_eq!(of_spans.iter().sum::<usize>(), solves);
     assert!(of_spans.len() == 4 && of_spans.iter().all(|&solves| solves >= 3));
-    let times = |seconds: Seconds| {
-        let Seconds {
-            mesh,
-            assembly,
-            setup,
-            solve,
-            estimate,
-            total,
-        } = seconds;
-        [mesh, assembly, setup, solve, estimate, total]
-    };
+    let times = |s: Seconds| [s.mesh, s.assembly, s.setup, s.solve, s.estimate, s.total];
     // Integers, so that the sums are exact.
-    let expected = times(SECONDS).map(|seconds| model.solves as f64 * seconds);
+    let expected = times(SECONDS).map(|seconds| solves as f64 * seconds);
     assert_eq!(times(outcome.seconds), expected);
     // The mesh has the time and the phase of its solve.
     let (time, phase) = observer.0.unwrap();
@@ -116,7 +80,7 @@ fn solves_seconds_and_meshes_of_all_spans_are_counted() {
 
 #[test]
 fn samples_and_curve_are_the_trajectory_at_their_times() {
-    let outcome = follow(&mut counted(), &mut Remeshed::default());
+    let (outcome, _) = follow(&mut Remeshed::default());
     let scene = stroke();
     let initial = scene.articulation().initial_shape();
     let all: Vec<PhaseSpan> = spans(scene.gait(), initial).unwrap().collect();
@@ -128,10 +92,9 @@ fn samples_and_curve_are_the_trajectory_at_their_times() {
         span.shape((time - span.start) / span.duration)
     };
     let arms = |x: &[Vector3<f64>]| [(x[0] - x[1]).norm(), (x[2] - x[1]).norm()];
-    // Sums of lengths of about ten have rounding errors of a few units of 1e-15.
     let check = |time: f64, positions: &[Vector3<f64>]| {
         for (found, expected) in arms(positions).into_iter().zip(lengths_at(time)) {
-            assert_abs_diff_eq!(found, expected, epsilon = 1e-13);
+            within(found - expected, 1e-13, "rounding of lengths of about ten");
         }
     };
     for samples in outcome.samples.windows(2) {
@@ -146,13 +109,13 @@ fn samples_and_curve_are_the_trajectory_at_their_times() {
             .collect();
         check(sample.time, &positions);
         for (found, expected) in sample.shape.iter().zip(arms(&positions)) {
-            assert_abs_diff_eq!(*found, expected, epsilon = 1e-13);
+            within(found - expected, 1e-13, "rounding of lengths of about ten");
         }
         for (time, curve) in &outcome.curve {
             if (time - sample.time).abs() < 1e-12 {
                 on_curve += 1;
                 for (a, b) in curve.iter().zip(&positions) {
-                    assert_abs_diff_eq!(a, b, epsilon = 1e-10);
+                    within((a - b).norm(), 1e-10, "the polynomial of the curve");
                 }
             }
         }

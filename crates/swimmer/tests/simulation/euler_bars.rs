@@ -2,23 +2,19 @@
 
 use std::path::Path;
 
-use crate::support::{STROKE, Tensor, TestModel, run_with, scene, three_spheres};
 use nalgebra::Vector3;
-use swimmer::choose;
-use swimmer::models::Hydrodynamics;
-use swimmer::{Method, Outcome, Scene, simulate};
+use swimmer::{Method, Scene};
+use testkit::{STROKE, boxed, exact, run_by, three_spheres, within};
 
-fn follow(scene: &Scene, model: &mut dyn Hydrodynamics, method: Method) -> Outcome {
-    simulate(scene, model, method, &mut ()).unwrap()
-}
+use crate::strokes::over_wall;
+use crate::support::{Tensor, TestModel, run_with};
 
 /// The largest integration error of a displacement, its error bar, and the uncertainty of the
 /// estimate.
-fn integration_error(text: &str, steps: usize) -> [f64; 3] {
-    let mut scene = scene(text);
-    let mut model = TestModel::new(&scene, Tensor::Rpy);
-    let euler = follow(&scene, &mut model, Method::Euler { steps });
-    scene = scene.with_tolerance(1e-10).unwrap();
+fn integration_error(scene: &Scene, steps: usize) -> [f64; 3] {
+    let mut model = TestModel::new(scene, Tensor::Rpy);
+    let euler = run_by(&mut model, Method::Euler { steps });
+    let scene = scene.with_tolerance(1e-10).unwrap();
     let exact = run_with(&scene, &mut model, Method::Collocation).unwrap();
     let errors = euler.displacement.iter().enumerate();
     let worst = errors.fold(0.0_f64, |m, (body, d)| m.max((d - exact.net(body)).norm()));
@@ -31,53 +27,37 @@ fn integration_error(text: &str, steps: usize) -> [f64; 3] {
 }
 
 /// Error bars contain the errors, and are close to errors that are larger than the uncertainty.
-fn check(name: &str, text: &str) {
+fn check(name: &str, scene: &Scene) {
     for steps in [2, 3, 4, 10, 30] {
-        let [error, bar, uncertainty] = integration_error(text, steps);
-        println!(
-            "{name}, {steps} steps: error {error:.2e}, bar {bar:.2e}, uncertainty {uncertainty:.1e}"
-        );
-        assert!(
-            error <= 1.1 * bar,
-            "{name}, {steps}: {error:.3e} > {bar:.3e}"
-        );
+        let [error, bar, uncertainty] = integration_error(scene, steps);
+        let what = format!("{name}, {steps} steps, uncertainty {uncertainty:.1e}");
+        within(error, 1.1 * bar, &what);
         if error > uncertainty {
             let ratio = bar / error;
-            assert!((0.7..1.4).contains(&ratio), "{name}, {steps}: {ratio}");
+            assert!((0.7..1.4).contains(&ratio), "{what}: {ratio}");
         }
     }
-}
-
-const FREE: &str = "{ kind = \"unbounded\" }";
-
-fn over_wall(height: f64) -> String {
-    three_spheres("", "{ kind = \"wall\" }").replace(", 0, 0]", &format!(", 0, {height}]"))
-}
-
-/// One arm that closes and opens.
-fn there_and_back() -> String {
-    let (closing, _) = STROKE
-        .split_once("[[gait.phases]]\n        link = \"right-arm\"")
-        .unwrap();
-    format!("{closing}{}", closing.replace('6', "10"))
 }
 
 #[test]
 fn bars_of_a_stroke_with_net_displacement() {
     // The errors of the phases cancel by the symmetry of the stroke. The rest is of second order
     // and below the uncertainty.
-    check("unbounded", &three_spheres("", FREE));
-    check("above a wall", &over_wall(5.0));
-    check("near a wall", &over_wall(2.0));
+    check("unbounded", &three_spheres().scene());
+    check("above a wall", &over_wall(5.0, 1e-3).scene());
+    check("near a wall", &over_wall(2.0, 1e-3).scene());
 }
 
 #[test]
 fn bars_of_a_reciprocal_stroke_are_its_spurious_displacement() {
-    for text in [three_spheres("", FREE), over_wall(4.0)] {
-        let text = text.replace(STROKE, &there_and_back());
-        check("there and back", &text);
+    for text in [three_spheres(), over_wall(4.0, 1e-3)] {
+        let scene = text
+            .without_phases()
+            .phases(&[STROKE[0], STROKE[2]])
+            .scene();
+        check("there and back", &scene);
         // The errors of closing and opening add up, so the error exceeds the uncertainty.
-        let [error, _, uncertainty] = integration_error(&text, 10);
+        let [error, _, uncertainty] = integration_error(&scene, 10);
         assert!(error > 10.0 * uncertainty);
     }
 }
@@ -85,39 +65,35 @@ fn bars_of_a_reciprocal_stroke_are_its_spurious_displacement() {
 #[test]
 fn bars_of_a_swimmer_that_rotates() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/planar-three-sphere.toml");
-    let text = std::fs::read_to_string(file).unwrap();
-    let text = text.replace("{ kind = \"ball\", radius = 40 }", FREE);
-    check("planar", &text);
+    let scene = Scene::read(&file, &["domain={ kind = \"unbounded\" }".to_owned()]).unwrap();
+    check("planar", &scene);
     // The error of the rotation is estimated too.
-    let scene = scene(&text);
-    let follow = |method| follow(&scene, &mut TestModel::new(&scene, Tensor::Rpy), method);
-    let exact = follow(Method::Collocation);
-    let euler = follow(Method::Euler { steps: 10 });
-    let (error, accumulated) = (
-        euler.rotation - exact.rotation,
-        euler.accumulated_integration_error.unwrap(),
+    let follow = |method| run_by(&mut TestModel::new(&scene, Tensor::Rpy), method);
+    let (exact, euler) = (
+        follow(Method::Collocation),
+        follow(Method::Euler { steps: 10 }),
     );
-    println!(
-        "{error} {} {}",
-        accumulated.rotation[0], accumulated.uncertainty
+    let error = euler.rotation - exact.rotation;
+    let estimated = euler.accumulated_integration_error.unwrap().rotation[0];
+    within(
+        (estimated - error).norm(),
+        0.3 * error.norm(),
+        "the next order in ten steps",
     );
-    assert!((accumulated.rotation[0] - error).norm() < 0.3 * error.norm());
 }
 
 #[test]
 fn bars_contain_the_exact_net_displacement() {
-    // Spectral, in a ball of 40 radii and in unbounded fluid.
-    for (domain, exact) in [
-        ("{ kind = \"ball\", radius = 40 }", 0.1604180159643671),
-        (FREE, 0.1598053404),
+    let text = three_spheres().model("multipole", 1e-5);
+    for (text, exact) in [
+        (text.clone().ball(40.0), exact::STROKE_IN_BALL_40),
+        (text, exact::STROKE),
     ] {
-        let text = three_spheres("model = { kind = \"multipole\", tolerance = 1e-5 }", domain);
-        let scene = scene(&text);
-        let mut model = choose(&scene).unwrap().model;
-        let outcome = follow(&scene, model.as_mut(), Method::Euler { steps: 6 });
-        let error = (outcome.displacement[1] - Vector3::x() * exact).norm();
+        let outcome = run_by(boxed(&text.scene()).as_mut(), Method::Euler { steps: 6 });
+        let error = (outcome.displacement[1] - Vector3::x() * exact.value).norm();
         let bar = outcome.error_estimate.total();
-        assert!(error <= bar && bar < 0.01 * exact, "{error:.2e} {bar:.2e}");
+        within(error, bar, "the error bar");
+        within(bar, 0.01 * exact.value, "the bar says something");
         // A method with an error bar can meet a tolerance or miss it.
         assert_eq!(
             outcome.tolerance_met,
@@ -128,9 +104,8 @@ fn bars_contain_the_exact_net_displacement() {
 
 #[test]
 fn a_single_step_has_no_error_estimate() {
-    let scene = scene(&three_spheres("", FREE));
-    let mut model = TestModel::new(&scene, Tensor::Rpy);
-    let outcome = follow(&scene, &mut model, Method::Euler { steps: 1 });
+    let mut model = TestModel::new(&three_spheres().scene(), Tensor::Rpy);
+    let outcome = run_by(&mut model, Method::Euler { steps: 1 });
     assert_eq!(outcome.error_estimate.integration, None);
     assert!(!outcome.tolerance_met);
 }

@@ -2,6 +2,7 @@
 
 use swimmer::models::{InstantaneousSolution, ModelError};
 use swimmer::{Scene, SwimError, choose, solve_start};
+use testkit::within;
 
 /// Two linked spheres on the x axis under a force, in units of `L` (length) and with other numbers.
 struct Numbers {
@@ -89,33 +90,22 @@ fn of_first(model: (&str, &str), numbers: &Numbers) -> [f64; 3] {
 #[test]
 fn solutions_are_proportional_to_the_units_of_the_scene() {
     for model in MODELS {
-        let close = |name: &str, found: [f64; 3], expected: [f64; 3]| {
-            for (found, expected) in found.iter().zip(expected) {
-                // the solver stops at 1e-8; the scaled numbers are rounded
-                let bound = 1e-6 * expected.abs();
-                assert!(
-                    (found - expected).abs() <= bound,
-                    "{model:?} {name}: {found:e} {expected:e}"
-                );
-            }
+        let close = |name: &str, found: f64, expected: f64| {
+            let why = format!("the solver stops at 1e-8, numbers are rounded: {model:?} {name}");
+            within(found - expected, 1e-6 * expected.abs(), why);
         };
         let [u, _, f] = of_first(model, &ONES);
-        let [forced, ..] = of_first(
-            model,
-            &Numbers {
-                force: 1.0,
-                duration: 4e8,
-                ..ONES
-            },
-        );
-        let [_, turned, _] = of_first(
-            model,
-            &Numbers {
-                torque: 1.0,
-                duration: 1e8,
-                ..ONES
-            },
-        );
+        let slow = |duration: f64| Numbers { duration, ..ONES };
+        let pulled = |force: f64| of_first(model, &Numbers { force, ..slow(4e8) })[0];
+        let turned = |torque: f64, duration: f64| {
+            of_first(
+                model,
+                &Numbers {
+                    torque,
+                    ..slow(duration)
+                },
+            )[1]
+        };
         for x in [1e-40, 1e40] {
             let [v, _, g] = of_first(
                 model,
@@ -124,39 +114,23 @@ fn solutions_are_proportional_to_the_units_of_the_scene() {
                     ..ONES
                 },
             );
-            close("viscosity", [v, g, 0.0], [u, f * x, 0.0]);
-            let [v, _, g] = of_first(
-                model,
-                &Numbers {
-                    duration: x,
-                    ..ONES
-                },
-            );
-            close("duration", [v, g, 0.0], [u / x, f / x, 0.0]);
+            close("viscosity", v, u);
+            close("viscosity", g, f * x);
+            let [v, _, g] = of_first(model, &slow(x));
+            close("duration", v, u / x);
+            close("duration", g, f / x);
             let [v, _, g] = of_first(model, &Numbers { length: x, ..ONES });
-            close("length", [v, g, 0.0], [u * x, f * x * x, 0.0]);
+            close("length", v, u * x);
+            close("length", g, f * x * x);
             // on a mesh that is not symmetric the closing arm turns the bodies a little: it is slow
-            let duration = (1e8 / x).min(1e45);
-            let [_, spin, _] = of_first(
-                model,
-                &Numbers {
-                    torque: x,
-                    duration,
-                    ..ONES
-                },
+            close(
+                "torque",
+                turned(x, (1e8 / x).min(1e45)),
+                turned(1.0, 1e8) * x,
             );
-            close("torque", [spin, 0.0, 0.0], [turned * x, 0.0, 0.0]);
         }
-        let [v, ..] = of_first(
-            model,
-            &Numbers {
-                force: 2.0,
-                duration: 4e8,
-                ..ONES
-            },
-        );
         // the arm closes at 2.5e-9, a force of one moves the spheres at about 1/30
-        close("force", [v, 0.0, 0.0], [2.0 * forced, 0.0, 0.0]);
+        close("force", pulled(2.0), 2.0 * pulled(1.0));
     }
 }
 
@@ -165,11 +139,12 @@ fn solutions_are_proportional_to_the_units_of_the_scene() {
 fn numbers_beyond_sense_are_bad_input_for_every_model() {
     let mut refused = 0;
     for model in MODELS {
+        let (force, torque) = (1.0, 1.0);
         let sound = text(
             model,
             &Numbers {
-                force: 1.0,
-                torque: 1.0,
+                force,
+                torque,
                 ..ONES
             },
         );
@@ -195,14 +170,10 @@ fn numbers_beyond_sense_are_bad_input_for_every_model() {
                     Err(error) => {
                         let text = error.to_string();
                         assert_eq!(error.exit_code(), 2, "{model:?} {key} = {hostile}: {text}");
-                        assert!(
-                            text.contains("scene.toml:")
-                                || matches!(
-                                    error,
-                                    SwimError::Model(ModelError::Unsupported { .. })
-                                ),
-                            "{model:?} {key} = {hostile}: {text}"
-                        );
+                        let unsupported =
+                            matches!(error, SwimError::Model(ModelError::Unsupported { .. }));
+                        let has_place = text.contains("scene.toml:") || unsupported;
+                        assert!(has_place, "{model:?} {key} = {hostile}: {text}");
                         refused += 1;
                     }
                 }

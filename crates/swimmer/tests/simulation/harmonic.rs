@@ -2,43 +2,37 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::strokes::{FREE, follow};
-use crate::support::three_spheres;
+use testkit::{SceneText, three_spheres, within};
 
-/// The three-sphere swimmer with this gait instead of its phases.
-fn with_gait(gait: &str) -> String {
-    let scene = three_spheres("model.tolerance = 1e-7", FREE);
-    let without = scene.split("[[gait.phases]]").next().unwrap();
-    format!("{without}\n{gait}")
-}
+use crate::support::follow;
 
 /// Two arms of the initial length 10 with the phase angles of their oscillations.
-fn harmonic(amplitude: f64, phases: [f64; 2]) -> String {
-    let of = |joint: &str, phase: f64| {
-        format!(
-            "[[gait.harmonics]]\nlink = \"{joint}\"\namplitude = {amplitude}\nphase = {phase:?}\n"
-        )
-    };
-    let [left, right] = phases;
-    with_gait(&format!(
-        "[gait]\nperiod = 8.0\n{}{}",
-        of("left-arm", left),
-        of("right-arm", right)
-    ))
+fn harmonic(amplitude: f64, [left, right]: [f64; 2]) -> SceneText {
+    let terms = [
+        ("left-arm", amplitude, left),
+        ("right-arm", amplitude, right),
+    ];
+    swimmer().harmonics(8.0, &terms)
+}
+
+fn swimmer() -> SceneText {
+    three_spheres().without_phases().tolerance(1e-7)
+}
+
+/// Lengths of both arms on the path.
+fn lengths(amplitude: f64, phases: [f64; 2], angle: f64) -> [f64; 2] {
+    phases.map(|phase| 10.0 + amplitude * ((angle + phase).sin() - phase.sin()))
 }
 
 /// The same path as a polygon of phases that move both arms.
-fn polygon(amplitude: f64, phases: [f64; 2], corners: u32) -> String {
-    let length = |phase: f64, angle: f64| 10.0 + amplitude * ((angle + phase).sin() - phase.sin());
-    let phase = |k: u32| {
+fn polygon(amplitude: f64, phases: [f64; 2], corners: u32) -> SceneText {
+    (1..=corners).fold(swimmer(), |text, k| {
         let angle = TAU * f64::from(k) / f64::from(corners);
-        let [left, right] = phases.map(|phase| length(phase, angle));
-        format!(
-            "[[gait.phases]]\n\
-             targets = {{ left-arm = {left:?}, right-arm = {right:?} }}\n"
-        )
-    };
-    with_gait(&(1..=corners).map(phase).collect::<String>())
+        let [left, right] = lengths(amplitude, phases, angle);
+        text.phase(&format!(
+            "targets = {{ left-arm = {left:?}, right-arm = {right:?} }}"
+        ))
+    })
 }
 
 #[test]
@@ -53,28 +47,27 @@ fn a_harmonic_gait_is_the_limit_of_polygons() {
     // polygons decrease with the squared, those of the extrapolation with the fourth power.
     let extrapolated = [(4.0 * middle - coarse) / 3.0, (4.0 * fine - middle) / 3.0];
     let change = (extrapolated[1] - extrapolated[0]).abs();
-    let error = (smooth - extrapolated[1]).abs();
-    // A fifteenth by theory, and the tolerance of three runs.
-    assert!(
-        error <= 0.1 * change + 3e-7 * smooth.abs(),
-        "{error:e} {change:e}"
+    let bound = 0.1 * change + 3e-7 * smooth.abs();
+    within(
+        smooth - extrapolated[1],
+        bound,
+        "a fifteenth by theory, and three tolerances",
     );
 }
 
 /// A file with a table of the path at `rows` times of a period.
-fn table(amplitude: f64, phases: [f64; 2], rows: u32, folder: &std::path::Path) -> String {
+fn table(amplitude: f64, phases: [f64; 2], rows: u32, folder: &std::path::Path) -> SceneText {
     let file = folder.join("stroke.csv");
     let mut text = "time, left-arm, right-arm\n".to_owned();
     for k in 0..=rows {
         let time = 8.0 * f64::from(k) / f64::from(rows);
         // The last row is the first one to the last digit.
         let angle = TAU * f64::from(k % rows) / f64::from(rows);
-        let [left, right] =
-            phases.map(|phase| 10.0 + amplitude * ((angle + phase).sin() - phase.sin()));
+        let [left, right] = lengths(amplitude, phases, angle);
         text += &format!("{time:?}, {left:?}, {right:?}\n");
     }
     std::fs::write(&file, text).unwrap();
-    with_gait(&format!("[gait]\nfile = {:?}", file.display().to_string()))
+    swimmer().with("gait.file", format!("{:?}", file.display().to_string()))
 }
 
 #[test]
@@ -90,24 +83,22 @@ fn a_table_of_a_smooth_gait_converges_with_the_fourth_power_of_its_rows() {
     // Splines of the path err with the fourth power; 16 with a margin for the next order.
     assert!(fine < coarse / 12.0 && coarse < 1e-2, "{coarse:e} {fine:e}");
     // The same rows as phases at constant rates: a polygon inside, with less area.
-    let text = table(1.5, phases, 16, folder.path());
-    let linear = text.replace("[gait]", "[gait]\ninterpolation = \"linear\"");
+    let linear = table(1.5, phases, 16, folder.path()).with("gait.interpolation", "linear");
     let polygon = follow(&polygon(1.5, phases, 16)).net(1).x;
     let of_table = follow(&linear).net(1).x;
-    assert!(
-        (of_table / polygon - 1.0).abs() < 1e-7,
-        "{of_table} {polygon}"
-    );
+    within(of_table / polygon - 1.0, 1e-7, "the tolerance");
 }
 
 #[test]
 fn arms_that_oscillate_in_phase_go_nowhere_and_small_strokes_go_with_the_square() {
     let net = |amplitude: f64, phase: f64| follow(&harmonic(amplitude, [0.0, phase])).net(1).x;
     let full = net(0.4, FRAC_PI_2);
-    // The shapes trace the same line forth and back.
-    assert!(net(0.4, 0.0).abs() <= 1e-7 * full.abs());
+    within(
+        net(0.4, 0.0),
+        1e-7 * full.abs(),
+        "the shapes trace the same line forth and back",
+    );
     // The next term is of the fourth power, (amplitude / length)^2 relative to the first; the
     // shapes start at the same values, whose means differ by the amplitude.
-    let ratio = full / net(0.2, FRAC_PI_2);
-    assert!((ratio / 4.0 - 1.0).abs() < 0.2, "{ratio}");
+    within(full / net(0.2, FRAC_PI_2) / 4.0 - 1.0, 0.2, "the next term");
 }

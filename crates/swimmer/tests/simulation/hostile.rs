@@ -3,8 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use rigid::State;
 use swimmer::models::{
-    AccumulatedError, Configuration, FemModel, History, Hydrodynamics, InstantaneousSolution,
-    ModelError, Query, ShapeSpace, SphereModel, SpheresModel, Tabulated,
+    AccumulatedError, Configuration, FemModel, History, Hydrodynamics, ModelError, ShapeSpace,
+    SphereModel, SpheresModel, Tabulated,
 };
 use swimmer::output::trajectory_csv;
 use swimmer::{
@@ -12,18 +12,31 @@ use swimmer::{
     spans, start_flow, start_resistance,
 };
 
-use crate::support::{Tensor, TestModel, scene, three_spheres};
+use testkit::{Recording, three_spheres};
 
-fn rpy(text: &str) -> Scene {
-    scene(&three_spheres("model.kind = \"rpy\"", text))
+use crate::support::{Tensor, TestModel};
+
+fn rpy() -> Scene {
+    three_spheres().with("model.kind", "rpy").scene()
+}
+
+fn in_ball() -> Scene {
+    three_spheres().with("model.kind", "rpy").ball(30.0).scene()
 }
 
 fn spheres(scene: &Scene) -> SpheresModel {
     SpheresModel::new(scene, SphereModel::Rpy).unwrap()
 }
 
-const UNBOUNDED: &str = "{ kind = \"unbounded\" }";
-const BALL: &str = "{ kind = \"ball\", radius = 30 }";
+const RANGES: [(f64, f64); 2] = [(6.0, 10.0), (10.0, 10.0)];
+
+fn empty_state() -> State {
+    State {
+        frames: vec![],
+        attitudes: vec![],
+        joints: vec![],
+    }
+}
 
 fn is_other_scene<T>(result: Result<T, SwimError>) -> bool {
     matches!(result.map(|_| ()), Err(error @ SwimError::OtherScene { .. }) if error.exit_code() == 2)
@@ -31,7 +44,7 @@ fn is_other_scene<T>(result: Result<T, SwimError>) -> bool {
 
 #[test]
 fn bug_the_model_of_another_scene_gave_a_wrong_displacement() {
-    let (own, other) = (rpy(UNBOUNDED), rpy(BALL));
+    let (own, other) = (rpy(), in_ball());
     let simulated = |model: &mut dyn Hydrodynamics| {
         simulate(&own, model, Method::Collocation, &mut ()).map(|outcome| outcome.net())
     };
@@ -56,69 +69,51 @@ fn bug_the_model_of_another_scene_gave_a_wrong_displacement() {
         assert!(is_other_scene(start_resistance(&own, model)));
         assert!(is_other_scene(start_flow(&own, model)));
         let interim = Interim::start(&own).unwrap();
-        assert!(is_other_scene(continue_from(
-            &own,
-            model,
-            Method::RungeKutta,
-            &mut (),
-            interim
-        )));
-        let span = spans(own.gait(), own.articulation().initial_shape())
-            .unwrap()
-            .next()
-            .unwrap();
+        let continued = continue_from(&own, model, Method::RungeKutta, &mut (), interim);
+        assert!(is_other_scene(continued));
+        let mut spans = spans(own.gait(), own.articulation().initial_shape()).unwrap();
+        let (span, state) = (spans.next().unwrap(), own.initial_state());
         let mut integrator = Integrator::new(&own, model, Method::Collocation);
         assert!(is_other_scene(integrator.span(
             &span,
-            &own.initial_state(),
+            &state,
             &mut |_, _| Ok(())
         )));
-        let table = ShapeSpace::tabulate(&own, model, &[(6.0, 10.0), (10.0, 10.0)], 1e-3);
-        assert!(matches!(
-            table.map(|_| ()),
-            Err(ModelError::ShapeSpace { .. })
-        ));
+        let table = ShapeSpace::tabulate(&own, model, &RANGES, 1e-3).map(|_| ());
+        assert!(matches!(table, Err(ModelError::ShapeSpace { .. })));
     }
 }
 
-/// The first joint of [`three_spheres`].
-const LINK: &str = "body = \"left\"\n        to = \"centre\"";
-
 #[test]
 fn every_part_of_the_flow_problem_is_compared() {
-    let text = three_spheres("fluid.viscosity = 1", BALL);
-    let own = scene(&text);
-    for (before, after) in [
-        ("viscosity = 1", "viscosity = 2"),
-        ("radius = 30", "radius = 31"),
-        ("radius = 1\n", "radius = 1.5\n"),
-        ("position = [10, 0, 0]", "position = [10, 0, 1]"),
-        (
-            "position = [10, 0, 0]",
-            "position = [10, 0, 0]\n        force = [1, 0, 0]",
-        ),
-        (
-            "position = [10, 0, 0]",
-            "position = [10, 0, 0]\n        torque = [1, 0, 0]",
-        ),
-        (LINK, "body = \"centre\"\n        to = \"left\""),
-        ("fluid.viscosity = 1", "gait.arms = \"free\""),
+    let text = three_spheres().ball(30.0);
+    let own = text.scene();
+    for settings in [
+        &["fluid.viscosity=2"][..],
+        &["domain.radius=31"],
+        &["bodies.left.radius=1.5"],
+        &["bodies.right.position=[10, 0, 1]"],
+        &["bodies.right.force=[1, 0, 0]"],
+        &["bodies.right.torque=[1, 0, 0]"],
+        &["links.left-arm.body=centre", "links.left-arm.to=left"],
+        &["gait.arms=free"],
     ] {
-        let other = scene(&text.replacen(before, after, 1));
-        let key = own.differing_key(&other).expect(after);
+        let other = text.clone().set(settings).scene();
+        let key = own.differing_key(&other).expect(settings[0]);
         assert_eq!(other.differing_key(&own), Some(key));
     }
-    let same = scene(
-        &text
-            .replace("length = 6", "length = 7")
-            .replace("left-arm", "arm"),
-    );
-    assert_eq!(own.differing_key(&same), None);
+    let same = text.set(&["gait.phases.0.length=7", "gait.phases.1.length=7"]);
+    let arm = [
+        "gait.phases.0.link=arm",
+        "gait.phases.2.link=arm",
+        "links.left-arm.name=arm",
+    ];
+    assert_eq!(own.differing_key(&same.set(&arm).scene()), None);
 }
 
 #[test]
 fn bug_methods_without_steps_took_one_step() {
-    let scene = rpy(UNBOUNDED);
+    let scene = rpy();
     for method in [
         Method::Euler { steps: 0 },
         Method::BackwardEuler { steps: 0 },
@@ -130,24 +125,10 @@ fn bug_methods_without_steps_took_one_step() {
 }
 
 /// A model that returns other numbers of solutions, bodies or frames than it should, or NaN.
-struct Faulty {
-    model: SpheresModel,
-    fault: usize,
-}
-
-impl Hydrodynamics for Faulty {
-    fn name(&self) -> &'static str {
-        "faulty"
-    }
-
-    fn scene(&self) -> &Scene {
-        self.model.scene()
-    }
-
-    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        let mut solutions = self.model.solve(query)?;
+fn faulty(scene: &Scene, fault: usize) -> Recording<'_> {
+    Recording::changing(spheres(scene), move |_, solutions| {
         if let Some(solution) = solutions.first_mut() {
-            match self.fault {
+            match fault {
                 0 => solution.bodies.truncate(1),
                 1 => solution.motion.frames.clear(),
                 2 => solution.motion.spins.clear(),
@@ -156,56 +137,36 @@ impl Hydrodynamics for Faulty {
                 _ => solutions.clear(),
             }
         }
-        Ok(solutions)
-    }
+    })
 }
 
 #[test]
 fn faulty_models_are_refused() {
-    let scene = rpy(UNBOUNDED);
+    let scene = rpy();
     for fault in 0..6 {
-        for method in [
-            Method::Collocation,
-            Method::RungeKutta,
-            Method::Euler { steps: 2 },
-        ] {
-            let mut model = Faulty {
-                model: spheres(&scene),
-                fault,
-            };
-            assert!(
-                simulate(&scene, &mut model, method, &mut ()).is_err(),
-                "{fault} {method:?}"
-            );
+        let euler = Method::Euler { steps: 2 };
+        for method in [Method::Collocation, Method::RungeKutta, euler] {
+            let outcome = simulate(&scene, &mut faulty(&scene, fault), method, &mut ());
+            assert!(outcome.is_err(), "{fault} {method:?}");
         }
-        let mut model = Faulty {
-            model: spheres(&scene),
-            fault,
-        };
-        let ranges = [(6.0, 10.0), (10.0, 10.0)];
-        assert!(
-            ShapeSpace::tabulate(&scene, &mut model, &ranges, 1e-3).is_err(),
-            "{fault}"
-        );
+        let mut model = faulty(&scene, fault);
+        let table = ShapeSpace::tabulate(&scene, &mut model, &RANGES, 1e-3);
+        assert!(table.is_err(), "{fault}");
         assert!(solve_start(&scene, &mut model).is_err(), "{fault}");
     }
 }
 
 #[test]
 fn hostile_configurations_are_refused_by_every_model() {
-    let scene = rpy(BALL);
-    let fem = scene_with_coarse_mesh();
+    let scene = in_ball();
+    let fem = three_spheres().ball(30.0).elements(1.5).scene();
     let state = scene.initial_state();
     let mut lost = state.clone();
     lost.frames[0].translation.vector = Vector3::repeat(f64::NAN);
     let mut twisted = state.clone();
     twisted.attitudes[0] =
         UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(2.0, 0.0, 0.0, 0.0));
-    let empty = State {
-        frames: vec![],
-        attitudes: vec![],
-        joints: vec![],
-    };
+    let empty = empty_state();
     let models: [Box<dyn Hydrodynamics>; 3] = [
         Box::new(spheres(&scene)),
         Box::new(SpheresModel::new(&scene, SphereModel::Multipole(1e-4)).unwrap()),
@@ -235,37 +196,27 @@ fn hostile_configurations_are_refused_by_every_model() {
     }
 }
 
-/// The three spheres in a ball, with coarse finite elements.
-fn scene_with_coarse_mesh() -> Scene {
-    scene(&three_spheres(
-        "model.kind = \"fem\"\n        fem.surface_size = 1.5",
-        BALL,
-    ))
-}
-
 #[test]
 fn tables_outside_their_box_are_refused() {
-    let scene = rpy(UNBOUNDED);
+    let scene = rpy();
     let mut model = spheres(&scene);
-    let ranges = [(6.0, 10.0), (10.0, 10.0)];
     for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(ShapeSpace::tabulate(&scene, &mut model, &ranges, tolerance).is_err());
+        assert!(ShapeSpace::tabulate(&scene, &mut model, &RANGES, tolerance).is_err());
     }
     for x in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300] {
         let bad = [(6.0, x), (10.0, 10.0)];
-        assert!(
-            ShapeSpace::tabulate(&scene, &mut model, &bad, 1e-2).is_err(),
-            "{x}"
-        );
+        let table = ShapeSpace::tabulate(&scene, &mut model, &bad, 1e-2);
+        assert!(table.is_err(), "{x}");
     }
-    let space = ShapeSpace::tabulate(&scene, &mut model, &ranges, 1e-2).unwrap();
+    let space = ShapeSpace::tabulate(&scene, &mut model, &RANGES, 1e-2).unwrap();
     let state = scene.initial_state();
-    let empty = State {
-        frames: vec![],
-        attitudes: vec![],
-        joints: vec![],
-    };
+    let empty = empty_state();
     assert!(space.connection(&[7.0, 10.0]).is_ok() && space.metric(&[7.0, 10.0]).is_ok());
+    let refuses = |state: &State, shape: &[f64], rates: &[f64]| {
+        space
+            .solution(Configuration { state, shape }, rates)
+            .is_err()
+    };
     for shape in [
         &[5.0, 10.0][..],
         &[7.0],
@@ -274,28 +225,20 @@ fn tables_outside_their_box_are_refused() {
         &[7.0, 9.0],
     ] {
         assert!(space.connection(shape).is_err() && space.metric(shape).is_err());
-        let at = Configuration {
-            state: &state,
-            shape,
-        };
-        assert!(space.solution(at, &[1.0, 0.0]).is_err());
+        assert!(refuses(&state, shape, &[1.0, 0.0]));
     }
     for (state, rates) in [
         (&state, &[1.0][..]),
         (&state, &[1.0, 1.0]),
         (&empty, &[1.0, 0.0]),
     ] {
-        let at = Configuration {
-            state,
-            shape: &[7.0, 10.0],
-        };
-        assert!(space.solution(at, rates).is_err());
+        assert!(refuses(state, &[7.0, 10.0], rates));
     }
 }
 
 #[test]
 fn reports_of_incomplete_outcomes_do_not_panic() {
-    let scene = rpy(UNBOUNDED);
+    let scene = rpy();
     let mut outcome = simulate(&scene, &mut spheres(&scene), Method::Collocation, &mut ()).unwrap();
     outcome.samples[1].bodies = Some(vec![]);
     outcome.samples[2].shape.clear();
@@ -305,13 +248,8 @@ fn reports_of_incomplete_outcomes_do_not_panic() {
     assert_eq!(outcome.net(), 0.0);
     let mut interim = Interim::start(&scene).unwrap();
     interim.state.frames.clear();
-    let resumed = continue_from(
-        &scene,
-        &mut spheres(&scene),
-        Method::Collocation,
-        &mut (),
-        interim,
-    );
+    let mut model = spheres(&scene);
+    let resumed = continue_from(&scene, &mut model, Method::Collocation, &mut (), interim);
     assert!(resumed.is_err());
     let mut sum = AccumulatedError {
         displacement: vec![Vector3::x()],

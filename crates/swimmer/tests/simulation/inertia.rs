@@ -2,17 +2,16 @@
 
 use std::f64::consts::PI;
 
-use approx::assert_abs_diff_eq;
 use nalgebra::Vector3;
 use swimmer::models::{InstantaneousSolution, SphereModel, SpheresModel};
 use swimmer::{Method, SwimError};
+use testkit::{SceneText, pair, three_spheres, within};
 
-use crate::strokes::FREE;
-use crate::support::{Run, run_with, scene, three_spheres};
+use crate::support::{Run, run_with};
 
 /// The run of a scene with the model of spheres, which has a resistance matrix.
-fn run_spheres(text: &str, method: Method) -> Result<Run, SwimError> {
-    let scene = scene(text);
+fn run_spheres(text: &SceneText, method: Method) -> Result<Run, SwimError> {
+    let scene = text.scene();
     run_with(
         &scene,
         &mut SpheresModel::new(&scene, SphereModel::Rpy)?,
@@ -20,27 +19,38 @@ fn run_spheres(text: &str, method: Method) -> Result<Run, SwimError> {
     )
 }
 
+/// A unit sphere with these keys and durations of phases.
+fn sphere(keys: &str, durations: &[f64]) -> SceneText {
+    let text = SceneText::new().shape("a", &format!("radius = 1, {keys}"), [0; 3]);
+    let phase = |text: SceneText, duration: &f64| text.phase(&format!("duration = {duration:?}"));
+    durations.iter().fold(text, phase)
+}
+
 /// A bent chain of bodies with a given mass and moment of inertia.
-fn massive(mass: f64) -> String {
-    let mut text = three_spheres("model.tolerance = 1e-9", FREE).replace("[10, 0, 0]", "[7, 6, 1]");
-    text = text.replace(
-        "radius = 1\n",
-        &format!("radius = 1\nmass = {mass:e}\ninertia = {mass:e}\n"),
-    );
-    assert_eq!(text.matches("inertia").count(), 3);
-    text
+fn massive(mass: f64) -> SceneText {
+    let bent = three_spheres()
+        .tolerance(1e-9)
+        .with("bodies.right.position", "[7, 6, 1]");
+    (0..3).fold(bent, |text, body| {
+        let mass = format!("{mass:e}");
+        let text = text.with(&format!("bodies[{body}].mass"), &mass);
+        text.with(&format!("bodies[{body}].inertia"), &mass)
+    })
 }
 
 #[test]
 fn light_bodies_move_like_massless_ones_and_heavy_ones_keep_their_momentum() {
-    let follow = |text: &str, method| run_spheres(text, method).unwrap();
+    let follow = |text: &SceneText, method| run_spheres(text, method).unwrap();
     let exact = follow(&massive(1e-9), Method::Collocation);
     let error = |steps| {
         let run = follow(&massive(1e-9), Method::BackwardEuler { steps });
         (run.net(1) - exact.net(1)).norm()
     };
-    // First order.
-    assert_abs_diff_eq!(error(20) / error(40), 2.0, epsilon = 0.1);
+    within(
+        error(20) / error(40) - 2.0,
+        0.1,
+        "first order, up to the next one",
+    );
     // Equal masses that start at rest: R t / m is 1e-7, so their centre stays, up to the
     // first-order error of the rotation of the arms.
     let heavy = follow(&massive(1e9), Method::BackwardEuler { steps: 20 });
@@ -55,42 +65,38 @@ fn explicit_steps_with_inertia_are_refused_beyond_the_stability_limit() {
     // One sphere, J = 1: the shortest relaxation time is that of its rotation, 1/(8 pi); the limit
     // is twice that.
     let limit = 2.0 / (8.0 * PI);
-    let pulled = |step: f64| {
-        format!(
-            "gait.phases = [{{ duration = {:?} }}]\n[[bodies]]\nname = \"a\"\nradius = 1\n\
-             position = [0, 0, 0]\nforce = [1, 0, 0]\nmass = 1\ninertia = 1\n",
-            50.0 * step
-        )
-    };
+    let pulled =
+        |step: f64, more: &str| sphere(&format!("force = [1, 0, 0]{more}"), &[50.0 * step]);
+    let massive = ", mass = 1, inertia = 1";
     let method = Method::ExplicitInertia { steps: 50 };
     let step = 0.99 * limit;
-    let stable = run_spheres(&pulled(step), method).unwrap();
+    let stable = run_spheres(&pulled(step, massive), method).unwrap();
     // v_k = F/R (1 - g^k) with g = 1 - R dt / m, and a step moves by dt v_k.
     let drag = 6.0 * PI;
     let g = 1.0 - drag * step;
     let sum = g * (1.0 - g.powi(50)) / (1.0 - g);
-    assert_abs_diff_eq!(stable.net(0).x, step * (50.0 - sum) / drag, epsilon = 1e-12);
-    match run_spheres(&pulled(1.01 * limit), method) {
+    within(
+        stable.net(0).x - step * (50.0 - sum) / drag,
+        1e-12,
+        "rounding",
+    );
+    match run_spheres(&pulled(1.01 * limit, massive), method) {
         Err(error @ SwimError::Unstable { .. }) => {
             assert_eq!(error.exit_code(), 3);
-            assert!(
-                error
-                    .to_string()
-                    .contains("take at least 51 steps per phase"),
-                "{error}"
-            );
+            let text = error.to_string();
+            assert!(text.contains("take at least 51 steps per phase"), "{text}");
         }
         other => panic!("{:?}", other.map(|run| run.net(0))),
     }
     // A body without mass follows the flow at once: no explicit step is short enough.
-    let massless = pulled(limit).replace("mass = 1\ninertia = 1\n", "");
+    let massless = pulled(limit, "");
     assert!(matches!(
         run_spheres(&massless, method),
         Err(SwimError::Scene(swimmer::SceneError::BadValue { .. }))
     ));
     // Implicit steps have its velocity F/R.
     let still = run_spheres(&massless, Method::BackwardEuler { steps: 5 }).unwrap();
-    assert_abs_diff_eq!(still.net(0).x, 50.0 * limit / drag, epsilon = 1e-12);
+    within(still.net(0).x - 50.0 * limit / drag, 1e-12, "rounding");
 }
 
 /// Velocities and forces of all steps of a run, in order.
@@ -104,17 +110,11 @@ fn steps(run: &Run) -> impl Iterator<Item = &InstantaneousSolution> {
 fn masses_times_accelerations_are_the_forces_of_the_fluid_and_of_the_joints() {
     // A joint on the line of two spheres transmits a force along it and no torque.
     let (mass, count) = (3.0, 10);
-    let body = |name: &str, x: f64| {
-        format!(
-            "{{ name = \"{name}\", radius = 1, mass = {mass}, inertia = 1, position = [{x}, 0, 0] }}"
-        )
-    };
-    let text = format!(
-        "bodies = [{}, {}]\nlinks = [{{ name = \"arm\", body = \"b\", to = \"a\" }}]\n\
-         gait.phases = [{{ link = \"arm\", length = 5 }}]\n",
-        body("a", 0.0),
-        body("b", 4.0)
-    );
+    let text = ["a", "b"].iter().fold(pair(0.0, 4.0), |text, body| {
+        let text = text.with(&format!("bodies.{body}.mass"), mass);
+        text.with(&format!("bodies.{body}.inertia"), 1)
+    });
+    let text = text.phases(&[("arm", 5.0)]);
     let run = run_spheres(&text, Method::BackwardEuler { steps: count }).unwrap();
     let mut before = [Vector3::zeros(); 2];
     let mut largest = 0.0_f64;
@@ -124,33 +124,46 @@ fn masses_times_accelerations_are_the_forces_of_the_fluid_and_of_the_joints() {
             let after = step.bodies[body].velocity;
             let inertia = mass * (after - before[body]) * count as f64;
             let forces = sign * step.joint_forces[0] - step.bodies[body].force;
-            assert_abs_diff_eq!(inertia, forces, epsilon = 1e-11);
+            within(
+                (inertia - forces).norm(),
+                1e-11,
+                "rounding of forces of about ten",
+            );
             largest = largest.max(inertia.norm());
             before[body] = after;
         }
     }
-    // The arm starts with a jerk: m v N = 3 x 1/2 x 10.
-    assert_abs_diff_eq!(largest, 15.0, epsilon = 1e-9);
+    within(
+        largest - 15.0,
+        1e-9,
+        "the arm starts with a jerk: m v N = 3 x 1/2 x 10",
+    );
 }
 
 #[test]
 fn forces_and_torques_of_a_sphere_with_inertia_are_those_of_stokes() {
-    let text = "gait.phases = [{ duration = 1 }]\n[[bodies]]\nname = \"a\"\nradius = 1\n\
-                position = [0, 0, 0]\nforce = [1, 0, 0]\ntorque = [0, 2, 0]\nmass = 1\ninertia = 2\n";
-    let run = run_spheres(text, Method::BackwardEuler { steps: 50 }).unwrap();
+    let text = sphere(
+        "force = [1, 0, 0], torque = [0, 2, 0], mass = 1, inertia = 2",
+        &[1.0],
+    );
+    let run = run_spheres(&text, Method::BackwardEuler { steps: 50 }).unwrap();
     for step in steps(&run) {
         let body = &step.bodies[0];
-        assert_abs_diff_eq!(body.force, 6.0 * PI * body.velocity, epsilon = 1e-13);
-        assert_abs_diff_eq!(
-            body.torque,
-            8.0 * PI * body.angular_velocity,
-            epsilon = 1e-13
+        within(
+            (body.force - 6.0 * PI * body.velocity).norm(),
+            1e-13,
+            "rounding",
+        );
+        within(
+            (body.torque - 8.0 * PI * body.angular_velocity).norm(),
+            1e-13,
+            "rounding",
         );
     }
-    // After twelve relaxation times or more the load is the drag.
     let last = &steps(&run).last().unwrap().bodies[0];
-    assert_abs_diff_eq!(last.force.x, 1.0, epsilon = 1e-4);
-    assert_abs_diff_eq!(last.torque.y, 2.0, epsilon = 1e-3);
+    let why = "after twelve relaxation times or more the load is the drag";
+    within(last.force.x - 1.0, 1e-4, why);
+    within(last.torque.y - 2.0, 1e-3, why);
 }
 
 #[test]
@@ -168,8 +181,7 @@ fn explicit_and_implicit_steps_with_inertia_have_the_same_limit() {
             .fold(0.0, f64::max)
     };
     let (coarse, fine) = (difference(20), difference(40));
-    // First order.
-    assert_abs_diff_eq!(coarse / fine, 2.0, epsilon = 0.2);
+    within(coarse / fine - 2.0, 0.2, "first order, up to the next one");
     assert!(fine < 0.1, "{fine}");
 }
 
@@ -177,13 +189,8 @@ fn explicit_and_implicit_steps_with_inertia_have_the_same_limit() {
 /// before.
 #[test]
 fn bodies_keep_their_velocities_between_spans() {
-    let body = "[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\nforce = [1, 0, 0]\n\
-                mass = 20\ninertia = 20\n";
     let in_spans = |durations: &[f64], steps: usize, explicit: bool| {
-        let phases: Vec<_> = (durations.iter())
-            .map(|duration| format!("{{ duration = {duration:?} }}"))
-            .collect();
-        let text = format!("gait.phases = [{}]\n{body}", phases.join(", "));
+        let text = sphere("force = [1, 0, 0], mass = 20, inertia = 20", durations);
         let method = match explicit {
             true => Method::ExplicitInertia { steps },
             false => Method::BackwardEuler { steps },
@@ -193,6 +200,6 @@ fn bodies_keep_their_velocities_between_spans() {
     for explicit in [false, true] {
         let whole = in_spans(&[1.0], 20, explicit);
         let halves = in_spans(&[0.5, 0.5], 10, explicit);
-        assert_abs_diff_eq!(whole.net(0), halves.net(0), epsilon = 1e-14);
+        within((whole.net(0) - halves.net(0)).norm(), 1e-14, "rounding");
     }
 }

@@ -1,40 +1,46 @@
 //! Accuracy and cost of the integration methods.
 
-use approx::assert_abs_diff_eq;
 use nalgebra::Vector3;
-use rigid::{StateVelocity, Twist};
+use rigid::Twist;
 use swimmer::models::{
-    BodySolution, Configuration, DiscretisationError, Hydrodynamics, InstantaneousSolution,
-    ModelError, Query, Response, SphereModel, SpheresModel, Uncertainty,
+    BodySolution, DiscretisationError, Hydrodynamics, InstantaneousSolution, SphereModel,
+    SpheresModel, Uncertainty,
 };
-use swimmer::{Method, Scene, spans};
+use swimmer::{Method, spans};
+use testkit::{Recording, SceneText, three_spheres, within};
 
-use crate::strokes::{FREE, follow, over_wall};
-use crate::support::{Run, Tensor, run, run_with, scene, three_spheres};
+use crate::strokes::over_wall;
+use crate::support::{Run, Tensor, follow, run, run_with};
+
+/// Free, far from a wall and near it, in the order of the difficulty.
+const PLACES: [fn(f64) -> SceneText; 3] = [
+    |tolerance| three_spheres().tolerance(tolerance),
+    |tolerance| over_wall(20.0, tolerance),
+    |tolerance| over_wall(5.0, tolerance),
+];
+
+/// Asserts that the error of the net displacement is within its bar, and both within the tolerance.
+///
+/// The error bar of a phase span refers to the largest displacement of any body, so the sum over the
+/// phase spans bounds the error of the net displacement. That of a Runge-Kutta pair is the error of
+/// the less accurate formula and bounds that of the other.
+fn assert_tolerance(run: &Run, exact: Vector3<f64>, tolerance: f64) {
+    let (error, bar) = ((run.net(1) - exact).norm(), run.integration_error());
+    within(error, bar, format!("the error bar at {tolerance:e}"));
+    within(error, tolerance * exact.norm(), "the tolerance");
+    within(
+        bar,
+        tolerance * exact.norm(),
+        "the tolerance limits the bar",
+    );
+}
 
 #[test]
 fn collocation_meets_its_tolerance_and_the_error_bar_holds() {
-    for text in [
-        |tolerance: f64| three_spheres(&format!("model.tolerance = {tolerance}"), FREE),
-        |tolerance: f64| over_wall(20.0, tolerance),
-        |tolerance: f64| over_wall(5.0, tolerance),
-    ] {
+    for text in PLACES {
         let exact = follow(&text(1e-11)).net(1);
         for tolerance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
-            let run = follow(&text(tolerance));
-            let error = (run.net(1) - exact).norm();
-            // The error bar of a phase span refers to the largest displacement of any body, so the
-            // sum over the phase spans bounds the error of the net displacement.
-            assert!(
-                error <= run.integration_error(),
-                "{error:e} > {:e}",
-                run.integration_error()
-            );
-            assert!(
-                error <= tolerance * exact.norm(),
-                "{error:e} at {tolerance:e}"
-            );
-            assert!(run.integration_error() <= tolerance * exact.norm());
+            assert_tolerance(&follow(&text(tolerance)), exact, tolerance);
         }
     }
 }
@@ -43,61 +49,47 @@ fn collocation_meets_its_tolerance_and_the_error_bar_holds() {
 fn a_stroke_takes_24_solves_to_1e_3_and_40_to_1e_4() {
     // Orders of one to three and of one to four points on each of four phase spans.
     for (tolerance, solves) in [(1e-3, 24), (1e-4, 40)] {
-        let text = format!("model.tolerance = {tolerance}");
-        assert!(follow(&three_spheres(&text, FREE)).solves() <= solves);
-        assert!(follow(&over_wall(20.0, tolerance)).solves() <= solves);
+        for text in &PLACES[..2] {
+            assert!(follow(&text(tolerance)).solves() <= solves);
+        }
     }
 }
 
 #[test]
 fn euler_is_of_first_order_where_the_position_matters() {
     let exact = follow(&over_wall(5.0, 1e-10)).net(1);
-    let error = |steps| {
-        let scene = scene(&over_wall(5.0, 1e-3));
-        (run(&scene, Tensor::Rpy, Method::Euler { steps })
-            .unwrap()
-            .net(1)
-            - exact)
-            .norm()
-    };
-    // Halving the step halves the error, up to the next order: 1/40 relative at 20 steps per
-    // phase span.
-    assert_abs_diff_eq!(error(20) / error(40), 2.0, epsilon = 0.1);
-    assert!(error(40) > 100.0 * (follow(&over_wall(5.0, 1e-3)).net(1) - exact).norm());
+    let scene = over_wall(5.0, 1e-3).scene();
+    let error = |method| (run(&scene, Tensor::Rpy, method).unwrap().net(1) - exact).norm();
+    let [coarse, fine] = [20, 40].map(|steps| error(Method::Euler { steps }));
+    within(
+        coarse / fine - 2.0,
+        0.1,
+        "first order, up to 1/40 at 20 steps per phase span",
+    );
+    assert!(fine > 100.0 * error(Method::Collocation));
 }
 
 #[test]
 fn the_runge_kutta_pair_meets_its_tolerance_and_its_error_bar_holds() {
-    for text in [
-        |tolerance: f64| three_spheres(&format!("model.tolerance = {tolerance}"), FREE),
-        |tolerance: f64| over_wall(5.0, tolerance),
-    ] {
+    for text in [PLACES[0], PLACES[2]] {
         let exact = follow(&text(1e-11));
         let work = |run: &Run| run.spans.iter().map(|span| span.work).sum::<f64>();
         let (exact, exact_work) = (exact.net(1), work(&exact));
         let mut solves = 0;
         for tolerance in [1e-2, 1e-4, 1e-6, 1e-8] {
-            let run = run(&scene(&text(tolerance)), Tensor::Rpy, Method::RungeKutta).unwrap();
-            let error = (run.net(1) - exact).norm();
-            // The estimate is the error of the less accurate formula and bounds that of the other.
-            assert!(
-                error <= run.integration_error(),
-                "{error:e} at {tolerance:e}"
-            );
-            assert!(
-                error <= tolerance * exact.norm(),
-                "{error:e} at {tolerance:e}"
-            );
-            assert!(run.integration_error() <= tolerance * exact.norm());
+            let run = run(&text(tolerance).scene(), Tensor::Rpy, Method::RungeKutta).unwrap();
+            assert_tolerance(&run, exact, tolerance);
             let bars = run
                 .spans
                 .iter()
                 .map(|span| span.work_error.integration.unwrap());
-            let (bar, error) = (bars.sum::<f64>(), (work(&run) - exact_work).abs());
-            assert!(
-                error <= bar && bar <= 10.0 * tolerance * exact_work,
-                "work: {error:e} {bar:e} at {tolerance:e}"
+            let bar = bars.sum::<f64>();
+            within(
+                work(&run) - exact_work,
+                bar,
+                format!("bar of the work at {tolerance:e}"),
             );
+            within(bar, 10.0 * tolerance * exact_work, "the bar says something");
             assert!(run.solves() >= solves);
             solves = run.solves();
         }
@@ -107,57 +99,42 @@ fn the_runge_kutta_pair_meets_its_tolerance_and_its_error_bar_holds() {
 }
 
 /// A model whose discretisation errors rotate with the swimmer.
-struct WithDiscretisationError(SpheresModel);
-
-impl Hydrodynamics for WithDiscretisationError {
-    fn name(&self) -> &'static str {
-        self.0.name()
-    }
-
-    fn scene(&self) -> &Scene {
-        self.0.scene()
-    }
-
-    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        let mut solutions = self.0.solve(query)?;
+fn with_discretisation_error(model: SpheresModel) -> Recording<'static> {
+    Recording::changing(model, |query, solutions| {
         let rotation = query.configuration.state.frames[0].rotation;
         let vector = |k: usize| rotation * Vector3::new(1.0, 2.0, k as f64);
-        for solution in &mut solutions {
-            let bodies = solution.bodies.len();
+        for solution in solutions {
             // Before the correction everything is larger by these vectors.
+            let mut response = &solution.response * 0.0;
+            let (linear, angular) = (vector(3), vector(4));
+            response.motion.frames = vec![Twist { linear, angular }];
+            for (k, spin) in response.motion.spins.iter_mut().enumerate() {
+                *spin = vector(5 + k);
+            }
+            for (k, body) in response.bodies.iter_mut().enumerate() {
+                *body = BodySolution {
+                    velocity: vector(10 + k),
+                    angular_velocity: vector(15 + k),
+                    force: vector(20 + k),
+                    torque: vector(25 + k),
+                };
+            }
+            response.joint_forces = (0..2).map(|joint| vector(30 + joint)).collect();
+            let uncertainty = Uncertainty::default();
             let mut error = DiscretisationError {
-                response: Response {
-                    motion: StateVelocity {
-                        frames: vec![Twist {
-                            linear: vector(3),
-                            angular: vector(4),
-                        }],
-                        spins: (0..bodies).map(|body| vector(5 + body)).collect(),
-                        joints: vec![],
-                    },
-                    bodies: (0..bodies)
-                        .map(|body| BodySolution {
-                            velocity: vector(10 + body),
-                            angular_velocity: vector(15 + body),
-                            force: vector(20 + body),
-                            torque: vector(25 + body),
-                        })
-                        .collect(),
-                    joint_forces: (0..2).map(|joint| vector(30 + joint)).collect(),
-                    slip_power: 0.0,
-                },
-                uncertainty: Uncertainty::default(),
+                response,
+                uncertainty,
             };
             let exact = solution.clone();
             solution.correct(error.clone());
-            let shifted = DiscretisationError::between(&exact, solution, Uncertainty::default());
-            assert!((shifted.bodies[1].torque - error.bodies[1].torque).norm() < 1e-12);
+            let shifted = DiscretisationError::between(&exact, solution, uncertainty);
+            let difference = shifted.bodies[1].torque - error.bodies[1].torque;
+            within(difference.norm(), 1e-12, "rounding of numbers of about 30");
             *solution = exact;
             error.uncertainty.relative = 0.5;
             solution.mesh_error = Some(error);
         }
-        Ok(solutions)
-    }
+    })
 }
 
 /// All vectors of a solution.
@@ -170,13 +147,8 @@ fn vectors(solution: &InstantaneousSolution) -> Vec<Vector3<f64>> {
     bodies
         .chain(&error.bodies)
         .flat_map(|b| [b.velocity, b.angular_velocity, b.force, b.torque])
-        .chain(
-            solution
-                .joint_forces
-                .iter()
-                .chain(&error.joint_forces)
-                .copied(),
-        )
+        .chain(solution.joint_forces.iter().copied())
+        .chain(error.joint_forces.iter().copied())
         .chain(spins.copied())
         .chain(frames.flat_map(|frame| [frame.linear, frame.angular]))
         .collect()
@@ -186,29 +158,25 @@ fn vectors(solution: &InstantaneousSolution) -> Vec<Vector3<f64>> {
 /// states.
 #[test]
 fn solutions_of_a_rotating_swimmer_are_the_solutions_at_their_states() {
-    let text = include_str!("../../templates/planar.toml");
-    let scene = scene(text);
-    let model = || WithDiscretisationError(SpheresModel::new(&scene, SphereModel::Rpy).unwrap());
+    let scene = SceneText::file(include_str!("../../templates/planar.toml")).scene();
+    let spheres = || SpheresModel::new(&scene, SphereModel::Rpy).unwrap();
+    let model = || with_discretisation_error(spheres());
     let run = run_with(&scene, &mut model(), Method::Collocation).unwrap();
     let all = spans(scene.gait(), scene.articulation().initial_shape()).unwrap();
     let mut largest_angle = 0.0_f64;
     for (span, result) in all.zip(&run.spans) {
         for found in &result.solutions {
             let shape = span.shape(found.s);
-            let configuration = Configuration {
-                state: &found.state,
-                shape: &shape,
-            };
+            let configuration = testkit::at(&found.state, &shape);
             let exact = model()
                 .solve_one(configuration, &span.rates(found.s))
                 .unwrap();
             let (found, exact) = (vectors(&found.solution), vectors(&exact));
             assert_eq!(found.len(), exact.len());
             for (found, exact) in found.iter().zip(&exact) {
-                // Velocities are of order one, forces and errors of order ten; rounding is
-                // amplified by the condition number of the resistance, below 100.
-                let difference = (found - exact).norm();
-                assert!(difference < 1e-12, "{difference:e}");
+                // Velocities are of order one, forces and errors of order ten.
+                let why = "rounding, amplified by the condition of the resistance, below 100";
+                within((found - exact).norm(), 1e-12, why);
             }
         }
         largest_angle = largest_angle.max(result.end.frames[0].rotation.angle());

@@ -4,13 +4,9 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use swimmer::Scene;
 use swimmer::scene::{Gait, JointPath, OwnPath, Phase, ShapePath};
-use swimmer::{Method, Outcome, Scene, choose, run, simulate};
-
-fn simulated(scene: &Scene) -> Outcome {
-    let mut model = choose(scene).unwrap().model;
-    simulate(scene, model.as_mut(), Method::from_scene(scene), &mut ()).unwrap()
-}
+use testkit::{SceneText, chain, pair, run, within};
 
 /// Two arms that oscillate about 6 with the amplitude 1, a quarter of a period apart.
 #[derive(Debug)]
@@ -30,29 +26,16 @@ impl JointPath for Oscillation {
     }
 }
 
-fn arms(gait: &str) -> Scene {
-    let sphere = |name: &str, x: f64| {
-        format!("[[bodies]]\nname = \"{name}\"\nradius = 1\nposition = [{x:?}, 0, 0]\n")
-    };
-    let text = [
-        "[model]\nkind = \"rpy\"\ntolerance = 1e-7\n".to_owned(),
-        sphere("l", -6.0),
-        sphere("c", 0.0),
-        sphere("r", 7.0),
-        "[[links]]\nname = \"left\"\nbody = \"l\"\nto = \"c\"\n".to_owned(),
-        "[[links]]\nname = \"right\"\nbody = \"r\"\nto = \"c\"\n".to_owned(),
-        gait.to_owned(),
-    ];
-    Scene::parse(&text.concat()).unwrap()
+fn arms() -> SceneText {
+    let text = chain(&["l", "c", "r"], &[-6.0, 0.0, 7.0]).model("rpy", 1e-7);
+    text.slide("left", "l", "c").slide("right", "r", "c")
 }
 
 #[test]
 fn a_path_of_a_program_moves_bodies_as_the_same_harmonics() {
-    let harmonic = arms(&format!(
-        "[gait]\nperiod = 3\n[[gait.harmonics]]\nlink = \"left\"\namplitude = 1\n\
-         [[gait.harmonics]]\nlink = \"right\"\namplitude = 1\nphase = {:?}\n",
-        0.5 * PI
-    ));
+    let harmonic = arms()
+        .harmonics(3.0, &[("left", 1.0, 0.0), ("right", 1.0, 0.5 * PI)])
+        .scene();
     let path = ShapePath::Own(OwnPath(Arc::new(Oscillation)));
     let gait = Gait {
         cycles: 1,
@@ -61,32 +44,31 @@ fn a_path_of_a_program_moves_bodies_as_the_same_harmonics() {
             duration: 3.0,
         }],
     };
-    let own = arms("").with_gait(gait).unwrap();
-    let [expected, found] = [&harmonic, &own].map(simulated);
-    let error = (expected.net() - found.net()).abs();
-    assert!(
-        expected.net() > 1e-3 && error < 1e-7 * expected.net(),
-        "{error:e}"
+    let own = arms().scene().with_gait(gait).unwrap();
+    let [expected, found] = [&harmonic, &own].map(run);
+    assert!(expected.net() > 1e-3);
+    within(
+        expected.net() - found.net(),
+        1e-7 * expected.net(),
+        "the tolerance",
     );
-    assert!((expected.work - found.work).abs() < 1e-6 * expected.work);
+    within(
+        expected.work - found.work,
+        1e-6 * expected.work,
+        "the tolerance of displacements",
+    );
     // Files cannot contain it, so runs that write them refuse it.
     let folder = tempfile::tempdir().unwrap();
-    let error = run(own, folder.path(), false, &mut (), &mut ())
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("path of a program"), "{error}");
+    let error = swimmer::run(own, folder.path(), false, &mut (), &mut ()).unwrap_err();
+    testkit::contains("own path", &error.to_string(), &["path of a program"]);
 }
 
-/// Two equal spheres with a motor of this torque between them.
-fn motor(force: &str, gait: &str) -> Scene {
-    Scene::parse(&format!(
-        "[model]\nkind = \"multipole\"\ntolerance = 1e-7\n\
-         [[bodies]]\nname = \"head\"\nradius = 1\nposition = [0, 0, 0]\n\
-         [[bodies]]\nname = \"tail\"\nradius = 1\nposition = [3, 0, 0]\n\
-         [[links]]\nname = \"motor\"\nbody = \"tail\"\nto = \"head\"\njoint = \"rotor\"\n\
-         drive = \"force\"\nforce = {force}\n{gait}"
-    ))
-    .unwrap()
+/// Two equal spheres with a motor of this torque between them, for a duration.
+fn motor(force: &str, duration: f64) -> SceneText {
+    let keys = format!("joint = \"rotor\", drive = \"force\", force = {force}");
+    let text = chain(&["head", "tail"], &[0.0, 3.0]).joint("motor", "tail", "head", &keys);
+    text.phase(&format!("duration = {duration:?}"))
+        .model("multipole", 1e-7)
 }
 
 /// `R dv/dt = m + A sin(ω t + φ)` with the resistance R of opposite rotations, which a constant
@@ -94,11 +76,11 @@ fn motor(force: &str, gait: &str) -> Scene {
 #[test]
 fn an_oscillating_torque_turns_a_rotor_by_its_integral() {
     let turned = |force: &str, duration: f64| {
-        let outcome = simulated(&motor(
-            force,
-            &format!("[[gait.phases]]\nduration = {duration:?}\n"),
-        ));
-        outcome.samples.last().unwrap().shape[0]
+        run(&motor(force, duration).scene())
+            .samples
+            .last()
+            .unwrap()
+            .shape[0]
     };
     let resistance = 1.0 / turned("1.0", 1.0);
     let (mean, amplitude, phase, period) = (0.5, 4.0, 0.7_f64, 2.0);
@@ -109,58 +91,45 @@ fn an_oscillating_torque_turns_a_rotor_by_its_integral() {
     for duration in [0.3_f64, 1.7] {
         let oscillating = (phase.cos() - (omega * duration + phase).cos()) / omega;
         let exact = (mean * duration + amplitude * oscillating) / resistance;
-        let found = turned(&force, duration);
-        assert!((found - exact).abs() < 1e-7, "{found} {exact}");
+        within(turned(&force, duration) - exact, 1e-7, "the tolerance");
     }
 }
 
 #[test]
 fn an_oscillating_force_keeps_its_keys_when_it_is_written() {
     let force = "{ amplitude = 2, period = 4 }";
-    let scene = motor(force, "[[gait.phases]]\nduration = 1\n");
+    let scene = motor(force, 1.0).scene();
     assert_eq!(scene.joint_forces(1.0), Some(vec![2.0]));
     let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
     assert_eq!(again.joint_forces(1.0), Some(vec![2.0]));
     assert_eq!(scene.to_toml().unwrap(), again.to_toml().unwrap());
+    let form = "must be a number, or a table";
     for (force, problem) in [
         ("{ amplitude = 2 }", "has no period"),
         ("{ period = 2 }", "has no amplitude"),
-        (
-            "{ amplitude = 2, frequency = 3 }",
-            "must be a number, or a table",
-        ),
-        (
-            "{ amplitude = -2, period = 1 }",
-            "must be a number, or a table",
-        ),
+        ("{ amplitude = 2, frequency = 3 }", form),
+        ("{ amplitude = -2, period = 1 }", form),
     ] {
-        let text = format!(
-            "[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\n\
-             [[bodies]]\nname = \"b\"\nradius = 1\nposition = [3, 0, 0]\n\
-             [[links]]\nname = \"m\"\nbody = \"b\"\nto = \"a\"\njoint = \"rotor\"\n\
-             drive = \"force\"\nforce = {force}\n"
-        );
-        let message = Scene::parse(&text).unwrap_err().to_string();
-        assert!(message.contains(problem), "{message}");
+        testkit::contains(force, &motor(force, 1.0).refusal(), &[problem]);
     }
 }
 
 /// Bodies that are at rest but for an oscillating force return after its period.
 #[test]
 fn an_oscillating_force_on_an_arm_moves_it_to_and_fro() {
-    let scene = Scene::parse(
-        "[model]\nkind = \"rpy\"\ntolerance = 1e-6\n\
-         [[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\n\
-         [[bodies]]\nname = \"b\"\nradius = 1\nposition = [6, 0, 0]\n\
-         [[links]]\nname = \"arm\"\nbody = \"b\"\nto = \"a\"\n\
-         drive = \"force\"\nforce = { amplitude = 20, period = 2 }\n\
-         [[gait.phases]]\nduration = 1\n[[gait.phases]]\nduration = 1\n",
-    )
-    .unwrap();
-    let outcome = simulated(&scene);
+    let text = pair(0.0, 6.0)
+        .phase("duration = 1")
+        .phase("duration = 1")
+        .model("rpy", 1e-6);
+    let force = [
+        "links.arm.drive=force",
+        "links.arm.force={ amplitude = 20, period = 2 }",
+    ];
+    let outcome = run(&text.set(&force).scene());
     let shape: Vec<f64> = outcome.samples.iter().map(|s| s.shape[0]).collect();
     let longest = shape.iter().copied().fold(0.0, f64::max);
     assert!(longest > 6.5, "{longest}");
-    assert!((shape.last().unwrap() - 6.0).abs() < 1e-6);
-    assert!(outcome.displacement[0].norm() < 1e-6 && outcome.displacement[0] != Vector3::zeros());
+    within(shape.last().unwrap() - 6.0, 1e-6, "the tolerance");
+    within(outcome.displacement[0].norm(), 1e-6, "the tolerance");
+    assert!(outcome.displacement[0] != Vector3::zeros());
 }

@@ -8,33 +8,27 @@ use swimmer::models::{
     InstantaneousSolution, NewMesh, Seconds, SolverReport, Uncertainty,
 };
 use swimmer::output::{solution_json, summary_json, trajectory_csv};
-use swimmer::{Method, Outcome, Scene, simulate};
+use swimmer::{Method, Outcome, Scene};
+use testkit::{SceneText, run_by};
 
-use crate::support::{Tensor, TestModel, scene};
+use crate::support::{Tensor, TestModel};
 
 /// Two spheres with an arm that closes, rests and opens, twice.
-fn pair() -> Scene {
-    scene(
-        r#"
-        model = { kind = "rpy", tolerance = 1e-4 }
-        bodies = [
-            { name = "a", radius = 1, position = [0, 0, 0] },
-            { name = "b, the large", radius = 1.5, position = [5, 0, 0] },
-        ]
-        links = [{ name = "arm", body = "b, the large", to = "a" }]
-        gait.cycles = 2
-        gait.phases = [
-            { link = "arm", length = 4, duration = 0.5 },
-            { duration = 0.25 },
-            { link = "arm", length = 5 },
-        ]
-        "#,
-    )
+fn two_spheres() -> Scene {
+    SceneText::new()
+        .sphere("a", 1.0, [0; 3])
+        .sphere("b, the large", 1.5, [5, 0, 0])
+        .slide("arm", "b, the large", "a")
+        .phase("link = \"arm\", length = 4, duration = 0.5")
+        .phase("duration = 0.25")
+        .phase("link = \"arm\", length = 5")
+        .with("gait.cycles", 2)
+        .model("rpy", 1e-4)
+        .scene()
 }
 
 fn outcome(scene: &Scene) -> Outcome {
-    let mut model = TestModel::new(scene, Tensor::Rpy);
-    simulate(scene, &mut model, Method::Collocation, &mut ()).unwrap()
+    run_by(&mut TestModel::new(scene, Tensor::Rpy), Method::Collocation)
 }
 
 /// A vector that no other number gives.
@@ -99,7 +93,7 @@ fn without_memory(mut report: Value) -> Value {
 
 #[test]
 fn the_summary_has_every_number_of_the_outcome() {
-    let scene = pair();
+    let scene = two_spheres();
     let mut outcome = outcome(&scene);
     outcome.displacement = vec![vector(1.0), vector(2.0)];
     outcome.mesh_error = Some(vec![vector(0.125), vector(0.25)]);
@@ -185,7 +179,7 @@ fn body(unit: f64) -> BodySolution {
 
 #[test]
 fn the_json_of_a_solution_has_every_number_of_it() {
-    let scene = pair();
+    let scene = two_spheres();
     let motion = StateVelocity {
         frames: Vec::new(),
         spins: Vec::new(),
@@ -287,7 +281,7 @@ fn the_json_of_a_solution_has_every_number_of_it() {
 
 #[test]
 fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
-    let scene = pair();
+    let scene = two_spheres();
     let mut samples = outcome(&scene).samples;
     // Two cycles of three phases, with solves in each: all phase span numbers occur.
     assert!((0..6).all(|span| samples.iter().any(|s| s.span == span && s.bodies.is_some())));

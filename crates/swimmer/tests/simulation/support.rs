@@ -11,6 +11,7 @@ use swimmer::models::{
 };
 use swimmer::scene::Domain;
 use swimmer::{Integrator, Method, Scene, SpanResult, SwimError, spans};
+use testkit::SceneText;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tensor {
@@ -164,56 +165,6 @@ impl TestModel {
     }
 }
 
-/// The three-sphere swimmer of Najafi & Golestanian (2004) along x.
-pub fn three_spheres(extra: &str, domain: &str) -> String {
-    format!(
-        r#"
-        domain = {domain}
-        {extra}
-        [[bodies]]
-        name = "left"
-        radius = 1
-        position = [-10, 0, 0]
-        [[bodies]]
-        name = "centre"
-        radius = 1
-        position = [0, 0, 0]
-        [[bodies]]
-        name = "right"
-        radius = 1
-        position = [10, 0, 0]
-        [[links]]
-        name = "left-arm"
-        body = "left"
-        to = "centre"
-        [[links]]
-        name = "right-arm"
-        body = "right"
-        to = "centre"
-        {STROKE}
-        "#
-    )
-}
-
-pub const STROKE: &str = r#"
-        [[gait.phases]]
-        link = "left-arm"
-        length = 6
-        [[gait.phases]]
-        link = "right-arm"
-        length = 6
-        [[gait.phases]]
-        link = "left-arm"
-        length = 10
-        [[gait.phases]]
-        link = "right-arm"
-        length = 10
-"#;
-
-pub fn scene(text: &str) -> Scene {
-    Scene::parse(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
-}
-
 /// The result of a whole gait.
 pub struct Run {
     pub spans: Vec<SpanResult>,
@@ -237,6 +188,11 @@ impl Run {
             .filter_map(|span| span.error_estimate.integration)
             .sum()
     }
+}
+
+/// The gait by the test model, integrated by collocation.
+pub fn follow(text: &SceneText) -> Run {
+    run(&text.scene(), Tensor::Rpy, Method::Collocation).unwrap()
 }
 
 pub fn run(scene: &Scene, tensor: Tensor, method: Method) -> Result<Run, SwimError> {

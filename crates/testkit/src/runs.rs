@@ -1,0 +1,65 @@
+//! Solutions and runs of scenes, by the model that the scene chooses or by a given one.
+
+use models::{Configuration, Hydrodynamics, InstantaneousSolution};
+use nalgebra::{DMatrix, Vector3};
+use rigid::State;
+use scene::Scene;
+use swimmer::{Method, Outcome};
+
+/// The model that a scene chooses.
+pub fn boxed(scene: &Scene) -> Box<dyn Hydrodynamics> {
+    swimmer::choose(scene).expect("a supported scene").model
+}
+
+/// The gait of a scene by the model and the method that it chooses.
+pub fn run(scene: &Scene) -> Outcome {
+    run_by(boxed(scene).as_mut(), Method::from_scene(scene))
+}
+
+/// The gait of the scene of a model.
+pub fn run_by(model: &mut dyn Hydrodynamics, method: Method) -> Outcome {
+    let scene = model.scene().clone();
+    swimmer::simulate(&scene, model, method, &mut ()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The solution at the start of a scene, by the model that it chooses.
+pub fn start(scene: &Scene) -> InstantaneousSolution {
+    start_by(boxed(scene).as_mut())
+}
+
+/// The solution of a model at the start of its scene.
+pub fn start_by(model: &mut dyn Hydrodynamics) -> InstantaneousSolution {
+    let scene = model.scene().clone();
+    swimmer::solve_start(&scene, model).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The grand resistance matrix at the start of a scene, by the model that it chooses.
+pub fn start_resistance(scene: &Scene) -> DMatrix<f64> {
+    let resistance = swimmer::start_resistance(scene, boxed(scene).as_mut());
+    resistance.expect("a resistance")
+}
+
+/// A configuration of bodies.
+pub fn at<'a>(state: &'a State, shape: &'a [f64]) -> Configuration<'a> {
+    Configuration { state, shape }
+}
+
+/// The solution of a model for a shape, with the bodies where they are at the start.
+pub fn solve_at(
+    model: &mut dyn Hydrodynamics,
+    shape: &[f64],
+    rates: &[f64],
+) -> InstantaneousSolution {
+    let state = &model.scene().initial_state();
+    let solution = model.solve_one(at(state, shape), rates);
+    solution.expect("a solution")
+}
+
+/// Sum and largest norm of the forces of all bodies.
+pub fn forces(solution: &InstantaneousSolution) -> (Vector3<f64>, f64) {
+    let forces = || solution.bodies.iter().map(|body| body.force);
+    (
+        forces().sum(),
+        forces().map(|f| f.norm()).fold(0.0, f64::max),
+    )
+}
