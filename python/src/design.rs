@@ -53,10 +53,7 @@ fn optimum_dict<'py>(py: Python<'py>, found: &DesignedStroke) -> PyResult<Bound<
     dict.set_item("refinement_error", optimum.refinement_error)?;
     dict.set_item("at_limits", optimum.at_limits)?;
     dict.set_item("lengths", table(py, &found.shapes)?)?;
-    let toml = found
-        .scene
-        .to_toml()
-        .map_err(crate::errors::exception)?;
+    let toml = found.scene.to_toml().map_err(crate::errors::exception)?;
     dict.set_item("toml", toml)?;
     Ok(dict)
 }

@@ -177,9 +177,7 @@ fn look(py: Python<'_>, watch: &Watch, report: Option<&Py<PyAny>>) -> PyResult<(
     Ok(())
 }
 
-fn finished<T>(
-    result: Result<Result<T, DesignError>, Box<dyn Any + Send>>,
-) -> PyResult<T> {
+fn finished<T>(result: Result<Result<T, DesignError>, Box<dyn Any + Send>>) -> PyResult<T> {
     match result {
         Ok(result) => result.map_err(exception),
         Err(panic) => {

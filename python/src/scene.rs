@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use numpy::{AllowTypeChange, PyArrayLike1, PyArrayLike2};
 use ::design::{Connection, DesignError, connection};
+use numpy::{AllowTypeChange, PyArrayLike1, PyArrayLike2};
 use pictures::RunPictures;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -14,8 +14,8 @@ use swimmer::models::rigid::Twist;
 use swimmer::models::{Configuration, Hydrodynamics, PointFlow};
 use swimmer::scene::Document;
 use swimmer::{
-    Choice, Scene, SceneError, choose, run_without_files,
-    solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
+    Choice, Scene, SceneError, choose, run_without_files, solve_start, start_flow, start_flow_at,
+    start_resistance, start_resistance_errors,
 };
 
 use crate::convert::{
@@ -45,7 +45,7 @@ pub struct PyScene {
 }
 
 impl PyScene {
-    fn new(py: Python<'_>, scene: Result<Scene, SceneError>) -> PyResult<Self> {
+    fn new(scene: Result<Scene, SceneError>) -> PyResult<Self> {
         Ok(Self {
             scene: scene.map_err(exception)?,
             kept: Arc::default(),
@@ -87,31 +87,26 @@ fn timed_connection(
 #[pymethods]
 impl PyScene {
     #[staticmethod]
-    fn read(py: Python<'_>, path: PathBuf, overrides: Vec<String>) -> PyResult<Self> {
-        Self::new(py, Scene::read(&path, &overrides))
+    fn read(path: PathBuf, overrides: Vec<String>) -> PyResult<Self> {
+        Self::new(Scene::read(&path, &overrides))
     }
 
     #[staticmethod]
-    fn parse(py: Python<'_>, text: &str, path: PathBuf, overrides: Vec<String>) -> PyResult<Self> {
-        Self::new(py, parse(text, &path, &overrides))
+    fn parse(text: &str, path: PathBuf, overrides: Vec<String>) -> PyResult<Self> {
+        Self::new(parse(text, &path, &overrides))
     }
 
     /// A scene from its keys as JSON.
     #[staticmethod]
-    fn from_json(
-        py: Python<'_>,
-        json: &str,
-        path: PathBuf,
-        overrides: Vec<String>,
-    ) -> PyResult<Self> {
+    fn from_json(json: &str, path: PathBuf, overrides: Vec<String>) -> PyResult<Self> {
         let text = serde_json::from_str::<toml::Table>(json)
             .map_err(|error| error.to_string())
             .and_then(|table| toml::to_string(&table).map_err(|error| error.to_string()))
             .map_err(|problem| SceneException::new_err(format!("{}: {problem}", path.display())))?;
-        Self::new(py, parse(&text, &path, &overrides))
+        Self::new(parse(&text, &path, &overrides))
     }
 
-    fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
+    fn to_toml(&self) -> PyResult<String> {
         (self.scene.to_toml()).map_err(exception)
     }
 

@@ -10,17 +10,17 @@ use crate::error::{DesignError, DesignProgress, check_interruption};
 use crate::sensitivities::{comparable, net_displacement, with_keys};
 
 /// Ratio of neighbouring frequencies while an interval with a maximum is searched.
-const FACTOR: f64 = 2.0;
+const STEP_RATIO: f64 = 2.0;
 
 /// Largest ratio of a frequency to that of the scene: outside, the search ends without a maximum.
 const MAX_FREQUENCY_RATIO: f64 = 1e4;
 
 /// Width of the interval in the logarithm of the frequency at which the search ends. At a maximum
 /// the displacement then differs by the order of its square, 1e-6.
-const WIDTH: f64 = 1e-3;
+const MIN_LOGARITHM_WIDTH: f64 = 1e-3;
 
 /// Share of the golden section.
-const GOLDEN: f64 = 0.381_966_011_250_105_1;
+const GOLDEN_SHARE: f64 = 0.381_966_011_250_105_1;
 
 /// A run at one frequency.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +78,7 @@ pub fn best_frequency(
         progress,
     };
     // Three logarithms, to be moved until the largest displacement is in the middle.
-    let step = FACTOR.ln();
+    let step = STEP_RATIO.ln();
     let runs = [search.run(-step)?, search.run(0.0)?, search.run(step)?];
     let values = runs.map(|run| run.displacement).into_iter();
     let spread =
@@ -140,7 +140,7 @@ impl FrequencySearch<'_> {
         mut x: [f64; 3],
         mut y: [FrequencyRun; 3],
     ) -> Result<Option<Bracket>, DesignError> {
-        let step = FACTOR.ln();
+        let step = STEP_RATIO.ln();
         while y[1].displacement <= y[0].displacement.max(y[2].displacement) {
             if x[0].abs().max(x[2].abs()) > MAX_FREQUENCY_RATIO.ln() {
                 return Ok(None);
@@ -162,11 +162,11 @@ impl FrequencySearch<'_> {
         mut x: [f64; 3],
         mut y: [FrequencyRun; 3],
     ) -> Result<(FrequencyRun, f64), DesignError> {
-        while x[2] - x[0] > WIDTH {
+        while x[2] - x[0] > MIN_LOGARITHM_WIDTH {
             // A point in the larger of both parts.
             let is_right = x[2] - x[1] > x[1] - x[0];
             let end = if is_right { x[2] } else { x[0] };
-            let new = x[1] + GOLDEN * (end - x[1]);
+            let new = x[1] + GOLDEN_SHARE * (end - x[1]);
             let run = self.run(new)?;
             match (is_right, run.displacement > y[1].displacement) {
                 (true, true) => (x, y) = ([x[1], new, x[2]], [y[1], run, y[2]]),

@@ -23,13 +23,13 @@ use super::totals::{Stroke, StrokeTotals};
 use crate::error::{DesignError, DesignProgress};
 
 /// Error of the table relative to the tolerance of the search.
-const TABLE: f64 = 1e-3;
+const TABLE_SHARE: f64 = 1e-3;
 
-/// Part by which a stroke is slower than its bounds allow, so that rounding does not exceed them.
+/// TablePart by which a stroke is slower than its bounds allow, so that rounding does not exceed them.
 const ROUNDING: f64 = 1e-9;
 
 /// Number of shapes of the stroke in [`DesignedStroke::shapes`], first and last one included.
-const SHAPES: usize = 201;
+const SHAPE_COUNT: usize = 201;
 
 /// The best stroke of a scene.
 #[derive(Debug)]
@@ -96,7 +96,7 @@ pub fn design_stroke(
     let table = tabulate(
         scene,
         &limits,
-        TABLE * options.tolerance,
+        TABLE_SHARE * options.tolerance,
         (Some(&folder), TablePart::Whole),
         progress,
     )?;
@@ -128,10 +128,10 @@ pub fn design_stroke(
     let mut model = choose(&found)?.model;
     let outcome = simulate(&found, model.as_mut(), Method::Collocation, &mut ())?;
     let shape = |k: usize| {
-        let share = (k % (SHAPES - 1)) as f64 / (SHAPES - 1) as f64;
+        let share = (k % (SHAPE_COUNT - 1)) as f64 / (SHAPE_COUNT - 1) as f64;
         limits.full_shape(&optimum.curve.shape(timing.parameter(share)))
     };
-    let shapes: Vec<Vec<f64>> = (0..SHAPES).map(shape).collect();
+    let shapes: Vec<Vec<f64>> = (0..SHAPE_COUNT).map(shape).collect();
     let drag = drag_of_bodies(scene);
     let period = timing.period();
     Ok(DesignedStroke {

@@ -12,7 +12,7 @@ use crate::error::DesignError;
 const CHECKS: usize = 64;
 
 /// Rotation per change of a joint, relative to the displacement, that counts as none.
-const ROTATION: f64 = 1e-8;
+const MAX_ROTATION: f64 = 1e-8;
 
 /// The simple closed curve of the largest displacement inside `limits`.
 ///
@@ -52,7 +52,7 @@ pub fn farthest(
         for column in 0..CHECKS {
             let local = geometry.at(&[at(x, column), at(y, row)])?;
             let is_turning = (local.connection.iter())
-                .any(|a| a.fixed_rows::<3>(3).norm() > ROTATION * a.fixed_rows::<3>(0).norm());
+                .any(|a| a.fixed_rows::<3>(3).norm() > MAX_ROTATION * a.fixed_rows::<3>(0).norm());
             if is_turning {
                 return Err(refuse("the swimmer turns"));
             }

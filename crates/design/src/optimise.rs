@@ -13,7 +13,7 @@ use crate::error::{DesignError, DesignProgress, check_interruption};
 pub(super) const FIRST_TERMS: usize = 4;
 
 /// Predicted decrease of the cost at which a search ends, relative to the tolerance of refinement.
-const SEARCH: f64 = 0.01;
+const SEARCH_SHARE: f64 = 0.01;
 
 /// How a search is made.
 #[derive(Clone, Debug)]
@@ -84,7 +84,7 @@ pub fn optimise(
         let finer = before.with_terms(terms);
         let start = before.extended(&coefficients, &finer);
         problem = StrokeProblem::new(geometry, objective, finer, limits);
-        let found = problem.solved_inside(&start, SEARCH * options.tolerance);
+        let found = problem.solved_inside(&start, SEARCH_SHARE * options.tolerance);
         let (refined, minimum) = found.ok_or_else(|| {
             DesignError::no_stroke(format!(
                 "the search with {terms} terms has no start inside the limits"

@@ -11,7 +11,7 @@ use super::stroke_path::{SampledSeries, Series};
 use super::totals::Stroke;
 
 /// Predicted decrease at which the starts are compared.
-const COMPARE: f64 = 1e-3;
+const COMPARE_DECREASE: f64 = 1e-3;
 
 /// Number of iterations in which the starts are compared; those to a good stroke take about 30.
 const COMPARE_ITERATIONS: usize = 60;
@@ -59,9 +59,9 @@ impl<'a> StrokeProblem<'a> {
         (starts.par_iter())
             .filter_map(|start| {
                 let start = inside(self.series(), &self.sized(start), self.limits)?;
-                self.solve(&start, self.limits, COMPARE, COMPARE_ITERATIONS)
+                self.solve(&start, self.limits, COMPARE_DECREASE, COMPARE_ITERATIONS)
             })
-            .filter(|(_, minimum)| minimum.violation < COMPARE)
+            .filter(|(_, minimum)| minimum.violation < COMPARE_DECREASE)
             .collect()
     }
 

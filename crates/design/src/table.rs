@@ -112,10 +112,11 @@ pub fn tabulate(
     }
     let mut model = choose(scene)?.model;
     let name = model.name();
-    let (mut solved, partial_files) = (SolvedShapes::default(), partial_files(folder));
-    for file in &partial_files {
-        let found = folder.and_then(|folder| read::<SolvedShapes>(folder, file, scene, limits));
-        if let Some(found) = found.filter(|found| found.model == name) {
+    let partial_files = partial_files(folder);
+    let read = |file: &String| read::<SolvedShapes>(folder?, file, scene, limits);
+    let mut solved = SolvedShapes::default();
+    for found in partial_files.iter().filter_map(read) {
+        if found.model == name {
             solved.merge(found.table);
         }
     }
@@ -127,16 +128,7 @@ pub fn tabulate(
         model: name.to_owned(),
         table: (),
     };
-    let mut recorder = Recorder {
-        folder,
-        file: partial_file(part),
-        keeps_last: part != TablePart::Whole,
-        origin,
-        done: known,
-        last: None,
-        failed: None,
-        written: Clock::now(),
-    };
+    let mut recorder = Recorder::new(folder, part, origin, known);
     let space = ShapeSpace::tabulate_from(
         scene,
         model.as_mut(),
@@ -186,7 +178,20 @@ struct Recorder<'a> {
     written: Clock,
 }
 
-impl Recorder<'_> {
+impl<'a> Recorder<'a> {
+    fn new(folder: Option<&'a Folder>, part: TablePart, origin: Stored<()>, done: usize) -> Self {
+        Self {
+            folder,
+            file: partial_file(part),
+            keeps_last: part != TablePart::Whole,
+            origin,
+            done,
+            last: None,
+            failed: None,
+            written: Clock::now(),
+        }
+    }
+
     /// Notes the shapes; an error, to be replaced by one of this crate, ends the computation.
     fn solved(
         &mut self,

@@ -16,7 +16,7 @@ use crate::integrate::{Integrator, Method, ObserveSolution, relaxation_time};
 use crate::outcome::{Interim, mean_of_moving, positions};
 
 /// Part of the tolerance of the net displacement to which the state is periodic.
-const SHARE: f64 = 0.1;
+const TOLERANCE_SHARE: f64 = 0.1;
 
 /// Largest number of cycles. Each joint takes about two, and a few more because springs are not
 /// linear in the distances.
@@ -84,7 +84,7 @@ pub fn periodic_state(
         let of_body = |body: usize| residual.fixed_rows::<3>(passive.len() + 6 * body).norm();
         let of_bodies = (0..bodies).map(|body| memory * of_body(body));
         mismatch = of_joints.chain(of_bodies).fold(0.0, f64::max);
-        if mismatch <= SHARE * scene.model().tolerance * end.net {
+        if mismatch <= TOLERANCE_SHARE * scene.model().tolerance * end.net {
             let mut interim = Interim::from_state(scene, state)?;
             interim.outcome.velocities = velocities;
             interim.outcome.solves = solves;

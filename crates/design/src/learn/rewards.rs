@@ -11,7 +11,7 @@ use crate::error::{DesignError, DesignProgress, check_interruption};
 const MAX_JOINTS: usize = 12;
 
 /// Rotation per step, in radians, above which a swimmer counts as turning.
-const SMALLEST_ROTATION: f64 = 1e-6;
+const MIN_ROTATION: f64 = 1e-6;
 
 /// Displacements of all steps between states.
 #[derive(Clone, Debug)]
@@ -184,7 +184,7 @@ fn contraction(
         let mut integrator = Integrator::new(scene, model, Method::Collocation);
         let result = integrator.span(&span, &start, &mut |_, _| Ok(()))?;
         let [before, after] = [&start, &result.end].map(|state| state.frames[0].rotation);
-        if after.angle_to(&before) > SMALLEST_ROTATION {
+        if after.angle_to(&before) > MIN_ROTATION {
             return Err(DesignError::not_applicable(
                 scene,
                 "learn",

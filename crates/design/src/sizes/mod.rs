@@ -31,21 +31,21 @@ pub use slices::{SizeSlice, size_slices};
 const FIRST_STEP: f64 = 0.15;
 
 /// Largest step; shares then change by at most three quarters.
-const LARGEST_STEP: f64 = 0.25;
+const MAX_STEP: f64 = 0.25;
 
 /// Size of the trust region relative to the step. At the largest step it reaches the limits from a
 /// centre around which the interpolation stays inside them.
 const TRUST_FACTOR: f64 = 3.0;
 
 /// Smallest step; differences of closer runs would be rounding errors of mesh sizes.
-const SMALLEST_STEP: f64 = 0.01;
+const MIN_STEP: f64 = 0.01;
 
 /// Decrease of the objective by a further step, relative to `optimise.tolerance`, at which the
 /// search ends. At an optimum the objective changes by the square of the sizes.
-const SEARCH: f64 = 1e-2;
+const SEARCH_SHARE: f64 = 1e-2;
 
 /// Largest number of quadratic functions; a search takes about eight.
-const ROUNDS: usize = 60;
+const MAX_ROUNDS: usize = 60;
 
 /// Number of runs in parallel between two looks at signals.
 const BATCH: usize = 8;
@@ -207,10 +207,10 @@ impl<'a> Search<'a> {
         }
         let bar = first.error / first.objective;
         // At this step the errors of differences by noise and by truncation are equal.
-        let last_step = bar.cbrt().max(SMALLEST_STEP).min(step);
-        let wanted = bar.max(SEARCH * self.scene.optimise().tolerance);
+        let last_step = bar.cbrt().max(MIN_STEP).min(step);
+        let wanted = bar.max(SEARCH_SHARE * self.scene.optimise().tolerance);
         let (mut shares, mut objective) = (start.to_vec(), first.objective);
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_ROUNDS {
             let done = self.runs.len();
             self.progress
                 .begins(&format!("sizes: {done} runs, best {objective:.4e}"));
@@ -241,7 +241,7 @@ impl<'a> Search<'a> {
             }
         }
         Err(DesignError::no_stroke(format!(
-            "the search over sizes has not converged after {ROUNDS} steps; its runs have error bars \
+            "the search over sizes has not converged after {MAX_ROUNDS} steps; its runs have error bars \
              of {bar:.1e}; lower model.tolerance or raise optimise.tolerance"
         )))
     }
@@ -253,7 +253,7 @@ impl<'a> Search<'a> {
         let centre = space.polytope(start, &basis, f64::INFINITY).centre()?;
         let inner = SizeSpace::moved(start, &basis, &centre);
         let widest = space.polytope(&inner, &space.basis(&inner), f64::INFINITY);
-        let largest_step = LARGEST_STEP.min(0.25 * widest.depth() / STENCIL_RADIUS);
+        let largest_step = MAX_STEP.min(0.25 * widest.depth() / STENCIL_RADIUS);
         Some((inner, largest_step))
     }
 

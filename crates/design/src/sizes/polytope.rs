@@ -25,13 +25,13 @@ const TOLERANCE: f64 = 1e-10;
 
 /// Newton decrement at which the centre is found: its distances from the bounds are then known to
 /// this relative accuracy.
-const CENTRED: f64 = 1e-3;
+const CENTRE_DECREMENT: f64 = 1e-3;
 
 /// Eigenvalue of a projection that counts as zero.
-const ROUNDING: f64 = 1e-10;
+const ZERO_EIGENVALUE: f64 = 1e-10;
 
 /// Largest number of iterations; a quadratic function with bounds takes about 40.
-const ITERATIONS: usize = 400;
+const MAX_ITERATIONS: usize = 400;
 
 impl Polytope {
     /// No bounds on `variables` numbers.
@@ -81,7 +81,7 @@ impl Polytope {
     pub fn centre(&self) -> Option<DVector<f64>> {
         let bounds = self.bounds();
         let mut y = DVector::zeros(self.rows.ncols());
-        for _ in 0..ITERATIONS {
+        for _ in 0..MAX_ITERATIONS {
             let slacks = Slacks::new(&(&self.rows * &y), &bounds)?;
             let (lower, upper) = (slacks.lower.map(f64::recip), slacks.upper.map(f64::recip));
             let gradient = self.rows.tr_mul(&(&upper - &lower));
@@ -93,7 +93,7 @@ impl Polytope {
             // With this step damped Newton's method stays inside (Nesterov & Nemirovskii 1994).
             let decrement = gradient.dot(&step).max(0.0).sqrt();
             y -= step / (1.0 + decrement);
-            if decrement < CENTRED {
+            if decrement < CENTRE_DECREMENT {
                 break;
             }
         }
@@ -114,7 +114,7 @@ impl Polytope {
         // The eigenvalue is zero for free directions up to rounding, and at least of the order of
         // the squared sine between two active rows for the others.
         let eigen = active.symmetric_eigen();
-        let free = (0..variables).filter(|&k| eigen.eigenvalues[k] < ROUNDING);
+        let free = (0..variables).filter(|&k| eigen.eigenvalues[k] < ZERO_EIGENVALUE);
         let columns: Vec<DVector<f64>> = free
             .map(|k| eigen.eigenvectors.column(k).into_owned())
             .collect();
@@ -135,7 +135,7 @@ impl Polytope {
             &self.bounds(),
             start.clone(),
             TOLERANCE,
-            ITERATIONS,
+            MAX_ITERATIONS,
         )
     }
 }

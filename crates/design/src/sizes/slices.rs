@@ -7,7 +7,7 @@ use super::{BestSizes, Search};
 use crate::error::{DesignError, DesignProgress};
 
 /// Number of sizes per line beside the best one.
-const POINTS: usize = 7;
+const POINTS_PER_LINE: usize = 7;
 
 /// Number of bisections of the range of a line; its ends then are exact to `2^-30` of it.
 const BISECTIONS: usize = 30;
@@ -89,9 +89,9 @@ fn values(space: &SizeSpace, best: &[f64], parameter: usize) -> (Vec<f64>, usize
         inside
     };
     let (low, high) = (end(limits.0), end(limits.1));
-    let step = (high - low) / (POINTS - 1) as f64;
+    let step = (high - low) / (POINTS_PER_LINE - 1) as f64;
     // One run is enough for two values of almost the same size.
-    let mut values: Vec<f64> = (0..POINTS)
+    let mut values: Vec<f64> = (0..POINTS_PER_LINE)
         .map(|k| low + step * k as f64)
         .filter(|value| (value - at_best).abs() > 0.25 * step)
         .collect();

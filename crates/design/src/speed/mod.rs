@@ -27,13 +27,13 @@ use super::totals::Stroke;
 use crate::error::{DesignError, DesignProgress, check_interruption};
 
 /// Predicted decrease of the cost at which a search ends, relative to the tolerance of refinement.
-const SEARCH: f64 = 0.01;
+const SEARCH_SHARE: f64 = 0.01;
 
 /// The same with a bound on the power, where a search takes more iterations.
-const SEARCH_WITH_POWER: f64 = 0.1;
+const SEARCH_SHARE_WITH_POWER: f64 = 0.1;
 
 /// Predicted decrease at which the starts are compared.
-const COMPARE: f64 = 1e-3;
+const COMPARE_DECREASE: f64 = 1e-3;
 
 /// Largest number of iterations in which the starts are compared.
 const COMPARE_ITERATIONS: usize = 40;
@@ -48,7 +48,7 @@ const INWARD_SHIFT: f64 = 0.01;
 const SLOWDOWN: f64 = 1.05;
 
 /// Largest number of searches with split corners.
-const SPLITS: usize = 4;
+const MAX_SPLITS: usize = 4;
 
 /// Searches for the stroke of the largest displacement per time inside `limits`, one range per joint of
 /// the table, with the rates and the power within `bounds`.
@@ -79,7 +79,9 @@ pub fn fastest_stroke(
     let mut iterations = 0;
     if bounds.power.is_finite() {
         let unlimited = without_rates(&task, options, progress)?;
-        if unlimited.cost <= cost_without_rates(&task, &unlimited)? + SEARCH * options.tolerance {
+        if unlimited.cost
+            <= cost_without_rates(&task, &unlimited)? + SEARCH_SHARE * options.tolerance
+        {
             return Ok(unlimited);
         }
         iterations += unlimited.iterations;
@@ -89,7 +91,7 @@ pub fn fastest_stroke(
     let found: Vec<(TimedPolygon, Minimum)> = (firsts.par_iter())
         .filter_map(|corners| {
             let first = TimedPolygon::fastest(geometry, corners.clone(), bounds).ok()?;
-            solved(&task, &first, COMPARE, COMPARE_ITERATIONS)
+            solved(&task, &first, COMPARE_DECREASE, COMPARE_ITERATIONS)
         })
         .collect();
     let counts = found.iter().map(|(_, minimum)| minimum.iterations);
@@ -104,8 +106,8 @@ pub fn fastest_stroke(
     };
     let smallest = options.tolerance
         * match bounds.power.is_finite() {
-            true => SEARCH_WITH_POWER,
-            false => SEARCH,
+            true => SEARCH_SHARE_WITH_POWER,
+            false => SEARCH_SHARE,
         };
     let mut found = Found {
         polygon: first,
@@ -170,7 +172,7 @@ impl Found {
     fn split_corners(&mut self, task: &Task, smallest: f64) -> Result<(), ModelError> {
         let searched = self.polygon.corners.len();
         self.polygon = simplified(task, self.polygon.clone(), self.cost + smallest)?;
-        for _ in 0..SPLITS {
+        for _ in 0..MAX_SPLITS {
             let split = self.polygon.split(task.start.is_some());
             if split.corners.len() > searched {
                 break;

@@ -32,21 +32,7 @@ pub fn body_surface(shape: &Shape) -> Option<SurfaceMesh> {
 /// An icosahedron whose vertices are moved onto a convex shape.
 fn icosahedron(shape: &Shape) -> SurfaceMesh {
     let golden = 0.5 * (1.0 + 5f64.sqrt());
-    let unit = nalgebra::UnitQuaternion::identity();
-    let mut points = Vec::new();
-    for axis in 0..3 {
-        for (one, long) in [
-            (1.0, golden),
-            (-1.0, golden),
-            (1.0, -golden),
-            (-1.0, -golden),
-        ] {
-            let mut x = Vector3::zeros();
-            (x[axis], x[(axis + 1) % 3]) = (one, long);
-            points.push(shape.support_point(&unit, &x.normalize()));
-        }
-    }
-    // The triangles are all triples of neighbours on the regular icosahedron with edge 2.
+    // Corners of the regular icosahedron with edge 2.
     let corner = |k: usize| {
         let (axis, sign) = (k / 4, k % 4);
         let mut x = Vector3::zeros();
@@ -54,6 +40,7 @@ fn icosahedron(shape: &Shape) -> SurfaceMesh {
         x[(axis + 1) % 3] = if sign < 2 { golden } else { -golden };
         x
     };
+    // The triangles are all triples of neighbours.
     let near = |i: usize, j: usize| ((corner(i) - corner(j)).norm() - 2.0).abs() < 1e-9;
     let mut triangles = Vec::new();
     for i in 0..12 {
@@ -68,8 +55,10 @@ fn icosahedron(shape: &Shape) -> SurfaceMesh {
             }
         }
     }
+    let unit = nalgebra::UnitQuaternion::identity();
+    let point = |k: usize| shape.support_point(&unit, &corner(k).normalize());
     SurfaceMesh {
-        points,
+        points: (0..12).map(point).collect(),
         triangles,
         ..SurfaceMesh::default()
     }

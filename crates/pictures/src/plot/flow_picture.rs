@@ -24,10 +24,10 @@ const LINE_DISTANCE: f64 = 0.022;
 const STEPS: usize = 128;
 
 /// Largest number of characters of the name of a scene in the title.
-const NAME: usize = 48;
+const MAX_NAME_LENGTH: usize = 48;
 
 /// Colour of streamlines and their outlines.
-const LINE: RGBColor = RGBColor(255, 255, 255);
+const LINE_COLOUR: RGBColor = RGBColor(255, 255, 255);
 
 /// Draws the flow in a plane as SVG text: speed as colour, streamlines of the velocity in the
 /// plane, and the bodies at these poses.
@@ -70,7 +70,7 @@ pub fn flow_frame(
 
 /// A name with as many characters as fit into a title.
 pub fn shortened(name: &str) -> String {
-    let mut short: String = name.chars().take(NAME).collect();
+    let mut short: String = name.chars().take(MAX_NAME_LENGTH).collect();
     if short.len() < name.len() {
         short.push_str("...");
     }
@@ -121,9 +121,9 @@ fn draw_window(
         let points = || line.iter().map(|p| place(*p));
         let outline = INK.mix(0.35).stroke_width(px(2));
         chart.draw_series(LineSeries::new(points(), outline))?;
-        chart.draw_series(LineSeries::new(points(), LINE.stroke_width(px(1))))?;
+        chart.draw_series(LineSeries::new(points(), LINE_COLOUR.stroke_width(px(1))))?;
         if let Some(head) = arrow_head(&line, plane) {
-            chart.draw_series([Polygon::new(head.map(place).to_vec(), LINE.filled())])?;
+            chart.draw_series([Polygon::new(head.map(place).to_vec(), LINE_COLOUR.filled())])?;
         }
     }
     for (body, pose) in scene.bodies().iter().zip(poses) {

@@ -20,7 +20,7 @@ use crate::plot::{Quantity, body_colour, nearest_in_time};
 const LINE_DISTANCE: f64 = 0.03;
 
 /// Stride at which points of a streamline are kept: one per grid cell. Both ends are kept too.
-const EVERY: usize = 3;
+const STRIDE: usize = 3;
 
 /// Largest number of phases with labels; with more phases none has a label.
 const MAX_LABELS: usize = 12;
@@ -198,7 +198,7 @@ fn slice(
         .map(|line| {
             let last = line.len() - 1;
             let kept = line.iter().enumerate();
-            let kept = kept.filter(|(k, _)| k % EVERY == 0 || *k == last);
+            let kept = kept.filter(|(k, _)| k % STRIDE == 0 || *k == last);
             packed_curve(&kept.map(|(_, point)| *point).collect::<Vec<_>>())
         })
         .collect();

@@ -159,7 +159,6 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         let both = [&current, &previous];
         let [last, before] = both.map(|approximation| approximation.uncorrected_step(duration));
         let change = largest_displacement(evaluator, &(&last + &(&before * -1.0)));
-        let step = current.piece.step();
         changes.push(change);
         let error = remaining_error(&changes, ratio);
         let [last, before] = both.map(|approximation| approximation.uncorrected_work(duration));
@@ -167,19 +166,8 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         let mut accepted = (error <= tolerance).then_some((error, 0.0));
         let stalled = matches!(changes[..], [.., before, last] if is_stalled(before, last));
         if accepted.is_none() && stalled {
-            let is_rounding = change <= rounding(evaluator, &step);
-            let is_model_error =
-                evaluator.capabilities().controls_error && change <= current.error_bar(duration);
-            let is_mesh_change = evaluator.mesh_changes > mesh_changes
-                && change <= current.uncorrected_mesh_error_bar(duration);
-            // The corrections remove most of the difference between the meshes.
-            let corrected = || &step + &(&previous.piece.step() * -1.0);
-            accepted = match is_rounding || is_model_error {
-                true => Some((change, 0.0)),
-                false => {
-                    is_mesh_change.then(|| (0.0, largest_displacement(evaluator, &corrected())))
-                }
-            };
+            let has_new_mesh = evaluator.mesh_changes > mesh_changes;
+            accepted = explained_stall(evaluator, both, change, duration, has_new_mesh);
         }
         let is_accepted = accepted.is_some();
         // If this order changed the mesh, the next order decides, with corrections.
@@ -211,6 +199,30 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         previous = current;
         points += 1;
     }
+}
+
+/// Error of a step whose changes between orders stop to decrease, and its change by another mesh;
+/// none if the cause is not known.
+fn explained_stall(
+    evaluator: &SpanEvaluator,
+    [current, previous]: [&Approximation; 2],
+    change: f64,
+    duration: f64,
+    has_new_mesh: bool,
+) -> Option<(f64, f64)> {
+    let step = current.piece.step();
+    let is_rounding = change <= rounding(evaluator, &step);
+    let is_model_error =
+        evaluator.capabilities().controls_error && change <= current.error_bar(duration);
+    if is_rounding || is_model_error {
+        return Some((change, 0.0));
+    }
+    let is_mesh_change = has_new_mesh && change <= current.uncorrected_mesh_error_bar(duration);
+    is_mesh_change.then(|| {
+        // The corrections remove most of the difference between the meshes.
+        let corrected = &step + &(&previous.piece.step() * -1.0);
+        (0.0, largest_displacement(evaluator, &corrected))
+    })
 }
 
 /// The path of a step before the first solve.

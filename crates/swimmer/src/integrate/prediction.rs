@@ -33,7 +33,7 @@ const POINTS: usize = 4;
 
 /// Predicted net displacement relative to the longest one, below which the gait counts as
 /// reciprocal: its net displacement vanishes up to rounding and the error of the quadrature.
-const RECIPROCAL: f64 = 1e-6;
+const MAX_RECIPROCAL_RATIO: f64 = 1e-6;
 
 /// Ratio of the net displacement to the longest displacement in a phase that is assumed for a
 /// reciprocal gait; the swimmer of Najafi & Golestanian has 0.06.
@@ -79,7 +79,7 @@ impl Prediction {
         let displacement: Vec<Vector3<f64>> =
             before.iter().zip(&origin).map(|(a, b)| a - b).collect();
         let net = mean_of_moving(&displacement).norm();
-        let is_reciprocal = net <= RECIPROCAL * longest;
+        let is_reciprocal = net <= MAX_RECIPROCAL_RATIO * longest;
         (longest > 0.0 && longest.is_finite()).then_some(Self {
             net: match is_reciprocal {
                 true => TYPICAL_NET_RATIO * longest,

@@ -12,15 +12,15 @@ use crate::error::SwimError;
 ///
 /// The three-sphere swimmer of Najafi & Golestanian moves by 1/25 of the change of length of an
 /// arm, and the errors of four phase spans add up.
-const LEG_TOLERANCE_SHARE: f64 = 1.0 / 160.0;
+const SPAN_TOLERANCE_SHARE: f64 = 1.0 / 160.0;
 
 /// Smallest expected ratio of the errors of successive orders: for bodies far apart the velocity is
 /// nearly linear, and its smooth part determines the errors. With a smaller one, noise of a
 /// twentieth of the first change would look like convergence.
-const LEAST_RATIO: f64 = 0.05;
+const MIN_RATIO: f64 = 0.05;
 
 /// Largest expected ratio: beyond it, halving the step gains more than a higher order.
-const LARGEST_RATIO: f64 = 0.5;
+const MAX_RATIO: f64 = 0.5;
 
 /// Largest number of equal parts of a phase span to which a step may shrink.
 ///
@@ -35,7 +35,7 @@ pub(super) fn step_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, wi
         None => {
             let scale =
                 largest_displacement(evaluator, step).max(width * largest_length_change(evaluator));
-            evaluator.scene.model().tolerance * LEG_TOLERANCE_SHARE * scale
+            evaluator.scene.model().tolerance * SPAN_TOLERANCE_SHARE * scale
         }
     }
 }
@@ -62,7 +62,7 @@ pub(super) fn expected_ratio(
     };
     // A gap that stays closed has no ratio; `max` leaves it out.
     let ratios = from?.into_iter().zip(to?).map(ratio_of);
-    Ok(ratios.fold(LEAST_RATIO, f64::max).min(LARGEST_RATIO))
+    Ok(ratios.fold(MIN_RATIO, f64::max).min(MAX_RATIO))
 }
 
 /// Rounding error of a step: the positions of the bodies are sums of lengths of joints.

@@ -23,14 +23,14 @@ const STRAIGHT_ORDER: f64 = 1.7;
 
 /// Fraction of the target at which the sizes aim, because the error bars of different meshes
 /// scatter by a factor of about a half around the assumed power law.
-const AIM: f64 = 0.6;
+const AIM_SHARE: f64 = 0.6;
 
 /// Smallest ratio of successive size factors; a stroke with half the sizes costs about eight times
 /// as much.
 const MIN_RATIO: f64 = 0.5;
 
 /// Largest number of strokes with finer sizes.
-const MOST_REFINEMENTS: usize = 4;
+const MAX_REFINEMENTS: usize = 4;
 
 /// The search for the factor on the element sizes (`fem.size_factor`) with which the error bar of
 /// the net displacement meets `fem.target`.
@@ -79,7 +79,7 @@ impl SizeSearch {
             GeometryKind::Curved => (CURVED_BAR, CURVED_ORDER),
             GeometryKind::Straight => (STRAIGHT_BAR, STRAIGHT_ORDER),
         };
-        let size_factor = (AIM * target / bar).powf(1.0 / order);
+        let size_factor = (AIM_SHARE * target / bar).powf(1.0 / order);
         let search = Self {
             target,
             order,
@@ -117,7 +117,7 @@ impl SizeSearch {
     pub fn refine(&mut self, outcome: &Outcome) -> Option<MissedTarget> {
         let relative_error = outcome.error_estimate.mesh? / outcome.reference_displacement();
         if !(relative_error > self.target && relative_error.is_finite())
-            || self.refinements == MOST_REFINEMENTS
+            || self.refinements == MAX_REFINEMENTS
         {
             return None;
         }
@@ -125,7 +125,7 @@ impl SizeSearch {
             size_factor: self.size_factor,
             relative_error,
         };
-        let ratio = (AIM * self.target / relative_error).powf(1.0 / self.order);
+        let ratio = (AIM_SHARE * self.target / relative_error).powf(1.0 / self.order);
         self.size_factor *= ratio.max(MIN_RATIO);
         self.refinements += 1;
         Some(missed)
