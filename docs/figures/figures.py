@@ -38,21 +38,27 @@ def arguments(description, **more):
     return chosen
 
 
-def swim(command, scene, *options, overrides=()):
-    """The JSON that `swim` prints; `scene` is a path or the text of a scene file."""
+def swim_text(command, scene, *options, overrides=(), threads=None):
+    """What `swim` prints; `scene` is a path or the text of a scene file."""
     program = os.environ.get("SWIM", str(ROOT / "target" / "release" / "swim"))
+    environment = os.environ | ({"RAYON_NUM_THREADS": str(threads)} if threads else {})
     with tempfile.TemporaryDirectory() as folder:
         if not isinstance(scene, pathlib.Path):
             text, scene = scene, pathlib.Path(folder) / "scene.toml"
             scene.write_text(text)
         sets = [word for override in overrides for word in ("--set", override)]
-        words = [program, command, str(scene), "--json", "--quiet", *sets, *map(str, options)]
-        done = subprocess.run(words, capture_output=True, text=True)
+        words = [program, command, str(scene), "--quiet", *sets, *map(str, options)]
+        done = subprocess.run(words, capture_output=True, text=True, env=environment)
     if done.returncode:
         lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
         errors = [line for line in lines if line.startswith("error: ")]
         raise Refused((errors or lines)[-1].removeprefix("error: "))
-    return json.loads(done.stdout)
+    return done.stdout
+
+
+def swim(command, scene, *options, **more):
+    """The JSON that `swim` prints."""
+    return json.loads(swim_text(command, scene, "--json", *options, **more))
 
 
 def machine():
@@ -84,9 +90,14 @@ def ticks(low, high, is_log):
     return [k * step for k in range(first, math.floor(high / step + 1e-9) + 1)]
 
 
-def chart(path, x, y, series, is_log=False):
-    """Writes an SVG chart of series (name, points, style): line, points or both."""
-    width, height, left, top, right, bottom = 760, 460, 76, 16, 16, 46
+def chart(path, x, y, series, is_log=False, legend=0):
+    """Writes an SVG chart of series (name, points, style): line, points or both.
+
+    Names are inside the chart, or beside it in a column of the width `legend`.
+    """
+    width, height, left, top, right, bottom = 760 + legend, 460, 76, 16, 16 + legend, 46
+    height = max(height, 18 * len(series) + 60) if legend else height
+    names = width - legend if legend else left + 18
     place = math.log10 if is_log else float
     points = [p for _, points, _ in series for p in points]
     axes = []
@@ -115,7 +126,7 @@ def chart(path, x, y, series, is_log=False):
         svg.append(text(left - 6, level + 5, "end", f"{value:.4g}"))
     frame = f"M{left} {top}V{height - bottom}H{width - right}"
     svg.append(f'<path d="{frame}" fill="none" stroke="#282828"/>')
-    svg.append(text((left + width) / 2, height - 8, "middle", x))
+    svg.append(text((left + width - right) / 2, height - 8, "middle", x))
     middle = height / 2
     svg.append(text(16, middle, "middle", y, f' transform="rotate(-90 16 {middle})"'))
     for number, (name, points, style) in enumerate(series):
@@ -127,6 +138,6 @@ def chart(path, x, y, series, is_log=False):
         if style != "line":
             svg += [f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4" fill="{colour}"/>' for a, b in places]
         level = top + 16 + 18 * number
-        svg.append(f'<circle cx="{left + 18}" cy="{level}" r="5" fill="{colour}"/>')
-        svg.append(text(left + 30, level + 5, "start", name))
+        svg.append(f'<circle cx="{names}" cy="{level}" r="5" fill="{colour}"/>')
+        svg.append(text(names + 12, level + 5, "start", name))
     path.write_text("\n".join(svg) + "\n</svg>\n")

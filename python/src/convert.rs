@@ -171,7 +171,7 @@ fn trajectory(py: Python<'_>, outcome: &Outcome, dict: &Bound<'_, PyDict>) -> Py
     let samples = &outcome.samples;
     let times: Vec<f64> = samples.iter().map(|sample| sample.time).collect();
     let bodies = outcome.displacement.len();
-    let shape: Vec<Vec<f64>> = samples.iter().map(|sample| sample.shape.clone()).collect();
+    let lengths: Vec<Vec<f64>> = samples.iter().map(|sample| sample.shape.clone()).collect();
     let poses = || samples.iter().flat_map(|sample| &sample.poses);
     let places: Vec<f64> = poses()
         .flat_map(|p| p.translation.vector.as_slice().to_vec())

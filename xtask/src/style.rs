@@ -8,7 +8,7 @@ use crate::files::{SOURCE_FOLDERS, files_below, read, root};
 use crate::slow::stated;
 
 /// Largest width of a comment line, in columns.
-const WIDEST: usize = 100;
+const MAX_COMMENT_WIDTH: usize = 100;
 
 /// Number of lines above which a source file may contain more than one concept.
 const LONG: usize = 800;
@@ -36,9 +36,11 @@ pub fn run() -> Result<()> {
 fn of_text(text: &str) -> impl Iterator<Item = String> {
     let widths = (text.lines().zip(1..)).map(|(line, number)| (line.chars().count(), line, number));
     let wide = widths
-        .filter(|(width, line, _)| *width > WIDEST && line.trim_start().starts_with("//"))
+        .filter(|(width, line, _)| {
+            *width > MAX_COMMENT_WIDTH && line.trim_start().starts_with("//")
+        })
         .map(|(width, _, number)| {
-            format!(":{number}: comment of {width} columns, {WIDEST} are allowed")
+            format!(":{number}: comment of {width} columns, {MAX_COMMENT_WIDTH} are allowed")
         });
     let untimed = stated(text)
         .into_iter()
@@ -73,7 +75,7 @@ mod tests {
 
     #[test]
     fn wide_comments_are_found() {
-        let wide = format!("let x = 1;\n    /// {}\n", "μ".repeat(WIDEST));
+        let wide = format!("let x = 1;\n    /// {}\n", "μ".repeat(MAX_COMMENT_WIDTH));
         assert_eq!(
             violations(&wide),
             [":2: comment of 108 columns, 100 are allowed"]

@@ -8,19 +8,9 @@ use mesher::{Container, GenerateParams, MeshedBody, Sphere};
 
 /// The fluid between a unit sphere and a ball of radius 10.
 fn mesh_around_sphere(size: f64) -> TetMesh {
-    let sphere = Sphere {
-        centre: Vec3::zeros(),
-        radius: 1.0,
-    };
-    let container = Container::Ball(Sphere {
-        centre: Vec3::zeros(),
-        radius: 10.0,
-    });
-    let body = MeshedBody {
-        name: "sphere",
-        surface: &sphere,
-        size,
-    };
+    let sphere = Sphere::new(Vec3::zeros(), 1.0);
+    let container = Container::Ball(Sphere::new(Vec3::zeros(), 10.0));
+    let body = MeshedBody::new("sphere", &sphere, size);
     let tets = mesher::generate(&[body], &container, &GenerateParams::default())
         .expect("valid bodies")
         .mesh;

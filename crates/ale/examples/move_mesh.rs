@@ -13,19 +13,9 @@ use nalgebra::Isometry3;
 
 /// Prints the quality of the mesh while the sphere moves from the centre towards the wall.
 pub fn main() -> Result<(), Box<dyn Error>> {
-    let sphere = Sphere {
-        centre: Vec3::zeros(),
-        radius: 1.0,
-    };
-    let container = Container::Ball(Sphere {
-        centre: Vec3::zeros(),
-        radius: 8.0,
-    });
-    let body = MeshedBody {
-        name: "sphere",
-        surface: &sphere,
-        size: 0.6,
-    };
+    let sphere = Sphere::new(Vec3::zeros(), 1.0);
+    let container = Container::Ball(Sphere::new(Vec3::zeros(), 8.0));
+    let body = MeshedBody::new("sphere", &sphere, 0.6);
     let tets = mesher::generate(&[body], &container, &GenerateParams::default())?.mesh;
     let mesh = TetMesh::curved(
         tets,

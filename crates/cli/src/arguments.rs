@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use swimmer::Scene;
-use swimmer::models::Part;
+use swimmer::models::TablePart;
 
 use super::error::CliError;
 use super::{help, text};
@@ -160,7 +160,7 @@ pub struct MapArguments {
     pub design: DesignArguments,
     /// Solve shard I of N of the shapes and store it in the folder, the same for all shards
     #[arg(long, value_name = "I/N", value_parser = share)]
-    shard: Option<Part>,
+    shard: Option<TablePart>,
     /// Complete the table from the shards in the folder; fail if shapes are missing
     #[arg(long, conflicts_with = "shard")]
     merge: bool,
@@ -168,20 +168,22 @@ pub struct MapArguments {
 
 impl MapArguments {
     /// The shapes to be solved.
-    pub fn part(&self) -> Part {
+    pub fn part(&self) -> TablePart {
         match self.merge {
-            true => Part::Known,
-            false => self.shard.unwrap_or(Part::Whole),
+            true => TablePart::Known,
+            false => self.shard.unwrap_or(TablePart::Whole),
         }
     }
 }
 
 /// The share `i/n`.
-fn share(text: &str) -> Result<Part, String> {
+fn share(text: &str) -> Result<TablePart, String> {
     let numbers = text.split_once('/');
     let numbers = numbers.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     match numbers {
-        Some((number, count)) if (1..=count).contains(&number) => Ok(Part::Share { number, count }),
+        Some((number, count)) if (1..=count).contains(&number) => {
+            Ok(TablePart::Share { number, count })
+        }
         _ => Err("a share is i/n with i from 1 to n, such as 2/8".to_owned()),
     }
 }

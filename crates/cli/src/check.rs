@@ -1,8 +1,13 @@
-//! `swim check`: validates a scene and predicts the cost of its simulation.
+//! `swim new` and `swim check`: writes an example scene, validates a scene and predicts the cost of
+//! its simulation.
+
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::PathBuf;
 
 use swimmer::models::Configuration;
 use swimmer::scene::closest_contact;
-use swimmer::{Choice, Scene, SwimError, TYPICAL_SOLVES_PER_SPAN, choose, spans};
+use swimmer::{Choice, Scene, SwimError, TEMPLATES, TYPICAL_SOLVES_PER_SPAN, choose, spans};
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
@@ -23,22 +28,17 @@ pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
         state: &scene.initial_state(),
         shape: scene.articulation().initial_shape(),
     })?;
-    text += &entry("degrees of freedom", &cost.dofs.total.to_string());
+    text += &entry("degrees of freedom", cost.dofs.total);
+    let (seconds, mib) = (duration(cost.seconds), cost.mib.ceil());
     text += &entry(
         "cost per solve",
-        &format!(
-            "{}, {:.0} MiB (estimate)",
-            duration(cost.seconds),
-            cost.mib.ceil()
-        ),
+        format!("{seconds}, {mib:.0} MiB (estimate)"),
     );
     let solves = TYPICAL_SOLVES_PER_SPAN * scene.gait().phases.len() * scene.gait().cycles as usize;
     if solves > 0 {
         let seconds = duration(cost.seconds * solves as f64);
-        text += &entry(
-            "cost of the gait",
-            &format!("{solves} solves, {seconds} (estimate, without mesh generation)"),
-        );
+        let cost = format!("{solves} solves, {seconds} (estimate, without mesh generation)");
+        text += &entry("cost of the gait", cost);
     }
     Ok(text)
 }
@@ -70,46 +70,61 @@ fn symmetry_planes(scene: &Scene) -> Option<String> {
 
 /// The size of the scene and of its gait.
 fn describe(scene: &Scene) -> Result<String, CliError> {
-    let set = scene.articulation();
-    let mut text = entry("scene", scene.name());
-    text += &entry(
-        "  size",
-        &format!(
-            "{}, {}",
-            match scene.bodies().len() {
-                1 => "1 body".to_owned(),
-                bodies => format!("{bodies} bodies"),
-            },
-            count(set.joints().len(), "link")
-        ),
-    );
-    text += &entry("  domain", scene.domain().kind().word());
-    text += &entry("  viscosity", &scene.viscosity().to_string());
-    if scene.gait().phases.is_empty() {
-        text += &entry("gait", "none (swim solve computes the initial velocities)");
-        return Ok(text);
+    let (set, gait) = (scene.articulation(), scene.gait());
+    let bodies = match scene.bodies().len() {
+        1 => "1 body".to_owned(),
+        bodies => format!("{bodies} bodies"),
+    };
+    let links = count(set.joints().len(), "link");
+    let mut text = entry("scene", scene.name())
+        + &entry("  size", format!("{bodies}, {links}"))
+        + &entry("  domain", scene.domain().kind().word())
+        + &entry("  viscosity", scene.viscosity());
+    if gait.phases.is_empty() {
+        return Ok(text + &entry("gait", "none (swim solve computes the initial velocities)"));
     }
-    text += &entry(
-        "gait",
-        &format!(
-            "{}, {}, duration {}",
-            count(scene.gait().phases.len(), "phase"),
-            count(scene.gait().cycles as usize, "cycle"),
-            scene.gait().duration()
-        ),
-    );
+    let phases = count(gait.phases.len(), "phase");
+    let cycles = count(gait.cycles as usize, "cycle");
+    let motion = format!("{phases}, {cycles}, duration {}", gait.duration());
+    text += &entry("gait", motion);
     let mut gap = f64::INFINITY;
-    for span in spans(scene.gait(), set.initial_shape())?.take(scene.gait().phases.len()) {
+    for span in spans(gait, set.initial_shape())?.take(gait.phases.len()) {
         let poses = set
             .place(&scene.initial_state(), &span.to)
             .map_err(SwimError::from)?;
-        gap = gap.min(
-            closest_contact(scene.bodies(), scene.domain(), &poses)
-                .map_or(gap, |contact| contact.gap),
-        );
+        let contact = closest_contact(scene.bodies(), scene.domain(), &poses);
+        gap = gap.min(contact.map_or(gap, |contact| contact.gap));
     }
     if gap.is_finite() {
-        text += &entry("  smallest gap", &format!("{gap:.4} at the ends of phases"));
+        text += &entry("  smallest gap", format!("{gap:.4} at the ends of phases"));
     }
     Ok(text)
+}
+
+/// Writes an example scene to a file that must not exist yet.
+pub fn new(name: &str, out: Option<PathBuf>) -> Result<String, CliError> {
+    let Some((_, text)) = TEMPLATES.iter().find(|(known, _)| *known == name) else {
+        let known: Vec<&str> = TEMPLATES.iter().map(|(known, _)| *known).collect();
+        return Err(CliError::NotApplicable {
+            place: format!("swim new {name}"),
+            problem: format!("unknown example; choose one of {}", known.join(", ")),
+        });
+    };
+    let path = out.unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
+    OpenOptions::new()
+        .write(true)
+        .create_new(true)
+        .open(&path)
+        .and_then(|mut file| file.write_all(text.as_bytes()))
+        .map_err(|source| SwimError::Write {
+            path: path.clone(),
+            source,
+        })?;
+    let path = path.display();
+    let command = match name {
+        "optimal-stroke" => "optimise",
+        "learning" => "learn",
+        _ => "run",
+    };
+    Ok(entry("scene file", &path) + &entry("next", format!("swim {command} {path}")))
 }

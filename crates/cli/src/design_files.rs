@@ -8,12 +8,25 @@ use swimmer::models::ShapeGeometry;
 use swimmer::output::Folder;
 
 use super::error::CliError;
-use super::text::{NO_ESTIMATE, entry, product, two_digits, with_uncertainty};
+use super::text::{NO_ESTIMATE, entry, measured, product, two_digits};
 
-/// The folder of the results.
+/// The folder of the results, by default that with the name of the scene.
+pub fn path_of(scene: &Scene, out: Option<PathBuf>) -> PathBuf {
+    out.unwrap_or_else(|| PathBuf::from("out").join(scene.name()))
+}
+
+/// The folder of the results of a design.
 pub fn folder_of(scene: &Scene, out: Option<PathBuf>) -> Result<Folder, CliError> {
-    let out = out.unwrap_or_else(|| PathBuf::from("out").join(scene.name()));
-    Ok(Folder::create(&out)?)
+    Ok(Folder::create(&path_of(scene, out))?)
+}
+
+/// Rows of numbers with all digits as comma-separated values below their header.
+pub fn csv(header: &str, rows: impl Iterator<Item = Vec<f64>>) -> String {
+    let row = |row: Vec<f64>| {
+        let fields: Vec<String> = row.iter().map(|x| format!("{x:?}")).collect();
+        fields.join(",") + "\n"
+    };
+    format!("{header}\n{}", rows.map(row).collect::<String>())
 }
 
 /// Writes a file of text.
@@ -67,25 +80,17 @@ pub fn table_entries(table: &StrokeTable) -> String {
         stored => format!(", {stored} of them read from the folder"),
     };
     let (interpolation, model) = geometry.errors();
-    let mut errors = format!(
-        "interpolation {}, model {}",
-        two_digits(interpolation),
-        two_digits(model)
-    );
+    let [interpolation, model] = [interpolation, model].map(two_digits);
+    let mut errors = format!("interpolation {interpolation}, model {model}");
     if geometry.position_error() > 0.0 {
-        errors += &format!(
-            ", place in the container {}",
-            two_digits(geometry.position_error())
-        );
+        let position = two_digits(geometry.position_error());
+        errors += &format!(", place in the container {position}");
     }
+    let (points, degrees) = (geometry.points(), product(geometry.degrees()));
     entry(
         "table",
-        &format!(
-            "{} shapes, degrees {}{source}",
-            geometry.points(),
-            product(geometry.degrees())
-        ),
-    ) + &entry("errors per unit rate", &errors)
+        format!("{points} shapes, degrees {degrees}{source}"),
+    ) + &entry("errors per unit rate", errors)
 }
 
 /// The lines about the gait of a scene: totals and energy times period by the table.
@@ -96,12 +101,9 @@ pub fn gait_entries(
     (totals, product): &(StrokeTotals, f64),
     shapes: &[Vec<f64>],
 ) -> String {
-    let displacement =
-        with_uncertainty(totals.displacement.norm(), table.displacement_error(shapes));
+    let error = table.displacement_error(shapes);
+    let product = format!("{product:.6} at constant power {NO_ESTIMATE}");
     "\ngait of the scene, by the table\n".to_owned()
-        + &entry("  displacement", &displacement)
-        + &entry(
-            "  energy times period",
-            &format!("{product:.6} at constant power {NO_ESTIMATE}"),
-        )
+        + &measured("  displacement", totals.displacement.norm(), error)
+        + &entry("  energy times period", product)
 }

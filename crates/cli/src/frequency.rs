@@ -1,13 +1,13 @@
 //! `swim frequency`: the frequency at which a gait moves farthest per cycle.
 
 use design::{BestFrequency, best_frequency};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::arguments::DesignArguments;
-use super::design_files::{folder_of, write};
-use super::design_progress::Progress;
+use super::design_files::{csv, folder_of, write};
 use super::error::CliError;
-use super::text::{entry, warn, with_uncertainty};
+use super::progress::DesignSpinner;
+use super::text::{entry, measured, warn};
 
 pub fn frequency(arguments: DesignArguments, quiet: bool) -> Result<String, CliError> {
     let DesignArguments { scene, out, json } = arguments;
@@ -23,41 +23,29 @@ pub fn frequency(arguments: DesignArguments, quiet: bool) -> Result<String, CliE
         best,
         frequency_error,
         runs,
-    } = best_frequency(&scene, &mut Progress::new(quiet))?;
-    let mut csv = "frequency,displacement,error\n".to_owned();
-    for run in &runs {
-        csv += &format!(
-            "{:?},{:?},{:?}\n",
-            run.frequency, run.displacement, run.error
-        );
-    }
-    write(&folder, "frequency.csv", &csv)?;
-    let relative = frequency_error / best.frequency;
+    } = best_frequency(&scene, &mut DesignSpinner::new(quiet))?;
+    let rows = runs
+        .iter()
+        .map(|run| vec![run.frequency, run.displacement, run.error]);
+    let table = csv("frequency,displacement,error", rows.clone());
+    write(&folder, "frequency.csv", &table)?;
+    let period = 1.0 / best.frequency;
     if json {
-        let run = |run: &design::FrequencyRun| json!([run.frequency, run.displacement, run.error]);
-        let runs: Vec<Value> = runs.iter().map(run).collect();
         let answer = json!({
             "frequency": best.frequency,
             "frequency_error": frequency_error,
-            "period": 1.0 / best.frequency,
+            "period": period,
             "displacement": best.displacement,
             "displacement_error": best.error,
-            "runs": runs,
+            "runs": rows.collect::<Vec<_>>(),
         });
         return Ok(format!("{answer}\n"));
     }
-    let period = 1.0 / best.frequency;
-    let mut text = entry("scene", scene.name());
-    text += &entry(
-        "best frequency",
-        &with_uncertainty(best.frequency, frequency_error),
-    );
-    text += &entry("period", &with_uncertainty(period, relative * period));
-    text += &entry(
-        "net displacement",
-        &with_uncertainty(best.displacement, best.error),
-    );
-    text += &entry("runs", &runs.len().to_string());
-    text += &entry("results", &folder.path().display().to_string());
-    Ok(text)
+    let relative = frequency_error / best.frequency;
+    Ok(entry("scene", scene.name())
+        + &measured("best frequency", best.frequency, frequency_error)
+        + &measured("period", period, relative * period)
+        + &measured("net displacement", best.displacement, best.error)
+        + &entry("runs", runs.len())
+        + &entry("results", folder.path().display()))
 }

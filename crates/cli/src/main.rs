@@ -4,30 +4,30 @@
 mod arguments;
 mod check;
 mod design_files;
-mod design_progress;
 mod displacements;
 mod error;
 mod frequency;
 mod help;
 mod learn;
-mod manual;
 mod map;
 mod mesh;
-mod new;
 mod optimise;
 mod progress;
 mod run;
-mod sensitivities;
 mod sizes;
 mod solve;
 mod text;
 mod view;
 
+use std::path::Path;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
+use clap_complete::Shell;
+use swimmer::SwimError;
 
 use arguments::{Arguments, Command};
+use error::CliError;
 
 fn main() -> ExitCode {
     let Arguments { quiet, command } = Arguments::parse();
@@ -52,15 +52,15 @@ fn main() -> ExitCode {
             picture.as_deref(),
         ),
         Command::Check { scene } => check::check(&scene),
-        Command::New { name, out } => new::new(&name, out),
+        Command::New { name, out } => check::new(&name, out),
         Command::Map(design) => map::map(design, quiet),
         Command::Optimise(design) => optimise::optimise(design, quiet),
         Command::Frequency(design) => frequency::frequency(design, quiet),
         Command::Sizes(design) => sizes::sizes(design, quiet),
         Command::Learn(design) => learn::learn_strokes(design, quiet),
         Command::Mesh { scene, out } => mesh::mesh(&scene, &out),
-        Command::Completions { shell } => Ok(manual::completions(shell)),
-        Command::Man { out } => manual::pages(&out),
+        Command::Completions { shell } => Ok(completions(shell)),
+        Command::Man { out } => manual_pages(&out),
     };
     match result {
         Ok(output) => {
@@ -72,4 +72,22 @@ fn main() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// The completions of a shell.
+fn completions(shell: Shell) -> String {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Arguments::command(), "swim", &mut script);
+    String::from_utf8_lossy(&script).into_owned()
+}
+
+/// Writes the manual pages into a folder, one per subcommand.
+fn manual_pages(out: &Path) -> Result<String, CliError> {
+    std::fs::create_dir_all(out)
+        .and_then(|()| clap_mangen::generate_to(Arguments::command(), out))
+        .map_err(|source| SwimError::Write {
+            path: out.to_owned(),
+            source,
+        })?;
+    Ok(text::entry("manual pages", out.display()))
 }

@@ -3,14 +3,14 @@
 use design::{DesignError, StrokeLimits, gait_shapes, gait_totals, tabulate};
 use serde_json::{Value, json};
 use swimmer::SwimError;
-use swimmer::models::{ModelError, Part};
+use swimmer::models::{ModelError, TablePart};
 
 use super::arguments::{DesignArguments, MapArguments};
 use super::design_files::{
     folder_of, gait_entries, names, table_entries, table_warning, write_map,
 };
-use super::design_progress::Progress;
 use super::error::CliError;
+use super::progress::DesignSpinner;
 use super::text::{NO_ESTIMATE, entry, product, vector, warn};
 
 /// Relative error of the table.
@@ -20,14 +20,14 @@ pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, CliError> {
     let part = arguments.part();
     let DesignArguments { scene, out, json } = arguments.design;
     let scene = scene.read()?;
-    let limits = StrokeLimits::of_scene(&scene)?;
+    let limits = StrokeLimits::from_scene(&scene)?;
     let folder = folder_of(&scene, out)?;
-    let mut progress = Progress::new(quiet);
+    let mut progress = DesignSpinner::new(quiet);
     let place = (Some(&folder), part);
     let table = match tabulate(&scene, &limits, MAP_TOLERANCE, place, &mut progress) {
         // The share is done, others are not.
         Err(DesignError::Swim(SwimError::Model(ModelError::MissingShapes { missing, points })))
-            if part != Part::Known =>
+            if part != TablePart::Known =>
         {
             return Ok(share_text(missing, &points, json));
         }
@@ -38,14 +38,10 @@ pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, CliError> {
     }
     let geometry = &table.geometry;
     let names = names(&scene, &limits);
-    let (interpolation, model) = geometry.errors();
     let stroke = gait_shapes(&scene, &limits)?;
     write_map(&folder, "map.svg", geometry, &names, &stroke)?;
-    let middle: Vec<f64> = geometry
-        .ranges()
-        .iter()
-        .map(|r| 0.5 * (r.0 + r.1))
-        .collect();
+    let middle = geometry.ranges().iter().map(|r| 0.5 * (r.0 + r.1));
+    let middle: Vec<f64> = middle.collect();
     let local = geometry.at(&middle)?;
     let mut squares = Vec::new();
     for first in 0..names.len() {
@@ -58,6 +54,7 @@ pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, CliError> {
         let squares: Vec<Value> = (squares.iter())
             .map(|(a, b, c)| json!({ "links": [names[*a], names[*b]], "curvature": c.as_slice() }))
             .collect();
+        let (interpolation, model) = geometry.errors();
         let answer = json!({
             "model": table.model,
             "links": names,
@@ -79,27 +76,22 @@ pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, CliError> {
         });
         return Ok(format!("{answer}\n"));
     }
-    let mut text = entry("scene", scene.name());
-    text += &entry("model", &table.model);
+    let mut text = entry("scene", scene.name()) + &entry("model", &table.model);
     text += &table_entries(&table);
     for (a, b, c) in &squares {
+        let (a, b, size) = (&names[*a], &names[*b], c.amax());
         text += &format!(
-            "\ncurvature over {} and {} at the middle of the limits: displacement per area {NO_ESTIMATE}\n",
-            names[*a], names[*b]
+            "\ncurvature over {a} and {b} at the middle of the limits: displacement per area \
+             {NO_ESTIMATE}\n"
         );
-        let size = c.amax();
-        text += &entry("  displacement", &vector([c[0], c[1], c[2]], size));
-        text += &entry(
-            "  rotation vector",
-            &format!("{} rad", vector([c[3], c[4], c[5]], size)),
-        );
+        let [moved, turned] = [0, 3].map(|k| vector([c[k], c[k + 1], c[k + 2]], size));
+        text += &entry("  displacement", moved);
+        text += &entry("  rotation vector", format!("{turned} rad"));
     }
     if let Some(gait) = &gait {
         text += &gait_entries(&table, gait, &stroke);
     }
-    text += "\n";
-    text += &entry("results", &folder.path().display().to_string());
-    Ok(text)
+    Ok(text + "\n" + &entry("results", folder.path().display()))
 }
 
 /// What remains after a share of the table.
@@ -107,13 +99,9 @@ fn share_text(missing: usize, points: &[usize], json: bool) -> String {
     if json {
         return format!("{}\n", json!({ "points": points, "missing": missing }));
     }
-    entry("share", "solved")
-        + &entry(
-            "missing",
-            &format!(
-                "{missing} shapes of other shares in the grid {}; when they are solved, run \
-                 --merge",
-                product(points)
-            ),
-        )
+    let missing = format!(
+        "{missing} shapes of other shares in the grid {}; when they are solved, run --merge",
+        product(points)
+    );
+    entry("share", "solved") + &entry("missing", missing)
 }

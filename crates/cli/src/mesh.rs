@@ -36,32 +36,21 @@ pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, CliError> 
         error => ModelError::from(error).into(),
     })?;
     let quality = mesh.quality();
-    let lines = [
-        ("mesh file", out.display().to_string()),
-        ("tetrahedra", quality.cells.to_string()),
-        ("vertices", mesh.n_vertices().to_string()),
-        ("nodes", mesh.n_points().to_string()),
-        (
-            "dihedral angles",
-            format!(
-                "{:.1} to {:.1} degrees",
-                quality.min_dihedral, quality.max_dihedral
-            ),
-        ),
-        (
-            "mean-ratio quality",
-            format!(
-                "{:.3} minimum, {:.3} mean (1 for a regular tetrahedron)",
-                quality.min_quality, quality.mean_quality
-            ),
-        ),
-        (
-            "scaled Jacobian",
-            format!("{:.3} minimum", quality.min_jacobian),
-        ),
+    let [least, mean, jacobian] = [
+        quality.min_quality,
+        quality.mean_quality,
+        quality.min_jacobian,
     ];
-    Ok(lines
-        .iter()
-        .map(|(label, value)| entry(label, value))
-        .collect())
+    let angles = format!(
+        "{:.1} to {:.1} degrees",
+        quality.min_dihedral, quality.max_dihedral
+    );
+    let ratio = format!("{least:.3} minimum, {mean:.3} mean (1 for a regular tetrahedron)");
+    Ok(entry("mesh file", out.display())
+        + &entry("tetrahedra", quality.cells)
+        + &entry("vertices", mesh.n_vertices())
+        + &entry("nodes", mesh.n_points())
+        + &entry("dihedral angles", angles)
+        + &entry("mean-ratio quality", ratio)
+        + &entry("scaled Jacobian", format!("{jacobian:.3} minimum")))
 }

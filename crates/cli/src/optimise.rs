@@ -11,10 +11,10 @@ use super::arguments::DesignArguments;
 use super::design_files::{
     folder_of, gait_entries, names, table_entries, table_warning, write, write_map,
 };
-use super::design_progress::Progress;
 use super::error::CliError;
+use super::progress::DesignSpinner;
 use super::text::{
-    NO_ESTIMATE, count, duration, entry, percent, two_digits, warn, with_uncertainty,
+    NO_ESTIMATE, count, duration, entry, measured, percent, rotation_entry, two_digits, warn,
 };
 
 pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, CliError> {
@@ -22,18 +22,13 @@ pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, CliEr
     let scene = scene.read()?;
     let clock = std::time::Instant::now();
     let folder = folder_of(&scene, out)?;
-    let found = design_stroke(&scene, folder.path(), &mut Progress::new(quiet))?;
+    let found = design_stroke(&scene, folder.path(), &mut DesignSpinner::new(quiet))?;
     let names = names(&scene, &found.limits);
     let curve: Vec<Vec<f64>> = (found.shapes.iter())
         .map(|shape| found.limits.moving(shape))
         .collect();
-    write_map(
-        &folder,
-        "optimum.svg",
-        &found.table.geometry,
-        &names,
-        &curve,
-    )?;
+    let geometry = &found.table.geometry;
+    write_map(&folder, "optimum.svg", geometry, &names, &curve)?;
     for warning in warnings(&scene, &found) {
         warn(&warning);
     }
@@ -128,97 +123,68 @@ fn describe(
     out: &Path,
     seconds: f64,
 ) -> String {
+    let (optimum, table) = (&found.optimum, &found.table);
+    let terms = optimum.curve.terms();
+    let search = format!(
+        "{}, {}, {}",
+        count(optimum.starts, "start"),
+        count(optimum.iterations, "iteration"),
+        match optimum.curve {
+            StrokeCurve::Polygon { .. } => count(terms, "corner"),
+            StrokeCurve::Series { .. } => format!("{} per joint", count(terms, "term")),
+        }
+    );
+    let gait = found.gait.as_ref();
+    let gait = gait.map(|gait| gait_entries(table, gait, gait_shapes));
+    entry("scene", scene.name())
+        + &entry("objective", scene.optimise().objective.word())
+        + &entry("model", found.model)
+        + &table_entries(table)
+        + &entry("search", search)
+        + "\n"
+        + &describe_stroke(found)
+        + &gait.unwrap_or_default()
+        + "\n"
+        + &entry("time", duration(seconds))
+        + &entry("results", out.join("optimum.toml").display())
+}
+
+/// The motion, the energy and the efficiency of the best stroke.
+fn describe_stroke(found: &DesignedStroke) -> String {
     let (optimum, outcome) = (&found.optimum, &found.outcome);
-    let mut text = entry("scene", scene.name());
-    text += &entry("objective", scene.optimise().objective.word());
-    text += &entry("model", found.model);
-    text += &table_entries(&found.table);
-    text += &entry(
-        "search",
-        &format!(
-            "{}, {}, {}",
-            count(optimum.starts, "start"),
-            count(optimum.iterations, "iteration"),
-            match optimum.curve {
-                StrokeCurve::Polygon { .. } => count(optimum.curve.terms(), "corner"),
-                StrokeCurve::Series { .. } =>
-                    format!("{} per joint", count(optimum.curve.terms(), "term")),
-            }
-        ),
-    );
-    text += "\n";
-    text += &entry(
-        "displacement by table",
-        &with_uncertainty(optimum.totals.displacement.norm(), found.table_error),
-    );
-    text += &entry(
-        "  by the model",
-        &with_uncertainty(found.run_displacement, outcome.error_estimate.total()),
-    );
-    let rotation = optimum.totals.rotation;
+    let (displacement, error) = (optimum.totals.displacement.norm(), found.table_error);
+    let (energy, period) = (found.energy, found.period);
+    let mut text = measured("displacement by table", displacement, error);
+    let bar = outcome.error_estimate.total();
+    text += &measured("  by the model", found.run_displacement, bar);
+    let rotation = &optimum.totals.rotation;
     if rotation.norm() > 1e-9 {
-        text += &entry(
-            "rotation vector",
-            &format!(
-                "({:.6}, {:.6}, {:.6}) rad",
-                rotation.x, rotation.y, rotation.z
-            ),
-        );
+        let (angle, radius) = (rotation.norm().to_degrees(), circle(&optimum.totals));
+        text += &rotation_entry("rotation vector", rotation, 6);
         text += &entry(
             "heading",
-            &format!(
-                "turns by {:.4} degrees per cycle, on a circle of radius {:.4}",
-                rotation.norm().to_degrees(),
-                circle(&optimum.totals)
-            ),
+            format!("turns by {angle:.4} degrees per cycle, on a circle of radius {radius:.4}"),
         );
     }
-    text += &entry(
-        "energy by table",
-        &format!(
-            "{:.6} in a period of {} {NO_ESTIMATE}",
-            found.energy, found.period
-        ),
-    );
-    text += &entry(
-        "  by the model",
-        &with_uncertainty(outcome.work, outcome.work_error.total()),
-    );
-    text += &entry(
+    let energy = format!("{energy:.6} in a period of {period} {NO_ESTIMATE}");
+    text += &entry("energy by table", energy);
+    text += &measured("  by the model", outcome.work, outcome.work_error.total());
+    text += &measured(
         "displacement per time",
-        &with_uncertainty(
-            optimum.totals.displacement.norm() / found.period,
-            found.table_error / found.period,
-        ),
+        displacement / period,
+        error / period,
     );
     let rates = (found.peaks.rates.iter()).fold(0.0_f64, |largest, rate| largest.max(*rate));
-    text += &entry(
-        "largest rate, power",
-        &format!("{rates:.6}, {:.6} {NO_ESTIMATE}", found.peaks.power),
-    );
-    text += &entry(
-        "energy times period",
-        &format!(
-            "{:.6} at constant power {NO_ESTIMATE}",
-            optimum.period_energy_product
-        ),
-    );
-    text += &entry(
-        "Lighthill efficiency",
-        &format!("{:.4e} {NO_ESTIMATE}", found.efficiency),
-    );
-    text += &entry(
+    let (power, product) = (found.peaks.power, optimum.period_energy_product);
+    let peaks = format!("{rates:.6}, {power:.6} {NO_ESTIMATE}");
+    text += &entry("largest rate, power", peaks);
+    let product = format!("{product:.6} at constant power {NO_ESTIMATE}");
+    text += &entry("energy times period", product);
+    let efficiency = format!("{:.4e} {NO_ESTIMATE}", found.efficiency);
+    text += &entry("Lighthill efficiency", efficiency);
+    let change = percent(optimum.refinement_error);
+    text + &entry(
         "last refinement",
-        &format!(
-            "changed the objective by {}",
-            percent(optimum.refinement_error)
-        ),
-    );
-    if let Some(gait) = &found.gait {
-        text += &gait_entries(&found.table, gait, gait_shapes);
-    }
-    text += "\n";
-    text += &entry("time", &duration(seconds));
-    text += &entry("results", &out.join("optimum.toml").display().to_string());
-    text
+        format!("changed the objective by {change}"),
+    )
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use design::DesignProgress;
 use indicatif::{ProgressBar, ProgressStyle};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
@@ -12,7 +13,7 @@ use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
 use super::text::{count, duration, message, percent, warn};
 
 /// Progress of a run.
-pub struct Progress {
+pub struct RunBar {
     bar: Option<ProgressBar>,
     spans: usize,
     scene: Scene,
@@ -24,7 +25,7 @@ pub struct Progress {
     interrupted: Arc<AtomicBool>,
 }
 
-impl Progress {
+impl RunBar {
     /// Progress of the run of a scene that `interrupted` stops; nothing is printed if `quiet`.
     pub fn new(scene: &Scene, interrupted: Arc<AtomicBool>, quiet: bool) -> Self {
         let spans = scene.gait().phases.len() * scene.gait().cycles as usize;
@@ -72,7 +73,7 @@ impl Progress {
     }
 }
 
-impl swimmer::Progress for Progress {
+impl swimmer::Progress for RunBar {
     fn is_interrupted(&self) -> bool {
         self.interrupted.load(Ordering::Relaxed)
     }
@@ -100,12 +101,7 @@ impl swimmer::Progress for Progress {
         self.bar = (std::io::stderr().is_terminal() && !self.quiet).then(|| {
             let bar = ProgressBar::new(self.spans as u64);
             let template = "{bar:30} {pos}/{len} phases, {msg}, {elapsed} elapsed, {eta} remaining";
-            // The template is constant and valid; the default style only avoids a panic.
-            bar.set_style(
-                ProgressStyle::with_template(template)
-                    .unwrap_or_else(|_| ProgressStyle::default_bar()),
-            );
-            bar.enable_steady_tick(std::time::Duration::from_millis(200));
+            tick(&bar, template);
             bar.set_position(done as u64);
             bar
         });
@@ -159,4 +155,63 @@ pub fn watch_signals() -> Arc<AtomicBool> {
         ));
     }
     interrupted
+}
+
+/// Shows a bar by a template, with a time that goes on.
+fn tick(bar: &ProgressBar, template: &str) {
+    // The template is constant and valid; the default style only avoids a panic.
+    let style = ProgressStyle::with_template(template);
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.enable_steady_tick(std::time::Duration::from_millis(200));
+}
+
+/// A spinner on a terminal, a line per part of the work elsewhere.
+pub struct DesignSpinner {
+    spinner: Option<ProgressBar>,
+    quiet: bool,
+    interrupted: Arc<AtomicBool>,
+}
+
+impl DesignSpinner {
+    /// Progress that Ctrl-C interrupts; nothing is printed if `quiet`.
+    pub fn new(quiet: bool) -> Self {
+        let spinner = (std::io::stderr().is_terminal() && !quiet).then(|| {
+            let spinner = ProgressBar::new_spinner();
+            tick(&spinner, "{spinner} {msg}, {elapsed} elapsed");
+            spinner
+        });
+        Self {
+            spinner,
+            quiet,
+            interrupted: watch_signals(),
+        }
+    }
+}
+
+impl Drop for DesignSpinner {
+    fn drop(&mut self) {
+        if let Some(spinner) = &self.spinner {
+            spinner.finish_and_clear();
+        }
+    }
+}
+
+impl DesignProgress for DesignSpinner {
+    fn is_interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
+    }
+
+    fn tabulated(&mut self, points: usize) {
+        if let Some(spinner) = &self.spinner {
+            spinner.set_message(format!("table: {}", count(points, "solve")));
+        }
+    }
+
+    fn begins(&mut self, what: &str) {
+        match &self.spinner {
+            Some(spinner) => spinner.set_message(what.to_owned()),
+            None if self.quiet => {}
+            None => message(what),
+        }
+    }
 }

@@ -1,24 +1,27 @@
-//! `swim run`: the simulation of the whole gait.
+//! `swim run`: the simulation of the whole gait, and sensitivities of its net displacement.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use design::sensitivities::Sensitivity;
 use pictures::RunPictures;
-use swimmer::Report;
+use serde_json::json;
+use swimmer::{Folder, Report, Scene};
 
 use super::arguments::RunArguments;
+use super::design_files::{path_of, write};
 use super::displacements::displacement_table;
 use super::error::CliError;
-use super::progress::{Progress, watch_signals};
-use super::sensitivities::{describe_sensitivities, sensitivities, sensitivities_json};
+use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
-    count, duration, entry, error_estimates, print, rounded, two_digits, warn, with_uncertainty,
+    count, duration, entry, error_estimates, measured, print, rotation_entry, rounded, two_digits,
+    warn, with_uncertainty,
 };
 use super::view::{open_page, page_entry, write_movie};
 
 pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, CliError> {
     let scene = arguments.scene.read()?;
-    let out = (arguments.out).unwrap_or_else(|| PathBuf::from("out").join(scene.name()));
-    let mut progress = Progress::new(&scene, watch_signals(), quiet);
+    let out = path_of(&scene, arguments.out);
+    let mut progress = RunBar::new(&scene, watch_signals(), quiet);
     let report = swimmer::run(
         scene,
         &out,
@@ -27,13 +30,13 @@ pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, CliError> {
         &mut progress,
     );
     progress.finish();
-    let text = |report: &Report| match arguments.json {
-        true => format!("{}\n", report.summary()),
-        false => describe(report, &out),
-    };
     let report = report?;
+    let text = |movie: &str| match arguments.json {
+        true => format!("{}\n", report.summary()),
+        false => describe(&report, &out) + movie,
+    };
     if let Err(missed) = report.check_tolerance() {
-        print(&text(&report));
+        print(&text(""));
         return Err(missed.into());
     }
     for warning in warnings(&report) {
@@ -43,25 +46,19 @@ pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, CliError> {
         true => write_movie(&out)?,
         false => String::new(),
     };
-    let text = |report: &Report| match arguments.json {
-        true => text(report),
-        false => text(report) + &movie,
-    };
     if arguments.open {
         open_page(&out);
     }
     if !arguments.sensitivities {
-        return Ok(text(&report));
+        return Ok(text(&movie));
     }
     let found = sensitivities(&report.scene, &out, quiet)?;
-    match arguments.json {
-        true => {
-            let mut summary = report.summary();
-            summary["sensitivities"] = sensitivities_json(&found);
-            Ok(format!("{summary}\n"))
-        }
-        false => Ok(text(&report) + &describe_sensitivities(&found)),
+    if arguments.json {
+        let mut summary = report.summary();
+        summary["sensitivities"] = json!(found);
+        return Ok(format!("{summary}\n"));
     }
+    Ok(text(&movie) + &describe_sensitivities(&found))
 }
 
 /// The tolerances that were not met, with the remedies.
@@ -98,40 +95,57 @@ fn describe(report: &Report, out: &Path) -> String {
     let outcome = &report.outcome;
     let net = outcome.net();
     let rotation = outcome.rotation.map(|x| rounded(x, 5));
-    let mut text = entry("scene", report.scene.name());
-    text += &entry("model", report.model);
-    text += "\n";
-    text += &displacement_table(&report.scene, outcome);
-    text += "\n";
-    text += &entry(
-        "net displacement",
-        &with_uncertainty(net, outcome.error_estimate.total()),
+    let cost = format!(
+        "{}, {}",
+        count(outcome.solves, "solve"),
+        duration(report.seconds)
     );
-    text += &error_estimates(
-        "error estimate",
-        &outcome.error_estimate,
-        net,
-        "the net displacement",
-    );
-    text += &entry(
-        "rotation vector",
-        &format!(
-            "({:.5}, {:.5}, {:.5}) rad",
-            rotation.x, rotation.y, rotation.z
-        ),
-    );
-    text += &entry(
-        "work on the fluid",
-        &with_uncertainty(outcome.work, outcome.work_error.total()),
-    );
-    text += &entry(
-        "cost",
-        &format!(
-            "{}, {}",
-            count(outcome.solves, "solve"),
-            duration(report.seconds)
-        ),
-    );
-    text += &entry("results", &out.display().to_string());
-    text + &page_entry(out)
+    let bars = &outcome.error_estimate;
+    entry("scene", report.scene.name())
+        + &entry("model", report.model)
+        + "\n"
+        + &displacement_table(&report.scene, outcome)
+        + "\n"
+        + &measured("net displacement", net, bars.total())
+        + &error_estimates("error estimate", bars, net, "the net displacement")
+        + &rotation_entry("rotation vector", &rotation, 5)
+        + &measured(
+            "work on the fluid",
+            outcome.work,
+            outcome.work_error.total(),
+        )
+        + &entry("cost", cost)
+        + &entry("results", out.display())
+        + &page_entry(out)
+}
+
+/// Computes the sensitivities and writes `sensitivities.csv`.
+fn sensitivities(scene: &Scene, out: &Path, quiet: bool) -> Result<Vec<Sensitivity>, CliError> {
+    let found = design::sensitivities::sensitivities(scene, &mut DesignSpinner::new(quiet))?;
+    let mut csv = "parameter,value,derivative,error\n".to_owned();
+    for sensitivity in &found {
+        let (parameter, derivative) = (&sensitivity.parameter, sensitivity.derivative);
+        // Quotes in a quoted field are doubled.
+        let name = parameter.name.replace('"', "\"\"");
+        csv += &format!(
+            "\"{name}\",{:?},{derivative:?},{:?}\n",
+            parameter.value, sensitivity.error
+        );
+    }
+    write(&Folder::create(out)?, "sensitivities.csv", &csv)?;
+    Ok(found)
+}
+
+/// The sensitivities as text.
+fn describe_sensitivities(found: &[Sensitivity]) -> String {
+    let mut text = "\nderivative of the net displacement by\n".to_owned();
+    for sensitivity in found {
+        let parameter = &sensitivity.parameter;
+        text += &format!(
+            "  {:<38} {}\n",
+            format!("{} = {}", parameter.name, parameter.value),
+            with_uncertainty(sensitivity.derivative, sensitivity.error)
+        );
+    }
+    text
 }

@@ -1,24 +1,24 @@
 //! `swim sizes`: the best radii and arm lengths for a gait.
 
-use design::{BestSizes, DesignError, SizeRun, SizeSlice, best_sizes, size_slices};
+use design::{BestSizes, DesignError, SizeSlice, best_sizes, size_slices};
 use pictures::{SliceCurve, size_slices_svg};
 use serde_json::{Map, Value, json};
 
 use super::arguments::DesignArguments;
-use super::design_files::{folder_of, write};
-use super::design_progress::Progress;
+use super::design_files::{csv, folder_of, write};
 use super::error::CliError;
-use super::text::{entry, warn, with_uncertainty};
+use super::progress::DesignSpinner;
+use super::text::{entry, measured, warn, with_uncertainty};
 
 pub fn sizes(arguments: DesignArguments, quiet: bool) -> Result<String, CliError> {
     let DesignArguments { scene, out, json } = arguments;
     let scene = scene.read()?;
     let folder = folder_of(&scene, out)?;
-    let mut progress = Progress::new(quiet);
+    let mut progress = DesignSpinner::new(quiet);
     let found = best_sizes(&scene, &mut progress)?;
     let toml = found.scene.to_toml_in(folder.path())?;
     write(&folder, "optimum.toml", &toml)?;
-    write(&folder, "sizes.csv", &csv(&found))?;
+    write(&folder, "sizes.csv", &table(&found))?;
     let objective = scene.optimise().objective.word();
     match size_slices(&scene, &found, &mut progress) {
         Ok(slices) => {
@@ -37,8 +37,8 @@ pub fn sizes(arguments: DesignArguments, quiet: bool) -> Result<String, CliError
     }
     let mut text = entry("scene", scene.name());
     text += &entry("objective", objective);
-    text += &entry("kept", &kept(&found));
-    text += &entry("runs", &found.runs.len().to_string());
+    text += &entry("kept", kept(&found));
+    text += &entry("runs", found.runs.len());
     text.push('\n');
     let sizes = found.parameters.iter().zip(&found.values);
     for ((parameter, value), error) in sizes.zip(&found.errors) {
@@ -47,8 +47,8 @@ pub fn sizes(arguments: DesignArguments, quiet: bool) -> Result<String, CliError
             true => with_uncertainty(*value, *error),
             false => format!("{value:.6}, the limit"),
         };
-        let before = format!("{value}; in the scene {}", parameter.value);
-        text += &entry(&parameter.name, &before);
+        let value = format!("{value}; in the scene {}", parameter.value);
+        text += &entry(&parameter.name, value);
     }
     for limit in &found.at_limits {
         text += &entry("at a limit", limit);
@@ -56,23 +56,21 @@ pub fn sizes(arguments: DesignArguments, quiet: bool) -> Result<String, CliError
     text.push('\n');
     for (label, run) in [("best sizes", &found.best), ("scene", &found.before)] {
         text += &format!("{label}\n");
-        text += &entry(
+        text += &measured(
             "  net displacement",
-            &with_uncertainty(run.displacement, run.displacement_error),
+            run.displacement,
+            run.displacement_error,
         );
-        text += &entry(
-            "  work on the fluid",
-            &with_uncertainty(run.work, run.work_error),
-        );
-        text += &entry(
+        text += &measured("  work on the fluid", run.work, run.work_error);
+        text += &measured(
             "  Lighthill efficiency",
-            &with_uncertainty(run.efficiency, run.efficiency_error),
+            run.efficiency,
+            run.efficiency_error,
         );
     }
     text.push('\n');
     let path = folder.path().join("optimum.toml");
-    text += &entry("results", &path.display().to_string());
-    Ok(text)
+    Ok(text + &entry("results", path.display()))
 }
 
 /// A slice as it is drawn.
@@ -100,32 +98,15 @@ fn kept(found: &BestSizes) -> String {
     sums.join(", ")
 }
 
-fn csv(found: &BestSizes) -> String {
+fn table(found: &BestSizes) -> String {
     let names = found.parameters.iter().map(|p| p.name.replace('"', ""));
-    let mut text = names
-        .chain(["objective".to_owned()])
-        .collect::<Vec<_>>()
-        .join(",");
-    text.push('\n');
-    for (values, objective) in &found.runs {
-        let row = values.iter().chain([objective]).map(|x| format!("{x:?}"));
-        text += &row.collect::<Vec<_>>().join(",");
-        text.push('\n');
-    }
-    text
+    let header: Vec<String> = names.chain(["objective".to_owned()]).collect();
+    let rows = found.runs.iter();
+    let rows = rows.map(|(values, objective)| [&values[..], &[*objective]].concat());
+    csv(&header.join(","), rows)
 }
 
 fn answer(found: &BestSizes, objective: &str) -> Value {
-    let run = |run: &SizeRun| {
-        json!({
-            "displacement": run.displacement,
-            "displacement_error": run.displacement_error,
-            "work": run.work,
-            "work_error": run.work_error,
-            "efficiency": run.efficiency,
-            "efficiency_error": run.efficiency_error,
-        })
-    };
     let sizes = found
         .parameters
         .iter()
@@ -141,8 +122,8 @@ fn answer(found: &BestSizes, objective: &str) -> Value {
         "objective": objective,
         "sizes": sizes,
         "at_limits": found.at_limits,
-        "best": run(&found.best),
-        "scene": run(&found.before),
+        "best": found.best,
+        "scene": found.before,
         "runs": found.runs.len(),
     })
 }

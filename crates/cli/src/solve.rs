@@ -11,7 +11,7 @@ use swimmer::{Scene, SwimError, choose, solve_start, start_flow, start_resistanc
 use super::arguments::SceneArguments;
 use super::error::CliError;
 use super::text::{
-    count, duration, entry, error, error_estimates, percent, rounded, warn, with_uncertainty,
+    count, duration, entry, error, error_estimates, measured, percent, rounded, warn,
 };
 
 pub fn solve(
@@ -143,33 +143,26 @@ fn accuracy(solution: &InstantaneousSolution) -> String {
         largest(|body| body.velocity.norm()),
         "the largest velocity",
     );
-    let forces = error(
-        solution.force_error.total(),
-        largest(|body| body.force.norm()),
+    let forces = largest(|body| body.force.norm());
+    text += &entry(
+        "error of forces",
+        error(solution.force_error.total(), forces),
     );
-    text += &entry("error of forces", &forces);
     let (power, of_power) = (solution.power(), solution.power_error.total());
-    text += &entry("power on the fluid", &with_uncertainty(power, of_power));
+    text += &measured("power on the fluid", power, of_power);
     if let Some((stresslets, bar)) =
         (solution.stresslets.as_ref()).and_then(|s| Some((s, s.error?)))
     {
-        let bar = error(bar, stresslets.largest());
-        text += &entry("error of stresslets", &bar);
+        text += &entry("error of stresslets", error(bar, stresslets.largest()));
     }
     if let Some(checks) = &solution.checks {
-        text += &entry(
-            "check of forces",
-            &format!(
-                "{} difference from the integral of the stress",
-                percent(checks.force_by_stress)
-            ),
-        );
+        let forces = percent(checks.force_by_stress);
+        let forces = format!("{forces} difference from the integral of the stress");
+        text += &entry("check of forces", forces);
+        let power = percent(checks.dissipation);
         text += &entry(
             "check of power",
-            &format!(
-                "{} difference from the dissipation",
-                percent(checks.dissipation)
-            ),
+            format!("{power} difference from the dissipation"),
         );
     }
     text
@@ -178,20 +171,18 @@ fn accuracy(solution: &InstantaneousSolution) -> String {
 /// Size, solver, time and memory.
 fn cost(solution: &InstantaneousSolution) -> String {
     let solver = &solution.solver;
-    let mut text = entry("degrees of freedom", &solution.dofs.total.to_string());
-    text += &entry(
-        "solver",
-        &format!(
-            "{} {}, {}, true relative residual {:.1e}",
-            solver.formulation,
-            solver.solver,
-            count(solver.iterations, "iteration"),
-            solver.true_relative_residual
-        ),
+    let method = format!(
+        "{} {}, {}, true relative residual {:.1e}",
+        solver.formulation,
+        solver.solver,
+        count(solver.iterations, "iteration"),
+        solver.true_relative_residual
     );
-    text += &entry("time", &duration(solution.seconds.total));
+    let mut text = entry("degrees of freedom", solution.dofs.total)
+        + &entry("solver", method)
+        + &entry("time", duration(solution.seconds.total));
     if let Some(mib) = peak_rss_mib() {
-        text += &entry("peak memory", &format!("{mib:.0} MiB"));
+        text += &entry("peak memory", format!("{mib:.0} MiB"));
     }
     text
 }

@@ -1,8 +1,10 @@
 //! Text on the terminal: results on stdout, messages on stderr.
 
+use std::fmt::Display;
 use std::io::{IsTerminal, Write};
 
 use clap::builder::styling::AnsiColor;
+use nalgebra::Vector3;
 use pictures::numbers::LARGEST_RATIO;
 pub use pictures::numbers::{
     NO_ESTIMATE, count, duration, percent, rounded, two_digits, with_uncertainty,
@@ -50,8 +52,22 @@ pub fn print(text: &str) {
 }
 
 /// One line with a label and a value.
-pub fn entry(label: &str, value: &str) -> String {
+pub fn entry(label: &str, value: impl Display) -> String {
     format!("{label:<LABEL_WIDTH$}{value}\n")
+}
+
+/// One line with a label and a value with its uncertainty.
+pub fn measured(label: &str, value: f64, uncertainty: f64) -> String {
+    entry(label, with_uncertainty(value, uncertainty))
+}
+
+/// One line with a label and a rotation vector in radians.
+pub fn rotation_entry(label: &str, rotation: &Vector3<f64>, decimals: usize) -> String {
+    let [x, y, z] = [rotation.x, rotation.y, rotation.z];
+    entry(
+        label,
+        format!("({x:.decimals$}, {y:.decimals$}, {z:.decimals$}) rad"),
+    )
 }
 
 /// The factors of a product, such as the sizes of a grid.
@@ -90,19 +106,19 @@ pub fn error_estimates(
     reference: f64,
     name: &str,
 ) -> String {
-    let mut text = entry(label, &format!("absolute (relative to {name})"));
+    let mut text = entry(label, format!("absolute (relative to {name})"));
     let mut missing = Vec::new();
     for (source, estimated) in estimate.sources() {
         match estimated {
             Some(absolute) => {
-                text += &entry(&format!("  {source}"), &error(absolute, reference));
+                text += &entry(&format!("  {source}"), error(absolute, reference));
             }
             None => missing.push(source),
         }
     }
-    text += &entry("  sum", &error(estimate.total(), reference));
+    text += &entry("  sum", error(estimate.total(), reference));
     if !missing.is_empty() {
-        text += &entry("  not estimated", &missing.join(", "));
+        text += &entry("  not estimated", missing.join(", "));
     }
     text
 }

@@ -29,13 +29,13 @@ pub fn write_movie(path: &Path) -> Result<String, CliError> {
 
 fn movie_entry(record: &RunRecord, folder: &Folder) -> Result<String, CliError> {
     let file = record.write_movie(folder)?;
-    Ok(entry("movie", &file.display().to_string()))
+    Ok(entry("movie", file.display()))
 }
 
 /// The line that says where the page is.
 pub fn page_entry(folder: &Path) -> String {
     match page(folder) {
-        Some(page) => entry("report", &page.display().to_string()),
+        Some(page) => entry("report", page.display()),
         None => String::new(),
     }
 }

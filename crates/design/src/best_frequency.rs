@@ -3,17 +3,17 @@
 //! Without springs and masses the displacement does not depend on the frequency. With an elastic
 //! arm it is largest near the relaxation rate of the spring (Montino & DeSimone 2015).
 
-use scene::{Document, Scene, ShapePath};
+use nalgebra::Vector3;
+use scene::{Scene, ShapePath};
 
-use crate::DesignProgress;
-use crate::error::DesignError;
-use crate::sensitivities::{comparable, net_displacement};
+use crate::error::{DesignError, DesignProgress, check_interruption};
+use crate::sensitivities::{comparable, net_displacement, with_keys};
 
 /// Ratio of neighbouring frequencies while an interval with a maximum is searched.
 const FACTOR: f64 = 2.0;
 
 /// Largest ratio of a frequency to that of the scene: outside, the search ends without a maximum.
-const WIDEST: f64 = 1e4;
+const MAX_FREQUENCY_RATIO: f64 = 1e4;
 
 /// Width of the interval in the logarithm of the frequency at which the search ends. At a maximum
 /// the displacement then differs by the order of its square, 1e-6.
@@ -45,7 +45,7 @@ pub struct BestFrequency {
     pub runs: Vec<FrequencyRun>,
 }
 
-/// Searches the frequency of the gait at which the net displacement is largest.
+/// Searches for the frequency of the gait at which the net displacement is largest.
 ///
 /// The displacement is that along its direction at the frequency of the scene. An interval with a
 /// maximum is searched in steps of a factor of two, and divided by golden sections. Another, higher
@@ -61,94 +61,122 @@ pub fn best_frequency(
     scene: &Scene,
     progress: &mut dyn DesignProgress,
 ) -> Result<BestFrequency, DesignError> {
-    let refuse = |problem: String| {
-        Err(DesignError::NotApplicable {
-            place: scene.place("gait"),
-            problem,
-        })
-    };
+    let refuse = |problem: &str| Err(DesignError::not_applicable(scene, "gait", problem));
     if scene.joint_forces(0.0).is_some() {
-        return refuse("forces on joints oscillate with periods of their own".to_owned());
+        return refuse("forces on joints oscillate with periods of their own");
     }
     let period = scene.gait().cycle_duration();
     if !(period > 0.0 && period.is_finite()) {
-        return refuse("a gait whose cycle takes a time is required".to_owned());
+        return refuse("a gait whose cycle takes a time is required");
     }
     let (fixed, direction) = comparable(scene)?;
-    let mut runs: Vec<FrequencyRun> = Vec::new();
-    let mut at = |logarithm: f64| -> Result<FrequencyRun, DesignError> {
-        let factor = logarithm.exp();
-        progress.begins(&format!("frequency {:.6}", factor / period));
-        if progress.is_interrupted() {
-            return Err(DesignError::Stopped {
-                what: format!("{} frequencies", runs.len()),
-            });
-        }
-        let net = net_displacement(&faster(&fixed, factor)?)?;
-        let run = FrequencyRun {
-            frequency: factor / period,
-            displacement: net.vector.dot(&direction),
-            error: net.bar,
-        };
-        runs.push(run);
-        Ok(run)
+    let mut search = FrequencySearch {
+        scene: fixed,
+        period,
+        direction,
+        runs: Vec::new(),
+        progress,
     };
-    // Three logarithms with the largest displacement in the middle.
+    // Three logarithms, to be moved until the largest displacement is in the middle.
     let step = FACTOR.ln();
-    let (mut x, mut y) = ([-step, 0.0, step], [at(-step)?, at(0.0)?, at(step)?]);
-    let spread = |y: &[FrequencyRun; 3]| {
-        let values = y.map(|run| run.displacement);
-        let range = values
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-                (low.min(*v), high.max(*v))
-            });
-        range.1 - range.0
-    };
-    if spread(&y) <= y[0].error + y[2].error {
+    let runs = [search.run(-step)?, search.run(0.0)?, search.run(step)?];
+    let values = runs.map(|run| run.displacement).into_iter();
+    let spread =
+        values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min);
+    if spread <= runs[0].error + runs[2].error {
         return refuse(
             "the net displacement does not depend on the frequency; springs or masses would make \
-             it depend"
-                .to_owned(),
+             it depend",
         );
     }
-    while y[1].displacement <= y[0].displacement.max(y[2].displacement) {
-        if x[0].abs().max(x[2].abs()) > WIDEST.ln() {
-            return refuse(format!(
-                "the displacement has no maximum between the frequencies {:.3e} and {:.3e}",
-                (-WIDEST.ln()).exp() / period,
-                WIDEST / period
-            ));
-        }
-        if y[2].displacement > y[0].displacement {
-            let next = x[2] + step;
-            (x, y) = ([x[1], x[2], next], [y[1], y[2], at(next)?]);
-        } else {
-            let next = x[0] - step;
-            (x, y) = ([next, x[0], x[1]], [at(next)?, y[0], y[1]]);
-        }
-    }
-    while x[2] - x[0] > WIDTH {
-        // A point in the larger of both parts.
-        let is_right = x[2] - x[1] > x[1] - x[0];
-        let end = if is_right { x[2] } else { x[0] };
-        let new = x[1] + GOLDEN * (end - x[1]);
-        let run = at(new)?;
-        let is_better = run.displacement > y[1].displacement;
-        match (is_right, is_better) {
-            (true, true) => (x, y) = ([x[1], new, x[2]], [y[1], run, y[2]]),
-            (true, false) => (x[2], y[2]) = (new, run),
-            (false, true) => (x, y) = ([x[0], new, x[1]], [y[0], run, y[1]]),
-            (false, false) => (x[0], y[0]) = (new, run),
-        }
-    }
-    let best = y[1];
+    let Some((x, y)) = search.bracket([-step, 0.0, step], runs)? else {
+        return refuse(&format!(
+            "the displacement has no maximum between the frequencies {:.3e} and {:.3e}",
+            (-MAX_FREQUENCY_RATIO.ln()).exp() / period,
+            MAX_FREQUENCY_RATIO / period
+        ));
+    };
+    let (best, width) = search.narrowed(x, y)?;
+    let mut runs = search.runs;
     runs.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
     Ok(BestFrequency {
-        frequency_error: best.frequency * (x[2] - x[0]).max(uncertain_width(&runs, &best)),
+        frequency_error: best.frequency * width.max(uncertain_width(&runs, &best)),
         best,
         runs,
     })
+}
+
+/// Runs at logarithms of the frequency relative to that of the scene.
+struct FrequencySearch<'a> {
+    scene: Scene,
+    period: f64,
+    direction: Vector3<f64>,
+    runs: Vec<FrequencyRun>,
+    progress: &'a mut dyn DesignProgress,
+}
+
+/// Logarithms of three frequencies relative to that of the scene, and their runs.
+type Bracket = ([f64; 3], [FrequencyRun; 3]);
+
+impl FrequencySearch<'_> {
+    fn run(&mut self, logarithm: f64) -> Result<FrequencyRun, DesignError> {
+        let factor = logarithm.exp();
+        let frequency = factor / self.period;
+        self.progress.begins(&format!("frequency {frequency:.6}"));
+        check_interruption(self.progress, || format!("{} frequencies", self.runs.len()))?;
+        let net = net_displacement(&faster(&self.scene, factor)?)?;
+        let run = FrequencyRun {
+            frequency,
+            displacement: net.vector.dot(&self.direction),
+            error: net.bar,
+        };
+        self.runs.push(run);
+        Ok(run)
+    }
+
+    /// Moves three points until the middle one is the highest; none beyond [`MAX_FREQUENCY_RATIO`].
+    fn bracket(
+        &mut self,
+        mut x: [f64; 3],
+        mut y: [FrequencyRun; 3],
+    ) -> Result<Option<Bracket>, DesignError> {
+        let step = FACTOR.ln();
+        while y[1].displacement <= y[0].displacement.max(y[2].displacement) {
+            if x[0].abs().max(x[2].abs()) > MAX_FREQUENCY_RATIO.ln() {
+                return Ok(None);
+            }
+            if y[2].displacement > y[0].displacement {
+                let next = x[2] + step;
+                (x, y) = ([x[1], x[2], next], [y[1], y[2], self.run(next)?]);
+            } else {
+                let next = x[0] - step;
+                (x, y) = ([next, x[0], x[1]], [self.run(next)?, y[0], y[1]]);
+            }
+        }
+        Ok(Some((x, y)))
+    }
+
+    /// The maximum and the width of its interval, by golden sections.
+    fn narrowed(
+        &mut self,
+        mut x: [f64; 3],
+        mut y: [FrequencyRun; 3],
+    ) -> Result<(FrequencyRun, f64), DesignError> {
+        while x[2] - x[0] > WIDTH {
+            // A point in the larger of both parts.
+            let is_right = x[2] - x[1] > x[1] - x[0];
+            let end = if is_right { x[2] } else { x[0] };
+            let new = x[1] + GOLDEN * (end - x[1]);
+            let run = self.run(new)?;
+            match (is_right, run.displacement > y[1].displacement) {
+                (true, true) => (x, y) = ([x[1], new, x[2]], [y[1], run, y[2]]),
+                (true, false) => (x[2], y[2]) = (new, run),
+                (false, true) => (x, y) = ([x[0], new, x[1]], [y[0], run, y[1]]),
+                (false, false) => (x[0], y[0]) = (new, run),
+            }
+        }
+        Ok((y[1], x[2] - x[0]))
+    }
 }
 
 /// Change of the logarithm of the frequency by which the displacement falls by its error bar.
@@ -175,22 +203,24 @@ fn uncertain_width(runs: &[FrequencyRun], best: &FrequencyRun) -> f64 {
 
 /// The scene with a gait that is faster by a factor.
 fn faster(scene: &Scene, factor: f64) -> Result<Scene, DesignError> {
-    let mut document = Document::parse(&scene.to_toml()?, "scene".as_ref())?;
     let phases = &scene.gait().phases;
-    if (phases.iter()).any(|phase| matches!(phase.path, ShapePath::Linear(_))) {
-        for (number, phase) in phases.iter().enumerate() {
-            let duration = phase.duration / factor;
-            document.set(&format!("gait.phases[{number}].duration={duration:?}"))?;
+    let assignments = match (phases.iter()).any(|phase| matches!(phase.path, ShapePath::Linear(_)))
+    {
+        true => (phases.iter().enumerate())
+            .map(|(k, phase)| format!("gait.phases[{k}].duration={:?}", phase.duration / factor))
+            .collect(),
+        false => {
+            let period = scene.gait().cycle_duration() / factor;
+            vec![format!("gait.period={period:?}")]
         }
-    } else {
-        let period = scene.gait().cycle_duration() / factor;
-        document.set(&format!("gait.period={period:?}"))?;
-    }
-    Ok(Scene::from_document(document)?)
+    };
+    with_keys(scene, &assignments)
 }
 
 #[cfg(test)]
 mod tests {
+    use scene::Document;
+
     use super::*;
 
     const ELASTIC_ARM: &str = include_str!("../../swimmer/templates/elastic-arm.toml");

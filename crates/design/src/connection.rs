@@ -5,8 +5,9 @@ use nalgebra::DMatrix;
 use rigid::Twist;
 use scene::Scene;
 
-use crate::error::DesignError;
 use swimmer::check_model;
+
+use crate::error::DesignError;
 
 /// Connection `A` and dissipation metric `G` at one shape `s`, with error bars.
 ///
@@ -63,16 +64,12 @@ pub fn connection(
 ) -> Result<Connection, DesignError> {
     check_model(scene, model)?;
     let set = scene.articulation();
-    let refuse = |key: &str, problem: String| DesignError::NotApplicable {
-        place: scene.place(key),
-        problem,
-    };
     if !scene.is_free() {
-        return Err(refuse(
+        return Err(DesignError::not_applicable(
+            scene,
             "domain.kind",
             "the connection requires a motion that depends only on the shape: one linkage in \
-             unbounded fluid without loads, slip, masses and passive joints"
-                .to_owned(),
+             unbounded fluid without loads, slip, masses and passive joints",
         ));
     }
     let joints = set.joints().iter().enumerate();
@@ -80,33 +77,9 @@ pub fn connection(
         .filter(|(_, joint)| joint.kind.has_value())
         .map(|(number, _)| number)
         .collect();
-    if shape.len() != variables.len() {
-        return Err(refuse(
-            "links",
-            format!(
-                "the shape has {} values, and {} links can change theirs ({}); give one value each",
-                shape.len(),
-                variables.len(),
-                scene.joint_names(&variables)
-            ),
-        ));
-    }
-    let mut lengths = set.initial_shape().to_vec();
-    for (&joint, &value) in variables.iter().zip(shape) {
-        let is_valid = value.is_finite() && (value > 0.0 || set.joints()[joint].kind.is_angle());
-        if !is_valid {
-            return Err(refuse(
-                &format!("links[{joint}]"),
-                format!(
-                    "the value {value} of \"{}\" is no angle or positive length",
-                    set.joints()[joint].name
-                ),
-            ));
-        }
-        lengths[joint] = value;
-    }
+    let shape = full_shape(scene, &variables, shape)?;
     let unit_rate = |&joint: &usize| {
-        let mut rates = vec![0.0; lengths.len()];
+        let mut rates = vec![0.0; shape.len()];
         rates[joint] = 1.0;
         rates
     };
@@ -114,7 +87,7 @@ pub fn connection(
     let state = scene.initial_state();
     let configuration = Configuration {
         state: &state,
-        shape: &lengths,
+        shape: &shape,
     };
     let solutions = model.solve(&Query::new(configuration, &rates))?;
     if solutions.len() != rates.len() {
@@ -143,4 +116,32 @@ pub fn connection(
         metric: DMatrix::from_fn(n, n, |i, j| 0.5 * (power(i, j) + power(j, i))),
         metric_errors: DMatrix::from_fn(n, n, |i, j| (power_error(i) * power_error(j)).sqrt()),
     })
+}
+
+/// Values of all joints, from those of the joints that can change theirs.
+fn full_shape(scene: &Scene, variables: &[usize], shape: &[f64]) -> Result<Vec<f64>, DesignError> {
+    let set = scene.articulation();
+    if shape.len() != variables.len() {
+        let problem = format!(
+            "the shape has {} values, and {} links can change theirs ({}); give one value each",
+            shape.len(),
+            variables.len(),
+            scene.joint_names(variables)
+        );
+        return Err(DesignError::not_applicable(scene, "links", problem));
+    }
+    let mut full = set.initial_shape().to_vec();
+    for (&number, &value) in variables.iter().zip(shape) {
+        let joint = &set.joints()[number];
+        if !(value.is_finite() && (value > 0.0 || joint.kind.is_angle())) {
+            let problem = format!(
+                "the value {value} of \"{}\" is no angle or positive length",
+                joint.name
+            );
+            let key = format!("links[{number}]");
+            return Err(DesignError::not_applicable(scene, &key, problem));
+        }
+        full[number] = value;
+    }
+    Ok(full)
 }

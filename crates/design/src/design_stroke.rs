@@ -2,30 +2,25 @@
 
 use std::path::Path;
 
-use models::{Part, ShapeGeometry};
+use models::{ShapeGeometry, TablePart};
 use nalgebra::Vector3;
 use scene::{Gait, ObjectiveKind, Scene, StrokeStart, spans};
 
-use super::efficiency::drag_of_bodies;
+use swimmer::{Folder, Method, Outcome, choose, simulate};
+
 use super::farthest::farthest;
-use super::limits::StrokeLimits;
+use super::limits::{StrokeLimits, drag_of_bodies};
 use super::objective::{
     DisplacementMeasure, HighestEfficiency, LeastEnergy, LeastEnergyRotation, Objective,
 };
 use super::optimise::{Optimum, SearchOptions, optimise};
 use super::optimum_scene;
-use super::progress::DesignProgress;
 use super::speed::fastest_stroke;
 use super::stroke_path::SampledPath;
 use super::table::{StrokeTable, tabulate};
 use super::timing::{MotionBounds, Peaks, Timing, energy, peaks};
 use super::totals::{Stroke, StrokeTotals};
-use crate::error::DesignError;
-use swimmer::Folder;
-use swimmer::Method;
-use swimmer::Outcome;
-use swimmer::choose;
-use swimmer::simulate;
+use crate::error::{DesignError, DesignProgress};
 
 /// Error of the table relative to the tolerance of the search.
 const TABLE: f64 = 1e-3;
@@ -73,7 +68,7 @@ pub struct DesignedStroke {
     pub gait: Option<(StrokeTotals, f64)>,
 }
 
-/// Searches the best stroke of a scene by its group `optimise`, writes `optimum.toml` into the
+/// Searches for the best stroke of a scene by its group `optimise`, writes `optimum.toml` into the
 /// folder and runs it.
 ///
 /// # Errors
@@ -85,24 +80,24 @@ pub fn design_stroke(
     progress: &mut dyn DesignProgress,
 ) -> Result<DesignedStroke, DesignError> {
     let options = scene.optimise();
-    let limits = StrokeLimits::of_scene(scene)?;
+    let limits = StrokeLimits::from_scene(scene)?;
     let scene = &scene.with_tolerance(scene.model().tolerance.min(options.tolerance))?;
     let start = fixed_start(scene, &limits)?;
-    let bounds = MotionBounds::of_scene(scene, &limits)?;
+    let bounds = MotionBounds::from_scene(scene, &limits)?;
     if options.objective == ObjectiveKind::Speed && bounds.is_none() {
-        return Err(DesignError::NotApplicable {
-            place: scene.place("optimise.objective"),
-            problem: "the largest displacement per time requires a bound; give optimise.max_rate \
-                      or optimise.max_power"
-                .to_owned(),
-        });
+        return Err(DesignError::not_applicable(
+            scene,
+            "optimise.objective",
+            "the largest displacement per time requires a bound; give optimise.max_rate or \
+             optimise.max_power",
+        ));
     }
     let folder = Folder::create(out)?;
     let table = tabulate(
         scene,
         &limits,
         TABLE * options.tolerance,
-        (Some(&folder), Part::Whole),
+        (Some(&folder), TablePart::Whole),
         progress,
     )?;
     let gait = gait_totals(scene, &limits, &table.geometry)?;
@@ -112,24 +107,15 @@ pub fn design_stroke(
         terms: options.terms as usize,
         tolerance: options.tolerance,
     };
+    let (geometry, measure) = (&table.geometry, measure_of(scene));
     let optimum = match (options.objective, &bounds) {
-        (ObjectiveKind::Displacement, _) => farthest(&table.geometry, measure_of(scene), &moving)?,
-        (ObjectiveKind::Speed, Some(bounds)) => fastest_stroke(
-            &table.geometry,
-            measure_of(scene),
-            (&moving, bounds),
-            &search,
-            progress,
-        )?,
+        (ObjectiveKind::Displacement, _) => farthest(geometry, measure, &moving)?,
+        (ObjectiveKind::Speed, Some(bounds)) => {
+            fastest_stroke(geometry, measure, (&moving, bounds), &search, progress)?
+        }
         _ => {
             let objective = objective_of(scene, gait.as_ref().map(|gait| gait.0))?;
-            optimise(
-                &table.geometry,
-                objective.as_ref(),
-                &moving,
-                &search,
-                progress,
-            )?
+            optimise(geometry, objective.as_ref(), &moving, &search, progress)?
         }
     };
     progress.begins("running the stroke by the full model");
@@ -138,22 +124,14 @@ pub fn design_stroke(
         timing,
         peaks,
         energy,
-    } = timed(
-        scene,
-        &limits,
-        &table.geometry,
-        &optimum,
-        bounds.as_ref(),
-        &folder,
-    )?;
+    } = timed(scene, &limits, geometry, &optimum, bounds.as_ref(), &folder)?;
     let mut model = choose(&found)?.model;
     let outcome = simulate(&found, model.as_mut(), Method::Collocation, &mut ())?;
-    let shapes: Vec<Vec<f64>> = (0..SHAPES)
-        .map(|k| {
-            let share = (k % (SHAPES - 1)) as f64 / (SHAPES - 1) as f64;
-            limits.full_shape(&optimum.curve.shape(timing.parameter(share)))
-        })
-        .collect();
+    let shape = |k: usize| {
+        let share = (k % (SHAPES - 1)) as f64 / (SHAPES - 1) as f64;
+        limits.full_shape(&optimum.curve.shape(timing.parameter(share)))
+    };
+    let shapes: Vec<Vec<f64>> = (0..SHAPES).map(shape).collect();
     let drag = drag_of_bodies(scene);
     let period = timing.period();
     Ok(DesignedStroke {
@@ -234,16 +212,18 @@ fn fixed_start(scene: &Scene, limits: &StrokeLimits) -> Result<Option<Vec<f64>>,
         let (range, value) = (limits.ranges[joint], initial[joint]);
         // At a limit, every small excess near the start would be outside.
         if !(range.0 < value && value < range.1) {
-            return Err(DesignError::NotApplicable {
-                place: scene.place("optimise.start"),
-                problem: format!(
-                    "the stroke starts at {value} of \"{}\", which must be strictly between the \
-                     limits {} and {}; widen optimise.lower or optimise.upper",
-                    scene.articulation().joints()[joint].name,
-                    range.0,
-                    range.1
-                ),
-            });
+            let problem = format!(
+                "the stroke starts at {value} of \"{}\", which must be strictly between the limits \
+                 {} and {}; widen optimise.lower or optimise.upper",
+                scene.articulation().joints()[joint].name,
+                range.0,
+                range.1
+            );
+            return Err(DesignError::not_applicable(
+                scene,
+                "optimise.start",
+                problem,
+            ));
         }
     }
     Ok(Some(limits.moving(initial)))
@@ -285,7 +265,7 @@ fn closed_gait(scene: &Scene, limits: &StrokeLimits) -> Result<Option<SampledPat
         // Sines close up to rounding.
         ends.all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(1.0))
     });
-    Ok(is_closed.then(|| SampledPath::of_spans(cycle.into_iter(), &limits.variables)))
+    Ok(is_closed.then(|| SampledPath::from_spans(cycle.into_iter(), &limits.variables)))
 }
 
 /// Which displacement counts, by `optimise.direction`.
@@ -310,10 +290,11 @@ pub fn objective_of(
         .map(|totals| measure.of(&totals).0.abs())
         .filter(|x| *x > 0.0);
     let missing = |key: &str, problem: &str| {
-        Err(DesignError::NotApplicable {
-            place: scene.place(key),
-            problem: format!("{key} is missing: {problem}"),
-        })
+        Err(DesignError::not_applicable(
+            scene,
+            key,
+            format!("{key} is missing: {problem}"),
+        ))
     };
     Ok(match options.objective {
         // The largest displacement has no search of this kind, see [`farthest`]; the largest

@@ -1,7 +1,7 @@
-//! Errors of the design of strokes.
+//! Errors of designs, and the callbacks that stop them.
 
 use models::ModelError;
-use scene::SceneError;
+use scene::{Scene, SceneError};
 use swimmer::SwimError;
 
 /// A design that is not possible or that failed, with the place and the remedy.
@@ -34,6 +34,21 @@ pub enum DesignError {
 }
 
 impl DesignError {
+    /// [`DesignError::NotApplicable`] with the place of a key.
+    pub(crate) fn not_applicable(scene: &Scene, key: &str, problem: impl Into<String>) -> Self {
+        Self::NotApplicable {
+            place: scene.place(key),
+            problem: problem.into(),
+        }
+    }
+
+    /// [`DesignError::NoStroke`].
+    pub(crate) fn no_stroke(reason: impl Into<String>) -> Self {
+        Self::NoStroke {
+            reason: reason.into(),
+        }
+    }
+
     /// The exit code of the `swim` command, as [`SwimError::exit_code`].
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -61,5 +76,34 @@ impl From<ModelError> for DesignError {
 impl From<rigid::RigidError> for DesignError {
     fn from(error: rigid::RigidError) -> Self {
         Self::Swim(error.into())
+    }
+}
+
+/// Callbacks that inform the caller about the progress of a design, and stop the work.
+#[allow(unused_variables)]
+pub trait DesignProgress {
+    /// Whether the work is to stop; checked after every solve and search.
+    fn is_interrupted(&self) -> bool {
+        false
+    }
+
+    /// The model has been solved for this number of shapes.
+    fn tabulated(&mut self, points: usize) {}
+
+    /// A part of the work begins.
+    fn begins(&mut self, what: &str) {}
+}
+
+/// No callbacks.
+impl DesignProgress for () {}
+
+/// [`DesignError::Stopped`] after `what`, if the work is to stop.
+pub(crate) fn check_interruption(
+    progress: &dyn DesignProgress,
+    what: impl FnOnce() -> String,
+) -> Result<(), DesignError> {
+    match progress.is_interrupted() {
+        true => Err(DesignError::Stopped { what: what() }),
+        false => Ok(()),
     }
 }

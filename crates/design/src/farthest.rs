@@ -31,8 +31,8 @@ pub fn farthest(
     measure: DisplacementMeasure,
     limits: &[(f64, f64)],
 ) -> Result<Optimum, DesignError> {
-    let refuse = |problem: &str| DesignError::NoStroke {
-        reason: format!("{problem}; use the objective efficiency or energy"),
+    let refuse = |problem: &str| {
+        DesignError::no_stroke(format!("{problem}; use the objective efficiency or energy"))
     };
     let [x, y] = limits else {
         return Err(refuse("the largest displacement is known for two joints"));
@@ -73,7 +73,7 @@ pub fn farthest(
         corners.reverse();
     }
     let equal: Vec<f64> = (0..=4).map(|k| 0.25 * f64::from(k)).collect();
-    let path = SampledPath::of_polygon(&corners, &equal);
+    let path = SampledPath::from_polygon(&corners, &equal);
     let per_side = path.shapes.len() / 4;
     // The time of a side is proportional to the root of its energy in equal times.
     let mut times = vec![0.0];
@@ -90,7 +90,7 @@ pub fn farthest(
     }
     let end = times[4];
     let times: Vec<f64> = times.iter().map(|t| t / end).collect();
-    let stroke = Stroke::along(geometry, &SampledPath::of_polygon(&corners, &times))?;
+    let stroke = Stroke::along(geometry, &SampledPath::from_polygon(&corners, &times))?;
     Ok(Optimum {
         cost: -measure.of(&stroke.totals).0,
         totals: stroke.totals,

@@ -13,8 +13,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::bounds::{Bounds, Multipliers, Slacks};
-use super::evaluation::{Evaluation, Problem};
+use super::evaluation::{Bounds, Evaluation, Multipliers, Problem, Slacks};
 
 /// A minimum.
 #[derive(Clone, Debug)]
@@ -34,11 +33,11 @@ pub struct Minimum {
 }
 
 /// Distance from a bound, relative to the range, below which the bound counts as active.
-const NEAR: f64 = 1e-3;
+const ACTIVE_DISTANCE: f64 = 1e-3;
 /// Smallest factor on a step.
-const SHORTEST: f64 = 1e-10;
+const MIN_STEP_FACTOR: f64 = 1e-10;
 /// Part of the predicted decrease that a step must achieve.
-const SUFFICIENT: f64 = 1e-4;
+const SUFFICIENT_DECREASE: f64 = 1e-4;
 
 /// Minimises from a point strictly inside the bounds.
 ///
@@ -86,39 +85,14 @@ pub fn minimise(
         }
         // It may decrease again: the first multipliers far from the condition are large.
         penalty = (1.5 * step.multiplier.abs()).max(0.5 * penalty);
-        let merit = |e: &Evaluation, s: &Slacks| {
-            e.cost - barrier * s.logarithms() + penalty * e.violation()
+        let search = LineSearch {
+            problem,
+            bounds,
+            barrier,
+            penalty,
+            step: &step,
         };
-        let slope = step.slope - penalty * violation;
-        let before = merit(&here, &slacks);
-        let mut factor = slacks.longest(&step.slack_change);
-        let mut correction = None;
-        let accepted = loop {
-            let mut trial = &x + factor * &step.change;
-            if let Some(correction) = &correction {
-                trial += correction;
-            }
-            let found = problem
-                .evaluate(&trial)
-                .and_then(|e| Some((Slacks::new(&e.rows(problem, &trial), bounds)?, e)));
-            if let Some((new, evaluation)) = found {
-                // Rounding of the merit function counts as a decrease.
-                let rounding = 1e-14 * before.abs().max(1.0);
-                if merit(&evaluation, &new) <= before + SUFFICIENT * factor * slope + rounding {
-                    break Some((trial, evaluation, new));
-                }
-                // A second-order correction of the condition, once per step.
-                if correction.is_none() && factor == 1.0 && evaluation.violation() >= violation {
-                    correction = Some(step.correction(&evaluation));
-                    continue;
-                }
-            }
-            correction = Some(DVector::zeros(x.len()));
-            factor *= 0.5;
-            if factor < SHORTEST {
-                break None;
-            }
-        };
+        let accepted = search.accepted(&x, &here, &slacks);
         let Some((trial, evaluation, new)) = accepted else {
             if has_restarted {
                 break;
@@ -136,11 +110,66 @@ pub fn minimise(
     Some(Minimum {
         violation: here.violation(),
         cost: here.cost,
-        at_bounds: slacks.smallest_share() < NEAR,
+        at_bounds: slacks.smallest_share() < ACTIVE_DISTANCE,
         x,
         iterations,
         decrease,
     })
+}
+
+/// The search along a step for a point at which the penalty function decreases.
+struct LineSearch<'a> {
+    problem: &'a dyn Problem,
+    bounds: &'a Bounds,
+    barrier: f64,
+    penalty: f64,
+    step: &'a Step,
+}
+
+impl LineSearch<'_> {
+    fn merit(&self, e: &Evaluation, s: &Slacks) -> f64 {
+        e.cost - self.barrier * s.logarithms() + self.penalty * e.violation()
+    }
+
+    /// The first point that is accepted; none if steps become too short.
+    fn accepted(
+        &self,
+        x: &DVector<f64>,
+        here: &Evaluation,
+        slacks: &Slacks,
+    ) -> Option<(DVector<f64>, Evaluation, Slacks)> {
+        let violation = here.violation();
+        let slope = self.step.slope - self.penalty * violation;
+        let before = self.merit(here, slacks);
+        let mut factor = slacks.longest(&self.step.slack_change);
+        let mut correction = None;
+        loop {
+            let mut trial = x + factor * &self.step.change;
+            if let Some(correction) = &correction {
+                trial += correction;
+            }
+            let found = self.problem.evaluate(&trial);
+            let slacks = |e: &Evaluation| Slacks::new(&e.rows(self.problem, &trial), self.bounds);
+            if let Some((new, evaluation)) = found.and_then(|e| Some((slacks(&e)?, e))) {
+                // Rounding of the merit function counts as a decrease.
+                let rounding = 1e-14 * before.abs().max(1.0);
+                let allowed = before + SUFFICIENT_DECREASE * factor * slope + rounding;
+                if self.merit(&evaluation, &new) <= allowed {
+                    return Some((trial, evaluation, new));
+                }
+                // A second-order correction of the condition, once per step.
+                if correction.is_none() && factor == 1.0 && evaluation.violation() >= violation {
+                    correction = Some(self.step.correction(&evaluation));
+                    continue;
+                }
+            }
+            correction = Some(DVector::zeros(x.len()));
+            factor *= 0.5;
+            if factor < MIN_STEP_FACTOR {
+                return None;
+            }
+        }
+    }
 }
 
 /// A step of Newton's method.

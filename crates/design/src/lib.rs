@@ -2,21 +2,17 @@
 #![forbid(unsafe_code)]
 
 mod best_frequency;
-mod bounds;
 mod connection;
 mod design_stroke;
-mod efficiency;
 mod error;
 mod evaluation;
 mod farthest;
 mod interior_point;
-mod joint_ranges;
 pub mod learn;
 mod limits;
 mod objective;
 mod optimise;
 mod optimum_scene;
-mod progress;
 mod quadrature;
 mod search;
 pub mod sensitivities;
@@ -31,7 +27,7 @@ mod totals;
 pub use best_frequency::{BestFrequency, FrequencyRun, best_frequency};
 pub use connection::{Connection, connection};
 pub use design_stroke::{DesignedStroke, design_stroke, gait_shapes, gait_totals, objective_of};
-pub use error::DesignError;
+pub use error::{DesignError, DesignProgress};
 pub use farthest::farthest;
 pub use limits::StrokeLimits;
 pub use objective::{
@@ -39,7 +35,6 @@ pub use objective::{
     WithDerivatives,
 };
 pub use optimise::{Optimum, SearchOptions, optimise};
-pub use progress::DesignProgress;
 pub use sizes::{BestSizes, SizeRun, SizeSlice, best_sizes, size_slices};
 pub use speed::fastest_stroke;
 pub use starts::small_stroke_cost;

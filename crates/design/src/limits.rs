@@ -1,12 +1,13 @@
-//! The joint values that a stroke may take.
+//! The joint values that a gait takes and a stroke may take, and sizes of the bodies.
 
-use scene::Scene;
+use std::f64::consts::PI;
+
+use scene::{Body, Gait, JointValues, Scene, spans};
 
 use crate::error::DesignError;
-use crate::joint_ranges::joint_ranges;
 
 /// Largest number of joints of a table: the first grid has 5 points per joint.
-pub const MOST_JOINTS: usize = 5;
+const MAX_JOINTS: usize = 5;
 
 /// Gap that is kept by default, relative to the smallest radius: closer spheres need expansions of
 /// higher order, and an optimum there depends on it.
@@ -28,25 +29,18 @@ impl StrokeLimits {
     /// # Errors
     /// [`DesignError::NotApplicable`] for limits that leave no room, no joint or too many joints,
     /// and a fixed start outside of them.
-    pub fn of_scene(scene: &Scene) -> Result<Self, DesignError> {
+    pub fn from_scene(scene: &Scene) -> Result<Self, DesignError> {
         let set = scene.articulation();
         let mut ranges = joint_ranges(scene)?;
         let options = scene.optimise();
-        if let Some(lower) = &options.lower {
-            for (range, value) in ranges
-                .iter_mut()
-                .zip(scene.joint_values("optimise.lower", lower)?)
-            {
-                range.0 = value.unwrap_or(range.0);
-            }
-        }
-        if let Some(upper) = &options.upper {
-            for (range, value) in ranges
-                .iter_mut()
-                .zip(scene.joint_values("optimise.upper", upper)?)
-            {
-                range.1 = value.unwrap_or(range.1);
-            }
+        let values = |key: &str, values: &Option<JointValues>| match values {
+            Some(values) => scene.joint_values(key, values),
+            None => Ok(vec![None; set.joints().len()]),
+        };
+        let lower = values("optimise.lower", &options.lower)?;
+        let upper = values("optimise.upper", &options.upper)?;
+        for (range, (lower, upper)) in ranges.iter_mut().zip(lower.into_iter().zip(upper)) {
+            *range = (lower.unwrap_or(range.0), upper.unwrap_or(range.1));
         }
         let radius = |body: usize| sphere_radius(scene, body);
         let gap = smallest_gap(scene);
@@ -58,23 +52,15 @@ impl StrokeLimits {
                 range.0 = range.0.max(a + b + gap);
             }
         }
-        let refuse = |key: &str, problem: String| {
-            Err(DesignError::NotApplicable {
-                place: scene.place(key),
-                problem,
-            })
-        };
+        let refuse = |problem| Err(DesignError::not_applicable(scene, "optimise", problem));
         for (number, range) in ranges.iter().enumerate() {
             if range.0 > range.1 {
                 let name = &set.joints()[number].name;
-                return refuse(
-                    "optimise",
-                    format!(
-                        "no value of \"{name}\" is allowed: at least {} and at most {}; change \
-                         optimise.lower, optimise.upper or optimise.gap",
-                        range.0, range.1
-                    ),
-                );
+                return refuse(format!(
+                    "no value of \"{name}\" is allowed: at least {} and at most {}; change \
+                     optimise.lower, optimise.upper or optimise.gap",
+                    range.0, range.1
+                ));
             }
         }
         let variables: Vec<usize> = (0..ranges.len())
@@ -82,16 +68,12 @@ impl StrokeLimits {
             .collect();
         match variables.len() {
             0 => refuse(
-                "optimise",
                 "no joint may move; give optimise.lower and optimise.upper, or a gait".to_owned(),
             ),
-            n if n > MOST_JOINTS => refuse(
-                "optimise",
-                format!(
-                    "{n} joints move, and tables have at most {MOST_JOINTS}; give the same value \
-                     in optimise.lower and optimise.upper to those that are to rest"
-                ),
-            ),
+            n if n > MAX_JOINTS => refuse(format!(
+                "{n} joints move, and tables have at most {MAX_JOINTS}; give the same value in \
+                 optimise.lower and optimise.upper to those that are to rest"
+            )),
             _ => Ok(Self { ranges, variables }),
         }
     }
@@ -125,4 +107,31 @@ pub(super) fn smallest_gap(scene: &Scene) -> f64 {
         true => DEFAULT_GAP * smallest,
         false => 0.0,
     })
+}
+
+/// Smallest and largest value of each joint in a cycle of the gait, the start included.
+///
+/// # Errors
+/// A gait that cannot be followed.
+pub(super) fn joint_ranges(scene: &Scene) -> Result<Vec<(f64, f64)>, DesignError> {
+    let start = scene.articulation().initial_shape();
+    let mut ranges: Vec<(f64, f64)> = start.iter().map(|&x| (x, x)).collect();
+    // The first cycle may begin elsewhere than all later ones.
+    let gait = Gait {
+        cycles: scene.gait().cycles.min(2),
+        phases: scene.gait().phases.clone(),
+    };
+    for span in spans(&gait, start)? {
+        for (range, part) in ranges.iter_mut().zip(span.ranges()) {
+            *range = (range.0.min(part.0), range.1.max(part.1));
+        }
+    }
+    Ok(ranges)
+}
+
+/// `6 π μ r` with the sum `r` of the radii, of shapes other than spheres those of the balls around
+/// them: the drag of the separate bodies in Lighthill's efficiency `6 π μ r Δ² / (E T)`.
+pub(super) fn drag_of_bodies(scene: &Scene) -> f64 {
+    let radii = scene.bodies().iter().map(Body::bounding_radius);
+    6.0 * PI * scene.viscosity() * radii.sum::<f64>()
 }

@@ -30,13 +30,13 @@ pub type WithDerivatives = (f64, StrokeTotals);
 ///     }
 /// }
 /// ```
+#[allow(unused_variables)]
 pub trait Objective: Sync {
     /// The quantity to minimise. It should be of the order of one, or a logarithm.
     fn cost(&self, totals: &StrokeTotals) -> WithDerivatives;
 
     /// A quantity that must be zero, of the order of one for strokes that are far from it.
     fn condition(&self, totals: &StrokeTotals) -> Option<WithDerivatives> {
-        let _ = totals;
         None
     }
 

@@ -1,34 +1,19 @@
 //! The search for the best stroke: several starts, then more and more terms.
 
 use models::ShapeGeometry;
-use rayon::prelude::*;
 
-use super::interior_point::Minimum;
 use super::objective::Objective;
-use super::progress::DesignProgress;
 use super::search::StrokeProblem;
 use super::starts::starts;
 use super::stroke_path::{Series, StrokeCurve};
 use super::totals::StrokeTotals;
-use crate::error::DesignError;
+use crate::error::{DesignError, DesignProgress, check_interruption};
 
 /// Number of terms of the first series, in which all starts are compared.
 pub(super) const FIRST_TERMS: usize = 4;
 
 /// Predicted decrease of the cost at which a search ends, relative to the tolerance of refinement.
 const SEARCH: f64 = 0.01;
-
-/// Predicted decrease at which the starts are compared.
-const COMPARE: f64 = 1e-3;
-
-/// Number of iterations in which the starts are compared; those to a good stroke take about 30.
-const COMPARE_ITERATIONS: usize = 60;
-
-/// Largest number of iterations of a refined search, which takes 10 to 150.
-const MAX_ITERATIONS: usize = 400;
-
-/// Number of times between the quadrature points at which limits are checked.
-const CHECKS_PER_TERM: usize = 200;
 
 /// How a search is made.
 #[derive(Clone, Debug)]
@@ -62,7 +47,7 @@ pub struct Optimum {
     pub iterations: usize,
 }
 
-/// Searches the best stroke inside `limits`, one range per joint of the table.
+/// Searches for the best stroke inside `limits`, one range per joint of the table.
 ///
 /// # Errors
 /// [`DesignError::NoStroke`] if no start leads to a stroke, [`DesignError::Stopped`].
@@ -73,75 +58,59 @@ pub fn optimise(
     options: &SearchOptions,
     progress: &mut dyn DesignProgress,
 ) -> Result<Optimum, DesignError> {
-    let terms = FIRST_TERMS.min(options.terms);
-    let mut series = match &options.start {
-        Some(start) => Series::FromStart {
-            terms,
-            start: start.clone(),
-        },
-        None => Series::Closed { terms },
-    };
+    let series = Series::new(FIRST_TERMS.min(options.terms), options.start.as_deref());
     let starts = starts(geometry, objective, &series, limits);
+    let mut problem = StrokeProblem::new(geometry, objective, series, limits);
     progress.begins(&format!("searching from {} strokes", starts.len()));
-    let found = compared(geometry, objective, &series, &starts, limits);
+    let found = problem.compared(&starts);
     let mut iterations = found.iter().map(|(_, minimum)| minimum.iterations).sum();
     // The first of equal ones, so that the result does not depend on the number of threads.
     let best = (found.into_iter()).reduce(|a, b| if b.1.cost < a.1.cost { b } else { a });
     let Some((mut coefficients, mut best)) = best else {
-        return Err(DesignError::NoStroke {
-            reason: "no stroke inside the limits meets the objective; widen optimise.lower and \
-                     optimise.upper, or ask for less"
-                .to_owned(),
-        });
+        return Err(DesignError::no_stroke(
+            "no stroke inside the limits meets the objective; widen optimise.lower and \
+             optimise.upper, or ask for less",
+        ));
     };
+    let mut terms = problem.series().terms();
     let mut refinement_error = f64::INFINITY;
-    let tolerance = SEARCH * options.tolerance;
-    let mut is_first = true;
     loop {
-        if progress.is_interrupted() {
-            return Err(DesignError::Stopped {
-                what: format!("{} terms of the stroke", series.terms()),
-            });
-        }
-        let terms = match is_first {
-            true => series.terms(),
-            false => (2 * series.terms()).min(options.terms),
-        };
+        let before = problem.series();
+        let is_first = terms == before.terms();
+        check_interruption(progress, || {
+            format!("{} terms of the stroke", before.terms())
+        })?;
         progress.begins(&format!("{terms} terms per joint"));
-        let finer = series.with_terms(terms);
-        let start = series.extended(&coefficients, &finer);
-        let (refined, minimum) = solved_inside(
-            geometry, objective, &finer, &start, limits, tolerance,
-        )
-        .ok_or_else(|| DesignError::NoStroke {
-            reason: format!("the search with {terms} terms has no start inside the limits"),
+        let finer = before.with_terms(terms);
+        let start = before.extended(&coefficients, &finer);
+        problem = StrokeProblem::new(geometry, objective, finer, limits);
+        let found = problem.solved_inside(&start, SEARCH * options.tolerance);
+        let (refined, minimum) = found.ok_or_else(|| {
+            DesignError::no_stroke(format!(
+                "the search with {terms} terms has no start inside the limits"
+            ))
         })?;
         iterations += minimum.iterations;
         if !is_first {
             refinement_error = (minimum.cost - best.cost).abs();
         }
-        (series, coefficients, best) = (finer, refined, minimum);
-        if refinement_error <= options.tolerance || (terms == options.terms) {
+        (coefficients, best) = (refined, minimum);
+        if refinement_error <= options.tolerance || terms == options.terms {
             break;
         }
-        is_first = false;
+        terms = (2 * terms).min(options.terms);
     }
     if best.violation > options.tolerance || best.decrease > options.tolerance {
-        return Err(DesignError::NoStroke {
-            reason: format!(
-                "the search ended after {iterations} iterations with a violation of {:.1e} of the \
-                 condition and a possible decrease of {:.1e}; change the limits, the displacement \
-                 or optimise.terms",
-                best.violation, best.decrease
-            ),
-        });
+        return Err(DesignError::no_stroke(format!(
+            "the search ended after {iterations} iterations with a violation of {:.1e} of the \
+             condition and a possible decrease of {:.1e}; change the limits, the displacement or \
+             optimise.terms",
+            best.violation, best.decrease
+        )));
     }
-    let problem = StrokeProblem::new(geometry, objective, series.clone(), limits);
     let stroke = problem
         .stroke(&coefficients)
-        .ok_or_else(|| DesignError::NoStroke {
-            reason: "the best stroke leaves the table".to_owned(),
-        })?;
+        .ok_or_else(|| DesignError::no_stroke("the best stroke leaves the table"))?;
     Ok(Optimum {
         totals: stroke.totals,
         period_energy_product: stroke.length.powi(2),
@@ -151,153 +120,8 @@ pub fn optimise(
         starts: starts.len(),
         iterations,
         curve: StrokeCurve::Series {
-            series,
+            series: problem.series().clone(),
             coefficients,
         },
     })
-}
-
-/// The best strokes of a short series from several starts.
-pub(super) fn compared(
-    geometry: &ShapeGeometry,
-    objective: &dyn Objective,
-    series: &Series,
-    starts: &[Vec<f64>],
-    limits: &[(f64, f64)],
-) -> Vec<(Vec<f64>, Minimum)> {
-    let problem = StrokeProblem::new(geometry, objective, series.clone(), limits);
-    (starts.par_iter())
-        .filter_map(|start| {
-            let start = sized(&problem, objective, series, start);
-            let start = inside(series, &start, limits)?;
-            problem.solve(&start, limits, COMPARE, COMPARE_ITERATIONS)
-        })
-        .filter(|(_, minimum)| minimum.violation < COMPARE)
-        .collect()
-}
-
-/// The stroke scaled to meet the condition of the objective, whose value is taken as proportional
-/// to the square of the size.
-fn sized(
-    problem: &StrokeProblem,
-    objective: &dyn Objective,
-    series: &Series,
-    coefficients: &[f64],
-) -> Vec<f64> {
-    const ROUNDS: usize = 4;
-    let functions = series.functions();
-    let has_mean = matches!(series, Series::Closed { .. });
-    let mut coefficients = coefficients.to_vec();
-    for _ in 0..ROUNDS {
-        let stroke = problem.stroke(&coefficients);
-        let condition = stroke.and_then(|stroke| objective.condition(&stroke.totals));
-        let Some((excess, _)) = condition.filter(|(excess, _)| *excess > -1.0) else {
-            break;
-        };
-        // A step that is too long would leave the table.
-        let factor = (1.0 + excess).powf(-0.5).clamp(0.5, 1.5);
-        let mut larger = coefficients.clone();
-        for c in larger.chunks_mut(functions) {
-            c[usize::from(has_mean)..]
-                .iter_mut()
-                .for_each(|c| *c *= factor);
-        }
-        if problem.stroke(&larger).is_none() {
-            break;
-        }
-        coefficients = larger;
-    }
-    coefficients
-}
-
-/// The best stroke whose whole curve is inside the limits.
-///
-/// The search keeps them at the quadrature points; where the curve leaves them between two points,
-/// they are narrowed by that much and the search is repeated.
-fn solved_inside(
-    geometry: &ShapeGeometry,
-    objective: &dyn Objective,
-    series: &Series,
-    start: &[f64],
-    limits: &[(f64, f64)],
-    tolerance: f64,
-) -> Option<(Vec<f64>, Minimum)> {
-    const ROUNDS: usize = 10;
-    let problem = StrokeProblem::new(geometry, objective, series.clone(), limits);
-    let mut narrowed = limits.to_vec();
-    let mut coefficients = start.to_vec();
-    for round in 0..ROUNDS {
-        // Ten per cent more than the excess. The factor grows, because the curve may oscillate
-        // between the points.
-        let factor = 1.1 + 0.5 * round as f64;
-        let inner = inside(series, &coefficients, &narrowed)?;
-        let (found, minimum) = problem.solve(&inner, &narrowed, tolerance, MAX_ITERATIONS)?;
-        let ranges = ranges(series, &found);
-        let mut is_inside = true;
-        for ((narrowed, limit), range) in narrowed.iter_mut().zip(limits).zip(&ranges) {
-            if range.0 < limit.0 {
-                narrowed.0 += factor * (limit.0 - range.0);
-                is_inside = false;
-            }
-            if range.1 > limit.1 {
-                narrowed.1 -= factor * (range.1 - limit.1);
-                is_inside = false;
-            }
-        }
-        if is_inside {
-            return Some((found, minimum));
-        }
-        coefficients = found;
-    }
-    None
-}
-
-/// Smallest and largest value of each joint on a fine grid of times.
-fn ranges(series: &Series, coefficients: &[f64]) -> Vec<(f64, f64)> {
-    let count = CHECKS_PER_TERM * series.terms();
-    let mut ranges: Vec<(f64, f64)> = Vec::new();
-    for k in 0..count {
-        let shape = series.shape(coefficients, k as f64 / count as f64);
-        ranges.resize(shape.len(), (f64::INFINITY, f64::NEG_INFINITY));
-        for (range, x) in ranges.iter_mut().zip(shape) {
-            *range = (range.0.min(x), range.1.max(x));
-        }
-    }
-    ranges
-}
-
-/// The stroke made smaller until it is strictly inside the limits, except at a fixed start.
-pub(super) fn inside(
-    series: &Series,
-    coefficients: &[f64],
-    limits: &[(f64, f64)],
-) -> Option<Vec<f64>> {
-    const SHRINK: f64 = 0.995;
-    const ROUNDS: usize = 400;
-    let functions = series.functions();
-    let has_mean = matches!(series, Series::Closed { .. });
-    let mut coefficients = coefficients.to_vec();
-    for _ in 0..ROUNDS {
-        let is_inside = |(range, limit): (&(f64, f64), &(f64, f64))| match has_mean {
-            true => limit.0 < range.0 && range.1 < limit.1,
-            false => limit.0 <= range.0 && range.1 <= limit.1,
-        };
-        if ranges(series, &coefficients)
-            .iter()
-            .zip(limits)
-            .all(is_inside)
-        {
-            return Some(coefficients);
-        }
-        for (joint, c) in coefficients.chunks_mut(functions).enumerate() {
-            let middle = 0.5 * (limits[joint].0 + limits[joint].1);
-            for (k, c) in c.iter_mut().enumerate() {
-                match has_mean && k == 0 {
-                    true => *c = middle + SHRINK * (*c - middle),
-                    false => *c *= SHRINK,
-                }
-            }
-        }
-    }
-    None
 }

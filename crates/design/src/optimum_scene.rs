@@ -48,9 +48,7 @@ pub fn write(
                 },
             };
             let table = table(&names, curve, timing);
-            folder.write(TABLE_FILE, |file| {
-                std::io::Write::write_all(file, table.as_bytes())
-            })?;
+            folder.write(TABLE_FILE, |file| file.write_all(table.as_bytes()))?;
             format!(
                 "{{ kind = \"table\", file = \"{TABLE_FILE}\", interpolation = \"{interpolation}\" }}"
             )
@@ -63,9 +61,7 @@ pub fn write(
     document.set(&format!("gait.arms=\"{arms}\""))?;
     let found = Scene::from_document(document)?;
     let text = found.to_toml_in(folder.path())?;
-    folder.write(SCENE_FILE, |file| {
-        std::io::Write::write_all(file, text.as_bytes())
-    })?;
+    folder.write(SCENE_FILE, |file| file.write_all(text.as_bytes()))?;
     Ok(Scene::read(&path, &[])?)
 }
 

@@ -19,60 +19,67 @@ pub struct SampledPath {
 }
 
 /// Number of intervals per phase span of a gait.
-const INTERVALS_PER_LEG: usize = 16;
+const INTERVALS_PER_SPAN: usize = 16;
 
 impl SampledPath {
     /// The path of a polygon with these corners and times, see [`StrokeCurve::Polygon`].
-    pub fn of_polygon(corners: &[Vec<f64>], times: &[f64]) -> Self {
-        Self::of_sides(corners, times, INTERVALS_PER_LEG)
+    pub fn from_polygon(corners: &[Vec<f64>], times: &[f64]) -> Self {
+        Self::from_sides(corners, times, INTERVALS_PER_SPAN)
     }
 
     /// The path of a polygon with this number of intervals per side.
-    pub fn of_sides(corners: &[Vec<f64>], times: &[f64], intervals: usize) -> Self {
-        let rule = GaussRule::new();
-        let mut path = Self {
-            widths: Vec::new(),
-            shapes: Vec::new(),
-            rates: Vec::new(),
-        };
+    pub fn from_sides(corners: &[Vec<f64>], times: &[f64], intervals: usize) -> Self {
+        let mut path = Self::empty();
         for (side, from) in corners.iter().enumerate() {
             let to = &corners[(side + 1) % corners.len()];
             let duration = times[side + 1] - times[side];
-            for part in 0..intervals {
-                path.widths.push(duration / intervals as f64);
-                for node in rule.nodes {
-                    let s = (part as f64 + node) / intervals as f64;
-                    let ends = from.iter().zip(to);
-                    path.shapes
-                        .push(ends.clone().map(|(a, b)| a + s * (b - a)).collect());
-                    path.rates
-                        .push(ends.map(|(a, b)| (b - a) / duration).collect());
-                }
-            }
+            let ends = || from.iter().zip(to);
+            path.append(duration, intervals, |s| {
+                (
+                    ends().map(|(a, b)| a + s * (b - a)).collect(),
+                    ends().map(|(a, b)| (b - a) / duration).collect(),
+                )
+            });
         }
         path
     }
 
     /// The path of a gait, of which the joints `variables` are taken.
-    pub fn of_spans(spans: impl Iterator<Item = PhaseSpan>, variables: &[usize]) -> Self {
-        let rule = GaussRule::new();
-        let mut path = Self {
+    pub fn from_spans(spans: impl Iterator<Item = PhaseSpan>, variables: &[usize]) -> Self {
+        let mut path = Self::empty();
+        let chosen = |all: Vec<f64>| variables.iter().map(|&k| all[k]).collect::<Vec<f64>>();
+        for span in spans {
+            path.append(span.duration, INTERVALS_PER_SPAN, |s| {
+                (chosen(span.shape(s)), chosen(span.rates(s)))
+            });
+        }
+        path
+    }
+
+    fn empty() -> Self {
+        Self {
             widths: Vec::new(),
             shapes: Vec::new(),
             rates: Vec::new(),
-        };
-        let chosen = |all: Vec<f64>| variables.iter().map(|&k| all[k]).collect::<Vec<f64>>();
-        for span in spans {
-            for part in 0..INTERVALS_PER_LEG {
-                path.widths.push(span.duration / INTERVALS_PER_LEG as f64);
-                for node in rule.nodes {
-                    let s = (part as f64 + node) / INTERVALS_PER_LEG as f64;
-                    path.shapes.push(chosen(span.shape(s)));
-                    path.rates.push(chosen(span.rates(s)));
-                }
+        }
+    }
+
+    /// Appends a part in equal intervals; `at` gives shape and rates at a share of it.
+    fn append(
+        &mut self,
+        duration: f64,
+        intervals: usize,
+        at: impl Fn(f64) -> (Vec<f64>, Vec<f64>),
+    ) {
+        let rule = GaussRule::new();
+        for part in 0..intervals {
+            self.widths.push(duration / intervals as f64);
+            for node in rule.nodes {
+                let (shape, rates) = at((part as f64 + node) / intervals as f64);
+                self.shapes.push(shape);
+                self.rates.push(rates);
             }
         }
-        path
     }
 }
 
@@ -97,6 +104,17 @@ pub enum Series {
 const INTERVALS_PER_TERM: usize = 4;
 
 impl Series {
+    /// A closed series, or one from a start.
+    pub(super) fn new(terms: usize, start: Option<&[f64]>) -> Self {
+        match start {
+            Some(start) => Self::FromStart {
+                terms,
+                start: start.to_vec(),
+            },
+            None => Self::Closed { terms },
+        }
+    }
+
     /// Number of functions per joint.
     pub fn functions(&self) -> usize {
         match self {
@@ -115,13 +133,11 @@ impl Series {
     /// The same series with another number of terms.
     #[must_use]
     pub fn with_terms(&self, terms: usize) -> Self {
-        match self {
-            Self::Closed { .. } => Self::Closed { terms },
-            Self::FromStart { start, .. } => Self::FromStart {
-                terms,
-                start: start.clone(),
-            },
-        }
+        let start = match self {
+            Self::Closed { .. } => None,
+            Self::FromStart { start, .. } => Some(&start[..]),
+        };
+        Self::new(terms, start)
     }
 
     /// What the value of a joint is without its functions.

@@ -2,15 +2,14 @@
 
 use std::time::{Duration, Instant as Clock};
 
-use models::{ModelError, Part, ShapeGeometry, ShapeSpace, SolvedShapes};
+use models::{ModelError, ShapeGeometry, ShapeSpace, SolvedShapes, TablePart};
 use scene::Scene;
 use serde::{Deserialize, Serialize};
 
+use swimmer::{Folder, choose};
+
 use super::limits::StrokeLimits;
-use super::progress::DesignProgress;
-use crate::error::DesignError;
-use swimmer::Folder;
-use swimmer::{Choice, choose};
+use crate::error::{DesignError, DesignProgress, check_interruption};
 
 /// Name of the file of a table.
 const FILE: &str = "table.json";
@@ -19,10 +18,10 @@ const FILE: &str = "table.json";
 const PARTIAL: &str = "table.partial";
 
 /// Name of the file of the shapes that a computation has solved.
-fn partial_file(part: Part) -> String {
+fn partial_file(part: TablePart) -> String {
     match part {
-        Part::Share { number, count } => format!("{PARTIAL}.{number}-of-{count}.json"),
-        Part::Whole | Part::Known => format!("{PARTIAL}.json"),
+        TablePart::Share { number, count } => format!("{PARTIAL}.{number}-of-{count}.json"),
+        TablePart::Whole | TablePart::Known => format!("{PARTIAL}.json"),
     }
 }
 
@@ -92,16 +91,16 @@ pub fn tabulate(
     scene: &Scene,
     limits: &StrokeLimits,
     tolerance: f64,
-    (folder, part): (Option<&Folder>, Part),
+    (folder, part): (Option<&Folder>, TablePart),
     progress: &mut dyn DesignProgress,
 ) -> Result<StrokeTable, DesignError> {
     if !scene.is_driven_by_shape() {
-        return Err(DesignError::NotApplicable {
-            place: scene.place("optimise"),
-            problem: "tables over shapes require a motion that the joints determine: one linkage \
-                      without external loads, masses, slip, background flow and passive joints"
-                .to_owned(),
-        });
+        return Err(DesignError::not_applicable(
+            scene,
+            "optimise",
+            "tables over shapes require a motion that the joints determine: one linkage without \
+             external loads, masses, slip, background flow and passive joints",
+        ));
     }
     let stored = folder.and_then(|folder| read::<ShapeGeometry>(folder, FILE, scene, limits));
     if let Some(stored) = stored.filter(|stored| stored.tolerance <= tolerance) {
@@ -111,10 +110,9 @@ pub fn tabulate(
             model: stored.model,
         });
     }
-    let Choice { mut model, .. } = choose(scene)?;
+    let mut model = choose(scene)?.model;
     let name = model.name();
-    let mut solved = SolvedShapes::default();
-    let partial_files = folder.map(partial_files).unwrap_or_default();
+    let (mut solved, partial_files) = (SolvedShapes::default(), partial_files(folder));
     for file in &partial_files {
         let found = folder.and_then(|folder| read::<SolvedShapes>(folder, file, scene, limits));
         if let Some(found) = found.filter(|found| found.model == name) {
@@ -129,31 +127,15 @@ pub fn tabulate(
         model: name.to_owned(),
         table: (),
     };
-    let own_file = partial_file(part);
-    let mut last = None;
-    let mut done = known;
-    let mut failed = None;
-    let mut written = Clock::now();
-    let mut observe = |solved: &SolvedShapes| {
-        done = solved.len();
-        progress.tabulated(done);
-        let is_interrupted = progress.is_interrupted();
-        if let Some(folder) = folder
-            && (is_interrupted || written.elapsed() >= BETWEEN_WRITES)
-        {
-            failed = write(folder, &own_file, &origin.with(solved)).err();
-            written = Clock::now();
-        }
-        if part != Part::Whole {
-            last = Some(solved.clone());
-        }
-        match is_interrupted || failed.is_some() {
-            // Replaced below by an error of this crate.
-            true => Err(ModelError::ShapeSpace {
-                problem: "interrupted".to_owned(),
-            }),
-            false => Ok(()),
-        }
+    let mut recorder = Recorder {
+        folder,
+        file: partial_file(part),
+        keeps_last: part != TablePart::Whole,
+        origin,
+        done: known,
+        last: None,
+        failed: None,
+        written: Clock::now(),
     };
     let space = ShapeSpace::tabulate_from(
         scene,
@@ -161,25 +143,25 @@ pub fn tabulate(
         &limits.ranges,
         tolerance,
         (solved, part),
-        &mut observe,
+        &mut |solved| recorder.solved(solved, progress),
     );
-    if let Some(error) = failed {
+    if let Some(error) = recorder.failed {
         return Err(error);
     }
-    if progress.is_interrupted() {
-        return Err(DesignError::Stopped {
-            what: format!("{done} shapes of the table; the same command continues with them"),
-        });
-    }
+    let done = recorder.done;
+    check_interruption(progress, || {
+        format!("{done} shapes of the table; the same command continues with them")
+    })?;
+    let Recorder { file, origin, .. } = recorder;
     if let (Err(ModelError::MissingShapes { .. }), Some(folder), Some(last)) =
-        (&space, folder, &last)
+        (&space, folder, &recorder.last)
     {
-        write(folder, &own_file, &origin.with(last))?;
+        write(folder, &file, &origin.with(last))?;
     }
     let geometry = space?.geometry()?;
     if let Some(folder) = folder {
         write(folder, FILE, &origin.with(&geometry))?;
-        for file in partial_files.iter().chain([&own_file]) {
+        for file in partial_files.iter().chain([&file]) {
             // A part that cannot be removed is read again, to no harm.
             let _ = std::fs::remove_file(folder.path().join(file));
         }
@@ -191,9 +173,51 @@ pub fn tabulate(
     })
 }
 
+/// Writes the shapes that are solved while a table is computed.
+struct Recorder<'a> {
+    folder: Option<&'a Folder>,
+    file: String,
+    keeps_last: bool,
+    origin: Stored<()>,
+    /// Number of the shapes that are solved.
+    done: usize,
+    last: Option<SolvedShapes>,
+    failed: Option<DesignError>,
+    written: Clock,
+}
+
+impl Recorder<'_> {
+    /// Notes the shapes; an error, to be replaced by one of this crate, ends the computation.
+    fn solved(
+        &mut self,
+        solved: &SolvedShapes,
+        progress: &mut dyn DesignProgress,
+    ) -> Result<(), ModelError> {
+        self.done = solved.len();
+        progress.tabulated(self.done);
+        let is_interrupted = progress.is_interrupted();
+        if let Some(folder) = self.folder
+            && (is_interrupted || self.written.elapsed() >= BETWEEN_WRITES)
+        {
+            self.failed = write(folder, &self.file, &self.origin.with(solved)).err();
+            self.written = Clock::now();
+        }
+        if self.keeps_last {
+            self.last = Some(solved.clone());
+        }
+        match is_interrupted || self.failed.is_some() {
+            true => Err(ModelError::ShapeSpace {
+                problem: "interrupted".to_owned(),
+            }),
+            false => Ok(()),
+        }
+    }
+}
+
 /// Names of the files of solved shapes in a folder, in a fixed order.
-fn partial_files(folder: &Folder) -> Vec<String> {
-    let entries = std::fs::read_dir(folder.path()).into_iter().flatten();
+fn partial_files(folder: Option<&Folder>) -> Vec<String> {
+    let entries = folder.and_then(|folder| std::fs::read_dir(folder.path()).ok());
+    let entries = entries.into_iter().flatten();
     let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
     let is_partial = |name: &String| name.starts_with(PARTIAL) && name.ends_with(".json");
     let mut names: Vec<String> = names.filter(is_partial).collect();

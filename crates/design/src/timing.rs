@@ -24,7 +24,7 @@ const ROWS_PER_SIDE: usize = 4;
 const CHECKS: usize = 2048;
 
 /// Smallest number of these times per phase span.
-const CHECKS_PER_LEG: usize = 8;
+const CHECKS_PER_SPAN: usize = 8;
 
 /// Number of intervals of the quadrature of the energy of a scene, at least.
 const ENERGY_INTERVALS: usize = 64;
@@ -63,7 +63,7 @@ impl MotionBounds {
     ///
     /// # Errors
     /// Values that do not fit the joints.
-    pub fn of_scene(scene: &Scene, limits: &StrokeLimits) -> Result<Option<Self>, DesignError> {
+    pub fn from_scene(scene: &Scene, limits: &StrokeLimits) -> Result<Option<Self>, DesignError> {
         let options = scene.optimise();
         let mut rates = vec![f64::INFINITY; limits.variables.len()];
         if let Some(values) = &options.max_rate {
@@ -75,12 +75,12 @@ impl MotionBounds {
         let power = options.max_power.unwrap_or(f64::INFINITY);
         let all_finite = power.is_finite() || rates.iter().all(|rate| rate.is_finite());
         if options.max_rate.is_some() && !all_finite {
-            return Err(DesignError::NotApplicable {
-                place: scene.place("optimise.max_rate"),
-                problem: "a joint that moves has no largest rate; give one value for all joints, \
-                          or optimise.max_power"
-                    .to_owned(),
-            });
+            return Err(DesignError::not_applicable(
+                scene,
+                "optimise.max_rate",
+                "a joint that moves has no largest rate; give one value for all joints, or \
+                 optimise.max_power",
+            ));
         }
         Ok(all_finite.then_some(Self { rates, power }))
     }
@@ -200,7 +200,7 @@ pub fn peaks(
     bounds: Option<&MotionBounds>,
 ) -> Result<(Peaks, f64), DesignError> {
     let cycle: Vec<_> = spans(scene.gait(), scene.articulation().initial_shape())?.collect();
-    let checks = (CHECKS / cycle.len().max(1)).max(CHECKS_PER_LEG);
+    let checks = (CHECKS / cycle.len().max(1)).max(CHECKS_PER_SPAN);
     let mut largest = 0.0_f64;
     let mut peaks = Peaks {
         rates: vec![0.0; limits.variables.len()],
@@ -234,16 +234,13 @@ pub fn energy(
     let cycle: Vec<_> = spans(scene.gait(), scene.articulation().initial_shape())?.collect();
     let parts = ENERGY_INTERVALS.div_ceil(cycle.len().max(1));
     for span in &cycle {
-        for (part, (node, weight)) in (0..parts).flat_map(|part| {
-            rule.nodes
-                .iter()
-                .zip(rule.weights)
-                .map(move |pair| (part, pair))
-        }) {
-            let s = (part as f64 + node) / parts as f64;
-            let (shape, rates) = (limits.moving(&span.shape(s)), limits.moving(&span.rates(s)));
-            let power = power(geometry, &shape, &rates)?;
-            energy += weight * span.duration / parts as f64 * power;
+        for part in 0..parts {
+            for (node, weight) in rule.nodes.iter().zip(rule.weights) {
+                let s = (part as f64 + node) / parts as f64;
+                let (shape, rates) = (limits.moving(&span.shape(s)), limits.moving(&span.rates(s)));
+                let power = power(geometry, &shape, &rates)?;
+                energy += weight * span.duration / parts as f64 * power;
+            }
         }
     }
     Ok(energy)

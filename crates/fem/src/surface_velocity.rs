@@ -154,19 +154,12 @@ mod tests {
     /// `∮ (G x) n^T dS = |B| G`, for the discrete body and a linear velocity `G x`.
     #[test]
     fn linear_velocities_have_their_gradient_as_moment_and_no_flux() {
-        let sphere = Sphere {
-            centre: Vec3::zeros(),
-            radius: 1.0,
-        };
+        let sphere = Sphere::new(Vec3::zeros(), 1.0);
         let ball = Container::Ball(Sphere {
             radius: 3.0,
             ..sphere
         });
-        let body = MeshedBody {
-            name: "sphere",
-            surface: &sphere,
-            size: 0.7,
-        };
+        let body = MeshedBody::new("sphere", &sphere, 0.7);
         let tets = generate(&[body], &ball, &GenerateParams::default()).unwrap();
         let mesh = TetMesh::curved(tets.mesh, &[("sphere", &sphere)]).unwrap();
         let tag = mesh.tag("sphere").unwrap();

@@ -159,7 +159,7 @@ mod tests {
     use super::*;
     use crate::quadrature::degree_6;
 
-    const INSIDE: [f64; 4] = [0.15, 0.37, 0.28, 0.2];
+    const INNER_POINT: [f64; 4] = [0.15, 0.37, 0.28, 0.2];
 
     /// Barycentric coordinates of node `i`.
     fn node(i: usize) -> [f64; 4] {
@@ -182,9 +182,9 @@ mod tests {
 
     #[test]
     fn shape_functions_sum_to_one_and_their_gradients_to_zero() {
-        let sum: f64 = shape_functions(INSIDE).iter().sum();
+        let sum: f64 = shape_functions(INNER_POINT).iter().sum();
         assert!((sum - 1.0).abs() < 1e-15);
-        let sum: Vec3 = shape_gradients(INSIDE).iter().sum();
+        let sum: Vec3 = shape_gradients(INNER_POINT).iter().sum();
         assert!(sum.norm() < 1e-15);
     }
 
@@ -192,10 +192,10 @@ mod tests {
     fn shape_gradients_are_the_derivatives() {
         // Central differences of quadratics are exact up to rounding errors of size eps / step.
         let step = 1e-3;
-        let gradients = shape_gradients(INSIDE);
+        let gradients = shape_gradients(INNER_POINT);
         for k in 0..3 {
             let shifted = |sign: f64| {
-                let mut l = INSIDE;
+                let mut l = INNER_POINT;
                 l[k + 1] += sign * step;
                 l[0] -= sign * step;
                 shape_functions(l)
@@ -211,7 +211,7 @@ mod tests {
     #[test]
     fn linear_functions_equal_their_quadratic_interpolants() {
         // ψ_a = N_a + half the sum of the midside functions of the edges at a.
-        let n = shape_functions(INSIDE);
+        let n = shape_functions(INNER_POINT);
         for a in 0..4 {
             let mut sum = n[a];
             for (k, edge) in TET_EDGES.iter().enumerate() {
@@ -219,7 +219,7 @@ mod tests {
                     sum += 0.5 * n[4 + k];
                 }
             }
-            assert!((sum - INSIDE[a]).abs() < 1e-15);
+            assert!((sum - INNER_POINT[a]).abs() < 1e-15);
         }
     }
 

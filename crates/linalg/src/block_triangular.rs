@@ -2,12 +2,10 @@
 
 use std::array::from_fn;
 
-use rayon::prelude::*;
-
 use crate::bordered::nodes;
 use crate::columns::{in_passes, of_buffer, split, split_mut};
 use crate::pressure::PressureInverse;
-use crate::vector::max_abs;
+use crate::vector::{for_each_chunk, max_abs};
 use crate::{
     Csr, LinalgError, LinearOperator, Multigrid, MultigridParams, Preconditioner,
     PreconditionerKind, Prolongation, SaddleSystem,
@@ -98,7 +96,7 @@ impl BlockTriangular {
         let (za, mut zp) = split_mut(z, self.velocity.size());
         self.pressure.pass(rp, zp.each_mut().map(|z| &mut **z));
         for zp in &mut zp {
-            zp.par_iter_mut().for_each(|p| *p = -*p);
+            for_each_chunk(zp, &|_, zp| zp.iter_mut().for_each(|p| *p = -*p));
         }
         let zp = zp.each_ref().map(|z| &**z);
         let (ru, rv) = split(ra, system.velocity_range().end);

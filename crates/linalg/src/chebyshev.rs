@@ -3,12 +3,11 @@
 use std::mem::swap;
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::columns::{assert_lengths, in_passes, of_buffer};
 use crate::csr::{Rows, check_finite, check_shape, into_rows, positive_diagonal};
 use crate::lanczos::jacobi_spectrum;
 use crate::row_blocks::RowBlocks;
+use crate::vector::map_rows;
 use crate::{Csr, LinalgError, Preconditioner, PreconditionerKind};
 
 /// Safety factor of the largest eigenvalue, which Lanczos approaches from below.
@@ -45,10 +44,8 @@ impl JacobiScaling {
     /// Baker, Falgout, Kolev, Yang, SIAM J. Sci. Comput. 33, 2011.
     pub fn new(k: &Csr) -> Result<Self, LinalgError> {
         let rows = Rows::new(k);
-        let diagonal: Vec<f64> = (0..k.rows())
-            .into_par_iter()
-            .map(|i| rows.entries(i).1.iter().map(|v| v.abs()).sum())
-            .collect();
+        let row_sum = |i: usize| rows.entries(i).1.iter().map(|v| v.abs()).sum::<f64>();
+        let diagonal = map_rows(k.rows(), &row_sum);
         // by Gershgorin's circles no eigenvalue is above one
         let upper = (UPPER_MARGIN * jacobi_spectrum(k, &diagonal)?.1).min(1.0);
         Ok(JacobiScaling { diagonal, upper })
@@ -125,9 +122,7 @@ impl MassInverse {
             mass,
         })
     }
-}
 
-impl MassInverse {
     /// The mass matrix.
     pub(crate) fn matrix(&self) -> &Csr {
         &self.mass

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use sprs::CsMatI;
 
 use crate::LinalgError;
-use crate::vector::CHUNK;
+use crate::vector::{CHUNK, map_rows};
 
 /// Sparse matrix in compressed rows.
 ///
@@ -60,6 +60,16 @@ impl<'a, V: Copy> Rows<'a, V> {
     pub fn entries(self, i: usize) -> (&'a [u32], &'a [V]) {
         let range = self.indptr[i]..self.indptr[i + 1];
         (&self.columns[range.clone()], &self.values[range])
+    }
+
+    /// Entry `(i, j)`; an absent one is zero.
+    pub fn entry(self, i: usize, j: usize) -> V
+    where
+        V: Default,
+    {
+        let (columns, values) = self.entries(i);
+        let place = columns.binary_search(&(j as u32));
+        place.map_or(V::default(), |place| values[place])
     }
 
     /// The (column, value) pairs of row `i` in ascending order of columns.
@@ -143,15 +153,7 @@ pub(crate) fn check_finite(what: &'static str, values: &[f64]) -> Result<(), Lin
 /// The diagonal of a square matrix; an absent entry is zero.
 pub(crate) fn diagonal(matrix: &Csr) -> Vec<f64> {
     let rows = Rows::new(matrix);
-    (0..matrix.rows())
-        .into_par_iter()
-        .map(|i| {
-            let (columns, values) = rows.entries(i);
-            columns
-                .binary_search(&(i as u32))
-                .map_or(0.0, |place| values[place])
-        })
-        .collect()
+    map_rows(matrix.rows(), &|i| rows.entry(i, i))
 }
 
 /// The diagonal of a matrix; an entry that is not positive is an error.

@@ -1,11 +1,10 @@
 //! Extreme eigenvalues of a Jacobi-scaled matrix.
 
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 
 use crate::csr::Rows;
 use crate::row_blocks::RowBlocks;
-use crate::vector::{axpy, dot, norm, scale};
+use crate::vector::{axpy, dot, for_each_chunk, norm, scale};
 use crate::{Csr, LinalgError};
 
 /// Steps of the recurrence.
@@ -35,10 +34,11 @@ pub(crate) fn jacobi_spectrum(k: &Csr, diagonal: &[f64]) -> Result<(f64, f64), L
     let (mut alphas, mut betas) = (Vec::new(), Vec::new());
     let mut beta = 0.0;
     for _ in 0..LANCZOS_STEPS.min(n) {
-        scaled
-            .par_iter_mut()
-            .zip(v.par_iter().zip(&root))
-            .for_each(|(s, (v, root))| *s = root * v);
+        for_each_chunk(&mut scaled, &|start, scaled| {
+            for (s, (v, root)) in scaled.iter_mut().zip(v[start..].iter().zip(&root[start..])) {
+                *s = root * v;
+            }
+        });
         blocks.for_each(&mut w, &|i, wi| {
             let sum: f64 = rows.row(i).map(|(j, kij)| kij * scaled[j]).sum();
             *wi = root[i] * sum;

@@ -1,6 +1,21 @@
 #![doc = include_str!("../README.md")]
 #![deny(unsafe_code)]
 
+/// Methods that set a public field each and return the struct.
+macro_rules! setters {
+    ($type:ident { $($set:ident($field:ident: $value:ty),)* }) => {
+        impl $type {
+            $(
+                #[doc = concat!("Sets [`", stringify!($field), "`](Self::", stringify!($field), ").")]
+                pub fn $set(mut self, $field: $value) -> Self {
+                    self.$field = $field;
+                    self
+                }
+            )*
+        }
+    };
+}
+
 mod block_diagonal;
 mod block_triangular;
 mod bordered;

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::csr::{Csr, Rows};
+use crate::vector::map_rows;
 
 /// Rows per task, enough to make the allocation of three arrays worthwhile.
 const ROWS_PER_TASK: usize = 1024;
@@ -104,14 +105,10 @@ pub(crate) fn multiply(a: &Csr, b: &Csr) -> Csr {
 /// all rows of `X` that they select are empty.
 pub(crate) fn kron3_multiply_add(a: &Csr, x: &Csr, y: &Csr) -> Csr {
     let (a_rows, x_rows, y_rows) = (Rows::new(a), Rows::new(x), Rows::new(y));
-    let filled: Vec<bool> = (0..a.cols())
-        .into_par_iter()
-        .map(|k| x_rows.indptr[3 * k] < x_rows.indptr[3 * k + 3])
-        .collect();
-    let met: Vec<bool> = (0..a.rows())
-        .into_par_iter()
-        .map(|i| a_rows.entries(i).0.iter().any(|&k| filled[k as usize]))
-        .collect();
+    let starts = x_rows.indptr;
+    let filled = map_rows(a.cols(), &|k| starts[3 * k] < starts[3 * k + 3]);
+    let meets = |i: usize| a_rows.entries(i).0.iter().any(|&k| filled[k as usize]);
+    let met = map_rows(a.rows(), &meets);
     build_rows(3 * a.rows(), x.cols(), |i, row| {
         for (c, v) in y_rows.row(i) {
             row.add(c, v);

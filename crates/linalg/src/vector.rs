@@ -95,43 +95,49 @@ pub(crate) fn max_abs(x: &[f64]) -> f64 {
         .reduce(|| 0.0, f64::max)
 }
 
+/// Calls `f(start, chunk)` for the chunks of [`CHUNK`] entries of `y`, in parallel.
+///
+/// The function is called by reference, so that rayon's tree of tasks is compiled once per `T`.
+pub(crate) fn for_each_chunk<T: Send>(y: &mut [T], f: &(dyn Fn(usize, &mut [T]) + Sync)) {
+    let chunks = y.par_chunks_mut(CHUNK).enumerate();
+    chunks.for_each(|(chunk, y)| f(chunk * CHUNK, y));
+}
+
+/// The numbers `f(i)` for `i` below `n`, computed in parallel.
+pub(crate) fn map_rows<T: Send>(n: usize, f: &(dyn Fn(usize) -> T + Sync)) -> Vec<T> {
+    (0..n).into_par_iter().map(f).collect()
+}
+
 /// `y <- y + alpha x`.
 pub(crate) fn axpy(alpha: f64, x: &[f64], y: &mut [f64]) {
-    y.par_chunks_mut(CHUNK)
-        .zip(x.par_chunks(CHUNK))
-        .for_each(|(y, x)| {
-            for (y, x) in y.iter_mut().zip(x) {
-                *y += alpha * x;
-            }
-        });
+    for_each_chunk(y, &|start, y| {
+        for (y, x) in y.iter_mut().zip(&x[start..]) {
+            *y += alpha * x;
+        }
+    });
 }
 
 /// `y <- x + beta y`.
 pub(crate) fn xpby(x: &[f64], beta: f64, y: &mut [f64]) {
-    y.par_chunks_mut(CHUNK)
-        .zip(x.par_chunks(CHUNK))
-        .for_each(|(y, x)| {
-            for (y, x) in y.iter_mut().zip(x) {
-                *y = x + beta * *y;
-            }
-        });
+    for_each_chunk(y, &|start, y| {
+        for (y, x) in y.iter_mut().zip(&x[start..]) {
+            *y = x + beta * *y;
+        }
+    });
 }
 
 /// `y <- alpha y`.
 pub(crate) fn scale(alpha: f64, y: &mut [f64]) {
-    y.par_chunks_mut(CHUNK)
-        .for_each(|y| y.iter_mut().for_each(|y| *y *= alpha));
+    for_each_chunk(y, &|_, y| y.iter_mut().for_each(|y| *y *= alpha));
 }
 
 /// `r <- b - r`.
 pub(crate) fn subtract_from(b: &[f64], r: &mut [f64]) {
-    r.par_chunks_mut(CHUNK)
-        .zip(b.par_chunks(CHUNK))
-        .for_each(|(r, b)| {
-            for (r, b) in r.iter_mut().zip(b) {
-                *r = b - *r;
-            }
-        });
+    for_each_chunk(r, &|start, r| {
+        for (r, b) in r.iter_mut().zip(&b[start..]) {
+            *r = b - *r;
+        }
+    });
 }
 
 /// The largest power of two not above `|x|`, and one for zero, NaN and infinity.

@@ -2,10 +2,8 @@
 
 use std::collections::VecDeque;
 
-use rayon::prelude::*;
-
 use crate::csr::check_shape;
-use crate::vector::{CHUNK, axpy, dot};
+use crate::vector::{axpy, dot, for_each_chunk, norm, scale};
 use crate::{LinalgError, LinearOperator};
 
 /// Fraction of its length below which an orthogonalised product counts as dependent on the others.
@@ -190,7 +188,7 @@ impl WarmStart {
                 continue;
             }
             for vector in [&mut direction, &mut product] {
-                crate::vector::scale(size.recip(), vector);
+                scale(size.recip(), vector);
             }
             basis.push((direction, product));
         }
@@ -198,20 +196,14 @@ impl WarmStart {
     }
 }
 
-fn norm(x: &[f64]) -> f64 {
-    dot(x, x).sqrt()
-}
-
 /// `y_i <- w_i^(1/2) y_i`.
 fn scale_rows(weights: Option<&[f32]>, y: &mut [f64]) {
     if let Some(weights) = weights {
-        y.par_chunks_mut(CHUNK)
-            .zip(weights.par_chunks(CHUNK))
-            .for_each(|(y, w)| {
-                for (y, w) in y.iter_mut().zip(w) {
-                    *y *= f64::from(*w).sqrt();
-                }
-            });
+        for_each_chunk(y, &|start, y| {
+            for (y, w) in y.iter_mut().zip(&weights[start..]) {
+                *y *= f64::from(*w).sqrt();
+            }
+        });
     }
 }
 

@@ -9,7 +9,7 @@ use crate::{TET_EDGES, TetMesh, Vec3};
 ///
 /// Curved cells approximate surfaces: points of a sphere with elements of half its radius are up to
 /// a hundredth of a cell outside.
-const SMALLEST: f64 = -0.02;
+const MIN_BARYCENTRIC: f64 = -0.02;
 
 /// Largest number of iterations; cells that are not badly bent take three to five.
 const MAX_ITERATIONS: usize = 20;
@@ -92,7 +92,7 @@ impl<'a> PointLocator<'a> {
             // The order of the hierarchy does not matter.
             let is_better =
                 best.is_none_or(|best| (depth(&found), best.cell) > (depth(&best), found.cell));
-            if depth(&found) >= SMALLEST && is_better {
+            if depth(&found) >= MIN_BARYCENTRIC && is_better {
                 best = Some(found);
             }
         });
@@ -110,7 +110,7 @@ fn cell_box(nodes: &[Vec3; 10]) -> BoundingBox {
     let points: Vec<Vec3> = nodes[..4].iter().copied().chain(controls).collect();
     let BoundingBox { min, max } = BoundingBox::around(&points);
     // A barycentric coordinate of -s extends an affine cell by three times s of its box.
-    let margin = -3.0 * SMALLEST * (max - min);
+    let margin = -3.0 * MIN_BARYCENTRIC * (max - min);
     BoundingBox {
         min: min - margin,
         max: max + margin,

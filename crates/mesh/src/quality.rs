@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use crate::jacobian::{scaled_jacobian_bound, scaled_jacobian_of_straight_tet, straight_jacobian};
-use crate::{LinearTets, Surface, TET_EDGES, TetMesh, Vec3};
+use crate::jacobian::{scaled_jacobian_of_straight_tet, straight_jacobian};
+use crate::{LinearTets, TET_EDGES, Vec3};
 
 /// Cells per parallel task; fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 1024;
@@ -23,7 +23,7 @@ pub struct Quality {
     pub min_quality: f64,
     /// Mean of [`mean_ratio`]; NaN if there are no cells.
     pub mean_quality: f64,
-    /// Smallest [`TetMesh::scaled_jacobian`]; 1 if all cells are straight.
+    /// Smallest [`TetMesh::scaled_jacobian`](crate::TetMesh::scaled_jacobian); 1 if all cells are straight.
     pub min_jacobian: f64,
     /// The first cell with the smallest scaled Jacobian.
     pub worst_cell: usize,
@@ -42,7 +42,7 @@ impl Quality {
     };
 
     /// Measures `n_cells` cells; `cell` returns the corners and the scaled Jacobian of each.
-    fn measure(n_cells: usize, cell: impl Fn(usize) -> ([Vec3; 4], f64) + Sync) -> Self {
+    pub(crate) fn measure(n_cells: usize, cell: impl Fn(usize) -> ([Vec3; 4], f64) + Sync) -> Self {
         let chunks: Vec<(Self, f64)> = (0..n_cells.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
@@ -96,83 +96,20 @@ impl LinearTets {
     }
 }
 
-impl TetMesh {
-    /// Quality of the cells: shape of their straight tets, Jacobian of the curved ones.
-    ///
-    /// Cost: one pass over the cells, in parallel; bitwise the same for any number of threads.
-    pub fn quality(&self) -> Quality {
-        Quality::measure(self.n_cells(), |c| {
-            (self.cell_vertices(c), self.scaled_jacobian(c))
-        })
-    }
+/// Ratio of a tet's determinant to the product of its edge lengths below which rounding hides its
+/// sign.
+///
+/// The determinant of three rounded edge vectors has an error of at most about 16 units of rounding
+/// of the product of their lengths (Higham 2002, 3.5).
+const MIN_DETERMINANT: f64 = 16.0 * f64::EPSILON;
 
-    /// Scaled Jacobian of one cell: [`scaled_jacobian_bound`] of a curved cell.
-    ///
-    /// For a straight cell it is 1, or -1 if the cell is inverted, or 0 if it is flat.
-    ///
-    /// # Panics
-    /// If there is no such cell, as indexing [`TetMesh::cells`] does.
-    pub fn scaled_jacobian(&self, cell: usize) -> f64 {
-        if self.is_affine(cell) {
-            scaled_jacobian_of_straight_tet(self.cell_vertices(cell))
-        } else {
-            scaled_jacobian_bound(&self.cell_points(cell))
-        }
-    }
-
-    /// Largest ratio of a cell's longest edge to the local gap width, see [`TetMesh::gap_widths`].
-    ///
-    /// From 1 on, cells are longer than the gap is wide and do not resolve the flow in it, however
-    /// good their shape. Zero with fewer than two surfaces. The fluid is inside `wall` and outside
-    /// `bodies`. Cost: cells times surfaces, in parallel; the result does not depend on the number
-    /// of threads.
-    pub fn gap_ratio(&self, bodies: &[&dyn Surface], wall: Option<&dyn Surface>) -> f64 {
-        if bodies.len() + usize::from(wall.is_some()) < 2 {
-            return 0.0;
-        }
-        (0..self.n_cells())
-            .into_par_iter()
-            .with_min_len(1024)
-            .map(|cell| {
-                let corners = self.cell_vertices(cell);
-                let longest = TET_EDGES
-                    .iter()
-                    .map(|&[i, j]| (corners[i] - corners[j]).norm())
-                    .fold(0.0, f64::max);
-                longest / self.gap_width(cell, bodies, wall)
-            })
-            .reduce(|| 0.0, f64::max)
-    }
-
-    /// Local gap width at each cell: the sum of the distances from its centroid to the two nearest
-    /// surfaces.
-    ///
-    /// On the line across a gap this sum is the width of the gap. Infinite with fewer than two
-    /// surfaces. The fluid is inside `wall` and outside `bodies`. Cost: cells times surfaces, in
-    /// parallel; the result does not depend on the number of threads.
-    pub fn gap_widths(&self, bodies: &[&dyn Surface], wall: Option<&dyn Surface>) -> Vec<f64> {
-        (0..self.n_cells())
-            .into_par_iter()
-            .with_min_len(1024)
-            .map(|cell| self.gap_width(cell, bodies, wall))
-            .collect()
-    }
-
-    fn gap_width(&self, cell: usize, bodies: &[&dyn Surface], wall: Option<&dyn Surface>) -> f64 {
-        let centroid = self.cell_vertices(cell).iter().sum::<Vec3>() / 4.0;
-        let to_wall = wall.map(|wall| -wall.signed_distance(centroid));
-        let distances = bodies
-            .iter()
-            .map(|body| body.signed_distance(centroid))
-            .chain(to_wall);
-        let [first, second] = distances.fold([f64::INFINITY; 2], |[a, b], d| {
-            // The centroid of a cell at a curved surface may lie slightly inside the body. A
-            // surface without a distance, whose numbers are not finite, leaves no gap.
-            let d = d.max(0.0);
-            if d < a { [d, a] } else { [a, b.min(d)] }
-        });
-        first + second
-    }
+/// Whether the volume of a straight tet, positive or negative, is larger than its rounding error.
+///
+/// A [`TetMesh`](crate::TetMesh) has no other tets.
+pub fn has_volume(x: [Vec3; 4]) -> bool {
+    let lengths: f64 = (1..4).map(|i| (x[i] - x[0]).norm()).product();
+    // False for NaN, from overflow.
+    straight_jacobian(x).abs() > MIN_DETERMINANT * lengths
 }
 
 /// Mean-ratio quality of a straight tet: `q = 12 (3 V)^(2/3) / sum of squared edge lengths`.

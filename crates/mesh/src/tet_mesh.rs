@@ -3,8 +3,10 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use crate::jacobian::curved_volume;
-use crate::{MeshError, Regions, Surface, SurfaceMesh, TET_EDGES, Vec3};
+use rayon::prelude::*;
+
+use crate::jacobian::{curved_volume, scaled_jacobian_bound, scaled_jacobian_of_straight_tet};
+use crate::{MeshError, Quality, Regions, Surface, SurfaceMesh, TET_EDGES, Vec3};
 
 /// Tags of the boundary parts on the symmetry planes through the origin normal to x, y and z.
 ///
@@ -14,6 +16,9 @@ pub const SYMMETRY_PLANE_TAGS: [&str; 3] = ["mirror-x", "mirror-y", "mirror-z"];
 /// Distance of a midside node from the middle of its edge, relative to the edge, above which a part
 /// is curved. Midside nodes of straight edges are written with six digits or more.
 const CURVED: f64 = 1e-5;
+
+/// Smallest number of cells per parallel task.
+const CELLS_PER_TASK: usize = 1024;
 
 /// A face of the fluid's boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -247,6 +252,83 @@ impl TetMesh {
             }));
         }
         Ok((mesh, is_curved))
+    }
+
+    /// Quality of the cells: shape of their straight tets, Jacobian of the curved ones.
+    ///
+    /// Cost: one pass over the cells, in parallel; bitwise the same for any number of threads.
+    pub fn quality(&self) -> Quality {
+        Quality::measure(self.n_cells(), |c| {
+            (self.cell_vertices(c), self.scaled_jacobian(c))
+        })
+    }
+
+    /// Scaled Jacobian of one cell: [`scaled_jacobian_bound`] of a curved cell.
+    ///
+    /// For a straight cell it is 1, or -1 if the cell is inverted, or 0 if it is flat.
+    ///
+    /// # Panics
+    /// If there is no such cell, as indexing [`TetMesh::cells`] does.
+    pub fn scaled_jacobian(&self, cell: usize) -> f64 {
+        if self.is_affine(cell) {
+            scaled_jacobian_of_straight_tet(self.cell_vertices(cell))
+        } else {
+            scaled_jacobian_bound(&self.cell_points(cell))
+        }
+    }
+
+    /// Largest ratio of a cell's longest edge to the local gap width, see [`TetMesh::gap_widths`].
+    ///
+    /// From 1 on, cells are longer than the gap is wide and do not resolve the flow in it, however
+    /// good their shape. Zero with fewer than two surfaces. The fluid is inside `wall` and outside
+    /// `bodies`. Cost: cells times surfaces, in parallel; the result does not depend on the number
+    /// of threads.
+    pub fn gap_ratio(&self, bodies: &[&dyn Surface], wall: Option<&dyn Surface>) -> f64 {
+        if bodies.len() + usize::from(wall.is_some()) < 2 {
+            return 0.0;
+        }
+        (0..self.n_cells())
+            .into_par_iter()
+            .with_min_len(CELLS_PER_TASK)
+            .map(|cell| {
+                let corners = self.cell_vertices(cell);
+                let longest = TET_EDGES
+                    .iter()
+                    .map(|&[i, j]| (corners[i] - corners[j]).norm())
+                    .fold(0.0, f64::max);
+                longest / self.gap_width(cell, bodies, wall)
+            })
+            .reduce(|| 0.0, f64::max)
+    }
+
+    /// Local gap width at each cell: the sum of the distances from its centroid to the two nearest
+    /// surfaces.
+    ///
+    /// On the line across a gap this sum is the width of the gap. Infinite with fewer than two
+    /// surfaces. The fluid is inside `wall` and outside `bodies`. Cost: cells times surfaces, in
+    /// parallel; the result does not depend on the number of threads.
+    pub fn gap_widths(&self, bodies: &[&dyn Surface], wall: Option<&dyn Surface>) -> Vec<f64> {
+        (0..self.n_cells())
+            .into_par_iter()
+            .with_min_len(CELLS_PER_TASK)
+            .map(|cell| self.gap_width(cell, bodies, wall))
+            .collect()
+    }
+
+    fn gap_width(&self, cell: usize, bodies: &[&dyn Surface], wall: Option<&dyn Surface>) -> f64 {
+        let centroid = self.cell_vertices(cell).iter().sum::<Vec3>() / 4.0;
+        let to_wall = wall.map(|wall| -wall.signed_distance(centroid));
+        let distances = bodies
+            .iter()
+            .map(|body| body.signed_distance(centroid))
+            .chain(to_wall);
+        let [first, second] = distances.fold([f64::INFINITY; 2], |[a, b], d| {
+            // The centroid of a cell at a curved surface may lie slightly inside the body. A
+            // surface without a distance, whose numbers are not finite, leaves no gap.
+            let d = d.max(0.0);
+            if d < a { [d, a] } else { [a, b.min(d)] }
+        });
+        first + second
     }
 }
 

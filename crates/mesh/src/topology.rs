@@ -1,7 +1,7 @@
 //! Edges and faces of a set of tets, and which tets share them.
 
 use crate::linear_tets::TET_FACES;
-use crate::{MeshError, TET_EDGES, Vec3};
+use crate::{Grouped, MeshError, TET_EDGES, Vec3};
 
 /// All edges of a mesh, numbered by lower, then by upper vertex.
 pub(crate) struct EdgeIndex {
@@ -18,25 +18,15 @@ impl EdgeIndex {
             tets.iter()
                 .flat_map(|tet| TET_EDGES.map(|[a, b]| (tet[a].min(tet[b]), tet[a].max(tet[b]))))
         };
-        let (start, mut upper) = bucket(n_vertices, pairs);
-        let mut compact = vec![0; n_vertices + 1];
-        let mut len = 0;
-        for v in 0..n_vertices {
-            let range = start[v]..start[v + 1];
-            upper[range.clone()].sort_unstable();
-            for i in range {
-                if len == compact[v] || upper[len - 1] != upper[i] {
-                    upper[len] = upper[i];
-                    len += 1;
-                }
-            }
-            compact[v + 1] = len;
+        let mut grouped = Grouped::new(n_vertices, pairs);
+        let (mut start, mut upper) = (vec![0], Vec::new());
+        for v in 0..n_vertices as u32 {
+            let above = grouped.of_mut(v);
+            above.sort_unstable();
+            upper.extend(above.chunk_by(|a, b| a == b).map(|equal| equal[0]));
+            start.push(upper.len());
         }
-        upper.truncate(len);
-        Self {
-            start: compact,
-            upper,
-        }
+        Self { start, upper }
     }
 
     /// Number of edges.
@@ -62,29 +52,6 @@ impl EdgeIndex {
     }
 }
 
-/// Sorts `(key, value)` pairs into buckets of equal key.
-///
-/// Returns the offsets of the buckets and the values, in order of arrival within each bucket.
-fn bucket<T: Copy + Default, I: Iterator<Item = (u32, T)>>(
-    n_keys: usize,
-    pairs: impl Fn() -> I,
-) -> (Vec<usize>, Vec<T>) {
-    let mut start = vec![0; n_keys + 1];
-    for (key, _) in pairs() {
-        start[key as usize + 1] += 1;
-    }
-    for k in 0..n_keys {
-        start[k + 1] += start[k];
-    }
-    let mut next = start.clone();
-    let mut values = vec![T::default(); start[n_keys]];
-    for (key, value) in pairs() {
-        values[next[key as usize]] = value;
-        next[key as usize] += 1;
-    }
-    (start, values)
-}
-
 /// A face that belongs to exactly one tet.
 #[derive(Clone, Copy)]
 pub(crate) struct BoundaryFace {
@@ -95,11 +62,11 @@ pub(crate) struct BoundaryFace {
 }
 
 /// The two higher vertices of a face, the index of the tet or tagged face, and the local face of
-/// the tet or [`TAGGED`].
+/// the tet or [`TAGGED_FACE`].
 type FaceEntry = ([u32; 2], u32, u8);
 
 /// Marks a [`FaceEntry`] of a tagged face; smaller numbers are local faces of a tet.
-const TAGGED: u8 = 4;
+const TAGGED_FACE: u8 = 4;
 
 /// Matches the boundary faces of `tets` (positively oriented) with the tagged `faces`, one to one.
 ///
@@ -123,19 +90,19 @@ pub(crate) fn match_boundary(
             [0, 1, 2, 3].map(|f| key(TET_FACES[f].map(|i| tet[i]), cell as u32, f as u8))
         });
         let tagged = faces.iter().enumerate();
-        of_tets.chain(tagged.map(move |(i, (face, _))| key(*face, i as u32, TAGGED)))
+        of_tets.chain(tagged.map(move |(i, (face, _))| key(*face, i as u32, TAGGED_FACE)))
     };
-    let (start, mut entries) = bucket(points.len(), entries);
+    let mut entries = Grouped::new(points.len(), entries);
     let mut boundary = Vec::with_capacity(faces.len());
-    for low in 0..points.len() {
-        let around = &mut entries[start[low]..start[low + 1]];
+    for low in 0..points.len() as u32 {
+        let around = entries.of_mut(low);
         // Within a group of equal faces the tets come before the tagged faces.
-        around.sort_unstable_by_key(|&(upper, owner, side)| (upper, side == TAGGED, owner));
+        around.sort_unstable_by_key(|&(upper, owner, side)| (upper, side == TAGGED_FACE, owner));
         for group in around.chunk_by(|a, b| a.0 == b.0) {
-            let n_tets = group.iter().filter(|entry| entry.2 != TAGGED).count();
+            let n_tets = group.iter().filter(|entry| entry.2 != TAGGED_FACE).count();
             let (of_tets, tagged) = group.split_at(n_tets);
             let [b, c] = group[0].0;
-            let corners = [low, b as usize, c as usize].map(|v| points[v]);
+            let corners = [low, b, c].map(|v| points[v as usize]);
             let at = (corners[0] + corners[1] + corners[2]) / 3.0;
             let tag_name = |entry: &FaceEntry| tags[faces[entry.1 as usize].1 as usize].clone();
             match (of_tets, tagged) {

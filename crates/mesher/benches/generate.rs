@@ -10,10 +10,7 @@ fn three_spheres(criterion: &mut Criterion) {
         centre: Vec3::new(x, 0.0, 0.0),
         radius: 1.0,
     });
-    let container = Container::Ball(Sphere {
-        centre: Vec3::zeros(),
-        radius: 40.0,
-    });
+    let container = Container::Ball(Sphere::new(Vec3::zeros(), 40.0));
     let params = GenerateParams::default();
     let mut group = criterion.benchmark_group("three spheres");
     group.sample_size(10);

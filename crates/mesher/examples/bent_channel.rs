@@ -15,7 +15,7 @@ const BEND: f64 = 12.0;
 const STRAIGHT: f64 = 14.0;
 
 /// Points around the channel.
-const AROUND: usize = 24;
+const POINTS_AROUND: usize = 24;
 
 /// The middle of a cross-section and its normal directions, at a length along the channel.
 ///
@@ -32,7 +32,7 @@ fn section(s: f64) -> [Vec3; 3] {
 fn channel() -> SurfaceMesh {
     let mut mesh = SurfaceMesh::default();
     let length = 2.0 * STRAIGHT + FRAC_PI_2 * BEND;
-    let edge = 2.0 * PI * RADIUS / AROUND as f64;
+    let edge = 2.0 * PI * RADIUS / POINTS_AROUND as f64;
     let rows = (length / edge).round() as usize;
     // Rings: those of the first end from its centre outwards, the wall, and those of the other end.
     let inner = (RADIUS / edge).round() as usize;
@@ -44,16 +44,16 @@ fn channel() -> SurfaceMesh {
     let mut count = 0;
     for (s, radius) in rings {
         let [middle, u, v] = section(s);
-        for k in 0..AROUND {
-            let (sin, cos) = (2.0 * PI * k as f64 / AROUND as f64).sin_cos();
+        for k in 0..POINTS_AROUND {
+            let (sin, cos) = (2.0 * PI * k as f64 / POINTS_AROUND as f64).sin_cos();
             mesh.points.push(middle + radius * (cos * u + sin * v));
         }
         count += 1;
     }
     mesh.points.push(section(length - STRAIGHT)[0]);
     let last = mesh.points.len() as u32 - 1;
-    let at = |ring: usize, k: usize| (1 + ring * AROUND + k % AROUND) as u32;
-    for k in 0..AROUND {
+    let at = |ring: usize, k: usize| (1 + ring * POINTS_AROUND + k % POINTS_AROUND) as u32;
+    for k in 0..POINTS_AROUND {
         mesh.triangles.push([0, at(0, k + 1), at(0, k)]);
         mesh.triangles
             .push([last, at(count - 1, k), at(count - 1, k + 1)]);

@@ -11,10 +11,7 @@ pub(crate) fn main() -> Result<(), GenerateError> {
         centre: Vec3::new(x, 0.0, 0.0),
         radius: 1.0,
     });
-    let container = Container::Ball(Sphere {
-        centre: Vec3::zeros(),
-        radius: 20.0,
-    });
+    let container = Container::Ball(Sphere::new(Vec3::zeros(), 20.0));
     let bodies: Vec<MeshedBody> = names
         .into_iter()
         .zip(&spheres)

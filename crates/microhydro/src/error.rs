@@ -196,3 +196,36 @@ pub enum HydroError {
         target: f64,
     },
 }
+
+/// Checks that numbers are neither NaN nor infinite.
+///
+/// # Errors
+/// [`HydroError::NotFinite`] with the name `what`.
+pub(crate) fn check_finite<'n>(
+    what: &'static str,
+    numbers: impl IntoIterator<Item = &'n f64>,
+) -> Result<(), HydroError> {
+    match numbers.into_iter().all(|number| number.is_finite()) {
+        true => Ok(()),
+        false => Err(HydroError::NotFinite { what }),
+    }
+}
+
+/// Checks the length of `what`.
+///
+/// # Errors
+/// [`HydroError::Length`].
+pub(crate) fn check_entries(
+    what: &'static str,
+    expected: usize,
+    found: usize,
+) -> Result<(), HydroError> {
+    match expected == found {
+        true => Ok(()),
+        false => Err(HydroError::Length {
+            what,
+            expected,
+            found,
+        }),
+    }
+}

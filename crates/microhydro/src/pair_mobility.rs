@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 
+use crate::error::check_finite;
 use crate::multipole::check_spheres;
 use crate::{HydroError, Medium, Spheres};
 
@@ -60,12 +61,8 @@ pub(crate) fn mobility(
                 .copy_from(&pair_mobility(&(x[i] - x[j]), s(a[i], a[j])));
         }
     }
-    match matrix.iter().all(|x| x.is_finite()) {
-        true => Ok(matrix),
-        false => Err(HydroError::NotFinite {
-            what: "the mobility of the spheres",
-        }),
-    }
+    check_finite("the mobility of the spheres", &matrix)?;
+    Ok(matrix)
 }
 
 /// Inverse of an approximate mobility matrix by a Cholesky factorisation.
@@ -97,10 +94,8 @@ fn not_positive_definite(
         mobility[(i, j)] / (mobility[(i, i)].abs() * mobility[(j, j)].abs()).sqrt()
     });
     // The eigenvalue iteration does not end for matrices with NaN.
-    if !scaled.iter().all(|x| x.is_finite()) {
-        return HydroError::NotFinite {
-            what: "the mobility of the spheres",
-        };
+    if let Err(error) = check_finite("the mobility of the spheres", &scaled) {
+        return error;
     }
     let eigenvalues = scaled.symmetric_eigenvalues();
     let (surfaces, gap) = spheres.narrowest_gap(medium);

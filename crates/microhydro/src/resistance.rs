@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::HydroError;
+use crate::error::{check_entries, check_finite};
 use crate::multipole::Orders;
 
 /// Grand resistance matrix of spheres and its error estimate.
@@ -104,19 +105,10 @@ impl Resistance {
     /// [`HydroError::Length`] if `velocities` does not have six entries per sphere;
     /// [`HydroError::NotFinite`].
     pub fn forces(&self, velocities: &DVector<f64>) -> Result<DVector<f64>, HydroError> {
-        if velocities.len() != self.matrix.ncols() {
-            return Err(HydroError::Length {
-                what: "velocities of the spheres",
-                expected: self.matrix.ncols(),
-                found: velocities.len(),
-            });
-        }
+        let (expected, found) = (self.matrix.ncols(), velocities.len());
+        check_entries("velocities of the spheres", expected, found)?;
         let forces = &self.matrix * velocities;
-        match forces.iter().all(|f| f.is_finite()) {
-            true => Ok(forces),
-            false => Err(HydroError::NotFinite {
-                what: "a velocity or a force",
-            }),
-        }
+        check_finite("a velocity or a force", &forces)?;
+        Ok(forces)
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::{UnitVector3, Vector3};
 
 use crate::HydroError;
+use crate::error::{check_entries, check_finite};
 
 /// Rigid spheres of any radii that do not touch each other.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,9 +44,7 @@ const LENGTH_RANGE: (f64, f64) = (1e-50, 1e50);
 
 /// Checks that a length is finite and between `lowest` and the highest of [`LENGTH_RANGE`].
 fn check_length(what: &'static str, length: f64, lowest: f64) -> Result<(), HydroError> {
-    if !length.is_finite() {
-        return Err(HydroError::NotFinite { what });
-    }
+    check_finite(what, &[length])?;
     match (lowest..=LENGTH_RANGE.1).contains(&length.abs()) {
         true => Ok(()),
         false => Err(HydroError::OutOfRange {
@@ -64,18 +63,8 @@ impl Spheres {
     /// Lists of different lengths, a radius that is not positive and finite, a centre that is not
     /// finite, lengths beyond [`HydroError::OutOfRange`], two spheres that touch.
     pub fn new(centres: Vec<Vector3<f64>>, radii: Vec<f64>) -> Result<Self, HydroError> {
-        if centres.len() != radii.len() {
-            return Err(HydroError::Length {
-                what: "radii of the spheres",
-                expected: centres.len(),
-                found: radii.len(),
-            });
-        }
-        if !centres.iter().flatten().all(|x| x.is_finite()) {
-            return Err(HydroError::NotFinite {
-                what: "a sphere's centre",
-            });
-        }
+        check_entries("radii of the spheres", centres.len(), radii.len())?;
+        check_finite("a sphere's centre", centres.iter().flatten())?;
         if let Some(sphere) = radii.iter().position(|a| !(a.is_finite() && *a > 0.0)) {
             return Err(HydroError::BadRadius {
                 sphere,

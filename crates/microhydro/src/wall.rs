@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Matrix6, UnitQuaternion, UnitVector3, Vector3};
+use nalgebra::{Matrix6, UnitVector3, Vector3};
 
 use crate::HydroError;
+use crate::multipole::rotation_to_z;
 
 /// Correction to the point mobility due to a plane wall.
 ///
@@ -40,8 +41,7 @@ pub fn image(
             z: x.z,
         });
     }
-    let to_axes = UnitQuaternion::rotation_between(normal, &Vector3::z())
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI));
+    let to_axes = rotation_to_z(normal);
     let (x, y) = (to_axes * (x - point), to_axes * (y - point));
     let mut matrix = Matrix6::zeros();
     for axis in 0..3 {

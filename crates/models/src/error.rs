@@ -143,6 +143,14 @@ impl From<mesh::MeshError> for ModelError {
 }
 
 impl ModelError {
+    /// The error for a value that a model does not support: "{what} is not supported; {instead}".
+    pub(crate) fn unsupported(what: impl Into<String>, instead: &str) -> Self {
+        Self::Unsupported {
+            what: what.into(),
+            instead: instead.to_owned(),
+        }
+    }
+
     /// The error for a symmetric matrix whose Cholesky factorisation failed.
     ///
     /// `name` and `remedy` complete the message "the {name} is not positive definite; {remedy}".

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use mesh::{PointLocator, TetMesh};
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 use rayon::prelude::*;
 
 use crate::error::ModelError;
@@ -29,6 +29,20 @@ pub struct FlowField {
 }
 
 impl FlowField {
+    /// Moves the mesh, and turns the velocities with it.
+    ///
+    /// # Errors
+    /// Points that overflow.
+    pub(crate) fn move_by(&mut self, motion: &Isometry3<f64>) -> Result<(), ModelError> {
+        let points = self.mesh.points().iter();
+        let points = points.map(|x| motion.rotation * x + motion.translation.vector);
+        self.mesh = self.mesh.with_points(points.collect())?;
+        for velocity in &mut self.velocity {
+            *velocity = motion.rotation * *velocity;
+        }
+        Ok(())
+    }
+
     /// Velocity and pressure at points, interpolated as the elements are; `None` for a point
     /// outside the mesh.
     ///

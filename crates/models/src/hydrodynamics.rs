@@ -25,7 +25,8 @@ use crate::solution::InstantaneousSolution;
 ///
 /// A model that wraps another one implements [`inner`](Hydrodynamics::inner) and
 /// [`inner_mut`](Hydrodynamics::inner_mut). All that it does not implement itself is then that of
-/// the inner model: each default below asks it first.
+/// the inner model: each default below asks it first, but for those that pass through `solve` of the
+/// wrapper, and for [`duplicate`](Hydrodynamics::duplicate), since only the wrapper can copy itself.
 pub trait Hydrodynamics: Send {
     /// The scene that the model was created for.
     ///
@@ -107,13 +108,13 @@ pub trait Hydrodynamics: Send {
     ///
     /// # Errors
     /// Those of [`Hydrodynamics::solve`].
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
+    fn cost(&mut self, configuration: Configuration<'_>) -> Result<PredictedCost, ModelError> {
         if let Some(inner) = self.inner_mut() {
             return inner.cost(configuration);
         }
         let rates = vec![0.0; configuration.shape.len()];
         let solution = self.solve_one(configuration, &rates)?;
-        Ok(Cost {
+        Ok(PredictedCost {
             dofs: solution.dofs,
             seconds: solution.seconds.total,
             mib: 0.0,
@@ -145,10 +146,7 @@ pub trait Hydrodynamics: Send {
     /// [`ModelError::Unsupported`] for models that do not compute them.
     fn resistances(&mut self) -> Result<&mut dyn Resistances, ModelError> {
         let what = format!("the grand resistance by the model '{}'", self.name());
-        let unsupported = ModelError::Unsupported {
-            what,
-            instead: "use model.kind = \"fem\"".to_owned(),
-        };
+        let unsupported = ModelError::unsupported(what, "use model.kind = \"fem\"");
         self.inner_mut().ok_or(unsupported)?.resistances()
     }
 
@@ -273,12 +271,12 @@ pub trait Resistances {
     fn resistance(
         &mut self,
         configuration: Configuration<'_>,
-    ) -> Result<GrandResistance, ModelError>;
+    ) -> Result<SceneResistance, ModelError>;
 }
 
 /// Grand resistance matrix of bodies, with its error bars.
 #[derive(Clone, Debug)]
-pub struct GrandResistance {
+pub struct SceneResistance {
     /// `F = R U` in the scene's units, with six entries per body: `(U, ω)` and `(F, T)`. Its
     /// inverse is the grand mobility matrix.
     pub matrix: DMatrix<f64>,
@@ -319,7 +317,7 @@ impl History {
 
 /// Predicted cost of one solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Cost {
+pub struct PredictedCost {
     /// Size of the system.
     pub dofs: Dofs,
     /// Estimated seconds for assembly, set-up and solve, without the mesh.

@@ -5,8 +5,8 @@ use rigid::{Articulation, Constraints, Drive, ExternalLoad, Joint, Reduction, St
 
 use crate::error::ModelError;
 use crate::query::Configuration;
-use crate::response::{BodySolution, Response};
-use crate::scaled_scene::ScaledScene;
+use crate::response::Response;
+use crate::scaled_scene::{ScaledResponse, ScaledScene};
 use crate::surface_motion::SurfaceEffect;
 
 /// Velocities and forces of linked bodies, in scaled units.
@@ -119,34 +119,21 @@ impl MobilitySolution {
         constraints: &Constraints,
         loads: &[ExternalLoad],
     ) -> Result<Response, ModelError> {
-        let ScaledScene { scale, set, .. } = scaled;
-        let layout = set.velocity_layout();
-        let motion = set.state_velocity(self.generalised.as_slice())?;
-        let velocity = |body: usize| vector(&self.generalised, layout.bodies()[body]);
-        let mut bodies: Vec<BodySolution> = (motion.spins.iter().enumerate())
-            .map(|(body, spin)| BodySolution {
-                velocity: scale.velocity_to_scene(velocity(body)),
-                angular_velocity: *spin,
-                ..BodySolution::default()
-            })
-            .collect();
-        for (number, body) in scaled.surfaced().enumerate() {
-            bodies[body].force = scale.force_to_scene(vector(&self.forces, 6 * number));
-            bodies[body].torque = scale.torque_to_scene(vector(&self.forces, 6 * number + 3));
-        }
+        let set = &scaled.set;
         let drive = Drive {
             set,
             constraints,
             loads,
         };
         let joint_loads = drive.joint_loads(&self.forces, &self.generalised)?;
-        let joint_force = |row| scale.force_to_scene(vector(&joint_loads, row));
-        Ok(Response {
-            motion: scaled.motion_to_scene(&motion),
-            bodies,
-            joint_forces: set.joint_rows().into_iter().map(joint_force).collect(),
-            slip_power: scale.power_to_scene(self.slip_power),
-        })
+        let rows = set.joint_rows().into_iter();
+        Ok(scaled.response_to_scene(ScaledResponse {
+            motion: &set.state_velocity(self.generalised.as_slice())?,
+            generalised: &self.generalised,
+            forces: &self.forces,
+            joint_forces: rows.map(|row| vector(&joint_loads, row)).collect(),
+            slip_power: self.slip_power,
+        }))
     }
 }
 

@@ -53,7 +53,7 @@ impl Response {
             .chain(&self.joint_forces)
     }
 
-    fn vectors_mut(&mut self) -> impl Iterator<Item = &mut Vector3<f64>> {
+    pub(crate) fn vectors_mut(&mut self) -> impl Iterator<Item = &mut Vector3<f64>> {
         let frames = self.motion.frames.iter_mut();
         (frames.flat_map(|frame| [&mut frame.linear, &mut frame.angular]))
             .chain(&mut self.motion.spins)
@@ -85,17 +85,8 @@ impl Response {
 
     /// Applies `f` to the numbers of both.
     fn zip_apply(&mut self, other: &Self, f: impl Fn(&mut f64, f64)) {
-        let frames = self.motion.frames.iter_mut().zip(&other.motion.frames);
-        frames.for_each(|(a, b)| {
-            a.linear.zip_apply(&b.linear, &f);
-            a.angular.zip_apply(&b.angular, &f);
-        });
-        let bodies = self.bodies.iter_mut().zip(&other.bodies);
-        let bodies = bodies.flat_map(|(a, b)| a.vectors_mut().into_iter().zip(b.vectors()));
-        (self.motion.spins.iter_mut().zip(&other.motion.spins))
-            .chain(bodies)
-            .chain(self.joint_forces.iter_mut().zip(&other.joint_forces))
-            .for_each(|(a, b)| a.zip_apply(b, &f));
+        let vectors = self.vectors_mut().zip(other.vectors());
+        vectors.for_each(|(a, b)| a.zip_apply(b, &f));
         let joints = self.motion.joints.iter_mut().zip(&other.motion.joints);
         joints.for_each(|(a, b)| f(a, *b));
         f(&mut self.slip_power, other.slip_power);
@@ -165,7 +156,7 @@ impl BodySolution {
     }
 
     /// Velocity, angular velocity, force, torque.
-    fn vectors_mut(&mut self) -> [&mut Vector3<f64>; 4] {
+    pub(crate) fn vectors_mut(&mut self) -> [&mut Vector3<f64>; 4] {
         [
             &mut self.velocity,
             &mut self.angular_velocity,

@@ -2,12 +2,13 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3};
+use nalgebra::{DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, ExternalLoad, State, StateVelocity};
 
 use crate::error::ModelError;
 use crate::query::{BodyInertia, Configuration, Query};
-use crate::stresslets::Stresslets;
+use crate::response::{BodySolution, Response};
+use crate::solution::Stresslets;
 use crate::units::Scale;
 use scene::{Body, Scene};
 
@@ -26,6 +27,17 @@ pub(crate) struct ScaledScene {
     to_frame: UnitQuaternion<f64>,
 }
 
+/// Motion and loads of the bodies in scaled units.
+pub(crate) struct ScaledResponse<'a> {
+    pub motion: &'a StateVelocity,
+    /// Generalised velocities of all bodies.
+    pub generalised: &'a DVector<f64>,
+    /// Forces and torques of the bodies with surfaces, six numbers each.
+    pub forces: &'a DVector<f64>,
+    pub joint_forces: Vec<Vector3<f64>>,
+    pub slip_power: f64,
+}
+
 impl ScaledScene {
     /// Scales the bodies, joints and loads of a scene.
     ///
@@ -35,7 +47,7 @@ impl ScaledScene {
         let scale = Scale::new(scene);
         let bodies = || scene.bodies().iter();
         let kinds: Vec<_> = bodies().map(|b| b.kind()).collect();
-        let positions: Vec<_> = bodies().map(|b| scale.point(b.position)).collect();
+        let positions: Vec<_> = bodies().map(|b| scale.length(b.position)).collect();
         let joints = scene.articulation().joints();
         let set = Articulation::new(
             &kinds,
@@ -102,7 +114,7 @@ impl ScaledScene {
     pub fn stresslets_to_scene(&self, scaled: &[Matrix3<f64>]) -> Stresslets {
         let mut bodies = vec![Matrix3::zeros(); self.set.kinds().len()];
         for (body, stresslet) in self.surfaced().zip(scaled) {
-            bodies[body] = self.scale.stresslet_to_scene(stresslet);
+            bodies[body] = self.scale.torque_to_scene(*stresslet);
         }
         Stresslets {
             uncorrected: bodies.clone(),
@@ -198,6 +210,32 @@ impl ScaledScene {
             }
         };
         self.loads.iter().zip(inertia).map(sum).collect()
+    }
+
+    /// Motion and loads in the units of the scene.
+    pub fn response_to_scene(&self, scaled: ScaledResponse) -> Response {
+        let scale = &self.scale;
+        let vector = |list: &DVector<f64>, first| list.fixed_rows::<3>(first).into_owned();
+        let layout = self.set.velocity_layout();
+        let mut bodies: Vec<BodySolution> = (scaled.motion.spins.iter().zip(layout.bodies()))
+            .map(|(spin, &first)| BodySolution {
+                velocity: scale.length_to_scene(vector(scaled.generalised, first)),
+                angular_velocity: *spin,
+                ..BodySolution::default()
+            })
+            .collect();
+        for (number, body) in self.surfaced().enumerate() {
+            let [force, torque] = [0, 3].map(|part| vector(scaled.forces, 6 * number + part));
+            bodies[body].force = scale.force_to_scene(force);
+            bodies[body].torque = scale.torque_to_scene(torque);
+        }
+        let joint_forces = scaled.joint_forces.into_iter();
+        Response {
+            motion: self.motion_to_scene(scaled.motion),
+            bodies,
+            joint_forces: joint_forces.map(|f| scale.force_to_scene(f)).collect(),
+            slip_power: scale.power_to_scene(scaled.slip_power),
+        }
     }
 
     /// Rate of change of the state in the units of the scene.

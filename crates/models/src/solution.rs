@@ -1,17 +1,15 @@
-//! Solutions of models: motion and forces, with their error bars.
+//! Solutions of models: motion and forces, their error bars, stresslets, reasons for new meshes.
 
 use std::ops::{Deref, DerefMut};
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rigid::StateVelocity;
+use serde::{Deserialize, Serialize};
 use stokes::{Checks, Dofs, Seconds, SolverReport};
 
 use crate::discretisation_error::DiscretisationError;
-use crate::error_estimate::ErrorEstimate;
 use crate::flow_field::SolutionFlow;
-use crate::remesh::Remesh;
 use crate::response::{BodySolution, Response};
-use crate::stresslets::Stresslets;
 
 /// Solution for one configuration and one set of joint rates, in the scene's units.
 ///
@@ -99,6 +97,23 @@ impl InstantaneousSolution {
         })
     }
 
+    /// A solution by the elimination of the joints and the factorisation of a small matrix.
+    pub(crate) fn solved_directly(response: Response, dofs: usize, residual: f64) -> Self {
+        Self {
+            dofs: Dofs {
+                total: dofs,
+                ..Dofs::default()
+            },
+            solver: SolverReport {
+                formulation: "p-tilde".to_owned(),
+                solver: "direct".to_owned(),
+                iterations: 0,
+                true_relative_residual: residual,
+            },
+            ..response.into()
+        }
+    }
+
     /// Subtracts an estimated discretisation error, and enters the error bars that remain.
     pub fn correct(&mut self, error: DiscretisationError) {
         self.response -= &error.response;
@@ -164,4 +179,179 @@ impl InstantaneousSolution {
             ),
         ]
     }
+}
+
+/// Error bars of a quantity by source, in its units; `None` for a source that was not estimated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct ErrorEstimate {
+    /// Discretisation on a mesh.
+    pub mesh: Option<f64>,
+    /// Truncation of the domain: a ball for unbounded fluid, a part of an infinite cylinder.
+    pub container: Option<f64>,
+    /// Approximation by the model: truncated expansions or interactions, interpolation in tables,
+    /// superposition.
+    pub model: Option<f64>,
+    /// Residual of the linear solve.
+    pub algebraic: Option<f64>,
+    /// Time integration along the gait.
+    pub integration: Option<f64>,
+}
+
+impl ErrorEstimate {
+    /// The error bar of an approximation by a model alone.
+    pub(crate) fn of_model(error: f64) -> Self {
+        Self {
+            model: Some(error),
+            ..Self::default()
+        }
+    }
+
+    /// Names and error bars of the sources, in the order of the fields.
+    pub fn sources(&self) -> [(&'static str, Option<f64>); 5] {
+        [
+            ("mesh", self.mesh),
+            ("container", self.container),
+            ("model", self.model),
+            ("algebraic", self.algebraic),
+            ("integration", self.integration),
+        ]
+    }
+
+    /// Sum of the estimated error bars.
+    pub fn total(&self) -> f64 {
+        self.sources().iter().filter_map(|(_, e)| *e).sum()
+    }
+
+    /// Adds `weight` times another estimate, source by source.
+    pub fn accumulate(&mut self, weight: f64, other: &Self) {
+        let add = |sum: &mut Option<f64>, term: Option<f64>| {
+            if let Some(term) = term {
+                *sum = Some(sum.unwrap_or(0.0) + weight * term);
+            }
+        };
+        add(&mut self.mesh, other.mesh);
+        add(&mut self.container, other.container);
+        add(&mut self.model, other.model);
+        add(&mut self.algebraic, other.algebraic);
+        add(&mut self.integration, other.integration);
+    }
+}
+
+/// Stresslets of the bodies of one solution, in the scene's units.
+///
+/// The stresslet of a body has the sign of Batchelor (1970): it is the symmetric first moment,
+/// without trace, of the traction `σ n` of the fluid on the body. With the normal `n` out of the
+/// body and positions `x` relative to its centre
+///
+/// ```text
+/// S = ∮ [(σ n) x^T + x (σ n)^T] / 2 - I (x · σ n) / 3 - μ (u n^T + n u^T) dS
+/// ```
+///
+/// A rigid sphere in the strain `E` has `20π/3 μ a^3 E` (Einstein 1906), a squirmer
+/// `4π/3 μ a^2 B2 (3 e e^T - I)`: positive along its axis for pullers, negative for pushers. The
+/// forces of solutions are those on the fluid, so the first moment of these forces is `-S` for
+/// rigid surfaces. The flow of a force-free body is `-3 x (x · S x) / (8π μ r^5)` far from it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stresslets {
+    /// One per body of the scene; zero for points.
+    pub bodies: Vec<Matrix3<f64>>,
+    /// Those before the estimated discretisation error was subtracted.
+    pub uncorrected: Vec<Matrix3<f64>>,
+    /// Error bar of the norms of the stresslets; `None` if it was not estimated.
+    pub error: Option<f64>,
+}
+
+impl Stresslets {
+    /// These corrected stresslets, with what was computed, the relative uncertainty of the
+    /// correction and a lower bound of the uncertainty.
+    #[must_use]
+    pub(crate) fn correcting(self, computed: &Self, relative: f64, at_least: f64) -> Self {
+        let changes = self.bodies.iter().zip(&computed.bodies);
+        let largest = changes.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        Self {
+            uncorrected: computed.bodies.clone(),
+            error: Some(at_least.max(relative * largest)),
+            ..self
+        }
+    }
+
+    /// Norm of the largest stresslet.
+    pub fn largest(&self) -> f64 {
+        (self.bodies.iter()).map(Matrix3::norm).fold(0.0, f64::max)
+    }
+
+    /// Rotates all stresslets, for a configuration that is rotated as a whole.
+    pub(crate) fn rotate(&mut self, rotation: &UnitQuaternion<f64>) {
+        let rotation = rotation.to_rotation_matrix();
+        for stresslet in self.bodies.iter_mut().chain(&mut self.uncorrected) {
+            *stresslet = rotation.matrix() * *stresslet * rotation.matrix().transpose();
+        }
+    }
+}
+
+/// Why the mesh of a configuration was not obtained by moving an existing one as before.
+///
+/// A new mesh was generated, or the mesh of a file was moved by another method.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Remesh {
+    /// There was no mesh before.
+    First,
+    /// A cell would have been inverted by the motion.
+    Inverted,
+    /// The smallest Jacobian of a curved cell, relative to the straight cell, was too small.
+    Jacobian(f64),
+    /// The smallest mean ratio of a cell was too small.
+    Quality(f64),
+    /// Cells in a gap were too long: their length relative to the width of the gap.
+    Gap(f64),
+    /// A body was too close to an end of the meshed part of a cylinder: their distance in radii.
+    End(f64),
+    /// The mesh of a file was moved by another method than before.
+    Motion {
+        /// Name of the method, a value of `fem.mesh_motion`.
+        name: &'static str,
+        /// The methods before, each with the reason why its mesh was too poor.
+        tried: String,
+    },
+    /// The fluid between the walls of a file and the bodies was meshed again.
+    InsideFile {
+        /// The methods that moved the mesh of the file, each with the reason why it was too poor.
+        tried: String,
+    },
+}
+
+impl std::fmt::Display for Remesh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::First => write!(f, "first mesh"),
+            Self::Inverted => write!(f, "a moved cell would be inverted"),
+            Self::Jacobian(value) => write!(f, "smallest Jacobian of a moved cell {value:.3}"),
+            Self::Quality(value) => write!(f, "smallest quality of a moved cell {value:.3}"),
+            Self::Gap(ratio) => write!(
+                f,
+                "moved cells {ratio:.2} times as long as their gap is wide"
+            ),
+            Self::End(distance) => write!(
+                f,
+                "the meshed part of the cylinder ends {distance:.2} radii from a body"
+            ),
+            Self::Motion { name, tried } => {
+                write!(f, "mesh of the file moved by {name} ({tried})")
+            }
+            Self::InsideFile { tried } => {
+                write!(f, "meshed again inside the walls of the file ({tried})")
+            }
+        }
+    }
+}
+
+/// A mesh that was generated during a run, or a change of the method that moves the mesh of a file.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct NewMesh {
+    /// Time of the configuration that it was needed for.
+    pub time: f64,
+    /// Number of the phase, counted from one over all cycles.
+    pub phase: usize,
+    /// Why it was needed.
+    pub reason: String,
 }

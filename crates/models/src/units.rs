@@ -1,8 +1,10 @@
 //! Scaled units, in which flows are computed: smallest radius 1, viscosity 1, time as in the scene.
 
+use std::ops::{Div, Mul};
+
 use mesh::{MeshError, Surface, TetMesh};
 use mesher::GenerateError;
-use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Translation3, Vector3};
+use nalgebra::{DMatrix, Isometry3, Matrix6, Vector3};
 use rigid::{ExternalLoad, Joint, JointDrive, PassiveDrive, State, StateVelocity, Twist};
 
 use scene::{Background, Scene, Shape};
@@ -26,9 +28,7 @@ pub struct Scale {
 impl Scale {
     /// The scale of a scene: its smallest radius and its viscosity.
     pub fn new(scene: &Scene) -> Self {
-        let smallest = scene
-            .bodies()
-            .iter()
+        let smallest = (scene.bodies().iter())
             .map(scene::Body::bounding_radius)
             .filter(|&radius| radius > 0.0)
             .fold(f64::INFINITY, f64::min);
@@ -38,9 +38,14 @@ impl Scale {
         }
     }
 
-    /// Scaled length of a length of the scene.
-    pub fn length(&self, length: f64) -> f64 {
+    /// Scaled length, position or velocity of one of the scene.
+    pub fn length<T: Div<f64, Output = T>>(&self, length: T) -> T {
         length / self.length
+    }
+
+    /// Length, position or velocity in the scene of a scaled one.
+    pub fn length_to_scene<T: Mul<f64, Output = T>>(&self, length: T) -> T {
+        length * self.length
     }
 
     /// Surface of a shape at a scaled pose relative to the initial configuration; `None` for a
@@ -49,23 +54,13 @@ impl Scale {
         shape.surface(pose, self.length)
     }
 
-    /// Scaled position of a point of the scene.
-    pub fn point(&self, point: Vector3<f64>) -> Vector3<f64> {
-        point / self.length
-    }
-
-    /// Position in the scene of a scaled point.
-    pub fn point_to_scene(&self, point: Vector3<f64>) -> Vector3<f64> {
-        point * self.length
-    }
-
     /// Mesh in the units of the scene from a scaled mesh.
     ///
     /// # Errors
     /// Points that overflow.
     pub fn mesh_to_scene(&self, mesh: &TetMesh) -> Result<TetMesh, MeshError> {
         let points = mesh.points().iter();
-        mesh.with_points(points.map(|&x| self.point_to_scene(x)).collect())
+        mesh.with_points(points.map(|&x| self.length_to_scene(x)).collect())
     }
 
     /// An error of the mesh generator with its place and distances in the scene.
@@ -93,14 +88,10 @@ impl Scale {
     /// Scaled state of a state of the scene with the passive joints `passive`.
     pub fn state<'l>(&self, state: &State, passive: impl Iterator<Item = &'l Joint>) -> State {
         State {
-            frames: state
-                .frames
-                .iter()
+            frames: (state.frames.iter())
                 .map(|frame| {
-                    Isometry3::from_parts(
-                        Translation3::from(self.point(frame.translation.vector)),
-                        frame.rotation,
-                    )
+                    let position = self.length(frame.translation.vector);
+                    Isometry3::from_parts(position.into(), frame.rotation)
                 })
                 .collect(),
             attitudes: state.attitudes.clone(),
@@ -164,34 +155,14 @@ impl Scale {
         scene.background().map(scaled)
     }
 
-    /// Velocity in the scene of a scaled velocity.
-    pub fn velocity_to_scene(&self, velocity: Vector3<f64>) -> Vector3<f64> {
-        velocity * self.length
-    }
-
-    /// Speed in the scene of a scaled speed.
-    pub fn speed_to_scene(&self, speed: f64) -> f64 {
-        speed * self.length
-    }
-
-    /// Force in the scene of a scaled force.
-    pub fn force_to_scene(&self, force: Vector3<f64>) -> Vector3<f64> {
+    /// Force in the scene of a scaled force, or its magnitude.
+    pub fn force_to_scene<T: Mul<f64, Output = T>>(&self, force: T) -> T {
         force * self.force_unit()
     }
 
-    /// Magnitude in the scene of a scaled force.
-    pub fn load_to_scene(&self, force: f64) -> f64 {
-        force * self.force_unit()
-    }
-
-    /// Torque in the scene of a scaled torque.
-    pub fn torque_to_scene(&self, torque: Vector3<f64>) -> Vector3<f64> {
+    /// Torque or stresslet in the scene of a scaled one.
+    pub fn torque_to_scene<T: Mul<f64, Output = T>>(&self, torque: T) -> T {
         torque * (self.force_unit() * self.length)
-    }
-
-    /// Stresslet in the scene of a scaled one, in the unit of torques.
-    pub fn stresslet_to_scene(&self, stresslet: &Matrix3<f64>) -> Matrix3<f64> {
-        stresslet * (self.force_unit() * self.length)
     }
 
     /// Power in the scene of a scaled power.
@@ -231,11 +202,9 @@ impl Scale {
         passive: impl Iterator<Item = &'l Joint>,
     ) -> StateVelocity {
         StateVelocity {
-            frames: motion
-                .frames
-                .iter()
+            frames: (motion.frames.iter())
                 .map(|twist| Twist {
-                    linear: self.velocity_to_scene(twist.linear),
+                    linear: self.length_to_scene(twist.linear),
                     angular: twist.angular,
                 })
                 .collect(),

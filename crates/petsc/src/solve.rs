@@ -1,12 +1,13 @@
 //! Solutions of a Stokes problem that is divided between processes.
 
+use std::iter::once;
 use std::time::Instant;
 
 use rigid::{Constrained, Drive, FlowSolution, Imposed, MeshPart, NodeRole};
 use stokes::fem::{SurplusPart, SurplusSpace, mean_pressure};
 use stokes::{
     Checks, Dofs, Engine, Estimate, Gather, Options, PartEquations, Problem, Seconds, Solution,
-    SolverReport, StokesError,
+    SolvedBatch, SolverReport, StokesError,
 };
 
 use crate::PetscError;
@@ -118,60 +119,47 @@ pub fn solve(
         sizes: &sizes,
         fields: &Fields::new(mesh, &partition, &submesh, session.rank()),
     };
-    let (mut flows, mut reports) = (Vec::new(), Vec::new());
-    let imposed = std::iter::once(None).chain(others.iter().map(Some));
-    for imposed in imposed {
-        let clock = Instant::now();
-        let (flow, report) = divided.flow(imposed, drive, options.rtol)?;
+    let clock = Instant::now();
+    let (mut flows, mut reports, mut levels) = (Vec::new(), Vec::new(), 0);
+    for imposed in once(None).chain(others.iter().map(Some)) {
+        let (flow, solved) = divided.flow(imposed, drive, options.rtol)?;
         flows.push(flow);
-        reports.push((report, clock.elapsed().as_secs_f64()));
+        let name = format!("petsc {}", options.solver.name());
+        let (iterations, residual) = (solved.iterations, solved.true_relative_residual);
+        let report = SolverReport::new(options.formulation, name, iterations, residual);
+        reports.push((report, solved.error_estimate));
+        levels = solved.levels;
     }
+    let solve = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let estimates = match space {
         Some(space) => divided.estimates(space, drive, &flows, options.estimate_rtol)?,
         None => Vec::new(),
     };
-    let estimate_seconds = clock.elapsed().as_secs_f64() / drives.len() as f64;
-
-    let dofs = Dofs {
-        velocity: 3 * free_nodes,
-        pressure: mesh.n_vertices(),
-        total: 3 * free_nodes + border + mesh.n_vertices(),
+    let batch = SolvedBatch {
+        flows,
+        reports,
+        estimates,
+        dofs: Dofs {
+            velocity: 3 * free_nodes,
+            pressure: mesh.n_vertices(),
+            total: 3 * free_nodes + border + mesh.n_vertices(),
+        },
+        seconds: Seconds {
+            assembly,
+            setup,
+            solve,
+            estimate: clock.elapsed().as_secs_f64(),
+            ..Seconds::default()
+        },
     };
-    let mut estimates = estimates.into_iter();
-    let mut shared_seconds = [assembly, setup];
-    let mut all = Vec::with_capacity(drives.len());
-    for (flow, (report, solve)) in flows.into_iter().zip(reports) {
-        let [assembly, setup] = std::mem::take(&mut shared_seconds);
-        let (estimate, checks) = estimates.next().unzip();
-        all.push(DistributedSolution {
-            levels: report.levels,
-            own_dofs: sizes.len(),
-            solution: Solution {
-                slip_power: problem.power_of_slip(&flow)?,
-                estimate,
-                checks,
-                dofs,
-                solver: SolverReport {
-                    formulation: options.formulation.name().to_owned(),
-                    solver: format!("petsc {}", options.solver.name()),
-                    iterations: report.iterations,
-                    true_relative_residual: report.true_relative_residual,
-                },
-                algebraic_error: report.error_estimate,
-                seconds: Seconds {
-                    assembly,
-                    setup,
-                    solve,
-                    estimate: estimate_seconds,
-                    total: assembly + setup + solve + estimate_seconds,
-                    ..Seconds::default()
-                },
-                flow,
-            },
-        });
-    }
-    Ok(all)
+    let distributed = |solution| DistributedSolution {
+        solution,
+        levels,
+        own_dofs: sizes.len(),
+    };
+    let solutions = problem.solutions(batch)?;
+    Ok(solutions.into_iter().map(distributed).collect())
 }
 
 /// The free vertices of this process, in the order of their dofs.

@@ -276,7 +276,8 @@ fn a_gait_moves_as_on_one_machine_and_resumes() {
         })
     };
     let alone = folder.path().join("alone");
-    let expected = run_with(scene, &elements, &alone, false, true, &mut (), &mut ()).expect("a run");
+    let expected =
+        run_with(scene, &elements, &alone, false, true, &mut (), &mut ()).expect("a run");
     let expected = expected.outcome.displacement[0].x;
     let out = folder.path().join("out");
     let out = out.to_str().expect("a path of letters");

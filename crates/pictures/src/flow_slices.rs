@@ -7,12 +7,11 @@ use nalgebra::{Isometry3, UnitQuaternion};
 use rigid::State;
 use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
+use swimmer::{Folder, SpanResult, SpanSolution};
 
 use crate::error::PictureError;
 use crate::flow_slice::{FlowSlice, SliceFrame, SlicePlane};
 use crate::packed;
-use swimmer::Folder;
-use swimmer::{SpanResult, SpanSolution};
 
 /// Name of the file.
 pub(crate) const FLOW_SLICES: &str = "flow_slices.json";
@@ -131,11 +130,11 @@ impl SliceSeries {
     /// An empty series.
     ///
     /// # Errors
-    /// Those of [`SliceFrame::of`].
+    /// Those of [`SliceFrame::from_scene`].
     pub fn new(scene: &Scene) -> Result<Self, PictureError> {
         let gait = scene.gait();
         Ok(Self {
-            frame: SliceFrame::of(scene)?,
+            frame: SliceFrame::from_scene(scene)?,
             cycle: gait.cycle_duration(),
             takes_last: gait.phases.len() >= MANY_PHASES,
             pending: Vec::new(),
@@ -146,7 +145,7 @@ impl SliceSeries {
     /// Continues the series of an interrupted run.
     ///
     /// # Errors
-    /// Those of [`SliceFrame::of`].
+    /// Those of [`SliceFrame::from_scene`].
     pub fn resumed(scene: &Scene, folder: &Folder) -> Result<Self, PictureError> {
         Ok(Self {
             stored: StoredSlices::read(folder.path()),
@@ -310,7 +309,7 @@ impl Unsolved {
         scene: &Scene,
         field: &FlowField,
     ) -> Result<StoredSlice, PictureError> {
-        let slice = FlowSlice::of_field(self.plane(frame, scene)?, POINTS, field)?;
+        let slice = FlowSlice::from_field(self.plane(frame, scene)?, POINTS, field)?;
         Ok(StoredSlice::new(self.time, &slice))
     }
 

@@ -21,13 +21,9 @@ pub struct RunPictures {
 struct Running {
     scene: Scene,
     folder: Folder,
-    flow: Flow,
-}
-
-#[derive(Debug)]
-enum Flow {
-    Series(Box<SliceSeries>),
-    Stored(StoredSlices),
+    /// Slices of the flow, until the gait is done.
+    series: Option<SliceSeries>,
+    stored: StoredSlices,
 }
 
 impl RunPictures {
@@ -51,19 +47,17 @@ impl RunFiles for RunPictures {
         self.run = Some(Running {
             scene: scene.clone(),
             folder: folder.clone(),
-            flow: Flow::Series(Box::new(series)),
+            series: Some(series),
+            stored: StoredSlices::default(),
         });
         Ok(())
     }
 
     fn solved(&mut self, span: &PhaseSpan, solution: &SpanSolution) -> Result<(), SwimError> {
-        if let Some(Running {
-            scene,
-            flow: Flow::Series(series),
-            ..
-        }) = &mut self.run
+        if let Some(run) = &mut self.run
+            && let Some(series) = &mut run.series
         {
-            series.add(scene, span, solution)?;
+            series.add(&run.scene, span, solution)?;
         }
         Ok(())
     }
@@ -75,50 +69,36 @@ impl RunFiles for RunPictures {
         first: usize,
         flow: Option<&SolutionFlow>,
     ) -> Result<(), SwimError> {
-        if let Some(Running {
-            scene,
-            folder,
-            flow: Flow::Series(series),
-        }) = &mut self.run
+        if let Some(run) = &mut self.run
+            && let Some(series) = &mut run.series
         {
-            series.finish_span(folder, scene, span, result, first, flow)?;
+            series.finish_span(&run.folder, &run.scene, span, result, first, flow)?;
         }
         Ok(())
     }
 
     fn write(&mut self, so_far: &Outcome) -> Result<(), SwimError> {
-        if let Some(Running { scene, folder, .. }) = &self.run {
-            let svg = trajectory_svg(scene, so_far)?;
-            folder.write("trajectory.svg", |file| file.write_all(svg.as_bytes()))?;
+        if let Some(run) = &self.run {
+            let svg = trajectory_svg(&run.scene, so_far)?;
+            (run.folder).write("trajectory.svg", |file| file.write_all(svg.as_bytes()))?;
         }
         Ok(())
     }
 
     fn gait_done(&mut self, model: &mut dyn Hydrodynamics) -> Result<(), SwimError> {
-        self.run = match self.run.take() {
-            Some(Running {
-                scene,
-                folder,
-                flow: Flow::Series(series),
-            }) => Some(Running {
-                flow: Flow::Stored(series.finish(&folder, &scene, model)?),
-                scene,
-                folder,
-            }),
-            other => other,
-        };
+        if let Some(run) = &mut self.run
+            && let Some(series) = run.series.take()
+        {
+            run.stored = series.finish(&run.folder, &run.scene, model)?;
+        }
         Ok(())
     }
 
     fn run_done(&mut self, report: &Report, summary: &Value) -> Result<(), SwimError> {
-        if let Some(Running {
-            folder,
-            flow: Flow::Stored(slices),
-            ..
-        }) = self.run.take()
-        {
-            let (scene, outcome) = (&report.scene, &report.outcome);
-            RunRecord::new(scene, outcome, summary, slices, folder.path()).write_page(&folder)?;
+        if let Some(run) = self.run.take() {
+            let (scene, outcome, folder) = (&report.scene, &report.outcome, &run.folder);
+            let record = RunRecord::new(scene, outcome, summary, run.stored, folder.path());
+            record.write_page(folder)?;
         }
         Ok(())
     }

@@ -33,20 +33,16 @@ pub struct Constrained {
     pub vertex_stiffness: Csr,
     pressure_stiffness: Option<Csr>,
     /// Generalised velocities from the border dofs: `q = columns v + offset`.
-    pub(crate) columns: DMatrix<f64>,
-    /// Velocities with which the border rows are tested; `None` if they are those of `columns`.
-    tests: Option<DMatrix<f64>>,
-    pub(crate) offset: DVector<f64>,
+    pub(crate) border: Border,
     pub(crate) surface_rows: Vec<usize>,
     /// Meaning of the generalised velocities.
     pub(crate) layout: VelocityLayout,
-    pub(crate) joint_loads: Option<JointLoads>,
-    pub(crate) first_multiplier: Option<usize>,
     /// The couplings before the constraints were imposed: forces are computed from them.
     pub(crate) surfaces: Surfaces,
 }
 
 /// Velocities, constraints and multipliers that a formulation adds to the equations of the fluid.
+#[derive(Clone, Debug)]
 pub(crate) struct Border {
     /// Generalised velocities for each border dof; zero columns for multipliers.
     pub columns: DMatrix<f64>,
@@ -74,6 +70,29 @@ impl Border {
             joint_loads: None,
             first_multiplier: None,
         }
+    }
+
+    /// Velocities with which the border rows are tested.
+    fn tests(&self) -> &DMatrix<f64> {
+        self.rows.as_ref().unwrap_or(&self.columns)
+    }
+
+    /// The rows and columns of the border itself, for bodies with these velocities and tests.
+    fn corner(
+        &self,
+        surfaces: &Surfaces,
+        drive: &Drive,
+        trial: &DMatrix<f64>,
+        test: &DMatrix<f64>,
+    ) -> DMatrix<f64> {
+        let mut corner = test.tr_mul(&(&surfaces.corner * trial));
+        // Where symmetry planes cut bodies, the border has the forces on their parts.
+        corner += drive.damping().projected(self.tests(), &self.columns)
+            / surfaces.symmetry_planes.parts();
+        if let Some(constraints) = &self.constraints {
+            corner += constraints;
+        }
+        corner
     }
 }
 
@@ -108,33 +127,18 @@ impl Constrained {
         )?;
         surfaces.check_positions(&drive.constraints.rigid_positions)?;
         surfaces.check_determined()?;
-        let Border {
-            columns,
-            rows,
-            offset,
-            constraints,
-            joint_loads,
-            first_multiplier,
-        } = border;
-        let surface_columns = columns.select_rows(&surface_rows);
-        let tests = rows.as_ref().unwrap_or(&columns);
-        let surface_tests = tests.select_rows(&surface_rows);
-        let damping = drive.damping();
         let rhs = imposed_rhs(
             &surfaces,
-            tests,
+            border.tests(),
             &surface_rows,
-            &(loads - damping.times(&offset)),
-            &offset,
+            &(loads - drive.damping().times(&border.offset)),
+            &border.offset,
         );
-        let mut corner = surface_tests.tr_mul(&(&surfaces.corner * &surface_columns));
-        // Where symmetry planes cut bodies, the border has the forces on their parts.
-        corner += damping.projected(tests, &columns) / surfaces.symmetry_planes.parts();
-        if let Some(constraints) = &constraints {
-            corner += constraints;
-        }
-        let trial = to_csr(&surface_columns);
-        let test = rows.is_some().then(|| to_csr(&surface_tests));
+        let trial = border.columns.select_rows(&surface_rows);
+        let test = border.tests().select_rows(&surface_rows);
+        let corner = border.corner(&surfaces, drive, &trial, &test);
+        let trial = to_csr(&trial);
+        let test = border.rows.is_some().then(|| to_csr(&test));
         let FluidBlocks {
             stiffness,
             divergence,
@@ -166,13 +170,9 @@ impl Constrained {
             prolongation: prolongation?,
             vertex_stiffness,
             pressure_stiffness,
-            columns,
-            tests: rows,
-            offset,
+            border,
             surface_rows,
             layout: drive.constraints.layout.clone(),
-            joint_loads,
-            first_multiplier,
             surfaces,
         })
     }
@@ -190,7 +190,7 @@ impl Constrained {
         let (all, joint_loads) = drive.reduced(self.surfaces.symmetry_planes)?;
         // The joint loads contain the independent constraint rows and the vectors along the joints:
         // everything in the matrix that joints and their values determine.
-        if self.joint_loads.as_ref() != Some(&joint_loads) {
+        if self.border.joint_loads.as_ref() != Some(&joint_loads) {
             return Err(RigidError::OtherJoints);
         }
         self.surfaces
@@ -199,7 +199,7 @@ impl Constrained {
         Ok(Imposed {
             rhs: imposed_rhs(
                 &self.surfaces,
-                self.tests(),
+                self.border.tests(),
                 &self.surface_rows,
                 &(loads - drive.damping().times(&all.offset)),
                 &all.offset,
@@ -216,7 +216,7 @@ impl Constrained {
     /// # Errors
     /// Loads of the wrong length.
     pub fn rhs_of_loads(&self, loads: &DVector<f64>) -> Result<Vec<f64>, RigidError> {
-        let tests = self.tests();
+        let tests = self.border.tests();
         check_length("generalised loads", loads.len(), tests.nrows())?;
         let mut rhs = vec![0.0; self.dofs()];
         let loads = tests.tr_mul(loads) / self.surfaces.symmetry_planes.parts();
@@ -243,7 +243,7 @@ impl Constrained {
         let pressures = self.surfaces.rigid_divergence.rows();
         check_length("volume sources", pressure.len(), pressures)?;
         let on_surfaces = self.surfaces.loads_of_forces(velocity);
-        let surface_tests = self.tests().select_rows(&self.surface_rows);
+        let surface_tests = self.border.tests().select_rows(&self.surface_rows);
         let mut border = surface_tests.tr_mul(&on_surfaces);
         if !self.surfaces.part.owns_border() {
             border.fill(0.0);
@@ -342,23 +342,18 @@ impl Constrained {
     /// Positions of the border dofs in the system that was built.
     pub(crate) fn border_range(&self) -> Range<usize> {
         let first = 3 * self.surfaces.free_nodes.len();
-        first..first + self.columns.ncols()
+        first..first + self.border.columns.ncols()
     }
 
     /// Number of border dofs in formulation P: the velocities of all bodies and nothing else.
     pub(crate) fn independent_velocities(&self) -> Result<usize, RigidError> {
-        let velocities = self.columns.nrows();
-        let is_independent = self.joint_loads.is_none()
-            && velocities == self.columns.ncols()
+        let velocities = self.border.columns.nrows();
+        let is_independent = self.border.joint_loads.is_none()
+            && velocities == self.border.columns.ncols()
             && velocities == 6 * self.surfaces.bodies();
         is_independent
             .then_some(velocities)
             .ok_or(RigidError::NotIndependent)
-    }
-
-    /// Velocities with which the border rows are tested.
-    fn tests(&self) -> &DMatrix<f64> {
-        self.tests.as_ref().unwrap_or(&self.columns)
     }
 }
 

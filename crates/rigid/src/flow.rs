@@ -110,7 +110,7 @@ impl Constrained {
     /// # Errors
     /// A solution of the wrong length, [`RigidError::OtherSet`].
     pub fn flow(&self, solution: &[f64], set: &Articulation) -> Result<FlowSolution, RigidError> {
-        self.flow_with(solution, &self.offset, set)
+        self.flow_with(solution, &self.border.offset, set)
     }
 
     /// Velocities, forces and pressure from a solution for the right-hand side of other rates.
@@ -127,7 +127,7 @@ impl Constrained {
         check_length(
             "imposed velocities",
             imposed.offset.len(),
-            self.offset.len(),
+            self.border.offset.len(),
         )?;
         self.flow_with(solution, &imposed.offset, set)
     }
@@ -138,40 +138,53 @@ impl Constrained {
         offset: &DVector<f64>,
         set: &Articulation,
     ) -> Result<FlowSolution, RigidError> {
+        self.solved(solution, Some(offset), set, |flow, free, border| {
+            flow.forces = (self.surfaces).forces(free, &flow.bodies, &flow.pressure);
+            // Where a symmetry plane cuts bodies, multipliers also include the loads of the plane.
+            let is_whole = self.surfaces.symmetry_planes.is_empty();
+            let multipliers = self.border.first_multiplier.filter(|_| is_whole);
+            flow.joint_loads = match (&self.border.joint_loads, multipliers) {
+                (None, _) => DVector::zeros(0),
+                (Some(loads), Some(first)) => loads.of_multipliers(&border.as_slice()[first..]),
+                (Some(loads), None) => loads.balancing(&flow.forces, &flow.generalised)?,
+            };
+            flow.velocity = self.surfaces.with_prescribed(free, &flow.bodies);
+            flow.stresslets = (self.surfaces).stresslets(&flow.velocity, &flow.pressure);
+            Ok(())
+        })
+    }
+
+    /// The flow of a solution, whose forces and velocities of nodes `complete` fills in from the
+    /// velocities of the free nodes and the border.
+    fn solved(
+        &self,
+        solution: &[f64],
+        offset: Option<&DVector<f64>>,
+        set: &Articulation,
+        complete: impl FnOnce(&mut FlowSolution, &[f64], &DVector<f64>) -> Result<(), RigidError>,
+    ) -> Result<FlowSolution, RigidError> {
         if set.velocity_layout() != self.layout {
             return Err(RigidError::OtherSet);
         }
         let solution = self.surfaces.part.completed(solution);
-        let Blocks {
-            free,
-            border,
-            pressure,
-        } = self.split(&solution)?;
-        let generalised = &self.columns * &border + offset;
-        let bodies = generalised.select_rows(&self.surface_rows);
-        let forces = self.surfaces.forces(free, &bodies, pressure);
-        // Where a symmetry plane cuts bodies, multipliers also include the loads of the plane.
-        let is_whole = self.surfaces.symmetry_planes.is_empty();
-        let joint_loads = match (
-            &self.joint_loads,
-            self.first_multiplier.filter(|_| is_whole),
-        ) {
-            (None, _) => DVector::zeros(0),
-            (Some(loads), Some(first)) => loads.of_multipliers(&border.as_slice()[first..]),
-            (Some(loads), None) => loads.balancing(&forces, &generalised)?,
-        };
-        let velocity = self.surfaces.with_prescribed(free, &bodies);
-        Ok(FlowSolution {
-            stresslets: self.surfaces.stresslets(&velocity, pressure),
-            velocity,
-            forces,
-            joint_loads,
-            pressure: pressure.to_vec(),
+        let blocks = self.split(&solution)?;
+        let mut generalised = &self.border.columns * &blocks.border;
+        if let Some(offset) = offset {
+            generalised += offset;
+        }
+        let mut flow = FlowSolution {
+            velocity: Vec::new(),
+            pressure: blocks.pressure.to_vec(),
+            bodies: generalised.select_rows(&self.surface_rows),
+            forces: DVector::zeros(self.surface_rows.len()),
+            stresslets: Vec::new(),
+            joint_loads: DVector::zeros(0),
             state: set.state_velocity(generalised.as_slice())?,
             generalised,
-            bodies,
             joint_rows: set.joint_rows(),
-        })
+        };
+        complete(&mut flow, blocks.free, &blocks.border)?;
+        Ok(flow)
     }
 
     /// Change of a flow by forces on the nodes, at the same rates, loads and wall velocities.
@@ -191,41 +204,16 @@ impl Constrained {
         forces_on_nodes: &[Vector3<f64>],
         set: &Articulation,
     ) -> Result<FlowSolution, RigidError> {
-        if set.velocity_layout() != self.layout {
-            return Err(RigidError::OtherSet);
-        }
-        check_length(
-            "forces on the nodes",
-            forces_on_nodes.len(),
-            self.surfaces.nodes(),
-        )?;
-        let solution = self.surfaces.part.completed(solution);
-        let Blocks {
-            free,
-            border,
-            pressure,
-        } = self.split(&solution)?;
-        let generalised = &self.columns * &border;
-        let bodies = generalised.select_rows(&self.surface_rows);
-        let residuals = self
-            .surfaces
-            .change_of_forces(free, &bodies, pressure, forces_on_nodes);
-        let (joint_loads, forces) = match &self.joint_loads {
-            None => (DVector::zeros(0), DVector::zeros(bodies.len())),
-            Some(loads) => loads.change(&residuals, &generalised)?,
-        };
-        let velocity = self.surfaces.all_velocities(free, &bodies);
-        let stresslets = (self.surfaces).change_of_stresslets(&velocity, pressure, forces_on_nodes);
-        Ok(FlowSolution {
-            stresslets,
-            velocity,
-            pressure: pressure.to_vec(),
-            state: set.state_velocity(generalised.as_slice())?,
-            generalised,
-            bodies,
-            forces,
-            joint_loads,
-            joint_rows: set.joint_rows(),
+        let (surfaces, nodes) = (&self.surfaces, forces_on_nodes);
+        check_length("forces on the nodes", nodes.len(), surfaces.nodes())?;
+        self.solved(solution, None, set, |flow, free, _| {
+            let residuals = surfaces.change_of_forces(free, &flow.bodies, &flow.pressure, nodes);
+            if let Some(loads) = &self.border.joint_loads {
+                (flow.joint_loads, flow.forces) = loads.change(&residuals, &flow.generalised)?;
+            }
+            flow.velocity = surfaces.all_velocities(free, &flow.bodies);
+            flow.stresslets = surfaces.change_of_stresslets(&flow.velocity, &flow.pressure, nodes);
+            Ok(())
         })
     }
 
@@ -235,7 +223,7 @@ impl Constrained {
     /// # Errors
     /// A solution of the wrong length.
     pub fn generalised_of_loads(&self, solution: &[f64]) -> Result<DVector<f64>, RigidError> {
-        Ok(&self.columns * self.split(&self.surfaces.part.completed(solution))?.border)
+        Ok(&self.border.columns * self.split(&self.surfaces.part.completed(solution))?.border)
     }
 
     /// Velocity of each node and pressure of a solution for [`Constrained::rhs_of_loads`] or
@@ -248,22 +236,16 @@ impl Constrained {
         solution: &[f64],
     ) -> Result<(Vec<Vector3<f64>>, Vec<f64>), RigidError> {
         let solution = self.surfaces.part.completed(solution);
-        let Blocks {
-            free,
-            border,
-            pressure,
-        } = self.split(&solution)?;
-        let bodies = (&self.columns * border).select_rows(&self.surface_rows);
-        Ok((
-            self.surfaces.all_velocities(free, &bodies),
-            pressure.to_vec(),
-        ))
+        let blocks = self.split(&solution)?;
+        let bodies = (&self.border.columns * blocks.border).select_rows(&self.surface_rows);
+        let velocity = self.surfaces.all_velocities(blocks.free, &bodies);
+        Ok((velocity, blocks.pressure.to_vec()))
     }
 
     fn split<'s>(&self, solution: &'s [f64]) -> Result<Blocks<'s>, RigidError> {
         check_length("entries of the solution", solution.len(), self.dofs())?;
         let (free, rest) = solution.split_at(3 * self.surfaces.free_nodes.len());
-        let (border, pressure) = rest.split_at(self.columns.ncols());
+        let (border, pressure) = rest.split_at(self.border.columns.ncols());
         Ok(Blocks {
             free,
             border: DVector::from_column_slice(border),

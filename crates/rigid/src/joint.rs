@@ -190,29 +190,63 @@ pub enum JointKind {
     },
 }
 
+/// The relative motion that a joint leaves free.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Freedom {
+    /// No relative motion.
+    Nothing,
+    /// The distance of the centres, a positive length.
+    Distance,
+    /// The angle about an axis.
+    Angle,
+    /// The rotation, which is part of the state and no value of the joint.
+    Rotation,
+}
+
 impl JointKind {
+    /// The relative motion that the joint leaves free.
+    pub fn freedom(&self) -> Freedom {
+        match self {
+            Self::Slide => Freedom::Distance,
+            Self::Fixed => Freedom::Nothing,
+            Self::Turn { .. } => Freedom::Angle,
+            Self::Ball { .. } => Freedom::Rotation,
+        }
+    }
+
     /// Whether the value is an angle and not a length.
     pub fn is_angle(&self) -> bool {
-        match self {
-            Self::Turn { .. } => true,
-            Self::Slide | Self::Fixed | Self::Ball { .. } => false,
-        }
+        self.freedom() == Freedom::Angle
     }
 
     /// Whether the two bodies can rotate relative to each other.
     pub fn turns(&self) -> bool {
-        match self {
-            Self::Turn { .. } | Self::Ball { .. } => true,
-            Self::Slide | Self::Fixed => false,
-        }
+        matches!(self.freedom(), Freedom::Angle | Freedom::Rotation)
     }
 
     /// Whether a gait or a drive can change the value.
     pub fn has_value(&self) -> bool {
-        match self {
-            Self::Slide | Self::Turn { .. } => true,
-            Self::Fixed | Self::Ball { .. } => false,
-        }
+        matches!(self.freedom(), Freedom::Distance | Freedom::Angle)
+    }
+
+    /// Whether the flow determines the relative rotation, which is then part of the state.
+    pub fn has_attitude(&self) -> bool {
+        self.freedom() == Freedom::Rotation
+    }
+
+    /// Whether rows constrain the relative rotation of the two frames.
+    pub(crate) fn constrains_rotation(&self) -> bool {
+        self.freedom() == Freedom::Angle
+    }
+
+    /// Number of scalar constraints: three of the relative translation, three of the rotation.
+    pub(crate) fn rows(&self) -> usize {
+        if self.constrains_rotation() { 6 } else { 3 }
+    }
+
+    /// Whether the value can be reached: lengths are positive.
+    pub(crate) fn admits(&self, value: f64) -> bool {
+        value.is_finite() && (value > 0.0 || self.freedom() != Freedom::Distance)
     }
 
     /// The same joint in another unit of length: all lengths are multiplied by `factor`.
@@ -239,35 +273,11 @@ impl JointKind {
         self
     }
 
-    /// Number of scalar constraints: three of the relative translation, three of the rotation.
-    pub(crate) fn rows(&self) -> usize {
-        match self.constrains_rotation() {
-            false => 3,
-            true => 6,
-        }
-    }
-
-    /// Whether rows constrain the relative rotation of the two frames.
-    pub(crate) fn constrains_rotation(&self) -> bool {
-        match self {
-            Self::Turn { .. } => true,
-            Self::Slide | Self::Fixed | Self::Ball { .. } => false,
-        }
-    }
-
     /// Rotation of the frame of `body` relative to that of `to` at a value, for all but balls.
     pub(crate) fn rotation(&self, value: f64) -> UnitQuaternion<f64> {
         match self {
             Self::Turn { axis, .. } => UnitQuaternion::from_scaled_axis(value * axis),
             Self::Slide | Self::Fixed | Self::Ball { .. } => UnitQuaternion::identity(),
-        }
-    }
-
-    /// Whether the flow determines the relative rotation, which is then part of the state.
-    pub fn has_attitude(&self) -> bool {
-        match self {
-            Self::Ball { .. } => true,
-            Self::Slide | Self::Fixed | Self::Turn { .. } => false,
         }
     }
 
@@ -305,14 +315,6 @@ impl JointKind {
                 let distance = (pivot - point).cross(direction).norm();
                 axis.cross(direction).norm() <= 1e-9 && distance <= tolerance
             }
-        }
-    }
-
-    /// Whether the value can be reached: lengths are positive.
-    pub(crate) fn admits(&self, value: f64) -> bool {
-        match self {
-            Self::Slide => value.is_finite() && value > 0.0,
-            Self::Fixed | Self::Turn { .. } | Self::Ball { .. } => value.is_finite(),
         }
     }
 

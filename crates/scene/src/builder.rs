@@ -5,12 +5,12 @@ use rigid::{Joint, JointDrive, JointKind};
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::keys::FemOptions;
-use crate::keys::{BodyFile, HarmonicFile, JointFile, PhaseFile, SceneFile};
+use crate::keys::{BodyFile, FemOptions, HarmonicFile, JointFile, PhaseFile, SceneFile};
 use crate::nearest::find_name;
 use crate::scene::Scene;
 use crate::shape::Shape;
-use crate::words::{ArmsKind, ModelKind, ShapeKind};
+use crate::shapes::{PointShape, SpheroidShape};
+use crate::words::{ArmsKind, ModelKind};
 use crate::write::{domain_file, joint_file};
 
 /// Replaces the file name in messages about a scene that a program builds.
@@ -92,12 +92,7 @@ impl SceneBuilder {
 
     /// Adds a sphere.
     pub fn sphere(self, name: &str, radius: f64, centre: [f64; 3]) -> Self {
-        self.body(BodyFile {
-            name: Some(name.to_owned()),
-            radius: Some(radius),
-            position: Some(centre),
-            ..BodyFile::default()
-        })
+        self.shaped(name, Shape::sphere(radius), centre)
     }
 
     /// Adds a spheroid; `radius` is that of the equator, `axis` the axis of revolution.
@@ -109,39 +104,27 @@ impl SceneBuilder {
         axis: [f64; 3],
         centre: [f64; 3],
     ) -> Self {
-        self.body(BodyFile {
-            name: Some(name.to_owned()),
-            shape: ShapeKind::Spheroid,
-            radius: Some(radius),
-            half_length: Some(half_length),
-            axis: Some(axis),
-            position: Some(centre),
-            ..BodyFile::default()
-        })
+        let spheroid = SpheroidShape {
+            radius,
+            half_length,
+            axis: axis.into(),
+        };
+        self.shaped(name, spheroid.into(), centre)
     }
 
     /// Adds a body of any shape; lengths and directions are those of the initial configuration.
-    pub fn shaped(self, name: &str, shape: Shape, centre: [f64; 3]) -> Self {
-        self.body(BodyFile {
+    pub fn shaped(mut self, name: &str, shape: Shape, centre: [f64; 3]) -> Self {
+        self.file.bodies.push(BodyFile {
             name: Some(name.to_owned()),
             position: Some(centre),
             ..shape.to_keys()
-        })
+        });
+        self
     }
 
     /// Adds a massless point, at which joints meet.
     pub fn point(self, name: &str, position: [f64; 3]) -> Self {
-        self.body(BodyFile {
-            name: Some(name.to_owned()),
-            shape: ShapeKind::Point,
-            position: Some(position),
-            ..BodyFile::default()
-        })
-    }
-
-    fn body(mut self, body: BodyFile) -> Self {
-        self.file.bodies.push(body);
-        self
+        self.shaped(name, PointShape.into(), position)
     }
 
     /// Applies an external force to a body.

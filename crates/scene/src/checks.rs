@@ -24,6 +24,21 @@ impl Checks<'_> {
         value.ok_or_else(|| self.bad_value(key, format!("is missing{why}")))
     }
 
+    /// Refuses keys of a group that are given and do not belong.
+    ///
+    /// `keys` are names, whether they are given, and whether they belong.
+    pub fn refuse_strangers<const N: usize>(
+        &self,
+        group: &str,
+        keys: [(&str, bool, bool); N],
+        problem: &str,
+    ) -> Result<(), SceneError> {
+        match (keys.iter()).find(|(_, is_given, belongs)| *is_given && !belongs) {
+            Some((name, ..)) => Err(self.bad_value(&format!("{group}.{name}"), problem)),
+            None => Ok(()),
+        }
+    }
+
     /// Position of `name` in a list of names; `kind` names the items of the list, such as "body".
     pub fn find<'n>(
         &self,

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
 use crate::error::SceneError;
 use crate::keys::BodyFile;
-use crate::shapes::{self, Geometry, ShapeKeys};
+use crate::shapes::{self, Geometry, ShapeFile, ShapeKeys};
 use crate::words::ShapeKind;
 
 /// Defines [`Shape`] from the list of shapes, so that a shape in the list has all of the geometry.
@@ -42,9 +42,15 @@ macro_rules! shape {
             }
 
             /// Reads a shape of the kind that the keys name.
-            pub(crate) fn read(keys: ShapeKeys) -> Result<Self, SceneError> {
-                match keys.file.shape {
+            pub(crate) fn read(keys: &mut ShapeKeys) -> Result<Self, SceneError> {
+                let shape = match keys.file.shape {
                     $( ShapeKind::$kind => shapes::$name::read(keys).map(Self::$kind), )+
+                }?;
+                match shape.geometry().problem() {
+                    Some((key, bound)) => {
+                        Err(keys.checks.bad_value(&keys.path(key), format!("must be {bound}")))
+                    }
+                    None => Ok(shape),
                 }
             }
         }
@@ -225,7 +231,6 @@ impl Shape {
     pub(crate) fn to_keys(&self) -> BodyFile {
         let mut file = BodyFile {
             shape: self.kind(),
-            axis: self.axis().map(Into::into),
             ..BodyFile::default()
         };
         self.geometry().write(&mut file);

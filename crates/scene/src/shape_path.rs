@@ -1,8 +1,8 @@
 //! Shapes (values of joints) as functions of time along a phase.
 
 use std::f64::consts::TAU;
-
-use crate::joint_path::OwnPath;
+use std::fmt;
+use std::sync::Arc;
 
 /// Values of the joints along a phase, as functions of the part `s` of the phase that is over.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,5 +110,182 @@ impl JointForce {
     /// The force at a time.
     pub fn at(&self, time: f64) -> f64 {
         self.sine.at(time / self.period)
+    }
+}
+
+/// Values of joints along a phase, as smooth functions of the part `s` of the phase that is over.
+///
+/// Corners belong at the ends of phases: [`ShapePath::Own`](crate::ShapePath::Own) is one phase,
+/// and a gait can have several.
+///
+/// ```
+/// use std::f64::consts::PI;
+/// use std::sync::Arc;
+///
+/// use scene::{Gait, JointPath, ShapePath, OwnPath, Phase, Scene};
+///
+/// /// Two arms that close to 9 and open again, the right one later.
+/// #[derive(Debug)]
+/// struct Bump;
+///
+/// impl JointPath for Bump {
+///     fn joints(&self) -> Vec<usize> {
+///         vec![0, 1]
+///     }
+///
+///     fn values(&self, s: f64) -> Vec<f64> {
+///         let square = |x: f64| x * x;
+///         [s, s * s].map(|t| 10.0 - square((PI * t).sin())).to_vec()
+///     }
+///
+///     fn derivatives(&self, s: f64) -> Vec<f64> {
+///         [(s, 1.0), (s * s, 2.0 * s)].map(|(t, rate)| -PI * rate * (2.0 * PI * t).sin()).to_vec()
+///     }
+/// }
+///
+/// let scene = Scene::builder()
+///     .sphere("left", 1.0, [-10.0, 0.0, 0.0])
+///     .sphere("middle", 1.0, [0.0, 0.0, 0.0])
+///     .sphere("right", 1.0, [10.0, 0.0, 0.0])
+///     .slide("rear", "left", "middle")
+///     .slide("front", "right", "middle")
+///     .build()?;
+/// let path = ShapePath::Own(OwnPath(Arc::new(Bump)));
+/// let gait = Gait { cycles: 2, phases: vec![Phase { path, duration: 5.0 }] };
+/// // `swimmer::simulate` moves the bodies along it.
+/// let scene = scene.with_gait(gait)?;
+/// assert_eq!(scene.gait().duration(), 10.0);
+/// # Ok::<(), scene::SceneError>(())
+/// ```
+pub trait JointPath: fmt::Debug + Send + Sync {
+    /// The joints whose values change, each once.
+    fn joints(&self) -> Vec<usize>;
+
+    /// Values of these joints at `s` in [0, 1]: lengths of slides, angles of others in radians.
+    fn values(&self, s: f64) -> Vec<f64>;
+
+    /// Derivatives of the values with respect to `s`.
+    fn derivatives(&self, s: f64) -> Vec<f64>;
+}
+
+/// A path of a program; two are equal if they are the same object.
+#[derive(Clone, Debug)]
+pub struct OwnPath(pub Arc<dyn JointPath>);
+
+impl PartialEq for OwnPath {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl OwnPath {
+    /// Enters the values at `s` into the list of all joints.
+    pub(crate) fn enter_values(&self, s: f64, all: &mut [f64]) {
+        enter(&self.0.joints(), self.0.values(s), all);
+    }
+
+    /// Enters the derivatives at `s`, times a factor, into the list of all joints.
+    pub(crate) fn enter_derivatives(&self, s: f64, factor: f64, all: &mut [f64]) {
+        let derivatives = self.0.derivatives(s).into_iter();
+        enter(&self.0.joints(), derivatives.map(|d| factor * d), all);
+    }
+
+    /// What is wrong with a path that begins at the values `from` of all joints.
+    pub(crate) fn problem(&self, from: &[f64]) -> Option<String> {
+        let joints = self.0.joints();
+        for s in [0.0, 0.5, 1.0] {
+            for (what, list) in [
+                ("values", self.0.values(s)),
+                ("derivatives", self.0.derivatives(s)),
+            ] {
+                if list.len() != joints.len() || !list.iter().all(|x| x.is_finite()) {
+                    return Some(format!(
+                        "has {} {what} at s = {s}, not all finite or not one for each of {} links",
+                        list.len(),
+                        joints.len()
+                    ));
+                }
+            }
+        }
+        let starts = joints.iter().zip(self.0.values(0.0));
+        for (&joint, start) in starts {
+            if (start - from[joint]).abs() > CONTINUITY * from[joint].abs().max(1.0) {
+                return Some(format!(
+                    "begins with {start} for link {joint}, but the value before it is {}",
+                    from[joint]
+                ));
+            }
+        }
+        None
+    }
+}
+
+/// Largest jump of a value between phases, relative to a value above one: digits of a number that
+/// was written and read.
+const CONTINUITY: f64 = 1e-9;
+
+fn enter(joints: &[usize], values: impl IntoIterator<Item = f64>, all: &mut [f64]) {
+    for (&joint, value) in joints.iter().zip(values) {
+        all[joint] = value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gait::{Gait, Phase, spans};
+
+    /// A straight line from 10 to an end.
+    #[derive(Debug)]
+    struct Line(f64);
+
+    impl JointPath for Line {
+        fn joints(&self) -> Vec<usize> {
+            vec![1]
+        }
+
+        fn values(&self, s: f64) -> Vec<f64> {
+            vec![10.0 + s * (self.0 - 10.0)]
+        }
+
+        fn derivatives(&self, _: f64) -> Vec<f64> {
+            vec![self.0 - 10.0]
+        }
+    }
+
+    fn gait(cycles: u32, end: f64) -> Gait {
+        let path = ShapePath::Own(OwnPath(Arc::new(Line(end))));
+        Gait {
+            cycles,
+            phases: vec![Phase {
+                path,
+                duration: 2.0,
+            }],
+        }
+    }
+
+    #[test]
+    fn a_path_of_a_program_is_a_span() {
+        let span = spans(&gait(1, 6.0), &[3.0, 10.0]).unwrap().next().unwrap();
+        assert_eq!(span.joints, [1]);
+        assert_eq!(
+            (span.shape(0.5), span.rates(0.5)),
+            (vec![3.0, 8.0], vec![0.0, -2.0])
+        );
+        assert_eq!((&span.to[..], span.is_linear()), (&[3.0, 6.0][..], false));
+        assert_eq!(span.ranges(), [(3.0, 3.0), (6.0, 10.0)]);
+    }
+
+    #[test]
+    fn jumps_and_wrong_joints_are_refused() {
+        let problem = |gait: &Gait, initial: &[f64]| match spans(gait, initial) {
+            Err(error) => error.to_string(),
+            Ok(_) => panic!("{initial:?}"),
+        };
+        assert!(problem(&gait(1, 6.0), &[3.0, 9.0]).contains("the value before it is 9"));
+        // The second cycle begins where the first one does not end.
+        assert!(problem(&gait(2, 6.0), &[3.0, 10.0]).contains("the value before it is 6"));
+        assert!(problem(&gait(1, 6.0), &[3.0]).contains("link 1 of 1"));
+        assert!(problem(&gait(1, f64::NAN), &[3.0, 10.0]).contains("finite"));
     }
 }

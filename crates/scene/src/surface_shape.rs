@@ -49,14 +49,6 @@ impl SurfaceShape {
         self.surface.bounding_ball().1
     }
 
-    /// The lengths of a body with this surface.
-    pub(crate) fn lengths(&self) -> Vec<(&'static str, f64)> {
-        vec![
-            ("file", self.bounding_radius()),
-            ("file", self.size_radius()),
-        ]
-    }
-
     /// The surface about a point of the file, or about the centroid of its volume.
     pub(crate) fn about(self, centre: Option<Vector3<f64>>) -> Self {
         let centre = centre.unwrap_or_else(|| self.surface.centroid() / self.scale);

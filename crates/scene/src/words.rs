@@ -46,6 +46,20 @@ macro_rules! words {
                 meanings: &[$(concat!($($meaning),+).trim_ascii()),+],
             });
             const DEFAULT: &'static str = [$(Self::$default.word(),)? ""][0];
+
+            #[cfg(test)]
+            fn check_words() {
+                let Kind::Word(Words { words, meanings }) = Self::KIND else {
+                    panic!("{:?}", Self::KIND);
+                };
+                assert_eq!(words.len(), meanings.len());
+                for (number, &word) in Self::WORDS.iter().enumerate() {
+                    let text = toml::Value::String(word.to_owned());
+                    let kind: Self = text.clone().try_into().unwrap();
+                    assert_eq!((kind as usize, kind.word()), (number, word));
+                    assert_eq!(toml::Value::try_from(kind).unwrap(), text);
+                }
+            }
         }
     )+ };
 }
@@ -62,6 +76,7 @@ macro_rules! shape_words {
     };
 }
 crate::shapes::list!(shape_words);
+pub(crate) use words;
 
 words! {
     /// Kind of domain: where the fluid is.
@@ -132,22 +147,6 @@ words! {
         Free,
         /// Arms keep their direction in the laboratory frame.
         Lab,
-    }
-
-    /// Relative motion that a joint allows.
-    pub enum JointWord = Slide {
-        /// The distance of the two centres changes along their line.
-        Slide,
-        /// Rotation about an axis through a pivot.
-        Hinge,
-        /// Rotation about an axis through the centre of the body.
-        Rotor,
-        /// Free rotation about a pivot.
-        Ball,
-        /// Rotation about an axis with a proportional translation along it.
-        Screw,
-        /// No relative motion.
-        Fixed,
     }
 
     /// What determines the value of a joint.
@@ -326,59 +325,5 @@ impl From<rigid::Arms> for ArmsKind {
             rigid::Arms::Free => Self::Free,
             rigid::Arms::Lab => Self::Lab,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn serde_and_the_lists_of_words_agree() {
-        for key in crate::keys::all() {
-            let Kind::Word(words) = key.kind else {
-                continue;
-            };
-            assert_eq!(words.words.len(), words.meanings.len(), "{}", key.path);
-        }
-        // The word of every variant is read by serde as this variant, and written back.
-        fn check<T: Copy + Serialize + serde::de::DeserializeOwned>(
-            words: &[&str],
-            word: fn(T) -> &'static str,
-        ) {
-            for &expected in words {
-                let text = toml::Value::String(expected.to_owned());
-                let kind: T = text.clone().try_into().unwrap();
-                assert_eq!(word(kind), expected);
-                assert_eq!(toml::Value::try_from(kind).unwrap(), text);
-            }
-        }
-        macro_rules! check_all {
-            ($($kind:ident),+) => { $( check($kind::WORDS, $kind::word); )+ };
-        }
-        check_all!(
-            DomainKind,
-            BackgroundKind,
-            ShapeKind,
-            SurfaceKind,
-            GaitKind,
-            InterpolationKind,
-            ArmsKind,
-            JointWord,
-            DriveKind,
-            ModelKind,
-            AcceptKind,
-            FormulationKind,
-            SolverKind,
-            MeshMotionKind,
-            MesherKind,
-            GeometryKind,
-            SymmetryKind,
-            EstimatesKind,
-            FlowsKind,
-            ObjectiveKind,
-            StrokeStart,
-            LearnKind
-        );
     }
 }

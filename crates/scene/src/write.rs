@@ -1,23 +1,22 @@
 //! Writing of a scene as a file in which every key is written out.
 
-use std::f64::consts::TAU;
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
-use rigid::{Joint, JointDrive, JointKind};
+use rigid::{Joint, JointDrive};
 
 use crate::body::Body;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::file_names::seen_from;
 use crate::flow::Background;
 use crate::gait::Phase;
+use crate::joints::JointKeys;
 use crate::keys::{
     BackgroundFile, BodyFile, DomainFile, FluidFile, ForceFile, GaitFile, HarmonicFile,
     HarmonicForceFile, JointFile, PhaseFile, SceneFile, SlipFile,
 };
 use crate::scene::Scene;
 use crate::shape_path::{ShapePath, Sine};
-use crate::words::{DriveKind, GaitKind, JointWord};
+use crate::words::{DriveKind, GaitKind};
 
 impl Scene {
     /// The scene as TOML with every key written out, overrides and defaults included.
@@ -161,28 +160,15 @@ fn gait_file(scene: &Scene) -> GaitFile {
 
 /// The keys of a joint, without those of its bodies.
 pub(crate) fn joint_file(joint: &Joint) -> JointFile {
+    let keys = JointKeys::from_kind(&joint.kind);
     let mut file = JointFile {
         name: Some(joint.name.clone()),
+        joint: keys.word,
+        axis: keys.axis,
+        pivot: keys.pivot,
+        pitch: keys.pitch,
         ..JointFile::default()
     };
-    match joint.kind {
-        JointKind::Slide => {}
-        JointKind::Fixed => file.joint = JointWord::Fixed,
-        JointKind::Ball { pivot } => {
-            (file.joint, file.pivot) = (JointWord::Ball, Some(pivot.into()));
-        }
-        JointKind::Turn {
-            axis,
-            pivot,
-            advance,
-        } => {
-            (file.axis, file.pivot) = (Some(axis.into()), Some(pivot.into()));
-            file.joint = JointWord::Hinge;
-            if advance != 0.0 {
-                (file.joint, file.pitch) = (JointWord::Screw, Some(TAU * advance));
-            }
-        }
-    }
     let JointDrive::Passive(passive) = joint.drive else {
         return file;
     };
@@ -261,5 +247,66 @@ fn body_file(body: &Body) -> BodyFile {
             axis: slip.axis.into(),
         }),
         ..body.shape.to_keys()
+    }
+}
+
+/// The name of a file seen from a folder; absolute if both have no common root.
+///
+/// Both are relative to the working directory, or absolute. Symbolic links are followed, because
+/// `..` leads out of the folder to which a link points.
+fn seen_from(folder: &Path, file: &Path) -> String {
+    let full = |path: &Path| {
+        let canonical = std::fs::canonicalize(path);
+        canonical.or_else(|_| std::path::absolute(path))
+    };
+    // The name itself may be a link to a file elsewhere, and stays.
+    let parent = match file.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    let name = match (full(folder), full(parent), file.file_name()) {
+        (Ok(folder), Ok(parent), Some(name)) => between(&folder, &parent.join(name)),
+        _ => file.to_owned(),
+    };
+    name.display().to_string()
+}
+
+/// The way from a folder to a file, both absolute.
+fn between(folder: &Path, file: &Path) -> PathBuf {
+    let pairs = folder.components().zip(file.components());
+    let common = pairs.take_while(|(a, b)| a == b).count();
+    if common == 0 {
+        return file.to_owned();
+    }
+    let up = folder
+        .components()
+        .skip(common)
+        .map(|_| Component::ParentDir);
+    up.chain(file.components().skip(common)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_seen_from_folders_above_beside_and_below() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir_all(at("out/deep")).unwrap();
+        for (from, file, name) in [
+            ("out", "x.stl", "../x.stl"),
+            ("out/deep", "x.stl", "../../x.stl"),
+            ("out", "out/x.csv", "x.csv"),
+            ("out", "out/deep/x.csv", "deep/x.csv"),
+            ("out/deep", "out/../x.stl", "../../x.stl"),
+        ] {
+            let found = seen_from(&at(from), &at(file));
+            assert_eq!(PathBuf::from(found), PathBuf::from(name), "{from} {file}");
+        }
+        // Relative to the working directory, which is another one.
+        let found = seen_from(folder.path(), Path::new("Cargo.toml"));
+        let again = std::fs::canonicalize(folder.path().join(found)).unwrap();
+        assert_eq!(again, std::fs::canonicalize("Cargo.toml").unwrap());
     }
 }

@@ -16,7 +16,7 @@ use crate::surface_flow::NodalSurfaceFlow;
 ///
 /// With it the corrected velocities of linked spheres, in which errors of the bodies cancel, are
 /// within their bars in 29 of 30 random arrangements, and within 1.2 bars in all
-/// (`cargo xtask accuracy --random`).
+/// (`docs/figures/random_cases.py`).
 const CELL_UNCERTAINTY: f64 = 0.3;
 
 /// Relative uncertainty of a correction that remains on fine meshes, from the accuracy to which the

@@ -26,7 +26,7 @@ pub use flow::{Flow, VectorField, solve_stokes};
 pub use linear::Solver;
 pub use options::{Engine, Options};
 pub use problem::{Problem, fluid_matrices};
-pub use solution::{Dofs, Seconds, Solution, SolverReport};
+pub use solution::{Dofs, Seconds, Solution, SolvedBatch, SolverReport};
 pub use solve::InitialGuesses;
 pub use surface_flow::SurfaceFlow;
 

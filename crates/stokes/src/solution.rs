@@ -1,6 +1,6 @@
 //! A solution with its error estimate, size, solver report and computing times.
 
-use rigid::FlowSolution;
+use rigid::{FlowSolution, Formulation};
 use serde::{Deserialize, Serialize};
 
 use crate::checks::Checks;
@@ -26,6 +26,20 @@ pub struct Solution {
     pub seconds: Seconds,
 }
 
+/// Flows that were solved with one matrix, for [`Problem::solutions`](crate::Problem::solutions).
+pub struct SolvedBatch {
+    /// The flows, each with a pressure of zero mean.
+    pub flows: Vec<FlowSolution>,
+    /// How each flow was solved, and the estimated relative error of its velocities.
+    pub reports: Vec<(SolverReport, f64)>,
+    /// Estimated errors and checks of the flows; empty if they were not requested.
+    pub estimates: Vec<(Estimate, Checks)>,
+    /// Numbers of degrees of freedom.
+    pub dofs: Dofs,
+    /// Times of all flows together.
+    pub seconds: Seconds,
+}
+
 /// Numbers of degrees of freedom; all zero for models without a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Dofs {
@@ -48,6 +62,23 @@ pub struct SolverReport {
     pub iterations: usize,
     /// `|b - A x| / |b|`, recomputed from the solution.
     pub true_relative_residual: f64,
+}
+
+impl SolverReport {
+    /// The report of a solve in a formulation.
+    pub fn new(
+        formulation: &dyn Formulation,
+        solver: String,
+        iterations: usize,
+        residual: f64,
+    ) -> Self {
+        Self {
+            formulation: formulation.name().to_owned(),
+            solver,
+            iterations,
+            true_relative_residual: residual,
+        }
+    }
 }
 
 /// Wall-clock seconds of the parts of one solution, or their sums over many.

@@ -15,7 +15,7 @@ use crate::estimate::{Estimate, Estimator};
 use crate::linear::solve_system;
 use crate::options::Options;
 use crate::problem::Problem;
-use crate::solution::{Dofs, Seconds, Solution, SolverReport};
+use crate::solution::{Dofs, Seconds, Solution, SolvedBatch, SolverReport};
 use crate::surface_flow::NodalSurfaceFlow;
 
 /// Earlier solutions on the same mesh connectivity, from which the next solves start.
@@ -176,7 +176,10 @@ impl Problem<'_> {
         for ((solution, report), imposed) in solved.columns.into_iter().zip(imposed) {
             guesses.flows.remember(&solution);
             flows.push(self.flow_of(&system, &solution, imposed, drive)?);
-            reports.push(report);
+            let name = options.solver.name().to_owned();
+            let (iterations, residual) = (report.iterations, report.true_rel_residual);
+            let solver = SolverReport::new(options.formulation, name, iterations, residual);
+            reports.push((solver, report.error_estimate()));
         }
         let clock = Instant::now();
         let estimates = match surplus {
@@ -190,39 +193,55 @@ impl Problem<'_> {
                 self.estimates(drive, &flows, surfaces, equations, solvers, rtol)?
             }
         };
-        let seconds = Seconds {
-            assembly,
-            setup: solved.setup,
-            solve: solved.solve,
-            estimate: surplus.map_or(0.0, |_| clock.elapsed().as_secs_f64()),
-            ..Seconds::default()
+        let batch = SolvedBatch {
+            flows,
+            reports,
+            estimates,
+            seconds: Seconds {
+                assembly,
+                setup: solved.setup,
+                solve: solved.solve,
+                estimate: surplus.map_or(0.0, |_| clock.elapsed().as_secs_f64()),
+                ..Seconds::default()
+            },
+            dofs: Dofs {
+                velocity: system.system.velocity_range().len(),
+                pressure: system.system.pressure_range().len(),
+                total: system.rhs.len(),
+            },
         };
-        let dofs = Dofs {
-            velocity: system.system.velocity_range().len(),
-            pressure: system.system.pressure_range().len(),
-            total: system.rhs.len(),
-        };
-        let mut estimates = estimates.into_iter();
-        let mut solutions = Vec::with_capacity(drives.len());
-        let seconds = seconds.shared(drives.len());
-        for ((flow, report), seconds) in flows.into_iter().zip(reports).zip(seconds) {
+        self.solutions_with(batch, surfaces)
+    }
+
+    /// The solutions of a batch, one per flow; the first has the times of assembly and set-up.
+    ///
+    /// # Errors
+    /// A flow that is not finite.
+    pub fn solutions(&self, batch: SolvedBatch) -> Result<Vec<Solution>, StokesError> {
+        self.solutions_with(batch, self.nodal_surface_flow()?.as_ref())
+    }
+
+    fn solutions_with(
+        &self,
+        batch: SolvedBatch,
+        surfaces: Option<&NodalSurfaceFlow>,
+    ) -> Result<Vec<Solution>, StokesError> {
+        let seconds = batch.seconds.shared(batch.flows.len());
+        let mut estimates = batch.estimates.into_iter();
+        let solved = batch.flows.into_iter().zip(batch.reports).zip(seconds);
+        let solution = |((flow, (solver, algebraic_error)), seconds)| {
             let (estimate, checks) = estimates.next().unzip();
-            solutions.push(Solution {
+            Ok(Solution {
                 slip_power: self.slip_power(&flow, surfaces)?,
                 flow,
                 estimate,
                 checks,
-                dofs,
-                solver: SolverReport {
-                    formulation: options.formulation.name().to_owned(),
-                    solver: options.solver.name().to_owned(),
-                    iterations: report.iterations,
-                    true_relative_residual: report.true_rel_residual,
-                },
-                algebraic_error: report.error_estimate(),
+                dofs: batch.dofs,
+                solver,
+                algebraic_error,
                 seconds,
-            });
-        }
-        Ok(solutions)
+            })
+        };
+        solved.map(solution).collect()
     }
 }

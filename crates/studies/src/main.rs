@@ -1,11 +1,8 @@
-//! Studies that measure the workspace: `cargo xtask validate`, `cargo xtask accuracy` and others.
+//! Studies that measure the workspace: `cargo xtask validate`, `cargo xtask stability` and others.
 #![forbid(unsafe_code)]
 
-mod accuracy;
 mod ale;
 mod chart;
-mod iterations;
-mod mesher;
 mod models;
 mod page;
 mod random;
@@ -28,7 +25,7 @@ use clap::{Args, Parser, Subcommand};
 #[command(
     name = "cargo xtask",
     about = "Studies that measure the workspace",
-    after_help = "Table 1, chains of spheres and the helix: scripts in docs/figures, on the command swim"
+    after_help = "Figures that need the command swim only are scripts in docs/figures"
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -59,40 +56,18 @@ impl Common {
 #[derive(Subcommand)]
 enum Task {
     /// Compares computed with exact values; fails if an error is above its tolerance.
+    ///
+    /// Writes `validation.md`, `validation.csv`, a chart and the page `index.html`, by default to
+    /// the folder `validation`.
     Validate {
-        /// Coarser meshes and fewer rows: under two minutes on two cores.
-        #[arg(long)]
-        quick: bool,
+        #[command(flatten)]
+        common: Common,
         /// Only the parts whose names contain this: spheres, strokes, shapes, ...
         #[arg(long)]
         only: Option<String>,
-        /// Folder for `validation.md`, `validation.csv`, the charts and the page `index.html`.
-        #[arg(long, default_value = "validation")]
-        out: PathBuf,
-    },
-    /// Speed against accuracy: drag, swimming speed and net displacement by all methods.
-    Accuracy {
-        #[command(flatten)]
-        common: Common,
-        /// Only this quantity: drag, pair, speed or net.
-        #[arg(long)]
-        only: Option<String>,
-        /// Random instantaneous solutions and random strokes instead: errors, corrected errors and
-        /// error bars.
-        #[arg(long, conflicts_with_all = ["quick", "only"])]
-        random: bool,
-        #[command(flatten)]
-        choice: accuracy::random::Choice,
     },
     /// Compares mesh motions: large steps, small steps, approach, closed cycles.
-    Ale {
-        #[command(flatten)]
-        common: Common,
-        /// Folder with Gmsh files of three spheres on the x axis: only these are studied, and only
-        /// `ale-files.md` is written.
-        #[arg(long)]
-        files: Option<PathBuf>,
-    },
+    Ale(Common),
     /// Error bars and true errors of all models on scenes with exact solutions.
     ///
     /// Fails if a true error is larger than its bar allows. The quick part has no finite elements.
@@ -108,10 +83,6 @@ enum Task {
     },
     /// Kernels of the block solver against the memory bandwidth, measured in the same run.
     Roofline(Common),
-    /// Iterations of the block solver for many meshes and scenes, and its speed-up by two threads.
-    Iterations(Common),
-    /// Speed and quality of the mesh generator, and of the command `gmsh` if there is one.
-    Mesher(Common),
     /// Runs random scenes with all models: checks balances, reproducibility and memory.
     Soak {
         /// Duration of the run.
@@ -137,26 +108,11 @@ enum Task {
 
 fn main() -> Result<()> {
     match Arguments::parse().task {
-        Task::Validate { quick, only, out } => validate::run(quick, only.as_deref(), &out),
-        Task::Accuracy {
-            common,
-            only,
-            random,
-            choice,
-        } => {
-            let out = common.folder("accuracy", false);
-            match random {
-                true => accuracy::random::run(&choice, &out),
-                false => accuracy::run(common.quick, only.as_deref(), &out).map(drop),
-            }
+        Task::Validate { common, only } => {
+            let out = common.folder("validation", true);
+            validate::run(common.quick, only.as_deref(), &out)
         }
-        Task::Ale { common, files } => {
-            let out = common.folder("ale", false);
-            match files {
-                Some(files) => ale::run_files(&files, &out),
-                None => ale::run(common.quick, &out),
-            }
-        }
+        Task::Ale(common) => ale::run(common.quick, &common.folder("ale", false)),
         Task::Models(common) => models::run(common.quick, &common.folder("models", false)),
         Task::Stability { common, only } => {
             let out = common.folder("stability", only.is_some());
@@ -166,10 +122,6 @@ fn main() -> Result<()> {
             }
         }
         Task::Roofline(common) => roofline::run(common.quick, &common.folder("roofline", false)),
-        Task::Iterations(common) => {
-            iterations::run(common.quick, &common.folder("iterations", false))
-        }
-        Task::Mesher(common) => mesher::run(common.quick, &common.folder("mesher", false)),
         Task::Soak { minutes, seed } => soak::run(minutes, seed),
         Task::Tolerances {
             common,

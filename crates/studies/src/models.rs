@@ -11,13 +11,14 @@ use swimmer::{Method, Scene, SwimError, choose, simulate, solve_start};
 
 use crate::page::{self, Page};
 use crate::reference::{
-    NORMAL_TO_WALL, OPPOSITE, PARALLEL_TO_WALL, STARS, STROKES, TOGETHER, UNBOUNDED_STROKES,
-    concentric_drag,
+    COMMON_MOTION, NORMAL_TO_WALL, OPPOSITE_MOTION, PARALLEL_TO_WALL, STARS, STROKES,
+    UNBOUNDED_STROKES, concentric_drag,
 };
 use crate::scenes::SceneText;
 use crate::table::{Table, exp, fixed};
 
 /// A scene with the exact value of one quantity.
+#[derive(Clone)]
 struct Case {
     /// Name in the table.
     name: String,
@@ -35,16 +36,8 @@ enum Exact {
     Net(Vector3<f64>),
 }
 
-/// One model on one scene.
-struct Row {
-    scene: String,
-    model: String,
-    /// The result, or the reason why the model does not treat the scene.
-    result: Result<Measured, String>,
-}
-
 /// Result of a model.
-#[derive(Clone, Debug)]
+#[derive(Debug, Default)]
 struct Measured {
     /// The model that was used, for `auto` with the reason of the choice.
     used: String,
@@ -55,6 +48,18 @@ struct Measured {
     /// True error, relative to the exact value.
     error: f64,
     seconds: f64,
+}
+
+impl Measured {
+    /// Whether the error bar holds.
+    ///
+    /// Bars are upper bounds to six digits: those of simpler models are nearly exact. Those of
+    /// corrected values are estimates, which hold to a factor of two. Errors up to 1e-12 are
+    /// rounding errors.
+    fn holds(&self) -> bool {
+        let bars = if self.is_corrected { 2.0 } else { 1.0 + 1e-6 };
+        self.error <= bars * self.bar + 1e-12
+    }
 }
 
 /// Models with their tolerances.
@@ -76,15 +81,6 @@ const MODELS: &[(&str, f64)] = &[
 /// # Errors
 /// A model whose true error is larger than its error bar allows.
 pub fn run(quick: bool, out: &Path) -> Result<()> {
-    let models = || MODELS.iter().filter(|(model, _)| !quick || *model != "fem");
-    let mut rows = Vec::new();
-    for case in cases() {
-        for &(model, tolerance) in models() {
-            let row = row(&case, model, tolerance);
-            eprintln!("{}", line(&row));
-            rows.push(row);
-        }
-    }
     let mut page = Page::new(
         "Models",
         "models",
@@ -96,47 +92,48 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         "Models without a mesh add up the error bars of all solves of a stroke; the errors of its phase spans mostly cancel. Elements subtract \
          their estimated discretisation error; their bars, for what is left of it, hold to a factor of two.",
     );
-    let table = table(&rows);
+    let mut table = Table::new(["scene", "model", "used", "bar", "error", "seconds"]);
+    let mut violated = Vec::new();
+    for case in cases() {
+        for &(model, tolerance) in MODELS.iter().filter(|(model, _)| !quick || *model != "fem") {
+            let name = match model {
+                "oseen" | "rpy" | "fem" => model.to_owned(),
+                _ => format!("{model}, {tolerance:.0e}"),
+            };
+            let line = format!("{}, {name}", case.name);
+            let names = [case.name.clone().into(), name.into()].into_iter();
+            match measure(&case, model, tolerance) {
+                Ok(m) => {
+                    let line = format!("{line}: error {:.1e}, bar {:.1e}", m.error, m.bar);
+                    eprintln!("{line}");
+                    let values = [exp(m.bar, 1), exp(m.error, 1), fixed(m.seconds, 4)];
+                    let holds = m.holds();
+                    let cells = names.chain([m.used.into()]).chain(values);
+                    table.push_marked(!holds, cells);
+                    violated.extend((!holds).then_some(line));
+                }
+                Err(error) => {
+                    let reason = match error.downcast_ref::<SwimError>() {
+                        Some(error) => error.to_string(),
+                        None => format!("{error:#}"),
+                    };
+                    // The message begins with a place in the generated scene, which readers do not
+                    // see.
+                    let reason = reason.rsplit(": ").next().unwrap_or_default();
+                    eprintln!("{line}: {reason}");
+                    table.push(names.chain([reason.into()]));
+                }
+            }
+        }
+    }
     page::write(out, "models.csv", &table.csv())?;
     page.table(table);
     page.write(out, "models")?;
-    let violated = rows.iter().filter(|row| !row.holds()).map(line);
-    let violated: Vec<String> = violated.collect();
     if !violated.is_empty() {
         let lines = violated.join("\n");
         bail!("errors are larger than their bars allow:\n{lines}");
     }
     Ok(())
-}
-
-impl Row {
-    /// Whether the error bar holds.
-    ///
-    /// Bars are upper bounds to six digits: those of simpler models are nearly exact. Those of
-    /// corrected values are estimates, which hold to a factor of two. Errors up to 1e-12 are
-    /// rounding errors.
-    fn holds(&self) -> bool {
-        self.result.as_ref().map_or(true, |m| {
-            let bars = if m.is_corrected { 2.0 } else { 1.0 + 1e-6 };
-            m.error <= bars * m.bar + 1e-12
-        })
-    }
-}
-
-fn row(case: &Case, model: &str, tolerance: f64) -> Row {
-    let name = match model {
-        "oseen" | "rpy" | "fem" => model.to_owned(),
-        _ => format!("{model}, {tolerance:.0e}"),
-    };
-    let measured = measure(case, model, tolerance);
-    Row {
-        scene: case.name.clone(),
-        model: name,
-        result: measured.map_err(|error| match error.downcast_ref::<SwimError>() {
-            Some(error) => error.to_string(),
-            None => format!("{error:#}"),
-        }),
-    }
 }
 
 fn measure(case: &Case, model: &str, tolerance: f64) -> Result<Measured> {
@@ -181,128 +178,115 @@ fn compare(
     };
     let size = exact.norm();
     Ok(Measured {
-        used: String::new(),
         bar: bar / size,
         is_corrected,
         error: (found - exact).norm() / size,
-        seconds: 0.0,
+        ..Measured::default()
     })
-}
-
-fn table<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Table {
-    let mut table = Table::new(["scene", "model", "used", "bar", "error", "seconds"]);
-    for row in rows {
-        let names = [row.scene.clone().into(), row.model.clone().into()];
-        match &row.result {
-            Ok(m) => {
-                let values = [exp(m.bar, 1), exp(m.error, 1), fixed(m.seconds, 4)];
-                let cells = names.into_iter().chain([m.used.clone().into()]);
-                table.push_marked(!row.holds(), cells.chain(values));
-            }
-            Err(reason) => {
-                // The message begins with a place in the generated scene, which readers do not see.
-                let reason = reason.rsplit(": ").next().unwrap_or(reason);
-                table.push(names.into_iter().chain([reason.into()]));
-            }
-        }
-    }
-    table
-}
-
-/// One row of the table, for the progress of the study.
-fn line(row: &Row) -> String {
-    let text = table([row]).markdown();
-    text.lines().last().unwrap_or_default().to_owned()
 }
 
 /// All scenes; the sources of the exact values are in [`crate::reference`].
 fn cases() -> Vec<Case> {
-    let unbounded = || SceneText::new("domain.kind = \"unbounded\"");
-    let ball =
-        |radius: f64| SceneText::new(format!("domain = {{ kind = \"ball\", radius = {radius} }}"));
+    [forced_spheres(), strokes(), stars()].concat()
+}
+
+fn unbounded() -> SceneText {
+    SceneText::new("domain.kind = \"unbounded\"")
+}
+
+fn ball(radius: f64) -> SceneText {
+    SceneText::new(format!("domain = {{ kind = \"ball\", radius = {radius} }}"))
+}
+
+/// Single spheres and pairs under a force.
+fn forced_spheres() -> Vec<Case> {
     let wall = || SceneText::new("domain.kind = \"wall\"");
-    let pulled = |text: SceneText, at: [f64; 3], force: [f64; 3]| {
-        text.sphere("pulled", 1.0, at).key("force", force)
+    let pulled = |text: SceneText, at: [f64; 3], force: Vector3<f64>| {
+        text.sphere("pulled", 1.0, at)
+            .key("force", force.as_slice())
     };
-    let (x, z) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
-    let stokes = 6.0 * PI;
-    let velocity = |name: String, text: SceneText, exact: Vector3<f64>| Case {
+    let (x, z, stokes) = (Vector3::x(), Vector3::z(), 6.0 * PI);
+    let case = |name: String, text: SceneText, exact: Vector3<f64>| Case {
         name,
         text,
         exact: Exact::Velocity(exact),
     };
-    let net = |name: String, text: SceneText, exact: [f64; 3]| Case {
-        name,
-        text,
-        exact: Exact::Net(exact.into()),
-    };
-    let mut cases = vec![velocity(
+    let mut cases = vec![case(
         "a sphere pulled at the centre of a ball of 10".to_owned(),
         pulled(ball(10.0), [0.0; 3], x),
-        Vector3::x() / (stokes * concentric_drag(0.1)),
+        x / (stokes * concentric_drag(0.1)),
     )];
     // A sphere that approaches a fixed one at speed U: half of the force if both approach each
     // other at speed U, plus half of the force if both move together.
-    for (distance, together) in TOGETHER {
-        let Some(opposite) = OPPOSITE.iter().find(|row| row.0 == distance) else {
+    for (distance, together) in COMMON_MOTION {
+        let Some(opposite) = OPPOSITE_MOTION.iter().find(|row| row.0 == distance) else {
             continue;
         };
         let own = 0.5 * (opposite.1 + together);
         let text = pulled(unbounded(), [0.0; 3], x).sphere("fixed", 1.0, [distance, 0.0, 0.0]);
-        cases.push(velocity(
+        cases.push(case(
             format!("a sphere pulled to a fixed one, centres {distance} apart"),
             text.line("fixed = true"),
-            Vector3::x() / (stokes * own),
+            x / (stokes * own),
         ));
     }
     let (height, normal) = NORMAL_TO_WALL;
-    cases.push(velocity(
+    cases.push(case(
         format!("a sphere pulled from a wall, height {height}"),
         pulled(wall(), [0.0, 0.0, height], z),
-        Vector3::z() / (stokes * normal),
+        z / (stokes * normal),
     ));
     let (height, [along, turning, coupling]) = PARALLEL_TO_WALL;
     let free = stokes * along - (8.0 * PI * coupling).powi(2) / (8.0 * PI * turning);
-    cases.push(velocity(
+    cases.push(case(
         format!("a sphere pulled along a wall, height {height}"),
         pulled(wall(), [0.0, 0.0, height], x),
-        Vector3::x() / free,
+        x / free,
     ));
-    let swimmer = |text: SceneText, arm: f64, closed: f64| {
-        let text = text.swimmer([1.0; 3], [arm; 2]);
-        text.stroke(["left", "right"], [closed; 2], [arm; 2])
+    cases
+}
+
+/// Strokes of three spheres on a line.
+fn strokes() -> Vec<Case> {
+    let case = |name: String, text: SceneText, [arm, closed]: [f64; 2], net: f64| Case {
+        name,
+        text: (text.swimmer([1.0; 3], [arm; 2])).stroke(["left", "right"], [closed; 2], [arm; 2]),
+        exact: Exact::Net(net * Vector3::x()),
     };
-    for (arm, closed, exact) in UNBOUNDED_STROKES {
+    let unbounded = UNBOUNDED_STROKES.map(|(arm, closed, net)| {
         let name = format!("three spheres, arms {arm} to {closed}");
-        let text = swimmer(unbounded(), arm, closed);
-        cases.push(net(name, text, [exact, 0.0, 0.0]));
-    }
-    for stroke in &STROKES {
+        case(name, unbounded(), [arm, closed], net)
+    });
+    let in_balls = STROKES.iter().map(|stroke| {
         let name = format!("three spheres in a ball of {}", stroke.container);
-        let text = swimmer(ball(stroke.container), 10.0, 6.0);
-        cases.push(net(name, text, [stroke.net, 0.0, 0.0]));
-    }
-    // After a closed stroke, the mean displacement of the spheres of a star is that of its
-    // junction.
-    let planar = (0..3).map(|k| {
-        let angle = 2.0 * PI * f64::from(k) / 3.0;
+        case(name, ball(stroke.container), [10.0, 6.0], stroke.net)
+    });
+    unbounded.into_iter().chain(in_balls).collect()
+}
+
+/// Strokes of stars; after a closed stroke, the mean displacement of the spheres is that of the
+/// junction.
+fn stars() -> Vec<Case> {
+    let planar = [0.0, 1.0, 2.0].map(|k| {
+        let angle: f64 = 2.0 * PI * k / 3.0;
         [angle.cos(), angle.sin(), 0.0]
     });
-    let planar: Vec<[f64; 3]> = planar.collect();
     let third = 3.0_f64.sqrt().recip();
     let tetrahedral = [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]];
     let tetrahedral = tetrahedral.map(|[y, z]| [y * z * third, y * third, z * third]);
-    for (shape, arms, exact) in STARS {
-        let directions = if shape == "planar" {
-            &planar[..]
-        } else {
-            &tetrahedral[..]
+    let case = |(shape, arms, exact): (&str, &str, [f64; 3])| {
+        let directions = match shape {
+            "planar" => &planar[..],
+            _ => &tetrahedral[..],
         };
-        let text = SceneText::new(format!("gait.arms = \"{arms}\""));
-        let text = star(text.line("domain.kind = \"unbounded\""), directions);
-        cases.push(net(format!("{shape} swimmer, {arms}"), text, exact));
-    }
-    cases
+        let text = unbounded().key("gait.arms", arms);
+        Case {
+            name: format!("{shape} swimmer, {arms}"),
+            text: star(text, directions),
+            exact: Exact::Net(exact.into()),
+        }
+    };
+    STARS.map(case).to_vec()
 }
 
 /// Unit spheres on arms of 6 from a junction; the first two arms close to 4 and open again.
@@ -335,11 +319,10 @@ mod tests {
                 false => &[1e-2, 1e-4, 1e-7],
             };
             for &tolerance in tolerances {
-                let row = row(&case, "auto", tolerance);
-                let measured = row.result.as_ref().unwrap();
-                assert!(row.holds(), "{}", line(&row));
+                let measured = measure(&case, "auto", tolerance).unwrap();
+                assert!(measured.holds(), "{}: {measured:?}", case.name);
                 assert!(!measured.used.contains(','), "{}", measured.used);
-                assert!(measured.error <= tolerance, "{tolerance:e}: {}", line(&row));
+                assert!(measured.error <= tolerance, "{}: {measured:?}", case.name);
             }
         }
     }

@@ -15,12 +15,9 @@ enum Part {
     Text(String),
     /// Large figures with their captions, side by side; only in HTML.
     Figures(Vec<(String, &'static str)>),
-    /// An SVG picture with its name, without extension, and its description; those without a name
-    /// are only in HTML.
-    Picture(String, &'static str, String),
+    /// An SVG picture with its name, without extension, and its description.
+    Picture(&'static str, &'static str, String),
     Table(Table),
-    /// A table that is only in Markdown.
-    MarkdownTable(Table),
 }
 
 /// A page of a study.
@@ -92,26 +89,9 @@ impl Page {
         self.parts.push(Part::Table(table));
     }
 
-    /// A picture that is written to `name.svg`.
-    pub fn picture(&mut self, name: impl Into<String>, description: &'static str, svg: String) {
-        let part = Part::Picture(name.into(), description, svg);
-        self.parts.push(part);
-    }
-
-    /// A picture in HTML, and a table in Markdown, that show the same.
-    pub fn picture_or_table(&mut self, svg: String, table: Table) {
-        self.picture("", "", svg);
-        self.parts.push(Part::MarkdownTable(table));
-    }
-
     /// A chart that is written to `name.svg`.
-    pub fn chart(
-        &mut self,
-        name: impl Into<String>,
-        text: &'static str,
-        it: &LogLog,
-    ) -> Result<()> {
-        self.picture(name, text, it.svg()?);
+    pub fn chart(&mut self, name: &'static str, text: &'static str, it: &LogLog) -> Result<()> {
+        self.parts.push(Part::Picture(name, text, it.svg()?));
         Ok(())
     }
 
@@ -121,9 +101,8 @@ impl Page {
             Part::Heading(text) => format!("\n## {text}\n"),
             Part::Text(text) => format!("\n{}\n", text.trim()),
             Part::Figures(_) => String::new(),
-            Part::Picture(name, ..) if name.is_empty() => String::new(),
             Part::Picture(name, description, _) => format!("\n![{description}]({name}.svg)\n"),
-            Part::Table(table) | Part::MarkdownTable(table) => format!("\n{}", table.markdown()),
+            Part::Table(table) => format!("\n{}", table.markdown()),
         });
         format!("# {}\n", self.title) + &parts.collect::<String>()
     }
@@ -149,7 +128,6 @@ impl Page {
                 }
                 Part::Picture(_, _, svg) => format!("<figure>{}</figure>\n", scalable(svg)),
                 Part::Table(table) => table.html() + "\n",
-                Part::MarkdownTable(_) => String::new(),
             };
         }
         let title = escape(self.title);
@@ -176,30 +154,17 @@ impl Page {
 
     fn write_pictures(&self, out: &Path) -> Result<()> {
         self.parts.iter().try_for_each(|part| match part {
-            Part::Picture(name, _, svg) if !name.is_empty() => {
-                write(out, &format!("{name}.svg"), svg)
-            }
+            Part::Picture(name, _, svg) => write(out, &format!("{name}.svg"), svg),
             _ => Ok(()),
         })
     }
 }
 
-/// SVG picture that scales with the page: the fixed size is replaced by a view box.
+/// SVG picture that scales with the page: its fixed size, which comes first, is left out.
 fn scalable(svg: &str) -> String {
-    let attribute = |name: &str| -> Option<&str> {
-        let rest = svg.split_once(&format!("{name}=\""))?.1;
-        Some(rest.split_once('"')?.0)
-    };
-    match (attribute("width"), attribute("height")) {
-        (Some(width), Some(height)) if !svg.contains("viewBox") => svg.replacen(
-            &format!("width=\"{width}\" height=\"{height}\""),
-            &format!("viewBox=\"0 0 {width} {height}\""),
-            1,
-        ),
-        (Some(width), Some(height)) => {
-            svg.replacen(&format!("width=\"{width}\" height=\"{height}\" "), "", 1)
-        }
-        _ => svg.to_owned(),
+    match svg.split_once(" viewBox=") {
+        Some((_, rest)) => format!("<svg viewBox={rest}"),
+        None => svg.to_owned(),
     }
 }
 
@@ -234,7 +199,8 @@ mod tests {
         table.push_marked(true, ["<script>".into()]);
         page.table(table);
         let svg = "<svg width=\"10\" height=\"20\" viewBox=\"0 0 10 20\"/>";
-        page.picture("errors", "errors over seconds", svg.into());
+        let picture = Part::Picture("errors", "errors over seconds", svg.into());
+        page.parts.push(picture);
         let html = page.html();
         assert!(html.contains("<h1>a &lt; b</h1>") && html.contains("href=\"#s1\""));
         assert!(html.contains("<tr class=\"bad\"><td>&lt;script&gt;</td></tr>"));

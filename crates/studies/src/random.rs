@@ -21,11 +21,6 @@ impl Random {
         from + (to - from) * (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Number between `from` and `to` whose logarithm is uniformly distributed.
-    pub fn log_within(&mut self, [from, to]: [f64; 2]) -> f64 {
-        self.within(from.ln(), to.ln()).exp()
-    }
-
     /// True with the given probability.
     pub fn chance(&mut self, probability: f64) -> bool {
         self.within(0.0, 1.0) < probability

@@ -38,70 +38,26 @@ pub struct Collinear {
 }
 
 /// Spectral values.
+#[rustfmt::skip]
 pub const COLLINEAR: [Collinear; 6] = [
-    Collinear {
-        name: "1 eccentric, z=4 b=10",
-        container: 10.0,
-        positions: &[4.0],
-        radii: &[1.0],
-        resistance: &[25.59443285590934],
-    },
-    Collinear {
-        name: "1 eccentric, z=2 b=5",
-        container: 5.0,
-        positions: &[2.0],
-        radii: &[1.0],
-        resistance: &[37.96695415767978],
-    },
-    Collinear {
-        name: "2, b=8",
-        container: 8.0,
-        positions: &[-3.0, 2.0],
-        radii: &[1.0, 1.0],
-        resistance: &[28.053090742016554, -2.5710663381106063, 27.052609255108717],
-    },
-    Collinear {
-        name: "3 L=10, b=40",
-        container: 40.0,
-        positions: &[-10.0, 0.0, 10.0],
-        radii: &[1.0, 1.0, 1.0],
-        resistance: &[
-            20.267463367404837,
-            -1.9809051103556108,
-            -0.36714152869806327,
-            20.381729640056037,
-            -1.9809051103556188,
-            20.267463367404837,
-        ],
-    },
-    Collinear {
-        name: "3 6,10, b=25",
-        container: 25.0,
-        positions: &[-6.0, 0.0, 10.0],
-        radii: &[1.0, 1.0, 1.0],
-        resistance: &[
-            21.54914308019031,
-            -3.7152230485764695,
-            -0.25636053674461917,
-            21.52396669750794,
-            -1.4440802655643519,
-            21.22086203552462,
-        ],
-    },
-    Collinear {
-        name: "3 unequal, b=12",
-        container: 12.0,
-        positions: &[-5.0, 1.0, 6.0],
-        radii: &[1.0, 1.5, 0.7],
-        resistance: &[
-            24.878061711608638,
-            -3.983214481689879,
-            0.004052731170952731,
-            40.92828880750805,
-            -3.713430263928663,
-            16.49840851801843,
-        ],
-    },
+    Collinear { name: "1 eccentric, z=4 b=10", container: 10.0, positions: &[4.0], radii: &[1.0],
+        resistance: &[25.59443285590934] },
+    Collinear { name: "1 eccentric, z=2 b=5", container: 5.0, positions: &[2.0], radii: &[1.0],
+        resistance: &[37.96695415767978] },
+    Collinear { name: "2, b=8", container: 8.0, positions: &[-3.0, 2.0], radii: &[1.0, 1.0],
+        resistance: &[28.053090742016554, -2.5710663381106063, 27.052609255108717] },
+    Collinear { name: "3 L=10, b=40", container: 40.0,
+        positions: &[-10.0, 0.0, 10.0], radii: &[1.0, 1.0, 1.0],
+        resistance: &[20.267463367404837, -1.9809051103556108, -0.36714152869806327,
+            20.381729640056037, -1.9809051103556188, 20.267463367404837] },
+    Collinear { name: "3 6,10, b=25", container: 25.0,
+        positions: &[-6.0, 0.0, 10.0], radii: &[1.0, 1.0, 1.0],
+        resistance: &[21.54914308019031, -3.7152230485764695, -0.25636053674461917,
+            21.52396669750794, -1.4440802655643519, 21.22086203552462] },
+    Collinear { name: "3 unequal, b=12", container: 12.0,
+        positions: &[-5.0, 1.0, 6.0], radii: &[1.0, 1.5, 0.7],
+        resistance: &[24.878061711608638, -3.983214481689879, 0.004052731170952731,
+            40.92828880750805, -3.713430263928663, 16.49840851801843] },
 ];
 
 /// Resistance function `X^A` of prolate spheroids, by aspect ratio.
@@ -126,7 +82,7 @@ pub const CYLINDER: [(f64, f64); 5] = [
 ///
 /// They move along their line of centres in unbounded fluid; the distance is that of the centres
 /// (Stimson & Jeffery 1926, Maude 1961; spectral).
-pub const OPPOSITE: [(f64, f64); 6] = [
+pub const OPPOSITE_MOTION: [(f64, f64); 6] = [
     (6.0, 1.330153663951659),
     (4.0, 1.5966819994959558),
     (3.0, 2.0386546439229005),
@@ -138,65 +94,29 @@ pub const OPPOSITE: [(f64, f64); 6] = [
 /// The three-sphere swimmer in one configuration, its middle sphere at the centre of a ball of
 /// radius 40.
 pub struct Instantaneous {
-    pub left_arm: f64,
-    pub right_arm: f64,
-    pub left_rate: f64,
-    pub right_rate: f64,
+    /// Lengths of the left and right arm, and their rates.
+    pub arms: [f64; 2],
+    pub rates: [f64; 2],
     pub centre_velocity: f64,
     /// Forces on the fluid of the left, centre and right sphere.
     pub forces: [f64; 3],
 }
 
 /// Spectral values for spheres of radius 1 in a ball of radius 40.
+#[rustfmt::skip]
 pub const INSTANTANEOUS: [Instantaneous; 6] = [
-    Instantaneous {
-        left_arm: 10.0,
-        right_arm: 10.0,
-        left_rate: -1.0,
-        right_rate: 0.0,
-        centre_velocity: -0.3428979021151601,
-        forces: [14.122932964125914, -7.611261032148927, -6.5116719319769825],
-    },
-    Instantaneous {
-        left_arm: 8.0,
-        right_arm: 10.0,
-        left_rate: -1.0,
-        right_rate: 0.0,
-        centre_velocity: -0.33804651789074397,
-        forces: [14.620217407602777, -8.130806745333922, -6.489410662268859],
-    },
-    Instantaneous {
-        left_arm: 6.0,
-        right_arm: 10.0,
-        left_rate: 0.0,
-        right_rate: -1.0,
-        centre_velocity: 0.3634674179357112,
-        forces: [6.4367886755854355, 7.358977854148839, -13.795766529734276],
-    },
-    Instantaneous {
-        left_arm: 6.0,
-        right_arm: 8.0,
-        left_rate: 0.0,
-        right_rate: -1.0,
-        centre_velocity: 0.358597994193361,
-        forces: [6.458385173596508, 7.86264482544764, -14.321029999044146],
-    },
-    Instantaneous {
-        left_arm: 6.0,
-        right_arm: 6.0,
-        left_rate: 1.0,
-        right_rate: 0.0,
-        centre_velocity: 0.3511556949452645,
-        forces: [-15.298791107588272, 8.83264317277649, 6.4661479348117865],
-    },
-    Instantaneous {
-        left_arm: 10.0,
-        right_arm: 6.0,
-        left_rate: 0.0,
-        right_rate: 1.0,
-        centre_velocity: -0.3307339235651207,
-        forces: [-6.436788675585434, -9.121051839831152, 15.557840515416586],
-    },
+    Instantaneous { arms: [10.0, 10.0], rates: [-1.0, 0.0], centre_velocity: -0.3428979021151601,
+        forces: [14.122932964125914, -7.611261032148927, -6.5116719319769825] },
+    Instantaneous { arms: [8.0, 10.0], rates: [-1.0, 0.0], centre_velocity: -0.33804651789074397,
+        forces: [14.620217407602777, -8.130806745333922, -6.489410662268859] },
+    Instantaneous { arms: [6.0, 10.0], rates: [0.0, -1.0], centre_velocity: 0.3634674179357112,
+        forces: [6.4367886755854355, 7.358977854148839, -13.795766529734276] },
+    Instantaneous { arms: [6.0, 8.0], rates: [0.0, -1.0], centre_velocity: 0.358597994193361,
+        forces: [6.458385173596508, 7.86264482544764, -14.321029999044146] },
+    Instantaneous { arms: [6.0, 6.0], rates: [1.0, 0.0], centre_velocity: 0.3511556949452645,
+        forces: [-15.298791107588272, 8.83264317277649, 6.4661479348117865] },
+    Instantaneous { arms: [10.0, 6.0], rates: [0.0, 1.0], centre_velocity: -0.3307339235651207,
+        forces: [-6.436788675585434, -9.121051839831152, 15.557840515416586] },
 ];
 
 /// Displacement of the middle sphere over a stroke with arms between 10 and 6.
@@ -210,37 +130,14 @@ pub struct Stroke {
 }
 
 /// Spectral values, integrated to 1e-12.
+#[rustfmt::skip]
 pub const STROKES: [Stroke; 3] = [
-    Stroke {
-        container: 40.0,
-        steps: [
-            -1.3514957251156743,
-            1.4319139911681296,
-            1.431724700935812,
-            -1.3517249510239002,
-        ],
-        net: 0.1604180159643671,
-    },
-    Stroke {
-        container: 25.0,
-        steps: [
-            -1.3503610879624253,
-            1.4311851768098243,
-            1.4303415382500426,
-            -1.3514330472345466,
-        ],
-        net: 0.15973257986289502,
-    },
-    Stroke {
-        container: 80.0,
-        steps: [
-            -1.352450464277675,
-            1.4324404989928332,
-            1.4324177099533573,
-            -1.352477568169486,
-        ],
-        net: 0.15993017649902952,
-    },
+    Stroke { container: 40.0, net: 0.1604180159643671, steps: [
+        -1.3514957251156743, 1.4319139911681296, 1.431724700935812, -1.3517249510239002] },
+    Stroke { container: 25.0, net: 0.15973257986289502, steps: [
+        -1.3503610879624253, 1.4311851768098243, 1.4303415382500426, -1.3514330472345466] },
+    Stroke { container: 80.0, net: 0.15993017649902952, steps: [
+        -1.352450464277675, 1.4324404989928332, 1.4324177099533573, -1.352477568169486] },
 ];
 
 /// Net displacement in unbounded fluid of the stroke of three spheres with these open and closed
@@ -253,7 +150,7 @@ pub const UNBOUNDED_STROKES: [(f64, f64, f64); 3] = [
 
 /// Force over `6 pi U` on each of two unit spheres that move together along their line of centres,
 /// by distance; spectral.
-pub const TOGETHER: [(f64, f64); 2] = [(3.0, 0.6983045602500371), (2.1, 0.6509001445148839)];
+pub const COMMON_MOTION: [(f64, f64); 2] = [(3.0, 0.6983045602500371), (2.1, 0.6509001445148839)];
 
 /// Height of a unit sphere above a plane wall, and its drag over `6 pi` normal to the wall (Brenner
 /// 1961).
@@ -269,35 +166,13 @@ pub const PARALLEL_TO_WALL: (f64, [f64; 3]) = (
 /// Net displacement of stars of three or four spheres with arms between 6 and 4, of which two move.
 ///
 /// Collocation and fundamental solutions agree to 1e-11.
+#[rustfmt::skip]
 pub const STARS: [(&str, &str, [f64; 3]); 4] = [
-    (
-        "planar",
-        "clamped",
-        [0.004791832418980625, -0.0026805960395928506, 0.0],
-    ),
-    (
-        "planar",
-        "free",
-        [0.004667202336353144, -0.002607693358089058, 0.0],
-    ),
-    (
-        "tetrahedral",
-        "clamped",
-        [
-            7.608613702185518e-05,
-            0.0045765204228767975,
-            0.004576520422876715,
-        ],
-    ),
-    (
-        "tetrahedral",
-        "free",
-        [
-            7.758427939318449e-05,
-            0.0044049086287823325,
-            0.004404908628781979,
-        ],
-    ),
+    ("planar", "clamped", [0.004791832418980625, -0.0026805960395928506, 0.0]),
+    ("planar", "free", [0.004667202336353144, -0.002607693358089058, 0.0]),
+    ("tetrahedral", "clamped",
+        [7.608613702185518e-05, 0.0045765204228767975, 0.004576520422876715]),
+    ("tetrahedral", "free", [7.758427939318449e-05, 0.0044049086287823325, 0.004404908628781979]),
 ];
 
 /// Displacement per cycle of three spheres with one driven and one elastic arm of length 10, for an
@@ -338,56 +213,22 @@ pub struct ShapeResistance {
 
 /// Ellipsoids: Oberbeck 1876 and Jeffery 1922, with Carlson's integrals. Capsules, four to five
 /// digits: ring Stokeslets on the surface, which meet the values of spheroids to 1e-9.
+#[rustfmt::skip]
 pub const SHAPES: [ShapeResistance; 7] = [
-    ShapeResistance {
-        name: "ellipsoid 2:1:1",
-        keys: "shape = \"ellipsoid\"\nsemi_axes = [2, 1, 1]",
-        drag: [1.2039409898, 1.3788990569, 1.3788990569],
-        torque: [1.6133533986, 3.0098524745, 3.0098524745],
-        accuracy: 1e-9,
-    },
-    ShapeResistance {
-        name: "capsule 2:1",
-        keys: "shape = \"capsule\"\nradius = 1\nhalf_length = 2",
-        drag: [1.3153, 1.48523, 1.48523],
-        torque: [2.0552, 3.7799, 3.7799],
-        accuracy: 1e-4,
-    },
-    ShapeResistance {
-        name: "capsule 3:1",
-        keys: "shape = \"capsule\"\nradius = 1\nhalf_length = 3",
-        drag: [1.5783, 1.89624, 1.89624],
-        torque: [3.0733, 9.2924, 9.2924],
-        accuracy: 1e-4,
-    },
-    ShapeResistance {
-        name: "spheroid 1:2",
-        keys: "shape = \"spheroid\"\nradius = 1\nhalf_length = 0.5",
-        drag: [0.9053052615, 0.7927074276, 0.7927074276],
-        torque: [0.7050201619, 0.5658157884, 0.5658157884],
-        accuracy: 1e-9,
-    },
-    ShapeResistance {
-        name: "ellipsoid 3:2:1",
-        keys: "shape = \"ellipsoid\"\nsemi_axes = [3, 2, 1]",
-        drag: [1.7942956646, 1.9415195515, 2.2048206919],
-        torque: [6.0784308862, 10.0844494468, 10.5036820535],
-        accuracy: 1e-9,
-    },
-    ShapeResistance {
-        name: "capsule 10:1",
-        keys: "shape = \"capsule\"\nradius = 1\nhalf_length = 10",
-        drag: [3.023, 4.2058, 4.2058],
-        torque: [10.1, 176.14, 176.14],
-        accuracy: 2e-4,
-    },
-    ShapeResistance {
-        name: "spheroid 10:1",
-        keys: "shape = \"spheroid\"\nradius = 1\nhalf_length = 10",
-        drag: [2.6471360019, 3.8115284451, 3.8115284451],
-        torque: [6.8047061205, 133.6803680980, 133.6803680980],
-        accuracy: 1e-9,
-    },
+    ShapeResistance { name: "ellipsoid 2:1:1", accuracy: 1e-9, keys: "shape = \"ellipsoid\"\nsemi_axes = [2, 1, 1]",
+        drag: [1.2039409898, 1.3788990569, 1.3788990569], torque: [1.6133533986, 3.0098524745, 3.0098524745] },
+    ShapeResistance { name: "capsule 2:1", accuracy: 1e-4, keys: "shape = \"capsule\"\nradius = 1\nhalf_length = 2",
+        drag: [1.3153, 1.48523, 1.48523], torque: [2.0552, 3.7799, 3.7799] },
+    ShapeResistance { name: "capsule 3:1", accuracy: 1e-4, keys: "shape = \"capsule\"\nradius = 1\nhalf_length = 3",
+        drag: [1.5783, 1.89624, 1.89624], torque: [3.0733, 9.2924, 9.2924] },
+    ShapeResistance { name: "spheroid 1:2", accuracy: 1e-9, keys: "shape = \"spheroid\"\nradius = 1\nhalf_length = 0.5",
+        drag: [0.9053052615, 0.7927074276, 0.7927074276], torque: [0.7050201619, 0.5658157884, 0.5658157884] },
+    ShapeResistance { name: "ellipsoid 3:2:1", accuracy: 1e-9, keys: "shape = \"ellipsoid\"\nsemi_axes = [3, 2, 1]",
+        drag: [1.7942956646, 1.9415195515, 2.2048206919], torque: [6.0784308862, 10.0844494468, 10.5036820535] },
+    ShapeResistance { name: "capsule 10:1", accuracy: 2e-4, keys: "shape = \"capsule\"\nradius = 1\nhalf_length = 10",
+        drag: [3.023, 4.2058, 4.2058], torque: [10.1, 176.14, 176.14] },
+    ShapeResistance { name: "spheroid 10:1", accuracy: 1e-9, keys: "shape = \"spheroid\"\nradius = 1\nhalf_length = 10",
+        drag: [2.6471360019, 3.8115284451, 3.8115284451], torque: [6.8047061205, 133.6803680980, 133.6803680980] },
 ];
 
 /// Drags over `6 pi` along the axis of the spheroids inside and around a rounded disk of radius 1

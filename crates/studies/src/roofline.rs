@@ -14,12 +14,13 @@ use linalg::{
     Preconditioner, SaddleSystem,
 };
 use mesher::Container;
+use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use rigid::{Arms, Articulation, BodyKind, Constrained, Drive, Eliminated, ExternalLoad, Joint};
 use stokes::Problem;
 
 use crate::page::{self, Page};
-use crate::table::{Table, count, fixed, missing, percent};
+use crate::table::{Table, count, fixed, optional, percent};
 use crate::three_spheres::{NAMES, ThreeSpheres};
 
 /// Length of each array of STREAM: 256 MB, far more than any cache.
@@ -60,17 +61,16 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
     for &size in sizes {
         let system = three_spheres(size)?;
         for threads in [1, rayon::current_num_threads()] {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()?;
+            let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
             pool.install(|| measure(&system, threads, &mut rows))?;
         }
     }
+    let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let text = format!(
         "The start of `scenes/three-sphere.toml`; average load of the machine over the last minute: {}.\n\n\
          The fastest of {RUNS} runs of each kernel, with data in memory, not in caches. STREAM is the best bandwidth of reading 256 MB, measured before every run. Other load on \
          the machine lowers both. The last column is the kernel's share of the time of an iteration, from its time and the number of its runs.",
-        load()
+        load.split(' ').next().unwrap_or("unknown")
     );
     let mut page = Page::new("Kernels against the bandwidth of memory", "roofline", text);
     let table = table(&rows);
@@ -81,7 +81,7 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
 
 fn measure(system: &Constrained, threads: usize, rows: &mut Vec<Row>) -> Result<()> {
     let mut preconditioner = system.preconditioner()?;
-    let stream = Stream::new();
+    let stream = Stream(vec![1.0; STREAM]);
     let first = rows.len();
     let mut row = |name: &str, bytes, runs, run: &mut dyn FnMut()| {
         let (seconds, reading) = stream.compare(run);
@@ -97,9 +97,8 @@ fn measure(system: &Constrained, threads: usize, rows: &mut Vec<Row>) -> Result<
     };
     row("STREAM: sum", 8 * STREAM, 0.0, &mut || stream.sum());
     let mut c = vec![0.0; STREAM];
-    row("STREAM: triad", 24 * STREAM, 0.0, &mut || {
-        stream.triad(&mut c)
-    });
+    let mut triad = || stream.triad(&mut c);
+    row("STREAM: triad", 24 * STREAM, 0.0, &mut triad);
     drop(c);
     visit_kernels(&system.system, &mut preconditioner, &mut row)?;
     let rows = &mut rows[first..];
@@ -115,17 +114,9 @@ fn seconds(run: impl FnOnce()) -> f64 {
 }
 
 /// Array that is read and written at the bandwidth of memory.
-struct Stream {
-    x: Vec<f64>,
-}
+struct Stream(Vec<f64>);
 
 impl Stream {
-    fn new() -> Self {
-        Stream {
-            x: vec![1.0; STREAM],
-        }
-    }
-
     /// Seconds of `run` and of a sum over the array, alternating, each the fastest of [`RUNS`].
     fn compare(&self, run: &mut dyn FnMut()) -> (f64, f64) {
         (0..RUNS).fold((f64::INFINITY, f64::INFINITY), |(kernel, sum), _| {
@@ -145,15 +136,15 @@ impl Stream {
             }
             lanes.iter().sum::<f64>()
         };
-        black_box(self.x.par_chunks(CHUNK).map(sum).sum::<f64>());
+        black_box(self.0.par_chunks(CHUNK).map(sum).sum::<f64>());
     }
 
     /// `c = a + s b`.
     fn triad(&self, c: &mut [f64]) {
         let s = black_box(3.0);
         c.par_chunks_mut(CHUNK)
-            .zip(self.x.par_chunks(CHUNK))
-            .zip(self.x.par_chunks(CHUNK).rev())
+            .zip(self.0.par_chunks(CHUNK))
+            .zip(self.0.par_chunks(CHUNK).rev())
             .for_each(|((c, a), b)| {
                 for ((c, a), b) in c.iter_mut().zip(a).zip(b) {
                     *c = a + s * b;
@@ -203,21 +194,16 @@ fn visit_kernels(
     let pass = 12 * system.pressure_mass().nnz() + (8 + 4 * 8) * vertices;
     let mass_bytes = (MASS_STEPS - 1) * pass + 24 * vertices;
     let (r, mut z) = (vec![1.0; vertices], vec![0.0; vertices]);
-    measure(
-        "mass matrix, three steps, f64",
-        mass_bytes,
-        1.0,
-        &mut || {
-            mass.apply(&r, &mut z);
-        },
-    );
+    let name = "mass matrix, three steps, f64";
+    measure(name, mass_bytes, 1.0, &mut || mass.apply(&r, &mut z));
     visit_orthogonalisation(dofs, system.residual_weights(), measure);
     measure("y + alpha x", 24 * dofs, 0.0, &mut || add(1e-9, &x, &mut y));
     let whole = stiffness + divergence + gradient + 16 * dofs;
-    measure("whole operator", whole, 0.0, &mut || {
-        system.apply(&x, &mut y)
-    });
-    let cycle = cycle_bytes(preconditioner.velocity().level_sizes());
+    let mut apply = || system.apply(&x, &mut y);
+    measure("whole operator", whole, 0.0, &mut apply);
+    let levels = preconditioner.velocity().level_sizes();
+    let finest = levels.first().map_or(0, |finest| 2 * 40 * finest.nodes);
+    let cycle = cycle_bytes(levels) + finest;
     let whole = cycle + mass_bytes + gradient + 16 * dofs;
     measure("whole preconditioner", whole, 0.0, &mut || {
         preconditioner.apply(&x, &mut y);
@@ -241,12 +227,8 @@ fn prolongation_bytes(level: &LevelSize, coarse: &LevelSize) -> usize {
     8 * level.prolongation_nnz + level.nodes * (8 + 32) + 16 * coarse.nodes
 }
 
-/// Bytes of a cycle on levels, input and output included.
+/// Bytes of a cycle on levels, without its input and output.
 fn cycle_bytes(levels: &[LevelSize]) -> usize {
-    levels_bytes(levels) + levels.first().map_or(0, |finest| 2 * 40 * finest.nodes)
-}
-
-fn levels_bytes(levels: &[LevelSize]) -> usize {
     let pairs = levels.windows(2).map(|pair| (&pair[0], &pair[1]));
     let bytes = pairs.map(|(level, coarse)| {
         (2 * level.sweeps - 1) * smoothing_bytes(level)
@@ -263,30 +245,29 @@ fn visit_cycle(preconditioner: &mut BlockTriangular, measure: &mut Measure) {
         return;
     };
     let smoothing_steps = (2 * fine.sweeps - 1) as f64;
-    let [smoothing, coarser] = [smoothing_bytes(fine), levels_bytes(&levels[1..])];
+    let [smoothing, coarser] = [smoothing_bytes(fine), cycle_bytes(&levels[1..])];
     let restriction = restriction_bytes(fine, coarse);
     let prolongation = prolongation_bytes(fine, coarse);
     use CyclePart::{CoarserLevels, Prolongation, Restriction, SmoothingStep};
-    for (part, name, bytes, runs) in [
-        (
-            SmoothingStep,
-            "smoothing step, f32",
-            smoothing,
-            smoothing_steps,
-        ),
-        (
-            Restriction,
-            "residual and its restriction, f32",
-            restriction,
-            1.0,
-        ),
-        (Prolongation, "prolongation, f32", prolongation, 1.0),
-        (CoarserLevels, "coarser levels, f32", coarser, 1.0),
-    ] {
+    let mut run = |part, name, bytes, runs| {
         measure(name, bytes, runs, &mut || {
             preconditioner.velocity_mut().run_part(part);
         });
-    }
+    };
+    run(
+        SmoothingStep,
+        "smoothing step, f32",
+        smoothing,
+        smoothing_steps,
+    );
+    run(
+        Restriction,
+        "residual and its restriction, f32",
+        restriction,
+        1.0,
+    );
+    run(Prolongation, "prolongation, f32", prolongation, 1.0);
+    run(CoarserLevels, "coarser levels, f32", coarser, 1.0);
 }
 
 /// The orthogonalisation of a vector of length `n` against [`BASIS`] others.
@@ -341,24 +322,13 @@ fn three_spheres(size: f64) -> Result<Constrained> {
 }
 
 fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new([
-        "dofs",
-        "threads",
-        "kernel",
-        "MB",
-        "ms",
-        "GB/s",
-        "STREAM GB/s",
-        "fraction",
-        "share of iteration",
-    ]);
+    const HEADINGS: &str = "dofs,threads,kernel,MB,ms,GB/s,STREAM GB/s,fraction,share of iteration";
+    let mut table = Table::new(HEADINGS.split(','));
     for row in rows {
         let same = |other: &&Row| (other.dofs, other.threads) == (row.dofs, row.threads);
-        let iteration = rows
-            .iter()
-            .filter(same)
-            .map(|other| other.runs * other.seconds);
-        let part = row.runs * row.seconds / iteration.sum::<f64>();
+        let others = rows.iter().filter(same);
+        let iteration: f64 = others.map(|other| other.runs * other.seconds).sum();
+        let part = row.runs * row.seconds / iteration;
         let bytes = row.bytes as f64;
         table.push([
             count(row.dofs),
@@ -369,20 +339,8 @@ fn table(rows: &[Row]) -> Table {
             fixed(bytes / row.seconds / 1e9, 1),
             fixed(row.stream / 1e9, 1),
             percent(bytes / row.seconds / row.stream),
-            if row.runs == 0.0 {
-                missing()
-            } else {
-                percent(part)
-            },
+            optional((row.runs > 0.0).then_some(part), percent),
         ]);
     }
     table
-}
-
-/// Average load of the machine over the last minute.
-fn load() -> String {
-    std::fs::read_to_string("/proc/loadavg")
-        .ok()
-        .and_then(|text| Some(text.split_whitespace().next()?.to_owned()))
-        .unwrap_or_else(|| "unknown".to_owned())
 }

@@ -71,8 +71,8 @@ impl SceneText {
 
     /// Adds a body, whose shape follows as further keys.
     pub fn body(self, name: impl Display, position: [f64; 3]) -> Self {
-        let table = format!("[[bodies]]\nname = \"{name}\"");
-        self.line(table).key("position", position)
+        self.line(format_args!("[[bodies]]\nname = \"{name}\""))
+            .key("position", position)
     }
 
     /// Adds a joint between two bodies.
@@ -86,6 +86,12 @@ impl SceneText {
     pub fn phase(self, joint: impl Display, length: f64) -> Self {
         let table = format!("[[gait.phases]]\nlink = \"{joint}\"");
         self.line(table).key("length", length)
+    }
+
+    /// Adds phases, each of which moves one joint to a length.
+    pub fn phases(self, phases: &[(&str, f64)]) -> Self {
+        let phases = phases.iter();
+        phases.fold(self, |text, (joint, length)| text.phase(joint, *length))
     }
 
     /// Adds spheres `s0`, `s1`, ... on the x axis.

@@ -165,7 +165,9 @@ impl Table {
     /// A table element; failed rows have the class `bad`.
     pub fn html(&self) -> String {
         let row = |tag: &str, cells: &mut dyn Iterator<Item = &String>| -> String {
-            let cells = cells.map(|cell| format!("<{tag}>{}</{tag}>", escape(cell)));
+            // The marks of Markdown.
+            let plain = |cell: &String| escape(&cell.replace(['*', '`'], ""));
+            let cells = cells.map(|cell| format!("<{tag}>{}</{tag}>", plain(cell)));
             cells.collect()
         };
         let head = row("th", &mut self.headings.iter());

@@ -28,16 +28,11 @@ impl ThreeSpheres {
 
     /// Straight tets with edges of `size` on the spheres, which grow with the distance.
     pub fn tets(&self, size: f64, growth: f64) -> Result<LinearTets> {
-        let body = |(&name, surface)| MeshedBody {
-            name,
-            surface,
+        let bodies = [0, 1, 2].map(|k| MeshedBody {
+            name: NAMES[k],
+            surface: &self.spheres[k],
             size,
-        };
-        let bodies = NAMES
-            .iter()
-            .zip(self.spheres.iter().map(|s| s as _))
-            .map(body);
-        let bodies: Vec<MeshedBody> = bodies.collect();
+        });
         let mut params = GenerateParams::default();
         params.growth = growth;
         Ok(generate(&bodies, &self.container, &params)?.mesh)

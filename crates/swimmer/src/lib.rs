@@ -10,7 +10,6 @@ mod outcome;
 pub mod output;
 mod periodic;
 mod planning;
-mod progress;
 mod run;
 mod run_files;
 mod run_report;
@@ -22,15 +21,15 @@ pub use checkpoint::Checkpoint;
 pub use error::SwimError;
 pub use gauss::{Gauss, lagrange};
 pub use integrate::{
-    Integrator, Method, PathPiece, SpanResult, SpanSolution, TYPICAL_SOLVES_PER_SPAN,
+    Integrator, Method, ObserveSolution, PathPiece, SpanResult, SpanSolution,
+    TYPICAL_SOLVES_PER_SPAN,
 };
 pub use models;
-pub use observer::Observer;
+pub use observer::{MissedTarget, Observer, Progress};
 pub use outcome::{Interim, Outcome, Sample, SpanOutcome, mean_of_moving, positions};
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
-pub use planning::{Choice, MissedTarget, SizeSearch, choose, simulate_to_target, with_tables};
-pub use progress::Progress;
+pub use planning::{Choice, SizeSearch, choose, simulate_to_target, with_tables};
 pub use run::{ModelOfScene, run, run_with, run_without_files};
 pub use run_files::RunFiles;
 pub use run_report::Report;

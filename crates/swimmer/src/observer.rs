@@ -1,13 +1,14 @@
-//! Observers of a simulation.
+//! Observers of a simulation, and callbacks about the progress of a run.
 
 use models::Hydrodynamics;
-use scene::PhaseSpan;
+use scene::{PhaseSpan, Scene};
 
 use crate::error::SwimError;
 use crate::integrate::{SpanResult, SpanSolution};
 use crate::outcome::Outcome;
 
 /// Callbacks during a simulation, for example to write files or to show progress.
+#[allow(unused_variables)]
 pub trait Observer {
     /// Whether solutions are shown with their flow, by models that compute it on the way.
     ///
@@ -26,7 +27,6 @@ pub trait Observer {
         solution: &SpanSolution,
         model: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        let _ = (span, solution, model);
         Ok(())
     }
 
@@ -42,10 +42,47 @@ pub trait Observer {
         so_far: &Outcome,
         model: &mut dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        let _ = (span, result, so_far, model);
         Ok(())
     }
 }
 
 /// An observer that does nothing.
 impl Observer for () {}
+
+/// A stroke whose estimated discretisation error exceeds `fem.target`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MissedTarget {
+    /// Factor on the element sizes, as the scene key `fem.size_factor`.
+    pub size_factor: f64,
+    /// Estimated discretisation error, divided by [`Outcome::reference_displacement`].
+    pub relative_error: f64,
+}
+
+/// Callbacks that inform the caller about the progress of a run.
+#[allow(unused_variables)]
+pub trait Progress {
+    /// Whether the run is to stop; checked after every solve.
+    fn is_interrupted(&self) -> bool {
+        false
+    }
+
+    /// The factor on the element sizes for `fem.target` has been chosen for the stroke that begins.
+    fn chose_size_factor(&mut self, target: f64, size_factor: f64) {}
+
+    /// The stroke is done and its discretisation error exceeds `fem.target`; another one follows
+    /// with smaller elements.
+    fn missed_target(&mut self, missed: &MissedTarget) {}
+
+    /// The gait begins, or continues after `done` phases of an earlier run.
+    fn begins(&mut self, scene: &Scene, done: usize) {}
+
+    /// A solve is done.
+    fn solved(&mut self, span: &PhaseSpan, solution: &SpanSolution) {}
+
+    /// A phase is done.
+    fn span_done(&mut self, span: &PhaseSpan, result: &SpanResult) {}
+}
+
+/// No callbacks.
+impl Progress for () {}

@@ -22,7 +22,7 @@ pub struct Interim {
 }
 
 /// The outcome of a gait, in the scene's units.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct Outcome {
     /// Displacement of every body, including points.
@@ -203,21 +203,9 @@ impl Interim {
         let origin = positions(set, &state, shape)?;
         let outcome = Outcome {
             displacement: vec![Vector3::zeros(); origin.len()],
-            rotation: Vector3::zeros(),
-            spans: Vec::new(),
-            solves: 0,
-            error_estimate: ErrorEstimate::default(),
-            mesh_error: None,
             accumulated_error: Some(AccumulatedError::default()),
             accumulated_integration_error: Some(AccumulatedError::default()),
-            limited_error: None,
-            allowed_error: 0.0,
             tolerance_met: true,
-            work: 0.0,
-            work_error: ErrorEstimate::default(),
-            velocities: Vec::new(),
-            seconds: Seconds::default(),
-            meshes: Vec::new(),
             samples: vec![Sample {
                 time: 0.0,
                 span: 0,
@@ -226,6 +214,7 @@ impl Interim {
                 bodies: None,
             }],
             curve: vec![(0.0, origin)],
+            ..Outcome::default()
         };
         Ok(Self { state, outcome })
     }

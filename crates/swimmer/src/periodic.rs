@@ -12,7 +12,7 @@ use rigid::State;
 use scene::{Scene, spans};
 
 use crate::error::SwimError;
-use crate::integrate::{Integrator, Method, SpanSolution, relaxation_time};
+use crate::integrate::{Integrator, Method, ObserveSolution, relaxation_time};
 use crate::outcome::{Interim, mean_of_moving, positions};
 
 /// Part of the tolerance of the net displacement to which the state is periodic.
@@ -31,7 +31,7 @@ pub fn start_of_gait(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
     method: Method,
-    observe: &mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
+    observe: ObserveSolution,
 ) -> Result<Interim, SwimError> {
     match scene.starts_periodic() {
         true => periodic_state(scene, model, method, observe),
@@ -51,7 +51,7 @@ pub fn periodic_state(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
     method: Method,
-    observe: &mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
+    observe: ObserveSolution,
 ) -> Result<Interim, SwimError> {
     let set = scene.articulation();
     let passive: Vec<usize> = set.passive_drives().map(|(joint, _)| joint).collect();
@@ -131,7 +131,7 @@ fn cycle(
     method: Method,
     start: &Start,
     solves: &mut usize,
-    observe: &mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
+    observe: ObserveSolution,
 ) -> Result<End, SwimError> {
     let set = scene.articulation();
     let shape = set.initial_shape();

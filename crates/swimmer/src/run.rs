@@ -9,10 +9,10 @@ use scene::Scene;
 use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
 use crate::integrate::{Method, SpanSolution};
+use crate::observer::Progress;
 use crate::output::Folder;
 use crate::periodic::start_of_gait;
 use crate::planning::{Choice, SizeSearch, choose, with_tables};
-use crate::progress::Progress;
 use crate::run_files::{Files, Output, RunFiles};
 use crate::run_report::Report;
 use crate::simulate::continue_from;
@@ -152,7 +152,7 @@ fn run_once(
                     }),
                     false => Ok(()),
                 };
-            let method = Method::of(&scene);
+            let method = Method::from_scene(&scene);
             let interim = start_of_gait(&scene, model.as_mut(), method, &mut observe)?;
             if let Some(folder) = folder {
                 // If this run ends early, the summary of an older run must not be taken for its
@@ -187,7 +187,7 @@ fn run_once(
         progress,
         done,
     };
-    let method = Method::of(&scene);
+    let method = Method::from_scene(&scene);
     let outcome = continue_from(&scene, model.as_mut(), method, &mut files, interim);
     files.write_pending()?;
     let outcome = outcome?;

@@ -9,16 +9,16 @@ use serde_json::Value;
 use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
 use crate::integrate::{SpanResult, SpanSolution};
-use crate::observer::Observer;
+use crate::observer::{Observer, Progress};
 use crate::outcome::Outcome;
 use crate::output::{FlowSeries, Folder, trajectory_csv};
-use crate::progress::Progress;
 use crate::run_report::Report;
 
 /// Files that the caller adds to those of a run, such as pictures.
 ///
 /// They are written after phases and at the end, as the files of the run itself. Errors end the
 /// run.
+#[allow(unused_variables)]
 pub trait RunFiles {
     /// The gait begins; or continues with the files that an interrupted run has left (`resumed`).
     /// It begins again if its error bar exceeds `fem.target`.
@@ -26,7 +26,6 @@ pub trait RunFiles {
     /// # Errors
     /// Any error ends the run.
     fn begins(&mut self, scene: &Scene, folder: &Folder, resumed: bool) -> Result<(), SwimError> {
-        let _ = (scene, folder, resumed);
         Ok(())
     }
 
@@ -35,7 +34,6 @@ pub trait RunFiles {
     /// # Errors
     /// Any error ends the run.
     fn solved(&mut self, span: &PhaseSpan, solution: &SpanSolution) -> Result<(), SwimError> {
-        let _ = (span, solution);
         Ok(())
     }
 
@@ -51,7 +49,6 @@ pub trait RunFiles {
         first: usize,
         flow: Option<&SolutionFlow>,
     ) -> Result<(), SwimError> {
-        let _ = (span, result, first, flow);
         Ok(())
     }
 
@@ -61,7 +58,6 @@ pub trait RunFiles {
     /// # Errors
     /// Any error ends the run.
     fn write(&mut self, so_far: &Outcome) -> Result<(), SwimError> {
-        let _ = so_far;
         Ok(())
     }
 
@@ -70,7 +66,6 @@ pub trait RunFiles {
     /// # Errors
     /// Any error ends the run.
     fn gait_done(&mut self, model: &mut dyn Hydrodynamics) -> Result<(), SwimError> {
-        let _ = model;
         Ok(())
     }
 
@@ -79,7 +74,6 @@ pub trait RunFiles {
     /// # Errors
     /// Any error ends the run.
     fn run_done(&mut self, report: &Report, summary: &Value) -> Result<(), SwimError> {
-        let _ = (report, summary);
         Ok(())
     }
 }

@@ -1,28 +1,17 @@
 //! Example scenes, as `swim new` writes them.
 
+/// Names of the templates with the texts of their files.
+macro_rules! templates {
+    ($($name:literal)+) => {
+        [$(($name, include_str!(concat!("../templates/", $name, ".toml")))),+]
+    };
+}
+
 /// Names and texts of the example scenes.
-pub const TEMPLATES: [(&str, &str); 14] = [
-    (
-        "three-sphere",
-        include_str!("../templates/three-sphere.toml"),
-    ),
-    ("smooth", include_str!("../templates/smooth.toml")),
-    ("chain", include_str!("../templates/chain.toml")),
-    ("planar", include_str!("../templates/planar.toml")),
-    ("tetrahedral", include_str!("../templates/tetrahedral.toml")),
-    ("purcell", include_str!("../templates/purcell.toml")),
-    ("scallop", include_str!("../templates/scallop.toml")),
-    ("elastic-arm", include_str!("../templates/elastic-arm.toml")),
-    ("corkscrew", include_str!("../templates/corkscrew.toml")),
-    ("squirmer", include_str!("../templates/squirmer.toml")),
-    ("jeffery", include_str!("../templates/jeffery.toml")),
-    ("settling", include_str!("../templates/settling.toml")),
-    (
-        "optimal-stroke",
-        include_str!("../templates/optimal-stroke.toml"),
-    ),
-    ("learning", include_str!("../templates/learning.toml")),
-];
+pub const TEMPLATES: [(&str, &str); 14] = templates! {
+    "three-sphere" "smooth" "chain" "planar" "tetrahedral" "purcell" "scallop" "elastic-arm"
+    "corkscrew" "squirmer" "jeffery" "settling" "optimal-stroke" "learning"
+};
 
 #[cfg(test)]
 mod tests {

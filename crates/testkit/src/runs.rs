@@ -13,7 +13,7 @@ pub fn boxed(scene: &Scene) -> Box<dyn Hydrodynamics> {
 
 /// The gait of a scene by the model and the method that it chooses.
 pub fn run(scene: &Scene) -> Outcome {
-    run_by(boxed(scene).as_mut(), Method::of(scene))
+    run_by(boxed(scene).as_mut(), Method::from_scene(scene))
 }
 
 /// The gait of the scene of a model.

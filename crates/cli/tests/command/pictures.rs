@@ -185,7 +185,9 @@ fn planes_contain_the_bodies_and_the_direction_of_motion() {
         let poses = (scene.articulation())
             .place(&scene.initial_state(), scene.articulation().initial_shape())
             .unwrap();
-        let plane = SliceFrame::of(&scene).unwrap().around(&scene, &poses);
+        let plane = SliceFrame::from_scene(&scene)
+            .unwrap()
+            .around(&scene, &poses);
         let normal = plane.normal();
         (normal * normal[normal.iamax()].signum(), plane)
     };

@@ -2,7 +2,7 @@
 
 use fastrand::Rng;
 
-use super::environment::Environment;
+use super::Environment;
 
 /// Numbers of a learner.
 #[derive(Clone, Copy, Debug)]

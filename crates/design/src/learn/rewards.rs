@@ -1,16 +1,14 @@
 //! Rewards: displacements of the mean of the bodies when one joint moves.
 
+use models::Hydrodynamics;
 use nalgebra::Vector3;
 use scene::{Gait, JointValues, Phase, Scene, ShapePath, spans};
+use swimmer::{Integrator, Method, choose, mean_of_moving, positions};
 
-use crate::error::DesignError;
-use crate::progress::DesignProgress;
-use swimmer::choose;
-use swimmer::{Integrator, Method};
-use swimmer::{mean_of_moving, positions};
+use crate::error::{DesignError, DesignProgress, check_interruption};
 
 /// Largest number of joints: their states are all tabulated.
-const MOST_JOINTS: usize = 12;
+const MAX_JOINTS: usize = 12;
 
 /// Rotation per step, in radians, above which a swimmer counts as turning.
 const SMALLEST_ROTATION: f64 = 1e-6;
@@ -37,7 +35,7 @@ impl Rewards {
     /// [`DesignError::NotApplicable`] for a table of another size.
     pub fn new(table: Vec<Vec<f64>>) -> Result<Self, DesignError> {
         let joints = table.first().map_or(0, Vec::len);
-        let is_right = (1..=MOST_JOINTS).contains(&joints)
+        let is_right = (1..=MAX_JOINTS).contains(&joints)
             && table.len() == 1 << joints
             && table.iter().all(|row| row.len() == joints);
         if !is_right {
@@ -80,11 +78,7 @@ impl Rewards {
 /// A scene whose motion depends on more than the shape, or that turns; values of joints that are
 /// missing; errors of the model; [`DesignError::Stopped`].
 pub fn rewards(scene: &Scene, progress: &mut dyn DesignProgress) -> Result<Rewards, DesignError> {
-    let options = scene.learn();
-    let refuse = |key: &str, problem: &str| DesignError::NotApplicable {
-        place: scene.place(key),
-        problem: problem.to_owned(),
-    };
+    let refuse = |key: &str, problem: &str| DesignError::not_applicable(scene, key, problem);
     if !scene.is_free() {
         return Err(refuse(
             "learn",
@@ -92,19 +86,7 @@ pub fn rewards(scene: &Scene, progress: &mut dyn DesignProgress) -> Result<Rewar
              fluid without external loads and passive joints",
         ));
     }
-    let values = |key: &str, values: &Option<JointValues>| match values {
-        Some(values) => scene.joint_values(key, values),
-        None => Ok(vec![None; scene.articulation().joints().len()]),
-    };
-    let contracted = values("learn.contracted", &options.contracted)?;
-    let extended = values("learn.extended", &options.extended)?;
-    let initial = scene.articulation().initial_shape();
-    let ends: Vec<(f64, f64)> = (initial.iter().enumerate())
-        .map(|(joint, &initial)| {
-            let extended = extended[joint].unwrap_or(initial);
-            (extended, contracted[joint].unwrap_or(extended))
-        })
-        .collect();
+    let ends = ends(scene)?;
     let joints: Vec<usize> = (0..ends.len())
         .filter(|&k| ends[k].0 != ends[k].1)
         .collect();
@@ -114,76 +96,110 @@ pub fn rewards(scene: &Scene, progress: &mut dyn DesignProgress) -> Result<Rewar
             "no joint has two values; give learn.contracted, for example learn.contracted = 6",
         ));
     }
-    if joints.len() > MOST_JOINTS {
+    if joints.len() > MAX_JOINTS {
         return Err(refuse("learn.contracted", "at most 12 joints can learn"));
     }
+    let mut model = choose(scene)?.model;
     let names = joints
         .iter()
-        .map(|&k| scene.articulation().joints()[k].name.clone());
+        .map(|&k| &scene.articulation().joints()[k].name);
     let mut rewards = Rewards {
-        names: names.collect(),
+        names: names.cloned().collect(),
         table: vec![vec![0.0; joints.len()]; 1 << joints.len()],
         joints,
-        model: "",
+        model: model.name(),
         error: 0.0,
     };
-    let mut model = choose(scene)?.model;
-    rewards.model = model.name();
-    let direction = Vector3::from(options.direction).normalize();
-    let set = scene.articulation();
-    let start = scene.initial_state();
+    let direction = Vector3::from(scene.learn().direction).normalize();
     let mut solves = 0;
     for state in 0..rewards.states() {
-        for (action, &joint) in rewards.joints.iter().enumerate() {
-            if state >> action & 1 == 1 {
-                continue;
+        let mut shape: Vec<f64> = ends.iter().map(|end| end.0).collect();
+        for (k, &joint) in rewards.joints.iter().enumerate() {
+            if state >> k & 1 == 1 {
+                shape[joint] = ends[joint].1;
             }
-            let mut shape: Vec<f64> = ends.iter().map(|end| end.0).collect();
-            for (k, &joint) in rewards.joints.iter().enumerate() {
-                if state >> k & 1 == 1 {
-                    shape[joint] = ends[joint].1;
-                }
-            }
-            let phase = Phase {
-                path: ShapePath::Linear(vec![(joint, ends[joint].1)]),
-                duration: 1.0,
-            };
-            let gait = Gait {
-                cycles: 1,
-                phases: vec![phase],
-            };
-            for span in spans(&gait, &shape)? {
-                let mut integrator = Integrator::new(scene, model.as_mut(), Method::Collocation);
-                let result = integrator.span(&span, &start, &mut |_, _| Ok(()))?;
-                let turn = result.end.frames[0]
-                    .rotation
-                    .angle_to(&start.frames[0].rotation);
-                if turn > SMALLEST_ROTATION {
-                    return Err(refuse(
-                        "learn",
-                        "the swimmer turns, so that rewards depend on its direction too; use a \
-                         chain of bodies on a line",
-                    ));
-                }
-                let (before, after) = (
-                    positions(set, &start, &span.from)?,
-                    positions(set, &result.end, &span.to)?,
-                );
-                let moved: Vec<Vector3<f64>> =
-                    after.iter().zip(&before).map(|(a, b)| a - b).collect();
-                let reward = mean_of_moving(&moved).dot(&direction);
-                rewards.table[state][action] = reward;
-                rewards.table[state | 1 << action][action] = -reward;
-                rewards.error = rewards.error.max(result.error_estimate.total());
-                solves += result.solves;
-            }
+        }
+        for action in (0..rewards.joints.len()).filter(|action| state >> action & 1 == 0) {
+            let joint = rewards.joints[action];
+            let step = contraction(scene, model.as_mut(), &shape, joint, ends[joint].1)?;
+            let reward = step.displacement.dot(&direction);
+            rewards.table[state][action] = reward;
+            rewards.table[state | 1 << action][action] = -reward;
+            rewards.error = rewards.error.max(step.error);
+            solves += step.solves;
             progress.tabulated(solves);
-            if progress.is_interrupted() {
-                return Err(DesignError::Stopped {
-                    what: format!("{solves} solves of the rewards"),
-                });
-            }
+            check_interruption(progress, || format!("{solves} solves of the rewards"))?;
         }
     }
     Ok(rewards)
+}
+
+/// The extended and the contracted value of each joint, equal for joints that do not learn.
+fn ends(scene: &Scene) -> Result<Vec<(f64, f64)>, DesignError> {
+    let values = |key: &str, values: &Option<JointValues>| match values {
+        Some(values) => scene.joint_values(key, values),
+        None => Ok(vec![None; scene.articulation().joints().len()]),
+    };
+    let contracted = values("learn.contracted", &scene.learn().contracted)?;
+    let extended = values("learn.extended", &scene.learn().extended)?;
+    let initial = scene.articulation().initial_shape().iter().enumerate();
+    Ok(initial
+        .map(|(joint, &initial)| {
+            let extended = extended[joint].unwrap_or(initial);
+            (extended, contracted[joint].unwrap_or(extended))
+        })
+        .collect())
+}
+
+/// The displacement of the mean of the bodies by the change of one joint.
+#[derive(Default)]
+struct Contraction {
+    displacement: Vector3<f64>,
+    error: f64,
+    solves: usize,
+}
+
+/// Changes one joint of a shape to the value `target`.
+///
+/// # Errors
+/// A swimmer that turns; errors of the model.
+fn contraction(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+    shape: &[f64],
+    joint: usize,
+    target: f64,
+) -> Result<Contraction, DesignError> {
+    let (set, start) = (scene.articulation(), scene.initial_state());
+    let phase = Phase {
+        path: ShapePath::Linear(vec![(joint, target)]),
+        duration: 1.0,
+    };
+    let gait = Gait {
+        cycles: 1,
+        phases: vec![phase],
+    };
+    let mut contraction = Contraction::default();
+    for span in spans(&gait, shape)? {
+        let mut integrator = Integrator::new(scene, model, Method::Collocation);
+        let result = integrator.span(&span, &start, &mut |_, _| Ok(()))?;
+        let [before, after] = [&start, &result.end].map(|state| state.frames[0].rotation);
+        if after.angle_to(&before) > SMALLEST_ROTATION {
+            return Err(DesignError::not_applicable(
+                scene,
+                "learn",
+                "the swimmer turns, so that rewards depend on its direction too; use a chain of \
+                 bodies on a line",
+            ));
+        }
+        let before = positions(set, &start, &span.from)?;
+        let after = positions(set, &result.end, &span.to)?;
+        let moved: Vec<_> = after.iter().zip(&before).map(|(a, b)| a - b).collect();
+        contraction = Contraction {
+            displacement: mean_of_moving(&moved),
+            error: result.error_estimate.total(),
+            solves: contraction.solves + result.solves,
+        };
+    }
+    Ok(contraction)
 }

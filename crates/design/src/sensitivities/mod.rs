@@ -8,18 +8,14 @@
 pub(crate) mod parameter;
 
 use nalgebra::Vector3;
-use scene::{ModelKind, Scene};
+use scene::{Document, ModelKind, Scene};
+use serde::Serialize;
 
 pub(crate) use parameter::with_values;
 pub use parameter::{Parameter, parameters};
 
-use crate::DesignProgress;
-use crate::error::DesignError;
-use swimmer::Method;
-use swimmer::choose;
-use swimmer::continue_from;
-use swimmer::mean_of_moving;
-use swimmer::start_of_gait;
+use crate::error::{DesignError, DesignProgress, check_interruption};
+use swimmer::{Method, choose, continue_from, mean_of_moving, start_of_gait};
 
 /// The larger step, relative to the parameter. Its extrapolated error is of the order of its fourth
 /// power, and error bars of runs are divided by the half of it.
@@ -29,9 +25,10 @@ const STEP: f64 = 0.04;
 const TOLERANCE: f64 = 1e-2;
 
 /// A derivative of the net displacement.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Sensitivity {
     /// The parameter.
+    #[serde(flatten)]
     pub parameter: Parameter,
     /// Derivative of the component of the net displacement along its direction in the scene.
     pub derivative: f64,
@@ -63,11 +60,7 @@ pub fn sensitivities(
     for parameter in parameters {
         progress.begins(&format!("sensitivity to the {}", parameter.name));
         found.push(derivative(&scene, &direction, parameter)?);
-        if progress.is_interrupted() {
-            return Err(DesignError::Stopped {
-                what: format!("{} sensitivities", found.len()),
-            });
-        }
+        check_interruption(progress, || format!("{} sensitivities", found.len()))?;
     }
     Ok(found)
 }
@@ -104,12 +97,10 @@ fn derivative(
         ))
     };
     // Only angles can be zero: the rest value of a spring in a hinge. Their unit is the radian.
-    let size = if parameter.value == 0.0 {
-        1.0
-    } else {
-        parameter.value.abs()
+    let step = match parameter.value == 0.0 {
+        true => STEP,
+        false => STEP * parameter.value.abs(),
     };
-    let step = STEP * size;
     let (coarse, fine) = (difference(step)?, difference(0.5 * step)?);
     let derivative = (4.0 * fine.0 - coarse.0) / 3.0;
     Ok(Sensitivity {
@@ -130,20 +121,16 @@ pub(crate) fn comparable(scene: &Scene) -> Result<(Scene, Vector3<f64>), DesignE
             "oseen" | "rpy" => "multipole",
             name => name,
         };
-        let mut document = scene::Document::parse(&fixed.to_toml()?, "scene".as_ref())?;
-        document.set(&format!("model.kind={kind}"))?;
-        fixed = Scene::from_document(document)?;
+        fixed = with_keys(&fixed, &[format!("model.kind={kind}")])?;
     }
     let net = net_displacement(&fixed)?;
     if net.vector.norm() <= net.bar {
-        return Err(DesignError::NotApplicable {
-            place: fixed.place("gait"),
-            problem: format!(
-                "the net displacement, {:.1e} +- {:.1e}, has no direction in which it could change",
-                net.vector.norm(),
-                net.bar
-            ),
-        });
+        let problem = format!(
+            "the net displacement, {:.1e} +- {:.1e}, has no direction in which it could change",
+            net.vector.norm(),
+            net.bar
+        );
+        return Err(DesignError::not_applicable(&fixed, "gait", problem));
     }
     Ok((fixed, net.vector.normalize()))
 }
@@ -151,7 +138,7 @@ pub(crate) fn comparable(scene: &Scene) -> Result<(Scene, Vector3<f64>), DesignE
 /// The net displacement of a run of the scene, in the periodic state if the scene says so.
 pub(crate) fn net_displacement(scene: &Scene) -> Result<Net, DesignError> {
     let mut model = choose(scene)?.model;
-    let method = Method::of(scene);
+    let method = Method::from_scene(scene);
     let start = start_of_gait(scene, model.as_mut(), method, &mut |_, _| Ok(()))?;
     let outcome = continue_from(scene, model.as_mut(), method, &mut (), start)?;
     Ok(Net {
@@ -160,4 +147,13 @@ pub(crate) fn net_displacement(scene: &Scene) -> Result<Net, DesignError> {
         work: outcome.work,
         work_bar: outcome.work_error.total(),
     })
+}
+
+/// The scene with other values of some keys, `key=value`.
+pub(crate) fn with_keys(scene: &Scene, assignments: &[String]) -> Result<Scene, DesignError> {
+    let mut document = Document::parse(&scene.to_toml()?, "scene".as_ref())?;
+    for assignment in assignments {
+        document.set(assignment)?;
+    }
+    Ok(Scene::from_document(document)?)
 }

@@ -1,19 +1,22 @@
 //! Parameters of a scene, and the same scene with another value of one of them.
 
-use scene::{Document, Scene, ShapePath, Sine};
-
 use rigid::{JointDrive, JointKind};
+use scene::{Scene, ShapePath, Sine};
+use serde::Serialize;
 
+use super::with_keys;
 use crate::error::DesignError;
-use crate::joint_ranges::joint_ranges;
+use crate::limits::joint_ranges;
 
 /// A quantity of a scene on which its net displacement depends.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Parameter {
     /// The quantity, such as `radius of "left"`.
+    #[serde(rename = "parameter")]
     pub name: String,
     /// Its value in the scene.
     pub value: f64,
+    #[serde(skip)]
     pub(crate) kind: Kind,
 }
 
@@ -67,12 +70,8 @@ pub fn parameters(scene: &Scene) -> Result<Vec<Parameter>, DesignError> {
             JointDrive::Passive(passive) if passive.stiffness > 0.0 => {
                 // A constant force on a spring shifts its rest.
                 let rest = passive.rest + passive.force / passive.stiffness;
-                add(
-                    "stiffness",
-                    &joint.name,
-                    passive.stiffness,
-                    Kind::Stiffness(number),
-                );
+                let stiffness = passive.stiffness;
+                add("stiffness", &joint.name, stiffness, Kind::Stiffness(number));
                 add("rest value", &joint.name, rest, Kind::Rest(number));
             }
             JointDrive::Passive(_) => {}
@@ -132,7 +131,7 @@ pub(crate) fn with_values(
     scene: &Scene,
     values: &[(&Parameter, f64)],
 ) -> Result<Scene, DesignError> {
-    let mut document = Document::parse(&scene.to_toml()?, "scene".as_ref())?;
+    let mut keys = Vec::new();
     let joints = scene.articulation().joints();
     let unchanged = JointChange {
         factor: 1.0,
@@ -141,22 +140,20 @@ pub(crate) fn with_values(
     let mut changes = vec![unchanged; joints.len()];
     for (parameter, value) in values {
         match parameter.kind {
-            Kind::Radius(body) => document.set(&format!("bodies[{body}].radius={value:?}"))?,
-            Kind::Stiffness(joint) => {
-                document.set(&format!("links[{joint}].stiffness={value:?}"))?
-            }
-            Kind::Rest(joint) => document.set(&format!("links[{joint}].rest={value:?}"))?,
+            Kind::Radius(body) => keys.push(format!("bodies[{body}].radius={value:?}")),
+            Kind::Stiffness(joint) => keys.push(format!("links[{joint}].stiffness={value:?}")),
+            Kind::Rest(joint) => keys.push(format!("links[{joint}].rest={value:?}")),
             Kind::Length(joint) => changes[joint].shift = value - parameter.value,
             Kind::Amplitude(joint) => changes[joint].factor = value / parameter.value,
         }
     }
-    change_targets(scene, &mut document, &changes)?;
+    change_targets(scene, &mut keys, &changes);
     let mut shifts: Vec<f64> = changes.iter().map(|change| change.shift).collect();
     for (number, sine) in sines(scene).iter().enumerate() {
         let factor = changes[sine.joint].factor;
         if factor != 1.0 {
             let amplitude = factor * sine.amplitude;
-            document.set(&format!("gait.harmonics[{number}].amplitude={amplitude:?}"))?;
+            keys.push(format!("gait.harmonics[{number}].amplitude={amplitude:?}"));
             // The mean of a slide follows from where the bodies are, that of an angle is given.
             if joints[sine.joint].kind == JointKind::Slide {
                 shifts[sine.joint] += (factor - 1.0) * at_start(sine);
@@ -164,9 +161,9 @@ pub(crate) fn with_values(
         }
     }
     if shifts.iter().any(|shift| *shift != 0.0) {
-        move_start(scene, &mut document, &shifts)?;
+        move_start(scene, &mut keys, &shifts)?;
     }
-    Ok(Scene::from_document(document)?)
+    with_keys(scene, &keys)
 }
 
 /// The value of a term at the start.
@@ -183,7 +180,7 @@ fn sines(scene: &Scene) -> &[Sine] {
 }
 
 /// Moves the bodies to other lengths of slides at the start.
-fn move_start(scene: &Scene, document: &mut Document, shifts: &[f64]) -> Result<(), DesignError> {
+fn move_start(scene: &Scene, keys: &mut Vec<String>, shifts: &[f64]) -> Result<(), DesignError> {
     let set = scene.articulation();
     let state = scene.initial_state();
     // Joints that turn are at zero in the pose of the file.
@@ -193,64 +190,51 @@ fn move_start(scene: &Scene, document: &mut Document, shifts: &[f64]) -> Result<
             *length = 0.0;
         }
     }
-    let before = set
-        .place(&state, &lengths)
-        .map_err(models::ModelError::from)?;
+    let before = set.place(&state, &lengths)?;
     for (length, shift) in lengths.iter_mut().zip(shifts) {
         *length += shift;
     }
-    let after = set
-        .place(&state, &lengths)
-        .map_err(models::ModelError::from)?;
+    let after = set.place(&state, &lengths)?;
     let moved: Vec<_> = (after.iter().zip(&before))
         .map(|(a, b)| a.translation.vector - b.translation.vector)
         .collect();
     for (number, (body, moved)) in scene.bodies().iter().zip(&moved).enumerate() {
         let [x, y, z]: [f64; 3] = (body.position + moved).into();
-        document.set(&format!("bodies[{number}].position=[{x:?}, {y:?}, {z:?}]"))?;
+        keys.push(format!("bodies[{number}].position=[{x:?}, {y:?}, {z:?}]"));
     }
     for (number, joint) in set.joints().iter().enumerate() {
         let joint = joint.kind.translated(&moved[joint.to]);
         if let JointKind::Turn { pivot, .. } | JointKind::Ball { pivot } = joint {
             let [x, y, z]: [f64; 3] = pivot.into();
-            document.set(&format!("links[{number}].pivot=[{x:?}, {y:?}, {z:?}]"))?;
+            keys.push(format!("links[{number}].pivot=[{x:?}, {y:?}, {z:?}]"));
         }
     }
     Ok(())
 }
 
 /// Changes the values of joints at the ends of phases.
-fn change_targets(
-    scene: &Scene,
-    document: &mut Document,
-    changes: &[JointChange],
-) -> Result<(), DesignError> {
-    let (joints, start) = (
-        scene.articulation().joints(),
-        scene.articulation().initial_shape(),
-    );
+fn change_targets(scene: &Scene, keys: &mut Vec<String>, changes: &[JointChange]) {
+    let set = scene.articulation();
     for (number, phase) in scene.gait().phases.iter().enumerate() {
         let ShapePath::Linear(targets) = &phase.path else {
             continue;
         };
+        let start = set.initial_shape();
         let changed: Vec<(usize, f64)> = (targets.iter())
             .map(|&(joint, target)| (joint, changes[joint].of_target(target, start[joint])))
             .collect();
         if changed == *targets {
             continue;
         }
-        if let [(_, target)] = changed[..] {
-            document.set(&format!("gait.phases[{number}].length={target:?}"))?;
-        } else {
-            let texts = changed.iter();
-            let texts: Vec<String> = texts
-                .map(|&(joint, target)| format!("{:?} = {target:?}", joints[joint].name))
-                .collect();
-            document.set(&format!(
-                "gait.phases[{number}].targets={{ {} }}",
-                texts.join(", ")
-            ))?;
-        }
+        keys.push(match changed[..] {
+            [(_, target)] => format!("gait.phases[{number}].length={target:?}"),
+            _ => {
+                let text = |&(k, target): &(usize, f64)| {
+                    format!("{:?} = {target:?}", set.joints()[k].name)
+                };
+                let texts: Vec<String> = changed.iter().map(text).collect();
+                format!("gait.phases[{number}].targets={{ {} }}", texts.join(", "))
+            }
+        });
     }
-    Ok(())
 }

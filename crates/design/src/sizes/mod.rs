@@ -17,11 +17,9 @@ mod slices;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use scene::Scene;
-
-use super::progress::DesignProgress;
 use swimmer::SwimError;
 
-use crate::error::DesignError;
+use crate::error::{DesignError, DesignProgress, check_interruption};
 use crate::sensitivities::{Parameter, comparable};
 use polytope::{Quadratic, STENCIL_RADIUS, stencil};
 use shares::SizeSpace;
@@ -37,7 +35,7 @@ const LARGEST_STEP: f64 = 0.25;
 
 /// Size of the trust region relative to the step. At the largest step it reaches the limits from a
 /// centre around which the interpolation stays inside them.
-const TRUST: f64 = 3.0;
+const TRUST_FACTOR: f64 = 3.0;
 
 /// Smallest step; differences of closer runs would be rounding errors of mesh sizes.
 const SMALLEST_STEP: f64 = 0.01;
@@ -53,7 +51,7 @@ const ROUNDS: usize = 60;
 const BATCH: usize = 8;
 
 /// Distance from a limit, relative to the size, below which a size counts as at the limit.
-const NEAR: f64 = 1e-3;
+const ACTIVE_DISTANCE: f64 = 1e-3;
 
 /// The best sizes for a gait.
 #[derive(Clone, Debug)]
@@ -77,7 +75,7 @@ pub struct BestSizes {
     pub runs: Vec<(Vec<f64>, f64)>,
 }
 
-/// Searches the sizes `optimise.radii` and `optimise.arms` for which the gait is best: of the
+/// Searches for the sizes `optimise.radii` and `optimise.arms` for which the gait is best: of the
 /// highest Lighthill efficiency, or of the largest displacement, by `optimise.objective`.
 ///
 /// The sums of the volumes of the spheres and of the arm lengths that vary stay the same. The
@@ -93,20 +91,14 @@ pub fn best_sizes(
     scene: &Scene,
     progress: &mut dyn DesignProgress,
 ) -> Result<BestSizes, DesignError> {
-    let space = SizeSpace::of_scene(scene)?;
-    let objective = SizeObjective::of_scene(scene)?;
-    let (fixed, direction) = comparable(scene)?;
-    let mut search = Search {
-        scene: &fixed,
-        objective: objective.along(direction),
-        space: &space,
-        runs: Vec::new(),
-        progress,
-    };
-    let start = space.start();
-    let found = search.best(&start)?;
+    let mut search = Search::new(scene, progress)?;
+    let found = search.best(&search.space.start())?;
     let Search {
-        objective, runs, ..
+        objective,
+        space,
+        runs,
+        progress,
+        ..
     } = search;
     let best = space.scene(scene, &found.shares)?;
     progress.begins("running the best sizes by the full model");
@@ -125,9 +117,9 @@ pub fn best_sizes(
 
 /// The runs of a search.
 struct Search<'a> {
-    scene: &'a Scene,
+    scene: Scene,
     objective: SizeObjective,
-    space: &'a SizeSpace,
+    space: SizeSpace,
     runs: Vec<(Vec<f64>, f64)>,
     progress: &'a mut dyn DesignProgress,
 }
@@ -143,14 +135,28 @@ struct Found {
     bar: f64,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    /// No runs of a scene yet, with a fixed model and a tighter tolerance.
+    fn new(scene: &Scene, progress: &'a mut dyn DesignProgress) -> Result<Self, DesignError> {
+        let space = SizeSpace::from_scene(scene)?;
+        let objective = SizeObjective::from_scene(scene)?;
+        let (scene, direction) = comparable(scene)?;
+        Ok(Self {
+            scene,
+            objective: objective.along(direction),
+            space,
+            runs: Vec::new(),
+            progress,
+        })
+    }
+
     /// Costs of points: minus the objective.
     fn costs(&mut self, points: &[Vec<f64>]) -> Result<Vec<SizeRun>, DesignError> {
         let mut found = Vec::new();
         for batch in points.chunks(BATCH) {
             let runs: Vec<Result<SizeRun, DesignError>> = (batch.par_iter())
                 .map(|shares| {
-                    let scene = self.space.scene(self.scene, shares)?;
+                    let scene = self.space.scene(&self.scene, shares)?;
                     self.objective.run(&scene)
                 })
                 .collect();
@@ -160,11 +166,10 @@ impl Search<'_> {
                 self.runs.push((values, run.objective));
                 found.push(run);
             }
-            if self.progress.is_interrupted() {
-                return Err(DesignError::Stopped {
-                    what: format!("{} runs with different sizes", self.runs.len()),
-                });
-            }
+            let done = self.runs.len();
+            check_interruption(self.progress, || {
+                format!("{done} runs with different sizes")
+            })?;
         }
         Ok(found)
     }
@@ -177,48 +182,28 @@ impl Search<'_> {
                 let sizes: Vec<String> = sizes
                     .map(|(parameter, value)| format!("{} = {value:.4}", parameter.name))
                     .collect();
-                DesignError::NotApplicable {
-                    place: self.scene.place("optimise"),
-                    problem: format!(
-                        "the sizes {} cannot be run: {error}; narrow optimise.radii or \
-                         optimise.arms",
-                        sizes.join(", ")
-                    ),
-                }
+                let problem = format!(
+                    "the sizes {} cannot be run: {error}; narrow optimise.radii or optimise.arms",
+                    sizes.join(", ")
+                );
+                DesignError::not_applicable(&self.scene, "optimise", problem)
             }
             error => error,
         }
     }
 
     fn best(&mut self, start: &[f64]) -> Result<Found, DesignError> {
-        let space = self.space;
-        let stuck = || DesignError::NoStroke {
-            reason: "rounding has closed the limits of the sizes; widen optimise.radii or \
-                     optimise.arms"
-                .to_owned(),
-        };
-        // A point far from all limits, towards which the points of the interpolation are moved.
-        let basis = space.basis(start);
-        let centre = space
-            .polytope(start, &basis, f64::INFINITY)
-            .centre()
-            .ok_or_else(stuck)?;
-        let inner = SizeSpace::moved(start, &basis, &centre);
-        let widest = space
-            .polytope(&inner, &space.basis(&inner), f64::INFINITY)
-            .depth();
-        let largest_step = LARGEST_STEP.min(0.25 * widest / STENCIL_RADIUS);
+        let (inner, largest_step) = self.inner_point(start).ok_or_else(stuck)?;
         let mut step = FIRST_STEP.min(largest_step);
         let first = self.costs(&[start.to_vec()])?[0];
         if first.objective <= first.error {
-            return Err(DesignError::NotApplicable {
-                place: self.scene.place("optimise.direction"),
-                problem: format!(
-                    "the displacement in this direction, {:.1e} +- {:.1e}, is not positive; turn \
-                     the direction round or remove it",
-                    first.displacement, first.displacement_error
-                ),
-            });
+            let problem = format!(
+                "the displacement in this direction, {:.1e} +- {:.1e}, is not positive; turn the \
+                 direction round or remove it",
+                first.displacement, first.displacement_error
+            );
+            let key = "optimise.direction";
+            return Err(DesignError::not_applicable(&self.scene, key, problem));
         }
         let bar = first.error / first.objective;
         // At this step the errors of differences by noise and by truncation are equal.
@@ -229,39 +214,23 @@ impl Search<'_> {
             let done = self.runs.len();
             self.progress
                 .begins(&format!("sizes: {done} runs, best {objective:.4e}"));
-            let around = pulled(space, &shares, &inner, step);
-            let basis = space.basis(&around);
-            let depth = space.polytope(&around, &basis, f64::INFINITY).depth();
-            let inside = step.min(depth / STENCIL_RADIUS);
-            let points = stencil(basis.ncols(), inside);
-            let moved = |y: &DVector<f64>| SizeSpace::moved(&around, &basis, y);
-            let all: Vec<Vec<f64>> = points.iter().map(moved).collect();
-            let costs: Vec<f64> = (self.costs(&all)?.iter())
-                .map(|run| -run.objective / objective)
-                .collect();
-            let model = Quadratic::through(&costs, basis.ncols(), inside);
-            let polytope = space.polytope(&around, &basis, TRUST * step);
-            // From several points, because the function may be concave.
-            let minima = points.iter().filter_map(|y| polytope.minimum(&model, y));
-            let trial = minima
-                .reduce(|a, b| if b.cost < a.cost { b } else { a })
-                .ok_or_else(stuck)?;
-            let trial_shares = moved(&trial.x);
-            let reached = self.costs(std::slice::from_ref(&trial_shares))?[0].objective;
+            let around = pulled(&self.space, &shares, &inner, step);
+            let trial = self.trial(&around, step, objective)?;
+            let reached = self.costs(std::slice::from_ref(&trial.shares))?[0].objective;
             // Relative to the best objective so far.
             let predicted = -1.0 - trial.cost;
             let gained = reached / objective - 1.0;
             let is_last = step <= last_step;
             // The minimum of the function is more accurate than the comparison of two runs.
             if gained > 0.0 || (is_last && gained > -wanted) {
-                (shares, objective) = (trial_shares, reached);
+                (shares, objective) = (trial.shares, reached);
             }
             let is_done = predicted <= wanted || gained <= 0.25 * predicted;
             if is_last && is_done {
                 return Ok(Found {
                     shares,
-                    model,
-                    basis,
+                    model: trial.model,
+                    basis: trial.basis,
                     bar,
                 });
             }
@@ -271,13 +240,62 @@ impl Search<'_> {
                 step = (2.0 * step).min(largest_step);
             }
         }
-        Err(DesignError::NoStroke {
-            reason: format!(
-                "the search over sizes has not converged after {ROUNDS} steps; its runs have error \
-                 bars of {bar:.1e}; lower model.tolerance or raise optimise.tolerance"
-            ),
+        Err(DesignError::no_stroke(format!(
+            "the search over sizes has not converged after {ROUNDS} steps; its runs have error bars \
+             of {bar:.1e}; lower model.tolerance or raise optimise.tolerance"
+        )))
+    }
+
+    /// A point far from all limits, towards which the points of the interpolation are moved, and
+    /// the largest step.
+    fn inner_point(&self, start: &[f64]) -> Option<(Vec<f64>, f64)> {
+        let (space, basis) = (&self.space, self.space.basis(start));
+        let centre = space.polytope(start, &basis, f64::INFINITY).centre()?;
+        let inner = SizeSpace::moved(start, &basis, &centre);
+        let widest = space.polytope(&inner, &space.basis(&inner), f64::INFINITY);
+        let largest_step = LARGEST_STEP.min(0.25 * widest.depth() / STENCIL_RADIUS);
+        Some((inner, largest_step))
+    }
+
+    /// The minimum of the quadratic function through runs around a point, whose costs are relative
+    /// to `objective`.
+    fn trial(&mut self, around: &[f64], step: f64, objective: f64) -> Result<Trial, DesignError> {
+        let basis = self.space.basis(around);
+        let depth = self.space.polytope(around, &basis, f64::INFINITY).depth();
+        let inside = step.min(depth / STENCIL_RADIUS);
+        let points = stencil(basis.ncols(), inside);
+        let moved = |y: &DVector<f64>| SizeSpace::moved(around, &basis, y);
+        let all: Vec<Vec<f64>> = points.iter().map(moved).collect();
+        let costs: Vec<f64> = (self.costs(&all)?.iter())
+            .map(|run| -run.objective / objective)
+            .collect();
+        let model = Quadratic::through(&costs, basis.ncols(), inside);
+        let polytope = self.space.polytope(around, &basis, TRUST_FACTOR * step);
+        // From several points, because the function may be concave.
+        let minima = points.iter().filter_map(|y| polytope.minimum(&model, y));
+        let best = minima.reduce(|a, b| if b.cost < a.cost { b } else { a });
+        let best = best.ok_or_else(stuck)?;
+        Ok(Trial {
+            shares: moved(&best.x),
+            cost: best.cost,
+            model,
+            basis,
         })
     }
+}
+
+/// The minimum of a quadratic function, for changes along `basis`.
+struct Trial {
+    shares: Vec<f64>,
+    cost: f64,
+    model: Quadratic,
+    basis: DMatrix<f64>,
+}
+
+fn stuck() -> DesignError {
+    DesignError::no_stroke(
+        "rounding has closed the limits of the sizes; widen optimise.radii or optimise.arms",
+    )
 }
 
 /// The point next to `shares` from which steps of the interpolation stay inside the limits.
@@ -306,12 +324,12 @@ fn at_limits(space: &SizeSpace, shares: &[f64]) -> Vec<String> {
     let mut found = Vec::new();
     for ((parameter, value), limit) in space.parameters.iter().zip(values).zip(space.limits()) {
         for (bound, word) in [(limit.0, "smallest"), (limit.1, "largest")] {
-            if (value - bound).abs() < NEAR * value {
+            if (value - bound).abs() < ACTIVE_DISTANCE * value {
                 found.push(format!("the {} is the {word} allowed", parameter.name));
             }
         }
     }
-    for names in space.closed_gaps(shares, NEAR) {
+    for names in space.closed_gaps(shares, ACTIVE_DISTANCE) {
         found.push(format!("{names} come as close as optimise.gap allows"));
     }
     found
@@ -329,7 +347,7 @@ fn errors(space: &SizeSpace, found: &Found) -> Vec<f64> {
     let basis = space.basis(&found.shares);
     let free = space
         .polytope(&found.shares, &basis, f64::INFINITY)
-        .free_directions(NEAR);
+        .free_directions(ACTIVE_DISTANCE);
     if free.ncols() == 0 {
         return vec![0.0; values.len()];
     }

@@ -2,8 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::bounds::{Bounds, Slacks};
-use crate::evaluation::{Evaluation, Problem};
+use crate::evaluation::{Bounds, Evaluation, Problem, Slacks};
 use crate::interior_point::{Minimum, minimise};
 
 /// Points `y` with `lower <= row . y <= upper` for each row.

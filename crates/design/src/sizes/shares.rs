@@ -5,8 +5,7 @@ use scene::Scene;
 
 use super::polytope::Polytope;
 use crate::error::DesignError;
-use crate::joint_ranges::joint_ranges;
-use crate::limits::{smallest_gap, sphere_radius};
+use crate::limits::{joint_ranges, smallest_gap, sphere_radius};
 use crate::sensitivities::{Parameter, parameter::Kind, parameters, with_values};
 
 /// The radii and arm lengths that vary, with their limits.
@@ -45,13 +44,8 @@ impl SizeSpace {
     /// # Errors
     /// [`DesignError::NotApplicable`] without both keys, for fewer than two spheres or arms, and if
     /// the sizes of the scene are not strictly inside the limits.
-    pub fn of_scene(scene: &Scene) -> Result<Self, DesignError> {
-        let refuse = |key: &str, problem: String| {
-            Err(DesignError::NotApplicable {
-                place: scene.place(key),
-                problem,
-            })
-        };
+    pub fn from_scene(scene: &Scene) -> Result<Self, DesignError> {
+        let refuse = |key, problem| Err(DesignError::not_applicable(scene, key, problem));
         let options = scene.optimise();
         if options.radii.is_none() && options.arms.is_none() {
             return refuse(
@@ -64,13 +58,10 @@ impl SizeSpace {
         let ranges = joint_ranges(scene)?;
         let all = parameters(scene)?;
         let (mut chosen, mut limits): (Vec<Parameter>, Vec<(f64, f64)>) = (Vec::new(), Vec::new());
+        let arms = "arms whose lengths the gait gives by phases or harmonics";
         for (key, words, group) in [
             ("optimise.radii", "spheres that move", options.radii),
-            (
-                "optimise.arms",
-                "arms whose lengths the gait gives by phases or harmonics",
-                options.arms,
-            ),
+            ("optimise.arms", arms, options.arms),
         ] {
             let Some([smallest, largest]) = group else {
                 continue;
@@ -87,26 +78,21 @@ impl SizeSpace {
                     _ => continue,
                 };
                 if !(limit.0 < parameter.value && parameter.value < limit.1) {
-                    return refuse(
-                        key,
-                        format!(
-                            "the {} must be strictly between {} and {}, so that all lengths along \
-                             the gait are inside the limits",
-                            parameter.name, limit.0, limit.1
-                        ),
+                    let problem = format!(
+                        "the {} must be strictly between {} and {}, so that all lengths along the \
+                         gait are inside the limits",
+                        parameter.name, limit.0, limit.1
                     );
+                    return refuse(key, problem);
                 }
                 chosen.push(parameter.clone());
                 limits.push(limit);
             }
             if chosen.len() < before + 2 {
-                return refuse(
-                    key,
-                    format!(
-                        "their sum is kept, so that at least two {words} are required; remove the \
-                         key"
-                    ),
+                let problem = format!(
+                    "their sum is kept, so that at least two {words} are required; remove the key"
                 );
+                return refuse(key, problem);
             }
         }
         let is_radius = |parameter: &&Parameter| matches!(parameter.kind, Kind::Radius(_));
@@ -114,15 +100,13 @@ impl SizeSpace {
         let gaps = gaps(scene, &chosen, &ranges);
         if let Some(gap) = gaps.iter().find(|gap| gap.excess <= 0.0) {
             let wanted = smallest_gap(scene);
-            return refuse(
-                "optimise.gap",
-                format!(
-                    "{} come as close as {:.4} in the gait of the scene, and the gap must be \
-                     larger than {wanted}; lower optimise.gap or lengthen the arm",
-                    gap.names,
-                    gap.excess + wanted
-                ),
+            let problem = format!(
+                "{} come as close as {:.4} in the gait of the scene, and the gap must be larger \
+                 than {wanted}; lower optimise.gap or lengthen the arm",
+                gap.names,
+                gap.excess + wanted
             );
+            return refuse("optimise.gap", problem);
         }
         let values = |range: std::ops::Range<usize>| chosen[range].iter().map(|p| p.value);
         Ok(Self {
@@ -177,13 +161,8 @@ impl SizeSpace {
         let share = self.share(parameter, value);
         let factor = (1.0 - share) / (1.0 - shares[parameter]);
         let mut changed = shares.to_vec();
-        for k in self
-            .groups()
-            .filter(|group| group.contains(&parameter))
-            .flatten()
-        {
-            changed[k] *= factor;
-        }
+        let groups = self.groups().filter(|group| group.contains(&parameter));
+        groups.flatten().for_each(|k| changed[k] *= factor);
         changed[parameter] = share;
         changed
     }

@@ -2,18 +2,21 @@
 
 use nalgebra::Vector3;
 use scene::{ObjectiveKind, Scene};
+use serde::Serialize;
 
-use crate::efficiency::drag_of_bodies;
 use crate::error::DesignError;
+use crate::limits::drag_of_bodies;
 use crate::sensitivities::net_displacement;
 
 /// A run with some sizes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 #[non_exhaustive]
 pub struct SizeRun {
     /// What is maximised: the efficiency or the displacement.
+    #[serde(skip)]
     pub objective: f64,
     /// Its error bar.
+    #[serde(skip)]
     pub error: f64,
     /// Net displacement along its direction.
     pub displacement: f64,
@@ -42,21 +45,25 @@ impl SizeObjective {
     ///
     /// # Errors
     /// [`DesignError::NotApplicable`] for an objective that asks for another stroke.
-    pub fn of_scene(scene: &Scene) -> Result<Self, DesignError> {
+    pub fn from_scene(scene: &Scene) -> Result<Self, DesignError> {
         let options = scene.optimise();
         match options.objective {
             kind @ (ObjectiveKind::Efficiency | ObjectiveKind::Displacement) => Ok(Self {
                 kind,
                 direction: options.direction.map_or(Vector3::zeros(), Vector3::from),
             }),
-            kind => Err(DesignError::NotApplicable {
-                place: scene.place("optimise.objective"),
-                problem: format!(
+            kind => {
+                let problem = format!(
                     "sizes are chosen for \"efficiency\" or \"displacement\", not for \"{}\"; \
                      `swim optimise` searches such strokes",
                     kind.word()
-                ),
-            }),
+                );
+                Err(DesignError::not_applicable(
+                    scene,
+                    "optimise.objective",
+                    problem,
+                ))
+            }
         }
     }
 
@@ -78,12 +85,9 @@ impl SizeObjective {
         let time = scene.gait().cycle_duration() * f64::from(scene.gait().cycles);
         let power = net.work / time;
         if !(power > 0.0 && power.is_finite()) {
-            return Err(DesignError::NotApplicable {
-                place: scene.place("gait"),
-                problem: format!(
-                    "the efficiency requires a gait that does work, and the power is {power}"
-                ),
-            });
+            let problem =
+                format!("the efficiency requires a gait that does work, and the power is {power}");
+            return Err(DesignError::not_applicable(scene, "gait", problem));
         }
         let factor = drag_of_bodies(scene) / (net.work * time);
         let efficiency = factor * displacement * displacement.abs();

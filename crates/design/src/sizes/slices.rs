@@ -3,11 +3,8 @@
 use scene::Scene;
 
 use super::shares::SizeSpace;
-use super::size_objective::SizeObjective;
 use super::{BestSizes, Search};
-use crate::error::DesignError;
-use crate::progress::DesignProgress;
-use crate::sensitivities::comparable;
+use crate::error::{DesignError, DesignProgress};
 
 /// Number of sizes per line beside the best one.
 const POINTS: usize = 7;
@@ -44,17 +41,9 @@ pub fn size_slices(
     found: &BestSizes,
     progress: &mut dyn DesignProgress,
 ) -> Result<Vec<SizeSlice>, DesignError> {
-    let space = SizeSpace::of_scene(scene)?;
-    let objective = SizeObjective::of_scene(scene)?;
-    let (fixed, direction) = comparable(scene)?;
-    progress.begins("running sizes around the best ones");
-    let mut search = Search {
-        scene: &fixed,
-        objective: objective.along(direction),
-        space: &space,
-        runs: Vec::new(),
-        progress,
-    };
+    let mut search = Search::new(scene, progress)?;
+    let space = search.space.clone();
+    search.progress.begins("running sizes around the best ones");
     let best = space.shares(&found.values);
     let mut slices = Vec::new();
     for group in space.groups() {

@@ -3,10 +3,10 @@
 use models::ModelError;
 
 use super::problem::Task;
-use crate::error::DesignError;
+use crate::error::{DesignError, DesignProgress};
 use crate::objective::HighestEfficiency;
-use crate::optimise::{FIRST_TERMS, Optimum, SearchOptions, compared, inside, optimise};
-use crate::progress::DesignProgress;
+use crate::optimise::{FIRST_TERMS, Optimum, SearchOptions, optimise};
+use crate::search::{StrokeProblem, inside};
 use crate::starts::starts;
 use crate::stroke_path::Series;
 use crate::timing::{MotionBounds, Timing};
@@ -47,20 +47,14 @@ pub fn cost_without_rates(task: &Task, found: &Optimum) -> Result<f64, ModelErro
 /// Corners of the strokes from which to start: the best small ellipses, and the strokes of high
 /// efficiency to which these lead; with a bound on the power only the latter.
 pub fn first_corners(task: &Task) -> Vec<Vec<Vec<f64>>> {
-    let terms = FIRST_TERMS;
-    let series = match task.start {
-        Some(start) => Series::FromStart {
-            terms,
-            start: start.to_vec(),
-        },
-        None => Series::Closed { terms },
-    };
+    let series = Series::new(FIRST_TERMS, task.start);
     let objective = HighestEfficiency {
         measure: task.measure,
     };
     let (geometry, limits) = (task.geometry, task.limits);
     let mut strokes = starts(geometry, &objective, &series, limits);
-    let efficient = compared(geometry, &objective, &series, &strokes, limits);
+    let problem = StrokeProblem::new(geometry, &objective, series.clone(), limits);
+    let efficient = problem.compared(&strokes);
     if task.bounds.power.is_finite() {
         strokes.clear();
     }

@@ -12,7 +12,6 @@ mod first;
 mod polygon;
 mod problem;
 mod rows;
-mod simplify;
 
 use models::{ModelError, ShapeGeometry};
 use rayon::prelude::*;
@@ -20,14 +19,12 @@ use rayon::prelude::*;
 use self::first::{cost_without_rates, first_corners, without_rates};
 use self::polygon::{TimedPolygon, path};
 use self::problem::{SpeedProblem, Task};
-use self::simplify::simplified;
 use super::interior_point::Minimum;
 use super::objective::DisplacementMeasure;
 use super::optimise::{Optimum, SearchOptions};
-use super::progress::DesignProgress;
 use super::timing::{MotionBounds, Timing};
 use super::totals::Stroke;
-use crate::error::DesignError;
+use crate::error::{DesignError, DesignProgress, check_interruption};
 
 /// Predicted decrease of the cost at which a search ends, relative to the tolerance of refinement.
 const SEARCH: f64 = 0.01;
@@ -45,15 +42,15 @@ const COMPARE_ITERATIONS: usize = 40;
 const MAX_ITERATIONS: usize = 200;
 
 /// Part of the distance to the middle of the limits by which a polygon is moved before a search.
-const INSIDE: f64 = 0.01;
+const INWARD_SHIFT: f64 = 0.01;
 
 /// Factor on the shortest times of the sides before a search.
-const SLOWER: f64 = 1.05;
+const SLOWDOWN: f64 = 1.05;
 
 /// Largest number of searches with split corners.
 const SPLITS: usize = 4;
 
-/// Searches the stroke of the largest displacement per time inside `limits`, one range per joint of
+/// Searches for the stroke of the largest displacement per time inside `limits`, one range per joint of
 /// the table, with the rates and the power within `bounds`.
 ///
 /// The cost of the optimum is `log(T / Δ)` with the displacement `Δ` and the period `T` of
@@ -99,61 +96,25 @@ pub fn fastest_stroke(
     iterations += counts.sum::<usize>();
     // The first of equal ones, so that the result does not depend on the number of threads.
     let best = (found.into_iter()).reduce(|a, b| if b.1.cost < a.1.cost { b } else { a });
-    let Some((mut polygon, _)) = best else {
-        return Err(DesignError::NoStroke {
-            reason: "no stroke inside the limits has a displacement; widen optimise.lower and \
-                     optimise.upper, or change optimise.direction"
-                .to_owned(),
-        });
+    let Some((first, _)) = best else {
+        return Err(DesignError::no_stroke(
+            "no stroke inside the limits has a displacement; widen optimise.lower and \
+             optimise.upper, or change optimise.direction",
+        ));
     };
-    let mut cost = f64::INFINITY;
     let smallest = options.tolerance
         * match bounds.power.is_finite() {
             true => SEARCH_WITH_POWER,
             false => SEARCH,
         };
-    let refinement_error = loop {
-        let count = polygon.corners.len();
-        if progress.is_interrupted() {
-            return Err(DesignError::Stopped {
-                what: format!("a stroke with {count} corners"),
-            });
-        }
-        progress.begins(&format!("{count} corners"));
-        let found = solved(&task, &polygon, smallest, MAX_ITERATIONS);
-        let (refined, minimum) = found.ok_or_else(|| DesignError::NoStroke {
-            reason: format!("the search with {count} corners has no start inside the limits"),
-        })?;
-        iterations += minimum.iterations;
-        let reached = exact_cost(&task, &refined)?;
-        let error = (cost - reached).abs().max(minimum.decrease);
-        (polygon, cost) = (refined, reached);
-        if error <= options.tolerance || count >= 2 * options.terms {
-            break error;
-        }
-        polygon = polygon.halved();
+    let mut found = Found {
+        polygon: first,
+        cost: f64::INFINITY,
+        iterations,
     };
-    let searched = polygon.corners.len();
-    let mut polygon = simplified(&task, polygon, cost + smallest)?;
-    // A short side along a limit that the search has missed begins as two corners of one place.
-    for _ in 0..SPLITS {
-        let split = polygon.split(task.start.is_some());
-        if split.corners.len() > searched {
-            break;
-        }
-        let Some((refined, minimum)) = solved(&task, &split, smallest, MAX_ITERATIONS) else {
-            break;
-        };
-        iterations += minimum.iterations;
-        let gained = cost - exact_cost(&task, &refined)?;
-        if gained > 0.0 {
-            cost -= gained;
-            polygon = simplified(&task, refined, cost + smallest)?;
-        }
-        if gained <= smallest {
-            break;
-        }
-    }
+    let refinement_error = found.refine(&task, options, smallest, progress)?;
+    found.split_corners(&task, smallest)?;
+    let polygon = found.polygon;
     let stroke = Stroke::along(geometry, &path(&polygon.corners))?;
     Ok(Optimum {
         totals: stroke.totals,
@@ -162,9 +123,73 @@ pub fn fastest_stroke(
         refinement_error,
         at_limits: is_at_limits(&task, &polygon),
         starts: firsts.len(),
-        iterations,
+        iterations: found.iterations,
         curve: polygon.curve(),
     })
+}
+
+/// The best polygon so far.
+struct Found {
+    polygon: TimedPolygon,
+    cost: f64,
+    iterations: usize,
+}
+
+impl Found {
+    /// Searches with more and more corners; returns the change of the cost by the last ones.
+    fn refine(
+        &mut self,
+        task: &Task,
+        options: &SearchOptions,
+        smallest: f64,
+        progress: &mut dyn DesignProgress,
+    ) -> Result<f64, DesignError> {
+        loop {
+            let count = self.polygon.corners.len();
+            check_interruption(progress, || format!("a stroke with {count} corners"))?;
+            progress.begins(&format!("{count} corners"));
+            let found = solved(task, &self.polygon, smallest, MAX_ITERATIONS);
+            let (refined, minimum) = found.ok_or_else(|| {
+                DesignError::no_stroke(format!(
+                    "the search with {count} corners has no start inside the limits"
+                ))
+            })?;
+            self.iterations += minimum.iterations;
+            let reached = exact_cost(task, &refined)?;
+            let error = (self.cost - reached).abs().max(minimum.decrease);
+            (self.polygon, self.cost) = (refined, reached);
+            if error <= options.tolerance || count >= 2 * options.terms {
+                return Ok(error);
+            }
+            self.polygon = self.polygon.halved();
+        }
+    }
+
+    /// Removes corners without need, and searches again with two corners in place of each: a short
+    /// side along a limit that the search has missed begins as two corners of one place.
+    fn split_corners(&mut self, task: &Task, smallest: f64) -> Result<(), ModelError> {
+        let searched = self.polygon.corners.len();
+        self.polygon = simplified(task, self.polygon.clone(), self.cost + smallest)?;
+        for _ in 0..SPLITS {
+            let split = self.polygon.split(task.start.is_some());
+            if split.corners.len() > searched {
+                break;
+            }
+            let Some((refined, minimum)) = solved(task, &split, smallest, MAX_ITERATIONS) else {
+                break;
+            };
+            self.iterations += minimum.iterations;
+            let gained = self.cost - exact_cost(task, &refined)?;
+            if gained > 0.0 {
+                self.cost -= gained;
+                self.polygon = simplified(task, refined, self.cost + smallest)?;
+            }
+            if gained <= smallest {
+                break;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The best polygon from one that is inside the limits or on them.
@@ -178,12 +203,12 @@ fn solved(
         Some(start) => start.to_vec(),
         None => task.limits.iter().map(|r| 0.5 * (r.0 + r.1)).collect(),
     };
-    let inner = first.moved_towards(&middle, INSIDE);
+    let inner = first.moved_towards(&middle, INWARD_SHIFT);
     let mut inner = TimedPolygon::fastest(task.geometry, inner.corners, task.bounds).ok()?;
     // Sides of no length have a time too.
     let mean = inner.period() / inner.durations.len() as f64;
     for time in &mut inner.durations {
-        *time = (SLOWER * *time).max(0.1 * mean);
+        *time = (SLOWDOWN * *time).max(0.1 * mean);
     }
     SpeedProblem::new(*task, &inner).solve(&inner, tolerance, max_iterations)
 }
@@ -198,9 +223,59 @@ fn exact_cost(task: &Task, polygon: &TimedPolygon) -> Result<f64, ModelError> {
 /// Whether a corner is at a limit.
 fn is_at_limits(task: &Task, polygon: &TimedPolygon) -> bool {
     /// Distance from a limit, relative to the range, below which it counts as active.
-    const NEAR: f64 = 1e-3;
+    const ACTIVE_DISTANCE: f64 = 1e-3;
     polygon.corners.iter().any(|corner| {
         let mut pairs = corner.iter().zip(task.limits);
-        pairs.any(|(x, range)| (x - range.0).min(range.1 - x) < NEAR * (range.1 - range.0))
+        pairs.any(|(x, range)| {
+            (x - range.0).min(range.1 - x) < ACTIVE_DISTANCE * (range.1 - range.0)
+        })
     })
+}
+
+/// The polygon without corners that it does not need: with a cost of at most `largest_cost`.
+fn simplified(
+    task: &Task,
+    polygon: TimedPolygon,
+    largest_cost: f64,
+) -> Result<TimedPolygon, ModelError> {
+    let mut polygon = polygon;
+    let first = usize::from(task.start.is_some());
+    loop {
+        let count = polygon.corners.len();
+        let mut order: Vec<(f64, usize)> = (first..count)
+            .map(|k| (deviation(task, &polygon.corners, k), k))
+            .collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, corner)) = order.first().filter(|_| count > 3) else {
+            return Ok(polygon);
+        };
+        let mut corners = polygon.corners.clone();
+        corners.remove(*corner);
+        let simpler = TimedPolygon::fastest(task.geometry, corners, task.bounds)?;
+        let cost = exact_cost(task, &simpler)?;
+        if cost.is_nan() || cost > largest_cost {
+            return Ok(polygon);
+        }
+        polygon = simpler;
+    }
+}
+
+/// Distance of a corner from the line between its neighbours, in units of the ranges.
+fn deviation(task: &Task, corners: &[Vec<f64>], k: usize) -> f64 {
+    let count = corners.len();
+    let scaled = |k: usize| -> Vec<f64> {
+        let pairs = corners[k % count].iter().zip(task.limits);
+        pairs.map(|(x, range)| x / (range.1 - range.0)).collect()
+    };
+    let (before, here, after) = (scaled(k + count - 1), scaled(k), scaled(k + 1));
+    let along: Vec<f64> = after.iter().zip(&before).map(|(a, b)| a - b).collect();
+    let arm: Vec<f64> = here.iter().zip(&before).map(|(a, b)| a - b).collect();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let length = dot(&along, &along);
+    let share = match length > 0.0 {
+        true => (dot(&along, &arm) / length).clamp(0.0, 1.0),
+        false => 0.0,
+    };
+    let off: Vec<f64> = arm.iter().zip(&along).map(|(a, b)| a - share * b).collect();
+    dot(&off, &off).sqrt()
 }

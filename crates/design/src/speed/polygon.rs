@@ -134,7 +134,7 @@ fn intervals(sides: usize) -> usize {
 pub fn path(corners: &[Vec<f64>]) -> SampledPath {
     let sides = corners.len();
     let times: Vec<f64> = (0..=sides).map(|k| k as f64 / sides as f64).collect();
-    SampledPath::of_sides(corners, &times, intervals(sides))
+    SampledPath::from_sides(corners, &times, intervals(sides))
 }
 
 /// `∫ Δq · G Δq ds` along each side, with the change `Δq` of the shape and `s` from 0 to 1: the

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::bounds::Bounds;
+use crate::evaluation::Bounds;
 
 /// Rows of a matrix `Φ` with the bounds of `Φ x`.
 pub struct SparseRows {

@@ -112,7 +112,7 @@ fn strokes_within_limits_stay_there() {
         cycles: 1,
         phases: vec![phase(0, 6.0), phase(1, 6.0), phase(0, 10.0), phase(1, 10.0)],
     };
-    let path = SampledPath::of_spans(spans(&gait, &[10.0, 10.0]).unwrap(), &[0, 1]);
+    let path = SampledPath::from_spans(spans(&gait, &[10.0, 10.0]).unwrap(), &[0, 1]);
     let square = Stroke::along(&table, &path).unwrap();
     let why = "the table has an error of 1e-7 relative to the largest force";
     STROKE.check(square.totals.displacement.norm(), 1e-8, why);

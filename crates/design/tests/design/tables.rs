@@ -1,7 +1,7 @@
 //! Tables over shapes whose values depend on more than the shape.
 
 use design::{StrokeLimits, gait_totals, tabulate};
-use models::Part;
+use models::TablePart;
 use testkit::{run, within};
 
 /// In a ball the velocities depend on the place of the swimmer. The table holds it, and what that
@@ -13,8 +13,8 @@ fn tables_in_a_ball_have_an_error_bar_for_the_place() {
             .ball(radius)
             .with("model.kind", "multipole")
             .scene();
-        let limits = StrokeLimits::of_scene(&scene).unwrap();
-        let table = tabulate(&scene, &limits, 1e-5, (None, Part::Whole), &mut ());
+        let limits = StrokeLimits::from_scene(&scene).unwrap();
+        let table = tabulate(&scene, &limits, 1e-5, (None, TablePart::Whole), &mut ());
         let table = table.unwrap().geometry;
         let (totals, _) = gait_totals(&scene, &limits, &table).unwrap().unwrap();
         // Four phases in which an arm changes by 4.

@@ -391,10 +391,7 @@ mod tests {
     fn shear_is_zero_for_rigid_motion_and_the_rate_for_shear_flow() {
         let mesh = cube();
         let tag = mesh.tag("z1").unwrap();
-        let surface = &Sphere {
-            centre: Vec3::new(0.5, 0.5, 0.5),
-            radius: 1.0,
-        };
+        let surface = &Sphere::new(Vec3::new(0.5, 0.5, 0.5), 1.0);
         let ball = CurvedBoundary {
             tag,
             surface,

@@ -91,7 +91,7 @@ proptest! {
         let space = TaylorHood::new(&mesh).expect("a space");
         let _ = space.weighted_vertex_stiffness(&mesh, c);
         let _ = space.vertex_elasticity(&mesh, c, x);
-        let surface = &Sphere { centre, radius: x };
+        let surface = &Sphere::new(centre, x);
         let ball = CurvedBoundary { tag, surface, is_wall };
         if let Ok(geometry) = FacetGeometry::new(&mesh, &[ball]) {
             let _ = (geometry.is_wall().count(), geometry.cells().count());

@@ -51,31 +51,7 @@ impl DirectParams {
     }
 }
 
-impl DirectParams {
-    /// Sets [`precision`](DirectParams::precision).
-    pub fn with_precision(mut self, precision: Precision) -> Self {
-        self.precision = precision;
-        self
-    }
-
-    /// Sets [`shift`](DirectParams::shift).
-    pub fn with_shift(mut self, shift: f64) -> Self {
-        self.shift = shift;
-        self
-    }
-
-    /// Sets [`rel_tol`](DirectParams::rel_tol).
-    pub fn with_rel_tol(mut self, rel_tol: f64) -> Self {
-        self.rel_tol = rel_tol;
-        self
-    }
-
-    /// Sets [`max_refinements`](DirectParams::max_refinements).
-    pub fn with_max_refinements(mut self, max_refinements: usize) -> Self {
-        self.max_refinements = max_refinements;
-        self
-    }
-}
+impl DirectParams {}
 
 /// Refinement steps before the true residual is computed: more than any well-posed system needs.
 const ITERATIONS_PER_CYCLE: usize = 10;
@@ -100,6 +76,13 @@ pub struct SaddleLdlt {
     krylov: KrylovParams,
     factor: SaddleFactor,
 }
+
+setters!(DirectParams {
+    with_precision(precision: Precision),
+    with_shift(shift: f64),
+    with_rel_tol(rel_tol: f64),
+    with_max_refinements(max_refinements: usize),
+});
 
 impl SaddleLdlt {
     /// Orders and factorises `system`, whose matrices the solver shares.

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::SumOverProcesses;
-use crate::vector::{CHUNK, lanes_dot, max_abs, power_of_two_below};
+use crate::vector::{CHUNK, for_each_chunk, lanes_dot, max_abs, power_of_two_below};
 
 /// Vector entries per parallel task: enough that the cost of its partial sums is negligible.
 const ENTRIES_PER_TASK: usize = 16 * CHUNK;
@@ -121,8 +121,8 @@ impl<'a> OrthonormalBasis<'a> {
 
     /// `w <- sum_i c_i v_i` over the vectors from `first` on.
     pub(super) fn combine(&self, first: usize, c: &[f64], w: &mut [f64]) {
-        w.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, w)| {
-            let here = chunk * CHUNK..chunk * CHUNK + w.len();
+        for_each_chunk(w, &|start, w| {
+            let here = start..start + w.len();
             w.fill(0.0);
             for (v, &c) in self.vectors[first..].iter().zip(c) {
                 match v {
@@ -198,9 +198,9 @@ fn subtract<T: Copy + Into<f64>>(c: f64, v: &[T], w: &mut [f64]) {
 
 /// Calls `f(&mut a_i, &b_i)` for all `i`.
 fn zip_chunks<A: Send, B: Sync>(a: &mut [A], b: &[B], f: impl Fn(&mut A, &B) + Sync) {
-    a.par_chunks_mut(ENTRIES_PER_TASK)
-        .zip(b.par_chunks(ENTRIES_PER_TASK))
-        .for_each(|(a, b)| a.iter_mut().zip(b).for_each(|(a, b)| f(a, b)));
+    for_each_chunk(a, &|start, a| {
+        a.iter_mut().zip(&b[start..]).for_each(|(a, b)| f(a, b));
+    });
 }
 
 /// A vector in f32, scaled by a power of two: half the memory of f64.
@@ -251,8 +251,7 @@ impl RoundedBasis {
 
     /// `x <- x + sum_j y_j z_j`.
     pub fn add_combination(&self, y: &[f64], x: &mut [f64]) {
-        x.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, x)| {
-            let start = chunk * CHUNK;
+        for_each_chunk(x, &|start, x| {
             for (vector, y) in self.vectors.iter().zip(y) {
                 subtract(-y * vector.scale, &vector.values[start..], x);
             }

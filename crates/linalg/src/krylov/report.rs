@@ -46,25 +46,13 @@ impl KrylovParams {
         self.null_vectors = Some(Arc::new(null_vectors));
         self
     }
-
-    /// Sets [`rel_tol`](KrylovParams::rel_tol).
-    pub fn with_rel_tol(mut self, rel_tol: f64) -> Self {
-        self.rel_tol = rel_tol;
-        self
-    }
-
-    /// Sets [`max_iterations`](KrylovParams::max_iterations).
-    pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
-        self.max_iterations = max_iterations;
-        self
-    }
-
-    /// Sets [`restart`](KrylovParams::restart).
-    pub fn with_restart(mut self, restart: usize) -> Self {
-        self.restart = restart;
-        self
-    }
 }
+
+setters!(KrylovParams {
+    with_rel_tol(rel_tol: f64),
+    with_max_iterations(max_iterations: usize),
+    with_restart(restart: usize),
+});
 
 /// Ratio of the estimated relative error of the border dofs to the weighted residual.
 ///

@@ -16,13 +16,12 @@ use std::fmt;
 
 use coarse::CoarseSolver;
 use level::{Columns, Level, Vectors};
-use rayon::prelude::*;
 
 use crate::bordered::{nodes, nodes_mut};
 use crate::chebyshev::JacobiScaling;
 use crate::columns::{assert_lengths, in_passes, split};
 use crate::csr::positive_diagonal;
-use crate::vector::{CHUNK, max_abs, power_of_two_below};
+use crate::vector::{for_each_chunk, max_abs, power_of_two_below};
 use crate::{
     Bordered, Csr, LinalgError, Preconditioner, PreconditionerKind, Prolongation, chebyshev, csr,
     smoothed_aggregation,
@@ -267,9 +266,9 @@ impl Multigrid {
             constrained,
             ..
         } = top(&mut self.levels, &mut self.coarse).columns::<S>();
-        b.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, b)| {
+        for_each_chunk(b, &|start, b| {
             for (i, b) in b.iter_mut().enumerate() {
-                let r = nodes(chunk * CHUNK + i);
+                let r = nodes(start + i);
                 for s in 0..S {
                     let [x, y, z] = r[s].map(|r| (r * down[s]) as f32);
                     b[s] = [x, y, z, 0.0];
@@ -284,14 +283,11 @@ impl Multigrid {
         let Columns { x, border_x, .. } = top(&mut self.levels, &mut self.coarse).columns::<S>();
         for (s, z) in z.into_iter().enumerate() {
             let (z_nodes, z_border) = z.split_at_mut(3 * x.len());
-            nodes_mut(z_nodes)
-                .par_chunks_mut(CHUNK)
-                .zip(x.par_chunks(CHUNK))
-                .for_each(|(z, x)| {
-                    for (z, x) in z.iter_mut().zip(x) {
-                        *z = [x[s][0], x[s][1], x[s][2]].map(|v| f64::from(v) * up[s]);
-                    }
-                });
+            for_each_chunk(nodes_mut(z_nodes), &|start, z| {
+                for (z, x) in z.iter_mut().zip(&x[start..]) {
+                    *z = [x[s][0], x[s][1], x[s][2]].map(|v| f64::from(v) * up[s]);
+                }
+            });
             for (z, x) in z_border.iter_mut().zip(&*border_x) {
                 *z = f64::from(x[s]) * up[s];
             }

@@ -113,46 +113,14 @@ impl MultigridParams {
     /// 0.025 for the seven-point Laplacian on 8^3 nodes; large compared with the rounding errors of
     /// the cycle in f32, 1e-7.
     pub const SINGULAR_SHIFT: f64 = 1e-5;
-
-    /// Sets [`coarsest_shift`](MultigridParams::coarsest_shift).
-    pub fn with_coarsest_shift(mut self, coarsest_shift: f64) -> Self {
-        self.coarsest_shift = coarsest_shift;
-        self
-    }
-
-    /// Sets [`sweeps`](MultigridParams::sweeps).
-    pub fn with_sweeps(mut self, sweeps: usize) -> Self {
-        self.sweeps = sweeps;
-        self
-    }
-
-    /// Sets [`coarse_sweeps`](MultigridParams::coarse_sweeps).
-    pub fn with_coarse_sweeps(mut self, coarse_sweeps: usize) -> Self {
-        self.coarse_sweeps = coarse_sweeps;
-        self
-    }
-
-    /// Sets [`smoothing_range`](MultigridParams::smoothing_range).
-    pub fn with_smoothing_range(mut self, smoothing_range: f64) -> Self {
-        self.smoothing_range = smoothing_range;
-        self
-    }
-
-    /// Sets [`strength`](MultigridParams::strength).
-    pub fn with_strength(mut self, strength: f64) -> Self {
-        self.strength = strength;
-        self
-    }
-
-    /// Sets [`coarsest_nodes`](MultigridParams::coarsest_nodes).
-    pub fn with_coarsest_nodes(mut self, coarsest_nodes: usize) -> Self {
-        self.coarsest_nodes = coarsest_nodes;
-        self
-    }
-
-    /// Sets [`border`](MultigridParams::border).
-    pub fn with_border(mut self, border: BorderInverse) -> Self {
-        self.border = border;
-        self
-    }
 }
+
+setters!(MultigridParams {
+    with_coarsest_shift(coarsest_shift: f64),
+    with_sweeps(sweeps: usize),
+    with_coarse_sweeps(coarse_sweeps: usize),
+    with_smoothing_range(smoothing_range: f64),
+    with_strength(strength: f64),
+    with_coarsest_nodes(coarsest_nodes: usize),
+    with_border(border: BorderInverse),
+});

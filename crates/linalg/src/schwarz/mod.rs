@@ -54,25 +54,7 @@ impl Default for SchwarzParams {
     }
 }
 
-impl SchwarzParams {
-    /// Sets [`subdomains`](SchwarzParams::subdomains).
-    pub fn with_subdomains(mut self, subdomains: usize) -> Self {
-        self.subdomains = subdomains;
-        self
-    }
-
-    /// Sets [`overlap`](SchwarzParams::overlap).
-    pub fn with_overlap(mut self, overlap: usize) -> Self {
-        self.overlap = overlap;
-        self
-    }
-
-    /// Sets [`border`](SchwarzParams::border).
-    pub fn with_border(mut self, border: BorderPlacement) -> Self {
-        self.border = border;
-        self
-    }
-}
+impl SchwarzParams {}
 
 /// Additive Schwarz preconditioner `sum_i R_i0^T A_i^-1 R_i` on overlapping subdomains.
 ///
@@ -90,6 +72,12 @@ pub struct Schwarz {
     /// The eliminated border; `None` if border dofs are assigned to subdomains.
     border: Option<EliminatedBorder>,
 }
+
+setters!(SchwarzParams {
+    with_subdomains(subdomains: usize),
+    with_overlap(overlap: usize),
+    with_border(border: BorderPlacement),
+});
 
 impl Schwarz {
     /// Partitions the system and factorises its subdomains in parallel.

@@ -1,11 +1,11 @@
 //! One subdomain: its dofs and its factors.
 
 use nalgebra::DMatrix;
+use sprs::CsMatI;
 
-use crate::csr::{Csr, Csr3, Rows};
+use crate::csr::{Csr, Rows};
 use crate::direct::{Precision, SaddleFactor};
-use crate::product::build_rows;
-use crate::{Bordered, LinalgError, Preconditioner, SaddleSystem};
+use crate::{Bordered, LinalgError, OMITTED, Preconditioner, SaddleSystem, submatrix};
 
 /// Pressure shift of local factors, that of [`DirectParams`](crate::DirectParams) for f32.
 const PRESSURE_SHIFT: f64 = 1e-4;
@@ -104,21 +104,24 @@ fn restrict(system: &SaddleSystem, members: &Members) -> Result<SaddleSystem, Li
         ..
     } = members;
     let velocities: Vec<u32> = nodes.iter().flat_map(|i| 3 * i..3 * i + 3).collect();
-    let left = |matrix: Option<&Csr>, rows: &[u32]| matrix.map(|m| submatrix(m, rows, border));
+    let left = |matrix: Option<&Csr>, rows: &[u32]| {
+        let left = matrix.map(|matrix| part(matrix, rows, border));
+        left.transpose()
+    };
     let local = Bordered::new(
-        submatrix(a.stiffness(), nodes, nodes),
-        submatrix(a.border(), &velocities, border),
-        left(a.border_left(), &velocities),
+        part(a.stiffness(), nodes, nodes)?,
+        part(a.border(), &velocities, border)?,
+        left(a.border_left(), &velocities)?,
         DMatrix::from_fn(border.len(), border.len(), |c, d| {
             a.corner()[(border[c] as usize, border[d] as usize)]
         }),
     )?;
     SaddleSystem::new(
         local,
-        submatrix3(system.divergence(), pressures, nodes),
-        submatrix(system.border_divergence(), pressures, border),
-        left(system.border_divergence_left(), pressures),
-        submatrix(system.pressure_mass(), pressures, pressures),
+        part(system.divergence(), pressures, nodes)?,
+        part(system.border_divergence(), pressures, border)?,
+        left(system.border_divergence_left(), pressures)?,
+        part(system.pressure_mass(), pressures, pressures)?,
     )
 }
 
@@ -136,36 +139,15 @@ fn uncoupled(local: &SaddleSystem) -> Option<usize> {
     })
 }
 
-/// Positions of `members` in a list of `size`, `u32::MAX` for the others.
-fn positions(members: &[u32], size: usize) -> Vec<u32> {
-    let mut positions = vec![u32::MAX; size];
-    for (local, i) in members.iter().enumerate() {
-        positions[*i as usize] = local as u32;
+/// The given rows and columns of a matrix.
+fn part<T: Copy + Default + Send + Sync>(
+    matrix: &CsMatI<T, u32, usize>,
+    rows: &[u32],
+    columns: &[u32],
+) -> Result<CsMatI<T, u32, usize>, LinalgError> {
+    let mut numbers = vec![OMITTED; matrix.cols()];
+    for (number, column) in columns.iter().enumerate() {
+        numbers[*column as usize] = number as u32;
     }
-    positions
-}
-
-fn submatrix(matrix: &Csr, rows: &[u32], cols: &[u32]) -> Csr {
-    let (all, local) = (Rows::new(matrix), positions(cols, matrix.cols()));
-    build_rows(rows.len(), cols.len(), |i, row| {
-        for (j, v) in all.row(rows[i] as usize) {
-            if local[j] != u32::MAX {
-                row.add(local[j] as usize, v);
-            }
-        }
-    })
-}
-
-fn submatrix3(matrix: &Csr3, rows: &[u32], cols: &[u32]) -> Csr3 {
-    let (all, local) = (Rows::new(matrix), positions(cols, matrix.cols()));
-    let (mut indptr, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
-    for i in rows {
-        // `cols` are in ascending order, hence the restricted columns too
-        for (j, v) in all.row(*i as usize).filter(|(j, _)| local[*j] != u32::MAX) {
-            columns.push(local[j]);
-            values.push(v);
-        }
-        indptr.push(columns.len());
-    }
-    Csr3::new((rows.len(), cols.len()), indptr, columns, values)
+    submatrix(matrix, rows, &numbers, columns.len())
 }

@@ -2,21 +2,16 @@
 //!
 //! Residuals are computed, so that a false claim never gives a wrong answer.
 
-use super::support::{noise, relative_difference, tolerance, true_residual};
+use super::support::{Method, noise, relative_difference, tolerance, true_residual};
 use linalg::{
-    Identity, KrylovParams, LinalgError, LinearOperator, Preconditioner, PreconditionerKind,
-    SolveReport, cg, fgmres, minres,
+    Identity, LinalgError, LinearOperator, Preconditioner, PreconditionerKind, cg, fgmres, minres,
 };
 use nalgebra::{DMatrix, DVector};
 
 #[test]
 fn bug_minres_took_a_large_right_hand_side_for_a_singular_operator() {
     let mut x = [0.0; 2];
-    let identity = Claims {
-        matrix: DMatrix::identity(2, 2),
-        symmetric: true,
-        weights: None,
-    };
+    let identity = Claims::new(DMatrix::identity(2, 2), true);
     let b = [3e40, 4e40];
     minres(&identity, &mut Identity(2), &b, &mut x, &tolerance(1e-8)).expect("one step");
     assert!(relative_difference(&x, &b) < 1e-14);
@@ -27,6 +22,16 @@ struct Claims {
     matrix: DMatrix<f64>,
     symmetric: bool,
     weights: Option<Vec<f32>>,
+}
+
+impl Claims {
+    fn new(matrix: DMatrix<f64>, symmetric: bool) -> Self {
+        Self {
+            matrix,
+            symmetric,
+            weights: None,
+        }
+    }
 }
 
 impl LinearOperator for Claims {
@@ -98,22 +103,10 @@ impl Preconditioner for Multiple {
     }
 }
 
-type Method = fn(
-    &dyn LinearOperator,
-    &mut dyn Preconditioner,
-    &[f64],
-    &mut [f64],
-    &KrylovParams,
-) -> Result<SolveReport, LinalgError>;
-
 #[test]
 fn symmetric_methods_refuse_other_operators() {
     let rotation = DMatrix::from_row_slice(2, 2, &[0.0, -1.0, 1.0, 0.0]);
-    let honest = Claims {
-        matrix: rotation.clone(),
-        symmetric: false,
-        weights: None,
-    };
+    let honest = Claims::new(rotation.clone(), false);
     for method in [cg as Method, minres] {
         let error = method(
             &honest,
@@ -151,11 +144,7 @@ fn false_claims_never_give_wrong_answers() {
         DMatrix::zeros(n, n),
         DMatrix::from_element(n, n, 1.0),
     ] {
-        let liar = Claims {
-            matrix,
-            symmetric: true,
-            weights: None,
-        };
+        let liar = Claims::new(matrix, true);
         for method in [cg as Method, minres, fgmres] {
             for factor in [1.0, -1.0, 0.0, f64::NAN, 1e200, 1e-200] {
                 let mut x = vec![0.0; n];
@@ -177,11 +166,7 @@ fn false_claims_never_give_wrong_answers() {
 /// NaN that the operator returns.
 #[test]
 fn operators_that_return_nan_are_reported() {
-    let operator = Claims {
-        matrix: DMatrix::from_diagonal_element(3, 3, f64::NAN),
-        symmetric: true,
-        weights: None,
-    };
+    let operator = Claims::new(DMatrix::from_diagonal_element(3, 3, f64::NAN), true);
     for method in [cg as Method, minres, fgmres] {
         let mut x = [1.0; 3];
         let error = method(

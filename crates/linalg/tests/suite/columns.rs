@@ -1,6 +1,8 @@
 //! Several right-hand sides solved together give the results of single solves, to the last bit.
 
-use super::support::{Stokes, body_forces, noise, tolerance, two_bodies};
+use super::support::{
+    Stokes, assert_same_on_one_and_two_threads, body_forces, noise, tolerance, two_bodies,
+};
 use linalg::{
     BlockDiagonal, BlockTriangular, Bordered, Identity, KrylovParams, LinalgError, LinearOperator,
     Multigrid, MultigridParams, Preconditioner, SaddleSystem, SolveReport, fgmres, fgmres_columns,
@@ -74,12 +76,7 @@ fn solving_together_equals_solving_one_by_one() {
 fn solving_together_is_bitwise_the_same_on_one_and_two_threads() {
     let stokes = two_bodies(1);
     let b = right_hand_sides(&stokes.system, 4);
-    let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.expect("a pool")
-            .install(|| together(&stokes, &b, &tolerance(1e-8)))
-    };
-    assert!(on(1) == on(2));
+    assert_same_on_one_and_two_threads(|| together(&stokes, &b, &tolerance(1e-8)));
 }
 
 /// Every operator and preconditioner, after a pass of another width, so that buffers contain old

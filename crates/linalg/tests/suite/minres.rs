@@ -1,12 +1,13 @@
 //! MINRES with the block-diagonal preconditioner, compared with the direct solver.
 
 use super::support::{
-    body_forces, chained, dot, linked_pair, noise, one_body, prolongation_for, relative_difference,
-    three_spheres, tolerance, true_residual, two_bodies, with_border,
+    assert_same_on_one_and_two_threads, assert_velocities_agree, body_forces, chained,
+    direct_solution, dot, linked_pair, noise, one_body, prolongation_for, three_spheres, tolerance,
+    true_residual, two_bodies, with_border,
 };
 use linalg::{
-    BlockDiagonal, DirectParams, LinalgError, LinearOperator, Multigrid, MultigridParams,
-    Preconditioner, PreconditionerKind, Prolongation, SaddleLdlt, SaddleSystem, minres,
+    BlockDiagonal, LinalgError, LinearOperator, Multigrid, MultigridParams, Preconditioner,
+    PreconditionerKind, Prolongation, SaddleSystem, minres,
 };
 
 fn solve(
@@ -33,14 +34,9 @@ fn agrees_with_the_direct_solver() {
         (&constrained, &prolongation),
     ] {
         let b = body_forces(system);
-        let mut exact = vec![0.0; b.len()];
-        let mut direct = SaddleLdlt::factor(system, &DirectParams::default()).expect("factors");
-        direct.solve(&b, &mut exact).expect("refinement");
         let (x, iterations) = solve(system, prolongation, &b, 1e-11);
         println!("{iterations} iterations");
-        let velocities = 0..system.pressure_range().start;
-        let difference = relative_difference(&x[velocities.clone()], &exact[velocities]);
-        assert!(difference < 1e-9, "{difference:e}");
+        assert_velocities_agree(system, &x, &direct_solution(system, &b), 1e-9);
     }
 }
 
@@ -143,33 +139,9 @@ fn unsuitable_input_is_refused() {
     ));
 }
 
-/// Flow in an enclosed domain cannot have a net flux.
-#[test]
-fn an_incompatible_right_hand_side_is_an_error() {
-    let stokes = two_bodies(1);
-    let system = &stokes.system;
-    let mut b = body_forces(system);
-    b[system.pressure_range()].fill(1.0);
-    let mut pre = BlockDiagonal::with_prolongation(system, &stokes.prolongation).expect("set-up");
-    let mut x = vec![0.0; b.len()];
-    let error = minres(system, &mut pre, &b, &mut x, &tolerance(1e-8)).expect_err("no solution");
-    assert!(
-        matches!(
-            error,
-            LinalgError::Stagnated { .. } | LinalgError::NotConverged { .. }
-        ),
-        "{error}"
-    );
-}
-
 #[test]
 fn bitwise_the_same_on_one_and_two_threads() {
     let stokes = two_bodies(1);
     let b = body_forces(&stokes.system);
-    let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.expect("a pool")
-            .install(|| solve(&stokes.system, &stokes.prolongation, &b, 1e-6).0)
-    };
-    assert!(on(1) == on(2));
+    assert_same_on_one_and_two_threads(|| solve(&stokes.system, &stokes.prolongation, &b, 1e-6).0);
 }

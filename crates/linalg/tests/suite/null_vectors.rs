@@ -1,14 +1,13 @@
 //! Singular systems whose null space is given.
 
 use linalg::{
-    BlockDiagonal, BlockTriangular, Csr, CsrOperator, Identity, KrylovParams, LinalgError,
-    LinearOperator, MultigridParams, NullVectors, Preconditioner, ScalarMultigrid, SolveReport, cg,
-    fgmres, minres,
+    BlockDiagonal, BlockTriangular, Csr, CsrOperator, Identity, LinalgError, LinearOperator,
+    MultigridParams, NullVectors, Preconditioner, ScalarMultigrid, cg, fgmres, minres,
 };
 use sprs::TriMatI;
 
 use super::support::{
-    Stokes, body_forces, cube, dot, noise, relative_difference, tolerance, true_residual,
+    Method, Stokes, body_forces, cube, dot, noise, relative_difference, tolerance, true_residual,
 };
 
 /// The seven-point Laplacian of a cube of `n^3` cells with Neumann conditions on the whole
@@ -31,14 +30,6 @@ fn neumann(n: usize) -> CsrOperator {
     }
     CsrOperator::new(k.to_csr()).expect("finite")
 }
-
-type Method = fn(
-    &dyn LinearOperator,
-    &mut dyn Preconditioner,
-    &[f64],
-    &mut [f64],
-    &KrylovParams,
-) -> Result<SolveReport, LinalgError>;
 
 fn mean(x: &[f64]) -> f64 {
     x.iter().sum::<f64>() / x.len() as f64

@@ -48,14 +48,10 @@ fn the_scalar_cycle_is_a_component_of_the_other() {
 }
 
 #[test]
-fn nonsymmetric_matrices_are_refused_by_multigrid_and_cg() {
+fn nonsymmetric_matrices_are_refused_by_multigrid() {
     let matrix = Csr::new((2, 2), vec![0, 2, 3], vec![0, 1, 1], vec![2.0, 1.0, 2.0]);
     let a = CsrOperator::new(matrix).expect("finite");
+    assert!(!a.is_symmetric());
     let refused = ScalarMultigrid::new(&a, &MultigridParams::default()).map(|_| ());
     assert!(matches!(refused, Err(LinalgError::NotSymmetric { .. })));
-    let (mut identity, mut x) = (linalg::Identity(2), [0.0; 2]);
-    let refused = cg(&a, &mut identity, &[1.0, 2.0], &mut x, &tolerance(1e-8));
-    assert!(matches!(refused, Err(LinalgError::NotSymmetric { .. })));
-    fgmres(&a, &mut identity, &[1.0, 2.0], &mut x, &tolerance(1e-8)).expect("regular");
-    assert!(relative_difference(&x, &[0.0, 1.0]) < 1e-8);
 }

@@ -1,13 +1,10 @@
 //! Additive Schwarz: solutions, iteration counts and failures.
 
 use super::support::{
-    body_forces, linked_pair, one_body, relative_difference, tolerance, true_residual, two_bodies,
-    with_border,
+    assert_same_on_one_and_two_threads, assert_velocities_agree, body_forces, direct_solution,
+    linked_pair, one_body, tolerance, true_residual, two_bodies, with_border,
 };
-use linalg::{
-    BorderPlacement, DirectParams, LinalgError, SaddleLdlt, SaddleSystem, Schwarz, SchwarzParams,
-    fgmres, minres,
-};
+use linalg::{BorderPlacement, LinalgError, SaddleSystem, Schwarz, SchwarzParams, fgmres, minres};
 
 fn solve(system: &SaddleSystem, b: &[f64], params: &SchwarzParams, tol: f64) -> (Vec<f64>, usize) {
     let mut pre = Schwarz::new(system, params).expect("set-up");
@@ -30,14 +27,9 @@ fn agrees_with_the_direct_solver() {
     let constrained = linked_pair().1;
     for system in [plain, constrained] {
         let b = body_forces(&system);
-        let mut exact = vec![0.0; b.len()];
-        let mut direct = SaddleLdlt::factor(&system, &DirectParams::default()).expect("factors");
-        direct.solve(&b, &mut exact).expect("refinement");
         let (x, iterations) = solve(&system, &b, &cut(3, 1), 1e-11);
         println!("{iterations} iterations");
-        let velocities = 0..system.pressure_range().start;
-        let difference = relative_difference(&x[velocities.clone()], &exact[velocities]);
-        assert!(difference < 1e-9, "{difference:e}");
+        assert_velocities_agree(&system, &x, &direct_solution(&system, &b), 1e-9);
     }
 }
 
@@ -132,10 +124,5 @@ fn empty_subdomains_are_allowed() {
 fn bitwise_the_same_on_one_and_two_threads() {
     let system = two_bodies(1).system;
     let b = body_forces(&system);
-    let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.expect("a pool")
-            .install(|| solve(&system, &b, &cut(4, 1), 1e-6).0)
-    };
-    assert!(on(1) == on(2));
+    assert_same_on_one_and_two_threads(|| solve(&system, &b, &cut(4, 1), 1e-6).0);
 }

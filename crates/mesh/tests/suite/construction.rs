@@ -1,7 +1,6 @@
 //! Construction of a mesh from separate tets: properties of the result, errors of bad input.
 
-use crate::shapes::Sphere;
-use crate::shapes::{UNIT_SPHERE, ball, curved_ball};
+use crate::shapes::{Sphere, UNIT_SPHERE, as_quadratic, ball, curved_ball};
 use mesh::{LinearTets, MeshError, QuadraticTets, TET_EDGES, TetMesh, Vec3};
 
 fn cube() -> LinearTets {
@@ -162,59 +161,43 @@ fn affine_cells_stay_affine_under_rotation_far_from_the_origin() {
     assert!((0..curved_ball(2).n_cells()).any(|cell| !curved_ball(2).is_affine(cell)));
 }
 
+/// Asserts that a cube with this change is refused.
+#[track_caller]
+fn changed(change: impl FnOnce(&mut LinearTets), message: &str) {
+    let mut tets = cube();
+    change(&mut tets);
+    refused(tets, message);
+}
+
 #[test]
 fn empty_meshes_and_bad_numbers_are_refused() {
     refused(LinearTets::default(), "no tetrahedra");
-
-    let mut tets = cube();
-    tets.points[5].x = f64::INFINITY;
-    refused(tets, "point 5 are not finite");
-
-    let mut tets = cube();
-    tets.tets[7][2] = 27;
-    refused(tets, "tet 7 refers to number 27, but there are only 27");
-
-    let mut tets = cube();
-    tets.faces[3].0[1] = 99;
-    refused(tets, "face 3 refers to number 99");
-
-    let mut tets = cube();
-    tets.faces[3].1 = 6;
-    refused(tets, "tag of face 3 refers to number 6");
+    changed(|t| t.points[5].x = f64::INFINITY, "point 5 are not finite");
+    let beyond = "tet 7 refers to number 27, but there are only 27";
+    changed(|t| t.tets[7][2] = 27, beyond);
+    changed(|t| t.faces[3].0[1] = 99, "face 3 refers to number 99");
+    changed(|t| t.faces[3].1 = 6, "tag of face 3 refers to number 6");
 }
 
 #[test]
 fn unused_and_duplicate_vertices_are_refused() {
-    let mut tets = cube();
-    tets.points.push(Vec3::new(0.1, 0.2, 0.3));
-    refused(
-        tets,
-        "vertex 27 at (0.1000, 0.2000, 0.3000) belongs to no tetrahedron",
-    );
-
+    let unused = "vertex 27 at (0.1000, 0.2000, 0.3000) belongs to no tetrahedron";
+    changed(|t| t.points.push(Vec3::new(0.1, 0.2, 0.3)), unused);
     // Two copies of the cube, each with its own vertices, at the same position.
-    let mut tets = cube();
-    let copy = cube();
-    tets.points.extend(copy.points);
-    tets.tets
-        .extend(copy.tets.iter().map(|tet| tet.map(|v| v + 27)));
-    refused(
-        tets,
-        "vertices 0 and 27 are both at (0.0000, 0.0000, 0.0000)",
-    );
+    let twice = |t: &mut LinearTets| {
+        t.points.extend(cube().points);
+        t.tets
+            .extend(cube().tets.iter().map(|tet| tet.map(|v| v + 27)));
+    };
+    let message = "vertices 0 and 27 are both at (0.0000, 0.0000, 0.0000)";
+    changed(twice, message);
 }
 
 #[test]
 fn flat_duplicate_and_overlapping_cells_are_refused() {
-    let mut tets = cube();
-    let [a, b, c, _] = tets.tets[0];
-    tets.tets.push([a, b, c, a]);
-    refused(tets, "tet 48 near (");
-
-    let mut tets = cube();
-    let twice = tets.tets[5];
-    tets.tets.push(twice);
-    refused(tets, "occurs twice");
+    let [a, b, c, _] = cube().tets[0];
+    changed(|t| t.tets.push([a, b, c, a]), "tet 48 near (");
+    changed(|t| t.tets.push(t.tets[5]), "occurs twice");
 
     // Three tets on one face, with all their other faces tagged.
     let tip = |x, y, z| Vec3::new(x, y, z);
@@ -244,45 +227,26 @@ fn flat_duplicate_and_overlapping_cells_are_refused() {
 
 #[test]
 fn bad_boundary_parts_are_refused() {
-    let mut tets = cube();
-    tets.faces.remove(11);
-    refused(tets, "has no tag");
-
-    let mut tets = cube();
-    let (face, _) = tets.faces[0];
-    tets.faces.push((face, 3));
-    refused(tets, "is tagged twice, 'x0' and 'y1'");
-
-    let mut tets = cube();
-    let [a, b, c, d] = tets.tets[0];
+    changed(|t| t.faces.truncate(47), "has no tag");
+    let twice = "is tagged twice, 'x0' and 'y1'";
+    changed(|t| t.faces.push((t.faces[0].0, 3)), twice);
+    let [a, b, c, d] = cube().tets[0];
     // The faces a-b-d and a-c-d of Kuhn's first tet are inside the cube.
-    tets.faces.push(([a, b, d], 1));
-    refused(tets, "belongs to 2 tetrahedra instead of one");
-
-    let mut tets = cube();
-    tets.faces.push(([a, b, 26], 1));
-    refused(tets, "belongs to 0 tetrahedra instead of one");
+    let inside = "belongs to 2 tetrahedra instead of one";
+    changed(|t| t.faces.push(([a, b, d], 1)), inside);
+    let nowhere = "belongs to 0 tetrahedra instead of one";
+    changed(|t| t.faces.push(([a, b, 26], 1)), nowhere);
     assert!(c != d);
-
-    let mut tets = cube();
-    tets.tags.push("nowhere".into());
-    refused(tets, "boundary part 'nowhere' has no faces");
-
-    let mut tets = cube();
-    tets.tags[4] = "x0".into();
-    refused(tets, "boundary part 'x0' is named twice");
-
-    let mut tets = cube();
-    tets.tags[2] = "line\nbreak".into();
-    refused(tets, "printable");
+    let empty = "boundary part 'nowhere' has no faces";
+    changed(|t| t.tags.push("nowhere".into()), empty);
+    let twice = "boundary part 'x0' is named twice";
+    changed(|t| t.tags[4] = "x0".into(), twice);
+    changed(|t| t.tags[2] = "line\nbreak".into(), "printable");
 }
 
 #[test]
 fn surfaces_off_the_boundary_are_refused() {
-    let off = Sphere {
-        centre: Vec3::new(1e-3, 0.0, 0.0),
-        radius: 1.0,
-    };
+    let off = Sphere::new(Vec3::new(1e-3, 0.0, 0.0), 1.0);
     let error = TetMesh::curved(ball(2), &[("surface", &off)]).unwrap_err();
     match error {
         MeshError::OffSurface {
@@ -349,17 +313,7 @@ fn cells_with_one_rounded_vertex_on_a_surface_stay_affine() {
 #[test]
 fn nonconforming_second_order_meshes_are_refused() {
     let mesh = curved_ball(1);
-    let good = QuadraticTets {
-        points: mesh.points().to_vec(),
-        tets: mesh.cells().to_vec(),
-        faces: mesh
-            .facets()
-            .iter()
-            .map(|facet| (facet.nodes, facet.tag))
-            .collect(),
-        tags: mesh.tags().to_vec(),
-        ..QuadraticTets::default()
-    };
+    let good = as_quadratic(&mesh);
     let again = TetMesh::quadratic(good.clone(), &[]).unwrap();
     assert!((again.volume() - mesh.volume()).abs() < 1e-15);
     let refused = |change: &dyn Fn(&mut QuadraticTets), message: &str| {

@@ -1,12 +1,18 @@
 //! Meshes for tests.
 
-use mesh::{LinearTets, Surface, TetMesh, Vec3};
+use mesh::{LinearTets, QuadraticTets, Surface, TetMesh, Vec3};
 
 /// A sphere.
 #[derive(Clone, Copy)]
 pub struct Sphere {
     pub centre: Vec3,
     pub radius: f64,
+}
+
+impl Sphere {
+    pub const fn new(centre: Vec3, radius: f64) -> Self {
+        Self { centre, radius }
+    }
 }
 
 impl Surface for Sphere {
@@ -100,12 +106,20 @@ pub fn ball(n: u32) -> LinearTets {
 }
 
 /// The sphere that bounds [`ball`].
-pub const UNIT_SPHERE: Sphere = Sphere {
-    centre: Vec3::new(0.0, 0.0, 0.0),
-    radius: 1.0,
-};
+pub const UNIT_SPHERE: Sphere = Sphere::new(Vec3::new(0.0, 0.0, 0.0), 1.0);
 
 /// [`ball`] with its boundary on the sphere.
 pub fn curved_ball(n: u32) -> TetMesh {
     TetMesh::curved(ball(n), &[("surface", &UNIT_SPHERE)]).unwrap()
+}
+
+/// The nodes and elements of a mesh as in a second-order file.
+pub fn as_quadratic(mesh: &TetMesh) -> QuadraticTets {
+    QuadraticTets {
+        points: mesh.points().to_vec(),
+        tets: mesh.cells().to_vec(),
+        faces: mesh.facets().iter().map(|f| (f.nodes, f.tag)).collect(),
+        tags: mesh.tags().to_vec(),
+        regions: mesh.regions().clone(),
+    }
 }

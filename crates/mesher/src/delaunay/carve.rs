@@ -69,6 +69,7 @@ fn is_rotated(a: [u32; 3], b: [u32; 3]) -> bool {
 mod tests {
     use super::*;
     use crate::delaunay::delaunay;
+    use crate::delaunay::linked_tets::volume;
     use mesh::Vec3;
 
     /// Points of an octahedron and of a larger one around it.
@@ -89,23 +90,15 @@ mod tests {
         (points, triangles)
     }
 
-    fn volume(points: &[Vec3], tets: &[[u32; 4]]) -> f64 {
-        let of_tet = |tet: &[u32; 4]| {
-            let [a, b, c, d] = tet.map(|v| points[v as usize]);
-            (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
-        };
-        tets.iter().map(of_tet).sum()
-    }
-
     #[test]
     fn orientations_of_the_triangles_decide_on_the_side() {
         let (points, triangles) = octahedra();
         let tets = delaunay(&points, 0..0).unwrap();
         let inner = carve(points.len(), tets.clone(), &triangles).unwrap();
-        assert!((volume(&points, &inner) - 4.0 / 3.0).abs() < 1e-14);
+        assert!((volume(&inner, &points) - 4.0 / 3.0).abs() < 1e-14);
         let reversed: Vec<_> = triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
         let outer = carve(points.len(), tets.clone(), &reversed).unwrap();
-        assert!((volume(&points, &outer) - 26.0 * 4.0 / 3.0).abs() < 1e-13);
+        assert!((volume(&outer, &points) - 26.0 * 4.0 / 3.0).abs() < 1e-13);
         let mut other = triangles;
         other[3] = [0, 1, 6];
         assert_eq!(carve(points.len(), tets, &other), Err(vec![3]));

@@ -1,5 +1,9 @@
 //! Tets linked with their neighbours.
 
+use mesh::Grouped;
+#[cfg(test)]
+use mesh::Vec3;
+
 /// Vertices of the face opposite each vertex, ordered such that `(face, opposite vertex)` is a
 /// positively oriented tet.
 pub(super) const FACE: [[usize; 3]; 4] = [[1, 3, 2], [0, 2, 3], [0, 3, 1], [0, 1, 2]];
@@ -36,32 +40,18 @@ impl LinkedTets {
     /// Cost: O(n), by a list of the faces around each vertex.
     pub fn new(n_points: usize, tets: Vec<[u32; 4]>) -> Self {
         // Faces are sorted by their smallest vertex, and compared by the other two.
-        let corners = |t: usize, i: usize| {
-            let mut face = FACE[i].map(|k| tets[t][k]);
-            face.sort_unstable();
-            face
+        let faces = || {
+            let all = (0..tets.len()).flat_map(|t| [0, 1, 2, 3].map(|i| (t, i)));
+            all.map(|(t, i)| {
+                let mut face = FACE[i].map(|k| tets[t][k]);
+                face.sort_unstable();
+                (face[0], ([face[1], face[2]], face_number(t, i)))
+            })
         };
-        let mut starts = vec![0u32; n_points + 2];
-        for t in 0..tets.len() {
-            for i in 0..4 {
-                starts[corners(t, i)[0] as usize + 2] += 1;
-            }
-        }
-        for v in 1..starts.len() {
-            starts[v] += starts[v - 1];
-        }
-        let mut faces = vec![([0; 2], 0); 4 * tets.len()];
-        for t in 0..tets.len() {
-            for i in 0..4 {
-                let [a, b, c] = corners(t, i);
-                let slot = &mut starts[a as usize + 1];
-                faces[*slot as usize] = ([b, c], face_number(t, i));
-                *slot += 1;
-            }
-        }
+        let mut faces = Grouped::new(n_points, faces);
         let mut across = vec![[NONE; 4]; tets.len()];
-        for range in starts.windows(2) {
-            let around = &mut faces[range[0] as usize..range[1] as usize];
+        for v in 0..n_points as u32 {
+            let around = faces.of_mut(v);
             around.sort_unstable();
             for pair in around.windows(2) {
                 if pair[0].0 == pair[1].0 {
@@ -105,4 +95,20 @@ impl LinkedTets {
         faces.sort_unstable();
         faces.into_iter().map(|(_, face)| face).collect()
     }
+}
+
+/// Position of a vertex, which must be one of the tet.
+#[inline]
+pub(super) fn position(tet: &[u32; 4], vertex: u32) -> usize {
+    (0..3).find(|&k| tet[k] == vertex).unwrap_or(3)
+}
+
+/// Sum of the volumes of some tets.
+#[cfg(test)]
+pub(super) fn volume(tets: &[[u32; 4]], points: &[Vec3]) -> f64 {
+    let of_tet = |tet: &[u32; 4]| {
+        let [a, b, c, d] = tet.map(|v| points[v as usize]);
+        (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
+    };
+    tets.iter().map(of_tet).sum()
 }

@@ -5,7 +5,7 @@
 //! exchange the diagonal of their two faces. Every flip lowers the interpolant of `|x|^2`, so the
 //! flips end. In three dimensions they may end before all tets are Delaunay.
 
-use super::linked_tets::{FACE, LinkedTets, NONE, face_number, split};
+use super::linked_tets::{FACE, LinkedTets, NONE, face_number, position, split};
 use super::predicates::{circumcentre, in_sphere, orientation};
 use mesh::Vec3;
 use rayon::prelude::*;
@@ -250,16 +250,11 @@ impl LinkedTets {
     }
 }
 
-/// Position of a vertex, which must be one of the tet.
-#[inline]
-fn position(tet: &[u32; 4], vertex: u32) -> usize {
-    (0..3).find(|&k| tet[k] == vertex).unwrap_or(3)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::delaunay::delaunay;
+    use crate::delaunay::linked_tets::volume;
 
     /// Points of a cubic lattice in the cube `[0, n - 1]^3`, with the inner ones displaced by up to
     /// `amplitude` times a fixed sequence that depends on `phase`.
@@ -273,14 +268,6 @@ mod tests {
             Vec3::from(at.map(f64::from)) + scale * shift
         });
         points.collect()
-    }
-
-    fn volume(tets: &[[u32; 4]], points: &[Vec3]) -> f64 {
-        let of_tet = |tet: &[u32; 4]| {
-            let [a, b, c, d] = tet.map(|v| points[v as usize]);
-            (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
-        };
-        tets.iter().map(of_tet).sum()
     }
 
     fn faces(linked: &LinkedTets) -> impl Iterator<Item = u32> {

@@ -1,7 +1,6 @@
 //! Assembly of the finished mesh, with a check of its boundary faces.
 
-use super::input::Container;
-use super::input::MeshedBody;
+use super::input::{Container, MeshedBody};
 use super::layout::Layout;
 use crate::GenerateError;
 use crate::delaunay::LinkedTets;

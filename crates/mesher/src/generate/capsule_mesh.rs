@@ -175,20 +175,16 @@ fn oriented([a, b, c]: [u32; 3], side: f64) -> [u32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::Triangles;
+    use crate::surface::triangles::neighbours;
     use mesh::Surface;
 
     #[test]
     fn surface_is_closed_and_convex_on_the_cylinder() {
         for (half_length, edge) in [(3.0, 0.5), (5.0, 0.31), (0.4, 0.7)] {
-            let capsule = Capsule {
-                centre: Vec3::new(0.25, -0.5, 1.0),
-                radius: 1.5,
-                half_length,
-            };
+            let capsule = Capsule::new(Vec3::new(0.25, -0.5, 1.0), 1.5, half_length);
             let mesh = triangulate_capsule(&capsule, edge, 100_000).unwrap();
             // The surface is closed and has the topology of a sphere.
-            assert_eq!(mesh.neighbours().len(), mesh.triangles.len());
+            assert_eq!(neighbours(&mesh).len(), mesh.triangles.len());
             assert_eq!(mesh.triangles.len(), 2 * mesh.points.len() - 4);
             let mut volume = 0.0;
             for tri in &mesh.triangles {

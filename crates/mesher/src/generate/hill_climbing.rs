@@ -3,7 +3,7 @@
 //! The vertices of the worst tets move to where the worst angle around them is best.
 
 use super::symmetry_planes::SymmetryPlanes;
-use mesh::{TET_EDGES, Vec3};
+use mesh::{Grouped, TET_EDGES, Vec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -154,7 +154,8 @@ impl<'a> HillClimbing<'a> {
     pub fn run(&self, points: &mut [Vec3], target: f64) -> f64 {
         let bad = 1.0 - target.to_radians().cos();
         let tets = self.tets;
-        let around = tets_around(points.len(), tets);
+        let vertices = || (0..).zip(tets).flat_map(|(t, tet)| tet.map(|v| (v, t)));
+        let around: Grouped<u32> = Grouped::new(points.len(), vertices);
         let at = |points: &[Vec3], t: u32| {
             let v = tets[t as usize][0];
             self.quality(points, t, v, points[v as usize])
@@ -256,38 +257,6 @@ fn directions() -> impl Iterator<Item = Vec3> {
     let corners = (0..8)
         .map(move |k| Vec3::from_fn(|axis, _| if k >> axis & 1 == 0 { corner } else { -corner }));
     faces.chain(corners)
-}
-
-/// The tets around each vertex, in compressed rows.
-struct Stars {
-    starts: Vec<usize>,
-    tets: Vec<u32>,
-}
-
-impl Stars {
-    /// The tets around vertex `v`.
-    fn of(&self, v: u32) -> &[u32] {
-        &self.tets[self.starts[v as usize]..self.starts[v as usize + 1]]
-    }
-}
-
-fn tets_around(n_points: usize, tets: &[[u32; 4]]) -> Stars {
-    let mut starts = vec![0; n_points + 1];
-    for v in tets.iter().flatten() {
-        starts[*v as usize + 1] += 1;
-    }
-    for i in 0..n_points {
-        starts[i + 1] += starts[i];
-    }
-    let mut next = starts.clone();
-    let mut list = vec![0; 4 * tets.len()];
-    for (t, tet) in tets.iter().enumerate() {
-        for &v in tet {
-            list[next[v as usize]] = t as u32;
-            next[v as usize] += 1;
-        }
-    }
-    Stars { starts, tets: list }
 }
 
 #[cfg(test)]

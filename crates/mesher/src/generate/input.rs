@@ -1,7 +1,7 @@
 //! What a mesh is generated from: bodies, container, parameters.
 
 use super::geodesic::geodesic_sphere;
-use crate::{BoxSurface, Capsule, Sphere, TriangulatedSurface};
+use crate::{BoxSurface, Capsule, GenerateError, Sphere, TriangulatedSurface};
 use mesh::{Surface, Vec3};
 
 /// Largest edge on a ball or cylinder, as a fraction of its radius, and on other smooth shapes as a
@@ -28,6 +28,17 @@ pub struct MeshedBody<'a> {
     /// ball inside the body. They are at most 1.2 of this radius, so that opposite sides of a thin
     /// body stay separate.
     pub size: f64,
+}
+
+impl<'a> MeshedBody<'a> {
+    /// The body with this name, surface and edge length.
+    pub fn new(name: &'a str, surface: &'a dyn Surface, size: f64) -> Self {
+        Self {
+            name,
+            surface,
+            size,
+        }
+    }
 }
 
 /// The container of the fluid; its facets are tagged [`Container::TAG`].
@@ -177,4 +188,33 @@ fn is_copy(a: &MeshedBody<'_>, b: &MeshedBody<'_>) -> bool {
                 b.surface.signed_distance(b.surface.centre() + arm),
             )
         })
+}
+
+/// Fails with [`GenerateError::BadParameter`] unless a requirement is met.
+pub(super) fn demand(
+    is_met: bool,
+    what: &str,
+    value: f64,
+    requirement: &'static str,
+) -> Result<(), GenerateError> {
+    if is_met {
+        return Ok(());
+    }
+    Err(GenerateError::BadParameter {
+        what: what.into(),
+        value,
+        requirement,
+    })
+}
+
+/// Fails unless a length is positive and finite.
+pub(super) fn length(what: &str, value: f64) -> Result<(), GenerateError> {
+    let is_met = value > 0.0 && value.is_finite();
+    demand(is_met, what, value, "it must be positive and finite")
+}
+
+/// Fails unless a point is finite.
+pub(super) fn finite(what: &str, x: Vec3) -> Result<(), GenerateError> {
+    let mut components = x.iter();
+    components.try_for_each(|&c| demand(c.is_finite(), what, c, "it must be finite"))
 }

@@ -2,13 +2,11 @@
 
 use super::gap::Gap;
 use super::geodesic::geodesic_sphere;
-use super::input::Container;
-use super::input::GenerateParams;
-use super::input::MeshedBody;
+use super::input::{Container, GenerateParams, MeshedBody, demand, finite, length};
 use super::size_field::HALF_SPACES;
 use super::symmetry_planes::SymmetryPlanes;
 use crate::GenerateError;
-use mesh::{MeshError, SYMMETRY_PLANE_TAGS, Surface, Vec3};
+use mesh::{MeshError, SYMMETRY_PLANE_TAGS, Surface};
 use std::collections::HashSet;
 
 /// Checks the numbers and names of the scene, the parameters, and the symmetry of the scene.
@@ -110,33 +108,6 @@ pub(crate) fn used_twice(name: &str) -> GenerateError {
         name: name.into(),
         problem: "is used twice; give every body its own name",
     })
-}
-
-/// Fails with [`GenerateError::BadParameter`] unless a requirement is met.
-fn demand(
-    is_met: bool,
-    what: &str,
-    value: f64,
-    requirement: &'static str,
-) -> Result<(), GenerateError> {
-    if is_met {
-        return Ok(());
-    }
-    Err(GenerateError::BadParameter {
-        what: what.into(),
-        value,
-        requirement,
-    })
-}
-
-fn length(what: &str, value: f64) -> Result<(), GenerateError> {
-    let is_met = value > 0.0 && value.is_finite();
-    demand(is_met, what, value, "it must be positive and finite")
-}
-
-fn finite(what: &str, x: Vec3) -> Result<(), GenerateError> {
-    let mut components = x.iter();
-    components.try_for_each(|&c| demand(c.is_finite(), what, c, "it must be finite"))
 }
 
 /// Checks that the container is symmetric about every plane, and every body symmetric or beside it.

@@ -6,8 +6,8 @@ use super::size_field::SizeField;
 use super::symmetry_planes::SymmetryPlanes;
 use crate::GenerateError;
 use crate::delaunay::{FlipRules, circumcentre, insertion_order};
-use crate::surface::Triangles;
-use mesh::{Surface, SurfaceMesh, TET_EDGES, Vec3};
+use crate::surface::triangles;
+use mesh::{Surface, SurfaceMesh, TET_EDGES, Vec3, has_volume};
 use std::collections::{HashSet, VecDeque};
 use std::ops::Range;
 
@@ -146,6 +146,29 @@ impl<'a> Layout<'a> {
         self.points.extend_from_slice(points);
         self.owner.resize(self.points.len(), owner);
         self.free.resize(self.points.len(), free);
+    }
+
+    /// The longest edge, between different parts, of a tet without volume.
+    pub fn edge_of_flat(&self, tet: &[u32; 4]) -> Option<[u32; 2]> {
+        if has_volume(self.corners(tet)) {
+            return None;
+        }
+        let owner = |v: u32| self.owner[v as usize];
+        let length = |[a, b]: &[u32; 2]| {
+            let [a, b] = [a, b].map(|v| self.points[*v as usize]);
+            (b - a).norm()
+        };
+        let edges = TET_EDGES.map(|[i, j]| [tet[i], tet[j]]);
+        (edges.into_iter())
+            .filter(|&[a, b]| owner(a) != owner(b))
+            .max_by(|x, y| length(x).total_cmp(&length(y)))
+    }
+
+    /// Adds a free vertex in the middle of an edge; returns its number.
+    pub fn divide(&mut self, [a, b]: [u32; 2]) -> u32 {
+        let middle = 0.5 * (self.points[a as usize] + self.points[b as usize]);
+        self.add(&[middle], FLUID, true);
+        self.points.len() as u32 - 1
     }
 
     /// Removes vertices inside the fluid, given in ascending order.
@@ -292,7 +315,7 @@ impl FlipRules for Layout<'_> {
 ///
 /// They are ordered from neighbour to neighbour, so that the packing accepts about every other one.
 fn apexes(mesh: &SurfaceMesh, side: f64, field: &SizeField<'_>) -> Vec<Vec3> {
-    let neighbours = mesh.neighbours();
+    let neighbours = triangles::neighbours(mesh);
     let mut seen = vec![false; mesh.triangles.len()];
     let mut queue = VecDeque::new();
     let mut apexes = Vec::with_capacity(seen.len());

@@ -91,9 +91,9 @@ pub struct StageSeconds {
 /// ```
 /// use mesh::Vec3;
 /// use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
-/// let sphere = Sphere { centre: Vec3::zeros(), radius: 1.0 };
-/// let container = Container::Ball(Sphere { centre: Vec3::zeros(), radius: 10.0 });
-/// let body = MeshedBody { name: "sphere", surface: &sphere, size: 0.6 };
+/// let sphere = Sphere::new(Vec3::zeros(), 1.0);
+/// let container = Container::Ball(Sphere::new(Vec3::zeros(), 10.0));
+/// let body = MeshedBody::new("sphere", &sphere, 0.6);
 /// let mesh = generate(&[body], &container, &GenerateParams::default())?.mesh;
 /// assert_eq!(mesh.tags, ["sphere", "outer"]);
 /// // An icosahedron with each face divided into four.
@@ -171,10 +171,9 @@ fn generate_with(
     let sizes = odt_smoothing::smooth(&mut layout, &mut tets, surfaces.field(), params.sweeps);
     lap(&mut seconds.smoothing);
 
-    let (points, tets) = improve(&mut layout, tets, &sizes, params);
+    let tets = improve(&mut layout, tets, sizes, surfaces.field(), params);
     lap(&mut seconds.hill_climbing);
 
-    layout.points = points;
     let mesh = assemble::assemble(&layout, bodies, &tets)?;
     lap(&mut seconds.checking);
     Ok(Generated { mesh, seconds })
@@ -190,10 +189,43 @@ const MAX_CHANGES: usize = 40;
 /// One or two reach the target in most scenes, and later ones lower the mean quality.
 const ROUNDS: usize = 4;
 
+/// Largest number of edges that are divided because of tets without volume.
+const MAX_DIVISIONS: usize = 50;
+
+/// Improves the worst tets, and divides edges of those that still have no volume.
+///
+/// Several tets without volume at one vertex can be such that no move of a single vertex improves
+/// all of them; a new vertex in the middle of an edge can move out of their planes.
+pub(crate) fn improve(
+    layout: &mut Layout,
+    mut tets: LinkedTets,
+    mut sizes: Vec<f64>,
+    field: &SizeField<'_>,
+    params: &GenerateParams,
+) -> LinkedTets {
+    for _ in 0..MAX_DIVISIONS {
+        (layout.points, tets) = climbed(layout, tets, &sizes, params);
+        let Some(edge) = (tets.tets().iter()).find_map(|tet| layout.edge_of_flat(tet)) else {
+            break;
+        };
+        let middle = layout.divide(edge);
+        sizes.push(field.at(layout.points[middle as usize]));
+        let halves = |tet: &[u32; 4]| match edge.iter().all(|v| tet.contains(v)) {
+            true => edge
+                .map(|end| tet.map(|v| if v == end { middle } else { v }))
+                .to_vec(),
+            false => vec![*tet],
+        };
+        let divided = tets.tets().iter().flat_map(halves).collect();
+        tets = LinkedTets::new(layout.points.len(), divided);
+    }
+    tets
+}
+
 /// Alternates hill climbing with flips to Delaunay tets.
 ///
 /// Returns the points and tets of the round whose worst tet has the highest quality.
-pub(crate) fn improve(
+fn climbed(
     layout: &mut Layout,
     mut tets: LinkedTets,
     sizes: &[f64],

@@ -1,9 +1,7 @@
 //! The wanted edge length everywhere in the fluid.
 
 use super::gap::Gap;
-use super::input::Container;
-use super::input::GenerateParams;
-use super::input::MeshedBody;
+use super::input::{Container, GenerateParams, MeshedBody};
 use super::size_map::SizeMap;
 use crate::{BoxSurface, GenerateError};
 use mesh::{Surface, Vec3};
@@ -64,15 +62,15 @@ pub(crate) struct SizeField<'a> {
 
 /// The positive side of each coordinate plane, as boxes with faces at distances without meaning.
 pub(crate) static HALF_SPACES: [Container; 3] = {
-    const FAR: f64 = 1e100;
+    const FACE_DISTANCE: f64 = 1e100;
     const fn half_space(min: Vec3) -> Container {
-        let max = Vec3::new(FAR, FAR, FAR);
+        let max = Vec3::new(FACE_DISTANCE, FACE_DISTANCE, FACE_DISTANCE);
         Container::Box(BoxSurface { min, max })
     }
     [
-        half_space(Vec3::new(0.0, -FAR, -FAR)),
-        half_space(Vec3::new(-FAR, 0.0, -FAR)),
-        half_space(Vec3::new(-FAR, -FAR, 0.0)),
+        half_space(Vec3::new(0.0, -FACE_DISTANCE, -FACE_DISTANCE)),
+        half_space(Vec3::new(-FACE_DISTANCE, 0.0, -FACE_DISTANCE)),
+        half_space(Vec3::new(-FACE_DISTANCE, -FACE_DISTANCE, 0.0)),
     ]
 };
 
@@ -254,113 +252,77 @@ mod tests {
     use super::*;
     use crate::Sphere;
 
-    fn spheres(x: &[f64]) -> Vec<Sphere> {
-        x.iter()
-            .map(|&x| Sphere {
-                centre: Vec3::new(x, 0.0, 0.0),
-                radius: 1.0,
-            })
-            .collect()
-    }
-
-    fn bodies(spheres: &[Sphere]) -> Vec<MeshedBody<'_>> {
-        spheres
-            .iter()
-            .map(|s| MeshedBody {
-                name: "b",
-                surface: s,
-                size: 0.3,
-            })
-            .collect()
+    /// Calls `check` with the field around equal unit spheres on the x axis in a ball.
+    fn in_ball(x: &[f64], radius: f64, check: impl FnOnce(&[Sphere], SizeField<'_>)) {
+        let sphere = |&x: &f64| Sphere::new(Vec3::new(x, 0.0, 0.0), 1.0);
+        let shapes: Vec<Sphere> = x.iter().map(sphere).collect();
+        let body = |sphere| MeshedBody::new("b", sphere as &dyn Surface, 0.3);
+        let bodies: Vec<MeshedBody> = shapes.iter().map(body).collect();
+        let container = Container::Ball(Sphere::new(Vec3::zeros(), radius));
+        let copies = first_copies(&bodies);
+        assert!(copies.iter().all(|&first| first == 0));
+        let params = GenerateParams::default();
+        let field = SizeField::new(&bodies, Some(&container), &copies, &params);
+        check(&shapes, field.expect("valid"));
     }
 
     #[test]
     fn sizes_are_lipschitz_and_resolve_gaps() {
-        let shapes = spheres(&[-1.05, 1.05]);
-        let bodies = bodies(&shapes);
-        let params = GenerateParams::default();
-        let container = Container::Ball(Sphere {
-            centre: Vec3::zeros(),
-            radius: 10.0,
-        });
-        let field = SizeField::new(&bodies, Some(&container), &first_copies(&bodies), &params)
-            .expect("valid");
-        assert!((field.at(Vec3::zeros()) - params.gap * 0.1).abs() < 1e-12);
-        let mut before = None;
-        // A path along the surface of the first sphere, into the gap and out of it.
-        for k in 0..2000 {
-            let t = f64::from(k) * 1e-3 * std::f64::consts::PI - 1.0;
-            let x = shapes[0].centre + Vec3::new(t.cos(), t.sin(), 0.0);
-            let h = field.at(x);
-            let sum: f64 = shapes.iter().map(|s| s.signed_distance(x).max(0.0)).sum();
-            // The parabola is a lower bound of the gap up to fourth order in s <= 1.
-            assert!(h <= 1.2 * params.gap * sum, "{x} {h} {sum}");
-            if let Some((y, g)) = before {
-                let step: Vec3 = x - y;
-                let rise: f64 = h - g;
-                assert!(rise.abs() <= (params.growth + 1e-9) * step.norm());
+        in_ball(&[-1.05, 1.05], 10.0, |shapes, field| {
+            assert!((field.at(Vec3::zeros()) - field.gap * 0.1).abs() < 1e-12);
+            let mut before = None;
+            // A path along the surface of the first sphere, into the gap and out of it.
+            for k in 0..2000 {
+                let t = f64::from(k) * 1e-3 * std::f64::consts::PI - 1.0;
+                let x = shapes[0].centre + Vec3::new(t.cos(), t.sin(), 0.0);
+                let h = field.at(x);
+                let sum: f64 = shapes.iter().map(|s| s.signed_distance(x).max(0.0)).sum();
+                // The parabola is a lower bound of the gap up to fourth order in s <= 1.
+                assert!(h <= 1.2 * field.gap * sum, "{x} {h} {sum}");
+                if let Some((y, g)) = before {
+                    let step: Vec3 = x - y;
+                    let rise: f64 = h - g;
+                    assert!(rise.abs() <= (field.growth + 1e-9) * step.norm());
+                }
+                before = Some((x, h));
             }
-            before = Some((x, h));
-        }
+        });
     }
 
     /// Copies share the surface mesh of the body at the gap, so the sizes around them must be the
     /// same; they once were not.
     #[test]
     fn sizes_around_copies_follow_the_gap_of_another_copy() {
-        let shapes = spheres(&[0.0, 2.1, 12.0]);
-        let bodies = bodies(&shapes);
-        let params = GenerateParams::default();
-        let container = Container::Ball(Sphere {
-            centre: Vec3::zeros(),
-            radius: 40.0,
+        in_ball(&[0.0, 2.1, 12.0], 40.0, |_, field| {
+            for x in [1.0, 1.1, -1.0, 3.1, 11.0, 13.0] {
+                assert!((field.at(Vec3::new(x, 0.0, 0.0)) - 0.1 * field.gap).abs() < 1e-9);
+            }
         });
-        let copies = first_copies(&bodies);
-        assert_eq!(copies, [0, 0, 0]);
-        let field = SizeField::new(&bodies, Some(&container), &copies, &params).expect("valid");
-        for x in [1.0, 1.1, -1.0, 3.1, 11.0, 13.0] {
-            assert!((field.at(Vec3::new(x, 0.0, 0.0)) - 0.1 * params.gap).abs() < 1e-9);
-        }
     }
 
     #[test]
     fn a_background_replaces_growth_but_not_gaps() {
-        let shapes = spheres(&[-1.05, 1.05]);
-        let bodies = bodies(&shapes);
-        let params = GenerateParams::default();
-        let container = Container::Ball(Sphere {
-            centre: Vec3::zeros(),
-            radius: 40.0,
+        in_ball(&[-1.05, 1.05], 40.0, |_, field| {
+            let wanted = |x: Vec3| if x.x > 0.0 { 1.5 } else { f64::NAN };
+            let (far, inside) = (Vec3::new(20.0, 0.0, 0.0), 1e-6 * Vec3::x());
+            let plain = [far, inside, -far].map(|x| field.at(x));
+            let field = field.with_background(&wanted);
+            // Far from both bodies the background applies, even where it differs from the sizes
+            // that grow from the bodies.
+            assert!(field.at(far) == 1.5 && plain[0] > 1.5);
+            // In the gap the gap decides.
+            assert_eq!(field.at(inside), plain[1]);
+            // Where the background is not a number, the field is as without it.
+            assert_eq!(field.at(-far), plain[2]);
         });
-        let copies = first_copies(&bodies);
-        let plain = SizeField::new(&bodies, Some(&container), &copies, &params).expect("valid");
-        let wanted = |x: Vec3| if x.x > 0.0 { 1.5 } else { f64::NAN };
-        let field = SizeField::new(&bodies, Some(&container), &copies, &params)
-            .expect("valid")
-            .with_background(&wanted);
-        // Far from both bodies the background applies, even where it differs from the sizes that
-        // grow from the bodies.
-        let far = Vec3::new(20.0, 0.0, 0.0);
-        assert!(field.at(far) == 1.5 && plain.at(far) > 1.5);
-        // In the gap the gap decides.
-        assert_eq!(field.at(1e-6 * Vec3::x()), plain.at(1e-6 * Vec3::x()));
-        // Where the background is not a number, the field is as without it.
-        assert_eq!(field.at(-far), plain.at(-far));
     }
 
     #[test]
     fn a_concentric_shell_has_one_size() {
-        let shapes = spheres(&[0.0]);
-        let bodies = bodies(&shapes);
-        let params = GenerateParams::default();
-        let container = Container::Ball(Sphere {
-            centre: Vec3::zeros(),
-            radius: 1.1,
+        in_ball(&[0.0], 1.1, |_, field| {
+            for x in [Vec3::x(), -Vec3::y(), Vec3::new(0.6, 0.6, 0.6)] {
+                assert!((field.at(x * (1.05 / x.norm())) - 0.1 * field.gap).abs() < 1e-9);
+            }
         });
-        let field = SizeField::new(&bodies, Some(&container), &first_copies(&bodies), &params)
-            .expect("valid");
-        for x in [Vec3::x(), -Vec3::y(), Vec3::new(0.6, 0.6, 0.6)] {
-            assert!((field.at(x * (1.05 / x.norm())) - 0.1 * params.gap).abs() < 1e-9);
-        }
     }
 }

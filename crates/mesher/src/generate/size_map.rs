@@ -1,7 +1,8 @@
 //! An edge length everywhere, from edge lengths at given points.
 
+use super::input::{demand, finite, length};
 use crate::GenerateError;
-use mesh::Vec3;
+use mesh::{BoundingBox, Vec3};
 
 /// Largest number of points in a leaf; for so few, comparing all is faster than branching.
 const LEAF: usize = 8;
@@ -22,29 +23,22 @@ pub struct SizeMap {
 /// Bounding box and smallest length of some of the points.
 #[derive(Clone, Copy)]
 struct Node {
-    low: Vec3,
-    high: Vec3,
+    around: BoundingBox,
     smallest: f64,
 }
 
 impl Node {
-    fn of(points: &[(Vec3, f64)]) -> Self {
-        let empty = Self {
-            low: Vec3::repeat(f64::INFINITY),
-            high: Vec3::repeat(f64::NEG_INFINITY),
-            smallest: f64::INFINITY,
-        };
-        points.iter().fold(empty, |node, (x, h)| Self {
-            low: node.low.inf(x),
-            high: node.high.sup(x),
-            smallest: node.smallest.min(*h),
-        })
+    fn new(points: &[(Vec3, f64)]) -> Self {
+        let lengths = points.iter().map(|(_, h)| *h);
+        Self {
+            around: BoundingBox::around(points.iter().map(|(x, _)| x)),
+            smallest: lengths.fold(f64::INFINITY, f64::min),
+        }
     }
 
     /// Lower bound of the length that the points of the node allow at `x`.
     fn bound(&self, x: &Vec3, growth: f64) -> f64 {
-        let nearest = x.sup(&self.low).inf(&self.high);
-        self.smallest + growth * (x - nearest).norm()
+        self.smallest + growth * self.around.distance(x)
     }
 }
 
@@ -57,32 +51,20 @@ impl SizeMap {
     /// [`GenerateError::BadParameter`] if there is no point, a coordinate is not finite, a length
     /// is not positive, or `growth` is negative.
     pub fn new(mut points: Vec<(Vec3, f64)>, growth: f64) -> Result<Self, GenerateError> {
-        let bad = |what: &str, value: f64, requirement: &'static str| GenerateError::BadParameter {
-            what: what.into(),
-            value,
-            requirement,
-        };
-        if points.is_empty() {
-            return Err(bad(
-                "number of points of the size map",
-                0.0,
-                "it must be at least one",
-            ));
-        }
-        if !(growth >= 0.0 && growth.is_finite()) {
-            return Err(bad(
-                "growth of the size map",
-                growth,
-                "it must be zero or positive",
-            ));
-        }
+        let count = points.len() as f64;
+        let at_least_one = "it must be at least one";
+        demand(
+            count > 0.0,
+            "number of points of the size map",
+            count,
+            at_least_one,
+        )?;
+        let is_growth = growth >= 0.0 && growth.is_finite();
+        let not_negative = "it must be zero or positive";
+        demand(is_growth, "growth of the size map", growth, not_negative)?;
         for (x, h) in &points {
-            if !(*h > 0.0 && h.is_finite()) {
-                return Err(bad("length in the size map", *h, "it must be positive"));
-            }
-            if let Some(c) = x.iter().find(|c| !c.is_finite()) {
-                return Err(bad("coordinate in the size map", *c, "it must be finite"));
-            }
+            length("length in the size map", *h)?;
+            finite("coordinate in the size map", *x)?;
         }
         let mut nodes = Vec::new();
         divide(&mut points, 0, &mut nodes);
@@ -126,7 +108,7 @@ impl SizeMap {
 
 /// Divides the points in halves along the longest side of their box, down to the leaves.
 fn divide(points: &mut [(Vec3, f64)], node: usize, nodes: &mut Vec<Node>) {
-    let own = Node::of(points);
+    let own = Node::new(points);
     if nodes.len() <= node {
         nodes.resize(node + 1, own);
     }
@@ -134,7 +116,7 @@ fn divide(points: &mut [(Vec3, f64)], node: usize, nodes: &mut Vec<Node>) {
     if points.len() <= LEAF {
         return;
     }
-    let axis = (own.high - own.low).imax();
+    let axis = (own.around.max - own.around.min).imax();
     let half = points.len() / 2;
     points.select_nth_unstable_by(half, |a, b| a.0[axis].total_cmp(&b.0[axis]));
     let (left, right) = points.split_at_mut(half);

@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 /// Largest ratio of the wanted edge lengths on a sphere up to which one geodesic triangulation is
 /// used.
-const UNIFORM: f64 = 1.25;
+const MAX_UNIFORM_RATIO: f64 = 1.25;
 
 /// Triangulates `surface` with edges of length about `size(point)`; no triangle crosses `planes`.
 ///
@@ -31,7 +31,7 @@ pub(super) fn triangulate(
         (l.min(s), h.max(s))
     });
     if let Some(radius) = sphere_radius(surface) {
-        let one_size = high <= UNIFORM * low;
+        let one_size = high <= MAX_UNIFORM_RATIO * low;
         let edge = if one_size { (low * high).sqrt() } else { high };
         if triangles_for(edge / radius) > 2.0 * limit as f64 {
             return Err(GenerateError::TooManyVertices { limit });

@@ -11,7 +11,7 @@ use super::surface_refinement::Refiner;
 use super::surface_triangulation::{triangulate, triangulate_box};
 use super::symmetry_planes::SymmetryPlanes;
 use crate::GenerateError;
-use crate::surface::Triangles;
+use crate::surface::triangles::translated;
 use mesh::{Surface, SurfaceMesh, Vec3};
 
 /// Ratio of the edges of a surface with sharp edges to the wanted length below which the latter is
@@ -170,7 +170,7 @@ impl<'a, 'f> Triangulations<'a, 'f> {
             self.meshes[part] = changed;
             for copy in (part + 1..self.bodies.len()).filter(|&copy| first(copy) == part) {
                 let (from, to) = (surface.centre(), self.bodies[copy].surface.centre());
-                self.meshes[copy] = self.meshes[part].translated(from, to, grid);
+                self.meshes[copy] = translated(&self.meshes[part], from, to, grid);
             }
         }
         self.limit_sizes()
@@ -194,12 +194,12 @@ pub(crate) fn triangulate_bodies(
     for (i, body) in bodies.iter().enumerate() {
         let (first, centre) = (copies[i], body.surface.centre());
         meshes.push(if first < i {
-            meshes[first].translated(bodies[first].surface.centre(), centre, grid)
+            translated(&meshes[first], bodies[first].surface.centre(), centre, grid)
         } else {
             // Planes beside the body do not restrict its triangles.
             let cutting = planes.at(centre);
-            triangulate(body.name, body.surface, &size, cutting, limit)?
-                .translated(centre, centre, grid)
+            let mesh = triangulate(body.name, body.surface, &size, cutting, limit)?;
+            translated(&mesh, centre, centre, grid)
         });
     }
     Ok(meshes)

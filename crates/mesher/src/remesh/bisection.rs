@@ -57,12 +57,8 @@ pub(super) fn long_in_gaps(
         let width = |node: u32| {
             let x = parts[part].moved(mesh.points()[node as usize]);
             let others = (parts.iter().enumerate()).filter(|(k, _)| *k != part);
-            others
-                .map(|(k, other)| {
-                    let side = if k == walls { -1.0 } else { 1.0 };
-                    side * other.surface.signed_distance(x)
-                })
-                .fold(f64::INFINITY, f64::min)
+            let distances = others.map(|(_, other)| other.distance(x));
+            distances.fold(f64::INFINITY, f64::min)
         };
         let narrowest = facet
             .nodes
@@ -192,10 +188,7 @@ mod tests {
     /// A cube with curved cells: its side `x1` is bulged by moving the midside nodes on it.
     #[test]
     fn divided_cells_keep_their_shape() {
-        let bulge = Sphere {
-            centre: Vec3::new(-4.5, 0.5, 0.5),
-            radius: (5.5f64.powi(2) + 0.5).sqrt(),
-        };
+        let bulge = Sphere::new(Vec3::new(-4.5, 0.5, 0.5), (5.5f64.powi(2) + 0.5).sqrt());
         let cube = LinearTets::cube(1);
         let surfaces: [NamedSurface; 1] = [("x1", &bulge)];
         let mesh = TetMesh::curved(cube, &surfaces).expect("curved");

@@ -1,7 +1,7 @@
 //! The cells of a mesh that stay when the fluid around its bodies is meshed again.
 
 use crate::delaunay::LinkedTets;
-use mesh::{Surface, TET_EDGES, TetMesh, Vec3};
+use mesh::{Grouped, Surface, TET_EDGES, TetMesh, Vec3};
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
@@ -30,9 +30,17 @@ pub(super) struct MovedPart<'a> {
     pub motion: Isometry3<f64>,
     /// Whether its triangles are those of the mesh.
     pub is_given: bool,
+    /// Whether the fluid is inside the surface.
+    pub is_wall: bool,
 }
 
 impl MovedPart<'_> {
+    /// Distance of a point of the fluid from the surface; negative on its other side.
+    pub fn distance(&self, x: Vec3) -> f64 {
+        let distance = self.surface.signed_distance(x);
+        if self.is_wall { -distance } else { distance }
+    }
+
     /// The new place of a point that moves with the part.
     pub fn moved(&self, x: Vec3) -> Vec3 {
         // Walls keep their coordinates to the last bit.
@@ -157,13 +165,8 @@ impl<'a> KeptCells<'a> {
     fn is_clear(&self, cell: usize, part: u32) -> bool {
         let (centre, longest) = self.extent(cell);
         let moved = self.parts[part as usize].moved(centre);
-        let walls = self.parts.len() - 1;
-        (self.parts.iter().enumerate())
-            .filter(|(k, _)| *k != part as usize)
-            .all(|(k, other)| {
-                let side = if k == walls { -1.0 } else { 1.0 };
-                side * other.surface.signed_distance(moved) > TIGHT_CLEARANCE * longest
-            })
+        let mut others = (self.parts.iter().enumerate()).filter(|(k, _)| *k != part as usize);
+        others.all(|(_, other)| other.distance(moved) > TIGHT_CLEARANCE * longest)
     }
 
     /// Whether a group of cells can move with a part.
@@ -270,9 +273,8 @@ impl<'a> KeptCells<'a> {
 struct Groups {
     /// The group of each number.
     group: Vec<u32>,
-    /// The numbers of all groups, one group after the other.
-    members: Vec<u32>,
-    starts: Vec<usize>,
+    /// The numbers of each group, ascending.
+    members: Grouped<u32>,
 }
 
 impl Groups {
@@ -292,37 +294,19 @@ impl Groups {
         }
         // The root is the smallest number of its group, so it is numbered first.
         let mut group = vec![0; n];
-        let mut starts = vec![0];
+        let mut n_groups = 0;
         for k in 0..n {
             let root = root(&mut parent, k);
-            if root == k {
-                group[k] = starts.len() as u32 - 1;
-                starts.push(0);
-            } else {
-                group[k] = group[root];
-            }
-            starts[group[k] as usize + 1] += 1;
+            group[k] = if root == k { n_groups } else { group[root] };
+            n_groups += u32::from(root == k);
         }
-        for k in 1..starts.len() {
-            starts[k] += starts[k - 1];
-        }
-        let mut next = starts.clone();
-        let mut members = vec![0; n];
-        for (k, group) in group.iter().enumerate() {
-            let slot = &mut next[*group as usize];
-            members[*slot] = k as u32;
-            *slot += 1;
-        }
-        Self {
-            group,
-            members,
-            starts,
-        }
+        let members = Grouped::new(n_groups as usize, || group.iter().copied().zip(0..));
+        Self { group, members }
     }
 
     /// Number of groups.
     pub fn len(&self) -> usize {
-        self.starts.len() - 1
+        self.members.n_keys()
     }
 
     /// The group of a number.
@@ -332,7 +316,7 @@ impl Groups {
 
     /// The members of a group, ascending.
     pub fn of(&self, group: usize) -> &[u32] {
-        &self.members[self.starts[group]..self.starts[group + 1]]
+        self.members.of(group as u32)
     }
 }
 

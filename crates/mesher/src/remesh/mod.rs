@@ -10,9 +10,7 @@ mod sizes;
 
 use crate::GenerateError;
 use crate::delaunay::LinkedTets;
-use crate::generate::input::GenerateParams;
-use crate::generate::input::MeshedBody;
-use crate::generate::input::first_copies;
+use crate::generate::input::{GenerateParams, MeshedBody, first_copies};
 use crate::generate::layout::Layout;
 use crate::generate::size_field::SizeField;
 use crate::generate::size_map::SizeMap;
@@ -169,8 +167,7 @@ fn attempt(
         layout.given_offsets = fronts.offsets(mesh, &parts, &layout);
         let mut tets = LinkedTets::new(layout.points.len(), layout.fluid(tets));
         let sizes = odt_smoothing::smooth(&mut layout, &mut tets, &field, params.sweeps);
-        let (points, tets) = improve(&mut layout, tets, &sizes, &params);
-        layout.points = points;
+        let tets = improve(&mut layout, tets, sizes, &field, &params);
         let new = assemble::assemble(&layout, &meshed(&names, &parts), &tets)?;
         let pieces = join::Pieces {
             old: mesh,
@@ -206,11 +203,7 @@ fn part_of_tags(mesh: &TetMesh, bodies: &[MovedBody<'_>]) -> Result<Vec<u32>, Ge
 fn known_bodies<'a>(bodies: &[MovedBody<'a>]) -> Vec<MeshedBody<'a>> {
     let known = bodies.iter().filter_map(|body| {
         let (surface, size) = body.surface?;
-        Some(MeshedBody {
-            name: body.name,
-            surface,
-            size,
-        })
+        Some(MeshedBody::new(body.name, surface, size))
     });
     known.collect()
 }
@@ -224,6 +217,7 @@ fn moved_parts<'a>(bodies: &[MovedBody<'a>], given: &'a [FlatTriangles]) -> Vec<
             surface: surface.map_or(given, |(surface, _)| surface),
             motion: body.map_or_else(Isometry3::identity, |body| body.motion),
             is_given: surface.is_none(),
+            is_wall: body.is_none(),
         }
     };
     given.iter().enumerate().map(part).collect()

@@ -17,7 +17,7 @@ const LARGEST_BALL: f64 = 1.5;
 /// Smallest dihedral angle, in degrees, of tets with all vertices on given triangles.
 ///
 /// Such tets cannot be improved by moving vertices.
-const FLAT: f64 = 15.0;
+const MIN_DIHEDRAL_ANGLE: f64 = 15.0;
 
 /// A given triangle that is not a face of the tets, or is at a flat one.
 #[derive(Clone, Copy)]
@@ -119,7 +119,7 @@ fn at_flat_tets(
             && parts.iter().all(|&part| part == parts[0])
             && dihedral_angles(tet.map(|v| layout.points[v as usize]))
                 .iter()
-                .any(|&angle| angle < FLAT)
+                .any(|&angle| angle < MIN_DIHEDRAL_ANGLE)
     };
     let flat: Vec<&[u32; 4]> = tets.par_iter().filter(is_flat).collect();
     if flat.is_empty() {

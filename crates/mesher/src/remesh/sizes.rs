@@ -81,8 +81,7 @@ pub(super) fn gap_sizes(
                 if k == part || !(parts[part].is_given || other.is_given) {
                     continue;
                 }
-                let side = if k == walls { -1.0 } else { 1.0 };
-                let distance = side * other.surface.signed_distance(x);
+                let distance = other.distance(x);
                 if distance.is_nan() || distance <= minimum {
                     return Err(match names.get(k) {
                         Some(&second) => GenerateError::BodiesTouch {

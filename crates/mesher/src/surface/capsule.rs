@@ -19,6 +19,15 @@ pub struct Capsule {
 }
 
 impl Capsule {
+    /// The cylinder along x about `centre` with half spheres at its ends.
+    pub const fn new(centre: Vec3, radius: f64, half_length: f64) -> Self {
+        Self {
+            centre,
+            radius,
+            half_length,
+        }
+    }
+
     /// Closest point of the segment between the centres of the hemispheres.
     fn on_axis(&self, point: Vec3) -> Vec3 {
         // not `clamp`, which panics for a length that is negative or NaN
@@ -84,11 +93,7 @@ mod tests {
 
     #[test]
     fn capsule_distances() {
-        let shape = Capsule {
-            centre: Vec3::new(1.0, 0.0, 0.0),
-            radius: 2.0,
-            half_length: 3.0,
-        };
+        let shape = Capsule::new(Vec3::new(1.0, 0.0, 0.0), 2.0, 3.0);
         assert_eq!(shape.signed_distance(Vec3::new(3.0, 0.0, -0.5)), -1.5);
         assert_eq!(shape.signed_distance(Vec3::new(7.0, 4.0, 0.0)), 3.0);
         let foot = shape.closest_point(Vec3::new(-2.0, 0.0, 1.0));

@@ -1,11 +1,8 @@
 //! Closed surfaces of flat triangles: closest points and signed distances.
 
-use mesh::{Surface, SurfaceMesh, Vec3};
+use mesh::{BoundingBox, BoxTree, Surface, SurfaceMesh, Vec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
-
-/// Largest number of triangles in a leaf of the tree.
-const LEAF: usize = 4;
 
 /// Number of samples of the distance along each edge of a cube around the surface.
 const SAMPLES: usize = 24;
@@ -18,9 +15,7 @@ const SAMPLES: usize = 24;
 /// Aanæs 2005).
 pub(crate) struct FlatTriangles {
     mesh: SurfaceMesh,
-    /// Triangles in the order of the leaves.
-    order: Vec<u32>,
-    nodes: Vec<Node>,
+    tree: BoxTree,
     /// Sum of the unit normals at each edge, smaller vertex first.
     edge_normals: HashMap<[u32; 2], Vec3>,
     /// Sum of the unit normals at each vertex, weighted by the angles of the triangles.
@@ -37,20 +32,6 @@ struct Samples {
     distances: Vec<f64>,
 }
 
-/// A box around consecutive triangles of the order.
-struct Node {
-    low: Vec3,
-    high: Vec3,
-    /// The triangles of a leaf, as a range of the order; for inner nodes the number of the second
-    /// child, the first being the next node.
-    content: Content,
-}
-
-enum Content {
-    Leaf(std::ops::Range<usize>),
-    Second(usize),
-}
-
 /// The part of a triangle on which the closest point lies, by the positions of its vertices.
 #[derive(Clone, Copy)]
 enum Feature {
@@ -62,11 +43,11 @@ enum Feature {
 impl FlatTriangles {
     /// Builds the tree. Cost: O(n log² n).
     pub fn new(mesh: SurfaceMesh) -> Self {
-        let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
-        let mut nodes = Vec::new();
-        if !order.is_empty() {
-            divide(&mesh, &mut order, 0, &mut nodes);
-        }
+        let boxes = mesh.triangles.iter().map(|triangle| {
+            let corners = triangle.map(|v| mesh.points[v as usize]);
+            BoundingBox::around(&corners)
+        });
+        let tree = BoxTree::new(boxes.enumerate());
         let mut edge_normals: HashMap<[u32; 2], Vec3> = HashMap::new();
         let mut vertex_normals = vec![Vec3::zeros(); mesh.points.len()];
         for tri in &mesh.triangles {
@@ -79,18 +60,13 @@ impl FlatTriangles {
                 vertex_normals[tri[i] as usize] += (x[j] - x[i]).angle(&(x[k] - x[i])) * normal;
             }
         }
-        let far = Vec3::repeat(f64::INFINITY);
-        let (low, high) = (mesh.triangles.iter().flatten())
-            .map(|&v| mesh.points[v as usize])
-            .fold((far, -far), |(low, high), p| (low.inf(&p), high.sup(&p)));
-        let centre = 0.5 * (low + high);
-        let radius = (mesh.triangles.iter().flatten())
-            .map(|&v| (mesh.points[v as usize] - centre).norm())
-            .fold(0.0, f64::max);
+        let vertices = || (mesh.triangles.iter().flatten()).map(|&v| &mesh.points[v as usize]);
+        let BoundingBox { min, max } = BoundingBox::around(vertices());
+        let centre = 0.5 * (min + max);
+        let radius = (vertices().map(|x| (x - centre).norm())).fold(0.0, f64::max);
         Self {
             mesh,
-            order,
-            nodes,
+            tree,
             edge_normals,
             vertex_normals,
             ball: (centre, radius),
@@ -127,46 +103,15 @@ impl FlatTriangles {
     }
 
     /// The closest point, with its triangle and the feature that it lies on.
-    fn closest(&self, point: Vec3) -> Option<(Vec3, u32, Feature)> {
-        let mut best = None;
-        let mut smallest = f64::INFINITY;
-        let mut stack = vec![0];
-        while let Some(node) = stack.pop() {
-            let Some(Node { content, .. }) = self.nodes.get(node) else {
-                continue;
-            };
-            if self.bound(node, point) >= smallest {
-                continue;
-            }
-            match content {
-                Content::Leaf(range) => {
-                    for &t in &self.order[range.clone()] {
-                        let x =
-                            self.mesh.triangles[t as usize].map(|v| self.mesh.points[v as usize]);
-                        let (foot, feature) = closest_on_triangle(point, x);
-                        let squared = (point - foot).norm_squared();
-                        if squared < smallest {
-                            (smallest, best) = (squared, Some((foot, t, feature)));
-                        }
-                    }
-                }
-                &Content::Second(second) => {
-                    // The nearer child is visited first.
-                    let first = node + 1;
-                    match self.bound(first, point) <= self.bound(second, point) {
-                        true => stack.extend([second, first]),
-                        false => stack.extend([first, second]),
-                    }
-                }
-            }
-        }
-        best
-    }
-
-    /// Lower bound of the squared distance from the triangles of a node.
-    fn bound(&self, node: usize, point: Vec3) -> f64 {
-        let Node { low, high, .. } = &self.nodes[node];
-        (point - point.sup(low).inf(high)).norm_squared()
+    fn closest(&self, point: Vec3) -> Option<(Vec3, usize, Feature)> {
+        let cost = |t: usize, _: f64| {
+            let corners = self.mesh.triangles[t].map(|v| self.mesh.points[v as usize]);
+            let (foot, feature) = closest_on_triangle(point, corners);
+            Some(((point - foot).norm(), (foot, feature)))
+        };
+        let bound = |around: &BoundingBox| around.distance(&point);
+        let best = self.tree.best(f64::INFINITY, bound, cost);
+        best.map(|(t, _, (foot, feature))| (foot, t, feature))
     }
 }
 
@@ -175,7 +120,7 @@ impl Surface for FlatTriangles {
         let Some((foot, t, feature)) = self.closest(point) else {
             return f64::INFINITY;
         };
-        let tri = self.mesh.triangles[t as usize];
+        let tri = self.mesh.triangles[t];
         let arm = point - foot;
         let normal = match feature {
             Feature::Face => {
@@ -243,31 +188,6 @@ impl Samples {
 /// The vector scaled to length one; zero stays zero.
 fn unit(v: Vec3) -> Vec3 {
     v.try_normalize(0.0).unwrap_or_default()
-}
-
-/// Adds the node of `order`, which starts at `first` in the whole order, and its children.
-fn divide(mesh: &SurfaceMesh, order: &mut [u32], first: usize, nodes: &mut Vec<Node>) {
-    let corners = |t: u32| mesh.triangles[t as usize].map(|v| mesh.points[v as usize]);
-    let far = Vec3::repeat(f64::INFINITY);
-    let (low, high) = (order.iter().flat_map(|&t| corners(t)))
-        .fold((far, -far), |(low, high), p| (low.inf(&p), high.sup(&p)));
-    let number = nodes.len();
-    nodes.push(Node {
-        low,
-        high,
-        content: Content::Leaf(first..first + order.len()),
-    });
-    if order.len() <= LEAF {
-        return;
-    }
-    let axis = (high - low).imax();
-    let centroid = |t: u32| corners(t).iter().map(|x| x[axis]).sum::<f64>();
-    order.sort_by(|&s, &t| centroid(s).total_cmp(&centroid(t)).then(s.cmp(&t)));
-    let middle = order.len() / 2;
-    let (left, right) = order.split_at_mut(middle);
-    divide(mesh, left, first, nodes);
-    nodes[number].content = Content::Second(nodes.len());
-    divide(mesh, right, first + middle, nodes);
 }
 
 /// Closest point of a triangle (Ericson 2005, 5.1.5), and the feature that it lies on.

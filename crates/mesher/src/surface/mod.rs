@@ -10,7 +10,7 @@ mod placed;
 mod sphere;
 mod spheroid;
 mod torus;
-mod triangles;
+pub(crate) mod triangles;
 mod triangulated;
 mod tube;
 
@@ -25,5 +25,5 @@ pub use sphere::Sphere;
 pub(crate) use sphere::sphere_radius;
 pub use spheroid::Spheroid;
 pub use torus::Torus;
-pub(crate) use triangles::{Triangles, euler_characteristic};
+pub(crate) use triangles::euler_characteristic;
 pub use triangulated::{TriangleKind, TriangulatedSurface};

@@ -12,6 +12,13 @@ pub struct Sphere {
     pub radius: f64,
 }
 
+impl Sphere {
+    /// The sphere with this centre and radius.
+    pub const fn new(centre: Vec3, radius: f64) -> Self {
+        Self { centre, radius }
+    }
+}
+
 impl Surface for Sphere {
     fn signed_distance(&self, point: Vec3) -> f64 {
         (point - self.centre).norm() - self.radius

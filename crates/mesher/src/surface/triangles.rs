@@ -3,81 +3,58 @@
 use mesh::{SurfaceMesh, Vec3};
 use std::collections::HashMap;
 
-/// Corners and neighbours of the triangles of a [`SurfaceMesh`].
-pub(crate) trait Triangles {
-    /// Corners of each triangle.
-    fn corners(&self) -> impl Iterator<Item = [Vec3; 3]>;
-
-    /// Centroid of a triangle.
-    fn centroid(&self, t: usize) -> Vec3;
-
-    /// For each triangle, the neighbours across the edges opposite its three vertices.
-    ///
-    /// The surface must be closed and oriented.
-    fn neighbours(&self) -> Vec<[u32; 3]>;
-
-    /// The triangles around vertex `i` of triangle `t`, each with the place of the vertex in it.
-    ///
-    /// Counterclockwise as seen from outside: the next triangle is the neighbour across the edge
-    /// from the vertex to the next vertex but one.
-    fn fan<'a>(
-        &'a self,
-        neighbours: &'a [[u32; 3]],
-        t: usize,
-        i: usize,
-    ) -> impl Iterator<Item = (usize, usize)> + 'a;
-
-    /// The same triangulation about another centre, with offsets from the centre rounded to `grid`.
-    fn translated(&self, from: Vec3, to: Vec3, grid: f64) -> Self;
+/// Corners of each triangle.
+pub(crate) fn corners(mesh: &SurfaceMesh) -> impl Iterator<Item = [Vec3; 3]> {
+    (mesh.triangles.iter()).map(|t| t.map(|v| mesh.points[v as usize]))
 }
 
-impl Triangles for SurfaceMesh {
-    fn corners(&self) -> impl Iterator<Item = [Vec3; 3]> {
-        self.triangles
-            .iter()
-            .map(|t| t.map(|v| self.points[v as usize]))
-    }
+/// Centroid of a triangle.
+pub(crate) fn centroid(mesh: &SurfaceMesh, t: usize) -> Vec3 {
+    let corners = mesh.triangles[t].map(|v| mesh.points[v as usize]);
+    corners.iter().sum::<Vec3>() / 3.0
+}
 
-    fn centroid(&self, t: usize) -> Vec3 {
-        let corners = self.triangles[t].map(|v| self.points[v as usize]);
-        corners.iter().sum::<Vec3>() / 3.0
-    }
-
-    fn neighbours(&self) -> Vec<[u32; 3]> {
-        let mut left = HashMap::new();
-        for (t, tri) in self.triangles.iter().enumerate() {
-            for i in 0..3 {
-                left.insert((tri[(i + 1) % 3], tri[(i + 2) % 3]), t as u32);
-            }
+/// For each triangle, the neighbours across the edges opposite its three vertices.
+///
+/// The surface must be closed and oriented.
+pub(crate) fn neighbours(mesh: &SurfaceMesh) -> Vec<[u32; 3]> {
+    let mut left = HashMap::new();
+    for (t, tri) in mesh.triangles.iter().enumerate() {
+        for i in 0..3 {
+            left.insert((tri[(i + 1) % 3], tri[(i + 2) % 3]), t as u32);
         }
-        self.triangles
-            .iter()
-            .map(|tri| [0, 1, 2].map(|i| left[&(tri[(i + 2) % 3], tri[(i + 1) % 3])]))
-            .collect()
     }
+    (mesh.triangles.iter())
+        .map(|tri| [0, 1, 2].map(|i| left[&(tri[(i + 2) % 3], tri[(i + 1) % 3])]))
+        .collect()
+}
 
-    fn fan<'a>(
-        &'a self,
-        neighbours: &'a [[u32; 3]],
-        t: usize,
-        i: usize,
-    ) -> impl Iterator<Item = (usize, usize)> + 'a {
-        let vertex = self.triangles[t][i];
-        let next = move |&(here, slot): &(usize, usize)| {
-            let next = neighbours[here][(slot + 1) % 3] as usize;
-            let slot = self.triangles[next].iter().position(|v| *v == vertex)?;
-            (next != t).then_some((next, slot))
-        };
-        std::iter::successors(Some((t, i)), next).take(self.triangles.len())
-    }
+/// The triangles around vertex `i` of triangle `t`, each with the place of the vertex in it.
+///
+/// Counterclockwise as seen from outside: the next triangle is the neighbour across the edge from
+/// the vertex to the next vertex but one.
+pub(crate) fn fan<'a>(
+    mesh: &'a SurfaceMesh,
+    neighbours: &'a [[u32; 3]],
+    t: usize,
+    i: usize,
+) -> impl Iterator<Item = (usize, usize)> + 'a {
+    let vertex = mesh.triangles[t][i];
+    let next = move |&(here, slot): &(usize, usize)| {
+        let next = neighbours[here][(slot + 1) % 3] as usize;
+        let slot = mesh.triangles[next].iter().position(|v| *v == vertex)?;
+        (next != t).then_some((next, slot))
+    };
+    std::iter::successors(Some((t, i)), next).take(mesh.triangles.len())
+}
 
-    fn translated(&self, from: Vec3, to: Vec3, grid: f64) -> Self {
-        let points = self.points.iter();
-        let moved = points.map(|p| to + (p - from).map(|c| (c / grid).round() * grid));
-        SurfaceMesh {
-            points: moved.collect(),
-            ..self.clone()
-        }
+/// The same triangulation about another centre, with offsets from the centre rounded to `grid`.
+pub(crate) fn translated(mesh: &SurfaceMesh, from: Vec3, to: Vec3, grid: f64) -> SurfaceMesh {
+    let points = mesh.points.iter();
+    let moved = points.map(|p| to + (p - from).map(|c| (c / grid).round() * grid));
+    SurfaceMesh {
+        points: moved.collect(),
+        ..mesh.clone()
     }
 }
 

@@ -4,7 +4,7 @@ use mesh::{SurfaceMesh, Vec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Points around a tube: edges of 0.77 radii.
-const AROUND: usize = 8;
+const POINTS_AROUND: usize = 8;
 
 /// A circular cross-section: its centre and two orthogonal unit vectors.
 ///
@@ -26,10 +26,10 @@ impl Section {
         let [u, v] = self.across;
         let start = if turned { 0.5 } else { 0.0 };
         let point = |k: usize| {
-            let angle = 2.0 * PI * (k as f64 + start) / AROUND as f64;
+            let angle = 2.0 * PI * (k as f64 + start) / POINTS_AROUND as f64;
             centre + radius * (angle.cos() * u + angle.sin() * v)
         };
-        (0..AROUND).map(point).collect()
+        (0..POINTS_AROUND).map(point).collect()
     }
 }
 
@@ -80,9 +80,9 @@ fn closed_by_poles([start, end]: [Vec3; 2], circles: Vec<Vec<Vec3>>) -> SurfaceM
     mesh.points.push(start);
     mesh.points.extend(circles.into_iter().flatten());
     mesh.points.push(end);
-    let at = |circle: usize, k: usize| (1 + circle * AROUND + k % AROUND) as u32;
+    let at = |circle: usize, k: usize| (1 + circle * POINTS_AROUND + k % POINTS_AROUND) as u32;
     let pole = mesh.points.len() as u32 - 1;
-    for k in 0..AROUND {
+    for k in 0..POINTS_AROUND {
         mesh.triangles.push([0, at(0, k + 1), at(0, k)]);
         mesh.triangles
             .push([pole, at(count - 1, k), at(count - 1, k + 1)]);
@@ -99,7 +99,7 @@ pub(super) fn closed_tube(radius: f64, sections: &[Section]) -> SurfaceMesh {
     for (k, section) in sections.iter().enumerate() {
         mesh.points.extend(section.circle(radius, 0.0, k % 2 == 1));
     }
-    let at = |circle: usize, k: usize| (circle * AROUND + k % AROUND) as u32;
+    let at = |circle: usize, k: usize| (circle * POINTS_AROUND + k % POINTS_AROUND) as u32;
     for circle in 0..sections.len() {
         let next = (circle + 1) % sections.len();
         join(&mut mesh, circle % 2 == 1, [circle, next], at);
@@ -114,7 +114,7 @@ fn join(
     [low, high]: [usize; 2],
     at: impl Fn(usize, usize) -> u32,
 ) {
-    for k in 0..AROUND {
+    for k in 0..POINTS_AROUND {
         // Points of the circle that is ahead lie behind those with the same number.
         let ahead = usize::from(turned);
         let (a, b) = (at(low, k), at(low, k + 1));

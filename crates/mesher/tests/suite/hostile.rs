@@ -1,5 +1,6 @@
 //! Surfaces and generation on hostile arguments: a right answer or an error, never a panic.
 
+use crate::surfaces;
 use mesh::{LinearTets, Regions, Surface, TetMesh, Vec3, Vtu};
 use mesher::{
     BoxSurface, Capsule, Container, Disk, Ellipsoid, GenerateParams, Helix, MeshedBody, SizeMap,
@@ -8,20 +9,10 @@ use mesher::{
 use proptest::prelude::*;
 
 fn number() -> impl Strategy<Value = f64> {
-    let hostile = [
-        0.0,
-        -1.0,
-        5e-324,
-        1e-300,
-        1e-9,
-        1e9,
-        1e150,
-        1e300,
-        f64::MAX,
-        f64::NAN,
-        f64::INFINITY,
-    ];
-    prop_oneof![10 => -3.0..3.0, 1 => proptest::sample::select(hostile.to_vec())]
+    let hostile = [0.0, -1.0, 5e-324, 1e-300, 1e-9, 1e9, 1e150, 1e300];
+    let beyond = [f64::MAX, f64::NAN, f64::INFINITY];
+    let hostile = [&hostile[..], &beyond].concat();
+    prop_oneof![10 => -3.0..3.0, 1 => proptest::sample::select(hostile)]
 }
 
 fn length() -> impl Strategy<Value = f64> {
@@ -40,7 +31,7 @@ fn item() -> impl Strategy<Value = u32> {
 fn surface(kind: usize, centre: Vec3, [a, b]: [f64; 2]) -> Box<dyn Surface> {
     let axis = Vec3::x();
     match kind {
-        0 => Box::new(Sphere { centre, radius: a }),
+        0 => Box::new(Sphere::new(centre, a)),
         1 => Box::new(Spheroid {
             centre,
             axis,
@@ -51,11 +42,7 @@ fn surface(kind: usize, centre: Vec3, [a, b]: [f64; 2]) -> Box<dyn Surface> {
             min: -centre,
             max: Vec3::repeat(a),
         }),
-        3 => Box::new(Capsule {
-            centre,
-            radius: a,
-            half_length: b,
-        }),
+        3 => Box::new(Capsule::new(centre, a, b)),
         4 => Box::new(Ellipsoid { semi_axes: centre }),
         5 => Box::new(Disk {
             radius: a,
@@ -175,32 +162,28 @@ proptest! {
         let axis = Vec3::z();
         let body: Box<dyn Surface> = match kind {
             0 => Box::new(Spheroid { centre, axis, axial: shape[0], equatorial: shape[1] }),
-            _ => Box::new(Sphere { centre, radius: shape[0] }),
+            _ => Box::new(Sphere::new(centre, shape[0])),
         };
-        let second = Sphere { centre: Vec3::new(0.0, 0.0, 5.0), radius: 1.0 };
+        let second = Sphere::new(Vec3::new(0.0, 0.0, 5.0), 1.0);
         let bodies = [
-            MeshedBody { name: "a", surface: body.as_ref(), size },
-            MeshedBody { name: "b", surface: &second, size: 0.7 },
+            MeshedBody::new("a", body.as_ref(), size),
+            MeshedBody::new("b", &second, 0.7),
         ];
         let centre = Vec3::zeros();
         let container = match container {
-            0 => Container::Ball(Sphere { centre, radius: wall[0] }),
+            0 => Container::Ball(Sphere::new(centre, wall[0])),
             1 => Container::Box(BoxSurface {
                 min: Vec3::repeat(-wall[0]),
                 max: Vec3::repeat(wall[1]),
             }),
-            _ => Container::Capsule(Capsule { centre, radius: wall[0], half_length: wall[1] }),
+            _ => Container::Capsule(Capsule::new(centre, wall[0], wall[1])),
         };
         let mesh = match change {
             2 => generate_sized(&bodies, &container, &params, &|q| if q.x > 0.0 { x } else { 0.7 }),
             _ => generate(&bodies, &container, &params),
         };
         if let Ok(generated) = mesh {
-            let surfaces: [(&str, &dyn Surface); 3] = [
-                ("a", body.as_ref()),
-                ("b", &second),
-                (Container::TAG, container.surface()),
-            ];
+            let surfaces = surfaces(&bodies, &container);
             let _ = TetMesh::curved(generated.mesh, &surfaces).map(|mesh| check(&mesh));
         }
     }

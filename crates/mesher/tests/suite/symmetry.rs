@@ -1,19 +1,11 @@
 //! Meshes cut at symmetry planes: as good as whole meshes, and of the same shape when unfolded.
 
-use mesh::{NamedSurface, SYMMETRY_PLANE_TAGS, TetMesh, Vec3};
-use mesher::{
-    BoxSurface, Capsule, Container, GenerateError, GenerateParams, MeshedBody, Sphere, generate,
-};
+use crate::{ball, curved, on_threads};
+use mesh::{SYMMETRY_PLANE_TAGS, TetMesh, Vec3};
+use mesher::{BoxSurface, Capsule, Container, GenerateError, GenerateParams, MeshedBody, Sphere};
 
 fn sphere(x: f64, y: f64, radius: f64) -> Sphere {
-    Sphere {
-        centre: Vec3::new(x, y, 0.0),
-        radius,
-    }
-}
-
-fn ball(radius: f64) -> Container {
-    Container::Ball(sphere(0.0, 0.0, radius))
+    Sphere::new(Vec3::new(x, y, 0.0), radius)
 }
 
 fn mesh(
@@ -33,10 +25,7 @@ fn mesh(
         .collect();
     let mut params = GenerateParams::default();
     params.symmetry_planes = symmetry_planes;
-    let tets = generate(&bodies, container, &params)?.mesh;
-    let mut surfaces: Vec<NamedSurface<'_>> = bodies.iter().map(|b| (b.name, b.surface)).collect();
-    surfaces.push((Container::TAG, container.surface()));
-    Ok(TetMesh::curved(tets, &surfaces)?)
+    Ok(curved(&bodies, container, &params)?.1)
 }
 
 /// Cases: one half, quarter and eighth; distant, close and unequal spheres; ball and box.
@@ -127,23 +116,11 @@ fn cut_meshes_are_as_good_as_whole_meshes_and_unfold_to_them() {
 #[test]
 fn a_capsule_along_a_plane_is_meshed_beside_it() {
     let refusal = |height: f64| {
-        let capsule = Capsule {
-            centre: Vec3::new(0.0, 0.0, height),
-            radius: 0.5,
-            half_length: 1.0,
-        };
-        let body = MeshedBody {
-            name: "a",
-            surface: &capsule,
-            size: 0.25,
-        };
+        let capsule = Capsule::new(Vec3::new(0.0, 0.0, height), 0.5, 1.0);
+        let body = MeshedBody::new("a", &capsule, 0.25);
         let mut params = GenerateParams::default();
         params.symmetry_planes = [false, false, true];
-        let container = ball(10.0);
-        let tets = generate(&[body], &container, &params)?.mesh;
-        let surfaces: [NamedSurface<'_>; 2] =
-            [("a", &capsule), (Container::TAG, container.surface())];
-        let mesh = TetMesh::curved(tets, &surfaces)?;
+        let (_, mesh) = curved(&[body], &ball(10.0), &params)?;
         assert!(mesh.quality().min_jacobian > 0.2);
         Ok::<(), GenerateError>(())
     };
@@ -175,12 +152,8 @@ fn scenes_without_the_symmetry_are_refused() {
 fn cut_meshes_are_the_same_for_any_number_of_threads() {
     let spheres = [sphere(-3.0, 0.0, 1.0), sphere(3.0, 0.0, 1.0)];
     let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("a pool");
-        pool.install(|| mesh(&spheres, 0.6, &ball(12.0), [false, true, true]))
-            .expect("a mesh")
+        let cut = || mesh(&spheres, 0.6, &ball(12.0), [false, true, true]);
+        on_threads(threads, cut).expect("a mesh")
     };
     assert_eq!(on(1), on(3));
 }
@@ -230,8 +203,5 @@ fn a_body_that_touches_a_plane_beside_it_is_refused() {
 }
 
 fn sphere3(x: f64, y: f64, z: f64) -> Sphere {
-    Sphere {
-        centre: Vec3::new(x, y, z),
-        radius: 1.0,
-    }
+    Sphere::new(Vec3::new(x, y, z), 1.0)
 }

@@ -6,12 +6,12 @@
 use faer::linalg::matmul::matmul;
 use faer::prelude::ReborrowMut;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 use super::axial_translation::{InteriorTranslation, OutgoingTranslation};
 use super::lamb::{LambCoefficients, trace_index};
 use super::modes::{Family, Modes};
-use super::rotation::Rotation;
+use super::rotation::{Rotation, rotation_to_z};
 use super::truncation;
 
 /// Expansion on the surface of a sphere or of the container.
@@ -85,14 +85,6 @@ impl SymmetryClass {
             })
             .collect()
     }
-}
-
-/// Rotation that takes `offset` to the z axis.
-pub(crate) fn rotation_to_z(offset: &Vector3<f64>) -> UnitQuaternion<f64> {
-    UnitQuaternion::rotation_between(offset, &Vector3::z()).unwrap_or_else(|| {
-        // `offset` is opposite to z, or zero, for which any rotation is correct
-        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
-    })
 }
 
 /// Coupling of two expansions, stored along their line of centres.

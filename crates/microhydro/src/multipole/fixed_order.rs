@@ -10,6 +10,7 @@ use super::orders::Orders;
 use super::scaled::{ScaledMobility, unscaled, unscaled_inverse};
 use super::truncation::{self, GapCoordinates, MAX_ORDER_ON_CONTAINER};
 use super::{collinear, spatial, three_spheres};
+use crate::error::check_finite;
 use crate::{HydroError, Medium, Resistance, Spheres};
 
 /// Tolerance of iterations and of neglected couplings when the order is prescribed.
@@ -36,12 +37,9 @@ pub(super) fn resistance(
 ) -> Result<Reached, HydroError> {
     memory::check_spheres(spheres.len())?;
     let reached = unchecked_resistance(spheres, medium, orders, tolerance)?;
-    match reached.resistance.relative_error().is_finite() {
-        true => Ok(reached),
-        false => Err(HydroError::NotFinite {
-            what: "the resistance of the spheres",
-        }),
-    }
+    let error = reached.resistance.relative_error();
+    check_finite("the resistance of the spheres", &[error])?;
+    Ok(reached)
 }
 
 fn unchecked_resistance(
@@ -260,10 +258,6 @@ pub(crate) fn rigid_mobility(
     let scaled = spatial::rigid_mobility(&frame, spheres.radii(), &orders);
     let inverse = |units: f64| 1.0 / units;
     let mobility = frame.to_laboratory(&unscaled(&scaled, spheres.radii(), inverse));
-    match mobility.iter().all(|x| x.is_finite()) {
-        true => Ok(mobility),
-        false => Err(HydroError::NotFinite {
-            what: "the mobility of the spheres",
-        }),
-    }
+    check_finite("the mobility of the spheres", &mobility)?;
+    Ok(mobility)
 }

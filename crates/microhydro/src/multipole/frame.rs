@@ -5,6 +5,7 @@
 
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 
+use super::rotation::rotation_to_z;
 use crate::{Medium, Spheres};
 
 /// Boundary of the fluid in the frame of the expansions.
@@ -66,9 +67,7 @@ impl Frame {
             }
             _ => (farthest.unwrap_or_else(Vector3::z), origin),
         };
-        let to_axes = UnitQuaternion::rotation_between(&axis, &Vector3::z()).unwrap_or_else(|| {
-            UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
-        });
+        let to_axes = rotation_to_z(&axis);
         let centres: Vec<Vector3<f64>> = centres.iter().map(|x| to_axes * (x - origin)).collect();
         let extent = centres.iter().fold(0.0_f64, |m, x| m.max(x.norm()));
         let collinear = centres

@@ -63,6 +63,7 @@ pub use self::adaptive::{orders_for, resistance, resistance_at, resistance_best}
 pub(crate) use self::fixed_order::rigid_mobility;
 pub(crate) use self::memory::check_spheres;
 pub use self::orders::{Accuracy, Orders};
+pub(crate) use self::rotation::rotation_to_z;
 pub use self::stresslet::{SphereStresslets, stresslets};
 pub use self::surface_flow::{SurfaceFlow, surface_flow};
 pub use self::surface_velocity::SurfaceVelocity;

@@ -1,7 +1,18 @@
 //! Rotation of real spherical harmonics.
 
 use faer::MatRef;
-use nalgebra::{DMatrix, Matrix3, UnitQuaternion};
+use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
+
+/// Index of the Cartesian axis (x, y, z) that belongs to `m = -1, 0, 1` in degree 1.
+pub(super) const AXIS_OF_M: [usize; 3] = [1, 2, 0];
+
+/// Rotation that takes `offset` to the z axis.
+pub(crate) fn rotation_to_z(offset: &Vector3<f64>) -> UnitQuaternion<f64> {
+    UnitQuaternion::rotation_between(offset, &Vector3::z()).unwrap_or_else(|| {
+        // `offset` is opposite to z, or zero, for which any rotation is correct
+        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
+    })
+}
 
 /// Matrices that rotate the coefficients of real spherical harmonics, one per degree.
 ///
@@ -17,8 +28,6 @@ impl Rotation {
     /// Matrices of degrees `1 ..= top` for a rotation `Q`.
     pub fn new(rotation: &UnitQuaternion<f64>, top: usize) -> Self {
         let q: Matrix3<f64> = *rotation.to_rotation_matrix().matrix();
-        // degree 1 has m = -1, 0, 1 for y, z, x
-        const AXIS_OF_M: [usize; 3] = [1, 2, 0];
         let first = DMatrix::from_fn(3, 3, |i, j| q[(AXIS_OF_M[i], AXIS_OF_M[j])]);
         let mut degrees = vec![first];
         for l in 2..=top {
@@ -97,7 +106,6 @@ fn next_degree(first: &DMatrix<f64>, last: &DMatrix<f64>, l: i32) -> DMatrix<f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
 
     #[test]
     fn rotations_are_orthogonal_and_follow_each_other() {

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::DMatrix;
 
 use super::elimination;
+use super::rotation::AXIS_OF_M;
 use crate::HydroError;
 
 /// Scaled mobility matrices for the requested orders and for orders lower by two.
@@ -28,9 +29,6 @@ impl ScaledMobility {
         }
     }
 }
-
-/// Index of the Cartesian axis (x, y, z) that belongs to `m = -1, 0, 1`.
-pub(super) const AXIS_OF_M: [usize; 3] = [1, 2, 0];
 
 /// Resistance matrix from a scaled mobility matrix, along the axes of the frame.
 pub(super) fn unscaled_inverse(

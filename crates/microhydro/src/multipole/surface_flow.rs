@@ -7,10 +7,12 @@ use super::frame::Frame;
 use super::interior;
 use super::modes::{Family, Modes};
 use super::orders::Orders;
-use super::scaled::{AXIS_OF_M, drag_units};
+use super::rotation::AXIS_OF_M;
+use super::scaled::drag_units;
 use super::surface_velocity::{self, SurfaceVelocity};
 use super::system::{MultiVector, System};
 use super::truncation::{self, GapCoordinates};
+use crate::error::check_finite;
 use crate::{HydroError, Medium, Spheres};
 
 /// Velocities of force-free spheres whose surfaces move relative to them, and the power for it.
@@ -92,14 +94,8 @@ pub fn surface_flow(
     let (coarser_velocities, coarser_powers) =
         force_free(&|modes, family, l| modes.in_lower_order(family, l))?;
     let (velocities, powers) = force_free(&|_, _, _| true)?;
-    let is_finite = |matrix: &DMatrix<f64>| matrix.iter().all(|x| x.is_finite());
-    if ![&velocities, &powers, &coarser_velocities, &coarser_powers]
-        .into_iter()
-        .all(is_finite)
-    {
-        return Err(HydroError::NotFinite {
-            what: "the velocity of a surface",
-        });
+    for matrix in [&velocities, &powers, &coarser_velocities, &coarser_powers] {
+        check_finite("the velocity of a surface", matrix)?;
     }
     Ok(SurfaceFlow {
         velocities,

@@ -9,9 +9,11 @@ use super::frame::Frame;
 use super::memory;
 use super::modes::{FAMILIES, Family};
 use super::orders::Orders;
-use super::scaled::{AXIS_OF_M, drag_units};
+use super::rotation::AXIS_OF_M;
+use super::scaled::drag_units;
 use super::system::{MultiVector, System};
 use super::truncation::{MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
+use crate::error::{check_entries, check_finite};
 use crate::{HydroError, Medium, Spheres};
 
 /// Velocity of the surface of a sphere relative to a rigid motion.
@@ -93,18 +95,9 @@ pub(super) fn of_moving_spheres(
     velocities: &DVector<f64>,
     surface_velocity: Option<&SurfaceVelocity<'_>>,
 ) -> Result<MultiVector, HydroError> {
-    if velocities.len() != 6 * system.spheres {
-        return Err(HydroError::Length {
-            what: "velocities of the spheres",
-            expected: 6 * system.spheres,
-            found: velocities.len(),
-        });
-    }
-    if !velocities.iter().all(|u| u.is_finite()) {
-        return Err(HydroError::NotFinite {
-            what: "a velocity of a sphere",
-        });
-    }
+    let (expected, found) = (6 * system.spheres, velocities.len());
+    check_entries("velocities of the spheres", expected, found)?;
+    check_finite("a velocity of a sphere", velocities)?;
     let mut coefficients = match surface_velocity {
         Some(velocity) => traces(system, frame, &[velocity]),
         None => system.zeros(1),

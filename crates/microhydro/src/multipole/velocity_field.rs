@@ -7,19 +7,19 @@ use nalgebra::{DVector, Vector3};
 use rayon::prelude::*;
 
 use super::axial_translation::{InteriorTranslation, OutgoingTranslation};
-use super::coupling::{Expansion, SymmetryClass, rotation_to_z};
+use super::coupling::{Expansion, SymmetryClass};
 use super::fixed_order::FIXED_ORDER_TOLERANCE;
 use super::frame::{Frame, Surroundings};
 use super::lamb::LambCoefficients;
 use super::memory;
 use super::modes::Family;
 use super::orders::Orders;
-use super::rotation::Rotation;
-use super::scaled::AXIS_OF_M;
+use super::rotation::{AXIS_OF_M, Rotation, rotation_to_z};
 use super::surface_velocity::{self, SurfaceVelocity};
 use super::system::System;
 use super::truncation::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
 use super::wall_image::LambExpansion;
+use crate::error::check_finite;
 use crate::{Accuracy, HydroError, Medium, Spheres};
 
 /// Velocity field around moving spheres, evaluated at any point of the fluid.
@@ -225,12 +225,8 @@ impl VelocityField {
             velocity += self
                 .expansion_velocity(container, &local, |m, f, k| flows[m].coefficients(f, k, 1));
         }
-        match velocity.iter().all(|u| u.is_finite()) {
-            true => Ok(self.frame.to_axes.inverse() * velocity),
-            false => Err(HydroError::NotFinite {
-                what: "the velocity at a point",
-            }),
-        }
+        check_finite("the velocity at a point", &velocity)?;
+        Ok(self.frame.to_axes.inverse() * velocity)
     }
 
     /// Velocity of the flow of one expansion at an offset from its centre.

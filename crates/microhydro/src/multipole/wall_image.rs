@@ -4,11 +4,11 @@ use faer::Mat;
 use nalgebra::{DMatrix, Vector3};
 
 use super::axial_translation::OutgoingTranslation;
-use super::coupling::{Expansion, SymmetryClass, rotation_to_z};
+use super::coupling::{Expansion, SymmetryClass};
 use super::lamb::{LambCoefficients, trace_index};
 use super::modes::Family;
 use super::reflection::image;
-use super::rotation::Rotation;
+use super::rotation::{Rotation, rotation_to_z};
 
 /// Dense coupling from the image of one sphere to another, or the same, sphere above `z = 0`.
 ///

@@ -3,21 +3,12 @@
 use microhydro::{Accuracy, HydroError, Medium, Spheres, multipole};
 use nalgebra::{DMatrix, Vector3};
 
+use super::distance;
+
 /// Three unit spheres, the first two with a gap.
 fn three(gap: f64, third: Vector3<f64>) -> Spheres {
     let centres = vec![Vector3::zeros(), Vector3::new(2.0 + gap, 0.0, 0.0), third];
     Spheres::new(centres, vec![1.0; 3]).unwrap()
-}
-
-/// Largest difference of an entry, relative to the diagonal entries of its row and column.
-fn distance(found: &DMatrix<f64>, exact: &DMatrix<f64>) -> f64 {
-    let n = exact.nrows();
-    (0..n * n)
-        .map(|k| (k / n, k % n))
-        .map(|(i, j)| {
-            (found[(i, j)] - exact[(i, j)]).abs() / (exact[(i, i)] * exact[(j, j)]).sqrt()
-        })
-        .fold(0.0, f64::max)
 }
 
 /// A narrow gap off an axis came with an estimate of 15 times the tolerance, 200 times the error.

@@ -4,6 +4,8 @@ use microhydro::{Accuracy, Medium, Spheres, multipole, oseen, rpy};
 use nalgebra::{DMatrix, Rotation3, Unit, Vector3};
 use proptest::prelude::*;
 
+use super::distance;
+
 /// Spheres with gaps of at least `gap` smaller radii; those that are too close are moved away.
 fn separated(raw: &[(f64, f64, f64, f64)], gap: f64) -> Spheres {
     let mut centres: Vec<Vector3<f64>> = Vec::new();
@@ -117,13 +119,8 @@ proptest! {
         let r = multipole::resistance(&spheres, &medium, &Accuracy::relative(tolerance)).unwrap();
         let exact = multipole::resistance(&spheres, &medium, &Accuracy::relative(0.03 * tolerance)).unwrap();
         prop_assert!(r.relative_error() <= tolerance);
-        let m = exact.matrix();
-        for i in 0..m.nrows() {
-            for j in 0..m.nrows() {
-                let error = (r.matrix()[(i, j)] - m[(i, j)]).abs() / (m[(i, i)] * m[(j, j)]).sqrt();
-                prop_assert!(error <= r.relative_error() + 0.03 * tolerance, "{error} {}", r.relative_error());
-            }
-        }
+        let error = distance(r.matrix(), exact.matrix());
+        prop_assert!(error <= r.relative_error() + 0.03 * tolerance, "{error} {}", r.relative_error());
     }
 
     #[test]
@@ -134,16 +131,7 @@ proptest! {
         let small = Spheres::new(spheres.centres().to_vec(), vec![0.1; spheres.len()]).unwrap();
         let exact = multipole::resistance(&small, &medium, &Accuracy::relative(1e-8)).unwrap();
         let exact = exact.matrix().clone().cholesky().unwrap().inverse();
-        let error = |m: &DMatrix<f64>| {
-            let scale = |i: usize| exact[(i, i)].sqrt();
-            let mut worst = 0.0_f64;
-            for i in 0..m.nrows() {
-                for j in 0..m.nrows() {
-                    worst = worst.max((m[(i, j)] - exact[(i, j)]).abs() / (scale(i) * scale(j)));
-                }
-            }
-            worst
-        };
+        let error = |m: &DMatrix<f64>| distance(m, &exact);
         let finite = rpy::mobility(&small, &medium).unwrap();
         prop_assert!((&finite - finite.transpose()).amax() < 1e-12 * finite.amax());
         prop_assert!(error(&finite) < 2e-3, "{}", error(&finite));
@@ -153,16 +141,6 @@ proptest! {
             prop_assert!(error(&points) < 2e-2, "{}", error(&points));
         }
     }
-}
-
-/// Largest difference of an entry, relative to the diagonal entries of its row and column.
-fn distance(found: &DMatrix<f64>, exact: &DMatrix<f64>) -> f64 {
-    let scale = |i: usize| exact[(i, i)].sqrt();
-    let n = exact.nrows();
-    (0..n * n)
-        .map(|k| (k / n, k % n))
-        .map(|(i, j)| (found[(i, j)] - exact[(i, j)]).abs() / (scale(i) * scale(j)))
-        .fold(0.0, f64::max)
 }
 
 #[test]

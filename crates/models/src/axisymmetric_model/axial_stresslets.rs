@@ -8,8 +8,7 @@ use super::{AxisymmetricModel, UNCERTAINTY};
 use crate::error::ModelError;
 use crate::query::Configuration;
 use crate::response::BodySolution;
-use crate::solution::InstantaneousSolution;
-use crate::stresslets::Stresslets;
+use crate::solution::{InstantaneousSolution, Stresslets};
 
 /// Relative uncertainty of stresslets that no order of the elements removes.
 ///

@@ -39,9 +39,7 @@ impl AxisymmetricModel {
             let away = arm - along * self.axis;
             (along, away.norm(), away.try_normalize(0.0))
         };
-        let scaled: Vec<Vector3<f64>> = (points.iter())
-            .map(|x| x.map(|x| scale.length(x)))
-            .collect();
+        let scaled: Vec<Vector3<f64>> = (points.iter()).map(|x| scale.length(*x)).collect();
         let places: Vec<_> = scaled.iter().map(place).collect();
         let in_plane: Vec<[f64; 2]> = places.iter().map(|(z, r, _)| [*z, *r]).collect();
         let values = flow.at_points(&in_plane).into_iter();
@@ -56,7 +54,7 @@ impl AxisymmetricModel {
                 + self.axis.cross(&away) * value.azimuthal
                 + background;
             Some(PointFlow {
-                velocity: scale.velocity_to_scene(velocity),
+                velocity: scale.length_to_scene(velocity),
                 pressure: Some(scale.pressure_to_scene(value.pressure + pressure)),
             })
         };

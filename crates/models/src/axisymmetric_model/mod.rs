@@ -14,13 +14,15 @@ use self::axial_surfaces::{AxialResistances, AxialSurfaces, grand_resistance};
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
 use crate::flow_field::{FlowField, PointFlow};
-use crate::hydrodynamics::{Capabilities, Cost, ErrorEstimates, Flows, Hydrodynamics, Resistances};
+use crate::hydrodynamics::{
+    Capabilities, ErrorEstimates, Flows, Hydrodynamics, PredictedCost, Resistances,
+};
 use crate::mobility::MobilitySolution;
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
 use scene::{Arrangement, Domain, Scene, Shape};
-use stokes::{Dofs, Seconds, SolverReport};
+use stokes::Seconds;
 
 /// Model of bodies on one axis that move along it and rotate about it.
 ///
@@ -54,13 +56,13 @@ const MIN_TOLERANCE: f64 = 1e-11;
 ///
 /// The estimate continues the changes from order to order as a geometric series, whose ratio varies
 /// between orders. With an uncertainty of 0.5, one of 54 random rows had an error of 2.8 bars
-/// (`cargo xtask accuracy --random`).
+/// (`docs/figures/random_cases.py`).
 const UNCERTAINTY: f64 = 0.75;
 
 /// Uncertainty of velocities relative to the largest one, per relative error of the resistance.
 ///
 /// The estimated errors of linked bodies cancel in their velocities; their uncertainties do not.
-const UNCANCELLED: f64 = 0.1;
+const UNCANCELLED_FACTOR: f64 = 0.1;
 
 /// Relative error of resistances that the lowest order of the elements reaches.
 const LOWEST_ACCURACY: f64 = 1e-4;
@@ -73,13 +75,9 @@ impl AxisymmetricModel {
     /// and for shapes other than spheres and spheroids.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let refuse = |key: &str, problem: String, instead: &str| {
-            Err(ModelError::Unsupported {
-                what: format!(
-                    "{}: {problem} for model.kind = \"axisymmetric\"",
-                    scene.place(key)
-                ),
-                instead: instead.to_owned(),
-            })
+            let place = scene.place(key);
+            let what = format!("{place}: {problem} for model.kind = \"axisymmetric\"");
+            Err(ModelError::unsupported(what, instead))
         };
         if let Some(number) = scene.first_not_spheroidal() {
             return refuse(
@@ -220,13 +218,11 @@ impl AxisymmetricModel {
                         ..shape
                     });
                 }
-                Err(ModelError::Unsupported {
-                    what: format!(
-                        "model.kind = \"axisymmetric\" for body {number} at a distance of \
-                         {distance:e} smallest radii from the axis"
-                    ),
-                    instead: "use model.kind = \"auto\"".to_owned(),
-                })
+                let what = format!(
+                    "model.kind = \"axisymmetric\" for body {number} at a distance of \
+                     {distance:e} smallest radii from the axis"
+                );
+                Err(ModelError::unsupported(what, "use model.kind = \"auto\""))
             })
             .collect()
     }
@@ -306,28 +302,22 @@ impl AxisymmetricModel {
             .fold(0.0_f64, |m, body| m.max(body.velocity.norm()));
         let uncertainty = Uncertainty {
             relative: UNCERTAINTY,
-            velocity: UNCANCELLED * axial.relative_error() * speed,
+            velocity: UNCANCELLED_FACTOR * axial.relative_error() * speed,
             power: axial.relative_error() * corrected.slip_power.abs(),
         };
         let error = DiscretisationError::between(&computed, &corrected, uncertainty);
         let total = clock.elapsed().as_secs_f64();
         let mut solution = InstantaneousSolution {
-            dofs: Dofs {
-                total: axial.dofs() + spin.map_or(0, AxialResistance::dofs),
-                ..Dofs::default()
-            },
-            solver: SolverReport {
-                formulation: "p-tilde".to_owned(),
-                solver: "direct".to_owned(),
-                iterations: 0,
-                true_relative_residual: residual.max(axial.residual()),
-            },
             seconds: Seconds {
                 solve: total,
                 total,
                 ..Seconds::default()
             },
-            ..computed.into()
+            ..InstantaneousSolution::solved_directly(
+                computed,
+                axial.dofs() + spin.map_or(0, AxialResistance::dofs),
+                residual.max(axial.residual()),
+            )
         };
         solution.correct(error);
         Ok(solution)
@@ -380,29 +370,25 @@ impl Hydrodynamics for AxisymmetricModel {
     }
 
     fn resistances(&mut self) -> Result<&mut dyn Resistances, ModelError> {
-        Err(ModelError::Unsupported {
-            what:
-                "the grand resistance by the model 'axisymmetric', which is restricted to motions \
-                   along the axis,"
-                    .to_owned(),
-            instead: "use model.kind = \"multipole\" or \"fem\"".to_owned(),
-        })
+        let what = "the grand resistance by the model 'axisymmetric', which is restricted to \
+                    motions along the axis,";
+        let instead = "use model.kind = \"multipole\" or \"fem\"";
+        Err(ModelError::unsupported(what, instead))
     }
 
     fn mesh(&mut self, _configuration: Configuration<'_>) -> Result<Option<TetMesh>, ModelError> {
-        Err(ModelError::Unsupported {
-            what: "a mesh file of the meridian plane of the model 'axisymmetric'".to_owned(),
-            instead: "use model.kind = \"fem\" for a three-dimensional mesh".to_owned(),
-        })
+        let what = "a mesh file of the meridian plane of the model 'axisymmetric'";
+        let instead = "use model.kind = \"fem\" for a three-dimensional mesh";
+        Err(ModelError::unsupported(what, instead))
     }
 
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
+    fn cost(&mut self, configuration: Configuration<'_>) -> Result<PredictedCost, ModelError> {
         /// Matrix factors take about 250 numbers per degree of freedom.
         const MIB_PER_DOF: f64 = 2e-3;
         // Solving is the cheapest way to find its cost.
         let rates = vec![0.0; configuration.shape.len()];
         let solution = self.solve_one(configuration, &rates)?;
-        Ok(Cost {
+        Ok(PredictedCost {
             dofs: solution.dofs,
             seconds: solution.seconds.total,
             mib: MIB_PER_DOF * solution.dofs.total as f64,

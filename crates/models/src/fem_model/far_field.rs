@@ -57,7 +57,7 @@ pub struct FarField {
 impl FarField {
     /// The ball around the bodies of a scene.
     pub fn new(scene: &Scene, scale: &Scale) -> Self {
-        let positions = || scene.bodies().iter().map(|b| scale.point(b.position));
+        let positions = || scene.bodies().iter().map(|b| scale.length(b.position));
         let has_plane_wall = *scene.domain() == Domain::Wall;
         let mut centre = positions().sum::<Vector3<f64>>() / scene.bodies().len().max(1) as f64;
         if has_plane_wall {

@@ -30,7 +30,7 @@ pub fn read_mesh(
         MshFile::Linear(tets) => &mut tets.points,
         MshFile::Quadratic(tets) => &mut tets.points,
     };
-    points.iter_mut().for_each(|x| *x = scale.point(*x));
+    points.iter_mut().for_each(|x| *x = scale.length(*x));
     if let Some(tag) = read.tags().iter().find(|tag| !known.contains(tag)) {
         return Err(ModelError::OpenBoundary {
             file: file.display().to_string(),

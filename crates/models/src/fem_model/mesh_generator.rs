@@ -18,7 +18,7 @@ use scene::{Domain, GeometryKind, MesherKind, Scene, Shape};
 ///
 /// At one radius the preconditioner needs as many iterations as for wide gaps; at a third of a
 /// radius it needs a sixth more.
-const NARROW: f64 = 0.5;
+const NARROW_GAP: f64 = 0.5;
 
 /// Name of the boundary part on the plane wall.
 const PLANE_WALL: &str = "wall";
@@ -86,7 +86,7 @@ impl Source {
                 radius: scale.length(*radius),
             })),
             Domain::Box { size } => {
-                let half = scale.point(size / 2.0);
+                let half = scale.length(size / 2.0);
                 Self::Generated(Container::Box(BoxSurface {
                     min: -half,
                     max: half,
@@ -148,7 +148,7 @@ impl MeshGenerator {
                 let size = surface_size(scene.fem(), b.shape.size_radius());
                 Surfaced {
                     body,
-                    pose: Translation3::from(scale.point(b.position)).into(),
+                    pose: Translation3::from(scale.length(b.position)).into(),
                     radius: scale.length(b.bounding_radius()),
                     size: scale.length(size),
                     relative_size: size / b.shape.size_radius(),
@@ -178,11 +178,6 @@ impl MeshGenerator {
     /// Names of the boundary parts of the bodies with surfaces.
     pub fn tags(&self) -> impl Iterator<Item = &str> {
         self.surfaced.iter().map(|s| self.tags[s.body].as_str())
-    }
-
-    /// Indices in the scene of the bodies with surfaces.
-    pub fn surfaced_bodies(&self) -> impl Iterator<Item = usize> {
-        self.surfaced.iter().map(|s| s.body)
     }
 
     /// Whether the fluid is bounded by the plane wall `z = 0`.
@@ -309,7 +304,7 @@ impl MeshGenerator {
         let (surfaces, balls) = (self.surfaces(poses), self.bounding_balls(poses));
         let container = self.container(poses);
         let wall = container.as_ref().map(Container::surface);
-        let narrow = |gap: f64, radius: f64| gap < NARROW * radius;
+        let narrow = |gap: f64, radius: f64| gap < NARROW_GAP * radius;
         // Gaps to the balls are lower bounds.
         let is_near_others = |(k, a): (usize, &Sphere)| {
             surfaces[..k].iter().zip(&balls).any(|(b, ball)| {

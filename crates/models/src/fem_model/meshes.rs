@@ -31,7 +31,7 @@ const MAX_REFERENCES: usize = 3;
 
 /// Meshes for the configurations of one scene, in scaled units.
 pub struct Meshes {
-    generator: MeshGenerator,
+    pub generator: MeshGenerator,
     /// Methods by which meshes move, in the order in which they are tried.
     ///
     /// Several only for the mesh of a file, which is generated again only if none is good enough.
@@ -74,16 +74,6 @@ impl Meshes {
         })
     }
 
-    /// Names of the boundary parts of the bodies with surfaces.
-    pub fn tags(&self) -> impl Iterator<Item = &str> {
-        self.generator.tags()
-    }
-
-    /// Indices in the scene of the bodies with surfaces.
-    pub fn surfaced_bodies(&self) -> impl Iterator<Item = usize> {
-        self.generator.surfaced_bodies()
-    }
-
     /// Moves bodies onto the symmetry planes that they are off by rounding errors only.
     pub fn snap_to_symmetry_planes(&self, poses: &mut [Isometry3<f64>]) {
         for pose in poses {
@@ -94,11 +84,6 @@ impl Meshes {
                 }
             }
         }
-    }
-
-    /// Names of the boundary parts that are walls.
-    pub fn wall_tags(&self) -> Vec<&str> {
-        self.generator.wall_tags()
     }
 
     /// Smooth surfaces on the boundary of the fluid, with the names of their boundary parts.

@@ -23,7 +23,8 @@ use self::placed_query::Adaptable;
 use crate::error::ModelError;
 use crate::flow_field::FlowField;
 use crate::hydrodynamics::{
-    Capabilities, Cost, ErrorEstimates, Flows, GrandResistance, History, Hydrodynamics, Resistances,
+    Capabilities, ErrorEstimates, Flows, History, Hydrodynamics, PredictedCost, Resistances,
+    SceneResistance,
 };
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
@@ -272,7 +273,7 @@ impl Hydrodynamics for FemModel {
         self.meshes.restore(&history.contents::<Vec<_>>()?)
     }
 
-    fn cost(&mut self, configuration: Configuration<'_>) -> Result<Cost, ModelError> {
+    fn cost(&mut self, configuration: Configuration<'_>) -> Result<PredictedCost, ModelError> {
         let (PlacedMesh { mesh, .. }, _) = self.placed_mesh(configuration)?;
         let boundary_nodes = {
             let facets = mesh
@@ -290,7 +291,7 @@ impl Hydrodynamics for FemModel {
             pressure: mesh.n_vertices(),
             total: velocity + mesh.n_vertices() + 6,
         };
-        Ok(Cost {
+        Ok(PredictedCost {
             dofs,
             seconds: SECONDS_PER_DOF * dofs.total as f64,
             mib: KIB_PER_DOF * dofs.total as f64 / 1024.0,
@@ -320,7 +321,7 @@ impl Resistances for FemModel {
     fn resistance(
         &mut self,
         configuration: Configuration<'_>,
-    ) -> Result<GrandResistance, ModelError> {
+    ) -> Result<SceneResistance, ModelError> {
         let (PlacedMesh { mesh, .. }, poses) = self.placed_mesh(configuration)?;
         let (rtol, corrected) = (
             self.options.rtol,
@@ -343,7 +344,7 @@ impl Resistances for FemModel {
             Some(far) => far.corrected(grand.resistance)?,
             None => grand.resistance,
         };
-        Ok(GrandResistance {
+        Ok(SceneResistance {
             matrix: self.scaled.scale.resistance_to_scene(resistance),
             errors: None,
         })

@@ -277,13 +277,15 @@ impl FemModel {
         poses: &[Isometry3<f64>],
         surfaces: &'m [(&str, Box<dyn Surface>)],
     ) -> Result<Problem<'m>, ModelError> {
-        let centres: Vec<_> = (self.meshes.surfaced_bodies())
-            .map(|body| poses[body].translation.vector)
+        let centres: Vec<_> = (self.meshes.generator.surfaced.iter())
+            .map(|s| poses[s.body].translation.vector)
             .collect();
-        let bodies: Vec<_> = self.meshes.tags().zip(centres.iter().copied()).collect();
+        let bodies: Vec<_> = (self.meshes.generator.tags())
+            .zip(centres.iter().copied())
+            .collect();
         let surfaces: Vec<NamedSurface> = surfaces.iter().map(|(name, s)| (*name, &**s)).collect();
-        let problem =
-            Problem::new(mesh, &bodies, &self.meshes.wall_tags())?.with_surfaces(&surfaces)?;
+        let problem = Problem::new(mesh, &bodies, &self.meshes.generator.wall_tags())?
+            .with_surfaces(&surfaces)?;
         Ok(match self.meshes.permeability(mesh, poses) {
             Some(permeability) => problem.with_permeability(permeability),
             None => problem,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use mesh::TetMesh;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use rigid::{Articulation, FlowSolution};
 use stokes::Solution;
 
@@ -11,11 +11,9 @@ use super::far_field::{FarField, total_force};
 use super::moving_frame::MovingFrame;
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
-use crate::error_estimate::ErrorEstimate;
 use crate::flow_field::{FlowField, SolutionFlow};
-use crate::response::{BodySolution, Response};
-use crate::scaled_scene::ScaledScene;
-use crate::solution::InstantaneousSolution;
+use crate::scaled_scene::{ScaledResponse, ScaledScene};
+use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use crate::surface_motion::SurfaceMotion;
 use crate::units::Scale;
 
@@ -57,15 +55,14 @@ impl ToScene<'_> {
         let slip_power = solved.slip_power + estimate.slip_power;
         let mut answer = self.convert(solved, &corrected, slip_power)?;
         if let (true, Some(bar)) = (has_fixed, &mut answer.error_estimate.container) {
-            *bar += self.scaled.scale.speed_to_scene((after - before).norm());
+            *bar += self.scaled.scale.length_to_scene((after - before).norm());
         }
         let uncertainty = Uncertainty {
             relative: estimate.relative_uncertainty,
-            velocity: self.scaled.scale.speed_to_scene(estimate.uncertainty),
+            velocity: self.scaled.scale.length_to_scene(estimate.uncertainty),
             power: self.scaled.scale.power_to_scene(estimate.power_uncertainty),
         };
-        let of_facets = Vector3::x() * estimate.stresslet_uncertainty;
-        let of_facets = self.scaled.scale.torque_to_scene(of_facets).x;
+        let of_facets = (self.scaled.scale).torque_to_scene(estimate.stresslet_uncertainty);
         answer.stresslets = (answer.stresslets.take().zip(computed.stresslets.as_ref())).map(
             |(corrected, computed)| corrected.correcting(computed, uncertainty.relative, of_facets),
         );
@@ -86,39 +83,28 @@ impl ToScene<'_> {
         slip_power: f64,
     ) -> Result<InstantaneousSolution, ModelError> {
         let (scale, set) = (&self.scaled.scale, &self.scaled.set);
-        let mut bodies = vec![BodySolution::default(); set.kinds().len()];
-        let layout = set.velocity_layout();
-        let at = |first: usize| Vector3::from_fn(|axis, _| flow.generalised[first + axis]);
-        for (body, entry) in bodies.iter_mut().enumerate() {
-            entry.velocity = scale.velocity_to_scene(at(layout.bodies()[body]));
-            entry.angular_velocity = flow.state.spins[body];
-        }
-        for (number, body) in self.scaled.surfaced().enumerate() {
-            let part =
-                |first: usize| Vector3::from_fn(|axis, _| flow.forces[6 * number + first + axis]);
-            bodies[body].force = scale.force_to_scene(part(0));
-            bodies[body].torque = scale.torque_to_scene(part(3));
-        }
         let joint_forces = (0..set.joints().len())
-            .map(|joint| Ok(scale.force_to_scene(flow.joint_force(joint)?)))
-            .collect::<Result<_, ModelError>>()?;
+            .map(|joint| flow.joint_force(joint))
+            .collect::<Result<Vec<_>, _>>()?;
+        let response = self.scaled.response_to_scene(ScaledResponse {
+            motion: &flow.state,
+            generalised: &flow.generalised,
+            forces: &flow.forces,
+            joint_forces,
+            slip_power,
+        });
+        let bodies = &response.bodies;
         let mut speed = largest_norm(bodies.iter().map(|b| b.velocity));
         if self.scaled.scene.has_surface_velocity() {
             // Bodies at rest disturb a background flow too.
             let fastest = largest_norm(flow.velocity.iter().copied());
-            speed = speed.max(scale.speed_to_scene(fastest));
+            speed = speed.max(scale.length_to_scene(fastest));
         }
         // Without joints or fixed bodies the forces are the given loads.
         let are_given = set.joints().is_empty() && !set.fixed().contains(&true);
         let force = match are_given {
             true => 0.0,
             false => largest_norm(bodies.iter().map(|b| b.force)),
-        };
-        let response = Response {
-            motion: self.scaled.motion_to_scene(&flow.state),
-            bodies,
-            joint_forces,
-            slip_power: scale.power_to_scene(slip_power),
         };
         let power = response.power().abs();
         let bars = |size: f64| ErrorEstimate {
@@ -206,7 +192,7 @@ impl ScaledFlow {
         let velocity = whole.sources.iter().map(|(node, signs)| {
             let node = *node as usize;
             let velocity = flow.velocity[node] + background(node);
-            scale.velocity_to_scene(velocity.component_mul(signs))
+            scale.length_to_scene(velocity.component_mul(signs))
         });
         let of_vertices = whole.sources.iter().take(whole.mesh.n_vertices());
         let pressure = of_vertices.map(|(vertex, _)| {
@@ -219,13 +205,7 @@ impl ScaledFlow {
             mesh: whole.mesh,
         };
         if let Some(frame) = frame {
-            let (rotation, to_laboratory) = (frame.rotation(), frame.to_laboratory(1.0));
-            let points = field.mesh.points().iter();
-            let points = points
-                .map(|x| to_laboratory * Point3::from(*x))
-                .map(|x| x.coords);
-            field.mesh = field.mesh.with_points(points.collect())?;
-            field.velocity.iter_mut().for_each(|u| *u = rotation * *u);
+            field.move_by(&frame.to_laboratory(1.0))?;
         }
         Ok(field)
     }

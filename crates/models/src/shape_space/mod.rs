@@ -21,13 +21,13 @@
 mod chebyshev;
 mod geometry;
 mod placement;
+mod record;
 mod sampler;
-mod scales;
 mod solved_shapes;
 mod space;
 mod tabulated;
 
 pub use geometry::{LocalGeometry, ShapeGeometry};
-pub use solved_shapes::{Part, SolvedShapes};
+pub use solved_shapes::{SolvedShapes, TablePart};
 pub use space::ShapeSpace;
 pub use tabulated::Tabulated;

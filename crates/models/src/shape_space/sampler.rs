@@ -8,11 +8,11 @@ use stokes::{Dofs, SolverReport};
 
 use super::chebyshev::{indices, node};
 use super::placement::Placement;
-use super::solved_shapes::{Bars, Part, SolvedShapes};
+use super::record::{Layout, Record, numbers};
+use super::solved_shapes::{Bars, SolvedShapes, TablePart};
 use crate::error::ModelError;
 use crate::hydrodynamics::Hydrodynamics;
 use crate::query::{Configuration, Query};
-use crate::record::{Layout, Record, numbers};
 
 /// Highest degree in a variable; spheres with gaps of a hundredth of a radius need more.
 pub const MAX_DEGREE: usize = 64;
@@ -37,7 +37,7 @@ pub struct Sampler<'a> {
     /// What was solved so far.
     pub solved: SolvedShapes,
     /// What is solved here.
-    part: Part,
+    part: TablePart,
 }
 
 /// The solutions of one shape.
@@ -59,7 +59,7 @@ impl<'a> Sampler<'a> {
         placement: &'a Placement<'a>,
         ranges: &'a [(f64, f64)],
         variables: &'a [usize],
-        (solved, part): (SolvedShapes, Part),
+        (solved, part): (SolvedShapes, TablePart),
     ) -> Result<Self, ModelError> {
         let sampler = Self {
             scene,
@@ -172,10 +172,7 @@ impl<'a> Sampler<'a> {
     /// # Errors
     /// Those of the model, such as a swimmer that moves into the wall.
     pub fn position_error(&mut self, degrees: &[usize]) -> Result<f64, ModelError> {
-        let set = self.scene.articulation();
-        let longest = (self.ranges.iter().enumerate())
-            .map(|(joint, range)| set.arm_length(joint, range.1))
-            .fold(0.0, f64::max);
+        let longest = longest_arm(self.scene, self.ranges);
         let reach = self.reach();
         let corners = indices(&vec![1; degrees.len()]).map(|corner| {
             let ends = corner.iter().zip(degrees);
@@ -273,6 +270,13 @@ impl<'a> Sampler<'a> {
             }),
         }
     }
+}
+
+/// Largest length of the joints in a box.
+pub fn longest_arm(scene: &Scene, ranges: &[(f64, f64)]) -> f64 {
+    let arm =
+        |(joint, range): (usize, &(f64, f64))| scene.articulation().arm_length(joint, range.1);
+    ranges.iter().enumerate().map(arm).fold(0.0, f64::max)
 }
 
 /// Number of a grid point in the finest grid.

@@ -6,13 +6,12 @@ use serde::{Deserialize, Serialize};
 use stokes::{Dofs, SolverReport};
 
 use crate::discretisation_error::Uncertainty;
-use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::History;
-use crate::solution::InstantaneousSolution;
+use crate::solution::{ErrorEstimate, InstantaneousSolution};
 
 /// The shapes of a table that one computation solves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum TablePart {
     /// All shapes.
     Whole,
     /// Of each grid those whose position is `number` modulo `count`, from 1 to `count`.
@@ -29,7 +28,7 @@ pub enum Part {
     Known,
 }
 
-impl Part {
+impl TablePart {
     /// Whether it contains the shape at a position of a grid.
     pub(super) fn contains(self, position: usize) -> bool {
         match self {

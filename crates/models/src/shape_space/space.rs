@@ -1,20 +1,18 @@
 //! Solutions of a model, interpolated over a box of shapes.
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::DMatrix;
 use rigid::{Joint, State, Twist};
 
 use super::chebyshev::Interpolant;
 use super::placement::Placement;
-use super::sampler::{MAX_DEGREE, Sampler};
-use super::scales::{Scales, scales};
-use super::solved_shapes::{Bars, Part, SolvedShapes};
+use super::record::{Layout, Record, Scales, scales};
+use super::sampler::{MAX_DEGREE, Sampler, longest_arm};
+use super::solved_shapes::{Bars, SolvedShapes, TablePart};
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
-use crate::error_estimate::ErrorEstimate;
 use crate::hydrodynamics::Hydrodynamics;
 use crate::query::Configuration;
-use crate::record::{Layout, Record};
-use crate::solution::InstantaneousSolution;
+use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use scene::Scene;
 use stokes::{Dofs, SolverReport};
 
@@ -83,7 +81,7 @@ impl ShapeSpace {
         ranges: &[(f64, f64)],
         tolerance: f64,
     ) -> Result<Self, ModelError> {
-        let solved = (SolvedShapes::default(), Part::Whole);
+        let solved = (SolvedShapes::default(), TablePart::Whole);
         let space = Self::tabulate_from(scene, model, ranges, tolerance, solved, &mut |_| Ok(()))?;
         match space.is_coarse {
             true => Err(too_large()),
@@ -109,16 +107,13 @@ impl ShapeSpace {
         model: &mut dyn Hydrodynamics,
         ranges: &[(f64, f64)],
         tolerance: f64,
-        solved: (SolvedShapes, Part),
+        solved: (SolvedShapes, TablePart),
         observe: &mut dyn FnMut(&SolvedShapes) -> Result<(), ModelError>,
     ) -> Result<Self, ModelError> {
         let variables = varying_joints(scene, model, ranges, tolerance)?;
         let placement = Placement::new(scene)?;
         let mut sampler = Sampler::new(scene, model, &placement, ranges, &variables, solved)?;
-        let set = scene.articulation();
-        let longest = (ranges.iter().enumerate())
-            .map(|(joint, range)| set.arm_length(joint, range.1))
-            .fold(0.0, f64::max);
+        let longest = longest_arm(scene, ranges);
         let box_ranges: Vec<(f64, f64)> = variables.iter().map(|&k| ranges[k]).collect();
         let mut degrees = vec![FIRST_DEGREE; variables.len()];
         if !fits(&degrees) {
@@ -278,11 +273,10 @@ impl ShapeSpace {
                 *sum += rate * value;
             }
         }
-        for vector in sum.chunks_exact_mut(3) {
-            let rotated = rotation * Vector3::new(vector[0], vector[1], vector[2]);
-            vector.copy_from_slice(rotated.as_slice());
+        let mut record = Record::new(&sum, self.layout);
+        for response in record.mesh_error.iter_mut().chain([&mut record.response]) {
+            response.rotate(&rotation);
         }
-        let record = Record::new(&sum, self.layout);
         let speed: f64 = rates.iter().map(|r| r.abs()).sum();
         let response = record.response;
         let power = response.power();
@@ -302,20 +296,15 @@ impl ShapeSpace {
         let mut solution = InstantaneousSolution {
             dofs: self.dofs,
             solver: self.solver.clone(),
-            error_estimate: ErrorEstimate {
-                model: Some(
-                    speed * (self.interpolation_error + self.bars.velocity + self.position_error),
-                ),
-                ..ErrorEstimate::default()
-            },
-            force_error: ErrorEstimate {
-                model: Some(speed * self.bars.force + self.relative_error * force),
-                ..ErrorEstimate::default()
-            },
-            power_error: ErrorEstimate {
-                model: Some(self.bars.power * power.abs() + 2.0 * self.relative_error * product),
-                ..ErrorEstimate::default()
-            },
+            error_estimate: ErrorEstimate::of_model(
+                speed * (self.interpolation_error + self.bars.velocity + self.position_error),
+            ),
+            force_error: ErrorEstimate::of_model(
+                speed * self.bars.force + self.relative_error * force,
+            ),
+            power_error: ErrorEstimate::of_model(
+                self.bars.power * power.abs() + 2.0 * self.relative_error * product,
+            ),
             ..response.into()
         };
         if let Some(error) = mesh_error {

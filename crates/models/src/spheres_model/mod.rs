@@ -12,16 +12,15 @@ use rigid::StateVelocity;
 use self::sphere_flow::MovingSpheres;
 use self::sphere_resistances::SphereResistances;
 use crate::error::ModelError;
-use crate::error_estimate::ErrorEstimate;
 use crate::flow_field::{FlowField, PointFlow};
-use crate::hydrodynamics::{Capabilities, Flows, GrandResistance, Hydrodynamics, Resistances};
+use crate::hydrodynamics::{Capabilities, Flows, Hydrodynamics, Resistances, SceneResistance};
 use crate::mobility::{self, MobilitySolution};
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
-use crate::solution::InstantaneousSolution;
+use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
 use scene::{Domain, ModelKind, Scene};
-use stokes::{Dofs, Seconds, SolverReport};
+use stokes::Seconds;
 
 /// Approximation of the interactions between spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,25 +65,24 @@ impl SpheresModel {
     /// # Errors
     /// [`ModelError::Unsupported`] for shapes that are not spheres and for other domains.
     pub fn new(scene: &Scene, kind: SphereModel) -> Result<Self, ModelError> {
+        let refuse = |key: &str, what: &str, instead: &str| {
+            let what = format!("{}: {what}", scene.place(key));
+            Err(ModelError::unsupported(what, instead))
+        };
         if let Some(number) = scene.first_nonspherical() {
-            return Err(ModelError::Unsupported {
-                what: format!(
-                    "{}: shape = \"{}\" for models of spheres",
-                    scene.place(&format!("bodies[{number}].shape")),
-                    scene.bodies()[number].shape.kind().word()
-                ),
-                instead: "use model.kind = \"fem\", or \"axisymmetric\" for spheroids on one axis"
-                    .to_owned(),
-            });
+            let word = scene.bodies()[number].shape.kind().word();
+            return refuse(
+                &format!("bodies[{number}].shape"),
+                &format!("shape = \"{word}\" for models of spheres"),
+                "use model.kind = \"fem\", or \"axisymmetric\" for spheroids on one axis",
+            );
         }
         if scene.has_surface_velocity() && !matches!(kind, SphereModel::Multipole(_)) {
-            return Err(ModelError::Unsupported {
-                what: format!(
-                    "{}: slip and background flow for models of point forces",
-                    scene.place("model.kind")
-                ),
-                instead: "use model.kind = \"multipole\", or \"auto\"".to_owned(),
-            });
+            return refuse(
+                "model.kind",
+                "slip and background flow for models of point forces",
+                "use model.kind = \"multipole\", or \"auto\"",
+            );
         }
         let scaled = ScaledScene::new(scene)?;
         let scale = scaled.scale;
@@ -96,15 +94,12 @@ impl SpheresModel {
             },
             Domain::Wall => Medium::wall(Vector3::zeros(), Vector3::z())?,
             _ => {
-                return Err(ModelError::Unsupported {
-                    what: format!(
-                        "{}: domain.kind = \"{}\" for models of spheres",
-                        scene.place("domain.kind"),
-                        scene.domain().kind().word()
-                    ),
-                    instead: "use model.kind = \"fem\", or the domain unbounded, ball or wall"
-                        .to_owned(),
-                });
+                let word = scene.domain().kind().word();
+                return refuse(
+                    "domain.kind",
+                    &format!("domain.kind = \"{word}\" for models of spheres"),
+                    "use model.kind = \"fem\", or the domain unbounded, ball or wall",
+                );
             }
         };
         Ok(Self {
@@ -235,36 +230,26 @@ impl SpheresModel {
             previous = reference;
         }
         let total = clock.elapsed().as_secs_f64();
-        let model_error = |error: f64| ErrorEstimate {
-            model: Some(error),
-            ..ErrorEstimate::default()
-        };
         let stresslets = match query.stresslets {
             true => self.stresslets(configuration, &resistances, &solved.generalised)?,
             false => None,
         };
         Ok(InstantaneousSolution {
             stresslets,
-            dofs: Dofs {
-                total: resistances.dofs,
-                ..Dofs::default()
-            },
-            solver: SolverReport {
-                formulation: "p-tilde".to_owned(),
-                solver: "direct".to_owned(),
-                iterations: 0,
-                true_relative_residual: solved.residual,
-            },
             seconds: Seconds {
                 assembly,
                 solve: total - assembly,
                 total,
                 ..Seconds::default()
             },
-            error_estimate: model_error(scale.speed_to_scene(error)),
-            force_error: model_error(scale.load_to_scene(force_error)),
-            power_error: model_error(scale.power_to_scene(power_error)),
-            ..solved.response(&self.scaled, &constraints, loads)?.into()
+            error_estimate: ErrorEstimate::of_model(scale.length_to_scene(error)),
+            force_error: ErrorEstimate::of_model(scale.force_to_scene(force_error)),
+            power_error: ErrorEstimate::of_model(scale.power_to_scene(power_error)),
+            ..InstantaneousSolution::solved_directly(
+                solved.response(&self.scaled, &constraints, loads)?,
+                resistances.dofs,
+                solved.residual,
+            )
         })
     }
 }
@@ -320,10 +305,10 @@ impl Resistances for SpheresModel {
     fn resistance(
         &mut self,
         configuration: Configuration<'_>,
-    ) -> Result<GrandResistance, ModelError> {
+    ) -> Result<SceneResistance, ModelError> {
         let resistances = self.resistance_at(configuration)?;
         let (errors, scale) = (resistances.errors(), &self.scaled.scale);
-        Ok(GrandResistance {
+        Ok(SceneResistance {
             matrix: scale.resistance_to_scene(resistances.matrix),
             errors: Some(scale.resistance_to_scene(errors)),
         })
@@ -344,7 +329,7 @@ impl Flows for SpheresModel {
             mesh: scale.mesh_to_scene(&mesh)?,
             velocity: velocity
                 .into_iter()
-                .map(|u| scale.velocity_to_scene(u))
+                .map(|u| scale.length_to_scene(u))
                 .collect(),
             pressure: Vec::new(),
         })
@@ -358,10 +343,10 @@ impl Flows for SpheresModel {
     ) -> Result<Vec<Option<PointFlow>>, ModelError> {
         let moving = self.moving(configuration, rates)?;
         let scale = &self.scaled.scale;
-        let scaled: Vec<_> = points.iter().map(|x| x.map(|x| scale.length(x))).collect();
+        let scaled: Vec<_> = points.iter().map(|x| scale.length(*x)).collect();
         let velocities = sphere_flow::velocities_at(&moving, &self.medium, &scaled)?;
         let in_scene = |velocity| PointFlow {
-            velocity: scale.velocity_to_scene(velocity),
+            velocity: scale.length_to_scene(velocity),
             pressure: None,
         };
         Ok(velocities.into_iter().map(|u| u.map(in_scene)).collect())

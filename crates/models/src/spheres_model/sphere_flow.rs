@@ -11,7 +11,7 @@ use super::SpheresModel;
 use super::sphere_resistances::SphereResistances;
 use crate::error::ModelError;
 use crate::query::Configuration;
-use crate::stresslets::Stresslets;
+use crate::solution::Stresslets;
 use crate::surface_motion::SurfaceMotion;
 
 /// Element size on the spheres, relative to their radius.

@@ -21,7 +21,6 @@ mod drives;
 
 use std::sync::Arc;
 
-use mesh::TetMesh;
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 use rigid::State;
 use scene::{Background, Scene};
@@ -29,12 +28,11 @@ use scene::{Background, Scene};
 use self::drives::{CANDIDATES, Drives};
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
-use crate::error_estimate::ErrorEstimate;
 use crate::flow_field::{FlowField, SolutionFlow};
 use crate::hydrodynamics::{Capabilities, ErrorEstimates, Hydrodynamics};
 use crate::query::{Configuration, Query};
 use crate::response::Response;
-use crate::solution::InstantaneousSolution;
+use crate::solution::{ErrorEstimate, InstantaneousSolution};
 
 /// Relative deviation from linearity that the error of the linear solver may cause.
 const ROUNDING: f64 = 1e-6;
@@ -80,12 +78,10 @@ impl Superposed {
     /// # Errors
     /// [`ModelError::Unsupported`] if solutions of the scene cannot be superposed.
     pub fn new(model: Box<dyn Hydrodynamics>) -> Result<Self, ModelError> {
-        let drives = Drives::new(model.scene()).ok_or_else(|| ModelError::Unsupported {
-            what:
-                "the superposition of solutions for a scene other than one rigid body, driven by \
-                   loads, slip or a linear flow in unbounded fluid,"
-                    .to_owned(),
-            instead: "use the model alone".to_owned(),
+        let drives = Drives::new(model.scene()).ok_or_else(|| {
+            let what = "the superposition of solutions for a scene other than one rigid body, \
+                        driven by loads, slip or a linear flow in unbounded fluid,";
+            ModelError::unsupported(what, "use the model alone")
         })?;
         Ok(Self {
             model,
@@ -184,9 +180,9 @@ impl Superposed {
         let about = frame.translation;
         let to_body = (about * rotation * about.inverse()).inverse();
         for (velocity, x) in flow.velocity.iter_mut().zip(flow.mesh.points()) {
-            *velocity = to_body.rotation * (*velocity - self.drives.background.velocity(x));
+            *velocity -= self.drives.background.velocity(x);
         }
-        flow.mesh = moved(&flow, &to_body)?;
+        flow.move_by(&to_body)?;
         Ok(flow)
     }
 
@@ -341,19 +337,12 @@ impl Solved {
             let pressures = sum.pressure.iter_mut().zip(&flow.pressure);
             pressures.for_each(|(sum, p)| *sum += c * p);
         }
-        sum.mesh = moved(&sum, motion)?;
+        sum.move_by(motion)?;
         for (velocity, x) in sum.velocity.iter_mut().zip(sum.mesh.points()) {
-            *velocity = motion.rotation * *velocity + background.velocity(x);
+            *velocity += background.velocity(x);
         }
         Ok(sum)
     }
-}
-
-/// The mesh of a flow field after a rigid motion.
-fn moved(flow: &FlowField, motion: &Isometry3<f64>) -> Result<TetMesh, ModelError> {
-    let points = flow.mesh.points().iter();
-    let points = points.map(|x| motion.rotation * x + motion.translation.vector);
-    Ok(flow.mesh.with_points(points.collect())?)
 }
 
 impl Hydrodynamics for Superposed {

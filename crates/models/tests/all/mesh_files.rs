@@ -51,7 +51,8 @@ pub const OTHER_MOTION: [f64; 2] = [16.0, 10.0];
 pub const OWN_PARTS: [&str; 3] = ["left", "centre", "right"];
 
 pub fn mesh_at(model: &mut FemModel, shape: [f64; 2]) -> Result<TetMesh, ModelError> {
-    let configuration = testkit::at(&model.scene().initial_state(), &shape);
+    let state = model.scene().initial_state();
+    let configuration = testkit::at(&state, &shape);
     Ok(model.mesh(configuration)?.unwrap())
 }
 

@@ -29,7 +29,8 @@ pub fn solve_at_start(model: &mut dyn Hydrodynamics, rates: &[f64]) -> Instantan
 /// The solution of a model at the start of its scene, at rest and with stresslets.
 pub fn with_stresslets(model: &mut dyn Hydrodynamics) -> InstantaneousSolution {
     let scene = model.scene().clone();
-    let configuration = testkit::at(&scene.initial_state(), scene.articulation().initial_shape());
+    let state = scene.initial_state();
+    let configuration = testkit::at(&state, scene.articulation().initial_shape());
     let rates = [vec![0.0; configuration.shape.len()]];
     let query = Query::new(configuration, &rates).with_stresslets();
     model.solve(&query).unwrap().remove(0)

@@ -1,7 +1,7 @@
 //! How tables are computed: in parallel, after interruptions, and up to the noise of a model.
 
 use models::{
-    Hydrodynamics, ModelError, Part, ShapeSpace, SolvedShapes, SphereModel, SpheresModel,
+    Hydrodynamics, ModelError, ShapeSpace, SolvedShapes, SphereModel, SpheresModel, TablePart,
 };
 use scene::Scene;
 use testkit::{Recording, SceneText, within};
@@ -33,7 +33,7 @@ fn tabulate(scene: &Scene, model: &mut dyn Hydrodynamics, tolerance: f64) -> Sha
 fn continued(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
-    start: (SolvedShapes, Part),
+    start: (SolvedShapes, TablePart),
     keep: &mut dyn FnMut(&SolvedShapes) -> Result<(), ModelError>,
 ) -> Result<ShapeSpace, ModelError> {
     ShapeSpace::tabulate_from(scene, model, &RANGES, 1e-4, start, &mut |all| keep(all))
@@ -68,17 +68,17 @@ fn interrupted_tables_continue_with_the_same_digits() {
         }
     };
     let mut model = rough(&scene, 0.0);
-    let start = (SolvedShapes::default(), Part::Whole);
+    let start = (SolvedShapes::default(), TablePart::Whole);
     let stopped = continued(&scene, &mut model, start, &mut stop);
     assert!(matches!(stopped, Err(ModelError::NoMesh)));
     let mut model = rough(&scene, 0.0);
-    let solved = (serde_json::from_str(&saved).unwrap(), Part::Whole);
+    let solved = (serde_json::from_str(&saved).unwrap(), TablePart::Whole);
     let space = continued(&scene, &mut model, solved, &mut |_| Ok(())).unwrap();
     assert_eq!(model.queries().len(), space.points() - 30);
     assert_eq!(digits(&space), digits(&whole));
 
     // Shapes of a scene with other numbers of joints.
-    let solved = (serde_json::from_str(&saved).unwrap(), Part::Whole);
+    let solved = (serde_json::from_str(&saved).unwrap(), TablePart::Whole);
     let line = [(6.0, 10.0), (10.0, 10.0)];
     let refused =
         ShapeSpace::tabulate_from(&scene, &mut model, &line, 1e-4, solved, &mut |_| Ok(()));
@@ -96,7 +96,7 @@ fn shares_of_a_table_are_solved_apart_and_complete_it() {
         let before = known.clone();
         for number in 1..=3 {
             let mut model = rough(&scene, 0.0);
-            let share = (before.clone(), Part::Share { number, count: 3 });
+            let share = (before.clone(), TablePart::Share { number, count: 3 });
             let mut solved = SolvedShapes::default();
             let mut keep = |all: &SolvedShapes| {
                 solved = all.clone();
@@ -108,7 +108,7 @@ fn shares_of_a_table_are_solved_apart_and_complete_it() {
             known.merge(solved);
         }
         let mut model = rough(&scene, 0.0);
-        let all = (known.clone(), Part::Known);
+        let all = (known.clone(), TablePart::Known);
         match continued(&scene, &mut model, all, &mut |_| Ok(())) {
             Ok(space) => break space,
             Err(ModelError::MissingShapes { missing, points }) => {
@@ -167,7 +167,7 @@ fn bug_tables_of_five_joints_were_refused() {
             solution.motion.frames[0].linear.x = 1.0 / sum;
         }
     });
-    let whole = (SolvedShapes::default(), Part::Whole);
+    let whole = (SolvedShapes::default(), TablePart::Whole);
     let found =
         ShapeSpace::tabulate_from(&scene, &mut model, &ranges, 1e-9, whole, &mut |_| Ok(()));
     let space = found.unwrap();

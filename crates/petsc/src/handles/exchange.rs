@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rigid::SumOverParts;
 
 use super::session::world;
-use super::{Session, Vector, check};
+use super::{Session, Vector};
 use crate::PetscError;
 use crate::ffi;
 
@@ -126,14 +126,12 @@ impl Exchange {
         debug_assert_eq!(sent.counts.len(), session.ranks());
         let mut double = ffi::NO_DATATYPE;
         // SAFETY: the result is live; the type is one that every MPI has.
-        check("PetscDataTypeToMPIDataType", unsafe {
-            ffi::PetscDataTypeToMPIDataType(ffi::PETSC_DOUBLE, &mut double)
-        })?;
+        unsafe { call!(PetscDataTypeToMPIDataType(ffi::PETSC_DOUBLE, &mut double)) }?;
         // SAFETY: counts and starts have one entry per process. The counts sum to the lengths of
         // `outgoing` and `incoming`, and the starts are their partial sums. Both arrays live until
         // the call returns.
-        check("MPI_Alltoallv", unsafe {
-            ffi::MPI_Alltoallv(
+        unsafe {
+            call!(MPI_Alltoallv(
                 outgoing.as_ptr().cast(),
                 sent.counts.as_ptr(),
                 sent.starts.as_ptr(),
@@ -142,9 +140,9 @@ impl Exchange {
                 received.counts.as_ptr(),
                 received.starts.as_ptr(),
                 double,
-                world(),
-            )
-        })?;
+                world()
+            ))
+        }?;
         for (&entry, value) in received.positions.iter().zip(incoming) {
             vector[entry as usize] = value;
         }

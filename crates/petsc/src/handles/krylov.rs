@@ -16,7 +16,7 @@ impl<'s> Krylov<'s> {
     pub fn new(_: &'s Session) -> Result<Self, PetscError> {
         let mut object = NONE;
         // SAFETY: the communicator is valid and `object` live.
-        check("KSPCreate", unsafe { ffi::KSPCreate(world(), &mut object) })?;
+        unsafe { call!(KSPCreate(world(), &mut object)) }?;
         Ok(Self(Handle::owned(object, ffi::KSPDestroy)))
     }
 
@@ -30,134 +30,69 @@ impl<'s> Krylov<'s> {
         self.0.object
     }
 
-    /// Solves with `a`; `p` is the matrix from which preconditioners are built.
-    pub fn set_operators(&self, a: &Matrix<'s>, p: &Matrix<'s>) -> Result<(), PetscError> {
-        // SAFETY: all objects are live; PETSc adds references to the matrices.
-        check("KSPSetOperators", unsafe {
-            ffi::KSPSetOperators(self.0.object, a.0.object, p.0.object)
-        })
-    }
-
-    /// Selects the method.
-    ///
-    /// # Errors
-    /// Those of PETSc for a name that it does not know.
-    pub fn set_type(&self, kind: &Name) -> Result<(), PetscError> {
-        // SAFETY: the solver is live; PETSc copies the name.
-        check("KSPSetType", unsafe {
-            ffi::KSPSetType(self.0.object, kind.as_ptr())
-        })
-    }
-
     /// A fixed number of steps without norms: a linear map.
     pub fn set_steps(&self, steps: usize) -> Result<(), PetscError> {
         self.set_tolerance(DEFAULT_REAL, steps)?;
         // SAFETY: the solver is live.
-        check("KSPSetNormType", unsafe {
-            ffi::KSPSetNormType(self.0.object, KSP_NORM_NONE)
-        })
+        unsafe { call!(KSPSetNormType(self.0.object, KSP_NORM_NONE)) }
     }
 
-    /// Relative tolerance and largest number of iterations.
-    pub fn set_tolerance(&self, rtol: f64, iterations: usize) -> Result<(), PetscError> {
-        let its = int("iterations", iterations)?;
-        // SAFETY: the solver is live. An absolute tolerance of the smallest number never applies.
-        check("KSPSetTolerances", unsafe {
-            ffi::KSPSetTolerances(self.0.object, rtol, f64::MIN_POSITIVE, DEFAULT_REAL, its)
-        })
-    }
+    methods! {
+        /// Solves with `a`; `p` is the matrix from which preconditioners are built.
+        set_operators(a: &Matrix<'s>, p: &Matrix<'s>) = KSPSetOperators(a.0.object, p.0.object);
 
-    /// Stops by the norm of the residual, without the preconditioner.
-    pub fn stop_by_true_residual(&self) -> Result<(), PetscError> {
-        // SAFETY: the solver is live.
-        check("KSPSetNormType", unsafe {
-            ffi::KSPSetNormType(self.0.object, KSP_NORM_UNPRECONDITIONED)
-        })
-    }
+        /// Selects the method.
+        ///
+        /// # Errors
+        /// Those of PETSc for a name that it does not know.
+        set_type(kind: &Name) = KSPSetType(kind.as_ptr());
 
-    /// Starts from the given vector instead of zero.
-    pub fn start_from_guess(&self) -> Result<(), PetscError> {
-        // SAFETY: the solver is live.
-        check("KSPSetInitialGuessNonzero", unsafe {
-            ffi::KSPSetInitialGuessNonzero(self.0.object, 1)
-        })
-    }
+        /// Relative tolerance and largest number of iterations; no absolute tolerance applies.
+        set_tolerance(rtol: f64, iterations: usize) = KSPSetTolerances(
+            rtol, f64::MIN_POSITIVE, DEFAULT_REAL, int("iterations", iterations)?
+        );
 
-    /// Number of basis vectors between restarts of GMRES.
-    pub fn set_restart(&self, restart: usize) -> Result<(), PetscError> {
-        let restart = int("basis vectors", restart)?;
-        // SAFETY: the solver is live; for other methods the call has no effect.
-        check("KSPGMRESSetRestart", unsafe {
-            ffi::KSPGMRESSetRestart(self.0.object, restart)
-        })
-    }
+        /// Stops by the norm of the residual, without the preconditioner.
+        stop_by_true_residual() = KSPSetNormType(KSP_NORM_UNPRECONDITIONED);
 
-    /// Interval of eigenvalues on which a Chebyshev method is small.
-    pub fn set_eigenvalues(&self, smallest: f64, largest: f64) -> Result<(), PetscError> {
-        // SAFETY: the solver is live.
-        check("KSPChebyshevSetEigenvalues", unsafe {
-            ffi::KSPChebyshevSetEigenvalues(self.0.object, largest, smallest)
-        })
-    }
+        /// Starts from the given vector instead of zero.
+        start_from_guess() = KSPSetInitialGuessNonzero(1);
 
-    /// Interval of a Chebyshev method as multiples of the largest eigenvalue, which is estimated.
-    pub fn estimate_eigenvalues(&self, lower: f64, upper: f64) -> Result<(), PetscError> {
-        // SAFETY: the solver is live.
-        check("KSPChebyshevEstEigSet", unsafe {
-            ffi::KSPChebyshevEstEigSet(self.0.object, 0.0, lower, 0.0, upper)
-        })
-    }
+        /// Number of basis vectors between restarts of GMRES; without effect on other methods.
+        set_restart(restart: usize) = KSPGMRESSetRestart(int("basis vectors", restart)?);
 
-    /// Ends the estimation of eigenvalues after a set-up, and frees its vectors.
-    ///
-    /// The interval stays. For other methods the call has no effect.
-    pub fn keep_eigenvalues(&self) -> Result<(), PetscError> {
-        // SAFETY: the solver is live. Four zeros end the estimation.
-        check("KSPChebyshevEstEigSet", unsafe {
-            ffi::KSPChebyshevEstEigSet(self.0.object, 0.0, 0.0, 0.0, 0.0)
-        })
-    }
+        /// Interval of eigenvalues on which a Chebyshev method is small.
+        set_eigenvalues(smallest: f64, largest: f64) = KSPChebyshevSetEigenvalues(largest, smallest);
 
-    /// Prefix of the options of this solver, such as `motion_`.
-    pub fn set_prefix(&self, prefix: &Name) -> Result<(), PetscError> {
-        // SAFETY: the solver is live; PETSc copies the prefix.
-        check("KSPSetOptionsPrefix", unsafe {
-            ffi::KSPSetOptionsPrefix(self.0.object, prefix.as_ptr())
-        })
-    }
+        /// Interval of a Chebyshev method as multiples of the largest eigenvalue, which is estimated.
+        estimate_eigenvalues(lower: f64, upper: f64) = KSPChebyshevEstEigSet(0.0, lower, 0.0, upper);
 
-    /// Reads the options of the command line.
-    ///
-    /// # Errors
-    /// Those of PETSc for options that it cannot read.
-    pub fn read_options(&self) -> Result<(), PetscError> {
-        // SAFETY: the solver is live.
-        check("KSPSetFromOptions", unsafe {
-            ffi::KSPSetFromOptions(self.0.object)
-        })
-    }
+        /// Ends the estimation of eigenvalues after a set-up, and frees its vectors.
+        ///
+        /// The interval stays. For other methods the call has no effect.
+        keep_eigenvalues() = KSPChebyshevEstEigSet(0.0, 0.0, 0.0, 0.0);
 
-    /// Sets up method and preconditioner.
-    pub fn set_up(&self) -> Result<(), PetscError> {
-        // SAFETY: the solver is live.
-        check("KSPSetUp", unsafe { ffi::KSPSetUp(self.0.object) })
-    }
+        /// Prefix of the options of this solver, such as `motion_`.
+        set_prefix(prefix: &Name) = KSPSetOptionsPrefix(prefix.as_ptr());
 
-    /// Solves for `b`; whether the method converged is told by [`Krylov::reason`].
-    pub fn solve(&self, b: &Vector<'s>, x: &mut Vector<'s>) -> Result<(), PetscError> {
-        // SAFETY: the solver and both vectors are live, and the vectors distinct.
-        check("KSPSolve", unsafe {
-            ffi::KSPSolve(self.0.object, b.0.object, x.0.object)
-        })
+        /// Reads the options of the command line.
+        ///
+        /// # Errors
+        /// Those of PETSc for options that it cannot read.
+        read_options() = KSPSetFromOptions();
+
+        /// Sets up method and preconditioner.
+        set_up() = KSPSetUp();
+
+        /// Solves for `b`; whether the method converged is told by [`Krylov::reason`].
+        solve(b: &Vector<'s>, x: &mut Vector<'s>) = KSPSolve(b.0.object, x.0.object);
     }
 
     /// The preconditioner.
     pub fn preconditioner(&self) -> Result<Preconditioner<'s>, PetscError> {
         let mut object = NONE;
         // SAFETY: the solver is live and lends its preconditioner.
-        check("KSPGetPC", unsafe {
-            ffi::KSPGetPC(self.0.object, &mut object)
-        })?;
+        unsafe { call!(KSPGetPC(self.0.object, &mut object)) }?;
         Preconditioner::shared(object)
     }
 
@@ -165,9 +100,7 @@ impl<'s> Krylov<'s> {
     pub fn reason(&self) -> Result<i32, PetscError> {
         let mut reason = 0;
         // SAFETY: solver and result are live.
-        check("KSPGetConvergedReason", unsafe {
-            ffi::KSPGetConvergedReason(self.0.object, &mut reason)
-        })?;
+        unsafe { call!(KSPGetConvergedReason(self.0.object, &mut reason)) }?;
         Ok(reason)
     }
 
@@ -175,9 +108,7 @@ impl<'s> Krylov<'s> {
     pub fn iterations(&self) -> Result<usize, PetscError> {
         let mut iterations = 0;
         // SAFETY: solver and result are live.
-        check("KSPGetIterationNumber", unsafe {
-            ffi::KSPGetIterationNumber(self.0.object, &mut iterations)
-        })?;
+        unsafe { call!(KSPGetIterationNumber(self.0.object, &mut iterations)) }?;
         Ok(iterations as usize)
     }
 }
@@ -193,23 +124,15 @@ impl<'s> Preconditioner<'s> {
         Ok(Self(Handle::shared(object, ffi::PCDestroy)?))
     }
 
-    /// `z <- N r`.
-    pub fn apply(&self, r: &Vector<'s>, z: &mut Vector<'s>) -> Result<(), PetscError> {
-        // SAFETY: the preconditioner and both vectors are live, and the vectors distinct.
-        check("PCApply", unsafe {
-            ffi::PCApply(self.0.object, r.0.object, z.0.object)
-        })
-    }
+    methods! {
+        /// `z <- N r`.
+        apply(r: &Vector<'s>, z: &mut Vector<'s>) = PCApply(r.0.object, z.0.object);
 
-    /// Selects the kind.
-    ///
-    /// # Errors
-    /// Those of PETSc for a name that it does not know.
-    pub fn set_type(&self, kind: &Name) -> Result<(), PetscError> {
-        // SAFETY: the preconditioner is live; PETSc copies the name.
-        check("PCSetType", unsafe {
-            ffi::PCSetType(self.0.object, kind.as_ptr())
-        })
+        /// Selects the kind.
+        ///
+        /// # Errors
+        /// Those of PETSc for a name that it does not know.
+        set_type(kind: &Name) = PCSetType(kind.as_ptr());
     }
 
     /// One V-cycle of algebraic multigrid for a scalar elliptic matrix.
@@ -238,17 +161,13 @@ impl<'s> Preconditioner<'s> {
         // names and adds references to the others.
         unsafe {
             for (name, set) in names.iter().zip(nested.index_sets()?) {
-                let code = ffi::PCFieldSplitSetIS(pc, name.as_ptr(), set);
-                check("PCFieldSplitSetIS", code)?;
+                call!(PCFieldSplitSetIS(pc, name.as_ptr(), set))?;
             }
-            let code = ffi::PCFieldSplitSetType(pc, ffi::PC_COMPOSITE_SCHUR);
-            check("PCFieldSplitSetType", code)?;
+            call!(PCFieldSplitSetType(pc, ffi::PC_COMPOSITE_SCHUR))?;
             let upper = ffi::PC_FIELDSPLIT_SCHUR_FACT_UPPER;
-            let code = ffi::PCFieldSplitSetSchurFactType(pc, upper);
-            check("PCFieldSplitSetSchurFactType", code)?;
+            call!(PCFieldSplitSetSchurFactType(pc, upper))?;
             let user = ffi::PC_FIELDSPLIT_SCHUR_PRE_USER;
-            let code = ffi::PCFieldSplitSetSchurPre(pc, user, schur.0.object);
-            check("PCFieldSplitSetSchurPre", code)
+            call!(PCFieldSplitSetSchurPre(pc, user, schur.0.object))
         }
     }
 
@@ -258,8 +177,11 @@ impl<'s> Preconditioner<'s> {
         // SAFETY: the preconditioner is live. The list has `n` solvers, which the preconditioner
         // lends; it is allocated by PETSc and freed here.
         unsafe {
-            let code = ffi::PCFieldSplitSchurGetSubKSP(self.0.object, &mut n, &mut solvers);
-            check("PCFieldSplitSchurGetSubKSP", code)?;
+            call!(PCFieldSplitSchurGetSubKSP(
+                self.0.object,
+                &mut n,
+                &mut solvers
+            ))?;
             let fields = [Krylov::shared(*solvers)?, Krylov::shared(*solvers.add(1))?];
             if let Some(free) = ffi::PetscTrFree {
                 let code = free(solvers.cast(), 0, c"fields".as_ptr(), c"".as_ptr());
@@ -276,13 +198,10 @@ impl<'s> Preconditioner<'s> {
         // SAFETY: the preconditioner and the matrices are live; null means the communicator of all
         // processes on every level.
         unsafe {
-            let code = ffi::PCMGSetLevels(pc, levels, ptr::null_mut());
-            check("PCMGSetLevels", code)?;
-            let code = ffi::PCMGSetGalerkin(pc, ffi::PC_MG_GALERKIN_NONE);
-            check("PCMGSetGalerkin", code)?;
+            call!(PCMGSetLevels(pc, levels, ptr::null_mut()))?;
+            call!(PCMGSetGalerkin(pc, ffi::PC_MG_GALERKIN_NONE))?;
             for (level, prolongation) in (1..levels).rev().zip(prolongations) {
-                let code = ffi::PCMGSetInterpolation(pc, level, prolongation.0.object);
-                check("PCMGSetInterpolation", code)?;
+                call!(PCMGSetInterpolation(pc, level, prolongation.0.object))?;
             }
         }
         Ok(())
@@ -292,10 +211,10 @@ impl<'s> Preconditioner<'s> {
     pub fn smoother(&self, level: usize) -> Result<Krylov<'s>, PetscError> {
         let number = int("levels", level)?;
         // SAFETY: the preconditioner is live and lends its smoothers.
-        self.lend("PCMGGetSmoother", |ksp| unsafe {
+        self.lend(|ksp| unsafe {
             match level {
-                0 => ffi::PCMGGetCoarseSolve(self.0.object, ksp),
-                _ => ffi::PCMGGetSmoother(self.0.object, number, ksp),
+                0 => call!(PCMGGetCoarseSolve(self.0.object, ksp)),
+                _ => call!(PCMGGetSmoother(self.0.object, number, ksp)),
             }
         })
     }
@@ -304,9 +223,7 @@ impl<'s> Preconditioner<'s> {
     pub fn redundant(&self) -> Result<Krylov<'s>, PetscError> {
         self.set_type(c"redundant")?;
         // SAFETY: the preconditioner is live and lends its solver.
-        self.lend("PCRedundantGetKSP", |ksp| unsafe {
-            ffi::PCRedundantGetKSP(self.0.object, ksp)
-        })
+        self.lend(|ksp| unsafe { call!(PCRedundantGetKSP(self.0.object, ksp)) })
     }
 
     /// LDLT factors of a symmetric matrix by the given library.
@@ -316,9 +233,7 @@ impl<'s> Preconditioner<'s> {
     pub fn set_ldlt(&self, library: &Name) -> Result<(), PetscError> {
         self.set_type(c"cholesky")?;
         // SAFETY: the preconditioner is live; PETSc copies the name.
-        check("PCFactorSetMatSolverType", unsafe {
-            ffi::PCFactorSetMatSolverType(self.0.object, library.as_ptr())
-        })
+        unsafe { call!(PCFactorSetMatSolverType(self.0.object, library.as_ptr())) }
     }
 
     /// The sum of a solver and a diagonal matrix, given by its entries on this process, minus
@@ -333,15 +248,12 @@ impl<'s> Preconditioner<'s> {
         let (pc, mut parts) = (self.0.object, [NONE; 2]);
         // SAFETY: the preconditioner is live; PETSc copies the names and lends the parts.
         unsafe {
-            let code = ffi::PCCompositeSetType(pc, ffi::PC_COMPOSITE_ADDITIVE);
-            check("PCCompositeSetType", code)?;
+            call!(PCCompositeSetType(pc, ffi::PC_COMPOSITE_ADDITIVE))?;
             for kind in [c"ksp", c"shell"] {
-                let code = ffi::PCCompositeAddPCType(pc, kind.as_ptr());
-                check("PCCompositeAddPCType", code)?;
+                call!(PCCompositeAddPCType(pc, kind.as_ptr()))?;
             }
             for (number, part) in (0..).zip(&mut parts) {
-                let code = ffi::PCCompositeGetPC(pc, number, part);
-                check("PCCompositeGetPC", code)?;
+                call!(PCCompositeGetPC(pc, number, part))?;
             }
         }
         let other = other.map(|other| Krylov::shared(other.object()));
@@ -350,9 +262,7 @@ impl<'s> Preconditioner<'s> {
             subtracted: other.transpose()?,
         })?;
         // SAFETY: the part is live and lends its solver.
-        self.lend("PCKSPGetKSP", |ksp| unsafe {
-            ffi::PCKSPGetKSP(parts[0], ksp)
-        })
+        self.lend(|ksp| unsafe { call!(PCKSPGetKSP(parts[0], ksp)) })
     }
 
     /// A diagonal matrix, given by its entries on this process.
@@ -370,32 +280,19 @@ impl<'s> Preconditioner<'s> {
         // `apply_correction` reads and `drop_correction` frees when PETSc destroys the
         // preconditioner.
         unsafe {
-            check(
-                "PCShellSetContext",
-                ffi::PCShellSetContext(pc, context.cast()),
-            )?;
-            check(
-                "PCShellSetDestroy",
-                ffi::PCShellSetDestroy(pc, Some(drop_correction)),
-            )?;
-            check(
-                "PCShellSetApply",
-                ffi::PCShellSetApply(pc, Some(apply_correction)),
-            )?;
-            check(
-                "PCShellSetName",
-                ffi::PCShellSetName(pc, c"diagonal matrix".as_ptr()),
-            )
+            call!(PCShellSetContext(pc, context.cast()))?;
+            call!(PCShellSetDestroy(pc, Some(drop_correction)))?;
+            call!(PCShellSetApply(pc, Some(apply_correction)))?;
+            call!(PCShellSetName(pc, c"diagonal matrix".as_ptr()))
         }
     }
 
     fn lend(
         &self,
-        function: &'static str,
-        call: impl FnOnce(*mut Object) -> Code,
+        call: impl FnOnce(*mut Object) -> Result<(), PetscError>,
     ) -> Result<Krylov<'s>, PetscError> {
         let mut object = NONE;
-        check(function, call(&mut object))?;
+        call(&mut object)?;
         Krylov::shared(object)
     }
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::ptr;
 
 use super::session::world;
-use super::{Handle, NONE, Session, Vector, check, int};
+use super::{Handle, NONE, Session, Vector, int};
 use crate::PetscError;
 use crate::ffi::{self, DETERMINE, DIFFERENT_NONZERO_PATTERN, Int, MAT_INITIAL_MATRIX, Object};
 
@@ -70,8 +70,8 @@ impl<'s> Matrix<'s> {
         let (m, n) = (int("rows", rows.len())?, int("columns", columns)?);
         // SAFETY: `starts` has m + 1 ascending entries, the last of which is the length of
         // `columns` and `values`; PETSc copies all three, and checks the columns.
-        check("MatCreateMPIAIJWithArrays", unsafe {
-            ffi::MatCreateMPIAIJWithArrays(
+        unsafe {
+            call!(MatCreateMPIAIJWithArrays(
                 world(),
                 m,
                 n,
@@ -80,9 +80,9 @@ impl<'s> Matrix<'s> {
                 rows.starts.as_ptr(),
                 rows.columns.as_ptr(),
                 rows.values.as_ptr(),
-                &mut object,
-            )
-        })?;
+                &mut object
+            ))
+        }?;
         Ok(Self(Handle::owned(object, ffi::MatDestroy)))
     }
 
@@ -96,17 +96,17 @@ impl<'s> Matrix<'s> {
         let mut object = NONE;
         // SAFETY: four live matrices in the order of rows; PETSc adds references to them. Null
         // index sets mean consecutive ones.
-        check("MatCreateNest", unsafe {
-            ffi::MatCreateNest(
+        unsafe {
+            call!(MatCreateNest(
                 world(),
                 2,
                 ptr::null(),
                 2,
                 ptr::null(),
                 blocks.as_ptr(),
-                &mut object,
-            )
-        })?;
+                &mut object
+            ))
+        }?;
         Ok(Self(Handle::owned(object, ffi::MatDestroy)))
     }
 
@@ -115,34 +115,39 @@ impl<'s> Matrix<'s> {
         let mut sets = [NONE; 2];
         // SAFETY: only [`Matrix::nested`] makes nested matrices, of two rows; for others PETSc
         // returns an error. The index sets are lent and live as long as the matrix.
-        check("MatNestGetISs", unsafe {
-            ffi::MatNestGetISs(self.0.object, sets.as_mut_ptr(), ptr::null_mut())
-        })?;
+        unsafe {
+            call!(MatNestGetISs(
+                self.0.object,
+                sets.as_mut_ptr(),
+                ptr::null_mut()
+            ))
+        }?;
         Ok(sets)
     }
 
     /// A copy of a nested matrix as one sparse matrix.
     pub fn to_sparse(&self) -> Result<Self, PetscError> {
         // SAFETY: the matrix is live and the name ends with a zero byte.
-        self.make("MatConvert", |out| unsafe {
-            ffi::MatConvert(self.0.object, c"aij".as_ptr(), MAT_INITIAL_MATRIX, out)
+        self.make(|out| unsafe {
+            call!(MatConvert(
+                self.0.object,
+                c"aij".as_ptr(),
+                MAT_INITIAL_MATRIX,
+                out
+            ))
         })
     }
 
     /// The transpose.
     pub fn transpose(&self) -> Result<Self, PetscError> {
         // SAFETY: the matrix is live.
-        self.make("MatTranspose", |out| unsafe {
-            ffi::MatTranspose(self.0.object, MAT_INITIAL_MATRIX, out)
-        })
+        self.make(|out| unsafe { call!(MatTranspose(self.0.object, MAT_INITIAL_MATRIX, out)) })
     }
 
     /// The transpose as an operator on this matrix, without a copy of its entries.
     pub fn transposed_view(&self) -> Result<Self, PetscError> {
         // SAFETY: the matrix is live; PETSc adds a reference to it.
-        self.make("MatCreateTranspose", |out| unsafe {
-            ffi::MatCreateTranspose(self.0.object, out)
-        })
+        self.make(|out| unsafe { call!(MatCreateTranspose(self.0.object, out)) })
     }
 
     /// The product `self other`.
@@ -151,8 +156,14 @@ impl<'s> Matrix<'s> {
     /// Those of PETSc, as for sizes that do not fit.
     pub fn multiply(&self, other: &Matrix<'s>) -> Result<Self, PetscError> {
         // SAFETY: both matrices are live.
-        self.make("MatMatMult", |out| unsafe {
-            ffi::MatMatMult(self.0.object, other.0.object, MAT_INITIAL_MATRIX, FILL, out)
+        self.make(|out| unsafe {
+            call!(MatMatMult(
+                self.0.object,
+                other.0.object,
+                MAT_INITIAL_MATRIX,
+                FILL,
+                out
+            ))
         })
     }
 
@@ -162,18 +173,23 @@ impl<'s> Matrix<'s> {
     /// Those of PETSc, as for sizes that do not fit.
     pub fn galerkin(&self, p: &Matrix<'s>) -> Result<Self, PetscError> {
         // SAFETY: both matrices are live.
-        self.make("MatPtAP", |out| unsafe {
-            ffi::MatPtAP(self.0.object, p.0.object, MAT_INITIAL_MATRIX, FILL, out)
+        self.make(|out| unsafe {
+            call!(MatPtAP(
+                self.0.object,
+                p.0.object,
+                MAT_INITIAL_MATRIX,
+                FILL,
+                out
+            ))
         })
     }
 
     fn make(
         &self,
-        function: &'static str,
-        call: impl FnOnce(*mut Object) -> ffi::Code,
+        call: impl FnOnce(*mut Object) -> Result<(), PetscError>,
     ) -> Result<Self, PetscError> {
         let mut object = NONE;
-        check(function, call(&mut object))?;
+        call(&mut object)?;
         Ok(Self(Handle::owned(object, ffi::MatDestroy)))
     }
 
@@ -183,9 +199,7 @@ impl<'s> Matrix<'s> {
     /// Those of PETSc, as for sizes that do not fit.
     pub fn apply(&self, x: &Vector<'s>, y: &mut Vector<'s>) -> Result<(), PetscError> {
         // SAFETY: the matrix and both vectors are live, and the vectors distinct.
-        check("MatMult", unsafe {
-            ffi::MatMult(self.0.object, x.0.object, y.0.object)
-        })
+        unsafe { call!(MatMult(self.0.object, x.0.object, y.0.object)) }
     }
 
     /// `self <- diag(left) self diag(right)`.
@@ -199,23 +213,19 @@ impl<'s> Matrix<'s> {
     ) -> Result<(), PetscError> {
         let object = |vector: Option<&Vector<'s>>| vector.map_or(NONE, |vector| vector.0.object);
         // SAFETY: the matrix and the vectors are live; null means no scaling.
-        check("MatDiagonalScale", unsafe {
-            ffi::MatDiagonalScale(self.0.object, object(left), object(right))
-        })
+        unsafe { call!(MatDiagonalScale(self.0.object, object(left), object(right))) }
     }
 
     /// `self <- factor self`.
     pub fn multiply_by(&mut self, factor: f64) -> Result<(), PetscError> {
         // SAFETY: the matrix is live.
-        check("MatScale", unsafe { ffi::MatScale(self.0.object, factor) })
+        unsafe { call!(MatScale(self.0.object, factor)) }
     }
 
     /// Declares that the matrix is symmetric, so that factorisations may use it.
     pub fn declare_symmetric(&mut self) -> Result<(), PetscError> {
         // SAFETY: the matrix is live.
-        check("MatSetOption", unsafe {
-            ffi::MatSetOption(self.0.object, ffi::MAT_SYMMETRIC, 1)
-        })
+        unsafe { call!(MatSetOption(self.0.object, ffi::MAT_SYMMETRIC, 1)) }
     }
 
     /// `self <- self + other`.
@@ -224,23 +234,21 @@ impl<'s> Matrix<'s> {
     /// Those of PETSc, as for sizes that do not fit.
     pub fn add(&mut self, other: &Matrix<'s>) -> Result<(), PetscError> {
         // SAFETY: both matrices are live and distinct.
-        check("MatAXPY", unsafe {
-            ffi::MatAXPY(
+        unsafe {
+            call!(MatAXPY(
                 self.0.object,
                 1.0,
                 other.0.object,
-                DIFFERENT_NONZERO_PATTERN,
-            )
-        })
+                DIFFERENT_NONZERO_PATTERN
+            ))
+        }
     }
 
     /// Number of rows on all processes.
     pub fn size(&self) -> Result<usize, PetscError> {
         let (mut m, mut n) = (0, 0);
         // SAFETY: the matrix and both results are live.
-        check("MatGetSize", unsafe {
-            ffi::MatGetSize(self.0.object, &mut m, &mut n)
-        })?;
+        unsafe { call!(MatGetSize(self.0.object, &mut m, &mut n)) }?;
         Ok(m as usize)
     }
 
@@ -248,9 +256,7 @@ impl<'s> Matrix<'s> {
     pub fn row_range(&self) -> Result<Range<Int>, PetscError> {
         let (mut first, mut end) = (0, 0);
         // SAFETY: the matrix and both results are live.
-        check("MatGetOwnershipRange", unsafe {
-            ffi::MatGetOwnershipRange(self.0.object, &mut first, &mut end)
-        })?;
+        unsafe { call!(MatGetOwnershipRange(self.0.object, &mut first, &mut end)) }?;
         Ok(first..end)
     }
 
@@ -264,8 +270,13 @@ impl<'s> Matrix<'s> {
             // SAFETY: the row belongs to this process. Until MatRestoreRow both pointers are valid
             // for `n` entries; they may be null if there are none.
             unsafe {
-                let get = ffi::MatGetRow(self.0.object, row, &mut n, &mut columns, &mut values);
-                check("MatGetRow", get)?;
+                call!(MatGetRow(
+                    self.0.object,
+                    row,
+                    &mut n,
+                    &mut columns,
+                    &mut values
+                ))?;
                 if n > 0 {
                     visit(
                         std::slice::from_raw_parts(columns, n as usize),
@@ -274,9 +285,13 @@ impl<'s> Matrix<'s> {
                 } else {
                     visit(&[], &[]);
                 }
-                let restore =
-                    ffi::MatRestoreRow(self.0.object, row, &mut n, &mut columns, &mut values);
-                check("MatRestoreRow", restore)?;
+                call!(MatRestoreRow(
+                    self.0.object,
+                    row,
+                    &mut n,
+                    &mut columns,
+                    &mut values
+                ))?;
             }
         }
         Ok(())
@@ -286,14 +301,18 @@ impl<'s> Matrix<'s> {
     pub fn set_null_vector(&mut self, vector: &Vector<'s>) -> Result<NullSpace<'s>, PetscError> {
         let mut space = NONE;
         // SAFETY: one live vector of norm one; PETSc adds a reference to it.
-        check("MatNullSpaceCreate", unsafe {
-            ffi::MatNullSpaceCreate(world(), 0, 1, &vector.0.object, &mut space)
-        })?;
+        unsafe {
+            call!(MatNullSpaceCreate(
+                world(),
+                0,
+                1,
+                &vector.0.object,
+                &mut space
+            ))
+        }?;
         let space: Handle<'s> = Handle::owned(space, ffi::MatNullSpaceDestroy);
         // SAFETY: both objects are live; the matrix adds a reference to the space.
-        check("MatSetNullSpace", unsafe {
-            ffi::MatSetNullSpace(self.0.object, space.object)
-        })?;
+        unsafe { call!(MatSetNullSpace(self.0.object, space.object)) }?;
         Ok(NullSpace(space))
     }
 }
@@ -305,8 +324,6 @@ impl<'s> NullSpace<'s> {
     /// Makes `vector` orthogonal to the null space.
     pub fn remove(&self, vector: &mut Vector<'s>) -> Result<(), PetscError> {
         // SAFETY: both objects are live.
-        check("MatNullSpaceRemove", unsafe {
-            ffi::MatNullSpaceRemove(self.0.object, vector.0.object)
-        })
+        unsafe { call!(MatNullSpaceRemove(self.0.object, vector.0.object)) }
     }
 }

@@ -8,6 +8,29 @@
 //! written where there are others, or where a caller can cause them.
 #![allow(unsafe_code)]
 
+/// Calls a function of PETSc or MPI; an error code becomes an error that names the function.
+macro_rules! call {
+    ($function:ident($($argument:expr),*)) => {
+        $crate::handles::check(stringify!($function), $crate::ffi::$function($($argument),*))
+    };
+}
+
+/// Methods that call one function of PETSc each, whose first argument is the object of the handle.
+macro_rules! methods {
+    ($($(#[$doc:meta])*
+       $name:ident($($argument:ident: $type:ty),*) = $function:ident($($passed:expr),*);)*) => {
+        $(
+            $(#[$doc])*
+            pub fn $name(&self $(, $argument: $type)*) -> Result<(), PetscError> {
+                // SAFETY: the handle's object and those of all arguments are live. Vectors are
+                // distinct, because one is borrowed mutably. PETSc copies names and numbers, and
+                // adds references to the objects that it keeps.
+                unsafe { call!($function(self.0.object $(, $passed)*)) }
+            }
+        )*
+    };
+}
+
 mod exchange;
 mod krylov;
 mod matrix;
@@ -26,7 +49,7 @@ use std::ffi::{CStr, c_void};
 use std::marker::PhantomData;
 
 use crate::PetscError;
-use crate::ffi::{self, Code, Int, Object};
+use crate::ffi::{Code, Int, Object};
 
 /// A reference-counted object of PETSc, with the function that releases it.
 struct Handle<'s> {
@@ -51,9 +74,7 @@ impl<'s> Handle<'s> {
         destroy: unsafe extern "C" fn(*mut Object) -> Code,
     ) -> Result<Self, PetscError> {
         // SAFETY: `object` is a live object of PETSc, which counts references in its header.
-        check("PetscObjectReference", unsafe {
-            ffi::PetscObjectReference(object)
-        })?;
+        unsafe { call!(PetscObjectReference(object)) }?;
         Ok(Self::owned(object, destroy))
     }
 }

@@ -7,7 +7,6 @@ use std::mem::ManuallyDrop;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::check;
 use crate::PetscError;
 use crate::ffi::{self, Code, Comm};
 
@@ -51,13 +50,21 @@ impl Session {
         let mut arguments = pointers.as_mut_ptr();
         // SAFETY: `arguments` is a list of `count` strings that ends with a null pointer, as that
         // of `main`; PETSc copies them. No file of options and no help text are given.
-        let code =
-            unsafe { ffi::PetscInitialize(&mut count, &mut arguments, ptr::null(), ptr::null()) };
-        check("PetscInitialize", code)?;
+        unsafe {
+            call!(PetscInitialize(
+                &mut count,
+                &mut arguments,
+                ptr::null(),
+                ptr::null()
+            ))
+        }?;
         // SAFETY: the handler keeps no pointer, and needs no context.
-        check("PetscPushErrorHandler", unsafe {
-            ffi::PetscPushErrorHandler(Some(remember_message), ptr::null_mut())
-        })?;
+        unsafe {
+            call!(PetscPushErrorHandler(
+                Some(remember_message),
+                ptr::null_mut()
+            ))
+        }?;
         let (mut rank, mut ranks) = (0, 1);
         // SAFETY: MPI is initialised, the communicator valid, both results live.
         unsafe {
@@ -132,11 +139,18 @@ fn choose_galerkin_products() -> Result<(), PetscError> {
     // options of the command line, without a prefix.
     unsafe {
         let (options, prefix) = (ptr::null_mut(), ptr::null());
-        let code = ffi::PetscOptionsHasName(options, prefix, option.as_ptr(), &mut is_given);
-        check("PetscOptionsHasName", code)?;
+        call!(PetscOptionsHasName(
+            options,
+            prefix,
+            option.as_ptr(),
+            &mut is_given
+        ))?;
         if has_hypre && is_given == 0 {
-            let code = ffi::PetscOptionsSetValue(options, option.as_ptr(), c"hypre".as_ptr());
-            check("PetscOptionsSetValue", code)?;
+            call!(PetscOptionsSetValue(
+                options,
+                option.as_ptr(),
+                c"hypre".as_ptr()
+            ))?;
         }
     }
     Ok(())
@@ -146,8 +160,7 @@ fn choose_galerkin_products() -> Result<(), PetscError> {
 pub(super) fn has_hypre() -> Result<bool, PetscError> {
     let mut has_hypre = 0;
     // SAFETY: the string ends with a zero byte and the result is live.
-    let code = unsafe { ffi::PetscHasExternalPackage(c"hypre".as_ptr(), &mut has_hypre) };
-    check("PetscHasExternalPackage", code)?;
+    unsafe { call!(PetscHasExternalPackage(c"hypre".as_ptr(), &mut has_hypre)) }?;
     Ok(has_hypre != 0)
 }
 

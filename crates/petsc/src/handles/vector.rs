@@ -3,7 +3,7 @@
 use std::slice;
 
 use super::session::world;
-use super::{Handle, NONE, Session, check, int};
+use super::{Handle, NONE, Session, int};
 use crate::PetscError;
 use crate::ffi::{self, DETERMINE, INSERT_VALUES, NORM_2, SCATTER_FORWARD};
 
@@ -15,9 +15,7 @@ impl<'s> Vector<'s> {
     pub fn new(_: &'s Session, local: usize) -> Result<Self, PetscError> {
         let (n, mut object) = (int("entries of a vector", local)?, NONE);
         // SAFETY: the communicator is valid and `object` live.
-        check("VecCreateMPI", unsafe {
-            ffi::VecCreateMPI(world(), n, DETERMINE, &mut object)
-        })?;
+        unsafe { call!(VecCreateMPI(world(), n, DETERMINE, &mut object)) }?;
         Ok(Self(Handle::owned(object, ffi::VecDestroy)))
     }
 
@@ -34,20 +32,14 @@ impl<'s> Vector<'s> {
         // SAFETY: the vector is live. Between VecGetArray and VecRestoreArray `entries` points to
         // its `n` local entries, and nothing else uses them; it may be null if there are none.
         unsafe {
-            check(
-                "VecGetLocalSize",
-                ffi::VecGetLocalSize(self.0.object, &mut n),
-            )?;
-            check("VecGetArray", ffi::VecGetArray(self.0.object, &mut entries))?;
+            call!(VecGetLocalSize(self.0.object, &mut n))?;
+            call!(VecGetArray(self.0.object, &mut entries))?;
             let result = if entries.is_null() {
                 visit(&mut [])
             } else {
                 visit(slice::from_raw_parts_mut(entries, n as usize))
             };
-            check(
-                "VecRestoreArray",
-                ffi::VecRestoreArray(self.0.object, &mut entries),
-            )?;
+            call!(VecRestoreArray(self.0.object, &mut entries))?;
             Ok(result)
         }
     }
@@ -69,18 +61,14 @@ impl<'s> Vector<'s> {
         let (mut scatter, mut all) = (NONE, NONE);
         // SAFETY: the vector is live; both results are, and belong to this function, which drops
         // them by their handles.
-        check("VecScatterCreateToAll", unsafe {
-            ffi::VecScatterCreateToAll(self.0.object, &mut scatter, &mut all)
-        })?;
+        unsafe { call!(VecScatterCreateToAll(self.0.object, &mut scatter, &mut all)) }?;
         let scatter: Handle<'s> = Handle::owned(scatter, ffi::VecScatterDestroy);
         let all = Vector(Handle::owned(all, ffi::VecDestroy));
         let (s, x, y) = (scatter.object, self.0.object, all.0.object);
         // SAFETY: the scatter was created for these two vectors, which are live.
         unsafe {
-            let begin = ffi::VecScatterBegin(s, x, y, INSERT_VALUES, SCATTER_FORWARD);
-            check("VecScatterBegin", begin)?;
-            let end = ffi::VecScatterEnd(s, x, y, INSERT_VALUES, SCATTER_FORWARD);
-            check("VecScatterEnd", end)?;
+            call!(VecScatterBegin(s, x, y, INSERT_VALUES, SCATTER_FORWARD))?;
+            call!(VecScatterEnd(s, x, y, INSERT_VALUES, SCATTER_FORWARD))?;
         }
         all.local()
     }
@@ -89,9 +77,7 @@ impl<'s> Vector<'s> {
     pub fn norm(&self) -> Result<f64, PetscError> {
         let mut norm = 0.0;
         // SAFETY: vector and result are live.
-        check("VecNorm", unsafe {
-            ffi::VecNorm(self.0.object, NORM_2, &mut norm)
-        })?;
+        unsafe { call!(VecNorm(self.0.object, NORM_2, &mut norm)) }?;
         Ok(norm)
     }
 
@@ -101,8 +87,6 @@ impl<'s> Vector<'s> {
     /// Those of PETSc, as for vectors of different lengths.
     pub fn subtract_from(&mut self, x: &Vector<'s>) -> Result<(), PetscError> {
         // SAFETY: both vectors are live and distinct, because one is borrowed mutably.
-        check("VecAYPX", unsafe {
-            ffi::VecAYPX(self.0.object, -1.0, x.0.object)
-        })
+        unsafe { call!(VecAYPX(self.0.object, -1.0, x.0.object)) }
     }
 }

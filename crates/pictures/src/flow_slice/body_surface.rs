@@ -7,10 +7,10 @@ use nalgebra::{Isometry3, Vector3};
 use scene::Shape;
 
 /// Number of triangles with which a smooth shape also looks smooth.
-const ENOUGH: usize = 1200;
+const SMOOTH_TRIANGLES: usize = 1200;
 
 /// Largest number of triangles; finer surfaces from files are coarsened.
-const MOST: usize = 20_000;
+const MAX_TRIANGLES: usize = 20_000;
 
 /// Triangulated surface of a body in its initial orientation, centred at the origin; `None` for a
 /// point.
@@ -23,7 +23,7 @@ pub fn body_surface(shape: &Shape) -> Option<SurfaceMesh> {
     if surface.has_fine_triangulation() {
         return Some(coarsened(mesh));
     }
-    while mesh.triangles.len() < ENOUGH {
+    while mesh.triangles.len() < SMOOTH_TRIANGLES {
         mesh = divided(&mesh, |x| surface.closest_point(x));
     }
     Some(mesh)
@@ -97,13 +97,13 @@ fn divided(mesh: &SurfaceMesh, onto: impl Fn(Vector3<f64>) -> Vector3<f64>) -> S
     }
 }
 
-/// A surface with at most [`MOST`] triangles, by vertex clustering (Rossignac & Borrel 1993).
+/// A surface with at most [`MAX_TRIANGLES`] triangles, by vertex clustering (Rossignac & Borrel 1993).
 ///
 /// All vertices in a cell of a grid are merged into the first of them.
 fn coarsened(mesh: SurfaceMesh) -> SurfaceMesh {
     let mut coarse = mesh.clone();
     let mut cells = 96.0;
-    while coarse.triangles.len() > MOST && cells > 4.0 {
+    while coarse.triangles.len() > MAX_TRIANGLES && cells > 4.0 {
         let corner = |sign: f64| {
             let infinite = Vector3::repeat(f64::NEG_INFINITY);
             mesh.points.iter().fold(infinite, |m, x| m.sup(&(sign * x)))
@@ -192,7 +192,7 @@ mod tests {
             let ratio = volume(&mesh) / shape.volume();
             // Facet geometry error: about (pi / e)^2 with e = 4 sqrt(n / 20) edges on a circle.
             assert!((0.93..1.001).contains(&ratio), "{shape:?}: {ratio}");
-            assert!(mesh.triangles.len() <= MOST);
+            assert!(mesh.triangles.len() <= MAX_TRIANGLES);
         }
         assert!(body_surface(&PointShape.into()).is_none());
     }
@@ -200,11 +200,11 @@ mod tests {
     #[test]
     fn a_surface_with_too_many_triangles_is_coarsened_and_stays_closed() {
         let mut fine = body_surface(&Shape::sphere(1.0)).unwrap();
-        while fine.triangles.len() <= MOST {
+        while fine.triangles.len() <= MAX_TRIANGLES {
             fine = divided(&fine, |x| x.normalize());
         }
         let coarse = coarsened(fine.clone());
-        assert!(coarse.triangles.len() <= MOST);
+        assert!(coarse.triangles.len() <= MAX_TRIANGLES);
         assert!((volume(&coarse) / volume(&fine) - 1.0).abs() < 0.05);
     }
 }

@@ -1,9 +1,12 @@
 //! Velocity and pressure on a regular grid in a plane.
 
-use models::{FlowField, ModelError, PointFlow};
+use models::{FlowField, Hydrodynamics, ModelError, PointFlow};
 use nalgebra::Vector3;
+use scene::Scene;
+use swimmer::start_flow_at;
 
-use super::plane::SlicePlane;
+use super::plane::{SliceFrame, SlicePlane};
+use crate::error::PictureError;
 
 /// Velocity and pressure on a regular grid in a plane, in the scene's units and laboratory frame.
 #[derive(Clone, Debug)]
@@ -58,7 +61,7 @@ impl FlowSlice {
     ///
     /// # Errors
     /// None: [`FlowField::at`] returns as many values as points.
-    pub fn of_field(
+    pub fn from_field(
         plane: SlicePlane,
         points: usize,
         field: &FlowField,
@@ -68,12 +71,8 @@ impl FlowSlice {
 
     /// Largest speed at a grid point; zero without fluid.
     pub fn largest_speed(&self) -> f64 {
-        let speeds = self
-            .values
-            .iter()
-            .flatten()
-            .map(|flow| flow.velocity.norm());
-        speeds.fold(0.0, f64::max)
+        let flows = self.values.iter().flatten();
+        flows.map(|flow| flow.velocity.norm()).fold(0.0, f64::max)
     }
 
     /// In-plane velocity, to the right and upwards, by bilinear interpolation.
@@ -131,4 +130,21 @@ impl FlowSlice {
         }
         speeds
     }
+}
+
+/// The flow in the plane of [`SliceFrame`] at the start of the scene, at about `points` points.
+///
+/// # Errors
+/// As [`start_flow`].
+pub fn start_slice(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+    points: usize,
+) -> Result<FlowSlice, PictureError> {
+    let set = scene.articulation();
+    let poses = set.place(&scene.initial_state(), set.initial_shape())?;
+    let plane = SliceFrame::from_scene(scene)?.around(scene, &poses);
+    Ok(FlowSlice::sample(plane, points, |points| {
+        start_flow_at(scene, model, points)
+    })?)
 }

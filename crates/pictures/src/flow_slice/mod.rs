@@ -4,12 +4,10 @@ mod body_surface;
 mod grid;
 mod plane;
 mod section;
-mod start;
 mod streamlines;
 
 pub use body_surface::body_surface;
-pub use grid::FlowSlice;
+pub use grid::{FlowSlice, start_slice};
 pub use plane::{SliceFrame, SlicePlane};
 pub use section::section;
-pub use start::start_slice;
 pub use streamlines::{Streamline, streamlines};

@@ -52,7 +52,7 @@ impl SliceFrame {
     ///
     /// # Errors
     /// A loop that does not close at some shape.
-    pub fn of(scene: &Scene) -> Result<Self, PictureError> {
+    pub fn from_scene(scene: &Scene) -> Result<Self, PictureError> {
         let (set, state) = (scene.articulation(), scene.initial_state());
         let initial = set.initial_shape();
         let mut shapes = vec![set.place(&state, initial)?];

@@ -11,7 +11,7 @@ const END_DISTANCE: f64 = 0.5;
 const STEP: f64 = 0.35;
 
 /// Shortest line that is kept, relative to the distance of new lines.
-const SHORTEST: f64 = 1.5;
+const MIN_LENGTH: f64 = 1.5;
 
 /// Largest number of steps in one direction.
 const MAX_STEPS: usize = 4000;
@@ -95,7 +95,7 @@ impl Tracer<'_> {
         line.reverse();
         line.push(seed);
         line.extend(forwards);
-        if (line.len() as f64) * STEP < SHORTEST * self.distance {
+        if (line.len() as f64) * STEP < MIN_LENGTH * self.distance {
             return None;
         }
         for point in &line {

@@ -9,11 +9,25 @@ use plotters::prelude::*;
 use super::style::{Area, UNITS_PER_PIXEL};
 use crate::error::PictureError;
 
+/// Draws on a white area of `size` pixels.
+///
+/// # Errors
+/// As [`transparent_svg`].
+pub fn svg(
+    size: (u32, u32),
+    draw: impl FnOnce(&Area) -> Result<(), Box<dyn std::error::Error>>,
+) -> Result<String, PictureError> {
+    transparent_svg(size, |root| {
+        root.fill(&WHITE)?;
+        draw(root)
+    })
+}
+
 /// Draws on an area of `size` pixels.
 ///
 /// # Errors
 /// [`PictureError::Plot`] with the reason given by the plotting library.
-pub fn svg(
+pub fn transparent_svg(
     size: (u32, u32),
     draw: impl FnOnce(&Area) -> Result<(), Box<dyn std::error::Error>>,
 ) -> Result<String, PictureError> {
@@ -21,7 +35,8 @@ pub fn svg(
     let drawing_size = (UNITS_PER_PIXEL * size.0, UNITS_PER_PIXEL * size.1);
     {
         let root = SVGBackend::with_string(&mut svg, drawing_size).into_drawing_area();
-        draw(&root).map_err(|error| PictureError::Plot(error.to_string()))?;
+        (draw(&root).and_then(|()| Ok(root.present()?)))
+            .map_err(|error| PictureError::Plot(error.to_string()))?;
     }
     let text = |(width, height): (u32, u32)| format!("width=\"{width}\" height=\"{height}\"");
     Ok(svg.replacen(&text(drawing_size), &text(size), 1))

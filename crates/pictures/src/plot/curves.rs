@@ -4,7 +4,7 @@ use plotters::prelude::*;
 use scene::{Scene, ShapePath};
 
 use super::quantity::Quantity;
-use super::style::{Area, BAND, COLOURS, FAINT, GREY, INK, font, px, short};
+use super::style::{Area, BAND, COLOURS, GREY, GRID_COLOUR, INK, at, font, px, short};
 use crate::numbers::rounded;
 use swimmer::Outcome;
 
@@ -74,7 +74,7 @@ pub(super) fn draw(
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .bold_line_style(FAINT.stroke_width(px(1)))
+        .bold_line_style(GRID_COLOUR.stroke_width(px(1)))
         .axis_style(INK.stroke_width(px(1)))
         .set_all_tick_mark_size(px(5))
         .label_style(font(14, &INK))
@@ -125,11 +125,6 @@ fn legend(area: &Area, scene: &Scene, net: &[f64]) -> Result<u32, Box<dyn std::e
         x += needed + 12;
     }
     Ok(line + 1)
-}
-
-/// A place in pixels.
-fn at(x: u32, y: u32) -> (i32, i32) {
-    (px(x) as i32, px(y) as i32)
 }
 
 fn phase_label(scene: &Scene, phase: usize) -> String {

@@ -7,11 +7,9 @@ use plotters::prelude::*;
 use scene::Scene;
 
 use super::canvas::{self, Raster};
-use super::colour_map::colour;
-use super::style::{Area, FAINT, INK, font, px, short};
+use super::style::{Area, GRID_COLOUR, INK, at, direction_name, font, px, short, viridis};
 use crate::error::PictureError;
 use crate::flow_slice::{FlowSlice, SlicePlane, Streamline, body_surface, section, streamlines};
-use crate::numbers::rounded;
 
 /// Width of the picture in pixels.
 const WIDTH: u32 = 960;
@@ -62,12 +60,10 @@ pub fn flow_frame(
     let height = f64::from(inner) * plane.height / plane.width;
     let size = (WIDTH, height.round() as u32 + SPACE[2] + SPACE[3]);
     let mut window = (0..1, 0..1);
-    let svg = canvas::svg(size, |root| {
+    let svg = canvas::transparent_svg(size, |root| {
         let (left, right) = root.split_horizontally(px(WIDTH - SPACE[1]));
         window = draw_window(&left, scene, poses, slice, title)?;
-        draw_bar(&right, largest)?;
-        root.present()?;
-        Ok(())
+        draw_bar(&right, largest)
     })?;
     canvas::over_raster(&svg, &raster(slice, largest), window)
 }
@@ -90,17 +86,13 @@ fn draw_window(
     title: &str,
 ) -> Result<(Range<i32>, Range<i32>), Box<dyn std::error::Error>> {
     let plane = &slice.plane;
-    let [right, up] = [plane.right, plane.up].map(|e| direction(&e));
-    area.draw(&Text::new(
-        title.to_owned(),
-        (px(SPACE[0]) as i32, px(14) as i32),
-        font(18, &INK),
-    ))?;
-    area.draw(&Text::new(
-        up,
-        (px(14) as i32, px(SPACE[2] - 20) as i32),
-        font(14, &INK),
-    ))?;
+    let [right, up] = [plane.right, plane.up].map(|e| match direction_name(&e) {
+        name if name.len() == 1 => name,
+        vector => format!("along {vector}"),
+    });
+    let title = Text::new(title.to_owned(), at(SPACE[0], 14), font(18, &INK));
+    area.draw(&title)?;
+    area.draw(&Text::new(up, at(14, SPACE[2] - 20), font(14, &INK)))?;
     let (_, area) = area.split_vertically(px(SPACE[2]));
     let range = |e: &Vector3<f64>, side: f64| {
         let middle = plane.centre.dot(e);
@@ -140,7 +132,7 @@ fn draw_window(
         };
         for curve in section(&surface, pose, plane) {
             let mut corners: Vec<_> = curve.into_iter().map(place).collect();
-            chart.draw_series([Polygon::new(corners.clone(), FAINT.filled())])?;
+            chart.draw_series([Polygon::new(corners.clone(), GRID_COLOUR.filled())])?;
             corners.extend(corners.first().copied());
             chart.draw_series(LineSeries::new(corners, INK.stroke_width(px(1))))?;
         }
@@ -153,11 +145,7 @@ fn draw_bar(area: &Area, largest: f64) -> Result<(), Box<dyn std::error::Error>>
     // A flow at rest needs some axis.
     let top = if largest > 0.0 { largest } else { 1.0 };
     let label = font(14, &INK);
-    area.draw(&Text::new(
-        "speed",
-        (px(24) as i32, px(18) as i32),
-        label.clone(),
-    ))?;
+    area.draw(&Text::new("speed", at(24, 18), label.clone()))?;
     let (_, area) = area.split_vertically(px(SPACE[2]));
     let mut chart = ChartBuilder::on(&area)
         .margin_left(px(24))
@@ -166,7 +154,7 @@ fn draw_bar(area: &Area, largest: f64) -> Result<(), Box<dyn std::error::Error>>
         .build_cartesian_2d(0.0..1.0, 0.0..top)?;
     let edge = |k: usize| top * k as f64 / STEPS as f64;
     chart.draw_series((0..STEPS).map(|k| {
-        let [red, green, blue] = colour((k as f64 + 0.5) / STEPS as f64);
+        let [red, green, blue] = viridis((k as f64 + 0.5) / STEPS as f64);
         // Up to the upper end, below the steps that follow: no gaps by rounding.
         let corners = [(0.0, edge(k)), (1.0, top)];
         Rectangle::new(corners, RGBColor(red, green, blue).filled())
@@ -190,7 +178,7 @@ fn raster(slice: &FlowSlice, largest: f64) -> Raster {
     let rows = speeds.chunks(slice.columns).rev();
     let colours = rows.flatten().flat_map(|speed| match speed {
         Some(speed) => {
-            let [red, green, blue] = colour(scale * speed);
+            let [red, green, blue] = viridis(scale * speed);
             [red, green, blue, 255]
         }
         None => [255, 255, 255, 0],
@@ -221,23 +209,6 @@ fn arrow_head(line: &Streamline, plane: &SlicePlane) -> Option<[[f64; 2]; 3]> {
     Some([corner(2.2, 0.0), corner(-1.2, 1.0), corner(-1.2, -1.0)])
 }
 
-/// The name of a direction: a coordinate or the unit vector.
-fn direction(e: &Vector3<f64>) -> String {
-    let axes = [
-        ("x", Vector3::x()),
-        ("y", Vector3::y()),
-        ("z", Vector3::z()),
-    ];
-    let axis = axes.into_iter().find(|(_, axis)| (e - axis).amax() < 5e-3);
-    axis.map_or_else(
-        || {
-            let [x, y, z] = [e.x, e.y, e.z].map(|c| rounded(c, 2));
-            format!("along ({x:.2}, {y:.2}, {z:.2})")
-        },
-        |(name, _)| name.to_owned(),
-    )
-}
-
 /// The name of a plane: `z = 0`, or a normal and the distance from the origin.
 fn plane_name(plane: &SlicePlane) -> String {
     let normal = plane.normal();
@@ -246,8 +217,8 @@ fn plane_name(plane: &SlicePlane) -> String {
     if height.abs() < 1e-6 * plane.width {
         height = 0.0;
     }
-    match direction(&normal) {
+    match direction_name(&normal) {
         name if name.len() == 1 => format!("{name} = {}", short(height)),
-        name => format!("normal to {}", name.trim_start_matches("along ")),
+        vector => format!("normal to {vector}"),
     }
 }

@@ -4,7 +4,7 @@ use models::ShapeGeometry;
 use plotters::prelude::*;
 
 use super::canvas;
-use super::style::{Area, FAINT, INK, font, px};
+use super::style::{Area, GRID_COLOUR, INK, font, px};
 use crate::error::PictureError;
 
 /// Number of coloured cells along each axis.
@@ -63,13 +63,11 @@ pub fn height_map_svg(
     let components: Vec<usize> = (0..6).filter(|&c| largest(c) > ZERO * scale).collect();
     let size = (PANEL.0 * components.len().max(1) as u32, PANEL.1);
     canvas::svg(size, |root| {
-        root.fill(&WHITE)?;
         let panels = root.split_evenly((1, components.len().max(1)));
         for (panel, &component) in panels.iter().zip(&components) {
             let values: Vec<f64> = cells.iter().map(|cell| cell[component]).collect();
             draw(panel, ranges, names, &values, COMPONENTS[component], stroke)?;
         }
-        root.present()?;
         Ok(())
     })
 }
@@ -129,8 +127,8 @@ fn colour(value: f64) -> RGBColor {
     let share = value.abs().min(1.0);
     let mix = |light: u8, end: f64| (f64::from(light) + share * (end - f64::from(light))) as u8;
     RGBColor(
-        mix(FAINT.0, end.0),
-        mix(FAINT.1, end.1),
-        mix(FAINT.2, end.2),
+        mix(GRID_COLOUR.0, end.0),
+        mix(GRID_COLOUR.1, end.1),
+        mix(GRID_COLOUR.2, end.2),
     )
 }

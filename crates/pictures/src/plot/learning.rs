@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use plotters::prelude::*;
 
 use super::canvas;
-use super::style::{Area, COLOURS, FAINT, GREY, INK, SIZE, font, px};
+use super::style::{Area, COLOURS, GREY, GRID_COLOUR, INK, SIZE, font, px};
 use crate::error::PictureError;
 
 /// Draws the mean reward of a step against the episode, with that of the best cycle.
@@ -14,7 +14,6 @@ use crate::error::PictureError;
 /// [`PictureError::Plot`].
 pub fn learning_curve_svg(curve: &[f64], best: f64) -> Result<String, PictureError> {
     canvas::svg((SIZE.0, 420), |root| {
-        root.fill(&WHITE)?;
         let low = curve.iter().copied().fold(0.0, f64::min);
         let high = 1.1 * curve.iter().copied().fold(best, f64::max).max(1e-300);
         let mut chart = ChartBuilder::on(root)
@@ -29,7 +28,7 @@ pub fn learning_curve_svg(curve: &[f64], best: f64) -> Result<String, PictureErr
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
-            .bold_line_style(FAINT.stroke_width(px(1)))
+            .bold_line_style(GRID_COLOUR.stroke_width(px(1)))
             .axis_style(INK.stroke_width(px(1)))
             .label_style(font(14, &INK))
             .x_desc("episode")
@@ -40,7 +39,6 @@ pub fn learning_curve_svg(curve: &[f64], best: f64) -> Result<String, PictureErr
         let ends = [(0.0, best), (curve.len() as f64, best)];
         chart.draw_series(LineSeries::new(ends, COLOURS[1].stroke_width(px(2))))?;
         chart.draw_series([Text::new("best cycle", ends[0], font(13, &COLOURS[1]))])?;
-        root.present()?;
         Ok(())
     })
 }
@@ -63,12 +61,7 @@ pub struct Policy<'a> {
 /// # Errors
 /// [`PictureError::Plot`].
 pub fn policy_svg(policy: &Policy) -> Result<String, PictureError> {
-    canvas::svg((620, 620), |root| {
-        root.fill(&WHITE)?;
-        draw_policy(root, policy)?;
-        root.present()?;
-        Ok(())
-    })
+    canvas::svg((620, 620), |root| draw_policy(root, policy))
 }
 
 fn draw_policy(root: &Area, policy: &Policy) -> Result<(), Box<dyn std::error::Error>> {

@@ -2,7 +2,6 @@
 //! below), the flow in a plane, and those of the design of strokes.
 
 mod canvas;
-mod colour_map;
 mod curves;
 mod flow_picture;
 mod height_map;
@@ -19,9 +18,9 @@ pub use learning::{Policy, learning_curve_svg, policy_svg};
 pub(crate) use movie::{MovieFrame, movie_svg};
 pub(crate) use quantity::Quantity;
 pub use sizes::{SliceCurve, size_slices_svg};
+pub(crate) use snapshots::nearest_in_time;
 pub(crate) use style::body_colour;
 
-use plotters::prelude::*;
 use scene::Scene;
 
 use crate::error::PictureError;
@@ -37,11 +36,9 @@ pub fn trajectory_svg(scene: &Scene, outcome: &Outcome) -> Result<String, Pictur
 }
 
 fn draw(root: &Area, scene: &Scene, outcome: &Outcome) -> Result<(), Box<dyn std::error::Error>> {
-    root.fill(&WHITE)?;
     let (above, below) = root.split_vertically(px(460));
-    let quantity = Quantity::of(scene, outcome);
+    let quantity = Quantity::new(scene, outcome);
     curves::draw(&above, scene, outcome, &quantity)?;
     snapshots::draw(&below, scene, outcome, &quantity)?;
-    root.present()?;
     Ok(())
 }

@@ -3,11 +3,12 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use scene::{Scene, Shape};
 
-use crate::numbers::rounded;
 use swimmer::Outcome;
 
+use super::style::direction_name;
+
 /// Displacements below this part of the smallest body are not shown if bodies turn more.
-const SMALL: f64 = 0.01;
+const MIN_DISPLACEMENT: f64 = 0.01;
 
 /// A number for every body at every time.
 pub enum Quantity {
@@ -19,7 +20,7 @@ pub enum Quantity {
 
 impl Quantity {
     /// Displacements, or angles if bodies turn and hardly move.
-    pub fn of(scene: &Scene, outcome: &Outcome) -> Self {
+    pub fn new(scene: &Scene, outcome: &Outcome) -> Self {
         let start = outcome.curve.first().map_or(&[][..], |(_, x)| x);
         let moved = largest(
             &mut outcome
@@ -29,7 +30,8 @@ impl Quantity {
         );
         let radii = scene.bodies().iter().map(|body| body.bounding_radius());
         let smallest = radii.filter(|r| *r > 0.0).fold(f64::INFINITY, f64::min);
-        let rotation = Self::rotation(outcome).filter(|_| moved.norm() < SMALL * smallest);
+        let rotation =
+            Self::rotation(outcome).filter(|_| moved.norm() < MIN_DISPLACEMENT * smallest);
         rotation.unwrap_or_else(|| Quantity::Displacement(swimmer_axis(outcome)))
     }
 
@@ -37,29 +39,16 @@ impl Quantity {
     pub fn rotation(outcome: &Outcome) -> Option<Self> {
         let angles = angles(outcome).into_iter();
         let turned = largest(&mut angles.flat_map(|(_, angles)| angles));
-        (turned.norm() > SMALL).then(|| Quantity::Angle(positive(turned)))
+        (turned.norm() > MIN_DISPLACEMENT).then(|| Quantity::Angle(positive(turned)))
     }
 
     /// Title of the plot.
     pub fn title(&self) -> String {
-        let name = |e: &Vector3<f64>| {
-            let units = [
-                ("x", Vector3::x()),
-                ("y", Vector3::y()),
-                ("z", Vector3::z()),
-            ];
-            let axis = units.into_iter().find(|(_, unit)| (e - unit).amax() < 5e-3);
-            match axis {
-                Some((name, _)) => name.to_owned(),
-                None => {
-                    let [x, y, z] = [e.x, e.y, e.z].map(|c| rounded(c, 2));
-                    format!("({x:.2}, {y:.2}, {z:.2})")
-                }
-            }
-        };
         match self {
-            Quantity::Displacement(e) => format!("displacement of the bodies along {}", name(e)),
-            Quantity::Angle(e) => format!("rotation of the bodies about {}", name(e)),
+            Quantity::Displacement(e) => {
+                format!("displacement of the bodies along {}", direction_name(e))
+            }
+            Quantity::Angle(e) => format!("rotation of the bodies about {}", direction_name(e)),
         }
     }
 

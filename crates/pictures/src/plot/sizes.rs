@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use super::canvas;
-use super::style::{Area, COLOURS, FAINT, INK, SIZE, font, px, short};
+use super::style::{Area, COLOURS, GRID_COLOUR, INK, SIZE, at, font, px, short};
 use crate::error::PictureError;
 
 /// Height of a panel in pixels.
@@ -40,12 +40,10 @@ pub fn size_slices_svg(slices: &[SliceCurve], objective: &str) -> Result<String,
         .collect();
     let height = PANEL * panels.len().max(1) as u32;
     canvas::svg((SIZE.0, height), |root| {
-        root.fill(&WHITE)?;
         let areas = root.split_evenly((panels.len().max(1), 1));
         for (area, (kind, slices)) in areas.iter().zip(&panels) {
             draw(area, kind, slices, objective)?;
         }
-        root.present()?;
         Ok(())
     })
 }
@@ -84,7 +82,7 @@ fn draw(
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .bold_line_style(FAINT.stroke_width(px(1)))
+        .bold_line_style(GRID_COLOUR.stroke_width(px(1)))
         .axis_style(INK.stroke_width(px(1)))
         .label_style(font(14, &INK))
         .x_desc(kind)
@@ -93,13 +91,8 @@ fn draw(
         .draw()?;
     for (number, slice) in slices.iter().enumerate() {
         let colour = &COLOURS[number % COLOURS.len()];
-        let points = || {
-            slice
-                .values
-                .iter()
-                .copied()
-                .zip(slice.objectives.iter().copied())
-        };
+        let pairs = || slice.values.iter().zip(slice.objectives);
+        let points = || pairs().map(|(x, y)| (*x, *y));
         chart.draw_series(LineSeries::new(points(), colour.stroke_width(px(2))))?;
         chart.draw_series(points().zip(slice.errors).map(|((x, y), bar)| {
             PathElement::new(vec![(x, y - bar), (x, y + bar)], colour.stroke_width(px(2)))
@@ -107,9 +100,8 @@ fn draw(
         let best = (slice.values[slice.best], slice.objectives[slice.best]);
         chart.draw_series([Circle::new(best, px(6), colour.stroke_width(px(2)))])?;
         let label = format!("{} = {}", slice.name, short(best.0));
-        let place = (px(120), px(44 + 20 * number as u32));
-        let at = (place.0 as i32, place.1 as i32);
-        area.draw(&Text::new(label, at, font(14, colour)))?;
+        let place = at(120, 44 + 20 * number as u32);
+        area.draw(&Text::new(label, place, font(14, colour)))?;
     }
     Ok(())
 }

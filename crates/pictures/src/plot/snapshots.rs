@@ -3,10 +3,10 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use plotters::prelude::*;
 use scene::{Scene, Shape};
+use swimmer::{Outcome, Sample};
 
 use super::quantity::Quantity;
-use super::style::{Area, COLOURS, GREY, INK, font, px, short};
-use swimmer::{Outcome, Sample};
+use super::style::{Area, COLOURS, GREY, INK, at, font, px, short};
 
 /// Largest number of snapshots: more would be too small.
 const MAX_SNAPSHOTS: usize = 5;
@@ -21,8 +21,8 @@ pub(super) fn draw(
     let Some(shots) = shots(scene, outcome) else {
         return Ok(());
     };
-    let [axis, across] = quantity.plane(scene, outcome);
-    let flat = |x: &Vector3<f64>| (x.dot(&axis), x.dot(&across));
+    let plane = quantity.plane(scene, outcome);
+    let flat = |x: &Vector3<f64>| (x.dot(&plane[0]), x.dot(&plane[1]));
     // Bounding rectangle of the bodies in all snapshots.
     let (mut left, mut right, mut low, mut high) = (f64::MAX, f64::MIN, f64::MAX, f64::MIN);
     for (_, sample) in &shots {
@@ -47,7 +47,7 @@ pub(super) fn draw(
     let (cell_width, cell_height) = (width / columns as f64, height / lines as f64);
     area.draw(&Text::new(
         "the bodies, to scale",
-        (px(14) as i32, px(8) as i32),
+        at(14, 8),
         font(16, &INK),
     ))?;
     for (number, (name, sample)) in shots.iter().enumerate() {
@@ -66,38 +66,46 @@ pub(super) fn draw(
                 (centre.1 - scale * (y - 0.5 * (low + high))).round() as i32,
             )
         };
-        area.draw(&Text::new(
-            name.clone(),
-            (
-                corner.0 as i32 + px(14) as i32,
-                corner.1 as i32 + px(4) as i32,
-            ),
-            font(13, &GREY),
-        ))?;
-        let at = |body: usize| pixel(&sample.poses[body].translation.vector);
-        for joint in scene.articulation().joints() {
-            let arm = [at(joint.body), at(joint.to)];
-            area.draw(&PathElement::new(arm, GREY.stroke_width(px(2))))?;
+        let (x, y) = at(14, 4);
+        let place = (corner.0 as i32 + x, corner.1 as i32 + y);
+        area.draw(&Text::new(name.clone(), place, font(13, &GREY)))?;
+        draw_shot(area, scene, sample, &plane, scale, pixel)?;
+    }
+    Ok(())
+}
+
+/// Draws joints and bodies; `pixel` gives the place of a point.
+fn draw_shot(
+    area: &Area,
+    scene: &Scene,
+    sample: &Sample,
+    [axis, across]: &[Vector3<f64>; 2],
+    scale: f64,
+    pixel: impl Fn(&Vector3<f64>) -> (i32, i32),
+) -> Result<(), Box<dyn std::error::Error>> {
+    let at = |body: usize| pixel(&sample.poses[body].translation.vector);
+    for joint in scene.articulation().joints() {
+        let arm = [at(joint.body), at(joint.to)];
+        area.draw(&PathElement::new(arm, GREY.stroke_width(px(2))))?;
+    }
+    for (body, shape) in scene.bodies().iter().map(|body| &body.shape).enumerate() {
+        let colour = COLOURS[body % COLOURS.len()];
+        let least = f64::from(px(2));
+        let disc = |at: (i32, i32), radius: f64| {
+            let radius = (scale * radius).max(least).round() as i32;
+            area.draw(&Circle::new(at, radius, colour.filled()))
+        };
+        let (pose, centreline) = (&sample.poses[body], shape.centreline());
+        if shape.is_isotropic() {
+            disc(at(body), shape.bounding_radius())?;
+        } else if centreline.is_empty() {
+            let outline = outline(shape, pose, axis, across);
+            let corners: Vec<_> = outline.map(|x| pixel(&x)).collect();
+            area.draw(&Polygon::new(corners, colour.filled()))?;
         }
-        for (body, shape) in scene.bodies().iter().map(|body| &body.shape).enumerate() {
-            let colour = COLOURS[body % COLOURS.len()];
-            let least = f64::from(px(2));
-            let disc = |at: (i32, i32), radius: f64| {
-                let radius = (scale * radius).max(least).round() as i32;
-                area.draw(&Circle::new(at, radius, colour.filled()))
-            };
-            let (pose, centreline) = (&sample.poses[body], shape.centreline());
-            if shape.is_isotropic() {
-                disc(at(body), shape.bounding_radius())?;
-            } else if centreline.is_empty() {
-                let outline = outline(shape, pose, &axis, &across);
-                let corners: Vec<_> = outline.map(|x| pixel(&x)).collect();
-                area.draw(&Polygon::new(corners, colour.filled()))?;
-            }
-            for x in centreline {
-                // Tubes have the radius of the tube.
-                disc(pixel(&(pose * Point3::from(x)).coords), shape.size_radius())?;
-            }
+        for x in centreline {
+            // Tubes have the radius of the tube.
+            disc(pixel(&(pose * Point3::from(x)).coords), shape.size_radius())?;
         }
     }
     Ok(())
@@ -112,24 +120,15 @@ fn shots<'a>(scene: &Scene, outcome: &'a Outcome) -> Option<Vec<(String, &'a Sam
     let (&last, first) = ends.split_last()?;
     let mut shots: Vec<(String, &Sample)> = if ends.len() > 2 {
         let first = first.iter().take(phases.min(MAX_SNAPSHOTS - 1)).enumerate();
-        let name = |k| {
-            if k == 0 {
-                "start".to_owned()
-            } else {
-                format!("after phase {k}")
-            }
+        let name = |k| match k {
+            0 => "start".to_owned(),
+            k => format!("after phase {k}"),
         };
         first.map(|(k, sample)| (name(k), *sample)).collect()
     } else {
         let times =
             (0..MAX_SNAPSHOTS - 1).map(|k| last.time * k as f64 / (MAX_SNAPSHOTS - 1) as f64);
-        let nearest = times.filter_map(|time| {
-            let off = |sample: &&Sample| (sample.time - time).abs();
-            outcome
-                .samples
-                .iter()
-                .min_by(|a, b| off(a).total_cmp(&off(b)))
-        });
+        let nearest = times.filter_map(|time| nearest_in_time(&outcome.samples, time));
         nearest
             .map(|sample| (format!("time {}", short(sample.time)), sample))
             .collect()
@@ -152,4 +151,11 @@ fn outline<'a>(
         let direction = axis * angle.cos() + across * angle.sin();
         pose.translation.vector + shape.support_point(&pose.rotation, &direction)
     })
+}
+
+/// The sample whose time is nearest to a time, the first of equal ones.
+pub fn nearest_in_time(samples: &[Sample], time: f64) -> Option<&Sample> {
+    let off = |sample: &&Sample| (sample.time - time).abs();
+    let samples = samples.iter();
+    samples.min_by(|a, b| off(a).total_cmp(&off(b)))
 }

@@ -14,7 +14,7 @@ use crate::error::PictureError;
 use crate::flow_slice::{SliceFrame, body_surface, section, streamlines};
 use crate::flow_slices::StoredSlice;
 use crate::packed;
-use crate::plot::{Quantity, body_colour};
+use crate::plot::{Quantity, body_colour, nearest_in_time};
 
 /// Distance of streamlines relative to the width of the window.
 const LINE_DISTANCE: f64 = 0.03;
@@ -52,7 +52,7 @@ pub fn page_data(record: &RunRecord) -> Result<Value, PictureError> {
             [x.x, x.y, x.z, q.x, q.y, q.z, q.w]
         })
     });
-    let view = SliceFrame::of(scene)?.around(scene, &start_poses(record));
+    let view = SliceFrame::from_scene(scene)?.around(scene, &start_poses(record));
     let joints = scene.articulation().joints().iter();
     let slices: Vec<Value> = (record.slices.slices.par_iter())
         .filter_map(|stored| slice(record, &shapes, &surfaces, stored))
@@ -105,11 +105,8 @@ fn phases(record: &RunRecord, track: &Track) -> Vec<Value> {
     let mut phases = Vec::new();
     for span in 0..gait.phases.len() * track.cycles {
         let end = begin + gait.phases[span % gait.phases.len()].duration;
-        let joints = record
-            .outcome
-            .spans
-            .get(span)
-            .map_or(&[][..], |span| &span.joints);
+        let done = record.outcome.spans.get(span);
+        let joints = done.map_or(&[][..], |span| &span.joints);
         let is_labelled = gait.phases.len() * track.cycles <= MAX_LABELS && !joints.is_empty();
         let name = is_labelled.then(|| record.scene.joint_names(joints));
         phases.push(json!({ "begin": begin, "end": end, "name": name }));
@@ -121,7 +118,7 @@ fn phases(record: &RunRecord, track: &Track) -> Vec<Value> {
 /// Curves over time: displacements or angles of the bodies, then lengths and angles of the joints.
 fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
     let (scene, outcome) = (&record.scene, &record.outcome);
-    let quantity = Quantity::of(scene, outcome);
+    let quantity = Quantity::new(scene, outcome);
     let rotation = match quantity {
         Quantity::Displacement(_) => Quantity::rotation(outcome),
         Quantity::Angle(_) => None,
@@ -136,10 +133,8 @@ fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
     let of_bodies = |quantity: Quantity| {
         let curve = quantity.curve(outcome);
         let bodies = scene.bodies().iter().enumerate().map(|(k, body)| {
-            let values = track
-                .times
-                .iter()
-                .map(|time| interpolated(&curve, *time, k));
+            let times = track.times.iter();
+            let values = times.map(|time| interpolated(&curve, *time, k));
             series(&body.name, k, values.collect())
         });
         json!({
@@ -153,13 +148,9 @@ fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
         .chain(rotation)
         .map(of_bodies)
         .collect();
+    let passive = scene.articulation().passive_drives();
     let moving: BTreeSet<usize> = (outcome.spans.iter().flat_map(|span| span.joints.clone()))
-        .chain(
-            scene
-                .articulation()
-                .passive_drives()
-                .map(|(joint, _)| joint),
-        )
+        .chain(passive.map(|(joint, _)| joint))
         .collect();
     for (turns, title, unit) in [
         (false, "Lengths of the links", "length (the scene's unit)"),
@@ -187,10 +178,9 @@ fn interpolated(curve: &[(f64, Vec<f64>)], time: f64, body: usize) -> f64 {
         .partition_point(|(t, _)| *t < time)
         .min(curve.len() - 1);
     let ((from, a), (to, b)) = (&curve[after.saturating_sub(1)], &curve[after]);
-    let share = if to > from {
-        (time - from) / (to - from)
-    } else {
-        1.0
+    let share = match to > from {
+        true => (time - from) / (to - from),
+        false => 1.0,
     };
     a[body] + share * (b[body] - a[body])
 }
@@ -212,9 +202,7 @@ fn slice(
             packed_curve(&kept.map(|(_, point)| *point).collect::<Vec<_>>())
         })
         .collect();
-    let off = |time: f64| (time - stored.time).abs();
-    let samples = record.outcome.samples.iter();
-    let sample = samples.min_by(|a, b| off(a.time).total_cmp(&off(b.time)))?;
+    let sample = nearest_in_time(&record.outcome.samples, stored.time)?;
     let mut outlines = Vec::new();
     for (number, (body, pose)) in record.scene.bodies().iter().zip(&sample.poses).enumerate() {
         let shape = shapes.iter().position(|known| **known == body.shape)?;

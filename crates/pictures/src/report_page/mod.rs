@@ -5,7 +5,6 @@
 //! curves over time. `player.js` controls the time that all of them show.
 
 mod data;
-mod html;
 mod record;
 mod tables;
 mod track;
@@ -18,8 +17,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::error::PictureError;
-use html::{escaped, for_script};
 use swimmer::Folder;
+use tables::{escaped, for_script};
 
 /// Name of the file.
 pub const REPORT_PAGE: &str = "report.html";
@@ -67,7 +66,7 @@ impl RunRecord {
             ("data", data),
             ("scripts", SCRIPTS.join("\n")),
         ];
-        Ok(html::filled(TEMPLATE, &parts))
+        Ok(tables::filled(TEMPLATE, &parts))
     }
 
     /// Writes the page into a folder and returns its path.

@@ -7,10 +7,8 @@ use serde_json::Value;
 
 use crate::error::PictureError;
 use crate::flow_slices::{StoredSlice, StoredSlices};
-use crate::plot::{MovieFrame, movie_svg};
-use swimmer::Checkpoint;
-use swimmer::Folder;
-use swimmer::{Outcome, Sample, SwimError};
+use crate::plot::{MovieFrame, movie_svg, nearest_in_time};
+use swimmer::{Checkpoint, Folder, Outcome, SwimError};
 
 /// Name of the animated picture.
 const MOVIE: &str = "movie.svg";
@@ -92,12 +90,8 @@ impl RunRecord {
     /// [`PictureError::NoFlow`] for a run whose folder has no flow; [`PictureError::Plot`],
     /// [`SwimError::Write`].
     pub fn write_movie(&self, folder: &Folder) -> Result<PathBuf, PictureError> {
-        let off = |sample: &Sample, time: f64| (sample.time - time).abs();
         let frame = |stored: &StoredSlice| {
-            let nearest = self.outcome.samples.iter().min_by(|a, b| {
-                let [a, b] = [a, b].map(|sample| off(sample, stored.time));
-                a.total_cmp(&b)
-            })?;
+            let nearest = nearest_in_time(&self.outcome.samples, stored.time)?;
             Some(MovieFrame {
                 time: stored.time,
                 poses: nearest.poses.clone(),

@@ -8,7 +8,7 @@ use crate::support::boxes::{Case, TOLERANCE, centres, part};
 const LINKED: [&dyn Formulation; 3] = [&Eliminated, &Lagrange, &DirectRows];
 
 /// Velocities are of size 1 and forces up to about 20; both have errors larger than the residual.
-const CLOSE: f64 = 1e4 * TOLERANCE;
+const COMPARISON_TOLERANCE: f64 = 1e4 * TOLERANCE;
 
 /// Prescribes a velocity on the wall and returns it at all nodes.
 fn set_walls(
@@ -24,12 +24,27 @@ fn assert_moves_with_walls(case: &Case, formulation: &dyn Formulation, expected:
     let (flow, _) = case.solve(formulation, 0.0);
     let name = formulation.name();
     for (u, expected) in flow.velocity.iter().zip(expected) {
-        assert!((u - expected).amax() < CLOSE, "{name}: {u} at {expected}");
+        assert!(
+            (u - expected).amax() < COMPARISON_TOLERANCE,
+            "{name}: {u} at {expected}"
+        );
     }
-    assert!(flow.forces.amax() < 20.0 * CLOSE, "{name}: {}", flow.forces);
+    assert!(
+        flow.forces.amax() < 20.0 * COMPARISON_TOLERANCE,
+        "{name}: {}",
+        flow.forces
+    );
     let joint_loads = flow.joint_loads.iter();
-    assert!(joint_loads.clone().all(|load| load.abs() < 20.0 * CLOSE));
-    assert!(flow.pressure.iter().all(|p| p.abs() < 1e3 * CLOSE));
+    assert!(
+        joint_loads
+            .clone()
+            .all(|load| load.abs() < 20.0 * COMPARISON_TOLERANCE)
+    );
+    assert!(
+        flow.pressure
+            .iter()
+            .all(|p| p.abs() < 1e3 * COMPARISON_TOLERANCE)
+    );
 }
 
 /// A rigid motion of the walls is a solution for bodies and fluid, with no force and no pressure.
@@ -78,9 +93,15 @@ fn forces_depend_on_the_velocity_relative_to_the_walls() {
     let (flow, _) = dragged.solve(&Independent, 0.0);
     for body in 0..2 {
         let velocity = flow.bodies.fixed_rows::<3>(6 * body) + wind;
-        assert!(velocity.amax() < CLOSE, "body {body}: {velocity}");
+        assert!(
+            velocity.amax() < COMPARISON_TOLERANCE,
+            "body {body}: {velocity}"
+        );
         let rotation = flow.bodies.fixed_rows::<3>(6 * body + 3);
-        assert!(rotation.amax() < CLOSE / 0.1, "body {body}: {rotation}");
+        assert!(
+            rotation.amax() < COMPARISON_TOLERANCE / 0.1,
+            "body {body}: {rotation}"
+        );
     }
 }
 

@@ -73,41 +73,38 @@ pub struct Words {
 impl Kind {
     /// The admissible values, as in "must be ...".
     pub fn describe(self) -> String {
-        match self {
-            Self::Number => "a number".to_owned(),
+        let text = match self {
+            Self::Number => "a number",
             Self::Oscillation => {
                 "a number, or a table such as { mean = 0, amplitude = 1, phase = 0, order = 1, \
                  period = 2 }"
-                    .to_owned()
             }
-            Self::Positive => "a number greater than zero".to_owned(),
-            Self::NonNegative => "a number that is not negative".to_owned(),
-            Self::Vector => "three numbers, such as [0, 0, 1]".to_owned(),
+            Self::Positive => "a number greater than zero",
+            Self::NonNegative => "a number that is not negative",
+            Self::Vector => "three numbers, such as [0, 0, 1]",
             Self::Matrix => {
-                "three rows of three numbers, such as [[0, 1, 0], [0, 0, 0], [0, 0, 0]]".to_owned()
+                "three rows of three numbers, such as [[0, 1, 0], [0, 0, 0], [0, 0, 0]]"
             }
-            Self::PositiveVector => "three numbers greater than zero".to_owned(),
-            Self::Range => {
-                "two numbers greater than zero, the smaller one first, such as [0.5, 2]".to_owned()
-            }
-            Self::NumbersByName => "a table of numbers, such as { arm = 6 }".to_owned(),
+            Self::PositiveVector => "three numbers greater than zero",
+            Self::Range => "two numbers greater than zero, the smaller one first, such as [0.5, 2]",
+            Self::NumbersByName => "a table of numbers, such as { arm = 6 }",
             Self::JointValues => {
                 "a number for all links, a list of numbers, or a table such as { arm = 6 }"
-                    .to_owned()
             }
-            Self::Count => "a whole number of at least 1".to_owned(),
-            Self::Text => "a text that is not empty".to_owned(),
-            Self::Texts => "a list of texts that are not empty".to_owned(),
-            Self::Flag => "true or false".to_owned(),
-            Self::Word(words) => format!("one of {}", words.words.join(", ")),
-            Self::Group => "a table".to_owned(),
-        }
+            Self::Count => "a whole number of at least 1",
+            Self::Text => "a text that is not empty",
+            Self::Texts => "a list of texts that are not empty",
+            Self::Flag => "true or false",
+            Self::Word(words) => return format!("one of {}", words.words.join(", ")),
+            Self::Group => "a table",
+        };
+        text.to_owned()
     }
 }
 
 /// A table of the scene file, such as `[fluid]`.
 #[derive(Clone, Copy, Debug)]
-pub struct Table {
+pub struct KeyTable {
     /// What stands before the names of its keys: `fluid.`, or `bodies[].` for a list.
     pub prefix: &'static str,
     /// What the table describes.
@@ -121,6 +118,10 @@ pub struct Table {
 pub(crate) trait KeyType {
     const KIND: Kind;
     const DEFAULT: &'static str = "";
+
+    /// Asserts that serde reads and writes the words of a type of words.
+    #[cfg(test)]
+    fn check_words() {}
 }
 
 macro_rules! key_types {
@@ -146,6 +147,11 @@ key_types! {
 
 impl<T: KeyType> KeyType for Option<T> {
     const KIND: Kind = T::KIND;
+
+    #[cfg(test)]
+    fn check_words() {
+        T::check_words();
+    }
 }
 
 /// Defines the tables of a scene file: for each a struct that serde reads and writes, with its
@@ -167,7 +173,13 @@ macro_rules! tables {
         }
     )+) => {
         /// All tables of a scene file, in the order in which scenes are written.
-        pub const TABLES: &[Table] = &[$($name::TABLE),+];
+        pub const TABLES: &[KeyTable] = &[$($name::TABLE),+];
+
+        /// Checks the words of all keys.
+        #[cfg(test)]
+        pub(super) fn check_words() {
+            $( $( <$ty as KeyType>::check_words(); )+ )+
+        }
 
         $(
             $(#[doc = $doc])+
@@ -179,7 +191,7 @@ macro_rules! tables {
             }
 
             impl $name {
-                pub(crate) const TABLE: Table = Table {
+                pub(crate) const TABLE: KeyTable = KeyTable {
                     prefix: $prefix,
                     meaning: concat!($($doc),+).trim_ascii(),
                     keys: &[$( Key {

@@ -6,7 +6,7 @@ mod tables;
 use std::fmt::Write as _;
 
 pub(crate) use key::KeyType;
-pub use key::{Key, KeyDefault, Kind, Table, Words};
+pub use key::{Key, KeyDefault, KeyTable, Kind, Words};
 pub use tables::*;
 
 /// Keys that have another name now, with the new last part of the name.
@@ -61,7 +61,7 @@ pub fn markdown() -> String {
         .join("\n")
 }
 
-fn table_in_markdown(table: &Table) -> String {
+fn table_in_markdown(table: &KeyTable) -> String {
     let heading = match table.prefix.strip_suffix("[].") {
         Some(list) => format!("`[[{list}]]`"),
         None => match table.prefix.strip_suffix('.') {
@@ -103,6 +103,11 @@ mod tests {
         assert!(is_group("fem") && is_group("gait.phases"));
         assert!(!is_group("fem.rtol") && !is_group("f"));
         assert!(find("bodies[].radius").is_some() && find("bodies").is_none());
+    }
+
+    #[test]
+    fn serde_and_the_lists_of_words_agree() {
+        check_words();
     }
 
     #[test]

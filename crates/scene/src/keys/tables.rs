@@ -6,12 +6,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::key::{Key, KeyDefault, KeyType, Kind, Table, tables};
+use super::key::{Key, KeyDefault, KeyTable, KeyType, Kind, tables};
+use crate::joints::JointWord;
 use crate::words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, DriveKind, EstimatesKind, FlowsKind,
-    FormulationKind, GaitKind, GeometryKind, InterpolationKind, JointWord, LearnKind,
-    MeshMotionKind, MesherKind, ModelKind, ObjectiveKind, ShapeKind, SolverKind, StrokeStart,
-    SurfaceKind, SymmetryKind,
+    FormulationKind, GaitKind, GeometryKind, InterpolationKind, LearnKind, MeshMotionKind,
+    MesherKind, ModelKind, ObjectiveKind, ShapeKind, SolverKind, StrokeStart, SurfaceKind,
+    SymmetryKind,
 };
 
 tables! {

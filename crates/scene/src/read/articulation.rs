@@ -1,13 +1,14 @@
 //! The joints of a scene file, and the articulation of its bodies and joints.
 
-use rigid::{Articulation, Joint, JointKind, RigidError};
+use rigid::{Articulation, Freedom, Joint, JointDrive, JointKind, PassiveDrive, RigidError};
 
-use super::joint;
 use crate::body::Body;
 use crate::checks::Checks;
 use crate::error::SceneError;
-use crate::keys::JointFile;
-use crate::words::ArmsKind;
+use crate::joints::JointKeys;
+use crate::keys::{ForceFile, JointFile};
+use crate::shape_path::{JointForce, Sine};
+use crate::words::{ArmsKind, DriveKind};
 
 /// All joints, with unique names, each between two bodies that no other joint joins.
 pub(super) fn joints(
@@ -46,12 +47,19 @@ pub(super) fn joints(
             );
             return Err(checks.bad_value(&format!("links[{number}]"), problem));
         }
-        let kind = joint::kind(checks, number, file, [&bodies[body], &bodies[to]])?;
-        let start = match kind {
-            JointKind::Slide => (bodies[body].position - bodies[to].position).norm(),
-            _ => 0.0,
+        let keys = JointKeys {
+            word: file.joint,
+            axis: file.axis,
+            pivot: file.pivot,
+            pitch: file.pitch,
         };
-        let drive = joint::drive(checks, number, file, start)?;
+        let kind = (keys.kind(bodies[body].position, bodies[to].position))
+            .map_err(|(name, problem)| checks.bad_value(&key(name), problem))?;
+        let start = match kind.freedom() {
+            Freedom::Distance => (bodies[body].position - bodies[to].position).norm(),
+            Freedom::Angle | Freedom::Rotation | Freedom::Nothing => 0.0,
+        };
+        let drive = drive(checks, number, file, (kind, start))?;
         joints.push(Joint {
             name,
             body,
@@ -76,7 +84,7 @@ pub(super) fn articulation(
     start: &[(usize, f64)],
 ) -> Result<Articulation, SceneError> {
     for (number, joint) in joints.iter().enumerate() {
-        let is_slide = joint.kind == JointKind::Slide;
+        let is_slide = joint.kind.freedom() == Freedom::Distance;
         if is_slide && bodies[joint.body].position == bodies[joint.to].position {
             let problem = format!(
                 "has no direction: '{}' and '{}' are at the same place; move one",
@@ -144,3 +152,94 @@ pub(super) fn articulation(
 /// Relative difference up to which a length at the start of a gait is that of the positions, which
 /// are written with about as many digits.
 const SAME_LENGTH: f64 = 1e-9;
+
+/// What drives a joint of this kind whose value is `start` at the start.
+fn drive(
+    checks: &Checks,
+    number: usize,
+    file: &JointFile,
+    (joint, start): (JointKind, f64),
+) -> Result<JointDrive, SceneError> {
+    let key = |key: &str| format!("links[{number}].{key}");
+    let kind = match (joint.freedom(), file.drive) {
+        (Freedom::Distance | Freedom::Angle, kind) => kind.unwrap_or_default(),
+        (Freedom::Rotation, None | Some(DriveKind::Free)) => DriveKind::Free,
+        (Freedom::Nothing, None) => DriveKind::Prescribed,
+        (Freedom::Rotation | Freedom::Nothing, Some(other)) => {
+            let problem = format!(
+                "cannot be \"{}\": a joint \"{}\" has no value; remove the key",
+                other.word(),
+                file.joint.word()
+            );
+            return Err(checks.bad_value(&key("drive"), problem));
+        }
+    };
+    let is_passive = kind != DriveKind::Prescribed && joint.has_value();
+    let (is_spring, is_force) = (kind == DriveKind::Spring, kind == DriveKind::Force);
+    checks.refuse_strangers(
+        &format!("links[{number}]"),
+        [
+            ("stiffness", file.stiffness.is_some(), is_spring),
+            ("rest", file.rest.is_some(), is_spring),
+            ("force", file.force.is_some(), is_force),
+            ("damping", file.damping.is_some(), is_passive),
+        ],
+        &format!("is no part of the drive \"{}\"; remove it", kind.word()),
+    )?;
+    let mut passive = PassiveDrive {
+        damping: file.damping.unwrap_or(0.0),
+        ..PassiveDrive::default()
+    };
+    match kind {
+        DriveKind::Prescribed => return Ok(JointDrive::Prescribed),
+        DriveKind::Free => {}
+        DriveKind::Spring => {
+            passive.stiffness = checks.required(
+                &key("stiffness"),
+                file.stiffness,
+                ": force per change of the value",
+            )?;
+            passive.rest = file.rest.unwrap_or(start);
+        }
+        DriveKind::Force => {
+            let force = checks.required(
+                &key("force"),
+                file.force,
+                ": the force on the joint, a torque for joints that turn",
+            )?;
+            passive.force = match force {
+                ForceFile::Constant(force) => force,
+                ForceFile::Harmonic(harmonic) => harmonic.mean,
+            };
+        }
+    }
+    Ok(JointDrive::Passive(passive))
+}
+
+/// The oscillating parts of the forces on joints; their period is that of the gait unless given.
+pub(super) fn oscillating(
+    checks: &Checks,
+    files: &[JointFile],
+    gait_period: Option<f64>,
+) -> Result<Vec<JointForce>, SceneError> {
+    let mut forces = Vec::new();
+    for (joint, file) in files.iter().enumerate() {
+        let Some(ForceFile::Harmonic(harmonic)) = file.force else {
+            continue;
+        };
+        let key = format!("links[{joint}].force");
+        let missing = |name: &str| checks.bad_value(&key, format!("has no {name}"));
+        let amplitude = harmonic.amplitude.ok_or_else(|| missing("amplitude"))?;
+        let period = harmonic.period.or(gait_period);
+        forces.push(JointForce {
+            sine: Sine {
+                joint,
+                amplitude,
+                phase: harmonic.phase,
+                order: harmonic.order,
+            },
+            period: period.ok_or_else(|| missing("period, and the gait has none either"))?,
+        });
+    }
+    Ok(forces)
+}

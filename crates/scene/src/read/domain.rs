@@ -15,13 +15,15 @@ pub(super) fn domain(
     file: &DomainFile,
     surfaces: &mut SurfaceFiles,
 ) -> Result<Domain, SceneError> {
-    let of_surface = file.surface_kind.is_some() || file.scale.is_some();
-    let is_given = file.radius.is_some()
-        || file.size.is_some()
-        || file.file.is_some()
-        || file.walls.is_some()
-        || of_surface;
-    if file.kind.is_none() && is_given {
+    let given = [
+        file.radius.is_some(),
+        file.size.is_some(),
+        file.file.is_some(),
+        file.walls.is_some(),
+        file.surface_kind.is_some(),
+        file.scale.is_some(),
+    ];
+    if file.kind.is_none() && given.contains(&true) {
         return Err(checks.bad_value(
             "domain.kind",
             "is missing: say which domain is meant, such as kind = \"ball\"",
@@ -32,15 +34,15 @@ pub(super) fn domain(
         checks.required("domain.radius", file.radius, &why)
     };
     let kind = file.kind.unwrap_or_default();
-    for (key, is_given) in [
-        ("domain.surface_kind", file.surface_kind.is_some()),
-        ("domain.scale", file.scale.is_some()),
-    ] {
-        if is_given && kind != DomainKind::Surface {
-            let problem = "belongs to kind = \"surface\"; remove it or set the kind";
-            return Err(checks.bad_value(key, problem));
-        }
-    }
+    let is_surface = kind == DomainKind::Surface;
+    checks.refuse_strangers(
+        "domain",
+        [
+            ("surface_kind", file.surface_kind.is_some(), is_surface),
+            ("scale", file.scale.is_some(), is_surface),
+        ],
+        "belongs to kind = \"surface\"; remove it or set the kind",
+    )?;
     Ok(match kind {
         DomainKind::Unbounded => Domain::Unbounded,
         kind @ DomainKind::Ball => Domain::Ball {

@@ -1,9 +1,7 @@
 //! Checks that the numbers of a scene can be computed with: their sizes relative to the bodies.
 
-use std::f64::consts::TAU;
-
 use nalgebra::Vector3;
-use rigid::{Joint, JointDrive, JointKind};
+use rigid::{Joint, JointDrive};
 
 use crate::body::Body;
 use crate::checks::Checks;
@@ -12,10 +10,9 @@ use crate::error::SceneError;
 use crate::flow::Background;
 use crate::gait::Gait;
 use crate::gait_table::GaitTable;
-use crate::keys::FemOptions;
-use crate::keys::GaitFile;
-use crate::shape_path::JointForce;
-use crate::shape_path::ShapePath;
+use crate::joints::JointKeys;
+use crate::keys::SceneFile;
+use crate::shape_path::{JointForce, ShapePath};
 
 /// Largest length of a scene over the smallest length of a body.
 ///
@@ -25,19 +22,40 @@ use crate::shape_path::ShapePath;
 /// and gaps are lost in rounding.
 const LARGEST_RATIO: f64 = 1e9;
 
-/// Refuses lengths that are too large for the smallest body, and loads that move bodies too far.
-pub(super) fn check(
-    checks: &Checks,
-    viscosity: f64,
-    (domain, background): (&Domain, Option<&Background>),
-    bodies: &[Body],
-    (gait, gait_file, gait_table): (&Gait, &GaitFile, Option<&GaitTable>),
-    (joints, joint_forces): (&[Joint], &[JointForce]),
-    fem: &FemOptions,
-) -> Result<(), SceneError> {
-    let all = (bodies.iter()).flat_map(|body| body.shape.lengths().into_iter().map(|l| l.1));
-    let smallest = all.fold(f64::INFINITY, f64::min);
-    let demand = |key: String, length: f64| {
+/// A scene as it is known before its bodies are placed.
+pub(super) struct Unplaced<'a> {
+    pub checks: &'a Checks<'a>,
+    pub file: &'a SceneFile,
+    pub domain: &'a Domain,
+    pub background: Option<&'a Background>,
+    pub bodies: &'a [Body],
+    pub gait: &'a Gait,
+    pub gait_table: Option<&'a GaitTable>,
+    pub joints: &'a [Joint],
+    pub joint_forces: &'a [JointForce],
+}
+
+impl Unplaced<'_> {
+    /// Refuses lengths that are too large for the smallest body, and loads that move bodies too
+    /// far.
+    pub fn check_extent(&self) -> Result<(), SceneError> {
+        let bodies = self.bodies.iter();
+        let all = bodies.flat_map(|body| body.shape.lengths().into_iter().map(|l| l.1));
+        let smallest = all.fold(f64::INFINITY, f64::min);
+        self.check_lengths(smallest)?;
+        self.check_gait(smallest)?;
+        for (number, joint) in self.joints.iter().enumerate() {
+            for (key, length) in JointKeys::from_kind(&joint.kind).lengths() {
+                self.check_length(&format!("links[{number}].{key}"), length, smallest)?;
+            }
+        }
+        self.check_surface_size(smallest)?;
+        self.check_drives(smallest)?;
+        self.check_loads(smallest)?;
+        self.check_flows(smallest)
+    }
+
+    fn check_length(&self, key: &str, length: f64, smallest: f64) -> Result<(), SceneError> {
         if length <= LARGEST_RATIO * smallest {
             return Ok(());
         }
@@ -47,103 +65,74 @@ pub(super) fn check(
              {LARGEST_RATIO:e} times",
             length / smallest
         );
-        Err(checks.bad_value(&key, problem))
-    };
-    match domain {
-        Domain::Ball { radius } | Domain::Cylinder { radius } => {
-            demand("domain.radius".to_owned(), *radius)?;
-        }
-        Domain::Box { size } => demand("domain.size".to_owned(), size.amax())?,
-        Domain::Surface(shape) => demand("domain.file".to_owned(), shape.bounding_radius())?,
-        Domain::Unbounded | Domain::Wall | Domain::Mesh { .. } => {}
+        Err(self.checks.bad_value(key, problem))
     }
-    for (number, body) in bodies.iter().enumerate() {
-        let key = |key: &str| format!("bodies[{number}].{key}");
-        demand(key("position"), body.position.amax())?;
-        for (name, length) in body.shape.lengths() {
-            demand(key(name), length)?;
-        }
-    }
-    let is_length = |joint: usize| !joints[joint].kind.is_angle();
-    if let Some(table) = gait_table {
-        demand("gait.file".to_owned(), table.largest(joints))?;
-    }
-    for (number, phase) in gait.phases.iter().enumerate() {
-        match &phase.path {
-            ShapePath::Cubic(_) | ShapePath::Own(_) => {}
-            ShapePath::Linear(changes) => {
-                let of_slides = changes.iter().filter(|(joint, _)| is_length(*joint));
-                for (_, length) in of_slides {
-                    demand(format!("gait.phases[{number}].length"), *length)?;
-                }
+
+    /// Checks the lengths of the domain and the bodies.
+    fn check_lengths(&self, smallest: f64) -> Result<(), SceneError> {
+        let (key, length) = match self.domain {
+            Domain::Ball { radius } | Domain::Cylinder { radius } => ("domain.radius", *radius),
+            Domain::Box { size } => ("domain.size", size.amax()),
+            Domain::Surface(shape) => ("domain.file", shape.bounding_radius()),
+            Domain::Unbounded | Domain::Wall | Domain::Mesh { .. } => ("domain", 0.0),
+        };
+        self.check_length(key, length, smallest)?;
+        for (number, body) in self.bodies.iter().enumerate() {
+            let position = [("position", body.position.amax())];
+            for (key, length) in position.into_iter().chain(body.shape.lengths()) {
+                self.check_length(&format!("bodies[{number}].{key}"), length, smallest)?;
             }
-            ShapePath::Harmonic { sines, .. } => {
-                let numbered = sines.iter().zip(gait_file.harmonics.iter().flatten());
-                for (number, (sine, file)) in numbered.enumerate() {
-                    if is_length(sine.joint) {
+        }
+        Ok(())
+    }
+
+    /// Checks the lengths of slides.
+    fn check_gait(&self, smallest: f64) -> Result<(), SceneError> {
+        let check = |key: &str, length: f64| self.check_length(key, length, smallest);
+        let is_length = |joint: usize| !self.joints[joint].kind.is_angle();
+        if let Some(table) = self.gait_table {
+            check("gait.file", table.largest(self.joints))?;
+        }
+        for (number, phase) in self.gait.phases.iter().enumerate() {
+            match &phase.path {
+                ShapePath::Cubic(_) | ShapePath::Own(_) => {}
+                ShapePath::Linear(changes) => {
+                    for (_, length) in changes.iter().filter(|(joint, _)| is_length(*joint)) {
+                        check(&format!("gait.phases[{number}].length"), *length)?;
+                    }
+                }
+                ShapePath::Harmonic { sines, .. } => {
+                    let terms = sines.iter().zip(self.file.gait.harmonics.iter().flatten());
+                    let terms = terms.enumerate();
+                    for (number, (sine, file)) in terms.filter(|(_, t)| is_length(t.0.joint)) {
                         let key = |name: &str| format!("gait.harmonics[{number}].{name}");
-                        demand(key("amplitude"), sine.amplitude)?;
-                        demand(key("mean"), file.mean.unwrap_or(0.0))?;
+                        check(&key("amplitude"), sine.amplitude)?;
+                        check(&key("mean"), file.mean.unwrap_or(0.0))?;
                     }
                 }
             }
         }
+        Ok(())
     }
-    for (number, joint) in joints.iter().enumerate() {
-        let key = |key: &str| format!("links[{number}].{key}");
-        match joint.kind {
-            JointKind::Slide | JointKind::Fixed => {}
-            JointKind::Ball { pivot } => demand(key("pivot"), pivot.amax())?,
-            JointKind::Turn { pivot, advance, .. } => {
-                demand(key("pivot"), pivot.amax())?;
-                demand(key("pitch"), TAU * advance.abs())?;
-            }
-        }
-    }
-    if let Some(size) = fem.surface_size {
-        let radii = bodies.iter().map(Body::bounding_radius);
-        let (low, high) = (4e-4 * smallest, 4.0 * radii.fold(0.0, f64::max));
-        if !(low..=high).contains(&size) {
-            let problem = format!(
-                "must be between {low:e} and {high:e}: 4e-4 times the smallest and 4 times the \
-                 largest radius of the bodies, not {size:e}"
-            );
-            return Err(checks.bad_value("fem.surface_size", problem));
-        }
-    }
-    check_drives(checks, (joints, joint_forces), viscosity, smallest)?;
-    // A body under a load moves at about load / (viscosity size).
-    for (number, body) in bodies.iter().enumerate() {
-        let unit = viscosity * smallest * smallest;
-        let distance = |load: &Vector3<f64>, unit: f64| gait.duration() * load.amax() / unit;
-        let loads = [
-            ("force", distance(&body.force, unit)),
-            ("density", distance(&body.weight, unit)),
-            ("torque", distance(&body.torque, unit * smallest)),
-        ];
-        for (name, radii) in loads {
-            if radii.is_nan() || radii > LARGEST_RATIO {
-                let problem = format!(
-                    "is too large: it would move a body by about {radii:.1e} times the smallest \
-                     radius during the gait; the limit is {LARGEST_RATIO:e} times"
-                );
-                return Err(checks.bad_value(&format!("bodies[{number}].{name}"), problem));
-            }
-        }
-    }
-    check_flows(checks, background, bodies, gait.duration(), smallest)
-}
 
-/// Refuses slip and background flows that move bodies too far.
-fn check_flows(
-    checks: &Checks,
-    background: Option<&Background>,
-    bodies: &[Body],
-    duration: f64,
-    smallest: f64,
-) -> Result<(), SceneError> {
-    let demand = |key: &str, speed: f64| {
-        let radii = duration * speed / smallest;
+    fn check_surface_size(&self, smallest: f64) -> Result<(), SceneError> {
+        let Some(size) = self.file.fem.surface_size else {
+            return Ok(());
+        };
+        let radii = self.bodies.iter().map(Body::bounding_radius);
+        let (low, high) = (4e-4 * smallest, 4.0 * radii.fold(0.0, f64::max));
+        if (low..=high).contains(&size) {
+            return Ok(());
+        }
+        let problem = format!(
+            "must be between {low:e} and {high:e}: 4e-4 times the smallest and 4 times the largest \
+             radius of the bodies, not {size:e}"
+        );
+        Err(self.checks.bad_value("fem.surface_size", problem))
+    }
+
+    /// Refuses a motion of a body during the gait by too many radii.
+    fn check_distance(&self, key: &str, radii: f64) -> Result<(), SceneError> {
         if radii <= LARGEST_RATIO {
             return Ok(());
         }
@@ -151,57 +140,80 @@ fn check_flows(
             "is too large: it would move a body by about {radii:.1e} times the smallest radius \
              during the gait; the limit is {LARGEST_RATIO:e} times"
         );
-        Err(checks.bad_value(key, problem))
-    };
-    for (number, body) in bodies.iter().enumerate() {
-        if let Some(slip) = &body.slip {
-            demand(&format!("bodies[{number}].slip"), slip.speed())?;
-        }
-        if let Some(flow) = background {
-            let size = flow.gradient(&body.position).norm() * body.bounding_radius();
-            demand("background", flow.velocity(&body.position).norm() + size)?;
-        }
+        Err(self.checks.bad_value(key, problem))
     }
-    Ok(())
-}
 
-/// Refuses drives of joints that are far from the resistance of the smallest body.
-fn check_drives(
-    checks: &Checks,
-    (joints, joint_forces): (&[Joint], &[JointForce]),
-    viscosity: f64,
-    smallest: f64,
-) -> Result<(), SceneError> {
-    for (number, joint) in joints.iter().enumerate() {
-        let JointDrive::Passive(drive) = &joint.drive else {
-            continue;
-        };
-        // Resistance to a rotation, or to a translation of the joint.
-        let (resistance, unit) = match joint.kind.is_angle() {
-            true => (viscosity * smallest.powi(3), 1.0),
-            false => (viscosity * smallest, smallest),
-        };
-        let oscillating = joint_forces.iter().find(|force| force.sine.joint == number);
-        let amplitude = oscillating.map_or(0.0, |force| force.sine.amplitude);
-        let sizes = [
-            ("rest", drive.rest / unit),
-            (
-                "force",
-                (drive.force.abs() + amplitude.abs()) / (resistance * unit),
-            ),
-            ("stiffness", drive.stiffness / resistance),
-            ("damping", drive.damping / resistance),
-        ];
-        for (name, size) in sizes {
-            if size.is_nan() || size.abs() > LARGEST_RATIO {
-                let problem = format!(
-                    "is too large: {:.1e} in the units of the smallest radius and the viscosity; \
-                     the limit is {LARGEST_RATIO:e}",
-                    size.abs()
-                );
-                return Err(checks.bad_value(&format!("links[{number}].{name}"), problem));
+    /// Checks the loads: a body under a load moves at about load / (viscosity size).
+    fn check_loads(&self, smallest: f64) -> Result<(), SceneError> {
+        let unit = self.file.fluid.viscosity * smallest * smallest;
+        let duration = self.gait.duration();
+        let distance = |load: &Vector3<f64>, unit: f64| duration * load.amax() / unit;
+        for (number, body) in self.bodies.iter().enumerate() {
+            for (name, radii) in [
+                ("force", distance(&body.force, unit)),
+                ("density", distance(&body.weight, unit)),
+                ("torque", distance(&body.torque, unit * smallest)),
+            ] {
+                self.check_distance(&format!("bodies[{number}].{name}"), radii)?;
             }
         }
+        Ok(())
     }
-    Ok(())
+
+    /// Checks slip and background flow.
+    fn check_flows(&self, smallest: f64) -> Result<(), SceneError> {
+        let duration = self.gait.duration();
+        let check = |key: &str, speed: f64| self.check_distance(key, duration * speed / smallest);
+        for (number, body) in self.bodies.iter().enumerate() {
+            if let Some(slip) = &body.slip {
+                check(&format!("bodies[{number}].slip"), slip.speed())?;
+            }
+            if let Some(flow) = self.background {
+                let size = flow.gradient(&body.position).norm() * body.bounding_radius();
+                check("background", flow.velocity(&body.position).norm() + size)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses drives of joints that are far from the resistance of the smallest body.
+    fn check_drives(&self, smallest: f64) -> Result<(), SceneError> {
+        for (number, joint) in self.joints.iter().enumerate() {
+            let JointDrive::Passive(drive) = &joint.drive else {
+                continue;
+            };
+            // Resistance to a rotation, or to a translation of the joint.
+            let (resistance, unit) = match joint.kind.is_angle() {
+                true => (self.file.fluid.viscosity * smallest.powi(3), 1.0),
+                false => (self.file.fluid.viscosity * smallest, smallest),
+            };
+            let oscillating = self
+                .joint_forces
+                .iter()
+                .find(|force| force.sine.joint == number);
+            let amplitude = oscillating.map_or(0.0, |force| force.sine.amplitude);
+            let sizes = [
+                ("rest", drive.rest / unit),
+                (
+                    "force",
+                    (drive.force.abs() + amplitude.abs()) / (resistance * unit),
+                ),
+                ("stiffness", drive.stiffness / resistance),
+                ("damping", drive.damping / resistance),
+            ];
+            for (name, size) in sizes {
+                if size.is_nan() || size.abs() > LARGEST_RATIO {
+                    let problem = format!(
+                        "is too large: {:.1e} in the units of the smallest radius and the viscosity; \
+                         the limit is {LARGEST_RATIO:e}",
+                        size.abs()
+                    );
+                    return Err(self
+                        .checks
+                        .bad_value(&format!("links[{number}].{name}"), problem));
+                }
+            }
+        }
+        Ok(())
+    }
 }

@@ -47,16 +47,14 @@ pub(super) fn background(
     let Some(file) = file else { return Ok(None) };
     let kind = checks.required("background.kind", file.kind, ": say which flow is meant")?;
     let is_linear = matches!(kind, BackgroundKind::Shear | BackgroundKind::Extension);
-    for (key, is_given, belongs) in [
-        ("velocity", file.velocity.is_some(), !is_linear),
-        ("gradient", file.gradient.is_some(), is_linear),
-    ] {
-        let key = format!("background.{key}");
-        if is_given && !belongs {
-            let problem = format!("does not belong to kind = \"{}\"; remove it", kind.word());
-            return Err(checks.bad_value(&key, problem));
-        }
-    }
+    checks.refuse_strangers(
+        "background",
+        [
+            ("velocity", file.velocity.is_some(), !is_linear),
+            ("gradient", file.gradient.is_some(), is_linear),
+        ],
+        &format!("does not belong to kind = \"{}\"; remove it", kind.word()),
+    )?;
     let velocity = || -> Result<Vector3<f64>, SceneError> {
         let why = format!(": kind = \"{}\" needs a velocity", kind.word());
         Ok(checks

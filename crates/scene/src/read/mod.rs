@@ -8,9 +8,7 @@ mod domain;
 mod extent;
 mod flow;
 mod gait;
-mod joint;
 pub(crate) mod limits;
-mod shape;
 
 use std::path::Path;
 
@@ -80,17 +78,20 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
     let (gravity, density) = (file.gravity.into(), file.fluid.density.unwrap_or(0.0));
     flow::enter_weights(&checks, &gravity, density, &mut bodies)?;
     let joints = articulation::joints(&checks, &file.links, &bodies)?;
-    let joint_forces = joint::oscillating(&checks, &file.links, file.gait.period)?;
+    let joint_forces = articulation::oscillating(&checks, &file.links, file.gait.period)?;
     let (gait, gait_table) = gait::gait(&checks, &file.gait, &joints)?;
-    extent::check(
-        &checks,
-        file.fluid.viscosity,
-        (&domain, background.as_ref()),
-        &bodies,
-        (&gait, &file.gait, gait_table.as_ref()),
-        (&joints, &joint_forces),
-        &file.fem,
-    )?;
+    let unplaced = extent::Unplaced {
+        checks: &checks,
+        file: &file,
+        domain: &domain,
+        background: background.as_ref(),
+        bodies: &bodies,
+        gait: &gait,
+        gait_table: gait_table.as_ref(),
+        joints: &joints,
+        joint_forces: &joint_forces,
+    };
+    unplaced.check_extent()?;
     let from = (&gait, gait_table.as_ref());
     let start = gait::initial_shape(&checks, &file.gait, from, &joints)?;
     let articulation =

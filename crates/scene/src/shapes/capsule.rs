@@ -5,53 +5,28 @@ use std::f64::consts::TAU;
 use mesh::Surface;
 use nalgebra::{Isometry3, Vector3};
 
-use super::geometry::{BALL, Geometry, ShapeKeys, placed};
-use crate::error::SceneError;
-use crate::keys::BodyFile;
+use super::geometry::{BALL, Geometry, placed, shape_struct};
 
-/// A cylinder closed by hemispheres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CapsuleShape {
-    /// Radius of the cylinder and of the hemispheres.
-    pub radius: f64,
-    /// Half of the length including the hemispheres, larger than the radius.
-    pub half_length: f64,
-    /// Direction of the axis in the initial configuration, a unit vector.
-    pub axis: Vector3<f64>,
+shape_struct! {
+    /// A cylinder closed by hemispheres.
+    CapsuleShape {
+        /// Radius of the cylinder and of the hemispheres.
+        radius: f64 = ": a capsule needs the radius of its cylinder",
+        /// Half of the length including the hemispheres, larger than the radius.
+        half_length: f64 = ": a capsule needs half its length, round ends included",
+        axis
+    }
 }
 
 impl Geometry for CapsuleShape {
-    fn keys() -> &'static [&'static str] {
-        &["radius", "half_length", "axis", "orientation"]
-    }
-
-    fn read(keys: ShapeKeys) -> Result<Self, SceneError> {
-        let shape = Self {
-            radius: keys.radius(": a capsule needs the radius of its cylinder")?,
-            half_length: keys
-                .half_length(": a capsule needs half its length, round ends included")?,
-            axis: keys.axis()?,
-        };
-        if shape.half_length <= shape.radius {
-            return keys.must_be(
-                "half_length",
-                "larger than the radius: it includes the round ends; use shape = \"sphere\" for \
-                 equal lengths",
-            );
-        }
-        Ok(shape)
-    }
-
-    fn write(&self, file: &mut BodyFile) {
-        (file.radius, file.half_length) = (Some(self.radius), Some(self.half_length));
+    fn problem(&self) -> Option<(&'static str, String)> {
+        let bound = "larger than the radius: it includes the round ends; use shape = \"sphere\" for \
+                     equal lengths";
+        (self.half_length <= self.radius).then(|| ("half_length", bound.to_owned()))
     }
 
     fn lengths(&self) -> Vec<(&'static str, f64)> {
         vec![("radius", self.radius), ("half_length", self.half_length)]
-    }
-
-    fn axis(&self) -> Option<Vector3<f64>> {
-        Some(self.axis)
     }
 
     fn moments_per_mass(&self) -> Option<Vector3<f64>> {

@@ -5,51 +5,30 @@ use std::f64::consts::{PI, TAU};
 use mesh::Surface;
 use nalgebra::{Isometry3, Vector3};
 
-use super::geometry::{BALL, Geometry, MAX_RADIUS_PER_HALF_THICKNESS, ShapeKeys, outwards, placed};
-use crate::error::SceneError;
-use crate::keys::BodyFile;
+use super::geometry::{
+    BALL, Geometry, MAX_RADIUS_PER_HALF_THICKNESS, outwards, placed, shape_struct,
+};
 
-/// A disk with a round rim.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DiskShape {
-    /// Radius including the rim.
-    pub radius: f64,
-    /// Half of the thickness and radius of the rim, smaller than the radius.
-    pub half_length: f64,
-    /// Normal of the disk in the initial configuration, a unit vector.
-    pub axis: Vector3<f64>,
+shape_struct! {
+    /// A disk with a round rim.
+    DiskShape {
+        /// Radius including the rim.
+        radius: f64 = ": a disk needs its radius, rim included",
+        /// Half of the thickness and radius of the rim, smaller than the radius.
+        half_length: f64 = ": a disk needs half its thickness",
+        axis
+    }
 }
 
 impl Geometry for DiskShape {
-    fn keys() -> &'static [&'static str] {
-        &["radius", "half_length", "axis", "orientation"]
-    }
-
-    fn read(keys: ShapeKeys) -> Result<Self, SceneError> {
-        let shape = Self {
-            radius: keys.radius(": a disk needs its radius, rim included")?,
-            half_length: keys.half_length(": a disk needs half its thickness")?,
-            axis: keys.axis()?,
-        };
-        if shape.half_length >= shape.radius {
-            return keys.must_be(
-                "half_length",
-                "smaller than the radius: it is half the thickness of the disk, whose rim is round",
-            );
-        }
-        Ok(shape)
-    }
-
-    fn write(&self, file: &mut BodyFile) {
-        (file.radius, file.half_length) = (Some(self.radius), Some(self.half_length));
+    fn problem(&self) -> Option<(&'static str, String)> {
+        let bound =
+            "smaller than the radius: it is half the thickness of the disk, whose rim is round";
+        (self.half_length >= self.radius).then(|| ("half_length", bound.to_owned()))
     }
 
     fn lengths(&self) -> Vec<(&'static str, f64)> {
         vec![("radius", self.radius), ("half_length", self.half_length)]
-    }
-
-    fn axis(&self) -> Option<Vector3<f64>> {
-        Some(self.axis)
     }
 
     fn bounding_radius(&self) -> f64 {

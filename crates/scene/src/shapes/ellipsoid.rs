@@ -1,49 +1,25 @@
 //! Ellipsoids.
 
 use mesh::Surface;
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
-use super::geometry::{BALL, Geometry, MAX_RADIUS_PER_HALF_THICKNESS, ShapeKeys, placed};
-use crate::error::SceneError;
-use crate::keys::BodyFile;
+use super::geometry::{BALL, Geometry, MAX_RADIUS_PER_HALF_THICKNESS, placed, shape_struct};
 
-/// An ellipsoid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EllipsoidShape {
-    /// Semi-axes along x, y and z before the rotation.
-    pub semi_axes: Vector3<f64>,
-    /// Rotation vector, in radians.
-    pub orientation: Vector3<f64>,
+shape_struct! {
+    /// An ellipsoid.
+    EllipsoidShape {
+        /// Semi-axes along x, y and z before the rotation.
+        semi_axes: Vector3<f64> = ": an ellipsoid needs its three semi-axes",
+        orientation
+    }
 }
 
 impl Geometry for EllipsoidShape {
-    fn keys() -> &'static [&'static str] {
-        &["semi_axes", "orientation"]
-    }
-
-    fn read(keys: ShapeKeys) -> Result<Self, SceneError> {
-        let why = ": an ellipsoid needs its three semi-axes";
-        let semi_axes = keys.required("semi_axes", keys.file.semi_axes, why)?;
-        Ok(Self {
-            semi_axes: semi_axes.into(),
-            orientation: keys.orientation(),
-        })
-    }
-
-    fn write(&self, file: &mut BodyFile) {
-        file.semi_axes = Some(self.semi_axes.into());
-        file.orientation = Some(self.orientation.into());
-    }
-
     fn lengths(&self) -> Vec<(&'static str, f64)> {
         vec![
             ("semi_axes", self.semi_axes.max()),
             ("semi_axes", self.semi_axes.min()),
         ]
-    }
-
-    fn orientation(&self) -> UnitQuaternion<f64> {
-        UnitQuaternion::from_scaled_axis(self.orientation)
     }
 
     fn moments_per_mass(&self) -> Option<Vector3<f64>> {

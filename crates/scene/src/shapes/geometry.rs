@@ -12,32 +12,20 @@ use crate::error::SceneError;
 use crate::keys::{BodyFile, DEFAULT_AXIS, DEFAULT_ORIENTATION};
 use crate::surface_shape::SurfaceFiles;
 
-/// A shape of bodies.
-///
-/// Its own coordinates have the centre of the body as origin; [`Geometry::orientation`] rotates
-/// them into the initial configuration. Functions without `own` in their description are about the
-/// axes of the initial configuration.
-pub(crate) trait Geometry {
-    /// The keys of `[[bodies]]` that belong to the shape.
+/// The keys of `bodies[]` that describe a shape; implemented by [`shape_struct`].
+pub(crate) trait ShapeFile {
+    /// The keys that belong to the shape.
     fn keys() -> &'static [&'static str]
     where
         Self: Sized;
 
-    /// Reads the shape from its keys and checks its proportions.
-    fn read(keys: ShapeKeys) -> Result<Self, SceneError>
+    /// Reads the shape from its keys.
+    fn read(keys: &mut ShapeKeys) -> Result<Self, SceneError>
     where
         Self: Sized;
 
-    /// Enters the keys of the shape, but for `axis`.
+    /// Enters the keys of the shape.
     fn write(&self, file: &mut BodyFile);
-
-    /// The lengths of the shape with their keys.
-    fn lengths(&self) -> Vec<(&'static str, f64)>;
-
-    /// Whether rotations do not change the shape.
-    fn is_isotropic(&self) -> bool {
-        false
-    }
 
     /// Axis of revolution, the x axis of its own coordinates.
     fn axis(&self) -> Option<Vector3<f64>> {
@@ -50,6 +38,90 @@ pub(crate) trait Geometry {
         (self.axis())
             .and_then(|axis| UnitQuaternion::rotation_between(&Vector3::x(), &axis))
             .unwrap_or_else(UnitQuaternion::identity)
+    }
+}
+
+/// Defines the struct of a shape with [`ShapeFile`].
+///
+/// Each field is the key of `bodies[]` of this name, with the end of the message "... is missing".
+/// The last one is `axis` for bodies of revolution, `orientation` for other shapes, or missing.
+macro_rules! shape_struct {
+    (
+        $(#[$doc:meta])+
+        $name:ident {
+            $( $(#[$meaning:meta])+ $key:ident: $ty:ty = $why:literal, )+
+            $($placed:ident)?
+        }
+    ) => {
+        $(#[$doc])+
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $name {
+            $( $(#[$meaning])+ pub $key: $ty, )+
+            $(
+                #[doc = shape_struct!(@meaning $placed)]
+                pub $placed: nalgebra::Vector3<f64>,
+            )?
+        }
+
+        impl $crate::shapes::geometry::ShapeFile for $name {
+            fn keys() -> &'static [&'static str] {
+                shape_struct!(@keys $($placed)?; $($key),+)
+            }
+
+            fn read(
+                keys: &mut $crate::shapes::geometry::ShapeKeys,
+            ) -> Result<Self, $crate::error::SceneError> {
+                Ok(Self {
+                    $( $key: keys.required(stringify!($key), keys.file.$key, $why)?.into(), )+
+                    $( $placed: keys.$placed()?, )?
+                })
+            }
+
+            fn write(&self, file: &mut $crate::keys::BodyFile) {
+                $( file.$key = Some(self.$key.into()); )+
+                $( file.$placed = Some(self.$placed.into()); )?
+            }
+
+            $( shape_struct!(@placed $placed); )?
+        }
+    };
+    (@keys axis; $($key:ident),+) => { &[$(stringify!($key),)+ "axis", "orientation"] };
+    (@keys $($placed:ident)?; $($key:ident),+) => {
+        &[$(stringify!($key),)+ $(stringify!($placed))?]
+    };
+    (@meaning axis) => { "Direction of the axis in the initial configuration, a unit vector." };
+    (@meaning orientation) => { "Rotation vector into the initial configuration, in radians." };
+    (@placed axis) => {
+        fn axis(&self) -> Option<nalgebra::Vector3<f64>> {
+            Some(self.axis)
+        }
+    };
+    (@placed orientation) => {
+        fn orientation(&self) -> nalgebra::UnitQuaternion<f64> {
+            nalgebra::UnitQuaternion::from_scaled_axis(self.orientation)
+        }
+    };
+}
+
+pub(super) use shape_struct;
+
+/// A shape of bodies.
+///
+/// Its own coordinates have the centre of the body as origin; [`ShapeFile::orientation`] rotates
+/// them into the initial configuration. Functions without `own` in their description are about the
+/// axes of the initial configuration.
+pub(crate) trait Geometry: ShapeFile {
+    /// The key and the bound of a length that the proportions do not allow.
+    fn problem(&self) -> Option<(&'static str, String)> {
+        None
+    }
+
+    /// The lengths of the shape with their keys.
+    fn lengths(&self) -> Vec<(&'static str, f64)>;
+
+    /// Whether rotations do not change the shape.
+    fn is_isotropic(&self) -> bool {
+        false
     }
 
     /// Principal moments of inertia of a homogeneous body of unit mass about its own axes; `None`
@@ -121,24 +193,9 @@ impl ShapeKeys<'_> {
         self.checks.required(&self.path(key), value, why)
     }
 
-    /// The radius, which must be present.
-    pub fn radius(&self, why: &str) -> Result<f64, SceneError> {
-        self.required("radius", self.file.radius, why)
-    }
-
-    /// Half of the length, which must be present.
-    pub fn half_length(&self, why: &str) -> Result<f64, SceneError> {
-        self.required("half_length", self.file.half_length, why)
-    }
-
-    /// The radius of the tube, which must be present.
-    pub fn tube_radius(&self, why: &str) -> Result<f64, SceneError> {
-        self.required("tube_radius", self.file.tube_radius, why)
-    }
-
     /// The rotation vector.
-    pub fn orientation(&self) -> Vector3<f64> {
-        self.file.orientation.unwrap_or(DEFAULT_ORIENTATION).into()
+    pub fn orientation(&self) -> Result<Vector3<f64>, SceneError> {
+        Ok(self.file.orientation.unwrap_or(DEFAULT_ORIENTATION).into())
     }
 
     /// The axis of a body of revolution: given, or the x axis turned by the orientation.
@@ -157,12 +214,6 @@ impl ShapeKeys<'_> {
                 self.checks.bad_value(&self.path("axis"), problem)
             }),
         }
-    }
-
-    /// An error about the proportions of the shape.
-    pub fn must_be<T>(&self, key: &str, what: &str) -> Result<T, SceneError> {
-        let problem = format!("must be {what}");
-        Err(self.checks.bad_value(&self.path(key), problem))
     }
 }
 

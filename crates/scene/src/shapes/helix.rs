@@ -3,62 +3,38 @@
 use std::f64::consts::{PI, TAU};
 
 use mesh::Surface;
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
-use super::geometry::{BALL, Geometry, ShapeKeys, helix_points, placed};
-use crate::error::SceneError;
-use crate::keys::BodyFile;
+use super::geometry::{BALL, Geometry, ShapeFile, helix_points, placed, shape_struct};
 
-/// A tube with round ends along a helix about the x axis, before the rotation.
-///
-/// The middle of the helix is at `(0, radius, 0)` relative to the position.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HelixShape {
-    /// Radius of the helix in the middle of the tube.
-    pub radius: f64,
-    /// Radius of the tube.
-    pub tube_radius: f64,
-    /// Length along the axis per turn: positive if right-handed, negative if left-handed.
-    pub pitch: f64,
-    /// Number of turns.
-    pub turns: f64,
-    /// Rotation vector, in radians.
-    pub orientation: Vector3<f64>,
+shape_struct! {
+    /// A tube with round ends along a helix about the x axis, before the rotation.
+    ///
+    /// The middle of the helix is at `(0, radius, 0)` relative to the position.
+    HelixShape {
+        /// Radius of the helix in the middle of the tube.
+        radius: f64 = ": a helix needs the radius of its centreline",
+        /// Radius of the tube.
+        tube_radius: f64 = ": a helix needs the radius of its tube",
+        /// Length along the axis per turn: positive if right-handed, negative if left-handed.
+        pitch: f64 = ": a helix needs its length per turn",
+        /// Number of turns.
+        turns: f64 = ": a helix needs its number of turns",
+        orientation
+    }
 }
 
 /// Largest number of turns of a helix; closest points are searched for on all of them.
 const MAX_TURNS: f64 = 1000.0;
 
 impl Geometry for HelixShape {
-    fn keys() -> &'static [&'static str] {
-        &["radius", "tube_radius", "pitch", "turns", "orientation"]
-    }
-
-    fn read(keys: ShapeKeys) -> Result<Self, SceneError> {
-        let file = keys.file;
-        let shape = Self {
-            radius: keys.radius(": a helix needs the radius of its centreline")?,
-            tube_radius: keys.tube_radius(": a helix needs the radius of its tube")?,
-            pitch: keys.required("pitch", file.pitch, ": a helix needs its length per turn")?,
-            turns: keys.required("turns", file.turns, ": a helix needs its number of turns")?,
-            orientation: keys.orientation(),
-        };
-        if shape.pitch == 0.0 {
-            return keys.must_be(
-                "pitch",
-                "other than zero: positive for a right-handed helix, negative for a left-handed one",
-            );
+    fn problem(&self) -> Option<(&'static str, String)> {
+        let direction =
+            "other than zero: positive for a right-handed helix, negative for a left-handed one";
+        match self.pitch == 0.0 {
+            true => Some(("pitch", direction.to_owned())),
+            false => (self.turns > MAX_TURNS).then(|| ("turns", format!("at most {MAX_TURNS}"))),
         }
-        if shape.turns > MAX_TURNS {
-            return keys.must_be("turns", &format!("at most {MAX_TURNS}"));
-        }
-        Ok(shape)
-    }
-
-    fn write(&self, file: &mut BodyFile) {
-        (file.radius, file.tube_radius) = (Some(self.radius), Some(self.tube_radius));
-        (file.pitch, file.turns) = (Some(self.pitch), Some(self.turns));
-        file.orientation = Some(self.orientation.into());
     }
 
     fn lengths(&self) -> Vec<(&'static str, f64)> {
@@ -67,10 +43,6 @@ impl Geometry for HelixShape {
             ("tube_radius", self.tube_radius),
             ("pitch", self.pitch.abs() * self.turns.max(1.0)),
         ]
-    }
-
-    fn orientation(&self) -> UnitQuaternion<f64> {
-        UnitQuaternion::from_scaled_axis(self.orientation)
     }
 
     fn bounding_radius(&self) -> f64 {

@@ -1,11 +1,10 @@
-//! The shapes of bodies, one file each.
+//! The shapes of bodies.
 
 mod capsule;
 mod disk;
 mod ellipsoid;
 mod geometry;
 mod helix;
-mod mesh_part;
 mod point;
 mod sphere;
 mod spheroid;
@@ -15,13 +14,12 @@ mod torus;
 pub use capsule::CapsuleShape;
 pub use disk::DiskShape;
 pub use ellipsoid::EllipsoidShape;
-pub(crate) use geometry::{Geometry, ShapeKeys};
+pub(crate) use geometry::{Geometry, ShapeFile, ShapeKeys};
 pub use helix::HelixShape;
-pub use mesh_part::PartShape;
 pub use point::PointShape;
 pub use sphere::SphereShape;
 pub use spheroid::SpheroidShape;
-pub use surface::FileShape;
+pub use surface::{FileShape, PartShape};
 pub use torus::TorusShape;
 
 /// Passes the list of all shapes to a macro: the word (in kebab case) and the struct of each, with

@@ -3,7 +3,7 @@
 use mesh::Surface;
 use nalgebra::{Isometry3, Vector3};
 
-use super::geometry::{Geometry, ShapeKeys};
+use super::geometry::{Geometry, ShapeFile, ShapeKeys};
 use crate::error::SceneError;
 use crate::keys::BodyFile;
 
@@ -11,17 +11,19 @@ use crate::keys::BodyFile;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PointShape;
 
-impl Geometry for PointShape {
+impl ShapeFile for PointShape {
     fn keys() -> &'static [&'static str] {
         &[]
     }
 
-    fn read(_: ShapeKeys) -> Result<Self, SceneError> {
+    fn read(_: &mut ShapeKeys) -> Result<Self, SceneError> {
         Ok(Self)
     }
 
     fn write(&self, _: &mut BodyFile) {}
+}
 
+impl Geometry for PointShape {
     fn lengths(&self) -> Vec<(&'static str, f64)> {
         Vec::new()
     }

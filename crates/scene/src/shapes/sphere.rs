@@ -4,31 +4,17 @@ use mesh::Surface;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::ellipsoid;
-use super::geometry::{BALL, Geometry, ShapeKeys};
-use crate::error::SceneError;
-use crate::keys::BodyFile;
+use super::geometry::{BALL, Geometry, shape_struct};
 
-/// A sphere.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SphereShape {
-    /// Radius.
-    pub radius: f64,
+shape_struct! {
+    /// A sphere.
+    SphereShape {
+        /// Radius.
+        radius: f64 = ": a sphere needs a radius",
+    }
 }
 
 impl Geometry for SphereShape {
-    fn keys() -> &'static [&'static str] {
-        &["radius"]
-    }
-
-    fn read(keys: ShapeKeys) -> Result<Self, SceneError> {
-        let radius = keys.radius(": a sphere needs a radius")?;
-        Ok(Self { radius })
-    }
-
-    fn write(&self, file: &mut BodyFile) {
-        file.radius = Some(self.radius);
-    }
-
     fn lengths(&self) -> Vec<(&'static str, f64)> {
         vec![("radius", self.radius)]
     }

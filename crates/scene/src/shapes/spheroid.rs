@@ -4,19 +4,17 @@ use mesh::Surface;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::ellipsoid;
-use super::geometry::{BALL, Geometry, MAX_RADIUS_PER_HALF_THICKNESS, ShapeKeys, placed};
-use crate::error::SceneError;
-use crate::keys::BodyFile;
+use super::geometry::{BALL, Geometry, MAX_RADIUS_PER_HALF_THICKNESS, placed, shape_struct};
 
-/// A spheroid: prolate if `half_length > radius`, oblate if `half_length < radius`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpheroidShape {
-    /// Radius of the equator.
-    pub radius: f64,
-    /// Half of the length along the axis of revolution.
-    pub half_length: f64,
-    /// Direction of the axis of revolution in the initial configuration, a unit vector.
-    pub axis: Vector3<f64>,
+shape_struct! {
+    /// A spheroid: prolate if `half_length > radius`, oblate if `half_length < radius`.
+    SpheroidShape {
+        /// Radius of the equator.
+        radius: f64 = ": a spheroid needs the radius of its equator",
+        /// Half of the length along the axis of revolution.
+        half_length: f64 = ": a spheroid needs half its length along its axis",
+        axis
+    }
 }
 
 impl SpheroidShape {
@@ -26,28 +24,8 @@ impl SpheroidShape {
 }
 
 impl Geometry for SpheroidShape {
-    fn keys() -> &'static [&'static str] {
-        &["radius", "half_length", "axis", "orientation"]
-    }
-
-    fn read(keys: ShapeKeys) -> Result<Self, SceneError> {
-        Ok(Self {
-            radius: keys.radius(": a spheroid needs the radius of its equator")?,
-            half_length: keys.half_length(": a spheroid needs half its length along its axis")?,
-            axis: keys.axis()?,
-        })
-    }
-
-    fn write(&self, file: &mut BodyFile) {
-        (file.radius, file.half_length) = (Some(self.radius), Some(self.half_length));
-    }
-
     fn lengths(&self) -> Vec<(&'static str, f64)> {
         vec![("radius", self.radius), ("half_length", self.half_length)]
-    }
-
-    fn axis(&self) -> Option<Vector3<f64>> {
-        Some(self.axis)
     }
 
     fn moments_per_mass(&self) -> Option<Vector3<f64>> {

@@ -5,49 +5,27 @@ use std::f64::consts::{PI, TAU};
 use mesh::Surface;
 use nalgebra::{Isometry3, Vector3};
 
-use super::geometry::{Geometry, ShapeKeys, helix_points, outwards, placed};
-use crate::error::SceneError;
-use crate::keys::BodyFile;
+use super::geometry::{Geometry, ShapeFile, helix_points, outwards, placed, shape_struct};
 
-/// A torus.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TorusShape {
-    /// Radius of the circle in the middle of the tube.
-    pub radius: f64,
-    /// Radius of the tube, smaller than the radius of the circle.
-    pub tube_radius: f64,
-    /// Axis of revolution in the initial configuration, a unit vector.
-    pub axis: Vector3<f64>,
+shape_struct! {
+    /// A torus.
+    TorusShape {
+        /// Radius of the circle in the middle of the tube.
+        radius: f64 = ": a torus needs the radius of the circle in its tube",
+        /// Radius of the tube, smaller than the radius of the circle.
+        tube_radius: f64 = ": a torus needs the radius of its tube",
+        axis
+    }
 }
 
 impl Geometry for TorusShape {
-    fn keys() -> &'static [&'static str] {
-        &["radius", "tube_radius", "axis", "orientation"]
-    }
-
-    fn read(keys: ShapeKeys) -> Result<Self, SceneError> {
-        let shape = Self {
-            radius: keys.radius(": a torus needs the radius of the circle in its tube")?,
-            tube_radius: keys.tube_radius(": a torus needs the radius of its tube")?,
-            axis: keys.axis()?,
-        };
-        if shape.tube_radius >= shape.radius {
-            let what = "smaller than the radius of the torus, which would have no hole";
-            return keys.must_be("tube_radius", what);
-        }
-        Ok(shape)
-    }
-
-    fn write(&self, file: &mut BodyFile) {
-        (file.radius, file.tube_radius) = (Some(self.radius), Some(self.tube_radius));
+    fn problem(&self) -> Option<(&'static str, String)> {
+        let bound = "smaller than the radius of the torus, which would have no hole";
+        (self.tube_radius >= self.radius).then(|| ("tube_radius", bound.to_owned()))
     }
 
     fn lengths(&self) -> Vec<(&'static str, f64)> {
         vec![("radius", self.radius), ("tube_radius", self.tube_radius)]
-    }
-
-    fn axis(&self) -> Option<Vector3<f64>> {
-        Some(self.axis)
     }
 
     fn moments_per_mass(&self) -> Option<Vector3<f64>> {

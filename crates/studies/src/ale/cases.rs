@@ -33,15 +33,21 @@ fn between(from: [f64; 2], to: [f64; 2], s: f64) -> [f64; 2] {
     [0, 1].map(|arm| from[arm] + s * (to[arm] - from[arm]))
 }
 
+/// A path on curved cells.
+fn path(key: impl Into<String>, start: [f64; 2], steps: Vec<(f64, [f64; 2])>) -> Case {
+    Case {
+        key: key.into(),
+        is_curved: true,
+        start,
+        steps,
+    }
+}
+
 /// Path from `from` to `to` in equal steps, labelled by the completed fraction.
 fn straight(key: &str, from: [f64; 2], to: [f64; 2], steps: usize) -> Case {
     let labels = (1..=steps).map(|k| k as f64 / steps as f64);
-    Case {
-        key: format!("{key}-{steps}"),
-        is_curved: true,
-        start: from,
-        steps: labels.map(|s| (s, between(from, to, s))).collect(),
-    }
+    let moves = labels.map(|s| (s, between(from, to, s)));
+    path(format!("{key}-{steps}"), from, moves.collect())
 }
 
 /// Both arms close from a gap of three radii; each step reduces the remaining gap by 15 %.
@@ -52,12 +58,7 @@ fn approach() -> Case {
         gap = (gap * APPROACH).max(SMALLEST_GAP);
         steps.push((gap, [2.0 + gap; 2]));
     }
-    Case {
-        key: "approach".to_owned(),
-        is_curved: true,
-        start: [5.0; 2],
-        steps,
-    }
+    path("approach", [5.0; 2], steps)
 }
 
 /// The four-phase stroke with arms of ten and six radii, labelled by completed cycles.
@@ -71,12 +72,7 @@ fn stroke(cycles: usize) -> Case {
             steps.push(((phase as f64 + s) / 4.0, between(from, to, s)));
         }
     }
-    Case {
-        key: "cycles".to_owned(),
-        is_curved: true,
-        start: corners[0],
-        steps,
-    }
+    path("cycles", corners[0], steps)
 }
 
 /// All cases, the short ones also on straight cells; the quick part has two cycles instead of ten.

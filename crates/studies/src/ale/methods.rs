@@ -7,7 +7,7 @@ use ale::{
     Stiffening,
 };
 use anyhow::Result;
-use mesh::{Quality, TetMesh};
+use mesh::TetMesh;
 use nalgebra::Isometry3;
 
 use super::cases::Case;
@@ -24,12 +24,12 @@ const fn method(name: &'static str, make: fn() -> Box<dyn MeshMotion>) -> Method
     Method { name, make }
 }
 
-pub const KANCHI_MASUD: &str = "1 + tau (Kanchi & Masud)";
-
 /// All mesh motions of the study.
 pub const METHODS: [Method; 8] = [
     method("Laplace", || Box::new(Harmonic(Stiffening::None))),
-    method(KANCHI_MASUD, || Box::new(Harmonic(Stiffening::KanchiMasud))),
+    method("1 + tau (Kanchi & Masud)", || {
+        Box::new(Harmonic(Stiffening::KanchiMasud))
+    }),
     method("1/V", || Box::new(Harmonic(Stiffening::InverseVolume))),
     method("elastic, nu = 0", || Box::new(Elastic { poisson: 0.0 })),
     method("elastic, nu = 0.3", || Box::new(Elastic { poisson: 0.3 })),
@@ -58,54 +58,27 @@ impl Way {
     }
 }
 
-/// A moving mesh.
-enum Moving {
-    Reference { map: ReferenceMap, mesh: TetMesh },
-    Incremental(Box<IncrementalMap>),
-}
+/// Moves the mesh to the given motions of the bodies.
+type Advance = Box<dyn FnMut(&[Isometry3<f64>]) -> Result<TetMesh, AleError>>;
 
-impl Moving {
-    fn new(
-        method: &Method,
-        way: Way,
-        mesh: &TetMesh,
-        bodies: &[MovingBody],
-    ) -> Result<Self, AleError> {
-        let motion = (method.make)();
-        Ok(match way {
-            Way::Reference => Self::Reference {
-                map: ReferenceMap::new(mesh.clone(), bodies, motion.as_ref())?,
-                mesh: mesh.clone(),
-            },
-            Way::Incremental => {
-                Self::Incremental(Box::new(IncrementalMap::new(mesh.clone(), bodies, motion)?))
-            }
-        })
-    }
-
-    /// Moves the mesh; quality of the new mesh, or `None` if it is not valid.
-    fn advance(&mut self, motions: &[Isometry3<f64>]) -> Result<Option<Quality>, AleError> {
-        let moved = match self {
-            Self::Reference { map, mesh } => map.moved(motions).map(|moved| {
-                *mesh = moved;
-                mesh.quality()
-            }),
-            Self::Incremental(map) => map.advance(motions).map(TetMesh::quality),
-        };
-        match moved {
-            Ok(quality) => Ok(Some(quality)),
-            Err(AleError::Invalid(_)) => Ok(None),
-            Err(other) => Err(other),
+/// The motion of a mesh by a method.
+fn moving(
+    method: &Method,
+    way: Way,
+    mesh: &TetMesh,
+    bodies: &[MovingBody],
+) -> Result<Advance, AleError> {
+    let motion = (method.make)();
+    Ok(match way {
+        Way::Reference => {
+            let map = ReferenceMap::new(mesh.clone(), bodies, motion.as_ref())?;
+            Box::new(move |motions| map.moved(motions))
         }
-    }
-
-    /// The last valid mesh.
-    fn mesh(&self) -> &TetMesh {
-        match self {
-            Self::Reference { mesh, .. } => mesh,
-            Self::Incremental(map) => map.mesh(),
+        Way::Incremental => {
+            let mut map = IncrementalMap::new(mesh.clone(), bodies, motion)?;
+            Box::new(move |motions| map.advance(motions).cloned())
         }
-    }
+    })
 }
 
 /// The mesh after a step.
@@ -135,8 +108,8 @@ pub struct Run {
     pub setup: f64,
     /// Seconds per step.
     pub step: f64,
-    /// The last valid mesh.
-    pub mesh: TetMesh,
+    /// Number of vertices of the mesh.
+    pub vertices: usize,
 }
 
 /// Runs every method on a case, from the reference and incrementally.
@@ -161,25 +134,30 @@ fn run(
     way: Way,
 ) -> Result<Run> {
     let clock = Instant::now();
-    let mut moving = Moving::new(method, way, mesh, bodies)?;
+    let mut advance = moving(method, way, mesh, bodies)?;
     let setup = clock.elapsed().as_secs_f64();
     let mut seconds = 0.0;
     let mut samples = Vec::new();
     let mut failed_at = None;
     for &(label, arms) in &case.steps {
         let clock = Instant::now();
-        let quality = moving.advance(&case.motions(arms))?;
+        let moved = advance(&case.motions(arms));
         seconds += clock.elapsed().as_secs_f64();
-        let Some(quality) = quality else {
-            failed_at = Some(label);
-            break;
+        let moved = match moved {
+            Ok(moved) => moved,
+            Err(AleError::Invalid(_)) => {
+                failed_at = Some(label);
+                break;
+            }
+            Err(other) => return Err(other.into()),
         };
-        let moved = moving.mesh().points().iter().zip(mesh.points());
+        let quality = moved.quality();
+        let pairs = moved.points().iter().zip(mesh.points());
         samples.push(Sample {
             label,
             quality: quality.min_quality,
             jacobian: quality.min_jacobian,
-            displacement: moved.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max),
+            displacement: pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max),
         });
     }
     let steps = samples.len() + usize::from(failed_at.is_some());
@@ -192,6 +170,6 @@ fn run(
         samples,
         setup,
         step: seconds / steps.max(1) as f64,
-        mesh: moving.mesh().clone(),
+        vertices: mesh.n_vertices(),
     })
 }

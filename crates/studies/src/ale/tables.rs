@@ -5,22 +5,10 @@ use std::path::Path;
 use anyhow::Result;
 
 use super::cases::{Case, STEPS_PER_PHASE};
-use super::cut::{Window, svg};
-use super::methods::{KANCHI_MASUD, METHODS, Run, Sample, Way};
-use crate::chart::{LogLog, Series, Style};
+use super::methods::{METHODS, Run, Sample, Way};
+use crate::chart::{LogLog, Series};
 use crate::page::{self, Page};
 use crate::table::{Cell, Table, fixed};
-
-const ELASTIC: &str = "elastic, nu = 0";
-
-const WIDE: Window = Window {
-    x: [-14.0, 6.0],
-    z: 5.0,
-};
-const NEAR: Window = Window {
-    x: [-4.5, 1.5],
-    z: 1.8,
-};
 
 /// The runs of all methods.
 struct Runs<'a>(&'a [Run]);
@@ -31,33 +19,13 @@ impl Runs<'_> {
             run.case == case && run.is_curved == is_curved && run.method == method && run.way == way
         })
     }
-
-    /// Adds a picture of the last mesh of a run to a page.
-    fn add_picture(
-        &self,
-        page: &mut Page,
-        name: &str,
-        (case, is_curved, method, way): (&str, bool, &str, Way),
-        window: Window,
-        title: &'static str,
-    ) {
-        if let Some(run) = self.find(case, is_curved, method, way) {
-            page.picture(format!("ale-{name}"), title, svg(&run.mesh, window, title));
-        }
-    }
 }
 
 /// Prints the study and writes its files.
-pub fn write(
-    cases: &[Case],
-    runs: &[Run],
-    strokes: Option<Table>,
-    size: f64,
-    out: &Path,
-) -> Result<()> {
+pub fn write(cases: &[Case], runs: &[Run], size: f64, out: &Path) -> Result<()> {
     let runs = Runs(runs);
     let first = runs.0.iter().find(|run| run.case == "move-1");
-    let vertices = first.map_or(0, |run| run.mesh.n_vertices());
+    let vertices = first.map_or(0, |run| run.vertices);
     let mut page = Page::new(
         "Mesh motions",
         "ale",
@@ -73,14 +41,7 @@ pub fn write(
     let labels = cases.iter().filter(|case| case.key == "cycles");
     let labels = labels.flat_map(|case| case.steps.iter().map(|step| step.0));
     cycles(&mut page, &runs, labels.fold(0.0, f64::max))?;
-    if let Some(strokes) = strokes {
-        page.heading("The default stroke");
-        page.text(
-            "`scenes/three-sphere.toml` with `fem.mesh_motion` set (the default, `auto`, is `biharmonic` here; [ale-files.md](ale-files.md) has meshes of files): number of meshes, which are generated when the moved one would have a poor quality, \
-             and the net displacement.",
-        );
-        page.table(strokes);
-    }
+    page.text("[ale-files.md](ale-files.md) has strokes with the mesh motions of the program.");
     page::write(out, "ale.csv", &samples(&runs).csv())?;
     page.write(out, "ale")
 }
@@ -103,27 +64,14 @@ fn verdict(run: Option<&Run>) -> Cell {
 }
 
 fn moves(page: &mut Page, runs: &Runs) {
-    for (is_curved, title) in [
-        (
-            true,
-            "Moves, cells curved at the spheres: smallest quality / Jacobian along the path",
-        ),
-        (
-            false,
-            "Moves, straight cells: smallest quality along the path",
-        ),
-    ] {
+    let curved = "Moves, cells curved at the spheres: smallest quality / Jacobian along the path";
+    let straight = "Moves, straight cells: smallest quality along the path";
+    for (is_curved, title) in [(true, curved), (false, straight)] {
         page.heading(title);
         page.text("*Inverted at* gives the completed fraction of the motion. One step is from the reference, ten steps are incremental.");
-        let mut table = Table::new([
-            "motion",
-            "4 radii, one step",
-            "ten steps",
-            "close 5 to 2.5, one step",
-            "ten steps",
-            "open 5 to 9, one step",
-            "ten steps",
-        ]);
+        const HEADINGS: &str = "motion;4 radii, one step;ten steps;close 5 to 2.5, one step;\
+             ten steps;open 5 to 9, one step;ten steps";
+        let mut table = Table::new(HEADINGS.split(';'));
         for method in &METHODS {
             let mut cells: Vec<Cell> = vec![method.name.into()];
             for key in ["move", "close", "open"] {
@@ -137,33 +85,16 @@ fn moves(page: &mut Page, runs: &Runs) {
         page.table(table);
     }
     page.text(
-        "A curved cell at a sphere is inverted before a straight one: its face keeps its curvature while the cell is compressed. \
-         Pictures: the plane through the spheres' centres, cells coloured by quality.",
+        "A curved cell at a sphere is inverted before a straight one: its face keeps its curvature while the cell is compressed.",
     );
-    for (name, method, title) in [
-        (
-            "move-kanchi-masud",
-            KANCHI_MASUD,
-            "1 + tau: the left sphere moved by 4 radii in one step",
-        ),
-        ("move-elastic", ELASTIC, "elastic: the same step"),
-        ("move-biharmonic", "biharmonic", "biharmonic: the same"),
-    ] {
-        let run = ("move-1", true, method, Way::Reference);
-        runs.add_picture(page, name, run, WIDE, title);
-    }
 }
 
 fn approach(page: &mut Page, runs: &Runs) -> Result<()> {
     page.heading("Approach: gaps close from 3 to 0.02, 15 % per step");
     page.text("The smallest gap that was reached, and the quality of the mesh there.");
-    let mut table = Table::new([
-        "motion",
-        "curved, reference",
-        "curved, incremental",
-        "straight, reference",
-        "straight, incremental",
-    ]);
+    const HEADINGS: &str = "motion;curved, reference;curved, incremental;straight, reference;\
+         straight, incremental";
+    let mut table = Table::new(HEADINGS.split(';'));
     for method in &METHODS {
         let mut cells: Vec<Cell> = vec![method.name.into()];
         for is_curved in [true, false] {
@@ -187,15 +118,12 @@ fn approach(page: &mut Page, runs: &Runs) -> Result<()> {
         .filter(|run| run.way == Way::Incremental)
         .map(|run| {
             let points = run.samples.iter().map(|s| (s.label, s.quality));
-            Series::new(run.method, points, Style::Curve)
+            Series::new(run.method, points)
         });
     let title =
         "Two spheres approach, 15 % of the gap per step, straight cells moved incrementally";
-    let chart = LogLog::new(title, "gap in radii", "smallest quality", series);
+    let chart = LogLog::new(title, ["gap in radii", "smallest quality"], series, true);
     page.chart("ale-approach", "quality against gap", &chart)?;
-    let run = ("approach", false, KANCHI_MASUD, Way::Incremental);
-    let title = "1 + tau, straight cells: the smallest gap reached";
-    runs.add_picture(page, "approach-kanchi-masud", run, NEAR, title);
     Ok(())
 }
 
@@ -207,17 +135,12 @@ fn cycles(page: &mut Page, runs: &Runs, cycles: f64) -> Result<()> {
         "Drift is the largest distance of a node from its position \
          at the start of the first cycle; from the reference it is zero by construction.",
     );
-    let mut table = Table::new([
-        "motion".to_owned(),
-        "drift after 1".to_owned(),
-        format!("after {cycles:.0}"),
-        "quality after 1".to_owned(),
-        format!("after {cycles:.0}"),
-        "reference: smallest quality / Jacobian".to_owned(),
-        "preparation, s".to_owned(),
-        "reference: s per step".to_owned(),
-        "incremental: s per step".to_owned(),
-    ]);
+    let headings = format!(
+        "motion;drift after 1;after {cycles:.0};quality after 1;after {cycles:.0};\
+         reference: smallest quality / Jacobian;preparation, s;reference: s per step;\
+         incremental: s per step"
+    );
+    let mut table = Table::new(headings.split(';'));
     for method in &METHODS {
         let run = |way| runs.find("cycles", true, method.name, way);
         let (Some(reference), Some(steps)) = (run(Way::Reference), run(Way::Incremental)) else {
@@ -246,44 +169,20 @@ fn cycles(page: &mut Page, runs: &Runs, cycles: f64) -> Result<()> {
     let series = runs.0.iter().filter(incremental).map(|run| {
         let whole = run.samples.iter().filter(|s| s.label.fract() == 0.0);
         let points = whole.map(|s| (s.label, s.displacement));
-        Series::new(run.method, points, Style::Curve)
+        Series::new(run.method, points)
     });
     let title = "Drift of the mesh after closed cycles, moved incrementally";
     let y = "largest displacement of a node, in radii";
-    page.chart(
-        "ale-drift",
-        "drift",
-        &LogLog::new(title, "cycles", y, series),
-    )?;
-    for (name, method, title) in [
-        (
-            "cycles-kanchi-masud",
-            KANCHI_MASUD,
-            "1 + tau, incremental: after all cycles, arms of 10 again",
-        ),
-        ("cycles-elastic", ELASTIC, "elastic, incremental: the same"),
-    ] {
-        let run = ("cycles", true, method, Way::Incremental);
-        runs.add_picture(page, name, run, WIDE, title);
-    }
+    let chart = LogLog::new(title, ["cycles", y], series, true);
+    page.chart("ale-drift", "drift", &chart)?;
     Ok(())
 }
 
 /// All valid steps.
 fn samples(runs: &Runs) -> Table {
-    let mut table = Table::new([
-        "case",
-        "cells",
-        "motion",
-        "way",
-        "label",
-        "quality",
-        "jacobian",
-        "displacement",
-        "complete",
-        "setup_seconds",
-        "step_seconds",
-    ]);
+    const HEADINGS: &str = "case cells motion way label quality jacobian displacement complete \
+         setup_seconds step_seconds";
+    let mut table = Table::new(HEADINGS.split(' '));
     for run in runs.0 {
         for s in &run.samples {
             let cells = if run.is_curved { "curved" } else { "straight" };

@@ -22,7 +22,7 @@ use crate::random::Random;
 use crate::table::{Table, count, exp, fixed};
 
 /// Largest allowed imbalance where the equations of the bodies are solved directly.
-const DIRECT: f64 = 1e-9;
+const DIRECT_IMBALANCE: f64 = 1e-9;
 
 /// Largest allowed imbalance for finite elements.
 ///
@@ -37,11 +37,9 @@ const SLACK_MIB: f64 = 400.0;
 #[derive(Default)]
 struct Tally {
     scenes: usize,
-    solutions: usize,
     refused: usize,
     seconds: f64,
-    balance: f64,
-    power: f64,
+    imbalances: Imbalances,
 }
 
 /// Runs random scenes until the time is over.
@@ -64,90 +62,75 @@ fn run_scenes(minutes: f64, seed: u64, elements: f64) -> Result<Vec<(f64, f64)>>
     let mut tallies = Tallies::new();
     let mut refusals: BTreeMap<&'static str, usize> = BTreeMap::new();
     let mut memory: Vec<(f64, f64)> = Vec::new();
-    let mut printed = Instant::now();
     while clock.elapsed() < limit {
         let (text, scene) = draw(&mut random, elements);
-        let kind = kind(&text.0);
+        // The model is the second table of the text.
+        let kind = text.0.split("kind = \"").nth(2).unwrap_or_default();
+        let kind = kind.split('"').next().unwrap_or_default().to_owned();
         let start = Instant::now();
         let on_all = results(&scene);
         let on_one = one_thread.install(|| results(&scene));
-        let tally = tallies.entry((kind.clone(), scene.domain().kind().word()));
-        let tally = tally.or_default();
+        let key = (kind.clone(), scene.domain().kind().word());
+        let tally = tallies.entry(key).or_default();
         tally.scenes += 1;
-        match check(&kind, on_all, on_one)
-            .map_err(|what| anyhow!("{what}\nin the scene\n{}", text.0))?
-        {
-            Checked::Solved(imbalances) => {
-                tally.solutions += imbalances.solutions;
-                tally.balance = tally.balance.max(imbalances.balance);
-                tally.power = tally.power.max(imbalances.power);
+        let checked = check(&kind, on_all, on_one);
+        match checked.map_err(|what| anyhow!("{what}\nin the scene\n{}", text.0))? {
+            Ok(imbalances) => {
+                tally.imbalances.add(imbalances);
             }
-            Checked::Refused(reason) => {
+            Err(reason) => {
                 *refusals.entry(reason).or_default() += 1;
                 tally.refused += 1;
             }
         }
         tally.seconds += start.elapsed().as_secs_f64();
-        if let Some(now) = resident_mib() {
-            memory.push((clock.elapsed().as_secs_f64(), now));
-        }
-        if printed.elapsed() > Duration::from_secs(30) {
-            printed = Instant::now();
-            let scenes: usize = tallies.values().map(|t| t.scenes).sum();
-            eprintln!("{:.0} s, {scenes} scenes", clock.elapsed().as_secs_f64());
-        }
+        memory.extend(resident_mib().map(|mib| (clock.elapsed().as_secs_f64(), mib)));
     }
     report(&tallies, &refusals, clock.elapsed().as_secs_f64());
     Ok(memory)
 }
 
-/// A scene that satisfies the invariants.
-enum Checked {
-    Solved(Imbalances),
-    /// Refused for this reason, which is expected.
-    Refused(&'static str),
-}
-
 /// Results of a scene as text, and its imbalances.
 type Results = Result<(String, Imbalances), SwimError>;
 
-/// Checks the results of a scene on all threads and on one thread.
+/// Checks the results of a scene on all threads and on one thread: the imbalances, or the reason of
+/// an expected refusal.
 ///
 /// # Errors
 /// The invariant that is violated.
-fn check(kind: &str, on_all: Results, on_one: Results) -> Result<Checked, String> {
-    match (on_all, on_one) {
-        (Ok((text_on_all, imbalances)), Ok((text_on_one, _))) => {
-            if text_on_all != text_on_one {
-                return Err("one thread gives other bits than all threads".into());
-            }
-            let bar = if kind == "fem" { ITERATED } else { DIRECT };
+fn check(
+    kind: &str,
+    on_all: Results,
+    on_one: Results,
+) -> Result<Result<Imbalances, &'static str>, String> {
+    let ending = |results: &Results| match results {
+        Ok((text, _)) => text.clone(),
+        Err(error) => error.to_string(),
+    };
+    if ending(&on_all) != ending(&on_one) {
+        let [all, one] = [on_all, on_one].map(|results| results.map(|_| "a solution"));
+        return Err(format!(
+            "one thread gives other bits than all threads: {one:?}, {all:?}"
+        ));
+    }
+    match on_all {
+        Ok((_, imbalances)) => {
+            let bar = if kind == "fem" {
+                ITERATED
+            } else {
+                DIRECT_IMBALANCE
+            };
             // In this form the check fails for NaN.
             match imbalances.balance <= bar && imbalances.power <= bar {
-                true => Ok(Checked::Solved(imbalances)),
+                true => Ok(Ok(imbalances)),
                 false => Err(format!("balances are violated: {imbalances:?}")),
             }
         }
-        (Err(on_all), Err(on_one)) if on_all.to_string() == on_one.to_string() => {
-            let reason = expected(&on_all).ok_or_else(|| format!("failed: {on_all}"))?;
-            Ok(Checked::Refused(reason))
-        }
-        (on_all, on_one) => {
-            let outcome = |r: Results| match r {
-                Ok(_) => "a solution".to_owned(),
-                Err(error) => error.to_string(),
-            };
-            let (a, b) = (outcome(on_all), outcome(on_one));
-            Err(format!("on all threads: {a}; on one thread: {b}"))
-        }
+        Err(error) => match expected(&error) {
+            Some(reason) => Ok(Err(reason)),
+            None => Err(format!("failed: {error}")),
+        },
     }
-}
-
-/// Model in the text of a scene.
-fn kind(text: &str) -> String {
-    text.split("kind = \"").nth(2).map_or("?".into(), |rest| {
-        rest.split('"').next().unwrap_or("?").to_owned()
-    })
 }
 
 /// All results of a scene except times, as text, and its imbalances.
@@ -173,43 +156,35 @@ fn results(scene: &Scene) -> Results {
 /// Reason if a valid scene may fail with this error; the path of the bodies is not known in
 /// advance.
 fn expected(error: &SwimError) -> Option<&'static str> {
-    match error {
-        SwimError::Collision { .. } => Some("bodies touched on their way"),
-        SwimError::Model(ModelError::Spheres(microhydro::HydroError::NotPositiveDefinite {
-            ..
-        })) => Some("too close for oseen or rpy"),
-        SwimError::Model(ModelError::Spheres(microhydro::HydroError::TooClose { .. })) => {
-            Some("a gap too narrow for the accuracy")
+    use mesher::GenerateError::BodiesTouch;
+    use microhydro::HydroError::{NotPositiveDefinite, TooClose};
+    Some(match error {
+        SwimError::Collision { .. } => "bodies touched on their way",
+        SwimError::Model(ModelError::Spheres(NotPositiveDefinite { .. })) => {
+            "too close for oseen or rpy"
         }
-        SwimError::NotIntegrated { .. } => Some("not integrated to the tolerance"),
-        SwimError::Model(ModelError::Mesh(mesher::GenerateError::BodiesTouch { .. })) => {
-            Some("a gap too narrow for the mesh")
+        SwimError::Model(ModelError::Spheres(TooClose { .. })) => {
+            "a gap too narrow for the accuracy"
         }
-        _ => None,
-    }
+        SwimError::NotIntegrated { .. } => "not integrated to the tolerance",
+        SwimError::Model(ModelError::Mesh(BodiesTouch { .. })) => "a gap too narrow for the mesh",
+        _ => return None,
+    })
 }
 
 fn report(tallies: &Tallies, refusals: &BTreeMap<&'static str, usize>, seconds: f64) {
-    let mut table = Table::new([
-        "model",
-        "domain",
-        "scenes",
-        "solves",
-        "stopped",
-        "s per scene",
-        "forces",
-        "power",
-    ]);
+    let headings = "model,domain,scenes,solves,stopped,s per scene,forces,power";
+    let mut table = Table::new(headings.split(','));
     for ((model, domain), t) in tallies {
         table.push([
             model.as_str().into(),
             (*domain).into(),
             count(t.scenes),
-            count(t.solutions),
+            count(t.imbalances.solutions),
             count(t.refused),
             fixed(t.seconds / t.scenes as f64, 4),
-            exp(t.balance, 1),
-            exp(t.power, 1),
+            exp(t.imbalances.balance, 1),
+            exp(t.imbalances.power, 1),
         ]);
     }
     println!("{seconds:.0} s on {}\n{}", processor(), table.markdown());
@@ -230,6 +205,14 @@ struct Imbalances {
     solutions: usize,
 }
 
+impl Imbalances {
+    fn add(&mut self, other: Self) {
+        self.balance = self.balance.max(other.balance);
+        self.power = self.power.max(other.power);
+        self.solutions += other.solutions;
+    }
+}
+
 /// Observer of a run that records the imbalances.
 struct Watch<'a> {
     scene: &'a Scene,
@@ -244,17 +227,12 @@ impl Observer for Watch<'_> {
         _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
         let set = self.scene.articulation();
-        let places: Vec<Vector3<f64>> = set
-            .place(&solved.state, &span.shape(solved.s))?
-            .iter()
-            .map(|pose| pose.translation.vector)
-            .collect();
+        let poses = set.place(&solved.state, &span.shape(solved.s))?;
+        let places: Vec<_> = poses.iter().map(|pose| pose.translation.vector).collect();
         let directions = set.directions(&solved.state, &span.shape(solved.s))?;
         let rates = span.rates(0.0);
         let seen = imbalances(self.scene, &solved.solution, &places, &directions, &rates);
-        self.imbalances.balance = self.imbalances.balance.max(seen.balance);
-        self.imbalances.power = self.imbalances.power.max(seen.power);
-        self.imbalances.solutions += 1;
+        self.imbalances.add(seen);
         Ok(())
     }
 }
@@ -268,12 +246,9 @@ fn imbalances(
     rates: &[f64],
 ) -> Imbalances {
     let set = scene.articulation();
-    let largest = solution
-        .bodies
-        .iter()
-        .map(|b| b.force.norm())
-        .chain(scene.bodies().iter().map(|b| b.force.norm()))
-        .fold(f64::MIN_POSITIVE, f64::max);
+    let given = scene.bodies().iter().map(|b| b.force.norm());
+    let forces = solution.bodies.iter().map(|b| b.force.norm());
+    let largest = forces.chain(given).fold(f64::MIN_POSITIVE, f64::max);
     let mut balance = 0.0_f64;
     for linkage in set.linkages() {
         if set.fixed()[linkage.root] {
@@ -307,19 +282,15 @@ fn imbalances(
         into_fluid += terms.iter().sum::<f64>();
         size += terms.iter().map(|x| x.abs()).sum::<f64>();
     }
-    let joints: f64 = solution
-        .joint_forces
-        .iter()
-        .zip(directions)
-        .zip(rates)
-        .map(|((f, e), rate)| f.dot(e) * rate)
-        .sum();
+    let joints = solution.joint_forces.iter().zip(directions).zip(rates);
+    let joints: f64 = joints.map(|((f, e), rate)| f.dot(e) * rate).sum();
+    let power = match size > 0.0 {
+        true => (into_fluid - joints).abs() / size,
+        false => 0.0,
+    };
     Imbalances {
         balance,
-        power: match size > 0.0 {
-            true => (into_fluid - joints).abs() / size,
-            false => 0.0,
-        },
+        power,
         solutions: 1,
     }
 }
@@ -330,10 +301,10 @@ fn check_memory(samples: &[(f64, f64)]) -> Result<()> {
         return Ok(());
     };
     let peak = |from: f64, to: f64| {
-        samples
+        let within = samples
             .iter()
-            .filter(|s| s.0 >= from * end && s.0 <= to * end)
-            .fold(0.0_f64, |m, s| m.max(s.1))
+            .filter(|s| s.0 >= from * end && s.0 <= to * end);
+        within.fold(0.0_f64, |m, s| m.max(s.1))
     };
     let (first, second) = (peak(0.0, 0.5), peak(0.5, 1.0));
     println!(

@@ -27,15 +27,14 @@ fn smallest_gap(scene: &Scene) -> f64 {
         return -1.0;
     };
     let ends = spans.map(|span| span.to);
-    std::iter::once(set.initial_shape().to_vec())
-        .chain(ends)
-        .map(|shape| {
-            set.place(&state, &shape).map_or(-1.0, |poses| {
-                closest_contact(scene.bodies(), scene.domain(), &poses)
-                    .map_or(f64::INFINITY, |contact| contact.gap)
-            })
-        })
-        .fold(f64::INFINITY, f64::min)
+    let shapes = std::iter::once(set.initial_shape().to_vec()).chain(ends);
+    let gap = |shape: Vec<f64>| {
+        let poses = set.place(&state, &shape).ok()?;
+        let contact = closest_contact(scene.bodies(), scene.domain(), &poses);
+        Some(contact.map_or(f64::INFINITY, |contact| contact.gap))
+    };
+    let gaps = shapes.map(|shape| gap(shape).unwrap_or(-1.0));
+    gaps.fold(f64::INFINITY, f64::min)
 }
 
 /// Random scene with its text, solved by finite elements with probability `elements`.
@@ -179,11 +178,8 @@ fn bodies(
 fn gait(mut text: SceneText, random: &mut Random, layout: &Layout, most: usize) -> SceneText {
     let joints = &layout.joints;
     for (number, (body, to, _)) in joints.iter().enumerate() {
-        text = text.joint(
-            format_args!("l{number}"),
-            format_args!("b{body}"),
-            format_args!("b{to}"),
-        );
+        let [name, body] = [format!("l{number}"), format!("b{body}")];
+        text = text.joint(name, body, format_args!("b{to}"));
     }
     if !joints.is_empty() {
         let mut lengths: Vec<f64> = joints.iter().map(|joint| joint.2).collect();

@@ -4,17 +4,17 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, ensure};
 use linalg::{
-    BorderPlacement, Bordered, Csr, Csr3, Identity, KrylovParams, LinearOperator, Preconditioner,
-    SaddleSystem, Schwarz, SchwarzParams, cg, fgmres, minres,
+    BorderPlacement, Bordered, Csr, Csr3, Identity, KrylovParams, LinalgError, LinearOperator,
+    Multigrid, MultigridParams, Preconditioner, SaddleSystem, Schwarz, SchwarzParams, cg, fgmres,
+    minres,
 };
 use nalgebra::DMatrix;
 use rigid::{Constrained, DirectRows, Eliminated, Formulation, Lagrange};
 use swimmer::models::{Configuration, FemModel};
 
 use super::faults;
-use super::ilu::Ilu0;
 use super::inf_sup::InfSup;
-use super::map::Tried;
+use super::map::{Map, Outcome, Row};
 use super::stress_cases::Setup;
 
 /// Smallest inf-sup constant of an accepted pair of spaces.
@@ -22,67 +22,77 @@ use super::stress_cases::Setup;
 /// P2-P1 has 0.4 to 0.5, equal orders 0.08 on coarse meshes and less on fine ones.
 const MIN_INF_SUP: f64 = 0.1;
 
-/// Runs all tests.
-pub fn rows() -> Result<Vec<Tried>> {
+/// The map.
+pub fn map() -> Result<Map> {
     let eliminated = system(&Eliminated)?;
     let lagrange = system(&Lagrange)?;
     let direct_rows = system(&DirectRows)?;
-    let mut rows = vec![quadratic(&eliminated)?, equal_order(&eliminated)?];
-    rows.push(separated_multipliers(&lagrange));
-    for (name, system) in [
-        ("p-tilde", &eliminated),
-        ("lagrange", &lagrange),
-        ("direct-row", &direct_rows),
-    ] {
-        rows.push(incomplete_factors(name, system, false)?);
-        rows.push(incomplete_factors(name, system, true)?);
-    }
-    rows.push(Tried::refusal(
-        "conjugate gradients on the saddle-point system",
+    let mut rows = vec![
+        quadratic(&eliminated)?,
+        equal_order(&eliminated)?,
+        separated_multipliers(&lagrange),
+        exact_velocities(&eliminated)?,
+    ];
+    let saddle = solved(&eliminated, |a, b, x, params| {
+        cg(a, &mut Identity(b.len()), b, x, params).map(drop)
+    });
+    let asymmetric = solved(&direct_rows, |a, b, x, params| {
+        minres(a, &mut Identity(b.len()), b, x, params).map(drop)
+    });
+    let schwarz = Schwarz::new(&eliminated.system, &cut(2, BorderPlacement::Eliminated));
+    let with_schwarz = schwarz.and_then(|mut schwarz| {
         solved(&eliminated, |a, b, x, params| {
-            cg(a, &mut Identity(b.len()), b, x, params).map(drop)
-        }),
-        "definite",
-    ));
-    rows.push(Tried::refusal(
-        "MINRES on direct rows",
-        solved(&direct_rows, |a, b, x, params| {
-            minres(a, &mut Identity(b.len()), b, x, params).map(drop)
-        }),
-        "symmetric",
-    ));
-    rows.push(Tried::refusal(
-        "MINRES with additive Schwarz, which is not symmetric",
-        Schwarz::new(&eliminated.system, &cut(2, BorderPlacement::Eliminated)).and_then(
-            |mut schwarz| {
-                solved(&eliminated, |a, b, x, params| {
-                    minres(a, &mut schwarz, b, x, params).map(drop)
-                })
-            },
+            minres(a, &mut schwarz, b, x, params).map(drop)
+        })
+    });
+    let poisoned = scaled(&eliminated.system, f64::NAN).map(drop);
+    for (name, result, part) in [
+        (
+            "conjugate gradients on the saddle-point system",
+            saddle,
+            "definite",
         ),
-        "PositiveDefinite",
-    ));
-    for viscosity in [1e-9, 1e9] {
-        rows.push(viscous_matrices(&eliminated, viscosity));
+        ("MINRES on direct rows", asymmetric, "symmetric"),
+        (
+            "MINRES with additive Schwarz, which is not symmetric",
+            with_schwarz,
+            "PositiveDefinite",
+        ),
+        ("a NaN in the stiffness", poisoned, "NaN"),
+    ] {
+        rows.push(Row::refusal(name, result, part));
     }
-    rows.push(Tried::refusal(
-        "a NaN in the stiffness",
-        scaled(&eliminated.system, f64::NAN).map(drop),
-        "NaN",
-    ));
+    rows.extend([1e-9, 1e9].map(|viscosity| viscous_matrices(&eliminated, viscosity)));
     rows.push(no_preconditioner(&eliminated));
     rows.extend(faults::rhs_and_guesses(&eliminated)?);
     rows.extend(faults::meshes()?);
-    Ok(rows)
+    Ok(Map {
+        key: "algebra",
+        title: "Algebra",
+        note: "Stress cases that cannot be described by a scene, for the systems of the bent chain.",
+        columns: vec!["outcome".to_owned()],
+        rows,
+    })
+}
+
+/// The block solver with an exact solve of the velocity block in the place of the V-cycle, which
+/// must need fewer iterations, but not fewer than half.
+fn exact_velocities(system: &Constrained) -> Result<Row> {
+    let exact = Multigrid::new(system.system.velocity_block(), &MultigridParams::direct())?;
+    let with_cycle = iterations(system, &mut system.preconditioner()?)?;
+    let with_exact = iterations(system, &mut system.preconditioner_with(exact)?)?;
+    Ok(Row::test(
+        "exact velocity solves instead of V-cycles",
+        format!("right after {with_exact} instead of {with_cycle} iterations"),
+        with_exact <= with_cycle && with_cycle <= 2 * with_exact,
+    ))
 }
 
 /// The system of the bent chain on a mesh small enough for dense eigenproblems.
 fn system(formulation: &dyn Formulation) -> Result<Constrained> {
-    let setup = Setup {
-        size: Some(1.5),
-        ..Setup::bent_chain()
-    };
-    let scene = setup.text(formulation.name(), "block").parse()?;
+    let mut setup = Setup::bent_chain();
+    setup.size = Some(1.5);
+    let scene = setup.scene(formulation.name(), "block")?;
     let mut model = FemModel::new(&scene)?;
     let state = scene.initial_state();
     let configuration = Configuration {
@@ -92,17 +102,17 @@ fn system(formulation: &dyn Formulation) -> Result<Constrained> {
     Ok(model.system(configuration, &[-0.5, 0.0], formulation)?)
 }
 
-fn quadratic(system: &Constrained) -> Result<Tried> {
+fn quadratic(system: &Constrained) -> Result<Row> {
     let measured = InfSup::new(&system.system)?;
     // The constant pressure of enclosed flow, and the bound of the full gradient.
     let is_stable = measured.require(MIN_INF_SUP).is_ok()
         && measured.null_space_dimension <= 1
         && measured.largest <= 1.0 + 1e-6;
     let constant = format!("{:.3}", measured.constant);
-    Ok(Tried::new("inf-sup constant of P2-P1", constant, is_stable))
+    Ok(Row::test("inf-sup constant of P2-P1", constant, is_stable))
 }
 
-fn equal_order(system: &Constrained) -> Result<Tried> {
+fn equal_order(system: &Constrained) -> Result<Row> {
     let nodes = system.prolongation.nodes();
     let linear = SaddleSystem::new(
         Bordered::scalar(system.vertex_stiffness.clone())?,
@@ -111,7 +121,7 @@ fn equal_order(system: &Constrained) -> Result<Tried> {
         None,
         system.system.pressure_mass().clone(),
     )?;
-    Ok(Tried::refusal(
+    Ok(Row::refusal(
         "P1 velocities with P1 pressures",
         InfSup::new(&linear)?.require(MIN_INF_SUP),
         "inf-sup constant",
@@ -144,12 +154,12 @@ fn vector_product(b: &Csr3, interpolation: &Csr) -> Csr3 {
 /// Schwarz with multipliers in another subdomain than the bodies that they constrain.
 ///
 /// This is the case "gasm + LU fails on Lagrange multipliers" of the paper.
-fn separated_multipliers(lagrange: &Constrained) -> Tried {
+fn separated_multipliers(lagrange: &Constrained) -> Row {
     let m = lagrange.system.border_range().len();
     // Velocities of the bodies come first; the second subdomain gets all multipliers.
     let velocities = 6 * 3 + 3;
     let placement = (0..m).map(|c| usize::from(c >= velocities)).collect();
-    Tried::refusal(
+    Row::refusal(
         "Schwarz on Lagrange, multipliers cut off from their bodies (the paper's failure of gasm+LU)",
         Schwarz::new(
             &lagrange.system,
@@ -166,87 +176,47 @@ fn cut(subdomains: usize, border: BorderPlacement) -> SchwarzParams {
         .with_border(border)
 }
 
-/// FGMRES with incomplete factors of the whole matrix.
-///
-/// The order is the natural one, or the one with zero diagonals first.
-fn incomplete_factors(name: &str, system: &Constrained, zeros_first: bool) -> Result<Tried> {
-    let mut order: Vec<usize> = (0..system.rhs.len()).collect();
-    if zeros_first {
-        order.reverse();
-    }
-    let name = format!(
-        "ILU(0) without pivoting on {name}, {}",
-        if zeros_first {
-            "pressures and multipliers first"
-        } else {
-            "velocities first"
-        }
-    );
-    let outcome = match Ilu0::new(&system.system, &order) {
-        Ok(mut factors) => solve_and_check(system, &mut factors)?,
-        Err(zero) => format!("*no*: {zero}"),
-    };
-    Ok(Tried::new(name, outcome, true))
+fn no_preconditioner(system: &Constrained) -> Row {
+    let found = iterations(system, &mut Identity(system.rhs.len()));
+    let refused = found.map_err(|error| format!("{error:#}"));
+    Row::refusal("FGMRES without preconditioner", refused, "FGMRES reached")
 }
 
-fn no_preconditioner(system: &Constrained) -> Tried {
-    let outcome = solve_and_check(system, &mut Identity(system.rhs.len()));
-    let is_refused = matches!(&outcome, Ok(text) if text.starts_with("*no*"));
-    let outcome = outcome.unwrap_or_else(|error| format!("{error:#}"));
-    Tried::new("FGMRES without preconditioner", outcome, is_refused)
-}
-
-/// Solves and recomputes the residual.
+/// Iterations of a solve whose residual is computed again.
 ///
 /// # Errors
-/// Convergence that was reported although the residual is too large.
-fn solve_and_check(
-    system: &Constrained,
-    preconditioner: &mut dyn Preconditioner,
-) -> Result<String> {
+/// No convergence, or convergence that was reported although the residual is too large.
+fn iterations(system: &Constrained, preconditioner: &mut dyn Preconditioner) -> Result<usize> {
     let b = &system.rhs;
     let mut x = vec![0.0; b.len()];
     let params = KrylovParams::default();
-    match fgmres(&system.system, preconditioner, b, &mut x, &params) {
-        Err(error) => Ok(format!("*no*: {error}")),
-        Ok(report) => {
-            let mut product = vec![0.0; b.len()];
-            system.system.apply(&x, &mut product);
-            let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|e| e * e).sum::<f64>().sqrt();
-            let residual = norm(&mut b.iter().zip(&product).map(|(b, p)| b - p))
-                / norm(&mut b.iter().copied());
-            // The residual in the report differs from this one by rounding errors.
-            ensure!(
-                residual <= 1.001 * params.rel_tol,
-                "convergence was reported, but the residual is {residual:e}"
-            );
-            Ok(format!("right after {} iterations", report.iterations))
-        }
-    }
+    let report = fgmres(&system.system, preconditioner, b, &mut x, &params)?;
+    let mut product = vec![0.0; b.len()];
+    system.system.apply(&x, &mut product);
+    let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|e| e * e).sum::<f64>().sqrt();
+    let residual =
+        norm(&mut b.iter().zip(&product).map(|(b, p)| b - p)) / norm(&mut b.iter().copied());
+    // The residual in the report differs from this one by rounding errors.
+    ensure!(
+        residual <= 1.001 * params.rel_tol,
+        "convergence was reported, but the residual is {residual:e}"
+    );
+    Ok(report.iterations)
 }
 
 fn solved(
     system: &Constrained,
-    method: impl FnOnce(
-        &SaddleSystem,
-        &[f64],
-        &mut [f64],
-        &KrylovParams,
-    ) -> std::result::Result<(), linalg::LinalgError>,
-) -> std::result::Result<(), linalg::LinalgError> {
+    method: impl FnOnce(&SaddleSystem, &[f64], &mut [f64], &KrylovParams) -> Result<(), LinalgError>,
+) -> Result<(), LinalgError> {
     let mut x = vec![0.0; system.rhs.len()];
-    method(
-        &system.system,
-        &system.rhs,
-        &mut x,
-        &KrylovParams::default(),
-    )
+    let params = KrylovParams::default();
+    method(&system.system, &system.rhs, &mut x, &params)
 }
 
 /// Solves with the viscosity in the matrices instead of viscosity 1 in scaled units.
 ///
 /// The velocities of a swimmer must not change, or the solver must fail with a reason.
-fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Tried {
+fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Row {
     let momentum = plain.system.border_range().end;
     let mut b = plain.rhs.clone();
     b[..momentum].iter_mut().for_each(|load| *load *= viscosity);
@@ -254,34 +224,26 @@ fn viscous_matrices(plain: &Constrained, viscosity: f64) -> Tried {
         let mut x = vec![0.0; b.len()];
         let mut schwarz = Schwarz::new(system, &cut(4, BorderPlacement::Eliminated))?;
         fgmres(system, &mut schwarz, b, &mut x, &KrylovParams::default())?;
-        Ok::<_, linalg::LinalgError>(x)
+        Ok::<_, LinalgError>(x)
     };
     let compared = scaled(&plain.system, viscosity)
         .and_then(|system| Ok((solve(&plain.system, &plain.rhs)?, solve(&system, &b)?)));
-    let (outcome, as_expected) = match compared {
-        Err(error) => (format!("*no*: {error}"), true),
+    let name = format!("viscosity {viscosity:e} in the matrices instead of in the units");
+    match compared {
+        Err(error) => Row::one(name, Outcome::Refused(error.to_string()), true),
         Ok((exact, found)) => {
-            let largest = exact[..momentum]
-                .iter()
-                .fold(0.0, |m: f64, e| m.max(e.abs()));
-            let pairs = exact[..momentum].iter().zip(&found);
+            let exact = &exact[..momentum];
+            let largest = exact.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
+            let pairs = exact.iter().zip(&found);
             let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest;
             // Residuals of 1e-8 on both sides, as in the cells of the map.
-            match error < 1e-5 {
-                true => (format!("right to {error:.0e}"), true),
-                false => (format!("**WRONG** by {error:.0e}"), false),
-            }
+            Row::test(name, format!("{error:.0e}"), error < 1e-5)
         }
-    };
-    let name = format!("viscosity {viscosity:e} in the matrices instead of in the units");
-    Tried::new(name, outcome, as_expected)
+    }
 }
 
 /// The same system with the viscosity in its matrices, in unscaled units.
-fn scaled(
-    system: &SaddleSystem,
-    viscosity: f64,
-) -> std::result::Result<SaddleSystem, linalg::LinalgError> {
+fn scaled(system: &SaddleSystem, viscosity: f64) -> Result<SaddleSystem, LinalgError> {
     let a = system.velocity_block();
     let times = |matrix: &Csr| matrix.map(|value| value * viscosity);
     let corner: DMatrix<f64> = a.corner() * viscosity;

@@ -13,13 +13,14 @@ use crate::scenes::SceneText;
 const TOLERANCES: [f64; 2] = [1e-2, 1e-4];
 
 /// Tolerance of the run that a case without an exact value is compared with.
-const TRUTH: f64 = 1e-7;
+const REFERENCE_TOLERANCE: f64 = 1e-7;
 
 /// A scene without its tolerance.
+#[derive(Clone)]
 struct Case {
     name: String,
     text: SceneText,
-    /// Exact displacement of the first body; `None` for that of a run to [`TRUTH`].
+    /// Exact displacement of the first body; `None` for that of a run to [`REFERENCE_TOLERANCE`].
     exact: Option<Vector3<f64>>,
     /// Outcome that every tolerance must have.
     expected: Expected,
@@ -40,7 +41,7 @@ impl Case {
     fn scene(&self, tolerance: f64) -> Result<Scene, SwimError> {
         // A model of constant cost: the cases are hard for the integration.
         // The run to compare with has a bar of its own, whatever it reaches.
-        let accept = if tolerance == TRUTH {
+        let accept = if tolerance == REFERENCE_TOLERANCE {
             "best"
         } else {
             "tolerance"
@@ -53,12 +54,10 @@ impl Case {
 
 /// Three unit spheres on a line at this distance, without joints.
 fn row_of_spheres(distance: f64, keys: &str) -> SceneText {
-    let places = [("l", -distance), ("c", 0.0), ("r", distance)];
-    places
-        .into_iter()
-        .fold(SceneText::default(), |text, (name, x)| {
-            text.sphere(name, 1.0, [x, 0.0, 0.0]).line(keys)
-        })
+    let places = [("l", -distance), ("c", 0.0), ("r", distance)].into_iter();
+    places.fold(SceneText::default(), |text, (name, x)| {
+        text.sphere(name, 1.0, [x, 0.0, 0.0]).line(keys)
+    })
 }
 
 /// Three spheres on a line with these keys of the bodies and of the right joint.
@@ -211,26 +210,21 @@ fn rhombus(name: &str, free: usize, gait: &str, expected: Expected) -> Case {
 }
 
 fn cases() -> Vec<Case> {
-    let mut cases = Vec::new();
-    cases.extend([1e-6, 1e-3, 1.0, 1e3, 1e6].map(spring));
-    cases.push(rhombus(
-        "a loop of hinges with contradictory angles",
-        0,
-        "[[gait.phases]]\ntargets = { h0 = 0.3, h1 = 0.2 }\n",
-        Expected::Refused("loop"),
-    ));
-    cases.push(rhombus(
-        "the same with one free hinge",
-        1,
-        "[[gait.phases]]\ntargets = { h0 = 0.3, h1 = 0.2 }\n",
-        Expected::Refused("loop"),
-    ));
-    cases.push(rhombus(
-        "the same with three free hinges",
-        3,
-        "[[gait.phases]]\ntargets = { h0 = 0.3 }\n[[gait.phases]]\ntargets = { h0 = -0.2 }\n",
-        Expected::Right,
-    ));
+    let contradictory = "[[gait.phases]]\ntargets = { h0 = 0.3, h1 = 0.2 }";
+    let free = "[[gait.phases]]\ntargets = { h0 = 0.3 }\n[[gait.phases]]\ntargets = { h0 = -0.2 }";
+    let refused = Expected::Refused("loop");
+    let loops = [
+        (
+            "a loop of hinges with contradictory angles",
+            0,
+            contradictory,
+            refused,
+        ),
+        ("the same with one free hinge", 1, contradictory, refused),
+        ("the same with three free hinges", 3, free, Expected::Right),
+    ];
+    let mut cases = [1e-6, 1e-3, 1.0, 1e3, 1e6].map(spring).to_vec();
+    cases.extend(loops.map(|(name, free, gait, expected)| rhombus(name, free, gait, expected)));
     cases.extend([5, 24].map(corners));
     cases.extend([3, 12].map(overtones));
     cases.extend([1e-8, 1e-4, 1.0, 1e4].map(pulled));
@@ -241,23 +235,18 @@ fn cases() -> Vec<Case> {
 
 /// The map.
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
-    let mut rows = Vec::new();
-    for case in cases() {
-        if !quick || case.quick {
-            rows.push(store.row("drives", &case.name, || cells(&case))?);
-        }
-    }
-    Ok(Map {
+    let mut map = Map {
         key: "drives",
         title: "Joints, drives and masses",
         note: "Runs with Rotne-Prager-Yamakawa hydrodynamics, by tolerance: the largest error of a displacement against an exact value or a run to 1e-7, and the \
                error bar of the integration, both in radii. WRONG means an error of more than twice the bar.",
-        columns: TOLERANCES
-            .iter()
-            .map(|t| format!("tolerance {t:e}"))
-            .collect(),
-        rows,
-    })
+        columns: TOLERANCES.map(|t| format!("tolerance {t:e}")).to_vec(),
+        ..Map::default()
+    };
+    for case in cases().iter().filter(|case| !quick || case.quick) {
+        map.add(store, &case.name, || cells(case))?;
+    }
+    Ok(map)
 }
 
 fn cells(case: &Case) -> Result<Vec<Cell>> {
@@ -265,13 +254,14 @@ fn cells(case: &Case) -> Result<Vec<Cell>> {
         (Expected::Refused(_), _) => None,
         (_, Some(exact)) => Some((vec![exact], 0.0)),
         (_, None) => {
-            let truth = run(&case.scene(TRUTH)?).with_context(|| case.name.clone())?;
+            let truth =
+                run(&case.scene(REFERENCE_TOLERANCE)?).with_context(|| case.name.clone())?;
             let bar = integration_bar(&truth);
             Some((truth.displacement, bar))
         }
     };
     let compare = |swum: Swum| match &truth {
-        None => Outcome::Wrong { error: f64::NAN },
+        None => Outcome::wrong(f64::NAN),
         Some((exact, bar)) => compare(&swum, exact, *bar),
     };
     let cell = |tolerance| Cell::new(case.expected, || run(&case.scene(tolerance)?), compare);
@@ -280,7 +270,7 @@ fn cells(case: &Case) -> Result<Vec<Cell>> {
 
 fn run(scene: &Scene) -> Result<Swum, SwimError> {
     let mut model = choose(scene)?.model;
-    simulate(scene, model.as_mut(), Method::of(scene), &mut ())
+    simulate(scene, model.as_mut(), Method::from_scene(scene), &mut ())
 }
 
 /// The error bar without that of the model, which is the same in all runs.

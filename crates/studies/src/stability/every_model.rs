@@ -11,89 +11,63 @@ use crate::scenes::{SceneText, solve};
 const MODELS: [&str; 5] = ["oseen", "rpy", "multipole", "axisymmetric", "fem"];
 
 /// Relative error of the reference expansion.
-const TRUTH: f64 = 1e-9;
+const REFERENCE_TOLERANCE: f64 = 1e-9;
 
 /// Element size for finite elements, over the smallest radius.
 const SIZE: f64 = 0.8;
 
-/// A sphere with a force and a torque.
-#[derive(Clone, Copy)]
-struct Pulled {
-    radius: f64,
-    position: [f64; 3],
-    force: [f64; 3],
-    torque: [f64; 3],
-}
+/// A sphere: radius, position and force.
+type Pulled = (f64, [f64; 3], [f64; 3]);
 
-const fn pulled(radius: f64, position: [f64; 3], force: [f64; 3]) -> Pulled {
-    Pulled {
-        radius,
-        position,
-        force,
-        torque: NONE,
-    }
-}
-
-/// Spheres in a domain, with forces and torques.
+/// Spheres in a domain, with forces.
 struct Setting {
     name: &'static str,
-    domain: &'static str,
-    /// Rows of the gradient of a shear flow; zero for fluid at rest.
-    gradient: [[f64; 3]; 3],
-    viscosity: f64,
+    /// The `domain` table, and further keys of the scene.
+    keys: String,
     spheres: Vec<Pulled>,
+    /// Torque on the last sphere.
+    torque: [f64; 3],
     /// Outcome that every model must have.
     expected: Expected,
     quick: bool,
 }
 
 impl Setting {
-    fn new(name: &'static str, domain: &'static str, spheres: impl Into<Vec<Pulled>>) -> Self {
+    fn new(name: &'static str, domain: &str, spheres: impl Into<Vec<Pulled>>) -> Self {
         Self {
             name,
-            domain,
-            gradient: REST,
-            viscosity: 1.0,
+            keys: format!("domain = {domain}\n"),
             spheres: spheres.into(),
+            torque: NONE,
             expected: Expected::NotWrong,
             quick: false,
         }
     }
 
-    fn in_shear(self) -> Self {
-        Self {
-            gradient: SHEAR,
-            ..self
-        }
+    fn with(self, key: &str) -> Self {
+        let keys = self.keys + key;
+        Self { keys, ..self }
     }
 
     fn scene(&self, model: &str) -> Result<Scene, SwimError> {
-        let radii = self.spheres.iter().map(|s| s.radius);
+        let radii = self.spheres.iter().map(|sphere| sphere.0);
         let size = SIZE * radii.fold(f64::INFINITY, f64::min);
-        let mut text = SceneText::new(format!("domain = {}", self.domain))
-            .key("fluid.viscosity", self.viscosity)
+        let mut text = SceneText::new(&self.keys)
             .key("model.kind", model)
             .line(format_args!("fem.surface_size = {size:e}"));
-        if self.gradient != REST {
-            let gradient = self.gradient;
-            let shear = format!("background = {{ kind = \"shear\", gradient = {gradient:?} }}");
-            text = text.line(shear);
+        for (number, &(radius, position, force)) in self.spheres.iter().enumerate() {
+            text = text.sphere(format!("b{number}"), radius, position);
+            text = text.key("force", force);
         }
-        for (number, sphere) in self.spheres.iter().enumerate() {
-            let text_of_sphere = text.sphere(format!("b{number}"), sphere.radius, sphere.position);
-            text = text_of_sphere
-                .key("force", sphere.force)
-                .key("torque", sphere.torque);
-        }
-        Ok(Scene::parse(&text.0)?)
+        Ok(Scene::parse(&text.key("torque", self.torque).0)?)
     }
 }
 
 const NONE: [f64; 3] = [0.0; 3];
-const REST: [[f64; 3]; 3] = [NONE; 3];
 /// Shear in a plane that contains no coordinate axis.
-const SHEAR: [[f64; 3]; 3] = [[0.0, 0.5, 0.2], [0.0, 0.0, 0.3], NONE];
-const FREE: &str = "{ kind = \"unbounded\" }";
+const SHEAR: &str = "background = { kind = \"shear\", \
+     gradient = [[0.0, 0.5, 0.2], [0.0, 0.0, 0.3], [0.0, 0.0, 0.0]] }";
+const UNBOUNDED: &str = "{ kind = \"unbounded\" }";
 const WALL: &str = "{ kind = \"wall\" }";
 const BALL: &str = "{ kind = \"ball\", radius = 12 }";
 const SMALL_BALL: &str = "{ kind = \"ball\", radius = 1.5 }";
@@ -103,17 +77,14 @@ const MICRO_BALL: &str = "{ kind = \"ball\", radius = 2e-5 }";
 /// Two spheres with a gap, one pulled.
 fn pair_under(name: &'static str, gap: f64, domain: &'static str, force: [f64; 3]) -> Setting {
     let x = 1.0 + 0.5 * gap;
-    let spheres = [
-        pulled(1.0, [-x, 0.0, 0.0], force),
-        pulled(1.0, [x, 0.0, 0.0], NONE),
-    ];
+    let spheres = [(1.0, [-x, 0.0, 0.0], force), (1.0, [x, 0.0, 0.0], NONE)];
     Setting::new(name, domain, spheres)
 }
 
 /// Two spheres with a gap, one pulled along and across the line of centres.
 fn pair(name: &'static str, gap: f64, domain: &'static str) -> Setting {
     Setting {
-        quick: domain == FREE && gap > 0.05,
+        quick: domain == UNBOUNDED && gap > 0.05,
         ..pair_under(name, gap, domain, [10.0, 3.0, 0.0])
     }
 }
@@ -124,7 +95,7 @@ fn along(name: &'static str, gap: f64, domain: &'static str) -> Setting {
 }
 
 fn one(name: &'static str, domain: &'static str, position: [f64; 3], force: [f64; 3]) -> Setting {
-    Setting::new(name, domain, [pulled(1.0, position, force)])
+    Setting::new(name, domain, [(1.0, position, force)])
 }
 
 /// A cube of 27 spheres four radii apart, alternately pulled.
@@ -136,59 +107,48 @@ fn crowd() -> Vec<Pulled> {
         } else {
             -0.5
         };
-        pulled(1.0, place.map(|n| 4.0 * f64::from(n)), [sign, 0.3, 0.0])
+        (1.0, place.map(|n| 4.0 * f64::from(n)), [sign, 0.3, 0.0])
     };
     (0..27).map(sphere).collect()
 }
 
 fn settings() -> Vec<Setting> {
-    let near_wall = [10.9, 0.0, 0.0];
+    let (near_wall, above) = ([10.9, 0.0, 0.0], [0.0, 0.0, 1.1]);
+    let clear = "clearance 0.1 from the wall of a ball";
     let off_centre = [3.0, 0.0, 0.0];
     let unequal = [
-        pulled(1.0, [0.0; 3], [1.0, 0.0, 0.0]),
-        pulled(0.01, [1.2, 0.0, 0.0], NONE),
+        (1.0, [0.0; 3], [1.0, 0.0, 0.0]),
+        (0.01, [1.2, 0.0, 0.0], NONE),
     ];
-    let turned = Pulled {
-        torque: [0.0, 0.0, 1.0],
-        ..pulled(1.0, off_centre, NONE)
-    };
     let micrometres = [
-        pulled(1e-6, [-2e-6, 0.0, 0.0], [1e-15, 0.0, 0.0]),
-        Pulled {
-            torque: [0.0, 1e-21, 0.0],
-            ..pulled(2e-6, [2e-6, 0.0, 0.0], NONE)
-        },
+        (1e-6, [-2e-6, 0.0, 0.0], [1e-15, 0.0, 0.0]),
+        (2e-6, [2e-6, 0.0, 0.0], NONE),
     ];
     let narrow = "pulled along the line of centres, gap 0.02, in a ball";
     let sheared = "shear, clearance 0.1 from the wall of a ball";
     vec![
-        pair("two spheres, gap 8", 8.0, FREE),
-        pair("gap 1", 1.0, FREE),
-        pair("gap 0.1", 0.1, FREE),
-        pair("gap 0.02", 0.02, FREE),
-        pair("gap 0.001", 0.001, FREE),
+        pair("two spheres, gap 8", 8.0, UNBOUNDED),
+        pair("gap 1", 1.0, UNBOUNDED),
+        pair("gap 0.1", 0.1, UNBOUNDED),
+        pair("gap 0.02", 0.02, UNBOUNDED),
+        pair("gap 0.001", 0.001, UNBOUNDED),
         Setting {
             expected: Expected::Refused("touch"),
             quick: true,
-            ..pair("contact", 0.0, FREE)
+            ..pair("contact", 0.0, UNBOUNDED)
         },
         pair("gap 1 in a ball", 1.0, BALL),
         pair("gap 0.1 in a ball", 0.1, BALL),
         pair("gap 0.02 in a ball", 0.02, BALL),
-        along("pulled along the line of centres, gap 0.1", 0.1, FREE),
+        along("pulled along the line of centres, gap 0.1", 0.1, UNBOUNDED),
         along(narrow, 0.02, BALL),
         one(
             "clearance 0.1 from a plane wall",
             WALL,
-            [0.0, 0.0, 1.1],
+            above,
             [1.0, 0.0, -1.0],
         ),
-        one(
-            "clearance 0.1 from the wall of a ball",
-            BALL,
-            near_wall,
-            [1.0, 1.0, 0.0],
-        ),
+        one(clear, BALL, near_wall, [1.0, 1.0, 0.0]),
         one(
             "a ball of 1.5 radii",
             SMALL_BALL,
@@ -201,17 +161,21 @@ fn settings() -> Vec<Setting> {
             off_centre,
             [1.0, 0.0, 0.0],
         ),
-        Setting::new("torque without force", BALL, [turned]),
-        one("shear in a ball", BALL, [6.0, 3.0, 1.0], NONE).in_shear(),
-        pair("shear in a ball, gap 0.1", 0.1, BALL).in_shear(),
-        one(sheared, BALL, near_wall, NONE).in_shear(),
-        one("nothing moves", BALL, off_centre, NONE),
-        Setting::new("radii 1 to 0.01", FREE, unequal),
         Setting {
-            viscosity: 1e-9,
-            ..Setting::new("micrometres and viscosity 1e-9", MICRO_BALL, micrometres)
+            torque: [0.0, 0.0, 1.0],
+            ..one("torque without force", BALL, off_centre, NONE)
         },
-        Setting::new("27 spheres", FREE, crowd()),
+        one("shear in a ball", BALL, [6.0, 3.0, 1.0], NONE).with(SHEAR),
+        pair("shear in a ball, gap 0.1", 0.1, BALL).with(SHEAR),
+        one(sheared, BALL, near_wall, NONE).with(SHEAR),
+        one("nothing moves", BALL, off_centre, NONE),
+        Setting::new("radii 1 to 0.01", UNBOUNDED, unequal),
+        Setting {
+            torque: [0.0, 1e-21, 0.0],
+            ..Setting::new("micrometres and viscosity 1e-9", MICRO_BALL, micrometres)
+                .with("fluid.viscosity = 1e-9")
+        },
+        Setting::new("27 spheres", UNBOUNDED, crowd()),
     ]
 }
 
@@ -219,20 +183,18 @@ fn settings() -> Vec<Setting> {
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     // The tests leave out models with a mesh.
     let models = if quick { &MODELS[..3] } else { &MODELS[..] };
-    let mut rows = Vec::new();
-    for setting in settings() {
-        if !quick || setting.quick {
-            rows.push(store.row("models", setting.name, || cells(&setting, models))?);
-        }
-    }
-    Ok(Map {
+    let mut map = Map {
         key: "models",
         title: "Models: every error within its own error bar",
         note: "Velocities against multipole expansions to 1e-9: the true error and, after it, the error bar that the model gives, both relative to the fastest \
                sphere. WRONG means an error of more than twice the bar.",
         columns: models.iter().map(|&model| model.to_owned()).collect(),
-        rows,
-    })
+        ..Map::default()
+    };
+    for setting in settings().iter().filter(|setting| !quick || setting.quick) {
+        map.add(store, setting.name, || cells(setting, models))?;
+    }
+    Ok(map)
 }
 
 fn cells(setting: &Setting, models: &[&str]) -> Result<Vec<Cell>> {
@@ -255,7 +217,7 @@ fn cells(setting: &Setting, models: &[&str]) -> Result<Vec<Cell>> {
 /// repeatedly.
 fn truth(setting: &Setting) -> Result<InstantaneousSolution> {
     let scene = setting.scene("multipole")?;
-    let mut tolerance = TRUTH;
+    let mut tolerance = REFERENCE_TOLERANCE;
     loop {
         let mut model = SpheresModel::new(&scene, SphereModel::Multipole(tolerance))?;
         match solve_start(&scene, &mut model) {
@@ -270,7 +232,7 @@ fn truth(setting: &Setting) -> Result<InstantaneousSolution> {
 
 fn compare(found: &InstantaneousSolution, truth: Option<&InstantaneousSolution>) -> Outcome {
     let Some(truth) = truth else {
-        return Outcome::Wrong { error: f64::NAN };
+        return Outcome::wrong(f64::NAN);
     };
     let largest = |norms: &mut dyn Iterator<Item = f64>| norms.fold(0.0_f64, f64::max);
     let pairs = found.bodies.iter().zip(&truth.bodies);

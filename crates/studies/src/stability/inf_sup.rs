@@ -71,17 +71,14 @@ impl InfSup {
         let mut eigenvalues: DVector<f64> = scaled.symmetric_eigenvalues();
         eigenvalues.as_mut_slice().sort_unstable_by(f64::total_cmp);
         let largest = eigenvalues.iter().copied().fold(0.0, f64::max);
-        let null_space_dimension = eigenvalues
+        let zeros = eigenvalues
             .iter()
-            .filter(|&&e| e <= ZERO_EIGENVALUE * largest)
-            .count();
+            .filter(|e| **e <= ZERO_EIGENVALUE * largest);
+        let null_space_dimension = zeros.count();
         // In enclosed flow the constant pressure is in the null space; a second dimension is
         // spurious.
-        let smallest = eigenvalues
-            .get(null_space_dimension.min(1))
-            .copied()
-            .unwrap_or(largest)
-            .max(0.0);
+        let smallest = eigenvalues.get(null_space_dimension.min(1)).copied();
+        let smallest = smallest.unwrap_or(largest).max(0.0);
         Ok(InfSup {
             constant: smallest.sqrt(),
             largest: largest.sqrt(),
@@ -182,16 +179,8 @@ mod tests {
     }
     #[test]
     fn numbers_without_a_meaning_are_refused_or_give_a_constant() {
-        let numbers = [
-            0.0,
-            -1.0,
-            1.0,
-            f64::NAN,
-            f64::INFINITY,
-            1e300,
-            1e-300,
-            5e-324,
-        ];
+        let (infinity, nan) = (f64::INFINITY, f64::NAN);
+        let numbers = [0.0, -1.0, 1.0, nan, infinity, 1e300, 1e-300, 5e-324];
         let mut answers = 0;
         for (k, m) in numbers.iter().flat_map(|&k| numbers.map(|m| (k, m))) {
             for b in numbers {

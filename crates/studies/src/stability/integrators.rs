@@ -3,10 +3,10 @@
 use anyhow::Result;
 use nalgebra::Vector3;
 use swimmer::models::{SphereModel, SpheresModel};
-use swimmer::{Method, Outcome, Scene, SwimError, simulate};
+use swimmer::{Method, Outcome as Swum, Scene, SwimError, simulate};
 
-use super::map::Tried;
-use crate::chart::{LogLog, Series, Style};
+use super::map::{Map, Outcome, Row};
+use crate::chart::{LogLog, Series};
 use crate::page::Page;
 use crate::scenes::SceneText;
 use crate::table::{Table, count, exp};
@@ -23,7 +23,8 @@ pub struct Point {
 
 /// All measurements of integrators.
 pub struct Study {
-    pub tried: Vec<Tried>,
+    /// Stability limits and drifts.
+    pub map: Map,
     /// Displacement by a reciprocal stroke, which is exactly zero.
     pub scallop: Vec<Point>,
     /// Error of a stroke with a net displacement and rotation.
@@ -48,9 +49,7 @@ fn chain(mass: f64, tolerance: f64, phases: &[(&str, f64)]) -> Result<Scene> {
         text = text.sphere(name, radius, position).line(&inertia);
     }
     let text = text.joint("left", "a", "b").joint("right", "c", "b");
-    let phases = phases.iter();
-    let text = phases.fold(text, |text, (joint, length)| text.phase(joint, *length));
-    text.parse()
+    text.phases(phases).parse()
 }
 
 /// Lengths of the chain's arms at the start.
@@ -73,36 +72,46 @@ fn swimming() -> [(&'static str, f64); 4] {
     ]
 }
 
-fn run(scene: &Scene, method: Method) -> std::result::Result<Outcome, SwimError> {
+fn run(scene: &Scene, method: Method) -> Result<Swum, SwimError> {
     // `choose` is not used, since masses concern the integrators only.
     let mut model = SpheresModel::new(scene, SphereModel::Rpy)?;
     simulate(scene, &mut model, method, &mut ())
 }
 
+/// Names of the integrators.
+const INTEGRATORS: [&str; 4] = [
+    "explicit Euler",
+    "backward Euler, light bodies",
+    "Runge-Kutta 5(4)",
+    "Gauss collocation",
+];
+
 /// Integrators with their varied parameter: steps per phase, or the tolerance.
 fn choices(quick: bool) -> Vec<(&'static str, String, f64, Method)> {
-    let mut all = Vec::new();
-    let steps: &[usize] = match quick {
-        true => &[10, 20],
-        false => &[5, 10, 20, 40, 80, 160],
+    let [explicit, implicit, adaptive, symmetric] = INTEGRATORS;
+    let steps: &[usize] = if quick {
+        &[10, 20]
+    } else {
+        &[5, 10, 20, 40, 80, 160]
     };
-    for &steps in steps {
+    let steps = steps.iter().flat_map(|&steps| {
         let label = format!("{steps} steps per phase");
-        let [explicit, implicit] = [Method::Euler { steps }, Method::BackwardEuler { steps }];
-        all.push(("explicit Euler", label.clone(), 1e-3, explicit));
-        all.push(("backward Euler, light bodies", label, 1e-3, implicit));
-    }
+        let euler = (explicit, label.clone(), 1e-3, Method::Euler { steps });
+        [
+            euler,
+            (implicit, label, 1e-3, Method::BackwardEuler { steps }),
+        ]
+    });
     let tolerances: &[f64] = match quick {
         true => &[1e-4],
         false => &[1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8],
     };
-    for &tolerance in tolerances {
+    let tolerances = tolerances.iter().flat_map(|&tolerance| {
         let label = format!("tolerance {tolerance:e}");
-        let name = "Runge-Kutta 5(4)";
-        all.push((name, label.clone(), tolerance, Method::RungeKutta));
-        all.push(("Gauss collocation", label, tolerance, Method::Collocation));
-    }
-    all
+        let adaptive = (adaptive, label.clone(), tolerance, Method::RungeKutta);
+        [adaptive, (symmetric, label, tolerance, Method::Collocation)]
+    });
+    steps.chain(tolerances).collect()
 }
 
 /// Measures everything.
@@ -125,10 +134,16 @@ pub fn study(quick: bool) -> Result<Study> {
         scallop.push(point(&reciprocal(), Vector3::zeros())?);
         stroke.push(point(&swimming(), exact)?);
     }
-    let mut tried = limits()?;
-    tried.extend(drifts(&scallop));
+    let mut rows = limits()?;
+    rows.extend(drifts(&scallop));
     Ok(Study {
-        tried,
+        map: Map {
+            key: "integrators",
+            title: "Integrators",
+            note: "Stability limits with inertia, and displacements by a reciprocal stroke.",
+            columns: vec!["outcome".to_owned()],
+            rows,
+        },
         scallop,
         stroke,
     })
@@ -146,39 +161,28 @@ fn pulled(mass: f64, duration: f64) -> Result<Scene> {
 const DRAG: f64 = 6.0 * std::f64::consts::PI;
 const TURN: f64 = 8.0 * std::f64::consts::PI;
 
-fn limits() -> Result<Vec<Tried>> {
+fn limits() -> Result<Vec<Row>> {
     // The shortest relaxation time is that of the rotation: `1/(8 pi)` for `m = J = 1`.
     let limit = 2.0 / TURN;
     let steps = 100;
-    let mut rows = vec![measured_limit()];
+    let mut rows = Vec::new();
     for (part, refused) in [(0.99, false), (1.01, true)] {
         let scene = pulled(1.0, part * limit * steps as f64)?;
         let name = format!("explicit Euler with inertia, steps of {part} times 2m/R");
-        rows.push(speed(
-            &name,
-            &scene,
-            Method::ExplicitInertia { steps },
-            refused,
-        ));
+        let method = Method::ExplicitInertia { steps };
+        rows.push(speed(name, &scene, method, refused));
     }
     let steps = 20;
-    for (mass, name) in [(1e-12, "1e-12"), (1e-3, "1e-3")] {
+    for mass in [1e-12, 1e-3] {
         let scene = pulled(mass, 1.0)?;
-        let refused = mass < 1e-4 || 0.05 > 2.0 * mass / TURN;
-        let explicit = format!("explicit Euler, mass {name}, 20 steps per phase");
-        rows.push(speed(
-            &explicit,
-            &scene,
-            Method::ExplicitInertia { steps },
-            refused,
-        ));
-        let implicit = format!("backward Euler, mass {name}, 20 steps per phase");
-        rows.push(speed(
-            &implicit,
-            &scene,
-            Method::BackwardEuler { steps },
-            false,
-        ));
+        let refused = 0.05 > 2.0 * mass / TURN;
+        for (name, method, refused) in [
+            ("explicit", Method::ExplicitInertia { steps }, refused),
+            ("backward", Method::BackwardEuler { steps }, false),
+        ] {
+            let name = format!("{name} Euler, mass {mass:e}, 20 steps per phase");
+            rows.push(speed(name, &scene, method, refused));
+        }
     }
     // A phase lasts a millionth of the relaxation time: momentum is conserved, so the centre of
     // mass stays.
@@ -188,7 +192,7 @@ fn limits() -> Result<Vec<Tried>> {
         Ok(heavy.displacement.iter().sum::<Vector3<f64>>().norm() / 3.0)
     });
     let (coarse, fine) = (coarse?, fine?);
-    rows.push(Tried::new(
+    rows.push(Row::test(
         "backward Euler, mass 1e6: the centre of mass stays",
         format!(
             "moves by {coarse:.0e} radii while the arm closes by 2 in 20 steps, by {fine:.0e} in 80"
@@ -201,88 +205,58 @@ fn limits() -> Result<Vec<Tried>> {
 }
 
 /// Runs a pulled sphere and compares its speed at the end with `F/R`.
-fn speed(name: &str, scene: &Scene, method: Method, refused: bool) -> Tried {
+fn speed(name: String, scene: &Scene, method: Method, refused: bool) -> Row {
     /// Largest relative error of the speed.
     const TOLERANCE: f64 = 1e-6;
     match run(scene, method) {
         Err(error) => {
             let is_unstable = matches!(error, SwimError::Unstable { .. });
-            Tried::new(name, format!("*no*: {error}"), refused && is_unstable)
+            let outcome = Outcome::Refused(error.to_string());
+            Row::one(name, outcome, refused && is_unstable)
         }
         Ok(outcome) => {
             let last = outcome.samples.iter().rev().find_map(|s| s.bodies.as_ref());
             let speed = last.map_or(f64::NAN, |bodies| bodies[0].velocity.x);
             let error = (speed * DRAG - 1.0).abs();
-            match error < TOLERANCE {
-                true => Tried::new(name, format!("right to {error:.0e}"), !refused),
-                false => Tried::new(name, format!("**WRONG** by {error:.0e}"), false),
-            }
+            Row::test(name, format!("{error:.0e}"), error < TOLERANCE && !refused)
         }
     }
-}
-
-/// Stability limit by bisection: the largest step for which `v <- v - dt R/m v` does not grow.
-///
-/// Growth is judged after a thousand steps.
-fn measured_limit() -> Tried {
-    let grows = |step: f64| {
-        let mut v = 1.0_f64;
-        (0..1000).for_each(|_| v -= step * DRAG * v);
-        v.is_nan() || v.abs() > 1.0
-    };
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if grows(middle) {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    let ratio = low / (2.0 / DRAG);
-    let name = "largest stable explicit step over 2m/R, found by bisection";
-    Tried::new(name, format!("{ratio:.6}"), (ratio - 1.0).abs() < 1e-6)
 }
 
 /// Scallop drift of each integrator: displacement by a reciprocal stroke, which is exactly zero.
-fn drifts(points: &[Point]) -> Vec<Tried> {
+fn drifts(points: &[Point]) -> Vec<Row> {
     let of = |name: &str| -> Vec<&Point> {
         let points = points.iter().filter(|p| p.integrator == name);
         points.collect()
     };
     let mut rows = Vec::new();
-    for name in ["explicit Euler", "backward Euler, light bodies"] {
+    for name in &INTEGRATORS[..2] {
         if let [.., a, b] = &of(name)[..] {
             let order = (a.error / b.error).log2();
-            let outcome = format!(
-                "{:.1e} radii with {} solves, {:.1e} with {}: order {order:.2}",
-                a.error, a.solves, b.error, b.solves
+            let (coarse, fine) = (a.solves, b.solves);
+            let mark = format!(
+                "{:.1e} radii with {coarse} solves, {:.1e} with {fine}: order {order:.2}",
+                a.error, b.error
             );
             let is_first = (order - 1.0).abs() < 0.15;
-            rows.push(Tried::new(
+            rows.push(Row::test(
                 format!("scallop drift of {name}"),
-                outcome,
+                mark,
                 is_first,
             ));
         }
     }
     // The error of a phase span is its share of the tolerance, 1/160, times two radii; there are
-    // two phase spans of a few steps each.
-    for (name, allowed) in [("Runge-Kutta 5(4)", 0.05), ("Gauss collocation", 0.0)] {
+    // two phase spans of a few steps each. Symmetric methods return exactly to the start, up to the
+    // tolerance of their iteration.
+    for (name, allowed) in INTEGRATORS[2..].iter().zip([0.05, 0.0]) {
         if let Some(point) = of(name).last() {
-            let Point {
-                error,
-                solves,
-                choice,
-                ..
-            } = point;
-            let outcome = format!("{error:.1e} radii with {solves} solves, {choice}");
-            // Symmetric methods return exactly to the start, up to the tolerance of their
-            // iteration.
-            let is_small = *error < allowed * point.tolerance + 1e-10;
-            rows.push(Tried::new(
+            let (error, solves, choice) = (point.error, point.solves, &point.choice);
+            let mark = format!("{error:.1e} radii with {solves} solves, {choice}");
+            let is_small = error < allowed * point.tolerance + 1e-10;
+            rows.push(Row::test(
                 format!("scallop drift of {name}"),
-                outcome,
+                mark,
                 is_small,
             ));
         }
@@ -293,8 +267,7 @@ fn drifts(points: &[Point]) -> Vec<Tried> {
 impl Study {
     /// Adds the tests, charts and runs to a page.
     pub fn add_to(&self, page: &mut Page) -> Result<()> {
-        page.heading("Integrators");
-        page.table(Tried::table(&self.tried));
+        self.map.add_to(page);
         let title = "Scallop drift: displacement after one arm closes and opens, exactly zero";
         let drift = chart(title, &self.scallop);
         page.chart("stability-scallop", "scallop drift", &drift)?;
@@ -305,14 +278,8 @@ impl Study {
             "Three unequal spheres on a bent chain in unbounded fluid (rpy), which rotate while they swim. Scallop drift: displacement after an arm closes and opens again, \
              exactly zero. Stroke: four phases, error of the middle sphere. Errors in radii.",
         );
-        let mut table = Table::new([
-            "integrator",
-            "choice",
-            "solves",
-            "scallop drift",
-            "stroke: solves",
-            "error",
-        ]);
+        let headings = "integrator,choice,solves,scallop drift,stroke: solves,error";
+        let mut table = Table::new(headings.split(','));
         for (scallop, stroke) in self.scallop.iter().zip(&self.stroke) {
             table.push([
                 scallop.integrator.into(),
@@ -330,17 +297,11 @@ impl Study {
 
 /// Chart of errors over solves, one curve per integrator.
 fn chart(title: &str, points: &[Point]) -> LogLog {
-    let mut names: Vec<&'static str> = Vec::new();
-    for point in points {
-        if !names.contains(&point.integrator) {
-            names.push(point.integrator);
-        }
-    }
-    let series = names.into_iter().map(|name| {
+    let series = INTEGRATORS.map(|name| {
         let points = points.iter().filter(|p| p.integrator == name);
         // Smaller errors are rounding errors.
         let points = points.map(|p| (p.solves as f64, p.error.max(1e-16)));
-        Series::new(name, points, Style::Curve)
+        Series::new(name, points)
     });
-    LogLog::new(title, "solves", "error in radii", series)
+    LogLog::new(title, ["solves", "error in radii"], series, true)
 }

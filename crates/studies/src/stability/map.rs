@@ -9,7 +9,7 @@ use serde_json::Value;
 use swimmer::SwimError;
 
 use crate::page::{self, Page};
-use crate::table::{Cell as Field, Table, escape, exp, fixed};
+use crate::table::{Cell as Field, Table, exp, fixed};
 
 /// Outcome of one method for one stress case.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -18,8 +18,8 @@ pub enum Outcome {
     Right { error: f64, mark: String },
     /// Refused with this message.
     Refused(String),
-    /// A solution that is wrong, without an error message.
-    Wrong { error: f64 },
+    /// A solution that is wrong, without an error message: its error, and the text of the cell.
+    Wrong { error: f64, mark: String },
 }
 
 /// Outcome that a cell must have.
@@ -51,7 +51,7 @@ impl Outcome {
         match self {
             Self::Right { mark, .. } => mark.clone(),
             Self::Refused(_) => "no".to_owned(),
-            Self::Wrong { error } => format!("WRONG {error:.0e}"),
+            Self::Wrong { mark, .. } => format!("WRONG {mark}"),
         }
     }
 
@@ -69,8 +69,15 @@ impl Outcome {
         // In this form NaN is wrong.
         match error <= tolerance {
             true => Self::Right { error, mark },
-            false => Self::Wrong { error },
+            false => Self::wrong(error),
         }
+    }
+
+    /// Outcome of a solution with this error, which is too large, or NaN for one that must be
+    /// refused.
+    pub fn wrong(error: f64) -> Self {
+        let mark = format!("{error:.0e}");
+        Self::Wrong { error, mark }
     }
 
     /// Outcome of a solution with an error bar: right up to twice the bar.
@@ -117,8 +124,45 @@ pub struct Row {
     pub cells: Vec<Cell>,
 }
 
+impl Row {
+    /// A test of a single system or integrator.
+    pub fn one(case: impl Into<String>, outcome: Outcome, as_expected: bool) -> Self {
+        let cell = Cell {
+            outcome,
+            seconds: 0.0,
+            as_expected,
+        };
+        Self {
+            case: case.into(),
+            cells: vec![cell],
+        }
+    }
+
+    /// A test of which `mark` says the result; it is wrong if it is not as expected.
+    pub fn test(case: impl Into<String>, mark: impl Into<String>, as_expected: bool) -> Self {
+        let (error, mark) = (f64::NAN, mark.into());
+        let outcome = match as_expected {
+            true => Outcome::Right { error, mark },
+            false => Outcome::Wrong { error, mark },
+        };
+        Self::one(case, outcome, as_expected)
+    }
+
+    /// A test that must fail with a message that contains `part`.
+    pub fn refusal<T, E: std::fmt::Display>(case: &str, result: Result<T, E>, part: &str) -> Self {
+        match result {
+            Ok(_) => Self::test(case, "accepted", false),
+            Err(error) => {
+                let message = error.to_string();
+                let as_expected = message.contains(part);
+                Self::one(case, Outcome::Refused(message), as_expected)
+            }
+        }
+    }
+}
+
 /// Table of stress cases and methods.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Map {
     /// Name of the map in the CSV file.
     pub key: &'static str,
@@ -130,6 +174,19 @@ pub struct Map {
 }
 
 impl Map {
+    /// Adds the row of an earlier run, or else a new one from `make`, which is stored.
+    pub fn add(
+        &mut self,
+        store: &mut Store,
+        case: impl Into<String>,
+        make: impl FnOnce() -> Result<Vec<Cell>>,
+    ) -> Result<()> {
+        let case = case.into();
+        let cells = store.cells(format!("{}: {case}", self.key), make)?;
+        self.rows.push(Row { case, cells });
+        Ok(())
+    }
+
     pub fn cells(&self) -> impl Iterator<Item = &Cell> {
         self.rows.iter().flat_map(|row| &row.cells)
     }
@@ -175,7 +232,7 @@ impl Map {
     pub fn add_to(&self, page: &mut Page) {
         page.heading(self.title);
         page.text(self.note);
-        page.picture_or_table(self.picture(), self.table());
+        page.table(self.table());
         page.text("(!) means that the outcome is not the expected one. Reasons of refusals:");
         page.table(self.reasons());
     }
@@ -186,7 +243,9 @@ impl Map {
             for (cell, column) in row.cells.iter().zip(&self.columns) {
                 let (error, message) = match &cell.outcome {
                     Outcome::Refused(message) => ("".into(), message.as_str()),
-                    Outcome::Right { error, .. } | Outcome::Wrong { error } => (exp(*error, 1), ""),
+                    Outcome::Right { error, .. } | Outcome::Wrong { error, .. } => {
+                        (exp(*error, 1), "")
+                    }
                 };
                 table.push([
                     self.key.into(),
@@ -202,116 +261,11 @@ impl Map {
             }
         }
     }
-
-    /// The map as an SVG picture with one coloured field per cell.
-    fn picture(&self) -> String {
-        const LABEL: f64 = 330.0;
-        const MIN_WIDTH: f64 = 74.0;
-        const HEIGHT: f64 = 24.0;
-        const HEAD: f64 = 30.0;
-        let (columns, rows) = (self.columns.len() as f64, self.rows.len() as f64);
-        // Columns are wide enough for the longest text.
-        let lengths = self.cells().map(|cell| cell.outcome.mark().len());
-        let width = MIN_WIDTH.max(7.0 * lengths.max().unwrap_or(0) as f64 + 14.0);
-        let mut text = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{:.0}\" height=\"{:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n\
-             <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
-            LABEL + width * columns + 8.0,
-            HEAD + HEIGHT * rows + 8.0
-        );
-        let mut write = |x: f64, y: f64, anchor: &str, ink: &str, content: &str| {
-            let content = escape(content);
-            text += &format!(
-                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{ink}\">{content}</text>\n"
-            );
-        };
-        for (k, column) in self.columns.iter().enumerate() {
-            write(
-                LABEL + width * (k as f64 + 0.5),
-                20.0,
-                "middle",
-                "#282828",
-                column,
-            );
-        }
-        for (r, row) in self.rows.iter().enumerate() {
-            let y = HEAD + HEIGHT * r as f64 + 16.0;
-            write(LABEL - 8.0, y, "end", "#282828", &row.case);
-        }
-        for (r, row) in self.rows.iter().enumerate() {
-            let y = HEAD + HEIGHT * r as f64;
-            for (c, cell) in row.cells.iter().enumerate() {
-                let x = LABEL + width * c as f64;
-                let (fill, ink) = colours(cell);
-                let (content, middle) = (escape(&cell.outcome.mark()), x + 0.5 * width);
-                text += &format!(
-                    "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" rx=\"3\" fill=\"{fill}\"/>\
-                     <text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"{ink}\">{content}</text>\n",
-                    x + 1.0,
-                    y + 1.0,
-                    width - 2.0,
-                    HEIGHT - 2.0,
-                    y + 16.0
-                );
-            }
-        }
-        text + "</svg>\n"
-    }
-}
-
-/// Colours of field and text, from a palette that colour-blind readers can distinguish.
-fn colours(cell: &Cell) -> (&'static str, &'static str) {
-    match &cell.outcome {
-        Outcome::Wrong { .. } => ("#b3261e", "#fff"),
-        _ if !cell.as_expected => ("#e69f00", "#000"),
-        Outcome::Right { .. } => ("#bfe3d7", "#00382b"),
-        Outcome::Refused(_) => ("#d9dee5", "#39424d"),
-    }
-}
-
-/// Test of a single system or integrator, with its outcome.
-#[derive(Clone, Debug)]
-pub struct Tried {
-    pub name: String,
-    pub outcome: String,
-    pub as_expected: bool,
-}
-
-impl Tried {
-    pub fn new(name: impl Into<String>, outcome: impl Into<String>, as_expected: bool) -> Self {
-        Self {
-            name: name.into(),
-            outcome: outcome.into(),
-            as_expected,
-        }
-    }
-
-    /// A test that must fail with a message that contains `part`.
-    pub fn refusal<T, E: std::fmt::Display>(name: &str, result: Result<T, E>, part: &str) -> Self {
-        match result {
-            Ok(_) => Self::new(name, "**accepted**", false),
-            Err(error) => {
-                let message = error.to_string();
-                Self::new(name, format!("*no*: {message}"), message.contains(part))
-            }
-        }
-    }
-
-    /// Table of tests.
-    pub fn table(list: &[Self]) -> Table {
-        let mut table = Table::new(["test", "outcome"]);
-        for tried in list {
-            let unexpected = if tried.as_expected { "" } else { " (!)" };
-            let outcome = tried.outcome.clone() + unexpected;
-            let cells = [tried.name.clone().into(), outcome.into()];
-            table.push_marked(!tried.as_expected, cells);
-        }
-        table
-    }
 }
 
 /// Finished rows of the maps by map and stress case, in a file if there is one, so that a run that
 /// was stopped can be continued.
+#[derive(Default)]
 pub struct Store {
     folder: Option<PathBuf>,
     rows: serde_json::Map<String, Value>,
@@ -319,15 +273,6 @@ pub struct Store {
 
 impl Store {
     const FILE: &str = "stability.partial.json";
-
-    /// Store without a file.
-    #[cfg(test)]
-    pub fn none() -> Self {
-        Self {
-            folder: None,
-            rows: serde_json::Map::new(),
-        }
-    }
 
     /// Store in a folder, with the rows of an earlier run.
     pub fn open(folder: &Path) -> Result<Self> {
@@ -343,20 +288,17 @@ impl Store {
         })
     }
 
-    /// Row of an earlier run, or else a new one from `make`, which is stored.
+    /// Cells of an earlier run, or else new ones from `make`, which are stored.
     ///
     /// Rows with an infinite error or NaN, which JSON does not have, are made again.
-    pub fn row(
+    fn cells(
         &mut self,
-        map: &str,
-        case: impl Into<String>,
+        key: String,
         make: impl FnOnce() -> Result<Vec<Cell>>,
-    ) -> Result<Row> {
-        let case = case.into();
-        let key = format!("{map}: {case}");
+    ) -> Result<Vec<Cell>> {
         let known = self.rows.get(&key).cloned();
         if let Some(cells) = known.and_then(|cells| serde_json::from_value(cells).ok()) {
-            return Ok(Row { case, cells });
+            return Ok(cells);
         }
         eprintln!("{key}");
         let cells = make()?;
@@ -364,7 +306,7 @@ impl Store {
             self.rows.insert(key, serde_json::to_value(&cells)?);
             page::write(folder, Self::FILE, &serde_json::to_string(&self.rows)?)?;
         }
-        Ok(Row { case, cells })
+        Ok(cells)
     }
 
     /// Removes the file when all maps are complete.
@@ -395,14 +337,15 @@ mod tests {
                     mark: "3".into(),
                 }),
                 cell(Outcome::Refused("no \"such\" key".into())),
-                cell(Outcome::Wrong { error: 0.1 }),
+                cell(Outcome::wrong(0.1)),
             ])
         };
         let mut store = Store::open(folder.path()).unwrap();
-        let made = store.row("flow", "gap", cells).unwrap();
+        let made = store.cells("flow: gap".into(), cells).unwrap();
         drop(store);
         let mut again = Store::open(folder.path()).unwrap();
-        let kept = again.row("flow", "gap", || panic!("it is known")).unwrap();
+        let kept = again.cells("flow: gap".into(), || panic!("it is known"));
+        let kept = kept.unwrap();
         assert_eq!(format!("{made:?}"), format!("{kept:?}"));
         again.close().unwrap();
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);

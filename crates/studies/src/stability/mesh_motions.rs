@@ -3,82 +3,51 @@
 
 use anyhow::Result;
 use swimmer::models::{SphereModel, SpheresModel};
-use swimmer::scene::MeshMotionKind;
+use swimmer::scene::{Document, MeshMotionKind};
 use swimmer::{Method, Outcome as Swum, Scene, SwimError, choose, simulate};
 
 use super::map::{Cell, Expected, Map, Outcome, Store};
-use crate::scenes::SceneText;
+use crate::scenes::in_ball;
 
 /// A stroke of three spheres on a line in a ball of radius 14.
 struct Stroke {
     name: &'static str,
     /// Lengths of the arms at the start.
     arm: f64,
-    /// Joint and its length after each phase.
+    /// Lengths of both arms after each phase.
     phases: &'static [(&'static str, f64)],
-    /// Force on the left sphere.
-    force: [f64; 3],
+    /// Force across the line on the left sphere.
+    force: f64,
 }
 
-const fn stroke(
-    name: &'static str,
-    arm: f64,
-    phases: &'static [(&'static str, f64)],
-    force: [f64; 3],
-) -> Stroke {
-    Stroke {
+/// All strokes, that of the quick part first.
+fn strokes() -> [Stroke; 5] {
+    let stroke = |name, arm, phases, force| Stroke {
         name,
         arm,
         phases,
         force,
-    }
+    };
+    let four = &[("left", 3.0), ("right", 3.0), ("left", 6.0), ("right", 6.0)];
+    let sideways = "pulled sideways by four radii while an arm opens";
+    [
+        stroke("an arm closes from 5 to 2.5", 5.0, &[("left", 2.5)], 0.0),
+        stroke("an arm closes to a gap of 0.1", 4.0, &[("left", 2.1)], 0.0),
+        stroke("an arm opens from 3 to 9", 3.0, &[("left", 9.0)], 0.0),
+        stroke("four phases, arms 6 and 3", 6.0, four, 0.0),
+        stroke(sideways, 4.0, &[("left", 5.0)], 150.0),
+    ]
 }
-
-/// All strokes, that of the quick part first.
-const STROKES: [Stroke; 5] = [
-    stroke(
-        "an arm closes from 5 to 2.5",
-        5.0,
-        &[("left", 2.5)],
-        [0.0; 3],
-    ),
-    stroke(
-        "an arm closes to a gap of 0.1",
-        4.0,
-        &[("left", 2.1)],
-        [0.0; 3],
-    ),
-    stroke("an arm opens from 3 to 9", 3.0, &[("left", 9.0)], [0.0; 3]),
-    stroke(
-        "four phases, arms 6 and 3",
-        6.0,
-        &[("left", 3.0), ("right", 3.0), ("left", 6.0), ("right", 6.0)],
-        [0.0; 3],
-    ),
-    stroke(
-        "pulled sideways by four radii while an arm opens",
-        4.0,
-        &[("left", 5.0)],
-        [0.0, 150.0, 0.0],
-    ),
-];
 
 impl Stroke {
     fn scene(&self, model: &str, tolerance: f64, motion: &str) -> Result<Scene, SwimError> {
         let model = format!("model = {{ kind = \"{model}\", tolerance = {tolerance:e} }}");
         let fem = format!("fem = {{ surface_size = 1.0, mesh_motion = \"{motion}\" }}");
-        let text = SceneText::new("domain = { kind = \"ball\", radius = 14 }");
-        let text = text.line(model).line(fem);
-        let text = text
-            .sphere("l", 1.0, [-self.arm, 0.0, 0.0])
-            .key("force", self.force);
-        let text = text
-            .sphere("c", 1.0, [0.0; 3])
-            .sphere("r", 1.0, [self.arm, 0.0, 0.0]);
-        let text = text.joint("left", "l", "c").joint("right", "r", "c");
-        let phases = self.phases.iter();
-        let text = phases.fold(text, |text, (joint, length)| text.phase(joint, *length));
-        Ok(Scene::parse(&text.0)?)
+        let text = in_ball(14.0, &model).line(fem);
+        let text = text.swimmer([1.0; 3], [self.arm; 2]).phases(self.phases);
+        let mut document = Document::parse(&text.0, "stroke.toml".as_ref())?;
+        document.set(&format!("bodies.s0.force=[0, {}, 0]", self.force))?;
+        Ok(Scene::from_document(document)?)
     }
 }
 
@@ -92,18 +61,18 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
         let words = MeshMotionKind::WORDS.iter().copied();
         words.filter(|&word| word != "auto").collect()
     };
-    let mut rows = Vec::new();
-    for stroke in &STROKES[..if quick { 1 } else { STROKES.len() }] {
-        rows.push(store.row("strokes", stroke.name, || cells(stroke, &motions))?);
-    }
-    Ok(Map {
+    let mut map = Map {
         key: "strokes",
         title: "Strokes: mesh motions",
         note: "Displacements of all spheres against multipole expansions in the same ball: the number of meshes, the true error, and the error bar of the run. \
                WRONG means an error of more than twice the bar.",
         columns: motions.iter().map(|&motion| motion.to_owned()).collect(),
-        rows,
-    })
+        ..Map::default()
+    };
+    for stroke in strokes().iter().take(if quick { 1 } else { usize::MAX }) {
+        map.add(store, stroke.name, || cells(stroke, &motions))?;
+    }
+    Ok(map)
 }
 
 fn cells(stroke: &Stroke, motions: &[&str]) -> Result<Vec<Cell>> {

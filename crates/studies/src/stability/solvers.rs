@@ -2,8 +2,8 @@
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
+use swimmer::SwimError;
 use swimmer::models::InstantaneousSolution;
-use swimmer::{Scene, SwimError};
 
 use super::map::{Cell, Expected, Map, Outcome, Store};
 use super::stress_cases::{self, Setup, StressCase};
@@ -20,33 +20,33 @@ const SOLVERS: [&str; 4] = ["block", "minres", "schwarz", "direct"];
 const KRYLOV: f64 = 1e-7;
 
 /// Tolerance of velocities for the direct solver, whose iterative refinement stops at 1e-12.
-const DIRECT: f64 = 1e-9;
+const DIRECT_TOLERANCE: f64 = 1e-9;
 
 /// Element size of the part that the tests run, over the smallest radius: twenty thousand dofs.
-const COARSE: f64 = 1.5;
+const COARSE_SIZE: f64 = 1.5;
 
 /// The map.
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
-    let mut rows = Vec::new();
-    for mut case in stress_cases::all() {
-        if !quick || case.quick {
-            if quick {
-                case.coarsen(COARSE);
-            }
-            rows.push(store.row("flow", case.name, || cells(&case))?);
-        }
-    }
     let columns = SOLVERS
         .iter()
         .flat_map(|solver| FORMULATIONS.map(|(_, short)| format!("{solver} {short}")));
-    Ok(Map {
+    let mut map = Map {
         key: "flow",
         title: "Finite elements: formulations and solvers",
         note: "P~: elimination; L: Lagrange multipliers; DR: direct rows. A number means that the answer is right, and is the number of iterations. Velocities are compared with an \
                independent solve: to 1e-7 for Krylov solvers, which stop at a true residual of 1e-10, and to 1e-9 for the direct one.",
         columns: columns.collect(),
-        rows,
-    })
+        ..Map::default()
+    };
+    for mut case in stress_cases::all() {
+        if quick {
+            case.coarsen(COARSE_SIZE);
+        }
+        if !quick || case.quick {
+            map.add(store, case.name, || cells(&case))?;
+        }
+    }
+    Ok(map)
 }
 
 /// All cells of one stress case.
@@ -66,10 +66,14 @@ fn cells(case: &StressCase) -> Result<Vec<Cell>> {
                 ("minres", "direct-row", Expected::Right) => Expected::Refused("symmetric"),
                 (_, _, expected) => expected,
             };
-            let tolerance = if solver == "direct" { DIRECT } else { KRYLOV };
+            let tolerance = if solver == "direct" {
+                DIRECT_TOLERANCE
+            } else {
+                KRYLOV
+            };
             let compare = |found: InstantaneousSolution| match &truth {
                 // Without a reference, any solution is wrong.
-                None => Outcome::Wrong { error: f64::NAN },
+                None => Outcome::wrong(f64::NAN),
                 Some(truth) => compare(&found, truth, factor, tolerance),
             };
             let compute = || solve_by(&case.setup, formulation, solver);
@@ -84,7 +88,7 @@ fn solve_by(
     formulation: &str,
     solver: &str,
 ) -> Result<InstantaneousSolution, SwimError> {
-    solve(&Scene::parse(&setup.text(formulation, solver).0)?)
+    solve(&setup.scene(formulation, solver)?)
 }
 
 /// Compares velocities with those of the reference times a factor.

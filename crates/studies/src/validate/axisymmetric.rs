@@ -19,29 +19,33 @@ const NET: f64 = 2e-5;
 
 /// All rows.
 pub fn rows(quick: bool) -> Result<Vec<Row>> {
-    let mut rows = Vec::new();
-    let ball = |radius| Surroundings::Ball { radius };
     let sphere = [AxialSpheroid::sphere(0.0, 1.0)];
     let of_lambda = |lambda: f64| format!("drag / 6 pi, lambda {lambda}");
+    let ball = |radius| Surroundings::Ball { radius };
+    let mut drags = Vec::new();
     for lambda in [0.1, 0.2, 0.5] {
         let exact = concentric_drag(lambda);
-        rows.push(drag(
-            "A",
-            &of_lambda(lambda),
-            &sphere,
-            ball(1.0 / lambda),
-            exact,
-        )?);
+        drags.push(("A", of_lambda(lambda), sphere, ball(1.0 / lambda), exact));
     }
-    for (aspect, exact) in SPHEROIDS {
+    for (axial, exact) in SPHEROIDS {
         let body = AxialSpheroid {
             centre: 0.0,
-            axial: aspect,
+            axial,
             equatorial: 1.0,
         };
-        let name = format!("spheroid {aspect}:1, drag / 6 pi");
-        let exact = exact * aspect;
-        rows.push(drag("A", &name, &[body], Surroundings::Unbounded, exact)?);
+        let name = format!("spheroid {axial}:1, drag / 6 pi");
+        drags.push(("A", name, [body], Surroundings::Unbounded, exact * axial));
+    }
+    for (lambda, exact) in CYLINDER {
+        let radius = 1.0 / lambda;
+        let around = Surroundings::Cylinder { radius };
+        drags.push(("H", of_lambda(lambda), sphere, around, exact));
+    }
+    let mut rows = Vec::new();
+    for (group, name, bodies, around, exact) in drags {
+        let row = resistance(group, &name, &bodies, around, &[6.0 * PI * exact])?;
+        // Drags over that of a unit sphere in unbounded fluid.
+        rows.push(row.in_units_of(6.0 * PI));
     }
     for case in &COLLINEAR {
         let places = case.positions.iter().zip(case.radii);
@@ -56,20 +60,11 @@ pub fn rows(quick: bool) -> Result<Vec<Row>> {
             case.resistance,
         )?);
     }
-    for (lambda, exact) in CYLINDER {
-        let radius = 1.0 / lambda;
-        let around = Surroundings::Cylinder { radius };
-        rows.push(drag("H", &of_lambda(lambda), &sphere, around, exact)?);
-    }
     let model = format!("model = {{ kind = \"axisymmetric\", tolerance = {NET:e} }}");
     let tolerances = [(TOLERANCE, Basis::Promised); 2];
     for case in &INSTANTANEOUS[..if quick { 2 } else { INSTANTANEOUS.len() }] {
-        rows.extend(swimmer::configuration(
-            case,
-            "axisymmetric",
-            &model,
-            tolerances,
-        )?);
+        let rows_of_case = swimmer::configuration(case, "axisymmetric", &model, tolerances)?;
+        rows.extend(rows_of_case);
     }
     let options = [
         "model.kind=\"axisymmetric\"".to_owned(),
@@ -85,18 +80,6 @@ pub fn rows(quick: bool) -> Result<Vec<Row>> {
         )?);
     }
     Ok(rows)
-}
-
-/// Drag over that of a unit sphere in unbounded fluid.
-fn drag(
-    group: &'static str,
-    name: &str,
-    bodies: &[AxialSpheroid],
-    surroundings: Surroundings,
-    exact: f64,
-) -> Result<Row> {
-    let row = resistance(group, name, bodies, surroundings, &[6.0 * PI * exact])?;
-    Ok(row.in_units_of(6.0 * PI))
 }
 
 /// Entry with the largest error of a resistance matrix, which is given by its upper triangle.

@@ -10,10 +10,10 @@ use super::row::{Basis, Cost, Estimated, Row};
 use crate::reference::{ELASTIC_ARMS, PURCELL};
 
 /// Tolerance of the elastic arms.
-const PROMISED: f64 = 1e-6;
+const PROMISED_TOLERANCE: f64 = 1e-6;
 
 /// Required: the default tolerance of a stroke.
-const REQUIRED: f64 = 1e-3;
+const REQUIRED_ACCURACY: f64 = 1e-3;
 
 /// Required of half a Jeffery orbit: a thousandth of a turn, relative to half a turn.
 const REQUIRED_TURN: f64 = 2e-3;
@@ -29,12 +29,18 @@ pub fn rows(quick: bool) -> Result<Vec<Row>> {
                 format!("gait.period={:?}", TAU / (0.071_430_372_2 * frequency)),
                 format!("gait.harmonics.0.amplitude={amplitude:?}"),
                 "model.kind=multipole".to_owned(),
-                format!("model.tolerance={PROMISED:?}"),
+                format!("model.tolerance={PROMISED_TOLERANCE:?}"),
             ],
         )?;
         let name = format!("elastic arm, amplitude {amplitude}, frequency {frequency}: net");
         let values = [exact, outcome.displacement[0].x];
-        let row = Row::relative("J", name, values, (PROMISED, Basis::Promised), cost);
+        let row = Row::relative(
+            "J",
+            name,
+            values,
+            (PROMISED_TOLERANCE, Basis::Promised),
+            cost,
+        );
         rows.push(row.with(Estimated::bound(outcome.error_estimate.total())));
     }
     if quick {
@@ -67,7 +73,13 @@ pub fn rows(quick: bool) -> Result<Vec<Row>> {
         ),
     ] {
         let name = format!("Purcell's swimmer of spheroids, 30 degrees: {name}");
-        let row = Row::relative("J", name, [exact, found], (REQUIRED, Basis::Required), cost);
+        let row = Row::relative(
+            "J",
+            name,
+            [exact, found],
+            (REQUIRED_ACCURACY, Basis::Required),
+            cost,
+        );
         let row = row.with(Estimated::bound(bar));
         rows.push(row.with_exact_bar(PURCELL.accuracy));
     }
@@ -82,7 +94,7 @@ fn run(text: &str, overrides: &[String]) -> Result<(Outcome, Cost)> {
         .try_for_each(|assignment| document.set(assignment))?;
     let scene = Scene::from_document(document)?;
     let mut model = with_tables(&scene, choose(&scene)?)?.model;
-    let method = Method::of(&scene);
+    let method = Method::from_scene(&scene);
     let outcome =
         simulate(&scene, model.as_mut(), method, &mut ()).context("a gait with joints")?;
     let cost = Cost {

@@ -19,8 +19,8 @@ use anyhow::{Context, Result, bail};
 use crate::page;
 use row::Row;
 
-/// Name for messages, and the function that computes the rows.
-type Part<'a> = (&'a str, &'a dyn Fn() -> Result<Vec<Row>>);
+/// Name for messages, and the function that computes the rows; its argument is `quick`.
+type Part = (&'static str, fn(bool) -> Result<Vec<Row>>);
 
 /// Computes and prints all rows and writes `validation.md`, `validation.csv`, charts and
 /// `index.html`; with `only`, those of the parts whose names contain it.
@@ -31,23 +31,20 @@ pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
     let parts: [Part; 11] = [
-        ("sphere in a concentric ball", &|| {
-            spheres::concentric(quick)
-        }),
-        ("orders of convergence", &similar::orders),
-        ("two spheres", &|| spheres::pairs(quick)),
-        ("collinear spheres in a ball", &|| spheres::collinear(quick)),
-        ("three-sphere swimmer, single configurations", &|| {
-            swimmer::configurations(quick)
-        }),
-        ("three-sphere swimmer, mesh file", &swimmer::on_mesh_file),
-        ("three-sphere swimmer, strokes", &|| swimmer::strokes(quick)),
-        ("elements in the meridian plane", &|| {
-            axisymmetric::rows(quick)
-        }),
-        ("multipole expansions", &multipole::rows),
-        ("hinges and springs", &|| joints::rows(quick)),
-        ("bodies of other shapes", &|| shapes::rows(quick)),
+        ("sphere in a concentric ball", spheres::concentric),
+        ("orders of convergence", similar::orders),
+        ("two spheres", spheres::pairs),
+        ("collinear spheres in a ball", spheres::collinear),
+        (
+            "three-sphere swimmer, single configurations",
+            swimmer::configurations,
+        ),
+        ("three-sphere swimmer, mesh file", swimmer::on_mesh_file),
+        ("three-sphere swimmer, strokes", swimmer::strokes),
+        ("elements in the meridian plane", axisymmetric::rows),
+        ("multipole expansions", multipole::rows),
+        ("hinges and springs", joints::rows),
+        ("bodies of other shapes", shapes::rows),
     ];
     let is_asked = |name: &str| only.is_none_or(|only| name.contains(only));
     if !parts.iter().any(|(name, _)| is_asked(name)) {
@@ -56,7 +53,7 @@ pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
     }
     for (name, part) in parts.into_iter().filter(|(name, _)| is_asked(name)) {
         let part_clock = Instant::now();
-        let more = part().with_context(|| format!("validation of: {name}"))?;
+        let more = part(quick).with_context(|| format!("validation of: {name}"))?;
         let passed = more.iter().filter(|row| row.passes()).count();
         let seconds = part_clock.elapsed().as_secs_f64();
         eprintln!(
@@ -66,11 +63,10 @@ pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
         rows.extend(more);
     }
     let failed = rows.iter().filter(|row| !row.passes()).count();
-    let mut notes = Vec::new();
+    let mut notes = summary::bar_notes(&rows);
     if only.is_none() {
-        notes.push(spheres::PAIR_NOTE.to_owned());
+        notes.insert(0, spheres::PAIR_NOTE.to_owned());
     }
-    notes.extend(summary::bar_notes(&rows));
     notes.push(
         format!(
             "{} of {} rows pass, {:.0} s on {} threads; the seconds of a row include all its solves and meshes, and rows of one case share them.",
@@ -82,11 +78,7 @@ pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
     );
     summary::page(&rows, &notes).write(out, "validation")?;
     page::write(out, "validation.csv", &summary::table(&rows).csv())?;
-    let quantities = match (quick, only) {
-        (false, None) => crate::accuracy::run(false, None, out)?,
-        _ => Vec::new(),
-    };
-    summary::overview(&rows, &notes, &quantities)?.write_html(out, "index")?;
+    summary::overview(&rows, &notes)?.write_html(out, "index")?;
     eprintln!("see {}", out.join("index.html").display());
     if failed > 0 {
         bail!(

@@ -131,50 +131,50 @@ pub enum Basis {
     Limit,
 }
 
-/// All sources of tolerances with their letters in the table and their footnotes.
-pub const BASES: [(Basis, char, &str); 7] = [
+/// All sources of tolerances with their footnotes, in the order of their letters `a`, `b`, ...
+pub const BASES: [(Basis, &str); 7] = [
     (
         Basis::Interpolation,
-        'a',
         "bound of the uncorrected error: twice the energy of the interpolation error of the exact flow around one sphere, on a mesh of \
          the same sizes around this sphere alone; errors of matrix entries are relative to the largest entry",
     ),
     (
         Basis::Halving,
-        'b',
         "a third of the change from the mesh of twice the surface size, which is the remaining error at second order or better; in addition, as \
          in (a), the error of the lubrication flow in the gap, whose elements do not depend on that size",
     ),
     (
         Basis::Order,
-        'c',
         "theory: 4 curved, at least 3.3 before the asymptotic range; 2 straight, by geometry; corrected between 6, \
          that of cubic elements, and 4, that of the percent of the correction that its iterative solve leaves (absolute difference)",
     ),
     (
         Basis::Required,
-        'd',
         "required: with default settings 1e-3 for a step of the stroke and hence for speeds, 6e-4 for the net displacement; \
          at surface size 0.2 and on the mesh file 1e-4 for speeds, on the mesh file 1e-3 for forces; 1e-3 for bodies of other shapes",
     ),
     (
         Basis::Facets,
-        'e',
         "bound of the uncorrected error: twice the difference between the radius of the sphere and that of the ball with the volume inside the \
          flat facets",
     ),
     (
         Basis::Promised,
-        'f',
         "the tolerance given to the model: 1e-6 of the largest entry of a resistance matrix, 2e-5 of the net displacement of a stroke, for \
          which resistances, and hence forces and speeds, are computed to 1e-6",
     ),
     (
         Basis::Limit,
-        'g',
         "disk: half the difference between the drags of the spheroids inside and around it; torus: order of the error of the slender limit",
     ),
 ];
+
+impl Basis {
+    /// Letter of the footnote.
+    pub fn letter(self) -> char {
+        char::from(b'a' + self as u8)
+    }
+}
 
 impl Row {
     /// Row of a value whose error is relative to the exact value.

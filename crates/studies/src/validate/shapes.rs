@@ -14,7 +14,7 @@ use crate::scenes::{SceneText, solve};
 const QUICK: usize = 2;
 
 /// Required of drag and torque on the coarsest mesh.
-const REQUIRED: f64 = 1e-3;
+const REQUIRED_ACCURACY: f64 = 1e-3;
 
 /// Rotation of the bodies, so that no axis of theirs is one of the laboratory.
 const ORIENTATION: Vector3<f64> = Vector3::new(0.4, -0.7, 1.0);
@@ -52,7 +52,7 @@ fn drags_and_torques(shape: &ShapeResistance) -> Result<Vec<Row>> {
         // The resistance is the inverse of the velocity under a unit load.
         let row = |what: &str, exact: f64, motion: f64| {
             let name = format!("{}, axis {}: {what}", shape.name, axis + 1);
-            let tolerance = (REQUIRED, Basis::Required);
+            let tolerance = (REQUIRED_ACCURACY, Basis::Required);
             let row = Row::relative("K", name, [exact, 1.0 / motion], tolerance, cost);
             row.with_exact_bar(shape.accuracy)
         };

@@ -35,7 +35,7 @@ const LAMBDA: f64 = 0.25;
 
 /// Observed orders of drag and torque over three similar meshes, curved and straight-sided, before
 /// the correction; on curved meshes also those of the answer.
-pub fn orders() -> Result<Vec<Row>> {
+pub fn orders(_: bool) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (geometry, is_curved, kinds) in [
         (
@@ -82,7 +82,7 @@ fn slope(points: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
 fn errors(lambda: f64, parts: u32, is_curved: bool) -> Result<([[f64; 2]; 2], Cost)> {
     let clock = Instant::now();
     let mesh = ball_in_ball(lambda, ICOSAHEDRON_EDGE / f64::from(parts), is_curved)?;
-    let (body, wall) = (unit_sphere(), wall(lambda));
+    let (body, wall) = (sphere(1.0), sphere(1.0 / lambda));
     let surfaces: [NamedSurface; 2] = [("sphere", &body), (Container::TAG, &wall)];
     let problem = Problem::new(&mesh, &[("sphere", Vector3::zeros())], &[Container::TAG])?
         .with_surfaces(&surfaces)?;
@@ -119,23 +119,16 @@ fn errors(lambda: f64, parts: u32, is_curved: bool) -> Result<([[f64; 2]; 2], Co
     Ok(([errors(motion), corrected], cost))
 }
 
-fn unit_sphere() -> mesher::Sphere {
+fn sphere(radius: f64) -> mesher::Sphere {
     mesher::Sphere {
         centre: Vector3::zeros(),
-        radius: 1.0,
-    }
-}
-
-fn wall(lambda: f64) -> mesher::Sphere {
-    mesher::Sphere {
-        radius: 1.0 / lambda,
-        ..unit_sphere()
+        radius,
     }
 }
 
 fn ball_in_ball(lambda: f64, size: f64, is_curved: bool) -> Result<TetMesh> {
-    let sphere = unit_sphere();
-    let container = Container::Ball(wall(lambda));
+    let container = Container::Ball(sphere(1.0 / lambda));
+    let sphere = sphere(1.0);
     let body = MeshedBody {
         name: "sphere",
         surface: &sphere,

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::expected;
 use super::row::{Basis, Cost, Estimated, Row};
-use crate::reference::{COLLINEAR, Collinear, OPPOSITE, concentric_drag, concentric_torque};
+use crate::reference::{COLLINEAR, Collinear, OPPOSITE_MOTION, concentric_drag, concentric_torque};
 use crate::scenes::{by_elements, in_ball, loaded_sphere, solve};
 
 /// A: drag and torque of a sphere in balls of 10, 5 and 2 radii.
@@ -67,7 +67,9 @@ pub const PAIR_NOTE: &str = "B: the ball of radius 400 changes forces on a force
 /// B: force over `6 pi U` on each of two spheres that move in opposite directions.
 pub fn pairs(quick: bool) -> Result<Vec<Row>> {
     let least = if quick { 3.0 } else { 2.05 };
-    let cases = OPPOSITE.iter().filter(|(distance, _)| *distance >= least);
+    let cases = OPPOSITE_MOTION
+        .iter()
+        .filter(|(distance, _)| *distance >= least);
     let row = |&(distance, exact): &(f64, f64)| {
         let coarse = opposite(distance, exact, 2.0 * PAIR_SIZE)?;
         let fine = opposite(distance, exact, PAIR_SIZE)?;
@@ -196,7 +198,7 @@ mod tests {
     }
 
     fn check_pair(distance: f64) {
-        let exact = OPPOSITE.iter().find(|(own, _)| *own == distance);
+        let exact = OPPOSITE_MOTION.iter().find(|(own, _)| *own == distance);
         let &(_, exact) = exact.expect("the distance is tabulated");
         assert_corrected(&opposite(distance, exact, 0.5).expect("it is solved"));
     }

@@ -3,8 +3,7 @@
 use anyhow::Result;
 
 use super::row::{BASES, MAX_ERROR_IN_BARS, Row};
-use crate::accuracy::Quantity;
-use crate::chart::{LogLog, Series, Style};
+use crate::chart::{LogLog, Series};
 use crate::page::Page;
 use crate::table::{Cell, Table, count, exp, fixed, median, optional, signed};
 
@@ -22,24 +21,11 @@ const CASES: [(&str, &str); 8] = [
 
 /// The table of these rows.
 pub fn table<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Table {
-    let mut table = Table::new([
-        "case",
-        "row",
-        "exact",
-        "computed",
-        "error",
-        "tolerance",
-        "bar",
-        "error / bar",
-        "uncorrected",
-        "gain",
-        "dofs",
-        "its",
-        "s",
-        "result",
-    ]);
+    const HEADINGS: &str = "case,row,exact,computed,error,tolerance,bar,error / bar,uncorrected,\
+         gain,dofs,its,s,result";
+    let mut table = Table::new(HEADINGS.split(','));
     for row in rows {
-        let (_, letter, _) = BASES[row.basis as usize];
+        let letter = row.basis.letter();
         let tolerance = exp(row.tolerance, 1);
         let result: Cell = if row.passes() { "pass" } else { "FAIL" }.into();
         let cells = [
@@ -65,9 +51,9 @@ pub fn table<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Table {
 
 /// Sources of the tolerances of these rows, and then `notes`.
 fn footnotes(rows: &[Row], notes: &[String]) -> Vec<String> {
-    let used = |(basis, ..): &&(_, char, &str)| rows.iter().any(|row| row.basis == *basis);
+    let used = |(basis, _): &&(_, &str)| rows.iter().any(|row| row.basis == *basis);
     let bases = BASES.iter().filter(used);
-    let bases = bases.map(|(_, letter, note)| format!("* ({letter}) {note}."));
+    let bases = bases.map(|(basis, note)| format!("* ({}) {note}.", basis.letter()));
     bases
         .chain(notes.iter().map(|note| format!("* {note}")))
         .collect()
@@ -123,8 +109,8 @@ pub fn page(rows: &[Row], notes: &[String]) -> Page {
     page
 }
 
-/// The page with one table per case, the chart of all errors, and those of the quantities.
-pub fn overview(rows: &[Row], notes: &[String], quantities: &[Quantity]) -> Result<Page> {
+/// The page with one table per case and the chart of all errors.
+pub fn overview(rows: &[Row], notes: &[String]) -> Result<Page> {
     let text = "Computed values against exact ones: spectral solutions and closed forms, none from a finite-element code.";
     let mut page = Page::new("Validation", "validate", text);
     let passed = rows.iter().filter(|row| row.passes()).count();
@@ -150,40 +136,26 @@ pub fn overview(rows: &[Row], notes: &[String], quantities: &[Quantity]) -> Resu
     for line in footnotes(rows, notes) {
         page.text(line);
     }
-    for quantity in quantities {
-        page.heading(quantity.title.clone());
-        quantity.add_charts(&mut page)?;
-    }
     Ok(page)
 }
 
-/// Cases that occur, with their names; cases that are not in [`CASES`] come last.
-fn groups(rows: &[Row]) -> Vec<(&'static str, String)> {
+/// Cases that occur, with their names.
+fn groups(rows: &[Row]) -> impl Iterator<Item = (&'static str, String)> {
     let occurs = |(group, _): &&(&str, _)| rows.iter().any(|row| row.group == *group);
     let known = CASES.iter().filter(occurs);
-    let mut groups: Vec<(&str, String)> = known
-        .map(|&(group, name)| (group, format!("{group}: {name}")))
-        .collect();
-    for row in rows {
-        if !groups.iter().any(|(group, _)| *group == row.group) {
-            groups.push((row.group, row.group.to_owned()));
-        }
-    }
-    groups
+    known.map(|&(group, name)| (group, format!("{group}: {name}")))
 }
 
 fn errors(rows: &[Row]) -> LogLog {
     // Orders of convergence have no relative error.
-    let groups = groups(rows)
-        .into_iter()
-        .filter(|(group, _)| *group != "order");
+    let groups = groups(rows).filter(|(group, _)| *group != "order");
     let series = groups.map(|(group, name)| {
         let rows = rows.iter().filter(|row| row.group == group);
         let points = rows.map(|row| (row.cost.seconds, row.error.abs()));
-        Series::new(name, points, Style::Points)
+        Series::new(name, points)
     });
     let title = "error of every row over its seconds";
-    LogLog::new(title, "seconds", "error", series)
+    LogLog::new(title, ["seconds", "error"], series, false)
 }
 
 #[cfg(test)]
@@ -220,11 +192,7 @@ mod tests {
         let text = page(&rows, &["a note".to_owned()]).markdown();
         assert!(text.contains("| pass   |") && text.contains("| FAIL   |"));
         assert!(text.contains("(c) theory: 4 curved") && text.ends_with("* a note\n"));
-        assert!(
-            BASES
-                .iter()
-                .enumerate()
-                .all(|(k, (basis, ..))| *basis as usize == k)
-        );
+        let mut bases = BASES.iter().zip('a'..);
+        assert!(bases.all(|((basis, _), letter)| basis.letter() == letter));
     }
 }

@@ -59,14 +59,14 @@ pub fn configuration(
     tolerances: [(f64, Basis); 2],
 ) -> Result<[Row; 2]> {
     let solution = solve(&at(case, CONTAINER, model)?)?;
-    let moving = if case.left_rate == 0.0 {
-        "right"
+    let [left, right] = case.rates;
+    let moving = if left == 0.0 { "right" } else { "left" };
+    let way = if left + right < 0.0 {
+        "closes"
     } else {
-        "left"
+        "opens"
     };
-    let is_closing = case.left_rate + case.right_rate < 0.0;
-    let way = if is_closing { "closes" } else { "opens" };
-    let arms = format!("arms {} {}", case.left_arm, case.right_arm);
+    let arms = format!("arms {} {}", case.arms[0], case.arms[1]);
     let name = format!("{arms}, {moving} {way}, {by}");
     Ok(compare(&name, case, &solution, tolerances))
 }
@@ -96,17 +96,17 @@ fn compare(
 /// Scene of a configuration in a ball of radius `container`; its first phase changes one arm by one
 /// radius in one unit of time.
 fn at(case: &Instantaneous, container: f64, model: &str) -> Result<Scene> {
-    let (joint, length) = match case.left_rate {
-        0.0 => ("right", case.right_arm + case.right_rate),
-        rate => ("left", case.left_arm + rate),
+    let (joint, length) = match case.rates {
+        [0.0, rate] => ("right", case.arms[1] + rate),
+        [rate, _] => ("left", case.arms[0] + rate),
     };
-    let text = in_ball(container, model).swimmer([1.0; 3], [case.left_arm, case.right_arm]);
+    let text = in_ball(container, model).swimmer([1.0; 3], case.arms);
     text.phase(joint, length).parse()
 }
 
 /// Rows on a mesh of three unit spheres in a ball of radius 40 by Gmsh, first order, 2917 vertices,
 /// at the start of the stroke with curved and with straight elements.
-pub fn on_mesh_file() -> Result<Vec<Row>> {
+pub fn on_mesh_file(_: bool) -> Result<Vec<Row>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../mesh/tests/fixtures");
     let path = folder.join("three-spheres-v41-binary.msh");
     let rows = ["curved", "straight"].map(|geometry| at_start(&path, geometry));

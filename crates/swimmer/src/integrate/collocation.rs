@@ -8,21 +8,19 @@
 //! placed on the path of the order before: every increase of the order improves the quadrature and
 //! the positions at once, and the change of the step measures the error of both.
 
-use models::ErrorEstimates;
+use models::{DiscretisationError, ErrorEstimates};
 use nalgebra::Vector3;
 use rigid::{State, StateVelocity};
 use scene::AcceptKind;
 
-use super::corrections::{Corrections, FewPoints};
 use super::inverse_dexp::coordinate_rate;
 use super::order_errors::{expected_error, is_smooth, is_stalled, remaining_error, reported_error};
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult};
-use super::span_evaluator::SpanEvaluator;
-use super::span_solution::SpanSolution;
+use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{MAX_PARTS, expected_ratio, largest_displacement, rounding, step_tolerance};
 use crate::error::SwimError;
-use crate::gauss::Gauss;
+use crate::gauss::{Gauss, lagrange};
 
 /// Number of points whose solutions have corrections that serve all higher orders.
 ///
@@ -82,13 +80,7 @@ fn in_parts(
                 todo.extend(halves(step.error));
                 continue;
             }
-            return Err(SwimError::NotIntegrated {
-                phase: evaluator.span.number + 1,
-                joint: evaluator.joint_name(),
-                error: step.error,
-                tolerance: step.tolerance,
-                parts: MAX_PARTS,
-            });
+            return Err(evaluator.not_integrated(step.error, step.tolerance, MAX_PARTS));
         }
         let duration = evaluator.span.duration * (span.1 - span.0);
         let mut accumulated = step.approximation.accumulated_error(duration);
@@ -180,13 +172,14 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
                 evaluator.capabilities().controls_error && change <= current.error_bar(duration);
             let is_mesh_change = evaluator.mesh_changes > mesh_changes
                 && change <= current.uncorrected_mesh_error_bar(duration);
-            if is_rounding || is_model_error {
-                accepted = Some((change, 0.0));
-            } else if is_mesh_change {
-                // The corrections remove most of the difference between the meshes.
-                let corrected = &step + &(&previous.piece.step() * -1.0);
-                accepted = Some((0.0, largest_displacement(evaluator, &corrected)));
-            }
+            // The corrections remove most of the difference between the meshes.
+            let corrected = || &step + &(&previous.piece.step() * -1.0);
+            accepted = match is_rounding || is_model_error {
+                true => Some((change, 0.0)),
+                false => {
+                    is_mesh_change.then(|| (0.0, largest_displacement(evaluator, &corrected())))
+                }
+            };
         }
         let is_accepted = accepted.is_some();
         // If this order changed the mesh, the next order decides, with corrections.
@@ -213,7 +206,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
             });
         }
         if points == CORRECTED && is_smooth {
-            few_points = FewPoints::of(&current.solutions).filter(|_| on_request);
+            few_points = FewPoints::new(&current.solutions).filter(|_| on_request);
         }
         previous = current;
         points += 1;
@@ -357,4 +350,39 @@ fn fixed_centroids(
             linkage.bodies.iter().map(shift).sum::<Vector3<f64>>() / linkage.bodies.len() as f64;
     }
     Ok(guess)
+}
+
+/// Source of the corrections of all solutions of one order.
+#[derive(Clone, Copy)]
+enum Corrections<'a> {
+    /// The solutions are requested without corrections.
+    None,
+    /// Every solution is requested with its own.
+    Computed,
+    /// Interpolated from solutions at fewer points.
+    Interpolated(&'a FewPoints),
+}
+
+/// Discretisation errors at a few points of a step.
+///
+/// They are small, and on one moving mesh they are as smooth as the velocities. A quadrature over
+/// few points therefore has about the relative error for them that it has for the velocities; with
+/// two points it is 1e-2 of the correction.
+struct FewPoints(Vec<(f64, DiscretisationError)>);
+
+impl FewPoints {
+    /// The errors that were subtracted from solutions; none if one of them has no estimate.
+    fn new(solutions: &[SpanSolution]) -> Option<Self> {
+        let error = |s: &SpanSolution| Some((s.s, s.solution.mesh_error.clone()?));
+        Some(Self(solutions.iter().map(error).collect::<Option<_>>()?))
+    }
+
+    /// The error at the position `s` on the phase span, by the polynomial through the points.
+    fn at(&self, s: f64) -> Option<DiscretisationError> {
+        let positions: Vec<f64> = self.0.iter().map(|(s, _)| *s).collect();
+        let terms = self.0.iter().enumerate();
+        DiscretisationError::combination(
+            terms.map(|(i, (_, error))| (lagrange(&positions, i, s), error)),
+        )
+    }
 }

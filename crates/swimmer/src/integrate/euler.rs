@@ -19,7 +19,7 @@ pub(super) fn span(
     let mut rates = Vec::new();
     for k in 0..steps {
         let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
-        let solution = evaluator.solve(span.0, &result.end, true)?;
+        let solution = evaluator.solve(span.0, &result.end, true, None)?;
         let duration = evaluator.span.duration * (span.1 - span.0);
         let rate = &solution.solution.motion * duration;
         rates.push(rate.clone());

@@ -14,8 +14,7 @@ use scene::{Scene, SceneError};
 use super::masses::{Velocities, implicit_terms, mass_matrices, momenta, velocities_of};
 use super::piece::PathPiece;
 use super::result::{Approximation, SpanResult};
-use super::span_evaluator::SpanEvaluator;
-use super::span_solution::SpanSolution;
+use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use crate::error::SwimError;
 
 /// The velocity at which the resistance of the fluid is evaluated.
@@ -73,7 +72,8 @@ fn implicit_step(
 ) -> Result<SpanSolution, SwimError> {
     let masses = mass_matrices(evaluator, s, state)?;
     let known = momenta(evaluator, s, state, before)?;
-    evaluator.solve_with_inertia(s, state, &implicit_terms(&masses, &known, dt))
+    let terms = implicit_terms(&masses, &known, dt);
+    evaluator.solve(s, state, true, Some(&terms))
 }
 
 /// Explicit Euler: `S^T M (S v + W - U) = dt S^T (F - R U)` with the velocities `U` before the

@@ -5,8 +5,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector6};
 use rigid::{ExternalLoad, Reduction, State};
 use scene::Scene;
 
-use super::span_evaluator::SpanEvaluator;
-use super::span_solution::SpanSolution;
+use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use crate::error::SwimError;
 
 /// Velocities `(U, ω)` of all bodies of the scene.

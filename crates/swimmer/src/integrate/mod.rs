@@ -6,7 +6,6 @@
 //! position, this is Gauss quadrature of a line integral.
 
 mod collocation;
-mod corrections;
 mod euler;
 mod inertia;
 mod inverse_dexp;
@@ -16,11 +15,9 @@ mod passive_joints;
 mod piece;
 mod prediction;
 mod radau;
-mod radau_tableau;
 mod result;
 mod runge_kutta;
 mod span_evaluator;
-mod span_solution;
 mod step_size;
 
 use inertia::Scheme;
@@ -37,7 +34,7 @@ pub(crate) use prediction::velocity_tolerance;
 
 pub use piece::PathPiece;
 pub use result::SpanResult;
-pub use span_solution::SpanSolution;
+pub use span_evaluator::{ObserveSolution, SpanSolution};
 
 use crate::error::SwimError;
 use crate::start::check_model;
@@ -81,7 +78,7 @@ pub enum Method {
 impl Method {
     /// The method for a scene: [`Method::Inertia`] if bodies have mass, else
     /// [`Method::Collocation`].
-    pub fn of(scene: &Scene) -> Self {
+    pub fn from_scene(scene: &Scene) -> Self {
         match scene.has_masses() {
             true => Self::Inertia,
             false => Self::Collocation,
@@ -132,7 +129,7 @@ impl<'a> Integrator<'a> {
             model,
             method,
             velocities: None,
-            span_tolerance: Prediction::of(scene)
+            span_tolerance: Prediction::from_scene(scene)
                 .map(|prediction| prediction.span_tolerance(scene.model().tolerance)),
             flows: false,
         }
@@ -172,7 +169,7 @@ impl<'a> Integrator<'a> {
         &mut self,
         span: &PhaseSpan,
         start: &State,
-        observe: &mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>,
+        observe: ObserveSolution,
     ) -> Result<SpanResult, SwimError> {
         check_model(self.scene, self.model)?;
         self.method.check()?;

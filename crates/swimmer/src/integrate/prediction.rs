@@ -37,11 +37,11 @@ const RECIPROCAL: f64 = 1e-6;
 
 /// Ratio of the net displacement to the longest displacement in a phase that is assumed for a
 /// reciprocal gait; the swimmer of Najafi & Golestanian has 0.06.
-const TYPICAL: f64 = 0.04;
+const TYPICAL_NET_RATIO: f64 = 0.04;
 
 /// Smallest ratio that is used: below it, as for a gait that does not quite close, tolerances are
 /// relative to this ratio.
-const SMALLEST: f64 = 1e-3;
+const MIN_NET_RATIO: f64 = 1e-3;
 
 /// Part of the tolerance that the integration may use; the rest is for errors of the model and of
 /// the prediction, which is right within a factor of two where bodies come close.
@@ -54,7 +54,7 @@ const MODEL_SHARE: f64 = 0.6;
 impl Prediction {
     /// The prediction for a scene; none without a gait, with many bodies, slip or a background
     /// flow, or if nothing moves.
-    pub fn of(scene: &Scene) -> Option<Self> {
+    pub fn from_scene(scene: &Scene) -> Option<Self> {
         // The rough model ignores slip and background flows.
         if scene.bodies().len() > MAX_BODIES || scene.has_surface_velocity() {
             return None;
@@ -82,8 +82,8 @@ impl Prediction {
         let is_reciprocal = net <= RECIPROCAL * longest;
         (longest > 0.0 && longest.is_finite()).then_some(Self {
             net: match is_reciprocal {
-                true => TYPICAL * longest,
-                false => net.max(SMALLEST * longest),
+                true => TYPICAL_NET_RATIO * longest,
+                false => net.max(MIN_NET_RATIO * longest),
             },
             longest,
             phases,
@@ -104,7 +104,7 @@ impl Prediction {
 /// Relative error of the velocities of a model for a tolerance of the net displacement.
 pub(crate) fn velocity_tolerance(scene: &Scene) -> f64 {
     let tolerance = scene.model().tolerance;
-    match Prediction::of(scene) {
+    match Prediction::from_scene(scene) {
         Some(prediction) => prediction.velocity_tolerance(tolerance),
         // The net displacement of the planar three-sphere swimmer is 1/100 of that of a phase.
         None => 0.01 * tolerance,

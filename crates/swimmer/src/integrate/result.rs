@@ -6,8 +6,7 @@ use models::{
 use rigid::{Articulation, State, StateVelocity};
 
 use super::piece::PathPiece;
-use super::span_evaluator::SpanEvaluator;
-use super::span_solution::SpanSolution;
+use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use crate::error::SwimError;
 
 /// An approximation of the motion over a part of a phase span: one collocation order, or one step.

@@ -10,8 +10,7 @@ use rigid::{State, StateVelocity};
 use super::inverse_dexp::coordinate_rate;
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult};
-use super::span_evaluator::SpanEvaluator;
-use super::span_solution::SpanSolution;
+use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{MAX_PARTS, largest_displacement, step_tolerance};
 use crate::error::SwimError;
 
@@ -73,7 +72,7 @@ const FIRST_WIDTH: f64 = 0.25;
 pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanResult, SwimError> {
     let mut result = SpanResult::empty(start);
     let (mut s, mut width) = (0.0, FIRST_WIDTH);
-    let mut first = evaluator.solve(0.0, start, false)?;
+    let mut first = evaluator.solve(0.0, start, false, None)?;
     while s < 1.0 {
         // No separate step for a remainder that is due to rounding.
         let end = if s + 1.01 * width >= 1.0 {
@@ -97,13 +96,7 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
         };
         if step.error > tolerance {
             if end - s <= 1.0 / MAX_PARTS as f64 {
-                return Err(SwimError::NotIntegrated {
-                    phase: evaluator.span.number + 1,
-                    joint: evaluator.joint_name(),
-                    error: step.error,
-                    tolerance,
-                    parts: MAX_PARTS,
-                });
+                return Err(evaluator.not_integrated(step.error, tolerance, MAX_PARTS));
             }
             width = factor.min(1.0) * (end - s);
             continue;
@@ -158,7 +151,7 @@ fn step(
     for (weights, node) in STAGES.iter().zip(&NODES[1..]) {
         let sigma = combination(rates.iter().zip(weights.iter().copied()), start);
         let state = set.advance(start, &sigma)?;
-        let stage = evaluator.solve(span.0 + node * width, &state, false)?;
+        let stage = evaluator.solve(span.0 + node * width, &state, false, None)?;
         rates.push(&coordinate_rate(set, &sigma, &stage.solution.motion) * duration);
         solutions.push(stage);
     }

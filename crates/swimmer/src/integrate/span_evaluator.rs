@@ -10,10 +10,24 @@ use scene::{PhaseSpan, Scene, closest_contact, contacts};
 
 use super::passive_joints::JointNewton;
 use super::piece::PathPiece;
-use super::span_solution::SpanSolution;
 use crate::error::SwimError;
 
-type Observer<'a> = &'a mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>;
+/// The model's solution at a point of a phase span.
+#[derive(Clone, Debug)]
+pub struct SpanSolution {
+    /// Number of the solve from zero, over the whole simulation.
+    pub number: usize,
+    /// Position on the phase span, from 0 at its start to 1 at its end.
+    pub s: f64,
+    /// The state for which the solution was computed.
+    pub state: State,
+    /// The solution.
+    pub solution: InstantaneousSolution,
+}
+
+/// Called with every solution and the model; an error ends the integration.
+pub type ObserveSolution<'a> =
+    &'a mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>;
 
 /// Evaluates the model along one phase span, counts the solves and adds up their time.
 pub(super) struct SpanEvaluator<'a> {
@@ -32,7 +46,7 @@ pub(super) struct SpanEvaluator<'a> {
     /// Whether solutions are shown to the observer with their flow.
     pub flows: bool,
     model: &'a mut dyn Hydrodynamics,
-    observe: Observer<'a>,
+    observe: ObserveSolution<'a>,
 }
 
 impl<'a> SpanEvaluator<'a> {
@@ -41,7 +55,7 @@ impl<'a> SpanEvaluator<'a> {
         model: &'a mut dyn Hydrodynamics,
         span: &'a PhaseSpan,
         tolerance: Option<f64>,
-        observe: Observer<'a>,
+        observe: ObserveSolution<'a>,
     ) -> Self {
         Self {
             scene,
@@ -58,17 +72,6 @@ impl<'a> SpanEvaluator<'a> {
         }
     }
 
-    /// The model's solution at the position `s` in [0, 1] on the phase span, with or without its
-    /// estimates of the discretisation error.
-    pub fn solve(
-        &mut self,
-        s: f64,
-        state: &State,
-        estimates: bool,
-    ) -> Result<SpanSolution, SwimError> {
-        self.solve_query(s, state, estimates, None)
-    }
-
     /// The solutions at several points, at once if the model gains by that.
     pub fn solve_points(
         &mut self,
@@ -76,7 +79,7 @@ impl<'a> SpanEvaluator<'a> {
         estimates: bool,
     ) -> Result<Vec<SpanSolution>, SwimError> {
         if !self.model.capabilities().solves_together {
-            let solve = |(s, state): &(f64, State)| self.solve(*s, state, estimates);
+            let solve = |(s, state): &(f64, State)| self.solve(*s, state, estimates, None);
             return points.iter().map(solve).collect();
         }
         let mut inputs = Vec::with_capacity(points.len());
@@ -109,18 +112,10 @@ impl<'a> SpanEvaluator<'a> {
         })
     }
 
-    /// The solution with the terms of an implicit step for bodies with mass.
-    pub fn solve_with_inertia(
-        &mut self,
-        s: f64,
-        state: &State,
-        inertia: &[BodyInertia],
-    ) -> Result<SpanSolution, SwimError> {
-        self.solve_query(s, state, true, Some(inertia))
-    }
-
-    /// The solution at the position `s`, with the forces on joints at its time.
-    fn solve_query(
+    /// The model's solution at the position `s` in [0, 1] on the phase span, with or without its
+    /// estimates of the discretisation error, and with the terms of an implicit step for bodies
+    /// with mass.
+    pub fn solve(
         &mut self,
         s: f64,
         state: &State,
@@ -234,6 +229,17 @@ impl<'a> SpanEvaluator<'a> {
     /// Names of the joints that change their values, for messages.
     pub fn joint_name(&self) -> String {
         self.scene.joint_names(&self.span.joints)
+    }
+
+    /// The error of a method whose smallest steps have too large an error.
+    pub fn not_integrated(&self, error: f64, tolerance: f64, parts: usize) -> SwimError {
+        SwimError::NotIntegrated {
+            phase: self.span.number + 1,
+            joint: self.joint_name(),
+            error,
+            tolerance,
+            parts,
+        }
     }
 
     /// Gaps between surfaces at the position `s` of a path, in a fixed order.

@@ -114,9 +114,7 @@ impl FlowSeries {
             .write(self.folder.path().join("trajectory.pvd"))
             .map_err(from_mesh)
     }
-}
 
-impl FlowSeries {
     /// Writes the flows of solutions in the result that came without one, such as those of a table.
     fn solve_missing(
         &mut self,

@@ -5,8 +5,6 @@ use nalgebra::{DMatrix, Vector3};
 use scene::Scene;
 use serde_json::{Map, Value, json};
 
-use super::machine::processor;
-use super::memory::peak_rss_mib;
 use crate::outcome::Outcome;
 
 /// The summary of a run, `summary.json`.
@@ -159,4 +157,28 @@ fn estimate(estimate: &ErrorEstimate) -> Value {
     map.insert("total".to_owned(), json!(estimate.total()));
     map.insert("not_estimated".to_owned(), json!(missing));
     Value::Object(map)
+}
+
+/// Name of the processor and number of threads in use.
+pub fn processor() -> String {
+    let name = std::fs::read_to_string("/proc/cpuinfo")
+        .ok()
+        .and_then(|text| {
+            let line = text.lines().find(|line| line.starts_with("model name"))?;
+            Some(line.split_once(':')?.1.trim().to_owned())
+        })
+        .unwrap_or_else(|| format!("unknown processor ({})", std::env::consts::ARCH));
+    format!("{} threads of {name}", rayon::current_num_threads())
+}
+
+/// The peak resident memory of this process in MiB; none on systems other than Linux.
+///
+/// Source: the line `VmHWM` of `/proc/self/status`.
+pub fn peak_rss_mib() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib / 1024.0)
 }

@@ -1,10 +1,112 @@
 //! Decisions before a run: the model, the element sizes, tables over shapes.
 
-mod choice;
 mod sphere_model;
 mod tables;
 mod target;
 
-pub use choice::{Choice, choose};
+use models::{AxisymmetricModel, FemModel, Hydrodynamics, ModelError, SphereModel, SpheresModel};
+use scene::{DomainKind, ModelKind, Scene};
+
+use crate::integrate::velocity_tolerance;
+use sphere_model::{choose_sphere_model, expansion_for_tolerance};
+
 pub use tables::with_tables;
-pub use target::{MissedTarget, SizeSearch, simulate_to_target};
+pub use target::{SizeSearch, simulate_to_target};
+
+/// The model chosen for a scene, with the reasons.
+pub struct Choice {
+    /// The model.
+    pub model: Box<dyn Hydrodynamics>,
+    /// Properties of the scene and conclusions from them, one sentence each.
+    pub reasons: Vec<String>,
+}
+
+/// Chooses the model that the scene names, or for `auto` the cheapest one that meets the tolerance.
+///
+/// For `auto` there are three reasons: the symmetry of the scene, the error and the cost of each
+/// candidate, and the choice.
+///
+/// # Errors
+/// [`ModelError::Unsupported`] for combinations of model, domain and options that are not
+/// supported, with the alternative.
+pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
+    let is_mesh_free = matches!(
+        scene.domain().kind(),
+        DomainKind::Unbounded | DomainKind::Ball | DomainKind::Wall
+    );
+    let requested = || {
+        vec![
+            "given by model.kind".to_owned(),
+            scene.describe_arrangement(),
+        ]
+    };
+    let spheres = |kind: SphereModel, reasons: Vec<String>| {
+        Ok(Choice {
+            model: Box::new(SpheresModel::new(scene, kind)?),
+            reasons,
+        })
+    };
+    let axisymmetric = || -> Result<AxisymmetricModel, ModelError> {
+        Ok(AxisymmetricModel::new(scene)?.with_accuracy(velocity_tolerance(scene)))
+    };
+    match scene.model().kind {
+        ModelKind::Oseen => spheres(SphereModel::Oseen, requested()),
+        ModelKind::Rpy => spheres(SphereModel::Rpy, requested()),
+        ModelKind::Multipole => spheres(expansion_for_tolerance(scene), requested()),
+        ModelKind::Axisymmetric => Ok(Choice {
+            model: Box::new(axisymmetric()?),
+            reasons: requested(),
+        }),
+        ModelKind::Fem => elements(scene, requested()),
+        ModelKind::Auto if AxisymmetricModel::suits(scene) => {
+            let mut model = axisymmetric()?;
+            let reasons = vec![
+                scene.describe_arrangement(),
+                model.describe(scene)?,
+                "chosen: finite elements in the meridian plane".to_owned(),
+            ];
+            Ok(Choice {
+                model: Box::new(model),
+                reasons,
+            })
+        }
+        ModelKind::Auto if is_mesh_free && scene.first_nonspherical().is_none() => {
+            let choice = choose_sphere_model(scene)?;
+            spheres(choice.kind, choice.reasons)
+        }
+        ModelKind::Auto => {
+            let (key, word) = match scene.first_nonspherical() {
+                Some(body) => ("shape", scene.bodies()[body].shape.kind().word()),
+                None => ("domain.kind", scene.domain().kind().word()),
+            };
+            let reasons = vec![
+                scene.describe_arrangement(),
+                format!("mesh-free models do not support {key} = \"{word}\""),
+                "chosen: finite elements in three dimensions".to_owned(),
+            ];
+            elements(scene, reasons)
+        }
+    }
+}
+
+/// The finite-element model, which does not support masses in unbounded fluid.
+fn elements(scene: &Scene, reasons: Vec<String>) -> Result<Choice, ModelError> {
+    let massive = (scene.bodies().iter()).position(|body| body.mass_matrix().is_some());
+    let is_unbounded = matches!(
+        scene.domain().kind(),
+        DomainKind::Unbounded | DomainKind::Wall
+    );
+    if let Some(body) = massive.filter(|_| is_unbounded) {
+        return Err(ModelError::Unsupported {
+            what: format!(
+                "{}: masses by finite elements in unbounded fluid",
+                scene.place(&format!("bodies[{body}].mass"))
+            ),
+            instead: "use spheres, or a large ball as domain".to_owned(),
+        });
+    }
+    Ok(Choice {
+        model: Box::new(FemModel::new(scene)?),
+        reasons,
+    })
+}

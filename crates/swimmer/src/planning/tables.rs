@@ -3,7 +3,7 @@
 use models::{ModelError, Superposed, Tabulated};
 use scene::{Gait, Phase, Scene, spans};
 
-use super::choice::Choice;
+use super::Choice;
 use crate::integrate::{TYPICAL_SOLVES_PER_SPAN, velocity_tolerance};
 
 /// Number of points per variable in a typical table.
@@ -121,12 +121,12 @@ mod tests {
     }
 
     const STROKE: [(&str, f64); 4] = [("a", 6.0), ("b", 6.0), ("a", 10.0), ("b", 10.0)];
-    const FREE: &str = "{ kind = \"unbounded\" }";
+    const UNBOUNDED: &str = "{ kind = \"unbounded\" }";
 
     #[test]
     fn one_cycle_needs_no_table_and_more_cycles_use_one_table_per_line() {
-        assert_eq!(boxes(&scene(1, &STROKE, FREE)), None);
-        let lines = boxes(&scene(2, &STROKE, FREE)).unwrap();
+        assert_eq!(boxes(&scene(1, &STROKE, UNBOUNDED)), None);
+        let lines = boxes(&scene(2, &STROKE, UNBOUNDED)).unwrap();
         assert_eq!(lines.len(), 4);
         assert_eq!(lines[0], [(6.0, 10.0), (10.0, 10.0)]);
         assert_eq!(
@@ -144,7 +144,7 @@ mod tests {
                 [("a", length), ("b", length)]
             })
             .collect();
-        let boxes = boxes(&scene(3, &steps, FREE)).unwrap();
+        let boxes = boxes(&scene(3, &steps, UNBOUNDED)).unwrap();
         assert_eq!(boxes, [[(6.0, 10.0), (6.0, 10.0)]]);
     }
 }

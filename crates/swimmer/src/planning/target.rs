@@ -3,15 +3,15 @@
 use models::FemModel;
 use scene::{GeometryKind, Scene};
 
-use super::choice::choose;
+use super::choose;
 use crate::error::SwimError;
 use crate::integrate::Method;
-use crate::observer::Observer;
+use crate::observer::{MissedTarget, Observer};
 use crate::outcome::Outcome;
 use crate::simulate::simulate;
 
 /// Relative error bar of the net displacement on curved elements of default size: the median of ten
-/// random strokes, which had 1.3e-4 to 7.1e-4 (`cargo xtask accuracy --random`).
+/// random strokes, which had 1.3e-4 to 7.1e-4 (`docs/figures/random_cases.py`).
 const CURVED_BAR: f64 = 3e-4;
 /// The same on straight elements: that of the default stroke and of one random stroke.
 const STRAIGHT_BAR: f64 = 1e-2;
@@ -31,16 +31,6 @@ const MIN_RATIO: f64 = 0.5;
 
 /// Largest number of strokes with finer sizes.
 const MOST_REFINEMENTS: usize = 4;
-
-/// A stroke whose estimated discretisation error exceeds `fem.target`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct MissedTarget {
-    /// Factor on the element sizes, as the scene key `fem.size_factor`.
-    pub size_factor: f64,
-    /// Estimated discretisation error, divided by [`Outcome::reference_displacement`].
-    pub relative_error: f64,
-}
 
 /// The search for the factor on the element sizes (`fem.size_factor`) with which the error bar of
 /// the net displacement meets `fem.target`.

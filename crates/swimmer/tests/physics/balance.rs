@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use testkit::{SceneText, forces, start, within};
 
-use crate::scenes::{COARSE, bent, rhs_bound, solve_with_flow};
+use crate::scenes::{COARSE_SETTINGS, bent, rhs_bound, solve_with_flow};
 
 #[test]
 fn a_free_swimmer_exerts_no_force_and_no_torque() {
@@ -36,7 +36,7 @@ fn forces_of_driven_bodies_are_the_applied_loads() {
     let text = SceneText::new()
         .shape("s", keys, [1, 2, -1])
         .ball(9.0)
-        .set(&COARSE);
+        .set(&COARSE_SETTINGS);
     let instant = start(&text.scene());
     // Six rows of the system have the load as right-hand side.
     let tolerance = instant.solver.true_relative_residual * (5.25_f64 + 2.0625).sqrt();

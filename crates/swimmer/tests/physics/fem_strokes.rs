@@ -6,7 +6,7 @@ use swimmer::{Method, Observer, Outcome, PhaseSpan, Scene, SpanSolution, SwimErr
 
 use testkit::{boxed, within};
 
-use crate::scenes::{COARSE, bodies};
+use crate::scenes::{COARSE_SETTINGS, bodies};
 
 /// Number of meshes generated during a simulation after the first.
 #[derive(Default)]
@@ -35,7 +35,10 @@ fn swimmer(settings: &[&str], phases: &[(&str, f64, f64)]) -> Scene {
         });
     // A vanishing net displacement meets no relative tolerance; the tolerance only sets the
     // accuracy of the integration.
-    text.set(&COARSE).tolerance(1e-2).set(settings).scene()
+    text.set(&COARSE_SETTINGS)
+        .tolerance(1e-2)
+        .set(settings)
+        .scene()
 }
 
 /// Corrections would double the time.

@@ -164,7 +164,8 @@ fn the_condensed_resistance_gives_the_motion_of_the_coupled_solve() {
 fn nodal_forces_move_bodies_according_to_the_reciprocal_theorem() {
     let scene = scene("free").scene();
     let mut model = FemModel::new(&scene).unwrap();
-    let configuration = testkit::at(&scene.initial_state(), scene.articulation().initial_shape());
+    let state = scene.initial_state();
+    let configuration = testkit::at(&state, scene.articulation().initial_shape());
     let mesh = model.mesh(configuration).unwrap().unwrap();
     let forces: Vec<_> = (0..mesh.n_points())
         .map(|i| Vector3::from_fn(|c, _| ((3 * i + c) as f64).sin()))

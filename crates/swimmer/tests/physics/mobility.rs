@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use testkit::{SceneText, start, within};
 
-use crate::scenes::COARSE;
+use crate::scenes::COARSE_SETTINGS;
 
 /// Two unequal spheres off the axis of their ball with the unit load number `k`, six per body.
 fn loaded(k: usize) -> SceneText {
@@ -16,7 +16,7 @@ fn loaded(k: usize) -> SceneText {
         .sphere("small", 1.0, [-2.0, 0.5, 1.0])
         .sphere("large", 1.5, [2, 0, -1])
         .ball(8.0)
-        .set(&COARSE)
+        .set(&COARSE_SETTINGS)
         .with(&format!("bodies[{}].force", k / 6), format!("{force:?}"))
         .with(&format!("bodies[{}].torque", k / 6), format!("{torque:?}"))
 }

@@ -6,7 +6,7 @@ use swimmer::models::{FlowField, InstantaneousSolution};
 use testkit::{SceneText, boxed, start};
 
 /// Settings of every scene here: a coarse mesh, and residuals well below the discretisation error.
-pub const COARSE: [&str; 3] = ["model.kind=fem", "fem.surface_size=0.7", "fem.rtol=1e-10"];
+pub const COARSE_SETTINGS: [&str; 3] = ["model.kind=fem", "fem.surface_size=0.7", "fem.rtol=1e-10"];
 
 /// Three spheres of different sizes on two arms at an angle, off the centre of a ball, without any
 /// symmetry; 4.15 and 4.36 long at the start.
@@ -24,7 +24,7 @@ pub fn bodies() -> SceneText {
 pub fn bent(options: &[&str]) -> Scene {
     bodies()
         .phases(&[("left-arm", 3.25)])
-        .set(&COARSE)
+        .set(&COARSE_SETTINGS)
         .set(options)
         .scene()
 }

@@ -58,7 +58,7 @@ fn assert_exact(exact: &Body, size: &str) -> InstantaneousSolution {
 #[test]
 fn a_turned_prolate_spheroid_and_a_capsule_have_the_exact_drag() {
     for exact in &BODIES[..2] {
-        let instant = assert_exact(exact, COARSE);
+        let instant = assert_exact(exact, COARSE_SETTINGS);
         assert!(instant.dofs.total < 60_000, "{}", instant.dofs.total);
     }
 }
@@ -67,13 +67,13 @@ fn a_turned_prolate_spheroid_and_a_capsule_have_the_exact_drag() {
 #[ignore = "slow: 40 s"]
 fn drag_and_torque_of_all_shapes_with_exact_values() {
     for exact in &BODIES {
-        for size in [COARSE, "fem.size_factor=1.0"] {
+        for size in [COARSE_SETTINGS, "fem.size_factor=1.0"] {
             assert_exact(exact, size);
         }
     }
 }
 
-const COARSE: &str = "fem.size_factor=1.75";
+const COARSE_SETTINGS: &str = "fem.size_factor=1.75";
 
 const SHAPES: [&str; 6] = [
     "shape = \"ellipsoid\", semi_axes = [1.5, 0.7, 1]",
@@ -84,14 +84,14 @@ const SHAPES: [&str; 6] = [
     "shape = \"helix\", radius = 0.6, tube_radius = 0.25, pitch = 1.2, turns = 1.4",
 ];
 
-const SMALL: [&str; 2] = ["domain={ kind = \"ball\", radius = 8 }", COARSE];
+const SMALL_DOMAIN: [&str; 2] = ["domain={ kind = \"ball\", radius = 8 }", COARSE_SETTINGS];
 
 #[test]
 #[ignore = "slow: 30 s"]
 fn resistances_of_all_shapes_are_symmetric_and_positive_definite() {
     for name in SHAPES {
         let turned = Vector3::new(10.0, 30.0, -50.0);
-        let scene = loaded(name, turned, [Vector3::x(); 2], &SMALL);
+        let scene = loaded(name, turned, [Vector3::x(); 2], &SMALL_DOMAIN);
         let (state, shape) = (&scene.initial_state(), &[]);
         let mut model = FemModel::new(&scene).expect("a model");
         let resistance = model.resistance(Configuration { state, shape });
@@ -113,7 +113,7 @@ fn own_motion(shape: &str, orientation: Vector3<f64>) -> ([Vector3<f64>; 2], f64
     let loads = [Vector3::new(3.0, -2.0, 5.0), Vector3::new(-4.0, 1.0, 2.0)];
     // Unbounded fluid has no frame.
     let loads = loads.map(|load| turn * load);
-    let instant = start(&loaded(shape, orientation, loads, &[COARSE]));
+    let instant = start(&loaded(shape, orientation, loads, &[COARSE_SETTINGS]));
     let body = &instant.bodies[0];
     let motion = [body.velocity, body.angular_velocity].map(|v| turn.inverse() * v);
     (motion, instant.error_estimate.total())
@@ -151,7 +151,7 @@ proptest! {
 #[test]
 fn meshes_turn_with_the_bodies() {
     let loads = [Vector3::new(3.0, -2.0, 5.0), Vector3::new(-4.0, 1.0, 2.0)];
-    let scene = loaded(SHAPES[0], Vector3::zeros(), loads, &SMALL);
+    let scene = loaded(SHAPES[0], Vector3::zeros(), loads, &SMALL_DOMAIN);
     let mut state = scene.initial_state();
     let mut model = FemModel::new(&scene).expect("a model");
     let mut at = |model: &mut FemModel, angle: f64| {

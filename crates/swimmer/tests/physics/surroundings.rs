@@ -199,7 +199,7 @@ fn a_reciprocal_stroke_has_no_net_displacement_near_walls_and_obstacles() {
         .sphere("b", 0.5, [4, 0, 4])
         .shape("rock", "radius = 1, fixed = true", [-2.0, 1.5, 2.0])
         .slide("arm", "b", "a")
-        .phases(&[("arm", 6.0), ("arm", 4.1231056256176606)])
+        .phases(&[("arm", 6.0), ("arm", 4.123105625617661)])
         .model("multipole", 1e-2);
     for domain in ["unbounded", "wall"] {
         let outcome = run(&text.clone().with("domain.kind", domain).scene());

@@ -48,7 +48,7 @@ fn largest_gap(outcome: &Outcome) -> f64 {
     gaps.fold(0.0, f64::max)
 }
 
-const FREE: &str = ", drive = \"free\"";
+const FREE_DRIVE: &str = ", drive = \"free\"";
 
 /// One hinge is driven and the loop determines the others: after each cycle they have the values
 /// of the start, up to rounding and not up to the tolerance.
@@ -56,7 +56,7 @@ const FREE: &str = ", drive = \"free\"";
 fn a_driven_four_bar_chain_stays_closed_over_ten_cycles() {
     let gait = "[gait]\nperiod = 1\ncycles = 10\n\
                 [[gait.harmonics]]\nlink = \"hinge 0\"\namplitude = 0.4\n";
-    let outcome = run(&four_bars(["", FREE, FREE, FREE], gait));
+    let outcome = run(&four_bars(["", FREE_DRIVE, FREE_DRIVE, FREE_DRIVE], gait));
     within(
         largest_gap(&outcome),
         1e-12,
@@ -75,7 +75,10 @@ fn a_driven_four_bar_chain_stays_closed_over_ten_cycles() {
 fn a_four_bar_chain_with_a_spring_relaxes() {
     let spring = ", drive = \"spring\", stiffness = 1000, rest = 0.3";
     let gait = "[[gait.phases]]\nduration = 10\n";
-    let outcome = run(&four_bars([spring, FREE, FREE, FREE], gait));
+    let outcome = run(&four_bars(
+        [spring, FREE_DRIVE, FREE_DRIVE, FREE_DRIVE],
+        gait,
+    ));
     within(
         largest_gap(&outcome),
         1e-12,
@@ -91,8 +94,8 @@ fn a_four_bar_chain_with_a_spring_relaxes() {
 #[test]
 fn contradictory_angles_of_a_loop_are_refused() {
     let text = "[[gait.phases]]\ntargets = { \"hinge 0\" = 0.3, \"hinge 1\" = 0.2 }\n";
-    let scene = four_bars(["", "", "", FREE], text);
+    let scene = four_bars(["", "", "", FREE_DRIVE], text);
     let mut model = boxed(&scene);
-    let error = simulate(&scene, model.as_mut(), Method::of(&scene), &mut ()).unwrap_err();
+    let error = simulate(&scene, model.as_mut(), Method::from_scene(&scene), &mut ()).unwrap_err();
     testkit::contains("loop", &error.to_string(), &["loop closed by link 'hinge"]);
 }

@@ -10,7 +10,10 @@ use linalg::Csr;
 pub use borders::{chained, linked_pair, prolongation_for, with_border};
 pub use system::{Stokes, body_forces, cube, one_body};
 pub use three_spheres::three_spheres;
-pub use vectors::{dot, noise, relative_difference, tolerance, true_residual};
+pub use vectors::{
+    Method, assert_same_on_one_and_two_threads, assert_velocities_agree, direct_solution, dot,
+    noise, relative_difference, tolerance, true_residual,
+};
 
 /// Two bodies, an eighth of the cube wide, in a cube of `8 k` cells per side.
 pub fn two_bodies(k: usize) -> Stokes {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::MshFile;
 use super::scan::Scanner;
-use crate::{LinearTets, MeshError, QuadraticTets, Regions, SurfaceMesh, Vec3};
+use crate::{LinearTets, MeshError, QuadraticTets, Regions, SurfaceMesh, Vec3, used_points};
 
 /// The group of a triangle or tet; tags and regions are in this order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -203,32 +203,10 @@ impl Gather {
         let (tet_nodes, face_nodes) = if second { (10, 6) } else { (4, 3) };
         let of_tets = self.tets.iter().flat_map(|tet| &tet[..tet_nodes]);
         let of_faces = self.triangles.iter().flat_map(|face| &face.0[..face_nodes]);
-        let mut new = vec![u32::MAX; self.nodes.len()];
-        for &node in of_tets.chain(of_faces) {
-            new[node as usize] = 0;
-        }
-        let mut points = Vec::with_capacity(self.nodes.len());
-        for (new, node) in new.iter_mut().zip(&self.nodes) {
-            if *new == 0 {
-                *new = points.len() as u32;
-                points.push(node.1);
-            }
-        }
-
-        let mut tag_of: BTreeMap<Group, u16> =
-            self.triangles.iter().map(|face| (face.1, 0)).collect();
-        if tag_of.len() > u16::MAX as usize {
-            return scanner.error(format!(
-                "{} boundary parts, more than {}",
-                tag_of.len(),
-                u16::MAX
-            ));
-        }
-        let mut tags = Vec::new();
-        for (group, tag) in &mut tag_of {
-            *tag = tags.len() as u16;
-            tags.push(self.name_of(2, *group));
-        }
+        let positions: Vec<Vec3> = self.nodes.iter().map(|node| node.1).collect();
+        let (points, new) = used_points(&positions, of_tets.chain(of_faces).copied());
+        let groups = self.triangles.iter().map(|face| face.1);
+        let (tag_of, tags) = self.numbered(scanner, groups, 2, "boundary parts")?;
         let regions = self.regions(scanner)?;
         let tets = self.tets.iter();
         let faces = self
@@ -284,22 +262,10 @@ impl Gather {
 
     /// Regions of the tets if there are several.
     fn regions(&self, scanner: &Scanner) -> Result<Regions, MeshError> {
-        let mut number_of: BTreeMap<Group, u16> =
-            self.regions.iter().map(|run| (run.0, 0)).collect();
-        if number_of.len() < 2 {
+        let groups = self.regions.iter().map(|run| run.0);
+        let (number_of, names) = self.numbered(scanner, groups, 3, "regions")?;
+        if names.len() < 2 {
             return Ok(Regions::default());
-        }
-        if number_of.len() > u16::MAX as usize {
-            return scanner.error(format!(
-                "{} regions, more than {}",
-                number_of.len(),
-                u16::MAX
-            ));
-        }
-        let mut names = Vec::new();
-        for (group, number) in &mut number_of {
-            *number = names.len() as u16;
-            names.push(self.name_of(3, *group));
         }
         let mut of_cells = Vec::with_capacity(self.tets.len());
         for (k, (group, _)) in self.regions.iter().enumerate() {
@@ -310,6 +276,27 @@ impl Gather {
             of_cells.resize(end, number_of[group]);
         }
         Ok(Regions { names, of_cells })
+    }
+
+    /// Numbers of groups of a dimension in ascending order, and their names.
+    fn numbered(
+        &self,
+        scanner: &Scanner,
+        groups: impl Iterator<Item = Group>,
+        dimension: i32,
+        what: &str,
+    ) -> Result<(BTreeMap<Group, u16>, Vec<String>), MeshError> {
+        let mut numbers: BTreeMap<Group, u16> = groups.map(|group| (group, 0)).collect();
+        let count = numbers.len();
+        if count > u16::MAX as usize {
+            return scanner.error(format!("{count} {what}, more than {}", u16::MAX));
+        }
+        for (number, slot) in (0..).zip(numbers.values_mut()) {
+            *slot = number;
+        }
+        let names = numbers.keys().map(|group| self.name_of(dimension, *group));
+        let names = names.collect();
+        Ok((numbers, names))
     }
 
     /// Name of a group of surfaces (dimension 2) or volumes (dimension 3).

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::super::atomic_file::read_file;
 use super::MshFile;
 use super::gather::Gather;
 use super::scan::{Encoding, Scanner};
@@ -15,11 +16,7 @@ impl MshFile {
     /// [`MeshError::Io`], or as [`MshFile::parse`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshError> {
         let path = path.as_ref();
-        let bytes = std::fs::read(path).map_err(|source| MeshError::Io {
-            path: path.into(),
-            source,
-        })?;
-        Self::parse(&path.display().to_string(), &bytes)
+        Self::parse(&path.display().to_string(), &read_file(path)?)
     }
 
     /// Reads the contents of a file; `name` is the name of the file in error messages.

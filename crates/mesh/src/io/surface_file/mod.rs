@@ -5,6 +5,7 @@ mod stl;
 
 use std::path::Path;
 
+use super::atomic_file::read_file;
 use super::msh::surface_of_msh;
 use crate::{FileLocation, MeshError, SurfaceMesh};
 
@@ -39,18 +40,14 @@ impl SurfaceMesh {
     /// Reads the triangles of the STL, OBJ or Gmsh file at `path`.
     ///
     /// Whether they are a closed surface is not checked here but by
-    /// [`TriangulatedSurface::new`](crate::TriangulatedSurface::new).
+    /// `mesher::TriangulatedSurface`.
     ///
     /// # Errors
     /// [`MeshError::UnknownSurfaceFormat`], [`MeshError::Io`], or as [`SurfaceMesh::parse`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshError> {
         let path = path.as_ref();
         let format = SurfaceFormat::from_path(path)?;
-        let bytes = std::fs::read(path).map_err(|source| MeshError::Io {
-            path: path.into(),
-            source,
-        })?;
-        Self::parse(&path.display().to_string(), &bytes, format)
+        Self::parse(&path.display().to_string(), &read_file(path)?, format)
     }
 
     /// Reads the contents of a file; `name` is the name of the file in error messages.

@@ -1,6 +1,5 @@
 //! The XML of a VTU file, and the encoding of its numbers.
 
-use std::fmt::Write;
 use std::io::Read;
 
 use base64::Engine;
@@ -136,13 +135,9 @@ pub(super) fn document(piece: &Piece) -> Vec<u8> {
         VtuEncoding::Compressed => " compressor=\"vtkZLibDataCompressor\">\n",
         VtuEncoding::Appended | VtuEncoding::Base64 => ">\n",
     });
-    text.push_str("<UnstructuredGrid>\n");
-    push(
-        &mut text,
-        format_args!(
-            "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
-            piece.n_points, piece.n_cells
-        ),
+    text += &format!(
+        "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
+        piece.n_points, piece.n_cells
     );
     let mut appended = Vec::new();
     for (element, arrays) in [
@@ -151,38 +146,24 @@ pub(super) fn document(piece: &Piece) -> Vec<u8> {
         ("PointData", piece.point_data),
         ("CellData", piece.cell_data),
     ] {
-        push(&mut text, format_args!("<{element}>\n"));
+        text += &format!("<{element}>\n");
         for array in arrays {
             let block = array.values.block(piece.encoding);
-            push(
-                &mut text,
-                format_args!(
-                    "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" ",
-                    array.values.type_name(),
-                    escape(&array.name),
-                    array.components
-                ),
+            text += &format!(
+                "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" ",
+                array.values.type_name(),
+                escape(&array.name),
+                array.components
             );
-            match piece.encoding {
-                VtuEncoding::Compressed | VtuEncoding::Appended => {
-                    push(
-                        &mut text,
-                        format_args!("format=\"appended\" offset=\"{}\"/>\n", appended.len()),
-                    );
-                    appended.extend(block);
-                }
-                VtuEncoding::Base64 => {
-                    push(
-                        &mut text,
-                        format_args!(
-                            "format=\"binary\">\n{}\n</DataArray>\n",
-                            STANDARD.encode(&block)
-                        ),
-                    );
-                }
+            if piece.encoding == VtuEncoding::Base64 {
+                let numbers = STANDARD.encode(&block);
+                text += &format!("format=\"binary\">\n{numbers}\n</DataArray>\n");
+            } else {
+                text += &format!("format=\"appended\" offset=\"{}\"/>\n", appended.len());
+                appended.extend(block);
             }
         }
-        push(&mut text, format_args!("</{element}>\n"));
+        text += &format!("</{element}>\n");
     }
     text.push_str("</Piece>\n</UnstructuredGrid>\n");
     let mut bytes = text.into_bytes();
@@ -194,11 +175,6 @@ pub(super) fn document(piece: &Piece) -> Vec<u8> {
     }
     bytes.extend(b"</VTKFile>\n");
     bytes
-}
-
-/// Appends formatted text; writing to a string cannot fail.
-fn push(text: &mut String, arguments: std::fmt::Arguments) {
-    let _ = text.write_fmt(arguments);
 }
 
 /// Text with XML escapes, for the value of an attribute.

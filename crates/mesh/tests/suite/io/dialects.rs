@@ -2,8 +2,8 @@
 
 use mesh::{LinearTets, MeshError, MshFile, TetMesh};
 
-use super::encode::{Bytes, Dialect, as_quadratic, encode};
-use crate::shapes::{UNIT_SPHERE, curved_ball};
+use super::encode::{Bytes, Dialect, encode};
+use crate::shapes::{UNIT_SPHERE, as_quadratic, curved_ball};
 
 #[test]
 fn all_dialects_of_an_order_hold_the_same_mesh() {

@@ -4,8 +4,8 @@ use mesh::{FileLocation, MeshError, MshFile};
 use proptest::prelude::*;
 
 use super::dialects::find;
-use super::encode::{Bytes, Dialect, as_quadratic, encode, node_tag};
-use crate::shapes::curved_ball;
+use super::encode::{Bytes, Dialect, encode, node_tag};
+use crate::shapes::{as_quadratic, curved_ball};
 
 fn ball(version4: bool, bytes: Bytes) -> Vec<u8> {
     let dialect = Dialect {
@@ -40,6 +40,12 @@ fn refused(text: &str, line: usize, message: &str) {
 /// The line on which `part` begins.
 fn line_of(text: &str, part: &str) -> usize {
     1 + text[..text.find(part).unwrap()].matches('\n').count()
+}
+
+/// As [`refused`], for a line so many lines below the one on which `part` begins.
+#[track_caller]
+fn refused_below(text: &str, part: &str, lines: usize, message: &str) {
+    refused(text, line_of(text, part) + lines, message);
 }
 
 #[test]
@@ -95,11 +101,12 @@ fn wrong_counts_are_refused() {
     }
     let fewer = text(false).replace("$Nodes\n7\n", "$Nodes\n6\n");
     let last = format!("\n{} ", node_tag(6));
-    refused(&fewer, line_of(&fewer, &last) + 1, "should end here");
+    refused_below(&fewer, &last, 1, "should end here");
     let more = text(false).replace("$Nodes\n7\n", "$Nodes\n8\n");
-    refused(
+    refused_below(
         &more,
-        line_of(&more, "$EndNodes"),
+        "$EndNodes",
+        0,
         "expected a number, found '$EndNodes'",
     );
 }
@@ -107,18 +114,20 @@ fn wrong_counts_are_refused() {
 #[test]
 fn huge_counts_are_refused_before_memory_is_reserved() {
     for huge in ["99999999999", "18446744073709551615"] {
-        let nodes = text(false).replace("$Nodes\n7\n", &format!("$Nodes\n{huge}\n"));
-        refused(&nodes, line_of(&nodes, "$Nodes") + 1, "can hold at most");
-        let blocks = text(true).replace("$Nodes\n2 7 ", &format!("$Nodes\n{huge} 7 "));
-        refused(&blocks, line_of(&blocks, "$Nodes") + 1, "can hold at most");
-        let nodes = text(true).replace("$Nodes\n2 7 ", &format!("$Nodes\n2 {huge} "));
-        refused(&nodes, line_of(&nodes, "$Nodes") + 1, "can hold at most");
-        let entities = text(true).replace("$Entities\n1 0 ", &format!("$Entities\n{huge} 0 "));
-        refused(
-            &entities,
-            line_of(&entities, "$Entities") + 1,
-            "can hold at most",
-        );
+        for (version4, count, huge, section) in [
+            (false, "$Nodes\n7\n", format!("$Nodes\n{huge}\n"), "$Nodes"),
+            (true, "$Nodes\n2 7 ", format!("$Nodes\n{huge} 7 "), "$Nodes"),
+            (true, "$Nodes\n2 7 ", format!("$Nodes\n2 {huge} "), "$Nodes"),
+            (
+                true,
+                "$Entities\n1 0 ",
+                format!("$Entities\n{huge} 0 "),
+                "$Entities",
+            ),
+        ] {
+            let text = text(version4).replace(count, &huge);
+            refused_below(&text, section, 1, "can hold at most");
+        }
     }
 }
 
@@ -130,7 +139,7 @@ fn bad_nodes_are_refused() {
     let twice = good.replacen(&second, &first, 1);
     refused(&twice, line_of(&twice, "$EndNodes") - 2, "node 7 twice");
     let negative = good.replacen(&first, "\n-7 ", 1);
-    refused(&negative, line_of(&negative, "-7"), "negative");
+    refused_below(&negative, "-7", 0, "negative");
     let at = line_of(&good, "$Nodes") + 2;
     let coordinates = good.lines().nth(at - 1).unwrap();
     let tag = node_tag(0);
@@ -156,11 +165,7 @@ fn bad_nodes_are_refused() {
 fn parametric_nodes_of_version_2_are_reported_as_the_cause() {
     // Such files of Gmsh have no $Nodes; the message once blamed the order of sections.
     let text = text(false).replace("Nodes\n", "ParametricNodes\n");
-    refused(
-        &text,
-        line_of(&text, "$ParametricNodes"),
-        "Mesh.SaveParametric = 0",
-    );
+    refused_below(&text, "$ParametricNodes", 0, "Mesh.SaveParametric = 0");
 }
 
 #[test]
@@ -184,11 +189,7 @@ fn bad_elements_are_refused() {
     refused(&with(1, "777"), tets, "unknown kind (element type 777)");
     let nodes = good.find("$Nodes").unwrap()..good.find("$Elements").unwrap();
     let without_nodes = good.replace(&good[nodes], "");
-    refused(
-        &without_nodes,
-        line_of(&without_nodes, "$Elements"),
-        "before $Nodes",
-    );
+    refused_below(&without_nodes, "$Elements", 0, "before $Nodes");
     let mixed = with(1, "11").replace(&words.join(" "), "");
     let ten = [
         &["99", "11", "2", "10", "1"],
@@ -207,23 +208,16 @@ fn bad_groups_are_refused() {
     let good = text(true);
     let two = good.replacen(" 1 10 0 \n", " 2 10 11 0 \n", 1);
     assert_ne!(two, good);
-    refused(
-        &two,
-        line_of(&two, "\n2 1 2 ") + 1,
-        "in the physical groups [10, 11]",
-    );
+    refused_below(&two, "\n2 1 2 ", 1, "in the physical groups [10, 11]");
     let other = good.replacen("\n2 1 2 ", "\n2 5 2 ", 1);
-    refused(
+    refused_below(
         &other,
-        line_of(&other, "\n2 5 2 ") + 1,
+        "\n2 5 2 ",
+        1,
         "surface 5, which is missing in $Entities",
     );
     let unquoted = good.replace("\"surface\"", "surface");
-    refused(
-        &unquoted,
-        line_of(&unquoted, "2 10 surface"),
-        "needs a name in quotes",
-    );
+    refused_below(&unquoted, "2 10 surface", 0, "needs a name in quotes");
 }
 
 #[test]

@@ -14,10 +14,7 @@ fn straight(name: &str) -> TetMesh {
 }
 
 fn sphere(x: f64, radius: f64) -> Sphere {
-    Sphere {
-        centre: Vec3::new(x, 0.0, 0.0),
-        radius,
-    }
+    Sphere::new(Vec3::new(x, 0.0, 0.0), radius)
 }
 
 /// The text has 16 digits of numbers up to 1.

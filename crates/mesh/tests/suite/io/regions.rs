@@ -2,7 +2,7 @@
 
 use mesh::{LinearTets, MeshError, MshFile, Regions, TetMesh};
 
-use super::encode::as_quadratic;
+use crate::shapes::as_quadratic;
 
 /// A cube whose lower half is water and whose upper half is oil.
 fn halves() -> LinearTets {

@@ -46,18 +46,33 @@ fn appended(file: &[u8], name: &str) -> Vec<u8> {
     bytes
 }
 
-fn reals(bytes: &[u8]) -> Vec<f64> {
+/// Numbers of eight bytes.
+fn numbers<T>(bytes: &[u8], from: fn([u8; 8]) -> T) -> Vec<T> {
     bytes
-        .chunks_exact(8)
-        .map(|chunk| f64::from_le_bytes(*chunk.first_chunk().unwrap()))
+        .as_chunks()
+        .0
+        .iter()
+        .map(|chunk| from(*chunk))
         .collect()
 }
 
+fn reals(bytes: &[u8]) -> Vec<f64> {
+    numbers(bytes, f64::from_le_bytes)
+}
+
 fn integers(bytes: &[u8]) -> Vec<i64> {
-    bytes
-        .chunks_exact(8)
-        .map(|chunk| i64::from_le_bytes(*chunk.first_chunk().unwrap()))
-        .collect()
+    numbers(bytes, i64::from_le_bytes)
+}
+
+/// The points of a file.
+fn points(file: &[u8]) -> Vec<Vec3> {
+    let coordinates = reals(&appended(file, "Points"));
+    coordinates.chunks(3).map(Vec3::from_column_slice).collect()
+}
+
+/// The mesh of a cube of `n^3` cubes.
+fn cube(n: u32) -> TetMesh {
+    TetMesh::straight(LinearTets::cube(n)).unwrap()
 }
 
 #[test]
@@ -78,11 +93,7 @@ fn appended_arrays_are_the_mesh_and_its_fields() {
         mesh.n_points().to_string()
     );
     assert_eq!(attribute(&text, "<Piece", "NumberOfCells"), "64");
-    let points: Vec<Vec3> = reals(&appended(&file, "Points"))
-        .chunks(3)
-        .map(Vec3::from_column_slice)
-        .collect();
-    assert_eq!(points, mesh.points());
+    assert_eq!(points(&file), mesh.points());
     assert_eq!(reals(&appended(&file, "velocity")), field);
     let nodes: Vec<i64> = mesh
         .cells()
@@ -97,16 +108,13 @@ fn appended_arrays_are_the_mesh_and_its_fields() {
 
 #[test]
 fn boundary_file_has_the_boundary_nodes_only() {
-    let mesh = TetMesh::straight(LinearTets::cube(3)).unwrap();
+    let mesh = cube(3);
     let height: Vec<f64> = mesh.points().iter().map(|p| p.z).collect();
     let file = Vtu::boundary(&mesh)
         .point_field("height", 1, &height)
         .unwrap()
         .to_bytes();
-    let points: Vec<Vec3> = reals(&appended(&file, "Points"))
-        .chunks(3)
-        .map(Vec3::from_column_slice)
-        .collect();
+    let points = points(&file);
     // A 6-by-6 grid of half cells on each of six sides: 7^3 - 5^3 nodes.
     assert_eq!(points.len(), 218);
     let heights = reals(&appended(&file, "height"));
@@ -126,7 +134,7 @@ fn boundary_file_has_the_boundary_nodes_only() {
 
 #[test]
 fn vertex_field_is_linear_along_edges() {
-    let mesh = TetMesh::straight(LinearTets::cube(2)).unwrap();
+    let mesh = cube(2);
     let linear = |p: &Vec3| 1.0 + 2.0 * p.x - 3.0 * p.y + 5.0 * p.z;
     let pressure: Vec<f64> = mesh.points()[..mesh.n_vertices()]
         .iter()
@@ -146,7 +154,7 @@ fn vertex_field_is_linear_along_edges() {
 
 #[test]
 fn base64_holds_the_same_bytes() {
-    let mesh = TetMesh::straight(LinearTets::cube(1)).unwrap();
+    let mesh = cube(1);
     let raw = Vtu::cells(&mesh).encoding(VtuEncoding::Appended).to_bytes();
     let file = Vtu::cells(&mesh).encoding(VtuEncoding::Base64).to_bytes();
     let text = String::from_utf8(file).unwrap();
@@ -171,7 +179,7 @@ fn base64_holds_the_same_bytes() {
 #[test]
 fn compressed_arrays_hold_the_same_bits_in_all_blocks() {
     // 17^3 vertices: the points take 863 kB, three full blocks of 256 kB and a part of one.
-    let mesh = TetMesh::straight(LinearTets::cube(16)).unwrap();
+    let mesh = cube(16);
     let field: Vec<f64> = (0..3 * mesh.n_points())
         .map(|k| 1.0 / (1.0 + k as f64))
         .collect();
@@ -190,7 +198,7 @@ fn compressed_arrays_hold_the_same_bits_in_all_blocks() {
 
 #[test]
 fn fields_of_wrong_length_and_with_nan_are_refused() {
-    let mesh = TetMesh::straight(LinearTets::cube(1)).unwrap();
+    let mesh = cube(1);
     let error = Vtu::cells(&mesh)
         .point_field("u", 3, &[0.0; 5])
         .err()
@@ -219,7 +227,7 @@ fn fields_of_wrong_length_and_with_nan_are_refused() {
 
 #[test]
 fn duplicate_field_names_are_refused() {
-    let mesh = TetMesh::straight(LinearTets::cube(1)).unwrap();
+    let mesh = cube(1);
     let duplicate = |file: Result<Vtu, MeshError>| match file.err() {
         Some(MeshError::DuplicateField { name }) => name,
         other => panic!("{other:?}"),
@@ -237,7 +245,7 @@ fn duplicate_field_names_are_refused() {
 
 #[test]
 fn names_are_escaped() {
-    let mesh = TetMesh::straight(LinearTets::cube(1)).unwrap();
+    let mesh = cube(1);
     let file = Vtu::cells(&mesh)
         .cell_field("a<b & \"c\"", 1, &[0.0; 6])
         .unwrap()
@@ -267,7 +275,7 @@ fn series_lists_each_file_with_its_time() {
 #[test]
 fn format_follows_the_file_extension() {
     let folder = tempfile::tempdir().unwrap();
-    let mesh = TetMesh::straight(LinearTets::cube(1)).unwrap();
+    let mesh = cube(1);
     mesh.write(folder.path().join("a.vtu")).unwrap();
     mesh.write(folder.path().join("a.msh")).unwrap();
     let start = |name: &str| std::fs::read(folder.path().join(name)).unwrap()[..5].to_vec();

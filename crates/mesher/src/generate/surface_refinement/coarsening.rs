@@ -1,7 +1,7 @@
 //! Coarsening of a surface triangulation: short edges collapse.
 
 use super::{BENT, Refiner, SPLIT, sorted};
-use crate::surface::Triangles;
+use crate::surface::triangles::neighbours;
 use mesh::Vec3;
 use std::collections::BTreeMap;
 
@@ -186,6 +186,6 @@ impl Refiner<'_> {
         self.mesh.corners.iter_mut().for_each(|v| *v = new(*v));
         self.mesh.corners.sort_unstable();
         self.mesh.points = points;
-        self.neighbours = self.mesh.neighbours();
+        self.neighbours = neighbours(&self.mesh);
     }
 }

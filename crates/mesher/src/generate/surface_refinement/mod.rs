@@ -7,7 +7,7 @@ mod surface_smoothing;
 
 use super::symmetry_planes::SymmetryPlanes;
 use crate::GenerateError;
-use crate::surface::{Triangles, sphere_radius};
+use crate::surface::{sphere_radius, triangles};
 use mesh::{Surface, SurfaceMesh, Vec3};
 use std::collections::HashSet;
 
@@ -73,7 +73,7 @@ impl<'a> Refiner<'a> {
         size: &'a dyn Fn(Vec3) -> f64,
         planes: SymmetryPlanes,
     ) -> Self {
-        let neighbours = mesh.neighbours();
+        let neighbours = triangles::neighbours(&mesh);
         let mesh_sharp = mesh.sharp_edges.iter().map(|&edge| sorted(edge)).collect();
         Refiner {
             surface,

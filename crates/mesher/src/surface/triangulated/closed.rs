@@ -1,6 +1,6 @@
 //! Checks that triangles are one closed, oriented surface around a solid.
 
-use crate::surface::Triangles;
+use crate::surface::triangles;
 use std::collections::HashMap;
 
 use super::Defect;
@@ -8,21 +8,21 @@ use mesh::{SurfaceMesh, Vec3};
 
 /// Smallest height of a triangle relative to its longest edge; flatter ones have no normal in
 /// single precision.
-const FLAT: f64 = 1e-6;
+const MIN_RELATIVE_HEIGHT: f64 = 1e-6;
 
 /// Largest number of triangles.
-const MOST: usize = 2_000_000;
+const MAX_TRIANGLES: usize = 2_000_000;
 
 /// Checks every triangle and edge, then every vertex, then the whole.
 ///
 /// Returns the neighbours of each triangle across the edges opposite its vertices.
 pub(super) fn neighbours_of_closed(mesh: &SurfaceMesh) -> Result<Vec<[u32; 3]>, Defect> {
-    if mesh.triangles.len() > MOST {
+    if mesh.triangles.len() > MAX_TRIANGLES {
         let problem = format!(
-            "is one of {}, more than {MOST}; simplify the surface",
+            "is one of {}, more than {MAX_TRIANGLES}; simplify the surface",
             mesh.triangles.len()
         );
-        return Err(Defect::new(MOST, Vec3::zeros(), problem));
+        return Err(Defect::new(MAX_TRIANGLES, Vec3::zeros(), problem));
     }
     if mesh.triangles.is_empty() {
         return Err(Defect::new(
@@ -35,12 +35,14 @@ pub(super) fn neighbours_of_closed(mesh: &SurfaceMesh) -> Result<Vec<[u32; 3]>, 
     let neighbours = match_edges(mesh)?;
     check_vertices(mesh, &neighbours)?;
     check_connected(mesh, &neighbours)?;
-    let volume: f64 = mesh.corners().map(|[a, b, c]| a.dot(&b.cross(&c))).sum();
+    let volume: f64 = triangles::corners(mesh)
+        .map(|[a, b, c]| a.dot(&b.cross(&c)))
+        .sum();
     if volume > 0.0 {
         return Ok(neighbours);
     }
     let problem = "faces inwards like all others: the surface is inside out; reverse the triangles";
-    Err(Defect::new(0, mesh.centroid(0), problem))
+    Err(Defect::in_middle(mesh, 0, problem))
 }
 
 fn check_triangles(mesh: &SurfaceMesh) -> Result<(), Defect> {
@@ -63,10 +65,10 @@ fn check_triangles(mesh: &SurfaceMesh) -> Result<(), Defect> {
         let [a, b, c] = triangle.map(|v| mesh.points[v as usize]);
         let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
         let height = (b - a).cross(&(c - a)).norm() / longest;
-        if height.is_nan() || height <= FLAT * longest {
+        if height.is_nan() || height <= MIN_RELATIVE_HEIGHT * longest {
             let problem = "is degenerate: its corners are on one line; remove it and join its \
                            neighbours";
-            return Err(Defect::new(t, mesh.centroid(t), problem));
+            return Err(Defect::in_middle(mesh, t, problem));
         }
     }
     Ok(())
@@ -130,7 +132,7 @@ fn check_vertices(mesh: &SurfaceMesh, neighbours: &[[u32; 3]]) -> Result<(), Def
                 continue;
             }
             seen[v] = true;
-            let fan = mesh.fan(neighbours, t, i).count();
+            let fan = triangles::fan(mesh, neighbours, t, i).count();
             if fan < count[v] {
                 let problem = "touches other parts of the surface in one vertex only; separate \
                                the parts or join them by a face";
@@ -155,7 +157,7 @@ fn check_connected(mesh: &SurfaceMesh, neighbours: &[[u32; 3]]) -> Result<(), De
         Some(t) => {
             let problem = "is not connected with triangle 1: the surface has several parts; give \
                            every body a file of its own";
-            Err(Defect::new(t, mesh.centroid(t), problem))
+            Err(Defect::in_middle(mesh, t, problem))
         }
     }
 }

@@ -3,16 +3,15 @@
 use super::Defect;
 use super::patch::Patch;
 use super::tree::PatchTree;
-use crate::surface::Triangles;
 use mesh::{SurfaceMesh, Vec3};
 
 /// Largest cosine between the normals at two ends of a ball's chord that count as opposite sides of
 /// a part or of a gap. The faces at a sharp edge, up to 120 degrees between normals, do not.
-const OPPOSITE: f64 = -0.5;
+const MAX_OPPOSITE_COSINE: f64 = -0.5;
 
 /// Smallest feature relative to the radius of the surface; 1e3 is the ratio of the smallest gap
 /// between bodies that is meshed to their radius.
-const TINIEST: f64 = 1e-3;
+const MIN_FEATURE: f64 = 1e-3;
 
 /// Steps of shrinking a ball; each halves its excess or better.
 const STEPS: usize = 40;
@@ -45,7 +44,7 @@ struct Thickness {
 
 /// Largest distance, relative to the thickness, of a triangle that has the thickness of another one
 /// that faces the same way.
-const SAME: f64 = 0.25;
+const MAX_SHARED_DISTANCE: f64 = 0.25;
 
 impl FeatureSizes {
     /// No sizes yet.
@@ -77,7 +76,7 @@ impl FeatureSizes {
         let at_centroid: Vec<Vec3> = patches.iter().map(|p| p.normal(CENTROID)).collect();
         // The largest ball on one side of a triangle.
         let ball = |x: &Vec3, n: &Vec3, side: f64| {
-            let is_opposite = |t: usize| at_centroid[t].dot(n) < OPPOSITE;
+            let is_opposite = |t: usize| at_centroid[t].dot(n) < MAX_OPPOSITE_COSINE;
             let mut r = radius;
             for _ in 0..STEPS {
                 let centre = x + (side * r) * n;
@@ -101,7 +100,8 @@ impl FeatureSizes {
         for (t, patch) in patches.iter().enumerate() {
             let (at, normal) = (patch.at(CENTROID), at_centroid[t]);
             let stands_for = |other: &&Thickness| {
-                (other.at - at).norm() < SAME * other.thinnest && other.normal.dot(&normal) > 0.9
+                (other.at - at).norm() < MAX_SHARED_DISTANCE * other.thinnest
+                    && other.normal.dot(&normal) > 0.9
             };
             let thinnest = match thicknesses.iter().rev().find(stands_for) {
                 Some(other) => other.thinnest,
@@ -125,16 +125,16 @@ impl FeatureSizes {
         order.sort_by(|&i, &j| measured[i].1.total_cmp(&measured[j].1));
         let sharpest = order[0];
         let smallest = measured[sharpest].1;
-        if smallest.is_nan() || smallest < TINIEST * radius {
+        if smallest.is_nan() || smallest < MIN_FEATURE * radius {
             let what = match is_curved[sharpest] {
                 true => "radius of curvature",
                 false => "half the thickness of the part or gap",
             };
             let problem = format!(
-                "is at a tiny feature: the {what} is {smallest:.2e} there, below {TINIEST:e} of the \
+                "is at a tiny feature: the {what} is {smallest:.2e} there, below {MIN_FEATURE:e} of the \
                  radius {radius:.2e} of the surface; remove it"
             );
-            return Err(Defect::new(sharpest, mesh.centroid(sharpest), problem));
+            return Err(Defect::in_middle(mesh, sharpest, problem));
         }
         Ok(Self {
             inradius: inradius.max(smallest),

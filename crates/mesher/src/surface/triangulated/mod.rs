@@ -8,7 +8,7 @@ mod sharp_edges;
 mod tree;
 mod vertex_normals;
 
-use crate::surface::Triangles;
+use crate::surface::triangles;
 use std::sync::Arc;
 
 use crate::GenerateError;
@@ -90,6 +90,11 @@ impl Defect {
             at,
             problem: problem.into(),
         }
+    }
+
+    /// A defect at the centroid of a triangle.
+    fn in_middle(mesh: &SurfaceMesh, triangle: usize, problem: impl Into<String>) -> Self {
+        Self::new(triangle, triangles::centroid(mesh, triangle), problem)
     }
 }
 
@@ -204,7 +209,7 @@ impl Parts {
         });
         let curves = CurveTree::new(curves.collect());
         // Moments about a point near the surface lose no digits.
-        let about = mesh.centroid(0);
+        let about = triangles::centroid(&mesh, 0);
         let sums = integrals(&patches, about);
         let mut parts = Self {
             neighbours,
@@ -293,7 +298,7 @@ impl Parts {
             }
             _ => {
                 let i = foot.at.iter().position(|b| *b > 0.0).unwrap_or(0);
-                let fan = self.mesh.fan(&self.neighbours, t, i);
+                let fan = triangles::fan(&self.mesh, &self.neighbours, t, i);
                 fan.map(|(t, i)| {
                     let (u, v) = (
                         self.patches[t].edge((i + 2) % 3),

@@ -1,6 +1,6 @@
 //! Self-intersections of triangulated surfaces.
 
-use crate::surface::Triangles;
+use crate::surface::triangles;
 use std::cmp::Ordering;
 
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use mesh::{BoundingBox, BoxTree, SurfaceMesh, Vec3};
 ///
 /// Signs of volumes are exact (Shewchuk 1997).
 pub(super) fn check(mesh: &SurfaceMesh) -> Result<(), Defect> {
-    let boxes: Vec<_> = (mesh.corners())
+    let boxes: Vec<_> = triangles::corners(mesh)
         .map(|corners| BoundingBox::around(&corners))
         .collect();
     let tree = BoxTree::new(boxes.iter().copied().enumerate());
@@ -38,7 +38,7 @@ pub(super) fn check(mesh: &SurfaceMesh) -> Result<(), Defect> {
                 "intersects triangle {}: the surface passes through itself; separate the two parts",
                 other + 1
             );
-            Err(Defect::new(t, mesh.centroid(t), problem))
+            Err(Defect::in_middle(mesh, t, problem))
         }
     }
 }

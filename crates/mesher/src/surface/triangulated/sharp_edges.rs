@@ -1,6 +1,6 @@
 //! Sharp edges of a triangulation, and the directions in which they pass through vertices.
 
-use crate::surface::Triangles;
+use crate::surface::triangles;
 use std::collections::BTreeMap;
 
 use super::Defect;
@@ -26,7 +26,7 @@ impl SharpEdges {
     /// # Errors
     /// A defect where the two sides of an edge are folded onto each other.
     pub fn find(mesh: &SurfaceMesh, neighbours: &[[u32; 3]], angle: f64) -> Result<Self, Defect> {
-        let normals: Vec<Vec3> = (mesh.corners())
+        let normals: Vec<Vec3> = triangles::corners(mesh)
             .map(|[a, b, c]| (b - a).cross(&(c - a)).normalize())
             .collect();
         let limit = angle.to_radians().cos();
@@ -42,7 +42,7 @@ impl SharpEdges {
                          it blunt",
                         other + 1
                     );
-                    return Err(Defect::new(t, mesh.centroid(t), problem));
+                    return Err(Defect::in_middle(mesh, t, problem));
                 }
                 of_triangles[t][i] = cosine < limit;
                 let (a, b) = (triangle[(i + 1) % 3], triangle[(i + 2) % 3]);

@@ -2,7 +2,7 @@
 
 use super::patch::Patch;
 use super::sharp_edges::SharpEdges;
-use crate::surface::Triangles;
+use crate::surface::triangles;
 use mesh::{SurfaceMesh, Vec3};
 
 /// Smallest cosine between a corner's normal and that of its triangle; below it the corner counts
@@ -27,7 +27,7 @@ pub(super) fn corner_normals(
                 continue;
             }
             // The triangles from here to a sharp edge on either side; all, if there is none.
-            let fan: Vec<(usize, usize)> = mesh.fan(neighbours, t, i).collect();
+            let fan: Vec<(usize, usize)> = triangles::fan(mesh, neighbours, t, i).collect();
             let ends_at = |k: usize| {
                 let (t, i) = fan[k];
                 sharp.of_triangles[t][(i + 1) % 3]
@@ -99,5 +99,5 @@ pub(super) fn curved(
 
 /// Flat patches.
 pub(super) fn flat(mesh: &SurfaceMesh) -> Vec<Patch> {
-    mesh.corners().map(Patch::flat).collect()
+    triangles::corners(mesh).map(Patch::flat).collect()
 }

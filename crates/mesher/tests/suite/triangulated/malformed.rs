@@ -25,80 +25,37 @@ fn malformed_stl_files() {
     let check = |text: &str, line: usize, message: &str| {
         refused(text.as_bytes(), SurfaceFormat::Stl, Line(line), message);
     };
-    refused(b"", SurfaceFormat::Stl, Byte(0), "too short to be binary");
-    refused(
-        b"ply\nformat ascii",
-        SurfaceFormat::Stl,
-        Byte(0),
-        "does not begin with 'solid'",
-    );
+    let binary = |bytes: &[u8], place: usize, message: &str| {
+        refused(bytes, SurfaceFormat::Stl, Byte(place), message);
+    };
+    binary(b"", 0, "too short to be binary");
+    binary(b"ply\nformat ascii", 0, "does not begin with 'solid'");
     check("solid part\nendsolid\n", 1, "no triangles");
     let facet = "solid part\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n";
-    check(
-        &format!("{facet}endloop\nendfacet\n"),
-        7,
-        "a facet with 2 corners",
-    );
     check(facet, 5, "ends in the middle of a facet");
-    check(
-        &format!("{facet}vertex 0 1\n"),
-        6,
-        "a coordinate is missing",
-    );
-    check(
-        &format!("{facet}vertex 0 1 zero\n"),
-        6,
-        "'zero' is not a number",
-    );
-    check(
-        &format!("{facet}vertex 0 1 nan\n"),
-        6,
-        "'nan' is not finite",
-    );
-    check(
-        &format!("{facet}vertex 0 1e999 0\n"),
-        6,
-        "'1e999' is not finite",
-    );
-    check(
-        &format!("{facet}facet normal 0 0 1\n"),
-        6,
-        "before the last one ended",
-    );
-    check(
-        "solid part\nvertex 0 0 0\n",
-        2,
-        "a vertex outside of a facet",
-    );
-    check(
-        "solid part\nface 1 2 3\n",
-        2,
-        "'face' is no word of an STL file",
-    );
+    for (rest, line, message) in [
+        ("endloop\nendfacet\n", 7, "a facet with 2 corners"),
+        ("vertex 0 1\n", 6, "a coordinate is missing"),
+        ("vertex 0 1 zero\n", 6, "'zero' is not a number"),
+        ("vertex 0 1 nan\n", 6, "'nan' is not finite"),
+        ("vertex 0 1e999 0\n", 6, "'1e999' is not finite"),
+        ("facet normal 0 0 1\n", 6, "before the last one ended"),
+    ] {
+        check(&format!("{facet}{rest}"), line, message);
+    }
+    let outside = "a vertex outside of a facet";
+    check("solid part\nvertex 0 0 0\n", 2, outside);
+    let face = "'face' is no word of an STL file";
+    check("solid part\nface 1 2 3\n", 2, face);
     let four = format!("{facet}vertex 0 1 0\nvertex 0 1 1\nendloop\nendfacet\n");
     check(&four, 9, "a facet with 4 corners");
     let cube = grid_box(Vec3::repeat(1.0), 1).to_stl();
-    refused(
-        &cube[..600],
-        SurfaceFormat::Stl,
-        Byte(80),
-        "the length of the 12 triangles",
-    );
+    binary(&cube[..600], 80, "the length of the 12 triangles");
     let mut bytes = cube;
-    bytes[84 + 50 + 12 + 4..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
-    let place = Byte(84 + 50 + 12 + 4);
-    refused(
-        &bytes,
-        SurfaceFormat::Stl,
-        place,
-        "a coordinate of triangle 2 is not finite",
-    );
-    refused(
-        b"solid \xff\xfe\nfacet",
-        SurfaceFormat::Stl,
-        Byte(6),
-        "not an STL file in text",
-    );
+    let place = 84 + 50 + 12 + 4;
+    bytes[place..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    binary(&bytes, place, "a coordinate of triangle 2 is not finite");
+    binary(b"solid \xff\xfe\nfacet", 6, "not an STL file in text");
 }
 
 #[test]
@@ -218,22 +175,15 @@ fn triangles_that_are_no_closed_surface() {
         m.points[top] = Vec3::new(0.1, 0.2, -1.5);
     });
     not_a_surface(pierced, None, "is folded onto triangle");
-    let mut apart = cube();
-    apart.points.iter_mut().for_each(|x| x.x += 5.0);
-    not_a_surface(with(cube(), &apart), 49, "several parts");
-    let mut crossing = cube();
-    crossing
-        .points
-        .iter_mut()
-        .for_each(|x| *x += Vec3::new(1.1, 0.3, 0.2));
-    not_a_surface(with(cube(), &crossing), 49, "several parts");
+    let two = |shift: Vec3| {
+        let shifted = changed(&|m| m.points.iter_mut().for_each(|x| *x += shift));
+        with(cube(), &shifted)
+    };
+    for shift in [5.0 * Vec3::x(), Vec3::new(1.1, 0.3, 0.2)] {
+        not_a_surface(two(shift), 49, "several parts");
+    }
     // Two cubes with one corner in common.
-    let mut touching = cube();
-    touching
-        .points
-        .iter_mut()
-        .for_each(|x| *x += Vec3::repeat(2.0));
-    let mut both = with(cube(), &touching);
+    let mut both = two(Vec3::repeat(2.0));
     let [own, other] = [0, 26].map(|first| {
         let at = both.points[first..]
             .iter()

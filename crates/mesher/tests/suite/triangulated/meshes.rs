@@ -2,38 +2,25 @@
 
 use super::shapes::{cylinder, grid_box, grid_ellipsoid, meshed};
 use super::{faceted, smooth};
-use mesh::{LinearTets, NamedSurface, Surface, TetMesh, Vec3};
+use crate::{ball, curved};
+use mesh::{LinearTets, Surface, TetMesh, Vec3};
 use mesher::{
     Container, Ellipsoid, GenerateParams, MeshedBody, Placed, Sphere, Torus, TriangulatedSurface,
-    generate,
 };
 use nalgebra::Isometry3;
 use std::collections::BTreeSet;
 
 fn in_ball(bodies: &[MeshedBody<'_>]) -> (LinearTets, TetMesh) {
-    let container = Container::Ball(Sphere {
-        centre: Vec3::zeros(),
-        radius: 8.0,
-    });
-    curved(bodies, &container)
+    in_container(bodies, &ball(8.0))
 }
 
-fn curved(bodies: &[MeshedBody<'_>], container: &Container) -> (LinearTets, TetMesh) {
-    let tets = generate(bodies, container, &GenerateParams::default())
-        .unwrap_or_else(|e| panic!("{e}"))
-        .mesh;
-    let mut surfaces: Vec<NamedSurface<'_>> = bodies.iter().map(|b| (b.name, b.surface)).collect();
-    surfaces.push((Container::TAG, container.surface()));
-    let mesh = TetMesh::curved(tets.clone(), &surfaces).unwrap_or_else(|e| panic!("{e}"));
-    (tets, mesh)
+fn in_container(bodies: &[MeshedBody<'_>], container: &Container) -> (LinearTets, TetMesh) {
+    let meshes = curved(bodies, container, &GenerateParams::default());
+    meshes.unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn body(surface: &dyn Surface, size: f64) -> MeshedBody<'_> {
-    MeshedBody {
-        name: "body",
-        surface,
-        size,
-    }
+    MeshedBody::new("body", surface, size)
 }
 
 /// Volume that the curved facets of a part enclose, by the divergence theorem on each.
@@ -156,15 +143,12 @@ fn step() -> mesh::SurfaceMesh {
 
 #[test]
 fn containers_of_any_shape() {
-    let sphere = Sphere {
-        centre: Vec3::new(0.1, 0.05, 0.0),
-        radius: 0.3,
-    };
+    let sphere = Sphere::new(Vec3::new(0.1, 0.05, 0.0), 0.3);
     let check = |label: &str, surface: TriangulatedSurface, centre: Vec3| {
         let volume = surface.volume();
         let sphere = Sphere { centre, ..sphere };
         let container = Container::Surface(surface);
-        let (_, mesh) = curved(&[body(&sphere, 0.12)], &container);
+        let (_, mesh) = in_container(&[body(&sphere, 0.12)], &container);
         let found = mesh.volume() + sphere.volume();
         assert!(
             (found / volume - 1.0).abs() < 5e-3,
@@ -198,13 +182,10 @@ fn containers_of_any_shape() {
 /// degrees were neither smooth nor sharp enough to tell on which side of the surface a tet is.
 #[test]
 fn bug_faceted_cylinders_were_not_recovered() {
-    let sphere = Sphere {
-        centre: Vec3::new(0.3, -0.2, 0.7),
-        radius: 0.6,
-    };
+    let sphere = Sphere::new(Vec3::new(0.3, -0.2, 0.7), 0.6);
     for (sides, rows, size) in [(32, 1, 0.15), (32, 4, 0.3), (48, 1, 0.5), (12, 4, 0.5)] {
         let container = Container::Surface(faceted(cylinder(2.0, 4.0, sides, rows)));
-        let (_, mesh) = curved(&[body(&sphere, size)], &container);
+        let (_, mesh) = in_container(&[body(&sphere, size)], &container);
         // Facets follow the plane sides.
         let volume = enclosed(&mesh, Container::TAG);
         let exact = container.surface().volume();

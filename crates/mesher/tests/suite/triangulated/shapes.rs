@@ -41,15 +41,8 @@ pub fn grid_ellipsoid(semi_axes: Vec3, n: usize) -> SurfaceMesh {
 /// The faces on a shape in a generated mesh.
 pub fn meshed(shape: &dyn Surface, size: f64) -> SurfaceMesh {
     let (centre, radius) = shape.bounding_ball();
-    let container = Container::Ball(Sphere {
-        centre,
-        radius: 4.0 * radius,
-    });
-    let body = MeshedBody {
-        name: "body",
-        surface: shape,
-        size,
-    };
+    let container = Container::Ball(Sphere::new(centre, 4.0 * radius));
+    let body = MeshedBody::new("body", shape, size);
     let tets = generate(&[body], &container, &GenerateParams::default())
         .unwrap()
         .mesh;

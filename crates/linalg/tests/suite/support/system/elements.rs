@@ -7,8 +7,8 @@ pub const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 
 
 /// Barycentric coordinates of the four-point rule of degree two, `(5 ∓ sqrt 5) / 20` (Keast 1986,
 /// rule 1).
-const FAR: f64 = 0.138_196_601_125_010_5;
-const NEAR: f64 = 1.0 - 3.0 * FAR;
+const OTHER_COORDINATE: f64 = 0.138_196_601_125_010_5;
+const OWN_COORDINATE: f64 = 1.0 - 3.0 * OTHER_COORDINATE;
 
 /// The six tetrahedra of a cell, one for each order of the three directions (Kuhn).
 pub fn kuhn_tets(cell: [usize; 3]) -> [[[usize; 3]; 4]; 6] {
@@ -55,8 +55,8 @@ fn gradients(g: &[Vector3<f64>; 4], l: [f64; 4]) -> [Vector3<f64>; 10] {
 
 fn quadrature_points() -> [[f64; 4]; 4] {
     [0, 1, 2, 3].map(|k| {
-        let mut l = [FAR; 4];
-        l[k] = NEAR;
+        let mut l = [OTHER_COORDINATE; 4];
+        l[k] = OWN_COORDINATE;
         l
     })
 }
