@@ -144,8 +144,9 @@ pub struct Body {
 }
 
 /// Ellipsoids: Oberbeck 1876 and Jeffery 1922, `F_i = 16 pi U_i / (chi + a_i^2 alpha_i)` and
-/// `T_1 = 16 pi (b^2 + c^2) omega_1 / (3 (b^2 beta + c^2 gamma))` with Carlson's integrals. Capsules,
-/// 4 to 5 digits: ring Stokeslets on the surface, which meet the values of spheroids to 1e-9.
+/// `T_1 = 16 pi (b^2 + c^2) omega_1 / (3 (b^2 beta + c^2 gamma))` with Carlson's integrals.
+/// Capsules, 4 to 5 digits: ring Stokeslets on the surface, which meet the values of spheroids to
+/// 1e-9.
 pub const BODIES: [Body; 7] = [
     Body {
         keys: "shape = \"ellipsoid\", semi_axes = [2, 1, 1]",

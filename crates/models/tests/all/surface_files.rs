@@ -58,8 +58,8 @@ fn loaded(keys: &str) -> SceneText {
     SceneText::file(&body).with("model.kind", "fem")
 }
 
-/// The same velocity up to both error bars, and 2e-4 by which the file follows the formula, which no
-/// bar knows.
+/// The same velocity up to both error bars, and 2e-4 of the file, which no bar
+/// knows.
 fn assert_same(what: &str, found: &InstantaneousSolution, expected: &InstantaneousSolution) -> f64 {
     let [a, b] = [found, expected].map(|solution| solution.bodies[0].velocity);
     let bars = found.error_estimate.total() + expected.error_estimate.total();

@@ -46,7 +46,7 @@ tolerance = 1e-3
 rtol = 1e-8
 "#;
 
-/// Rows `replacement -> what the message contains | ...` for the part of the valid scene behind `==`.
+/// Rows `replacement -> part of the message | ...`; `==` names the part of the valid scene.
 ///
 /// Long rows go on in the next line; `\n` is the end of a line of the scene, `\0` the character 0.
 const CASES: &str = r#"

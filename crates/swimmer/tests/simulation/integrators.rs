@@ -21,9 +21,9 @@ const PLACES: [fn(f64) -> SceneText; 3] = [
 
 /// Asserts that the error of the net displacement is within its bar, and both within the tolerance.
 ///
-/// The error bar of a phase span refers to the largest displacement of any body, so the sum over the
-/// phase spans bounds the error of the net displacement. That of a Runge-Kutta pair is the error of
-/// the less accurate formula and bounds that of the other.
+/// The error bar of a phase span refers to the largest displacement of any body, so the sum over
+/// the phase spans bounds the error of the net displacement. That of a Runge-Kutta pair is the
+/// error of the less accurate formula and bounds that of the other.
 fn assert_tolerance(run: &Run, exact: Vector3<f64>, tolerance: f64) {
     let (error, bar) = ((run.net(1) - exact).norm(), run.integration_error());
     within(error, bar, format!("the error bar at {tolerance:e}"));
