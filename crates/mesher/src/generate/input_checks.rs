@@ -6,7 +6,7 @@ use super::input::{Container, GenerateParams, MeshedBody, demand, finite, length
 use super::size_field::HALF_SPACES;
 use super::symmetry_planes::SymmetryPlanes;
 use crate::GenerateError;
-use mesh::{MeshError, SYMMETRY_PLANE_TAGS, Surface, Vec3};
+use mesh::{MeshError, SYMMETRY_PLANE_TAGS, Surface};
 use std::collections::HashSet;
 
 /// Checks the numbers and names of the scene, the parameters, and the symmetry of the scene.
