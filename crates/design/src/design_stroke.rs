@@ -25,7 +25,7 @@ use crate::error::{DesignError, DesignProgress};
 /// Error of the table relative to the tolerance of the search.
 const TABLE_SHARE: f64 = 1e-3;
 
-/// TablePart by which a stroke is slower than its bounds allow, so that rounding does not exceed them.
+/// Part by which a stroke is slower than its bounds allow, so that rounding does not exceed them.
 const ROUNDING: f64 = 1e-9;
 
 /// Number of shapes of the stroke in [`DesignedStroke::shapes`], first and last one included.

@@ -23,7 +23,7 @@ pub struct Quality {
     pub min_quality: f64,
     /// Mean of [`mean_ratio`]; NaN if there are no cells.
     pub mean_quality: f64,
-    /// Smallest [`TetMesh::scaled_jacobian`](crate::TetMesh::scaled_jacobian); 1 if all cells are straight.
+    /// Smallest [`scaled_jacobian`](crate::TetMesh::scaled_jacobian); 1 if all cells are straight.
     pub min_jacobian: f64,
     /// The first cell with the smallest scaled Jacobian.
     pub worst_cell: usize,

@@ -61,8 +61,8 @@ fn pseudo_peripheral(neighbours: &Grouped<u32>, seed: u32, level: &mut [u32]) ->
 
 /// The vertex of lowest degree in the last breadth-first level, and the number of that level.
 ///
-/// `level` is all `UNREACHED_LEVEL` before and after, so that a search costs no more than the connected
-/// component it visits.
+/// `level` is all `UNREACHED_LEVEL` before and after, so that a search costs no more than the
+/// connected component it visits.
 fn farthest(neighbours: &Grouped<u32>, from: u32, level: &mut [u32]) -> (u32, u32) {
     let mut queue = vec![from];
     level[from as usize] = 0;

@@ -25,8 +25,8 @@ use crate::solution::InstantaneousSolution;
 ///
 /// A model that wraps another one implements [`inner`](Hydrodynamics::inner) and
 /// [`inner_mut`](Hydrodynamics::inner_mut). All that it does not implement itself is then that of
-/// the inner model: each default below asks it first, but for those that pass through `solve` of the
-/// wrapper, and for [`duplicate`](Hydrodynamics::duplicate), since only the wrapper can copy itself.
+/// the inner model: each default below asks it first, but for those that pass through `solve` of
+/// the wrapper, and for [`duplicate`](Hydrodynamics::duplicate): only the wrapper can copy itself.
 pub trait Hydrodynamics: Send {
     /// The scene that the model was created for.
     ///

@@ -50,8 +50,8 @@ const SLOWDOWN: f64 = 1.05;
 /// Largest number of searches with split corners.
 const MAX_SPLITS: usize = 4;
 
-/// Searches for the stroke of the largest displacement per time inside `limits`, one range per joint of
-/// the table, with the rates and the power within `bounds`.
+/// Searches for the stroke of the largest displacement per time inside `limits`, one range per
+/// joint of the table, with the rates and the power within `bounds`.
 ///
 /// The cost of the optimum is `log(T / Δ)` with the displacement `Δ` and the period `T` of
 /// [`Timing::fastest`].

@@ -64,7 +64,7 @@ impl<'s> Krylov<'s> {
         /// Interval of eigenvalues on which a Chebyshev method is small.
         set_eigenvalues(smallest: f64, largest: f64) = KSPChebyshevSetEigenvalues(largest, smallest);
 
-        /// Interval of a Chebyshev method as multiples of the largest eigenvalue, which is estimated.
+        /// Interval of a Chebyshev method in multiples of the estimated largest eigenvalue.
         estimate_eigenvalues(lower: f64, upper: f64) = KSPChebyshevEstEigSet(0.0, lower, 0.0, upper);
 
         /// Ends the estimation of eigenvalues after a set-up, and frees its vectors.

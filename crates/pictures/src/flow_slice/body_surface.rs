@@ -86,7 +86,7 @@ fn divided(mesh: &SurfaceMesh, onto: impl Fn(Vector3<f64>) -> Vector3<f64>) -> S
     }
 }
 
-/// A surface with at most [`MAX_TRIANGLES`] triangles, by vertex clustering (Rossignac & Borrel 1993).
+/// A surface of at most [`MAX_TRIANGLES`] triangles by vertex clustering (Rossignac & Borrel 1993).
 ///
 /// All vertices in a cell of a grid are merged into the first of them.
 fn coarsened(mesh: SurfaceMesh) -> SurfaceMesh {
