@@ -66,8 +66,8 @@ pub struct MovedBody<'a> {
 /// Midside nodes on the boundary parts named in `surfaces` are moved to them.
 ///
 /// # Errors
-/// [`GenerateError::BadParameter`], [`MeshError::BadTag`] for a body that is named twice,
-/// [`MeshError::UnknownTag`] for one that is not in the mesh, [`GenerateError::BodiesTouch`],
+/// [`GenerateError::BadParameter`], [`MeshError::BadTag`](mesh::MeshError::BadTag) for a body that is named twice,
+/// [`MeshError::UnknownTag`](mesh::MeshError::UnknownTag) for one that is not in the mesh, [`GenerateError::BodiesTouch`],
 /// [`GenerateError::BodyAtWall`], [`GenerateError::TooManyVertices`],
 /// [`GenerateError::BoundaryNotRecovered`], [`GenerateError::SurfaceNotRecovered`], and those of
 /// [`TetMesh::curved`].
@@ -185,7 +185,7 @@ fn attempt(
 /// For each tag of the mesh the number of its body; for walls the number of bodies.
 ///
 /// # Errors
-/// [`MeshError::UnknownTag`]; [`MeshError::BadTag`] for a body that is named twice.
+/// [`MeshError::UnknownTag`](mesh::MeshError::UnknownTag); [`MeshError::BadTag`](mesh::MeshError::BadTag) for a body that is named twice.
 fn part_of_tags(mesh: &TetMesh, bodies: &[MovedBody<'_>]) -> Result<Vec<u32>, GenerateError> {
     let walls = bodies.len() as u32;
     let mut parts = vec![walls; mesh.tags().len()];

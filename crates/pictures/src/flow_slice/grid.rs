@@ -135,7 +135,7 @@ impl FlowSlice {
 /// The flow in the plane of [`SliceFrame`] at the start of the scene, at about `points` points.
 ///
 /// # Errors
-/// As [`start_flow`].
+/// As [`swimmer::start_flow`].
 pub fn start_slice(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,

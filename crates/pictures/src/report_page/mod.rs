@@ -72,7 +72,7 @@ impl RunRecord {
     /// Writes the page into a folder and returns its path.
     ///
     /// # Errors
-    /// Those of [`RunRecord::page`]; [`PictureError::Write`].
+    /// Those of [`RunRecord::page`]; [`PictureError::Swim`] if the file cannot be written.
     pub fn write_page(&self, folder: &Folder) -> Result<PathBuf, PictureError> {
         let page = self.page()?;
         Ok(folder.write(REPORT_PAGE, |file| file.write_all(page.as_bytes()))?)

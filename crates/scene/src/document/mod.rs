@@ -16,7 +16,7 @@ use places::{Places, place_in_file};
 
 /// The keys and values of a scene, each with the place where it is written.
 ///
-/// Paths look like `bodies[1].radius`. Every path is in the table [`keys::KEYS`] and every value is
+/// Paths look like `bodies[1].radius`. Every path is in the tables of [`keys`] and every value is
 /// of the kind given there.
 #[derive(Clone, Debug)]
 pub struct Document {
