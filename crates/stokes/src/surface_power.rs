@@ -31,14 +31,6 @@ impl Problem<'_> {
         })
     }
 
-    /// Power of the slip on the fluid, zero without slip, for a solution of this problem.
-    ///
-    /// # Errors
-    /// A flow that is not finite.
-    pub fn power_of_slip(&self, flow: &FlowSolution) -> Result<f64, StokesError> {
-        self.slip_power(flow, self.nodal_surface_flow()?.as_ref())
-    }
-
     /// Power of the slip on the fluid, `∮ s · f dS` with the forces `f` of the whole flow.
     ///
     /// # Errors

@@ -116,11 +116,6 @@ impl Schwarz {
         })
     }
 
-    /// Number of dofs of each subdomain, the overlap included.
-    pub fn subdomain_sizes(&self) -> Vec<usize> {
-        self.subdomains.iter().map(Subdomain::dofs).collect()
-    }
-
     /// Bytes of all factors.
     pub fn bytes(&self) -> usize {
         self.subdomains.iter().map(Subdomain::bytes).sum()

@@ -83,11 +83,6 @@ impl Subdomain {
         }
     }
 
-    /// Number of dofs, the overlap included.
-    pub fn dofs(&self) -> usize {
-        self.dofs.len()
-    }
-
     /// Bytes of the factors.
     pub fn bytes(&self) -> usize {
         self.factor.bytes()

@@ -83,7 +83,7 @@ pub struct StageSeconds {
 /// the designed triangulation, and on spheres they must be the designed triangles.
 ///
 /// # Errors
-/// [`MeshError::BadTag`](mesh::MeshError::BadTag) for a name used twice, [`GenerateError::BadParameter`],
+/// [`BadTag`](mesh::MeshError::BadTag) for a name used twice, [`GenerateError::BadParameter`],
 /// [`GenerateError::NotSymmetric`], [`GenerateError::BodiesTouch`], [`GenerateError::BodyAtWall`],
 /// [`GenerateError::TooManyVertices`], and [`GenerateError::SurfaceNotRecovered`] where the tets do
 /// not follow a surface because the element size is too large for its shape.

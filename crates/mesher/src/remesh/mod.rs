@@ -66,11 +66,11 @@ pub struct MovedBody<'a> {
 /// Midside nodes on the boundary parts named in `surfaces` are moved to them.
 ///
 /// # Errors
-/// [`GenerateError::BadParameter`], [`MeshError::BadTag`](mesh::MeshError::BadTag) for a body that is named twice,
-/// [`MeshError::UnknownTag`](mesh::MeshError::UnknownTag) for one that is not in the mesh, [`GenerateError::BodiesTouch`],
-/// [`GenerateError::BodyAtWall`], [`GenerateError::TooManyVertices`],
-/// [`GenerateError::BoundaryNotRecovered`], [`GenerateError::SurfaceNotRecovered`], and those of
-/// [`TetMesh::curved`].
+/// [`BadTag`](mesh::MeshError::BadTag) for a body that is named twice,
+/// [`UnknownTag`](mesh::MeshError::UnknownTag) for one that is not in the mesh,
+/// [`GenerateError::BadParameter`], [`GenerateError::BodiesTouch`], [`GenerateError::BodyAtWall`],
+/// [`GenerateError::TooManyVertices`], [`GenerateError::BoundaryNotRecovered`],
+/// [`GenerateError::SurfaceNotRecovered`], and those of [`TetMesh::curved`].
 pub fn remesh(
     mesh: &TetMesh,
     bodies: &[MovedBody<'_>],
@@ -185,7 +185,8 @@ fn attempt(
 /// For each tag of the mesh the number of its body; for walls the number of bodies.
 ///
 /// # Errors
-/// [`MeshError::UnknownTag`](mesh::MeshError::UnknownTag); [`MeshError::BadTag`](mesh::MeshError::BadTag) for a body that is named twice.
+/// [`UnknownTag`](mesh::MeshError::UnknownTag); [`BadTag`](mesh::MeshError::BadTag) for a body that
+/// is named twice.
 fn part_of_tags(mesh: &TetMesh, bodies: &[MovedBody<'_>]) -> Result<Vec<u32>, GenerateError> {
     let walls = bodies.len() as u32;
     let mut parts = vec![walls; mesh.tags().len()];
