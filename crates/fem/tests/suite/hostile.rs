@@ -2,8 +2,8 @@
 
 use fem::{
     CubicExtension, CurvedBoundary, DirichletCondition, FacetGeometry, FemError, SurplusSpace,
-    TaylorHood, consistent_load, continuity_residual, dissipation, load_vector, mean_pressure,
-    momentum_residual, pressure_error, stress_load, surface_measures, velocity_error,
+    TaylorHood, consistent_load, continuity_residual, dissipation, field_error, load_vector,
+    mean_pressure, momentum_residual, pressure_error, stress_load, surface_measures,
 };
 use linalg::{Csr, Csr3};
 use mesh::{LinearTets, TetMesh, Vec3};
@@ -74,7 +74,7 @@ proptest! {
             dissipation(&mesh, u),
             mean_pressure(&mesh, p),
             pressure_error(&mesh, p, |at| x * at.x),
-            velocity_error(&mesh, u, |at| (x * at, Matrix3::from_element(x))).map(|e| e.l2),
+            field_error(&mesh, u, |at| (x * at, Matrix3::from_element(x))).map(|e| e.l2),
             surface_measures(&mesh, tag).map(|measures| measures.volume),
         ];
         prop_assert!(scalars.iter().flatten().all(|value| value.is_finite()), "{scalars:?}");
