@@ -1,7 +1,7 @@
 //! Linear elasticity in the unit cube with tractions on five sides, and a known solution.
 //!
-//! `-∇·σ = f`, `σ = μ (∇u + ∇u^T) + λ (∇·u) I`; the displacement `u = e exp(k · x)` is prescribed on
-//! the side `z = 0`, the traction `σ n` on the others. Theory: order 3 in L2, 2 in H1.
+//! `-∇·σ = f`, `σ = μ (∇u + ∇u^T) + λ (∇·u) I`; the displacement `u = e exp(k · x)` is prescribed
+//! on the side `z = 0`, the traction `σ n` on the others. Theory: order 3 in L2, 2 in H1.
 
 use std::error::Error;
 

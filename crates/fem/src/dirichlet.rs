@@ -26,9 +26,11 @@ use crate::surface::tagged_facets;
 ///
 /// Nodal values are numbers, 3-vectors or arrays of any number of components ([`Nodal`]). All
 /// components of a prescribed node are prescribed; to prescribe some of them, let the "nodes" be
-/// the dofs of an [`interleaved`](crate::interleaved) matrix, with numbers as values. Rigid bodies with unknown velocities are
-/// another kind of constraint, a static condensation of nodal velocities to rigid motions. The
-/// crate `rigid` implements it, and symmetry planes, without this type.
+/// the dofs of an [`interleaved`](crate::interleaved) matrix, with numbers as values.
+///
+/// Rigid bodies with unknown velocities are another kind of constraint, a static condensation of
+/// nodal velocities to rigid motions. The crate `rigid` implements it, and symmetry planes, without
+/// this type.
 ///
 /// ```
 /// use fem::{DirichletCondition, TaylorHood};
@@ -49,7 +51,8 @@ pub struct DirichletCondition {
 }
 
 impl DirichletCondition {
-    /// Condition on the nodes that are marked as prescribed.
+    /// Condition on the nodes that are marked as prescribed: all points, or the vertices alone for
+    /// linear elements.
     pub fn new(prescribed: &[bool]) -> Self {
         let mut numbers = vec![OMITTED; prescribed.len()];
         let mut free = Vec::new();

@@ -145,8 +145,8 @@ impl<'a> PointValues<'a> {
 
     /// Value of a field with one nodal value per point (quadratic) or per vertex (linear).
     ///
-    /// The length of `nodal` tells which; for any other length the value is NaN, which integrals and
-    /// matrices refuse as an error.
+    /// The length of `nodal` tells which; for any other length the value is NaN, which integrals
+    /// and matrices refuse as an error.
     #[inline(always)]
     pub fn value<T: Nodal>(&self, nodal: &[T]) -> T {
         let mut sum = T::zero();
@@ -209,7 +209,8 @@ impl<'a> PointValues<'a> {
         }
     }
 
-    /// Adds `weight * integrand(v_i)` to every entry of an element vector, for test functions `v_i`.
+    /// Adds `weight * integrand(v_i)` to every entry of an element vector, for the test functions
+    /// `v_i`.
     #[inline(always)]
     pub fn add_load<T: Quantity, const N: usize>(
         &self,

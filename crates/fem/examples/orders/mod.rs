@@ -16,12 +16,15 @@ pub fn print_orders<const N: usize>(
     }
     println!();
     let (mut last, mut orders) = ([f64::NAN; N], [f64::NAN; N]);
-    for &n in sizes {
+    for (row, &n) in sizes.iter().enumerate() {
         let next = errors(n)?;
         print!("{n:2}");
         for k in 0..N {
             orders[k] = (last[k] / next[k]).log2();
-            print!("  {:11.3e}  {:5.2}", next[k], orders[k]);
+            match row {
+                0 => print!("  {:11.3e}      -", next[k]),
+                _ => print!("  {:11.3e}  {:5.2}", next[k], orders[k]),
+            }
         }
         println!();
         last = next;
