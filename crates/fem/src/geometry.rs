@@ -71,7 +71,7 @@ pub(crate) struct MapAt {
 
 impl MapAt {
     /// Geometry map at `point`; an error unless its Jacobian determinant is positive there.
-    #[inline]
+    #[inline(always)]
     pub fn new(cell: usize, nodes: &CellNodes, point: &CellPoint) -> Result<Self, FemError> {
         // The columns of J are the derivatives of the position with respect to the reference
         // coordinates.

@@ -213,7 +213,7 @@ pub(crate) fn sum_points<T: Quantity>(
 }
 
 /// Calls `f` at the points of a rule in a cell.
-#[inline]
+#[inline(always)]
 fn for_each_point(
     mesh: &TetMesh,
     cell: usize,

@@ -44,6 +44,7 @@ impl Quantity for f64 {
         0.0
     }
 
+    #[inline]
     fn add_scaled(&mut self, factor: f64, value: &Self) {
         *self += factor * value;
     }
@@ -68,8 +69,12 @@ impl Quantity for Vec3 {
         Self::zeros()
     }
 
+    #[inline]
     fn add_scaled(&mut self, factor: f64, value: &Self) {
-        *self += factor * value;
+        // In place: products of matrices by reference are not inlined.
+        for (sum, value) in self.as_mut_slice().iter_mut().zip(value.as_slice()) {
+            *sum += factor * value;
+        }
     }
 
     fn norm_squared(&self) -> f64 {
@@ -94,8 +99,12 @@ impl Quantity for Matrix3<f64> {
         Self::zeros()
     }
 
+    #[inline]
     fn add_scaled(&mut self, factor: f64, value: &Self) {
-        *self += factor * value;
+        // In place: products of matrices by reference are not inlined.
+        for (sum, value) in self.as_mut_slice().iter_mut().zip(value.as_slice()) {
+            *sum += factor * value;
+        }
     }
 
     fn norm_squared(&self) -> f64 {
@@ -122,6 +131,7 @@ impl<const N: usize> Quantity for [f64; N] {
         [0.0; N]
     }
 
+    #[inline]
     fn add_scaled(&mut self, factor: f64, value: &Self) {
         for c in 0..N {
             self[c] += factor * value[c];
@@ -148,6 +158,7 @@ impl<const M: usize, const N: usize> Quantity for [[f64; M]; N] {
         [[0.0; M]; N]
     }
 
+    #[inline]
     fn add_scaled(&mut self, factor: f64, value: &Self) {
         for c in 0..N {
             self[c].add_scaled(factor, &value[c]);
