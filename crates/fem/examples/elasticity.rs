@@ -61,7 +61,7 @@ fn errors(n: u32) -> Result<[f64; 2], Box<dyn Error>> {
     }
     let condition = DirichletCondition::on_tags(&mesh, &[clamped])?;
     let mut u = interpolate::<_, 10>(&mesh, |x| exact(x).0)?;
-    let (a, rhs) = condition.reduce(&interleaved(&blocks), &load, &u)?;
+    let (a, rhs) = condition.reduce(&interleaved(&blocks)?, &load, &u)?;
 
     // The Laplacian of each component is spectrally equivalent (Korn's inequality).
     let laplacian = condition.restrict_matrix(&space.stiffness(&mesh)?, 1)?;

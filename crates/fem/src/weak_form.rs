@@ -212,12 +212,27 @@ impl TaylorHood {
 /// let blocks = CsMatI::<[[f64; 2]; 2], u32, usize>::new((1, 1), vec![0, 1], vec![0], vec![
 ///     [[1.0, 2.0], [3.0, 4.0]],
 /// ]);
-/// assert_eq!(fem::interleaved(&blocks).data(), [1.0, 2.0, 3.0, 4.0]);
+/// assert_eq!(fem::interleaved(&blocks)?.data(), [1.0, 2.0, 3.0, 4.0]);
+/// # Ok::<(), fem::FemError>(())
 /// ```
+///
+/// # Errors
+/// [`FemError::TooLarge`] if the result has 2^32 rows or columns or more.
 pub fn interleaved<const M: usize, const N: usize>(
     blocks: &CsMatI<[[f64; M]; N], u32, usize>,
-) -> Csr {
-    let shape = (N * blocks.rows(), M * blocks.cols());
+) -> Result<Csr, FemError> {
+    let shape = (
+        N.saturating_mul(blocks.rows()),
+        M.saturating_mul(blocks.cols()),
+    );
+    let (found, limit) = (shape.0.max(shape.1), u32::MAX as usize);
+    if found > limit {
+        return Err(FemError::TooLarge {
+            what: "the number of rows or columns",
+            found,
+            limit,
+        });
+    }
     if !blocks.is_csr() {
         let mut triplets = TriMatI::new(shape);
         for (block, (i, j)) in blocks {
@@ -227,10 +242,16 @@ pub fn interleaved<const M: usize, const N: usize>(
                 }
             }
         }
-        return triplets.to_csr();
+        return Ok(triplets.to_csr());
     }
     let starts = blocks.indptr();
-    interleaved_rows(shape, &starts.to_proper(), blocks.indices(), blocks.data())
+    let (columns, blocks) = (blocks.indices(), blocks.data());
+    Ok(interleaved_rows(
+        shape,
+        &starts.to_proper(),
+        columns,
+        blocks,
+    ))
 }
 
 /// Matrix of numbers from rows of blocks.

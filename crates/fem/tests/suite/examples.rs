@@ -1,5 +1,8 @@
 //! Every example runs as a test and checks its orders.
 
+// Each example is a program of its own, with its copy of `orders`.
+#![allow(clippy::duplicate_mod)]
+
 #[path = "../../examples/convection_diffusion.rs"]
 mod convection_diffusion;
 #[path = "../../examples/elasticity.rs"]
