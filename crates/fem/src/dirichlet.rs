@@ -199,7 +199,8 @@ impl DirichletCondition {
 
     /// Rows and columns `A_FF` of the free nodes, for a matrix with `components` rows per node.
     ///
-    /// A matrix of blocks has one row per node, so `components` is 1. Cost: two passes over the rows, in parallel.
+    /// A matrix of blocks has one row per node, so `components` is 1. Cost: two passes over the
+    /// rows, in parallel.
     ///
     /// # Errors
     /// [`FemError::Length`] if the matrix has another shape, [`FemError::Linalg`] if it is not

@@ -91,9 +91,10 @@ impl TaylorHood {
     ///
     /// `degree` is that up to which polynomials in reference coordinates are integrated exactly;
     /// the next rule of degree 2, 5, 6 or 8 (4, 14, 24, 46 points) is used. On curved cells the
-    /// Jacobian determinant adds a degree of three at most. The form need not be symmetric. The matrix has the pattern of all cells and covers all nodes. It is bitwise the
-    /// same for any number of threads. Cost: that of `form` at all points; temporary memory 1 MB
-    /// per thread and 20 bytes per cell.
+    /// Jacobian determinant adds a degree of three at most. The form need not be symmetric. The
+    /// matrix has the pattern of all cells and covers all nodes. It is bitwise the same for any
+    /// number of threads. Cost: that of `form` at all points; temporary memory 1 MB per thread and
+    /// 20 bytes per cell.
     ///
     /// ```
     /// use fem::TaylorHood;
