@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use sprs::CsMatI;
 
 use crate::geometry::{Affine, CellNodes, MapAt};
-use crate::pattern::{Pattern, ROWS_PER_TASK, split_rows};
+use crate::pattern::{Incidence, Pattern, ROWS_PER_TASK, split_rows};
 use crate::point_values::PointValues;
 use crate::quadrature::{CellPoint, degree_5};
 use crate::quantity::Quantity;
@@ -93,14 +93,14 @@ struct RowTask<'a, T> {
 }
 
 impl<T: Copy> RowTask<'_, T> {
-    /// Calls `add(incidence, row values)` for the incidences with cells below `end`.
+    /// Calls `add(incidence, positions, row values)` for the incidences with cells below `end`.
+    #[inline(always)]
     fn continue_to(
         &mut self,
         end: usize,
-        pattern: &Pattern,
-        row_starts: &[usize],
+        (pattern, row_starts): (&Pattern, &[usize]),
         zero: T,
-        mut add: impl FnMut(usize, &mut [T]),
+        mut add: impl FnMut(Incidence, &[u16; 10], &mut [T]),
     ) {
         let last = (self.first + ROWS_PER_TASK).min(row_starts.len() - 1);
         if self.added.is_empty() {
@@ -112,18 +112,16 @@ impl<T: Copy> RowTask<'_, T> {
         self.next_cell = usize::MAX;
         for (row, added) in (self.first..last).zip(&mut self.added) {
             let values = &mut self.values[row_starts[row] - row_starts[self.first]..];
-            let (start, stop) = (
-                pattern.incidence_starts[row],
-                pattern.incidence_starts[row + 1],
-            );
+            let start = pattern.incidence_starts[row];
+            let stop = pattern.incidence_starts[row + 1];
             let mut k = start + *added as usize;
             while k < stop {
-                let cell = pattern.incidences[k].cell();
-                if cell >= end {
-                    self.next_cell = self.next_cell.min(cell);
+                let incidence = pattern.incidences[k];
+                if incidence.cell() >= end {
+                    self.next_cell = self.next_cell.min(incidence.cell());
                     break;
                 }
-                add(k, values);
+                add(incidence, &pattern.positions[k], values);
                 k += 1;
             }
             *added = (k - start) as u32;
@@ -167,9 +165,8 @@ impl TaylorHood {
             let end = cells.get(last).map_or(usize::MAX, |&cell| cell as usize);
             let unfinished = tasks.par_iter_mut().filter(|task| task.next_cell < end);
             unfinished.for_each(|task| {
-                task.continue_to(end, &self.pattern, row_starts, zero, |k, values| {
-                    let positions = &self.pattern.positions[k];
-                    let incidence = self.pattern.incidences[k];
+                let rows = (&self.pattern, row_starts);
+                task.continue_to(end, rows, zero, |incidence, positions, values| {
                     let contributions = match &prepared[incidence.cell()] {
                         Prepared::Affine(data) => &F::affine_row(data, incidence.local()),
                         Prepared::Matrix(index) => &matrices[index - first][incidence.local()],
