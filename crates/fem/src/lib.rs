@@ -33,5 +33,7 @@ pub use surface::{SurfaceMeasures, surface_measures};
 pub use surface_velocity::{NodalSurfaceVelocity, SurfaceVelocity, nodal_surface_velocity};
 
 // Types of these crates are part of the interface.
+pub use linalg;
+pub use mesh;
 pub use nalgebra;
 pub use sprs;
