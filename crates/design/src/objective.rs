@@ -177,6 +177,7 @@ fn contradiction(
 
 /// Which displacement counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum DisplacementMeasure {
     /// Its length.
     Length,

@@ -28,6 +28,7 @@ pub struct SearchOptions {
 
 /// The best stroke that was found.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Optimum {
     /// The curve of shapes.
     pub curve: StrokeCurve,

@@ -130,7 +130,11 @@ impl MobilitySolution {
         let joint_loads = drive.joint_loads(&self.forces, &self.generalised)?;
         let joints = 0..set.joints().len();
         let joint_forces: Result<_, RigidError> = joints
-            .map(|joint| Ok(constraints.joint_load(&joint_loads, joint)?.force))
+            .map(|joint| {
+                constraints
+                    .joint_load(&joint_loads, joint)
+                    .map(|load| load.force)
+            })
             .collect();
         Ok(scaled.response_to_scene(ScaledResponse {
             motion: &set.state_velocity(self.generalised.as_slice())?,

@@ -7,7 +7,7 @@
 //! stable for any length.
 
 use models::{BodySolution, InstantaneousSolution, ModelError};
-use nalgebra::{DMatrix, DVector, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Vector6};
 use rigid::{Drive, ExternalLoad, Reduction, RigidError, State};
 use scene::{Scene, SceneError};
 
@@ -151,7 +151,8 @@ fn explicit_step(
         bodies[body].torque = vector(&forces, 6 * number + 3);
     }
     let joint_forces: Result<_, RigidError> = (0..set.joints().len())
-        .map(|joint| Ok(drive.constraints.joint_load(&joint_loads, joint)?.force))
+        .map(|joint| drive.constraints.joint_load(&joint_loads, joint))
+        .map(|load| load.map(|load| load.force))
         .collect();
     let solution = InstantaneousSolution::new(bodies, joint_forces?, motion);
     evaluator.record(s, state, solution)
