@@ -37,6 +37,7 @@ pub fn run() -> Result<()> {
     licences::run()?;
     packages::run()?;
     readmes::run()?;
+    packages::without_default_features()?;
     // The same command as in the README.
     cargo::run(&["test", "--workspace"], &[])?;
     // The features of the whole workspace are those of the build before.
