@@ -1,5 +1,5 @@
-//! Packages of the publishable crates: complete, accepted by `cargo package`, and built without their
-//! default features.
+//! Packages of the publishable crates: complete, accepted by `cargo package`, and built without
+//! their default features.
 
 use anyhow::Result;
 
