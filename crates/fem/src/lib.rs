@@ -43,5 +43,7 @@ pub use surface_velocity::{NodalSurfaceVelocity, SurfaceVelocity, nodal_surface_
 pub use weak_form::interleaved;
 
 // Types of these crates are part of the interface.
+pub use linalg;
+pub use mesh;
 pub use nalgebra;
 pub use sprs;
