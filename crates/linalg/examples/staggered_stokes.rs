@@ -1,8 +1,9 @@
 //! Stokes flow on a staggered grid by flexible GMRES with a block preconditioner of one's own.
 //!
-//! `-Δu + ∇p = f`, `div u = 0` in the unit square with no slip on its boundary (Harlow, Welch 1965):
-//! pressures in the centres of cells, velocities normal to their faces. Three blocks, one for each
-//! velocity component and one for the pressure, whose Schur complement is close to the identity.
+//! `-Δu + ∇p = f`, `div u = 0` in the unit square with no slip on its boundary (Harlow, Welch
+//! 1965): pressures in the centres of cells, velocities normal to their faces. Three blocks, one
+//! for each velocity component and one for the pressure, whose Schur complement is close to the
+//! identity.
 
 use std::error::Error;
 

@@ -19,12 +19,12 @@ use crate::{Csr, LinalgError, LinearOperator};
 ///
 /// For vector problems whose components are coupled: linear elasticity, or a viscous term
 /// `∫ 2 mu D(u):D(v)` with variable viscosity. If the components are not coupled and have the same
-/// matrix, [`Bordered::scalar`](crate::Bordered::scalar) reads a ninth of the memory. Square or not;
-/// symmetry is measured, not assumed. Cloning shares the matrix.
+/// matrix, [`Bordered::scalar`](crate::Bordered::scalar) reads a ninth of the memory. Square or
+/// not; symmetry is measured, not assumed. Cloning shares the matrix.
 ///
-/// Cost of [`apply`](LinearOperator::apply): one pass over the blocks of 76 bytes, two thirds of the
-/// memory of the same scalar matrix; allocates nothing, and is bitwise the same on any number of
-/// threads.
+/// Cost of [`apply`](LinearOperator::apply): one pass over the blocks of 76 bytes, two thirds of
+/// the memory of the same scalar matrix; allocates nothing, and is bitwise the same on any number
+/// of threads.
 ///
 /// ```
 /// use linalg::{CoupledOperator, Csr33, LinearOperator};

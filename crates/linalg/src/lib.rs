@@ -29,6 +29,7 @@ mod csr_operator;
 #[cfg(feature = "direct")]
 mod direct;
 mod error;
+mod explicit_inverse;
 mod krylov;
 mod lanczos;
 mod multigrid;
@@ -65,6 +66,7 @@ pub use direct::partition;
 #[cfg(feature = "direct")]
 pub use direct::{DirectParams, Precision, SaddleLdlt, ShiftedLdlt};
 pub use error::LinalgError;
+pub use explicit_inverse::ExplicitInverse;
 pub use krylov::{
     KrylovParams, NullVectors, OrthonormalBasis, SolveReport, cg, fgmres, fgmres_columns, minres,
 };
@@ -73,7 +75,7 @@ pub use multigrid::{
     ScalarMultigrid,
 };
 pub use operator::{
-    ExplicitInverse, Identity, LinearOperator, Preconditioner, PreconditionerKind, SumOverProcesses,
+    Identity, LinearOperator, Preconditioner, PreconditionerKind, SumOverProcesses,
 };
 pub use prolongation::Prolongation;
 pub use saddle::SaddleSystem;

@@ -89,10 +89,11 @@ impl MultigridParams {
 
     /// Parameters for strongly varying coefficients and for anisotropy.
     ///
-    /// Those of [`Coarsening::Filtered`], with two smoothing steps on the finest level. Iterations of [`cg`](crate::cg) to 1e-8 with a random
-    /// right-hand side, Dirichlet conditions and [`ScalarMultigrid`](crate::ScalarMultigrid), and
-    /// the operator complexity in parentheses. `k` is constant in each cell, with a random
-    /// logarithm; finite volumes use harmonic means. Cells: 32^3 and 128^2.
+    /// Those of [`Coarsening::Filtered`], with two smoothing steps on the finest level. Iterations
+    /// of [`cg`](crate::cg) to 1e-8 with a random right-hand side, Dirichlet conditions and
+    /// [`ScalarMultigrid`](crate::ScalarMultigrid), and the operator complexity in parentheses. `k`
+    /// is constant in each cell, with a random logarithm; finite volumes use harmonic means. Cells:
+    /// 32^3 and 128^2.
     ///
     /// | problem | default | heterogeneous |
     /// |:--|--:|--:|

@@ -113,10 +113,11 @@ impl ScalarMultigrid {
     /// Builds the hierarchy for the symmetric part `(A + A^T) / 2` of a nonsymmetric operator.
     ///
     /// A preconditioner of `A` for [`fgmres`](crate::fgmres). It suits operators whose symmetric
-    /// part dominates, as convection-diffusion with a cell Peclet number up to about one: the number
-    /// of iterations is bounded on refined meshes and grows with the ratio of the skew-symmetric to
-    /// the symmetric part (Elman, Silvester, Wathen, Finite Elements and Fast Iterative Solvers,
-    /// 2014, section 7.1). Equal to [`ScalarMultigrid::new`] to rounding if `A` is symmetric.
+    /// part dominates, as convection-diffusion with a cell Peclet number up to about one: the
+    /// number of iterations is bounded on refined meshes and grows with the ratio of the
+    /// skew-symmetric to the symmetric part (Elman, Silvester, Wathen, Finite Elements and Fast
+    /// Iterative Solvers, 2014, section 7.1). Equal to [`ScalarMultigrid::new`] to rounding if `A`
+    /// is symmetric.
     ///
     /// # Errors
     /// [`LinalgError::Shape`] for a matrix that is not square, and those of [`Multigrid::new`].

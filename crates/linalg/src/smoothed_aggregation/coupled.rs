@@ -1,8 +1,8 @@
 //! Smoothed aggregation for matrices of 3 x 3 blocks with several near-null vectors.
 //!
 //! After Vanek, Mandel, Brezina (Computing 56, 1996), section 4: the tentative prolongation is an
-//! orthonormal basis of the near-null vectors on each aggregate, whose coefficients are the near-null
-//! vectors of the coarse level.
+//! orthonormal basis of the near-null vectors on each aggregate, whose coefficients are the
+//! near-null vectors of the coarse level.
 
 use super::{Aggregates, standard_aggregates, strong_connections};
 use crate::Csr;

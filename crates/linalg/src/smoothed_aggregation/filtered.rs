@@ -1,8 +1,8 @@
 //! Aggregates and filtered matrix for varying coefficients and anisotropy.
 //!
 //! Strength is relative to the largest couplings of both nodes, not to their diagonal entries, and
-//! only negative entries couple: in trilinear elements with a strong direction the entries across it
-//! are positive or small, but not small compared with the diagonal.
+//! only negative entries couple: in trilinear elements with a strong direction the entries across
+//! it are positive or small, but not small compared with the diagonal.
 
 use super::{Aggregates, standard_aggregates};
 use crate::Csr;
@@ -23,9 +23,9 @@ const SMOOTHING: f64 = 2.0 / 3.0;
 
 /// Aggregates of nodes with `-k_ij > threshold (l_i l_j)^(1/2)`, `l_i = max_j -k_ij`.
 ///
-/// A node without such connections stays outside if enough of its couplings lead to aggregates, from
-/// which it can interpolate, or if its row is diagonally dominant. Otherwise it becomes an aggregate
-/// of its own. Deterministic; O(nnz).
+/// A node without such connections stays outside if enough of its couplings lead to aggregates,
+/// from which it can interpolate, or if its row is diagonally dominant. Otherwise it becomes an
+/// aggregate of its own. Deterministic; O(nnz).
 pub(super) fn aggregates(k: &Csr, class: &[u8], threshold: f64) -> Aggregates {
     let rows = Rows::new(k);
     let largest = largest_couplings(rows);
@@ -58,10 +58,10 @@ pub(super) fn aggregates(k: &Csr, class: &[u8], threshold: f64) -> Aggregates {
 
 /// The filtered matrix `F` and the weights `W` of the prolongation `(I - W F) T`.
 ///
-/// In the row of an aggregated node, couplings below `threshold` times the largest one, and positive
-/// entries, are added to the diagonal: rows keep their sums, so that constants are interpolated as by
-/// `K`. The row of any other node has its couplings to aggregated nodes, scaled to the sum of all
-/// its couplings, and no diagonal: the node interpolates from its neighbours.
+/// In the row of an aggregated node, couplings below `threshold` times the largest one, and
+/// positive entries, are added to the diagonal: rows keep their sums, so that constants are
+/// interpolated as by `K`. The row of any other node has its couplings to aggregated nodes, scaled
+/// to the sum of all its couplings, and no diagonal: the node interpolates from its neighbours.
 pub(super) fn matrix(
     k: &Csr,
     aggregates: &Aggregates,

@@ -76,8 +76,8 @@ fn triangular_forms_solve_triangular_systems() {
     }
 }
 
-/// The blocks of a saddle-point system, given one by one, are applied in their order, and suit FGMRES and
-/// MINRES.
+/// The blocks of a saddle-point system, given one by one, are applied in their order, and suit
+/// FGMRES and MINRES.
 #[test]
 fn a_saddle_point_system_by_its_blocks() {
     struct Gradient<'a>(&'a linalg::SaddleSystem);
