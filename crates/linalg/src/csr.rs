@@ -23,8 +23,18 @@ pub type Csr = CsMatI<f64, u32, usize>;
 /// dof and one column per velocity node.
 pub type Csr3 = CsMatI<[f64; 3], u32, usize>;
 
+/// Sparse matrix in compressed rows whose entries are 3 x 3 blocks, each by rows.
+///
+/// Entry `(i, j)` couples the components of nodes `i` and `j`: `(A u)_i = sum_j A_ij u_j`.
+pub type Csr33 = CsMatI<[[f64; 3]; 3], u32, usize>;
+
 /// Sparse matrix in f32 for preconditioners: half the bytes, hence twice the speed.
 pub(crate) type Csr32 = CsMatI<f32, u32, usize>;
+
+/// Relative difference up to which `a_ij` and `a_ji` count as equal.
+///
+/// Assembly sums the two in different orders, which leaves a few roundings.
+pub(crate) const SYMMETRY_TOLERANCE: f64 = 1e3 * f64::EPSILON;
 
 /// The arrays of a sparse matrix, borrowed once so that kernels index plain slices.
 pub(crate) struct Rows<'a, V> {
@@ -92,6 +102,42 @@ pub(crate) fn empty<V>(rows: usize, cols: usize) -> CsMatI<V, u32, usize> {
     CsMatI::new((rows, cols), vec![0; rows + 1], Vec::new(), Vec::new())
 }
 
+/// The 3 x 3 blocks of a matrix with three interleaved rows and columns per node.
+pub(crate) fn to_blocks<T: Clone>(
+    matrix: &Csr,
+    convert: impl Fn([[f64; 3]; 3]) -> T,
+) -> CsMatI<T, u32, usize> {
+    let rows = Rows::new(matrix);
+    let (mut starts, mut columns, mut blocks) = (vec![0], Vec::new(), Vec::new());
+    for node in 0..matrix.rows() / 3 {
+        let mut places = [0; 3];
+        let entries: [_; 3] = std::array::from_fn(|d| rows.entries(3 * node + d));
+        // merges three ascending lists
+        while let Some(j) = (0..3)
+            .filter_map(|d| entries[d].0.get(places[d]).map(|column| column / 3))
+            .min()
+        {
+            let mut block = [[0.0; 3]; 3];
+            for d in 0..3 {
+                let (row, values) = entries[d];
+                while row.get(places[d]).is_some_and(|column| column / 3 == j) {
+                    block[d][row[places[d]] as usize % 3] = values[places[d]];
+                    places[d] += 1;
+                }
+            }
+            columns.push(j);
+            blocks.push(convert(block));
+        }
+        starts.push(columns.len());
+    }
+    CsMatI::new(
+        (matrix.rows() / 3, matrix.cols() / 3),
+        starts,
+        columns,
+        blocks,
+    )
+}
+
 /// Scales by `factor` and rounds to the precision of preconditioners.
 pub(crate) fn to_f32(matrix: &Csr, factor: f64) -> Csr32 {
     matrix.map(|&v| (v * factor) as f32)
@@ -115,7 +161,7 @@ impl Rounded {
         }
     }
 
-    pub fn rows(&self) -> Rows<'_, f32> {
+    pub fn borrow(&self) -> Rows<'_, f32> {
         Rows {
             indptr: self.pattern.indptr().into_raw_storage(),
             columns: self.pattern.indices(),

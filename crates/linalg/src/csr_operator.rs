@@ -6,14 +6,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::columns::{assert_lengths, in_passes};
-use crate::csr::{Rows, check_finite, diagonal, into_rows};
+use crate::csr::{Rows, SYMMETRY_TOLERANCE, check_finite, diagonal, into_rows};
 use crate::row_blocks::RowBlocks;
 use crate::{Csr, LinalgError, LinearOperator};
-
-/// Relative difference up to which `a_ij` and `a_ji` count as equal.
-///
-/// Assembly sums the two in different orders, which leaves a few roundings.
-const SYMMETRY_TOLERANCE: f64 = 1e3 * f64::EPSILON;
 
 /// A sparse matrix `A` as a [`LinearOperator`]: `y = A x`, one number per row.
 ///

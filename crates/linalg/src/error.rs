@@ -156,6 +156,20 @@ pub enum LinalgError {
         /// Reason reported by the factorisation.
         detail: String,
     },
+    /// Aggregation no longer coarsens a level that is too large to be factorised.
+    #[error(
+        "aggregation stalls on level {level} with {nodes} nodes, at most {limit} are factorised: few connections are stronger than {strength}; lower MultigridParams::strength, use MultigridParams::heterogeneous, raise max_factorised_nodes, or, if the matrix is diagonally dominant, precondition it by MassInverse"
+    )]
+    CoarseningStalled {
+        /// Number of the level; zero is the finest.
+        level: usize,
+        /// Number of nodes of the level.
+        nodes: usize,
+        /// The limit, `MultigridParams::max_factorised_nodes`.
+        limit: usize,
+        /// The threshold of strong connections.
+        strength: f64,
+    },
     /// Stiffness and divergence differ so much in size that no residual norm controls both.
     #[error(
         "the largest entry of the divergence is only {ratio:e} times that of the stiffness, so a small residual would not bound the divergence; scale the system so that both are of similar size"
@@ -163,6 +177,14 @@ pub enum LinalgError {
     Unbalanced {
         /// Largest entry of the divergence over largest diagonal entry of the stiffness matrix.
         ratio: f64,
+    },
+    /// A block of a block preconditioner, or a coupling of two, does not fit the others.
+    #[error("block `{block}`: {problem}")]
+    Block {
+        /// Name of the block.
+        block: String,
+        /// What does not fit, with the numbers.
+        problem: String,
     },
     /// The restriction of the system to a subdomain is singular.
     #[error("subdomain {subdomain}: {cause}")]

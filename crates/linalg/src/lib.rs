@@ -17,16 +17,19 @@ macro_rules! setters {
 }
 
 mod block_diagonal;
+mod block_preconditioner;
 mod block_triangular;
 mod bordered;
 mod chebyshev;
 mod columns;
 mod constrained_dofs;
+mod coupled_operator;
 mod csr;
 mod csr_operator;
 #[cfg(feature = "direct")]
 mod direct;
 mod error;
+mod explicit_inverse;
 mod krylov;
 mod lanczos;
 mod multigrid;
@@ -51,21 +54,25 @@ pub use nalgebra;
 pub use sprs;
 
 pub use block_diagonal::BlockDiagonal;
+pub use block_preconditioner::{BlockForm, BlockPreconditioner, BlockPreconditionerBuilder};
 pub use block_triangular::BlockTriangular;
 pub use bordered::Bordered;
 pub use chebyshev::MassInverse;
-pub use csr::{Csr, Csr3};
+pub use coupled_operator::CoupledOperator;
+pub use csr::{Csr, Csr3, Csr33};
 pub use csr_operator::CsrOperator;
 #[cfg(feature = "metis")]
 pub use direct::partition;
 #[cfg(feature = "direct")]
 pub use direct::{DirectParams, Precision, SaddleLdlt, ShiftedLdlt};
 pub use error::LinalgError;
+pub use explicit_inverse::ExplicitInverse;
 pub use krylov::{
     KrylovParams, NullVectors, OrthonormalBasis, SolveReport, cg, fgmres, fgmres_columns, minres,
 };
 pub use multigrid::{
-    BorderInverse, CyclePart, LevelSize, Multigrid, MultigridParams, ScalarMultigrid,
+    BorderInverse, CoupledMultigrid, CyclePart, LevelSize, Multigrid, MultigridParams,
+    ScalarMultigrid,
 };
 pub use operator::{
     Identity, LinearOperator, Preconditioner, PreconditionerKind, SumOverProcesses,
@@ -74,6 +81,6 @@ pub use prolongation::Prolongation;
 pub use saddle::SaddleSystem;
 #[cfg(feature = "metis")]
 pub use schwarz::{BorderPlacement, Schwarz, SchwarzParams};
-pub use smoothed_aggregation::Aggregates;
+pub use smoothed_aggregation::{Aggregates, Coarsening};
 pub use submatrix::{OMITTED, submatrix};
 pub use warm_start::WarmStart;

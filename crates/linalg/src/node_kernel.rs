@@ -6,11 +6,105 @@
 use std::array::from_fn;
 use std::ops::{Mul, Range};
 
+use sprs::CsMatI;
+
 use crate::Csr;
-use crate::csr::Rows;
+use crate::csr::{Csr32, Rounded, Rows};
 
 /// Three components of a node in f32, padded to the width of a vector register; the fourth is zero.
 pub(crate) type Padded = [f32; 4];
+
+/// A 3 x 3 block in f32, column by column.
+pub(crate) type Block32 = [Padded; 3];
+
+/// Sparse matrix of 3 x 3 blocks in the precision of preconditioners.
+pub(crate) type Blocks32 = CsMatI<Block32, u32, usize>;
+
+/// A matrix in f32 with one row and one column per node.
+pub(crate) trait NodeMatrix {
+    /// The borrowed arrays of the matrix.
+    type Rows<'a>: NodeRows + Sync
+    where
+        Self: 'a;
+
+    /// Borrows the arrays once for a pass over the matrix.
+    fn rows(&self) -> Self::Rows<'_>;
+}
+
+/// Rows of a [`NodeMatrix`].
+pub(crate) trait NodeRows {
+    /// `sum_j k_ij x_j` for three components; the columns of a node are adjacent in memory.
+    fn padded_row<const S: usize>(&self, i: usize, x: &[[Padded; S]]) -> [Padded; S];
+}
+
+impl NodeMatrix for Rounded {
+    type Rows<'a> = Rows<'a, f32>;
+
+    fn rows(&self) -> Rows<'_, f32> {
+        self.borrow()
+    }
+}
+
+impl NodeMatrix for Csr32 {
+    type Rows<'a> = Rows<'a, f32>;
+
+    fn rows(&self) -> Rows<'_, f32> {
+        Rows::new(self)
+    }
+}
+
+impl NodeMatrix for Blocks32 {
+    type Rows<'a> = Rows<'a, Block32>;
+
+    fn rows(&self) -> Rows<'_, Block32> {
+        Rows::new(self)
+    }
+}
+
+impl NodeRows for Rows<'_, f32> {
+    #[inline(always)]
+    fn padded_row<const S: usize>(&self, i: usize, x: &[[Padded; S]]) -> [Padded; S] {
+        padded_row(*self, i, x)
+    }
+}
+
+impl NodeRows for Rows<'_, Block32> {
+    /// Three partial sums, one for each component of `x_j`.
+    #[inline(always)]
+    fn padded_row<const S: usize>(&self, i: usize, x: &[[Padded; S]]) -> [Padded; S] {
+        let mut sums = [[[0.0; 4]; S]; 3];
+        for (j, block) in self.row(i) {
+            for (c, column) in block.iter().enumerate() {
+                for s in 0..S {
+                    for d in 0..4 {
+                        sums[c][s][d] += column[d] * x[j][s][c];
+                    }
+                }
+            }
+        }
+        let [a, b, c] = sums;
+        from_fn(|s| from_fn(|d| a[s][d] + b[s][d] + c[s][d]))
+    }
+}
+
+/// `sum_j k_ij x_j` for 3 x 3 blocks in f64.
+#[inline(always)]
+pub(crate) fn block_row<const S: usize>(
+    k: Rows<'_, [[f64; 3]; 3]>,
+    i: usize,
+    x: [&[[f64; 3]]; S],
+) -> [[f64; 3]; S] {
+    let mut sums = [[0.0; 3]; S];
+    for (j, block) in k.row(i) {
+        for (sums, x) in sums.iter_mut().zip(x) {
+            let xj = x[j];
+            for (sum, row) in sums.iter_mut().zip(block) {
+                *sum += row[0] * xj[0] + row[1] * xj[1] + row[2] * xj[2];
+            }
+        }
+    }
+    sums
+}
 
 /// `sum_j k_ij x_j` for three components in f64, in two partial sums as in [`padded_row`].
 #[inline(always)]
@@ -46,11 +140,7 @@ pub(crate) fn node_row<const S: usize>(
 /// Four partial sums: a single one would wait three or four cycles for each addition, which is
 /// longer than a memory access takes.
 #[inline(always)]
-pub(crate) fn padded_row<const S: usize>(
-    k: Rows<'_, f32>,
-    i: usize,
-    x: &[[Padded; S]],
-) -> [Padded; S] {
+fn padded_row<const S: usize>(k: Rows<'_, f32>, i: usize, x: &[[Padded; S]]) -> [Padded; S] {
     let (columns, values) = k.entries(i);
     let (column_fours, columns) = columns.as_chunks::<4>();
     let (value_fours, values) = values.as_chunks::<4>();

@@ -1,5 +1,7 @@
 //! Interfaces of the Krylov methods to matrices and preconditioners.
 
+use std::sync::Arc;
+
 use crate::columns::assert_lengths;
 
 /// Replaces numbers of this process by their sums over all processes, the same on each of them.
@@ -89,6 +91,69 @@ pub trait Preconditioner {
     /// Properties of the map `r -> z`.
     fn kind(&self) -> PreconditionerKind;
 }
+
+/// Operators behind references and pointers are operators.
+macro_rules! forward_operator {
+    ($([$($lifetime:lifetime)?] $pointer:ty),*) => {$(
+        impl<$($lifetime,)? A: LinearOperator + ?Sized> LinearOperator for $pointer
+        where
+            $pointer: Sync,
+        {
+            fn rows(&self) -> usize {
+                (**self).rows()
+            }
+
+            fn cols(&self) -> usize {
+                (**self).cols()
+            }
+
+            fn apply(&self, x: &[f64], y: &mut [f64]) {
+                (**self).apply(x, y);
+            }
+
+            fn apply_columns(&self, x: &[&[f64]], y: &mut [&mut [f64]]) {
+                (**self).apply_columns(x, y);
+            }
+
+            fn residual_weights(&self) -> Option<&[f32]> {
+                (**self).residual_weights()
+            }
+
+            fn sum_over_processes(&self) -> Option<&SumOverProcesses<'_>> {
+                (**self).sum_over_processes()
+            }
+
+            fn is_symmetric(&self) -> bool {
+                (**self).is_symmetric()
+            }
+        }
+    )*};
+}
+forward_operator!(['a] &'a A, [] Box<A>, [] Arc<A>);
+
+/// Preconditioners behind references and pointers are preconditioners.
+macro_rules! forward_preconditioner {
+    ($([$($lifetime:lifetime)?] $pointer:ty),*) => {$(
+        impl<$($lifetime,)? N: Preconditioner + ?Sized> Preconditioner for $pointer {
+            fn size(&self) -> usize {
+                (**self).size()
+            }
+
+            fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+                (**self).apply(r, z);
+            }
+
+            fn apply_columns(&mut self, r: &[&[f64]], z: &mut [&mut [f64]]) {
+                (**self).apply_columns(r, z);
+            }
+
+            fn kind(&self) -> PreconditionerKind {
+                (**self).kind()
+            }
+        }
+    )*};
+}
+forward_preconditioner!(['a] &'a mut N, [] Box<N>);
 
 /// Properties of a preconditioner; each kind is more general than those before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use nalgebra::DMatrix;
 
 use crate::constrained_dofs::ConstrainedDofs;
-use crate::csr::{Rows, check_finite, check_shape, into_rows};
+use crate::csr::{Rows, check_finite, check_shape, empty, into_rows};
 use crate::product::{build_rows, kron3_multiply_add, multiply};
 use crate::transpose::transpose;
 use crate::{Bordered, Csr, LinalgError};
@@ -37,6 +37,17 @@ impl Prolongation {
             into_rows(border),
             None,
         ))
+    }
+
+    /// Prolongation from `nodes`, P (n x n_coarse), of an operator without a border.
+    ///
+    /// For [`ScalarMultigrid::with_prolongation`](crate::ScalarMultigrid::with_prolongation).
+    ///
+    /// # Errors
+    /// [`LinalgError::NotFinite`].
+    pub fn scalar(nodes: Csr) -> Result<Self, LinalgError> {
+        let border = empty(3 * nodes.rows(), 0);
+        Self::new(nodes, border)
     }
 
     /// Sets other border columns `Q_l` (3n x m) in the restriction `r_v + Q_l^T r`.

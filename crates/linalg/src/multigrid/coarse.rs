@@ -3,12 +3,14 @@
 use std::borrow::Cow;
 use std::iter;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::level::Vectors;
 use super::{BorderInverse, MultigridParams};
-use crate::csr::Rows;
+use crate::constrained_dofs::ConstrainedDofs;
+use crate::csr::{Rows, empty};
 use crate::node_kernel::long_row;
+use crate::product::build_rows;
 use crate::schur::SchurFactor;
 use crate::{Bordered, Csr, LinalgError, LinearOperator};
 
@@ -106,6 +108,30 @@ impl CoarseSolver {
             components,
             interleaved: vec![0.0; 3 * n],
             border: DVector::zeros(m),
+        })
+    }
+
+    /// Factorises `unit` times a matrix with three interleaved dofs per node, without a border.
+    pub fn coupled(k: &Csr, unit: f64, params: &MultigridParams) -> Result<Self, LinalgError> {
+        let n = k.rows() / 3;
+        let rows = Rows::new(k);
+        // one component after another, as the solve for a border has them
+        let separated = build_rows(3 * n, 3 * n, |row, entries| {
+            for (j, value) in rows.row(3 * (row % n) + row / n) {
+                entries.add(j % 3 * n + j / 3, value * unit);
+            }
+        });
+        let k = shift_diagonal(separated, params.coarsest_shift);
+        Ok(CoarseSolver {
+            factors: CoarseFactor::all(&k, iter::once(Cow::Borrowed(&k)), 1)?,
+            border_rows: empty(0, 3 * n),
+            lifted: Vec::new(),
+            schur: SchurFactor::new(DMatrix::zeros(0, 0))?,
+            definite: true,
+            vectors: Vectors::new(n, 0, ConstrainedDofs::default()),
+            components: vec![0.0; 3 * n],
+            interleaved: vec![0.0; 3 * n],
+            border: DVector::zeros(0),
         })
     }
 

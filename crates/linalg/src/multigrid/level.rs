@@ -3,25 +3,66 @@
 use std::array::from_fn;
 
 use crate::constrained_dofs::ConstrainedDofs;
-use crate::csr::{Csr32, Rounded, Rows, to_f32};
-use crate::node_kernel::{Padded, SparseNodes, long_row, padded_row};
+use crate::csr::{Csr32, Rounded, Rows, empty, to_blocks, to_f32};
+use crate::node_kernel::{Blocks32, NodeMatrix, NodeRows, Padded, SparseNodes, long_row};
 use crate::row_blocks::RowBlocks;
 use crate::transpose::transpose;
-use crate::{Bordered, Prolongation};
+use crate::{Bordered, Csr, Prolongation};
+
+/// How the matrices of a level act on the three components of a node.
+pub(super) trait Components {
+    /// The matrix of the level.
+    type Matrix: NodeMatrix;
+    /// The prolongation and its transpose.
+    type Transfer: NodeMatrix;
+    /// The reciprocal diagonal of the smoother at a node.
+    type Damping: Copy + Sync;
+
+    /// `factor` times the reciprocal diagonal, for each component.
+    fn step(factor: f32, damping: Self::Damping) -> Padded;
+}
+
+/// One scalar matrix for all three components.
+pub(super) struct Alike;
+
+impl Components for Alike {
+    type Matrix = Rounded;
+    type Transfer = Csr32;
+    type Damping = f32;
+
+    #[inline(always)]
+    fn step(factor: f32, damping: f32) -> Padded {
+        [factor * damping; 4]
+    }
+}
+
+/// Blocks of 3 x 3.
+pub(super) struct Coupled;
+
+impl Components for Coupled {
+    type Matrix = Blocks32;
+    type Transfer = Blocks32;
+    type Damping = Padded;
+
+    #[inline(always)]
+    fn step(factor: f32, damping: Padded) -> Padded {
+        damping.map(|damping| factor * damping)
+    }
+}
 
 /// A level above the coarsest.
 ///
 /// The smoother changes nodes only; the coarsest level solves for border dofs.
-pub(super) struct Level {
-    k: Rounded,
+pub(super) struct Level<C: Components> {
+    k: C::Matrix,
     c: SparseNodes<f32>,
     /// `C_l^T`, with columns numbered in padded nodes.
     border_rows: Csr32,
-    inverse_diagonal: Vec<f32>,
+    inverse_diagonal: Vec<C::Damping>,
     /// Relaxation factors of the smoothing steps, the same before and after the coarse correction.
     pub factors: Vec<f32>,
-    p: Csr32,
-    p_transposed: Csr32,
+    p: C::Transfer,
+    p_transposed: C::Transfer,
     q: SparseNodes<f32>,
     /// `Q_l^T`, with columns numbered in padded nodes.
     q_transposed: Csr32,
@@ -31,7 +72,7 @@ pub(super) struct Level {
     pub vectors: Vectors,
 }
 
-impl Level {
+impl Level<Alike> {
     /// Rounds `unit` times `operator`, and `prolongation`, to f32.
     pub fn new(
         operator: &Bordered,
@@ -58,7 +99,56 @@ impl Level {
             vectors: Vectors::new(n, m, operator.constrained_dofs().clone()),
         }
     }
+}
 
+impl Level<Coupled> {
+    /// Rounds `unit` times `k` and `prolongation` to f32; three interleaved dofs per node.
+    pub fn coupled(
+        k: &Csr,
+        prolongation: &Csr,
+        diagonal: &[f64],
+        unit: f64,
+        factors: &[f64],
+    ) -> Self {
+        let n = k.rows() / 3;
+        let blocks = |matrix: &Csr, unit: f64| {
+            to_blocks(matrix, |block| {
+                // stored by columns
+                from_fn(|c| {
+                    from_fn(|d| {
+                        if d < 3 {
+                            (block[d][c] * unit) as f32
+                        } else {
+                            0.0
+                        }
+                    })
+                })
+            })
+        };
+        let (k, p_transposed) = (blocks(k, unit), blocks(&transpose(prolongation), 1.0));
+        let reciprocal = |d: &[f64; 3]| {
+            let [x, y, z] = d.map(|d| (d * unit).recip() as f32);
+            [x, y, z, 0.0]
+        };
+        Level {
+            c: SparseNodes::new(&empty(3 * n, 0), |_| 0.0),
+            border_rows: empty(0, 4 * n),
+            inverse_diagonal: diagonal.as_chunks().0.iter().map(reciprocal).collect(),
+            factors: factors.iter().map(|w| *w as f32).collect(),
+            p: blocks(prolongation, 1.0),
+            coarse_blocks: RowBlocks::new(Rows::new(&p_transposed).indptr),
+            p_transposed,
+            q: SparseNodes::new(&empty(3 * n, 0), |_| 0.0),
+            q_transposed: empty(0, 4 * n),
+            blocks: RowBlocks::new(Rows::new(&k).indptr),
+            border_blocks: RowBlocks::new(&[0]),
+            vectors: Vectors::new(n, 0, ConstrainedDofs::default()),
+            k,
+        }
+    }
+}
+
+impl<C: Components> Level<C> {
     /// One smoothing step, `x' = x + w D^-1 (b - K x)`: one pass.
     pub fn sweep<const S: usize>(&mut self, factor: f32) {
         let (k, inverse_diagonal) = (self.k.rows(), &self.inverse_diagonal);
@@ -70,11 +160,11 @@ impl Level {
             ..
         } = self.vectors.columns::<S>();
         self.blocks.for_each(&mut *next, &|i, next| {
-            let a = padded_row(k, i, x);
-            let step = factor * inverse_diagonal[i];
+            let a = k.padded_row(i, x);
+            let step = C::step(factor, inverse_diagonal[i]);
             for s in 0..S {
                 for d in 0..4 {
-                    next[s][d] = x[i][s][d] + step * (b[i][s][d] - a[s][d]);
+                    next[s][d] = x[i][s][d] + step[d] * (b[i][s][d] - a[s][d]);
                 }
             }
         });
@@ -89,7 +179,8 @@ impl Level {
         let (first, inverse_diagonal) = (self.factors[0], &self.inverse_diagonal);
         let Columns { b, x, .. } = self.vectors.columns::<S>();
         self.blocks.for_each(x, &|i, xi| {
-            *xi = b[i].map(|b| b.map(|b| first * inverse_diagonal[i] * b));
+            let step = C::step(first, inverse_diagonal[i]);
+            *xi = b[i].map(|b| from_fn(|d| step[d] * b[d]));
         });
         for sweep in 1..self.factors.len() {
             self.sweep::<S>(self.factors[sweep]);
@@ -122,9 +213,9 @@ impl Level {
             ..
         } = self.vectors.columns::<S>();
         let coarse = coarse.columns::<S>();
-        let (k, p) = (self.k.rows(), Rows::new(&self.p_transposed));
+        let (k, p) = (self.k.rows(), self.p_transposed.rows());
         self.blocks.for_each(r, &|i, ri| {
-            let a = padded_row(k, i, x);
+            let a = k.padded_row(i, x);
             for s in 0..S {
                 for d in 0..4 {
                     ri[s][d] = b[i][s][d] - a[s][d];
@@ -132,7 +223,7 @@ impl Level {
             }
         });
         self.coarse_blocks
-            .for_each(&mut *coarse.b, &|i, bi| *bi = padded_row(p, i, r));
+            .for_each(&mut *coarse.b, &|i, bi| *bi = p.padded_row(i, r));
         coarse.constrained.clear_columns(coarse.b);
         let (left, q) = (Rows::new(&self.border_rows), Rows::new(&self.q_transposed));
         self.border_blocks.for_each(coarse.border_b, &|c, bc| {
@@ -144,11 +235,11 @@ impl Level {
 
     /// `x <- x + P x_c + Q v_c`, `v <- v_c`.
     pub fn prolong<const S: usize>(&mut self, coarse: &mut Vectors) {
-        let p = Rows::new(&self.p);
+        let p = self.p.rows();
         let Columns { x, border_x, .. } = self.vectors.columns::<S>();
         let coarse = coarse.columns::<S>();
         self.blocks.for_each(x, &|i, xi| {
-            let a = padded_row(p, i, coarse.x);
+            let a = p.padded_row(i, coarse.x);
             for s in 0..S {
                 for d in 0..4 {
                     xi[s][d] += a[s][d];

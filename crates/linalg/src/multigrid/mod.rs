@@ -3,10 +3,12 @@
 //! Border dofs are kept on every level.
 
 mod coarse;
+mod coupled_multigrid;
 mod level;
 mod params;
 mod scalar_multigrid;
 
+pub use coupled_multigrid::CoupledMultigrid;
 pub use params::{BorderInverse, MultigridParams};
 pub use scalar_multigrid::ScalarMultigrid;
 
@@ -15,7 +17,7 @@ use std::borrow::Cow;
 use std::fmt;
 
 use coarse::CoarseSolver;
-use level::{Columns, Level, Vectors};
+use level::{Alike, Columns, Components, Level, Vectors};
 
 use crate::bordered::{nodes, nodes_mut};
 use crate::chebyshev::JacobiScaling;
@@ -68,7 +70,7 @@ pub enum CyclePart {
 /// Cost of `apply`: two passes over the finest K, four over the others. `{}` prints the table of
 /// levels.
 pub struct Multigrid {
-    levels: Vec<Level>,
+    levels: Vec<Level<Alike>>,
     coarse: CoarseSolver,
     sizes: Vec<LevelSize>,
     /// Power of two by which the operator is divided.
@@ -80,7 +82,8 @@ impl Multigrid {
     ///
     /// # Errors
     /// [`LinalgError::NotPositive`], [`LinalgError::Parameter`], [`LinalgError::Factorisation`] for
-    /// a singular matrix or border.
+    /// a singular matrix or border, [`LinalgError::CoarseningStalled`] for a level that is too
+    /// large to be factorised and cannot be aggregated.
     pub fn new(operator: &Bordered, params: &MultigridParams) -> Result<Self, LinalgError> {
         params.check()?;
         let diagonal = positive_diagonal("stiffness matrix", operator.stiffness())?;
@@ -146,7 +149,7 @@ impl Multigrid {
             CyclePart::SmoothingStep => fine.sweep::<1>(fine.factors[0]),
             CyclePart::Restriction => fine.restrict::<1>(top(rest, coarse)),
             CyclePart::Prolongation => fine.prolong::<1>(top(rest, coarse)),
-            CyclePart::CoarserLevels => cycle::<1>(rest, coarse),
+            CyclePart::CoarserLevels => cycle::<1, _>(rest, coarse),
         }
     }
 }
@@ -155,7 +158,7 @@ impl Multigrid {
 struct Builder<'a> {
     params: &'a MultigridParams,
     unit: f64,
-    levels: Vec<Level>,
+    levels: Vec<Level<Alike>>,
     sizes: Vec<LevelSize>,
 }
 
@@ -199,12 +202,17 @@ impl<'a> Builder<'a> {
         while operator.nodes() > self.params.coarsest_nodes {
             let diagonal = positive_diagonal("coarse stiffness matrix", operator.stiffness())?;
             let scaling = JacobiScaling::new(operator.stiffness())?;
-            let Some(prolongation) = smoothed_aggregation::prolongation(
-                &operator,
-                &diagonal,
-                &scaling,
-                self.params.strength,
-            ) else {
+            let MultigridParams {
+                coarsening,
+                strength,
+                ..
+            } = *self.params;
+            let next = smoothed_aggregation::prolongation(
+                &operator, &diagonal, &scaling, coarsening, strength,
+            );
+            let Some(prolongation) = next else {
+                self.params
+                    .check_stalled(self.levels.len(), operator.nodes())?;
                 break;
             };
             let fine = &operator;
@@ -227,21 +235,72 @@ impl<'a> Builder<'a> {
 /// One V-cycle from zero on the first of `levels`, for `S` columns.
 ///
 /// Leaves each level's solution in its vectors.
-fn cycle<const S: usize>(levels: &mut [Level], coarse: &mut CoarseSolver) {
+fn cycle<const S: usize, C: Components>(levels: &mut [Level<C>], coarse: &mut CoarseSolver) {
     let Some((fine, rest)) = levels.split_first_mut() else {
         return coarse.solve::<S>();
     };
     fine.smooth_from_zero::<S>();
     fine.restrict::<S>(top(rest, coarse));
-    cycle::<S>(rest, coarse);
+    cycle::<S, C>(rest, coarse);
     fine.prolong::<S>(top(rest, coarse));
     fine.smooth::<S>();
 }
 
-fn top<'a>(levels: &'a mut [Level], coarse: &'a mut CoarseSolver) -> &'a mut Vectors {
+fn top<'a, C: Components>(
+    levels: &'a mut [Level<C>],
+    coarse: &'a mut CoarseSolver,
+) -> &'a mut Vectors {
     match levels.first_mut() {
         Some(level) => &mut level.vectors,
         None => &mut coarse.vectors,
+    }
+}
+
+/// One cycle for each right-hand side `(nodes(i), border)`, see [`Multigrid::apply_to`].
+fn apply_cycle<const S: usize, C: Components>(
+    levels: &mut [Level<C>],
+    coarse: &mut CoarseSolver,
+    unit: f64,
+    size: [f64; S],
+    nodes: impl Fn(usize) -> [[f64; 3]; S] + Sync,
+    border: [&[f64]; S],
+    z: [&mut [f64]; S],
+) {
+    levels.iter_mut().for_each(|l| l.vectors.widen(S));
+    coarse.vectors.widen(S);
+    let scale = size.map(power_of_two_below);
+    let (down, up) = (scale.map(f64::recip), scale.map(|scale| scale / unit));
+    let Columns {
+        b,
+        border_b,
+        constrained,
+        ..
+    } = top(levels, coarse).columns::<S>();
+    for_each_chunk(b, &|start, b| {
+        for (i, b) in b.iter_mut().enumerate() {
+            let r = nodes(start + i);
+            for s in 0..S {
+                let [x, y, z] = r[s].map(|r| (r * down[s]) as f32);
+                b[s] = [x, y, z, 0.0];
+            }
+        }
+    });
+    constrained.clear_columns(b);
+    for (c, b) in border_b.iter_mut().enumerate() {
+        *b = from_fn(|s| (border[s][c] * down[s]) as f32);
+    }
+    cycle::<S, C>(levels, coarse);
+    let Columns { x, border_x, .. } = top(levels, coarse).columns::<S>();
+    for (s, z) in z.into_iter().enumerate() {
+        let (z_nodes, z_border) = z.split_at_mut(3 * x.len());
+        for_each_chunk(nodes_mut(z_nodes), &|start, z| {
+            for (z, x) in z.iter_mut().zip(&x[start..]) {
+                *z = [x[s][0], x[s][1], x[s][2]].map(|v| f64::from(v) * up[s]);
+            }
+        });
+        for (z, x) in z_border.iter_mut().zip(&*border_x) {
+            *z = f64::from(x[s]) * up[s];
+        }
     }
 }
 
@@ -256,42 +315,15 @@ impl Multigrid {
         border: [&[f64]; S],
         z: [&mut [f64]; S],
     ) {
-        self.levels.iter_mut().for_each(|l| l.vectors.widen(S));
-        self.coarse.vectors.widen(S);
-        let scale = size.map(power_of_two_below);
-        let (down, up) = (scale.map(f64::recip), scale.map(|scale| scale / self.unit));
-        let Columns {
-            b,
-            border_b,
-            constrained,
-            ..
-        } = top(&mut self.levels, &mut self.coarse).columns::<S>();
-        for_each_chunk(b, &|start, b| {
-            for (i, b) in b.iter_mut().enumerate() {
-                let r = nodes(start + i);
-                for s in 0..S {
-                    let [x, y, z] = r[s].map(|r| (r * down[s]) as f32);
-                    b[s] = [x, y, z, 0.0];
-                }
-            }
-        });
-        constrained.clear_columns(b);
-        for (c, b) in border_b.iter_mut().enumerate() {
-            *b = from_fn(|s| (border[s][c] * down[s]) as f32);
-        }
-        cycle::<S>(&mut self.levels, &mut self.coarse);
-        let Columns { x, border_x, .. } = top(&mut self.levels, &mut self.coarse).columns::<S>();
-        for (s, z) in z.into_iter().enumerate() {
-            let (z_nodes, z_border) = z.split_at_mut(3 * x.len());
-            for_each_chunk(nodes_mut(z_nodes), &|start, z| {
-                for (z, x) in z.iter_mut().zip(&x[start..]) {
-                    *z = [x[s][0], x[s][1], x[s][2]].map(|v| f64::from(v) * up[s]);
-                }
-            });
-            for (z, x) in z_border.iter_mut().zip(&*border_x) {
-                *z = f64::from(x[s]) * up[s];
-            }
-        }
+        apply_cycle(
+            &mut self.levels,
+            &mut self.coarse,
+            self.unit,
+            size,
+            nodes,
+            border,
+            z,
+        );
     }
 
     fn pass<const S: usize>(&mut self, r: [&[f64]; S], z: [&mut [f64]; S]) {

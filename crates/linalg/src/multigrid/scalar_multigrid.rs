@@ -1,8 +1,14 @@
 //! The V-cycle for vectors with one component.
 
-use super::{Multigrid, MultigridParams};
+use super::{LevelSize, Multigrid, MultigridParams};
+use crate::csr::{Rows, check_shape};
+use crate::product::build_rows;
+use crate::transpose::transpose;
 use crate::vector::max_abs;
-use crate::{Bordered, CsrOperator, LevelSize, LinalgError, Preconditioner, PreconditionerKind};
+use crate::{
+    Bordered, Csr, CsrOperator, LinalgError, LinearOperator, Preconditioner, PreconditionerKind,
+    Prolongation,
+};
 
 /// One V-cycle of smoothed aggregation as an approximate inverse of a [`CsrOperator`].
 ///
@@ -16,6 +22,8 @@ use crate::{Bordered, CsrOperator, LevelSize, LinalgError, Preconditioner, Preco
 /// matrices once, as for three components, and its vectors are four times as long as necessary.
 /// Three right-hand sides with one matrix are better solved together, by [`Bordered::scalar`] and
 /// [`Multigrid`].
+///
+/// Coefficients that vary strongly, and anisotropy, need [`MultigridParams::heterogeneous`].
 ///
 /// ```
 /// use linalg::{CsrOperator, KrylovParams, MultigridParams, ScalarMultigrid, cg};
@@ -51,11 +59,83 @@ impl ScalarMultigrid {
     /// [`LinalgError::Shape`] for a matrix that is not square, [`LinalgError::NotSymmetric`], and
     /// those of [`Multigrid::new`].
     pub fn new(operator: &CsrOperator, params: &MultigridParams) -> Result<Self, LinalgError> {
-        let method = "multigrid for a scalar matrix";
-        if !crate::LinearOperator::is_symmetric(operator) {
-            return Err(LinalgError::NotSymmetric { method });
-        }
-        Self::from_scalar(&Bordered::shared(operator.shared_matrix())?, params)
+        Self::from_scalar(&symmetric(operator)?, params)
+    }
+
+    /// Builds the first coarse level by a given prolongation, the others by smoothed aggregation.
+    ///
+    /// The prolongation, [`Prolongation::scalar`], is usually that from P1 to P2 elements.
+    /// `coarse_matrix` is the matrix of the coarse space if it is known; otherwise the product
+    /// `P^T A P` is computed.
+    ///
+    /// ```
+    /// use linalg::sprs::TriMatI;
+    /// use linalg::{CsrOperator, KrylovParams, MultigridParams, Prolongation, ScalarMultigrid, cg};
+    /// // -u'' = 1 at 1999 points; every second point is a coarse one, the others interpolate
+    /// let n = 1999;
+    /// let mut a = TriMatI::<f64, u32>::new((n, n));
+    /// let mut p = TriMatI::<f64, u32>::new((n, n / 2));
+    /// for i in 0..n {
+    ///     a.add_triplet(i, i, 2.0);
+    ///     if i > 0 {
+    ///         a.add_triplet(i, i - 1, -1.0);
+    ///         a.add_triplet(i - 1, i, -1.0);
+    ///     }
+    /// }
+    /// for c in 0..n / 2 {
+    ///     for (i, weight) in [(2 * c, 0.5), (2 * c + 1, 1.0), (2 * c + 2, 0.5)] {
+    ///         p.add_triplet(i, c, weight);
+    ///     }
+    /// }
+    /// let (a, p) = (CsrOperator::new(a.to_csr())?, Prolongation::scalar(p.to_csr())?);
+    /// let params = MultigridParams::default();
+    /// let mut multigrid = ScalarMultigrid::with_prolongation(&a, &p, None, &params)?;
+    /// assert_eq!(multigrid.level_sizes()[1].nodes, 999);
+    /// let mut u = vec![0.0; n];
+    /// cg(&a, &mut multigrid, &vec![1.0; n], &mut u, &KrylovParams::default())?;
+    /// // the middle one of `u_i = (i + 1) (n - i) / 2`
+    /// assert!((u[n / 2] / 500_000.0 - 1.0).abs() < 1e-3);
+    /// # Ok::<(), linalg::LinalgError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`ScalarMultigrid::new`] and [`Multigrid::with_prolongation`].
+    pub fn with_prolongation(
+        operator: &CsrOperator,
+        prolongation: &Prolongation,
+        coarse_matrix: Option<Csr>,
+        params: &MultigridParams,
+    ) -> Result<Self, LinalgError> {
+        let a = symmetric(operator)?;
+        Multigrid::with_prolongation(&a, prolongation, coarse_matrix, params).map(Self::from_cycle)
+    }
+
+    /// Builds the hierarchy for the symmetric part `(A + A^T) / 2` of a nonsymmetric operator.
+    ///
+    /// A preconditioner of `A` for [`fgmres`](crate::fgmres). It suits operators whose symmetric
+    /// part dominates, as convection-diffusion with a cell Peclet number up to about one: the
+    /// number of iterations is bounded on refined meshes and grows with the ratio of the
+    /// skew-symmetric to the symmetric part (Elman, Silvester, Wathen, Finite Elements and Fast
+    /// Iterative Solvers, 2014, section 7.1). Equal to [`ScalarMultigrid::new`] to rounding if `A`
+    /// is symmetric.
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`] for a matrix that is not square, and those of [`Multigrid::new`].
+    pub fn from_symmetric_part(
+        operator: &CsrOperator,
+        params: &MultigridParams,
+    ) -> Result<Self, LinalgError> {
+        let matrix = operator.matrix();
+        let size = (matrix.rows(), matrix.rows());
+        check_shape("matrix of a symmetric part", matrix.shape(), size)?;
+        let transposed = transpose(matrix);
+        let (a, at) = (Rows::new(matrix), Rows::new(&transposed));
+        let part = build_rows(matrix.rows(), matrix.cols(), |i, row| {
+            for (j, value) in a.row(i).chain(at.row(i)) {
+                row.add(j, 0.5 * value);
+            }
+        });
+        Self::from_scalar(&Bordered::scalar(part)?, params)
     }
 
     /// Builds the hierarchy for the scalar matrix of `operator`, which has no border.
@@ -63,11 +143,14 @@ impl ScalarMultigrid {
         operator: &Bordered,
         params: &MultigridParams,
     ) -> Result<Self, LinalgError> {
-        let cycle = Multigrid::new(operator, params)?;
-        Ok(ScalarMultigrid {
+        Multigrid::new(operator, params).map(Self::from_cycle)
+    }
+
+    fn from_cycle(cycle: Multigrid) -> Self {
+        ScalarMultigrid {
             solution: vec![0.0; cycle.size()],
             cycle,
-        })
+        }
     }
 
     /// Sizes from the finest level down.
@@ -85,6 +168,15 @@ impl ScalarMultigrid {
             take(z, *v);
         }
     }
+}
+
+/// The matrix of a symmetric operator for one component of three.
+fn symmetric(operator: &CsrOperator) -> Result<Bordered, LinalgError> {
+    let method = "multigrid for a scalar matrix";
+    if !operator.is_symmetric() {
+        return Err(LinalgError::NotSymmetric { method });
+    }
+    Bordered::shared(operator.shared_matrix())
 }
 
 impl Preconditioner for ScalarMultigrid {

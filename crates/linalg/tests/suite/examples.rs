@@ -1,9 +1,23 @@
 //! Runs the examples, which end with assertions.
 
+#[path = "../../examples/convection_diffusion.rs"]
+mod convection_diffusion;
 #[path = "../../examples/poisson.rs"]
 mod poisson;
 #[path = "../../examples/saddle_point.rs"]
 mod saddle_point;
+#[path = "../../examples/staggered_stokes.rs"]
+mod staggered_stokes;
+
+#[test]
+fn convection_diffusion_runs() {
+    convection_diffusion::main().expect("the example runs");
+}
+
+#[test]
+fn staggered_stokes_runs() {
+    staggered_stokes::main().expect("the example runs");
+}
 
 #[test]
 fn poisson_runs() {

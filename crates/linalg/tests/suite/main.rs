@@ -1,8 +1,10 @@
 //! Integration tests of `linalg`, in one binary.
 
+mod blocks;
 mod claims;
 mod columns;
 mod constrained_dofs;
+mod coupled;
 mod examples;
 mod failures;
 mod hostile;

@@ -1,11 +1,15 @@
 //! One-component systems: a sparse matrix as an operator, and multigrid for it.
 
+use linalg::sprs::TriMatI;
 use linalg::{
     Bordered, Csr, CsrOperator, LinalgError, LinearOperator, Multigrid, MultigridParams,
-    Preconditioner, ScalarMultigrid, cg, fgmres, minres,
+    Preconditioner, Prolongation, ScalarMultigrid, cg, fgmres, minres,
 };
 
-use super::support::{coarse_stiffness, noise, one_body, relative_difference, tolerance};
+use super::support::{
+    assert_same_on_one_and_two_threads, coarse_stiffness, noise, one_body, relative_difference,
+    tolerance,
+};
 
 /// Every symmetric method solves the P1 stiffness matrix in about as many iterations as for three
 /// components at once.
@@ -54,4 +58,137 @@ fn nonsymmetric_matrices_are_refused_by_multigrid() {
     assert!(!a.is_symmetric());
     let refused = ScalarMultigrid::new(&a, &MultigridParams::default()).map(|_| ());
     assert!(matches!(refused, Err(LinalgError::NotSymmetric { .. })));
+}
+
+/// `-div k grad` in finite volumes on `cells`, with harmonic means of `k` and `u = 0` at the walls.
+fn diffusion(cells: [usize; 3], k: impl Fn(usize) -> [f64; 3]) -> CsrOperator {
+    let n: usize = cells.iter().product();
+    let strides = [1, cells[0], cells[0] * cells[1]];
+    let mut matrix = TriMatI::<f64, u32>::new((n, n));
+    for i in 0..n {
+        for d in (0..3).filter(|&d| cells[d] > 1) {
+            let (place, own) = (i / strides[d] % cells[d], k(i)[d]);
+            let walls = usize::from(place == 0) + usize::from(place + 1 == cells[d]);
+            matrix.add_triplet(i, i, 2.0 * own * walls as f64);
+            if place + 1 < cells[d] {
+                let (j, other) = (i + strides[d], k(i + strides[d])[d]);
+                let mean = 2.0 * own * other / (own + other);
+                for (a, b, value) in [(i, i, mean), (j, j, mean), (i, j, -mean), (j, i, -mean)] {
+                    matrix.add_triplet(a, b, value);
+                }
+            }
+        }
+    }
+    CsrOperator::new(matrix.to_csr()).expect("finite")
+}
+
+/// The splitmix64 finaliser, in [0, 1).
+fn random(i: usize) -> f64 {
+    let mut z = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (z ^ (z >> 31)) as f64 / 2f64.powi(64)
+}
+
+/// Random coefficients from 1e-3 to 1e3, jumps, and anisotropy need at most 30 iterations; the
+/// numbers measured on finer grids are in the documentation of `MultigridParams::heterogeneous`.
+#[test]
+fn coefficients_may_vary_by_orders_of_magnitude() {
+    let smooth_random = |i| [10f64.powf(6.0 * random(i) - 3.0); 3];
+    let jumps = |i| [if random(i) < 0.5 { 1e-3 } else { 1e3 }; 3];
+    let problems = [
+        ("random, 3-D", diffusion([20; 3], smooth_random)),
+        ("random, 2-D", diffusion([64, 64, 1], smooth_random)),
+        ("random, finer", diffusion([128, 128, 1], smooth_random)),
+        ("jumps", diffusion([20; 3], jumps)),
+        ("weak direction", diffusion([20; 3], |_| [1.0, 1.0, 1e-3])),
+        ("strong direction", diffusion([20; 3], |_| [1.0, 1.0, 1e3])),
+    ];
+    let params = MultigridParams::heterogeneous();
+    for (name, a) in problems {
+        let mut amg = ScalarMultigrid::new(&a, &params).expect("set-up");
+        let sizes = amg.level_sizes();
+        let all: usize = sizes.iter().map(|size| size.nnz).sum();
+        assert!(all < 4 * sizes[0].nnz, "{name}: operator complexity");
+        let (b, mut x) = (noise(a.rows()), vec![0.0; a.rows()]);
+        let report = cg(&a, &mut amg, &b, &mut x, &tolerance(1e-8)).expect("convergence");
+        assert!(report.iterations <= 30, "{name}: {}", report.iterations);
+    }
+}
+
+/// The cycle for varying coefficients is symmetric, and the same on one and two threads.
+#[test]
+fn the_cycle_for_varying_coefficients_is_symmetric() {
+    let a = diffusion([48, 48, 1], |i| [10f64.powf(6.0 * random(i) - 3.0); 3]);
+    let params = MultigridParams::heterogeneous();
+    let cycle = |r: &[f64]| {
+        let mut amg = ScalarMultigrid::new(&a, &params).expect("set-up");
+        let mut z = vec![0.0; r.len()];
+        amg.apply(r, &mut z);
+        z
+    };
+    let (r, s) = (
+        noise(a.rows()),
+        (0..a.rows()).map(random).collect::<Vec<_>>(),
+    );
+    let (z, y) = (cycle(&r), cycle(&s));
+    let product = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(a, b)| a * b).sum() };
+    let scale = (product(&r, &z) * product(&s, &y)).sqrt();
+    // roundings of f32, 6e-8 each, in sums over a few dozen terms per level
+    assert!((product(&s, &z) - product(&r, &y)).abs() < 1e-4 * scale);
+    assert_same_on_one_and_two_threads(|| cycle(&r));
+}
+
+/// A level that cannot be aggregated is an error instead of a large factorisation.
+#[test]
+fn stalled_coarsening_is_an_error() {
+    // no connection of the seven-point Laplacian exceeds 1/6 of the diagonal
+    let a = diffusion([24; 3], |_| [1.0; 3]);
+    let params = MultigridParams::default().with_strength(0.3);
+    match ScalarMultigrid::new(&a, &params).map(|_| ()) {
+        Err(LinalgError::CoarseningStalled {
+            level: 0,
+            nodes: 13_824,
+            limit: 10_000,
+            ..
+        }) => {}
+        other => panic!("{other:?}"),
+    }
+    let allowed = params.with_max_factorised_nodes(13_824);
+    let amg = ScalarMultigrid::new(&a, &allowed).expect("a factorisation");
+    assert_eq!(amg.level_sizes().len(), 1);
+}
+
+/// With the interpolation from P1 to P2, the scalar cycle is a component of that for three.
+#[test]
+fn a_given_prolongation_is_the_first_one() {
+    let stokes = one_body(2);
+    let (block, p) = (stokes.system.velocity_block(), stokes.prolongation.nodes());
+    let a = CsrOperator::new(block.stiffness().clone()).expect("finite");
+    let prolongation = Prolongation::scalar(p.clone()).expect("finite");
+    let params = MultigridParams::default();
+    let mut scalar = ScalarMultigrid::with_prolongation(&a, &prolongation, None, &params)
+        .expect("positive definite");
+    assert_eq!(scalar.level_sizes()[1].nodes, p.cols());
+    let (b, mut x) = (noise(a.rows()), vec![0.0; a.rows()]);
+    let report = cg(&a, &mut scalar, &b, &mut x, &tolerance(1e-10)).expect("convergence");
+    assert!(report.iterations <= 30, "{}", report.iterations);
+    let short = Prolongation::scalar(Csr::eye(3)).expect("finite");
+    let refused = ScalarMultigrid::with_prolongation(&a, &short, None, &params).map(|_| ());
+    assert!(matches!(refused, Err(LinalgError::Shape { .. })));
+}
+
+/// The symmetric part of a symmetric matrix gives the same cycle.
+#[test]
+fn the_symmetric_part_of_a_symmetric_matrix() {
+    let a = diffusion([12; 3], |_| [1.0; 3]);
+    let params = MultigridParams::default();
+    let apply = |mut amg: ScalarMultigrid| {
+        let (r, mut z) = (noise(a.rows()), vec![0.0; a.rows()]);
+        amg.apply(&r, &mut z);
+        z
+    };
+    let direct = apply(ScalarMultigrid::new(&a, &params).expect("set-up"));
+    let part = apply(ScalarMultigrid::from_symmetric_part(&a, &params).expect("set-up"));
+    assert_eq!(direct, part);
 }

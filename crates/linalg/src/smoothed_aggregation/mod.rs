@@ -2,12 +2,38 @@
 //!
 //! The steps are strength -> aggregates -> tentative prolongation -> smoothing, after Vanek,
 //! Mandel, Brezina (Computing 56, 1996); the division into steps follows PyAMG. The near-null space
-//! is the constants; border dofs are not aggregated.
+//! is the constants; border dofs are not aggregated. `filtered.rs` has the strength and the
+//! smoothing for varying coefficients.
+
+pub(crate) mod coupled;
+mod filtered;
 
 use crate::chebyshev::JacobiScaling;
 use crate::csr::{Rows, check_shape, positive_diagonal};
 use crate::product::build_rows;
 use crate::{Bordered, Csr, LinalgError, Prolongation};
+
+/// How smoothed aggregation finds strong connections and smooths the prolongation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Coarsening {
+    /// Strong: `a_ij^2 > strength^2 a_ii a_jj`. The prolongation is smoothed by the whole matrix.
+    ///
+    /// For smooth coefficients and cells of moderate aspect ratio. It has the smallest coarse
+    /// matrices, and suits any near-constant null space, whatever the signs of the entries (Vanek,
+    /// Mandel, Brezina, Computing 56, 1996).
+    Standard,
+    /// Strong: `-a_ij > strength (l_i l_j)^(1/2)` with the largest coupling `l_i = max_j -a_ij`.
+    ///
+    /// For coefficients that jump or vary strongly, and for anisotropy; use
+    /// [`MultigridParams::heterogeneous`](crate::MultigridParams::heterogeneous), whose strength
+    /// fits. The prolongation is smoothed by a
+    /// filtered matrix, with the weak connections of each row added to its diagonal. Nodes without
+    /// strong connections are in no aggregate and interpolate from those of their neighbours, as
+    /// the fine nodes of classical multigrid do (Ruge, Stueben 1987). Positive off-diagonal entries
+    /// count as weak.
+    Filtered,
+}
 
 /// Prolongation from the next coarser level, or `None` if aggregation no longer coarsens.
 ///
@@ -16,18 +42,33 @@ pub(crate) fn prolongation(
     fine: &Bordered,
     diagonal: &[f64],
     scaling: &JacobiScaling,
+    coarsening: Coarsening,
     threshold: f64,
 ) -> Option<Prolongation> {
-    let strong = strong_connections(fine.stiffness(), diagonal, threshold);
+    let k = fine.stiffness();
     // nodes that are constrained in different components must not be aggregated
     let constrained = fine.constrained_dofs().bits(fine.nodes());
-    let aggregates = standard_aggregates(&strong, &constrained);
-    let tentative = tentative_prolongation(&aggregates);
-    // coarsening by less than a fifth of the dofs costs more than factorising the finer level
-    if tentative.cols() == 0 || 5 * tentative.cols() > 4 * fine.nodes() {
+    let aggregates = match coarsening {
+        Coarsening::Standard => {
+            standard_aggregates(&strong_connections(k, diagonal, threshold), &constrained)
+        }
+        Coarsening::Filtered => filtered::aggregates(k, &constrained, threshold),
+    };
+    if !aggregates.coarsen() {
         return None;
     }
-    Some(smoothed(fine, scaling, &tentative, &constrained))
+    let tentative = tentative_prolongation(&aggregates);
+    if coarsening == Coarsening::Filtered {
+        let (matrix, weights) = filtered::matrix(k, &aggregates, &constrained, threshold);
+        return Some(smoothed(fine, &matrix, &tentative, &constrained, |i| {
+            weights[i]
+        }));
+    }
+    let JacobiScaling { diagonal, upper } = scaling;
+    let omega = 4.0 / (3.0 * upper);
+    Some(smoothed(fine, k, &tentative, &constrained, |i| {
+        omega / diagonal[i]
+    }))
 }
 
 /// The off-diagonal entries with `a_ij^2 > threshold^2 a_ii a_jj`, with their values.
@@ -56,6 +97,13 @@ pub struct Aggregates {
 }
 
 impl Aggregates {
+    /// Whether a coarser level is worth its cost.
+    ///
+    /// Coarsening by less than a fifth of the dofs costs more than factorising the finer level.
+    pub(crate) fn coarsen(&self) -> bool {
+        self.count > 0 && 5 * self.count <= 4 * self.of_node.len()
+    }
+
     /// Aggregates of the nodes of a symmetric scalar matrix.
     ///
     /// Neighbours with `a_ij^2 > strength^2 a_ii a_jj` and of the same `class` may be aggregated,
@@ -131,10 +179,11 @@ fn tentative_prolongation(aggregates: &Aggregates) -> Csr {
     })
 }
 
-/// The smoothed prolongation `P = (I - w D^-1 K) T`, with border columns `Q = -w D^-1 C`.
+/// The smoothed prolongation `P = (I - W F) T`, with border columns `Q = -W C`.
 ///
-/// Likewise `Q_l = -w D^-1 C_l` if there is a left border. `D` is the diagonal matrix of `scaling`;
-/// the factor `w = 4 / (3 upper)` minimises the bound on the energy.
+/// Likewise `Q_l = -W C_l` if there is a left border. `F` is `K` or a filtered form of it, and
+/// `W = weight(i)` a diagonal matrix. For `F = K` the weights are `w / d_i` with the diagonal `D`
+/// of [`JacobiScaling`]; the factor `w = 4 / (3 upper)` minimises the bound on the energy.
 ///
 /// The border columns result from the same Jacobi step on the tentative prolongation `[T 0; 0 I]`
 /// of the bordered operator: a border dof moves the nodes around it.
@@ -145,13 +194,12 @@ fn tentative_prolongation(aggregates: &Aggregates) -> Csr {
 /// filtered matrix, as for weak connections in Vanek, Mandel, Brezina 1996).
 fn smoothed(
     fine: &Bordered,
-    scaling: &JacobiScaling,
+    matrix: &Csr,
     tentative: &Csr,
     constrained: &[u8],
+    weight: impl Fn(usize) -> f64 + Sync,
 ) -> Prolongation {
-    let JacobiScaling { diagonal, upper } = scaling;
-    let omega = 4.0 / (3.0 * upper);
-    let (k, t) = (Rows::new(fine.stiffness()), Rows::new(tentative));
+    let (k, t) = (Rows::new(matrix), Rows::new(tentative));
     let nodes = build_rows(fine.nodes(), tentative.cols(), |i, row| {
         for (aggregate, value) in t.row(i) {
             row.add(aggregate, value);
@@ -163,7 +211,7 @@ fn smoothed(
                 i
             };
             for (aggregate, value) in t.row(source) {
-                row.add(aggregate, -omega / diagonal[i] * kij * value);
+                row.add(aggregate, -weight(i) * kij * value);
             }
         }
     });
@@ -171,7 +219,7 @@ fn smoothed(
         let c = Rows::new(border);
         build_rows(3 * fine.nodes(), fine.border_len(), |i, row| {
             for (col, value) in c.row(i) {
-                row.add(col, -omega / diagonal[i / 3] * value);
+                row.add(col, -weight(i / 3) * value);
             }
         })
     };
