@@ -2,7 +2,7 @@
 
 use mesh::{NamedSurface, TetMesh};
 use mesher::{BoxSurface, Container, GenerateParams, MeshedBody, Sphere};
-use microhydro::multipole::{self, SurfaceVelocity, VelocityField};
+use microhydro::multipole::{self, SphereSlip, VelocityField};
 use microhydro::{Accuracy, HydroError, Medium, Spheres};
 use nalgebra::{DVector, Vector3};
 use rayon::prelude::*;
@@ -54,7 +54,7 @@ impl MovingSpheres {
             &self.spheres,
             medium,
             &self.velocities,
-            (self.surfaces.as_ref()).map(|_| &surface as &SurfaceVelocity<'_>),
+            (self.surfaces.as_ref()).map(|_| &surface as &SphereSlip<'_>),
             &Accuracy::relative(ACCURACY),
         )?)
     }
@@ -213,7 +213,7 @@ impl SpheresModel {
             &self.medium,
             orders,
             &moving.velocities,
-            (moving.surfaces.as_ref()).map(|_| &surface as &SurfaceVelocity<'_>),
+            (moving.surfaces.as_ref()).map(|_| &surface as &SphereSlip<'_>),
         );
         let found = match found {
             Err(HydroError::TooLarge { .. }) => return Ok(None),
