@@ -112,9 +112,7 @@ pub(super) fn flow_field(
         })
         .collect();
     let container = container(spheres, medium);
-    let mut parameters = GenerateParams::default();
-    parameters.growth = 0.5;
-    parameters.sweeps = 4;
+    let parameters = GenerateParams::default().with_growth(0.5).with_sweeps(4);
     let tets = mesher::generate(&bodies, &container, &parameters)?.mesh;
     let named: Vec<NamedSurface> = bodies
         .iter()
