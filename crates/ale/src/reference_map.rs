@@ -30,8 +30,8 @@ use crate::{AleError, MeshMotion, MovingBody, MovingMesh};
 /// of the ends of their edge, nodes on a body move exactly with it, nodes on other boundaries are
 /// fixed.
 ///
-/// [`MeshMotion`] itself is linear in the boundary displacement: extended velocities of the boundary
-/// are the velocities of a mesh that is moved step by step.
+/// [`MeshMotion`] itself is linear in the boundary displacement: extended velocities of the
+/// boundary are the velocities of a mesh that is moved step by step.
 #[derive(Clone, Debug)]
 pub struct ReferenceMap {
     mesh: TetMesh,

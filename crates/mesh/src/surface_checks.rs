@@ -65,7 +65,7 @@ const DIRECTION_TOLERANCE: f64 = 1e-3;
 /// ```
 ///
 /// # Errors
-/// [`MeshError::InconsistentSurface`] with the point and the two numbers that contradict each other.
+/// [`MeshError::InconsistentSurface`] with the point and the two contradictory numbers.
 pub fn check_surface(surface: &dyn Surface) -> Result<(), MeshError> {
     let (centre, radius) = surface.bounding_ball();
     let scale = [

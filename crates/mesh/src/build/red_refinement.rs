@@ -9,8 +9,8 @@ use crate::{LinearTets, MeshError, NamedSurface, Regions, TET_EDGES, TetMesh, Ve
 ///
 /// Four corners, then four tets around the diagonal from the middle of the edge 02 (node 6) to that
 /// of 13 (node 8). The rule depends on the vertex order only through the pair of opposite edges 02
-/// and 13; in each child the vertices 0 and 2 are exchanged if needed, which keeps its pair, so that
-/// all children are positively oriented.
+/// and 13. In each child the vertices 0 and 2 are exchanged if needed, which keeps its pair: all
+/// children are positively oriented.
 const CHILDREN: [[usize; 4]; 8] = [
     [0, 4, 6, 7],
     [4, 1, 5, 8],
@@ -28,8 +28,8 @@ const CHILDREN_OF_FACET: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3,
 impl TetMesh {
     /// The mesh with each cell divided into eight (red refinement, Bey 1995).
     ///
-    /// The nodes of this mesh become vertices; new midside nodes lie on the quadratic cells, so that
-    /// without `surfaces` the fluid stays the same, curved boundary included. With `surfaces` the
+    /// The nodes of this mesh become vertices; new midside nodes lie on the quadratic cells. Without
+    /// `surfaces` the fluid therefore stays the same, curved boundary included. With `surfaces` the
     /// nodes on the named boundary parts move to the closest points, as in [`TetMesh::curved`], and
     /// the boundary converges to the true one: the volume of a ball with the fourth power of the
     /// edge length. Tags and regions are kept.

@@ -41,8 +41,9 @@ pub struct SphereStresslets {
 /// `velocities` has six entries `(U, ω)` per sphere; `surface_velocity` is relative to this motion
 /// and to the background flow, `None` for rigid surfaces in a fluid at rest. `orders` are those of
 /// the resistance, [`crate::Resistance::orders`]. The error is of the order of that of the
-/// resistance, because a stresslet tests the flow with a velocity in the lowest modes. They are
-/// raised to those that the [`SphereSlip`] needs. Narrow gaps are resolved by the orders of the spheres alone. Cost: one solve off an axis.
+/// resistance, because a stresslet tests the flow with a velocity in the lowest modes. Orders
+/// are raised to those that the [`SphereSlip`] needs. Narrow gaps are resolved by the orders of the
+/// spheres alone. Cost: one solve off an axis.
 ///
 /// ```
 /// use microhydro::{Accuracy, Medium, Spheres, multipole};
