@@ -28,11 +28,11 @@ const CHILDREN_OF_FACET: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3,
 impl TetMesh {
     /// The mesh with each cell divided into eight (red refinement, Bey 1995).
     ///
-    /// The nodes of this mesh become vertices; new midside nodes lie on the quadratic cells. Without
-    /// `surfaces` the fluid therefore stays the same, curved boundary included. With `surfaces` the
-    /// nodes on the named boundary parts move to the closest points, as in [`TetMesh::curved`], and
-    /// the boundary converges to the true one: the volume of a ball with the fourth power of the
-    /// edge length. Tags and regions are kept.
+    /// The nodes of this mesh become vertices; new midside nodes lie on the quadratic cells.
+    /// Without `surfaces` the fluid therefore stays the same, curved boundary included. With
+    /// `surfaces` the nodes on the named boundary parts move to the closest points, as in
+    /// [`TetMesh::curved`], and the boundary converges to the true one: the volume of a ball with
+    /// the fourth power of the edge length. Tags and regions are kept.
     ///
     /// The octahedron inside a cell is divided along the diagonal between the middles of its edges
     /// 02 and 13, and the vertices of the children are ordered such that repeated refinement of a
