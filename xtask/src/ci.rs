@@ -6,7 +6,7 @@ use std::io::Write as _;
 use anyhow::Result;
 
 use crate::slow::{self, Selection};
-use crate::{architecture, cargo, circles, licences, links, packages, style};
+use crate::{architecture, cargo, circles, licences, links, packages, readmes, style};
 
 /// Stated time of the slow tests that are run: the fastest that fit in ten minutes.
 const SLOW_SECONDS: f64 = 600.0;
@@ -36,6 +36,8 @@ pub fn run() -> Result<()> {
     )?;
     licences::run()?;
     packages::run()?;
+    readmes::run()?;
+    packages::without_default_features()?;
     // The same command as in the README.
     cargo::run(&["test", "--workspace"], &[])?;
     // The features of the whole workspace are those of the build before.

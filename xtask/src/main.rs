@@ -17,6 +17,7 @@ mod manifests;
 mod modules;
 mod packages;
 mod pages;
+mod readmes;
 mod slow;
 mod style;
 
@@ -32,10 +33,11 @@ Usage: cargo xtask <TASK> [OPTIONS]
 
 Tasks of this program:
   ci        All checks of CI: format, style, circles, ARCHITECTURE.md, links, lints,
-            documentation, licences, packages, tests
+            documentation, licences, packages, programs of READMEs, tests
   circles   Circles of files that use each other, in each crate
   licences  Licences of the default dependency graph; GPL and AGPL are refused
   links     Links of the documentation: files, headings, files that a page names
+  readmes   The programs of the crates' READMEs, built with the dependencies that they state
   slow      Tests that are ignored because they are slow, one by one with their times, and
             docs/slow-tests.md; --below SECONDS: only those with such a stated time;
             --package NAME: only those of one package
@@ -52,6 +54,7 @@ fn main() -> Result<ExitCode> {
         ["circles"] => circles::run(),
         ["licences"] => licences::run(),
         ["links"] => links::run(),
+        ["readmes"] => readmes::run(),
         ["slow", ..] => slow::run(&arguments[1..]),
         ["style"] => style::run(),
         [] | ["help" | "--help" | "-h", ..] => {

@@ -1,4 +1,5 @@
-//! Packages of the publishable crates: complete, and accepted by `cargo package`.
+//! Packages of the publishable crates: complete, accepted by `cargo package`, and built without
+//! their default features.
 
 use anyhow::Result;
 
@@ -23,6 +24,24 @@ pub fn run() -> Result<()> {
         arguments.extend(["--exclude", package]);
     }
     cargo::run(&arguments, &[])
+}
+
+/// Checks each crate that has default features without them; alone, because crates that are built
+/// together share their features.
+pub fn without_default_features() -> Result<()> {
+    for member in members()? {
+        let features = member.manifest.get("features");
+        let has_defaults = features.is_some_and(|features| features.get("default").is_some());
+        let Some(package) = member
+            .package()
+            .filter(|_| has_defaults && !member.is_excluded)
+        else {
+            continue;
+        };
+        let arguments = ["check", "--package", package, "--lib", "--locked"];
+        cargo::run(&[&arguments[..], &["--no-default-features"]].concat(), &[])?;
+    }
+    Ok(())
 }
 
 /// Files that publishable crates lack.

@@ -20,5 +20,6 @@ pub use motion::{MeshMotion, MovingMesh};
 pub use rbf::{Kernel, Rbf};
 pub use reference_map::ReferenceMap;
 
-// its isometries appear in this crate's interface
+// meshes and isometries are part of this crate's interface
+pub use mesh;
 pub use nalgebra;

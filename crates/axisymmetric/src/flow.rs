@@ -44,6 +44,7 @@ pub struct BodyVelocity {
 
 /// Velocity and pressure at a point of the meridian half-plane, for the viscosity 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct MeridianValue {
     /// Velocity along the axis.
     pub axial: f64,

@@ -28,6 +28,7 @@ pub(crate) const PARITIES: [f64; MODES] = [-1.0, 1.0, 1.0, -1.0];
 /// Velocity of a surface without swirl; `n` is the outward normal, `k` the unit vector along the
 /// axis, and positions are relative to the centre of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SurfaceMode {
     /// Slip `-(I - n n^T) k`: the first mode of a squirmer.
     FirstSlip,

@@ -23,6 +23,7 @@ pub fn frequency(arguments: DesignArguments, quiet: bool) -> Result<String, CliE
         best,
         frequency_error,
         runs,
+        ..
     } = best_frequency(&scene, &mut DesignSpinner::new(quiet))?;
     let rows = runs
         .iter()

@@ -24,6 +24,7 @@ const GOLDEN_SHARE: f64 = 0.381_966_011_250_105_1;
 
 /// A run at one frequency.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct FrequencyRun {
     /// Cycles per time.
     pub frequency: f64,
@@ -35,6 +36,7 @@ pub struct FrequencyRun {
 
 /// The frequency at which the displacement of the gait is largest.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct BestFrequency {
     /// The run at this frequency.
     pub best: FrequencyRun,

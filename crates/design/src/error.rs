@@ -25,6 +25,21 @@ pub enum DesignError {
         /// The reason and the remedy.
         reason: String,
     },
+    /// An objective whose derivatives contradict its values.
+    #[error(
+        "the derivative of the {what} with respect to {component} is {given}, but its values \
+         change at the rate {by_differences}; correct it, or use `by_differences`"
+    )]
+    WrongDerivative {
+        /// Cost or condition.
+        what: &'static str,
+        /// The component of the totals.
+        component: &'static str,
+        /// The derivative that the objective returns.
+        given: f64,
+        /// That of its values.
+        by_differences: f64,
+    },
     /// A design that was interrupted on request.
     #[error("interrupted after {what}")]
     Stopped {
@@ -54,7 +69,7 @@ impl DesignError {
         match self {
             Self::Swim(error) => error.exit_code(),
             Self::NotApplicable { .. } => 2,
-            Self::NoStroke { .. } => 3,
+            Self::NoStroke { .. } | Self::WrongDerivative { .. } => 3,
             // The code that shells report for a program ended by Ctrl-C.
             Self::Stopped { .. } => 130,
         }

@@ -32,7 +32,7 @@ pub use farthest::farthest;
 pub use limits::StrokeLimits;
 pub use objective::{
     DisplacementMeasure, HighestEfficiency, LeastEnergy, LeastEnergyRotation, Objective,
-    WithDerivatives,
+    WithDerivatives, by_differences,
 };
 pub use optimise::{Optimum, SearchOptions, optimise};
 pub use sizes::{BestSizes, SizeRun, SizeSlice, best_sizes, size_slices};
@@ -42,3 +42,6 @@ pub use stroke_path::{SampledPath, Series, StrokeCurve};
 pub use table::{StrokeTable, tabulate};
 pub use timing::{MotionBounds, Peaks, Timing};
 pub use totals::{Stroke, StrokeTotals};
+
+/// Scenes, models and runs, whose types are part of the interface.
+pub use swimmer;

@@ -2,7 +2,7 @@
 
 use models::ShapeGeometry;
 
-use super::objective::Objective;
+use super::objective::{Objective, check_derivatives};
 use super::search::StrokeProblem;
 use super::starts::starts;
 use super::stroke_path::{Series, StrokeCurve};
@@ -28,6 +28,7 @@ pub struct SearchOptions {
 
 /// The best stroke that was found.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Optimum {
     /// The curve of shapes.
     pub curve: StrokeCurve,
@@ -50,7 +51,8 @@ pub struct Optimum {
 /// Searches for the best stroke inside `limits`, one range per joint of the table.
 ///
 /// # Errors
-/// [`DesignError::NoStroke`] if no start leads to a stroke, [`DesignError::Stopped`].
+/// [`DesignError::NoStroke`] if no start leads to a stroke, [`DesignError::WrongDerivative`],
+/// [`DesignError::Stopped`].
 pub fn optimise(
     geometry: &ShapeGeometry,
     objective: &dyn Objective,
@@ -61,6 +63,9 @@ pub fn optimise(
     let series = Series::new(FIRST_TERMS.min(options.terms), options.start.as_deref());
     let starts = starts(geometry, objective, &series, limits);
     let mut problem = StrokeProblem::new(geometry, objective, series, limits);
+    if let Some(first) = starts.iter().find_map(|start| problem.stroke(start)) {
+        check_derivatives(objective, &first.totals)?;
+    }
     progress.begins(&format!("searching from {} strokes", starts.len()));
     let found = problem.compared(&starts);
     let mut iterations = found.iter().map(|(_, minimum)| minimum.iterations).sum();

@@ -55,6 +55,7 @@ impl Stored<()> {
 
 /// A table, and where it is from.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct StrokeTable {
     /// Connection and metric.
     pub geometry: ShapeGeometry,

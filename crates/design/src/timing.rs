@@ -40,6 +40,7 @@ pub struct MotionBounds {
 
 /// Largest values along a stroke.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Peaks {
     /// Largest rate of each joint that moves.
     pub rates: Vec<f64>,
@@ -49,6 +50,7 @@ pub struct Peaks {
 
 /// Points of a curve and the times at which they are reached.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Timing {
     /// Parameters of the curve, from 0 to 1.
     pub parameters: Vec<f64>,

@@ -22,6 +22,7 @@ pub struct StrokeTotals {
 }
 
 /// Totals of a stroke, with what their derivatives need.
+#[non_exhaustive]
 pub struct Stroke {
     /// The totals.
     pub totals: StrokeTotals,

@@ -10,13 +10,15 @@ use std::f64::consts::PI;
 
 use fem::nalgebra::{Matrix3, Vector3};
 use fem::{
-    DirichletCondition, TaylorHood, continuity_residual, load_vector, momentum_residual,
-    pressure_error, velocity_error,
+    DirichletCondition, TaylorHood, continuity_residual, field_error, load_vector,
+    momentum_residual, pressure_error,
 };
 use linalg::{
     BlockTriangular, Bordered, Csr, KrylovParams, Multigrid, MultigridParams, SaddleSystem, fgmres,
 };
 use mesh::{LinearTets, TetMesh};
+
+mod orders;
 
 /// Exact velocity and its gradient.
 fn velocity(x: Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
@@ -71,7 +73,7 @@ fn errors(n: u32) -> Result<[f64; 3], Box<dyn Error>> {
 
     let (free, p) = solution.split_at(3 * condition.n_free());
     condition.expand(free, &mut u)?;
-    let error = velocity_error(&mesh, &u, velocity)?;
+    let error = field_error(&mesh, &u, velocity)?;
     Ok([
         error.l2,
         error.h1_seminorm,
@@ -81,20 +83,10 @@ fn errors(n: u32) -> Result<[f64; 3], Box<dyn Error>> {
 
 /// Prints the errors and orders and checks the orders.
 pub fn main() -> Result<(), Box<dyn Error>> {
-    println!(" n  velocity L2  order  velocity H1  order  pressure L2  order");
-    let mut coarse = errors(3)?;
-    for n in [6, 12] {
-        let fine = errors(n)?;
-        let order = [0, 1, 2].map(|k| (coarse[k] / fine[k]).log2());
-        print!("{n:2}");
-        for k in 0..3 {
-            print!("  {:11.3e}  {:5.2}", fine[k], order[k]);
-        }
-        println!();
-        assert!((order[0] - 3.0).abs() < 0.2, "velocity in L2: {}", order[0]);
-        assert!((order[1] - 2.0).abs() < 0.2, "velocity in H1: {}", order[1]);
-        assert!(order[2] > 1.8, "pressure in L2: {}", order[2]);
-        coarse = fine;
-    }
+    let names = ["velocity L2", "velocity H1", "pressure L2"];
+    let order = orders::print_orders(names, &[3, 6, 12], errors)?;
+    assert!((order[0] - 3.0).abs() < 0.2, "velocity in L2: {}", order[0]);
+    assert!((order[1] - 2.0).abs() < 0.2, "velocity in H1: {}", order[1]);
+    assert!(order[2] > 1.8, "pressure in L2: {}", order[2]);
     Ok(())
 }

@@ -2,24 +2,38 @@
 //!
 //! Matrices are assembled row by row: the row of a node collects the contributions of the cells
 //! around the node in ascending order of the cells. Tasks therefore own disjoint rows, need no
-//! locks, and the result does not depend on the number of threads. The data that all rows of a
-//! cell use is computed once per cell: a few numbers for an affine cell, the whole element matrix
-//! for a curved one.
+//! locks, and the result does not depend on the number of threads.
+//!
+//! The data that all rows of a cell use is computed once per cell: a few numbers for an affine cell
+//! of a form in closed form, otherwise the whole element matrix, by quadrature. Element matrices
+//! are computed in batches of ascending cells, to bound the memory; each row then continues with
+//! the first cell that it has not had yet.
 
 use mesh::TetMesh;
 use rayon::prelude::*;
 use sprs::CsMatI;
 
-use crate::geometry::{Affine, CellNodes};
-use crate::pattern::{ROWS_PER_TASK, split_rows};
+use crate::geometry::{Affine, CellNodes, MapAt};
+use crate::pattern::{Incidence, Pattern, ROWS_PER_TASK, split_rows};
+use crate::point_values::PointValues;
+use crate::quadrature::{CellPoint, degree_5};
+use crate::quantity::Quantity;
 use crate::{FemError, TaylorHood};
+
+/// Memory per thread for the element matrices of a batch, which the cache of a core holds.
+const BATCH_BYTES: usize = 1 << 20;
+
+/// Number of element matrices per task: enough work to outweigh its start.
+const MATRICES_PER_TASK: usize = 32;
 
 /// A bilinear form whose element matrices have `R` rows and `C` columns.
 pub(crate) trait Form<const R: usize, const C: usize>: Sync {
     /// Entry of the element matrix for a pair of shape functions.
-    type Entry: Entry;
+    type Entry: Quantity;
     /// Data of an affine cell that all its rows use.
     type AffineData: Copy + Send + Sync;
+    /// Whether the rows of affine cells follow from their data in closed form, without quadrature.
+    const IS_CLOSED: bool = true;
 
     /// Computes the data of an affine cell that all its rows use.
     fn affine_data(&self, cell: usize, affine: &Affine) -> Self::AffineData;
@@ -27,8 +41,23 @@ pub(crate) trait Form<const R: usize, const C: usize>: Sync {
     /// Row `local` of the element matrix of an affine cell.
     fn affine_row(data: &Self::AffineData, local: usize) -> [Self::Entry; C];
 
-    /// Element matrix of a curved cell.
-    fn curved(&self, cell: usize, nodes: &CellNodes) -> Result<[[Self::Entry; C]; R], FemError>;
+    /// Quadrature rule of cells without closed form.
+    fn rule(&self, _is_affine: bool) -> &'static [CellPoint] {
+        degree_5()
+    }
+
+    /// Adds the integrand at a quadrature point, times its weight, to the element matrix.
+    fn add(&self, point: &PointValues<'_>, matrix: &mut [[Self::Entry; C]; R]);
+
+    /// Completes or checks the element matrix after the last point.
+    fn finish(
+        &self,
+        _cell: usize,
+        _nodes: &CellNodes,
+        _matrix: &mut [[Self::Entry; C]; R],
+    ) -> Result<(), FemError> {
+        Ok(())
+    }
 }
 
 /// Matrix of assembled values with a copy of the given sparsity pattern.
@@ -46,72 +75,112 @@ pub(crate) fn matrix_on_pattern<T: Copy>(
     CsMatI::new(shape, starts, columns, values)
 }
 
-/// A matrix entry to which the contributions of cells are added.
-pub(crate) trait Entry: Copy + Default + Send + Sync {
-    /// `self <- self + contribution`.
-    fn add(&mut self, contribution: Self);
+/// Data of a cell, computed before the rows are assembled.
+enum Prepared<S> {
+    Affine(S),
+    /// Index into the list of the cells with element matrices.
+    Matrix(usize),
 }
 
-impl Entry for f64 {
-    fn add(&mut self, contribution: Self) {
-        *self += contribution;
-    }
+/// Rows of one task, and how far they are assembled.
+struct RowTask<'a, T> {
+    first: usize,
+    values: &'a mut [T],
+    /// For each row, the number of its incidences that have been added; empty before the first.
+    added: Vec<u32>,
+    /// Lowest number of a cell that has not been added.
+    next_cell: usize,
 }
 
-impl Entry for [f64; 3] {
-    fn add(&mut self, contribution: Self) {
-        for c in 0..3 {
-            self[c] += contribution[c];
+impl<T: Copy> RowTask<'_, T> {
+    /// Calls `add(incidence, positions, row values)` for the incidences with cells below `end`.
+    #[inline(always)]
+    fn continue_to(
+        &mut self,
+        end: usize,
+        (pattern, row_starts): (&Pattern, &[usize]),
+        zero: T,
+        mut add: impl FnMut(Incidence, &[u16; 10], &mut [T]),
+    ) {
+        let last = (self.first + ROWS_PER_TASK).min(row_starts.len() - 1);
+        if self.added.is_empty() {
+            // A fresh page of memory that is read before it is written is mapped twice, and the
+            // second mapping interrupts all cores.
+            self.values.fill(zero);
+            self.added = vec![0; last - self.first];
+        }
+        self.next_cell = usize::MAX;
+        for (row, added) in (self.first..last).zip(&mut self.added) {
+            let values = &mut self.values[row_starts[row] - row_starts[self.first]..];
+            let start = pattern.incidence_starts[row];
+            let stop = pattern.incidence_starts[row + 1];
+            let mut k = start + *added as usize;
+            while k < stop {
+                let incidence = pattern.incidences[k];
+                if incidence.cell() >= end {
+                    self.next_cell = self.next_cell.min(incidence.cell());
+                    break;
+                }
+                add(incidence, &pattern.positions[k], values);
+                k += 1;
+            }
+            *added = (k - start) as u32;
         }
     }
 }
 
-/// Data of a cell, computed before the rows are assembled.
-enum Prepared<S> {
-    Affine(S),
-    /// Index into the list of the element matrices of the curved cells.
-    Curved(usize),
-}
+/// Assembled entries of a form.
+type Values<const R: usize, const C: usize, F> =
+    Vec<<<F as Form<R, C>>::Entry as Quantity>::Stored>;
 
 impl TaylorHood {
     /// Values of `form` in the rows of the pattern that `row_starts` delimits.
-    pub(crate) fn assemble<const R: usize, const C: usize, F: Form<R, C>>(
+    pub(crate) fn assemble_form<const R: usize, const C: usize, F: Form<R, C>>(
         &self,
         mesh: &TetMesh,
         row_starts: &[usize],
         form: &F,
-    ) -> Result<Vec<F::Entry>, FemError> {
+    ) -> Result<Values<R, C, F>, FemError> {
         self.check(mesh)?;
-        let (prepared, curved) = prepare(mesh, form)?;
-        let mut values = vec![F::Entry::default(); row_starts[row_starts.len() - 1]];
-        split_rows(&mut values, row_starts)
-            .into_par_iter()
+        let (prepared, cells) = prepare(mesh, form)?;
+        let zero = F::Entry::stored_zero();
+        let mut values = vec![zero; row_starts[row_starts.len() - 1]];
+        let mut tasks: Vec<_> = split_rows(&mut values, row_starts)
+            .into_iter()
             .enumerate()
-            .for_each(|(task, values)| {
-                // A fresh page of memory that is read before it is written is mapped twice, and
-                // the second mapping interrupts all cores.
-                values.fill(F::Entry::default());
-                let first = task * ROWS_PER_TASK;
-                let last = (first + ROWS_PER_TASK).min(row_starts.len() - 1);
-                for row in first..last {
-                    let start = row_starts[row] - row_starts[first];
-                    let values = &mut values[start..];
-                    for k in
-                        self.pattern.incidence_starts[row]..self.pattern.incidence_starts[row + 1]
-                    {
-                        let positions = &self.pattern.positions[k];
-                        let incidence = self.pattern.incidences[k];
-                        let contributions = match &prepared[incidence.cell()] {
-                            Prepared::Affine(data) => F::affine_row(data, incidence.local()),
-                            Prepared::Curved(index) => curved[*index][incidence.local()],
-                        };
-                        for j in 0..C {
-                            values[positions[j] as usize].add(contributions[j]);
-                        }
+            .map(|(task, values)| RowTask {
+                first: task * ROWS_PER_TASK,
+                values,
+                added: Vec::new(),
+                next_cell: 0,
+            })
+            .collect();
+        let per_thread = BATCH_BYTES / size_of::<[[F::Entry; C]; R]>();
+        let per_batch = (rayon::current_num_threads() * per_thread.max(1)).min(cells.len());
+        let mut matrices = vec![[[F::Entry::zero(); C]; R]; per_batch];
+        let mut first = 0;
+        loop {
+            let last = (first + per_batch).min(cells.len());
+            compute_matrices(mesh, form, &cells[first..last], &mut matrices)?;
+            let end = cells.get(last).map_or(usize::MAX, |&cell| cell as usize);
+            let unfinished = tasks.par_iter_mut().filter(|task| task.next_cell < end);
+            unfinished.for_each(|task| {
+                let rows = (&self.pattern, row_starts);
+                task.continue_to(end, rows, zero, |incidence, positions, values| {
+                    let contributions = match &prepared[incidence.cell()] {
+                        Prepared::Affine(data) => &F::affine_row(data, incidence.local()),
+                        Prepared::Matrix(index) => &matrices[index - first][incidence.local()],
+                    };
+                    for j in 0..C {
+                        contributions[j].add_to(&mut values[positions[j] as usize]);
                     }
-                }
+                });
             });
-        Ok(values)
+            if last == cells.len() {
+                return Ok(values);
+            }
+            first = last;
+        }
     }
 
     /// Matrix on the quadratic elements with the given values.
@@ -122,11 +191,9 @@ impl TaylorHood {
     }
 }
 
-/// Data of all cells, and the element matrices of the curved ones.
-type PreparedCells<const R: usize, const C: usize, F> = (
-    Vec<Prepared<<F as Form<R, C>>::AffineData>>,
-    Vec<[[<F as Form<R, C>>::Entry; C]; R]>,
-);
+/// Data of all cells, and the cells with element matrices in ascending order.
+type PreparedCells<const R: usize, const C: usize, F> =
+    (Vec<Prepared<<F as Form<R, C>>::AffineData>>, Vec<u32>);
 
 /// Prepares all cells in parallel.
 fn prepare<const R: usize, const C: usize, F: Form<R, C>>(
@@ -136,7 +203,7 @@ fn prepare<const R: usize, const C: usize, F: Form<R, C>>(
     let mut prepared: Vec<_> = (0..mesh.cells().len())
         .into_par_iter()
         .with_min_len(ROWS_PER_TASK)
-        .map(|_| Prepared::Curved(0))
+        .map(|_| Prepared::Matrix(0))
         .collect();
     // In place, because one thread would have to join the lists of collected results. The error
     // names the invalid cell of the lowest number, for any number of threads.
@@ -144,7 +211,7 @@ fn prepare<const R: usize, const C: usize, F: Form<R, C>>(
         .par_iter_mut()
         .with_min_len(ROWS_PER_TASK)
         .enumerate()
-        .filter(|(cell, _)| mesh.is_affine(*cell))
+        .filter(|(cell, _)| F::IS_CLOSED && mesh.is_affine(*cell))
         .filter_map(
             |(cell, prepared)| match Affine::new(cell, &mesh.cell_points(cell)) {
                 Ok(affine) => {
@@ -158,16 +225,56 @@ fn prepare<const R: usize, const C: usize, F: Form<R, C>>(
     if let Some((_, error)) = first_error {
         return Err(error);
     }
-    let mut curved_cells = Vec::new();
+    let mut cells = Vec::new();
     for (cell, prepared) in prepared.iter_mut().enumerate() {
-        if let Prepared::Curved(index) = prepared {
-            *index = curved_cells.len();
-            curved_cells.push(cell);
+        if let Prepared::Matrix(index) = prepared {
+            *index = cells.len();
+            cells.push(cell as u32);
         }
     }
-    let matrix = |&cell: &usize| form.curved(cell, &mesh.cell_points(cell));
-    let curved: Result<Vec<_>, _> = curved_cells.par_iter().map(matrix).collect();
-    // If a cell is invalid, repeat in order: the error names the invalid cell of the lowest number.
-    let curved = curved.or_else(|_| curved_cells.iter().map(matrix).collect())?;
-    Ok((prepared, curved))
+    Ok((prepared, cells))
+}
+
+/// Computes the element matrices of `cells` in parallel.
+///
+/// The error names the invalid cell of the lowest number.
+fn compute_matrices<const R: usize, const C: usize, F: Form<R, C>>(
+    mesh: &TetMesh,
+    form: &F,
+    cells: &[u32],
+    matrices: &mut [[[F::Entry; C]; R]],
+) -> Result<(), FemError> {
+    let numbered = matrices.par_iter_mut().zip(cells);
+    let first_error = numbered
+        .with_min_len(MATRICES_PER_TASK)
+        .filter_map(|(matrix, &cell)| {
+            let result = element_matrix(mesh, form, cell as usize, matrix);
+            result.err().map(|error| (cell, error))
+        })
+        .min_by_key(|(cell, _)| *cell);
+    first_error.map_or(Ok(()), |(_, error)| Err(error))
+}
+
+/// Element matrix of a cell by quadrature.
+fn element_matrix<const R: usize, const C: usize, F: Form<R, C>>(
+    mesh: &TetMesh,
+    form: &F,
+    cell: usize,
+    matrix: &mut [[F::Entry; C]; R],
+) -> Result<(), FemError> {
+    let nodes = mesh.cell_points(cell);
+    // The affine cells of forms in closed form have no element matrices.
+    let affine = match !F::IS_CLOSED && mesh.is_affine(cell) {
+        true => Some(Affine::new(cell, &nodes)?),
+        false => None,
+    };
+    *matrix = [[F::Entry::zero(); C]; R];
+    for point in form.rule(affine.is_some()) {
+        let map = match &affine {
+            Some(affine) => affine.map_at(point),
+            None => MapAt::new(cell, &nodes, point)?,
+        };
+        form.add(&PointValues::new(mesh, cell, &nodes, point, map), matrix);
+    }
+    form.finish(cell, &nodes, matrix)
 }

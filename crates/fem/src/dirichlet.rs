@@ -1,9 +1,13 @@
 //! Essential (Dirichlet) boundary conditions by elimination.
 
-use linalg::{Csr, Csr3, OMITTED, submatrix};
-use mesh::{TetMesh, Vec3};
+use linalg::{Csr, OMITTED, submatrix};
+use mesh::TetMesh;
+use rayon::prelude::*;
+use sprs::CsMatI;
 
 use crate::error::{FemError, check_length};
+use crate::quantity::Nodal;
+use crate::surface::tagged_facets;
 
 /// Nodes with prescribed values, and the reduction of systems to the free nodes.
 ///
@@ -17,11 +21,16 @@ use crate::error::{FemError, check_length};
 /// where the lift `u_D` has the given values on `D` and zeros on `F`. [`lift`](Self::lift) makes
 /// the lift of a field, [`rhs`](Self::rhs) the right-hand side,
 /// [`restrict_matrix`](Self::restrict_matrix) the matrix `A_FF`, and [`expand`](Self::expand)
-/// writes the solution into a nodal field.
+/// writes the solution into a nodal field. [`reduce`](Self::reduce) does all but the last for a
+/// matrix over all nodes.
 ///
-/// All components of a prescribed node are prescribed. Rigid bodies with unknown velocities are
-/// another kind of constraint, a static condensation of nodal velocities to rigid motions. The
-/// crate `rigid` implements it, and symmetry planes, without this type.
+/// Nodal values are numbers, 3-vectors or arrays of any number of components ([`Nodal`]). All
+/// components of a prescribed node are prescribed; to prescribe some of them, let the "nodes" be
+/// the dofs of an [`interleaved`](crate::interleaved) matrix, with numbers as values.
+///
+/// Rigid bodies with unknown velocities are another kind of constraint, a static condensation of
+/// nodal velocities to rigid motions. The crate `rigid` implements it, and symmetry planes, without
+/// this type.
 ///
 /// ```
 /// use fem::{DirichletCondition, TaylorHood};
@@ -42,7 +51,8 @@ pub struct DirichletCondition {
 }
 
 impl DirichletCondition {
-    /// Condition on the nodes that are marked as prescribed.
+    /// Condition on the nodes that are marked as prescribed: all points, or the vertices alone for
+    /// linear elements.
     pub fn new(prescribed: &[bool]) -> Self {
         let mut numbers = vec![OMITTED; prescribed.len()];
         let mut free = Vec::new();
@@ -62,6 +72,20 @@ impl DirichletCondition {
         Self::new(&prescribed)
     }
 
+    /// Condition on all nodes of the boundary facets with one of these tags.
+    ///
+    /// # Errors
+    /// [`FemError::EmptyTag`].
+    pub fn on_tags(mesh: &TetMesh, tags: &[u16]) -> Result<Self, FemError> {
+        let mut prescribed = vec![false; mesh.n_points()];
+        for &tag in tags {
+            for node in tagged_facets(mesh, tag)?.into_iter().flat_map(|f| f.nodes) {
+                prescribed[node as usize] = true;
+            }
+        }
+        Ok(Self::new(&prescribed))
+    }
+
     /// Number of free nodes.
     pub fn n_free(&self) -> usize {
         self.free.len()
@@ -76,59 +100,116 @@ impl DirichletCondition {
     ///
     /// # Errors
     /// [`FemError::Length`] if the field has another number of nodes.
-    pub fn lift(&self, field: &mut [Vec3]) -> Result<(), FemError> {
+    pub fn lift<T: Nodal>(&self, field: &mut [T]) -> Result<(), FemError> {
         self.check_nodes("the field", field.len())?;
         for &node in &self.free {
-            field[node as usize] = Vec3::zeros();
+            field[node as usize] = T::zero();
         }
         Ok(())
     }
 
-    /// Right-hand side `f_F - (A u_D)_F` of the free nodes, three interleaved components per node.
+    /// Right-hand side `f_F - (A u_D)_F` of the free nodes, with interleaved components.
     ///
     /// `image` is `A u_D`, the product of the matrix over all nodes and the lift.
     ///
     /// # Errors
     /// [`FemError::Length`] if an array has another number of nodes.
-    pub fn rhs(&self, load: &[Vec3], image: &[Vec3]) -> Result<Vec<f64>, FemError> {
+    pub fn rhs<T: Nodal>(&self, load: &[T], image: &[T]) -> Result<Vec<f64>, FemError> {
         self.check_nodes("the load", load.len())?;
         self.check_nodes("the product of matrix and lift", image.len())?;
-        Ok(self.gather(|node| load[node] - image[node]))
+        Ok(self.gather(|node| {
+            let mut value = load[node];
+            value.add_scaled(-1.0, &image[node]);
+            value
+        }))
     }
 
-    /// Values of a field at the free nodes, three interleaved components per node.
+    /// Values of a field at the free nodes, with interleaved components.
     ///
     /// # Errors
     /// [`FemError::Length`] if the field has another number of nodes.
-    pub fn restrict(&self, field: &[Vec3]) -> Result<Vec<f64>, FemError> {
+    pub fn restrict<T: Nodal>(&self, field: &[T]) -> Result<Vec<f64>, FemError> {
         self.check_nodes("the field", field.len())?;
         Ok(self.gather(|node| field[node]))
     }
 
     /// Writes values at the free nodes into a field and keeps its prescribed values.
     ///
-    /// Shape: `values` `3 n_free`, three interleaved components per node.
+    /// Shape: `values` `n_free` times the number of components, which are interleaved.
     ///
     /// # Errors
     /// [`FemError::Length`] if an array has the wrong length.
-    pub fn expand(&self, values: &[f64], field: &mut [Vec3]) -> Result<(), FemError> {
+    pub fn expand<T: Nodal>(&self, values: &[f64], field: &mut [T]) -> Result<(), FemError> {
         self.check_nodes("the field", field.len())?;
-        let expected = 3 * self.free.len();
+        let n = T::COMPONENTS;
+        let expected = n * self.free.len();
         check_length("the values at free nodes", values.len(), expected)?;
-        for (value, &node) in values.as_chunks::<3>().0.iter().zip(&self.free) {
-            field[node as usize] = Vec3::from(*value);
+        for (k, &node) in self.free.iter().enumerate() {
+            field[node as usize] = T::from_components(|c| values[n * k + c]);
         }
         Ok(())
     }
 
+    /// Matrix `A_FF` and right-hand side `f_F - (A u_D)_F` of the free nodes.
+    ///
+    /// `field` has the prescribed values at the prescribed nodes; its values at free nodes do not
+    /// matter. `matrix` has as many rows per node as the field has components. After the solution,
+    /// [`expand`](Self::expand) writes it into `field`.
+    ///
+    /// ```
+    /// use fem::{DirichletCondition, TaylorHood, interpolate, load_vector};
+    /// use linalg::{CsrOperator, Identity, KrylovParams, cg};
+    /// use mesh::{LinearTets, TetMesh};
+    /// // -Δu = -2 in the unit cube with the solution u = x^2.
+    /// let mesh = TetMesh::straight(LinearTets::cube(2))?;
+    /// let stiffness = TaylorHood::new(&mesh)?.stiffness(&mesh)?;
+    /// let condition = DirichletCondition::on_boundary(&mesh);
+    /// let exact = interpolate::<f64, 10>(&mesh, |x| x.x * x.x)?;
+    /// let mut u = exact.clone();
+    /// let (a, b) = condition.reduce(&stiffness, &load_vector(&mesh, |_| -2.0)?, &u)?;
+    /// let mut solution = vec![0.0; b.len()];
+    /// let a = CsrOperator::new(a)?;
+    /// cg(&a, &mut Identity(b.len()), &b, &mut solution, &KrylovParams::default())?;
+    /// condition.expand(&solution, &mut u)?;
+    /// assert!(u.iter().zip(&exact).all(|(u, exact)| (u - exact).abs() < 1e-7));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`restrict_matrix`](Self::restrict_matrix) and [`rhs`](Self::rhs).
+    pub fn reduce<T: Nodal>(
+        &self,
+        matrix: &Csr,
+        load: &[T],
+        field: &[T],
+    ) -> Result<(Csr, Vec<f64>), FemError> {
+        let mut lift = field.to_vec();
+        self.lift(&mut lift)?;
+        let reduced = self.restrict_matrix(matrix, T::COMPONENTS)?;
+        let lift: Vec<f64> = lift.iter().flat_map(T::components).copied().collect();
+        let (starts, columns, values) = (matrix.indptr(), matrix.indices(), matrix.data());
+        let product = |row: usize| -> f64 {
+            let range = starts.outer_inds_sz(row);
+            range.map(|k| values[k] * lift[columns[k] as usize]).sum()
+        };
+        let row = |node: usize| T::from_components(|c| product(T::COMPONENTS * node + c));
+        let image: Vec<T> = (0..self.numbers.len()).into_par_iter().map(row).collect();
+        Ok((reduced, self.rhs(load, &image)?))
+    }
+
     /// Rows and columns `A_FF` of the free nodes, for a matrix with `components` rows per node.
     ///
-    /// Cost: two passes over the rows, in parallel.
+    /// A matrix of blocks has one row per node, so `components` is 1. Cost: two passes over the
+    /// rows, in parallel.
     ///
     /// # Errors
     /// [`FemError::Length`] if the matrix has another shape, [`FemError::Linalg`] if it is not
     /// stored by rows.
-    pub fn restrict_matrix(&self, matrix: &Csr, components: usize) -> Result<Csr, FemError> {
+    pub fn restrict_matrix<T: Copy + Default + Send + Sync>(
+        &self,
+        matrix: &CsMatI<T, u32, usize>,
+        components: usize,
+    ) -> Result<CsMatI<T, u32, usize>, FemError> {
         let n = components.saturating_mul(self.numbers.len());
         check_length("a column of the matrix", matrix.rows(), n)?;
         check_length("a row of the matrix", matrix.cols(), n)?;
@@ -146,21 +227,27 @@ impl DirichletCondition {
         Ok(submatrix(matrix, &rows, &numbers, rows.len())?)
     }
 
-    /// Columns of the free nodes of a discrete divergence, all rows.
+    /// Columns of the free nodes of a discrete divergence or another mixed matrix, all rows.
     ///
     /// # Errors
     /// [`FemError::Length`] if the divergence has another number of columns, [`FemError::Linalg`]
     /// if it is not stored by rows.
-    pub fn restrict_divergence(&self, divergence: &Csr3) -> Result<Csr3, FemError> {
+    pub fn restrict_divergence<T: Copy + Default + Send + Sync>(
+        &self,
+        divergence: &CsMatI<T, u32, usize>,
+    ) -> Result<CsMatI<T, u32, usize>, FemError> {
         self.check_nodes("a row of the divergence", divergence.cols())?;
         let rows: Vec<u32> = (0..divergence.rows() as u32).collect();
         let numbers = &self.numbers;
         Ok(submatrix(divergence, &rows, numbers, self.free.len())?)
     }
 
-    fn gather(&self, value: impl Fn(usize) -> Vec3) -> Vec<f64> {
-        let values = self.free.iter().map(|&node| value(node as usize));
-        values.flat_map(<[f64; 3]>::from).collect()
+    fn gather<T: Nodal>(&self, value: impl Fn(usize) -> T) -> Vec<f64> {
+        let mut values = Vec::with_capacity(T::COMPONENTS * self.free.len());
+        for &node in &self.free {
+            values.extend_from_slice(value(node as usize).components());
+        }
+        values
     }
 
     fn check_nodes(&self, what: &'static str, found: usize) -> Result<(), FemError> {
@@ -170,6 +257,8 @@ impl DirichletCondition {
 
 #[cfg(test)]
 mod tests {
+    use mesh::Vec3;
+
     use super::*;
 
     /// Five nodes, of which the second and the fourth are prescribed.

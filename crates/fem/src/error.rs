@@ -2,6 +2,8 @@
 
 use mesh::Vec3;
 
+use crate::quantity::{Quantity, is_finite};
+
 /// Error of an assembly or an integral, with its place and the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -59,6 +61,39 @@ pub enum FemError {
         /// Index of the first entry, or nodal vector, that is not finite.
         index: usize,
     },
+    /// An integrand of a weak form, load or integral that is NaN or infinite.
+    #[error(
+        "{what} of cell {cell} near ({:.4}, {:.4}, {:.4}) is not finite; check the coefficients, and \
+         that nodal fields in it have one value per vertex or one per point of the mesh",
+        at[0], at[1], at[2]
+    )]
+    NotFiniteInCell {
+        /// Name of the quantity.
+        what: &'static str,
+        /// Index of the cell.
+        cell: usize,
+        /// Mean position of its vertices.
+        at: [f64; 3],
+    },
+    /// A degree for which there is no quadrature rule.
+    #[error("no quadrature rule of degree {degree}: the largest degree is {largest}")]
+    Degree {
+        /// Requested degree.
+        degree: usize,
+        /// Largest degree of a rule.
+        largest: usize,
+    },
+    /// A point outside the mesh.
+    #[error(
+        "point {index} at ({:.4}, {:.4}, {:.4}) is outside the mesh; leave it out",
+        at[0], at[1], at[2]
+    )]
+    OutsideMesh {
+        /// Index of the point.
+        index: usize,
+        /// Its position.
+        at: [f64; 3],
+    },
     /// A matrix whose rows and columns cannot be restricted to the free nodes.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),
@@ -102,6 +137,25 @@ pub(crate) fn check_vectors(
     check(what, values, expected, |value| {
         value.iter().all(|component| component.is_finite())
     })
+}
+
+/// Checks that what was integrated in a cell with these nodes is finite.
+pub(crate) fn check_finite_in_cell<'a, T: Quantity + 'a>(
+    what: &'static str,
+    cell: usize,
+    nodes: &[Vec3; 10],
+    values: impl IntoIterator<Item = &'a T>,
+) -> Result<(), FemError> {
+    if is_finite(values) {
+        return Ok(());
+    }
+    let at = mean_of_vertices(nodes).into();
+    Err(FemError::NotFiniteInCell { what, cell, at })
+}
+
+/// Mean position of the vertices of a cell with these nodes.
+pub(crate) fn mean_of_vertices(nodes: &[Vec3; 10]) -> Vec3 {
+    (nodes[0] + nodes[1] + nodes[2] + nodes[3]) / 4.0
 }
 
 fn check<T>(

@@ -3,7 +3,7 @@
 use mesh::{TET_EDGES, Vec3};
 use nalgebra::Matrix3;
 
-use crate::FemError;
+use crate::error::{FemError, mean_of_vertices};
 use crate::quadrature::CellPoint;
 use crate::taylor_hood::vertex_gradients;
 
@@ -71,6 +71,7 @@ pub(crate) struct MapAt {
 
 impl MapAt {
     /// Geometry map at `point`; an error unless its Jacobian determinant is positive there.
+    #[inline(always)]
     pub fn new(cell: usize, nodes: &CellNodes, point: &CellPoint) -> Result<Self, FemError> {
         // The columns of J are the derivatives of the position with respect to the reference
         // coordinates.
@@ -140,11 +141,11 @@ impl MapAt {
 }
 
 /// The error for a cell whose Jacobian determinant is not positive.
+#[cold]
 fn inverted(cell: usize, nodes: &CellNodes, jacobian: f64) -> FemError {
-    let at = (nodes[0] + nodes[1] + nodes[2] + nodes[3]) / 4.0;
     FemError::InvertedCell {
         cell,
-        at: at.into(),
+        at: mean_of_vertices(nodes).into(),
         jacobian,
     }
 }

@@ -1,13 +1,16 @@
 //! Forces and torques that bodies exert on the fluid, from the residual and from the stress.
 
-use mesh::{Facet, TetMesh, Vec3};
+use mesh::{TetMesh, Vec3};
 use nalgebra::Matrix3;
 
 use crate::error::{FemError, check_array, check_vectors};
 use crate::geometry::MapAt;
-use crate::quadrature::{CellPoint, FacetPoint, facet_degree_6};
+use crate::quadrature::facet_degree_6;
+use crate::quantity::gradient_in_cell;
 use crate::sum::sum_over;
-use crate::surface::{facet_nodes, position_and_normal, surface_measures, tagged_facets};
+use crate::surface::{
+    facet_cell_point, facet_nodes, position_and_normal, surface_measures, tagged_facets,
+};
 
 /// Force and torque that a body exerts on the fluid, at viscosity 1.
 ///
@@ -103,7 +106,7 @@ pub fn stress_load(
         for point in facet_degree_6() {
             let at = facet_cell_point(facet, nodes, point);
             let map = MapAt::new(cell, &positions, &at)?;
-            let mut stress = velocity_gradient(nodes, velocity, &map.gradients(&at));
+            let mut stress = gradient_in_cell(nodes, velocity, &map.gradients(&at));
             stress += stress.transpose();
             let p: f64 = (0..4)
                 .map(|q| at.barycentric[q] * pressure[nodes[q] as usize])
@@ -121,29 +124,4 @@ pub fn stress_load(
         torque: Vec3::new(tx, ty, tz),
     };
     load.checked()
-}
-
-/// Quadrature point of a facet as a point of its cell, whose nodes are `nodes`.
-pub(crate) fn facet_cell_point(facet: &Facet, nodes: &[u32; 10], point: &FacetPoint) -> CellPoint {
-    // Three of the four vertices of the cell are on the facet; the coordinate of the fourth is 0.
-    let barycentric = [0, 1, 2, 3].map(|local| {
-        let corner = facet.nodes[..3]
-            .iter()
-            .position(|&node| node == nodes[local]);
-        corner.map_or(0.0, |corner| point.barycentric[corner])
-    });
-    CellPoint::new(barycentric, point.weight)
-}
-
-/// Velocity gradient `∂u_c/∂x_k` in a cell with the given gradients of the shape functions.
-pub(crate) fn velocity_gradient(
-    nodes: &[u32; 10],
-    velocity: &[Vec3],
-    gradients: &[Vec3; 10],
-) -> Matrix3<f64> {
-    let mut gradient = Matrix3::zeros();
-    for (&node, g) in nodes.iter().zip(gradients) {
-        gradient += velocity[node as usize] * g.transpose();
-    }
-    gradient
 }

@@ -90,6 +90,29 @@ impl Pattern {
     }
 }
 
+impl Pattern {
+    /// Positions of the ten nodes of `cell` in the row of one of its nodes.
+    pub fn positions_in_row(&self, row: usize, cell: usize) -> &[u16; 10] {
+        let range = self.incidence_starts[row]..self.incidence_starts[row + 1];
+        let cells = &self.incidences[range.clone()];
+        &self.positions[range.start + cells.partition_point(|incidence| incidence.cell() < cell)]
+    }
+
+    /// Starts and columns of the rows with the columns below `n_columns` alone.
+    pub fn leading_columns(&self, n_columns: usize, n_rows: usize) -> (Vec<usize>, Vec<u32>) {
+        let mut starts = Vec::with_capacity(n_rows + 1);
+        starts.push(0);
+        let mut leading = Vec::new();
+        for row in 0..n_rows {
+            let columns = &self.columns[self.row_starts[row]..self.row_starts[row + 1]];
+            let count = columns.partition_point(|&column| (column as usize) < n_columns);
+            leading.extend_from_slice(&columns[..count]);
+            starts.push(leading.len());
+        }
+        (starts, leading)
+    }
+}
+
 /// Splits `data`, whose row `i` is `starts[i]..starts[i + 1]`, into slices of [`ROWS_PER_TASK`]
 /// rows.
 pub(crate) fn split_rows<'a, T>(mut data: &'a mut [T], starts: &[usize]) -> Vec<&'a mut [T]> {

@@ -40,15 +40,7 @@ impl TaylorHood {
     pub fn new(mesh: &TetMesh) -> Result<Self, FemError> {
         let pattern = Pattern::new(mesh)?;
         let n_vertices = mesh.n_vertices();
-        let mut vertex_row_starts = Vec::with_capacity(n_vertices + 1);
-        vertex_row_starts.push(0);
-        let mut vertex_columns = Vec::new();
-        for row in 0..n_vertices {
-            let columns = &pattern.columns[pattern.row_starts[row]..pattern.row_starts[row + 1]];
-            let count = columns.partition_point(|&column| (column as usize) < n_vertices);
-            vertex_columns.extend_from_slice(&columns[..count]);
-            vertex_row_starts.push(vertex_columns.len());
-        }
+        let (vertex_row_starts, vertex_columns) = pattern.leading_columns(n_vertices, n_vertices);
         Ok(Self {
             pattern,
             vertex_row_starts,

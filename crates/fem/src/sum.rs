@@ -1,9 +1,9 @@
 //! Sums over cells in a fixed order, so that they do not depend on the number of threads.
 
-use mesh::TetMesh;
 use rayon::prelude::*;
 
 use crate::FemError;
+use crate::quantity::Quantity;
 
 /// Number of terms per task, fixed, so that sums do not depend on the number of threads.
 const ITEMS_PER_TASK: usize = 1024;
@@ -14,57 +14,54 @@ const CELLS_PER_BATCH: usize = 1 << 12;
 /// Number of cells per task: enough work to outweigh its start.
 pub(crate) const CELLS_PER_TASK: usize = 256;
 
-/// Sum of `term(i)`, an array of `N` numbers, over `0..n`.
+/// Sum of `term(i)` over `0..n`.
 ///
 /// Partial sums over chunks of fixed length are computed in parallel and added in order.
-pub(crate) fn sum_over<const N: usize>(
+pub(crate) fn sum_over<T: Quantity>(
     n: usize,
-    term: impl Fn(usize) -> Result<[f64; N], FemError> + Sync,
-) -> Result<[f64; N], FemError> {
-    let add = |mut sum: [f64; N], part: [f64; N]| {
-        for k in 0..N {
-            sum[k] += part[k];
-        }
+    term: impl Fn(usize) -> Result<T, FemError> + Sync,
+) -> Result<T, FemError> {
+    let add = |mut sum: T, part: T| {
+        sum.add_scaled(1.0, &part);
         sum
     };
-    let parts: Vec<Result<[f64; N], FemError>> = (0..n.div_ceil(ITEMS_PER_TASK))
+    let parts: Vec<Result<T, FemError>> = (0..n.div_ceil(ITEMS_PER_TASK))
         .into_par_iter()
         .map(|task| {
             let first = task * ITEMS_PER_TASK;
             (first..n.min(first + ITEMS_PER_TASK))
-                .try_fold([0.0; N], |sum, item| Ok(add(sum, term(item)?)))
+                .try_fold(T::zero(), |sum, item| Ok(add(sum, term(item)?)))
         })
         .collect();
     parts
         .into_iter()
-        .try_fold([0.0; N], |sum, part| Ok(add(sum, part?)))
+        .try_fold(T::zero(), |sum, part| Ok(add(sum, part?)))
 }
 
-/// Computes a result for every cell in parallel and adds the results in the order of the cells.
-pub(crate) fn accumulate_cells<T: Send>(
-    mesh: &TetMesh,
+/// Computes a result for each of `n` cells or facets in parallel and adds the results in order.
+pub(crate) fn accumulate_items<T: Send>(
+    n: usize,
     compute: impl Fn(usize) -> Result<T, FemError> + Sync,
     mut add: impl FnMut(usize, T) + Send,
 ) -> Result<(), FemError> {
     let mut outcome = Ok(());
-    let write = |cell: usize, result: &mut Option<_>| *result = Some(compute(cell));
-    accumulate(mesh, write, |cell, result| match result.take() {
-        Some(Ok(result)) if outcome.is_ok() => add(cell, result),
+    let write = |item: usize, result: &mut Option<_>| *result = Some(compute(item));
+    accumulate(n, write, |item, result| match result.take() {
+        Some(Ok(result)) if outcome.is_ok() => add(item, result),
         Some(Err(error)) if outcome.is_ok() => outcome = Err(error),
         _ => {}
     });
     outcome
 }
 
-/// [`accumulate_cells`] for results that are no errors and are written over earlier ones.
+/// [`accumulate_items`] for results that are no errors and are written over earlier ones.
 ///
 /// While the results of one batch are added, those of the next one are computed.
 pub(crate) fn accumulate<T: Default + Send>(
-    mesh: &TetMesh,
+    n: usize,
     compute: impl Fn(usize, &mut T) + Sync,
     mut add: impl FnMut(usize, &mut T) + Send,
 ) {
-    let n = mesh.n_cells();
     let cells_from = |first: usize| first..n.min(first + CELLS_PER_BATCH);
     let compute_batch = |first: usize, results: &mut [T]| {
         let numbered = cells_from(first).into_par_iter().zip(results);

@@ -3,7 +3,7 @@
 use mesh::{Facet, TetMesh, Vec3};
 
 use crate::FemError;
-use crate::quadrature::{FacetPoint, facet_degree_6};
+use crate::quadrature::{CellPoint, FacetPoint, facet_degree_6};
 use crate::sum::sum_over;
 
 /// Area, enclosed volume and centroid of a closed part of the boundary, from its curved facets.
@@ -131,4 +131,16 @@ pub(crate) fn position_and_normal(nodes: &[Vec3; 6], point: &FacetPoint) -> (Vec
         add(&nodes[3 + i], 4.0 * l[i] * l[j], d);
     }
     (x, by_1.cross(&by_2))
+}
+
+/// Quadrature point of a facet as a point of its cell, whose nodes are `nodes`.
+pub(crate) fn facet_cell_point(facet: &Facet, nodes: &[u32; 10], point: &FacetPoint) -> CellPoint {
+    // Three of the four vertices of the cell are on the facet; the coordinate of the fourth is 0.
+    let barycentric = [0, 1, 2, 3].map(|local| {
+        let corner = facet.nodes[..3]
+            .iter()
+            .position(|&node| node == nodes[local]);
+        corner.map_or(0.0, |corner| point.barycentric[corner])
+    });
+    CellPoint::new(barycentric, point.weight)
 }

@@ -92,6 +92,7 @@ pub trait Preconditioner {
 
 /// Properties of a preconditioner; each kind is more general than those before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum PreconditionerKind {
     /// Linear, symmetric and positive definite (to its own precision): suits all methods.
     PositiveDefinite,

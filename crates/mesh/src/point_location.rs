@@ -22,6 +22,7 @@ const LAST_STEP: f64 = 1e-9;
 
 /// A point in a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CellPoint {
     /// Number of the cell.
     pub cell: usize,

@@ -214,6 +214,7 @@ pub struct Capabilities {
 
 /// When a model estimates its discretisation errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ErrorEstimates {
     /// Never: it has no mesh, or the scene turns estimates off.
     #[default]

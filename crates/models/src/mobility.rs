@@ -1,7 +1,9 @@
 //! Velocities and forces of linked bodies from their grand resistance matrix.
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use rigid::{Articulation, Constraints, Drive, ExternalLoad, Joint, Reduction, StateVelocity};
+use rigid::{
+    Articulation, Constraints, Drive, ExternalLoad, Joint, Reduction, RigidError, StateVelocity,
+};
 
 use crate::error::ModelError;
 use crate::query::Configuration;
@@ -126,12 +128,19 @@ impl MobilitySolution {
             loads,
         };
         let joint_loads = drive.joint_loads(&self.forces, &self.generalised)?;
-        let rows = set.joint_rows().into_iter();
+        let joints = 0..set.joints().len();
+        let joint_forces: Result<_, RigidError> = joints
+            .map(|joint| {
+                constraints
+                    .joint_load(&joint_loads, joint)
+                    .map(|load| load.force)
+            })
+            .collect();
         Ok(scaled.response_to_scene(ScaledResponse {
             motion: &set.state_velocity(self.generalised.as_slice())?,
             generalised: &self.generalised,
             forces: &self.forces,
-            joint_forces: rows.map(|row| vector(&joint_loads, row)).collect(),
+            joint_forces: joint_forces?,
             slip_power: self.slip_power,
         }))
     }

@@ -293,6 +293,7 @@ impl Stresslets {
 ///
 /// A new mesh was generated, or the mesh of a file was moved by another method.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Remesh {
     /// There was no mesh before.
     First,

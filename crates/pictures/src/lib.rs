@@ -18,3 +18,6 @@ pub use plot::{
 };
 pub use report_page::{REPORT_PAGE, RunRecord};
 pub use run_pictures::RunPictures;
+
+/// Scenes, models and runs, whose types are part of the interface.
+pub use swimmer;

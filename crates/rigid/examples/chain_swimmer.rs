@@ -53,7 +53,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             solution.len(),
             report.iterations,
             flow.bodies[6],
-            flow.joint_force(0)?.x
+            flow.joint_load(0)?.force.x
         );
 
         // The arm closes at the prescribed rate, and no external force acts on the swimmer.

@@ -212,20 +212,6 @@ impl Articulation {
         self.joints.iter().filter(|joint| joint.is_passive())
     }
 
-    /// First of the rows of each joint in [`Constraints::matrix`](crate::Constraints::matrix).
-    ///
-    /// The three rows from it belong to the force on `body`; for joints about an axis the next
-    /// three belong to the torque on the frame of `body` about the pivot.
-    pub fn joint_rows(&self) -> Vec<usize> {
-        let mut next = 0;
-        let rows = self.joints.iter().map(|joint| {
-            let first = next;
-            next += joint.kind.rows();
-            first
-        });
-        rows.collect()
-    }
-
     /// Values of the joints at the start: those at the positions given to [`Articulation::new`]
     /// (lengths of slides, zero for others) or [`Articulation::with_initial_values`].
     pub fn initial_shape(&self) -> &[f64] {

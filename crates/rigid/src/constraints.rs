@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 
 use crate::error::{check_finite, check_length};
+use crate::joint_loads::JointRows;
 use crate::placement::Placement;
 use crate::{
     Arms, Articulation, BodyKind, RigidError, State, StateVelocity, Twist, VelocityLayout,
@@ -41,8 +42,8 @@ pub struct Constraints {
     /// Rigid bodies with a resistance in addition to that of the fluid, in the laboratory axes:
     /// masses over time steps. Empty by default.
     pub body_damping: Vec<(usize, Matrix6<f64>)>,
-    /// Vector of each joint, `x_body - x_to`.
-    pub(crate) joint_vectors: Vec<Vector3<f64>>,
+    /// Rows of each joint.
+    pub(crate) joint_rows: Vec<JointRows>,
     /// Position of each rigid body.
     pub(crate) rigid_positions: Vec<Vector3<f64>>,
 }
@@ -142,7 +143,7 @@ impl Articulation {
                 .passive_drives()
                 .map(|(_, drive)| drive.damping)
                 .collect(),
-            joint_vectors: Vec::with_capacity(self.joints().len()),
+            joint_rows: Vec::with_capacity(self.joints().len()),
             rigid_positions: (placement.positions.iter().zip(self.kinds()))
                 .filter(|(_, kind)| **kind == BodyKind::Rigid)
                 .map(|(position, _)| *position)
@@ -189,7 +190,6 @@ impl Articulation {
         let layout = &to.layout;
         let direction = self.direction(placement, number);
         let [far, near] = [joint.body, joint.to].map(|body| placement.positions[body]);
-        to.joint_vectors.push(far - near);
         let [far_frame, near_frame] =
             [joint.body, joint.to].map(|body| layout.frame(self.frame_of()[body]));
         // The point at which the two frames have the same velocity, but for the rate of the joint.
@@ -208,6 +208,12 @@ impl Articulation {
         add_block(matrix, row, far_frame, &-(pivot - far).cross_matrix());
         add_block(matrix, row, near_frame, &(pivot - near).cross_matrix());
         let (translation, rotation) = joint.kind.twist(direction);
+        to.joint_rows.push(JointRows {
+            first: row,
+            vector: far - near,
+            translation,
+            rotation,
+        });
         let mut along_joint = vec![translation];
         if let Some(axis) = rotation {
             add_block(matrix, row + 3, far_frame, &identity);

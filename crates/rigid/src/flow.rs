@@ -3,6 +3,7 @@
 use nalgebra::{DVector, Matrix3, Vector3};
 
 use crate::error::check_length;
+use crate::joint_loads::{JointLoad, JointRows};
 use crate::mesh_part::Ownership;
 use crate::{Articulation, Constrained, Imposed, RigidError, StateVelocity};
 
@@ -32,19 +33,18 @@ pub struct FlowSolution {
     pub stresslets: Vec<Matrix3<f64>>,
     /// Loads `λ` of the joints, one per row of [`Constraints::matrix`](crate::Constraints::matrix).
     ///
-    /// Bodies receive `C^T λ` in addition to the external loads. Redundant rows carry zero. The
-    /// three rows from [`Articulation::joint_rows`] on are the force of a joint on its `body`, the
-    /// opposite force acts on `to`; after the joints come the torques of clamps and the loads that
-    /// fix bodies.
+    /// Bodies receive `C^T λ` in addition to the external loads. Redundant rows carry zero.
+    /// [`FlowSolution::joint_load`] names those of a joint; after the joints come the torques of
+    /// clamps and the loads that fix bodies.
     pub joint_loads: DVector<f64>,
     /// Rate of change of the state of the articulated set.
     pub state: StateVelocity,
-    /// First row of each joint.
-    joint_rows: Vec<usize>,
+    /// Rows of each joint; none without joint loads.
+    joint_rows: Vec<JointRows>,
 }
 
 impl FlowSolution {
-    /// Force of a joint on its `body`; the opposite force acts on `to`.
+    /// Force, torque and drive of a joint.
     ///
     /// Available from every formulation: it is a multiplier of Berti et al. (2021), equations
     /// (16)-(18), up to sign or, where velocities were eliminated, the load that balances the
@@ -52,15 +52,8 @@ impl FlowSolution {
     ///
     /// # Errors
     /// [`RigidError::NoSuchJoint`].
-    pub fn joint_force(&self, joint: usize) -> Result<Vector3<f64>, RigidError> {
-        let first = self.joint_rows.get(joint).copied();
-        match first.filter(|first| first + 3 <= self.joint_loads.len()) {
-            Some(first) => Ok(self.joint_loads.fixed_rows::<3>(first).into()),
-            None => Err(RigidError::NoSuchJoint {
-                joint,
-                joints: self.joint_rows.len(),
-            }),
-        }
+    pub fn joint_load(&self, joint: usize) -> Result<JointLoad, RigidError> {
+        JointRows::loads(&self.joint_rows, &self.joint_loads, joint)
     }
 
     /// Adds a change of this flow, such as [`Constrained::change`].
@@ -181,7 +174,9 @@ impl Constrained {
             joint_loads: DVector::zeros(0),
             state: set.state_velocity(generalised.as_slice())?,
             generalised,
-            joint_rows: set.joint_rows(),
+            joint_rows: (self.border.joint_loads.as_ref())
+                .map(|loads| loads.joint_rows().to_vec())
+                .unwrap_or_default(),
         };
         complete(&mut flow, blocks.free, &blocks.border)?;
         Ok(flow)

@@ -36,6 +36,7 @@ pub use fluid::RigidFluid;
 pub use fluid_matrices::{FluidMatrices, FluidNodes, NodeRole, SurfaceBody};
 pub use formulations::{DirectRows, Eliminated, Formulation, Independent, Lagrange};
 pub use joint::{Arms, Freedom, Joint, JointDrive, JointKind, PassiveDrive};
+pub use joint_loads::JointLoad;
 pub use linkage::Linkage;
 pub use mesh_part::{MeshPart, SumOverParts, UpdateGhosts};
 pub use null_space::{NullSpace, Reduction};

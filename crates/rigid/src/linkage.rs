@@ -7,6 +7,7 @@ use crate::Joint;
 /// It consists of frames: sets of bodies whose arms keep their angles to each other. Joints that
 /// turn connect different frames; without them a linkage has one frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Linkage {
     /// The body at the origin of the first frame: the one with the lowest index.
     pub root: usize,

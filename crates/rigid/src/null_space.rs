@@ -7,6 +7,7 @@ use crate::{Articulation, Constraints, RigidError};
 
 /// All velocities that satisfy a set of constraints: `q = basis v + offset`.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct NullSpace {
     /// Basis of the null space of the constraints, of full column rank.
     ///
@@ -186,6 +187,7 @@ fn orthonormal_columns(projector: DMatrix<f64>) -> DMatrix<f64> {
 
 /// The motions that joints allow: `U = S v + W` for bodies with surfaces, and all other velocities.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Reduction {
     /// `S`: velocities `(U, ω)` of the rigid bodies, six rows per body, full column rank.
     pub surface_basis: DMatrix<f64>,

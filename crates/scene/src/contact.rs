@@ -9,6 +9,7 @@ use crate::shape::Shape;
 
 /// Gap between two bodies, or between a body and the nearest wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Contact {
     /// One body.
     pub body: usize,

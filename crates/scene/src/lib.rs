@@ -48,3 +48,6 @@ pub use words::{
     GaitKind, GeometryKind, InterpolationKind, LearnKind, MeshMotionKind, MesherKind, ModelKind,
     ObjectiveKind, ShapeKind, SolverKind, StrokeStart, SurfaceKind, SymmetryKind,
 };
+
+// joints, surfaces and vectors are part of this crate's interface
+pub use {mesher, nalgebra, rigid};

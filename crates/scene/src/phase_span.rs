@@ -6,6 +6,7 @@ use crate::shape_path::{ShapePath, Sine};
 
 /// One phase of one cycle, with the shape as a function of the parameter `s` from 0 to 1.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PhaseSpan {
     /// Number of the phase span over all cycles, from zero.
     pub number: usize,

@@ -137,10 +137,6 @@ impl JointForce {
 ///         let square = |x: f64| x * x;
 ///         [s, s * s].map(|t| 10.0 - square((PI * t).sin())).to_vec()
 ///     }
-///
-///     fn derivatives(&self, s: f64) -> Vec<f64> {
-///         [(s, 1.0), (s * s, 2.0 * s)].map(|(t, rate)| -PI * rate * (2.0 * PI * t).sin()).to_vec()
-///     }
 /// }
 ///
 /// let scene = Scene::builder()
@@ -165,7 +161,42 @@ pub trait JointPath: fmt::Debug + Send + Sync {
     fn values(&self, s: f64) -> Vec<f64>;
 
     /// Derivatives of the values with respect to `s`.
-    fn derivatives(&self, s: f64) -> Vec<f64>;
+    ///
+    /// By default the seven-point differences of the values, whose error is about 1e-9 of the
+    /// amplitude for up to five oscillations in a phase. Exact ones save six evaluations of the
+    /// values; a scene refuses a path whose derivatives contradict its values.
+    fn derivatives(&self, s: f64) -> Vec<f64> {
+        differences(|s| self.values(s), s, DIFFERENCE_STEP)
+    }
+}
+
+/// Step of the differences, a part of the phase: it balances the errors of rounding and of the
+/// formula, 1e-12 and 2e-10, for five oscillations of amplitude one.
+const DIFFERENCE_STEP: f64 = 1.0 / 1024.0;
+
+/// Derivatives of a list of values at `s` in [0, 1], by the polynomial of degree six through seven
+/// points of this distance, none of which is outside [0, 1].
+fn differences(values: impl Fn(f64) -> Vec<f64>, s: f64, step: f64) -> Vec<f64> {
+    let nodes = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0];
+    let centre = s.clamp(3.0 * step, 1.0 - 3.0 * step);
+    let at = (s - centre) / step;
+    let mut sums = Vec::new();
+    for (j, node) in nodes.into_iter().enumerate() {
+        // Derivative of the Lagrange polynomial of the node.
+        let others = || (0..nodes.len()).filter(move |&k| k != j);
+        let terms = others().map(|k| {
+            let factors = others().filter(|&m| m != k);
+            let product: f64 = factors
+                .map(|m| (at - nodes[m]) / (node - nodes[m]))
+                .product();
+            product / (node - nodes[k])
+        });
+        let weight = terms.sum::<f64>() / step;
+        let values = values(centre + node * step);
+        sums.resize(values.len().max(sums.len()), 0.0);
+        (sums.iter_mut().zip(values)).for_each(|(sum, value)| *sum += weight * value);
+    }
+    sums
 }
 
 /// A path of a program; two are equal if they are the same object.
@@ -216,9 +247,48 @@ impl OwnPath {
                 ));
             }
         }
+        self.wrong_derivative()
+    }
+
+    /// A derivative that contradicts the values.
+    fn wrong_derivative(&self) -> Option<String> {
+        let joints = self.0.joints();
+        let values = |s: f64| self.0.values(s);
+        let found: Vec<_> = (0..=CHECKED_PLACES)
+            .map(|place| {
+                let s = f64::from(place) / f64::from(CHECKED_PLACES);
+                let fine = differences(values, s, DIFFERENCE_STEP);
+                let coarse = differences(values, s, 2.0 * DIFFERENCE_STEP);
+                (s, self.0.derivatives(s), fine, coarse, values(s))
+            })
+            .collect();
+        for (number, joint) in joints.into_iter().enumerate() {
+            let at = |list: &[f64]| list.get(number).copied().unwrap_or(f64::NAN);
+            let rates = found.iter().map(|(_, _, fine, _, _)| at(fine).abs());
+            let largest = rates.fold(0.0, f64::max);
+            for (s, given, fine, coarse, values) in &found {
+                let (given, fine, coarse) = (at(given), at(fine), at(coarse));
+                let rounding = 64.0 * f64::EPSILON * at(values).abs() / DIFFERENCE_STEP;
+                let allowed = MAX_CONTRADICTION * largest + (fine - coarse).abs() + rounding;
+                let difference = (given - fine).abs();
+                if difference.is_nan() || difference > allowed {
+                    return Some(format!(
+                        "has the derivative {given} of link {joint} at s = {s}, but its values \
+                         change at the rate {fine}; correct `derivatives` or leave it out"
+                    ));
+                }
+            }
+        }
         None
     }
 }
+
+/// Intervals of a phase at whose ends the derivatives are compared with differences.
+const CHECKED_PLACES: u32 = 32;
+
+/// Largest difference between a derivative and the differences of the values, relative to the
+/// largest derivative along the phase, beyond the error of the differences.
+const MAX_CONTRADICTION: f64 = 1e-6;
 
 /// Largest jump of a value between phases, relative to a value above one: digits of a number that
 /// was written and read.
@@ -250,6 +320,73 @@ mod tests {
 
         fn derivatives(&self, _: f64) -> Vec<f64> {
             vec![self.0 - 10.0]
+        }
+    }
+
+    /// `sin(2 π n s) + s` with its derivatives times a factor, or without any.
+    #[derive(Debug)]
+    struct Wave {
+        oscillations: f64,
+        factor: Option<f64>,
+    }
+
+    impl JointPath for Wave {
+        fn joints(&self) -> Vec<usize> {
+            vec![0]
+        }
+
+        fn values(&self, s: f64) -> Vec<f64> {
+            vec![(TAU * self.oscillations * s).sin() + s]
+        }
+
+        fn derivatives(&self, s: f64) -> Vec<f64> {
+            let rate = TAU * self.oscillations;
+            match self.factor {
+                Some(factor) => vec![factor * (rate * (rate * s).cos() + 1.0)],
+                None => differences(|s| self.values(s), s, DIFFERENCE_STEP),
+            }
+        }
+    }
+
+    #[test]
+    fn default_derivatives_are_those_of_the_values() {
+        for oscillations in [0.5, 1.0, 5.0] {
+            let [exact, default] = [Some(1.0), None].map(|factor| Wave {
+                oscillations,
+                factor,
+            });
+            for place in 0..=100 {
+                let s = f64::from(place) / 100.0;
+                let error = (exact.derivatives(s)[0] - default.derivatives(s)[0]).abs();
+                // Truncation: h^6 / 7 times the seventh derivative at an end; rounding: the sum of
+                // the weights of a formula at an end, 13, times eps / h.
+                let rate = TAU * oscillations;
+                let truncation = DIFFERENCE_STEP.powi(6) / 7.0 * rate.powi(7);
+                let rounding = 13.0 * 4.0 * f64::EPSILON / DIFFERENCE_STEP;
+                assert!(
+                    error < truncation + rounding,
+                    "{oscillations} {s}: {error:e}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn bug_derivatives_that_contradict_the_values_are_refused() {
+        let problem = |oscillations, factor| {
+            OwnPath(Arc::new(Wave {
+                oscillations,
+                factor,
+            }))
+            .problem(&[0.0])
+        };
+        for oscillations in [0.5, 1.0, 20.0, 200.0] {
+            assert_eq!(problem(oscillations, Some(1.0)), None);
+            assert_eq!(problem(oscillations, None), None);
+        }
+        for wrong in [-1.0, 0.0, 1.01, 1.00001] {
+            let text = problem(2.0, Some(wrong)).unwrap();
+            assert!(text.contains("link 0 at s = 0"), "{text}");
         }
     }
 

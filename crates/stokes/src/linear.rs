@@ -55,6 +55,7 @@ impl Solver {
 }
 
 /// Solutions of one system.
+#[non_exhaustive]
 pub struct Solutions {
     /// One solution per right-hand side, with its report.
     pub columns: Vec<(Vec<f64>, SolveReport)>,

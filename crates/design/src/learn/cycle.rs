@@ -4,6 +4,7 @@ use super::rewards::Rewards;
 
 /// A cycle of states.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Cycle {
     /// The states, each once, in the order in which they are visited.
     pub states: Vec<usize>,

@@ -26,6 +26,7 @@ const TOLERANCE: f64 = 1e-2;
 
 /// A derivative of the net displacement.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Sensitivity {
     /// The parameter.
     #[serde(flatten)]

@@ -8,8 +8,8 @@ use nalgebra::Matrix3;
 use super::bubbles::{BUBBLES_PER_CELL, RULE_POINTS, integrals, rule};
 use crate::FemError;
 use crate::geometry::{Affine, CellNodes, MapAt};
-use crate::load::velocity_gradient;
 use crate::quadrature::CellPoint;
+use crate::quantity::gradient_in_cell;
 use crate::taylor_hood::shape_gradients;
 
 /// Geometry of a cell.
@@ -60,7 +60,7 @@ impl<'a> CellFlow<'a> {
             nodes,
             vertex_gradients: AT_VERTICES
                 .each_ref()
-                .map(|gradients| velocity_gradient(nodes, velocity, gradients)),
+                .map(|gradients| gradient_in_cell(nodes, velocity, gradients)),
         })
     }
 

@@ -14,7 +14,7 @@ use super::surplus::SurplusSpace;
 use super::surplus_part::SurplusPart;
 use crate::error::{FemError, check_array, check_length, check_vectors};
 use crate::geometry::{Affine, MapAt};
-use crate::load::velocity_gradient;
+use crate::quantity::gradient_in_cell;
 use crate::sum::{CELLS_PER_TASK, accumulate, sum_over};
 
 /// Extension of the Taylor-Hood equations on a mesh by the functions of the next degree.
@@ -209,7 +209,7 @@ impl<'a> CubicExtension<'a> {
                 rows,
             });
         };
-        accumulate(mesh, of_cell, |cell, rows| {
+        accumulate(mesh.n_cells(), of_cell, |cell, rows| {
             self.add_to_coarse(cell, &rows.coarse, &mut product);
             self.add_to_bubbles(cell, &rows.bubbles, &mut product.extension);
             for (edge, value) in self.edge_numbers(cell).into_iter().zip(rows.edges) {
@@ -246,7 +246,7 @@ impl<'a> CubicExtension<'a> {
                 rows,
             });
         };
-        accumulate(self.mesh, of_cell, |cell, rows| {
+        accumulate(self.mesh.n_cells(), of_cell, |cell, rows| {
             self.add_to_coarse(cell, rows, &mut product);
         });
         Ok(product)
@@ -276,7 +276,7 @@ impl<'a> CubicExtension<'a> {
                 rows,
             });
         };
-        accumulate(self.mesh, of_cell, |cell, rows| {
+        accumulate(self.mesh.n_cells(), of_cell, |cell, rows| {
             self.add_to_bubbles(cell, rows, &mut product.extension);
         });
         self.constrain(&mut product.extension);
@@ -400,7 +400,7 @@ impl CubicExtension<'_> {
                 let gradients = map.gradients(point.at);
                 let [u, v] = [(flow, &bubbles[0]), (test, &bubbles[1])].map(|(field, bubbles)| {
                     let of_bubbles = gradient_of(bubbles, &point.gradients);
-                    velocity_gradient(nodes, field.velocity, &gradients) + map.gradient(&of_bubbles)
+                    gradient_in_cell(nodes, field.velocity, &gradients) + map.gradient(&of_bubbles)
                 });
                 let l = &point.at.barycentric;
                 let linear = l.iter().zip(nodes);

@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use crate::error::{FemError, check_array, check_vectors};
 use crate::geometry::MapAt;
-use crate::load::{facet_cell_point, velocity_gradient};
 use crate::quadrature::{CellPoint, facet_degree_6};
-use crate::surface::{facet_nodes, position_and_normal, tagged_facets};
+use crate::quantity::gradient_in_cell;
+use crate::surface::{facet_cell_point, facet_nodes, position_and_normal, tagged_facets};
 use crate::surface_velocity::SurfaceVelocity;
 
 /// Number of facets per task: enough work to outweigh its start.
@@ -315,7 +315,7 @@ impl FacetGeometry<'_> {
             let nodes = &self.mesh.cells()[facet.cell as usize];
             let mut power = 0.0;
             self.for_each_point(facet, boundary, |at, gradients, normal, weight| {
-                let [a, b] = [a, b].map(|flow| velocity_gradient(nodes, flow.velocity, gradients));
+                let [a, b] = [a, b].map(|flow| gradient_in_cell(nodes, flow.velocity, gradients));
                 let [d_a, d_b] = relative.map(|flow| gradient_of(&flow, gradients) * normal);
                 let values = at.barycentric.iter().zip(nodes);
                 let p: f64 = values

@@ -7,7 +7,7 @@ use super::bubbles::{BUBBLES_PER_CELL, Bubbles, RULE_POINTS, signs};
 use super::cell::{CellFlow, dot};
 use super::surplus_part::SurplusPart;
 use crate::error::{FemError, check_array, check_length, check_vectors};
-use crate::sum::{accumulate_cells, sum_over};
+use crate::sum::{accumulate_items, sum_over};
 
 /// Space of cubic bubbles on a mesh, for estimates of the discretisation error of a flow.
 ///
@@ -226,15 +226,19 @@ impl SurplusSpace {
     ) -> Result<(Vec<f64>, Vec<Vec3>), FemError> {
         let n = self.bubbles.len();
         let (mut numbers, mut vectors) = (vec![0.0; n], vec![Vec3::zeros(); n]);
-        accumulate_cells(mesh, cell_values, |cell, (cell_numbers, cell_vectors)| {
-            let nodes = &mesh.cells()[cell];
-            let signs = signs(nodes);
-            for (k, bubble) in self.bubbles.of_cell(cell, nodes).into_iter().enumerate() {
-                numbers[bubble] += cell_numbers[k];
-                vectors[bubble] +=
-                    signs[k] * self.bubbles.without_constrained(bubble, cell_vectors[k]);
-            }
-        })?;
+        accumulate_items(
+            mesh.n_cells(),
+            cell_values,
+            |cell, (cell_numbers, cell_vectors)| {
+                let nodes = &mesh.cells()[cell];
+                let signs = signs(nodes);
+                for (k, bubble) in self.bubbles.of_cell(cell, nodes).into_iter().enumerate() {
+                    numbers[bubble] += cell_numbers[k];
+                    vectors[bubble] +=
+                        signs[k] * self.bubbles.without_constrained(bubble, cell_vectors[k]);
+                }
+            },
+        )?;
         Ok((numbers, vectors))
     }
 

@@ -4,8 +4,9 @@ use linalg::Csr;
 use mesh::TetMesh;
 
 use crate::assemble::Form;
-use crate::geometry::{Affine, CellNodes, MapAt};
-use crate::quadrature::{degree_5, degree_6};
+use crate::geometry::Affine;
+use crate::point_values::PointValues;
+use crate::quadrature::{CellPoint, degree_6};
 use crate::taylor_hood::{QUADRATIC_MASS, linear_mass};
 use crate::{FemError, TaylorHood};
 
@@ -30,7 +31,7 @@ impl TaylorHood {
     /// # Errors
     /// [`FemError::OtherMesh`], [`FemError::InvertedCell`].
     pub fn velocity_mass(&self, mesh: &TetMesh) -> Result<Csr, FemError> {
-        let values = self.assemble(mesh, &self.pattern.row_starts, &QuadraticMass)?;
+        let values = self.assemble_form(mesh, &self.pattern.row_starts, &QuadraticMass)?;
         Ok(self.node_matrix(values))
     }
 }
@@ -49,17 +50,8 @@ impl Form<4, 4> for LinearMass {
         std::array::from_fn(|j| volume * linear_mass(local, j))
     }
 
-    fn curved(&self, cell: usize, nodes: &CellNodes) -> Result<[[f64; 4]; 4], FemError> {
-        let mut m = [[0.0; 4]; 4];
-        for point in degree_5() {
-            let measure = MapAt::new(cell, nodes, point)?.measure;
-            for i in 0..4 {
-                for j in 0..4 {
-                    m[i][j] += measure * (point.barycentric[i] * point.barycentric[j]);
-                }
-            }
-        }
-        Ok(m)
+    fn add(&self, point: &PointValues<'_>, matrix: &mut [[f64; 4]; 4]) {
+        add_products(point.linear(), point.weight, matrix);
     }
 }
 
@@ -77,16 +69,20 @@ impl Form<10, 10> for QuadraticMass {
         QUADRATIC_MASS[local].map(|entry| volume * entry)
     }
 
-    fn curved(&self, cell: usize, nodes: &CellNodes) -> Result<[[f64; 10]; 10], FemError> {
-        let mut m = [[0.0; 10]; 10];
-        for point in degree_6() {
-            let measure = MapAt::new(cell, nodes, point)?.measure;
-            for i in 0..10 {
-                for j in 0..10 {
-                    m[i][j] += measure * (point.shape[i] * point.shape[j]);
-                }
-            }
+    fn rule(&self, _: bool) -> &'static [CellPoint] {
+        degree_6()
+    }
+
+    fn add(&self, point: &PointValues<'_>, matrix: &mut [[f64; 10]; 10]) {
+        add_products(point.quadratic(), point.weight, matrix);
+    }
+}
+
+/// Adds `weight N_i N_j`.
+fn add_products<const N: usize>(values: &[f64; N], weight: f64, matrix: &mut [[f64; N]; N]) {
+    for i in 0..N {
+        for j in 0..N {
+            matrix[i][j] += weight * (values[i] * values[j]);
         }
-        Ok(m)
     }
 }

@@ -4,11 +4,12 @@ use linalg::Csr;
 use mesh::{TetMesh, Vec3};
 use nalgebra::Matrix3;
 
-use super::viscous::{interleaved, pair};
+use super::viscous::pair;
 use crate::assemble::Form;
 use crate::error::check_array;
-use crate::geometry::{Affine, CellNodes, MapAt};
-use crate::quadrature::degree_5;
+use crate::geometry::Affine;
+use crate::point_values::PointValues;
+use crate::weak_form::interleaved_rows;
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {
@@ -31,12 +32,10 @@ impl TaylorHood {
         check_array("the coefficient", coefficient, mesh.cells().len())?;
         check_array("the Lamé parameter", &[lame], 1)?;
         let form = VertexElasticity { coefficient, lame };
-        let blocks = self.assemble(mesh, &self.vertex_row_starts, &form)?;
-        Ok(interleaved(
-            &self.vertex_row_starts,
-            &self.vertex_columns,
-            &blocks,
-        ))
+        let blocks = self.assemble_form(mesh, &self.vertex_row_starts, &form)?;
+        let shape = (3 * self.n_vertices(), 3 * self.n_vertices());
+        let (starts, columns) = (&self.vertex_row_starts, &self.vertex_columns);
+        Ok(interleaved_rows(shape, starts, columns, &blocks))
     }
 }
 
@@ -75,18 +74,13 @@ impl Form<4, 4> for VertexElasticity<'_> {
         [0, 1, 2, 3].map(|j| data.weight * block(&g[local], &g[j], data.lame))
     }
 
-    fn curved(&self, cell: usize, nodes: &CellNodes) -> Result<[[Matrix3<f64>; 4]; 4], FemError> {
-        let mut blocks = [[Matrix3::zeros(); 4]; 4];
-        for point in degree_5() {
-            let map = MapAt::new(cell, nodes, point)?;
-            let gradients = map.vertex_gradients();
-            let weight = map.measure * self.coefficient[cell];
-            for i in 0..4 {
-                for j in 0..4 {
-                    blocks[i][j] += weight * block(&gradients[i], &gradients[j], self.lame);
-                }
+    fn add(&self, point: &PointValues<'_>, matrix: &mut [[Matrix3<f64>; 4]; 4]) {
+        let gradients = &point.linear_gradients();
+        let weight = point.weight * self.coefficient[point.cell];
+        for i in 0..4 {
+            for j in 0..4 {
+                matrix[i][j] += weight * block(&gradients[i], &gradients[j], self.lame);
             }
         }
-        Ok(blocks)
     }
 }

@@ -5,8 +5,8 @@ use mesh::{TET_EDGES, TetMesh};
 
 use crate::assemble::{Form, matrix_on_pattern};
 use crate::error::check_array;
-use crate::geometry::{Affine, CellNodes, MapAt};
-use crate::quadrature::degree_5;
+use crate::geometry::Affine;
+use crate::point_values::PointValues;
 use crate::{FemError, TaylorHood};
 
 impl TaylorHood {
@@ -55,7 +55,7 @@ impl TaylorHood {
         mesh: &TetMesh,
         form: &F,
     ) -> Result<Csr, FemError> {
-        let values = self.assemble(mesh, &self.vertex_row_starts, form)?;
+        let values = self.assemble_form(mesh, &self.vertex_row_starts, form)?;
         let shape = (self.n_vertices(), self.n_vertices());
         let (starts, columns) = (&self.vertex_row_starts, &self.vertex_columns);
         Ok(matrix_on_pattern(shape, starts, columns, values))
@@ -90,18 +90,13 @@ impl<C: Fn(usize) -> f64 + Sync> Form<4, 4> for VertexStiffness<C> {
         row
     }
 
-    fn curved(&self, cell: usize, nodes: &CellNodes) -> Result<[[f64; 4]; 4], FemError> {
-        let mut k = [[0.0; 4]; 4];
-        for point in degree_5() {
-            let map = MapAt::new(cell, nodes, point)?;
-            let gradients = map.vertex_gradients();
-            let weight = map.measure * (self.coefficient)(cell);
-            for i in 0..4 {
-                for j in 0..4 {
-                    k[i][j] += weight * gradients[i].dot(&gradients[j]);
-                }
+    fn add(&self, point: &PointValues<'_>, matrix: &mut [[f64; 4]; 4]) {
+        let gradients = &point.linear_gradients();
+        let weight = point.weight * (self.coefficient)(point.cell);
+        for i in 0..4 {
+            for j in 0..4 {
+                matrix[i][j] += weight * gradients[i].dot(&gradients[j]);
             }
         }
-        Ok(k)
     }
 }

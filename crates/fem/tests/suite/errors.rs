@@ -89,7 +89,7 @@ fn arrays_of_the_wrong_length_or_with_nan_are_errors() {
     assert!(space.weighted_vertex_stiffness(&mesh, &[1.0]).is_err());
     assert!(fem::mean_pressure(&mesh, &[f64::NAN; 27]).is_err());
     let undefined = |_| (Vec3::repeat(f64::NAN), nalgebra::Matrix3::zeros());
-    assert!(fem::velocity_error(&mesh, &u, undefined).is_err());
+    assert!(fem::field_error(&mesh, &u, undefined).is_err());
     assert!(fem::pressure_error(&mesh, &p, |_| f64::NAN).is_err());
     assert!(load_vector(&mesh, |_| Vec3::repeat(f64::NAN)).is_err());
 }

@@ -4,8 +4,8 @@
 use crate::support::meshes::{BODY, curved_shell, random_affine, straight_shell};
 use crate::support::{noise, stokes};
 use fem::{
-    TaylorHood, load_vector, mean_pressure, pressure_error, stress_load, surface_measures,
-    velocity_error,
+    TaylorHood, field_error, load_vector, mean_pressure, pressure_error, stress_load,
+    surface_measures,
 };
 use mesh::{LinearTets, TetMesh, Vec3};
 use nalgebra::Matrix3;
@@ -91,7 +91,7 @@ fn quadratic_velocity_and_linear_pressure_are_reproduced_on_random_affine_meshes
             loads.push(-integral * exact.stress_divergence());
         }
         let flow = stokes::solve(&mesh, exact.nodal_velocity(&mesh), &loads);
-        let error = velocity_error(&mesh, &flow.velocity, |x| exact.velocity(x)).unwrap();
+        let error = field_error(&mesh, &flow.velocity, |x| exact.velocity(x)).unwrap();
         assert!(error.l2 < 1e-10 && error.h1_seminorm < 1e-10, "{error:?}");
         let error = pressure_error(&mesh, &flow.pressure, |x| exact.pressure(x)).unwrap();
         assert!(error < 1e-10, "{error}");
@@ -118,7 +118,7 @@ fn error_norms_measure_a_known_difference() {
         .map(|x| x.x)
         .collect();
     let zero = |_| (Vec3::zeros(), Matrix3::zeros());
-    let error = velocity_error(&mesh, &u, zero).unwrap();
+    let error = field_error(&mesh, &u, zero).unwrap();
     assert!((error.l2 - (1f64 / 3.0).sqrt()).abs() < 1e-14);
     assert!((error.h1_seminorm - 1.0).abs() < 1e-14);
     assert!((pressure_error(&mesh, &p, |_| 0.0).unwrap() - (1f64 / 12.0).sqrt()).abs() < 1e-14);

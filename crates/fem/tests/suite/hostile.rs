@@ -1,9 +1,10 @@
 //! Every public function on hostile arguments: a right answer or an error, never a panic.
 
 use fem::{
-    CubicExtension, CurvedBoundary, DirichletCondition, FacetGeometry, FemError, SurplusSpace,
-    TaylorHood, consistent_load, continuity_residual, dissipation, load_vector, mean_pressure,
-    momentum_residual, pressure_error, stress_load, surface_measures, velocity_error,
+    CubicExtension, CurvedBoundary, DirichletCondition, FacetGeometry, FemError, PointValues,
+    SurplusSpace, TaylorHood, consistent_load, continuity_residual, dissipation, evaluate,
+    field_error, integrate_facets, load_vector, mean_pressure, momentum_residual, pressure_error,
+    stress_load, surface_measures,
 };
 use linalg::{Csr, Csr3};
 use mesh::{LinearTets, TetMesh, Vec3};
@@ -74,7 +75,8 @@ proptest! {
             dissipation(&mesh, u),
             mean_pressure(&mesh, p),
             pressure_error(&mesh, p, |at| x * at.x),
-            velocity_error(&mesh, u, |at| (x * at, Matrix3::from_element(x))).map(|e| e.l2),
+            field_error(&mesh, u, |at| (x * at, Matrix3::from_element(x))).map(|e| e.l2),
+            field_error(&mesh, p, |at| (x * at.y, x * at)).map(|e| e.h1_seminorm),
             surface_measures(&mesh, tag).map(|measures| measures.volume),
         ];
         prop_assert!(scalars.iter().flatten().all(|value| value.is_finite()), "{scalars:?}");
@@ -89,6 +91,23 @@ proptest! {
             prop_assert!(all_finite(&load));
         }
         let space = TaylorHood::new(&mesh).expect("a space");
+        let form = |point: &PointValues<'_>, matrix: &mut [[f64; 10]; 4]| {
+            let value = x * (point.value(u).x + point.value(p));
+            point.add(matrix, |v, u| value * v.value * u.gradient.x);
+        };
+        for degree in [0, 8, 9, usize::MAX] {
+            if let Ok(matrix) = space.assemble(&mesh, degree, form) {
+                prop_assert!(finite(matrix.data()));
+            }
+            let facets = space.assemble_facets(&mesh, tag, degree, |f, m| form(&f.point, m));
+            prop_assert!(facets.map_or(true, |matrix| finite(matrix.data())));
+            if let Ok(found) = integrate_facets(&mesh, tag, degree, |f| f.point.gradient(u)) {
+                prop_assert!(found.iter().all(|x| x.is_finite()));
+            }
+        }
+        if let Ok(found) = evaluate(&mesh, p, &[centre]) {
+            prop_assert!(finite(&[found[0].0]) && all_finite(&[found[0].1]));
+        }
         let _ = space.weighted_vertex_stiffness(&mesh, c);
         let _ = space.vertex_elasticity(&mesh, c, x);
         let surface = &Sphere::new(centre, x);

@@ -10,3 +10,4 @@ mod sphere;
 mod support;
 mod symmetry;
 mod threads;
+mod weak_forms;

@@ -3,10 +3,11 @@
 use crate::support::meshes::{BODY, curved_shell};
 use crate::support::{interleaved, noise_field, noise_vector};
 use fem::{
-    TaylorHood, consistent_load, continuity_residual, dissipation, load_vector, momentum_residual,
-    stress_load,
+    TaylorHood, consistent_load, continuity_residual, dissipation, integrate, integrate_facets,
+    load_vector, momentum_residual, stress_load,
 };
 use mesh::Vec3;
+use nalgebra::Matrix3;
 
 /// Bits of all parallel results of this crate, computed with `threads` threads.
 fn everything(threads: usize) -> Vec<u64> {
@@ -51,6 +52,18 @@ fn everything(threads: usize) -> Vec<u64> {
             numbers.extend(matrix.data());
             numbers.extend(matrix.indices().iter().map(|&column| f64::from(column)));
         }
+        // More cells than a batch of element matrices of one or two threads.
+        let blocks = space.assemble(&mesh, 5, |q, m: &mut [[Matrix3<f64>; 10]; 10]| {
+            let u = q.value(&u);
+            q.add(m, |a, b| a.value * u * b.gradient.transpose());
+        });
+        numbers.extend(blocks.unwrap().data().as_flattened().as_flattened());
+        let facets = space.assemble_facets(&mesh, BODY, 5, |f, m: &mut [[f64; 4]; 10]| {
+            f.point.add(m, |a, b| a.gradient.x * b.value);
+        });
+        numbers.extend(facets.unwrap().data());
+        numbers.push(integrate(&mesh, 8, |q| q.value(&p).exp()).unwrap());
+        numbers.push(integrate_facets(&mesh, BODY, 8, |f| f.point.value(&p).exp()).unwrap());
         let all = space.matrices(&mesh).unwrap();
         assert_eq!(all.stiffness, space.stiffness(&mesh).unwrap());
         assert_eq!(all.divergence, space.divergence(&mesh).unwrap());

@@ -34,6 +34,7 @@ pub(crate) enum Definiteness {
 
 /// Precision in which factors are computed and stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Precision {
     /// 8 bytes per nonzero.
     Double,

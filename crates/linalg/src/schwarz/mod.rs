@@ -30,6 +30,7 @@ pub struct SchwarzParams {
 
 /// Treatment of the border dofs, such as velocities of bodies and Lagrange multipliers.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum BorderPlacement {
     /// All are eliminated, so that they act as a coarse space.
     ///

@@ -396,6 +396,7 @@ impl TetMesh {
 
 /// A whole mesh, composed of a part and its reflections.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Unfolded {
     /// The whole mesh. Its nodes are numbered differently from those of the part, see `sources`.
     pub mesh: TetMesh,

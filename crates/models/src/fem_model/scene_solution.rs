@@ -84,7 +84,7 @@ impl ToScene<'_> {
     ) -> Result<InstantaneousSolution, ModelError> {
         let (scale, set) = (&self.scaled.scale, &self.scaled.set);
         let joint_forces = (0..set.joints().len())
-            .map(|joint| flow.joint_force(joint))
+            .map(|joint| flow.joint_load(joint).map(|load| load.force))
             .collect::<Result<Vec<_>, _>>()?;
         let response = self.scaled.response_to_scene(ScaledResponse {
             motion: &flow.state,

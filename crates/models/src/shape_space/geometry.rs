@@ -26,6 +26,7 @@ pub struct ShapeGeometry {
 
 /// Connection and metric at one shape, with their derivatives.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct LocalGeometry {
     /// Twist of the frame, linear part first, for a unit rate of each variable.
     pub connection: Vec<Vector6<f64>>,

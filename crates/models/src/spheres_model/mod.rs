@@ -24,6 +24,7 @@ use stokes::Seconds;
 
 /// Approximation of the interactions between spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SphereModel {
     /// Point forces (Oseen tensor).
     Oseen,

@@ -10,6 +10,7 @@ use crate::error::PictureError;
 
 /// Velocity and pressure on a regular grid in a plane, in the scene's units and laboratory frame.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct FlowSlice {
     /// The window.
     pub plane: SlicePlane,

@@ -1,9 +1,9 @@
 // Stands for another finite-element code: spheres in a ball of fluid, and the matrices around them.
 
 use fem::{StokesMatrices, TaylorHood};
-use mesh::{NamedSurface, TetMesh};
+use mesher::mesh::{NamedSurface, TetMesh};
 use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
-use nalgebra::Vector3;
+use rigid::nalgebra::Vector3;
 use rigid::{FluidMatrices, NodeRole, SurfaceBody};
 
 /// The input that `rigid` needs from a mesh.

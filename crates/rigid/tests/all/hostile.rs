@@ -362,11 +362,11 @@ fn bug_the_force_of_a_joint_that_does_not_exist_ended_the_program() {
         .constrain(random_fluid(&x, &SEED), &drive)
         .unwrap();
     let flow = system.flow(&system.rhs, &set).unwrap();
-    assert!(flow.joint_force(0).is_ok());
+    assert!(flow.joint_load(0).is_ok());
     // rows 3 to 5 are the torque of a clamp
     for joint in [1, 9, usize::MAX] {
         assert_eq!(
-            flow.joint_force(joint),
+            flow.joint_load(joint),
             Err(RigidError::NoSuchJoint { joint, joints: 1 })
         );
     }

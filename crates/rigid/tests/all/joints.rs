@@ -86,6 +86,24 @@ fn check_formulations(
         sum[row] -= force;
     }
     assert!(sum.amax() < force * constraints.matrix.amax(), "{sum}");
+    // A drive does the work of all rows of its joint; a passive joint has the force of its spring,
+    // less that of its dashpot.
+    let (mut power, mut passive) = (0.0, 0);
+    for (joint, &rate) in rates[..set.joints().len()].iter().enumerate() {
+        let load = flow.joint_load(joint).unwrap();
+        assert_eq!(constraints.joint_load(&flow.joint_loads, joint), Ok(load));
+        match constraints.layout.joint(joint) {
+            None => power += load.drive * rate,
+            Some(column) => {
+                let damping = constraints.joint_damping[passive] * flow.generalised[column];
+                let expected = constraints.joint_forces[passive] - damping;
+                assert!((load.drive - expected).abs() < force * constraints.matrix.amax());
+                passive += 1;
+            }
+        }
+    }
+    let work = flow.joint_loads.dot(&constraints.rates);
+    assert!((power - work).abs() < 1e-13 * (1.0 + flow.joint_loads.norm()));
 }
 
 proptest! {

@@ -35,8 +35,8 @@ fn same(part: &Case, whole: &Case, sources: &[(u32, Vector3<f64>)], formulation:
     if !part.set.joints().is_empty() {
         close(
             name,
-            own.joint_force(0).unwrap().iter().copied(),
-            all.joint_force(0).unwrap().iter().copied(),
+            own.joint_load(0).unwrap().force.iter().copied(),
+            all.joint_load(0).unwrap().force.iter().copied(),
         );
     }
     let images = sources

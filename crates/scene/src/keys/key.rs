@@ -17,6 +17,7 @@ pub struct Key {
 
 /// Default of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum KeyDefault {
     /// The key has this value, written as for `--set`.
     Value(&'static str),
@@ -63,6 +64,7 @@ pub enum Kind {
 
 /// Words with their meanings.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Words {
     /// The words.
     pub words: &'static [&'static str],
@@ -104,6 +106,7 @@ impl Kind {
 
 /// A table of the scene file, such as `[fluid]`.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct KeyTable {
     /// What stands before the names of its keys: `fluid.`, or `bodies[].` for a list.
     pub prefix: &'static str,

@@ -88,9 +88,7 @@ fn interpolation_energy(
     flow: impl Fn(Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) + Sync,
 ) -> Result<f64> {
     let velocity: Vec<_> = mesh.points().iter().map(|&x| flow(x).0).collect();
-    Ok(fem::velocity_error(mesh, &velocity, flow)?
-        .h1_seminorm
-        .powi(2))
+    Ok(fem::field_error(mesh, &velocity, flow)?.h1_seminorm.powi(2))
 }
 
 fn ball_in_ball(size: f64, lambda: f64) -> Result<TetMesh> {

@@ -7,8 +7,8 @@
 //! stable for any length.
 
 use models::{BodySolution, InstantaneousSolution, ModelError};
-use nalgebra::{DMatrix, DVector, Vector3, Vector6};
-use rigid::{Drive, ExternalLoad, Reduction, State};
+use nalgebra::{DMatrix, DVector, Vector6};
+use rigid::{Drive, ExternalLoad, Reduction, RigidError, State};
 use scene::{Scene, SceneError};
 
 use super::masses::{Velocities, implicit_terms, mass_matrices, momenta, velocities_of};
@@ -150,11 +150,11 @@ fn explicit_step(
         bodies[body].force = vector(&forces, 6 * number);
         bodies[body].torque = vector(&forces, 6 * number + 3);
     }
-    let rows = set.joint_rows().into_iter();
-    let joint_forces = rows
-        .map(|row| -> Vector3<f64> { vector(&joint_loads, row) })
+    let joint_forces: Result<_, RigidError> = (0..set.joints().len())
+        .map(|joint| drive.constraints.joint_load(&joint_loads, joint))
+        .map(|load| load.map(|load| load.force))
         .collect();
-    let solution = InstantaneousSolution::new(bodies, joint_forces, motion);
+    let solution = InstantaneousSolution::new(bodies, joint_forces?, motion);
     evaluator.record(s, state, solution)
 }
 

@@ -66,7 +66,7 @@ fn the_power_of_the_bodies_is_the_energy_of_the_flow() {
         .map(|b| b.force.dot(&b.velocity) + b.torque.dot(&b.angular_velocity))
         .sum();
     let zero = |_| (Vector3::zeros(), nalgebra::Matrix3::zeros());
-    let gradient = fem::velocity_error(&flow.mesh, &flow.velocity, zero)
+    let gradient = fem::field_error(&flow.mesh, &flow.velocity, zero)
         .unwrap()
         .h1_seminorm;
     let spin: f64 = scene

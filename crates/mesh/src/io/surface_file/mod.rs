@@ -11,6 +11,7 @@ use crate::{FileLocation, MeshError, SurfaceMesh};
 
 /// Formats of surface files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SurfaceFormat {
     /// STL, text or binary. Corners closer than 1e-6 of the extent are one vertex.
     Stl,

@@ -37,6 +37,7 @@ pub struct TriangulatedSurface {
 
 /// How the triangles of a surface are understood.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum TriangleKind {
     /// The surface is curved through the vertices: between them it follows the normals that the
     /// triangles give. Edges at which the normals differ by more than 40 degrees are kept sharp.
