@@ -85,6 +85,25 @@ pub(crate) fn check_motions(expected: usize, motions: &[Isometry3<f64>]) -> Resu
     Ok(())
 }
 
+/// Refuses twists unless there is one finite twist per body.
+///
+/// # Errors
+/// [`AleError::Twists`], [`AleError::NotFinite`].
+pub(crate) fn check_twists(expected: usize, twists: &[[Vec3; 2]]) -> Result<(), AleError> {
+    let found = twists.len();
+    if found != expected {
+        return Err(AleError::Twists { expected, found });
+    }
+    let is_finite = |twist: &[Vec3; 2]| twist.iter().flatten().all(|x| x.is_finite());
+    match twists.iter().position(|twist| !is_finite(twist)) {
+        Some(index) => Err(AleError::NotFinite {
+            what: "the twist of body",
+            index,
+        }),
+        None => Ok(()),
+    }
+}
+
 /// `Q - I` for the rotation `Q` of a motion.
 pub(crate) fn rotation_increment(motion: &Isometry3<f64>) -> Matrix3<f64> {
     motion.rotation.to_rotation_matrix().into_inner() - Matrix3::identity()

@@ -50,6 +50,14 @@ pub enum AleError {
         /// Number of motions given.
         found: usize,
     },
+    /// A number of twists other than the number of bodies.
+    #[error("expected {expected} twists, one per body, found {found}")]
+    Twists {
+        /// Number of moving bodies.
+        expected: usize,
+        /// Number of twists given.
+        found: usize,
+    },
     /// A parameter of a method outside its range.
     #[error("{name} is {value}; it must be {range}")]
     Parameter {

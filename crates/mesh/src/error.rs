@@ -199,6 +199,25 @@ pub enum MeshError {
         /// Largest allowed distance, which covers the rounding of mesh files.
         allowed: f64,
     },
+    /// A surface whose functions contradict each other.
+    #[error(
+        "for the point ({:.6}, {:.6}, {:.6}) the {what} is {found:e}, but must be {expected:e} \
+         ({reason}; allowed difference {allowed:.1e}): correct the functions of the surface", at[0], at[1], at[2]
+    )]
+    InconsistentSurface {
+        /// The number that was computed.
+        what: &'static str,
+        /// Why it must have this value.
+        reason: &'static str,
+        /// The point.
+        at: [f64; 3],
+        /// The number.
+        found: f64,
+        /// The number that it should be.
+        expected: f64,
+        /// Largest allowed difference.
+        allowed: f64,
+    },
     /// Midside nodes that do not fit the vertices.
     #[error(
         "midside node near ({:.4}, {:.4}, {:.4}): {problem}; the second-order mesh is not conforming",

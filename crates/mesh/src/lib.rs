@@ -13,6 +13,7 @@ mod quadratic_tets;
 mod quality;
 mod reverse_cuthill_mckee;
 mod surface;
+mod surface_checks;
 mod tet_mesh;
 mod topology;
 
@@ -28,4 +29,5 @@ pub use point_location::{CellPoint, PointLocator};
 pub use quadratic_tets::QuadraticTets;
 pub use quality::{Quality, dihedral_angles, has_volume, mean_ratio};
 pub use surface::{Surface, SurfaceMesh};
+pub use surface_checks::check_surface;
 pub use tet_mesh::{Facet, NamedSurface, SYMMETRY_PLANE_TAGS, TetMesh};

@@ -6,6 +6,7 @@ use crate::Vec3;
 ///
 /// Also used to move boundary nodes onto the true surface. Distances are negative inside the shape
 /// and positive outside it, for bodies and containers alike.
+/// [`check_surface`](crate::check_surface) tests whether the functions of an implementation agree.
 pub trait Surface: Sync {
     /// Signed distance from `point` to the surface, negative inside the shape.
     fn signed_distance(&self, point: Vec3) -> f64;

@@ -21,8 +21,7 @@ pub(crate) fn main() -> Result<(), GenerateError> {
             size: 0.5,
         })
         .collect();
-    let mut params = GenerateParams::default();
-    params.growth = 0.4;
+    let params = GenerateParams::default().with_growth(0.4);
     let generated = generate(&bodies, &container, &params)?;
 
     // The mesh follows the true surfaces: midside nodes move onto them.

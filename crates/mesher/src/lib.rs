@@ -1,6 +1,22 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+/// Methods that set a public field each and return the struct.
+macro_rules! setters {
+    ($type:ident { $($set:ident($field:ident: $value:ty),)* }) => {
+        impl $type {
+            $(
+                #[doc = concat!("Sets [`", stringify!($field), "`](Self::", stringify!($field), ").")]
+                #[must_use]
+                pub fn $set(mut self, $field: $value) -> Self {
+                    self.$field = $field;
+                    self
+                }
+            )*
+        }
+    };
+}
+
 mod delaunay;
 mod error;
 mod generate;

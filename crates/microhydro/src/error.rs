@@ -140,6 +140,26 @@ pub enum HydroError {
         /// Coordinates of the point.
         z: f64,
     },
+    /// A surface velocity that the expansions do not represent.
+    #[error(
+        "the surface velocity of sphere {sphere} has a part of {remainder:.1e} (relative, root mean \
+         square) that polynomials of degree {degree} in the normal do not represent, of which the \
+         net flux through the sphere is {flux:.1e}; at most {highest:.0e} is allowed: make it \
+         smoother, or expand it in squirming modes and pass their sum; remove a net flux"
+    )]
+    SlipNotResolved {
+        /// Index of the sphere.
+        sphere: usize,
+        /// Degree up to which all polynomials are represented.
+        degree: usize,
+        /// Root mean square of the part that is not represented, relative to the largest surface
+        /// velocity of all spheres.
+        remainder: f64,
+        /// Mean normal component, relative to the same velocity.
+        flux: f64,
+        /// Largest remainder that is accepted.
+        highest: f64,
+    },
     /// An approximate mobility that is not positive definite, so that it has no resistance.
     #[error(
         "the Cholesky factorisation of the {model} mobility failed: the matrix is not positive \

@@ -1,6 +1,7 @@
 //! Point-force model: each sphere has the drag of a lone sphere and acts on the others as a point.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use crate::{HydroError, Medium, Spheres, pair_mobility, wall};
 
@@ -41,11 +42,50 @@ pub fn mobility(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, Hydr
             }
             Ok(matrix)
         }
-        Medium::Ball { .. } => Err(HydroError::Unsupported {
-            model: "oseen",
-            medium: "ball",
-            instead: "rpy or multipole",
-        }),
+        Medium::Ball { .. } => Err(BALL),
+    }
+}
+
+/// The error for a container.
+const BALL: HydroError = HydroError::Unsupported {
+    model: "oseen",
+    medium: "ball",
+    instead: "rpy or multipole",
+};
+
+/// Velocities of the spheres for given forces and torques: the product with [`mobility`], without
+/// the matrix.
+///
+/// `forces` has six entries `(F, T)` per sphere, the result six entries `(U, ω)`. Cost for `n`
+/// spheres: `O(n²)` operations in parallel and `O(n)` numbers. The result is the same for any
+/// number of threads.
+///
+/// # Errors
+/// As [`mobility`]; [`HydroError::Length`]; [`HydroError::NotFinite`].
+pub fn apply(
+    spheres: &Spheres,
+    medium: &Medium,
+    forces: &DVector<f64>,
+) -> Result<DVector<f64>, HydroError> {
+    spheres.check_inside(medium)?;
+    let mut velocities = pair_mobility::apply(spheres, forces, |_, _| 0.0)?;
+    match medium {
+        Medium::Unbounded => Ok(velocities),
+        Medium::Wall { point, normal } => {
+            let x = spheres.centres();
+            let rows = velocities.as_mut_slice().par_chunks_mut(6).enumerate();
+            rows.map(|(i, rows)| {
+                for (j, source) in x.iter().enumerate() {
+                    let image = wall::image(&x[i], source, point, normal)?;
+                    let added = image * forces.fixed_rows::<6>(6 * j);
+                    rows.iter_mut().zip(&added).for_each(|(u, v)| *u += v);
+                }
+                Ok(())
+            })
+            .collect::<Result<(), HydroError>>()?;
+            Ok(velocities)
+        }
+        Medium::Ball { .. } => Err(BALL),
     }
 }
 

@@ -3,10 +3,12 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
+use faer::{Mat, Side};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
+use rayon::prelude::*;
 
-use crate::error::check_finite;
-use crate::multipole::check_spheres;
+use crate::error::{check_entries, check_finite};
+use crate::multipole::{self, check_spheres};
 use crate::{HydroError, Medium, Spheres};
 
 /// Velocity and angular velocity at `r` due to a force `F` and a torque `T` at the origin,
@@ -65,7 +67,50 @@ pub(crate) fn mobility(
     Ok(matrix)
 }
 
-/// Inverse of an approximate mobility matrix by a Cholesky factorisation.
+/// Product of [`mobility`] and forces, without the matrix.
+///
+/// Shapes: six entries per sphere. `O(n²)` operations and `O(n)` numbers; each velocity is summed
+/// in the order of the spheres, so that it does not depend on the number of threads.
+///
+/// # Errors
+/// [`HydroError::Length`], [`HydroError::NotFinite`].
+pub(crate) fn apply(
+    spheres: &Spheres,
+    forces: &DVector<f64>,
+    s: impl Fn(f64, f64) -> f64 + Sync,
+) -> Result<DVector<f64>, HydroError> {
+    let n = spheres.len();
+    check_entries("forces and torques on the spheres", 6 * n, forces.len())?;
+    check_finite("a force or torque on a sphere", forces)?;
+    let (x, a) = (spheres.centres(), spheres.radii());
+    let mut product = DVector::zeros(6 * n);
+    let rows = product.as_mut_slice().par_chunks_mut(6).enumerate();
+    rows.for_each(|(i, rows)| {
+        let part = |j: usize, first: usize| forces.fixed_rows::<3>(6 * j + first).into_owned();
+        let mut velocity = part(i, 0) / (6.0 * PI * a[i]);
+        let mut angular = part(i, 3) / (8.0 * PI * a[i].powi(3));
+        for j in (0..n).filter(|&j| j != i) {
+            let (force, torque) = (part(j, 0), part(j, 3));
+            let r = x[i] - x[j];
+            let distance = r.norm();
+            let (unit, s) = (r / distance, s(a[i], a[j]) / (distance * distance));
+            let along = unit * unit.dot(&force);
+            velocity += (force * (1.0 + s / 3.0) + along * (1.0 - s)) / (8.0 * PI * distance);
+            velocity += torque.cross(&r) / (8.0 * PI * distance.powi(3));
+            angular += force.cross(&r) / (8.0 * PI * distance.powi(3));
+            let along = unit * unit.dot(&torque);
+            angular += (along * 3.0 - torque) / (16.0 * PI * distance.powi(3));
+        }
+        rows[..3].copy_from_slice(velocity.as_slice());
+        rows[3..].copy_from_slice(angular.as_slice());
+    });
+    check_finite("a velocity of a sphere", &product)?;
+    Ok(product)
+}
+
+/// Inverse of an approximate mobility matrix by a Cholesky factorisation, symmetric exactly.
+///
+/// Cost: `N^3` operations for `N` rows.
 ///
 /// # Errors
 /// [`HydroError::NotPositiveDefinite`] with the narrowest gap of the spheres;
@@ -76,9 +121,8 @@ pub(crate) fn resistance(
     medium: &Medium,
     model: &'static str,
 ) -> Result<DMatrix<f64>, HydroError> {
-    let factor = mobility.clone().cholesky();
-    match factor.map(|factor| factor.inverse()) {
-        Some(inverse) if inverse.iter().all(|x| x.is_finite()) => Ok(inverse),
+    match multipole::inverse(&mobility, "mobility") {
+        Ok(inverse) if inverse.iter().all(|x| x.is_finite()) => Ok(inverse),
         _ => Err(not_positive_definite(&mobility, spheres, medium, model)),
     }
 }
@@ -90,18 +134,25 @@ fn not_positive_definite(
     model: &'static str,
 ) -> HydroError {
     // Scaling to a unit diagonal makes translations and rotations comparable.
-    let scaled = DMatrix::from_fn(mobility.nrows(), mobility.ncols(), |i, j| {
+    let scaled = Mat::from_fn(mobility.nrows(), mobility.ncols(), |i, j| {
         mobility[(i, j)] / (mobility[(i, i)].abs() * mobility[(j, j)].abs()).sqrt()
     });
     // The eigenvalue iteration does not end for matrices with NaN.
-    if let Err(error) = check_finite("the mobility of the spheres", &scaled) {
-        return error;
+    if !scaled.is_all_finite() {
+        return HydroError::NotFinite {
+            what: "the mobility of the spheres",
+        };
     }
-    let eigenvalues = scaled.symmetric_eigenvalues();
+    // In ascending order.
+    let eigenvalues = scaled.self_adjoint_eigenvalues(Side::Lower);
+    let eigenvalue_ratio = match eigenvalues.as_deref() {
+        Ok([lowest, .., highest]) => lowest / highest,
+        _ => f64::NAN,
+    };
     let (surfaces, gap) = spheres.narrowest_gap(medium);
     HydroError::NotPositiveDefinite {
         model,
-        eigenvalue_ratio: eigenvalues.min() / eigenvalues.max(),
+        eigenvalue_ratio,
         surfaces,
         gap,
         instead: "multipole expansions",

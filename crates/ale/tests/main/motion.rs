@@ -1,10 +1,10 @@
 //! Mesh motion around spheres: exact on boundaries, reversible, valid over a whole stroke, refused
 //! when cells would be inverted.
 
-use ale::{AleError, Harmonic, MovingBody, ReferenceMap, Stiffening};
+use ale::{AleError, Elastic, Harmonic, MeshMotion, MovingBody, ReferenceMap, Stiffening};
 use mesh::{Surface, TetMesh, Vec3};
 use mesher::{Container, Sphere};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 const NAMES: [&str; 3] = ["left", "centre", "right"];
 
@@ -85,4 +85,89 @@ fn meshes_of_a_stroke_are_valid_with_stiffening_and_inverted_without() {
     assert!(matches!(through, Err(AleError::Invalid(_))));
     let plain = ReferenceMap::new(mesh, &bodies, &Harmonic(Stiffening::None)).unwrap();
     assert!(matches!(plain.moved(&far), Err(AleError::Invalid(_))));
+}
+
+/// One body that rotates and one that does not, in configurations far from the reference, for a
+/// scalar and for a coupled motion.
+///
+/// The positions along a motion with constant twists are smooth in time: the error of central
+/// differences falls as the square of the step, with the constant `|ω|^2 |w| / 6`.
+#[test]
+fn mesh_velocities_are_the_derivatives_of_the_moved_mesh() {
+    let pair = [-3.0, 3.0].map(|x| Sphere::new(Vec3::new(x, 0.0, 0.0), 1.0));
+    let surfaces = [("left", &pair[0] as &dyn Surface), ("right", &pair[1])];
+    let mesh = crate::mesh_around(&surfaces, 12.0, 1.0);
+    let bodies =
+        [("left", &pair[0], true), ("right", &pair[1], false)].map(|(tag, at, rotates)| {
+            MovingBody {
+                tag: tag.into(),
+                centre: at.centre,
+                rotates,
+            }
+        });
+    let twists = [
+        [Vec3::new(0.3, -0.5, 0.2), Vec3::new(0.8, -0.4, 0.6)],
+        [Vec3::new(-0.4, 0.1, 0.7), Vec3::new(5.0, 6.0, 7.0)],
+    ];
+    let speed: f64 = 1.0 + 0.9;
+    let configurations = [
+        [(Vec3::zeros(), Vec3::zeros()); 2],
+        [
+            (Vec3::new(0.1, 0.05, -0.2), Vec3::new(0.1, 0.15, -0.1)),
+            (Vec3::z() * -0.3, Vec3::y() * 0.8),
+        ],
+    ];
+    let elastic = Elastic::default();
+    let methods: [&dyn MeshMotion; 2] = [&Harmonic(Stiffening::KanchiMasud), &elastic];
+    for method in methods {
+        let map = ReferenceMap::new(mesh.clone(), &bodies, method).unwrap();
+        for configuration in configurations {
+            // The rotation increments are about the axes of the laboratory.
+            let at = |time: f64| {
+                [0, 1].map(|k| {
+                    let ((shift, turn), [velocity, angular]) = (configuration[k], twists[k]);
+                    let turned = UnitQuaternion::new(angular * time) * UnitQuaternion::new(turn);
+                    Isometry3::from_parts(Translation3::from(shift + velocity * time), turned)
+                })
+            };
+            let velocities = map.velocity(&at(0.0), &twists).unwrap();
+            for step in [0.02, 0.01] {
+                let [ahead, behind] = [step, -step].map(|time| map.moved(&at(time)).unwrap());
+                let pairs = ahead.points().iter().zip(behind.points()).zip(&velocities);
+                let error = pairs.fold(0.0_f64, |error, ((a, b), w)| {
+                    error.max(((a - b) / (2.0 * step) - w).norm())
+                });
+                // Of the left body: |ω| = 1.08, arms of 1; rounding is 1e-13 / step.
+                let bound = 1.08_f64.powi(3) * step * step / 6.0 * 1.01 + 1e-11;
+                assert!(error < bound, "{}: {error:e} {bound:e}", method.name());
+                assert!(error > 0.5 * bound, "not at its order: {error:e} {bound:e}");
+            }
+            let moved = map.moved(&at(0.0)).unwrap();
+            for (k, name) in ["left", "right"].into_iter().enumerate() {
+                let centre = pair[k].centre + configuration[k].0;
+                for node in mesh.nodes_on(mesh.tag(name).unwrap()) {
+                    let arm = moved.points()[node as usize] - centre;
+                    let spin = [twists[k][1].cross(&arm), Vec3::zeros()][k];
+                    let exact = twists[k][0] + spin;
+                    assert!((velocities[node as usize] - exact).norm() < 1e-14 * 12.0 * speed);
+                }
+            }
+            for node in mesh.nodes_on(mesh.tag(Container::TAG).unwrap()) {
+                assert_eq!(velocities[node as usize], Vec3::zeros());
+            }
+        }
+        let motions = [Isometry3::identity(); 2];
+        assert!(matches!(
+            map.velocity(&motions, &twists[..1]),
+            Err(AleError::Twists {
+                expected: 2,
+                found: 1
+            })
+        ));
+        let nan = [twists[0], [Vec3::repeat(f64::NAN); 2]];
+        assert!(matches!(
+            map.velocity(&motions, &nan),
+            Err(AleError::NotFinite { index: 1, .. })
+        ));
+    }
 }

@@ -3,6 +3,7 @@
 
 mod boundary_nodes;
 mod input_checks;
+mod red_refinement;
 
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -81,6 +81,40 @@ pub(crate) fn assemble(
     })
 }
 
+/// Gives the faces on each side of a box a tag of its own.
+///
+/// The tags come after all others; numbers of tags that have no faces left are closed up.
+pub(crate) fn with_box_sides(mut mesh: LinearTets) -> LinearTets {
+    let container = mesh.tags.iter().position(|tag| tag == Container::TAG);
+    let first = mesh.tags.len() as u16;
+    for (face, tag) in &mut mesh.faces {
+        if Some(usize::from(*tag)) == container {
+            let [a, b, c] = face.map(|v| mesh.points[v as usize]);
+            // Out of the fluid: upwards at upper sides.
+            let normal = (b - a).cross(&(c - a));
+            let axis = normal.iamax();
+            *tag = first + 2 * axis as u16 + u16::from(normal[axis] > 0.0);
+        }
+    }
+    let names = mesh.tags.into_iter();
+    let names: Vec<String> = names.chain(Container::BOX_TAGS.map(String::from)).collect();
+    let mut numbers = vec![None; names.len()];
+    mesh.faces
+        .iter()
+        .for_each(|face| numbers[usize::from(face.1)] = Some(0));
+    mesh.tags = Vec::new();
+    for (number, name) in numbers.iter_mut().zip(names) {
+        if let Some(number) = number {
+            *number = mesh.tags.len() as u16;
+            mesh.tags.push(name);
+        }
+    }
+    for (_, tag) in &mut mesh.faces {
+        *tag = numbers[usize::from(*tag)].unwrap_or_default();
+    }
+    mesh
+}
+
 /// A triangle, or a vertex three times, at which the faces of a part are not as designed.
 fn first_difference_from_design(
     layout: &Layout<'_>,

@@ -61,6 +61,10 @@ impl Container {
     /// Tag of the container's facets.
     pub const TAG: &'static str = "outer";
 
+    /// Tags of the lower and the upper side of a box normal to x, y and z, if
+    /// [`GenerateParams::box_sides`] is set: those of [`LinearTets::cube`](mesh::LinearTets::cube).
+    pub const BOX_TAGS: [&'static str; 6] = ["x0", "x1", "y0", "y1", "z0", "z1"];
+
     /// Surface of the container; distances are negative inside, where the fluid is.
     pub fn surface(&self) -> &dyn Surface {
         match self {
@@ -92,6 +96,12 @@ impl Container {
 }
 
 /// Parameters of mesh generation: grading of the edge lengths, symmetry planes, effort.
+///
+/// ```
+/// use mesher::GenerateParams;
+/// let params = GenerateParams::default().with_growth(0.4).with_sweeps(6);
+/// assert_eq!((params.growth, params.sweeps, params.gap), (0.4, 6, 0.6));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct GenerateParams {
@@ -138,7 +148,24 @@ pub struct GenerateParams {
     pub target_dihedral: f64,
     /// Largest number of vertices; generation fails if more are needed.
     pub max_vertices: usize,
+    /// Whether the sides of a [`Container::Box`] are tagged apart, by [`Container::BOX_TAGS`].
+    ///
+    /// By default all of them have the tag [`Container::TAG`]. The mesh is the same. Other
+    /// containers must not have this.
+    pub box_sides: bool,
 }
+
+setters!(GenerateParams {
+    with_growth(growth: f64),
+    with_gap(gap: f64),
+    with_max_size(max_size: f64),
+    with_min_gap(min_gap: f64),
+    with_symmetry_planes(symmetry_planes: [bool; 3]),
+    with_sweeps(sweeps: usize),
+    with_target_dihedral(target_dihedral: f64),
+    with_max_vertices(max_vertices: usize),
+    with_box_sides(box_sides: bool),
+});
 
 impl Default for GenerateParams {
     fn default() -> Self {
@@ -151,6 +178,7 @@ impl Default for GenerateParams {
             sweeps: 10,
             target_dihedral: 22.0,
             max_vertices: 4_000_000,
+            box_sides: false,
         }
     }
 }

@@ -42,7 +42,18 @@ pub(crate) fn check(
             length("radius of the container", radius)?;
         }
     }
-    if let Some(body) = bodies.iter().find(|body| body.name == Container::TAG) {
+    let is_box = matches!(container, Container::Box(_));
+    demand(
+        is_box || !params.box_sides,
+        "number of tags of the container's sides",
+        Container::BOX_TAGS.len() as f64,
+        "it must be 1 unless the container is a box",
+    )?;
+    let tags: &[&str] = match params.box_sides {
+        true => &Container::BOX_TAGS,
+        false => &[Container::TAG],
+    };
+    if let Some(body) = bodies.iter().find(|body| tags.contains(&body.name)) {
         return Err(used_twice(body.name));
     }
     check_bodies(bodies)?;

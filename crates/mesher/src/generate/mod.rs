@@ -41,7 +41,8 @@ use triangulations::Triangulations;
 #[non_exhaustive]
 pub struct Generated {
     /// Tets and tagged faces: tag `i` is body `i`, the next one is [`Container::TAG`], then come
-    /// the symmetry planes.
+    /// the symmetry planes. With [`GenerateParams::box_sides`] the sides of the box come last
+    /// instead.
     pub mesh: LinearTets,
     /// Duration of each stage, in seconds.
     pub seconds: StageSeconds,
@@ -174,7 +175,10 @@ fn generate_with(
     let tets = improve(&mut layout, tets, sizes, surfaces.field(), params);
     lap(&mut seconds.hill_climbing);
 
-    let mesh = assemble::assemble(&layout, bodies, &tets)?;
+    let mut mesh = assemble::assemble(&layout, bodies, &tets)?;
+    if params.box_sides {
+        mesh = assemble::with_box_sides(mesh);
+    }
     lap(&mut seconds.checking);
     Ok(Generated { mesh, seconds })
 }

@@ -50,7 +50,7 @@ pub(super) fn complements<const N: usize>(
 ///
 /// # Errors
 /// [`HydroError::FactorisationFailed`].
-pub(super) fn inverse(
+pub(crate) fn inverse(
     matrix: &DMatrix<f64>,
     name: &'static str,
 ) -> Result<DMatrix<f64>, HydroError> {

@@ -3,12 +3,13 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use super::boundary_product::container_order;
 use super::frame::Frame;
 use super::memory;
 use super::narrow_gap::{Block, NarrowGap};
 use super::orders::Orders;
 use super::scaled::{ScaledMobility, unscaled, unscaled_inverse};
-use super::truncation::{self, GapCoordinates, MAX_ORDER_ON_CONTAINER};
+use super::truncation::{self, GapCoordinates};
 use super::{collinear, spatial, three_spheres};
 use crate::error::check_finite;
 use crate::{HydroError, Medium, Resistance, Spheres};
@@ -245,14 +246,11 @@ pub(crate) fn rigid_mobility(
     spheres.check_inside(medium)?;
     memory::check_spheres(spheres.len())?;
     let frame = Frame::new(spheres, medium);
-    let xi = GapCoordinates::narrowest_of(&truncation::gaps(spheres, medium), spheres.len());
     // One force and one torque per sphere (the modes of order 2 with l = 1), and the order of the
     // container that they need.
     let orders = Orders {
         spheres: vec![2; spheres.len()],
-        container: truncation::for_tolerance(&xi, medium, 1e-10)
-            .container
-            .min(MAX_ORDER_ON_CONTAINER),
+        container: container_order(spheres, medium),
         ..Orders::all(spheres.len(), medium, 2)
     };
     let scaled = spatial::rigid_mobility(&frame, spheres.radii(), &orders);

@@ -24,9 +24,10 @@
 //!    Schur complement of all other modes is the mobility matrix of the spheres, its inverse
 //!    the resistance.
 //!
-//! 6. *Surface velocities* (`surface_velocity`, `surface_flow`). Slip and background flows have the
-//!    lowest modes of all families as boundary values; the same elimination gives the velocities
-//!    of force-free spheres. `stresslet` has the stresslets, the moments of `W_2`.
+//! 6. *Surface velocities* (`slip_expansion`, `surface_flow`). Slip and background flows are
+//!    boundary values in all three families (`vector_harmonics`), up to the order that they need;
+//!    the same elimination gives the velocities of force-free spheres. `stresslet` has the
+//!    stresslets, the moments of `W_2`.
 //!
 //! The resistance converges spectrally with the order, and from below; its error is the square of
 //! the error of the velocity field. Spheres on an axis of symmetry of their medium decouple by
@@ -35,6 +36,7 @@
 
 mod adaptive;
 mod axial_translation;
+mod boundary_product;
 mod collinear;
 mod coupling;
 mod elimination;
@@ -49,22 +51,25 @@ mod orders;
 mod reflection;
 mod rotation;
 mod scaled;
+mod slip_expansion;
 mod spatial;
 mod stresslet;
 mod surface_flow;
-mod surface_velocity;
 mod system;
 mod three_spheres;
 mod truncation;
+mod vector_harmonics;
 mod velocity_field;
 mod wall_image;
 
 pub use self::adaptive::{orders_for, resistance, resistance_at, resistance_best};
+pub(crate) use self::boundary_product::boundary_product;
+pub(crate) use self::elimination::inverse;
 pub(crate) use self::fixed_order::rigid_mobility;
 pub(crate) use self::memory::check_spheres;
 pub use self::orders::{Accuracy, Orders};
 pub(crate) use self::rotation::rotation_to_z;
+pub use self::slip_expansion::SphereSlip;
 pub use self::stresslet::{SphereStresslets, stresslets};
 pub use self::surface_flow::{SurfaceFlow, surface_flow};
-pub use self::surface_velocity::SurfaceVelocity;
 pub use self::velocity_field::VelocityField;

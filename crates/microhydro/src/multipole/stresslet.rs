@@ -7,7 +7,7 @@ use nalgebra::{DVector, Matrix3, Vector3};
 use super::frame::Frame;
 use super::modes::{Family, Modes};
 use super::orders::Orders;
-use super::surface_velocity::{self, SurfaceVelocity};
+use super::slip_expansion::{self, SlipExpansion, SphereSlip};
 use super::system::{MultiVector, System};
 use super::truncation::{self, GapCoordinates};
 use crate::{HydroError, Medium, Spheres};
@@ -31,6 +31,9 @@ pub struct SphereStresslets {
     pub coarser: Vec<Matrix3<f64>>,
     /// Factor that turns the change of the order into an error estimate.
     pub tail: f64,
+    /// Relative remainder of the surface velocity in its expansion, see [`SphereSlip`]; zero
+    /// without one.
+    pub remainder: f64,
 }
 
 /// SphereStresslets of spheres with given velocities, and surfaces that move relative to them.
@@ -38,8 +41,9 @@ pub struct SphereStresslets {
 /// `velocities` has six entries `(U, ω)` per sphere; `surface_velocity` is relative to this motion
 /// and to the background flow, `None` for rigid surfaces in a fluid at rest. `orders` are those of
 /// the resistance, [`crate::Resistance::orders`]. The error is of the order of that of the
-/// resistance, because a stresslet tests the flow with a velocity in the lowest modes. Narrow gaps
-/// are resolved by the orders of the spheres alone. Cost: one solve off an axis.
+/// resistance, because a stresslet tests the flow with a velocity in the lowest modes. Orders
+/// are raised to those that the [`SphereSlip`] needs. Narrow gaps are resolved by the orders of the
+/// spheres alone. Cost: one solve off an axis.
 ///
 /// ```
 /// use microhydro::{Accuracy, Medium, Spheres, multipole};
@@ -59,25 +63,30 @@ pub struct SphereStresslets {
 ///
 /// # Errors
 /// Spheres outside the medium; [`HydroError::Length`] for velocities of the wrong length;
-/// [`HydroError::TooLarge`]; [`HydroError::NotConverged`]; [`HydroError::NotFinite`].
+/// [`HydroError::SlipNotResolved`]; [`HydroError::TooLarge`]; [`HydroError::NotConverged`];
+/// [`HydroError::NotFinite`].
 pub fn stresslets(
     spheres: &Spheres,
     medium: &Medium,
     orders: &Orders,
     velocities: &DVector<f64>,
-    surface_velocity: Option<&SurfaceVelocity<'_>>,
+    surface_velocity: Option<&SphereSlip<'_>>,
 ) -> Result<SphereStresslets, HydroError> {
-    // The lower order must contain `W_2` and the surface velocities too.
-    let lowest = match surface_velocity {
-        Some(_) => surface_velocity::SURFACE_ORDER + 2,
-        None => 4,
-    };
-    let orders = surface_velocity::orders(spheres, medium, orders, lowest)?;
+    slip_expansion::check(spheres, medium)?;
     let frame = Frame::new(spheres, medium);
+    let slip = surface_velocity
+        .map(|slip| SlipExpansion::new(&frame, spheres.radii(), &[slip]))
+        .transpose()?;
+    // The lower order must contain `W_2` and the surface velocities too.
+    let lowest = match &slip {
+        Some(slip) => slip.orders(medium, 2),
+        None => Orders::all(spheres.len(), medium, 4),
+    };
+    let orders = slip_expansion::orders(medium, orders, &lowest)?;
     let system = System::new(&frame, spheres.radii(), &orders, 1e-14).store_couplings();
-    let rhs = surface_velocity::of_moving_spheres(&system, &frame, velocities, surface_velocity)?;
+    let rhs = slip_expansion::of_moving_spheres(&system, &frame, velocities, slip.as_ref())?;
     let xi = GapCoordinates::narrowest_of(&truncation::gaps(spheres, medium), spheres.len());
-    let target = surface_velocity::MAX_SURFACE_RESIDUAL * surface_velocity::largest(&rhs);
+    let target = slip_expansion::MAX_SURFACE_RESIDUAL * slip_expansion::largest(&rhs);
     let mut x = system.zeros(1);
     let mut of_order = |included: &dyn Fn(Modes, Family, usize) -> bool| {
         system.solve(&system.mask(included), &rhs, &mut x, target)?;
@@ -89,6 +98,7 @@ pub fn stresslets(
         values,
         coarser,
         tail: truncation::tail(&xi, &orders),
+        remainder: slip.map_or(0.0, |slip| slip.remainder),
     })
 }
 

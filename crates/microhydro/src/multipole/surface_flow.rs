@@ -9,7 +9,7 @@ use super::modes::{Family, Modes};
 use super::orders::Orders;
 use super::rotation::AXIS_OF_M;
 use super::scaled::drag_units;
-use super::surface_velocity::{self, SurfaceVelocity};
+use super::slip_expansion::{self, SlipExpansion, SphereSlip};
 use super::system::{MultiVector, System};
 use super::truncation::{self, GapCoordinates};
 use crate::error::check_finite;
@@ -43,14 +43,19 @@ pub struct SurfaceFlow {
     pub coarser_powers: DMatrix<f64>,
     /// Factor that turns the change of the order into an error estimate.
     pub tail: f64,
+    /// Largest relative remainder of the surface velocities in their expansions, see
+    /// [`SphereSlip`].
+    pub remainder: f64,
 }
 
 /// Solves for the motion of force-free spheres with given surface velocities.
 ///
-/// `orders` are those of the resistance of the spheres, [`crate::Resistance::orders`]; the error of
-/// the velocities is of the order of that of the resistance, because the surface velocities are in
-/// the lowest modes. Narrow gaps are resolved by the orders of the spheres alone. Cost: one solve
-/// of the system of spheres off an axis for all columns.
+/// `orders` are those of the resistance of the spheres, [`crate::Resistance::orders`], and are
+/// raised to those that the surface velocities need. The error of the velocities is of the order of
+/// that of the resistance if the surface velocities are in the lowest modes; the change from
+/// [`SurfaceFlow::coarser_velocities`] times [`SurfaceFlow::tail`] estimates it in all cases.
+/// Narrow gaps are resolved by the orders of the spheres alone. Cost: one solve of the system of
+/// spheres off an axis for all columns, and the expansion of the [`SphereSlip`]s.
 ///
 /// ```
 /// use microhydro::{Accuracy, Medium, Spheres, multipole};
@@ -67,22 +72,23 @@ pub struct SurfaceFlow {
 /// ```
 ///
 /// # Errors
-/// Spheres outside the medium; [`HydroError::TooLarge`]; [`HydroError::NotConverged`];
-/// [`HydroError::NotFinite`].
+/// Spheres outside the medium; [`HydroError::SlipNotResolved`]; [`HydroError::TooLarge`];
+/// [`HydroError::NotConverged`]; [`HydroError::NotFinite`].
 pub fn surface_flow(
     spheres: &Spheres,
     medium: &Medium,
     orders: &Orders,
-    surface_velocities: &[&SurfaceVelocity<'_>],
+    surface_velocities: &[&SphereSlip<'_>],
 ) -> Result<SurfaceFlow, HydroError> {
-    // The lower order must contain the surface velocities too.
-    let lowest = surface_velocity::SURFACE_ORDER + 2;
-    let orders = surface_velocity::orders(spheres, medium, orders, lowest)?;
+    slip_expansion::check(spheres, medium)?;
     let frame = Frame::new(spheres, medium);
+    let slip = SlipExpansion::new(&frame, spheres.radii(), surface_velocities)?;
+    // The lower order must contain the surface velocities too.
+    let orders = slip_expansion::orders(medium, orders, &slip.orders(medium, 2))?;
     let system = System::new(&frame, spheres.radii(), &orders, 1e-14).store_couplings();
-    let traces = surface_velocity::traces(&system, &frame, surface_velocities);
+    let traces = slip.traces(&system);
     let xi = GapCoordinates::narrowest_of(&truncation::gaps(spheres, medium), spheres.len());
-    let target = surface_velocity::MAX_SURFACE_RESIDUAL * surface_velocity::largest(&traces);
+    let target = slip_expansion::MAX_SURFACE_RESIDUAL * slip_expansion::largest(&traces);
     let mut x = system.zeros(surface_velocities.len());
     let inner_powers = interior::powers(&system, &traces);
     let mut force_free = |included: &dyn Fn(Modes, Family, usize) -> bool| {
@@ -104,6 +110,7 @@ pub fn surface_flow(
         coarser_velocities,
         coarser_powers,
         tail: truncation::tail(&xi, &orders),
+        remainder: slip.remainder,
     })
 }
 

@@ -60,6 +60,16 @@ pub(crate) fn gaps(spheres: &Spheres, medium: &Medium) -> Vec<Gap> {
     gaps
 }
 
+/// Smallest bispherical coordinate of the container; infinite without one.
+pub(crate) fn container_coordinate(spheres: &Spheres, medium: &Medium) -> f64 {
+    let Medium::Ball { centre, radius } = medium else {
+        return f64::INFINITY;
+    };
+    let all = spheres.centres().iter().zip(spheres.radii());
+    all.map(|(x, &a)| inside((x - centre).norm(), a, *radius).1)
+        .fold(f64::INFINITY, f64::min)
+}
+
 impl GapCoordinates {
     /// Smallest coordinates over all gaps, of `spheres` spheres and the container.
     pub fn narrowest_of(gaps: &[Gap], spheres: usize) -> Self {

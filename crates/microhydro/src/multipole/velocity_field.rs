@@ -15,7 +15,7 @@ use super::memory;
 use super::modes::Family;
 use super::orders::Orders;
 use super::rotation::{AXIS_OF_M, Rotation, rotation_to_z};
-use super::surface_velocity::{self, SurfaceVelocity};
+use super::slip_expansion::{self, SlipExpansion, SphereSlip};
 use super::system::System;
 use super::truncation::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
 use super::wall_image::LambExpansion;
@@ -85,13 +85,16 @@ impl VelocityField {
     /// [`VelocityField::best`] for surfaces that move relative to their spheres; `None` if they are
     /// rigid.
     ///
+    /// The orders are raised to those that the [`SphereSlip`] needs; its remainder counts in
+    /// [`VelocityField::relative_error`].
+    ///
     /// # Errors
-    /// As [`VelocityField::best`].
+    /// As [`VelocityField::best`]; [`HydroError::SlipNotResolved`].
     pub fn with_surface_velocity(
         spheres: &Spheres,
         medium: &Medium,
         velocities: &DVector<f64>,
-        surface_velocity: Option<&SurfaceVelocity<'_>>,
+        surface_velocity: Option<&SphereSlip<'_>>,
         accuracy: &Accuracy,
     ) -> Result<Self, HydroError> {
         spheres.check_inside(medium)?;
@@ -111,25 +114,24 @@ impl VelocityField {
             Some(_) => needed.clone(),
             None => needed.limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER),
         };
-        let orders = match surface_velocity {
-            Some(_) => orders.at_least(&Orders::all(
-                spheres.len(),
-                medium,
-                surface_velocity::SURFACE_ORDER,
-            )),
+        let frame = Frame::new(spheres, medium);
+        let slip = surface_velocity
+            .map(|slip| SlipExpansion::new(&frame, spheres.radii(), &[slip]))
+            .transpose()?;
+        let orders = match &slip {
+            Some(slip) => orders.at_least(&slip.orders(medium, 0)),
             None => orders,
         };
         let relative_error = match orders.at_least(&needed) == orders && accuracy.order.is_none() {
             true => accuracy.tolerance,
             false => truncation::error(&xi, &orders).sqrt(),
         };
+        let remainder = slip.as_ref().map_or(0.0, |slip| slip.remainder);
         memory::check_one_solution(&orders, matches!(medium, Medium::Wall { .. }))?;
-        let frame = Frame::new(spheres, medium);
         let system =
             System::new(&frame, spheres.radii(), &orders, FIXED_ORDER_TOLERANCE).store_couplings();
-        let rhs =
-            surface_velocity::of_moving_spheres(&system, &frame, velocities, surface_velocity)?;
-        let largest = surface_velocity::largest(&rhs);
+        let rhs = slip_expansion::of_moving_spheres(&system, &frame, velocities, slip.as_ref())?;
+        let largest = slip_expansion::largest(&rhs);
         let mut coefficients = system.zeros(1);
         let everything = system.mask(|_, _, _| true);
         let residual = match accuracy.order {
@@ -157,7 +159,7 @@ impl VelocityField {
             spheres: spheres.clone(),
             medium: *medium,
             frame,
-            relative_error,
+            relative_error: relative_error.max(remainder),
             needed: needed.highest(),
         })
     }

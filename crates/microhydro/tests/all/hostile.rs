@@ -108,6 +108,12 @@ proptest! {
         finite_matrix("oseen::resistance", oseen::resistance(&spheres, &medium))?;
         finite_matrix("rpy::mobility", rpy::mobility(&spheres, &medium))?;
         finite_matrix("rpy::resistance", rpy::resistance(&spheres, &medium))?;
+        let forces = DVector::from_fn(6 * n, |k, _| speeds.get(k).copied().unwrap_or(1.0));
+        for product in [oseen::apply, rpy::apply] {
+            if let Ok(product) = product(&spheres, &medium, &forces) {
+                finite("apply", product.iter())?;
+            }
+        }
         let velocities = DVector::from_fn(6 * n, |k, _| speeds.get(k).copied().unwrap_or(1.0));
         for accuracy in [Accuracy::relative(tolerance), Accuracy::order(order)] {
             let result = multipole::resistance(&spheres, &medium, &accuracy);

@@ -1,7 +1,7 @@
 //! Properties of all arrangements: symmetry, definiteness, invariance, units, error estimates.
 
 use microhydro::{Accuracy, Medium, Spheres, multipole, oseen, rpy};
-use nalgebra::{DMatrix, Rotation3, Unit, Vector3};
+use nalgebra::{DMatrix, DVector, Rotation3, Unit, Vector3};
 use proptest::prelude::*;
 
 use super::distance;
@@ -141,6 +141,57 @@ proptest! {
             prop_assert!(error(&points) < 2e-2, "{}", error(&points));
         }
     }
+
+    /// Each velocity is a sum of `6n` products, in another order.
+    #[test]
+    fn products_without_a_matrix_are_those_with_it(raw in arrangement(6), medium in medium()) {
+        let spheres = separated(&raw, 0.3);
+        let forces = DVector::from_fn(6 * raw.len(), |k, _| (1.7 * k as f64).sin());
+        let check = |found: DVector<f64>, matrix: DMatrix<f64>| {
+            let exact = &matrix * &forces;
+            let terms = matrix.abs() * forces.abs();
+            for k in 0..exact.len() {
+                let bound = 1e-14 * (1.0 + raw.len() as f64) * terms.amax();
+                prop_assert!((found[k] - exact[k]).abs() < bound, "{} {}", found[k], exact[k]);
+            }
+            Ok(())
+        };
+        let matrix = rpy::mobility(&spheres, &medium).unwrap();
+        check(rpy::apply(&spheres, &medium, &forces).unwrap(), matrix)?;
+        if !matches!(medium, Medium::Ball { .. }) {
+            let matrix = oseen::mobility(&spheres, &medium).unwrap();
+            check(oseen::apply(&spheres, &medium, &forces).unwrap(), matrix)?;
+        }
+        let short = DVector::zeros(6 * raw.len() - 1);
+        prop_assert!(rpy::apply(&spheres, &medium, &short).is_err());
+        prop_assert!(rpy::apply(&spheres, &medium, &(&forces * f64::NAN)).is_err());
+    }
+}
+
+/// 110 spheres: the factorisation of their 660 rows uses threads.
+#[test]
+fn rpy_does_not_depend_on_the_number_of_threads_and_inverts_its_mobility() {
+    let centre = |k: usize| {
+        let steps = Vector3::new((k % 5) as f64, (k / 5 % 5) as f64, (k / 25) as f64);
+        2.5 * steps + Vector3::new(0.0, 0.0, 1.5)
+    };
+    let spheres = Spheres::new((0..110).map(centre).collect(), vec![1.0; 110]).unwrap();
+    let forces = DVector::from_fn(660, |k, _| (0.3 * k as f64).cos());
+    let wall = Medium::wall(Vector3::zeros(), Vector3::z()).unwrap();
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
+            let resistance = rpy::resistance(&spheres, &Medium::Unbounded).unwrap();
+            let beside = rpy::apply(&spheres, &wall, &forces).unwrap();
+            let alone = rpy::apply(&spheres, &Medium::Unbounded, &forces).unwrap();
+            (resistance, beside, alone)
+        })
+    };
+    let (one, three) = (run(1), run(3));
+    assert!(one == three);
+    // Rounding of sums of 660 products, times the condition number of some hundreds.
+    let back = &one.0 * &one.2 - &forces;
+    assert!(back.amax() < 1e-11, "{:e}", back.amax());
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use microhydro::multipole::{self, SurfaceFlow, VelocityField};
-use microhydro::{Accuracy, Medium, Spheres};
+use microhydro::{Accuracy, HydroError, Medium, Spheres};
 use nalgebra::{DVector, Matrix3, Vector3};
 
 type Vec3 = Vector3<f64>;
@@ -18,7 +18,7 @@ fn slip(b1: f64, b2: f64, axis: Vec3) -> impl Fn(usize, &Vec3) -> Vec3 + Sync {
 fn flow(
     spheres: &Spheres,
     medium: &Medium,
-    velocities: &[&multipole::SurfaceVelocity<'_>],
+    velocities: &[&multipole::SphereSlip<'_>],
 ) -> SurfaceFlow {
     let resistance = multipole::resistance(spheres, medium, &Accuracy::relative(1e-9)).unwrap();
     multipole::surface_flow(spheres, medium, resistance.orders(), velocities).unwrap()
@@ -36,6 +36,193 @@ fn squirmers_have_the_speed_and_power_of_lighthill_and_blake() {
     assert!(found.velocities.fixed_view::<3, 1>(3, 0).norm() < 1e-13);
     let power = 8.0 * PI / 3.0 * radius * (2.0 * b1 * b1 + b2 * b2);
     assert!((found.powers[(0, 0)] / power - 1.0).abs() < 1e-12);
+}
+
+/// Derivative of the Legendre polynomial `P_n`.
+fn legendre_slope(n: usize, x: f64) -> f64 {
+    let (mut before, mut last) = (0.0, 1.0);
+    let mut slopes = [0.0, 0.0];
+    for k in 1..=n {
+        let kf = k as f64;
+        let next = ((2.0 * kf - 1.0) * x * last - (kf - 1.0) * before) / kf;
+        // P'_k = P'_{k-2} + (2k - 1) P_{k-1}
+        slopes = [slopes[1], slopes[0] + (2.0 * kf - 1.0) * last];
+        (before, last) = (last, next);
+    }
+    slopes[1]
+}
+
+/// The squirming mode `u_theta = V_n = 2 sin(theta) P_n'(cos theta) / (n (n + 1))` of Blake (1971).
+fn squirming_mode(n: usize, axis: Vec3) -> impl Fn(usize, &Vec3) -> Vec3 + Sync {
+    let norm = 2.0 / (n * (n + 1)) as f64;
+    move |_, normal| {
+        let cosine = normal.dot(&axis);
+        (cosine * normal - axis) * (norm * legendre_slope(n, cosine))
+    }
+}
+
+/// The azimuthal mode `u_phi = V_n`.
+fn swirling_mode(n: usize, axis: Vec3) -> impl Fn(usize, &Vec3) -> Vec3 + Sync {
+    let norm = 2.0 / (n * (n + 1)) as f64;
+    move |_, normal| axis.cross(normal) * (norm * legendre_slope(n, normal.dot(&axis)))
+}
+
+/// `U = 2/3 B_1` and `P = 16 pi a (B_1^2 / 3 + sum B_n^2 / (n (n + 1)))` (Blake 1971).
+///
+/// With `u_r = 0` on the sphere the traction of the mode `n >= 2` is `-(2n + 1) B_n V_n / a`, that
+/// of the azimuthal mode `-(n + 2) C_n V_n / a`, and the square of `V_n` over the sphere is
+/// `16 pi a^2 / (n (n + 1) (2n + 1))`. The azimuthal mode `n = 1` is the rotation `C_1 / a`.
+/// The bound allows for rounding of sums of a few thousand terms.
+#[test]
+fn each_squirming_and_swirling_mode_has_its_exact_speed_and_power() {
+    let radius = 1.7;
+    let sphere = Spheres::new(vec![Vec3::new(0.2, -3.0, 1.0)], vec![radius]).unwrap();
+    let axis = Vec3::new(2.0, -1.0, 2.0) / 3.0;
+    for n in (1..=8).chain([11, 16, 24]) {
+        let (squirm, swirl) = (squirming_mode(n, axis), swirling_mode(n, axis));
+        let found = flow(&sphere, &Medium::Unbounded, &[&squirm, &swirl]);
+        let square = 16.0 * PI * radius / (n * (n + 1)) as f64;
+        let (speed, spin, powers) = match n {
+            1 => (2.0 / 3.0, -1.0 / radius, [16.0 * PI * radius / 3.0, 0.0]),
+            _ => (
+                0.0,
+                0.0,
+                [square, square * (n + 2) as f64 / (2 * n + 1) as f64],
+            ),
+        };
+        // The sign: U = -(mean of the slip) with u_theta along -axis at the equator.
+        let part = |row: usize, column: usize| {
+            found
+                .velocities
+                .fixed_view::<3, 1>(row, column)
+                .into_owned()
+        };
+        assert!((part(0, 0) - axis * speed).norm() < 1e-12, "B_{n}");
+        assert!((part(3, 1) - axis * spin).norm() < 1e-12, "C_{n}");
+        assert!(
+            part(3, 0).norm() < 1e-12 && part(0, 1).norm() < 1e-12,
+            "{n}"
+        );
+        for (k, power) in powers.into_iter().enumerate() {
+            let error = found.powers[(k, k)] - power;
+            assert!(error.abs() < 1e-11 * square, "mode {n}, {k}: {error:e}");
+        }
+        assert!(found.powers[(0, 1)].abs() < 1e-11 * square);
+        assert!(found.remainder < 1e-11, "{n}: {:e}", found.remainder);
+    }
+}
+
+/// A slip with infinitely many modes, `u_theta = sin(theta) exp(k cos theta)`.
+///
+/// By orthogonality of the `V_n` and integration by parts
+/// `B_n = n (n + 1) (2n + 1) i_n(k) / (2 k)` with the modified spherical Bessel function `i_n`.
+#[test]
+fn smooth_slip_is_expanded_to_the_order_that_it_needs() {
+    let sphere = Spheres::new(vec![Vec3::zeros()], vec![1.0]).unwrap();
+    let slip = |_: usize, n: &Vec3| (n.z * n - Vec3::z()) * (2.0 * n.z).exp();
+    let found = flow(&sphere, &Medium::Unbounded, &[&slip]);
+    let k: f64 = 2.0;
+    let bessel = |n: usize| {
+        let first: f64 = (1..=n).map(|j| k / (2 * j + 1) as f64).product();
+        let terms = (1..40).scan(first, |term, j| {
+            *term *= 0.5 * k * k / (j * (2 * (n + j) + 1)) as f64;
+            Some(*term)
+        });
+        first + terms.sum::<f64>()
+    };
+    let mode = |n: usize| (n * (n + 1) * (2 * n + 1)) as f64 * bessel(n) / (2.0 * k);
+    let speed = 2.0 / 3.0 * mode(1);
+    assert!((found.velocities[(2, 0)] / speed - 1.0).abs() < 1e-12);
+    let powers = (2..30).map(|n| 16.0 * PI * mode(n).powi(2) / (n * (n + 1)) as f64);
+    let power = 16.0 * PI / 3.0 * mode(1).powi(2) + powers.sum::<f64>();
+    // The square of the remainder 1e-8, times the order.
+    assert!((found.powers[(0, 0)] / power - 1.0).abs() < 1e-13);
+    assert!(
+        (1e-13..=1e-8).contains(&found.remainder),
+        "{:e}",
+        found.remainder
+    );
+}
+
+#[test]
+fn surface_velocities_that_no_order_represents_are_refused() {
+    let centres = vec![Vec3::zeros(), Vec3::new(3.0, 0.0, 0.0)];
+    let spheres = Spheres::new(centres, vec![1.0; 2]).unwrap();
+    let orders = multipole::resistance(&spheres, &Medium::Unbounded, &Accuracy::relative(1e-3));
+    let orders = orders.unwrap().orders().clone();
+    let refused = |slip: &multipole::SphereSlip<'_>| {
+        multipole::surface_flow(&spheres, &Medium::Unbounded, &orders, &[slip]).unwrap_err()
+    };
+    // Twice the polynomials of a wave along the equator, whose values at 16 or 32 points are those
+    // of a constant, a step, and a source.
+    let waves = |_: usize, n: &Vec3| {
+        let azimuth = n.y.atan2(n.x);
+        n.xy().norm().powi(32) * (32.0 * azimuth).cos() * Vec3::new(-n.y, n.x, 0.0)
+    };
+    let janus = |_: usize, n: &Vec3| (n.z * n - Vec3::z()) * if n.z > 0.0 { 1.0 } else { 0.0 };
+    let source = |sphere: usize, n: &Vec3| n * if sphere == 1 { 0.3 } else { 0.0 };
+    for (slip, expected, expected_flux) in [
+        (&waves as &multipole::SphereSlip<'_>, 0, 0.0),
+        (&janus, 0, 0.0),
+        (&source, 1, 1.0),
+    ] {
+        match refused(slip) {
+            HydroError::SlipNotResolved {
+                sphere,
+                remainder,
+                flux,
+                highest,
+                ..
+            } => {
+                assert_eq!(sphere, expected);
+                assert!(remainder > 10.0 * highest);
+                assert!((flux - expected_flux).abs() < 1e-2, "{flux}");
+            }
+            other => panic!("{other}"),
+        }
+    }
+    let nan = |_: usize, n: &Vec3| n * f64::NAN;
+    assert!(matches!(refused(&nan), HydroError::NotFinite { .. }));
+    // No velocity at all is no error.
+    let rest = |_: usize, _: &Vec3| Vec3::zeros();
+    let flow = multipole::surface_flow(&spheres, &Medium::Unbounded, &orders, &[&rest]).unwrap();
+    assert_eq!((flow.velocities.amax(), flow.remainder), (0.0, 0.0));
+}
+
+/// Two squirmers with high modes: the orders of a coarse tolerance against those of a fine one.
+#[test]
+fn two_squirmers_with_high_modes_are_within_their_estimate() {
+    let centres = vec![Vec3::zeros(), Vec3::new(2.0, 1.2, 0.4)];
+    let spheres = Spheres::new(centres, vec![1.0, 0.8]).unwrap();
+    let of_two = |sphere: usize, n: &Vec3| match sphere {
+        0 => squirming_mode(5, Vec3::z())(0, n),
+        _ => squirming_mode(3, Vec3::x())(1, n) + swirling_mode(4, Vec3::y())(1, n),
+    };
+    let at = |tolerance: f64| {
+        let accuracy = Accuracy::relative(tolerance);
+        let resistance = multipole::resistance(&spheres, &Medium::Unbounded, &accuracy).unwrap();
+        let orders = resistance.orders();
+        multipole::surface_flow(&spheres, &Medium::Unbounded, orders, &[&of_two]).unwrap()
+    };
+    let (coarse, fine) = (at(1e-2), at(1e-9));
+    let error = (&coarse.velocities - &fine.velocities).amax();
+    let estimate = coarse.tail * (&coarse.velocities - &coarse.coarser_velocities).amax();
+    assert!(
+        error <= estimate && estimate < 1e-2,
+        "{error:e} {estimate:e}"
+    );
+    let error = (&coarse.powers - &fine.powers).amax();
+    let estimate = coarse.tail * (&coarse.powers - &coarse.coarser_powers).amax();
+    assert!(
+        error <= estimate && estimate < 0.1,
+        "{error:e} {estimate:e}"
+    );
+    // Neither moves alone.
+    assert!(
+        fine.velocities.amax() > 1e-4,
+        "{:e}",
+        fine.velocities.amax()
+    );
 }
 
 #[test]

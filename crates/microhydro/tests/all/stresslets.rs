@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use microhydro::multipole::{self, SphereStresslets, SurfaceVelocity, VelocityField};
+use microhydro::multipole::{self, SphereSlip, SphereStresslets, VelocityField};
 use microhydro::{Accuracy, HydroError, Medium, Spheres};
 use nalgebra::{DVector, Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
@@ -13,7 +13,7 @@ type Vec3 = Vector3<f64>;
 fn found(
     spheres: &Spheres,
     velocities: &DVector<f64>,
-    surface: Option<&SurfaceVelocity<'_>>,
+    surface: Option<&SphereSlip<'_>>,
 ) -> SphereStresslets {
     let medium = Medium::Unbounded;
     let resistance = multipole::resistance(spheres, &medium, &Accuracy::relative(1e-9)).unwrap();
@@ -104,7 +104,7 @@ fn velocities_of_the_wrong_length_and_nan_are_refused() {
     let sphere = Spheres::new(vec![Vec3::zeros()], vec![1.0]).unwrap();
     let medium = Medium::Unbounded;
     let orders = multipole::resistance(&sphere, &medium, &Accuracy::relative(1e-3)).unwrap();
-    let result = |velocities: DVector<f64>, surface: Option<&SurfaceVelocity<'_>>| {
+    let result = |velocities: DVector<f64>, surface: Option<&SphereSlip<'_>>| {
         multipole::stresslets(&sphere, &medium, orders.orders(), &velocities, surface)
     };
     let short = result(DVector::zeros(3), None);

@@ -2,7 +2,7 @@
 
 use mesh::{NamedSurface, TetMesh};
 use mesher::{BoxSurface, Container, GenerateParams, MeshedBody, Sphere};
-use microhydro::multipole::{self, SurfaceVelocity, VelocityField};
+use microhydro::multipole::{self, SphereSlip, VelocityField};
 use microhydro::{Accuracy, HydroError, Medium, Spheres};
 use nalgebra::{DVector, Vector3};
 use rayon::prelude::*;
@@ -54,7 +54,7 @@ impl MovingSpheres {
             &self.spheres,
             medium,
             &self.velocities,
-            (self.surfaces.as_ref()).map(|_| &surface as &SurfaceVelocity<'_>),
+            (self.surfaces.as_ref()).map(|_| &surface as &SphereSlip<'_>),
             &Accuracy::relative(ACCURACY),
         )?)
     }
@@ -112,9 +112,7 @@ pub(super) fn flow_field(
         })
         .collect();
     let container = container(spheres, medium);
-    let mut parameters = GenerateParams::default();
-    parameters.growth = 0.5;
-    parameters.sweeps = 4;
+    let parameters = GenerateParams::default().with_growth(0.5).with_sweeps(4);
     let tets = mesher::generate(&bodies, &container, &parameters)?.mesh;
     let named: Vec<NamedSurface> = bodies
         .iter()
@@ -213,7 +211,7 @@ impl SpheresModel {
             &self.medium,
             orders,
             &moving.velocities,
-            (moving.surfaces.as_ref()).map(|_| &surface as &SurfaceVelocity<'_>),
+            (moving.surfaces.as_ref()).map(|_| &surface as &SphereSlip<'_>),
         );
         let found = match found {
             Err(HydroError::TooLarge { .. }) => return Ok(None),

@@ -2,10 +2,10 @@
 
 use super::{assert_good, checked};
 use crate::{ball, euler_characteristic};
-use mesh::{Surface, Vec3};
+use mesh::{Surface, Vec3, check_surface};
 use mesher::{
-    Capsule, Disk, Ellipsoid, GenerateError, GenerateParams, Helix, MeshedBody, Placed, Sphere,
-    Torus, generate,
+    BoxSurface, Capsule, Disk, Ellipsoid, GenerateError, GenerateParams, Helix, MeshedBody, Placed,
+    Sphere, Torus, TriangleKind, TriangulatedSurface, generate,
 };
 use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
@@ -196,5 +196,47 @@ proptest! {
                 prop_assert!(d.abs() <= (x - p).norm() + 1e-12, "{label}");
             }
         }
+    }
+}
+
+/// Distances, closest points and normals of all shapes agree.
+#[test]
+fn all_shapes_pass_the_check_of_surfaces() {
+    let helix = Helix::new(1.0, 3.0, 1.5, 0.3);
+    let cylinder = crate::triangulated::shapes::cylinder(1.0, 1.5, 24, 8);
+    let sharp = TriangulatedSurface::new("cylinder", cylinder, TriangleKind::Faceted);
+    let shapes: [(&str, &dyn Surface); 8] = [
+        (
+            "sphere",
+            &placed(Sphere::new(Vec3::new(3.0, 1.0, -2.0), 0.7)),
+        ),
+        ("capsule", &placed(capsule(2.0))),
+        ("ellipsoid", &placed(ellipsoid([1.0, 0.7, 0.3]))),
+        (
+            "disk",
+            &placed(Disk {
+                radius: 1.0,
+                half_thickness: 0.2,
+            }),
+        ),
+        (
+            "torus",
+            &placed(Torus {
+                radius: 1.0,
+                tube: 0.4,
+            }),
+        ),
+        ("helix", &placed(helix)),
+        (
+            "box",
+            &BoxSurface {
+                min: Vec3::zeros(),
+                max: Vec3::new(1.0, 2.0, 3.0),
+            },
+        ),
+        ("cylinder of triangles", &sharp.unwrap()),
+    ];
+    for (label, shape) in shapes {
+        check_surface(shape).unwrap_or_else(|error| panic!("{label}: {error}"));
     }
 }

@@ -326,3 +326,49 @@ fn shapes_read_back_as_they_were_serialised() {
     let text = serde_json::to_string(&capsule).unwrap();
     assert_eq!(serde_json::from_str::<Capsule>(&text).unwrap(), capsule);
 }
+
+/// The sides of a box have the tags of a cube, on the same mesh; symmetry planes take their sides.
+#[test]
+fn sides_of_a_box_have_tags_of_their_own() {
+    let sphere = Sphere::new(Vec3::zeros(), 1.0);
+    let body = [MeshedBody::new("bead", &sphere, 0.8)];
+    let half = Vec3::new(3.0, 4.0, 5.0);
+    let container = Container::Box(BoxSurface {
+        min: -half,
+        max: half,
+    });
+    for planes in [[false; 3], [true, false, false]] {
+        let params = GenerateParams::default()
+            .with_symmetry_planes(planes)
+            .with_growth(0.6);
+        let plain = generate(&body, &container, &params).unwrap().mesh;
+        let params = params.with_box_sides(true);
+        let found = generate(&body, &container, &params).unwrap().mesh;
+        assert_eq!((&plain.points, &plain.tets), (&found.points, &found.tets));
+        let sides: Vec<&str> = Container::BOX_TAGS
+            .into_iter()
+            .filter(|side| !(planes[0] && *side == "x0"))
+            .collect();
+        let others = ["bead"].into_iter().chain(planes[0].then_some("mirror-x"));
+        let expected: Vec<&str> = others.chain(sides.iter().copied()).collect();
+        assert_eq!(found.tags, expected);
+        let mesh = TetMesh::curved(found, &[("bead", &sphere)]).unwrap();
+        for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+            let name = Container::BOX_TAGS[2 * axis + side];
+            let at = half[axis] * (2.0 * side as f64 - 1.0);
+            if let Ok(tag) = mesh.tag(name) {
+                let nodes = mesh.nodes_on(tag);
+                assert!(
+                    nodes
+                        .iter()
+                        .all(|&node| mesh.points()[node as usize][axis] == at)
+                );
+                assert!(nodes.len() > 8, "{name}");
+            }
+        }
+    }
+    let params = GenerateParams::default().with_box_sides(true);
+    assert!(generate(&body, &ball(5.0), &params).is_err());
+    let named = [MeshedBody::new("y1", &sphere, 0.8)];
+    assert!(generate(&named, &container, &params).is_err());
+}

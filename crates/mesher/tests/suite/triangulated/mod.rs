@@ -3,7 +3,7 @@
 mod files;
 mod malformed;
 mod meshes;
-mod shapes;
+pub mod shapes;
 
 use approx::assert_relative_eq;
 use mesh::{Surface, SurfaceMesh, Vec3};
