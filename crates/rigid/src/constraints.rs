@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 
 use crate::error::{check_finite, check_length};
-use crate::joint_loads::JointRows;
 use crate::placement::Placement;
 use crate::{
     Arms, Articulation, BodyKind, RigidError, State, StateVelocity, Twist, VelocityLayout,
@@ -97,6 +96,79 @@ impl Constraints {
             .chain(&self.joint_damping)
             .chain(self.body_damping.iter().flat_map(|(_, block)| block));
         check_finite("a constraint", entries)
+    }
+}
+
+/// Load of a joint, which balances its two bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct JointLoad {
+    /// Force on `body`; the opposite force acts on `to`. It acts at the pivot of joints that turn.
+    pub force: Vector3<f64>,
+    /// Torque on `body` about the pivot; the opposite torque acts on `to`. Zero for joints that do
+    /// not constrain the relative rotation, and for slides, whose bodies share a frame.
+    pub torque: Vector3<f64>,
+    /// Force or torque of the drive: its power on the bodies is `drive dv/dt` with the value `v` of
+    /// the joint. Positive if it increases the value; for passive joints, that of the spring, the
+    /// dashpot and the given force together.
+    pub drive: f64,
+}
+
+/// Rows of a joint in [`Constraints::matrix`].
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct JointRows {
+    /// The three rows from it belong to the force on `body`; for joints about an axis the next
+    /// three belong to the torque about the pivot.
+    pub first: usize,
+    /// `x_body - x_to`.
+    ///
+    /// It does not affect the loads, but distinguishes drives at different values: with
+    /// [`Arms::Lab`](crate::Arms::Lab) the rows contain no lengths.
+    pub vector: Vector3<f64>,
+    /// Relative velocity at the pivot per rate of the value.
+    pub translation: Vector3<f64>,
+    /// Relative angular velocity per rate of the value, if the joint constrains the rotation.
+    pub rotation: Option<Vector3<f64>>,
+}
+
+impl JointRows {
+    /// The load of a joint from those of all rows.
+    fn load(&self, loads: &DVector<f64>) -> JointLoad {
+        let force: Vector3<f64> = loads.fixed_rows::<3>(self.first).into();
+        let mut load = JointLoad {
+            force,
+            torque: Vector3::zeros(),
+            drive: self.translation.dot(&force),
+        };
+        if let Some(rotation) = self.rotation {
+            load.torque = loads.fixed_rows::<3>(self.first + 3).into();
+            load.drive += rotation.dot(&load.torque);
+        }
+        load
+    }
+
+    /// The loads of the joints with these rows from those of all rows.
+    pub fn loads(
+        all: &[Self],
+        loads: &DVector<f64>,
+        joint: usize,
+    ) -> Result<JointLoad, RigidError> {
+        let end = |rows: &&Self| rows.first + 3 + 3 * usize::from(rows.rotation.is_some());
+        let rows = all.get(joint).filter(|rows| end(rows) <= loads.len());
+        let joints = all.len();
+        let rows = rows.ok_or(RigidError::NoSuchJoint { joint, joints })?;
+        Ok(rows.load(loads))
+    }
+}
+
+impl Constraints {
+    /// Load of a joint from the loads of all rows, [`Drive::joint_loads`].
+    ///
+    /// # Errors
+    /// [`RigidError::NoSuchJoint`], [`RigidError::Length`].
+    pub fn joint_load(&self, loads: &DVector<f64>, joint: usize) -> Result<JointLoad, RigidError> {
+        check_length("loads of the joints", loads.len(), self.matrix.nrows())?;
+        JointRows::loads(&self.joint_rows, loads, joint)
     }
 }
 

@@ -2,8 +2,8 @@
 
 use nalgebra::{DVector, Matrix3, Vector3};
 
+use crate::constraints::{JointLoad, JointRows};
 use crate::error::check_length;
-use crate::joint_loads::{JointLoad, JointRows};
 use crate::mesh_part::Ownership;
 use crate::{Articulation, Constrained, Imposed, RigidError, StateVelocity};
 

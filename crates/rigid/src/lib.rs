@@ -28,7 +28,7 @@ mod velocity_layout;
 
 pub use articulation::{Articulation, BodyKind};
 pub use constrained::{Constrained, Imposed};
-pub use constraints::Constraints;
+pub use constraints::{Constraints, JointLoad};
 pub use drive::{Drive, ExternalLoad};
 pub use error::RigidError;
 pub use flow::FlowSolution;
@@ -36,7 +36,6 @@ pub use fluid::RigidFluid;
 pub use fluid_matrices::{FluidMatrices, FluidNodes, NodeRole, SurfaceBody};
 pub use formulations::{DirectRows, Eliminated, Formulation, Independent, Lagrange};
 pub use joint::{Arms, Freedom, Joint, JointDrive, JointKind, PassiveDrive};
-pub use joint_loads::JointLoad;
 pub use linkage::Linkage;
 pub use mesh_part::{MeshPart, SumOverParts, UpdateGhosts};
 pub use null_space::{NullSpace, Reduction};
