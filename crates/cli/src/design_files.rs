@@ -17,7 +17,7 @@ pub fn path_of(scene: &Scene, out: Option<PathBuf>) -> PathBuf {
 
 /// The folder of the results of a design.
 pub fn folder_of(scene: &Scene, out: Option<PathBuf>) -> Result<Folder, CliError> {
-    Ok(Folder::create(&path_of(scene, out))?)
+    Ok(Folder::create(path_of(scene, out))?)
 }
 
 /// Rows of numbers with all digits as comma-separated values below their header.

@@ -122,7 +122,7 @@ mod tests {
                     links = [{ name = \"arm\", body = \"a\", to = \"b\" }]\n\
                     gait = { kind = \"table\", file = \"gait.csv\" }\n";
         std::fs::write(at("scene.toml"), text).unwrap();
-        let scene = Scene::read(&at("scene.toml"), &[]).unwrap();
+        let scene = Scene::read(at("scene.toml"), &[]).unwrap();
         let limits = StrokeLimits {
             ranges: vec![(3.0, 4.0)],
             variables: vec![0],
@@ -131,7 +131,7 @@ mod tests {
             corners: vec![vec![3.0], vec![4.0]],
             times: vec![0.0, 0.5, 1.0],
         };
-        let out = Folder::create(&at("out/best")).unwrap();
+        let out = Folder::create(at("out/best")).unwrap();
         let timing = Timing::uniform(&curve, 2.0);
         let found = write(&scene, &limits, &curve, &timing, &out).unwrap();
         assert_eq!(found.articulation().initial_shape(), [3.0]);
@@ -140,7 +140,7 @@ mod tests {
             text.contains("\"../../cube.obj\"") && text.contains("\"optimum.csv\""),
             "{text}"
         );
-        let again = Scene::read(&at("out/best/optimum.toml"), &[]).unwrap();
+        let again = Scene::read(at("out/best/optimum.toml"), &[]).unwrap();
         assert!(again.differing_key(&found).is_none());
     }
 }

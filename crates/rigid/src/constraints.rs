@@ -162,7 +162,7 @@ impl JointRows {
 }
 
 impl Constraints {
-    /// Load of a joint from the loads of all rows, [`Drive::joint_loads`].
+    /// Load of a joint from the loads of all rows, [`Drive::joint_loads`](crate::Drive::joint_loads).
     ///
     /// # Errors
     /// [`RigidError::NoSuchJoint`], [`RigidError::Length`].

@@ -11,7 +11,7 @@ use swimmer::{Scene, choose, solve_start};
 pub fn read<S: AsRef<str>>(name: &str, overrides: &[S]) -> Result<Scene> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     let overrides: Vec<String> = overrides.iter().map(|o| o.as_ref().to_owned()).collect();
-    Scene::read(&folder.join(name), &overrides).with_context(|| format!("scene {name}"))
+    Scene::read(folder.join(name), &overrides).with_context(|| format!("scene {name}"))
 }
 
 /// The override that gives unit rate to the first phase of the three-sphere scenes.

@@ -225,7 +225,7 @@ fn the_best_stroke_is_a_scene_that_runs() {
             .with("optimise.start", start);
         let scene = text.scene();
         let found = design::design_stroke(&scene, folder.path(), &mut ()).unwrap();
-        let again = Scene::read(&folder.path().join("optimum.toml"), &[]).unwrap();
+        let again = Scene::read(folder.path().join("optimum.toml"), &[]).unwrap();
         assert_eq!(again.gait(), found.scene.gait());
         let table = found.optimum.totals.displacement.norm();
         let bars = found.table_error + found.outcome.error_estimate.total();

@@ -178,17 +178,18 @@ pub(super) fn take_message(code: Code) -> String {
     let mut text = ptr::null();
     // SAFETY: `text` is live; the message for the last error itself is not requested.
     unsafe { ffi::PetscErrorMessage(code, &mut text, ptr::null_mut()) };
-    string(text).unwrap_or_else(|| "no message".to_owned())
+    // SAFETY: the text is null or one of PETSc's messages, which are never freed.
+    unsafe { string(text) }.unwrap_or_else(|| "no message".to_owned())
 }
 
 /// Copy of a string of PETSc; none for a null pointer.
-fn string(text: *const c_char) -> Option<String> {
-    // SAFETY: PETSc's messages are null or end with a zero byte, and live during the call.
-    (!text.is_null()).then(|| {
-        unsafe { CStr::from_ptr(text) }
-            .to_string_lossy()
-            .into_owned()
-    })
+///
+/// # Safety
+/// The pointer is null, or its string ends with a zero byte and lives during the call.
+unsafe fn string(text: *const c_char) -> Option<String> {
+    // SAFETY: the pointer is not null, and the caller promises the rest.
+    let copy = || unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned();
+    (!text.is_null()).then(copy)
 }
 
 /// Keeps the message of the function in which an error arises; its callers pass the code on.
@@ -202,8 +203,10 @@ unsafe extern "C" fn remember_message(
     message: *const c_char,
     _: *mut c_void,
 ) -> Code {
-    if let Some(message) = string(message).filter(|message| !message.trim().is_empty()) {
-        let function = string(function).unwrap_or_default();
+    // SAFETY: PETSc passes null or strings that end with a zero byte and live during the call.
+    let (message, function) = unsafe { (string(message), string(function)) };
+    if let Some(message) = message.filter(|message| !message.trim().is_empty()) {
+        let function = function.unwrap_or_default();
         MESSAGE.with_borrow_mut(|kept| {
             kept.get_or_insert_with(|| format!("{} ({function})", message.trim()));
         });

@@ -57,7 +57,8 @@ impl RunRecord {
     /// # Errors
     /// [`SwimError::Read`] and [`SwimError::Checkpoint`] for missing and damaged files; a run that
     /// has not ended has no summary.
-    pub fn read(folder: &Path) -> Result<Self, PictureError> {
+    pub fn read(folder: impl AsRef<Path>) -> Result<Self, PictureError> {
+        let folder = folder.as_ref();
         let path = folder.join("summary.json");
         let failed = |source: std::io::Error| SwimError::Read {
             path: path.clone(),

@@ -37,7 +37,8 @@ impl Document {
     ///
     /// # Errors
     /// A file that cannot be read, and as [`Document::parse`].
-    pub fn read(path: &Path) -> Result<Self, SceneError> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, SceneError> {
+        let path = path.as_ref();
         let text = std::fs::read_to_string(path).map_err(|source| SceneError::Read {
             path: path.to_owned(),
             source,

@@ -24,7 +24,8 @@ impl Scene {
     ///
     /// # Errors
     /// The first problem found, with file, line, key and remedy.
-    pub fn read(path: &Path, overrides: &[String]) -> Result<Self, SceneError> {
+    pub fn read(path: impl AsRef<Path>, overrides: &[String]) -> Result<Self, SceneError> {
+        let path = path.as_ref();
         let mut document = Document::read(path)?;
         overrides
             .iter()

@@ -117,7 +117,7 @@ fn gaps_of_surfaces() {
         "{text}"
     );
     std::fs::write(below.join("scene.toml"), text).unwrap();
-    let again = Scene::read(&below.join("scene.toml"), &[]).unwrap();
+    let again = Scene::read(below.join("scene.toml"), &[]).unwrap();
     let Domain::Surface(wall) = again.domain() else {
         panic!("the wall is a surface");
     };

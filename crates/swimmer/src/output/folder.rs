@@ -16,7 +16,8 @@ impl Folder {
     ///
     /// # Errors
     /// [`SwimError::Write`] when that fails.
-    pub fn create(path: &Path) -> Result<Self, SwimError> {
+    pub fn create(path: impl AsRef<Path>) -> Result<Self, SwimError> {
+        let path = path.as_ref();
         let check = || {
             std::fs::create_dir_all(path)?;
             tempfile::tempfile_in(path)
@@ -83,7 +84,7 @@ mod tests {
     #[test]
     fn a_failed_write_keeps_the_old_file_and_leaves_no_temporary_file() {
         let temporary = tempfile::tempdir().unwrap();
-        let folder = Folder::create(&temporary.path().join("a/b")).unwrap();
+        let folder = Folder::create(temporary.path().join("a/b")).unwrap();
         folder.write("kept", |file| file.write_all(b"old")).unwrap();
         let failure = folder.write("kept", |file| {
             file.write_all(b"new")?;

@@ -69,7 +69,7 @@ impl FlowSeries {
     }
 
     fn write(&self, number: usize, flow: &FlowField) -> Result<(), SwimError> {
-        write_flow(flow, &self.folder.path().join(file_name(number)))
+        write_flow(flow, self.folder.path().join(file_name(number)))
     }
 
     /// Keeps the flows of the solutions in the result of a phase span, removes the others and
@@ -150,7 +150,8 @@ impl FlowSeries {
 ///
 /// # Errors
 /// [`SwimError::Write`], or a model error for fields that do not fit the mesh.
-pub fn write_flow(flow: &FlowField, path: &Path) -> Result<(), SwimError> {
+pub fn write_flow(flow: &FlowField, path: impl AsRef<Path>) -> Result<(), SwimError> {
+    let path = path.as_ref();
     let velocity: Vec<f64> = flow.velocity.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
     let write = || {
         let file = Vtu::cells(&flow.mesh).point_field("velocity", 3, &velocity)?;

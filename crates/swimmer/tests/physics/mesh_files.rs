@@ -13,7 +13,7 @@ fn the_default_stroke_on_a_mesh_from_gmsh_has_its_exact_displacement() {
     let file = root.join("crates/mesh/tests/fixtures/three-spheres-v41-binary.msh");
     let overrides = [format!("domain.file={}", file.display())];
     let outcome =
-        run(&Scene::read(&root.join("scenes/three-sphere-mesh.toml"), &overrides).unwrap());
+        run(&Scene::read(root.join("scenes/three-sphere-mesh.toml"), &overrides).unwrap());
     let error = outcome.displacement[1].x - exact::STROKE_IN_BALL_40.value;
     let bar = outcome.error_estimate.total();
     within(error, bar, "the error bar");

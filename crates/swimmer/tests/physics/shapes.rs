@@ -215,7 +215,7 @@ fn the_capsule_swimmer_swims() {
 /// The scene of the gallery with this name.
 fn of_gallery(name: &str) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
-    Scene::read(&folder.join(name), &[]).expect("a scene of the gallery")
+    Scene::read(folder.join(name), &[]).expect("a scene of the gallery")
 }
 
 fn run_of_gallery(name: &str) -> Outcome {

@@ -26,7 +26,8 @@ impl SurfaceFormat {
     ///
     /// # Errors
     /// [`MeshError::UnknownSurfaceFormat`].
-    pub fn from_path(path: &Path) -> Result<Self, MeshError> {
+    pub fn from_path(path: impl AsRef<Path>) -> Result<Self, MeshError> {
+        let path = path.as_ref();
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         match extension.to_ascii_lowercase().as_str() {
             "stl" => Ok(Self::Stl),
