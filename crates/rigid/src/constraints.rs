@@ -148,7 +148,7 @@ impl JointRows {
     }
 
     /// The loads of the joints with these rows from those of all rows.
-    pub fn loads(
+    pub fn load_of(
         all: &[Self],
         loads: &DVector<f64>,
         joint: usize,
@@ -162,13 +162,14 @@ impl JointRows {
 }
 
 impl Constraints {
-    /// Load of a joint from the loads of all rows, [`Drive::joint_loads`](crate::Drive::joint_loads).
+    /// Load of a joint from the loads of all rows,
+    /// [`Drive::joint_loads`](crate::Drive::joint_loads).
     ///
     /// # Errors
     /// [`RigidError::NoSuchJoint`], [`RigidError::Length`].
     pub fn joint_load(&self, loads: &DVector<f64>, joint: usize) -> Result<JointLoad, RigidError> {
         check_length("loads of the joints", loads.len(), self.matrix.nrows())?;
-        JointRows::loads(&self.joint_rows, loads, joint)
+        JointRows::load_of(&self.joint_rows, loads, joint)
     }
 }
 

@@ -53,7 +53,7 @@ impl FlowSolution {
     /// # Errors
     /// [`RigidError::NoSuchJoint`].
     pub fn joint_load(&self, joint: usize) -> Result<JointLoad, RigidError> {
-        JointRows::loads(&self.joint_rows, &self.joint_loads, joint)
+        JointRows::load_of(&self.joint_rows, &self.joint_loads, joint)
     }
 
     /// Adds a change of this flow, such as [`Constrained::change`].
