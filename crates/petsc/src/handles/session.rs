@@ -188,7 +188,11 @@ pub(super) fn take_message(code: Code) -> String {
 /// The pointer is null, or its string ends with a zero byte and lives during the call.
 unsafe fn string(text: *const c_char) -> Option<String> {
     // SAFETY: the pointer is not null, and the caller promises the rest.
-    let copy = || unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned();
+    let copy = || {
+        unsafe { CStr::from_ptr(text) }
+            .to_string_lossy()
+            .into_owned()
+    };
     (!text.is_null()).then(copy)
 }
 
