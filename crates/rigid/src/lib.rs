@@ -16,6 +16,7 @@ mod joint_loads;
 mod linkage;
 mod loop_closure;
 mod mesh_part;
+mod motion_bounds;
 mod node_blocks;
 mod null_space;
 mod placement;
@@ -38,6 +39,7 @@ pub use formulations::{DirectRows, Eliminated, Formulation, Independent, Lagrang
 pub use joint::{Arms, Freedom, Joint, JointDrive, JointKind, PassiveDrive};
 pub use linkage::Linkage;
 pub use mesh_part::{MeshPart, SumOverParts, UpdateGhosts};
+pub use motion_bounds::{DerivativeBounds, MotionBounds, StateBounds, ValueBounds};
 pub use null_space::{NullSpace, Reduction};
 pub use resistance::GrandResistance;
 pub use state::{State, StateVelocity, Twist};

@@ -1,11 +1,10 @@
 //! Gaps between bodies, and between bodies and walls.
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
 use crate::body::Body;
 use crate::domain::Domain;
 use crate::hull_distance::distance;
-use crate::shape::Shape;
 
 /// Gap between two bodies, or between a body and the nearest wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,51 +95,10 @@ pub fn contacts<'a>(
     })
 }
 
-/// Smallest gap of two bodies while the difference of their centres changes from `from` to `to`.
-///
-/// Returns the parameter `s` in `[0, 1]` and the gap. Rotations are constant, so that the distance
-/// of convex bodies is a convex function of `s`; the golden section finds its minimum.
-pub(crate) fn smallest_gap(
-    pair: [(&Shape, &UnitQuaternion<f64>); 2],
-    from: &Vector3<f64>,
-    to: &Vector3<f64>,
-) -> (f64, f64) {
-    let gap = |s: f64| distance(pair, &from.lerp(to, s));
-    let (s, apart) = closest_approach(from, to);
-    let at_centres = (s, gap(s));
-    if pair.iter().all(|(shape, _)| shape.is_isotropic()) {
-        let radii = from.lerp(to, s).norm() - at_centres.1;
-        return (s, apart - radii);
-    }
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let [mut low, mut high] = [0.0, 1.0];
-    let mut best = at_centres;
-    for end in [0.0, 1.0] {
-        best = lower(best, (end, gap(end)));
-    }
-    let inner = |low: f64, high: f64| {
-        [high - GOLDEN * (high - low), low + GOLDEN * (high - low)].map(|s| (s, gap(s)))
-    };
-    for _ in 0..40 {
-        let [left, right] = inner(low, high);
-        best = lower(lower(best, left), right);
-        if left.1 < right.1 {
-            high = right.0;
-        } else {
-            low = left.0;
-        }
-    }
-    best
-}
-
-fn lower(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
-    if b.1 < a.1 { b } else { a }
-}
-
 /// Parameter `s` in `[0, 1]` at which `|from + s (to - from)|` is smallest, and this minimum.
 ///
 /// `from` and `to` are the differences of two points that move at constant velocities.
-fn closest_approach(from: &Vector3<f64>, to: &Vector3<f64>) -> (f64, f64) {
+pub(crate) fn closest_approach(from: &Vector3<f64>, to: &Vector3<f64>) -> (f64, f64) {
     let change = to - from;
     let squared = change.norm_squared();
     let s = if squared > 0.0 {

@@ -10,21 +10,38 @@ const STEPS: usize = 200;
 /// Relative difference of the bounds on a distance at which the search ends.
 const ACCURACY: f64 = 1e-9;
 
+/// Two bodies, each with its rotation from the initial configuration.
+pub(crate) type Pair<'a> = [(&'a Shape, &'a UnitQuaternion<f64>); 2];
+
 /// Lower bound of the distance between two bodies, negative if their convex hulls overlap.
 ///
 /// `apart` is the difference of the centres, that of the first minus that of the second. Exact for
 /// spheres; for other shapes the search for the plane that separates the hulls best (Gilbert 1966)
 /// starts with the direction of `apart` and ends within 1e-9 of the distance, or after 200 steps.
-pub(crate) fn distance(bodies: [(&Shape, &UnitQuaternion<f64>); 2], apart: &Vector3<f64>) -> f64 {
+pub(crate) fn distance(bodies: Pair, apart: &Vector3<f64>) -> f64 {
+    separation(bodies, apart).0
+}
+
+/// Distance of the two planes normal to `normal`, a unit vector towards the first body, that touch
+/// the bodies from between; negative if no such plane separates them.
+pub(crate) fn distance_along(bodies: Pair, apart: &Vector3<f64>, normal: &Vector3<f64>) -> f64 {
+    let [(first, of_first), (second, of_second)] = bodies;
+    normal.dot(apart)
+        - first.support_distance(of_first, &-normal)
+        - second.support_distance(of_second, normal)
+}
+
+/// The lower bound of [`distance`], and the normal of the planes that separate the bodies by it.
+pub(crate) fn separation(bodies: Pair, apart: &Vector3<f64>) -> (f64, Vector3<f64>) {
     let [(first, of_first), (second, of_second)] = bodies;
     let start = apart.try_normalize(0.0).unwrap_or_else(Vector3::x);
     let along_centres = apart.norm()
         - first.support_distance(of_first, &-start)
         - second.support_distance(of_second, &start);
     if first.is_isotropic() && second.is_isotropic() {
-        return along_centres;
+        return (along_centres, start);
     }
-    let mut bound = along_centres;
+    let (mut bound, mut normal) = (along_centres, start);
     // The point closest to the origin among the convex combinations of some points of the
     // difference of the bodies, which are given with their weights.
     let mut corners = vec![(*apart, 1.0)];
@@ -36,14 +53,16 @@ pub(crate) fn distance(bodies: [(&Shape, &UnitQuaternion<f64>); 2], apart: &Vect
         };
         let corner =
             apart + first.support_point(of_first, &-n) - second.support_point(of_second, &n);
-        bound = bound.max(n.dot(&corner));
+        if n.dot(&corner) > bound {
+            (bound, normal) = (n.dot(&corner), n);
+        }
         if bound >= length * (1.0 - ACCURACY) {
             break;
         }
         corners.push((corner, 0.0));
         closest = closest_combination(&mut corners);
     }
-    bound
+    (bound, normal)
 }
 
 /// The point closest to the origin in the convex hull of the corners, whose weights are updated.

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use rigid::{DerivativeBounds, ValueBounds};
+
 use crate::shape_path::{ShapePath, Sine};
 
 /// One phase of one cycle, with the shape as a function of the parameter `s` from 0 to 1.
@@ -105,15 +107,65 @@ impl PhaseSpan {
         let mut ranges: Vec<(f64, f64)> = (self.from.iter().zip(&self.to))
             .map(|(&a, &b)| (a.min(b), a.max(b)))
             .collect();
-        // Largest second derivatives with respect to `s`.
-        let bends: Vec<(usize, f64)> = match &self.path {
-            ShapePath::Linear(_) => return ranges,
+        if self.is_linear() {
+            return ranges;
+        }
+        for k in 1..RANGE_PARTS {
+            let shape = self.shape(k as f64 / RANGE_PARTS as f64);
+            for (range, length) in ranges.iter_mut().zip(shape) {
+                *range = (range.0.min(length), range.1.max(length));
+            }
+        }
+        for (joint, bend) in self.bends() {
+            // Between two points a function leaves the interval of its values there by at most an
+            // eighth of the largest second derivative times the square of their distance.
+            let excess = 0.125 * bend / (RANGE_PARTS * RANGE_PARTS) as f64;
+            ranges[joint] = (ranges[joint].0 - excess, ranges[joint].1 + excess);
+        }
+        ranges
+    }
+
+    /// Largest second derivatives with respect to `s`, one for each joint.
+    ///
+    /// Those of paths of a program are measured: twice the largest difference of 64 rates.
+    pub fn second_derivatives(&self) -> Vec<f64> {
+        let mut largest = vec![0.0; self.from.len()];
+        for (joint, bend) in self.bends() {
+            largest[joint] += bend;
+        }
+        largest
+    }
+
+    /// Bounds on the values of the joints between two positions, with derivatives with respect to
+    /// the part of this interval that is over.
+    ///
+    /// `second_derivatives` are those of [`PhaseSpan::second_derivatives`].
+    pub fn value_bounds(
+        &self,
+        second_derivatives: &[f64],
+        (from, to): (f64, f64),
+    ) -> Vec<ValueBounds> {
+        let (middle, width) = (0.5 * (from + to), to - from);
+        let values = self.shape(middle).into_iter().zip(self.rates(middle));
+        let bound = |((value, rate), bend): ((f64, f64), &f64)| {
+            let second = width * width * bend;
+            let first = width * (rate * self.duration).abs() + 0.5 * second;
+            ValueBounds {
+                size: value.abs() + 0.5 * first,
+                derivatives: DerivativeBounds { first, second },
+            }
+        };
+        values.zip(second_derivatives).map(bound).collect()
+    }
+
+    /// Terms of the largest second derivatives with respect to `s`.
+    fn bends(&self) -> Vec<(usize, f64)> {
+        match &self.path {
+            ShapePath::Linear(_) => Vec::new(),
             ShapePath::Cubic(pieces) => (pieces.iter())
                 .map(|piece| {
-                    (
-                        piece.joint,
-                        2.0 * piece.square.abs() + 6.0 * piece.cube.abs(),
-                    )
+                    let bend = 2.0 * piece.square.abs() + 6.0 * piece.cube.abs();
+                    (piece.joint, bend)
                 })
                 .collect(),
             ShapePath::Harmonic { sines, span } => {
@@ -122,20 +174,7 @@ impl PhaseSpan {
                 sines.iter().map(bend).collect()
             }
             ShapePath::Own(_) => self.measured_bends(),
-        };
-        for k in 1..RANGE_PARTS {
-            let shape = self.shape(k as f64 / RANGE_PARTS as f64);
-            for (range, length) in ranges.iter_mut().zip(shape) {
-                *range = (range.0.min(length), range.1.max(length));
-            }
         }
-        for (joint, bend) in bends {
-            // Between two points a function leaves the interval of its values there by at most an
-            // eighth of the largest second derivative times the square of their distance.
-            let excess = 0.125 * bend / (RANGE_PARTS * RANGE_PARTS) as f64;
-            ranges[joint] = (ranges[joint].0 - excess, ranges[joint].1 + excess);
-        }
-        ranges
     }
 
     /// Second derivatives with respect to `s`, from differences of the rates.

@@ -159,6 +159,18 @@ pub enum SwimError {
 }
 
 impl SwimError {
+    /// Whether a shorter step may avoid the error: bodies that touch, or impossible lengths.
+    pub(crate) fn is_overshoot(&self) -> bool {
+        let is_length = |error: &ModelError| {
+            matches!(error, ModelError::Rigid(rigid::RigidError::BadLength { .. }))
+        };
+        match self {
+            Self::Collision { .. } => true,
+            Self::Model(error) => is_length(error),
+            _ => false,
+        }
+    }
+
     /// The exit code of the `swim` command: 2 for bad input, 3 for a failed method, 130 when
     /// interrupted.
     pub fn exit_code(&self) -> u8 {

@@ -54,6 +54,30 @@ pub fn lagrange(nodes: &[f64], i: usize, x: f64) -> f64 {
         .product()
 }
 
+/// Bernstein coefficients on [0, 1] of the Lagrange polynomials of `nodes`, one list for each node.
+///
+/// The values of a polynomial are convex combinations of its Bernstein coefficients, which
+/// therefore bound it; times the degree, the differences of successive coefficients are those of
+/// its derivative (Farouki 2012).
+pub fn bernstein(nodes: &[f64]) -> Vec<Vec<f64>> {
+    let of_node = |i: usize| {
+        let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
+        others.fold(vec![1.0], |product: Vec<f64>, (_, node)| {
+            // Times the linear factor with the values a and b at the ends of [0, 1].
+            let [a, b] = [-node, 1.0 - node].map(|x| x / (nodes[i] - node));
+            let degree = product.len();
+            let at = |k: usize| product.get(k).copied().unwrap_or(0.0);
+            let coefficient = |k: usize| {
+                let low = (degree - k) as f64 * at(k) * a;
+                let high = if k > 0 { k as f64 * at(k - 1) * b } else { 0.0 };
+                (low + high) / degree as f64
+            };
+            (0..=degree).map(coefficient).collect()
+        })
+    };
+    (0..nodes.len()).map(of_node).collect()
+}
+
 /// Value and derivative of the Legendre polynomial of degree `n` at `x` inside (-1, 1).
 fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut previous, mut value) = (1.0, x);
@@ -88,6 +112,34 @@ mod tests {
                 assert_abs_diff_eq!(moment(degree), 1.0 / f64::from(degree + 1), epsilon = 1e-14);
             }
             assert!((moment(2 * n as i32) - 1.0 / (2 * n + 1) as f64).abs() > 1e-14);
+        }
+    }
+
+    #[test]
+    fn bernstein_coefficients_give_the_polynomials_and_their_derivatives() {
+        let nodes = Gauss::new(5).nodes;
+        // De Casteljau's algorithm.
+        let value = |coefficients: &[f64], t: f64| {
+            let mut row = coefficients.to_vec();
+            while row.len() > 1 {
+                row = row.windows(2).map(|w| w[0] + t * (w[1] - w[0])).collect();
+            }
+            row[0]
+        };
+        for (i, coefficients) in bernstein(&nodes).iter().enumerate() {
+            let slopes: Vec<f64> = coefficients
+                .windows(2)
+                .map(|w| 4.0 * (w[1] - w[0]))
+                .collect();
+            for t in [0.0, 0.2, 0.9, 1.0] {
+                let exact = lagrange(&nodes, i, t);
+                assert_abs_diff_eq!(value(coefficients, t), exact, epsilon = 1e-13);
+                // Central difference: error d^2 and rounding 1e-15 / d, times derivatives to 1e4.
+                let d = 1e-5;
+                let [before, after] = [t - d, t + d].map(|t| lagrange(&nodes, i, t));
+                let slope = (after - before) / (2.0 * d);
+                assert_abs_diff_eq!(value(&slopes, t), slope, epsilon = 1e-6);
+            }
         }
     }
 

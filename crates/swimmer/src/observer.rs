@@ -44,6 +44,21 @@ pub trait Observer {
     ) -> Result<(), SwimError> {
         Ok(())
     }
+
+    /// Called where the simulation stops at contact within a phase span, with the part of the phase
+    /// span before it and the outcome up to there; [`SwimError::Collision`] follows.
+    ///
+    /// # Errors
+    /// Any error replaces that of the contact.
+    fn stopped(
+        &mut self,
+        span: &PhaseSpan,
+        result: &SpanResult,
+        so_far: &Outcome,
+        model: &mut dyn Hydrodynamics,
+    ) -> Result<(), SwimError> {
+        Ok(())
+    }
 }
 
 /// An observer that does nothing.

@@ -75,6 +75,9 @@ pub struct Outcome {
     pub meshes: Vec<NewMesh>,
     /// The trajectory at the ends of phase spans and at the solves, in the order of time.
     pub samples: Vec<Sample>,
+    /// Contact at which the run stopped, in words; none for a run that was completed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<String>,
     /// The trajectory between the samples, for plots: times and positions of all bodies.
     pub curve: Vec<(f64, Vec<Vector3<f64>>)>,
 }
@@ -241,7 +244,7 @@ impl Interim {
         let set = scene.articulation();
         let before = self.positions(scene, &span.from)?;
         self.state = result.end.clone();
-        let after = self.positions(scene, &span.to)?;
+        let after = self.positions(scene, &end_of(span, result))?;
         let outcome = &mut self.outcome;
         outcome.append_trajectory(set, span, result)?;
         outcome.append_displacement(set, span, result, [&before, &after]);
@@ -278,10 +281,11 @@ impl Outcome {
             let state = result.state(set, s)?;
             (self.samples).push(sample(s, &state, &span.shape(s), Some(bodies))?);
         }
-        self.samples.push(sample(1.0, &result.end, &span.to, None)?);
+        let (reached, end) = (result.reached(), end_of(span, result));
+        self.samples.push(sample(reached, &result.end, &end, None)?);
         let parts = CURVE_POINTS * result.pieces.len();
         for k in 1..=parts {
-            let s = k as f64 / parts as f64;
+            let s = reached * (k as f64 / parts as f64);
             let at = positions(set, &result.state(set, s)?, &span.shape(s))?;
             self.curve.push((span.time(s), at));
         }
@@ -341,6 +345,14 @@ impl Outcome {
         if let Some(error) = &self.accumulated_integration_error {
             self.error_estimate.integration = Some(integration_bar(set, error, positions));
         }
+    }
+}
+
+/// Values of the joints where a result ends.
+fn end_of(span: &PhaseSpan, result: &SpanResult) -> Vec<f64> {
+    match result.reached() < 1.0 {
+        true => span.shape(result.reached()),
+        false => span.to.clone(),
     }
 }
 

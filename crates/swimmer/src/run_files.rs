@@ -95,6 +95,8 @@ pub(crate) struct Files<'a> {
     pub progress: &'a mut dyn Progress,
     /// Number of completed phase spans.
     pub done: usize,
+    /// The outcome of a run that stopped at contact, up to there.
+    pub until_contact: Option<Outcome>,
 }
 
 /// The folder of a run, and the flows in it.
@@ -133,16 +135,19 @@ impl<'a> Output<'a> {
         (self.written).is_none_or(|(end, took)| end.elapsed() >= CHECKPOINT_INTERVAL * took)
     }
 
+    fn write_trajectory(&mut self, scene: &Scene, so_far: &Outcome) -> Result<(), SwimError> {
+        let csv = trajectory_csv(scene, &so_far.samples);
+        (self.folder).write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
+        self.files.write(so_far)
+    }
+
     /// Writes trajectory and checkpoint of the last completed phase, unless they are written.
     fn write_pending(&mut self, scene: &Scene) -> Result<(), SwimError> {
         let Some(checkpoint) = self.pending.take() else {
             return Ok(());
         };
         let begin = Instant::now();
-        let so_far = checkpoint.outcome();
-        let csv = trajectory_csv(scene, &so_far.samples);
-        (self.folder).write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
-        self.files.write(so_far)?;
+        self.write_trajectory(scene, checkpoint.outcome())?;
         // The checkpoint is written last, so that every file that it names is complete.
         checkpoint.write(self.folder)?;
         self.written = Some((Instant::now(), begin.elapsed()));
@@ -208,5 +213,25 @@ impl Observer for Files<'_> {
         self.done = so_far.spans.len();
         self.progress.span_done(span, result);
         Ok(())
+    }
+
+    fn stopped(
+        &mut self,
+        span: &PhaseSpan,
+        result: &SpanResult,
+        so_far: &Outcome,
+        model: &mut dyn Hydrodynamics,
+    ) -> Result<(), SwimError> {
+        self.until_contact = Some(so_far.clone());
+        // The checkpoint is that of the last complete phase.
+        self.write_pending()?;
+        let Some(output) = &mut self.output else {
+            return Ok(());
+        };
+        let first = so_far.solves - result.solves;
+        let flow = output.last_flow.take();
+        (output.flows).finish_span(span, result, first, flow.as_ref(), model)?;
+        (output.files).span_done(span, result, first, flow.as_ref())?;
+        output.write_trajectory(self.scene, so_far)
     }
 }

@@ -123,7 +123,20 @@ pub fn continue_from(
                 ..solution.clone()
             };
             observer.solved(&span, &numbered, model)
-        })?;
+        });
+        let result = match result {
+            Err(error) => {
+                if let Some(part) = integrator.take_until_contact() {
+                    interim.append(scene, &origin, &span, &part)?;
+                    let mut outcome = interim.outcome;
+                    outcome.contact = Some(error.to_string());
+                    outcome.check_tolerance(scene.model().tolerance, integrator.model());
+                    observer.stopped(&span, &part, &outcome, integrator.model())?;
+                }
+                return Err(error);
+            }
+            Ok(result) => result,
+        };
         interim.append(scene, &origin, &span, &result)?;
         observer.span_done(&span, &result, &interim.outcome, integrator.model())?;
     }

@@ -1,10 +1,12 @@
 //! Checks that bodies do not touch: in the initial configuration and along the whole stroke.
 
-use nalgebra::{Isometry3, Vector3};
+use rigid::{RigidError, StateBounds};
 
-use crate::contact::{Contact, closest_contact, smallest_gap};
+use crate::contact::{Contact, closest_contact, contacts};
+use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::gait::{Gait, spans};
+use crate::path_contact::{BodyPath, first_contact};
 use crate::phase_span::PhaseSpan;
 use crate::scene::Scene;
 
@@ -54,89 +56,59 @@ pub(super) fn check_stroke(scene: &Scene) -> Result<(), SceneError> {
     spans(&gait, scene.articulation.initial_shape())?.try_for_each(|span| check_span(scene, &span))
 }
 
-/// Number of lines that stand for the curved path of a phase span.
-const PARTS_OF_CURVE: u32 = 64;
+/// Number of positions from which the deepest overlap along a phase span is reported.
+const REPORTED_POSITIONS: u32 = 64;
 
+/// Refuses contact along a phase span.
 fn check_span(scene: &Scene, span: &PhaseSpan) -> Result<(), SceneError> {
-    let set = &scene.articulation;
     let length_key = match (&scene.gait_table, span.is_linear()) {
         (Some(_), _) => "gait.file".to_owned(),
         (None, true) => format!("gait.phases[{}].length", span.phase),
         (None, false) => "gait.harmonics".to_owned(),
     };
-    // Lines stand for the values along a curved path, which they leave by a ten-thousandth.
-    let joints = scene.articulation.joints();
-    let turns = span.joints.iter().any(|&joint| joints[joint].kind.turns());
-    let parts: u32 = match span.is_linear() && !turns {
-        true => 1,
-        false => PARTS_OF_CURVE,
+    let fails = |error: RigidError| SceneError::BadValue {
+        place: scene.place(&length_key),
+        key: length_key.clone(),
+        problem: format!("fails: {error}"),
     };
+    let set = &scene.articulation;
+    let joints = span.value_bounds(&span.second_derivatives(), (0.0, 1.0));
+    let bounds = StateBounds::at_rest(set, joints);
     let state = scene.initial_state();
-    let place = |lengths: &[f64]| {
-        set.place(&state, lengths)
-            .map_err(|error| SceneError::BadValue {
-                place: scene.place(&length_key),
-                key: length_key.clone(),
-                problem: format!("fails: {error}"),
-            })
+    let path = BodyPath {
+        bodies: &scene.bodies,
+        set,
+        domain: None,
+        at: &|s| Ok((state.clone(), span.shape(s))),
+        bounds: &bounds,
     };
-    for part in 0..parts {
-        let at = |k: u32| f64::from(k) / f64::from(parts);
-        let (begin, end) = (at(part), at(part + 1));
-        let to = place(&span.shape(end))?;
-        // Lines do not follow bodies that turn: these are checked at points of the phase span.
-        let from = match turns {
-            true => to.clone(),
-            false => place(&span.shape(begin))?,
-        };
-        check_part(scene, span, &length_key, (begin, &from), (end, &to))?;
-    }
-    Ok(())
-}
-
-/// Refuses contact on the line between two placements at two positions of a phase span.
-fn check_part(
-    scene: &Scene,
-    span: &PhaseSpan,
-    length_key: &str,
-    (begin, from): (f64, &[Isometry3<f64>]),
-    (end, to): (f64, &[Isometry3<f64>]),
-) -> Result<(), SceneError> {
-    for linkage in scene.articulation.linkages() {
-        let solid = linkage
-            .bodies
-            .iter()
-            .copied()
-            .filter(|&body| scene.bodies[body].bounding_radius() > 0.0);
-        let solid: Vec<usize> = solid.collect();
-        for (k, &one) in solid.iter().enumerate() {
-            for &other in &solid[..k] {
-                let apart = |poses: &[Isometry3<f64>]| -> Vector3<f64> {
-                    poses[one].translation.vector - poses[other].translation.vector
-                };
-                let pair = [one, other].map(|b| (&scene.bodies[b].shape, &from[b].rotation));
-                let (s, gap) = smallest_gap(pair, &apart(from), &apart(to));
-                let size = (pair.iter())
-                    .map(|(shape, _)| shape.bounding_radius())
-                    .sum();
-                let contact = Contact {
-                    body: other,
-                    other: Some(one),
-                    gap,
-                };
-                if contact.touches(size) {
-                    let s = begin + s * (end - begin);
-                    return Err(SceneError::Touching {
-                        place: scene.place(length_key),
-                        first: scene.bodies[other].name.clone(),
-                        second: scene.bodies[one].name.clone(),
-                        when: format!("in phase {} at {:.0} % of it", span.phase + 1, 100.0 * s),
-                        gap: contact.gap,
-                        remedy: "let the link change less",
-                    });
-                }
-            }
+    // Where contact cannot be excluded, a run looks for it along its shorter steps.
+    let Some(first) = first_contact(&path)
+        .map_err(fails)?
+        .filter(|found| found.is_certain)
+    else {
+        return Ok(());
+    };
+    let Contact { body, other, .. } = first.contact;
+    let mut deepest = (first.at, first.contact.gap);
+    for k in 0..=REPORTED_POSITIONS {
+        let s = f64::from(k) / f64::from(REPORTED_POSITIONS);
+        let poses = set.place(&state, &span.shape(s)).map_err(fails)?;
+        let gap = contacts(&scene.bodies, &Domain::Unbounded, &poses)
+            .find(|contact| contact.body == body && contact.other == other)
+            .map_or(f64::INFINITY, |contact| contact.gap);
+        if gap < deepest.1 {
+            deepest = (s, gap);
         }
     }
-    Ok(())
+    let (s, gap) = deepest;
+    let name = |body: usize| scene.bodies[body].name.clone();
+    Err(SceneError::Touching {
+        place: scene.place(&length_key),
+        first: name(body),
+        second: other.map_or_else(|| "the wall".to_owned(), name),
+        when: format!("in phase {} at {:.0} % of it", span.phase + 1, 100.0 * s),
+        gap,
+        remedy: "let the link change less",
+    })
 }

@@ -16,7 +16,7 @@ use scene::AcceptKind;
 use super::inverse_dexp::coordinate_rate;
 use super::order_errors::{expected_error, is_smooth, is_stalled, remaining_error, reported_error};
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, IntegrationError, SpanResult};
+use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{MAX_PARTS, expected_ratio, largest_displacement, rounding, step_tolerance};
 use crate::error::SwimError;
@@ -41,10 +41,12 @@ const MAX_POINTS: usize = 8;
 const REDUCTION_BY_HALVING: f64 = 0.25;
 
 /// Integrates a phase span to the tolerance, or as well as possible if the scene accepts that.
-pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanResult, SwimError> {
+pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanResult, Stopped> {
     match in_parts(evaluator, start, false) {
-        Err(SwimError::NotIntegrated { .. })
-            if evaluator.scene.model().accept == AcceptKind::Best =>
+        Err(Stopped {
+            error: SwimError::NotIntegrated { .. },
+            ..
+        }) if evaluator.scene.model().accept == AcceptKind::Best =>
         {
             in_parts(evaluator, start, true)
         }
@@ -59,7 +61,7 @@ fn in_parts(
     evaluator: &mut SpanEvaluator,
     start: &State,
     accepts_best: bool,
-) -> Result<SpanResult, SwimError> {
+) -> Result<SpanResult, Stopped> {
     let mut result = SpanResult::empty(start);
     // Parts of the phase span in reverse order, each with the error of the step that was halved.
     let mut todo = vec![((0.0, 1.0), f64::INFINITY)];
@@ -68,11 +70,12 @@ fn in_parts(
         let halves = |error: f64| [((middle, span.1), error), ((span.0, middle), error)];
         let may_halve = span.1 - span.0 > 1.0 / MAX_PARTS as f64;
         let step = match step(evaluator, &result.end, span) {
-            Err(SwimError::Collision { .. }) if may_halve => {
+            Err(error) if error.is_overshoot() && may_halve => {
                 todo.extend(halves(halved_error));
                 continue;
             }
-            other => other?,
+            Err(error) => return Err(result.stopped(evaluator, error)),
+            Ok(step) => step,
         };
         let is_best = accepts_best && step.error > REDUCTION_BY_HALVING * halved_error;
         if !step.is_accepted && !is_best {
@@ -80,7 +83,17 @@ fn in_parts(
                 todo.extend(halves(step.error));
                 continue;
             }
-            return Err(evaluator.not_integrated(step.error, step.tolerance, MAX_PARTS));
+            return Err(evaluator
+                .not_integrated(step.error, step.tolerance, MAX_PARTS)
+                .into());
+        }
+        match evaluator.check_path(&step.approximation.piece) {
+            Err(error) if error.is_overshoot() && may_halve => {
+                todo.extend(halves(halved_error));
+                continue;
+            }
+            Err(error) => return Err(result.stopped(evaluator, error)),
+            Ok(()) => {}
         }
         let duration = evaluator.span.duration * (span.1 - span.0);
         let mut accumulated = step.approximation.accumulated_error(duration);
@@ -107,7 +120,7 @@ pub(super) fn fixed_order(
     let guess = initial_guess(evaluator, start, span)?;
     let coarse = collocate(evaluator, start, &guess, 1, Corrections::None)?;
     let fine = collocate(evaluator, start, &coarse.piece, points, Corrections::None)?;
-    fine.piece.state(evaluator.scene.articulation(), 1.0)
+    Ok(fine.piece.state(evaluator.scene.articulation(), 1.0)?)
 }
 
 /// One part of a phase span at the highest order tried.

@@ -4,7 +4,7 @@ use models::AccumulatedError;
 use rigid::{State, StateVelocity};
 
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, SpanResult};
+use super::result::{Approximation, SpanResult, Stopped};
 use super::span_evaluator::SpanEvaluator;
 use super::step_size::largest_displacement;
 use crate::error::SwimError;
@@ -14,12 +14,15 @@ pub(super) fn span(
     evaluator: &mut SpanEvaluator,
     start: &State,
     steps: usize,
-) -> Result<SpanResult, SwimError> {
+) -> Result<SpanResult, Stopped> {
     let mut result = SpanResult::empty(start);
     let mut rates = Vec::new();
     for k in 0..steps {
         let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
-        let solution = evaluator.solve(span.0, &result.end, true, None)?;
+        let solution = match evaluator.solve(span.0, &result.end, true, None) {
+            Err(error) => return Err(result.stopped(evaluator, error)),
+            Ok(solution) => solution,
+        };
         let duration = evaluator.span.duration * (span.1 - span.0);
         let rate = &solution.solution.motion * duration;
         rates.push(rate.clone());
@@ -29,6 +32,9 @@ pub(super) fn span(
             span,
             vec![rate],
         )?;
+        if let Err(error) = evaluator.check_path(&piece) {
+            return Err(result.stopped(evaluator, error));
+        }
         let approximation = Approximation {
             piece,
             solutions: vec![solution],

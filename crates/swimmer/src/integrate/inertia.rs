@@ -13,7 +13,7 @@ use scene::{Scene, SceneError};
 
 use super::masses::{Velocities, implicit_terms, mass_matrices, momenta, velocities_of};
 use super::piece::PathPiece;
-use super::result::{Approximation, SpanResult};
+use super::result::{Approximation, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use crate::error::SwimError;
 
@@ -36,7 +36,7 @@ pub(super) fn span(
     steps: usize,
     scheme: Scheme,
     velocities: &mut Option<Velocities>,
-) -> Result<SpanResult, SwimError> {
+) -> Result<SpanResult, Stopped> {
     let mut result = SpanResult::empty(start);
     let at_rest = || vec![Vector6::zeros(); evaluator.scene.bodies().len()];
     let mut before = velocities.take().unwrap_or_else(at_rest);
@@ -44,20 +44,28 @@ pub(super) fn span(
     for k in 0..steps {
         let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
         let solution = match scheme {
-            Scheme::Explicit => explicit_step(evaluator, &result.end, span.0, dt, &before)?,
-            Scheme::Implicit => implicit_step(evaluator, &result.end, span.1, dt, &before)?,
+            Scheme::Explicit => explicit_step(evaluator, &result.end, span.0, dt, &before),
+            Scheme::Implicit => implicit_step(evaluator, &result.end, span.1, dt, &before),
         };
-        before = velocities_of(&solution);
+        let solution = match solution {
+            Err(error) => return Err(result.stopped(evaluator, error)),
+            Ok(solution) => solution,
+        };
         let rate = &solution.solution.motion * dt;
         let set = evaluator.scene.articulation();
+        let piece = PathPiece::new(set, &result.end, span, vec![rate])?;
+        if let Err(error) = evaluator.check_path(&piece) {
+            return Err(result.stopped(evaluator, error));
+        }
+        before = velocities_of(&solution);
         let approximation = Approximation {
-            piece: PathPiece::new(set, &result.end, span, vec![rate])?,
+            piece,
             solutions: vec![solution],
             weights: vec![1.0],
         };
         result.append(evaluator, approximation, None, None)?;
+        result.velocities = before.iter().flatten().copied().collect();
     }
-    result.velocities = before.iter().flatten().copied().collect();
     *velocities = Some(before);
     Ok(result.with_totals(evaluator))
 }

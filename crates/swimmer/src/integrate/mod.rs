@@ -119,6 +119,8 @@ pub struct Integrator<'a> {
     span_tolerance: Option<f64>,
     /// Whether solutions are shown with their flow.
     flows: bool,
+    /// The part of the last phase span before contact.
+    until_contact: Option<SpanResult>,
 }
 
 impl<'a> Integrator<'a> {
@@ -132,6 +134,7 @@ impl<'a> Integrator<'a> {
             span_tolerance: Prediction::from_scene(scene)
                 .map(|prediction| prediction.span_tolerance(scene.model().tolerance)),
             flows: false,
+            until_contact: None,
         }
     }
 
@@ -180,7 +183,7 @@ impl<'a> Integrator<'a> {
         let mut evaluator =
             SpanEvaluator::new(self.scene, self.model, span, self.span_tolerance, observe);
         evaluator.flows = self.flows;
-        match self.method {
+        let integrated = match self.method {
             Method::Collocation => collocation::span(&mut evaluator, start),
             Method::RungeKutta => runge_kutta::span(&mut evaluator, start),
             Method::Euler { steps } => euler::span(&mut evaluator, start, steps),
@@ -199,6 +202,16 @@ impl<'a> Integrator<'a> {
                 Scheme::Explicit,
                 &mut self.velocities,
             ),
-        }
+        };
+        integrated.map_err(|stopped| {
+            self.until_contact = stopped.until_contact.map(|result| *result);
+            stopped.error
+        })
+    }
+
+    /// The part before contact of a phase span that ended with [`SwimError::Collision`]; it ends at
+    /// [`SpanResult::reached`].
+    pub fn take_until_contact(&mut self) -> Option<SpanResult> {
+        self.until_contact.take()
     }
 }

@@ -1,10 +1,13 @@
 //! The path over a part of a phase span as a polynomial in coordinates about its middle.
 
 use nalgebra::Vector3;
-use rigid::{Articulation, State, StateVelocity, Twist};
+use rigid::{
+    Articulation, DerivativeBounds, MotionBounds, State, StateBounds, StateVelocity, Twist,
+    ValueBounds, RigidError,
+};
 
 use crate::error::SwimError;
-use crate::gauss::{Gauss, lagrange};
+use crate::gauss::{Gauss, bernstein, lagrange};
 
 /// The path over a part of a phase span: rates of the coordinates at Gauss points, and the state on
 /// which the coordinates are centred.
@@ -73,13 +76,70 @@ impl PathPiece {
     }
 
     /// The state at the position `s` on the phase span.
-    pub(super) fn state(&self, set: &Articulation, s: f64) -> Result<State, SwimError> {
+    pub(super) fn state(&self, set: &Articulation, s: f64) -> Result<State, RigidError> {
         let t = if self.to > self.from {
             (s - self.from) / (self.to - self.from)
         } else {
             1.0
         };
-        Ok(set.advance(&self.centre, &self.coordinates(t))?)
+        set.advance(&self.centre, &self.coordinates(t))
+    }
+
+    /// Bounds on the derivatives of the state with respect to `t` in [0, 1], from the bounds
+    /// `joints` on the values of all joints that are prescribed.
+    ///
+    /// With the rates `σ'` of a rotation vector, the angular velocity is `dexp_σ(σ')`. As `dexp_σ =
+    /// ∫ exp(u σ) du` over [0, 1], its norm is at most one and that of its derivative in the
+    /// direction `σ'` at most `|σ'| / 2`, so that
+    ///
+    /// ```text
+    /// |ω| <= |σ'|,   |ω'| <= |σ''| + |σ'|² / 2
+    /// ```
+    pub(super) fn bounds(&self, set: &Articulation, joints: Vec<ValueBounds>) -> StateBounds {
+        let coefficients = bernstein(&self.nodes);
+        let degree = self.nodes.len() - 1;
+        let bound = |rate: &dyn Fn(&StateVelocity) -> Vector3<f64>| {
+            let rates: Vec<_> = self.rates.iter().map(rate).collect();
+            let coefficient = |k: usize| -> Vector3<f64> {
+                let terms = rates.iter().zip(&coefficients);
+                terms.map(|(rate, of_node)| rate * of_node[k]).sum()
+            };
+            let all: Vec<_> = (0..=degree).map(coefficient).collect();
+            let changes = all.windows(2).map(|pair| (pair[1] - pair[0]).norm());
+            DerivativeBounds {
+                first: all.iter().map(|x| x.norm()).fold(0.0, f64::max),
+                second: degree as f64 * changes.fold(0.0, f64::max),
+            }
+        };
+        let angular = |rate: &dyn Fn(&StateVelocity) -> Vector3<f64>| {
+            let DerivativeBounds { first, second } = bound(rate);
+            DerivativeBounds {
+                first,
+                second: second + 0.5 * first * first,
+            }
+        };
+        let frames = (0..self.centre.frames.len()).map(|frame| MotionBounds {
+            linear: bound(&|rate| rate.frames[frame].linear),
+            angular: angular(&|rate| rate.frames[frame].angular),
+        });
+        let attitude = |body: usize| match set.has_own_attitude(body) {
+            true => angular(&|rate| rate.spins[body]),
+            false => DerivativeBounds::default(),
+        };
+        let mut joints = joints;
+        for (number, (joint, _)) in set.passive_drives().enumerate() {
+            let derivatives = bound(&|rate| Vector3::new(rate.joints[number], 0.0, 0.0));
+            // The coordinate is at most its largest rate away from the centre.
+            joints[joint] = ValueBounds {
+                size: self.centre.joints[number].abs() + derivatives.first,
+                derivatives,
+            };
+        }
+        StateBounds {
+            frames: frames.collect(),
+            attitudes: (0..self.centre.attitudes.len()).map(attitude).collect(),
+            joints,
+        }
     }
 
     /// The whole step in coordinates about the centre.

@@ -24,12 +24,12 @@ use super::masses::{
     velocities_of,
 };
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, IntegrationError, SpanResult};
+use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
-use super::step_size::{largest_displacement, step_tolerance};
+use super::step_size::{MAX_PARTS, largest_displacement, step_tolerance};
 use crate::error::SwimError;
 
-/// Largest number of steps of a phase span.
+/// Largest number of steps of a part of a phase span.
 const MAX_STEPS: usize = 1 << 12;
 
 /// Factor by which an iteration of the stages reduces their error, at most.
@@ -46,7 +46,7 @@ const ITERATION_SHARE: f64 = 0.01;
 /// that of stage order 3.
 const REDUCTION: f64 = 8.0;
 
-/// Integrates a phase span: halves the steps until the change is below the tolerance.
+/// Integrates a phase span; halves it where a trial step meets contact or impossible lengths.
 ///
 /// `velocities` are those of the bodies at the start on entry and at the end on return; none for
 /// bodies at rest. Where the rates of the joints jump, the joints transmit an impulse.
@@ -54,15 +54,45 @@ pub(super) fn span(
     evaluator: &mut SpanEvaluator,
     start: &State,
     velocities: &mut Option<Velocities>,
-) -> Result<SpanResult, SwimError> {
+) -> Result<SpanResult, Stopped> {
     let at_rest = || vec![Vector6::zeros(); evaluator.scene.bodies().len()];
     let before = velocities.take().unwrap_or_else(at_rest);
-    let before = after_impulse(evaluator, start, &before)?;
+    let mut before = after_impulse(evaluator, start, &before)?;
+    let mut result = SpanResult::empty(start);
+    // Parts of the phase span in reverse order.
+    let mut todo = vec![(0.0, 1.0)];
+    while let Some(span) = todo.pop() {
+        match part(evaluator, &result.end, &before, span) {
+            Err(error) if error.is_overshoot() && span.1 - span.0 > 1.0 / MAX_PARTS as f64 => {
+                let middle = 0.5 * (span.0 + span.1);
+                todo.extend([(middle, span.1), (span.0, middle)]);
+            }
+            Err(error) => return Err(result.stopped(evaluator, error)),
+            Ok((run, error)) => {
+                before.clone_from(&run.velocities);
+                run.append_to(&mut result, evaluator, span, error)?;
+            }
+        }
+    }
+    *velocities = Some(before);
+    Ok(result.with_totals(evaluator))
+}
+
+/// Integrates a part of a phase span: halves the steps until the change is below the tolerance.
+///
+/// Returns the finest steps and their estimated errors.
+fn part(
+    evaluator: &mut SpanEvaluator,
+    start: &State,
+    before: &Velocities,
+    span: (f64, f64),
+) -> Result<(Run, IntegrationError), SwimError> {
+    let width = span.1 - span.0;
     let mut coarser: Option<Run> = None;
     let mut steps = 1;
     loop {
-        let run = run(evaluator, start, &before, steps)?;
-        let tolerance = step_tolerance(evaluator, &run.whole(start), 1.0);
+        let run = run(evaluator, start, before, span, steps)?;
+        let tolerance = step_tolerance(evaluator, &run.whole(start), width);
         let error = match &coarser {
             None => f64::INFINITY,
             Some(coarser) => {
@@ -70,16 +100,17 @@ pub(super) fn span(
             }
         };
         if error <= tolerance {
-            let duration = evaluator.span.duration;
+            for step in &run.steps {
+                evaluator.check_path(&step.piece)?;
+            }
+            let duration = evaluator.span.duration * width;
             let work = |run: &Run| run.work(duration / run.steps.len() as f64);
             let work_change = coarser.as_ref().map_or(0.0, |c| work(c) - work(&run));
-            *velocities = Some(run.velocities.clone());
-            return run.into_result(
-                evaluator,
-                start,
-                error,
-                work_change.abs() / (REDUCTION - 1.0),
-            );
+            let error = IntegrationError {
+                displacement: error,
+                work: work_change.abs() / (REDUCTION - 1.0),
+            };
+            return Ok((run, error));
         }
         if steps == MAX_STEPS {
             return Err(evaluator.not_integrated(error, tolerance, MAX_STEPS));
@@ -89,7 +120,7 @@ pub(super) fn span(
     }
 }
 
-/// A phase span in equal steps.
+/// A part of a phase span in equal steps.
 struct Run {
     steps: Vec<Approximation>,
     velocities: Velocities,
@@ -121,26 +152,25 @@ impl Run {
         self.steps.iter().map(|step| step.work(duration)).sum()
     }
 
-    fn into_result(
+    fn append_to(
         self,
+        result: &mut SpanResult,
         evaluator: &SpanEvaluator,
-        start: &State,
-        error: f64,
-        work_error: f64,
-    ) -> Result<SpanResult, SwimError> {
-        let mut result = SpanResult::empty(start);
+        span: (f64, f64),
+        error: IntegrationError,
+    ) -> Result<(), SwimError> {
         let count = self.steps.len() as f64;
-        let duration = evaluator.span.duration / count;
+        let duration = evaluator.span.duration * (span.1 - span.0) / count;
         for step in self.steps {
             let accumulated = step.accumulated_error(duration);
             let share = IntegrationError {
-                displacement: error / count,
-                work: work_error / count,
+                displacement: error.displacement / count,
+                work: error.work / count,
             };
             result.append(evaluator, step, Some(share), accumulated.as_ref())?;
         }
         result.velocities = self.velocities.iter().flatten().copied().collect();
-        Ok(result.with_totals(evaluator))
+        Ok(())
     }
 }
 
@@ -148,6 +178,7 @@ fn run(
     evaluator: &mut SpanEvaluator,
     start: &State,
     before: &Velocities,
+    (from, to): (f64, f64),
     steps: usize,
 ) -> Result<Run, SwimError> {
     let set = evaluator.scene.articulation();
@@ -159,7 +190,8 @@ fn run(
     };
     let mut state = start.clone();
     for k in 0..steps {
-        let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
+        let at = |k: usize| from + (to - from) * (k as f64 / steps as f64);
+        let span = (at(k), at(k + 1));
         let (step, iteration_error) = step(evaluator, &state, &mut run.velocities, span)?;
         run.iteration_error += iteration_error;
         state = step.piece.state(set, span.1)?;

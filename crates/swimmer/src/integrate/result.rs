@@ -58,6 +58,22 @@ pub struct SpanResult {
     pub velocities: Vec<f64>,
 }
 
+/// An error that ends the integration of a phase span.
+pub(super) struct Stopped {
+    pub error: SwimError,
+    /// The part of the phase span before contact, if that is the error.
+    pub until_contact: Option<Box<SpanResult>>,
+}
+
+impl<E: Into<SwimError>> From<E> for Stopped {
+    fn from(error: E) -> Self {
+        Self {
+            error: error.into(),
+            until_contact: None,
+        }
+    }
+}
+
 impl Approximation {
     /// The estimated discretisation error that was subtracted over `duration`, by quadrature over
     /// the solutions; none if one of them has no estimate.
@@ -125,7 +141,7 @@ impl SpanResult {
     pub fn state(&self, set: &Articulation, s: f64) -> Result<State, SwimError> {
         let contains = |piece: &&PathPiece| s <= piece.to;
         match self.pieces.iter().find(contains).or(self.pieces.last()) {
-            Some(piece) => piece.state(set, s),
+            Some(piece) => Ok(piece.state(set, s)?),
             None => Ok(self.end.clone()),
         }
     }
@@ -200,6 +216,20 @@ impl SpanResult {
         self.solutions.extend(solutions);
         self.pieces.push(piece);
         Ok(())
+    }
+
+    /// The error that ends the integration here, with this result if it is contact.
+    pub(super) fn stopped(self, evaluator: &SpanEvaluator, error: SwimError) -> Stopped {
+        let is_contact = matches!(error, SwimError::Collision { .. });
+        Stopped {
+            error,
+            until_contact: is_contact.then(|| Box::new(self.with_totals(evaluator))),
+        }
+    }
+
+    /// The position on the phase span at which the result ends: one, or that of contact.
+    pub fn reached(&self) -> f64 {
+        self.pieces.last().map_or(0.0, |piece| piece.to)
     }
 
     /// The result with the number and the time of all solves of the evaluator.

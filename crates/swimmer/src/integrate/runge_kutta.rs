@@ -9,7 +9,7 @@ use rigid::{State, StateVelocity};
 
 use super::inverse_dexp::coordinate_rate;
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, IntegrationError, SpanResult};
+use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{MAX_PARTS, largest_displacement, step_tolerance};
 use crate::error::SwimError;
@@ -69,7 +69,7 @@ const DIFFERENCE: [f64; 7] = [
 const FIRST_WIDTH: f64 = 0.25;
 
 /// Integrates a phase span with the longest steps that meet the tolerance.
-pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanResult, SwimError> {
+pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanResult, Stopped> {
     let mut result = SpanResult::empty(start);
     let (mut s, mut width) = (0.0, FIRST_WIDTH);
     let mut first = evaluator.solve(0.0, start, false, None)?;
@@ -80,12 +80,14 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
         } else {
             s + width
         };
+        let may_halve = end - s > 1.0 / MAX_PARTS as f64;
         let step = match step(evaluator, &result.end, &first, (s, end)) {
-            Err(SwimError::Collision { .. }) if end - s > 1.0 / MAX_PARTS as f64 => {
+            Err(error) if error.is_overshoot() && may_halve => {
                 width = 0.5 * (end - s);
                 continue;
             }
-            other => other?,
+            Err(error) => return Err(result.stopped(evaluator, error)),
+            Ok(step) => step,
         };
         let tolerance = step_tolerance(evaluator, &step.sigma, end - s);
         // The step size for a local error of order five, changed by at most a factor of five
@@ -95,8 +97,10 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
             false => 5.0,
         };
         if step.error > tolerance {
-            if end - s <= 1.0 / MAX_PARTS as f64 {
-                return Err(evaluator.not_integrated(step.error, tolerance, MAX_PARTS));
+            if !may_halve {
+                return Err(evaluator
+                    .not_integrated(step.error, tolerance, MAX_PARTS)
+                    .into());
             }
             width = factor.min(1.0) * (end - s);
             continue;
@@ -107,6 +111,14 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
             (s, end),
             vec![step.sigma],
         )?;
+        match evaluator.check_path(&piece) {
+            Err(error) if error.is_overshoot() && may_halve => {
+                width = 0.5 * (end - s);
+                continue;
+            }
+            Err(error) => return Err(result.stopped(evaluator, error)),
+            Ok(()) => {}
+        }
         first = step.last;
         let approximation = Approximation {
             piece,

@@ -5,8 +5,8 @@ use models::{
     Query, RoughModel, Seconds,
 };
 use nalgebra::DMatrix;
-use rigid::State;
-use scene::{PhaseSpan, Scene, closest_contact, contacts};
+use rigid::{RigidError, State};
+use scene::{BodyPath, Contact, PhaseSpan, Scene, closest_contact, contacts, first_contact};
 
 use super::passive_joints::JointNewton;
 use super::piece::PathPiece;
@@ -43,6 +43,8 @@ pub(super) struct SpanEvaluator<'a> {
     pub tolerance: Option<f64>,
     /// Intervals of the values of the joints along the phase span.
     pub ranges: Vec<(f64, f64)>,
+    /// Largest second derivatives of the values of the joints along the phase span.
+    second_derivatives: Vec<f64>,
     /// Whether solutions are shown to the observer with their flow.
     pub flows: bool,
     model: &'a mut dyn Hydrodynamics,
@@ -66,6 +68,7 @@ impl<'a> SpanEvaluator<'a> {
             dofs: None,
             tolerance,
             ranges: span.ranges(),
+            second_derivatives: span.second_derivatives(),
             flows: false,
             model,
             observe,
@@ -250,28 +253,58 @@ impl<'a> SpanEvaluator<'a> {
         Ok(contacts.map(|contact| contact.gap).collect())
     }
 
+    /// Refuses a step along which bodies or walls touch, at whatever place of it.
+    ///
+    /// Contact that cannot be excluded counts, since it can be on shorter steps.
+    pub fn check_path(&self, path: &PathPiece) -> Result<(), SwimError> {
+        let set = self.scene.articulation();
+        let position = |t: f64| path.from + t * (path.to - path.from);
+        let at = |t: f64| -> Result<_, RigidError> {
+            let s = position(t);
+            Ok((path.state(set, s)?, self.span.shape(s)))
+        };
+        let ends = (path.from, path.to);
+        let joints = self.span.value_bounds(&self.second_derivatives, ends);
+        let found = first_contact(&BodyPath {
+            bodies: self.scene.bodies(),
+            set,
+            domain: Some(self.scene.domain()),
+            at: &at,
+            bounds: &path.bounds(set, joints),
+        })?;
+        match found {
+            None => Ok(()),
+            Some(found) => Err(self.collision(position(found.at), &found.contact)),
+        }
+    }
+
     fn check_clearance(&self, s: f64, state: &State, shape: &[f64]) -> Result<(), SwimError> {
         let poses = self.scene.articulation().place(state, shape)?;
         let bodies = self.scene.bodies();
-        let Some(contact) = closest_contact(bodies, self.scene.domain(), &poses) else {
-            return Ok(());
-        };
-        if !contact.touches(bodies[contact.body].bounding_radius()) {
-            return Ok(());
+        match closest_contact(bodies, self.scene.domain(), &poses) {
+            Some(contact) if contact.touches(bodies[contact.body].bounding_radius()) => {
+                Err(self.collision(s, &contact))
+            }
+            _ => Ok(()),
         }
-        let name = &bodies[contact.body].name;
-        Err(SwimError::Collision {
+    }
+
+    /// The error of contact at the position `s` on the phase span.
+    fn collision(&self, s: f64, contact: &Contact) -> SwimError {
+        let bodies = self.scene.bodies();
+        let (name, gap) = (&bodies[contact.body].name, contact.gap);
+        SwimError::Collision {
             phase: self.span.number + 1,
             joint: self.joint_name(),
             percent: 100.0 * s,
             time: self.span.time(s),
             problem: match contact.other {
                 Some(other) => format!(
-                    "bodies '{name}' and '{}' touch (gap {:.4})",
-                    bodies[other].name, contact.gap
+                    "bodies '{name}' and '{}' touch (gap {gap:.1e})",
+                    bodies[other].name
                 ),
-                None => format!("body '{name}' touches the wall (gap {:.4})", contact.gap),
+                None => format!("body '{name}' touches the wall (gap {gap:.1e})"),
             },
-        })
+        }
     }
 }

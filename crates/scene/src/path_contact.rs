@@ -1,0 +1,397 @@
+//! Continuous detection of contact: bodies and walls along a path, not at points of it.
+//!
+//! Between two positions of a path at the distance `h` of its parameter, every point of a body
+//! deviates from the line between its places there by at most `h² a / 8`, with the largest
+//! acceleration `a` of the points of the body (the error of linear interpolation). Hence
+//!
+//! - the distance of two centres is at least that of two points that move along these lines, minus
+//!   `h² (a_1 + a_2) / 8`, and spheres around the bodies do not touch while it exceeds their radii;
+//! - two planes of one direction that touch two bodies from between are at least as far apart as at
+//!   the nearer of the two positions, minus the same, and the bodies do not touch while this is
+//!   positive;
+//! - the clearance from a convex wall is at least the smaller one of the two positions, minus
+//!   `h² a / 8`.
+//!
+//! Where this does not exclude contact the part of the path is halved (conservative advancement,
+//! Mirtich 1996, with a bound of second order, so that bodies that slide along each other in a
+//! narrow gap take few parts). Pairs of one linkage are seen from its frame: a swimmer that moves as
+//! a rigid body has no relative motion.
+
+use nalgebra::{Isometry3, Vector3};
+use rigid::{Articulation, MotionBounds, RigidError, State, StateBounds};
+
+use crate::body::Body;
+use crate::contact::{Contact, closest_approach};
+use crate::domain::Domain;
+use crate::hull_distance::{Pair, distance_along, separation};
+
+/// Part of the path to which the place of a contact is found.
+const RESOLUTION: f64 = 1.0 / 1024.0;
+
+/// Largest number of placements of the bodies along one path. A pair of unit spheres that circle
+/// about each other in a gap of 1e-6 needs a thousand.
+const MAX_PLACEMENTS: usize = 8192;
+
+/// The bodies and the motion that they follow along a path with the parameter from 0 to 1.
+#[derive(Clone, Copy)]
+pub struct BodyPath<'a> {
+    /// The bodies.
+    pub bodies: &'a [Body],
+    /// The bodies as an articulated set.
+    pub set: &'a Articulation,
+    /// The region that the fluid fills; none for the pairs within each linkage alone, without walls
+    /// and pairs of different linkages.
+    pub domain: Option<&'a Domain>,
+    /// State and values of the joints at a position of the path.
+    pub at: &'a dyn Fn(f64) -> Result<(State, Vec<f64>), RigidError>,
+    /// Bounds on their derivatives with respect to the parameter.
+    pub bounds: &'a StateBounds,
+}
+
+/// Where bodies touch along a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PathContact {
+    /// Position on the path, from 0 to 1.
+    pub at: f64,
+    /// The bodies and their gap at this position.
+    pub contact: Contact,
+    /// Whether the bodies touch at this position; else contact near it could not be excluded with
+    /// thousands of placements.
+    pub is_certain: bool,
+}
+
+/// The first contact along a path; `None` if no bodies touch, which is certain if the bounds hold.
+///
+/// Bodies touch as [`Contact::touches`] says, at the start and at the end of the path too. Points
+/// have no surface and touch nothing; shapes other than spheres count as their convex hulls. Cost
+/// where bodies are far apart: two placements, and a few operations per pair.
+///
+/// # Errors
+/// States or values that cannot be placed, bounds that do not fit the articulated set.
+///
+/// ```
+/// use scene::{BodyPath, Scene, first_contact};
+/// use scene::rigid::StateBounds;
+///
+/// let scene = Scene::builder()
+///     .sphere("small", 0.01, [-5.0, 0.0, 0.0])
+///     .sphere("fixed", 1.0, [0.0, 0.0, 0.0])
+///     .build()?;
+/// let set = scene.articulation();
+/// // The small sphere moves from -5 to 5 at a constant velocity: through the other one.
+/// let at = |t: f64| {
+///     let mut state = set.initial_state();
+///     state.frames[0].translation.vector.x += 10.0 * t;
+///     Ok((state, Vec::new()))
+/// };
+/// let mut bounds = StateBounds::at_rest(set, Vec::new());
+/// bounds.frames[0].linear.first = 10.0;
+/// let domain = Some(scene.domain());
+/// let path = BodyPath { bodies: scene.bodies(), set, domain, at: &at, bounds: &bounds };
+/// let found = first_contact(&path)?.expect("they touch");
+/// assert!((found.at - 0.399).abs() < 1e-3 && found.contact.gap < 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn first_contact(path: &BodyPath) -> Result<Option<PathContact>, RigidError> {
+    let solid: Vec<usize> = (0..path.bodies.len().min(path.set.kinds().len()))
+        .filter(|&body| path.bodies[body].bounding_radius() > 0.0)
+        .collect();
+    let linkage = path.set.linkage_of();
+    let mut pairs = Vec::new();
+    for (k, &one) in solid.iter().enumerate() {
+        if path.domain.is_some_and(has_walls) {
+            pairs.push(Meeting::Wall(one));
+        }
+        for &other in &solid[..k] {
+            if linkage[one] == linkage[other] {
+                pairs.push(Meeting::Within(other, one));
+            } else if path.domain.is_some() {
+                pairs.push(Meeting::Between(other, one));
+            }
+        }
+    }
+    if pairs.is_empty() {
+        return Ok(None);
+    }
+    let mut search = Search {
+        path,
+        lab: path.set.motion_bounds(path.bounds)?,
+        relative: path
+            .set
+            .motion_bounds(&path.bounds.relative_to_frames(path.set))?,
+        placements: MAX_PLACEMENTS,
+    };
+    let [start, end] = [search.place(0.0)?, search.place(1.0)?];
+    let mut first: Option<PathContact> = None;
+    for meeting in pairs {
+        if search.excludes(meeting, &start, &end) {
+            continue;
+        }
+        let found = match search.touching(meeting, &start) {
+            Some(contact) => Some(contact),
+            None => search.halve(meeting, &start, &end)?,
+        };
+        if let Some(found) = found
+            && first.is_none_or(|first| found.at < first.at)
+        {
+            first = Some(found);
+        }
+    }
+    Ok(first)
+}
+
+/// Whether a domain has walls that bodies can touch; those of a mesh are not known here.
+fn has_walls(domain: &Domain) -> bool {
+    !matches!(domain, Domain::Unbounded | Domain::Mesh { .. })
+}
+
+/// What may touch.
+#[derive(Clone, Copy)]
+enum Meeting {
+    /// Two bodies of one linkage.
+    Within(usize, usize),
+    /// Two bodies of different linkages.
+    Between(usize, usize),
+    /// A body and the wall.
+    Wall(usize),
+}
+
+/// The bodies at a position of a path.
+struct Placed {
+    at: f64,
+    state: State,
+    poses: Vec<Isometry3<f64>>,
+}
+
+struct Search<'a> {
+    path: &'a BodyPath<'a>,
+    /// Bounds on the motion of the bodies in the laboratory.
+    lab: Vec<MotionBounds>,
+    /// Bounds on their motion as seen from the frames of their linkages.
+    relative: Vec<MotionBounds>,
+    /// Number of placements that are left.
+    placements: usize,
+}
+
+impl Search<'_> {
+    fn place(&self, at: f64) -> Result<Placed, RigidError> {
+        let (state, shape) = (self.path.at)(at)?;
+        let poses = self.path.set.place(&state, &shape)?;
+        Ok(Placed { at, state, poses })
+    }
+
+    /// Poses of two bodies, from their frame if they have the same.
+    fn poses(&self, meeting: Meeting, placed: &Placed) -> Option<[Isometry3<f64>; 2]> {
+        match meeting {
+            Meeting::Wall(_) => None,
+            Meeting::Between(one, other) => Some([one, other].map(|body| placed.poses[body])),
+            Meeting::Within(one, other) => {
+                let frame = placed.state.frames[self.path.set.linkage_of()[one]].inverse();
+                Some([one, other].map(|body| frame * placed.poses[body]))
+            }
+        }
+    }
+
+    fn contact(&self, meeting: Meeting, placed: &Placed) -> Contact {
+        let (body, other) = match meeting {
+            Meeting::Wall(body) => (body, None),
+            Meeting::Within(one, other) | Meeting::Between(one, other) => (one, Some(other)),
+        };
+        let gap = match self.poses(meeting, placed) {
+            Some(poses) => self.separation(meeting, &poses).0,
+            None => self.clearance(body, placed),
+        };
+        Contact { body, other, gap }
+    }
+
+    /// The contact at a position, if the bodies touch there.
+    fn touching(&self, meeting: Meeting, placed: &Placed) -> Option<PathContact> {
+        let contact = self.contact(meeting, placed);
+        contact
+            .touches(self.size(meeting))
+            .then_some(PathContact {
+                at: placed.at,
+                contact,
+                is_certain: true,
+            })
+    }
+
+    /// The first contact on a part of the path at whose start the bodies do not touch.
+    fn halve(
+        &mut self,
+        meeting: Meeting,
+        from: &Placed,
+        to: &Placed,
+    ) -> Result<Option<PathContact>, RigidError> {
+        if self.excludes(meeting, from, to) {
+            return Ok(None);
+        }
+        let width = to.at - from.at;
+        let rounding = 1e-12 * self.size(meeting);
+        match self.touching(meeting, to) {
+            Some(found) if width <= RESOLUTION => return Ok(Some(found)),
+            None if self.deviation(meeting, width) <= rounding => {
+                if width <= RESOLUTION
+                    && let Some(found) = self.crossing(meeting, from, to)
+                {
+                    return Ok(Some(found));
+                }
+                if width * self.speed(meeting) <= rounding {
+                    return Ok(None);
+                }
+            }
+            _ => {}
+        }
+        let middle = self.place(0.5 * (from.at + to.at))?;
+        if self.placements == 0 {
+            let contact = self.contact(meeting, &middle);
+            return Ok(Some(PathContact {
+                at: middle.at,
+                contact,
+                is_certain: contact.touches(self.size(meeting)),
+            }));
+        }
+        self.placements = self.placements.saturating_sub(self.cost(meeting));
+        match self.halve(meeting, from, &middle)? {
+            Some(found) => Ok(Some(found)),
+            None => self.halve(meeting, &middle, to),
+        }
+    }
+
+    /// Whether the bounds exclude contact between two positions.
+    fn excludes(&self, meeting: Meeting, from: &Placed, to: &Placed) -> bool {
+        let width = to.at - from.at;
+        let deviation = self.deviation(meeting, width);
+        let Some((start, end)) = self.poses(meeting, from).zip(self.poses(meeting, to)) else {
+            let Meeting::Wall(body) = meeting else {
+                return false;
+            };
+            let [start, end] = [from, to].map(|placed| self.clearance(body, placed));
+            return match self.path.domain {
+                // The distance from a wall of any shape changes by the path of the body at most.
+                Some(Domain::Surface(_)) => start + end > width * self.speed(meeting),
+                _ => start.min(end) > deviation,
+            };
+        };
+        let [apart_start, apart_end] = [&start, &end].map(apart);
+        let centres = closest_approach(&apart_start, &apart_end).1;
+        let bounds = self.bounds(meeting);
+        let of_centres = width * width / 8.0 * bounds.map(|b| b.linear.second).iter().sum::<f64>();
+        if centres - self.size(meeting) > of_centres {
+            return true;
+        }
+        if self.is_isotropic(meeting) {
+            return false;
+        }
+        [&start, &end].into_iter().any(|poses| {
+            let (gap, normal) = self.separation(meeting, poses);
+            let along = |poses: &[Isometry3<f64>; 2]| {
+                distance_along(self.pair(meeting, poses), &apart(poses), &normal)
+            };
+            gap > deviation && along(&start).min(along(&end)) > deviation
+        })
+    }
+
+    /// The contact of two spheres whose centres move along lines between two positions.
+    fn crossing(&self, meeting: Meeting, from: &Placed, to: &Placed) -> Option<PathContact> {
+        if !self.is_isotropic(meeting) {
+            return None;
+        }
+        let (start, end) = self.poses(meeting, from).zip(self.poses(meeting, to))?;
+        let (s, distance) = closest_approach(&apart(&start), &apart(&end));
+        let contact = Contact {
+            gap: distance - self.size(meeting),
+            ..self.contact(meeting, from)
+        };
+        Some(PathContact {
+            at: from.at + s * (to.at - from.at),
+            contact,
+            is_certain: true,
+        })
+    }
+
+    /// Largest deviation of the distance of two points, or of a point and a wall, from linear
+    /// interpolation over a part of the path.
+    fn deviation(&self, meeting: Meeting, width: f64) -> f64 {
+        let bounds = self.bounds(meeting);
+        let of_body = |(bounds, body): (&MotionBounds, usize)| {
+            let shape = &self.path.bodies[body].shape;
+            match shape.is_isotropic() {
+                true => bounds.linear.second,
+                false => bounds.acceleration(shape.bounding_radius()),
+            }
+        };
+        let accelerations = bounds.iter().zip(bodies(meeting)).map(of_body);
+        width * width / 8.0 * accelerations.sum::<f64>()
+    }
+
+    /// Largest speed of the points of the bodies relative to each other or to the wall.
+    fn speed(&self, meeting: Meeting) -> f64 {
+        let radius = |body: usize| self.path.bodies[body].bounding_radius();
+        let speeds = (self.bounds(meeting).into_iter().zip(bodies(meeting)))
+            .map(|(bounds, body)| bounds.speed(radius(body)));
+        speeds.sum()
+    }
+
+    /// Bounds on the motion of the bodies; zero for a wall.
+    fn bounds(&self, meeting: Meeting) -> [MotionBounds; 2] {
+        match meeting {
+            Meeting::Within(one, other) => [one, other].map(|body| self.relative[body]),
+            Meeting::Between(one, other) => [one, other].map(|body| self.lab[body]),
+            Meeting::Wall(body) => [self.lab[body], MotionBounds::default()],
+        }
+    }
+
+    /// Sum of the bounding radii.
+    fn size(&self, meeting: Meeting) -> f64 {
+        let radius = |body: usize| self.path.bodies[body].bounding_radius();
+        match meeting {
+            Meeting::Wall(body) => radius(body),
+            Meeting::Within(one, other) | Meeting::Between(one, other) => {
+                radius(one) + radius(other)
+            }
+        }
+    }
+
+    fn is_isotropic(&self, meeting: Meeting) -> bool {
+        let shape = |body: usize| &self.path.bodies[body].shape;
+        bodies(meeting).iter().all(|&body| shape(body).is_isotropic())
+    }
+
+    fn clearance(&self, body: usize, placed: &Placed) -> f64 {
+        let domain = self.path.domain.unwrap_or(&Domain::Unbounded);
+        domain.clearance(&self.path.bodies[body], &placed.poses[body])
+    }
+
+    fn pair<'p>(&'p self, meeting: Meeting, poses: &'p [Isometry3<f64>; 2]) -> Pair<'p> {
+        let [one, other] = bodies(meeting);
+        [(one, &poses[0]), (other, &poses[1])]
+            .map(|(body, pose)| (&self.path.bodies[body].shape, &pose.rotation))
+    }
+
+    fn separation(&self, meeting: Meeting, poses: &[Isometry3<f64>; 2]) -> (f64, Vector3<f64>) {
+        separation(self.pair(meeting, poses), &apart(poses))
+    }
+
+    /// Cost of one position, in placements: the distance from a wall given by a file takes long.
+    fn cost(&self, meeting: Meeting) -> usize {
+        match (meeting, self.path.domain) {
+            (Meeting::Wall(_), Some(Domain::Surface(_))) => 32,
+            _ => 1,
+        }
+    }
+}
+
+/// The bodies; twice the same for a body and a wall.
+fn bodies(meeting: Meeting) -> [usize; 2] {
+    match meeting {
+        Meeting::Within(one, other) | Meeting::Between(one, other) => [one, other],
+        Meeting::Wall(body) => [body, body],
+    }
+}
+
+/// Centre of the first minus that of the second.
+fn apart(poses: &[Isometry3<f64>; 2]) -> Vector3<f64> {
+    poses[0].translation.vector - poses[1].translation.vector
+}
