@@ -14,6 +14,7 @@ use crate::keys::{FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseO
 use crate::read::limits::by_joint;
 use crate::shape::Shape;
 use crate::shape_path::JointForce;
+use crate::surface_shape::SourceFile;
 
 /// A scene that passed all checks: fluid, domain, bodies, joints, gait and options.
 ///
@@ -58,6 +59,8 @@ pub struct Scene {
     pub(crate) fem: FemOptions,
     pub(crate) optimise: OptimiseOptions,
     pub(crate) learn: LearnOptions,
+    /// The surfaces and meshes that were read.
+    pub(crate) sources: Vec<SourceFile>,
     pub(crate) document: Document,
 }
 
@@ -184,6 +187,14 @@ impl Scene {
     /// File and line of a key such as `bodies[1].radius`, for messages.
     pub fn place(&self, key: &str) -> String {
         self.document.place(key)
+    }
+
+    /// The files that the scene names, surfaces and meshes first, with the hashes of their contents
+    /// when the scene was read.
+    pub fn source_files(&self) -> Vec<SourceFile> {
+        let table = self.gait_table.iter();
+        let table = table.map(|table| SourceFile::new(&table.file, table.hash));
+        self.sources.iter().cloned().chain(table).collect()
     }
 
     /// Warnings about the scene file, to be shown to the user: keys with old names.

@@ -140,7 +140,6 @@ fn run_once(
     progress: &mut dyn Progress,
 ) -> Result<Report, SwimError> {
     let folder = output.as_ref().map(|(folder, _)| *folder);
-    let resumed = checkpoint.is_some();
     let Choice { mut model, reasons } = model(&scene)?;
     let (interim, flows) = match checkpoint {
         None => {
@@ -176,7 +175,7 @@ fn run_once(
     };
     let done = interim.outcome.spans.len();
     let output = output.map(|(folder, files)| {
-        files.begins(&scene, folder, resumed)?;
+        files.begins(&scene, folder, done)?;
         Ok::<_, SwimError>(Output::new(&scene, folder, files, &flows))
     });
     let output = output.transpose()?;

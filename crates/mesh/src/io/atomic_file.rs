@@ -1,4 +1,4 @@
-//! Files as bytes. Writing is atomic: a file is either complete or absent.
+//! Atomic writing: a file is either complete or absent.
 
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -56,17 +56,6 @@ pub(super) fn write_file(
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), MeshError> {
     write_atomically(path, write).map_err(|source| MeshError::Io {
-        path: path.into(),
-        source,
-    })
-}
-
-/// The bytes of a file.
-///
-/// # Errors
-/// [`MeshError::Io`] with the path.
-pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, MeshError> {
-    std::fs::read(path).map_err(|source| MeshError::Io {
         path: path.into(),
         source,
     })

@@ -5,7 +5,7 @@ mod stl;
 
 use std::path::Path;
 
-use super::atomic_file::read_file;
+use super::input_file::read_mesh_file;
 use super::msh::surface_of_msh;
 use crate::{FileLocation, MeshError, SurfaceMesh};
 
@@ -49,7 +49,7 @@ impl SurfaceMesh {
     pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshError> {
         let path = path.as_ref();
         let format = SurfaceFormat::from_path(path)?;
-        Self::parse(&path.display().to_string(), &read_file(path)?, format)
+        Self::parse(&path.display().to_string(), &read_mesh_file(path)?, format)
     }
 
     /// Reads the contents of a file; `name` is the name of the file in error messages.
