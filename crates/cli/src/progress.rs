@@ -8,9 +8,11 @@ use std::time::Instant;
 use design::DesignProgress;
 use indicatif::{ProgressBar, ProgressStyle};
 use signal_hook::consts::{SIGINT, SIGTERM};
+#[cfg(unix)]
+use signal_hook::consts::{SIGHUP, SIGXFSZ};
 use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
 
-use super::text::{count, duration, message, percent, warn};
+use super::text::{count, duration, message, percent, printable, warn};
 
 /// Progress of a run.
 pub struct RunBar {
@@ -48,7 +50,7 @@ impl RunBar {
     }
 
     fn joint_name(&self, span: &PhaseSpan) -> String {
-        self.scene.joint_names(&span.joints)
+        printable(&self.scene.joint_names(&span.joints))
     }
 
     fn elapsed(&self) -> String {
@@ -137,11 +139,41 @@ impl swimmer::Progress for RunBar {
     }
 }
 
-/// A flag that the first Ctrl-C or termination signal sets; the second ends the program at once.
+/// The signals that end a run: Ctrl-C, the request to terminate, the loss of the terminal.
+///
+/// The last one is left alone where it is ignored, as `nohup` does.
+fn stopping_signals() -> Vec<i32> {
+    let mut signals = vec![SIGINT, SIGTERM];
+    #[cfg(unix)]
+    if !is_ignored(SIGHUP) {
+        signals.push(SIGHUP);
+    }
+    signals
+}
+
+/// Whether the process ignores a signal, by the mask that Linux shows; elsewhere it is unknown.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+}
+
+/// Makes a file that exceeds the size limit of the shell an error when it is written, where the
+/// signal SIGXFSZ would end the program without a word.
+pub fn watch_file_limit() {
+    // Without the handler the signal ends the program as before.
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
+}
+
+/// A flag that the first Ctrl-C, termination signal or hangup sets; the second ends the program at
+/// once.
 pub fn watch_signals() -> Arc<AtomicBool> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let register = || -> std::io::Result<()> {
-        for signal in [SIGINT, SIGTERM] {
+        for signal in stopping_signals() {
             // The order matters: the shutdown must read the flag before this signal sets it.
             signal_hook::flag::register_conditional_shutdown(signal, 130, interrupted.clone())?;
             signal_hook::flag::register(signal, interrupted.clone())?;
@@ -209,7 +241,7 @@ impl DesignProgress for DesignSpinner {
 
     fn begins(&mut self, what: &str) {
         match &self.spinner {
-            Some(spinner) => spinner.set_message(what.to_owned()),
+            Some(spinner) => spinner.set_message(printable(what)),
             None if self.quiet => {}
             None => message(what),
         }

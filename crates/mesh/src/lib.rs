@@ -23,7 +23,7 @@ pub use error::{FileLocation, MeshError};
 pub use grouped::Grouped;
 pub use io::{
     InputFile, MAX_MESH_FILE, MshFile, Pvd, SurfaceFormat, Vtu, VtuEncoding, content_hash,
-    write_atomically,
+    is_temporary_file, write_atomically,
 };
 pub use jacobian::scaled_jacobian_bound;
 pub use linear_tets::{LinearTets, Regions, TET_EDGES, Vec3, used_points};

@@ -6,7 +6,7 @@ use std::time::Instant;
 use models::{Hydrodynamics, ModelError};
 use scene::Scene;
 
-use crate::checkpoint::Checkpoint;
+use crate::checkpoint::{self, Checkpoint};
 use crate::error::SwimError;
 use crate::integrate::{Method, SpanSolution};
 use crate::observer::Progress;
@@ -28,8 +28,8 @@ use crate::simulate::continue_from;
 /// checkpoint in `out`.
 ///
 /// # Errors
-/// A scene without a gait, a folder that cannot be written to, a checkpoint of another scene,
-/// [`SwimError::Interrupted`], errors of the model and the integration. Whether the error bar is
+/// A scene without a gait, a folder that cannot be written to or in which another run is writing
+/// ([`SwimError::Locked`]), a checkpoint of another scene, [`SwimError::Interrupted`], errors of the model and the integration. Whether the error bar is
 /// within the tolerance is told by [`Report::check_tolerance`].
 pub fn run(
     scene: Scene,
@@ -63,8 +63,14 @@ pub fn run_with(
 ) -> Result<Report, SwimError> {
     let started = Instant::now();
     scene.require_gait()?;
-    let checkpoint = resume.then(|| Checkpoint::read(out)).transpose()?;
+    if resume && !out.join(checkpoint::FILE).exists() {
+        // Before a folder is made.
+        Checkpoint::read(out)?;
+    }
     let folder = writes.then(|| Folder::create(out)).transpose()?;
+    // Until the end of the run. What a process reads must not change meanwhile either.
+    let _lock = folder.as_ref().map(Folder::lock).transpose()?;
+    let checkpoint = resume.then(|| Checkpoint::read(out)).transpose()?;
     let output = folder.as_ref().map(|folder| (folder, files));
     run_to_target(scene, model, output, checkpoint, started, progress)
 }

@@ -145,9 +145,11 @@ impl<'a> Output<'a> {
         let so_far = checkpoint.outcome();
         let csv = trajectory_csv(scene, &so_far.samples);
         (self.folder).write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
-        self.files.write(so_far)?;
-        // The checkpoint is written last, so that every file that it names is complete.
+        let files = self.files.write(so_far);
+        // The checkpoint is written last, so that every file that it names is complete; and also
+        // without the files of the caller, so that a failed picture loses no phase.
         checkpoint.write(self.folder)?;
+        files?;
         self.written = Some((Instant::now(), begin.elapsed()));
         Ok(())
     }
