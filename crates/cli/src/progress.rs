@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use design::DesignProgress;
 use indicatif::{ProgressBar, ProgressStyle};
-use signal_hook::consts::{SIGINT, SIGTERM};
 #[cfg(unix)]
 use signal_hook::consts::{SIGHUP, SIGXFSZ};
+use signal_hook::consts::{SIGINT, SIGTERM};
 use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
 
 use super::text::{count, duration, message, percent, printable, warn};

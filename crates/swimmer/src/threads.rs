@@ -23,11 +23,7 @@ pub fn check_threads() -> Result<(), SwimError> {
         .try_for_each(|(name, value)| check(name, value, (processors, limit)))
 }
 
-fn check(
-    name: &str,
-    value: &str,
-    (processors, limit): (usize, usize),
-) -> Result<(), SwimError> {
+fn check(name: &str, value: &str, (processors, limit): (usize, usize)) -> Result<(), SwimError> {
     // What is no number at all is ignored by rayon.
     let is_number = !value.is_empty() && value.bytes().all(|b| b.is_ascii_digit());
     if !is_number || value.parse().is_ok_and(|threads: usize| threads <= limit) {
@@ -54,7 +50,10 @@ mod tests {
         }
         for bad in ["1025", "1000000", "99999999999999999999999"] {
             let message = check(bad).unwrap_err().to_string();
-            assert!(message.contains(bad) && message.contains("limit of 1024"), "{message}");
+            assert!(
+                message.contains(bad) && message.contains("limit of 1024"),
+                "{message}"
+            );
         }
     }
 }

@@ -56,7 +56,9 @@ pub fn write_atomically(
 /// ```
 pub fn is_temporary_file(name: &str) -> bool {
     // The six random characters follow the extension of the file.
-    let stem = name.strip_prefix('.').and_then(|name| name.strip_suffix(SUFFIX));
+    let stem = name
+        .strip_prefix('.')
+        .and_then(|name| name.strip_suffix(SUFFIX));
     let extension = stem.and_then(|stem| stem.rsplit_once('.'));
     extension.is_some_and(|(name, rest)| {
         let is_random = rest.len() > RANDOM && rest.chars().all(|c| c.is_ascii_alphanumeric());

@@ -125,7 +125,10 @@ mod tests {
         let read = InputFile::read(&path, 5).unwrap();
         assert_eq!(read.bytes, b"12345");
         let error = InputFile::read(&path, 4).unwrap_err().to_string();
-        assert!(error.contains("5 bytes") && error.contains("limit of 4"), "{error}");
+        assert!(
+            error.contains("5 bytes") && error.contains("limit of 4"),
+            "{error}"
+        );
         let error = InputFile::read(folder.path(), 4).unwrap_err().to_string();
         assert!(error.contains("a folder"), "{error}");
     }

@@ -124,3 +124,30 @@ fn gaps_of_surfaces() {
     let same = std::fs::canonicalize(folder.path().join("cube.stl")).unwrap();
     assert_eq!(std::fs::canonicalize(&wall.file).unwrap(), same);
 }
+
+#[test]
+fn a_self_touching_helix_is_refused_with_the_largest_radius_of_its_tube() {
+    let helix = |tube: f64, pitch: f64| {
+        let text = format!(
+            "bodies = [{{ name = \"a\", shape = \"helix\", radius = 1, tube_radius = {tube}, \
+             pitch = {pitch}, turns = 3, position = [0, 0, 0] }}]"
+        );
+        Scene::parse(&text)
+            .map(|_| ())
+            .map_err(|error| error.to_string())
+    };
+    // Turns of a small pitch are next to each other, at less than the pitch because they are
+    // inclined; a steep tube would reach its centre of curvature.
+    assert_eq!(helix(0.2, 0.5), Ok(()));
+    for (tube, pitch) in [(0.25, 0.5), (0.5, 0.5), (1.7, 5.0)] {
+        let message = helix(tube, pitch).unwrap_err();
+        let start = "scene.toml:1: bodies[0].tube_radius must be below ";
+        assert!(message.starts_with(start), "{message}");
+        let limit = message[start.len()..].split(',').next().unwrap();
+        let limit: f64 = limit.parse().unwrap();
+        assert!(
+            limit < tube && helix(0.999 * limit, pitch).is_ok(),
+            "{message}"
+        );
+    }
+}

@@ -144,8 +144,10 @@ impl FolderLock {
             // The run that had the lock may have removed the file after it was opened here.
             if is_at(&file, path) {
                 let process = std::process::id();
-                (file.set_len(0).and_then(|()| writeln!(file, "process {process}")))
-                    .map_err(TryLockError::Error)?;
+                (file
+                    .set_len(0)
+                    .and_then(|()| writeln!(file, "process {process}")))
+                .map_err(TryLockError::Error)?;
                 return Ok(Self {
                     path: path.to_owned(),
                     file: Some(file),
@@ -216,13 +218,21 @@ mod tests {
         let temporary = tempfile::tempdir().unwrap();
         let folder = Folder::create(temporary.path()).unwrap();
         // As a killed run leaves them.
-        for name in [LOCK_FILE, ".trajectory.csvAb12cD.tmp", ".mine.tmp", "table.csv"] {
+        for name in [
+            LOCK_FILE,
+            ".trajectory.csvAb12cD.tmp",
+            ".mine.tmp",
+            "table.csv",
+        ] {
             std::fs::write(folder.path().join(name), "process 1").unwrap();
         }
         let lock = folder.lock().unwrap();
         let message = folder.lock().unwrap_err().to_string();
         let own = format!("process {}", std::process::id());
-        assert!(message.contains(&own) && message.contains("--out"), "{message}");
+        assert!(
+            message.contains(&own) && message.contains("--out"),
+            "{message}"
+        );
         drop(lock);
         drop(folder.lock().unwrap());
         let entries = std::fs::read_dir(folder.path()).unwrap();
