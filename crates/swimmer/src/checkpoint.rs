@@ -232,7 +232,7 @@ fn check_files(before: &[SourceFile], scene: &Scene) -> Result<(), String> {
     let changed = before.iter().zip(&now).find(|(before, now)| before != now);
     match changed.map(|(_, now)| now) {
         Some(file) => Err(format!(
-            "was computed with other contents of the file {}; put back the file as it was",
+            "was computed with other contents of the file {}: put back the old file to continue",
             file.path
         )),
         None if before.len() != now.len() => Err(format!(

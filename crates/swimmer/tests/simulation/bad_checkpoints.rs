@@ -152,7 +152,7 @@ fn a_resume_after_a_changed_gait_table_is_refused_with_its_name() {
     std::fs::write(at("t.csv"), table.replace("1,4", "1,4.5")).unwrap();
     let message = run(read()).unwrap_err().to_string();
     assert!(message.contains("other contents of the file"), "{message}");
-    assert!(message.contains("t.csv; put back"), "{message}");
+    assert!(message.contains("t.csv: put back"), "{message}");
     let viewed = Checkpoint::read(&at("out"))
         .unwrap()
         .into_outcome(&at("out"));
