@@ -12,7 +12,10 @@ const SWIMMER: &str = include_str!("../../../../scenes/three-sphere.toml");
 /// A folder with the three-sphere swimmer in unbounded fluid.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("scene.toml"), SWIMMER).unwrap();
+    let text = SWIMMER.replace("kind = \"ball\"\nradius = 40", "kind = \"unbounded\"");
+    assert_ne!(text, SWIMMER);
+    let text = text.replace("\"fem\"", "\"rpy\"");
+    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
     folder
 }
 
