@@ -197,7 +197,7 @@ impl Scene {
         self.sources.iter().cloned().chain(table).collect()
     }
 
-    /// Warnings about the scene file, to be shown to the user: keys with old names.
+    /// Warnings to be shown to the user: keys with old names, surfaces with lost digits.
     pub fn warnings(&self) -> &[String] {
         self.document.warnings()
     }

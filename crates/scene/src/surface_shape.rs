@@ -87,6 +87,8 @@ impl SourceFile {
 pub(crate) struct SurfaceFiles {
     /// All files that were read.
     pub sources: Vec<SourceFile>,
+    /// What the user is to be told about them.
+    pub warnings: Vec<String>,
     read: Vec<(PathBuf, SurfaceKind, TriangulatedSurface)>,
     /// The mesh of the domain, once it is needed.
     mesh: Option<TetMesh>,
@@ -99,6 +101,25 @@ pub(crate) struct SurfaceKeys<'a> {
     pub file: &'a Option<String>,
     pub kind: Option<SurfaceKind>,
     pub scale: Option<f64>,
+}
+
+/// The warning about a surface in single precision that is far from the origin.
+///
+/// At the distance `d` coordinates are rounded to `2^-24 d`: of a surface with the extent `L` the
+/// digits `log10(d / L)` are lost. One of the seven is no matter of a warning.
+fn lost_digits(name: &str, mesh: &SurfaceMesh) -> Option<String> {
+    let start = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
+    let [low, high] = (mesh.points.iter()).fold(start, |[l, h], x| [l.inf(x), h.sup(x)]);
+    let (extent, distance) = ((high - low).amax(), low.amax().max(high.amax()));
+    let lost = (distance / extent).log10();
+    (extent > 0.0 && lost >= 2.0).then(|| {
+        format!(
+            "{name}: the surface is {distance:.1e} from the origin and {extent:.1e} wide: in single \
+             precision {lost:.0} of 7 digits are lost, and its points are off by up to {:.1e} of its \
+             width; save it near the origin",
+            distance / extent * 2_f64.powi(-24)
+        )
+    })
 }
 
 impl SurfaceFiles {
@@ -140,6 +161,9 @@ impl SurfaceFiles {
         let bytes = self.bytes(file)?;
         let name = file.display().to_string();
         let mesh = SurfaceMesh::parse(&name, &bytes, format)?;
+        if format.has_single_precision(&bytes) {
+            self.warnings.extend(lost_digits(&name, &mesh));
+        }
         TriangulatedSurface::new(&name, mesh, kind.into())
     }
 

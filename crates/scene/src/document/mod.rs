@@ -230,9 +230,15 @@ impl Document {
         self.places.find(path)
     }
 
-    /// Warnings about keys that have another name now, to be shown to the user.
+    /// Warnings to be shown to the user: about keys that have another name now, and, once a scene was
+    /// read from the document, about its files.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// Adds warnings about what the document names.
+    pub(crate) fn warn(&mut self, warnings: Vec<String>) {
+        self.warnings.extend(warnings);
     }
 
     /// Whether a key such as `bodies[1].radius` has a value.

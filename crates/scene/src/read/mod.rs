@@ -54,7 +54,7 @@ impl Scene {
 }
 
 /// The scene of a document, before the check for bodies that touch.
-fn scene(document: Document) -> Result<Scene, SceneError> {
+fn scene(mut document: Document) -> Result<Scene, SceneError> {
     let checks = Checks(&document);
     let file: SceneFile =
         document
@@ -107,6 +107,7 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
     let name = stem.map(|stem| stem.to_string_lossy().into_owned());
     // Names of dots alone, as of the file `...toml`, are those of other folders.
     let name = name.filter(|name| name.chars().any(|c| c != '.'));
+    document.warn(surfaces.warnings);
     Ok(Scene {
         name: name.unwrap_or_else(|| "scene".to_owned()),
         viscosity: file.fluid.viscosity,

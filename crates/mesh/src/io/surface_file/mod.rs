@@ -36,6 +36,12 @@ impl SurfaceFormat {
             _ => Err(MeshError::UnknownSurfaceFormat { path: path.into() }),
         }
     }
+
+    /// Whether a file of this format with these contents has its coordinates in single precision,
+    /// `2^-24` of their size: a surface far from the origin loses digits.
+    pub fn has_single_precision(self, bytes: &[u8]) -> bool {
+        self == Self::Stl && stl::is_binary(bytes)
+    }
 }
 
 impl SurfaceMesh {
