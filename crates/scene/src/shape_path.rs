@@ -221,8 +221,8 @@ impl OwnPath {
         enter(&self.0.joints(), derivatives.map(|d| factor * d), all);
     }
 
-    /// What is wrong with a path that begins at the values `from` of all joints.
-    pub(crate) fn problem(&self, from: &[f64]) -> Option<String> {
+    /// What is wrong with the functions of the path, wherever it begins.
+    pub(crate) fn problem(&self) -> Option<String> {
         let joints = self.0.joints();
         for s in [0.0, 0.5, 1.0] {
             for (what, list) in [
@@ -238,8 +238,13 @@ impl OwnPath {
                 }
             }
         }
-        let starts = joints.iter().zip(self.0.values(0.0));
-        for (&joint, start) in starts {
+        self.wrong_derivative()
+    }
+
+    /// A jump from the values `from` of all joints to the begin of the path.
+    pub(crate) fn jump(&self, from: &[f64]) -> Option<String> {
+        let starts = self.0.joints().into_iter().zip(self.0.values(0.0));
+        for (joint, start) in starts {
             if (start - from[joint]).abs() > CONTINUITY * from[joint].abs().max(1.0) {
                 return Some(format!(
                     "begins with {start} for link {joint}, but the value before it is {}",
@@ -247,7 +252,7 @@ impl OwnPath {
                 ));
             }
         }
-        self.wrong_derivative()
+        None
     }
 
     /// A derivative that contradicts the values.
@@ -378,7 +383,7 @@ mod tests {
                 oscillations,
                 factor,
             }))
-            .problem(&[0.0])
+            .problem()
         };
         for oscillations in [0.5, 1.0, 20.0, 200.0] {
             assert_eq!(problem(oscillations, Some(1.0)), None);

@@ -13,7 +13,6 @@ use crate::transpose::transpose;
 use crate::vector::{max_abs, power_of_two_below};
 use crate::{
     CoupledOperator, Csr, LinalgError, LinearOperator, Preconditioner, PreconditionerKind,
-    chebyshev,
 };
 
 /// One V-cycle of smoothed aggregation as an approximate inverse of a [`CoupledOperator`].
@@ -118,13 +117,8 @@ impl CoupledMultigrid {
                 params.check_stalled(levels.len(), k.rows() / 3)?;
                 break;
             };
-            let degree = if levels.is_empty() {
-                params.sweeps
-            } else {
-                params.coarse_sweeps
-            };
-            let factors = chebyshev::sweeps(scaling.upper, params.smoothing_range, degree);
-            sizes.push(size(&k, p.nnz(), degree));
+            let factors = params.relaxation_factors(levels.len(), scaling.upper);
+            sizes.push(size(&k, p.nnz(), factors.len()));
             let (level, coarse) = rayon::join(
                 || Level::coupled(&k, &p, &scaling.diagonal, unit.recip(), &factors),
                 || multiply(&transpose(&p), &multiply(&k, &p)),
