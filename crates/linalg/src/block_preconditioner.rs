@@ -85,6 +85,7 @@ struct Coupling<'a> {
 }
 
 /// The blocks of a [`BlockPreconditioner`] before they are checked.
+#[must_use]
 pub struct BlockPreconditionerBuilder<'a> {
     size: usize,
     blocks: Vec<Block<'a>>,
@@ -154,8 +155,9 @@ impl<'a> BlockPreconditionerBuilder<'a> {
     ///
     /// # Errors
     /// [`LinalgError::Block`] for a name that is used twice or unknown, a range that is reversed,
-    /// overlaps another or leaves rows without a block, and an inverse or a coupling whose size
-    /// does not fit. The message names the block.
+    /// overlaps another or leaves rows without a block, an inverse or a coupling whose size does
+    /// not fit, and a triangular form without any coupling in its triangle. The message names the
+    /// block.
     pub fn build(self, form: BlockForm) -> Result<BlockPreconditioner<'a>, LinalgError> {
         self.check_ranges()?;
         let BlockPreconditionerBuilder {
@@ -180,6 +182,14 @@ impl<'a> BlockPreconditionerBuilder<'a> {
                 let columns = blocks[j].range.clone();
                 blocks[i].couplings.push((columns, coupling.operator));
             }
+        }
+        let is_uncoupled = blocks.iter().all(|block| block.couplings.is_empty());
+        if form != BlockForm::Diagonal && is_uncoupled && blocks.len() > 1 {
+            let problem = format!(
+                "no coupling lies in the triangle of {form:?}, which would be block-diagonal; add \
+                 one or take BlockForm::Diagonal"
+            );
+            return refuse(&blocks[0].name, problem);
         }
         let kinds = blocks.iter().map(|block| block.inverse.kind());
         let least = match form {

@@ -106,7 +106,8 @@ pub struct JointLoad {
     /// Force on `body`; the opposite force acts on `to`. It acts at the pivot of joints that turn.
     pub force: Vector3<f64>,
     /// Torque on `body` about the pivot; the opposite torque acts on `to`. Zero for joints that do
-    /// not constrain the relative rotation, and for slides, whose bodies share a frame.
+    /// not constrain the relative rotation, and for slides, whose bodies share a frame. About the
+    /// axis of a hinge or rotor it is [`drive`](Self::drive), which is part of it.
     pub torque: Vector3<f64>,
     /// Force or torque of the drive: its power on the bodies is `drive dv/dt` with the value `v` of
     /// the joint. Positive if it increases the value; for passive joints, that of the spring, the

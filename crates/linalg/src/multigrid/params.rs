@@ -127,8 +127,8 @@ impl MultigridParams {
         }
     }
 
-    /// Relaxation factors of the smoothing steps on a level, the finest of which is 0, with the upper
-    /// bound on the spectrum of the scaled matrix.
+    /// Relaxation factors of the smoothing steps on a level, the finest of which is 0, with the
+    /// upper bound on the spectrum of the scaled matrix.
     pub(super) fn relaxation_factors(&self, level: usize, upper: f64) -> Vec<f64> {
         let steps = match level {
             0 => self.sweeps,
