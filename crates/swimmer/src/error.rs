@@ -74,8 +74,7 @@ pub enum SwimError {
     #[error(
         "phase {phase} ({joint}): the integration error is {error:.3e} and must be below \
          {tolerance:.3e} (both in the scene's unit of length), even with 1/{parts} of the phase \
-         per step; increase model.tolerance. With finite elements the change of velocities by a new \
-         mesh may prevent convergence: reduce fem.surface_size, and keep fem.estimates"
+         per step; increase model.tolerance{hint}"
     )]
     NotIntegrated {
         /// Number of the phase, from one, over all cycles.
@@ -88,6 +87,8 @@ pub enum SwimError {
         tolerance: f64,
         /// Number of steps of the smallest tried length in the phase.
         parts: usize,
+        /// What else may be the cause, or nothing.
+        hint: &'static str,
     },
     /// A gait whose passive joints do not reach a periodic state.
     #[error(
