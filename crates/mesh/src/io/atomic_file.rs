@@ -47,7 +47,7 @@ pub fn write_atomically(
     Ok(())
 }
 
-/// Whether a file name is one of the temporary files of [`write_atomically`], which a killed process
+/// Whether a file name is that of a temporary file of [`write_atomically`], which a killed process
 /// leaves behind.
 ///
 /// ```

@@ -230,8 +230,8 @@ impl Document {
         self.places.find(path)
     }
 
-    /// Warnings to be shown to the user: about keys that have another name now, and, once a scene was
-    /// read from the document, about its files.
+    /// Warnings to be shown to the user: about keys that have another name now, and, once a scene
+    /// was read from the document, about its files.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }

@@ -25,8 +25,9 @@ const LARGEST_RATIO: f64 = 1e9;
 /// Largest distance of linked bodies over the smallest length of a body.
 ///
 /// A constraint turns forces into torques with the arm `d`, so that the matrix that determines the
-/// loads of the links has a condition number of the order of `d^2`, which reaches `1 / 2.2e-16` near
-/// this distance: there they are lost in rounding, and chains are taken for loops that stay open.
+/// loads of the links has a condition number of the order of `d^2`, which reaches `1 / 2.2e-16`
+/// near this distance: there they are lost in rounding, and chains are taken for loops that stay
+/// open.
 const LARGEST_LINK: f64 = 1e8;
 
 /// A scene as it is known before its bodies are placed.
