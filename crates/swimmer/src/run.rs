@@ -29,9 +29,9 @@ use crate::simulate::continue_from;
 ///
 /// # Errors
 /// A scene without a gait, a folder that cannot be written to or in which another run is writing
-/// ([`SwimError::Locked`]), a checkpoint of another scene, [`SwimError::Interrupted`], errors of the
-/// model and the integration. Whether the error bar is within the tolerance is told by
-/// [`Report::check_tolerance`].
+/// ([`SwimError::Locked`]), a checkpoint of another scene or of changed files,
+/// [`SwimError::Interrupted`], errors of the model and the integration. Whether the error bar is
+/// within the tolerance is told by [`Report::check_tolerance`].
 pub fn run(
     scene: Scene,
     out: &Path,
