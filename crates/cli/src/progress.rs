@@ -139,25 +139,19 @@ impl swimmer::Progress for RunBar {
     }
 }
 
-/// The signals that end a run: Ctrl-C, the request to terminate, the loss of the terminal.
+/// Makes the loss of the terminal (SIGHUP) set a flag, unless it is ignored, as `nohup` does.
 ///
-/// The last one is left alone where it is ignored, as `nohup` does.
-fn stopping_signals() -> Vec<i32> {
-    let mut signals = vec![SIGINT, SIGTERM];
-    #[cfg(unix)]
-    if !is_ignored(SIGHUP) {
-        signals.push(SIGHUP);
-    }
-    signals
-}
-
-/// Whether the process ignores a signal, by the mask that Linux shows; elsewhere it is unknown.
+/// Where the system does not show what is ignored, the signal ends the program as before. Shells
+/// repeat it, so a second one does not end the program at once.
 #[cfg(unix)]
-fn is_ignored(signal: i32) -> bool {
+fn watch_hangup(interrupted: &Arc<AtomicBool>) -> std::io::Result<()> {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+    if mask.is_some_and(|mask| mask >> (SIGHUP - 1) & 1 == 0) {
+        signal_hook::flag::register(SIGHUP, interrupted.clone())?;
+    }
+    Ok(())
 }
 
 /// Makes a file that exceeds the size limit of the shell an error when it is written, where the
@@ -168,16 +162,18 @@ pub fn watch_file_limit() {
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
 }
 
-/// A flag that the first Ctrl-C, termination signal or hangup sets; the second ends the program at
-/// once.
+/// A flag that the first Ctrl-C or termination signal sets, whose second ends the program at once,
+/// and the loss of the terminal.
 pub fn watch_signals() -> Arc<AtomicBool> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let register = || -> std::io::Result<()> {
-        for signal in stopping_signals() {
+        for signal in [SIGINT, SIGTERM] {
             // The order matters: the shutdown must read the flag before this signal sets it.
             signal_hook::flag::register_conditional_shutdown(signal, 130, interrupted.clone())?;
             signal_hook::flag::register(signal, interrupted.clone())?;
         }
+        #[cfg(unix)]
+        watch_hangup(&interrupted)?;
         Ok(())
     };
     if let Err(error) = register() {
