@@ -94,14 +94,20 @@ mod tests {
     use super::*;
     use std::collections::BTreeMap;
 
+    #[derive(serde::Deserialize, Serialize)]
+    struct Numbers {
+        a: f64,
+        b: Option<f64>,
+    }
+
     #[test]
     fn every_changed_bit_of_a_sealed_text_is_noticed() {
-        let value = BTreeMap::from([("a", 0.1), ("b", 2e-7)]);
-        let text = sealed(&value).unwrap();
-        let read = |bytes: &[u8]| -> Option<BTreeMap<String, f64>> {
+        let (a, b) = (0.1, Some(2e-7));
+        let text = sealed(&Numbers { a, b }).unwrap();
+        let read = |bytes: &[u8]| -> Option<Numbers> {
             from_sealed(std::str::from_utf8(bytes).ok()?).ok()
         };
-        assert_eq!(read(text.as_bytes()).map(|read| read.len()), Some(2));
+        assert!(read(text.as_bytes()).is_some_and(|read| (read.a, read.b) == (a, b)));
         for bit in 0..8 * text.len() {
             let mut bytes = text.clone().into_bytes();
             bytes[bit / 8] ^= 1 << (bit % 8);
