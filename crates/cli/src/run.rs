@@ -13,8 +13,8 @@ use super::displacements::displacement_table;
 use super::error::CliError;
 use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
-    count, duration, entry, error_estimates, measured, print, rotation_entry, rounded, two_digits,
-    warn, with_uncertainty,
+    count, duration, entry, error_estimates, measured, print, rotation_entry, rounded,
+    tolerance_statement, two_digits, warn, with_uncertainty,
 };
 use super::view::{open_page, page_entry, write_movie};
 
@@ -106,6 +106,13 @@ fn describe(report: &Report, out: &Path) -> String {
         duration(report.seconds)
     );
     let bars = &outcome.error_estimate;
+    let tolerance = match outcome.tolerance_met && bars.total() > outcome.allowed_error {
+        true => {
+            let tolerance = report.scene.model().tolerance;
+            entry("tolerance", tolerance_statement(outcome, tolerance))
+        }
+        false => String::new(),
+    };
     entry("scene", report.scene.name())
         + &entry("model", report.model)
         + "\n"
@@ -119,6 +126,7 @@ fn describe(report: &Report, out: &Path) -> String {
             outcome.work,
             outcome.work_error.total(),
         )
+        + &tolerance
         + &entry("cost", cost)
         + &entry("results", out.display())
         + &page_entry(out)

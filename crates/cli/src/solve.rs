@@ -112,26 +112,79 @@ fn draw_flow(scene: &Scene, model: &mut dyn Hydrodynamics, path: &Path) -> Resul
     Ok(())
 }
 
+/// Sizes below which velocities, angular velocities, forces and torques are rounding.
+struct Rounding {
+    velocity: f64,
+    angular_velocity: f64,
+    force: f64,
+    torque: f64,
+}
+
+impl Rounding {
+    /// The rounding of the largest numbers, and of those that would be as large: a force `μ R U`
+    /// for velocities `U` of bodies of the radius `R`.
+    fn new(scene: &Scene, solution: &InstantaneousSolution) -> Self {
+        let largest =
+            |of: fn(&BodySolution) -> f64| solution.bodies.iter().map(of).fold(0.0, f64::max);
+        let radii = scene.bodies().iter().map(|body| body.bounding_radius());
+        let radius = radii.fold(f64::MIN_POSITIVE, f64::max);
+        let speed =
+            largest(|b| b.velocity.norm()).max(radius * largest(|b| b.angular_velocity.norm()));
+        let force = largest(|b| b.force.norm())
+            .max(largest(|b| b.torque.norm()) / radius)
+            .max(scene.viscosity() * radius * speed);
+        Self {
+            velocity: ROUNDING * speed,
+            angular_velocity: ROUNDING * speed / radius,
+            force: ROUNDING * force,
+            torque: ROUNDING * force * radius,
+        }
+    }
+}
+
+/// A line with a label and a vector, with eight decimals where they show its digits and else with
+/// an exponent; components up to `rounding` are zero.
+fn row(label: &str, v: &Vector3<f64>, rounding: f64) -> String {
+    let v = v.map(|x| if x.abs() > rounding { x } else { 0.0 });
+    let is_fixed = v.amax() == 0.0 || FIXED_POINT.contains(&v.amax());
+    let words = v.map(|x| match is_fixed {
+        true => format!("{:.8}", rounded(x, 8)),
+        false if x == 0.0 => "0".to_owned(),
+        false => format!("{x:.7e}"),
+    });
+    format!(
+        "{label:<24}{:>14} {:>14} {:>14}\n",
+        words.x, words.y, words.z
+    )
+}
+
+/// Sizes of vectors that are printed with eight decimals.
+const FIXED_POINT: std::ops::Range<f64> = 1e-3..1e5;
+
+/// Rounding of a number that was solved for, relative to the largest one.
+const ROUNDING: f64 = 1e-14;
+
 /// Velocities and forces of the bodies, and forces of the joints.
 fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
-    let row = |label: &str, v: &Vector3<f64>| {
-        let v = v.map(|x| rounded(x, 8));
-        format!("{label:<24}{:>14.8} {:>14.8} {:>14.8}\n", v.x, v.y, v.z)
-    };
+    let rounding = Rounding::new(scene, solution);
     let mut text = "vectors (x, y, z) in the scene's units\n".to_owned();
     for (number, (body, motion)) in scene.bodies().iter().zip(&solution.bodies).enumerate() {
         text += &entry("body", &body.name);
-        text += &row("  velocity", &motion.velocity);
-        text += &row("  angular velocity", &motion.angular_velocity);
-        text += &row("  force on the fluid", &motion.force);
-        text += &row("  torque on the fluid", &motion.torque);
+        text += &row("  velocity", &motion.velocity, rounding.velocity);
+        text += &row(
+            "  angular velocity",
+            &motion.angular_velocity,
+            rounding.angular_velocity,
+        );
+        text += &row("  force on the fluid", &motion.force, rounding.force);
+        text += &row("  torque on the fluid", &motion.torque, rounding.torque);
         let stresslets = solution.stresslets.as_ref();
         if let Some(stresslet) = stresslets.and_then(|s| s.bodies.get(number)) {
             for (label, column) in ["  stresslet", "", ""]
                 .into_iter()
                 .zip(stresslet.column_iter())
             {
-                text += &row(label, &column.into_owned());
+                text += &row(label, &column.into_owned(), rounding.torque);
             }
         }
     }
@@ -145,6 +198,7 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
         text += &row(
             &format!("  force on {}", scene.bodies()[joint.body].name),
             force,
+            rounding.force,
         );
     }
     text
@@ -177,9 +231,12 @@ fn accuracy(solution: &InstantaneousSolution) -> String {
         text += &entry("error of stresslets", error(bar, stresslets.largest()));
     }
     if let Some(checks) = &solution.checks {
-        let forces = percent(checks.force_by_stress);
-        let forces = format!("{forces} difference from the integral of the stress");
-        text += &entry("check of forces", forces);
+        // The ratio to a force that is zero says nothing.
+        if forces > solution.force_error.total() {
+            let difference = percent(checks.force_by_stress);
+            let words = format!("{difference} difference from the integral of the stress");
+            text += &entry("check of forces", words);
+        }
         let power = percent(checks.dissipation);
         text += &entry(
             "check of power",

@@ -7,7 +7,8 @@ use clap::builder::styling::AnsiColor;
 use nalgebra::Vector3;
 use pictures::numbers::LARGEST_RATIO;
 pub use pictures::numbers::{
-    NO_ESTIMATE, count, duration, percent, rounded, two_digits, with_uncertainty,
+    NO_ESTIMATE, count, duration, percent, rounded, tolerance_statement, two_digits,
+    with_uncertainty,
 };
 use swimmer::models::ErrorEstimate;
 
