@@ -36,14 +36,19 @@ pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, CliError> {
         false => describe(&report, &out) + movie,
     };
     if let Err(missed) = report.check_tolerance() {
-        print(&text(""));
+        print(&text(""))?;
         return Err(missed.into());
     }
     for warning in warnings(&report) {
         warn(&warning);
     }
+    // What fails after the run does not lose its numbers.
+    let printed = |error: CliError| match print(&text("")) {
+        Ok(()) => error,
+        Err(unprinted) => unprinted,
+    };
     let movie = match arguments.movie {
-        true => write_movie(&out)?,
+        true => write_movie(&out).map_err(printed)?,
         false => String::new(),
     };
     if arguments.open {
@@ -52,7 +57,7 @@ pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, CliError> {
     if !arguments.sensitivities {
         return Ok(text(&movie));
     }
-    let found = sensitivities(&report.scene, &out, quiet)?;
+    let found = sensitivities(&report.scene, &out, quiet).map_err(printed)?;
     if arguments.json {
         let mut summary = report.summary();
         summary["sensitivities"] = json!(found);

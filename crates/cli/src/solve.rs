@@ -11,7 +11,7 @@ use swimmer::{Scene, SwimError, choose, solve_start, start_flow, start_resistanc
 use super::arguments::SceneArguments;
 use super::error::CliError;
 use super::text::{
-    count, duration, entry, error, error_estimates, measured, percent, rounded, warn,
+    count, duration, entry, error, error_estimates, measured, percent, print, rounded, warn,
 };
 
 pub fn solve(
@@ -27,12 +27,8 @@ pub fn solve(
     let scene = arguments.read()?;
     let mut model = choose(&scene)?.model;
     let solution = solve_start(&scene, model.as_mut())?;
-    if let Some(path) = flow {
-        write_flow(&start_flow(&scene, model.as_mut())?, path)?;
-    }
-    if let Some(path) = picture {
-        draw_flow(&scene, model.as_mut(), path)?;
-    }
+    // What fails after the solution does not lose its numbers.
+    let written = write_files(&scene, model.as_mut(), flow, picture);
     let resistance = resistance
         .then(|| start_resistance(&scene, model.as_mut()))
         .transpose()?;
@@ -42,7 +38,7 @@ pub fn solve(
         if let Some(resistance) = &resistance {
             answer["resistance"] = matrix_json(resistance);
         }
-        return Ok(format!("{answer}\n"));
+        return and_then(format!("{answer}\n"), written);
     }
     let mut text = entry("scene", scene.name());
     text += &entry("model", model.name());
@@ -59,7 +55,31 @@ pub fn solve(
             text += "\n";
         }
     }
-    Ok(text)
+    and_then(text, written)
+}
+
+/// The text, which is printed at once if the files that belong to it were not written.
+fn and_then(text: String, written: Result<(), CliError>) -> Result<String, CliError> {
+    if written.is_err() {
+        print(&text)?;
+    }
+    written.map(|()| text)
+}
+
+/// Writes the flow and its picture, where they are wanted.
+fn write_files(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+    flow: Option<&Path>,
+    picture: Option<&Path>,
+) -> Result<(), CliError> {
+    if let Some(path) = flow {
+        write_flow(&start_flow(scene, model)?, path)?;
+    }
+    match picture {
+        Some(path) => draw_flow(scene, model, path),
+        None => Ok(()),
+    }
 }
 
 /// Refuses a picture in another format.
@@ -84,7 +104,8 @@ fn draw_flow(scene: &Scene, model: &mut dyn Hydrodynamics, path: &Path) -> Resul
         .map_err(SwimError::from)?;
     let slice = start_slice(scene, model, PICTURE_POINTS)?;
     let svg = pictures::flow_svg(scene, &poses, &slice)?;
-    std::fs::write(path, svg).map_err(|source| SwimError::Write {
+    let write = |file: &mut dyn std::io::Write| file.write_all(svg.as_bytes());
+    mesh::write_atomically(path, write).map_err(|source| SwimError::Write {
         path: path.to_owned(),
         source,
     })?;

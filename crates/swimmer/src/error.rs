@@ -42,6 +42,17 @@ pub enum SwimError {
         /// Reason given by the operating system.
         source: std::io::Error,
     },
+    /// A folder into which another run is writing.
+    #[error(
+        "another run ({process}) writes into {}; wait until it ends, or choose another folder with \
+         --out", folder.display()
+    )]
+    Locked {
+        /// The folder.
+        folder: PathBuf,
+        /// The process in words.
+        process: String,
+    },
     /// Bodies that touch each other or a wall during the motion.
     #[error(
         "phase {phase} ({joint}, {percent:.1} % done, time {time:.6}): {problem}; \
@@ -178,6 +189,7 @@ impl SwimError {
             | Self::Model(_)
             | Self::Read { .. }
             | Self::Write { .. }
+            | Self::Locked { .. }
             | Self::Checkpoint { .. }
             | Self::OtherScene { .. }
             | Self::NoSteps

@@ -16,6 +16,7 @@ mod run_report;
 mod simulate;
 mod start;
 mod templates;
+mod threads;
 
 pub use checkpoint::Checkpoint;
 pub use error::SwimError;
@@ -39,3 +40,4 @@ pub use start::{
     check_model, solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
 };
 pub use templates::TEMPLATES;
+pub use threads::check_threads;

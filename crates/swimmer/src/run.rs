@@ -6,7 +6,7 @@ use std::time::Instant;
 use models::{Hydrodynamics, ModelError};
 use scene::Scene;
 
-use crate::checkpoint::Checkpoint;
+use crate::checkpoint::{self, Checkpoint};
 use crate::error::SwimError;
 use crate::integrate::{Method, SpanSolution};
 use crate::observer::Progress;
@@ -28,7 +28,8 @@ use crate::simulate::continue_from;
 /// checkpoint in `out`.
 ///
 /// # Errors
-/// A scene without a gait, a folder that cannot be written to, a checkpoint of another scene,
+/// A scene without a gait, a folder that cannot be written to or in which another run is writing
+/// ([`SwimError::Locked`]), a checkpoint of another scene or of changed files,
 /// [`SwimError::Interrupted`], errors of the model and the integration. Whether the error bar is
 /// within the tolerance is told by [`Report::check_tolerance`].
 pub fn run(
@@ -63,8 +64,14 @@ pub fn run_with(
 ) -> Result<Report, SwimError> {
     let started = Instant::now();
     scene.require_gait()?;
-    let checkpoint = resume.then(|| Checkpoint::read(out)).transpose()?;
+    if resume && !out.join(checkpoint::FILE).exists() {
+        // Before a folder is made.
+        Checkpoint::read(out)?;
+    }
     let folder = writes.then(|| Folder::create(out)).transpose()?;
+    // Until the end of the run. What a process reads must not change meanwhile either.
+    let _lock = folder.as_ref().map(Folder::lock).transpose()?;
+    let checkpoint = resume.then(|| Checkpoint::read(out)).transpose()?;
     let output = folder.as_ref().map(|folder| (folder, files));
     run_to_target(scene, model, output, checkpoint, started, progress)
 }
@@ -140,7 +147,6 @@ fn run_once(
     progress: &mut dyn Progress,
 ) -> Result<Report, SwimError> {
     let folder = output.as_ref().map(|(folder, _)| *folder);
-    let resumed = checkpoint.is_some();
     let Choice { mut model, reasons } = model(&scene)?;
     let (interim, flows) = match checkpoint {
         None => {
@@ -176,7 +182,7 @@ fn run_once(
     };
     let done = interim.outcome.spans.len();
     let output = output.map(|(folder, files)| {
-        files.begins(&scene, folder, resumed)?;
+        files.begins(&scene, folder, done)?;
         Ok::<_, SwimError>(Output::new(&scene, folder, files, &flows))
     });
     let output = output.transpose()?;
