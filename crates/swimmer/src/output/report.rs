@@ -14,7 +14,8 @@ use crate::outcome::Outcome;
 /// `error_estimate` (absolute, in the scene's unit of length), `uncorrected` (displacement and work
 /// before estimated discretisation errors were subtracted), `seconds`, `model`, `reasons`,
 /// `cycles`, `duration`, `work` (of the bodies on the fluid), `work_error` (its error bars),
-/// `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer), `meshes`, `peak_rss_mib`, `scene` (its name), `machine`, `version` (of the program).
+/// `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer), `meshes`,
+/// `peak_rss_mib`, `scene` (its name), `machine`, `version` (of the program).
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
 /// solves, which may run at the same time.
 pub fn summary_json(
