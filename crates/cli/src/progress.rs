@@ -12,7 +12,7 @@ use signal_hook::consts::{SIGHUP, SIGXFSZ};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
 
-use super::text::{count, duration, message, percent, printable, warn};
+use super::text::{count, duration, message, percent, printable, two_digits, warn};
 
 /// Progress of a run.
 pub struct RunBar {
@@ -94,6 +94,17 @@ impl swimmer::Progress for RunBar {
              {} elapsed",
             missed.size_factor,
             percent(missed.relative_error),
+            self.elapsed()
+        ));
+    }
+
+    fn missed_tolerance(&mut self, error: f64, allowed: f64, tolerance_factor: f64) {
+        self.finish();
+        self.line(&format!(
+            "the error bar is {}, {} is allowed; once more with model.tolerance_factor = \
+             {tolerance_factor:.3}, {} elapsed",
+            two_digits(error),
+            two_digits(allowed),
             self.elapsed()
         ));
     }

@@ -134,6 +134,11 @@ impl Checkpoint {
             .unwrap_or(1.0)
     }
 
+    /// The factor on the tolerance of single solutions with which the interrupted run went on.
+    pub fn tolerance_factor(&self) -> Option<f64> {
+        Scene::parse(&self.scene).ok()?.model().tolerance_factor
+    }
+
     /// The scene with its text, and the outcome so far.
     ///
     /// # Errors

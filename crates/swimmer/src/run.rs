@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use models::{Hydrodynamics, ModelError};
-use scene::Scene;
+use scene::{AcceptKind, Scene};
 
 use crate::checkpoint::{self, Checkpoint};
 use crate::error::SwimError;
@@ -24,7 +24,8 @@ use crate::simulate::continue_from;
 ///
 /// The model is chosen, with tables over shapes where they save solves, and the gait is run. With
 /// `fem.target` the element sizes are those of [`SizeSearch`], and a stroke that misses the target
-/// is repeated with smaller ones; its files are replaced. With `resume` the run continues from the
+/// is repeated with smaller ones; its files are replaced. So is a run whose error bar misses
+/// `model.tolerance` although the model can do better (`model.tolerance_factor`). With `resume` the run continues from the
 /// checkpoint in `out`.
 ///
 /// # Errors
@@ -110,10 +111,15 @@ fn run_to_target(
     if let (Some(search), Some(checkpoint)) = (&mut search, &checkpoint) {
         search.continue_with(checkpoint.size_factor());
     }
+    let mut factor = match &checkpoint {
+        Some(checkpoint) => checkpoint.tolerance_factor(),
+        None => scene.model().tolerance_factor,
+    };
+    let mut repetitions = 0;
     loop {
-        let mut sized = scene.clone();
+        let mut sized = scene.with_tolerance_factor(factor)?;
         if let (Some(search), Some(target)) = (&search, scene.fem().target) {
-            sized = search.apply(&scene)?;
+            sized = search.apply(&sized)?;
             progress.chose_size_factor(target, search.size_factor());
         }
         let reborrowed: Option<(&Folder, &mut dyn RunFiles)> = match &mut output {
@@ -124,6 +130,18 @@ fn run_to_target(
         let missed = search
             .as_mut()
             .and_then(|search| search.refine(&report.outcome));
+        let tighter = tighter_factor(&report).filter(|_| {
+            let is_given = scene.model().tolerance_factor.is_some();
+            missed.is_none() && !is_given && repetitions < MAX_REPETITIONS
+        });
+        if let Some(tighter) = tighter {
+            let outcome = &report.outcome;
+            let error = outcome.limited_error.unwrap_or(f64::INFINITY);
+            progress.missed_tolerance(error, outcome.allowed_error, tighter);
+            factor = Some(tighter);
+            repetitions += 1;
+            continue;
+        }
         let Some(missed) = missed else {
             let seconds = started.elapsed().as_secs_f64();
             let report = Report { seconds, ..report };
@@ -136,6 +154,33 @@ fn run_to_target(
         };
         progress.missed_target(&missed);
     }
+}
+
+/// Largest number of repetitions of a run with a smaller tolerance of single solutions.
+const MAX_REPETITIONS: usize = 3;
+
+/// Share of the allowed error at which a repetition aims, because error bars do not decrease quite
+/// in proportion to the tolerance.
+const AIM_SHARE: f64 = 0.5;
+
+/// Smallest factor: the error bars of a model that cannot do better stay where they are.
+const LEAST_FACTOR: f64 = 1e-3;
+
+/// The factor on the tolerance of single solutions with which a run whose error bar misses the
+/// tolerance is expected to meet it.
+///
+/// None if it meets it, if the scene accepts the best result, or if the model does not control its
+/// own error, so that nothing but the integration depends on the tolerance.
+fn tighter_factor(report: &Report) -> Option<f64> {
+    let (options, outcome) = (report.scene.model(), &report.outcome);
+    let limited = outcome.limited_error?;
+    let controls_error = limited >= outcome.error_estimate.total();
+    if outcome.tolerance_met || options.accept == AcceptKind::Best || !controls_error {
+        return None;
+    }
+    let ratio = AIM_SHARE * outcome.allowed_error / limited;
+    let factor = options.tolerance_factor.unwrap_or(1.0) * ratio;
+    (ratio > 0.0 && factor >= LEAST_FACTOR).then_some(factor)
 }
 
 /// Runs the gait of a scene with its element sizes, from its beginning or from a checkpoint.

@@ -112,7 +112,7 @@ impl Prediction {
 
 /// Relative error of the velocities of a model for a tolerance of the net displacement.
 pub(crate) fn velocity_tolerance(scene: &Scene) -> f64 {
-    let tolerance = scene.model().tolerance;
+    let tolerance = scene.working_tolerance();
     match Prediction::from_scene(scene) {
         Some(prediction) => prediction.velocity_tolerance(tolerance),
         // The net displacement of the planar three-sphere swimmer is 1/100 of that of a phase.

@@ -35,7 +35,7 @@ pub(super) fn step_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, wi
         None => {
             let scale =
                 largest_displacement(evaluator, step).max(width * largest_length_change(evaluator));
-            evaluator.scene.model().tolerance * SPAN_TOLERANCE_SHARE * scale
+            evaluator.scene.working_tolerance() * SPAN_TOLERANCE_SHARE * scale
         }
     }
 }
