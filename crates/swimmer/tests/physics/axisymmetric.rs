@@ -1,7 +1,7 @@
 //! The axisymmetric model, against exact instantaneous solutions and strokes.
 
 use nalgebra::{Rotation3, Vector3};
-use swimmer::choose;
+use swimmer::{Scene, choose};
 use testkit::exact::{
     CYLINDER_5, Exact, INSTANT_IN_BALL_40, SPHEROID_2, STROKE, STROKE_IN_BALL_40,
 };
