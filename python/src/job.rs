@@ -151,7 +151,7 @@ pub fn run_here<T: Send>(
 }
 
 /// Refuses to compute in a child of a process that has computed: the threads of the pool exist in
-/// the parent only, and the child would wait for them for ever.
+/// the parent only, and the child would wait for them for ever. Refuses absurd numbers of threads.
 fn check_process() -> PyResult<()> {
     let own = std::process::id();
     match OWNER.compare_exchange(0, own, Ordering::Relaxed, Ordering::Relaxed) {
@@ -159,7 +159,7 @@ fn check_process() -> PyResult<()> {
             "this process was forked from one that has already computed; start processes with \
              multiprocessing.set_start_method(\"spawn\")",
         )),
-        _ => Ok(()),
+        _ => swimmer::check_threads().map_err(exception),
     }
 }
 

@@ -96,14 +96,26 @@ impl PyScene {
         Self::new(parse(text, &path, &overrides))
     }
 
-    /// A scene from its keys as JSON.
+    /// A scene from its keys as JSON; keys with dots are those of groups, such as
+    /// `fluid.viscosity`.
     #[staticmethod]
     fn from_json(json: &str, path: PathBuf, overrides: Vec<String>) -> PyResult<Self> {
-        let text = serde_json::from_str::<toml::Table>(json)
-            .map_err(|error| error.to_string())
-            .and_then(|table| toml::to_string(&table).map_err(|error| error.to_string()))
-            .map_err(|problem| SceneException::new_err(format!("{}: {problem}", path.display())))?;
-        Self::new(parse(&text, &path, &overrides))
+        let refused =
+            |problem: String| SceneException::new_err(format!("{}: {problem}", path.display()));
+        let table = serde_json::from_str::<toml::Table>(json);
+        let table = table.map_err(|error| refused(error.to_string()))?;
+        let (dotted, nested): (toml::Table, toml::Table) =
+            table.into_iter().partition(|(key, _)| key.contains('.'));
+        let text = toml::to_string(&nested).map_err(|error| refused(error.to_string()))?;
+        let scene = || {
+            let mut document = Document::parse(&text, &path)?;
+            for (key, value) in dotted {
+                document.add(&key, value)?;
+            }
+            (overrides.iter()).try_for_each(|assignment| document.set(assignment))?;
+            Scene::from_document(document)
+        };
+        Self::new(scene())
     }
 
     fn to_toml(&self) -> PyResult<String> {

@@ -98,6 +98,9 @@ class Scene(Result):
     ) -> Scene:
         """The scene of a dictionary with the keys of a scene file; arrays may be numpy's.
 
+        A key of a group may be given with a dot, `{"fluid.viscosity": 2}`, unless it is in a
+        dictionary of the group too.
+
         Examples
         --------
         >>> ball = {"name": "ball", "radius": 1, "position": np.zeros(3), "force": [1, 0, 0]}

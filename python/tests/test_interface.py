@@ -40,6 +40,20 @@ def test_a_defect_of_a_scene_is_a_value_error_with_its_place_and_remedy(tmp_path
         Scene("three-sphere")
 
 
+def test_keys_with_dots_in_a_dictionary_are_read_and_not_ignored():
+    body = dict(name="a", radius=1, position=[0, 0, 0], force=[6 * np.pi, 0, 0])
+    speed = lambda keys: Scene.from_dict({"bodies": [body]} | keys).solve().velocity[0, 0]
+    assert speed({"fluid": {"viscosity": 100}}) == pytest.approx(0.01)
+    assert speed({"fluid.viscosity": 100}) == pytest.approx(0.01)
+    assert speed({"fluid.viscosity": 100, "bodies.a.density": 2}) == pytest.approx(0.01)
+    with pytest.raises(swimmer.SceneError, match="fluid.viscosity is given twice"):
+        speed({"fluid": {"viscosity": 1}, "fluid.viscosity": 100})
+    with pytest.raises(swimmer.SceneError, match="did you mean 'fluid.viscosity'"):
+        speed({"fluid.viscositi": 100})
+    with pytest.raises(swimmer.SceneError, match="quotation marks"):
+        Scene.from_toml('"fluid.viscosity" = 100\nbodies = []')
+
+
 def test_calls_that_do_not_fit_the_scene_say_what_does():
     scene = Scene.from_template("three-sphere")
     with pytest.raises(swimmer.SceneError, match="has no mesh; use model.kind"):

@@ -23,7 +23,9 @@ pub fn run() -> Result<()> {
     if folder.exists() {
         fs::remove_dir_all(&folder)?;
     }
+    let workspace = manifest(".")?;
     let mut packages = Vec::new();
+    let version = &workspace["workspace"]["package"]["version"];
     for member in members
         .iter()
         .filter(|member| member.is_publishable() && !member.is_excluded)
@@ -33,12 +35,11 @@ pub fn run() -> Result<()> {
         if programs.is_empty() {
             continue;
         }
-        write_package(&folder, member, &readme, &programs, &members)
+        write_package(&folder, member, &readme, &programs, &members, version)
             .with_context(|| format!("{}/README.md", member.folder))?;
         packages.push(Value::from(member.name()));
     }
     // The profiles of the workspace, so that what it has built serves here too.
-    let workspace = manifest(".")?;
     let mut root_manifest = Table::new();
     let settings = Table::from_iter([
         ("members".to_owned(), Value::Array(packages)),
@@ -69,6 +70,7 @@ fn write_package(
     readme: &str,
     programs: &[String],
     members: &[Member],
+    version: &Value,
 ) -> Result<()> {
     let package = folder.join(member.name());
     let tables = blocks(readme, "toml");
@@ -77,12 +79,12 @@ fn write_package(
         .find(|table| table.starts_with("[dependencies]"))
         .context("has a program, but no block of TOML with [dependencies]")?;
     let name = format!("readme-of-{}", member.name());
-    let mut manifest = Table::from_iter([
-        ("package".to_owned(), Value::Table(header(&name))),
-        ("dependencies".to_owned(), Value::Table(Table::new())),
-    ]);
     let stated: Table = stated.parse()?;
-    manifest["dependencies"] = Value::Table(with_paths(&stated["dependencies"], members)?);
+    let dependencies = with_paths(&stated["dependencies"], members, version)?;
+    let manifest = Table::from_iter([
+        ("package".to_owned(), Value::Table(header(&name))),
+        ("dependencies".to_owned(), Value::Table(dependencies)),
+    ]);
     fs::create_dir_all(package.join("src/bin"))?;
     fs::write(package.join("Cargo.toml"), toml::to_string(&manifest)?)?;
     for (number, program) in programs.iter().enumerate() {
@@ -105,7 +107,7 @@ fn header(name: &str) -> Table {
 }
 
 /// The dependencies of a README with the paths of the crates, whose versions it must name.
-fn with_paths(stated: &Value, members: &[Member]) -> Result<Table> {
+fn with_paths(stated: &Value, members: &[Member], version: &Value) -> Result<Table> {
     let mut dependencies = Table::new();
     for (name, stated) in stated.as_table().context("[dependencies] is no table")? {
         let package = stated.get("package").and_then(Value::as_str);
@@ -114,9 +116,8 @@ fn with_paths(stated: &Value, members: &[Member]) -> Result<Table> {
             .iter()
             .find(|member| member.package() == Some(package))
             .with_context(|| format!("depends on {package}, which is not in the workspace"))?;
-        let version = manifest(".")?["workspace"]["package"]["version"].clone();
         let found = stated.get("version").unwrap_or(stated);
-        if *found != version {
+        if found != version {
             bail!("states version {found} of {package}, which has {version}");
         }
         let mut dependency = stated.as_table().cloned().unwrap_or_default();

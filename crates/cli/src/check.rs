@@ -111,15 +111,20 @@ pub fn new(name: &str, out: Option<PathBuf>) -> Result<String, CliError> {
         });
     };
     let path = out.unwrap_or_else(|| PathBuf::from(format!("{name}.toml")));
-    OpenOptions::new()
+    let written = OpenOptions::new()
         .write(true)
         .create_new(true)
         .open(&path)
-        .and_then(|mut file| file.write_all(text.as_bytes()))
-        .map_err(|source| SwimError::Write {
-            path: path.clone(),
-            source,
-        })?;
+        .and_then(|mut file| {
+            file.write_all(text.as_bytes()).inspect_err(|_| {
+                // No half of a scene stays.
+                let _ = std::fs::remove_file(&path);
+            })
+        });
+    written.map_err(|source| SwimError::Write {
+        path: path.clone(),
+        source,
+    })?;
     let path = path.display();
     let command = match name {
         "optimal-stroke" => "optimise",

@@ -10,6 +10,9 @@ use super::text::rounded;
 /// Largest number of phases in the table; `summary.json` has all of them.
 const MAX_ROWS: usize = 24;
 
+/// Rounding of displacements, relative to the size of the scene.
+const ROUNDING: f64 = 1e-14;
+
 /// Displacements of all bodies, phase by phase and in total, with a common power of ten.
 pub fn displacement_table(scene: &Scene, outcome: &Outcome) -> String {
     let phase_names: Vec<String> = (outcome.spans.iter())
@@ -27,12 +30,24 @@ pub fn displacement_table(scene: &Scene, outcome: &Outcome) -> String {
         .flat_map(|span| &span.displacement)
         .chain(&outcome.displacement)
         .fold(0.0_f64, |m, d| m.max(d.amax()));
+    let sizes = scene.bodies().iter().map(|body| {
+        body.position.norm() + body.bounding_radius() + largest.max(outcome.longest_arc)
+    });
+    // Displacements by rounding are zero.
+    let rounding = ROUNDING * sizes.fold(0.0, f64::max);
+    let largest = if largest > rounding { largest } else { 0.0 };
     let exponent = common_exponent(largest);
     let scale = 10_f64.powi(-exponent);
     let row = |name: &str, displacement: &[Vector3<f64>]| {
         let mut row = format!("{name:<name_width$}");
         for d in displacement {
-            let d = d.map(|x| rounded(scale * x, 5));
+            let d = d.map(|x| {
+                if x.abs() > rounding {
+                    rounded(scale * x, 5)
+                } else {
+                    0.0
+                }
+            });
             // Writing to a String cannot fail.
             let _ = write!(row, "  {:>9.5} {:>9.5} {:>9.5}", d.x, d.y, d.z);
         }

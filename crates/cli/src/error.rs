@@ -14,6 +14,9 @@ pub enum CliError {
     Design(#[from] DesignError),
     #[error(transparent)]
     Picture(#[from] PictureError),
+    /// A result that cannot be written to stdout.
+    #[error("cannot write the result to standard output: {0}; free space there, or redirect it")]
+    Output(std::io::Error),
     /// Arguments that do not apply, with the reason and the remedy.
     #[error("{place}: {problem}")]
     NotApplicable { place: String, problem: String },
@@ -26,7 +29,7 @@ impl CliError {
             Self::Swim(error) => error.exit_code(),
             Self::Design(error) => error.exit_code(),
             Self::Picture(error) => error.exit_code(),
-            Self::NotApplicable { .. } => 2,
+            Self::Output(_) | Self::NotApplicable { .. } => 2,
         }
     }
 }

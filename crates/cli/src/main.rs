@@ -30,8 +30,22 @@ use arguments::{Arguments, Command};
 use error::CliError;
 
 fn main() -> ExitCode {
-    let Arguments { quiet, command } = Arguments::parse();
-    let result = match command {
+    let arguments = Arguments::parse();
+    progress::watch_file_limit();
+    let result = swimmer::check_threads().map_err(CliError::from);
+    let result = result.and_then(|()| execute(arguments));
+    match result.and_then(|output| text::print(&output)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            text::error_message(&error.to_string());
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// Executes the command; returns the text for stdout.
+fn execute(Arguments { quiet, command }: Arguments) -> Result<String, CliError> {
+    match command {
         Command::Run(arguments) => run::run(arguments, quiet),
         Command::View {
             folder,
@@ -61,16 +75,6 @@ fn main() -> ExitCode {
         Command::Mesh { scene, out } => mesh::mesh(&scene, &out),
         Command::Completions { shell } => Ok(completions(shell)),
         Command::Man { out } => manual_pages(&out),
-    };
-    match result {
-        Ok(output) => {
-            text::print(&output);
-            ExitCode::SUCCESS
-        }
-        Err(error) => {
-            text::error_message(&error.to_string());
-            ExitCode::from(error.exit_code())
-        }
     }
 }
 

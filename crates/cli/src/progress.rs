@@ -7,10 +7,12 @@ use std::time::Instant;
 
 use design::DesignProgress;
 use indicatif::{ProgressBar, ProgressStyle};
+#[cfg(unix)]
+use signal_hook::consts::{SIGHUP, SIGXFSZ};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
 
-use super::text::{count, duration, message, percent, warn};
+use super::text::{count, duration, message, percent, printable, two_digits, warn};
 
 /// Progress of a run.
 pub struct RunBar {
@@ -48,7 +50,7 @@ impl RunBar {
     }
 
     fn joint_name(&self, span: &PhaseSpan) -> String {
-        self.scene.joint_names(&span.joints)
+        printable(&self.scene.joint_names(&span.joints))
     }
 
     fn elapsed(&self) -> String {
@@ -96,6 +98,17 @@ impl swimmer::Progress for RunBar {
         ));
     }
 
+    fn missed_tolerance(&mut self, error: f64, allowed: f64, tolerance_factor: f64) {
+        self.finish();
+        self.line(&format!(
+            "the error bar is {}, {} is allowed; once more with model.tolerance_factor = \
+             {tolerance_factor:.3}, {} elapsed",
+            two_digits(error),
+            two_digits(allowed),
+            self.elapsed()
+        ));
+    }
+
     fn begins(&mut self, _: &Scene, done: usize) {
         self.begun = (Instant::now(), done);
         self.bar = (std::io::stderr().is_terminal() && !self.quiet).then(|| {
@@ -137,7 +150,31 @@ impl swimmer::Progress for RunBar {
     }
 }
 
-/// A flag that the first Ctrl-C or termination signal sets; the second ends the program at once.
+/// Makes the loss of the terminal (SIGHUP) set a flag, unless it is ignored, as `nohup` does.
+///
+/// Where the system does not show what is ignored, the signal ends the program as before. Shells
+/// repeat it, so a second one does not end the program at once.
+#[cfg(unix)]
+fn watch_hangup(interrupted: &Arc<AtomicBool>) -> std::io::Result<()> {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    if mask.is_some_and(|mask| mask >> (SIGHUP - 1) & 1 == 0) {
+        signal_hook::flag::register(SIGHUP, interrupted.clone())?;
+    }
+    Ok(())
+}
+
+/// Makes a file that exceeds the size limit of the shell an error when it is written, where the
+/// signal SIGXFSZ would end the program without a word.
+pub fn watch_file_limit() {
+    // Without the handler the signal ends the program as before.
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
+}
+
+/// A flag that the first Ctrl-C or termination signal sets, whose second ends the program at once,
+/// and the loss of the terminal.
 pub fn watch_signals() -> Arc<AtomicBool> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let register = || -> std::io::Result<()> {
@@ -146,6 +183,8 @@ pub fn watch_signals() -> Arc<AtomicBool> {
             signal_hook::flag::register_conditional_shutdown(signal, 130, interrupted.clone())?;
             signal_hook::flag::register(signal, interrupted.clone())?;
         }
+        #[cfg(unix)]
+        watch_hangup(&interrupted)?;
         Ok(())
     };
     if let Err(error) = register() {
@@ -209,7 +248,7 @@ impl DesignProgress for DesignSpinner {
 
     fn begins(&mut self, what: &str) {
         match &self.spinner {
-            Some(spinner) => spinner.set_message(what.to_owned()),
+            Some(spinner) => spinner.set_message(printable(what)),
             None if self.quiet => {}
             None => message(what),
         }

@@ -13,8 +13,8 @@ use super::displacements::displacement_table;
 use super::error::CliError;
 use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
-    count, duration, entry, error_estimates, measured, print, rotation_entry, rounded, two_digits,
-    warn, with_uncertainty,
+    count, duration, entry, error_estimates, measured, print, rotation_entry, rounded,
+    tolerance_statement, two_digits, warn, with_uncertainty,
 };
 use super::view::{open_page, page_entry, write_movie};
 
@@ -36,14 +36,19 @@ pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, CliError> {
         false => describe(&report, &out) + movie,
     };
     if let Err(missed) = report.check_tolerance() {
-        print(&text(""));
+        print(&text(""))?;
         return Err(missed.into());
     }
     for warning in warnings(&report) {
         warn(&warning);
     }
+    // What fails after the run does not lose its numbers.
+    let printed = |error: CliError| match print(&text("")) {
+        Ok(()) => error,
+        Err(unprinted) => unprinted,
+    };
     let movie = match arguments.movie {
-        true => write_movie(&out)?,
+        true => write_movie(&out).map_err(printed)?,
         false => String::new(),
     };
     if arguments.open {
@@ -52,7 +57,7 @@ pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, CliError> {
     if !arguments.sensitivities {
         return Ok(text(&movie));
     }
-    let found = sensitivities(&report.scene, &out, quiet)?;
+    let found = sensitivities(&report.scene, &out, quiet).map_err(printed)?;
     if arguments.json {
         let mut summary = report.summary();
         summary["sensitivities"] = json!(found);
@@ -101,6 +106,13 @@ fn describe(report: &Report, out: &Path) -> String {
         duration(report.seconds)
     );
     let bars = &outcome.error_estimate;
+    let tolerance = match outcome.tolerance_met && bars.total() > outcome.allowed_error {
+        true => {
+            let tolerance = report.scene.model().tolerance;
+            entry("tolerance", tolerance_statement(outcome, tolerance))
+        }
+        false => String::new(),
+    };
     entry("scene", report.scene.name())
         + &entry("model", report.model)
         + "\n"
@@ -114,6 +126,7 @@ fn describe(report: &Report, out: &Path) -> String {
             outcome.work,
             outcome.work_error.total(),
         )
+        + &tolerance
         + &entry("cost", cost)
         + &entry("results", out.display())
         + &page_entry(out)

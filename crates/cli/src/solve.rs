@@ -11,7 +11,7 @@ use swimmer::{Scene, SwimError, choose, solve_start, start_flow, start_resistanc
 use super::arguments::SceneArguments;
 use super::error::CliError;
 use super::text::{
-    count, duration, entry, error, error_estimates, measured, percent, rounded, warn,
+    count, duration, entry, error, error_estimates, measured, percent, print, rounded, warn,
 };
 
 pub fn solve(
@@ -27,12 +27,8 @@ pub fn solve(
     let scene = arguments.read()?;
     let mut model = choose(&scene)?.model;
     let solution = solve_start(&scene, model.as_mut())?;
-    if let Some(path) = flow {
-        write_flow(&start_flow(&scene, model.as_mut())?, path)?;
-    }
-    if let Some(path) = picture {
-        draw_flow(&scene, model.as_mut(), path)?;
-    }
+    // What fails after the solution does not lose its numbers.
+    let written = write_files(&scene, model.as_mut(), flow, picture);
     let resistance = resistance
         .then(|| start_resistance(&scene, model.as_mut()))
         .transpose()?;
@@ -42,7 +38,7 @@ pub fn solve(
         if let Some(resistance) = &resistance {
             answer["resistance"] = matrix_json(resistance);
         }
-        return Ok(format!("{answer}\n"));
+        return and_then(format!("{answer}\n"), written);
     }
     let mut text = entry("scene", scene.name());
     text += &entry("model", model.name());
@@ -59,7 +55,31 @@ pub fn solve(
             text += "\n";
         }
     }
-    Ok(text)
+    and_then(text, written)
+}
+
+/// The text, which is printed at once if the files that belong to it were not written.
+fn and_then(text: String, written: Result<(), CliError>) -> Result<String, CliError> {
+    if written.is_err() {
+        print(&text)?;
+    }
+    written.map(|()| text)
+}
+
+/// Writes the flow and its picture, where they are wanted.
+fn write_files(
+    scene: &Scene,
+    model: &mut dyn Hydrodynamics,
+    flow: Option<&Path>,
+    picture: Option<&Path>,
+) -> Result<(), CliError> {
+    if let Some(path) = flow {
+        write_flow(&start_flow(scene, model)?, path)?;
+    }
+    match picture {
+        Some(path) => draw_flow(scene, model, path),
+        None => Ok(()),
+    }
 }
 
 /// Refuses a picture in another format.
@@ -84,33 +104,87 @@ fn draw_flow(scene: &Scene, model: &mut dyn Hydrodynamics, path: &Path) -> Resul
         .map_err(SwimError::from)?;
     let slice = start_slice(scene, model, PICTURE_POINTS)?;
     let svg = pictures::flow_svg(scene, &poses, &slice)?;
-    std::fs::write(path, svg).map_err(|source| SwimError::Write {
+    let write = |file: &mut dyn std::io::Write| file.write_all(svg.as_bytes());
+    mesh::write_atomically(path, write).map_err(|source| SwimError::Write {
         path: path.to_owned(),
         source,
     })?;
     Ok(())
 }
 
+/// Sizes below which velocities, angular velocities, forces and torques are rounding.
+struct Rounding {
+    velocity: f64,
+    angular_velocity: f64,
+    force: f64,
+    torque: f64,
+}
+
+impl Rounding {
+    /// The rounding of the largest numbers, and of those that would be as large: a force `μ R U`
+    /// for velocities `U` of bodies of the radius `R`.
+    fn new(scene: &Scene, solution: &InstantaneousSolution) -> Self {
+        let largest =
+            |of: fn(&BodySolution) -> f64| solution.bodies.iter().map(of).fold(0.0, f64::max);
+        let radii = scene.bodies().iter().map(|body| body.bounding_radius());
+        let radius = radii.fold(f64::MIN_POSITIVE, f64::max);
+        let speed =
+            largest(|b| b.velocity.norm()).max(radius * largest(|b| b.angular_velocity.norm()));
+        let force = largest(|b| b.force.norm())
+            .max(largest(|b| b.torque.norm()) / radius)
+            .max(scene.viscosity() * radius * speed);
+        Self {
+            velocity: ROUNDING * speed,
+            angular_velocity: ROUNDING * speed / radius,
+            force: ROUNDING * force,
+            torque: ROUNDING * force * radius,
+        }
+    }
+}
+
+/// A line with a label and a vector, with eight decimals where they show its digits and else with
+/// an exponent; components up to `rounding` are zero.
+fn row(label: &str, v: &Vector3<f64>, rounding: f64) -> String {
+    let v = v.map(|x| if x.abs() > rounding { x } else { 0.0 });
+    let is_fixed = v.amax() == 0.0 || FIXED_POINT.contains(&v.amax());
+    let words = v.map(|x| match is_fixed {
+        true => format!("{:.8}", rounded(x, 8)),
+        false if x == 0.0 => "0".to_owned(),
+        false => format!("{x:.7e}"),
+    });
+    format!(
+        "{label:<24}{:>14} {:>14} {:>14}\n",
+        words.x, words.y, words.z
+    )
+}
+
+/// Sizes of vectors that are printed with eight decimals.
+const FIXED_POINT: std::ops::Range<f64> = 1e-3..1e5;
+
+/// Rounding of a number that was solved for, relative to the largest one.
+const ROUNDING: f64 = 1e-14;
+
 /// Velocities and forces of the bodies, and forces of the joints.
 fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
-    let row = |label: &str, v: &Vector3<f64>| {
-        let v = v.map(|x| rounded(x, 8));
-        format!("{label:<24}{:>14.8} {:>14.8} {:>14.8}\n", v.x, v.y, v.z)
-    };
+    let rounding = Rounding::new(scene, solution);
     let mut text = "vectors (x, y, z) in the scene's units\n".to_owned();
     for (number, (body, motion)) in scene.bodies().iter().zip(&solution.bodies).enumerate() {
         text += &entry("body", &body.name);
-        text += &row("  velocity", &motion.velocity);
-        text += &row("  angular velocity", &motion.angular_velocity);
-        text += &row("  force on the fluid", &motion.force);
-        text += &row("  torque on the fluid", &motion.torque);
+        text += &row("  velocity", &motion.velocity, rounding.velocity);
+        text += &row(
+            "  angular velocity",
+            &motion.angular_velocity,
+            rounding.angular_velocity,
+        );
+        text += &row("  force on the fluid", &motion.force, rounding.force);
+        text += &row("  torque on the fluid", &motion.torque, rounding.torque);
         let stresslets = solution.stresslets.as_ref();
         if let Some(stresslet) = stresslets.and_then(|s| s.bodies.get(number)) {
             for (label, column) in ["  stresslet", "", ""]
                 .into_iter()
                 .zip(stresslet.column_iter())
             {
-                text += &row(label, &column.into_owned());
+                text += &row(label, &column.into_owned(), rounding.torque);
             }
         }
     }
@@ -124,6 +198,7 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
         text += &row(
             &format!("  force on {}", scene.bodies()[joint.body].name),
             force,
+            rounding.force,
         );
     }
     text
@@ -156,9 +231,12 @@ fn accuracy(solution: &InstantaneousSolution) -> String {
         text += &entry("error of stresslets", error(bar, stresslets.largest()));
     }
     if let Some(checks) = &solution.checks {
-        let forces = percent(checks.force_by_stress);
-        let forces = format!("{forces} difference from the integral of the stress");
-        text += &entry("check of forces", forces);
+        // The ratio to a force that is zero says nothing.
+        if forces > solution.force_error.total() {
+            let difference = percent(checks.force_by_stress);
+            let words = format!("{difference} difference from the integral of the stress");
+            text += &entry("check of forces", words);
+        }
         let power = percent(checks.dissipation);
         text += &entry(
             "check of power",

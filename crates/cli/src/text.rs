@@ -1,15 +1,18 @@
 //! Text on the terminal: results on stdout, messages on stderr.
 
 use std::fmt::Display;
-use std::io::{IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 
 use clap::builder::styling::AnsiColor;
 use nalgebra::Vector3;
 use pictures::numbers::LARGEST_RATIO;
 pub use pictures::numbers::{
-    NO_ESTIMATE, count, duration, percent, rounded, two_digits, with_uncertainty,
+    NO_ESTIMATE, count, duration, percent, rounded, tolerance_statement, two_digits,
+    with_uncertainty,
 };
 use swimmer::models::ErrorEstimate;
+
+use super::error::CliError;
 
 /// Width of the column of labels.
 const LABEL_WIDTH: usize = 24;
@@ -17,8 +20,31 @@ const LABEL_WIDTH: usize = 24;
 /// Components of a vector below this ratio to its size are rounding errors and printed as zero.
 const ROUNDING: f64 = 1e-12;
 
+/// A text whose control characters, except ends of lines and tabulators, are written as in JSON.
+///
+/// Names come from files, and a terminal would obey what they contain. Marks that change the
+/// direction of writing count as well, because they make a name look like another one.
+pub fn printable(text: &str) -> String {
+    let is_hidden = |c: char| {
+        matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+            || c.is_control() && !matches!(c, '\n' | '\t')
+    };
+    let mut printable = String::with_capacity(text.len());
+    for c in text.chars() {
+        match is_hidden(c) {
+            true => printable += &format!("\\u{:04x}", u32::from(c)),
+            false => printable.push(c),
+        }
+    }
+    printable
+}
+
 /// Writes one line to stderr. A closed stderr is no error.
 pub fn message(line: &str) {
+    write_message(&printable(line));
+}
+
+fn write_message(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
@@ -40,15 +66,26 @@ fn coloured_message(word: &str, colour: AnsiColor, text: &str) {
     match std::io::stderr().is_terminal() && !is_set("NO_COLOR") && !is_dumb {
         true => {
             let style = colour.on_default().bold();
-            message(&format!("{style}{word}{style:#} {text}"));
+            write_message(&format!("{style}{word}{style:#} {}", printable(text)));
         }
         false => message(&format!("{word} {text}")),
     }
 }
 
 /// Writes a finished text to stdout. A closed stdout is no error: its reader has what it wanted.
-pub fn print(text: &str) {
-    let _ = std::io::stdout().write_all(text.as_bytes());
+///
+/// # Errors
+/// [`CliError::Output`], such as on a full disk.
+pub fn print(text: &str) -> Result<(), CliError> {
+    let mut stdout = std::io::stdout().lock();
+    let text = printable(text);
+    match stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+    {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(CliError::Output(error)),
+        _ => Ok(()),
+    }
 }
 
 /// One line with a label and a value.
@@ -141,6 +178,14 @@ mod tests {
         assert_eq!(error(3.2e-3, 0.16), "3.2e-3 (2.0 %)");
         assert_eq!(error(3.2e-3, 0.0), "3.2e-3");
         assert_eq!(error(3.2e-3, 1e-17), "3.2e-3");
+    }
+
+    #[test]
+    fn control_characters_of_a_name_do_not_reach_the_terminal() {
+        assert_eq!(
+            printable("a\u{1b}[2Jb\r\u{9b}\u{202e}é\n\t"),
+            "a\\u001b[2Jb\\u000d\\u009b\\u202eé\n\t"
+        );
     }
 
     #[test]

@@ -3,9 +3,11 @@
 use std::time::{Duration, Instant as Clock};
 
 use models::{ModelError, ShapeGeometry, ShapeSpace, SolvedShapes, TablePart};
-use scene::Scene;
+use scene::{Scene, SourceFile};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use swimmer::output::{read_sealed, write_sealed};
 use swimmer::{Folder, choose};
 
 use super::limits::StrokeLimits;
@@ -34,6 +36,8 @@ const BETWEEN_WRITES: Duration = Duration::from_secs(5);
 struct Stored<T> {
     /// The scene as TOML.
     scene: String,
+    /// The files that the scene names, with the hashes of their contents.
+    files: Vec<SourceFile>,
     ranges: Vec<(f64, f64)>,
     tolerance: f64,
     model: String,
@@ -45,6 +49,7 @@ impl Stored<()> {
     fn with<T>(&self, table: T) -> Stored<T> {
         Stored {
             scene: self.scene.clone(),
+            files: self.files.clone(),
             ranges: self.ranges.clone(),
             tolerance: self.tolerance,
             model: self.model.clone(),
@@ -124,6 +129,7 @@ pub fn tabulate(
     let known = solved.len();
     let origin = Stored {
         scene: scene.to_toml()?,
+        files: scene.source_files(),
         ranges: limits.ranges.clone(),
         tolerance,
         model: name.to_owned(),
@@ -236,27 +242,28 @@ fn write<T: Serialize>(
     name: &str,
     stored: &Stored<&T>,
 ) -> Result<(), DesignError> {
-    folder.write(name, |file| {
-        serde_json::to_writer(&mut *file, stored)?;
-        writeln!(file)
-    })?;
-    Ok(())
+    Ok(write_sealed(folder, name, stored)?)
+}
+
+/// The hashes of files; their names depend on the working directory.
+fn hashes(files: &[SourceFile]) -> impl Iterator<Item = u64> {
+    files.iter().map(|file| file.hash)
 }
 
 /// The contents of a file of a folder, if it is of the same flow problem and limits.
-fn read<T: for<'a> Deserialize<'a>>(
+fn read<T: DeserializeOwned>(
     folder: &Folder,
     name: &str,
     scene: &Scene,
     limits: &StrokeLimits,
 ) -> Option<Stored<T>> {
-    let text = std::fs::read_to_string(folder.path().join(name)).ok()?;
-    let stored: Stored<T> = serde_json::from_str(&text).ok()?;
+    let stored: Stored<T> = read_sealed(&folder.path().join(name)).ok()?;
     let other = Scene::parse(&stored.scene).ok()?;
     let is_same = scene.differing_key(&other).is_none()
         && other.initial_state() == scene.initial_state()
         && other.model() == scene.model()
         && other.fem() == scene.fem()
-        && stored.ranges == limits.ranges;
+        && stored.ranges == limits.ranges
+        && hashes(&stored.files).eq(hashes(&scene.source_files()));
     is_same.then_some(stored)
 }

@@ -227,6 +227,50 @@ impl DirichletCondition {
         Ok(submatrix(matrix, &rows, &numbers, rows.len())?)
     }
 
+    /// Interpolation between the free vertices and the free nodes, of
+    /// [`TaylorHood::vertex_interpolation`](crate::TaylorHood::vertex_interpolation).
+    ///
+    /// The first prolongation of a multigrid method for [`restrict_matrix`](Self::restrict_matrix)
+    /// with one component (`linalg::Prolongation::scalar`). Columns of free vertices remain, in
+    /// ascending order, because prescribed values do not change.
+    ///
+    /// ```
+    /// use fem::{DirichletCondition, TaylorHood};
+    /// use linalg::{CsrOperator, KrylovParams, MultigridParams, Prolongation, ScalarMultigrid, cg};
+    /// use mesh::{LinearTets, TetMesh};
+    /// let mesh = TetMesh::straight(LinearTets::cube(4))?;
+    /// let (space, condition) = (TaylorHood::new(&mesh)?, DirichletCondition::on_boundary(&mesh));
+    /// let a = CsrOperator::new(condition.restrict_matrix(&space.stiffness(&mesh)?, 1)?)?;
+    /// let p = condition.restrict_prolongation(&space.vertex_interpolation(&mesh)?)?;
+    /// assert_eq!(p.shape(), (343, 27));
+    /// let params = MultigridParams::default();
+    /// let p = Prolongation::scalar(p)?;
+    /// let mut multigrid = ScalarMultigrid::with_prolongation(&a, &p, None, &params)?;
+    /// let mut u = vec![0.0; 343];
+    /// let found = cg(&a, &mut multigrid, &vec![1.0; 343], &mut u, &KrylovParams::default())?;
+    /// assert!(found.iterations < 20);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`FemError::Length`] if the matrix has another number of rows or more columns than nodes,
+    /// [`FemError::Linalg`] if it is not stored by rows.
+    pub fn restrict_prolongation(&self, interpolation: &Csr) -> Result<Csr, FemError> {
+        let (n, vertices) = (self.numbers.len(), interpolation.cols());
+        check_length("a column of the interpolation", interpolation.rows(), n)?;
+        check_length("a row of the interpolation", vertices.max(n), n)?;
+        let n_free_vertices = self
+            .free
+            .partition_point(|&node| (node as usize) < vertices);
+        let numbers = &self.numbers[..vertices];
+        Ok(submatrix(
+            interpolation,
+            &self.free,
+            numbers,
+            n_free_vertices,
+        )?)
+    }
+
     /// Columns of the free nodes of a discrete divergence or another mixed matrix, all rows.
     ///
     /// # Errors

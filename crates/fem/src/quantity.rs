@@ -71,10 +71,7 @@ impl Quantity for Vec3 {
 
     #[inline]
     fn add_scaled(&mut self, factor: f64, value: &Self) {
-        // In place: products of matrices by reference are not inlined.
-        for (sum, value) in self.as_mut_slice().iter_mut().zip(value.as_slice()) {
-            *sum += factor * value;
-        }
+        add_scaled_components(self.as_mut_slice(), factor, value.as_slice());
     }
 
     fn norm_squared(&self) -> f64 {
@@ -101,10 +98,7 @@ impl Quantity for Matrix3<f64> {
 
     #[inline]
     fn add_scaled(&mut self, factor: f64, value: &Self) {
-        // In place: products of matrices by reference are not inlined.
-        for (sum, value) in self.as_mut_slice().iter_mut().zip(value.as_slice()) {
-            *sum += factor * value;
-        }
+        add_scaled_components(self.as_mut_slice(), factor, value.as_slice());
     }
 
     fn norm_squared(&self) -> f64 {
@@ -133,9 +127,7 @@ impl<const N: usize> Quantity for [f64; N] {
 
     #[inline]
     fn add_scaled(&mut self, factor: f64, value: &Self) {
-        for c in 0..N {
-            self[c] += factor * value[c];
-        }
+        add_scaled_components(self, factor, value);
     }
 
     fn norm_squared(&self) -> f64 {
@@ -175,6 +167,14 @@ impl<const M: usize, const N: usize> Quantity for [[f64; M]; N] {
 
     fn add_to(&self, entry: &mut Self) {
         entry.add_scaled(1.0, self);
+    }
+}
+
+/// `sum <- sum + factor values`, in place: products of matrices by reference are not inlined.
+#[inline(always)]
+fn add_scaled_components(sum: &mut [f64], factor: f64, values: &[f64]) {
+    for (sum, value) in sum.iter_mut().zip(values) {
+        *sum += factor * value;
     }
 }
 

@@ -85,6 +85,7 @@ struct Coupling<'a> {
 }
 
 /// The blocks of a [`BlockPreconditioner`] before they are checked.
+#[must_use]
 pub struct BlockPreconditionerBuilder<'a> {
     size: usize,
     blocks: Vec<Block<'a>>,
@@ -154,8 +155,9 @@ impl<'a> BlockPreconditionerBuilder<'a> {
     ///
     /// # Errors
     /// [`LinalgError::Block`] for a name that is used twice or unknown, a range that is reversed,
-    /// overlaps another or leaves rows without a block, and an inverse or a coupling whose size
-    /// does not fit. The message names the block.
+    /// overlaps another or leaves rows without a block, an inverse or a coupling whose size does
+    /// not fit, and a triangular form without any coupling in its triangle. The message names the
+    /// block.
     pub fn build(self, form: BlockForm) -> Result<BlockPreconditioner<'a>, LinalgError> {
         self.check_ranges()?;
         let BlockPreconditionerBuilder {
@@ -163,25 +165,14 @@ impl<'a> BlockPreconditionerBuilder<'a> {
             mut blocks,
             couplings,
         } = self;
-        for (k, coupling) in couplings.iter().enumerate() {
-            check_coupling(coupling, &blocks)?;
-            let same =
-                |other: &Coupling| other.row == coupling.row && other.column == coupling.column;
-            if couplings[..k].iter().any(same) {
+        let mut known = Vec::with_capacity(couplings.len());
+        for coupling in couplings {
+            let (i, j) = place(&coupling, &blocks)?;
+            if known.contains(&(i, j)) {
                 let problem = format!("its coupling with `{}` is given twice", coupling.column);
                 return refuse(&coupling.row, problem);
             }
-        }
-        for Coupling {
-            row,
-            column,
-            operator,
-        } in couplings
-        {
-            let place = |name: &str| blocks.iter().position(|block| block.name == name);
-            let (Some(i), Some(j)) = (place(&row), place(&column)) else {
-                continue;
-            };
+            known.push((i, j));
             let used = match form {
                 BlockForm::Diagonal => false,
                 BlockForm::Lower => j < i,
@@ -189,8 +180,16 @@ impl<'a> BlockPreconditionerBuilder<'a> {
             };
             if used {
                 let columns = blocks[j].range.clone();
-                blocks[i].couplings.push((columns, operator));
+                blocks[i].couplings.push((columns, coupling.operator));
             }
+        }
+        let is_uncoupled = blocks.iter().all(|block| block.couplings.is_empty());
+        if form != BlockForm::Diagonal && is_uncoupled && blocks.len() > 1 {
+            let problem = format!(
+                "no coupling lies in the triangle of {form:?}, which would be block-diagonal; add \
+                 one or take BlockForm::Diagonal"
+            );
+            return refuse(&blocks[0].name, problem);
         }
         let kinds = blocks.iter().map(|block| block.inverse.kind());
         let least = match form {
@@ -276,38 +275,36 @@ impl<'a> BlockPreconditionerBuilder<'a> {
     }
 }
 
+/// The numbers of the blocks that a coupling names: its row and its column.
+///
 /// Refuses unknown names, a block coupled with itself, and an operator of another shape.
-fn check_coupling(coupling: &Coupling, blocks: &[Block]) -> Result<(), LinalgError> {
+fn place(coupling: &Coupling, blocks: &[Block]) -> Result<(usize, usize), LinalgError> {
     let Coupling {
         row,
         column,
         operator,
     } = coupling;
-    let rows_of = |name: &str| {
-        let block = blocks.iter().find(|block| block.name == name);
-        match block {
-            Some(block) => Ok(block.range.len()),
-            None => {
-                let names: Vec<&str> = blocks.iter().map(|block| block.name.as_str()).collect();
-                refuse(
-                    name,
-                    format!("a coupling names it, but the blocks are {names:?}"),
-                )
-            }
+    let place = |name: &str| match blocks.iter().position(|block| block.name == name) {
+        Some(block) => Ok(block),
+        None => {
+            let names: Vec<&str> = blocks.iter().map(|block| block.name.as_str()).collect();
+            let problem = format!("a coupling names it, but the blocks are {names:?}");
+            refuse(name, problem)
         }
     };
-    let expected = (rows_of(row)?, rows_of(column)?);
-    if row == column {
+    let (i, j) = (place(row)?, place(column)?);
+    if i == j {
         let problem = "it is coupled with itself; the diagonal block is part of its inverse";
         return refuse(row, problem.into());
     }
     let found = (operator.rows(), operator.cols());
+    let expected = (blocks[i].range.len(), blocks[j].range.len());
     if found != expected {
         let problem =
             format!("its coupling with `{column}` has shape {found:?}, expected {expected:?}");
         return refuse(row, problem);
     }
-    Ok(())
+    Ok((i, j))
 }
 
 fn refuse<T>(block: &str, problem: String) -> Result<T, LinalgError> {

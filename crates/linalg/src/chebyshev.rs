@@ -50,6 +50,13 @@ impl JacobiScaling {
         let upper = (UPPER_MARGIN * jacobi_spectrum(k, &diagonal)?.1).min(1.0);
         Ok(JacobiScaling { diagonal, upper })
     }
+
+    /// Factor of the Jacobi step that smooths a tentative prolongation, `4 / (3 upper)`.
+    ///
+    /// It minimises the bound on the energy (Vanek, Mandel, Brezina 1996).
+    pub fn prolongation_factor(&self) -> f64 {
+        4.0 / (3.0 * self.upper)
+    }
 }
 
 /// Relaxation factors `w_k` of a Chebyshev smoother made of `degree` damped Jacobi sweeps.

@@ -7,6 +7,7 @@ macro_rules! setters {
         impl $type {
             $(
                 #[doc = concat!("Sets [`", stringify!($field), "`](Self::", stringify!($field), ").")]
+                #[must_use]
                 pub fn $set(mut self, $field: $value) -> Self {
                     self.$field = $field;
                     self

@@ -21,7 +21,10 @@ pub use box_tree::{BoundingBox, BoxTree};
 pub use build::{Submesh, Unfolded};
 pub use error::{FileLocation, MeshError};
 pub use grouped::Grouped;
-pub use io::{MshFile, Pvd, SurfaceFormat, Vtu, VtuEncoding, write_atomically};
+pub use io::{
+    InputFile, MAX_MESH_FILE, MshFile, Pvd, SurfaceFormat, Vtu, VtuEncoding, content_hash,
+    is_temporary_file, write_atomically,
+};
 pub use jacobian::scaled_jacobian_bound;
 pub use linear_tets::{LinearTets, Regions, TET_EDGES, Vec3, used_points};
 pub use nalgebra;

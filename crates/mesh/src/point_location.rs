@@ -33,7 +33,7 @@ pub struct CellPoint {
 impl CellPoint {
     /// Values of the quadratic shape functions of the ten nodes of the cell.
     pub fn quadratic(&self) -> [f64; 10] {
-        quadratic(&self.barycentric)
+        quadratic_functions(&self.barycentric)
     }
 }
 
@@ -118,7 +118,8 @@ fn cell_box(nodes: &[Vec3; 10]) -> BoundingBox {
     }
 }
 
-fn quadratic(l: &[f64; 4]) -> [f64; 10] {
+/// Values of the ten quadratic shape functions at barycentric coordinates.
+pub(crate) fn quadratic_functions(l: &[f64; 4]) -> [f64; 10] {
     std::array::from_fn(|node| match node.checked_sub(4) {
         None => l[node] * (2.0 * l[node] - 1.0),
         Some(edge) => 4.0 * l[TET_EDGES[edge][0]] * l[TET_EDGES[edge][1]],
@@ -131,7 +132,7 @@ fn invert(nodes: &[Vec3; 10], x: &Vec3) -> Option<[f64; 4]> {
     for _ in 0..MAX_ITERATIONS {
         let mut residual = *x;
         let mut slopes = [Vec3::zeros(); 4];
-        for (node, n) in nodes.iter().zip(quadratic(&l)) {
+        for (node, n) in nodes.iter().zip(quadratic_functions(&l)) {
             residual -= n * node;
         }
         for k in 0..4 {

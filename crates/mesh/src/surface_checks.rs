@@ -8,7 +8,9 @@ use crate::{MeshError, Surface, Vec3};
 const DIRECTIONS: usize = 48;
 
 /// Distances of the samples from the centre, relative to the radius of the bounding ball.
-const DISTANCES: [f64; 5] = [0.25, 0.6, 0.9, 1.1, 1.8];
+///
+/// Those outside come first, because a wrong sign of the distance makes all else contradictory.
+const DISTANCES: [f64; 5] = [1.8, 1.1, 0.9, 0.6, 0.25];
 
 /// Largest difference of lengths that should be equal, relative to the radius of the bounding ball.
 ///
@@ -21,6 +23,9 @@ const LENGTH_TOLERANCE: f64 = 1e-6;
 /// whose direction is checked.
 const DIRECTION_TOLERANCE: f64 = 1e-3;
 
+/// Halvings of the bounding cube in the check of the volume.
+const OCTREE_LEVELS: u32 = 5;
+
 /// Checks that the distances, closest points and normals of a surface agree.
 ///
 /// For a surface of one's own, before it is meshed. At 240 points inside and around the
@@ -31,10 +36,15 @@ const DIRECTION_TOLERANCE: f64 = 1e-3;
 /// - the closest point of the closest point is itself;
 /// - no closest point of another sample is closer;
 /// - [`Surface::contains_ball`] has the sign and magnitude of the signed distance;
-/// - on smooth surfaces the unit normal is along the line to the closest point.
+/// - the signed distance is positive outside the bounding ball;
+/// - on smooth surfaces the unit normal is along the line to the closest point, to `1e-3`, and the
+///   balls of the radius [`Surface::reach`] fit to both sides of the closest points;
+/// - the volume is between those of the cells of an octree that are inside and of those that are
+///   not outside, which bounds it to a tenth of the bounding cube.
 ///
-/// The surface is not proved to be right: details between the samples may be wrong. Cost: 240
-/// closest points and normals, and about 1000 distances.
+/// The surface is not proved to be right: details between the samples may be wrong, and
+/// [`Surface::inradius`], [`Surface::curvature_size`] and the triangulation are not checked. Cost:
+/// 240 closest points and normals, and about ten thousand distances.
 ///
 /// ```
 /// use mesh::{MeshError, Surface, Vec3, check_surface};
@@ -109,7 +119,43 @@ pub fn check_surface(surface: &dyn Surface) -> Result<(), MeshError> {
             LENGTH_TOLERANCE * radius,
         )?;
     }
-    Ok(())
+    check_volume(surface)
+}
+
+/// Checks the volume against cubes that are surely inside and surely outside.
+///
+/// # Errors
+/// [`MeshError::InconsistentSurface`].
+fn check_volume(surface: &dyn Surface) -> Result<(), MeshError> {
+    let (centre, radius) = surface.bounding_ball();
+    let (mut inside, mut open) = (0.0, vec![centre]);
+    let mut half = radius;
+    for _ in 0..OCTREE_LEVELS {
+        half *= 0.5;
+        let signs = (0..8_u8).map(|corner| {
+            Vec3::from_fn(|axis, _| if corner >> axis & 1 == 0 { -half } else { half })
+        });
+        let children: Vec<Vec3> = signs
+            .flat_map(|offset| open.iter().map(move |centre| centre + offset))
+            .collect();
+        open.clear();
+        // A distance above half a diagonal means that the cube is on one side.
+        let diagonal = 3.0_f64.sqrt() * half;
+        for centre in children {
+            let distance = surface.signed_distance(centre);
+            if distance < -diagonal {
+                inside += (2.0 * half).powi(3);
+            } else if distance <= diagonal {
+                open.push(centre);
+            }
+        }
+    }
+    let undecided = open.len() as f64 * (2.0 * half).powi(3);
+    let (middle, allowed) = (inside + 0.5 * undecided, 0.5 * undecided);
+    let found = surface.volume();
+    let allowed = allowed + LENGTH_TOLERANCE * middle;
+    let reason = "the volume of the points with a negative signed distance";
+    agree("volume", reason, centre, (found, middle), allowed)
 }
 
 /// Checks one point and its closest point.
@@ -142,6 +188,11 @@ fn check_sample(
         (signed.abs(), distance),
         tolerance,
     )?;
+    if (point - centre).norm() > radius + tolerance {
+        let what = "signed distance outside the bounding ball";
+        let reason = "positive outside the shape";
+        agree(what, reason, point, (signed, distance), tolerance)?;
+    }
     let again = (surface.closest_point(foot) - foot).norm();
     let what = "distance of the closest point from its own closest point";
     agree(
@@ -184,7 +235,17 @@ fn check_sample(
         point,
         (difference, 0.0),
         DIRECTION_TOLERANCE,
-    )
+    )?;
+    if surface.closest_on_sharp_edges(foot).is_some() {
+        return Ok(());
+    }
+    let reach = surface.reach().min(radius);
+    for side in [-reach, reach] {
+        let found = surface.signed_distance(foot + side * line);
+        let what = "signed distance of the centre of a ball of the radius `reach` on the surface";
+        agree(what, "fits to both sides", point, (found, side), tolerance)?;
+    }
+    Ok(())
 }
 
 /// Checks that two numbers differ by at most `allowed`.
@@ -224,11 +285,18 @@ mod tests {
         normal: f64,
         ball: f64,
         volume: f64,
+        reach: f64,
+        is_inside_out: bool,
     }
 
     impl Surface for Wrong {
         fn signed_distance(&self, x: Vec3) -> f64 {
-            x.norm() - 1.0 + self.distance
+            let distance = x.norm() - 1.0 + self.distance;
+            if self.is_inside_out {
+                -distance
+            } else {
+                distance
+            }
         }
         fn closest_point(&self, x: Vec3) -> Vec3 {
             let aside = Vec3::new(-x.y, x.x, 0.0);
@@ -241,13 +309,13 @@ mod tests {
             (Vec3::zeros(), 1.0 + self.ball)
         }
         fn volume(&self) -> f64 {
-            4.0 + self.volume
+            4.0 / 3.0 * PI + self.volume
         }
         fn is_convex(&self) -> bool {
             true
         }
         fn reach(&self) -> f64 {
-            1.0
+            1.0 + self.reach
         }
     }
 
@@ -270,6 +338,11 @@ mod tests {
         assert!(of(|s, x| s.ball = x, -0.1).contains("bounding ball"));
         assert!(of(|s, x| s.ball = x, f64::NAN).contains("radius"));
         assert!(of(|s, x| s.volume = x, -5.0).contains("volume"));
+        // The cubes that the octree leaves undecided hold 1.4, half of them on either side.
+        assert_eq!(of(|s, x| s.volume = x, -0.8), "volume");
+        let too_large = |s: &mut Wrong, x: f64| (s.ball, s.reach) = (x, x);
+        assert!(of(too_large, 0.1).contains("`reach`"));
+        assert!(of(|s, _| s.is_inside_out = true, 0.0).contains("outside the bounding ball"));
         assert!(of(|s, x| s.foot = x, f64::NAN).contains("closest point"));
     }
 }

@@ -1,5 +1,6 @@
 //! `flow_slices.json`: the flow in a plane at some times of a run, for the report.
 
+use std::io::ErrorKind;
 use std::path::Path;
 
 use models::{Configuration, FlowField, Hydrodynamics, SolutionFlow};
@@ -7,6 +8,7 @@ use nalgebra::{Isometry3, UnitQuaternion};
 use rigid::State;
 use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
+use swimmer::output::{read_sealed, write_sealed};
 use swimmer::{Folder, SpanResult, SpanSolution};
 
 use crate::error::PictureError;
@@ -32,6 +34,8 @@ const POINTS_ONE_BY_ONE: usize = 2400;
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct StoredSlice {
     pub time: f64,
+    /// Number of its phase span.
+    span: usize,
     pub plane: SlicePlane,
     pub columns: usize,
     pub rows: usize,
@@ -50,6 +54,8 @@ pub(crate) struct StoredSlice {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 struct Unsolved {
     time: f64,
+    /// Number of its phase span.
+    span: usize,
     frames: Vec<Isometry3<f64>>,
     attitudes: Vec<UnitQuaternion<f64>>,
     joints: Vec<f64>,
@@ -92,19 +98,20 @@ pub(crate) struct StoredSlices {
 }
 
 impl StoredSlices {
-    /// Reads the file of a folder; without slices if the file is missing or damaged.
+    /// Reads the file of a folder; without slices, but with the reason, if that fails.
     pub fn read(folder: &Path) -> Self {
-        let text = std::fs::read_to_string(folder.join(FLOW_SLICES)).ok();
-        let stored = text.and_then(|text| serde_json::from_str(&text).ok());
-        stored.unwrap_or_else(|| Self {
-            missing: Some(format!("the folder has no file {FLOW_SLICES}")),
+        let path = folder.join(FLOW_SLICES);
+        read_sealed(&path).unwrap_or_else(|error| Self {
+            missing: Some(match error.kind() {
+                ErrorKind::NotFound => format!("the folder has no file {FLOW_SLICES}"),
+                _ => format!("{FLOW_SLICES} is damaged: {error}; repeat the run"),
+            }),
             ..Self::default()
         })
     }
 
     fn write(&self, folder: &Folder) -> Result<(), PictureError> {
-        folder.write(FLOW_SLICES, |file| Ok(serde_json::to_writer(file, self)?))?;
-        Ok(())
+        Ok(write_sealed(folder, FLOW_SLICES, self)?)
     }
 }
 
@@ -142,13 +149,19 @@ impl SliceSeries {
         })
     }
 
-    /// Continues the series of an interrupted run.
+    /// Continues the series of an interrupted run with some completed phase spans.
+    ///
+    /// Slices of later phase spans are left out: that run may have ended after it had written them
+    /// and before its checkpoint.
     ///
     /// # Errors
     /// Those of [`SliceFrame::from_scene`].
-    pub fn resumed(scene: &Scene, folder: &Folder) -> Result<Self, PictureError> {
+    pub fn resumed(scene: &Scene, folder: &Folder, spans: usize) -> Result<Self, PictureError> {
+        let mut stored = StoredSlices::read(folder.path());
+        stored.slices.retain(|slice| slice.span < spans);
+        stored.unsolved.retain(|unsolved| unsolved.span < spans);
         Ok(Self {
-            stored: StoredSlices::read(folder.path()),
+            stored,
             ..Self::new(scene)?
         })
     }
@@ -169,6 +182,7 @@ impl SliceSeries {
         }
         let configuration = Unsolved {
             time,
+            span: span.number,
             frames: solved.state.frames.clone(),
             attitudes: solved.state.attitudes.clone(),
             joints: solved.state.joints.clone(),
@@ -201,10 +215,9 @@ impl SliceSeries {
     /// `first` is the number of the first solve of the phase span, `flow` the flow of the last one.
     ///
     /// # Errors
-    /// [`PictureError::Write`]; a flow that cannot be converted.
+    /// A flow that cannot be converted.
     pub fn finish_span(
         &mut self,
-        folder: &Folder,
         scene: &Scene,
         span: &PhaseSpan,
         result: &SpanResult,
@@ -259,6 +272,14 @@ impl SliceSeries {
             }
         }
         self.stored.missing = None;
+        Ok(())
+    }
+
+    /// Writes the slices so far.
+    ///
+    /// # Errors
+    /// [`PictureError::Write`].
+    pub fn write(&self, folder: &Folder) -> Result<(), PictureError> {
         self.stored.write(folder)
     }
 
@@ -310,7 +331,7 @@ impl Unsolved {
         field: &FlowField,
     ) -> Result<StoredSlice, PictureError> {
         let slice = FlowSlice::from_field(self.plane(frame, scene)?, POINTS, field)?;
-        Ok(StoredSlice::new(self.time, &slice))
+        Ok(StoredSlice::new((self.time, self.span), &slice))
     }
 
     /// The slice of the flow that the model evaluates point by point.
@@ -328,12 +349,12 @@ impl Unsolved {
         let slice = FlowSlice::sample(plane, POINTS_ONE_BY_ONE, |points| {
             (model.flows()?).flow_at(configuration, &self.rates, points)
         })?;
-        Ok(StoredSlice::new(self.time, &slice))
+        Ok(StoredSlice::new((self.time, self.span), &slice))
     }
 }
 
 impl StoredSlice {
-    fn new(time: f64, slice: &FlowSlice) -> Self {
+    fn new((time, span): (f64, usize), slice: &FlowSlice) -> Self {
         let plane = slice.plane;
         let axes = [plane.right, plane.up, plane.normal()];
         let components: Vec<Option<f64>> = (axes.iter())
@@ -352,6 +373,7 @@ impl StoredSlice {
         let has_pressure = pressures.iter().any(Option::is_some);
         Self {
             time,
+            span,
             plane,
             columns: slice.columns,
             rows: slice.rows,
@@ -367,12 +389,16 @@ impl StoredSlice {
         let count = self.columns.checked_mul(self.rows)?;
         let components = packed::from_steps(self.unit, &self.velocity)?;
         let stored = self.pressure.as_deref();
+        // Before anything of this size is allocated.
+        let fits = self.columns > 1 && self.rows > 1;
+        if !fits || Some(components.len()) != count.checked_mul(3) {
+            return None;
+        }
         let pressures = match stored {
             Some(text) => packed::from_steps(self.pressure_unit, text)?,
             None => vec![None; count],
         };
-        let fits = self.columns > 1 && self.rows > 1;
-        if !fits || components.len() != 3 * count || pressures.len() != count {
+        if pressures.len() != count {
             return None;
         }
         let plane = self.plane;

@@ -1,5 +1,7 @@
 //! Numbers as text, with the digits that their uncertainty leaves.
 
+use swimmer::Outcome;
+
 /// What stands behind a value whose error is not estimated.
 pub const NO_ESTIMATE: &str = "(no error estimate)";
 
@@ -67,6 +69,25 @@ pub fn with_uncertainty(value: f64, uncertainty: f64) -> String {
     match uncertainty > LARGEST_RATIO * value.abs() {
         true => both,
         false => format!("{both} ({})", percent(uncertainty / value.abs())),
+    }
+}
+
+/// What a run says about its tolerance, for both the terminal and the page.
+///
+/// `model.tolerance` limits the error of the integration alone if the model does not control its
+/// own; then the whole error bar may be larger, which is said.
+pub fn tolerance_statement(outcome: &Outcome, tolerance: f64) -> String {
+    let bar = outcome.error_estimate.total();
+    if !outcome.tolerance_met {
+        return format!("the tolerance {tolerance:e} is not met");
+    }
+    match bar <= outcome.allowed_error {
+        true => format!("the tolerance {tolerance:e} is met"),
+        false => format!(
+            "the integration meets the tolerance {tolerance:e}, which does not limit the errors of \
+             the model: the whole error bar is {}",
+            percent(tolerance * bar / outcome.allowed_error)
+        ),
     }
 }
 

@@ -34,10 +34,10 @@ impl RunPictures {
 }
 
 impl RunFiles for RunPictures {
-    fn begins(&mut self, scene: &Scene, folder: &Folder, resumed: bool) -> Result<(), SwimError> {
-        let series = match resumed {
-            true => SliceSeries::resumed(scene, folder)?,
-            false => {
+    fn begins(&mut self, scene: &Scene, folder: &Folder, spans: usize) -> Result<(), SwimError> {
+        let series = match spans {
+            1.. => SliceSeries::resumed(scene, folder, spans)?,
+            0 => {
                 for name in [REPORT_PAGE, FLOW_SLICES] {
                     folder.remove_old(name)?;
                 }
@@ -72,13 +72,16 @@ impl RunFiles for RunPictures {
         if let Some(run) = &mut self.run
             && let Some(series) = &mut run.series
         {
-            series.finish_span(&run.folder, &run.scene, span, result, first, flow)?;
+            series.finish_span(&run.scene, span, result, first, flow)?;
         }
         Ok(())
     }
 
     fn write(&mut self, so_far: &Outcome) -> Result<(), SwimError> {
         if let Some(run) = &self.run {
+            if let Some(series) = &run.series {
+                series.write(&run.folder)?;
+            }
             let svg = trajectory_svg(&run.scene, so_far)?;
             (run.folder).write("trajectory.svg", |file| file.write_all(svg.as_bytes()))?;
         }

@@ -106,7 +106,8 @@ pub struct JointLoad {
     /// Force on `body`; the opposite force acts on `to`. It acts at the pivot of joints that turn.
     pub force: Vector3<f64>,
     /// Torque on `body` about the pivot; the opposite torque acts on `to`. Zero for joints that do
-    /// not constrain the relative rotation, and for slides, whose bodies share a frame.
+    /// not constrain the relative rotation, and for slides, whose bodies share a frame. About the
+    /// axis of a hinge or rotor it is [`drive`](Self::drive), which is part of it.
     pub torque: Vector3<f64>,
     /// Force or torque of the drive: its power on the bodies is `drive dv/dt` with the value `v` of
     /// the joint. Positive if it increases the value; for passive joints, that of the spring, the
@@ -132,22 +133,10 @@ pub(crate) struct JointRows {
 }
 
 impl JointRows {
-    /// The load of a joint from those of all rows.
-    fn load(&self, loads: &DVector<f64>) -> JointLoad {
-        let force: Vector3<f64> = loads.fixed_rows::<3>(self.first).into();
-        let mut load = JointLoad {
-            force,
-            torque: Vector3::zeros(),
-            drive: self.translation.dot(&force),
-        };
-        if let Some(rotation) = self.rotation {
-            load.torque = loads.fixed_rows::<3>(self.first + 3).into();
-            load.drive += rotation.dot(&load.torque);
-        }
-        load
-    }
-
-    /// The loads of the joints with these rows from those of all rows.
+    /// The load of a joint, by the rows of all joints, from the loads of all rows.
+    ///
+    /// # Errors
+    /// [`RigidError::NoSuchJoint`], also for a list of loads that ends before its rows.
     pub fn load_of(
         all: &[Self],
         loads: &DVector<f64>,
@@ -157,7 +146,17 @@ impl JointRows {
         let rows = all.get(joint).filter(|rows| end(rows) <= loads.len());
         let joints = all.len();
         let rows = rows.ok_or(RigidError::NoSuchJoint { joint, joints })?;
-        Ok(rows.load(loads))
+        let force: Vector3<f64> = loads.fixed_rows::<3>(rows.first).into();
+        let mut load = JointLoad {
+            force,
+            torque: Vector3::zeros(),
+            drive: rows.translation.dot(&force),
+        };
+        if let Some(rotation) = rows.rotation {
+            load.torque = loads.fixed_rows::<3>(rows.first + 3).into();
+            load.drive += rotation.dot(&load.torque);
+        }
+        Ok(load)
     }
 }
 

@@ -81,6 +81,7 @@ impl<'a> FluidNodes<'a> {
     }
 
     /// The same nodes as the part of a mesh that is divided between processes.
+    #[must_use]
     pub fn with_part(mut self, part: MeshPart) -> Self {
         self.part = Some(part);
         self
@@ -90,6 +91,7 @@ impl<'a> FluidNodes<'a> {
     ///
     /// `nodes` lists the nodes on the planes, ascending, each with the axes that its planes are
     /// normal to. An empty list means that the mesh covers the whole fluid.
+    #[must_use]
     pub fn with_symmetry_planes(mut self, nodes: Vec<(u32, [bool; 3])>) -> Self {
         self.on_symmetry_planes = nodes;
         self
@@ -99,6 +101,7 @@ impl<'a> FluidNodes<'a> {
     ///
     /// Only the values at [`NodeRole::Fixed`] nodes are used. They enter the right-hand side and
     /// the forces on bodies; the matrix does not change.
+    #[must_use]
     pub fn with_wall_velocity(mut self, velocity: &'a [Vector3<f64>]) -> Self {
         self.wall_velocity = Some(velocity);
         self
@@ -111,6 +114,7 @@ impl<'a> FluidNodes<'a> {
     /// with the normal out of the body: they have the torques `∮ n × s dS` by which the stiffness
     /// `∫ ∇u:∇v` differs from `∫ 2 D(u):D(v)` for velocities that are not rigid. The matrix does
     /// not change.
+    #[must_use]
     pub fn with_surface_velocity(
         mut self,
         velocity: &'a [Vector3<f64>],

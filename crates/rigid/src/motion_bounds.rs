@@ -129,7 +129,13 @@ impl Articulation {
                     };
                 }
                 let [far, near] = [joint.body, joint.to].map(|body| frames[self.frame_of()[body]]);
-                let arm = arm_bounds(&joint.kind, value, &self.arm_vectors()[edge.joint], near, far);
+                let arm = arm_bounds(
+                    &joint.kind,
+                    value,
+                    &self.arm_vectors()[edge.joint],
+                    near,
+                    far,
+                );
                 centres[edge.child] = sum(centres[edge.parent], arm);
             }
         }
@@ -225,8 +231,8 @@ mod tests {
             Joint::slide("screw", 1, 2).with_kind(turn(Vector3::y(), pivots[1], 0.3)),
             Joint::slide("slide", 3, 2),
         ];
-        let set = Articulation::new(&[BodyKind::Rigid; 4], joints, Arms::Clamped, &x)
-            .expect("a chain");
+        let set =
+            Articulation::new(&[BodyKind::Rigid; 4], joints, Arms::Clamped, &x).expect("a chain");
         let rates = [0.7, -1.1, 0.5];
         let spin = Vector3::new(0.2, 0.4, -0.3);
         let at = |t: f64| {
@@ -264,9 +270,8 @@ mod tests {
             let [before, now, after] = [t - d, t, t + d].map(at);
             for body in 0..4 {
                 for arm in [Vector3::zeros(), Vector3::new(0.0, 0.6, 0.8)] {
-                    let [a, b, c] = [&before, &now, &after].map(|poses| {
-                        poses[body].translation.vector + poses[body].rotation * arm
-                    });
+                    let [a, b, c] = [&before, &now, &after]
+                        .map(|poses| poses[body].translation.vector + poses[body].rotation * arm);
                     let (speed, acceleration) =
                         ((c - a).norm() / (2.0 * d), (c - b - b + a).norm() / (d * d));
                     assert!(speed <= bounds[body].speed(arm.norm()) + 1e-5);

@@ -39,6 +39,7 @@ const ORIGIN: &str = "scene built by a program";
 /// assert!(error.to_string().contains("bodies[0].radius must be a number greater than zero"));
 /// # Ok::<(), scene::SceneError>(())
 /// ```
+#[must_use]
 #[derive(Clone, Debug, Default)]
 pub struct SceneBuilder {
     name: Option<String>,

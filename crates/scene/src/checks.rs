@@ -67,6 +67,17 @@ pub(crate) fn check_prescribed(joint: &Joint) -> Result<(), String> {
 /// Largest angle in radians: rounding errors of the rotation stay below 1e-10.
 const LARGEST_ANGLE: f64 = 1e6;
 
+/// Refuses an angle whose sine rounding errors determine.
+pub(crate) fn check_angle(checks: &Checks, key: &str, angle: f64) -> Result<(), SceneError> {
+    match angle.abs() <= LARGEST_ANGLE {
+        true => Ok(()),
+        false => Err(checks.bad_value(
+            key,
+            format!("must be an angle of at most {LARGEST_ANGLE:e} in size, not {angle:e}"),
+        )),
+    }
+}
+
 /// Refuses a length that is not positive; angles may have any sign.
 pub(crate) fn check_value(
     checks: &Checks,
@@ -74,11 +85,12 @@ pub(crate) fn check_value(
     joint: &Joint,
     value: f64,
 ) -> Result<(), SceneError> {
-    let problem = match joint.kind.is_angle() {
-        true if value.abs() <= LARGEST_ANGLE => return Ok(()),
-        true => format!("must be an angle of at most {LARGEST_ANGLE:e}, not {value:e}"),
-        false if value > 0.0 => return Ok(()),
-        false => format!("must be a length greater than zero, not {value}"),
-    };
-    Err(checks.bad_value(key, problem))
+    match joint.kind.is_angle() {
+        true => check_angle(checks, key, value),
+        false if value > 0.0 => Ok(()),
+        false => {
+            let problem = format!("must be a length greater than zero, not {value}");
+            Err(checks.bad_value(key, problem))
+        }
+    }
 }

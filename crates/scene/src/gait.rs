@@ -187,7 +187,11 @@ fn check(gait: &Gait, initial_shape: &[f64]) -> Result<(), SceneError> {
                     }
                 }
             }
-            ShapePath::Own(_) => {}
+            ShapePath::Own(path) => {
+                if let Some(problem) = path.problem() {
+                    return Err(bad(key("path"), problem));
+                }
+            }
         }
     }
     check_continuity(gait, initial_shape, bad)
@@ -205,7 +209,7 @@ fn check_continuity(
         for (number, phase) in gait.phases.iter().enumerate() {
             match &phase.path {
                 ShapePath::Own(path) => {
-                    if let Some(problem) = path.problem(&values) {
+                    if let Some(problem) = path.jump(&values) {
                         return Err(bad(format!("gait.phases[{number}].path"), problem));
                     }
                     path.enter_values(1.0, &mut values);

@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use mesh::InputFile;
 use rigid::Joint;
 
 use crate::checks::check_prescribed;
+use crate::document::MAX_TEXT_FILE;
 use crate::gait::{Gait, Phase};
 use crate::nearest::find_name;
 use crate::shape_path::{CubicLength, ShapePath};
@@ -19,6 +21,8 @@ use crate::words::InterpolationKind;
 pub(crate) struct GaitTable {
     /// The file, relative to the working directory.
     pub file: PathBuf,
+    /// Hash of its contents.
+    pub hash: u64,
     /// Interpolation between the times.
     pub interpolation: InterpolationKind,
     joints: Vec<usize>,
@@ -40,15 +44,18 @@ impl GaitTable {
         interpolation: InterpolationKind,
         joints: &[Joint],
     ) -> Result<Self, String> {
-        let text = std::fs::read_to_string(file)
-            .map_err(|error| format!("cannot be read: {}: {error}", file.display()))?;
-        Self::parse(&text, file, interpolation, joints)
+        let unreadable =
+            |error: std::io::Error| format!("cannot be read: {}: {error}", file.display());
+        let contents = InputFile::read(file, MAX_TEXT_FILE).map_err(unreadable)?;
+        let hash = contents.hash;
+        let text = contents.into_text().map_err(unreadable)?;
+        Self::parse(&text, (file, hash), interpolation, joints)
             .map_err(|problem| format!("names {}, {problem}", file.display()))
     }
 
     fn parse(
         text: &str,
-        file: &Path,
+        (file, hash): (&Path, u64),
         interpolation: InterpolationKind,
         joints: &[Joint],
     ) -> Result<Self, String> {
@@ -66,6 +73,7 @@ impl GaitTable {
         }
         let mut table = Self {
             file: file.to_owned(),
+            hash,
             interpolation,
             joints: Vec::new(),
             times: Vec::new(),

@@ -44,7 +44,7 @@ pub use scene::Scene;
 pub use shape::Shape;
 pub use shape_path::{CubicLength, JointForce, JointPath, OwnPath, ShapePath, Sine};
 pub use shapes::*;
-pub use surface_shape::SurfaceShape;
+pub use surface_shape::{SourceFile, SurfaceShape};
 pub use words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FlowsKind, FormulationKind,
     GaitKind, GeometryKind, InterpolationKind, LearnKind, MeshMotionKind, MesherKind, ModelKind,

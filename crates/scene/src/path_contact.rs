@@ -208,13 +208,11 @@ impl Search<'_> {
     /// The contact at a position, if the bodies touch there.
     fn touching(&self, meeting: Meeting, placed: &Placed) -> Option<PathContact> {
         let contact = self.contact(meeting, placed);
-        contact
-            .touches(self.size(meeting))
-            .then_some(PathContact {
-                at: placed.at,
-                contact,
-                is_certain: true,
-            })
+        contact.touches(self.size(meeting)).then_some(PathContact {
+            at: placed.at,
+            contact,
+            is_certain: true,
+        })
     }
 
     /// The first contact on a part of the path at whose start the bodies do not touch.
@@ -356,7 +354,9 @@ impl Search<'_> {
 
     fn is_isotropic(&self, meeting: Meeting) -> bool {
         let shape = |body: usize| &self.path.bodies[body].shape;
-        bodies(meeting).iter().all(|&body| shape(body).is_isotropic())
+        bodies(meeting)
+            .iter()
+            .all(|&body| shape(body).is_isotropic())
     }
 
     fn clearance(&self, body: usize, placed: &Placed) -> f64 {

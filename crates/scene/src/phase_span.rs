@@ -33,7 +33,7 @@ pub struct PhaseSpan {
 const RANGE_PARTS: usize = 64;
 
 impl PhaseSpan {
-    /// Values of the joints at `s`.
+    /// Values of the joints at `s` in [0, 1].
     pub fn shape(&self, s: f64) -> Vec<f64> {
         // In this form a constant value is reproduced to the last bit.
         let linear = || {
@@ -64,7 +64,7 @@ impl PhaseSpan {
         }
     }
 
-    /// Rates of change of the values in time at `s`.
+    /// Rates of change of the values in time at `s` in [0, 1].
     pub fn rates(&self, s: f64) -> Vec<f64> {
         let linear = || {
             let ends = self.from.iter().zip(&self.to);
@@ -192,6 +192,11 @@ impl PhaseSpan {
             .iter()
             .map(|&joint| (joint, bend(joint)))
             .collect()
+    }
+
+    /// Whether the path is a program's ([`JointPath`](crate::JointPath)).
+    pub fn is_own_path(&self) -> bool {
+        matches!(self.path, ShapePath::Own(_))
     }
 
     /// Whether the shape is linear in `s`.

@@ -14,6 +14,7 @@ use crate::keys::{FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseO
 use crate::read::limits::by_joint;
 use crate::shape::Shape;
 use crate::shape_path::JointForce;
+use crate::surface_shape::SourceFile;
 
 /// A scene that passed all checks: fluid, domain, bodies, joints, gait and options.
 ///
@@ -58,6 +59,8 @@ pub struct Scene {
     pub(crate) fem: FemOptions,
     pub(crate) optimise: OptimiseOptions,
     pub(crate) learn: LearnOptions,
+    /// The surfaces and meshes that were read.
+    pub(crate) sources: Vec<SourceFile>,
     pub(crate) document: Document,
 }
 
@@ -186,7 +189,15 @@ impl Scene {
         self.document.place(key)
     }
 
-    /// Warnings about the scene file, to be shown to the user: keys with old names.
+    /// The files that the scene names, surfaces and meshes first, with the hashes of their contents
+    /// when the scene was read.
+    pub fn source_files(&self) -> Vec<SourceFile> {
+        let table = self.gait_table.iter();
+        let table = table.map(|table| SourceFile::new(&table.file, table.hash));
+        self.sources.iter().cloned().chain(table).collect()
+    }
+
+    /// Warnings to be shown to the user: keys with old names, surfaces with lost digits.
     pub fn warnings(&self) -> &[String] {
         self.document.warnings()
     }

@@ -116,7 +116,8 @@ impl JointForce {
 /// Values of joints along a phase, as smooth functions of the part `s` of the phase that is over.
 ///
 /// Corners belong at the ends of phases: [`ShapePath::Own`](crate::ShapePath::Own) is one phase,
-/// and a gait can have several.
+/// and a gait can have several. Inside a phase a jump is refused, and a corner too if
+/// [`derivatives`](Self::derivatives) are given.
 ///
 /// ```
 /// use std::f64::consts::PI;
@@ -221,8 +222,8 @@ impl OwnPath {
         enter(&self.0.joints(), derivatives.map(|d| factor * d), all);
     }
 
-    /// What is wrong with a path that begins at the values `from` of all joints.
-    pub(crate) fn problem(&self, from: &[f64]) -> Option<String> {
+    /// What is wrong with the functions of the path, wherever it begins.
+    pub(crate) fn problem(&self) -> Option<String> {
         let joints = self.0.joints();
         for s in [0.0, 0.5, 1.0] {
             for (what, list) in [
@@ -231,15 +232,60 @@ impl OwnPath {
             ] {
                 if list.len() != joints.len() || !list.iter().all(|x| x.is_finite()) {
                     return Some(format!(
-                        "has {} {what} at s = {s}, not all finite or not one for each of {} links",
+                        "returns a list of {} {what} at s = {s} for {} links: not all finite or \
+                         not one for each link",
                         list.len(),
                         joints.len()
                     ));
                 }
             }
         }
-        let starts = joints.iter().zip(self.0.values(0.0));
-        for (&joint, start) in starts {
+        self.jump_inside().or_else(|| self.wrong_derivative())
+    }
+
+    /// A jump of the values or of the derivatives inside the phase.
+    ///
+    /// Each of the intervals between checked places is halved until it is as short as rounding
+    /// allows, always to the half whose ends differ more: the difference at the ends becomes small
+    /// unless there is a jump.
+    fn jump_inside(&self) -> Option<String> {
+        let functions: [(_, &dyn Fn(f64) -> Vec<f64>); 2] = [
+            ("value", &|s| self.0.values(s)),
+            ("derivative", &|s| self.0.derivatives(s)),
+        ];
+        for (what, function) in functions {
+            for (number, joint) in self.0.joints().into_iter().enumerate() {
+                let at = |s: f64| function(s).get(number).copied().unwrap_or(f64::NAN);
+                let nodes = (0..=CHECKED_PLACES).map(|k| f64::from(k) / f64::from(CHECKED_PLACES));
+                let nodes: Vec<(f64, f64)> = nodes.map(|s| (s, at(s))).collect();
+                let largest = nodes.iter().fold(0.0, |max: f64, (_, x)| max.max(x.abs()));
+                for pair in nodes.windows(2) {
+                    let [mut a, mut b] = [pair[0], pair[1]];
+                    for _ in 0..HALVINGS {
+                        let s = 0.5 * (a.0 + b.0);
+                        let middle = (s, at(s));
+                        match (middle.1 - a.1).abs() > (b.1 - middle.1).abs() {
+                            true => b = middle,
+                            false => a = middle,
+                        }
+                    }
+                    if (b.1 - a.1).abs() > MAX_CONTRADICTION * largest {
+                        return Some(format!(
+                            "has a {what} of link {joint} that jumps from {} to {} at s = {}; \
+                             corners and jumps belong between two phases",
+                            a.1, b.1, b.0
+                        ));
+                    }
+                }
+            }
+        }
+        None
+    }
+
+    /// A jump from the values `from` of all joints to the begin of the path.
+    pub(crate) fn jump(&self, from: &[f64]) -> Option<String> {
+        let starts = self.0.joints().into_iter().zip(self.0.values(0.0));
+        for (joint, start) in starts {
             if (start - from[joint]).abs() > CONTINUITY * from[joint].abs().max(1.0) {
                 return Some(format!(
                     "begins with {start} for link {joint}, but the value before it is {}",
@@ -247,7 +293,7 @@ impl OwnPath {
                 ));
             }
         }
-        self.wrong_derivative()
+        None
     }
 
     /// A derivative that contradicts the values.
@@ -289,6 +335,10 @@ const CHECKED_PLACES: u32 = 32;
 /// Largest difference between a derivative and the differences of the values, relative to the
 /// largest derivative along the phase, beyond the error of the differences.
 const MAX_CONTRADICTION: f64 = 1e-6;
+
+/// Halvings of such an interval in the search for jumps: to 3e-11 of the phase, over which the
+/// derivative of 200 oscillations changes by less than [`MAX_CONTRADICTION`].
+const HALVINGS: u32 = 30;
 
 /// Largest jump of a value between phases, relative to a value above one: digits of a number that
 /// was written and read.
@@ -378,7 +428,7 @@ mod tests {
                 oscillations,
                 factor,
             }))
-            .problem(&[0.0])
+            .problem()
         };
         for oscillations in [0.5, 1.0, 20.0, 200.0] {
             assert_eq!(problem(oscillations, Some(1.0)), None);
@@ -387,6 +437,47 @@ mod tests {
         for wrong in [-1.0, 0.0, 1.01, 1.00001] {
             let text = problem(2.0, Some(wrong)).unwrap();
             assert!(text.contains("link 0 at s = 0"), "{text}");
+        }
+    }
+
+    /// `|s - 0.3|`, or its sign: a corner and a jump inside the phase.
+    #[derive(Debug)]
+    struct Corner {
+        is_jump: bool,
+        has_derivatives: bool,
+    }
+
+    impl JointPath for Corner {
+        fn joints(&self) -> Vec<usize> {
+            vec![0]
+        }
+
+        fn values(&self, s: f64) -> Vec<f64> {
+            let sign = (s - 0.3).signum();
+            vec![if self.is_jump { sign } else { sign * (s - 0.3) }]
+        }
+
+        fn derivatives(&self, s: f64) -> Vec<f64> {
+            match (self.has_derivatives, self.is_jump) {
+                (true, true) => vec![0.0],
+                (true, false) => vec![(s - 0.3).signum()],
+                (false, _) => differences(|s| self.values(s), s, DIFFERENCE_STEP),
+            }
+        }
+    }
+
+    #[test]
+    fn bug_corners_and_jumps_inside_a_phase_are_refused() {
+        for (is_jump, has_derivatives) in [(true, true), (true, false), (false, true)] {
+            let corner = Corner {
+                is_jump,
+                has_derivatives,
+            };
+            let text = OwnPath(Arc::new(corner)).problem().unwrap();
+            assert!(
+                text.contains("at s = 0.3") && text.contains("jumps"),
+                "{text}"
+            );
         }
     }
 

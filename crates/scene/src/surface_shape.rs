@@ -2,9 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use mesh::{MshFile, Surface, SurfaceMesh, TetMesh};
+use mesh::{
+    InputFile, MAX_MESH_FILE, MeshError, MshFile, Surface, SurfaceFormat, SurfaceMesh, TetMesh,
+};
 use mesher::{GenerateError, TriangulatedSurface};
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::checks::Checks;
 use crate::error::SceneError;
@@ -60,9 +63,32 @@ impl SurfaceShape {
     }
 }
 
+/// A file that a scene names, as it was when the scene was read.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct SourceFile {
+    /// The path; a relative one was resolved from the folder of the scene file.
+    pub path: String,
+    /// Hash of its contents ([`mesh::content_hash`]).
+    pub hash: u64,
+}
+
+impl SourceFile {
+    pub(crate) fn new(path: &Path, hash: u64) -> Self {
+        Self {
+            path: path.display().to_string(),
+            hash,
+        }
+    }
+}
+
 /// The surfaces read so far; a file is read once for all bodies that have it.
 #[derive(Default)]
 pub(crate) struct SurfaceFiles {
+    /// All files that were read.
+    pub sources: Vec<SourceFile>,
+    /// What the user is to be told about them.
+    pub warnings: Vec<String>,
     read: Vec<(PathBuf, SurfaceKind, TriangulatedSurface)>,
     /// The mesh of the domain, once it is needed.
     mesh: Option<TetMesh>,
@@ -77,6 +103,25 @@ pub(crate) struct SurfaceKeys<'a> {
     pub scale: Option<f64>,
 }
 
+/// The warning about a surface in single precision that is far from the origin.
+///
+/// At the distance `d` coordinates are rounded to `2^-24 d`: of a surface with the extent `L` the
+/// digits `log10(d / L)` are lost. One of the seven is no matter of a warning.
+fn lost_digits(name: &str, mesh: &SurfaceMesh) -> Option<String> {
+    let start = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
+    let [low, high] = (mesh.points.iter()).fold(start, |[l, h], x| [l.inf(x), h.sup(x)]);
+    let (extent, distance) = ((high - low).amax(), low.amax().max(high.amax()));
+    let lost = (distance / extent).log10();
+    (extent > 0.0 && lost >= 2.0).then(|| {
+        format!(
+            "{name}: the surface is {distance:.1e} from the origin and {extent:.1e} wide: in single \
+             precision {lost:.0} of 7 digits are lost, and its points are off by up to {:.1e} of its \
+             width; save it near the origin",
+            distance / extent * 2_f64.powi(-24)
+        )
+    })
+}
+
 impl SurfaceFiles {
     /// The surface of a file at its own place, checked.
     pub fn read(&mut self, checks: &Checks, keys: SurfaceKeys) -> Result<SurfaceShape, SceneError> {
@@ -89,10 +134,8 @@ impl SurfaceFiles {
         let surface = match known {
             Some((.., surface)) => surface.clone(),
             None => {
-                let name = file.display().to_string();
-                let surface = SurfaceMesh::read(&file)
-                    .map_err(GenerateError::from)
-                    .and_then(|mesh| TriangulatedSurface::new(&name, mesh, kind.into()))
+                let surface = self
+                    .surface_of_file(&file, kind)
                     .map_err(|error| checks.bad_value(&key, format!("is refused: {error}")))?;
                 self.read.push((file.clone(), kind, surface.clone()));
                 surface
@@ -107,6 +150,34 @@ impl SurfaceFiles {
             centre: Vector3::zeros(),
             part: None,
         })
+    }
+
+    fn surface_of_file(
+        &mut self,
+        file: &Path,
+        kind: SurfaceKind,
+    ) -> Result<TriangulatedSurface, GenerateError> {
+        let format = SurfaceFormat::from_path(file)?;
+        let bytes = self.bytes(file)?;
+        let name = file.display().to_string();
+        let mesh = SurfaceMesh::parse(&name, &bytes, format)?;
+        if format.has_single_precision(&bytes) {
+            self.warnings.extend(lost_digits(&name, &mesh));
+        }
+        TriangulatedSurface::new(&name, mesh, kind.into())
+    }
+
+    /// The bytes of a file, which is noted with their hash.
+    pub fn bytes(&mut self, file: &Path) -> Result<Vec<u8>, MeshError> {
+        let read = InputFile::read(file, MAX_MESH_FILE).map_err(|source| MeshError::Io {
+            path: file.to_owned(),
+            source,
+        })?;
+        let source = SourceFile::new(file, read.hash);
+        if !self.sources.contains(&source) {
+            self.sources.push(source);
+        }
+        Ok(read.bytes)
     }
 
     /// A part of the boundary of the domain's mesh: its facets, and its curved cells where the file

@@ -6,24 +6,22 @@
 
 use std::path::Path;
 
+use mesh::InputFile;
 use models::{History, Hydrodynamics, ModelError};
 use nalgebra::{Isometry3, UnitQuaternion};
 use rigid::State;
-use scene::Scene;
+use scene::{Scene, SourceFile};
 use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
 use crate::outcome::{Interim, Outcome};
-use crate::output::Folder;
+use crate::output::{Folder, from_sealed, read_own, write_sealed};
 
 /// Name of the file in the output folder.
 pub const FILE: &str = "checkpoint.json";
 
 /// Version of the format; increased when older checkpoints can no longer be read.
-const VERSION: u32 = 4;
-
-/// Largest size of a checkpoint in bytes, about that of a hundred thousand phase spans.
-const MAX_SIZE: u64 = 1 << 31;
+const VERSION: u32 = 5;
 
 /// Largest deviation from 1 of the norm of a quaternion, for those that differ by rounding alone.
 const UNIT_TOLERANCE: f64 = 1e-9;
@@ -34,6 +32,8 @@ pub struct Checkpoint {
     version: u32,
     /// The scene as TOML, with all default values.
     scene: String,
+    /// The files that the scene names, with the hashes of their contents.
+    files: Vec<SourceFile>,
     frames: Vec<Isometry3<f64>>,
     attitudes: Vec<UnitQuaternion<f64>>,
     /// Values of the passive joints.
@@ -60,6 +60,7 @@ impl Checkpoint {
         Ok(Self {
             version: VERSION,
             scene: scene.to_toml()?,
+            files: scene.source_files(),
             frames: state.frames.clone(),
             attitudes: state.attitudes.clone(),
             joints: state.joints.clone(),
@@ -79,9 +80,7 @@ impl Checkpoint {
     /// # Errors
     /// [`SwimError::Write`].
     pub fn write(&self, folder: &Folder) -> Result<(), SwimError> {
-        folder
-            .write(FILE, |file| Ok(serde_json::to_writer(file, self)?))
-            .map(drop)
+        write_sealed(folder, FILE, self)
     }
 
     /// Reads the checkpoint of a folder.
@@ -91,17 +90,10 @@ impl Checkpoint {
     /// another version.
     pub fn read(folder: &Path) -> Result<Self, SwimError> {
         let path = folder.join(FILE);
-        let read = || -> std::io::Result<String> {
-            if std::fs::metadata(&path)?.len() > MAX_SIZE {
-                return Err(std::io::Error::other("the file is too large"));
-            }
-            std::fs::read_to_string(&path)
-        };
-        let text = read().map_err(|source| SwimError::Read {
-            path: path.clone(),
-            source,
-        })?;
-        Self::parse(&text, &path)
+        match read_own(&path).and_then(InputFile::into_text) {
+            Ok(text) => Self::parse(&text, &path),
+            Err(source) => Err(SwimError::Read { path, source }),
+        }
     }
 
     /// Reads the text of a checkpoint; messages name it by `path`.
@@ -109,19 +101,28 @@ impl Checkpoint {
     /// # Errors
     /// [`SwimError::Checkpoint`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, SwimError> {
-        let damaged = |problem: String| SwimError::Checkpoint {
+        #[derive(Deserialize)]
+        struct Versioned {
+            version: u32,
+        }
+        let bad = |problem: String| SwimError::Checkpoint {
             path: path.to_owned(),
             problem,
         };
-        let checkpoint: Self =
-            serde_json::from_str(text).map_err(|error| damaged(format!("is damaged: {error}")))?;
-        if checkpoint.version != VERSION {
-            return Err(damaged(format!(
-                "is of version {}, this program reads version {VERSION}",
-                checkpoint.version
-            )));
+        let of_version = |version: u32| {
+            bad(format!(
+                "is of version {version}, this program reads version {VERSION}"
+            ))
+        };
+        match from_sealed::<Self>(text) {
+            Ok(checkpoint) if checkpoint.version == VERSION => Ok(checkpoint),
+            Ok(checkpoint) => Err(of_version(checkpoint.version)),
+            // Checkpoints of other versions have other fields, and once had no checksum.
+            Err(error) => Err(match serde_json::from_str(text) {
+                Ok(Versioned { version }) if version != VERSION => of_version(version),
+                _ => bad(format!("is damaged: {error}")),
+            }),
         }
-        Ok(checkpoint)
     }
 
     /// The factor on the element sizes of the run, given or chosen; 1 if the scene has none or
@@ -133,18 +134,26 @@ impl Checkpoint {
             .unwrap_or(1.0)
     }
 
+    /// The factor on the tolerance of single solutions with which the interrupted run went on.
+    pub fn tolerance_factor(&self) -> Option<f64> {
+        Scene::parse(&self.scene).ok()?.model().tolerance_factor
+    }
+
     /// The scene with its text, and the outcome so far.
     ///
     /// # Errors
-    /// [`SwimError::Checkpoint`] for an outcome that does not fit the scene; errors of the scene.
+    /// [`SwimError::Checkpoint`] for an outcome that does not fit the scene, and for files of the
+    /// scene that have changed since; errors of the scene.
     pub fn into_outcome(self, folder: &Path) -> Result<(Scene, String, Outcome), SwimError> {
         let scene = Scene::parse(&self.scene)?;
+        let bad = |problem: String| SwimError::Checkpoint {
+            path: folder.join(FILE),
+            problem,
+        };
+        check_files(&self.files, &scene).map_err(bad)?;
         match outcome_fits(&self.outcome, &scene) {
             true => Ok((scene, self.scene, self.outcome)),
-            false => Err(SwimError::Checkpoint {
-                path: folder.join(FILE),
-                problem: "does not fit its scene".to_owned(),
-            }),
+            false => Err(bad("does not fit its scene".to_owned())),
         }
     }
 
@@ -154,7 +163,8 @@ impl Checkpoint {
     /// checkpoint.
     ///
     /// # Errors
-    /// [`SwimError::Checkpoint`] for a checkpoint of another scene; errors of the model.
+    /// [`SwimError::Checkpoint`] for a checkpoint of another scene, or of a scene whose files have
+    /// changed; errors of the model.
     pub fn restore(
         self,
         scene: &Scene,
@@ -179,6 +189,7 @@ impl Checkpoint {
             );
             return Err(bad(format!("belongs to another scene: {difference}")));
         }
+        check_files(&self.files, scene).map_err(bad)?;
         let spans = scene.gait().phases.len() * scene.gait().cycles as usize;
         let set = scene.articulation();
         let outcome = self.outcome;
@@ -217,6 +228,24 @@ impl Checkpoint {
             joints: self.joints,
         };
         Ok((Interim { state, outcome }, self.flows))
+    }
+}
+
+/// Refuses files of a scene whose contents are not those of the checkpoint.
+fn check_files(before: &[SourceFile], scene: &Scene) -> Result<(), String> {
+    let now = scene.source_files();
+    let changed = before.iter().zip(&now).find(|(before, now)| before != now);
+    match changed.map(|(_, now)| now) {
+        Some(file) => Err(format!(
+            "was computed with other contents of the file {}: put back the old file to continue",
+            file.path
+        )),
+        None if before.len() != now.len() => Err(format!(
+            "was computed with {} files, and the scene names {}",
+            before.len(),
+            now.len()
+        )),
+        None => Ok(()),
     }
 }
 

@@ -42,6 +42,17 @@ pub enum SwimError {
         /// Reason given by the operating system.
         source: std::io::Error,
     },
+    /// A folder into which another run is writing.
+    #[error(
+        "another run ({process}) writes into {}; wait until it ends, or choose another folder with \
+         --out", folder.display()
+    )]
+    Locked {
+        /// The folder.
+        folder: PathBuf,
+        /// The process in words.
+        process: String,
+    },
     /// Bodies that touch each other or a wall during the motion.
     #[error(
         "phase {phase} ({joint}, {percent:.1} % done, time {time:.6}): {problem}; \
@@ -63,8 +74,7 @@ pub enum SwimError {
     #[error(
         "phase {phase} ({joint}): the integration error is {error:.3e} and must be below \
          {tolerance:.3e} (both in the scene's unit of length), even with 1/{parts} of the phase \
-         per step; increase model.tolerance. With finite elements the change of velocities by a new \
-         mesh may prevent convergence: reduce fem.surface_size, and keep fem.estimates"
+         per step; increase model.tolerance{hint}"
     )]
     NotIntegrated {
         /// Number of the phase, from one, over all cycles.
@@ -77,6 +87,8 @@ pub enum SwimError {
         tolerance: f64,
         /// Number of steps of the smallest tried length in the phase.
         parts: usize,
+        /// What else may be the cause, or nothing.
+        hint: &'static str,
     },
     /// A gait whose passive joints do not reach a periodic state.
     #[error(
@@ -162,7 +174,10 @@ impl SwimError {
     /// Whether a shorter step may avoid the error: bodies that touch, or impossible lengths.
     pub(crate) fn is_overshoot(&self) -> bool {
         let is_length = |error: &ModelError| {
-            matches!(error, ModelError::Rigid(rigid::RigidError::BadLength { .. }))
+            matches!(
+                error,
+                ModelError::Rigid(rigid::RigidError::BadLength { .. })
+            )
         };
         match self {
             Self::Collision { .. } => true,
@@ -189,6 +204,7 @@ impl SwimError {
             | Self::Model(_)
             | Self::Read { .. }
             | Self::Write { .. }
+            | Self::Locked { .. }
             | Self::Checkpoint { .. }
             | Self::OtherScene { .. }
             | Self::NoSteps

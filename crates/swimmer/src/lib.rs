@@ -16,6 +16,7 @@ mod run_report;
 mod simulate;
 mod start;
 mod templates;
+mod threads;
 
 pub use checkpoint::Checkpoint;
 pub use error::SwimError;
@@ -26,7 +27,7 @@ pub use integrate::{
 };
 pub use models;
 pub use observer::{MissedTarget, Observer, Progress};
-pub use outcome::{Interim, Outcome, Sample, SpanOutcome, mean_of_moving, positions};
+pub use outcome::{Interim, Outcome, Sample, SpanOutcome, mean_of_moving, positions, unwrapped};
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
 pub use planning::{Choice, SizeSearch, choose, simulate_to_target, with_tables};
@@ -39,3 +40,4 @@ pub use start::{
     check_model, solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
 };
 pub use templates::TEMPLATES;
+pub use threads::check_threads;

@@ -89,6 +89,10 @@ pub trait Progress {
     /// with smaller elements.
     fn missed_target(&mut self, missed: &MissedTarget) {}
 
+    /// The gait is done and its error bar exceeds `allowed`; it is repeated with the factor
+    /// `model.tolerance_factor`.
+    fn missed_tolerance(&mut self, error: f64, allowed: f64, tolerance_factor: f64) {}
+
     /// The gait begins, or continues after `done` phases of an earlier run.
     fn begins(&mut self, scene: &Scene, done: usize) {}
 

@@ -1,7 +1,9 @@
 //! The outcome of a gait.
 
+use std::f64::consts::TAU;
+
 use models::{AccumulatedError, BodySolution, ErrorEstimate, Hydrodynamics, NewMesh, Seconds};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rigid::{Articulation, State};
 use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
@@ -11,6 +13,12 @@ use crate::integrate::SpanResult;
 
 /// Points of the curve per piece of a phase span: enough for a smooth plot.
 const CURVE_POINTS: usize = 12;
+
+/// Largest number of points between two samples at which turns are counted.
+const MAX_PARTS: f64 = 1e6;
+
+/// Rounding of a net displacement, relative to the longest path: some hundred sums of positions.
+const POSITION_ROUNDING: f64 = 1e-13;
 
 /// The state of a run between two phase spans.
 #[derive(Clone, Debug)]
@@ -27,7 +35,7 @@ pub struct Interim {
 pub struct Outcome {
     /// Displacement of every body, including points.
     pub displacement: Vec<Vector3<f64>>,
-    /// Rotation vector of the frame of the first linkage.
+    /// Rotation vector of the frame of the first linkage, with all full turns ([`unwrapped`]).
     pub rotation: Vector3<f64>,
     /// Outcome of each phase span.
     pub spans: Vec<SpanOutcome>,
@@ -55,9 +63,13 @@ pub struct Outcome {
     /// Largest value of `limited_error` that meets the tolerance: `model.tolerance` times a length.
     ///
     /// The length is [`Outcome::reference_displacement`]; with slip or a background flow it is at
-    /// least the longest arc that a point of a surface covers.
+    /// least `longest_arc`.
     #[serde(default)]
     pub allowed_error: f64,
+    /// Largest distance that a point of a surface covers by the rotation of its body, over the
+    /// gait; set at its end.
+    #[serde(default)]
+    pub longest_arc: f64,
     /// Whether `limited_error` is at most `allowed_error`.
     pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
@@ -101,27 +113,40 @@ impl Outcome {
 
     /// The displacement to which `model.tolerance` is relative: the net displacement.
     ///
-    /// If the net displacement cannot be distinguished from zero, as for reciprocal gaits, it is
-    /// the longest displacement of a body in one phase.
+    /// If the net displacement cannot be distinguished from zero, by its error bar or by the
+    /// rounding of positions, as for reciprocal gaits and bodies that rotate in place, it is the
+    /// longest displacement of a body in one phase or, if that is longer, `longest_arc`.
     pub fn reference_displacement(&self) -> f64 {
         let net = self.net();
-        match net > self.error_estimate.total() {
+        let spans = self.spans.iter().flat_map(|span| &span.displacement);
+        let longest = spans.fold(self.longest_arc.max(net), |longest, d| {
+            longest.max(d.norm())
+        });
+        match net > self.error_estimate.total().max(POSITION_ROUNDING * longest) {
             true => net,
-            false => {
-                let spans = self.spans.iter().flat_map(|span| &span.displacement);
-                spans.fold(net, |longest, d| longest.max(d.norm()))
-            }
+            false => longest,
         }
     }
 
     /// Largest distance that a point of a surface covers by the rotation of its body.
-    fn longest_arc(&self, scene: &Scene) -> f64 {
+    fn arc(&self, scene: &Scene) -> f64 {
         let turned = |body: usize| -> f64 {
-            let pairs = self.samples.windows(2);
-            let rotations = pairs.map(|pair| [0, 1].map(|k| pair[k].poses[body].rotation));
-            rotations
-                .map(|[before, after]| before.angle_to(&after))
-                .sum()
+            let angle = |pair: &[Sample]| {
+                let shortest = pair[0].poses[body]
+                    .rotation
+                    .angle_to(&pair[1].poses[body].rotation);
+                let (before, after) = (pair[0].rotations.get(body)?, pair[1].rotations.get(body)?);
+                // The rotation between them is this one or its complement, and whole turns.
+                let length = (after - before).norm();
+                let turns = TAU * (length / TAU).round();
+                let angles = [turns - shortest, turns + shortest];
+                let distance = |angle: &f64| (angle - length).abs();
+                angles
+                    .into_iter()
+                    .filter(|angle| *angle >= 0.0)
+                    .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            };
+            self.samples.windows(2).filter_map(angle).sum()
         };
         let arcs = scene.bodies().iter().enumerate();
         arcs.map(|(number, body)| turned(number) * body.bounding_radius())
@@ -138,9 +163,10 @@ impl Outcome {
                     false => error,
                 });
         let scene = model.scene();
+        self.longest_arc = self.arc(scene);
         let reference = match scene.has_surface_velocity() {
             // Bodies may tumble in place.
-            true => self.reference_displacement().max(self.longest_arc(scene)),
+            true => self.reference_displacement().max(self.longest_arc),
             false => self.reference_displacement(),
         };
         self.allowed_error = tolerance * reference;
@@ -183,6 +209,9 @@ pub struct Sample {
     pub shape: Vec<f64>,
     /// Pose of every body.
     pub poses: Vec<Isometry3<f64>>,
+    /// Rotation vector of every body, with all full turns since the start ([`unwrapped`]).
+    #[serde(default)]
+    pub rotations: Vec<Vector3<f64>>,
     /// Velocities and forces at a solve; none at the ends of phase spans.
     pub bodies: Option<Vec<BodySolution>>,
 }
@@ -204,6 +233,7 @@ impl Interim {
         let set = scene.articulation();
         let shape = set.initial_shape();
         let origin = positions(set, &state, shape)?;
+        let poses = set.place(&state, shape)?;
         let outcome = Outcome {
             displacement: vec![Vector3::zeros(); origin.len()],
             accumulated_error: Some(AccumulatedError::default()),
@@ -213,7 +243,11 @@ impl Interim {
                 time: 0.0,
                 span: 0,
                 shape: set.joint_values(&state, shape)?,
-                poses: set.place(&state, shape)?,
+                rotations: poses
+                    .iter()
+                    .map(|pose| pose.rotation.scaled_axis())
+                    .collect(),
+                poses,
                 bodies: None,
             }],
             curve: vec![(0.0, origin)],
@@ -246,12 +280,9 @@ impl Interim {
         self.state = result.end.clone();
         let after = self.positions(scene, &end_of(span, result))?;
         let outcome = &mut self.outcome;
-        outcome.append_trajectory(set, span, result)?;
+        outcome.append_trajectory(scene, span, result)?;
         outcome.append_displacement(set, span, result, [&before, &after]);
         outcome.displacement = after.iter().zip(origin).map(|(a, b)| a - b).collect();
-        let turned = self.state.frames[0].rotation;
-        let start = scene.initial_state().frames[0].rotation;
-        outcome.rotation = (turned * start.inverse()).scaled_axis();
         outcome.velocities.clone_from(&result.velocities);
         outcome.append_costs_and_work(result);
         outcome.estimate_errors(set, &after);
@@ -263,26 +294,61 @@ impl Outcome {
     /// Appends the solves and the end of a phase span to the trajectory.
     fn append_trajectory(
         &mut self,
-        set: &Articulation,
+        scene: &Scene,
         span: &PhaseSpan,
         result: &SpanResult,
     ) -> Result<(), SwimError> {
-        let sample = |s: f64, state: &State, shape: &[f64], bodies| -> Result<_, SwimError> {
-            Ok(Sample {
+        let set = scene.articulation();
+        let start = scene.initial_state().frames[0].rotation;
+        let before = self.samples.last();
+        let mut rotations = before.map_or(Vec::new(), |sample| sample.rotations.clone());
+        rotations.resize(scene.bodies().len(), Vector3::zeros());
+        let velocities = (result.solutions.iter()).flat_map(|solution| &solution.solution.bodies);
+        let fastest = velocities.fold(0.0, |most: f64, body| {
+            most.max(body.angular_velocity.norm())
+        });
+        let mut sample = |from: f64, s: f64, end: Option<&State>, bodies| {
+            // Steps of half a radian, in which no turn is lost.
+            let parts = (2.0 * fastest * span.duration * (s - from))
+                .ceil()
+                .clamp(1.0, MAX_PARTS);
+            let (mut poses, mut values) = (Vec::new(), Vec::new());
+            for part in 1..=parts as usize {
+                let at = from + (s - from) * part as f64 / parts;
+                let (state, shape) = match end {
+                    Some(end) if part as f64 == parts => (end.clone(), end_of(span, result)),
+                    _ => (result.state(set, at)?, span.shape(at)),
+                };
+                poses = set.place(&state, &shape)?;
+                values = set.joint_values(&state, &shape)?;
+                for (vector, pose) in rotations.iter_mut().zip(&poses) {
+                    *vector = unwrapped(&pose.rotation, vector);
+                }
+                let turned = state.frames[0].rotation * start.inverse();
+                self.rotation = unwrapped(&turned, &self.rotation);
+            }
+            self.samples.push(Sample {
                 time: span.time(s),
                 span: span.number,
-                poses: set.place(state, shape)?,
-                shape: set.joint_values(state, shape)?,
+                shape: values,
+                poses,
+                rotations: rotations.clone(),
                 bodies,
-            })
+            });
+            Ok::<_, SwimError>(())
         };
+        let mut from = 0.0;
         for solution in &result.solutions {
-            let (s, bodies) = (solution.s, solution.solution.bodies.clone());
-            let state = result.state(set, s)?;
-            (self.samples).push(sample(s, &state, &span.shape(s), Some(bodies))?);
+            sample(
+                from,
+                solution.s,
+                None,
+                Some(solution.solution.bodies.clone()),
+            )?;
+            from = solution.s;
         }
-        let (reached, end) = (result.reached(), end_of(span, result));
-        self.samples.push(sample(reached, &result.end, &end, None)?);
+        let reached = result.reached();
+        sample(from, reached, Some(&result.end), None)?;
         let parts = CURVE_POINTS * result.pieces.len();
         for k in 1..=parts {
             let s = reached * (k as f64 / parts as f64);
@@ -392,6 +458,31 @@ fn errors_of_bodies(
     errors
 }
 
+/// The rotation vector of a rotation, of those that differ by full turns the one closest to
+/// `before`.
+///
+/// Along a path whose points are less than half a turn apart it counts all turns, where that of
+/// smallest length jumps at half a turn.
+///
+/// ```
+/// use nalgebra::{UnitQuaternion, Vector3};
+/// let turned = UnitQuaternion::from_scaled_axis(Vector3::z() * 4.0);
+/// let rotation = swimmer::unwrapped(&turned, &(Vector3::z() * 3.0));
+/// assert!((rotation.z - 4.0).abs() < 1e-14);
+/// ```
+pub fn unwrapped(rotation: &UnitQuaternion<f64>, before: &Vector3<f64>) -> Vector3<f64> {
+    /// Smallest angle whose axis is more than rounding.
+    const LEAST_ANGLE: f64 = 1e-9;
+    let shortest = rotation.scaled_axis();
+    let axis = match shortest.norm() > LEAST_ANGLE {
+        true => shortest.try_normalize(0.0),
+        false => before.try_normalize(0.0),
+    };
+    let Some(axis) = axis else { return shortest };
+    let turns = ((before - shortest).dot(&axis) / TAU).round();
+    shortest + TAU * turns * axis
+}
+
 /// Positions of all bodies.
 pub fn positions(
     set: &Articulation,
@@ -408,6 +499,19 @@ pub fn positions(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rotation_vectors_count_turns_in_both_directions() {
+        let axis = Vector3::new(1.0, -2.0, 2.0) / 3.0;
+        for direction in [-1.0, 1.0] {
+            let mut vector = Vector3::zeros();
+            for k in 0..=80 {
+                let angle = direction * TAU * f64::from(k) / 20.0;
+                vector = unwrapped(&UnitQuaternion::from_scaled_axis(axis * angle), &vector);
+                assert!((vector - axis * angle).norm() < 1e-12, "{k}: {vector}");
+            }
+        }
+    }
 
     #[test]
     fn fixed_bodies_do_not_dilute_the_net_displacement() {

@@ -4,12 +4,13 @@ use std::path::Path;
 use std::time::Instant;
 
 use models::{Hydrodynamics, ModelError};
-use scene::Scene;
+use scene::{AcceptKind, Scene};
 
-use crate::checkpoint::Checkpoint;
+use crate::checkpoint::{self, Checkpoint};
 use crate::error::SwimError;
 use crate::integrate::{Method, SpanSolution};
 use crate::observer::Progress;
+use crate::outcome::Outcome;
 use crate::output::Folder;
 use crate::periodic::start_of_gait;
 use crate::planning::{Choice, SizeSearch, choose, with_tables};
@@ -24,12 +25,15 @@ use crate::simulate::continue_from;
 ///
 /// The model is chosen, with tables over shapes where they save solves, and the gait is run. With
 /// `fem.target` the element sizes are those of [`SizeSearch`], and a stroke that misses the target
-/// is repeated with smaller ones; its files are replaced. With `resume` the run continues from the
+/// is repeated with smaller ones; its files are replaced. So is a run whose error bar misses
+/// `model.tolerance` although the model can do better (`model.tolerance_factor`). With `resume` the run continues from the
 /// checkpoint in `out`.
 ///
 /// # Errors
-/// A scene without a gait, a folder that cannot be written to, a checkpoint of another scene,
-/// [`SwimError::Interrupted`], errors of the model and the integration. Whether the error bar is
+/// A scene without a gait, a folder that cannot be written to or in which another run is writing
+/// ([`SwimError::Locked`]), a checkpoint of another scene or of changed files,
+/// [`SwimError::Interrupted`], errors of the model and the integration. Where bodies touch
+/// ([`SwimError::Collision`]) all files hold the motion up to there. Whether the error bar is
 /// within the tolerance is told by [`Report::check_tolerance`].
 pub fn run(
     scene: Scene,
@@ -63,8 +67,14 @@ pub fn run_with(
 ) -> Result<Report, SwimError> {
     let started = Instant::now();
     scene.require_gait()?;
-    let checkpoint = resume.then(|| Checkpoint::read(out)).transpose()?;
+    if resume && !out.join(checkpoint::FILE).exists() {
+        // Before a folder is made.
+        Checkpoint::read(out)?;
+    }
     let folder = writes.then(|| Folder::create(out)).transpose()?;
+    // Until the end of the run. What a process reads must not change meanwhile either.
+    let _lock = folder.as_ref().map(Folder::lock).transpose()?;
+    let checkpoint = resume.then(|| Checkpoint::read(out)).transpose()?;
     let output = folder.as_ref().map(|folder| (folder, files));
     run_to_target(scene, model, output, checkpoint, started, progress)
 }
@@ -103,10 +113,15 @@ fn run_to_target(
     if let (Some(search), Some(checkpoint)) = (&mut search, &checkpoint) {
         search.continue_with(checkpoint.size_factor());
     }
+    let mut factor = match &checkpoint {
+        Some(checkpoint) => checkpoint.tolerance_factor(),
+        None => scene.model().tolerance_factor,
+    };
+    let mut repetitions = 0;
     loop {
-        let mut sized = scene.clone();
+        let mut sized = scene.with_tolerance_factor(factor)?;
         if let (Some(search), Some(target)) = (&search, scene.fem().target) {
-            sized = search.apply(&scene)?;
+            sized = search.apply(&sized)?;
             progress.chose_size_factor(target, search.size_factor());
         }
         let reborrowed: Option<(&Folder, &mut dyn RunFiles)> = match &mut output {
@@ -117,18 +132,66 @@ fn run_to_target(
         let missed = search
             .as_mut()
             .and_then(|search| search.refine(&report.outcome));
+        let tighter = tighter_factor(&report).filter(|_| {
+            let is_given = scene.model().tolerance_factor.is_some();
+            missed.is_none() && !is_given && repetitions < MAX_REPETITIONS
+        });
+        if let Some(tighter) = tighter {
+            let outcome = &report.outcome;
+            let error = outcome.limited_error.unwrap_or(f64::INFINITY);
+            progress.missed_tolerance(error, outcome.allowed_error, tighter);
+            factor = Some(tighter);
+            repetitions += 1;
+            continue;
+        }
         let Some(missed) = missed else {
             let seconds = started.elapsed().as_secs_f64();
             let report = Report { seconds, ..report };
             if let Some((folder, files)) = output {
-                let summary = report.summary();
-                folder.write("summary.json", |file| writeln!(file, "{summary:#}"))?;
-                files.run_done(&report, &summary)?;
+                write_summary(&report, folder, files)?;
             }
             return Ok(report);
         };
         progress.missed_target(&missed);
     }
+}
+
+/// Writes `summary.json` and the files of the caller that need it.
+fn write_summary(
+    report: &Report,
+    folder: &Folder,
+    files: &mut dyn RunFiles,
+) -> Result<(), SwimError> {
+    let summary = report.summary();
+    folder.write("summary.json", |file| writeln!(file, "{summary:#}"))?;
+    files.run_done(report, &summary)
+}
+
+/// Largest number of repetitions of a run with a smaller tolerance of single solutions.
+const MAX_REPETITIONS: usize = 3;
+
+/// Share of the allowed error at which a repetition aims, because error bars do not decrease quite
+/// in proportion to the tolerance.
+const AIM_SHARE: f64 = 0.5;
+
+/// Smallest factor: the error bars of a model that cannot do better stay where they are.
+const LEAST_FACTOR: f64 = 1e-3;
+
+/// The factor on the tolerance of single solutions with which a run whose error bar misses the
+/// tolerance is expected to meet it.
+///
+/// None if it meets it, if the scene accepts the best result, or if the model does not control its
+/// own error, so that nothing but the integration depends on the tolerance.
+fn tighter_factor(report: &Report) -> Option<f64> {
+    let (options, outcome) = (report.scene.model(), &report.outcome);
+    let limited = outcome.limited_error?;
+    let controls_error = limited >= outcome.error_estimate.total();
+    if outcome.tolerance_met || options.accept == AcceptKind::Best || !controls_error {
+        return None;
+    }
+    let ratio = AIM_SHARE * outcome.allowed_error / limited;
+    let factor = options.tolerance_factor.unwrap_or(1.0) * ratio;
+    (ratio > 0.0 && factor >= LEAST_FACTOR).then_some(factor)
 }
 
 /// Runs the gait of a scene with its element sizes, from its beginning or from a checkpoint.
@@ -140,7 +203,6 @@ fn run_once(
     progress: &mut dyn Progress,
 ) -> Result<Report, SwimError> {
     let folder = output.as_ref().map(|(folder, _)| *folder);
-    let resumed = checkpoint.is_some();
     let Choice { mut model, reasons } = model(&scene)?;
     let (interim, flows) = match checkpoint {
         None => {
@@ -176,7 +238,7 @@ fn run_once(
     };
     let done = interim.outcome.spans.len();
     let output = output.map(|(folder, files)| {
-        files.begins(&scene, folder, resumed)?;
+        files.begins(&scene, folder, done)?;
         Ok::<_, SwimError>(Output::new(&scene, folder, files, &flows))
     });
     let output = output.transpose()?;
@@ -186,19 +248,37 @@ fn run_once(
         output,
         progress,
         done,
+        until_contact: None,
     };
     let method = Method::from_scene(&scene);
     let outcome = continue_from(&scene, model.as_mut(), method, &mut files, interim);
     files.write_pending()?;
-    let outcome = outcome?;
-    if let Some(output) = files.output {
-        output.files.gait_done(model.as_mut())?;
-    }
-    Ok(Report {
+    let Files {
+        output,
+        until_contact,
+        ..
+    } = files;
+    let report = |outcome: Outcome| Report {
         model: model.name(),
-        scene,
+        scene: scene.clone(),
         reasons,
         outcome,
         seconds: 0.0,
-    })
+    };
+    match (outcome, until_contact) {
+        (Ok(outcome), _) => {
+            let report = report(outcome);
+            if let Some(output) = output {
+                output.files.gait_done(model.as_mut())?;
+            }
+            Ok(report)
+        }
+        (Err(error), Some(so_far)) => {
+            if let Some(output) = output {
+                write_summary(&report(so_far), output.folder, output.files)?;
+            }
+            Err(error)
+        }
+        (Err(error), None) => Err(error),
+    }
 }

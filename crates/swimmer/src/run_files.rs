@@ -20,12 +20,15 @@ use crate::run_report::Report;
 /// run.
 #[allow(unused_variables)]
 pub trait RunFiles {
-    /// The gait begins; or continues with the files that an interrupted run has left (`resumed`).
-    /// It begins again if its error bar exceeds `fem.target`.
+    /// The gait begins; or continues after the first `spans` phase spans with the files that an
+    /// interrupted run has left.
+    ///
+    /// That run may have ended between [`RunFiles::write`] and its checkpoint, so the files may
+    /// know more phase spans. The gait begins again if its error bar exceeds `fem.target`.
     ///
     /// # Errors
     /// Any error ends the run.
-    fn begins(&mut self, scene: &Scene, folder: &Folder, resumed: bool) -> Result<(), SwimError> {
+    fn begins(&mut self, scene: &Scene, folder: &Folder, spans: usize) -> Result<(), SwimError> {
         Ok(())
     }
 
@@ -147,9 +150,11 @@ impl<'a> Output<'a> {
             return Ok(());
         };
         let begin = Instant::now();
-        self.write_trajectory(scene, checkpoint.outcome())?;
-        // The checkpoint is written last, so that every file that it names is complete.
+        let files = self.write_trajectory(scene, checkpoint.outcome());
+        // The checkpoint is written last, so that every file that it names is complete; and also
+        // without the files of the caller, so that a failed picture loses no phase.
         checkpoint.write(self.folder)?;
+        files?;
         self.written = Some((Instant::now(), begin.elapsed()));
         Ok(())
     }

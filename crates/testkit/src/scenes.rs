@@ -9,6 +9,7 @@ use scene::{Document, Scene, SceneError};
 ///
 /// A literal text would fix the order of the tables; settings may be given at any place, and the
 /// same fixture serves with other settings.
+#[must_use]
 #[derive(Clone, Debug, Default)]
 pub struct SceneText {
     text: String,

@@ -3,6 +3,7 @@
 mod book;
 mod design;
 mod help;
+mod hostile;
 mod output;
 mod pictures;
 mod printed;

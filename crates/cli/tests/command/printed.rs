@@ -258,3 +258,74 @@ fn solve_prints_the_numbers_of_its_json_and_warns_about_the_larger_error() {
     let percent = 100.0 * estimate("mesh") / speed;
     assert_two_digits("velocity", number(of_velocity), percent);
 }
+
+#[test]
+fn bug_numbers_far_from_one_were_printed_as_zero() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tiny.toml");
+    let tiny = "fluid.viscosity = 1e-3\n\
+        bodies = [{ name = \"a\", radius = 1e-3, position = [0, 0, 0], force = [1e-13, 0, 0] }]\n";
+    std::fs::write(&path, tiny).unwrap();
+    let (text, _) = swim(&["solve", path.to_str().unwrap()]);
+    let words = |label: &str| -> Vec<String> {
+        after(&text, label)
+            .split_whitespace()
+            .map(str::to_owned)
+            .collect()
+    };
+    // `F / (6 π μ a)`.
+    assert_eq!(words("  velocity"), ["5.3051648e-9", "0", "0"]);
+    assert_eq!(words("  force on the fluid"), ["1.0000000e-13", "0", "0"]);
+}
+
+#[test]
+fn bug_displacements_by_rounding_were_printed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("motor.toml");
+    let motor = r#"
+        bodies = [
+            { name = "a", radius = 1, position = [0, 0, 0] },
+            { name = "b", radius = 2, position = [4, 0, 0] },
+        ]
+        links = [{ name = "m", joint = "rotor", body = "a", to = "b", axis = [1, 0, 0] }]
+        gait.phases = [{ link = "m", length = 6 }]
+    "#;
+    std::fs::write(&path, motor).unwrap();
+    let out = folder.path().join("out");
+    let (text, _) = swim(&[
+        "run",
+        path.to_str().unwrap(),
+        "--quiet",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    let words = after(&text, "total").split_whitespace();
+    assert!(words.into_iter().all(|word| word == "0.00000"), "{text}");
+}
+
+#[test]
+fn bug_the_tolerance_was_met_beside_a_bar_of_a_model_that_it_does_not_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("three-sphere.toml");
+    crate::swim(folder.path(), &["new", "three-sphere"]);
+    let out = folder.path().join("out");
+    let (text, _) = swim(&[
+        "run",
+        scene.to_str().unwrap(),
+        "--set",
+        "model.kind=oseen",
+        "--set",
+        "domain.kind=unbounded",
+        "--quiet",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    let words = after(&text, "tolerance");
+    assert!(
+        words.contains("does not limit the errors of the model"),
+        "{text}"
+    );
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    let summary: Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(summary["tolerance_limits"], "the error of the integration");
+}

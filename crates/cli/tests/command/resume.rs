@@ -86,6 +86,11 @@ fn killed_and_interrupted_runs_end_like_an_uninterrupted_one() {
     let mut killed = start(folder, "broken", &[]);
     signal_after(&mut killed, &out, 1, "-KILL");
     assert!(!killed.wait().unwrap().success());
+    // As if it had been killed between the slices of the flow and their checkpoint, and while it
+    // wrote a file.
+    let slices = |out: &Path| std::fs::read(out.join("flow_slices.json")).unwrap();
+    std::fs::write(out.join("flow_slices.json"), slices(&folder.join("whole"))).unwrap();
+    std::fs::write(out.join(".trajectory.csvAb12cD.tmp"), "half").unwrap();
 
     let mut interrupted = start(folder, "broken", &["--resume"]);
     signal_after(&mut interrupted, &out, 2, "-INT");
@@ -97,6 +102,33 @@ fn killed_and_interrupted_runs_end_like_an_uninterrupted_one() {
     assert_eq!(results(&folder.join("whole")), results(&out));
     let collection = |out: &Path| std::fs::read(out.join("trajectory.pvd")).unwrap();
     assert_eq!(collection(&folder.join("whole")), collection(&out));
+    assert_eq!(
+        slices(&folder.join("whole")),
+        slices(&out),
+        "doubled slices"
+    );
+    let entries = std::fs::read_dir(&out).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let left: Vec<String> = names
+        .filter(|name| name.ends_with(".tmp") || name.ends_with(".lock"))
+        .collect();
+    assert_eq!(left, [""; 0]);
+}
+
+#[test]
+fn a_second_run_into_a_folder_is_refused_and_a_hangup_leaves_a_checkpoint() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    std::fs::write(folder.join("scene.toml"), SCENE).unwrap();
+    let mut first = start(folder, "out", &[]);
+    while phases_done(&folder.join("out")).is_none() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let message = crate::refused(folder, &["run", "scene.toml", "--out", "out"]);
+    let process = format!("process {}", first.id());
+    testkit::contains("lock", &message, &[&process, "--out"]);
+    signal_after(&mut first, &folder.join("out"), 0, "-HUP");
+    assert_eq!(first.wait().unwrap().code(), Some(130));
 }
 
 #[test]

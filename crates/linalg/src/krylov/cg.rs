@@ -54,7 +54,8 @@ fn iterate(
                 let cause = if curvature.is_nan() || rz.is_nan() {
                     "the operator or the preconditioner returned NaN"
                 } else {
-                    "the operator or the preconditioner is not positive definite"
+                    "the operator or the preconditioner is not positive definite; indefinite \
+                     operators, such as those of saddle points, need minres or fgmres"
                 };
                 return Err(progress.broken(cause));
             }

@@ -42,6 +42,7 @@ impl Default for KrylovParams {
 
 impl KrylovParams {
     /// Sets the null vectors of a singular operator.
+    #[must_use]
     pub fn with_null_vectors(mut self, null_vectors: NullVectors) -> Self {
         self.null_vectors = Some(Arc::new(null_vectors));
         self

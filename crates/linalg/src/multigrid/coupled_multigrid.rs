@@ -13,7 +13,6 @@ use crate::transpose::transpose;
 use crate::vector::{max_abs, power_of_two_below};
 use crate::{
     CoupledOperator, Csr, LinalgError, LinearOperator, Preconditioner, PreconditionerKind,
-    chebyshev,
 };
 
 /// One V-cycle of smoothed aggregation as an approximate inverse of a [`CoupledOperator`].
@@ -27,6 +26,11 @@ use crate::{
 /// the row sums `sum_j |k_ij|` of single dofs. A dof whose row has no off-diagonal nonzero, such as
 /// a prescribed component, is left to the smoother. The cycle runs in f32, is symmetric to its
 /// precision, and the same on any number of threads.
+///
+/// Quadratic elements need more iterations than linear ones, independent of their number: 93, and
+/// 47 with rigid motions, for linear elasticity in a cube with 4 600 or 15 000 nodes, clamped on
+/// one side, to 1e-8. [`Multigrid`](super::Multigrid) of the Laplacian takes 80 there, which are
+/// cheaper.
 ///
 /// Cost of `apply`: two passes over the finest matrix, four over the others, in blocks of 52 bytes.
 ///
@@ -118,13 +122,8 @@ impl CoupledMultigrid {
                 params.check_stalled(levels.len(), k.rows() / 3)?;
                 break;
             };
-            let degree = if levels.is_empty() {
-                params.sweeps
-            } else {
-                params.coarse_sweeps
-            };
-            let factors = chebyshev::sweeps(scaling.upper, params.smoothing_range, degree);
-            sizes.push(size(&k, p.nnz(), degree));
+            let factors = params.relaxation_factors(levels.len(), scaling.upper);
+            sizes.push(size(&k, p.nnz(), factors.len()));
             let (level, coarse) = rayon::join(
                 || Level::coupled(&k, &p, &scaling.diagonal, unit.recip(), &factors),
                 || multiply(&transpose(&p), &multiply(&k, &p)),

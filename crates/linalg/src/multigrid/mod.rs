@@ -25,7 +25,7 @@ use crate::columns::{assert_lengths, in_passes, split};
 use crate::csr::positive_diagonal;
 use crate::vector::{for_each_chunk, max_abs, power_of_two_below};
 use crate::{
-    Bordered, Csr, LinalgError, Preconditioner, PreconditionerKind, Prolongation, chebyshev, csr,
+    Bordered, Csr, LinalgError, Preconditioner, PreconditionerKind, Prolongation, csr,
     smoothed_aggregation,
 };
 
@@ -183,17 +183,14 @@ impl<'a> Builder<'a> {
     }
 
     fn push(&mut self, operator: &Bordered, prolongation: &Prolongation, scaling: &JacobiScaling) {
-        let degree = match self.levels.len() {
-            0 => self.params.sweeps,
-            _ => self.params.coarse_sweeps,
-        };
-        self.record(operator, prolongation.nodes().nnz(), degree);
+        let factors = (self.params).relaxation_factors(self.levels.len(), scaling.upper);
+        self.record(operator, prolongation.nodes().nnz(), factors.len());
         self.levels.push(Level::new(
             operator,
             prolongation,
             &scaling.diagonal,
             self.unit.recip(),
-            &chebyshev::sweeps(scaling.upper, self.params.smoothing_range, degree),
+            &factors,
         ));
     }
 

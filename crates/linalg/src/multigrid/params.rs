@@ -1,6 +1,6 @@
 //! Parameters of multigrid.
 
-use crate::chebyshev::MAX_DEGREE;
+use crate::chebyshev::{self, MAX_DEGREE};
 use crate::{Coarsening, LinalgError};
 
 /// Parameters of the hierarchy of levels.
@@ -125,6 +125,16 @@ impl MultigridParams {
             sweeps: 2,
             ..MultigridParams::default()
         }
+    }
+
+    /// Relaxation factors of the smoothing steps on a level, the finest of which is 0, with the
+    /// upper bound on the spectrum of the scaled matrix.
+    pub(super) fn relaxation_factors(&self, level: usize, upper: f64) -> Vec<f64> {
+        let steps = match level {
+            0 => self.sweeps,
+            _ => self.coarse_sweeps,
+        };
+        chebyshev::sweeps(upper, self.smoothing_range, steps)
     }
 
     /// Refuses a level of `nodes` nodes that can neither be aggregated nor factorised.

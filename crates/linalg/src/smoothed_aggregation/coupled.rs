@@ -4,11 +4,12 @@
 //! orthonormal basis of the near-null vectors on each aggregate, whose coefficients are the
 //! near-null vectors of the coarse level.
 
-use super::{Aggregates, standard_aggregates, strong_connections};
+use super::{Aggregates, is_coarser, standard_aggregates, strong_connections};
 use crate::Csr;
 use crate::chebyshev::JacobiScaling;
 use crate::csr::{Rows, diagonal};
 use crate::product::{build_rows, multiply};
+use crate::vector::{dot, norm};
 
 /// Norm of a near-null vector on an aggregate, over its norm before orthogonalisation, below which
 /// it depends on those before it: rounding leaves 1e-16, a rotation of two adjacent nodes 1e-3.
@@ -78,14 +79,13 @@ pub(crate) fn prolongation(
     let strong = strong_connections(&norms, &diagonal(&norms), threshold);
     let aggregates = standard_aggregates(&strong, &vec![0; norms.rows()]);
     let coarse_dofs = near_null.vectors * aggregates.count;
-    if coarse_dofs == 0 || 5 * coarse_dofs > 4 * k.rows() {
+    if !is_coarser(coarse_dofs, k.rows()) {
         return None;
     }
     let (tentative, coarse) = tentative(k, &aggregates, near_null);
     let product = multiply(k, &tentative);
     let (t, kt) = (Rows::new(&tentative), Rows::new(&product));
-    let JacobiScaling { diagonal, upper } = scaling;
-    let omega = 4.0 / (3.0 * upper);
+    let omega = scaling.prolongation_factor();
     let smoothed = build_rows(k.rows(), coarse_dofs, |i, row| {
         if t.indptr[i] == t.indptr[i + 1] {
             return;
@@ -94,7 +94,7 @@ pub(crate) fn prolongation(
             row.add(j, value);
         }
         for (j, value) in kt.row(i) {
-            row.add(j, -omega / diagonal[i] * value);
+            row.add(j, -omega / scaling.diagonal[i] * value);
         }
     });
     Some((smoothed, coarse))
@@ -135,16 +135,16 @@ fn tentative(k: &Csr, aggregates: &Aggregates, near_null: &NearNullSpace) -> (Cs
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(m);
         for c in 0..m {
             let mut v: Vec<f64> = dofs.iter().map(|&dof| near_null.of_dof(dof)[c]).collect();
-            let before = euclidean(&v);
+            let before = norm(&v);
             // twice, so that nearly dependent vectors become orthogonal
             for _ in 0..2 {
                 for (b, q) in basis.iter().enumerate() {
-                    let product: f64 = q.iter().zip(&v).map(|(q, v)| q * v).sum();
+                    let product = dot(q, &v);
                     r[m * b + c] += product;
                     v.iter_mut().zip(q).for_each(|(v, q)| *v -= product * q);
                 }
             }
-            let rest = euclidean(&v);
+            let rest = norm(&v);
             if rest > DEPENDENT * before {
                 r[m * c + c] = rest;
                 v.iter_mut().for_each(|v| *v /= rest);
@@ -175,10 +175,6 @@ fn tentative(k: &Csr, aggregates: &Aggregates, near_null: &NearNullSpace) -> (Cs
         values: coefficients,
     };
     (matrix, coarse)
-}
-
-fn euclidean(v: &[f64]) -> f64 {
-    v.iter().map(|v| v * v).sum::<f64>().sqrt()
 }
 
 /// The matrix with the mean diagonal entry in its empty rows, those of empty columns of `P`.

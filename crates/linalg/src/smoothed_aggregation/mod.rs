@@ -54,7 +54,7 @@ pub(crate) fn prolongation(
         }
         Coarsening::Filtered => filtered::aggregates(k, &constrained, threshold),
     };
-    if !aggregates.coarsen() {
+    if !is_coarser(aggregates.count, k.rows()) {
         return None;
     }
     let tentative = tentative_prolongation(&aggregates);
@@ -64,11 +64,17 @@ pub(crate) fn prolongation(
             weights[i]
         }));
     }
-    let JacobiScaling { diagonal, upper } = scaling;
-    let omega = 4.0 / (3.0 * upper);
+    let omega = scaling.prolongation_factor();
     Some(smoothed(fine, k, &tentative, &constrained, |i| {
-        omega / diagonal[i]
+        omega / scaling.diagonal[i]
     }))
+}
+
+/// Whether a level of `coarse` dofs is worth its cost below one of `fine` dofs.
+///
+/// Coarsening by less than a fifth of the dofs costs more than factorising the finer level.
+fn is_coarser(coarse: usize, fine: usize) -> bool {
+    coarse > 0 && 5 * coarse <= 4 * fine
 }
 
 /// The off-diagonal entries with `a_ij^2 > threshold^2 a_ii a_jj`, with their values.
@@ -97,13 +103,6 @@ pub struct Aggregates {
 }
 
 impl Aggregates {
-    /// Whether a coarser level is worth its cost.
-    ///
-    /// Coarsening by less than a fifth of the dofs costs more than factorising the finer level.
-    pub(crate) fn coarsen(&self) -> bool {
-        self.count > 0 && 5 * self.count <= 4 * self.of_node.len()
-    }
-
     /// Aggregates of the nodes of a symmetric scalar matrix.
     ///
     /// Neighbours with `a_ij^2 > strength^2 a_ii a_jj` and of the same `class` may be aggregated,
@@ -183,7 +182,7 @@ fn tentative_prolongation(aggregates: &Aggregates) -> Csr {
 ///
 /// Likewise `Q_l = -W C_l` if there is a left border. `F` is `K` or a filtered form of it, and
 /// `W = weight(i)` a diagonal matrix. For `F = K` the weights are `w / d_i` with the diagonal `D`
-/// of [`JacobiScaling`]; the factor `w = 4 / (3 upper)` minimises the bound on the energy.
+/// of [`JacobiScaling`] and the factor `w` of [`JacobiScaling::prolongation_factor`].
 ///
 /// The border columns result from the same Jacobi step on the tentative prolongation `[T 0; 0 I]`
 /// of the bordered operator: a border dof moves the nodes around it.

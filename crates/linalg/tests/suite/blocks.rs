@@ -191,6 +191,7 @@ fn blocks_that_do_not_fit_are_refused() {
             "pressure",
             "itself",
         ),
+        (full(), "velocity", "BlockForm::Diagonal"),
     ];
     for (builder, name, word) in cases {
         match builder.build(BlockForm::Upper).map(|_| ()) {
@@ -207,7 +208,10 @@ fn blocks_that_do_not_fit_are_refused() {
         b.coupling("velocity", "pressure", dense(3, 2, |_, _| 1.0))
     };
     assert!(twice(twice(full())).build(BlockForm::Diagonal).is_err());
-    assert!(full().build(BlockForm::Lower).is_ok());
+    assert!(full().build(BlockForm::Diagonal).is_ok());
+    assert!(twice(full()).build(BlockForm::Upper).is_ok());
+    // The only coupling lies in the other triangle.
+    assert!(twice(full()).build(BlockForm::Lower).is_err());
     let unsymmetric = dense(2, 2, |i, _| i as f64);
     let kind = PreconditionerKind::PositiveDefinite;
     assert!(ExplicitInverse::new(unsymmetric, kind).is_err());

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::boundary_nodes::project;
+use crate::point_location::quadratic_functions;
 use crate::{LinearTets, MeshError, NamedSurface, Regions, TET_EDGES, TetMesh, Vec3};
 
 /// The eight children of a tet, by local nodes of the parent (Bey 1995).
@@ -113,11 +114,8 @@ fn weights(node: usize) -> nalgebra::Vector4<f64> {
 
 /// The point of a quadratic cell with these barycentric coordinates.
 fn quadratic_point(x: &[Vec3; 10], l: nalgebra::Vector4<f64>) -> Vec3 {
-    let vertices = (0..4).map(|i| l[i] * (2.0 * l[i] - 1.0));
-    let middles = TET_EDGES.iter().map(|&[i, j]| 4.0 * l[i] * l[j]);
-    (vertices.chain(middles).zip(x))
-        .map(|(shape, x)| shape * x)
-        .sum()
+    let shapes = quadratic_functions(&l.into());
+    shapes.into_iter().zip(x).map(|(shape, x)| shape * x).sum()
 }
 
 #[cfg(test)]

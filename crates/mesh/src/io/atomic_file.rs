@@ -1,4 +1,4 @@
-//! Files as bytes. Writing is atomic: a file is either complete or absent.
+//! Atomic writing: a file is either complete or absent.
 
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -27,7 +27,7 @@ pub fn write_atomically(
     let mut prefix = std::ffi::OsString::from(".");
     prefix.push(name);
     let mut builder = Builder::new();
-    builder.prefix(&prefix).suffix(".tmp");
+    builder.prefix(&prefix).suffix(SUFFIX).rand_bytes(RANDOM);
     // Temporary files are private by default; this file gets the permissions of any new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -47,6 +47,29 @@ pub fn write_atomically(
     Ok(())
 }
 
+/// Whether a file name is that of a temporary file of [`write_atomically`], which a killed process
+/// leaves behind.
+///
+/// ```
+/// assert!(mesh::is_temporary_file(".mesh.vtuq1W2e3.tmp"));
+/// assert!(!mesh::is_temporary_file(".notes.tmp") && !mesh::is_temporary_file("mesh.tmp"));
+/// ```
+pub fn is_temporary_file(name: &str) -> bool {
+    // The six random characters follow the extension of the file.
+    let stem = name
+        .strip_prefix('.')
+        .and_then(|name| name.strip_suffix(SUFFIX));
+    let extension = stem.and_then(|stem| stem.rsplit_once('.'));
+    extension.is_some_and(|(name, rest)| {
+        let is_random = rest.len() > RANDOM && rest.chars().all(|c| c.is_ascii_alphanumeric());
+        !name.is_empty() && is_random
+    })
+}
+
+/// End of the names of temporary files, after this number of random characters.
+const SUFFIX: &str = ".tmp";
+const RANDOM: usize = 6;
+
 /// Writes a mesh file by [`write_atomically`].
 ///
 /// # Errors
@@ -56,17 +79,6 @@ pub(super) fn write_file(
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), MeshError> {
     write_atomically(path, write).map_err(|source| MeshError::Io {
-        path: path.into(),
-        source,
-    })
-}
-
-/// The bytes of a file.
-///
-/// # Errors
-/// [`MeshError::Io`] with the path.
-pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, MeshError> {
-    std::fs::read(path).map_err(|source| MeshError::Io {
         path: path.into(),
         source,
     })

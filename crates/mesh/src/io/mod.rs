@@ -1,11 +1,13 @@
 //! Mesh files: Gmsh MSH, STL and OBJ in, VTU (ParaView) and MSH out.
 
 mod atomic_file;
+mod input_file;
 mod msh;
 mod surface_file;
 mod vtu;
 
-pub use atomic_file::write_atomically;
+pub use atomic_file::{is_temporary_file, write_atomically};
+pub use input_file::{InputFile, MAX_MESH_FILE, content_hash};
 pub use msh::MshFile;
 pub use surface_file::SurfaceFormat;
 pub use vtu::{Pvd, Vtu, VtuEncoding};

@@ -168,6 +168,7 @@ impl Orders {
     /// The higher of these orders and `other`, sphere by sphere and gap by gap.
     ///
     /// Spheres that only one of them has keep their order.
+    #[must_use]
     pub fn at_least(&self, other: &Self) -> Self {
         let (long, short) = match self.spheres.len() >= other.spheres.len() {
             true => (self, other),

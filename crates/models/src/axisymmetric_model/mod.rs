@@ -133,7 +133,7 @@ impl AxisymmetricModel {
             axis,
             // The net displacement is a small difference of the displacements of the phase spans,
             // which amplifies relative errors: by 8 for the three-sphere swimmer.
-            tolerance: (0.05 * scene.model().tolerance).clamp(MIN_TOLERANCE, LOWEST_ACCURACY),
+            tolerance: (0.05 * scene.working_tolerance()).clamp(MIN_TOLERANCE, LOWEST_ACCURACY),
             solver: ResistanceSolver::new(),
             scaled,
         })

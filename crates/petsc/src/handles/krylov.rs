@@ -16,13 +16,19 @@ impl<'s> Krylov<'s> {
     pub fn new(_: &'s Session) -> Result<Self, PetscError> {
         let mut object = NONE;
         // SAFETY: the communicator is valid and `object` live.
-        unsafe { call!(KSPCreate(world(), &mut object)) }?;
-        Ok(Self(Handle::owned(object, ffi::KSPDestroy)))
+        unsafe {
+            call!(KSPCreate(world(), &mut object))?;
+            Ok(Self(Handle::owned(object, ffi::KSPDestroy)))
+        }
     }
 
     /// A solver that PETSc lends.
-    pub(super) fn shared(object: Object) -> Result<Self, PetscError> {
-        Ok(Self(Handle::shared(object, ffi::KSPDestroy)?))
+    ///
+    /// # Safety
+    /// `object` is a live solver.
+    pub(super) unsafe fn shared(object: Object) -> Result<Self, PetscError> {
+        // SAFETY: the caller's promise.
+        Ok(Self(unsafe { Handle::shared(object, ffi::KSPDestroy) }?))
     }
 
     /// The object of PETSc.
@@ -92,8 +98,10 @@ impl<'s> Krylov<'s> {
     pub fn preconditioner(&self) -> Result<Preconditioner<'s>, PetscError> {
         let mut object = NONE;
         // SAFETY: the solver is live and lends its preconditioner.
-        unsafe { call!(KSPGetPC(self.0.object, &mut object)) }?;
-        Preconditioner::shared(object)
+        unsafe {
+            call!(KSPGetPC(self.0.object, &mut object))?;
+            Preconditioner::shared(object)
+        }
     }
 
     /// Why the last solve ended: `KSPConvergedReason`, negative without convergence.
@@ -118,10 +126,13 @@ pub struct Preconditioner<'s>(Handle<'s>);
 
 impl<'s> Preconditioner<'s> {
     /// A preconditioner that PETSc lends.
-    pub(super) fn shared(object: Object) -> Result<Self, PetscError> {
-        // A solver destroys its preconditioner; a further reference to it is released by the
-        // same function.
-        Ok(Self(Handle::shared(object, ffi::PCDestroy)?))
+    ///
+    /// # Safety
+    /// `object` is a live preconditioner.
+    pub(super) unsafe fn shared(object: Object) -> Result<Self, PetscError> {
+        // SAFETY: the caller's promise. A solver destroys its preconditioner; a further reference
+        // to it is released by the same function.
+        Ok(Self(unsafe { Handle::shared(object, ffi::PCDestroy) }?))
     }
 
     methods! {
@@ -211,19 +222,19 @@ impl<'s> Preconditioner<'s> {
     pub fn smoother(&self, level: usize) -> Result<Krylov<'s>, PetscError> {
         let number = int("levels", level)?;
         // SAFETY: the preconditioner is live and lends its smoothers.
-        self.lend(|ksp| unsafe {
-            match level {
+        unsafe {
+            self.lend(|ksp| match level {
                 0 => call!(PCMGGetCoarseSolve(self.0.object, ksp)),
                 _ => call!(PCMGGetSmoother(self.0.object, number, ksp)),
-            }
-        })
+            })
+        }
     }
 
     /// The solver that every process applies to the gathered system.
     pub fn redundant(&self) -> Result<Krylov<'s>, PetscError> {
         self.set_type(c"redundant")?;
         // SAFETY: the preconditioner is live and lends its solver.
-        self.lend(|ksp| unsafe { call!(PCRedundantGetKSP(self.0.object, ksp)) })
+        unsafe { self.lend(|ksp| call!(PCRedundantGetKSP(self.0.object, ksp))) }
     }
 
     /// LDLT factors of a symmetric matrix by the given library.
@@ -256,13 +267,15 @@ impl<'s> Preconditioner<'s> {
                 call!(PCCompositeGetPC(pc, number, part))?;
             }
         }
-        let other = other.map(|other| Krylov::shared(other.object()));
-        Self::shared(parts[1])?.set_correction(Correction {
-            diagonal,
-            subtracted: other.transpose()?,
-        })?;
-        // SAFETY: the part is live and lends its solver.
-        self.lend(|ksp| unsafe { call!(PCKSPGetKSP(parts[0], ksp)) })
+        // SAFETY: the other solver and the lent parts are live; the first one lends its solver.
+        unsafe {
+            let other = other.map(|other| Krylov::shared(other.object()));
+            Self::shared(parts[1])?.set_correction(Correction {
+                diagonal,
+                subtracted: other.transpose()?,
+            })?;
+            self.lend(|ksp| call!(PCKSPGetKSP(parts[0], ksp)))
+        }
     }
 
     /// A diagonal matrix, given by its entries on this process.
@@ -287,13 +300,18 @@ impl<'s> Preconditioner<'s> {
         }
     }
 
-    fn lend(
+    /// The solver that `call` obtains.
+    ///
+    /// # Safety
+    /// `call` stores a live solver.
+    unsafe fn lend(
         &self,
         call: impl FnOnce(*mut Object) -> Result<(), PetscError>,
     ) -> Result<Krylov<'s>, PetscError> {
         let mut object = NONE;
         call(&mut object)?;
-        Krylov::shared(object)
+        // SAFETY: the caller's promise.
+        unsafe { Krylov::shared(object) }
     }
 }
 

@@ -81,9 +81,9 @@ impl<'s> Matrix<'s> {
                 rows.columns.as_ptr(),
                 rows.values.as_ptr(),
                 &mut object
-            ))
-        }?;
-        Ok(Self(Handle::owned(object, ffi::MatDestroy)))
+            ))?;
+            Ok(Self(Handle::owned(object, ffi::MatDestroy)))
+        }
     }
 
     /// The matrix `[a b; c d]`, which shares its blocks.
@@ -105,9 +105,9 @@ impl<'s> Matrix<'s> {
                 ptr::null(),
                 blocks.as_ptr(),
                 &mut object
-            ))
-        }?;
-        Ok(Self(Handle::owned(object, ffi::MatDestroy)))
+            ))?;
+            Ok(Self(Handle::owned(object, ffi::MatDestroy)))
+        }
     }
 
     /// The index sets of the two rows of blocks of a nested matrix.
@@ -128,26 +128,28 @@ impl<'s> Matrix<'s> {
     /// A copy of a nested matrix as one sparse matrix.
     pub fn to_sparse(&self) -> Result<Self, PetscError> {
         // SAFETY: the matrix is live and the name ends with a zero byte.
-        self.make(|out| unsafe {
-            call!(MatConvert(
-                self.0.object,
-                c"aij".as_ptr(),
-                MAT_INITIAL_MATRIX,
-                out
-            ))
-        })
+        unsafe {
+            self.make(|out| {
+                call!(MatConvert(
+                    self.0.object,
+                    c"aij".as_ptr(),
+                    MAT_INITIAL_MATRIX,
+                    out
+                ))
+            })
+        }
     }
 
     /// The transpose.
     pub fn transpose(&self) -> Result<Self, PetscError> {
         // SAFETY: the matrix is live.
-        self.make(|out| unsafe { call!(MatTranspose(self.0.object, MAT_INITIAL_MATRIX, out)) })
+        unsafe { self.make(|out| call!(MatTranspose(self.0.object, MAT_INITIAL_MATRIX, out))) }
     }
 
     /// The transpose as an operator on this matrix, without a copy of its entries.
     pub fn transposed_view(&self) -> Result<Self, PetscError> {
         // SAFETY: the matrix is live; PETSc adds a reference to it.
-        self.make(|out| unsafe { call!(MatCreateTranspose(self.0.object, out)) })
+        unsafe { self.make(|out| call!(MatCreateTranspose(self.0.object, out))) }
     }
 
     /// The product `self other`.
@@ -156,15 +158,17 @@ impl<'s> Matrix<'s> {
     /// Those of PETSc, as for sizes that do not fit.
     pub fn multiply(&self, other: &Matrix<'s>) -> Result<Self, PetscError> {
         // SAFETY: both matrices are live.
-        self.make(|out| unsafe {
-            call!(MatMatMult(
-                self.0.object,
-                other.0.object,
-                MAT_INITIAL_MATRIX,
-                FILL,
-                out
-            ))
-        })
+        unsafe {
+            self.make(|out| {
+                call!(MatMatMult(
+                    self.0.object,
+                    other.0.object,
+                    MAT_INITIAL_MATRIX,
+                    FILL,
+                    out
+                ))
+            })
+        }
     }
 
     /// The Galerkin product `p^T self p`.
@@ -173,24 +177,31 @@ impl<'s> Matrix<'s> {
     /// Those of PETSc, as for sizes that do not fit.
     pub fn galerkin(&self, p: &Matrix<'s>) -> Result<Self, PetscError> {
         // SAFETY: both matrices are live.
-        self.make(|out| unsafe {
-            call!(MatPtAP(
-                self.0.object,
-                p.0.object,
-                MAT_INITIAL_MATRIX,
-                FILL,
-                out
-            ))
-        })
+        unsafe {
+            self.make(|out| {
+                call!(MatPtAP(
+                    self.0.object,
+                    p.0.object,
+                    MAT_INITIAL_MATRIX,
+                    FILL,
+                    out
+                ))
+            })
+        }
     }
 
-    fn make(
+    /// The matrix that `call` creates.
+    ///
+    /// # Safety
+    /// `call` stores a new matrix, whose reference is the caller's.
+    unsafe fn make(
         &self,
         call: impl FnOnce(*mut Object) -> Result<(), PetscError>,
     ) -> Result<Self, PetscError> {
         let mut object = NONE;
         call(&mut object)?;
-        Ok(Self(Handle::owned(object, ffi::MatDestroy)))
+        // SAFETY: the caller's promise.
+        Ok(Self(unsafe { Handle::owned(object, ffi::MatDestroy) }))
     }
 
     /// `y <- self x`.
@@ -300,7 +311,8 @@ impl<'s> Matrix<'s> {
     /// Declares that `vector`, of norm one, spans the null space.
     pub fn set_null_vector(&mut self, vector: &Vector<'s>) -> Result<NullSpace<'s>, PetscError> {
         let mut space = NONE;
-        // SAFETY: one live vector of norm one; PETSc adds a reference to it.
+        // SAFETY: one live vector of norm one; PETSc adds a reference to it, and the matrix one to
+        // the new space.
         unsafe {
             call!(MatNullSpaceCreate(
                 world(),
@@ -308,12 +320,11 @@ impl<'s> Matrix<'s> {
                 1,
                 &vector.0.object,
                 &mut space
-            ))
-        }?;
-        let space: Handle<'s> = Handle::owned(space, ffi::MatNullSpaceDestroy);
-        // SAFETY: both objects are live; the matrix adds a reference to the space.
-        unsafe { call!(MatSetNullSpace(self.0.object, space.object)) }?;
-        Ok(NullSpace(space))
+            ))?;
+            let space: Handle<'s> = Handle::owned(space, ffi::MatNullSpaceDestroy);
+            call!(MatSetNullSpace(self.0.object, space.object))?;
+            Ok(NullSpace(space))
+        }
     }
 }
 

@@ -60,7 +60,10 @@ struct Handle<'s> {
 
 impl<'s> Handle<'s> {
     /// Takes over a reference that PETSc has counted for the caller.
-    fn owned(object: Object, destroy: unsafe extern "C" fn(*mut Object) -> Code) -> Self {
+    ///
+    /// # Safety
+    /// `object` is live, nobody else releases this reference, and `destroy` belongs to its class.
+    unsafe fn owned(object: Object, destroy: unsafe extern "C" fn(*mut Object) -> Code) -> Self {
         Self {
             object,
             destroy,
@@ -69,13 +72,19 @@ impl<'s> Handle<'s> {
     }
 
     /// Adds a reference to an object that PETSc lends.
-    fn shared(
+    ///
+    /// # Safety
+    /// `object` is live, and `destroy` belongs to its class.
+    unsafe fn shared(
         object: Object,
         destroy: unsafe extern "C" fn(*mut Object) -> Code,
     ) -> Result<Self, PetscError> {
-        // SAFETY: `object` is a live object of PETSc, which counts references in its header.
-        unsafe { call!(PetscObjectReference(object)) }?;
-        Ok(Self::owned(object, destroy))
+        // SAFETY: `object` is a live object of PETSc, which counts references in its header; the
+        // added one belongs to the handle.
+        unsafe {
+            call!(PetscObjectReference(object))?;
+            Ok(Self::owned(object, destroy))
+        }
     }
 }
 

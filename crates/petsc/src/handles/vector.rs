@@ -15,8 +15,10 @@ impl<'s> Vector<'s> {
     pub fn new(_: &'s Session, local: usize) -> Result<Self, PetscError> {
         let (n, mut object) = (int("entries of a vector", local)?, NONE);
         // SAFETY: the communicator is valid and `object` live.
-        unsafe { call!(VecCreateMPI(world(), n, DETERMINE, &mut object)) }?;
-        Ok(Self(Handle::owned(object, ffi::VecDestroy)))
+        unsafe {
+            call!(VecCreateMPI(world(), n, DETERMINE, &mut object))?;
+            Ok(Self(Handle::owned(object, ffi::VecDestroy)))
+        }
     }
 
     /// A vector with these entries on this process.
@@ -61,9 +63,11 @@ impl<'s> Vector<'s> {
         let (mut scatter, mut all) = (NONE, NONE);
         // SAFETY: the vector is live; both results are, and belong to this function, which drops
         // them by their handles.
-        unsafe { call!(VecScatterCreateToAll(self.0.object, &mut scatter, &mut all)) }?;
-        let scatter: Handle<'s> = Handle::owned(scatter, ffi::VecScatterDestroy);
-        let all = Vector(Handle::owned(all, ffi::VecDestroy));
+        let (scatter, all): (Handle<'s>, _) = unsafe {
+            call!(VecScatterCreateToAll(self.0.object, &mut scatter, &mut all))?;
+            let scatter = Handle::owned(scatter, ffi::VecScatterDestroy);
+            (scatter, Vector(Handle::owned(all, ffi::VecDestroy)))
+        };
         let (s, x, y) = (scatter.object, self.0.object, all.0.object);
         // SAFETY: the scatter was created for these two vectors, which are live.
         unsafe {

@@ -4,17 +4,17 @@ use models::ErrorEstimate;
 use serde_json::Value;
 
 use super::record::RunRecord;
-use crate::numbers::{count, decimals, duration, percent, rounded, two_digits, with_uncertainty};
+use crate::numbers::{
+    count, decimals, duration, percent, rounded, tolerance_statement, two_digits, with_uncertainty,
+};
 
 /// One sentence about the run.
 pub fn lead(record: &RunRecord) -> String {
     let gait = record.scene.gait();
     let summary = &record.summary;
-    let tolerance = summary["tolerance"].as_f64();
-    let met = match (summary["tolerance_met"].as_bool(), tolerance) {
-        (Some(true), Some(tolerance)) => format!("; the tolerance {tolerance:e} is met"),
-        (Some(false), Some(tolerance)) => format!("; the tolerance {tolerance:e} is not met"),
-        _ => String::new(),
+    let met = match summary["tolerance"].as_f64() {
+        Some(tolerance) => format!("; {}", tolerance_statement(&record.outcome, tolerance)),
+        None => String::new(),
     };
     format!(
         "{} of {}, duration {}. Model {}, {}{met}.",

@@ -9,9 +9,25 @@ use crate::nearest::nearest;
 
 /// Refuses unknown keys and values that are not of their key's kind, below a group.
 pub(super) fn check_table(places: &Places, table: &Table, group: &str) -> Result<(), SceneError> {
-    table
-        .iter()
-        .try_for_each(|(key, value)| check_value(places, value, &join(group, key)))
+    table.iter().try_for_each(|(key, value)| {
+        let path = join(group, key);
+        // With these characters one name would look like a path of several.
+        match key.contains(['.', '[', ']']) {
+            true => Err(quoted_key(places, key, &path)),
+            false => check_value(places, value, &path),
+        }
+    })
+}
+
+/// Refuses a key such as `"fluid.viscosity"`, which TOML takes for one name with a dot in it.
+fn quoted_key(places: &Places, key: &str, path: &str) -> SceneError {
+    SceneError::UnknownKey {
+        place: places.find(path),
+        key: one_line(&format!("\"{key}\"")),
+        remedy: "quotation marks make it one name, and no key has dots or brackets in its name; \
+                 write it without them, such as fluid.viscosity"
+            .to_owned(),
+    }
 }
 
 /// Makes the checks of [`check_table`] for the value of one key or group.

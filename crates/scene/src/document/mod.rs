@@ -5,6 +5,7 @@ mod places;
 
 use std::path::{Path, PathBuf};
 
+use mesh::InputFile;
 use serde::Serialize;
 use toml::de::DeTable;
 use toml::{Table, Value};
@@ -26,6 +27,9 @@ pub struct Document {
     warnings: Vec<String>,
 }
 
+/// Largest scene file or gait table in bytes; a hundred thousand phases or rows need a tenth of it.
+pub(crate) const MAX_TEXT_FILE: u64 = 1 << 27;
+
 /// One step from the root of a document to a value.
 enum Step {
     Key(String),
@@ -39,7 +43,8 @@ impl Document {
     /// A file that cannot be read, and as [`Document::parse`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, SceneError> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|source| SceneError::Read {
+        let text = InputFile::read(path, MAX_TEXT_FILE).and_then(InputFile::into_text);
+        let text = text.map_err(|source| SceneError::Read {
             path: path.to_owned(),
             source,
         })?;
@@ -131,13 +136,38 @@ impl Document {
                 problem: "has no value; write key=value".to_owned(),
             });
         };
-        let value = parse_value(value.trim());
-        let mut key = key.trim().to_owned();
+        self.assign(key.trim(), parse_value(value.trim()), place, true)
+    }
+
+    /// Adds the value of a key that is written as for [`Document::set`], such as `fluid.viscosity`.
+    ///
+    /// # Errors
+    /// As [`Document::set`]; a key that has a value already.
+    pub fn add(&mut self, key: &str, value: Value) -> Result<(), SceneError> {
+        self.assign(key, value, self.path.display().to_string(), false)
+    }
+
+    /// Sets a key to a value that is written at `place`.
+    fn assign(
+        &mut self,
+        key: &str,
+        value: Value,
+        place: String,
+        replaces: bool,
+    ) -> Result<(), SceneError> {
+        let mut key = key.to_owned();
         if let Some((old, new)) = keys::RENAMED.iter().find(|(old, _)| *old == key) {
             key = renamed(old, new);
             self.warnings.push(renaming(&place, old, &key));
         }
         let (path, steps) = match self.resolve(&key) {
+            Ok((path, _)) if !replaces && self.has(&path) => {
+                return Err(SceneError::BadValue {
+                    place,
+                    key: path,
+                    problem: "is given twice; remove one of the two".to_owned(),
+                });
+            }
             Ok(found) => found,
             Err((key, problem)) => {
                 return Err(SceneError::BadValue {
@@ -200,9 +230,15 @@ impl Document {
         self.places.find(path)
     }
 
-    /// Warnings about keys that have another name now, to be shown to the user.
+    /// Warnings to be shown to the user: about keys that have another name now, and, once a scene
+    /// was read from the document, about its files.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// Adds warnings about what the document names.
+    pub(crate) fn warn(&mut self, warnings: Vec<String>) {
+        self.warnings.extend(warnings);
     }
 
     /// Whether a key such as `bodies[1].radius` has a value.

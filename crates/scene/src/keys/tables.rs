@@ -254,6 +254,9 @@ tables! {
         /// it is the error of the integration only; `fem.target` is for the mesh.
         // Figures and comparisons with published strokes need three digits.
         tolerance: f64 [Positive] = 1e-3,
+        /// Factor on the tolerance of single solutions and steps, for runs whose error bar would
+        /// miss the tolerance because the net displacement is smaller than predicted.
+        tolerance_factor: Option<f64> [Positive] | "1, or smaller where a run finds that it needs it",
         /// What a run does with a result whose error bar is larger than the tolerance.
         accept: AcceptKind,
     }

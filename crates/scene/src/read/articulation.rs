@@ -3,7 +3,7 @@
 use rigid::{Articulation, Freedom, Joint, JointDrive, JointKind, PassiveDrive, RigidError};
 
 use crate::body::Body;
-use crate::checks::Checks;
+use crate::checks::{Checks, check_angle};
 use crate::error::SceneError;
 use crate::joints::JointKeys;
 use crate::keys::{ForceFile, JointFile};
@@ -229,6 +229,7 @@ pub(super) fn oscillating(
         };
         let key = format!("links[{joint}].force");
         let missing = |name: &str| checks.bad_value(&key, format!("has no {name}"));
+        check_angle(checks, &key, harmonic.phase)?;
         let amplitude = harmonic.amplitude.ok_or_else(|| missing("amplitude"))?;
         let period = harmonic.period.or(gait_period);
         forces.push(JointForce {

@@ -50,6 +50,23 @@ impl Scene {
         })
     }
 
+    /// The scene with another `model.tolerance_factor`, or without one.
+    ///
+    /// # Errors
+    /// As [`Scene::with_model`].
+    pub fn with_tolerance_factor(&self, tolerance_factor: Option<f64>) -> Result<Self, SceneError> {
+        self.with_model(ModelOptions {
+            tolerance_factor,
+            ..self.model
+        })
+    }
+
+    /// The tolerance from which those of single solutions and steps follow:
+    /// `model.tolerance` times `model.tolerance_factor`.
+    pub fn working_tolerance(&self) -> f64 {
+        self.model.tolerance * self.model.tolerance_factor.unwrap_or(1.0)
+    }
+
     /// The scene with another `fem.size_factor`, or without one.
     ///
     /// # Errors

@@ -67,30 +67,28 @@ pub(super) fn domain(
             Domain::Surface(surfaces.read(checks, keys)?)
         }
         DomainKind::Mesh => Domain::Mesh {
-            file: mesh_file(checks, file)?,
+            file: mesh_file(checks, file, surfaces)?,
             walls: walls(checks, file)?,
         },
     })
 }
 
-fn mesh_file(checks: &Checks, file: &DomainFile) -> Result<PathBuf, SceneError> {
+fn mesh_file(
+    checks: &Checks,
+    file: &DomainFile,
+    files: &mut SurfaceFiles,
+) -> Result<PathBuf, SceneError> {
     let key = "domain.file";
     let name = checks.required(key, file.file.as_ref(), ": a mesh needs a Gmsh file")?;
     let path = checks.0.path().parent().unwrap_or(Path::new("")).join(name);
-    let metadata = std::fs::metadata(&path).map_err(|error| {
-        let problem = format!("cannot be read: {}: {error}", path.display());
-        checks.bad_value(key, problem)
-    })?;
-    let defect = match (metadata.is_file(), metadata.len()) {
-        (false, _) => "not a file",
-        (true, 0) => "empty",
-        (true, _) => return Ok(path),
-    };
-    let problem = format!(
-        "names {}, which is {defect}; give a Gmsh mesh",
-        path.display()
-    );
-    Err(checks.bad_value(key, problem))
+    // The models read it again; here it is looked for, and its hash is taken.
+    let bytes = (files.bytes(&path))
+        .map_err(|error| checks.bad_value(key, format!("cannot be read: {error}")))?;
+    if bytes.is_empty() {
+        let problem = format!("names {}, which is empty; give a Gmsh mesh", path.display());
+        return Err(checks.bad_value(key, problem));
+    }
+    Ok(path)
 }
 
 fn walls(checks: &Checks, file: &DomainFile) -> Result<Vec<String>, SceneError> {

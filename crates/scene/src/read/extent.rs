@@ -22,6 +22,14 @@ use crate::shape_path::{JointForce, ShapePath};
 /// and gaps are lost in rounding.
 const LARGEST_RATIO: f64 = 1e9;
 
+/// Largest distance of linked bodies over the smallest length of a body.
+///
+/// A constraint turns forces into torques with the arm `d`, so that the matrix that determines the
+/// loads of the links has a condition number of the order of `d^2`, which reaches `1 / 2.2e-16`
+/// near this distance: there they are lost in rounding, and chains are taken for loops that stay
+/// open.
+const LARGEST_LINK: f64 = 1e8;
+
 /// A scene as it is known before its bodies are placed.
 pub(super) struct Unplaced<'a> {
     pub checks: &'a Checks<'a>,
@@ -45,6 +53,7 @@ impl Unplaced<'_> {
         self.check_lengths(smallest)?;
         self.check_gait(smallest)?;
         for (number, joint) in self.joints.iter().enumerate() {
+            self.check_link(number, smallest)?;
             for (key, length) in JointKeys::from_kind(&joint.kind).lengths() {
                 self.check_length(&format!("links[{number}].{key}"), length, smallest)?;
             }
@@ -66,6 +75,26 @@ impl Unplaced<'_> {
             length / smallest
         );
         Err(self.checks.bad_value(key, problem))
+    }
+
+    /// Refuses bodies that are too far from the bodies that they are linked to.
+    fn check_link(&self, number: usize, smallest: f64) -> Result<(), SceneError> {
+        let joint = &self.joints[number];
+        let [body, to] = [joint.body, joint.to].map(|body| &self.bodies[body]);
+        let distance = (body.position - to.position).norm();
+        if distance <= LARGEST_LINK * smallest {
+            return Ok(());
+        }
+        let problem = format!(
+            "is too far from '{}', to which a link joins '{}': at {:.1e} times the smallest radius \
+             of the bodies ({smallest:e}) the loads of the link are lost in rounding; the limit is \
+             {LARGEST_LINK:e} times",
+            to.name,
+            body.name,
+            distance / smallest
+        );
+        let key = format!("bodies[{}].position", joint.body);
+        Err(self.checks.bad_value(&key, problem))
     }
 
     /// Checks the lengths of the domain and the bodies.

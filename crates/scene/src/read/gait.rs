@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rigid::{Articulation, Joint};
 
-use crate::checks::{Checks, check_prescribed, check_value};
+use crate::checks::{Checks, check_angle, check_prescribed, check_value};
 use crate::error::SceneError;
 use crate::gait::{Gait, Phase};
 use crate::gait_table::GaitTable;
@@ -177,6 +177,7 @@ fn harmonic<'f>(
         let key = |key: &str| format!("gait.harmonics[{number}].{key}");
         let missing = |name: &str| checks.bad_value(&key(name), "is missing");
         let name = file.link.as_ref().ok_or_else(|| missing("link"))?;
+        check_angle(checks, &key("phase"), file.phase)?;
         Ok(Sine {
             joint: find(checks, &key("link"), name, joints)?,
             amplitude: file.amplitude.ok_or_else(|| missing("amplitude"))?,

@@ -105,6 +105,14 @@ pub(crate) fn by_joint(values: &JointValues, joints: &[Joint]) -> Result<Vec<Opt
 
 /// Refuses a tolerance outside its bounds.
 pub(super) fn check_model(checks: &Checks, model: &ModelOptions) -> Result<(), SceneError> {
+    match model.tolerance_factor {
+        // Smaller factors ask for less than rounding; larger ones miss the tolerance.
+        Some(factor) if !(1e-6..=1.0).contains(&factor) => {
+            let problem = format!("must be between 1e-6 and 1, not {factor}");
+            return Err(checks.bad_value("model.tolerance_factor", problem));
+        }
+        _ => {}
+    }
     check_below_one(checks, "model.tolerance", model.tolerance, 1e-12)
 }
 

@@ -54,7 +54,7 @@ impl Scene {
 }
 
 /// The scene of a document, before the check for bodies that touch.
-fn scene(document: Document) -> Result<Scene, SceneError> {
+fn scene(mut document: Document) -> Result<Scene, SceneError> {
     let checks = Checks(&document);
     let file: SceneFile =
         document
@@ -103,12 +103,13 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
     limits::check_model(&checks, &file.model)?;
     limits::check_fem(&checks, &file.fem)?;
     limits::check_design(&checks, &file.optimise, &file.learn, articulation.joints())?;
-    let name = document
-        .path()
-        .file_stem()
-        .map_or("scene".into(), |stem| stem.to_string_lossy().into_owned());
+    let stem = document.path().file_stem();
+    let name = stem.map(|stem| stem.to_string_lossy().into_owned());
+    // Names of dots alone, as of the file `...toml`, are those of other folders.
+    let name = name.filter(|name| name.chars().any(|c| c != '.'));
+    document.warn(surfaces.warnings);
     Ok(Scene {
-        name,
+        name: name.unwrap_or_else(|| "scene".to_owned()),
         viscosity: file.fluid.viscosity,
         density,
         gravity,
@@ -124,6 +125,7 @@ fn scene(document: Document) -> Result<Scene, SceneError> {
         fem: file.fem,
         optimise: file.optimise,
         learn: file.learn,
+        sources: surfaces.sources,
         document,
     })
 }

@@ -7,7 +7,7 @@ use mesh::Surface;
 use mesher::Placed;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use crate::checks::Checks;
+use crate::checks::{Checks, check_angle};
 use crate::error::SceneError;
 use crate::keys::{BodyFile, DEFAULT_AXIS, DEFAULT_ORIENTATION};
 use crate::surface_shape::SurfaceFiles;
@@ -195,7 +195,9 @@ impl ShapeKeys<'_> {
 
     /// The rotation vector.
     pub fn orientation(&self) -> Result<Vector3<f64>, SceneError> {
-        Ok(self.file.orientation.unwrap_or(DEFAULT_ORIENTATION).into())
+        let rotation = Vector3::from(self.file.orientation.unwrap_or(DEFAULT_ORIENTATION));
+        check_angle(self.checks, &self.path("orientation"), rotation.norm())?;
+        Ok(rotation)
     }
 
     /// The axis of a body of revolution: given, or the x axis turned by the orientation.
@@ -205,9 +207,9 @@ impl ShapeKeys<'_> {
                 &self.path("orientation"),
                 "is given beside axis, and either determines the other; remove one of them",
             )),
-            (None, Some(orientation)) => {
-                Ok(UnitQuaternion::from_scaled_axis(orientation.into())
-                    * Vector3::from(DEFAULT_AXIS))
+            (None, Some(_)) => {
+                let rotation = UnitQuaternion::from_scaled_axis(self.orientation()?);
+                Ok(rotation * Vector3::from(DEFAULT_AXIS))
             }
             (axis, None) => unit_axis(axis.unwrap_or(DEFAULT_AXIS)).ok_or_else(|| {
                 let problem = "must not be zero: it is a direction";

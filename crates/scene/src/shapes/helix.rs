@@ -31,10 +31,20 @@ impl Geometry for HelixShape {
     fn problem(&self) -> Option<(&'static str, String)> {
         let direction =
             "other than zero: positive for a right-handed helix, negative for a left-handed one";
-        match self.pitch == 0.0 {
-            true => Some(("pitch", direction.to_owned())),
-            false => (self.turns > MAX_TURNS).then(|| ("turns", format!("at most {MAX_TURNS}"))),
+        if self.pitch == 0.0 {
+            return Some(("pitch", direction.to_owned()));
         }
+        if self.turns > MAX_TURNS {
+            return Some(("turns", format!("at most {MAX_TURNS}")));
+        }
+        // Lengths relative to the radius, so that no square of them overflows.
+        let [pitch, tube] = [self.pitch, self.tube_radius].map(|length| length / self.radius);
+        let reach = mesher::Helix::new(1.0, pitch, self.turns, tube).reach();
+        (reach <= 0.0).then(|| {
+            let limit = (reach + tube) * self.radius;
+            let problem = format!("below {limit:.6}, where the tube touches itself");
+            ("tube_radius", problem)
+        })
     }
 
     fn lengths(&self) -> Vec<(&'static str, f64)> {

@@ -68,6 +68,64 @@ fn any_scene() -> impl Strategy<Value = String> {
         })
 }
 
+/// A file that is not regular never ends, or waits for a writer.
+#[cfg(target_os = "linux")]
+#[test]
+fn devices_and_pipes_are_refused_as_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe.stl");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.unwrap().success());
+    let pipe = pipe.to_str().unwrap();
+    let refused = |text: &str| {
+        let message = Scene::parse(text).expect_err(text).to_string();
+        assert!(message.contains("not a regular file"), "{message}");
+        assert!(message.starts_with("scene.toml:"), "{message}");
+    };
+    for file in ["/dev/zero", pipe] {
+        assert!(Scene::read(file, &[]).is_err());
+        refused(&format!("gait.file = {file:?}\n{TWO}").replace("gait.phases", "#"));
+        refused(&format!(
+            "domain = {{ kind = \"mesh\", file = {file:?}, walls = [\"w\"] }}"
+        ));
+    }
+    refused(&format!(
+        "domain = {{ kind = \"surface\", file = {pipe:?} }}"
+    ));
+}
+
+#[test]
+fn a_scene_file_named_by_dots_alone_has_a_name() {
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["...toml", "..toml", "a..toml"] {
+        let path = folder.path().join(file);
+        std::fs::write(&path, TWO).unwrap();
+        let scene = Scene::read(&path, &[]).unwrap();
+        let name = if file.starts_with('a') { "a." } else { "scene" };
+        assert_eq!(scene.name(), name);
+    }
+}
+
+#[test]
+fn a_changed_file_has_another_hash() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(
+        at("scene.toml"),
+        format!("gait.file = \"t.csv\"\n{TWO}").replace("gait.phases", "#"),
+    )
+    .unwrap();
+    let mut files = ["time,arm\n0,10\n1,6\n", "time,arm\n0,10\n1,7\n"].map(|table| {
+        std::fs::write(at("t.csv"), table).unwrap();
+        Scene::read(at("scene.toml"), &[]).unwrap().source_files()
+    });
+    assert!(files[0][0].path.ends_with("t.csv"));
+    assert_ne!(files[0][0].hash, files[1][0].hash);
+    files[1][0].hash = files[0][0].hash;
+    assert_eq!(files[0], files[1]);
+    assert!(Scene::parse(TWO).unwrap().source_files().is_empty());
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 

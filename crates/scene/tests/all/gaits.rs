@@ -246,3 +246,32 @@ fn bug_means_of_gaits_moved_bodies_without_their_pivots() {
         "{pivot}"
     );
 }
+
+/// The sine of such an angle is that of its rounding errors.
+#[test]
+fn a_phase_angle_of_1e50_is_refused() {
+    let gait = |phase: &str| {
+        parse(&format!(
+            "gait = {{ period = 8, harmonics = [{{ link = \"a\", amplitude = 2, phase = {phase} }}] }}"
+        ))
+    };
+    assert!(gait("1e6").is_ok());
+    for phase in ["1.1e6", "1e50"] {
+        let message = gait(phase).unwrap_err();
+        let start = "scene.toml:11: gait.harmonics[0].phase must be an angle of at most 1e6";
+        assert!(message.starts_with(start), "{message}");
+    }
+    let force = "gait.period = 8\nlinks = [{ name = \"a\", body = \"x\", to = \"y\", force = \
+                 { amplitude = 1, phase = 1e50 }, drive = \"force\" }]\n\
+                 bodies = [{ name = \"x\", radius = 1, position = [0, 0, 0] },\
+                 { name = \"y\", radius = 1, position = [9, 0, 0] }]";
+    let error = Scene::parse(force).unwrap_err().to_string();
+    assert!(error.contains("links[0].force must be an angle"), "{error}");
+    let turned = "bodies = [{ name = \"x\", shape = \"ellipsoid\", semi_axes = [3, 2, 1], \
+                  position = [0, 0, 0], orientation = [0, 0, 1e50] }]";
+    let error = Scene::parse(turned).unwrap_err().to_string();
+    assert!(
+        error.contains("bodies[0].orientation must be an angle"),
+        "{error}"
+    );
+}

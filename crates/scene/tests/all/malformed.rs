@@ -160,7 +160,7 @@ kind = "ball"\nradius = 40\nscale = 2 -> scene.toml:7 | domain.scale belongs to 
 kind = "box" -> domain.size is missing
 kind = "mesh" -> domain.file is missing
 kind = "mesh"\nfile = "no/such.msh" -> scene.toml:6 | domain.file cannot be read: no/such.msh
-kind = "mesh"\nfile = "src"\nwalls = ["outer"] -> domain.file names src, which is not a file
+kind = "mesh"\nfile = "src"\nwalls = ["outer"] -> domain.file cannot be read: src: it is a folder
 kind = "mesh"\nfile = "Cargo.toml" -> domain.walls is missing
 kind = "mesh"\nfile = "Cargo.toml"\nwalls = [] -> domain.walls is empty
 kind = "mesh"\nfile = "Cargo.toml"\nwalls = ["outer"] -> bodies[0].surface is missing

@@ -135,3 +135,59 @@ fn old_names_of_keys_are_read_with_a_warning() {
         "{both}"
     );
 }
+
+/// TOML takes `"fluid.viscosity"` for one name with a dot, which no table of the scene has.
+#[test]
+fn a_key_in_quotation_marks_is_refused_and_not_ignored() {
+    for (line, place) in [
+        ("\"fluid.viscosity\" = 100.0", "scene.toml:1"),
+        ("fluid = { \"viscosity.x\" = 1 }", "scene.toml:1"),
+        ("\"gait.phases[0].length\" = 5", "scene.toml:1"),
+        ("\"bodies[0].radius\" = 5", "scene.toml:1"),
+        (
+            "fluid = { viscosity = 1, \"density[]\" = 1 }",
+            "scene.toml:1",
+        ),
+    ] {
+        let error = Scene::parse(&format!("{line}\n{TWO}")).expect_err(line);
+        let message = error.to_string();
+        assert!(message.starts_with(place), "{line}: {message}");
+        assert!(message.contains("quotation marks"), "{line}: {message}");
+    }
+    // Quotation marks around a name without dots change nothing, and names of links may have dots.
+    let quoted = format!(
+        "\"fluid\".\"viscosity\" = 3.0\n{}",
+        TWO.replace("arm", "a.b[0]")
+    );
+    let quoted = quoted.replace(
+        "link = \"a.b[0]\", length = 6",
+        "targets = { \"a.b[0]\" = 6 }",
+    );
+    let scene = Scene::parse(&quoted).unwrap();
+    assert_eq!(scene.viscosity(), 3.0);
+    assert_eq!(
+        scene.gait().phases[0].path,
+        scene::ShapePath::Linear(vec![(0, 6.0)])
+    );
+}
+
+#[test]
+fn a_program_adds_keys_with_dots_unless_they_have_a_value() {
+    let mut document = Document::parse(TWO, Path::new("scene.toml")).unwrap();
+    document.add("fluid.viscosity", 100.0.into()).unwrap();
+    document
+        .add("bodies.left.force", vec![1_i64, 0, 0].into())
+        .unwrap();
+    for (key, fragment) in [
+        ("fluid.viscosity", "is given twice"),
+        ("bodies[0].radius", "is given twice"),
+        ("domain", "is given twice"),
+        ("fluid.viscositi", "did you mean"),
+        ("bodies.none.radius", "has no entry"),
+    ] {
+        let message = document.add(key, 3.0.into()).unwrap_err().to_string();
+        assert!(message.contains(fragment), "{key}: {message}");
+    }
+    let scene = Scene::from_document(document).unwrap();
+    assert_eq!((scene.viscosity(), scene.bodies()[0].force.x), (100.0, 1.0));
+}

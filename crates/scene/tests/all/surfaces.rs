@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use mesh::{Surface, SurfaceMesh};
+use mesh::{Surface, SurfaceFormat, SurfaceMesh};
 use scene::{Domain, FileShape, Scene, Shape, closest_contact};
 
 /// A tetrahedron with corners at the origin and on the axes, in OBJ; its centroid is at 1/4 of
@@ -78,7 +78,7 @@ fn gaps_of_surfaces() {
         "cube",
         b"v -9 -9 -9\nv 9 -9 -9\nv 9 9 -9\nv -9 9 -9\nv -9 -9 9\nv 9 -9 9\nv 9 9 9\nv -9 9 9\n\
           f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 1 5 8 4\n",
-        mesh::SurfaceFormat::Obj,
+        SurfaceFormat::Obj,
     );
     std::fs::write(folder.path().join("cube.stl"), cube.unwrap().to_stl()).unwrap();
     let path = folder.path().join("scene.toml");
@@ -123,4 +123,74 @@ fn gaps_of_surfaces() {
     };
     let same = std::fs::canonicalize(folder.path().join("cube.stl")).unwrap();
     assert_eq!(std::fs::canonicalize(&wall.file).unwrap(), same);
+}
+
+#[test]
+fn a_self_touching_helix_is_refused_with_the_largest_radius_of_its_tube() {
+    let helix = |tube: f64, pitch: f64| {
+        let text = format!(
+            "bodies = [{{ name = \"a\", shape = \"helix\", radius = 1, tube_radius = {tube}, \
+             pitch = {pitch}, turns = 3, position = [0, 0, 0] }}]"
+        );
+        Scene::parse(&text)
+            .map(|_| ())
+            .map_err(|error| error.to_string())
+    };
+    // Turns of a small pitch are next to each other, at less than the pitch because they are
+    // inclined; a steep tube would reach its centre of curvature.
+    assert_eq!(helix(0.2, 0.5), Ok(()));
+    for (tube, pitch) in [(0.25, 0.5), (0.5, 0.5), (1.7, 5.0)] {
+        let message = helix(tube, pitch).unwrap_err();
+        let start = "scene.toml:1: bodies[0].tube_radius must be below ";
+        assert!(message.starts_with(start), "{message}");
+        let limit = message[start.len()..].split(',').next().unwrap();
+        let limit: f64 = limit.parse().unwrap();
+        assert!(
+            limit < tube && helix(0.999 * limit, pitch).is_ok(),
+            "{message}"
+        );
+    }
+}
+
+/// The loop that "did not meet" was none, and the message had no place.
+#[test]
+fn a_linked_body_at_1e9_is_refused_with_its_place() {
+    let linked = |x: f64, joint: &str| {
+        Scene::parse(&format!(
+            "bodies = [{{ name = \"a\", radius = 1, position = [1, 2, 3] }},\n\
+             {{ name = \"b\", radius = 1, position = [{x}, {x}, {x}] }}]\n\
+             links = [{{ name = \"l\", body = \"b\", to = \"a\", joint = \"{joint}\", {} }}]",
+            if joint == "hinge" {
+                "axis = [0, 1, 1]"
+            } else {
+                ""
+            }
+        ))
+    };
+    for joint in ["slide", "hinge", "ball", "rotor"] {
+        assert!(linked(5.7e7, joint).is_ok());
+        let message = linked(5e8, joint).unwrap_err().to_string();
+        let start = "scene.toml:2: bodies[1].position is too far from 'a'";
+        assert!(message.starts_with(start), "{message}");
+    }
+}
+
+/// A binary STL file has seven digits, of which three are those of the distance here.
+#[test]
+fn a_surface_far_from_its_origin_in_single_precision_is_a_warning_with_the_lost_digits() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut part = SurfaceMesh::parse("part", TETRAHEDRON.as_bytes(), SurfaceFormat::Obj).unwrap();
+    let warnings = |part: &SurfaceMesh| {
+        std::fs::write(folder.path().join("part.stl"), part.to_stl()).unwrap();
+        let scene = scene(folder.path(), "file = \"part.stl\", position = [0, 0, 0]").unwrap();
+        scene.warnings().to_vec()
+    };
+    assert_eq!(warnings(&part), [""; 0]);
+    part.points.iter_mut().for_each(|x| x.y += 4000.0);
+    let found = warnings(&part);
+    assert_eq!(found.len(), 1);
+    // 4004 / 4, and 2^-24 of it.
+    for words in ["part.stl: ", "3 of 7 digits", "6.0e-5 of its width"] {
+        assert!(found[0].contains(words), "{found:?}");
+    }
 }

@@ -46,8 +46,7 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
         Err(Stopped {
             error: SwimError::NotIntegrated { .. },
             ..
-        }) if evaluator.scene.model().accept == AcceptKind::Best =>
-        {
+        }) if evaluator.scene.model().accept == AcceptKind::Best => {
             in_parts(evaluator, start, true)
         }
         result => result,

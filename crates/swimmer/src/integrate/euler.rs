@@ -7,7 +7,6 @@ use super::piece::{PathPiece, combination};
 use super::result::{Approximation, SpanResult, Stopped};
 use super::span_evaluator::SpanEvaluator;
 use super::step_size::largest_displacement;
-use crate::error::SwimError;
 
 /// Integrates a phase span in equal steps, each with the velocity at its start.
 pub(super) fn span(

@@ -132,7 +132,7 @@ impl<'a> Integrator<'a> {
             method,
             velocities: None,
             span_tolerance: Prediction::from_scene(scene)
-                .map(|prediction| prediction.span_tolerance(scene.model().tolerance)),
+                .map(|prediction| prediction.span_tolerance(scene.working_tolerance())),
             flows: false,
             until_contact: None,
         }

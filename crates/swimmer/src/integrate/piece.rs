@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 use rigid::{
-    Articulation, DerivativeBounds, MotionBounds, State, StateBounds, StateVelocity, Twist,
-    ValueBounds, RigidError,
+    Articulation, DerivativeBounds, MotionBounds, RigidError, State, StateBounds, StateVelocity,
+    Twist, ValueBounds,
 };
 
 use crate::error::SwimError;

@@ -18,7 +18,8 @@ use crate::outcome::{mean_of_moving, positions};
 pub(crate) struct Prediction {
     /// Net displacement, or a substitute for one that is too small to be predicted.
     net: f64,
-    /// Longest displacement of a body in one phase.
+    /// Longest displacement of a body in one phase; of points of its surface by rotation, if
+    /// centres do not move.
     longest: f64,
     /// Number of phases in a cycle.
     phases: usize,
@@ -64,13 +65,18 @@ impl Prediction {
         let mut state = scene.initial_state();
         let mut before = positions(set, &state, set.initial_shape()).ok()?;
         let origin = before.clone();
-        let mut longest = 0.0_f64;
+        let (mut longest, mut arc) = (0.0_f64, 0.0_f64);
         let phases = scene.gait().phases.len();
         let spans = spans(scene.gait(), set.initial_shape()).ok()?;
         for span in spans.take(phases) {
             let mut observe = |_: &_, _: &dyn Hydrodynamics| Ok(());
             let mut evaluator = SpanEvaluator::new(scene, &mut model, &span, None, &mut observe);
+            let from = set.place(&state, &span.from).ok()?;
             state = collocation::fixed_order(&mut evaluator, &state, POINTS).ok()?;
+            let to = set.place(&state, &span.to).ok()?;
+            for (body, (a, b)) in scene.bodies().iter().zip(from.iter().zip(&to)) {
+                arc = arc.max(a.rotation.angle_to(&b.rotation) * body.bounding_radius());
+            }
             let after = positions(set, &state, &span.to).ok()?;
             let moved = after.iter().zip(&before).map(|(a, b)| (a - b).norm());
             longest = moved.fold(longest, f64::max);
@@ -79,6 +85,9 @@ impl Prediction {
         let displacement: Vec<Vector3<f64>> =
             before.iter().zip(&origin).map(|(a, b)| a - b).collect();
         let net = mean_of_moving(&displacement).norm();
+        if longest <= MAX_RECIPROCAL_RATIO * arc {
+            longest = arc;
+        }
         let is_reciprocal = net <= MAX_RECIPROCAL_RATIO * longest;
         (longest > 0.0 && longest.is_finite()).then_some(Self {
             net: match is_reciprocal {
@@ -103,7 +112,7 @@ impl Prediction {
 
 /// Relative error of the velocities of a model for a tolerance of the net displacement.
 pub(crate) fn velocity_tolerance(scene: &Scene) -> f64 {
-    let tolerance = scene.model().tolerance;
+    let tolerance = scene.working_tolerance();
     match Prediction::from_scene(scene) {
         Some(prediction) => prediction.velocity_tolerance(tolerance),
         // The net displacement of the planar three-sphere swimmer is 1/100 of that of a phase.

@@ -12,6 +12,14 @@ use super::passive_joints::JointNewton;
 use super::piece::PathPiece;
 use crate::error::SwimError;
 
+/// Why the error of a phase span whose path is a program's may not become small.
+const OWN_PATH_HINT: &str = ", or begin another phase where the path of the joints has a corner: \
+    it must be smooth within a phase";
+
+/// Why the error of a phase span on meshes may not become small.
+const MESH_HINT: &str = ". With finite elements the change of velocities by a new mesh may \
+    prevent convergence: reduce fem.surface_size, and keep fem.estimates";
+
 /// The model's solution at a point of a phase span.
 #[derive(Clone, Debug)]
 pub struct SpanSolution {
@@ -242,6 +250,11 @@ impl<'a> SpanEvaluator<'a> {
             error,
             tolerance,
             parts,
+            hint: match (self.span.is_own_path(), self.capabilities().has_mesh) {
+                (true, _) => OWN_PATH_HINT,
+                (false, true) => MESH_HINT,
+                (false, false) => "",
+            },
         }
     }
 

@@ -35,7 +35,7 @@ pub(super) fn step_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, wi
         None => {
             let scale =
                 largest_displacement(evaluator, step).max(width * largest_length_change(evaluator));
-            evaluator.scene.model().tolerance * SPAN_TOLERANCE_SHARE * scale
+            evaluator.scene.working_tolerance() * SPAN_TOLERANCE_SHARE * scale
         }
     }
 }
@@ -86,6 +86,12 @@ fn largest_length_change(evaluator: &SpanEvaluator) -> f64 {
 pub(super) fn largest_displacement(evaluator: &SpanEvaluator, step: &StateVelocity) -> f64 {
     let longest_joint = longest_joint(evaluator);
     let set = evaluator.scene.articulation();
+    let radii = evaluator.scene.bodies().iter();
+    // A body without joints moves its surface alone.
+    let lever = match longest_joint > 0.0 {
+        true => longest_joint,
+        false => radii.fold(0.0, |most: f64, body| most.max(body.bounding_radius())),
+    };
     let joints = (set.passive_drives().zip(&step.joints))
         .map(|((joint, _), change)| set.arm_displacement(joint, *change));
     let spins = step
@@ -95,7 +101,7 @@ pub(super) fn largest_displacement(evaluator: &SpanEvaluator, step: &StateVeloci
         .map(|(spin, body)| spin.norm() * body.bounding_radius());
     step.frames
         .iter()
-        .map(|f| f.linear.norm() + f.angular.norm() * longest_joint)
+        .map(|f| f.linear.norm() + f.angular.norm() * lever)
         .chain(spins)
         .chain(joints)
         .fold(0.0, f64::max)

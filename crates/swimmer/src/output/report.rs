@@ -14,8 +14,9 @@ use crate::outcome::Outcome;
 /// `error_estimate` (absolute, in the scene's unit of length), `uncorrected` (displacement and work
 /// before estimated discretisation errors were subtracted), `seconds`, `model`, `reasons`,
 /// `cycles`, `duration`, `work` (of the bodies on the fluid), `work_error` (its error bars),
-/// `tolerance`, `tolerance_met`,
-/// `meshes`, `peak_rss_mib`, `scene` (its name), `machine`, `version` (of the program).
+/// `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer), `contact`
+/// (where bodies touched and the run stopped, in words, or null), `meshes`,
+/// `peak_rss_mib`, `scene` (its name), `machine`, `version` (of the program).
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
 /// solves, which may run at the same time.
 pub fn summary_json(
@@ -41,6 +42,14 @@ pub fn summary_json(
             })
         })
         .collect();
+    // None of both if the method does not estimate its error.
+    let limited =
+        outcome
+            .limited_error
+            .map(|limited| match limited >= outcome.error_estimate.total() {
+                true => "all errors",
+                false => "the error of the integration",
+            });
     json!({
         "scene": scene.name(),
         "displacement": by_body(&outcome.displacement),
@@ -61,6 +70,8 @@ pub fn summary_json(
         "work_error": estimate(&outcome.work_error),
         "tolerance": scene.model().tolerance,
         "tolerance_met": outcome.tolerance_met,
+        "contact": outcome.contact,
+        "tolerance_limits": limited,
         "meshes": outcome.meshes,
         "peak_rss_mib": peak_rss_mib(),
         "machine": processor(),

@@ -17,7 +17,8 @@ const COLUMNS: [&str; 18] = [
 /// Columns: `time`, `cycle` and `phase` (from one), the value of each joint (`NAME.length`, an
 /// angle for joints that turn), and 18 columns per body, such as `left.x`. Velocities and forces
 /// are empty at the ends of phases, where rates jump and nothing is solved. Numbers have as many
-/// digits as are needed to restore every bit.
+/// digits as are needed to restore every bit. Rotation vectors count full turns
+/// ([`crate::unwrapped`]).
 pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     let mut header = vec!["time".to_owned(), "cycle".to_owned(), "phase".to_owned()];
     header.extend(
@@ -51,7 +52,8 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
         row.extend(sample.shape.iter().map(f64::to_string));
         for (body, pose) in sample.poses.iter().enumerate() {
             row.extend(numbers(&pose.translation.vector));
-            row.extend(numbers(&pose.rotation.scaled_axis()));
+            let shortest = pose.rotation.scaled_axis();
+            row.extend(numbers(sample.rotations.get(body).unwrap_or(&shortest)));
             match sample.bodies.as_ref().and_then(|bodies| bodies.get(body)) {
                 Some(b) => {
                     for vector in [b.velocity, b.angular_velocity, b.force, b.torque] {

@@ -5,7 +5,7 @@ mod tables;
 mod target;
 
 use models::{AxisymmetricModel, FemModel, Hydrodynamics, ModelError, SphereModel, SpheresModel};
-use scene::{DomainKind, ModelKind, Scene};
+use scene::{DomainKind, ModelKind, Scene, Shape};
 
 use crate::integrate::velocity_tolerance;
 use sphere_model::{choose_sphere_model, expansion_for_tolerance};
@@ -47,6 +47,7 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         })
     };
     let axisymmetric = || -> Result<AxisymmetricModel, ModelError> {
+        check_slenderness(scene)?;
         Ok(AxisymmetricModel::new(scene)?.with_accuracy(velocity_tolerance(scene)))
     };
     match scene.model().kind {
@@ -87,6 +88,33 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
             elements(scene, reasons)
         }
     }
+}
+
+/// Largest ratio of the semi-axes of spheroids that the elements in the meridian plane support.
+const MAX_ASPECT: f64 = 500.0;
+
+/// Refuses spheroids that are too slender or too flat, with their place in the scene.
+fn check_slenderness(scene: &Scene) -> Result<(), ModelError> {
+    for (number, body) in scene.bodies().iter().enumerate() {
+        let Shape::Spheroid(spheroid) = &body.shape else {
+            continue;
+        };
+        let aspect = spheroid.half_length / spheroid.radius;
+        let aspect = aspect.max(aspect.recip());
+        if aspect > MAX_ASPECT {
+            let place = scene.place(&format!("bodies[{number}].half_length"));
+            return Err(ModelError::Unsupported {
+                what: format!(
+                    "{place}: a spheroid whose semi-axes differ by a factor of {aspect:.4}"
+                ),
+                instead: format!(
+                    "the limit is {MAX_ASPECT}; make '{}' less slender",
+                    body.name
+                ),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// The finite-element model, which does not support masses in unbounded fluid.

@@ -53,7 +53,7 @@ pub(super) fn expansion_for_tolerance(scene: &Scene) -> SphereModel {
 /// # Errors
 /// A scene for which the reference fails.
 pub(super) fn choose_sphere_model(scene: &Scene) -> Result<SphereModelChoice, ModelError> {
-    let tolerance = scene.model().tolerance;
+    let tolerance = scene.working_tolerance();
     let stroke = !scene.gait().phases.is_empty() && scene.bodies().len() <= MAX_BODIES_FOR_STROKE;
     let reference_kind = SphereModel::Multipole((1e-3 * tolerance).clamp(1e-13, 1e-5));
     let symmetry = scene.describe_arrangement();
@@ -154,7 +154,7 @@ fn evaluate(
         }));
     }
     // The integration error must be small compared with the differences between the models.
-    let tolerance = (0.1 * scene.model().tolerance).clamp(1e-12, 1e-4);
+    let tolerance = (0.1 * scene.working_tolerance()).clamp(1e-12, 1e-4);
     let one_cycle = scene
         .with_cycles(1)
         .and_then(|one_cycle| one_cycle.with_tolerance(tolerance));

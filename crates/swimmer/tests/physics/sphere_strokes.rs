@@ -243,3 +243,58 @@ fn templates_have_the_documented_displacements() {
     let chain = SceneText::file(include_str!("../../templates/chain.toml"));
     assert!(run(&chain.scene()).net() > 0.01);
 }
+
+/// A sphere under a torque, a motor between coaxial spheres, a spheroid under a torque: nothing is
+/// displaced, and the tolerance is relative to the path of the surfaces.
+#[test]
+fn bug_scenes_that_only_rotate_met_no_tolerance() {
+    let sphere = r#"
+        bodies = [{ name = "ball", radius = 1, position = [0, 0, 0], torque = [0, 0, 100] }]
+        gait.phases = [{ duration = 1 }, { duration = 2 }]
+    "#;
+    let outcome = run(&Scene::parse(sphere).unwrap());
+    assert!(outcome.tolerance_met);
+    // `ω = T / (8 π μ a^3)` for three units of time: almost two turns.
+    let angle = 3.0 * 100.0 / (8.0 * std::f64::consts::PI);
+    within(outcome.rotation.z - angle, 1e-12, "rounding");
+    let last = outcome.samples.last().unwrap();
+    within(last.rotations[0].z - angle, 1e-12, "rounding");
+    within(outcome.longest_arc - angle, 1e-12, "rounding");
+
+    let motor = r#"
+        bodies = [
+            { name = "tail", radius = 1, position = [0, 0, 0] },
+            { name = "head", radius = 2, position = [4, 0, 0] },
+        ]
+        links = [{ name = "m", joint = "rotor", body = "tail", to = "head", axis = [1, 0, 0] }]
+        gait.phases = [{ link = "m", length = 6 }]
+    "#;
+    let outcome = run(&Scene::parse(motor).unwrap());
+    assert!(outcome.tolerance_met);
+    let rotations = &outcome.samples.last().unwrap().rotations;
+    within(rotations[0].x - rotations[1].x - 6.0, 1e-12, "rounding");
+    // The torques balance, and those of the far smaller sphere are an eighth.
+    assert!(rotations[0].x * rotations[1].x < 0.0);
+
+    let spheroid = r#"
+        bodies = [{ name = "egg", shape = "spheroid", radius = 1, half_length = 2,
+                    position = [0, 0, 0], torque = [0, 0, 1] }]
+        gait.phases = [{ duration = 1 }]
+    "#;
+    let scene = Scene::parse(spheroid).unwrap();
+    let Ok(report) = swimmer::run_without_files(scene, &mut ()) else {
+        panic!("not integrated");
+    };
+    assert!(report.outcome.tolerance_met);
+    // Chwang & Wu (1974): `T = 8 π μ a^3 Y^C ω`; with `e = √3/2` and `L = ln((1+e)/(1-e))`,
+    // `Y^C = (4/3) e^3 (2 - e^2) / (-2 e + (1 + e^2) L)` for the half length `a`.
+    let e = 0.75_f64.sqrt();
+    let l = ((1.0 + e) / (1.0 - e)).ln();
+    let y = 4.0 / 3.0 * e.powi(3) * (2.0 - e * e) / (-2.0 * e + (1.0 + e * e) * l);
+    let exact = 1.0 / (8.0 * std::f64::consts::PI * 8.0 * y);
+    within(
+        report.outcome.rotation.z - exact,
+        1e-3 * exact,
+        "the tolerance of elements",
+    );
+}

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 use swimmer::choose;
+use swimmer::output::sealed;
 use swimmer::{
     Checkpoint, Folder, Interim, Method, Observer, Outcome, Scene, SpanResult, SwimError,
     checkpoint, simulate,
@@ -46,6 +47,11 @@ fn good() -> (Scene, Value) {
     (scene, value)
 }
 
+/// The text of a checkpoint that says what `value` does, with the checksum that belongs to it.
+fn text(value: &Value) -> String {
+    sealed(value).unwrap()
+}
+
 /// Restores a run from the bytes of a checkpoint.
 fn continue_from(scene: &Scene, bytes: &[u8]) -> Result<Interim, SwimError> {
     let temporary = tempfile::tempdir().unwrap();
@@ -73,21 +79,25 @@ fn refused(scene: &Scene, bytes: &[u8], fragment: &str) {
 #[test]
 fn a_valid_checkpoint_is_restored() {
     let (scene, good) = good();
-    let interim = continue_from(&scene, good.to_string().as_bytes()).unwrap();
+    let interim = continue_from(&scene, text(&good).as_bytes()).unwrap();
     assert_eq!(interim.outcome.spans.len(), 1);
 }
 
 #[test]
 fn texts_that_are_not_checkpoints_are_refused() {
     let (scene, good) = good();
-    let text = good.to_string();
+    let text = text(&good);
     let half = &text.as_bytes()[..text.len() / 2];
     for (bytes, fragment) in [
         (&b""[..], "is damaged: EOF"),
         (b"hello", "is damaged: expected value at line 1"),
         (b"[]", "is damaged"),
         (b"{}", "missing field `version`"),
-        (b"{\"version\": 2}", "missing field `scene`"),
+        (
+            b"{\"version\": 2}",
+            "is of version 2, this program reads version 5",
+        ),
+        (b"{\"version\": 5}", "missing field `scene`"),
         (half, "is damaged: EOF"),
         (b"\xff\xfe{}", "UTF-8"),
         (b"nan", "is damaged"),
@@ -103,12 +113,60 @@ fn texts_that_are_not_checkpoints_are_refused() {
     refused(&scene, huge.as_bytes(), "number out of range");
 }
 
+/// A changed digit is another valid number, and the run would end with another trajectory.
+#[test]
+fn a_checkpoint_with_one_changed_number_is_refused() {
+    let (scene, good) = good();
+    let good = text(&good);
+    let digits = good.match_indices(|c: char| c.is_ascii_digit());
+    for (at, digit) in digits.step_by(41) {
+        let mut bad = good.clone().into_bytes();
+        bad[at] = if digit == "9" { b'1' } else { bad[at] + 1 };
+        let error = continue_from(&scene, &bad).expect_err("changed");
+        assert!(
+            matches!(error, SwimError::Checkpoint { .. }),
+            "{at}: {error}"
+        );
+    }
+}
+
+#[test]
+fn a_resume_after_a_changed_gait_table_is_refused_with_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let phases = SCENE.find("gait.phases").unwrap();
+    let toml = format!("{}gait.file = \"t.csv\"", &SCENE[..phases]);
+    std::fs::write(at("scene.toml"), toml).unwrap();
+    let table = "time,arm\n0,6\n1,4\n2,6\n";
+    std::fs::write(at("t.csv"), table).unwrap();
+    let read = || Scene::read(at("scene.toml"), &[]).unwrap();
+    let out = Folder::create(at("out")).unwrap();
+    let run = |scene| swimmer::run(scene, &at("out"), true, &mut (), &mut ());
+    let scene = read();
+    let start = Interim::start(&scene).unwrap();
+    let model = choose(&scene).unwrap().model;
+    Checkpoint::new(&scene, &start.state, &start.outcome, model.as_ref(), &[])
+        .unwrap()
+        .write(&out)
+        .unwrap();
+    std::fs::write(at("t.csv"), table.replace("1,4", "1,4.5")).unwrap();
+    let message = run(read()).unwrap_err().to_string();
+    assert!(message.contains("other contents of the file"), "{message}");
+    assert!(message.contains("t.csv: put back"), "{message}");
+    let viewed = Checkpoint::read(&at("out"))
+        .unwrap()
+        .into_outcome(&at("out"));
+    assert!(viewed.is_err());
+    std::fs::write(at("t.csv"), table).unwrap();
+    assert_eq!(run(read()).unwrap().outcome.spans.len(), 2);
+}
+
 #[test]
 fn values_that_do_not_fit_are_refused() {
     let (scene, good) = good();
     // Place, value, and what the message contains.
     let rows = r#"
-/version 99 -> is of version 99, this program reads version 4
+/version 99 -> is of version 99, this program reads version 5
 /version "1" -> invalid type: string
 /version -1 -> invalid value: integer `-1`
 /scene "" -> another scene: one of the two has more keys
@@ -142,24 +200,23 @@ fn values_that_do_not_fit_are_refused() {
         let (place, value) = change.split_once(' ').unwrap();
         let mut bad = good.clone();
         *bad.pointer_mut(place).expect(place) = serde_json::from_str(value).unwrap();
-        refused(&scene, bad.to_string().as_bytes(), fragment);
+        refused(&scene, text(&bad).as_bytes(), fragment);
     }
     // More phases than the gait has.
     let mut bad = good.clone();
     let span = bad["outcome"]["spans"][0].clone();
     bad["outcome"]["spans"] = json!([span, span, span]);
-    let bad = bad.to_string();
-    refused(&scene, bad.as_bytes(), "3 completed phases of 2");
+    refused(&scene, text(&bad).as_bytes(), "3 completed phases of 2");
 }
 
 #[test]
 fn missing_fields_are_named() {
     let (scene, good) = good();
-    for field in "version scene frames attitudes joints history outcome flows".split(' ') {
+    for field in "version scene files frames attitudes joints history outcome flows".split(' ') {
         let mut bad = good.clone();
         bad.as_object_mut().unwrap().remove(field);
         let fragment = format!("missing field `{field}`");
-        refused(&scene, bad.to_string().as_bytes(), &fragment);
+        refused(&scene, text(&bad).as_bytes(), &fragment);
     }
 }
 
@@ -172,11 +229,11 @@ fn a_checkpoint_of_another_scene_is_refused_with_the_difference() {
         ("kind = \"rpy\"", "kind = \"oseen\"", "oseen"),
         ("1e-2", "1e-3", "tolerance"),
     ] {
-        let text = SCENE.replacen(from, to, 1);
-        assert_ne!(text, SCENE);
-        let other = Scene::parse(&text).unwrap();
+        let changed = SCENE.replacen(from, to, 1);
+        assert_ne!(changed, SCENE);
+        let other = Scene::parse(&changed).unwrap();
         for fragment in ["belongs to another scene", fragment] {
-            refused(&other, good.to_string().as_bytes(), fragment);
+            refused(&other, text(&good).as_bytes(), fragment);
         }
     }
 }

@@ -23,6 +23,32 @@ fn unsupported_scenes_are_refused_with_the_alternative() {
     assert!(choose(massive.with("model.kind", "multipole")).is_ok());
 }
 
+/// The model refuses it too, but as a failure of a method, and without the place.
+#[test]
+fn a_needle_of_ratio_1000_is_bad_input_with_its_place() {
+    let needle = |half_length: f64| {
+        Scene::parse(&format!(
+            "bodies = [{{ name = \"a\", shape = \"spheroid\", radius = 1, \
+             half_length = {half_length}, position = [0, 0, 0], force = [1, 0, 0] }}]"
+        ))
+        .unwrap()
+    };
+    for half_length in [1000.0, 501.0, 1.0 / 501.0] {
+        let error = swimmer::choose(&needle(half_length)).map(drop).unwrap_err();
+        let message = error.to_string();
+        assert!(message.starts_with("scene.toml:1: a spheroid"), "{message}");
+        assert!(
+            message.contains("the limit is 500; make 'a' less slender"),
+            "{message}"
+        );
+        assert_eq!(SwimError::from(error).exit_code(), 2);
+    }
+    // The limit is that of the model.
+    let scene = needle(501.0);
+    let refused = models::AxisymmetricModel::new(&scene).and_then(|mut m| m.describe(&scene));
+    assert!(refused.unwrap_err().to_string().contains("limit of 500"));
+}
+
 #[test]
 fn every_scene_error_has_exit_code_2() {
     let text = |text: &str| text.to_owned();

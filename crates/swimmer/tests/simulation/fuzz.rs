@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 use swimmer::choose;
+use swimmer::output::sealed;
 use swimmer::{Checkpoint, Folder, Interim, Scene, checkpoint};
 
 use super::edits::{edited, edits};
@@ -21,7 +22,11 @@ proptest! {
         Checkpoint::new(&scene, &state, &outcome, model.as_ref(), &[]).unwrap().write(&folder).unwrap();
         let path = temporary.path().join(checkpoint::FILE);
         let text = std::fs::read_to_string(&path).unwrap();
-        std::fs::write(&path, edited(&text, &edits)).unwrap();
+        let text = edited(&text, &edits);
+        // With a checksum of its own, so that more than the checksum is tried.
+        let value = serde_json::from_str::<serde_json::Value>(&text).ok();
+        let text = value.and_then(|value| sealed(&value).ok()).unwrap_or(text);
+        std::fs::write(&path, text).unwrap();
         let restored = Checkpoint::read(temporary.path())
             .and_then(|checkpoint| checkpoint.restore(&scene, model.as_mut(), temporary.path()));
         if let Err(error) = restored {

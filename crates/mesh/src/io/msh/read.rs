@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::atomic_file::read_file;
+use super::super::input_file::read_mesh_file;
 use super::MshFile;
 use super::gather::Gather;
 use super::scan::{Encoding, Scanner};
@@ -16,7 +16,7 @@ impl MshFile {
     /// [`MeshError::Io`], or as [`MshFile::parse`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshError> {
         let path = path.as_ref();
-        Self::parse(&path.display().to_string(), &read_file(path)?)
+        Self::parse(&path.display().to_string(), &read_mesh_file(path)?)
     }
 
     /// Reads the contents of a file; `name` is the name of the file in error messages.

@@ -5,7 +5,7 @@ mod stl;
 
 use std::path::Path;
 
-use super::atomic_file::read_file;
+use super::input_file::read_mesh_file;
 use super::msh::surface_of_msh;
 use crate::{FileLocation, MeshError, SurfaceMesh};
 
@@ -36,6 +36,12 @@ impl SurfaceFormat {
             _ => Err(MeshError::UnknownSurfaceFormat { path: path.into() }),
         }
     }
+
+    /// Whether a file of this format with these contents has its coordinates in single precision,
+    /// `2^-24` of their size: a surface far from the origin loses digits.
+    pub fn has_single_precision(self, bytes: &[u8]) -> bool {
+        self == Self::Stl && stl::is_binary(bytes)
+    }
 }
 
 impl SurfaceMesh {
@@ -49,7 +55,7 @@ impl SurfaceMesh {
     pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshError> {
         let path = path.as_ref();
         let format = SurfaceFormat::from_path(path)?;
-        Self::parse(&path.display().to_string(), &read_file(path)?, format)
+        Self::parse(&path.display().to_string(), &read_mesh_file(path)?, format)
     }
 
     /// Reads the contents of a file; `name` is the name of the file in error messages.

@@ -13,16 +13,23 @@ const HEADER: usize = 84;
 /// Bytes of a binary triangle: twelve numbers in single precision and an attribute.
 const TRIANGLE: usize = 50;
 
+/// The number of triangles that a binary file announces at its beginning.
+fn announced(bytes: &[u8]) -> Option<u64> {
+    let count = bytes.get(80..HEADER)?.try_into().ok()?;
+    Some(u64::from(u32::from_le_bytes(count)))
+}
+
+/// Whether a file has binary numbers, which are in single precision.
+pub(super) fn is_binary(bytes: &[u8]) -> bool {
+    // Its length decides, because binary files may begin with the word "solid" too.
+    let length = |count: u64| HEADER as u64 + TRIANGLE as u64 * count;
+    announced(bytes).is_some_and(|count| bytes.len() as u64 == length(count))
+}
+
 /// Reads a file; normals in the file are ignored, the order of the corners decides.
 pub(super) fn parse(name: &str, bytes: &[u8]) -> Result<SurfaceMesh, MeshError> {
-    let announced = bytes
-        .get(80..HEADER)
-        .and_then(|count| count.try_into().ok())
-        .map(|count| u64::from(u32::from_le_bytes(count)));
-    let fits = |count: u64| bytes.len() as u64 == HEADER as u64 + TRIANGLE as u64 * count;
-    // Binary files may begin with the word "solid" too.
-    let corners = match announced {
-        Some(count) if fits(count) => binary(name, bytes)?,
+    let corners = match announced(bytes) {
+        _ if is_binary(bytes) => binary(name, bytes)?,
         _ if bytes.trim_ascii_start().starts_with(b"solid") => ascii(name, bytes)?,
         Some(count) => {
             let problem = format!(

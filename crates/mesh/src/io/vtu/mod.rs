@@ -89,6 +89,7 @@ impl<'a> Vtu<'a> {
     }
 
     /// Sets the encoding of the numbers.
+    #[must_use]
     pub fn encoding(mut self, encoding: VtuEncoding) -> Self {
         self.encoding = encoding;
         self

@@ -125,6 +125,7 @@ impl TriangulatedSurface {
     }
 
     /// The same surface with the point `origin` of its present coordinates as origin.
+    #[must_use]
     pub fn about(&self, origin: Vec3) -> Self {
         let origin = self.origin + origin / self.scale;
         Self {
@@ -135,6 +136,7 @@ impl TriangulatedSurface {
     }
 
     /// The same surface, enlarged by `factor` about its origin.
+    #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self {
             scale: self.scale * factor,
