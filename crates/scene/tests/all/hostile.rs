@@ -28,6 +28,7 @@ torque = [1, 0, 0]; mass = 1; inertia = 1
 [optimise]; displacement = 0.1; rotation = 0.1; direction = [1, 0, 0]; axis = [0, 0, 1]
 lower = 5; upper = { arm = 9 }; gap = 0.1; period = 1; power = 1; terms = 8
 tolerance = 1e-3
+tolerance_factor = 0.5
 [learn]; contracted = 6; extended = { arm = 10 }; direction = [1, 0, 0]; episodes = 10
 steps = 10; discount = 0.9; rate = 0.5; exploration = 0.1; seed = 1
 

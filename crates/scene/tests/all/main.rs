@@ -1,6 +1,7 @@
 //! All tests of scene files, in one binary.
 
 mod built;
+mod contact_paths;
 mod damaged;
 mod documented;
 mod edits;

@@ -70,6 +70,7 @@ pub(super) fn span(
             Err(error) => return Err(result.stopped(evaluator, error)),
             Ok((run, error)) => {
                 before.clone_from(&run.velocities);
+                evaluator.moved += largest_displacement(evaluator, &run.whole(&result.end));
                 run.append_to(&mut result, evaluator, span, error)?;
             }
         }

@@ -53,6 +53,8 @@ pub(super) struct SpanEvaluator<'a> {
     pub ranges: Vec<(f64, f64)>,
     /// Largest second derivatives of the values of the joints along the phase span.
     second_derivatives: Vec<f64>,
+    /// Largest displacement in the steps before, for methods whose steps may come to rest.
+    pub moved: f64,
     /// Whether solutions are shown to the observer with their flow.
     pub flows: bool,
     model: &'a mut dyn Hydrodynamics,
@@ -77,6 +79,7 @@ impl<'a> SpanEvaluator<'a> {
             tolerance,
             ranges: span.ranges(),
             second_derivatives: span.second_derivatives(),
+            moved: 0.0,
             flows: false,
             model,
             observe,

@@ -33,8 +33,8 @@ pub(super) fn step_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, wi
     match evaluator.tolerance {
         Some(tolerance) => tolerance * width,
         None => {
-            let scale =
-                largest_displacement(evaluator, step).max(width * largest_length_change(evaluator));
+            let scale = largest_displacement(evaluator, step)
+                .max(width * largest_length_change(evaluator).max(evaluator.moved));
             evaluator.scene.working_tolerance() * SPAN_TOLERANCE_SHARE * scale
         }
     }

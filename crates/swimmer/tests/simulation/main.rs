@@ -3,6 +3,7 @@
 mod accumulated;
 mod bad_checkpoints;
 mod bookkeeping;
+mod contacts;
 mod corrections;
 #[path = "../../../scene/tests/all/edits.rs"]
 mod edits;

@@ -1,0 +1,94 @@
+//! Contact along the path of the bodies, and steps that would overshoot it.
+
+use scene::Scene;
+use swimmer::{Method, SwimError, choose, simulate};
+use testkit::within;
+
+/// A small sphere that is pulled head-on into a fixed one, at the distance 10.35 of the surfaces.
+fn pulled(model: &str) -> Scene {
+    let text = r#"
+        model.kind = "MODEL"
+        bodies = [
+            { name = "small", radius = 0.01, position = [0, 0, 0], force = [1, 0, 0] },
+            { name = "fixed", radius = 0.01, position = [10.37, 0, 0], fixed = true },
+        ]
+        gait.phases = [{ duration = 4 }]
+    "#;
+    Scene::parse(&text.replace("MODEL", model)).unwrap()
+}
+
+#[test]
+fn bug_a_pulled_sphere_passed_through_another() {
+    // `10.35 6 π μ a / F` without the other sphere, which slows it down over its last radii alone.
+    let time = 10.35 * 6.0 * std::f64::consts::PI * 0.01;
+    for model in ["oseen", "rpy"] {
+        let scene = pulled(model);
+        for method in [
+            Method::Collocation,
+            Method::RungeKutta,
+            Method::Euler { steps: 3 },
+            Method::Euler { steps: 1000 },
+        ] {
+            let mut flow = choose(&scene).unwrap().model;
+            match simulate(&scene, flow.as_mut(), method, &mut ()) {
+                Err(SwimError::Collision { time: found, .. }) => {
+                    let why = format!("a hundredth of the way: {model} {method:?}");
+                    within(found - time, 0.01 * time, why);
+                }
+                other => panic!("{model} {method:?}: {:?}", other.map(|o| o.net())),
+            }
+        }
+    }
+}
+
+#[test]
+fn a_run_that_stops_at_contact_leaves_its_results_up_to_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let stopped = swimmer::run(pulled("rpy"), &out, false, &mut (), &mut ());
+    assert!(matches!(stopped, Err(SwimError::Collision { .. })));
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert!(
+        summary["contact"]
+            .as_str()
+            .unwrap()
+            .contains("'small' and 'fixed' touch")
+    );
+    let moved = summary["displacement"]["small"][0].as_f64().unwrap();
+    // Steps are halved down to 1/16384 of the phase, in which the sphere moves by 1.3e-3.
+    assert!((10.34..10.35).contains(&moved), "{moved}");
+    let trajectory = std::fs::read_to_string(out.join("trajectory.csv")).unwrap();
+    let last = trajectory.lines().last().unwrap();
+    let end: f64 = last.split(',').nth(3).unwrap().parse().unwrap();
+    assert_eq!(end, moved);
+}
+
+/// Two spheres that a stiff spring draws from 10 to 4 in a hundredth of the phase.
+#[test]
+fn bug_runs_with_masses_aborted_on_an_overshooting_first_step() {
+    let text = r#"
+        model.kind = "rpy"
+        bodies = [
+            { name = "a", radius = 1, position = [0, 0, 0], mass = 1, inertia = 0.4 },
+            { name = "b", radius = 1, position = [10, 0, 0], mass = 1, inertia = 0.4 },
+        ]
+        links = [{ name = "s", body = "b", to = "a", drive = "spring", stiffness = 200, rest = 4 }]
+    "#;
+    let run = |gait: &str| {
+        let scene = Scene::parse(&format!("{gait}\n{text}")).unwrap();
+        let mut model = choose(&scene).unwrap().model;
+        simulate(&scene, model.as_mut(), Method::Inertia, &mut ()).unwrap()
+    };
+    let whole = run("gait.phases = [{ duration = 4 }]");
+    let short = run("gait = { cycles = 24, phases = [{ duration = 0.16666666666666666 }] }");
+    for (a, b) in whole.displacement.iter().zip(&short.displacement) {
+        let bars = [&whole, &short].map(|o| o.error_estimate.integration.unwrap());
+        within((a - b).norm(), bars.iter().sum(), "both error bars");
+    }
+    within(
+        whole.displacement[0].x - 3.0,
+        1e-3 * 3.0,
+        "the tolerance: the spring is at rest",
+    );
+}
