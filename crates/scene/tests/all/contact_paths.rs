@@ -6,7 +6,7 @@ use rigid::{RigidError, State, StateBounds};
 use scene::{BodyPath, Scene, closest_contact, first_contact};
 
 /// Positions at which the gap is sampled.
-const SAMPLES: u32 = 20_000;
+const SAMPLES: u32 = 2_000;
 
 /// A path `from + a t + b t² + c t³` with a rotation about z, past a body at the origin.
 #[derive(Clone, Debug)]
@@ -77,7 +77,7 @@ fn path() -> impl Strategy<Value = Path> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
     fn contact_is_found_if_and_only_if_bodies_touch(path in path(), is_sphere: bool) {
@@ -94,8 +94,9 @@ proptest! {
             bounds: &path.bounds(&scene),
         }).unwrap();
         let (smallest, first) = path.sampled(&scene);
-        // Between samples the gap is smaller by at most half a step times the speed, 5e-5 * 60.
-        if smallest > 3e-3 {
+        // Between samples the gap is smaller by at most half a step times the speed: 48 √3 of the
+        // centre and 3 of the surface.
+        if smallest > 0.5 / f64::from(SAMPLES) * 87.0 {
             prop_assert!(found.is_none(), "{found:?} at a gap of {smallest:e}");
         }
         if let Some(first) = first {

@@ -16,7 +16,8 @@ const ODD: [&str; 9] = [
 /// Scenes that together have every key with numbers; `; ` is the end of a line, an empty line that
 /// of a scene.
 const SCENES: &str = r#"
-fluid.viscosity = 1; model.tolerance = 1e-3; fem.rtol = 1e-8; fem.surface_size = 0.4
+fluid.viscosity = 1; model.tolerance = 1e-3; model.tolerance_factor = 0.5
+fem.rtol = 1e-8; fem.surface_size = 0.4
 fem.size_factor = 1; fem.target = 1e-2; fem.subdomains = 8; fem.overlap = 1
 [domain]; kind = "ball"; radius = 40
 [[bodies]]; name = "left"; radius = 1; position = [-10, 0, 0]; force = [1, 0, 0]
@@ -28,7 +29,6 @@ torque = [1, 0, 0]; mass = 1; inertia = 1
 [optimise]; displacement = 0.1; rotation = 0.1; direction = [1, 0, 0]; axis = [0, 0, 1]
 lower = 5; upper = { arm = 9 }; gap = 0.1; period = 1; power = 1; terms = 8
 tolerance = 1e-3
-tolerance_factor = 0.5
 [learn]; contracted = 6; extended = { arm = 10 }; direction = [1, 0, 0]; episodes = 10
 steps = 10; discount = 0.9; rate = 0.5; exploration = 0.1; seed = 1
 
