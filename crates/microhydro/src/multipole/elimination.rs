@@ -1,5 +1,7 @@
 //! Schur complements and inverses of symmetric matrices by one Cholesky factorisation.
 
+use std::ops::Range;
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::cholesky::llt::inverse::{inverse as inverse_from_factor, inverse_scratch};
@@ -30,20 +32,36 @@ pub(super) fn eliminate(
     let par = factor(&mut matrix)?;
     let first = matrix.nrows() - rigid;
     let full = complement(&matrix, rigid, par);
-    let omitted = gram(matrix.submatrix(first, lower, rigid, first - lower), par);
-    Ok([full.clone(), full + omitted])
+    let lower = &full + omitted(&matrix, rigid, lower..first, par);
+    Ok([full, lower])
 }
 
-/// Schur complements of `matrix` on its last rows, for several numbers of rows.
+/// Schur complements of `matrix` on its last rows: for two numbers of rows, and on the first of
+/// these without the columns `left_out` before them, as in [`eliminate`].
 ///
 /// # Errors
 /// [`HydroError::FactorisationFailed`].
-pub(super) fn complements<const N: usize>(
+pub(super) fn complements(
     mut matrix: Mat<f64>,
-    rows: [usize; N],
-) -> Result<[DMatrix<f64>; N], HydroError> {
+    rows: [usize; 2],
+    left_out: Range<usize>,
+) -> Result<[DMatrix<f64>; 3], HydroError> {
     let par = factor(&mut matrix)?;
-    Ok(rows.map(|rows| complement(&matrix, rows, par)))
+    let [first, second] = rows.map(|rows| complement(&matrix, rows, par));
+    let without = &first + omitted(&matrix, rows[0], left_out, par);
+    Ok([first, second, without])
+}
+
+/// Schur complement of `matrix` on its last rows.
+///
+/// # Errors
+/// [`HydroError::FactorisationFailed`].
+pub(super) fn schur_complement(
+    mut matrix: Mat<f64>,
+    rows: usize,
+) -> Result<DMatrix<f64>, HydroError> {
+    let par = factor(&mut matrix)?;
+    Ok(complement(&matrix, rows, par))
 }
 
 /// Inverse of a symmetric positive definite matrix; `name` is its name in errors.
@@ -109,10 +127,12 @@ fn complement(factor: &Mat<f64>, rows: usize, par: Par) -> DMatrix<f64> {
     product(corner, triangles, par)
 }
 
-/// `L L^T`.
-fn gram(rows: MatRef<f64>, par: Par) -> DMatrix<f64> {
+/// `L_ro L_ro^T` for the last rows `r` and some columns `o` of a Cholesky factor.
+fn omitted(factor: &Mat<f64>, rows: usize, columns: Range<usize>, par: Par) -> DMatrix<f64> {
+    let first = factor.nrows() - rows;
+    let part = factor.submatrix(first, columns.start, rows, columns.len());
     let rectangles = (BlockStructure::Rectangular, BlockStructure::Rectangular);
-    product(rows, rectangles, par)
+    product(part, rectangles, par)
 }
 
 /// `L L^T`, where only the given parts of the two factors are read.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::boundary_product::container_order;
 use super::frame::Frame;
 use super::memory;
-use super::narrow_gap::{Block, NarrowGap};
+use super::narrow_gap::{Block, Eliminated, NarrowGap};
 use super::orders::Orders;
 use super::scaled::{ScaledMobility, unscaled, unscaled_inverse};
 use super::truncation::{self, GapCoordinates};
@@ -158,7 +158,10 @@ impl Arrangement<'_> {
         let (frame, orders) = (&self.frame, self.orders);
         let blocks: Vec<[Vec<Block>; 2]> = narrow
             .par_iter()
-            .map(|gap| gap.blocks(frame, orders))
+            .map(|gap| {
+                let wanted = [Eliminated::All, Eliminated::LoweredExpansions];
+                gap.blocks(frame, orders, usize::MAX, wanted)
+            })
             .collect::<Result<_, _>>()?;
         let (of_full, of_lowered): (Vec<_>, Vec<_>) = blocks
             .into_iter()

@@ -55,6 +55,7 @@ mod slip_expansion;
 mod spatial;
 mod stresslet;
 mod surface_flow;
+mod surface_orders;
 mod system;
 mod three_spheres;
 mod truncation;

@@ -21,7 +21,7 @@ use super::collinear::{self, Dof, Sector};
 use super::coupling::SymmetryClass;
 use super::elimination::complements;
 use super::frame::{Frame, Surroundings};
-use super::modes::{FAMILIES, Modes};
+use super::modes::{FAMILIES, Family, Modes};
 use super::orders::Orders;
 use super::rotation::Rotation;
 use crate::{HydroError, Medium, Spheres};
@@ -100,29 +100,41 @@ impl NarrowGap {
         Ok(all)
     }
 
-    /// Changes of the Galerkin matrix by the elimination of the high degrees, in `frame`: with the
-    /// low degrees of `orders`, and with those of [`Orders::lowered`].
+    /// Changes of the Galerkin matrix by the `wanted` eliminations of the high degrees, in `frame`.
+    ///
+    /// Azimuthal numbers about the axis of the gap above `highest` are left out: flows that are
+    /// symmetric about this axis do not contain them.
     ///
     /// Cost: `n^3/3` operations for each azimuthal number up to the highest low order, with three
     /// modes per degree and surface.
     ///
     /// # Errors
     /// [`HydroError::FactorisationFailed`].
-    pub fn blocks(&self, frame: &Frame, orders: &Orders) -> Result<[Vec<Block>; 2], HydroError> {
+    pub fn blocks<const N: usize>(
+        &self,
+        frame: &Frame,
+        orders: &Orders,
+        highest: usize,
+        wanted: [Eliminated; N],
+    ) -> Result<[Vec<Block>; N], HydroError> {
         let own = Frame::new(&self.spheres, &self.medium);
         let low = self.low_modes(orders, own.surroundings);
         let lowered = self.low_modes(&orders.lowered(), own.surroundings);
         let top = low.iter().map(|(_, modes)| modes.order).max();
         let top = top.unwrap_or_default();
-        let sectors: Vec<Sectors> = (0..=top)
+        let sectors: Vec<Sectors> = (0..=top.min(highest))
             .into_par_iter()
             .map(|m| self.sector(&own, m, &low, &lowered))
             .collect::<Result<_, _>>()?;
         let rotation = Rotation::new(&(own.to_axes * frame.to_axes.inverse()), top);
-        Ok([
-            blocks(&low, sectors.iter().map(|sector| &sector[0]), &rotation),
-            blocks(&lowered, sectors.iter().map(|sector| &sector[1]), &rotation),
-        ])
+        Ok(wanted.map(|wanted| {
+            let expansions = match wanted {
+                Eliminated::LoweredExpansions => &lowered,
+                _ => &low,
+            };
+            let changes = sectors.iter().map(|sector| &sector[wanted as usize]);
+            blocks(expansions, changes, &rotation)
+        }))
     }
 
     /// Expansions of the two surfaces, by their indices in the whole system, with their low modes.
@@ -149,12 +161,20 @@ impl NarrowGap {
             families: &FAMILIES,
         };
         let orders = if m < 2 { &self.orders } else { &self.regular };
+        // the highest degrees come last among the high ones
+        let is_highest = |expansion: usize, family: Family, l: usize| {
+            !collinear::modes(expansion, orders).in_lower_order(family, l)
+        };
         // high degrees, then those between the two low orders, then the lower ones
-        let mut stages: [Vec<Dof>; 3] = Default::default();
+        let mut stages: [Vec<Dof>; 4] = Default::default();
         for expansion in 0..low.len() {
             for (family, l) in collinear::modes(expansion, orders).sector(m) {
                 let contains = |modes: &[(usize, Modes)]| modes[expansion].1.contains(family, l);
-                let stage = usize::from(contains(low)) + usize::from(contains(lowered));
+                let stage = match (contains(low), contains(lowered)) {
+                    (false, _) => usize::from(is_highest(expansion, family, l)),
+                    (true, false) => 2,
+                    (true, true) => 3,
+                };
                 stages[stage].push(Dof {
                     expansion,
                     family,
@@ -162,8 +182,8 @@ impl NarrowGap {
                 });
             }
         }
-        let high = stages[0].len();
-        let between = stages[1].len();
+        let last = stages[0].len()..stages[0].len() + stages[1].len();
+        let (high, between) = (last.end, stages[2].len());
         let dofs = stages.concat();
         let z: Vec<f64> = own.centres.iter().map(|x| x.z).collect();
         let radii = self.spheres.radii();
@@ -172,19 +192,32 @@ impl NarrowGap {
             matrix[(high + i.max(j), high + i.min(j))]
         });
         let rows = [dofs.len() - high, dofs.len() - high - between];
-        let [change, lower_change] = complements(matrix, rows)?;
+        let [change, lower_change, without_last] = complements(matrix, rows, last)?;
         let lower_before = before.view((between, between), (rows[1], rows[1]));
+        let of_all = |complement: DMatrix<f64>| Change {
+            matrix: complement - &before,
+            dofs: dofs[high..].to_vec(),
+        };
         Ok([
-            Change {
-                matrix: change - &before,
-                dofs: dofs[high..].to_vec(),
-            },
+            of_all(change),
             Change {
                 matrix: lower_change - lower_before,
-                dofs: stages[2].clone(),
+                dofs: stages[3].clone(),
             },
+            of_all(without_last),
         ])
     }
+}
+
+/// High degrees that are eliminated from the matrix of the low ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Eliminated {
+    /// Those above the low orders.
+    All,
+    /// Those above the low orders of [`Orders::lowered`].
+    LoweredExpansions,
+    /// Those above the low orders, without the two highest orders of the gap.
+    LoweredGap,
 }
 
 /// Change of the Galerkin matrix of the low modes with one azimuthal number.
@@ -193,8 +226,8 @@ struct Change {
     dofs: Vec<Dof>,
 }
 
-/// Changes for the low orders and for the lowered ones.
-type Sectors = [Change; 2];
+/// Changes for each of [`Eliminated`].
+type Sectors = [Change; 3];
 
 /// Blocks of all azimuthal numbers, before the rotation to the axis of the gap.
 fn blocks<'a>(

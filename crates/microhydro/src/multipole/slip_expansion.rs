@@ -11,7 +11,7 @@ use super::orders::Orders;
 use super::rotation::AXIS_OF_M;
 use super::scaled::drag_units;
 use super::system::{MultiVector, System};
-use super::truncation::{MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
+use super::truncation::MAX_ORDER_OFF_AXIS;
 use super::vector_harmonics::{VectorHarmonics, quadrature, spiral};
 use crate::error::{check_entries, check_finite};
 use crate::{HydroError, Medium, Spheres};
@@ -296,24 +296,6 @@ fn project(
         }
     }
     Ok(found)
-}
-
-/// Orders for flows of moving surfaces: those of the resistance, of the spheres alone.
-///
-/// Every expansion has at least the order in `lowest`; the orders of the resistance are limited.
-///
-/// # Errors
-/// [`HydroError::TooLarge`].
-pub(super) fn orders(
-    medium: &Medium,
-    of_resistance: &Orders,
-    lowest: &Orders,
-) -> Result<Orders, HydroError> {
-    let orders = (of_resistance.without_gaps())
-        .limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER)
-        .at_least(lowest);
-    memory::check_one_solution(&orders, matches!(medium, Medium::Wall { .. }))?;
-    Ok(orders)
 }
 
 /// Checks that the spheres lie in the medium and are not too many.

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::elimination::{complements, eliminate};
+use super::elimination::{eliminate, schur_complement};
 use super::frame::{Frame, Surroundings};
 use super::memory;
 use super::modes::{Family, Modes};
@@ -78,8 +78,7 @@ fn by_factorisation(system: &System) -> Result<ScaledMobility, HydroError> {
 /// [`HydroError::FactorisationFailed`].
 fn full_by_factorisation(system: &System) -> Result<DMatrix<f64>, HydroError> {
     let (elimination_rows, _) = elimination_rows(system);
-    let [full] = complements(system.dense(&elimination_rows), [6 * system.spheres])?;
-    Ok(full)
+    schur_complement(system.dense(&elimination_rows), 6 * system.spheres)
 }
 
 /// Row of each mode in the order of elimination, and the number of rows of the lower order.

@@ -2,14 +2,14 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::frame::Frame;
-use super::modes::{Family, Modes};
+use super::modes::Family;
 use super::orders::Orders;
 use super::slip_expansion::{self, SlipExpansion, SphereSlip};
+use super::surface_orders::SurfaceOrders;
 use super::system::{MultiVector, System};
-use super::truncation::{self, GapCoordinates};
 use crate::{HydroError, Medium, Spheres};
 
 /// SphereStresslets of spheres, with those of a lower order for error estimates. Viscosity 1.
@@ -42,12 +42,12 @@ pub struct SphereStresslets {
 /// and to the background flow, `None` for rigid surfaces in a fluid at rest. `orders` are those of
 /// the resistance, [`crate::Resistance::orders`]. The error is of the order of that of the
 /// resistance, because a stresslet tests the flow with a velocity in the lowest modes. Orders
-/// are raised to those that the [`SphereSlip`] needs. Narrow gaps are resolved by the orders of the
-/// spheres alone. Cost: one solve off an axis.
+/// are raised to those that the [`SphereSlip`] needs. The high degrees of narrow gaps are
+/// eliminated for their two surfaces alone. Cost: three solves off an axis.
 ///
 /// ```
 /// use microhydro::{Accuracy, Medium, Spheres, multipole};
-/// use nalgebra::{DVector, Vector3};
+/// use nalgebra::{DMatrix, DVector, Vector3};
 /// let sphere = Spheres::new(vec![Vector3::zeros()], vec![2.0])?;
 /// let orders = multipole::resistance(&sphere, &Medium::Unbounded, &Accuracy::relative(1e-6))?;
 /// // A free sphere in the extension u = (x, -y, 0): the surface moves with -u relative to it.
@@ -82,22 +82,27 @@ pub fn stresslets(
         Some(slip) => slip.orders(medium, 2),
         None => Orders::all(spheres.len(), medium, 4),
     };
-    let orders = slip_expansion::orders(medium, orders, &lowest)?;
-    let system = System::new(&frame, spheres.radii(), &orders, 1e-14).store_couplings();
-    let rhs = slip_expansion::of_moving_spheres(&system, &frame, velocities, slip.as_ref())?;
-    let xi = GapCoordinates::narrowest_of(&truncation::gaps(spheres, medium), spheres.len());
-    let target = slip_expansion::MAX_SURFACE_RESIDUAL * slip_expansion::largest(&rhs);
-    let mut x = system.zeros(1);
-    let mut of_order = |included: &dyn Fn(Modes, Family, usize) -> bool| {
-        system.solve(&system.mask(included), &rhs, &mut x, target)?;
-        Ok::<_, HydroError>(of_densities(&system, &frame, &x))
+    let orders = SurfaceOrders {
+        spheres,
+        medium,
+        frame: &frame,
+        of_resistance: orders,
+        lowest: &lowest,
+        columns: 1,
     };
-    let coarser = of_order(&|modes, family, l| modes.in_lower_order(family, l))?;
-    let values = of_order(&|_, _, _| true)?;
+    let found = orders.estimate(&|system, included, x| {
+        let rhs = slip_expansion::of_moving_spheres(system, &frame, velocities, slip.as_ref())?;
+        let target = slip_expansion::MAX_SURFACE_RESIDUAL * slip_expansion::largest(&rhs);
+        system.solve(&system.mask(included), &rhs, x, target)?;
+        let of_sphere = |stresslet: Matrix3<f64>| DMatrix::from_fn(3, 3, |i, j| stresslet[(i, j)]);
+        let found = of_densities(system, &frame, x);
+        Ok(found.into_iter().map(of_sphere).collect())
+    })?;
+    let fixed = |matrix: &DMatrix<f64>| Matrix3::from_fn(|i, j| matrix[(i, j)]);
     Ok(SphereStresslets {
-        values,
-        coarser,
-        tail: truncation::tail(&xi, &orders),
+        values: found.values.iter().map(fixed).collect(),
+        coarser: found.coarser.iter().map(fixed).collect(),
+        tail: found.tail,
         remainder: slip.map_or(0.0, |slip| slip.remainder),
     })
 }

@@ -10,8 +10,8 @@ use super::orders::Orders;
 use super::rotation::AXIS_OF_M;
 use super::scaled::drag_units;
 use super::slip_expansion::{self, SlipExpansion, SphereSlip};
+use super::surface_orders::SurfaceOrders;
 use super::system::{MultiVector, System};
-use super::truncation::{self, GapCoordinates};
 use crate::error::check_finite;
 use crate::{HydroError, Medium, Spheres};
 
@@ -37,9 +37,10 @@ pub struct SurfaceFlow {
     /// Powers `∮ s_i · t_j dS` of the tractions `t_j = σ n` of the flows inside the spheres with
     /// the velocities `s_j` on their surfaces.
     pub inner_powers: DMatrix<f64>,
-    /// The velocities by expansions whose orders are lower by two.
+    /// The velocities by expansions whose orders are lower by two; with narrow gaps extrapolated,
+    /// so that they differ from [`SurfaceFlow::velocities`] by the estimated error.
     pub coarser_velocities: DMatrix<f64>,
-    /// The powers by expansions whose orders are lower by two.
+    /// The powers by these expansions.
     pub coarser_powers: DMatrix<f64>,
     /// Factor that turns the change of the order into an error estimate.
     pub tail: f64,
@@ -54,8 +55,9 @@ pub struct SurfaceFlow {
 /// raised to those that the surface velocities need. The error of the velocities is of the order of
 /// that of the resistance if the surface velocities are in the lowest modes; the change from
 /// [`SurfaceFlow::coarser_velocities`] times [`SurfaceFlow::tail`] estimates it in all cases.
-/// Narrow gaps are resolved by the orders of the spheres alone. Cost: one solve of the system of
-/// spheres off an axis for all columns, and the expansion of the [`SphereSlip`]s.
+/// The high degrees of narrow gaps are eliminated for their two surfaces alone, as for the
+/// resistance. Cost: three solves of the system of spheres off an axis for all columns, the
+/// elimination in narrow gaps, and the expansion of the [`SphereSlip`]s.
 ///
 /// ```
 /// use microhydro::{Accuracy, Medium, Spheres, multipole};
@@ -83,33 +85,35 @@ pub fn surface_flow(
     slip_expansion::check(spheres, medium)?;
     let frame = Frame::new(spheres, medium);
     let slip = SlipExpansion::new(&frame, spheres.radii(), surface_velocities)?;
-    // The lower order must contain the surface velocities too.
-    let orders = slip_expansion::orders(medium, orders, &slip.orders(medium, 2))?;
-    let system = System::new(&frame, spheres.radii(), &orders, 1e-14).store_couplings();
-    let traces = slip.traces(&system);
-    let xi = GapCoordinates::narrowest_of(&truncation::gaps(spheres, medium), spheres.len());
-    let target = slip_expansion::MAX_SURFACE_RESIDUAL * slip_expansion::largest(&traces);
-    let mut x = system.zeros(surface_velocities.len());
-    let inner_powers = interior::powers(&system, &traces);
-    let mut force_free = |included: &dyn Fn(Modes, Family, usize) -> bool| {
-        let mask = not_rigid(&system, included);
-        system.solve(&mask, &traces, &mut x, target)?;
-        let (velocities, powers) = motion(&system, &frame, spheres, &traces, &x);
-        Ok::<_, HydroError>((velocities, powers - &inner_powers))
+    let columns = surface_velocities.len();
+    let orders = SurfaceOrders {
+        spheres,
+        medium,
+        frame: &frame,
+        of_resistance: orders,
+        // The lower order must contain the surface velocities too.
+        lowest: &slip.orders(medium, 2),
+        columns,
     };
-    let (coarser_velocities, coarser_powers) =
-        force_free(&|modes, family, l| modes.in_lower_order(family, l))?;
-    let (velocities, powers) = force_free(&|_, _, _| true)?;
-    for matrix in [&velocities, &powers, &coarser_velocities, &coarser_powers] {
+    let found = orders.estimate(&|system, included, x| {
+        let traces = slip.traces(system);
+        let target = slip_expansion::MAX_SURFACE_RESIDUAL * slip_expansion::largest(&traces);
+        system.solve(&not_rigid(system, included), &traces, x, target)?;
+        let inner_powers = interior::powers(system, &traces);
+        let (velocities, powers) = motion(system, &frame, spheres, &traces, x);
+        Ok(vec![velocities, powers - &inner_powers, inner_powers])
+    })?;
+    for matrix in found.values.iter().chain(&found.coarser) {
         check_finite("the velocity of a surface", matrix)?;
     }
+    let matrix = |of: &[DMatrix<f64>], index: usize| of.get(index).cloned().unwrap_or_default();
     Ok(SurfaceFlow {
-        velocities,
-        powers,
-        inner_powers,
-        coarser_velocities,
-        coarser_powers,
-        tail: truncation::tail(&xi, &orders),
+        velocities: matrix(&found.values, 0),
+        powers: matrix(&found.values, 1),
+        inner_powers: matrix(&found.values, 2),
+        coarser_velocities: matrix(&found.coarser, 0),
+        coarser_powers: matrix(&found.coarser, 1),
+        tail: found.tail,
         remainder: slip.remainder,
     })
 }
