@@ -14,8 +14,8 @@
 //!
 //! Where this does not exclude contact the part of the path is halved (conservative advancement,
 //! Mirtich 1996, with a bound of second order, so that bodies that slide along each other in a
-//! narrow gap take few parts). Pairs of one linkage are seen from its frame: a swimmer that moves as
-//! a rigid body has no relative motion.
+//! narrow gap take few parts). Pairs of one linkage are seen from its frame: a swimmer that moves
+//! as a rigid body has no relative motion.
 
 use nalgebra::{Isometry3, Vector3};
 use rigid::{Articulation, MotionBounds, RigidError, State, StateBounds};

@@ -26,8 +26,8 @@ use crate::simulate::continue_from;
 /// The model is chosen, with tables over shapes where they save solves, and the gait is run. With
 /// `fem.target` the element sizes are those of [`SizeSearch`], and a stroke that misses the target
 /// is repeated with smaller ones; its files are replaced. So is a run whose error bar misses
-/// `model.tolerance` although the model can do better (`model.tolerance_factor`). With `resume` the run continues from the
-/// checkpoint in `out`.
+/// `model.tolerance` although the model can do better (`model.tolerance_factor`). With `resume` the
+/// run continues from the checkpoint in `out`.
 ///
 /// # Errors
 /// A scene without a gait, a folder that cannot be written to or in which another run is writing

@@ -70,9 +70,7 @@ impl SurfaceOrders<'_> {
             let orders = self.beside_gaps();
             let narrow = NarrowGap::all(self.spheres, self.medium, &orders)?;
             match self.with_narrow_gaps(&orders, &narrow, of) {
-                Err(
-                    HydroError::FactorisationFailed { .. } | HydroError::NotConverged { .. },
-                ) => {}
+                Err(HydroError::FactorisationFailed { .. } | HydroError::NotConverged { .. }) => {}
                 found => return found,
             }
         }
@@ -163,10 +161,11 @@ impl SurfaceOrders<'_> {
         let coarser = (values.iter().zip(&lowered).zip(&lowered_gap))
             .map(|((value, lowered), lowered_gap)| {
                 let (change, of_gaps) = (lowered - value, lowered_gap - value);
-                value + change.zip_map(&of_gaps, |change, of_gaps| {
-                    let error: f64 = tail * change.abs() + gap_tail * of_gaps.abs();
-                    error.copysign(change)
-                })
+                value
+                    + change.zip_map(&of_gaps, |change, of_gaps| {
+                        let error: f64 = tail * change.abs() + gap_tail * of_gaps.abs();
+                        error.copysign(change)
+                    })
             })
             .collect();
         Ok(Estimated {

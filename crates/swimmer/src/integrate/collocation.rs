@@ -43,10 +43,10 @@ const REDUCTION_BY_HALVING: f64 = 0.25;
 /// Integrates a phase span to the tolerance, or as well as possible if the scene accepts that.
 pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanResult, Stopped> {
     match in_parts(evaluator, start, false) {
-        Err(Stopped {
-            error: SwimError::NotIntegrated { .. },
-            ..
-        }) if evaluator.scene.model().accept == AcceptKind::Best => {
+        Err(Stopped { error, .. })
+            if matches!(*error, SwimError::NotIntegrated { .. })
+                && evaluator.scene.model().accept == AcceptKind::Best =>
+        {
             in_parts(evaluator, start, true)
         }
         result => result,

@@ -205,7 +205,7 @@ impl<'a> Integrator<'a> {
         };
         integrated.map_err(|stopped| {
             self.until_contact = stopped.until_contact.map(|result| *result);
-            stopped.error
+            *stopped.error
         })
     }
 

@@ -60,7 +60,7 @@ pub struct SpanResult {
 
 /// An error that ends the integration of a phase span.
 pub(super) struct Stopped {
-    pub error: SwimError,
+    pub error: Box<SwimError>,
     /// The part of the phase span before contact, if that is the error.
     pub until_contact: Option<Box<SpanResult>>,
 }
@@ -68,7 +68,7 @@ pub(super) struct Stopped {
 impl<E: Into<SwimError>> From<E> for Stopped {
     fn from(error: E) -> Self {
         Self {
-            error: error.into(),
+            error: Box::new(error.into()),
             until_contact: None,
         }
     }
@@ -222,7 +222,7 @@ impl SpanResult {
     pub(super) fn stopped(self, evaluator: &SpanEvaluator, error: SwimError) -> Stopped {
         let is_contact = matches!(error, SwimError::Collision { .. });
         Stopped {
-            error,
+            error: Box::new(error),
             until_contact: is_contact.then(|| Box::new(self.with_totals(evaluator))),
         }
     }

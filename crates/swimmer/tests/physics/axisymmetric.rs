@@ -282,3 +282,43 @@ fn bug_a_swimmer_in_a_narrow_tube_missed_every_tolerance() {
     let bar = report.outcome.error_estimate.total();
     assert!(bar <= 1e-3 * report.outcome.net());
 }
+
+#[test]
+fn bug_squirmers_in_narrow_gaps_had_errors_of_percents_by_multipoles() {
+    for gap in [0.02, 0.005, 0.001] {
+        let velocities = |model: &str| {
+            let text = format!(
+                "model = {{ kind = \"{model}\", tolerance = 1e-5 }}
+                bodies = [
+                    {{ name = \"a\", radius = 1, position = [0, 0, 0],
+                       slip = {{ b1 = 1, b2 = 2, axis = [1, 0, 0] }} }},
+                    {{ name = \"b\", radius = 1, position = [{}, 0, 0],
+                       slip = {{ b1 = 1, b2 = -1, axis = [1, 0, 0] }} }},
+                ]",
+                2.0 + gap
+            );
+            let scene = Scene::parse(&text).unwrap();
+            let mut model = choose(&scene).unwrap().model;
+            let solution = swimmer::solve_start(&scene, model.as_mut()).unwrap();
+            let bar = solution.error_estimate.total();
+            assert!(bar < 1e-5, "{gap}: {bar:e}");
+            (
+                solution
+                    .bodies
+                    .iter()
+                    .map(|body| body.velocity.x)
+                    .collect::<Vec<_>>(),
+                bar,
+            )
+        };
+        let [(multipole, bar), (plane, bar_of_plane)] =
+            ["multipole", "axisymmetric"].map(velocities);
+        for (a, b) in multipole.iter().zip(&plane) {
+            within(
+                a - b,
+                bar + bar_of_plane,
+                format!("both error bars: gap {gap}"),
+            );
+        }
+    }
+}
