@@ -107,6 +107,7 @@ fn the_summary_has_every_number_of_the_outcome() {
     });
     outcome.work_error = estimate(0.25);
     outcome.tolerance_met = false;
+    outcome.contact = Some("where".to_owned());
     outcome.seconds = seconds(1.0);
     outcome.meshes = vec![NewMesh {
         time: 0.75,
@@ -160,6 +161,8 @@ fn the_summary_has_every_number_of_the_outcome() {
             "work_error": estimate_json(0.25),
             "tolerance": 1e-4,
             "tolerance_met": false,
+            "tolerance_limits": "the error of the integration",
+            "contact": "where",
             "meshes": [{ "time": 0.75, "phase": 2, "reason": "a reason" }],
         })
     );
@@ -291,6 +294,7 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
         for (body, pose) in sample.poses.iter_mut().enumerate() {
             let rotation = UnitQuaternion::from_scaled_axis(0.01 * vector(body as f64));
             *pose = Isometry3::from_parts(Translation3::from(vector(unit + body as f64)), rotation);
+            sample.rotations[body] = vector(unit + 40.0 + body as f64);
         }
         for (number, entry) in sample.bodies.iter_mut().flatten().enumerate() {
             *entry = body(unit + 10.0 * (number + 1) as f64);
@@ -321,7 +325,7 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
             let first = 4 + 18 * body;
             let vector = |k: usize| Vector3::from_fn(|axis, _| number(first + 3 * k + axis));
             assert_eq!(vector(0), pose.translation.vector);
-            assert_eq!(vector(1), pose.rotation.scaled_axis());
+            assert_eq!(vector(1), sample.rotations[body]);
             let Some(bodies) = &sample.bodies else {
                 assert!(
                     row[first + 6..first + 18]
