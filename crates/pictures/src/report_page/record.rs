@@ -67,7 +67,10 @@ impl RunRecord {
         let text = std::fs::read_to_string(&path).map_err(failed)?;
         let summary: Value =
             serde_json::from_str(&text).map_err(|error| failed(std::io::Error::other(error)))?;
-        let (scene, text, outcome) = Checkpoint::read(folder)?.into_outcome(folder)?;
+        let (scene, text, mut outcome) = Checkpoint::read(folder)?.into_outcome(folder)?;
+        // The tolerance is compared at the end of a run, after its last checkpoint.
+        outcome.tolerance_met = summary["tolerance_met"] == true;
+        outcome.allowed_error = summary["allowed_error"].as_f64().unwrap_or(0.0);
         let of_folder = folder
             .file_name()
             .map(|name| name.to_string_lossy().into_owned());

@@ -14,9 +14,10 @@ use crate::outcome::Outcome;
 /// `error_estimate` (absolute, in the scene's unit of length), `uncorrected` (displacement and work
 /// before estimated discretisation errors were subtracted), `seconds`, `model`, `reasons`,
 /// `cycles`, `duration`, `work` (of the bodies on the fluid), `work_error` (its error bars),
-/// `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer), `contact`
-/// (where bodies touched and the run stopped, in words, or null), `meshes`,
-/// `peak_rss_mib`, `scene` (its name), `machine`, `version` (of the program).
+/// `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer),
+/// `allowed_error` (the length that they allow), `contact` (where bodies touched and the run
+/// stopped, in words, or null), `meshes`, `peak_rss_mib`, `scene` (its name), `machine`, `version`
+/// (of the program).
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
 /// solves, which may run at the same time.
 pub fn summary_json(
@@ -72,6 +73,7 @@ pub fn summary_json(
         "tolerance_met": outcome.tolerance_met,
         "contact": outcome.contact,
         "tolerance_limits": limited,
+        "allowed_error": outcome.allowed_error,
         "meshes": outcome.meshes,
         "peak_rss_mib": peak_rss_mib(),
         "machine": processor(),

@@ -108,6 +108,7 @@ fn the_summary_has_every_number_of_the_outcome() {
     outcome.work_error = estimate(0.25);
     outcome.tolerance_met = false;
     outcome.contact = Some("where".to_owned());
+    outcome.allowed_error = 0.375;
     outcome.seconds = seconds(1.0);
     outcome.meshes = vec![NewMesh {
         time: 0.75,
@@ -162,6 +163,7 @@ fn the_summary_has_every_number_of_the_outcome() {
             "tolerance": 1e-4,
             "tolerance_met": false,
             "tolerance_limits": "the error of the integration",
+            "allowed_error": 0.375,
             "contact": "where",
             "meshes": [{ "time": 0.75, "phase": 2, "reason": "a reason" }],
         })
