@@ -118,7 +118,10 @@ pub fn solution_dict<'py>(
     let stresslet_error = stresslets.and_then(|stresslets| stresslets.error);
     dict.set_item("stresslet_error", stresslet_error)?;
     dict.set_item("velocity_errors", estimate(py, &solution.error_estimate)?)?;
+    let spins = estimate(py, &solution.angular_velocity_error)?;
+    dict.set_item("angular_velocity_errors", spins)?;
     dict.set_item("force_errors", estimate(py, &solution.force_error)?)?;
+    dict.set_item("torque_errors", estimate(py, &solution.torque_error)?)?;
     dict.set_item("power", solution.power())?;
     dict.set_item("power_errors", estimate(py, &solution.power_error)?)?;
     dict.set_item("dofs", solution.dofs.total)?;
@@ -144,6 +147,7 @@ pub fn report_dict<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py,
     dict.set_item("net", outcome.net())?;
     dict.set_item("errors", estimate(py, &outcome.error_estimate)?)?;
     dict.set_item("rotation", array(py, outcome.rotation.as_slice()))?;
+    dict.set_item("rotation_errors", estimate(py, &outcome.rotation_error)?)?;
     dict.set_item("work", outcome.work)?;
     dict.set_item("work_errors", estimate(py, &outcome.work_error)?)?;
     dict.set_item("tolerance", scene.model().tolerance)?;

@@ -109,8 +109,8 @@ class Solution(Result):
         None for the models `oseen` and `rpy`.
     stresslet_error : float or None
         Error bar of the Frobenius norms of the stresslets; None if it was not estimated.
-    velocity_errors, force_errors : ErrorBars
-        Error bars of the velocities and of the forces by source.
+    velocity_errors, angular_velocity_errors, force_errors, torque_errors : ErrorBars
+        Error bars of the largest velocity, angular velocity, force and torque by source.
     power : float
         Power of the bodies on the fluid.
     power_errors : ErrorBars
@@ -136,7 +136,9 @@ class Solution(Result):
     stresslet: np.ndarray | None
     stresslet_error: float | None
     velocity_errors: ErrorBars
+    angular_velocity_errors: ErrorBars
     force_errors: ErrorBars
+    torque_errors: ErrorBars
     power: float
     power_errors: ErrorBars
     dofs: int
@@ -148,7 +150,8 @@ class Solution(Result):
 
     @classmethod
     def _from_raw(cls, raw: dict[str, Any]) -> Solution:
-        names = ("velocity_errors", "force_errors", "power_errors")
+        kinds = ("velocity", "angular_velocity", "force", "torque", "power")
+        names = [f"{kind}_errors" for kind in kinds]
         return _from_raw(cls, raw, **{name: ErrorBars(**raw[name]) for name in names})
 
     @property
@@ -157,9 +160,19 @@ class Solution(Result):
         return self.velocity_errors.total
 
     @property
+    def angular_velocity_error(self) -> float:
+        """Error bar of the angular velocities, the sum over the sources."""
+        return self.angular_velocity_errors.total
+
+    @property
     def force_error(self) -> float:
         """Error bar of the forces, the sum over the sources."""
         return self.force_errors.total
+
+    @property
+    def torque_error(self) -> float:
+        """Error bar of the torques, the sum over the sources."""
+        return self.torque_errors.total
 
     @property
     def power_error(self) -> float:
@@ -213,7 +226,7 @@ class Run(Result):
     errors : ErrorBars
         Error bars of the displacements by source; `net_error` is their sum.
     rotation : numpy.ndarray
-        Rotation vector of the frame of the first linkage.
+        Rotation vector of the frame of the first linkage, with `rotation_error` in radians.
     work : float
         Work of the bodies on the fluid, with `work_error`.
     phases : tuple of Phase
@@ -240,6 +253,7 @@ class Run(Result):
     net: float
     errors: ErrorBars
     rotation: np.ndarray
+    rotation_errors: ErrorBars
     work: float
     work_errors: ErrorBars
     tolerance: float
@@ -256,7 +270,8 @@ class Run(Result):
 
     @classmethod
     def _from_raw(cls, raw: dict[str, Any]) -> Run:
-        bars = {name: ErrorBars(**raw[name]) for name in ("errors", "work_errors")}
+        names = ("errors", "rotation_errors", "work_errors")
+        bars = {name: ErrorBars(**raw[name]) for name in names}
         phases = tuple(Phase._from_raw(phase) for phase in raw["phases"])
         return _from_raw(cls, raw, phases=phases, **bars)
 
@@ -264,6 +279,11 @@ class Run(Result):
     def net_error(self) -> float:
         """Error bar of the net displacement and of all displacements, summed over the sources."""
         return self.errors.total
+
+    @property
+    def rotation_error(self) -> float:
+        """Error bar of the rotation, the sum over the sources."""
+        return self.rotation_errors.total
 
     @property
     def work_error(self) -> float:

@@ -5,7 +5,7 @@ use std::path::Path;
 use design::sensitivities::Sensitivity;
 use pictures::RunPictures;
 use serde_json::json;
-use swimmer::{Folder, Report, Scene};
+use swimmer::{Folder, Outcome, Report, Scene};
 
 use super::arguments::RunArguments;
 use super::design_files::{path_of, write};
@@ -13,7 +13,7 @@ use super::displacements::displacement_table;
 use super::error::CliError;
 use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
-    count, duration, entry, error_estimates, measured, print, rotation_entry, rounded,
+    count, duration, entry, error, error_estimates, measured, print, rotation_entry, rounded,
     tolerance_statement, two_digits, warn, with_uncertainty,
 };
 use super::view::{open_page, page_entry, write_movie};
@@ -96,6 +96,15 @@ fn warnings(report: &Report) -> Vec<String> {
     warnings
 }
 
+/// The line of the error bar of the rotation, of one that is larger than its bar.
+fn rotation_error(outcome: &Outcome) -> String {
+    let (angle, bar) = (outcome.rotation.norm(), outcome.rotation_error.total());
+    match angle > bar && bar > 0.0 {
+        true => entry("error of rotation", error(bar, angle)),
+        false => String::new(),
+    }
+}
+
 fn describe(report: &Report, out: &Path) -> String {
     let outcome = &report.outcome;
     let net = outcome.net();
@@ -121,6 +130,7 @@ fn describe(report: &Report, out: &Path) -> String {
         + &measured("net displacement", net, bars.total())
         + &error_estimates("error estimate", bars, net, "the net displacement")
         + &rotation_entry("rotation vector", &rotation, 5)
+        + &rotation_error(outcome)
         + &measured(
             "work on the fluid",
             outcome.work,

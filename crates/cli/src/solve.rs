@@ -223,6 +223,23 @@ fn accuracy(solution: &InstantaneousSolution) -> String {
         "error of forces",
         error(solution.force_error.total(), forces),
     );
+    // Of what is zero there is nothing to say.
+    for (label, size, bars) in [
+        (
+            "error of ang. velocity",
+            largest(|body| body.angular_velocity.norm()),
+            solution.angular_velocity_error.total(),
+        ),
+        (
+            "error of torques",
+            largest(|body| body.torque.norm()),
+            solution.torque_error.total(),
+        ),
+    ] {
+        if size > bars && bars > 0.0 {
+            text += &entry(label, error(bars, size));
+        }
+    }
     let (power, of_power) = (solution.power(), solution.power_error.total());
     text += &measured("power on the fluid", power, of_power);
     if let Some((stresslets, bar)) =

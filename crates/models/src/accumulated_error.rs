@@ -17,6 +17,9 @@ pub struct AccumulatedError {
     /// Uncertainty of the errors of displacements.
     #[serde(rename = "spread")]
     pub uncertainty: f64,
+    /// Uncertainty of the errors of rotations.
+    #[serde(default)]
+    pub rotation_uncertainty: f64,
     /// Error of the work of the bodies on the fluid.
     #[serde(default)]
     pub work: f64,
@@ -39,6 +42,16 @@ impl AccumulatedError {
         (self.relative_uncertainty * correction).hypot(self.uncertainty)
     }
 
+    /// Error bar of corrected rotations of the frames.
+    pub fn rotation_error_bar(&self) -> f64 {
+        (self.relative_uncertainty * self.largest_rotation()).hypot(self.rotation_uncertainty)
+    }
+
+    /// The largest error of the rotation of a frame.
+    pub fn largest_rotation(&self) -> f64 {
+        self.rotation.iter().map(Vector3::norm).fold(0.0, f64::max)
+    }
+
     /// Adds the error that was subtracted from a solution, times its quadrature weight `time`.
     ///
     /// Nothing if the solution was not corrected.
@@ -51,6 +64,7 @@ impl AccumulatedError {
             displacement: errors().map(|f| f.linear * time).collect(),
             rotation: errors().map(|f| f.angular * time).collect(),
             uncertainty: 0.0,
+            rotation_uncertainty: 0.0,
             work: (solution.uncorrected_power() - solution.power()) * time,
             work_uncertainty: error.uncertainty.power * time.abs(),
             relative_uncertainty: error.uncertainty.relative,
@@ -61,6 +75,7 @@ impl AccumulatedError {
         // On one moving mesh the discretisation errors of successive shapes are correlated, so
         // their uncertainties are summed.
         self.uncertainty += error.uncertainty.velocity * time;
+        self.rotation_uncertainty += error.uncertainty.angular_velocity * time;
     }
 
     /// Appends a later part of the stroke, in which the frames move by `frame_displacements`.
@@ -87,6 +102,7 @@ impl AccumulatedError {
         // On different meshes the errors are independent, so the squares of their uncertainties
         // are summed.
         self.uncertainty = self.uncertainty.hypot(later.uncertainty);
+        self.rotation_uncertainty = self.rotation_uncertainty.hypot(later.rotation_uncertainty);
         self.relative_uncertainty = self.relative_uncertainty.max(later.relative_uncertainty);
     }
 
@@ -178,6 +194,7 @@ mod tests {
             [
                 "moved",
                 "relative_uncertainty",
+                "rotation_uncertainty",
                 "spread",
                 "turned",
                 "work",

@@ -27,6 +27,9 @@ pub struct Uncertainty {
     pub relative: f64,
     /// Uncertainty of velocities, in which the errors around different bodies do not cancel.
     pub velocity: f64,
+    /// Uncertainty of angular velocities, in which the errors around different bodies do not cancel.
+    #[serde(default)]
+    pub angular_velocity: f64,
     /// Uncertainty of errors of the power that may cancel with others: of straight facets and slip.
     #[serde(default)]
     pub power: f64,
@@ -65,6 +68,7 @@ impl DiscretisationError {
             uncertainty: Uncertainty {
                 relative: error.uncertainty.relative,
                 velocity: error.uncertainty.velocity * factor,
+                angular_velocity: error.uncertainty.angular_velocity * factor,
                 power: error.uncertainty.power * factor,
             },
         };
@@ -73,18 +77,33 @@ impl DiscretisationError {
             uncertainty: Uncertainty {
                 relative: sum.uncertainty.relative.max(term.uncertainty.relative),
                 velocity: sum.uncertainty.velocity + term.uncertainty.velocity,
+                angular_velocity: sum.uncertainty.angular_velocity
+                    + term.uncertainty.angular_velocity,
                 power: sum.uncertainty.power + term.uncertainty.power,
             },
         };
         let mut sum = terms.into_iter().map(scaled).reduce(plus)?;
-        sum.uncertainty.velocity = sum.uncertainty.velocity.max(0.0);
-        sum.uncertainty.power = sum.uncertainty.power.max(0.0);
+        let Uncertainty {
+            relative: _,
+            velocity,
+            angular_velocity,
+            power,
+        } = &mut sum.uncertainty;
+        for uncertainty in [velocity, angular_velocity, power] {
+            *uncertainty = uncertainty.max(0.0);
+        }
         Some(sum)
     }
 
     /// Error bar of the corrected velocities of all bodies.
     pub fn velocity_error_bar(&self) -> f64 {
         (self.uncertainty.relative * self.velocity()).hypot(self.uncertainty.velocity)
+    }
+
+    /// Error bar of the corrected angular velocities of all bodies.
+    pub fn angular_velocity_error_bar(&self) -> f64 {
+        (self.uncertainty.relative * self.largest(|body| body.angular_velocity))
+            .hypot(self.uncertainty.angular_velocity)
     }
 
     /// Magnitude of the largest error of the velocity of a body.
@@ -100,6 +119,11 @@ impl DiscretisationError {
     /// Error bar of the corrected forces of all bodies.
     pub fn force_error_bar(&self) -> f64 {
         self.uncertainty.relative * self.largest(|body| body.force)
+    }
+
+    /// Error bar of the corrected torques of all bodies.
+    pub fn torque_error_bar(&self) -> f64 {
+        self.uncertainty.relative * self.largest(|body| body.torque)
     }
 
     fn largest(&self, of: fn(&BodySolution) -> Vector3<f64>) -> f64 {

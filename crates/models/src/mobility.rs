@@ -24,6 +24,25 @@ pub(crate) struct MobilitySolution {
     pub slip_power: f64,
 }
 
+/// Largest differences between two solutions, or sums of them, in scaled units.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct LargestDifferences {
+    pub velocity: f64,
+    pub angular_velocity: f64,
+    pub force: f64,
+    pub torque: f64,
+}
+
+impl LargestDifferences {
+    /// Adds `factor` times other differences.
+    pub fn add(&mut self, factor: f64, other: &Self) {
+        self.velocity += factor * other.velocity;
+        self.angular_velocity += factor * other.angular_velocity;
+        self.force += factor * other.force;
+        self.torque += factor * other.torque;
+    }
+}
+
 impl MobilitySolution {
     /// Solves for the motions that the joints leave free (formulation P-tilde).
     ///
@@ -85,24 +104,24 @@ impl MobilitySolution {
         })
     }
 
-    /// Largest difference between the velocities of a body in two solutions.
-    pub fn largest_difference(&self, other: &Self, set: &Articulation) -> f64 {
+    /// Largest differences between the motions and loads of a body in two solutions.
+    pub fn largest_differences(&self, other: &Self, set: &Articulation) -> LargestDifferences {
+        let difference = |of: fn(&Self) -> &DVector<f64>, rows: &mut dyn Iterator<Item = usize>| {
+            let norms = rows.map(|k| (vector(of(self), k) - vector(of(other), k)).norm());
+            norms.fold(0.0, f64::max)
+        };
+        let velocities: fn(&Self) -> &DVector<f64> = |solution| &solution.generalised;
+        let forces: fn(&Self) -> &DVector<f64> = |solution| &solution.forces;
         let layout = set.velocity_layout();
-        (0..set.kinds().len())
-            .map(|body| {
-                let velocity =
-                    |solution: &Self| vector(&solution.generalised, layout.bodies()[body]);
-                (velocity(self) - velocity(other)).norm()
-            })
-            .fold(0.0, f64::max)
-    }
-
-    /// Largest difference between the forces of a body in two solutions.
-    pub fn largest_force_difference(&self, other: &Self) -> f64 {
-        let first = (0..self.forces.len()).step_by(6);
-        first.fold(0.0_f64, |largest, k| {
-            largest.max((vector(&self.forces, k) - vector(&other.forces, k)).norm())
-        })
+        // Six rows per body with a surface, of which the last three are its angular velocity.
+        let spins = set.surface_velocities().into_iter().skip(3).step_by(6);
+        let loads = self.forces.len();
+        LargestDifferences {
+            velocity: difference(velocities, &mut layout.bodies().iter().copied()),
+            angular_velocity: difference(velocities, &mut spins.into_iter()),
+            force: difference(forces, &mut (0..loads).step_by(6)),
+            torque: difference(forces, &mut (3..loads).step_by(6)),
+        }
     }
 
     /// Power of the bodies and their slip on the fluid.

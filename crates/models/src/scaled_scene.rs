@@ -25,6 +25,9 @@ pub(crate) struct ScaledScene {
     loads: Vec<ExternalLoad>,
     /// The rotation.
     to_frame: UnitQuaternion<f64>,
+    /// Distance from the root of a linkage to its farthest point, of the smallest linkage: errors
+    /// of velocities over it are errors of angular velocities.
+    pub shortest_lever: f64,
 }
 
 /// Motion and loads of the bodies in scaled units.
@@ -61,6 +64,14 @@ impl ScaledScene {
             .map(|(joint, value)| scale.value(joint, *value))
             .collect();
         let set = set.with_initial_values(&values)?;
+        let levers = set.linkages().iter().map(|linkage| {
+            let reach = |&body: &usize| {
+                let radius = scale.length(scene.bodies()[body].bounding_radius());
+                (positions[body] - positions[linkage.root]).norm() + radius
+            };
+            linkage.bodies.iter().map(reach).fold(0.0, f64::max)
+        });
+        let shortest_lever = levers.fold(f64::INFINITY, f64::min);
         Ok(Self {
             scene: scene.clone(),
             scale,
@@ -69,6 +80,7 @@ impl ScaledScene {
                 .map(|b| scale.load(b.total_force(), b.torque))
                 .collect(),
             to_frame: UnitQuaternion::identity(),
+            shortest_lever,
         })
     }
 

@@ -31,8 +31,12 @@ pub struct InstantaneousSolution {
     pub seconds: Seconds,
     /// Error bars of the velocities.
     pub error_estimate: ErrorEstimate,
+    /// Error bars of the angular velocities.
+    pub angular_velocity_error: ErrorEstimate,
     /// Error bars of the forces on the fluid.
     pub force_error: ErrorEstimate,
+    /// Error bars of the torques on the fluid, about the centres of the bodies.
+    pub torque_error: ErrorEstimate,
     /// Error bars of the power of the bodies on the fluid.
     pub power_error: ErrorEstimate,
     /// The estimated discretisation error that was subtracted, if estimates were requested.
@@ -70,7 +74,9 @@ impl From<Response> for InstantaneousSolution {
             solver: SolverReport::default(),
             seconds: Seconds::default(),
             error_estimate: ErrorEstimate::default(),
+            angular_velocity_error: ErrorEstimate::default(),
             force_error: ErrorEstimate::default(),
+            torque_error: ErrorEstimate::default(),
             power_error: ErrorEstimate::default(),
             mesh_error: None,
             checks: None,
@@ -123,7 +129,9 @@ impl InstantaneousSolution {
     /// Enters an error that was subtracted before, and the error bars that remain.
     pub(crate) fn set_mesh_error(&mut self, error: DiscretisationError) {
         self.error_estimate.mesh = Some(error.velocity_error_bar());
+        self.angular_velocity_error.mesh = Some(error.angular_velocity_error_bar());
         self.force_error.mesh = Some(error.force_error_bar());
+        self.torque_error.mesh = Some(error.torque_error_bar());
         self.mesh_error = Some(error);
         let removed = self.uncorrected_power() - self.power();
         let error = self.mesh_error.as_ref();

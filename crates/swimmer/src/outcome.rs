@@ -43,6 +43,9 @@ pub struct Outcome {
     pub solves: usize,
     /// Error bars of the displacements.
     pub error_estimate: ErrorEstimate,
+    /// Error bars of the rotation vectors, in radians.
+    #[serde(default)]
+    pub rotation_error: ErrorEstimate,
     /// Estimated discretisation errors that were subtracted from the displacements, computed minus
     /// exact, one per body.
     pub mesh_error: Option<Vec<Vector3<f64>>>,
@@ -397,6 +400,7 @@ impl Outcome {
     fn append_costs_and_work(&mut self, result: &SpanResult) {
         self.solves += result.solves;
         self.error_estimate.accumulate(1.0, &result.error_estimate);
+        self.rotation_error.accumulate(1.0, &result.rotation_error);
         self.work += result.work;
         self.work_error.accumulate(1.0, &result.work_error);
         self.seconds += result.seconds;
@@ -407,9 +411,12 @@ impl Outcome {
         let accumulated = self.accumulated_error.as_ref();
         self.mesh_error = accumulated.map(|error| errors_of_bodies(set, error, positions));
         self.error_estimate.mesh = accumulated.map(|error| corrected_bar(set, error, positions));
+        self.rotation_error.mesh = accumulated.map(AccumulatedError::rotation_error_bar);
         self.work_error.mesh = accumulated.map(AccumulatedError::work_error_bar);
         if let Some(error) = &self.accumulated_integration_error {
             self.error_estimate.integration = Some(integration_bar(set, error, positions));
+            let rotation = error.largest_rotation().hypot(error.rotation_uncertainty);
+            self.rotation_error.integration = Some(rotation);
         }
     }
 }

@@ -300,9 +300,17 @@ impl AxisymmetricModel {
             .bodies
             .iter()
             .fold(0.0_f64, |m, body| m.max(body.velocity.norm()));
+        let spin_speed = corrected
+            .bodies
+            .iter()
+            .fold(0.0_f64, |m, body| m.max(body.angular_velocity.norm()));
+        let uncancelled = |resistance: &AxialResistance| {
+            UNCANCELLED_FACTOR * resistance.relative_error()
+        };
         let uncertainty = Uncertainty {
             relative: UNCERTAINTY,
-            velocity: UNCANCELLED_FACTOR * axial.relative_error() * speed,
+            velocity: uncancelled(axial) * speed,
+            angular_velocity: spin.map_or(0.0, uncancelled) * spin_speed,
             power: axial.relative_error() * corrected.slip_power.abs(),
         };
         let error = DiscretisationError::between(&computed, &corrected, uncertainty);

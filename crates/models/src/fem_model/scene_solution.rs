@@ -60,6 +60,7 @@ impl ToScene<'_> {
         let uncertainty = Uncertainty {
             relative: estimate.relative_uncertainty,
             velocity: self.scaled.scale.length_to_scene(estimate.uncertainty),
+            angular_velocity: estimate.uncertainty / self.scaled.shortest_lever,
             power: self.scaled.scale.power_to_scene(estimate.power_uncertainty),
         };
         let of_facets = (self.scaled.scale).torque_to_scene(estimate.stresslet_uncertainty);
@@ -100,11 +101,18 @@ impl ToScene<'_> {
             let fastest = largest_norm(flow.velocity.iter().copied());
             speed = speed.max(scale.length_to_scene(fastest));
         }
+        // Errors of the velocity turn a linkage about its farthest point.
+        let lever = self.scaled.shortest_lever;
+        let spin = largest_norm(bodies.iter().map(|b| b.angular_velocity))
+            .max(scale.length(speed) / lever);
         // Without joints or fixed bodies the forces are the given loads.
         let are_given = set.joints().is_empty() && !set.fixed().contains(&true);
-        let force = match are_given {
-            true => 0.0,
-            false => largest_norm(bodies.iter().map(|b| b.force)),
+        let [force, torque] = match are_given {
+            true => [0.0; 2],
+            false => [
+                largest_norm(bodies.iter().map(|b| b.force)),
+                largest_norm(bodies.iter().map(|b| b.torque)),
+            ],
         };
         let power = response.power().abs();
         let bars = |size: f64| ErrorEstimate {
@@ -118,7 +126,9 @@ impl ToScene<'_> {
             stresslets: Some(self.scaled.stresslets_to_scene(&flow.stresslets)),
             dofs: solution.dofs,
             error_estimate: bars(speed),
+            angular_velocity_error: bars(spin),
             force_error: bars(force),
+            torque_error: bars(torque),
             power_error: bars(power),
             checks: solution.checks,
             solver: solution.solver.clone(),

@@ -87,8 +87,14 @@ impl SolvedShapes {
 pub struct Bars {
     /// Error bar of velocities without that for the discretisation.
     pub velocity: f64,
+    /// Error bar of angular velocities without that for the discretisation.
+    #[serde(default)]
+    pub angular_velocity: f64,
     /// Error bar of forces without that for the discretisation.
     pub force: f64,
+    /// Error bar of torques without that for the discretisation.
+    #[serde(default)]
+    pub torque: f64,
     /// Error bar of the power without the discretisation error, relative to the power.
     pub power: f64,
     /// Uncertainty of discretisation errors, of the power relative to the power.
@@ -110,11 +116,14 @@ impl Bars {
         let [a, b] = [self.mesh_uncertainty, other.mesh_uncertainty];
         Self {
             velocity: self.velocity.max(other.velocity),
+            angular_velocity: self.angular_velocity.max(other.angular_velocity),
             force: self.force.max(other.force),
+            torque: self.torque.max(other.torque),
             power: self.power.max(other.power),
             mesh_uncertainty: Uncertainty {
                 relative: a.relative.max(b.relative),
                 velocity: a.velocity.max(b.velocity),
+                angular_velocity: a.angular_velocity.max(b.angular_velocity),
                 power: a.power.max(b.power),
             },
             mesh: self.mesh.max(other.mesh),
@@ -130,13 +139,17 @@ impl Bars {
         };
         let power = solution.power().abs().max(f64::MIN_POSITIVE);
         self.velocity = self.velocity.max(untabulated(&solution.error_estimate));
+        let spin = untabulated(&solution.angular_velocity_error);
+        self.angular_velocity = self.angular_velocity.max(spin);
         self.force = self.force.max(untabulated(&solution.force_error));
+        self.torque = self.torque.max(untabulated(&solution.torque_error));
         self.power = self.power.max(untabulated(&solution.power_error) / power);
         self.mesh = self.mesh.max(solution.error_estimate.mesh.unwrap_or(0.0));
         self.mesh_force = (self.mesh_force).max(solution.force_error.mesh.unwrap_or(0.0));
         if let Some(error) = &solution.mesh_error {
             let (largest, bars) = (&mut self.mesh_uncertainty, error.uncertainty);
             largest.velocity = largest.velocity.max(bars.velocity);
+            largest.angular_velocity = largest.angular_velocity.max(bars.angular_velocity);
             largest.relative = largest.relative.max(bars.relative);
             largest.power = largest.power.max(bars.power / power);
         }

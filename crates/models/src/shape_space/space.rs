@@ -52,6 +52,9 @@ pub struct ShapeSpace {
     /// Whether the next grid would have been too large.
     is_coarse: bool,
     bars: Bars,
+    /// Longest distance of two joined bodies, by which errors of velocities and forces become those
+    /// of angular velocities and torques.
+    longest: f64,
     /// Change of velocities for a unit rate by the motion of the swimmer in its container.
     position_error: f64,
 }
@@ -160,6 +163,7 @@ impl ShapeSpace {
                     relative_error: tail,
                     is_coarse: !is_fine,
                     bars,
+                    longest,
                     position_error,
                     variables,
                 });
@@ -285,10 +289,13 @@ impl ShapeSpace {
         // The error of a product of two interpolated numbers.
         let sizes = response.bodies.iter();
         let product: f64 = sizes.map(|b| b.force.norm() * b.velocity.norm()).sum();
+        let torques = response.bodies.iter().map(|b| b.torque.norm());
+        let torque = torques.fold(force * self.longest, f64::max);
         let mesh_error = record.mesh_error.map(|response| DiscretisationError {
             response,
             uncertainty: Uncertainty {
                 velocity: speed * self.bars.mesh_uncertainty.velocity,
+                angular_velocity: speed * self.bars.mesh_uncertainty.angular_velocity,
                 power: power.abs() * self.bars.mesh_uncertainty.power,
                 ..self.bars.mesh_uncertainty
             },
@@ -299,8 +306,16 @@ impl ShapeSpace {
             error_estimate: ErrorEstimate::of_model(
                 speed * (self.interpolation_error + self.bars.velocity + self.position_error),
             ),
+            angular_velocity_error: ErrorEstimate::of_model(
+                speed
+                    * (self.bars.angular_velocity
+                        + (self.interpolation_error + self.position_error) / self.longest),
+            ),
             force_error: ErrorEstimate::of_model(
                 speed * self.bars.force + self.relative_error * force,
+            ),
+            torque_error: ErrorEstimate::of_model(
+                speed * self.bars.torque + self.relative_error * torque,
             ),
             power_error: ErrorEstimate::of_model(
                 self.bars.power * power.abs() + 2.0 * self.relative_error * product,

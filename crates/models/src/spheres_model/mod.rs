@@ -14,7 +14,7 @@ use self::sphere_resistances::SphereResistances;
 use crate::error::ModelError;
 use crate::flow_field::{FlowField, PointFlow};
 use crate::hydrodynamics::{Capabilities, Flows, Hydrodynamics, Resistances, SceneResistance};
-use crate::mobility::{self, MobilitySolution};
+use crate::mobility::{self, LargestDifferences, MobilitySolution};
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
@@ -221,12 +221,11 @@ impl SpheresModel {
         let surfaces = self.surface_effects(configuration, &resistances)?;
         let of = |k: usize| surfaces.as_ref().map(|effects| &effects[k]);
         let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, of(0))?;
-        let (mut error, mut force_error, mut power_error) = (0.0, 0.0, 0.0);
+        let (mut errors, mut power_error) = (LargestDifferences::default(), 0.0);
         let mut previous = solved.clone();
         for (reference, factor) in &resistances.references {
             let reference = MobilitySolution::new(reference, set, &constraints, loads, of(1))?;
-            error += factor * previous.largest_difference(&reference, set);
-            force_error += factor * previous.largest_force_difference(&reference);
+            errors.add(*factor, &previous.largest_differences(&reference, set));
             power_error += factor * (previous.power(set) - reference.power(set)).abs();
             previous = reference;
         }
@@ -243,8 +242,10 @@ impl SpheresModel {
                 total,
                 ..Seconds::default()
             },
-            error_estimate: ErrorEstimate::of_model(scale.length_to_scene(error)),
-            force_error: ErrorEstimate::of_model(scale.force_to_scene(force_error)),
+            error_estimate: ErrorEstimate::of_model(scale.length_to_scene(errors.velocity)),
+            angular_velocity_error: ErrorEstimate::of_model(errors.angular_velocity),
+            force_error: ErrorEstimate::of_model(scale.force_to_scene(errors.force)),
+            torque_error: ErrorEstimate::of_model(scale.torque_to_scene(errors.torque)),
             power_error: ErrorEstimate::of_model(scale.power_to_scene(power_error)),
             ..InstantaneousSolution::solved_directly(
                 solved.response(&self.scaled, &constraints, loads)?,

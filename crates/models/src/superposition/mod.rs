@@ -65,6 +65,8 @@ struct Solved {
     flows: Option<Vec<FlowField>>,
     /// Largest difference between superposed and direct velocities at one further orientation.
     deviation: f64,
+    /// Radius of the largest body: the deviation of angular velocities is at most that over it.
+    radius: f64,
 }
 
 impl Superposed {
@@ -205,6 +207,7 @@ impl Superposed {
             solutions,
             flows: flows.into_iter().collect(),
             deviation: 0.0,
+            radius: f64::INFINITY,
         };
         let more = self.drives.orientation(CANDIDATES);
         let (direct, _) = self.respond(&more, shape, false)?;
@@ -215,6 +218,7 @@ impl Superposed {
             .map(|body| body.bounding_radius())
             .fold(0.0, f64::max);
         solved.deviation = (&direct.response - &superposed.response).largest_speed(radius);
+        solved.radius = radius;
         let allowed = direct.error_estimate.total()
             + superposed.error_estimate.total()
             + ROUNDING * direct.largest_speed(radius);
@@ -281,30 +285,39 @@ impl Solved {
         let mut response = first.response.clone().zero();
         let mut error = (first.mesh_error.clone()).map(|error| error.response.zero());
         let mut error_estimate = ErrorEstimate::default();
-        let (mut force_error, mut power_error) =
-            (ErrorEstimate::default(), ErrorEstimate::default());
+        let [mut angular_velocity_error, mut force_error, mut torque_error, mut power_error] =
+            [ErrorEstimate::default(); 4];
         let mut uncertainty = Uncertainty::default();
         // Powers are quadratic: roots of their uncertainties are summed.
         let mut root_of_power = 0.0;
         for (solution, &c) in self.solutions.iter().zip(coefficients) {
             response.accumulate(c, &solution.response);
             error_estimate.accumulate(c.abs(), &solution.error_estimate);
+            angular_velocity_error.accumulate(c.abs(), &solution.angular_velocity_error);
             force_error.accumulate(c.abs(), &solution.force_error);
+            torque_error.accumulate(c.abs(), &solution.torque_error);
             power_error.accumulate(c.abs(), &solution.power_error);
             if let (Some(sum), Some(term)) = (&mut error, &solution.mesh_error) {
                 sum.accumulate(c, &term.response);
                 uncertainty.relative = uncertainty.relative.max(term.uncertainty.relative);
                 uncertainty.velocity += c.abs() * term.uncertainty.velocity;
+                uncertainty.angular_velocity += c.abs() * term.uncertainty.angular_velocity;
                 root_of_power += c.abs() * term.uncertainty.power.sqrt();
             }
         }
         uncertainty.power = root_of_power * root_of_power;
-        error_estimate.model = Some(error_estimate.model.unwrap_or(0.0) + self.deviation);
+        let add = |bars: &mut ErrorEstimate, deviation: f64| {
+            bars.model = Some(bars.model.unwrap_or(0.0) + deviation);
+        };
+        add(&mut error_estimate, self.deviation);
+        add(&mut angular_velocity_error, self.deviation / self.radius);
         let mut solution = InstantaneousSolution {
             dofs: first.dofs,
             solver: first.solver.clone(),
             error_estimate,
+            angular_velocity_error,
             force_error,
+            torque_error,
             power_error,
             ..response.into()
         };

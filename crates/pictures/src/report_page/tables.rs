@@ -31,6 +31,11 @@ pub fn results(record: &RunRecord) -> String {
     let outcome = &record.outcome;
     let error = outcome.error_estimate.total();
     let rotation = outcome.rotation.map(|x| rounded(x, 5));
+    let [x, y, z] = <[f64; 3]>::from(rotation);
+    let of_rotation = match outcome.rotation_error.total() {
+        bar if bar < rotation.norm() => format!("({x:.5}, {y:.5}, {z:.5}) +- {bar:.1e}"),
+        _ => format!("({x:.5}, {y:.5}, {z:.5})"),
+    };
     let entries = [
         (
             "Net displacement",
@@ -39,7 +44,7 @@ pub fn results(record: &RunRecord) -> String {
         ),
         (
             "Rotation vector",
-            format!("({:.5}, {:.5}, {:.5})", rotation.x, rotation.y, rotation.z),
+            of_rotation,
             "radians",
         ),
         (

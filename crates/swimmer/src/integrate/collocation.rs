@@ -18,7 +18,7 @@ use super::order_errors::{expected_error, is_smooth, is_stalled, remaining_error
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
-use super::step_size::{MAX_PARTS, expected_ratio, largest_displacement, rounding, step_tolerance};
+use super::step_size::{MAX_PARTS, expected_ratio, largest_displacement, largest_rotation, rounding, step_tolerance};
 use crate::error::SwimError;
 use crate::gauss::{Gauss, lagrange};
 
@@ -101,6 +101,7 @@ fn in_parts(
         }
         let error = IntegrationError {
             displacement: step.error,
+            rotation: step.rotation_error,
             work: step.work_error,
         };
         let approximation = step.approximation;
@@ -127,6 +128,8 @@ struct Step {
     approximation: Approximation,
     /// Estimated integration error of the displacement.
     error: f64,
+    /// Estimated integration error of the rotation.
+    rotation_error: f64,
     /// Estimated integration error of the work.
     work_error: f64,
     /// Largest error of the displacement allowed.
@@ -150,7 +153,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
     let mut previous = collocate(evaluator, start, &guess, 1, Corrections::None)?;
     // The first solution may change the mesh; later changes are counted from here.
     let mesh_changes = evaluator.mesh_changes;
-    let (mut changes, mut work_changes) = (Vec::new(), Vec::new());
+    let [mut changes, mut rotation_changes, mut work_changes] = [const { Vec::new() }; 3];
     let on_request = evaluator.capabilities().error_estimates == ErrorEstimates::OnRequest;
     let mut few_points = None;
     let mut points = 2;
@@ -170,8 +173,10 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         // The order before may have none, so both are compared without corrections.
         let both = [&current, &previous];
         let [last, before] = both.map(|approximation| approximation.uncorrected_step(duration));
-        let change = largest_displacement(evaluator, &(&last + &(&before * -1.0)));
+        let difference = &last + &(&before * -1.0);
+        let change = largest_displacement(evaluator, &difference);
         changes.push(change);
+        rotation_changes.push(largest_rotation(&difference));
         let error = remaining_error(&changes, ratio);
         let [last, before] = both.map(|approximation| approximation.uncorrected_work(duration));
         work_changes.push((last - before).abs());
@@ -199,6 +204,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
             return Ok(Step {
                 approximation: current,
                 error,
+                rotation_error: reported_error(&rotation_changes, ratio),
                 work_error: reported_error(&work_changes, ratio),
                 tolerance,
                 mesh_change,

@@ -6,7 +6,7 @@ use rigid::{State, StateVelocity};
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, SpanResult, Stopped};
 use super::span_evaluator::SpanEvaluator;
-use super::step_size::largest_displacement;
+use super::step_size::{largest_displacement, largest_rotation};
 
 /// Integrates a phase span in equal steps, each with the velocity at its start.
 pub(super) fn span(
@@ -101,5 +101,6 @@ fn integration_error(
         accumulated.append(&step_error, &displacement);
     }
     accumulated.uncertainty = largest_displacement(evaluator, &uncertainty);
+    accumulated.rotation_uncertainty = largest_rotation(&uncertainty);
     Some(accumulated)
 }

@@ -26,7 +26,7 @@ use super::masses::{
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
-use super::step_size::{MAX_PARTS, largest_displacement, step_tolerance};
+use super::step_size::{MAX_PARTS, largest_displacement, largest_rotation, step_tolerance};
 use crate::error::SwimError;
 
 /// Largest number of steps of a part of a phase span.
@@ -107,8 +107,12 @@ fn part(
             let duration = evaluator.span.duration * width;
             let work = |run: &Run| run.work(duration / run.steps.len() as f64);
             let work_change = coarser.as_ref().map_or(0.0, |c| work(c) - work(&run));
+            let rotation_change = coarser.as_ref().map_or(0.0, |coarser| {
+                largest_rotation(&run.change(coarser, start))
+            });
             let error = IntegrationError {
                 displacement: error,
+                rotation: rotation_change / (REDUCTION - 1.0),
                 work: work_change.abs() / (REDUCTION - 1.0),
             };
             return Ok((run, error));
@@ -138,9 +142,14 @@ impl Run {
         combination(steps.iter().map(|step| (step, 1.0)), start)
     }
 
+    /// The difference of the sums of all steps.
+    fn change(&self, other: &Self, start: &State) -> StateVelocity {
+        &self.whole(start) + &(&other.whole(start) * -1.0)
+    }
+
     /// Difference of the displacements, and of those that follow from the final velocities.
     fn difference(&self, other: &Self, evaluator: &SpanEvaluator, start: &State) -> f64 {
-        let change = &self.whole(start) + &(&other.whole(start) * -1.0);
+        let change = self.change(other, start);
         let velocities = self.velocities.iter().zip(&other.velocities);
         let speed = velocities
             .map(|(a, b)| (a - b).fixed_rows::<3>(0).norm())
@@ -166,6 +175,7 @@ impl Run {
             let accumulated = step.accumulated_error(duration);
             let share = IntegrationError {
                 displacement: error.displacement / count,
+                rotation: error.rotation / count,
                 work: error.work / count,
             };
             result.append(evaluator, step, Some(share), accumulated.as_ref())?;

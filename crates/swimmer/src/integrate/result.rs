@@ -24,6 +24,8 @@ pub(super) struct Approximation {
 pub(super) struct IntegrationError {
     /// Error of the displacement.
     pub displacement: f64,
+    /// Error of the rotation of a body, in radians.
+    pub rotation: f64,
     /// Error of the work of the bodies on the fluid.
     pub work: f64,
 }
@@ -42,6 +44,8 @@ pub struct SpanResult {
     pub solves: usize,
     /// Error bars of the displacement.
     pub error_estimate: ErrorEstimate,
+    /// Error bars of the rotation of the bodies, in radians.
+    pub rotation_error: ErrorEstimate,
     /// Accumulated discretisation error that was subtracted, and its uncertainty; none where a part
     /// of the phase span has no estimate.
     pub accumulated_error: Option<AccumulatedError>,
@@ -154,6 +158,7 @@ impl SpanResult {
             pieces: Vec::new(),
             solves: 0,
             error_estimate: ErrorEstimate::default(),
+            rotation_error: ErrorEstimate::default(),
             accumulated_error: Some(AccumulatedError::default()),
             accumulated_integration_error: None,
             work: 0.0,
@@ -198,18 +203,28 @@ impl SpanResult {
         for (span_solution, weight) in solutions.iter().zip(weights) {
             let solution = &span_solution.solution;
             let time = weight * duration;
-            (self.error_estimate).accumulate(time, &without_mesh(&solution.error_estimate));
-            (self.work_error).accumulate(time, &without_mesh(&solution.power_error));
+            for (sum, bars) in [
+                (&mut self.error_estimate, &solution.error_estimate),
+                (&mut self.rotation_error, &solution.angular_velocity_error),
+                (&mut self.work_error, &solution.power_error),
+            ] {
+                sum.accumulate(time, &without_mesh(bars));
+            }
         }
-        let integration = |error: Option<f64>| ErrorEstimate {
-            integration: error,
-            ..ErrorEstimate::default()
-        };
-        let of_displacement = integration_error.map(|error| error.displacement);
-        let of_work = integration_error.map(|error| error.work);
-        self.error_estimate
-            .accumulate(1.0, &integration(of_displacement));
-        self.work_error.accumulate(1.0, &integration(of_work));
+        if let Some(error) = integration_error {
+            for (sum, error) in [
+                (&mut self.error_estimate, error.displacement),
+                (&mut self.rotation_error, error.rotation),
+                (&mut self.work_error, error.work),
+            ] {
+                let integration = Some(error);
+                let bar = ErrorEstimate {
+                    integration,
+                    ..ErrorEstimate::default()
+                };
+                sum.accumulate(1.0, &bar);
+            }
+        }
         let set = evaluator.scene.articulation();
         let end = piece.state(set, piece.to)?;
         self.end = set.closed(&end, &evaluator.span.shape(piece.to))?;

@@ -11,7 +11,7 @@ use super::inverse_dexp::coordinate_rate;
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
-use super::step_size::{MAX_PARTS, largest_displacement, step_tolerance};
+use super::step_size::{MAX_PARTS, largest_displacement, largest_rotation, step_tolerance};
 use crate::error::SwimError;
 
 const NODES: [f64; 7] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
@@ -127,6 +127,7 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
         };
         let error = IntegrationError {
             displacement: step.error,
+            rotation: step.rotation_error,
             work: step.work_error,
         };
         result.append(evaluator, approximation, Some(error), None)?;
@@ -140,6 +141,8 @@ struct Step {
     sigma: StateVelocity,
     /// Estimated error of the step.
     error: f64,
+    /// Estimated error of the rotation.
+    rotation_error: f64,
     /// Estimated error of the work.
     work_error: f64,
     /// Solutions of all stages but the last.
@@ -174,6 +177,7 @@ fn step(
     Ok(Step {
         sigma: combination(rates.iter().zip(WEIGHTS), start),
         error: largest_displacement(evaluator, &error),
+        rotation_error: largest_rotation(&error),
         work_error: (duration * work_difference).abs(),
         solutions,
         last,

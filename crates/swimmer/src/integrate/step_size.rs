@@ -107,6 +107,13 @@ pub(super) fn largest_displacement(evaluator: &SpanEvaluator, step: &StateVeloci
         .fold(0.0, f64::max)
 }
 
+/// The largest rotation of a frame or of a body about its own axis in a step.
+pub(super) fn largest_rotation(step: &StateVelocity) -> f64 {
+    let frames = step.frames.iter().map(|frame| frame.angular.norm());
+    let spins = step.spins.iter().map(|spin| spin.norm());
+    frames.chain(spins).fold(0.0, f64::max)
+}
+
 /// Largest distance of two joined bodies along the phase span.
 fn longest_joint(evaluator: &SpanEvaluator) -> f64 {
     let set = evaluator.scene.articulation();

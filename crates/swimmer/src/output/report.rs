@@ -12,7 +12,8 @@ use crate::outcome::Outcome;
 /// Keys: `displacement` (by body), `rotation` (rotation vector of the frame of the first linkage),
 /// `phases` (each with `link`, `displacement`, `solves`, `error_estimate`), `solves`,
 /// `error_estimate` (absolute, in the scene's unit of length), `uncorrected` (displacement and work
-/// before estimated discretisation errors were subtracted), `seconds`, `model`, `reasons`,
+/// before estimated discretisation errors were subtracted), `rotation` (vector of the frame of the
+/// first linkage, in radians, with all turns), `rotation_error` (its error bars), `seconds`, `model`, `reasons`,
 /// `cycles`, `duration`, `work` (of the bodies on the fluid), `work_error` (its error bars),
 /// `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer),
 /// `allowed_error` (the length that they allow), `contact` (where bodies touched and the run
@@ -55,6 +56,7 @@ pub fn summary_json(
         "scene": scene.name(),
         "displacement": by_body(&outcome.displacement),
         "rotation": vector(&outcome.rotation),
+        "rotation_error": estimate(&outcome.rotation_error),
         "phases": phases,
         "solves": outcome.solves,
         "error_estimate": estimate(&outcome.error_estimate),
@@ -85,8 +87,8 @@ pub fn summary_json(
 ///
 /// `links` has the force of each joint on the body that its key `body` names; the opposite force
 /// acts on `to`. `power` is that of the bodies on the fluid, by motion and slip. `error_estimate`
-/// refers to the velocities; its entry `force` to the largest force, `power` to the power,
-/// `stresslet` to the largest stresslet. `stresslet` of a body is the matrix of
+/// refers to the velocities; its entries `angular_velocity`, `force`, `torque` and `stresslet` to
+/// the largest of each, `power` to the power. `stresslet` of a body is the matrix of
 /// [`models::Stresslets`], with the sign of Batchelor (1970); null for models that do not compute
 /// it. `uncorrected` has velocities, forces and power before estimated discretisation errors were
 /// subtracted, `checks` independent computations of these forces and their power.
@@ -121,8 +123,14 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
     };
     let mut estimates = estimate(&solution.error_estimate);
     if let Value::Object(estimates) = &mut estimates {
-        estimates.insert("force".to_owned(), estimate(&solution.force_error));
-        estimates.insert("power".to_owned(), estimate(&solution.power_error));
+        for (name, bars) in [
+            ("angular_velocity", &solution.angular_velocity_error),
+            ("force", &solution.force_error),
+            ("torque", &solution.torque_error),
+            ("power", &solution.power_error),
+        ] {
+            estimates.insert(name.to_owned(), estimate(bars));
+        }
     }
     let stresslets = solution.stresslets.as_ref();
     if let (Some(error), Value::Object(estimates)) =
