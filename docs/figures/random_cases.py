@@ -217,12 +217,12 @@ def quantities_of_instant(drawn, found):
     force = max(norm(b["force"]) for b in found["bodies"])
     radius = max(drawn.radii)
 
-    def of_bodies(key, bars=None, negligible=0.0):
+    def of_bodies(key, bars, negligible=0.0):
         both = [[body[key] for body in solution["bodies"]] for solution in (before, found)]
         return key.replace("_", " "), *both, bars, negligible
 
     yield of_bodies("velocity", bars)
-    yield of_bodies("angular_velocity", negligible=NEGLIGIBLE * speed / radius)
+    yield of_bodies("angular_velocity", bars["angular_velocity"], NEGLIGIBLE * speed / radius)
     yield "power", [[before["power"]]], [[found["power"]]], bars["power"], 0.0
     if found["bodies"][0]["stresslet"] is not None:
         flat = [
@@ -233,7 +233,7 @@ def quantities_of_instant(drawn, found):
         yield "stresslet", *flat, bar if bar is None else {"total": bar, "mesh": bar}, 0.0
     if drawn.rates:
         yield of_bodies("force", bars["force"])
-        yield of_bodies("torque", negligible=NEGLIGIBLE * force * radius)
+        yield of_bodies("torque", bars["torque"], NEGLIGIBLE * force * radius)
         links = [[link["force"] for link in solution["links"]] for solution in (before, found)]
         yield "link force", *links, bars["force"], 0.0
 
@@ -248,7 +248,7 @@ def quantities_of_stroke(found):
     both = [mean(run["displacement"]) for run in (before, found)]
     yield "displacement", *both, found["error_estimate"], 0.0
     # A stroke turns by a few degrees unless its symmetry forbids it.
-    yield "rotation", [found["rotation"]], [found["rotation"]], None, NEGLIGIBLE
+    yield "rotation", [found["rotation"]], [found["rotation"]], found["rotation_error"], NEGLIGIBLE
     yield "work", [[before["work"]]], [[found["work"]]], found["work_error"], 0.0
 
 
@@ -282,12 +282,12 @@ def compare(found, exact, exact_bar):
 def exact_bars(exact):
     """Relative error bar of each quantity of the solution that is compared with."""
     bars, bodies = exact["error_estimate"], exact["bodies"]
-    size = {key: max(norm(body[key]) for body in bodies) for key in ("velocity", "force")}
     by_name = {"power": bars["power"]["total"] / abs(exact["power"]) if exact["power"] else 0.0}
-    for name in ("velocity", "angular velocity"):
-        by_name[name] = bars["total"] / (size["velocity"] or 1e-300)
-    for name in ("force", "torque", "link force"):
-        by_name[name] = bars["force"]["total"] / (size["force"] or 1e-300)
+    for key in ("velocity", "angular_velocity", "force", "torque"):
+        bar = bars["total"] if key == "velocity" else bars[key]["total"]
+        size = max(norm(body[key]) for body in bodies)
+        by_name[key.replace("_", " ")] = bar / (size or 1e-300)
+    by_name["link force"] = by_name["force"]
     if bodies[0]["stresslet"] is not None:
         stresslet = max(norm([x for row in body["stresslet"] for x in row]) for body in bodies)
         by_name["stresslet"] = bars.get("stresslet", math.inf) / (stresslet or 1e-300)
@@ -367,7 +367,8 @@ def stroke(seed):
     displacement = list(exact["displacement"].values())
     net = norm([sum(x) / len(displacement) for x in zip(*displacement)])
     bar = exact["error_estimate"]["total"] / net
-    bars = {"displacement": bar, "rotation": bar}
+    bars = {"displacement": bar}
+    bars["rotation"] = exact["rotation_error"]["total"] / (norm(exact["rotation"]) or 1e-300)
     bars["work"] = exact["work_error"]["total"] / abs(exact["work"])
     gap = min(gaps)
     groups = ["all", setup] + [f"gap below {limit}" for limit in (0.5, 0.2) if gap < limit]

@@ -153,7 +153,7 @@ mod tests {
                 uncertainty: Uncertainty {
                     relative: 0.1,
                     velocity: 0.5,
-                    power: 0.0,
+                    ..Uncertainty::default()
                 },
             });
             assert_eq!(solution.motion, along_x(1.0));

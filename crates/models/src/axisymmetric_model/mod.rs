@@ -304,9 +304,8 @@ impl AxisymmetricModel {
             .bodies
             .iter()
             .fold(0.0_f64, |m, body| m.max(body.angular_velocity.norm()));
-        let uncancelled = |resistance: &AxialResistance| {
-            UNCANCELLED_FACTOR * resistance.relative_error()
-        };
+        let uncancelled =
+            |resistance: &AxialResistance| UNCANCELLED_FACTOR * resistance.relative_error();
         let uncertainty = Uncertainty {
             relative: UNCERTAINTY,
             velocity: uncancelled(axial) * speed,

@@ -285,8 +285,12 @@ impl Solved {
         let mut response = first.response.clone().zero();
         let mut error = (first.mesh_error.clone()).map(|error| error.response.zero());
         let mut error_estimate = ErrorEstimate::default();
-        let [mut angular_velocity_error, mut force_error, mut torque_error, mut power_error] =
-            [ErrorEstimate::default(); 4];
+        let [
+            mut angular_velocity_error,
+            mut force_error,
+            mut torque_error,
+            mut power_error,
+        ] = [ErrorEstimate::default(); 4];
         let mut uncertainty = Uncertainty::default();
         // Powers are quadratic: roots of their uncertainties are summed.
         let mut root_of_power = 0.0;

@@ -11,7 +11,7 @@ use testkit::{SceneText, pair, within};
 use crate::scenes::{solve_at_start, three_spheres};
 
 #[test]
-fn bars_of_models_of_spheres_contain_the_errors_of_velocities_and_power() {
+fn bars_of_models_of_spheres_contain_the_errors_of_motions_loads_and_power() {
     let scene = SceneText::new()
         .sphere("left", 1.0, [-3, 0, 0])
         .sphere("centre", 1.2, [0; 3])
@@ -43,7 +43,13 @@ fn bars_of_models_of_spheres_contain_the_errors_of_velocities_and_power() {
                     largest(&|body| body.velocity),
                     found.error_estimate,
                 ),
+                (
+                    "angular velocity",
+                    largest(&|body| body.angular_velocity),
+                    found.angular_velocity_error,
+                ),
                 ("force", largest(&|body| body.force), found.force_error),
+                ("torque", largest(&|body| body.torque), found.torque_error),
                 (
                     "power",
                     (found.power() - exact.power()).abs(),
@@ -265,7 +271,7 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
     let uncertainty = Uncertainty {
         relative: 0.5,
         velocity: 0.04 * speed,
-        power: 0.0,
+        ..Uncertainty::default()
     };
     solution.correct(DiscretisationError {
         response,

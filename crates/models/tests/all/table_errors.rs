@@ -54,7 +54,7 @@ fn with_bars(scene: &Scene) -> Recording<'static> {
             let uncertainty = Uncertainty {
                 relative: RELATIVE,
                 velocity: uncertainty(shape),
-                power: 0.0,
+                ..Uncertainty::default()
             };
             solution.correct(DiscretisationError {
                 response,

@@ -79,6 +79,12 @@ fn assert_same_in_other_units(found: &InstantaneousSolution, reference: &Instant
     assert_eq!(found.power(), reference.power() * force * LENGTH);
     assert!(reference.error_estimate.total() > 0.0 && reference.power_error.total() > 0.0);
     assert_bars(&found.error_estimate, &reference.error_estimate, LENGTH);
+    assert_bars(
+        &found.angular_velocity_error,
+        &reference.angular_velocity_error,
+        1.0,
+    );
+    assert_bars(&found.torque_error, &reference.torque_error, force * LENGTH);
     assert_bars(&found.force_error, &reference.force_error, force);
     assert_bars(&found.power_error, &reference.power_error, force * LENGTH);
     assert_eq!(found.mesh_error.is_some(), reference.mesh_error.is_some());

@@ -42,11 +42,7 @@ pub fn results(record: &RunRecord) -> String {
             with_uncertainty(outcome.net(), error),
             "length",
         ),
-        (
-            "Rotation vector",
-            of_rotation,
-            "radians",
-        ),
+        ("Rotation vector", of_rotation, "radians"),
         (
             "Work on the fluid",
             with_uncertainty(outcome.work, outcome.work_error.total()),

@@ -18,7 +18,9 @@ use super::order_errors::{expected_error, is_smooth, is_stalled, remaining_error
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
-use super::step_size::{MAX_PARTS, expected_ratio, largest_displacement, largest_rotation, rounding, step_tolerance};
+use super::step_size::{
+    MAX_PARTS, expected_ratio, largest_displacement, largest_rotation, rounding, step_tolerance,
+};
 use crate::error::SwimError;
 use crate::gauss::{Gauss, lagrange};
 

@@ -107,9 +107,9 @@ fn part(
             let duration = evaluator.span.duration * width;
             let work = |run: &Run| run.work(duration / run.steps.len() as f64);
             let work_change = coarser.as_ref().map_or(0.0, |c| work(c) - work(&run));
-            let rotation_change = coarser.as_ref().map_or(0.0, |coarser| {
-                largest_rotation(&run.change(coarser, start))
-            });
+            let rotation_change = coarser
+                .as_ref()
+                .map_or(0.0, |coarser| largest_rotation(&run.change(coarser, start)));
             let error = IntegrationError {
                 displacement: error,
                 rotation: rotation_change / (REDUCTION - 1.0),

@@ -156,11 +156,12 @@ fn check_star(text: &SceneText, exact: OfArms) {
             1e-7,
             &why,
         );
-        within(
-            (outcome.rotation - Vector3::from(rotation)).norm(),
-            1e-7,
-            &why,
-        );
+        let error = (outcome.rotation - Vector3::from(rotation)).norm();
+        within(error, 1e-7, &why);
+        // The exact values have 18 digits.
+        let bar = outcome.rotation_error.total() + 1e-15;
+        within(error, bar, format!("the error bar of the rotation: {arms}"));
+        within(bar, 1e-6, format!("the tolerance, in radians: {arms}"));
     }
 }
 

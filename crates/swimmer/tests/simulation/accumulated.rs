@@ -16,6 +16,7 @@ struct Erring {
     force: Vector3<f64>,
     uncertainty: Uncertainty,
     bars: ErrorEstimate,
+    spin_bars: ErrorEstimate,
     power_bars: ErrorEstimate,
     controls_error: bool,
     /// Whether the errors stay in the answer, which is exact otherwise.
@@ -33,6 +34,7 @@ fn follow(errors: Erring, method: Method) -> Outcome {
             response.bodies[0].force = errors.force;
             solution.response += &response;
             solution.error_estimate = errors.bars;
+            solution.angular_velocity_error = errors.spin_bars;
             solution.power_error = errors.power_bars;
             if !errors.is_uncorrected {
                 let uncertainty = errors.uncertainty;
@@ -78,9 +80,11 @@ fn error_bars_of_a_run_are_those_of_the_velocities_times_the_duration() {
         uncertainty: Uncertainty {
             relative: 0.2,
             velocity: 1e-7,
+            angular_velocity: 1e-8,
             power: 0.0,
         },
         bars: bars(1e-6),
+        spin_bars: bars(1e-9),
         power_bars: bars(1e-5),
         ..Erring::default()
     };
@@ -89,7 +93,11 @@ fn error_bars_of_a_run_are_those_of_the_velocities_times_the_duration() {
     };
     for method in [Method::Collocation, Method::Euler { steps: 5 }] {
         let outcome = follow(errors, method);
-        for (found, unit) in [(&outcome.error_estimate, 1e-6), (&outcome.work_error, 1e-5)] {
+        for (found, unit) in [
+            (&outcome.error_estimate, 1e-6),
+            (&outcome.rotation_error, 1e-9),
+            (&outcome.work_error, 1e-5),
+        ] {
             let expected = bars(unit * DURATION);
             for (found, expected) in [
                 (found.container, expected.container),
@@ -133,6 +141,9 @@ fn error_bars_of_a_run_are_those_of_the_velocities_times_the_duration() {
         let bar = outcome.error_estimate.mesh.unwrap();
         let expected = (0.2 * 5e-7 * DURATION).hypot(uncertainty);
         close(bar, expected, 1e-12, "rounding of square roots");
+        // The rotation has no error, but an uncertainty of a tenth of that of the displacement.
+        let bar = outcome.rotation_error.mesh.unwrap();
+        close(bar, 0.1 * uncertainty, 1e-12, "rounding of square roots");
         let removed = outcome.uncorrected_work() - outcome.work;
         let bar = outcome.work_error.mesh.unwrap();
         assert!(removed.abs() > 1e-5);

@@ -20,11 +20,9 @@ fn on_request(scene: &Scene, estimates: ErrorEstimates) -> (Recording<'_>, Arc<A
         let shape = query.configuration.shape;
         let relative = 1e-2 * (shape[0] / 10.0 + (shape[1] / 8.0).powi(2));
         for solution in solutions {
-            let (velocity, power) = (0.0, 0.0);
             let uncertainty = Uncertainty {
                 relative: 0.05,
-                velocity,
-                power,
+                ..Uncertainty::default()
             };
             let response = &solution.response * relative;
             let error = DiscretisationError {

@@ -84,11 +84,9 @@ fn differences_between_meshes_are_an_uncertainty_of_the_mesh_and_not_of_the_inte
                 frame.linear *= noise(query.configuration.shape);
                 largest = largest.max(frame.linear.norm());
             }
-            let (relative, velocity, power) = (0.0, 5e-3 * largest, 0.0);
             let uncertainty = Uncertainty {
-                relative,
-                velocity,
-                power,
+                velocity: 5e-3 * largest,
+                ..Uncertainty::default()
             };
             let response = &solution.response * 0.0;
             solution.correct(DiscretisationError {
