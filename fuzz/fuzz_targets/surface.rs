@@ -8,7 +8,11 @@ use mesher::{TriangleKind, TriangulatedSurface};
 fuzz_target!(|bytes: &[u8]| {
     for format in [SurfaceFormat::Stl, SurfaceFormat::Obj, SurfaceFormat::Msh] {
         if let Ok(surface) = SurfaceMesh::parse("fuzzed", bytes, format) {
-            drop(TriangulatedSurface::new("fuzzed", surface, TriangleKind::Faceted));
+            drop(TriangulatedSurface::new(
+                "fuzzed",
+                surface,
+                TriangleKind::Faceted,
+            ));
         }
     }
 });

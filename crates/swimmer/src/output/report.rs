@@ -9,16 +9,15 @@ use crate::outcome::Outcome;
 
 /// The summary of a run, `summary.json`.
 ///
-/// Keys: `displacement` (by body), `rotation` (rotation vector of the frame of the first linkage),
-/// `phases` (each with `link`, `displacement`, `solves`, `error_estimate`), `solves`,
-/// `error_estimate` (absolute, in the scene's unit of length), `uncorrected` (displacement and work
-/// before estimated discretisation errors were subtracted), `rotation` (vector of the frame of the
-/// first linkage, in radians, with all turns), `rotation_error` (its error bars), `seconds`, `model`, `reasons`,
-/// `cycles`, `duration`, `work` (of the bodies on the fluid), `work_error` (its error bars),
-/// `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer),
-/// `allowed_error` (the length that they allow), `contact` (where bodies touched and the run
-/// stopped, in words, or null), `meshes`, `peak_rss_mib`, `scene` (its name), `machine`, `version`
-/// (of the program).
+/// Keys: `displacement` (by body), `rotation` (vector of the frame of the first linkage, in
+/// radians, with all turns), `rotation_error` (its error bars), `phases` (each with `link`,
+/// `displacement`, `solves`, `error_estimate`), `solves`, `error_estimate` (absolute, in the
+/// scene's unit of length), `uncorrected` (displacement and work before estimated discretisation
+/// errors were subtracted), `seconds`, `model`, `reasons`, `cycles`, `duration`, `work` (of the
+/// bodies on the fluid), `work_error` (its error bars), `tolerance`, `tolerance_met`,
+/// `tolerance_limits` (the errors to which both refer), `allowed_error` (the length that they
+/// allow), `contact` (where bodies touched and the run stopped, in words, or null), `meshes`,
+/// `peak_rss_mib`, `scene` (its name), `machine`, `version` (of the program).
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
 /// solves, which may run at the same time.
 pub fn summary_json(

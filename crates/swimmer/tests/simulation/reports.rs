@@ -98,6 +98,7 @@ fn the_summary_has_every_number_of_the_outcome() {
     outcome.displacement = vec![vector(1.0), vector(2.0)];
     outcome.mesh_error = Some(vec![vector(0.125), vector(0.25)]);
     outcome.rotation = vector(3.0);
+    outcome.rotation_error = estimate(0.125);
     outcome.solves = 41;
     outcome.error_estimate = estimate(0.5);
     outcome.work = 42.0;
@@ -142,6 +143,7 @@ fn the_summary_has_every_number_of_the_outcome() {
             "version": env!("CARGO_PKG_VERSION"),
             "displacement": { "a": list(1.0), "b, the large": list(2.0) },
             "rotation": list(3.0),
+            "rotation_error": estimate_json(0.125),
             "phases": phases,
             "solves": 41,
             "error_estimate": estimate_json(0.5),
@@ -230,8 +232,11 @@ fn the_json_of_a_solution_has_every_number_of_it() {
     assert_eq!(solution.force_error.mesh, Some(0.5 * vector(22.0).norm()));
     (solution.error_estimate, solution.force_error) = (estimate(0.5), estimate(3.0));
     solution.power_error = estimate(5.0);
+    (solution.angular_velocity_error, solution.torque_error) = (estimate(6.0), estimate(7.0));
     let mut estimates = estimate_json(0.5);
+    estimates["angular_velocity"] = estimate_json(6.0);
     estimates["force"] = estimate_json(3.0);
+    estimates["torque"] = estimate_json(7.0);
     estimates["power"] = estimate_json(5.0);
     // The sum of the products of velocities and forces.
     let product = |a: f64, b: f64| vector(a).dot(&vector(b));
