@@ -68,8 +68,11 @@ impl Domain {
             Self::Ball { radius } => radius - centre.norm() - body.bounding_radius(),
             Self::Box { size } => {
                 let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-                let supports = Vector3::from(axes.map(|axis| support(&axis)));
-                (size / 2.0 - centre.abs() - supports).min()
+                let faces = axes.into_iter().flat_map(|axis| [axis, -axis]);
+                let distances = faces.map(|normal| {
+                    0.5 * size.dot(&normal.abs()) - centre.dot(&normal) - support(&normal)
+                });
+                distances.fold(f64::INFINITY, f64::min)
             }
             Self::Cylinder { radius } => {
                 let widest = body
@@ -77,7 +80,7 @@ impl Domain {
                     .transverse_support_distance(rotation, &Vector3::x());
                 radius - centre.yz().norm() - widest
             }
-            Self::Wall => centre.z - support(&Vector3::z()),
+            Self::Wall => centre.z - support(&-Vector3::z()),
             Self::Surface(domain) => match body.shape.surface(pose, 1.0) {
                 Some(surface) => mesher::clearance(&*surface, &domain.surface),
                 None => f64::INFINITY,

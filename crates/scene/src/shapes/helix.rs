@@ -42,7 +42,7 @@ impl Geometry for HelixShape {
         let reach = mesher::Helix::new(1.0, pitch, self.turns, tube).reach();
         (reach <= 0.0).then(|| {
             let limit = (reach + tube) * self.radius;
-            let problem = format!("below {limit:.6}, where the tube touches itself");
+            let problem = format!("below {limit:.5e}, where the tube touches itself");
             ("tube_radius", problem)
         })
     }

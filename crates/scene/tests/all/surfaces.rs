@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use mesh::{Surface, SurfaceFormat, SurfaceMesh};
+use nalgebra::{Isometry3, Vector3};
 use scene::{Domain, FileShape, Scene, Shape, closest_contact};
 
 /// A tetrahedron with corners at the origin and on the axes, in OBJ; its centroid is at 1/4 of
@@ -192,5 +193,29 @@ fn a_surface_far_from_its_origin_in_single_precision_is_a_warning_with_the_lost_
     // 4004 / 4, and 2^-24 of it.
     for words in ["part.stl: ", "3 of 7 digits", "6.0e-5 of its width"] {
         assert!(found[0].contains(words), "{found:?}");
+    }
+}
+
+/// The distance from a wall was measured to the opposite side of the body: a sixth of it here.
+#[test]
+fn bug_clearance_of_bodies_without_symmetry_was_that_of_their_other_side() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("part.obj"), TETRAHEDRON).unwrap();
+    let scene = scene(folder.path(), "file = \"part.obj\", position = [0, 0, 0]").unwrap();
+    let body = &scene.bodies()[0];
+    // From its centroid the body reaches from -1 to 3 along each axis.
+    let size = Vector3::new(20.0, 30.0, 40.0);
+    for (domain, position, exact) in [
+        (Domain::Wall, [0.0, 0.0, 1.5], 0.5),
+        (Domain::Box { size }, [6.0, 0.0, 0.0], 1.0),
+        (Domain::Box { size }, [-6.0, 0.0, 0.0], 3.0),
+        (Domain::Box { size }, [0.0, 0.0, -19.5], -0.5),
+    ] {
+        let [x, y, z] = position;
+        let found = domain.clearance(body, &Isometry3::translation(x, y, z));
+        assert!(
+            (found - exact).abs() < 1e-12,
+            "{position:?}: {found} {exact}"
+        );
     }
 }

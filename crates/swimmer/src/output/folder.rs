@@ -1,7 +1,7 @@
 //! The output folder: checked for write access first, then filled with complete files only.
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::SwimError;
@@ -135,11 +135,11 @@ impl FolderLock {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => return Err(TryLockError::WouldBlock),
                 // The file system has no locks.
-                Err(TryLockError::Error(_)) => {
-                    let _ = std::fs::remove_file(path);
+                Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
                     let path = path.to_owned();
                     return Ok(Self { path, file: None });
                 }
+                Err(error) => return Err(error),
             }
             // The run that had the lock may have removed the file after it was opened here.
             if is_at(&file, path) {
@@ -159,8 +159,9 @@ impl FolderLock {
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        if self.file.is_some() {
-            // While it is locked: a file that stays is taken over by the next run.
+        // While it is locked: a file that stays is taken over by the next run. Only where another run
+        // notices that the file it has opened is gone.
+        if self.file.is_some() && cfg!(unix) {
             let _ = std::fs::remove_file(&self.path);
         }
     }
@@ -178,7 +179,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     own.is_some() && own == number(std::fs::metadata(path))
 }
 
-/// Whether an open file still has this path: elsewhere, open files cannot be removed.
+/// Whether an open file still has this path: elsewhere, lock files are not removed.
 #[cfg(not(unix))]
 fn is_at(_: &File, _: &Path) -> bool {
     true
