@@ -138,16 +138,20 @@ fn about(outcome: &Outcome, axis: &Vector3<f64>) -> Vec<(f64, Vec<f64>)> {
 }
 
 /// The sum of the rotation vectors from sample to sample: angles beyond half a turn about an axis
-/// that stays.
+/// that stays, with the full turns between samples.
 fn angles(outcome: &Outcome) -> Vec<(f64, Vec<Vector3<f64>>)> {
     let samples = &outcome.samples;
     let bodies = samples.first().map_or(0, |sample| sample.poses.len());
     let mut sums = vec![Vector3::zeros(); bodies];
     let mut angles = Vec::with_capacity(samples.len());
     for (k, sample) in samples.iter().enumerate() {
-        let before = &samples[k.saturating_sub(1)].poses;
-        for ((sum, now), before) in sums.iter_mut().zip(&sample.poses).zip(before) {
-            *sum += (now.rotation * before.rotation.inverse()).scaled_axis();
+        let before = &samples[k.saturating_sub(1)];
+        let poses = sample.poses.iter().zip(&before.poses);
+        for (body, (sum, (now, then))) in sums.iter_mut().zip(poses).enumerate() {
+            // Samples of older runs have no rotation vectors.
+            let vectors = sample.rotations.get(body).zip(before.rotations.get(body));
+            let turn = vectors.map_or(Vector3::zeros(), |(now, then)| now - then);
+            *sum += swimmer::unwrapped(&(now.rotation * then.rotation.inverse()), &turn);
         }
         angles.push((sample.time, sums.clone()));
     }

@@ -33,6 +33,12 @@ pub struct SpanSolution {
     pub solution: InstantaneousSolution,
 }
 
+/// Sets the number of solves of a table in a list of all tables.
+pub(crate) fn enter_table(tables: &mut Vec<usize>, table: usize, solves: usize) {
+    tables.resize(tables.len().max(table + 1), 0);
+    tables[table] = solves;
+}
+
 /// Called with every solution and the model; an error ends the integration.
 pub type ObserveSolution<'a> =
     &'a mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>;
@@ -42,7 +48,12 @@ pub(super) struct SpanEvaluator<'a> {
     pub scene: &'a Scene,
     pub span: &'a PhaseSpan,
     pub seconds: Seconds,
+    /// Number of solutions.
     pub solves: usize,
+    /// Number of solutions that were looked up in tables.
+    pub lookups: usize,
+    /// Number of solves of each table that was looked up in.
+    pub tables: Vec<usize>,
     /// Number of solutions on another mesh than the solution before.
     pub mesh_changes: usize,
     /// Degrees of freedom of the last solution, which differ between meshes.
@@ -74,6 +85,8 @@ impl<'a> SpanEvaluator<'a> {
             span,
             seconds: Seconds::default(),
             solves: 0,
+            lookups: 0,
+            tables: Vec::new(),
             mesh_changes: 0,
             dofs: None,
             tolerance,
@@ -222,6 +235,10 @@ impl<'a> SpanEvaluator<'a> {
             solution,
         };
         self.solves += 1;
+        if let Some(lookup) = span_solution.solution.lookup {
+            self.lookups += 1;
+            enter_table(&mut self.tables, lookup.table, lookup.solves);
+        }
         (self.observe)(&span_solution, &*self.model)?;
         // The observer keeps the flows that it needs.
         span_solution.solution.flow = None;
