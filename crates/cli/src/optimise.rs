@@ -21,7 +21,7 @@ pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, CliEr
     let DesignArguments { scene, out, json } = arguments;
     let scene = scene.read()?;
     let clock = std::time::Instant::now();
-    let folder = folder_of(&scene, out)?;
+    let (folder, _lock) = folder_of(&scene, out)?;
     let found = design_stroke(&scene, folder.path(), &mut DesignSpinner::new(quiet))?;
     let names = names(&scene, &found.limits);
     let curve: Vec<Vec<f64>> = (found.shapes.iter())

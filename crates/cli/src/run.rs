@@ -13,8 +13,8 @@ use super::displacements::displacement_table;
 use super::error::CliError;
 use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
-    duration, entry, error, error_estimates, measured, open_gait, print, rotation_entry, solve_count,
-    tolerance_statement, two_digits, warn, with_uncertainty,
+    duration, entry, error, error_estimates, measured, open_gait, print, rotation_entry,
+    solve_count, tolerance_statement, two_digits, warn, with_uncertainty,
 };
 use super::view::{open_page, page_entry, write_movie};
 
@@ -158,7 +158,9 @@ fn sensitivities(scene: &Scene, out: &Path, quiet: bool) -> Result<Vec<Sensitivi
             parameter.value, sensitivity.error
         );
     }
-    write(&Folder::create(out)?, "sensitivities.csv", &csv)?;
+    let folder = Folder::create(out)?;
+    let _lock = folder.lock()?;
+    write(&folder, "sensitivities.csv", &csv)?;
     Ok(found)
 }
 

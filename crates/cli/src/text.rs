@@ -7,8 +7,8 @@ use clap::builder::styling::AnsiColor;
 use nalgebra::Vector3;
 use pictures::numbers::{ANGLE_ROUNDING, LARGEST_RATIO, significant_vector};
 pub use pictures::numbers::{
-    NO_ESTIMATE, count, duration, open_gait, percent, rounded, significant, solve_count, tolerance_statement,
-    two_digits, with_uncertainty,
+    NO_ESTIMATE, count, duration, open_gait, percent, rounded, significant, solve_count,
+    tolerance_statement, two_digits, with_uncertainty,
 };
 use swimmer::models::ErrorEstimate;
 

@@ -94,6 +94,14 @@ pub struct PathContact {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn first_contact(path: &BodyPath) -> Result<Option<PathContact>, RigidError> {
+    first_contact_among(path, &|_, _| true)
+}
+
+/// As [`first_contact`], of some pairs of bodies.
+pub(crate) fn first_contact_among(
+    path: &BodyPath,
+    includes: &dyn Fn(usize, usize) -> bool,
+) -> Result<Option<PathContact>, RigidError> {
     let solid: Vec<usize> = (0..path.bodies.len().min(path.set.kinds().len()))
         .filter(|&body| path.bodies[body].bounding_radius() > 0.0)
         .collect();
@@ -103,7 +111,7 @@ pub fn first_contact(path: &BodyPath) -> Result<Option<PathContact>, RigidError>
         if path.domain.is_some_and(has_walls) {
             pairs.push(Meeting::Wall(one));
         }
-        for &other in &solid[..k] {
+        for &other in solid[..k].iter().filter(|&&other| includes(other, one)) {
             if linkage[one] == linkage[other] {
                 pairs.push(Meeting::Within(other, one));
             } else if path.domain.is_some() {

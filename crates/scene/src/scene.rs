@@ -192,18 +192,20 @@ impl Scene {
         const ROUNDING: f64 = 1e-9;
         let joints = self.articulation.joints().iter().enumerate();
         let ends = from.iter().zip(to);
-        let changes = joints.zip(ends).filter_map(|((number, joint), (from, to))| {
-            let (change, size) = match joint.kind {
-                JointKind::Turn { advance: 0.0, .. } => {
-                    let turns = ((to - from) / std::f64::consts::TAU).round();
-                    (to - from - turns * std::f64::consts::TAU, to.abs().max(1.0))
-                }
-                JointKind::Turn { .. } => (to - from, to.abs().max(1.0)),
-                _ => (to - from, from.abs().max(to.abs())),
-            };
-            let is_change = !joint.is_passive() && change.abs() > ROUNDING * size;
-            is_change.then_some((number, change))
-        });
+        let changes = joints
+            .zip(ends)
+            .filter_map(|((number, joint), (from, to))| {
+                let (change, size) = match joint.kind {
+                    JointKind::Turn { advance: 0.0, .. } => {
+                        let turns = ((to - from) / std::f64::consts::TAU).round();
+                        (to - from - turns * std::f64::consts::TAU, to.abs().max(1.0))
+                    }
+                    JointKind::Turn { .. } => (to - from, to.abs().max(1.0)),
+                    _ => (to - from, from.abs().max(to.abs())),
+                };
+                let is_change = !joint.is_passive() && change.abs() > ROUNDING * size;
+                is_change.then_some((number, change))
+            });
         changes.collect()
     }
 

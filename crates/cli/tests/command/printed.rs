@@ -429,3 +429,70 @@ fn bug_the_tolerance_was_met_beside_a_bar_of_a_model_that_it_does_not_limit() {
     let summary: Value = serde_json::from_str(&summary).unwrap();
     assert_eq!(summary["tolerance_limits"], "the error of the integration");
 }
+
+/// A pair of unequal spheres whose arm stays shorter, and turns with a rotor.
+const OPEN: &str = r#"
+    model = { kind = "rpy", tolerance = 1e-2 }
+    bodies = [
+        { name = "hub", radius = 2, position = [0, 0, 0] },
+        { name = "tip", radius = 1, position = [8, 0, 0] },
+    ]
+    links = [{ name = "arm", body = "tip", to = "hub" }]
+    gait.phases = [{ link = "arm", length = 6 }]
+"#;
+
+#[test]
+fn bug_an_open_gait_printed_a_net_displacement_without_saying_that_the_shape_is_another_one() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("open.toml"), OPEN).unwrap();
+    let run = |settings: &[&str]| {
+        let arguments = [&["run", "open.toml", "--quiet", "--out", "out"], settings].concat();
+        let printed = crate::printed(folder.path(), &arguments);
+        let out = folder.path().join("out");
+        let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+        let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+        (
+            printed,
+            serde_json::from_str::<Value>(&summary).unwrap(),
+            page,
+        )
+    };
+    let (printed, summary, page) = run(&[]);
+    let words = after(&printed, "shape ");
+    assert!(
+        words.starts_with("another one at the end (arm -2.0000)"),
+        "{words}"
+    );
+    let change = &summary["shape_change"];
+    assert_eq!(change["links"]["arm"], -2.0);
+    let rigid = &change["rigid_part"];
+    assert_eq!(rigid["body"], "hub");
+    assert_eq!(rigid["displacement"], summary["displacement"]["hub"]);
+    let moved = vector(&rigid["displacement"])[0];
+    let words = after(&printed, "rigid part")
+        .strip_prefix("displacement (")
+        .unwrap();
+    let bar = summary["error_estimate"]["total"].as_f64().unwrap();
+    let printed_number: f64 = words.split(',').next().unwrap().parse().unwrap();
+    within(
+        printed_number - moved,
+        0.051 * bar,
+        "half of the second digit of the bar",
+    );
+    assert!(page.contains("another one at the end (arm -2.0000)"));
+    // A gait that closes says nothing, nor does a full turn.
+    let closed = "gait.phases=[{link=\"arm\",length=6},{link=\"arm\",length=8}]";
+    let rotor = [
+        "links.arm.joint=rotor",
+        "gait.phases=[{link=\"arm\",length=6.283185307179586}]",
+    ];
+    for settings in [
+        &["--set", closed][..],
+        &["--set", rotor[0], "--set", rotor[1]],
+    ] {
+        let (printed, summary, page) = run(settings);
+        assert!(!printed.contains("another one at the end"), "{printed}");
+        assert!(!page.contains("another one at the end"));
+        assert_eq!(summary["shape_change"], Value::Null);
+    }
+}

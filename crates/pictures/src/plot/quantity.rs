@@ -224,3 +224,30 @@ fn elongations(shape: &Shape) -> [Vector3<f64>; 3] {
     let shortest = lengths.into_iter().fold(f64::INFINITY, f64::min);
     [0, 1, 2].map(|k| (lengths[k] - shortest) * axes[k])
 }
+
+#[cfg(test)]
+mod tests {
+    use swimmer::Interim;
+
+    use super::*;
+
+    #[test]
+    fn bug_angles_lost_full_turns_between_samples() {
+        let text = "bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0] }]";
+        let scene = Scene::parse(text).unwrap();
+        let mut outcome = Interim::start(&scene).unwrap().outcome;
+        // By 0.3, 4, 11 and -6 radians from sample to sample.
+        for (time, angle) in [(1.0, 0.3), (2.0, 4.3), (3.0, 15.3), (4.0, 9.3)] {
+            let mut sample = outcome.samples[0].clone();
+            let vector = Vector3::y() * angle;
+            sample.time = time;
+            sample.poses[0].rotation = UnitQuaternion::from_scaled_axis(vector);
+            sample.rotations[0] = vector;
+            outcome.samples.push(sample);
+        }
+        let found = about(&outcome, &Vector3::y());
+        for ((_, found), exact) in found.iter().zip([0.0, 0.3, 4.3, 15.3, 9.3]) {
+            assert!((found[0] - exact).abs() < 1e-13, "{found:?} {exact}");
+        }
+    }
+}

@@ -5,8 +5,8 @@ use serde_json::Value;
 
 use super::record::RunRecord;
 use crate::numbers::{
-    ANGLE_ROUNDING, count, decimals, duration, open_gait, percent, rounded, significant_vector, solve_count,
-    tolerance_statement, two_digits, with_uncertainty,
+    ANGLE_ROUNDING, count, decimals, duration, open_gait, percent, rounded, significant_vector,
+    solve_count, tolerance_statement, two_digits, with_uncertainty,
 };
 
 /// One sentence about the run.
@@ -63,7 +63,8 @@ pub fn results(record: &RunRecord) -> String {
     if let Some(words) = open_gait(&record.scene, outcome) {
         for (label, words) in ["Shape", "Rigid part"].into_iter().zip(words) {
             let words = escaped(&words);
-            html += &format!("<tr><th scope=\"row\">{label}</th><td colspan=\"2\">{words}</td></tr>\n");
+            html +=
+                &format!("<tr><th scope=\"row\">{label}</th><td colspan=\"2\">{words}</td></tr>\n");
         }
     }
     html += "</tbody></table>\n<div class=\"scroll\" tabindex=\"0\" role=\"group\" \
