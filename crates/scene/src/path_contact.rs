@@ -149,9 +149,12 @@ pub(crate) fn first_contact_among(
     Ok(first)
 }
 
-/// Whether a domain has walls that bodies can touch; those of a mesh are not known here.
+/// Whether a domain has walls that bodies can touch.
 fn has_walls(domain: &Domain) -> bool {
-    !matches!(domain, Domain::Unbounded | Domain::Mesh { .. })
+    !matches!(
+        domain,
+        Domain::Unbounded | Domain::Mesh { facets: None, .. }
+    )
 }
 
 /// What may touch.
@@ -276,7 +279,9 @@ impl Search<'_> {
             let [start, end] = [from, to].map(|placed| self.clearance(body, placed));
             return match self.path.domain {
                 // The distance from a wall of any shape changes by the path of the body at most.
-                Some(Domain::Surface(_)) => start + end > width * self.speed(meeting),
+                Some(Domain::Surface(_) | Domain::Mesh { .. }) => {
+                    start + end > width * self.speed(meeting)
+                }
                 _ => start.min(end) > deviation,
             };
         };
@@ -385,7 +390,7 @@ impl Search<'_> {
     /// Cost of one position, in placements: the distance from a wall given by a file takes long.
     fn cost(&self, meeting: Meeting) -> usize {
         match (meeting, self.path.domain) {
-            (Meeting::Wall(_), Some(Domain::Surface(_))) => 32,
+            (Meeting::Wall(_), Some(Domain::Surface(_) | Domain::Mesh { .. })) => 32,
             _ => 1,
         }
     }

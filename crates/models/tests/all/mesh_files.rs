@@ -229,3 +229,25 @@ fn bug_points_that_are_not_finite_were_a_failed_method_without_a_place() {
     assert!(message.contains("not finite"), "{message}");
     assert!(error.is_bad_input());
 }
+
+/// The facets of the outer sphere are inside it: by the sagitta `h² / 8 R` of half an edge.
+#[test]
+fn bug_walls_of_a_mesh_had_no_clearance() {
+    let (_folder, file) = file();
+    let scene = scene(&file, OWN_PARTS, &[]);
+    let body = &scene.bodies()[0];
+    let clearance = |x: f64| {
+        let pose = nalgebra::Isometry3::translation(x, 0.0, 0.0);
+        scene.domain().clearance(body, &pose)
+    };
+    let sagitta = 8.0_f64.powi(2) / (8.0 * 20.0);
+    for x in [-10.0, -18.0] {
+        let exact = 20.0 - 1.0 + x;
+        let found = clearance(x);
+        assert!(
+            (exact - sagitta..=exact + 1e-9).contains(&found),
+            "{x}: {found}"
+        );
+    }
+    assert!(clearance(-19.1) < 0.0);
+}
