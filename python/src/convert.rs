@@ -152,7 +152,7 @@ pub fn report_dict<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py,
     dict.set_item("work_errors", estimate(py, &outcome.work_error)?)?;
     dict.set_item("tolerance", scene.model().tolerance)?;
     dict.set_item("tolerance_met", outcome.tolerance_met)?;
-    dict.set_item("solves", outcome.solves)?;
+    dict.set_item("solves", outcome.model_solves())?;
     let times = seconds(py, &outcome.seconds)?;
     times.set_item("total", report.seconds)?;
     dict.set_item("seconds", times)?;
@@ -162,7 +162,7 @@ pub fn report_dict<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py,
         phase.set_item("link", scene.joint_names(&span.joints))?;
         phase.set_item("displacement", vectors(py, &span.displacement)?)?;
         phase.set_item("errors", estimate(py, &span.error_estimate)?)?;
-        phase.set_item("solves", span.solves)?;
+        phase.set_item("solves", span.solves - span.lookups)?;
         phases.append(phase)?;
     }
     dict.set_item("phases", phases)?;

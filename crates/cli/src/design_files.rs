@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use design::{StrokeLimits, StrokeTable, StrokeTotals};
 use swimmer::Scene;
 use swimmer::models::ShapeGeometry;
-use swimmer::output::Folder;
+use swimmer::output::{Folder, FolderLock};
 
 use super::error::CliError;
 use super::text::{NO_ESTIMATE, entry, measured, product, two_digits};
@@ -15,9 +15,11 @@ pub fn path_of(scene: &Scene, out: Option<PathBuf>) -> PathBuf {
     out.unwrap_or_else(|| PathBuf::from("out").join(scene.name()))
 }
 
-/// The folder of the results of a design.
-pub fn folder_of(scene: &Scene, out: Option<PathBuf>) -> Result<Folder, CliError> {
-    Ok(Folder::create(path_of(scene, out))?)
+/// The folder of the results of a design, reserved for this process until the lock is dropped.
+pub fn folder_of(scene: &Scene, out: Option<PathBuf>) -> Result<(Folder, FolderLock), CliError> {
+    let folder = Folder::create(path_of(scene, out))?;
+    let lock = folder.lock()?;
+    Ok((folder, lock))
 }
 
 /// Rows of numbers with all digits as comma-separated values below their header.

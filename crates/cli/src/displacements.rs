@@ -13,6 +13,9 @@ const MAX_ROWS: usize = 24;
 /// Rounding of displacements, relative to the size of the scene.
 const ROUNDING: f64 = 1e-14;
 
+/// Numbers with five decimals have two significant digits from here on.
+const SMALLEST_FIXED: f64 = 1e-4;
+
 /// Displacements of all bodies, phase by phase and in total, with a common power of ten.
 pub fn displacement_table(scene: &Scene, outcome: &Outcome) -> String {
     let phase_names: Vec<String> = (outcome.spans.iter())
@@ -33,23 +36,20 @@ pub fn displacement_table(scene: &Scene, outcome: &Outcome) -> String {
     let sizes = scene.bodies().iter().map(|body| {
         body.position.norm() + body.bounding_radius() + largest.max(outcome.longest_arc)
     });
-    // Displacements by rounding are zero.
+    // Displacements by rounding are zero, and so are those within their error bars.
     let rounding = ROUNDING * sizes.fold(0.0, f64::max);
     let largest = if largest > rounding { largest } else { 0.0 };
     let exponent = common_exponent(largest);
     let scale = 10_f64.powi(-exponent);
-    let row = |name: &str, displacement: &[Vector3<f64>]| {
+    let row = |name: &str, displacement: &[Vector3<f64>], bar: f64| {
         let mut row = format!("{name:<name_width$}");
         for d in displacement {
-            let d = d.map(|x| {
-                if x.abs() > rounding {
-                    rounded(scale * x, 5)
-                } else {
-                    0.0
-                }
+            let d = d.map(|x| match x.abs() > rounding.max(bar) {
+                true => number(scale * x),
+                false => number(0.0),
             });
             // Writing to a String cannot fail.
-            let _ = write!(row, "  {:>9.5} {:>9.5} {:>9.5}", d.x, d.y, d.z);
+            let _ = write!(row, "  {:>9} {:>9} {:>9}", d.x, d.y, d.z);
         }
         row + "\n"
     };
@@ -67,13 +67,25 @@ pub fn displacement_table(scene: &Scene, outcome: &Outcome) -> String {
     text += header.trim_end();
     text += "\n";
     for (span, name) in outcome.spans.iter().zip(&phase_names).take(MAX_ROWS) {
-        text += &row(name, &span.displacement);
+        text += &row(name, &span.displacement, span.error_estimate.total());
     }
     if outcome.spans.len() > MAX_ROWS {
         let more = outcome.spans.len() - MAX_ROWS;
         text += &format!("... {more} more phases in summary.json\n");
     }
-    text + &row("total", &outcome.displacement)
+    text + &row(
+        "total",
+        &outcome.displacement,
+        outcome.error_estimate.total(),
+    )
+}
+
+/// A number with five decimals, or two significant digits where these show less of it.
+fn number(x: f64) -> String {
+    match x != 0.0 && x.abs() < SMALLEST_FIXED {
+        true => format!("{x:.1e}"),
+        false => format!("{:.5}", rounded(x, 5)),
+    }
 }
 
 /// The exponent of the power of ten in which displacements are printed; 0 if they fit the columns.

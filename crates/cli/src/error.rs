@@ -17,6 +17,19 @@ pub enum CliError {
     /// A result that cannot be written to stdout.
     #[error("cannot write the result to standard output: {0}; free space there, or redirect it")]
     Output(std::io::Error),
+    /// A solution whose error bar is larger than the tolerance that the user asks for.
+    #[error(
+        "{place}: model.tolerance = {tolerance:e} allows an error bar of the {quantity} of \
+         {allowed:.1e}, {error:.1e} was reached; increase model.tolerance, or accept the result \
+         with model.accept = \"best\""
+    )]
+    ToleranceMissed {
+        place: String,
+        tolerance: f64,
+        quantity: &'static str,
+        allowed: f64,
+        error: f64,
+    },
     /// Arguments that do not apply, with the reason and the remedy.
     #[error("{place}: {problem}")]
     NotApplicable { place: String, problem: String },
@@ -29,6 +42,7 @@ impl CliError {
             Self::Swim(error) => error.exit_code(),
             Self::Design(error) => error.exit_code(),
             Self::Picture(error) => error.exit_code(),
+            Self::ToleranceMissed { .. } => 3,
             Self::Output(_) | Self::NotApplicable { .. } => 2,
         }
     }

@@ -12,7 +12,7 @@ use super::text::{entry, measured, warn};
 pub fn frequency(arguments: DesignArguments, quiet: bool) -> Result<String, CliError> {
     let DesignArguments { scene, out, json } = arguments;
     let scene = scene.read()?;
-    let folder = folder_of(&scene, out)?;
+    let (folder, _lock) = folder_of(&scene, out)?;
     if !scene.starts_periodic() {
         warn(
             "gait.periodic is false: every run starts from the pose of the file, and the frequency \

@@ -33,7 +33,7 @@ pub fn learn_strokes(arguments: DesignArguments, quiet: bool) -> Result<String, 
     );
     let cycle = greedy_cycle(&rewards, &learned.policy);
     let best = best_cycle(&rewards);
-    let folder = folder_of(&scene, out)?;
+    let (folder, _lock) = folder_of(&scene, out)?;
     draw(&folder, &rewards, &learned, &cycle, &best)?;
     let is_optimal = cycle.per_step() >= best.per_step() - 1e-9 * best.per_step().abs();
     if !is_optimal {

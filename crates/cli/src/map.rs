@@ -4,11 +4,10 @@ use design::{DesignError, StrokeLimits, gait_shapes, gait_totals, tabulate};
 use serde_json::{Value, json};
 use swimmer::SwimError;
 use swimmer::models::{ModelError, TablePart};
+use swimmer::output::Folder;
 
 use super::arguments::{DesignArguments, MapArguments};
-use super::design_files::{
-    folder_of, gait_entries, names, table_entries, table_warning, write_map,
-};
+use super::design_files::{gait_entries, names, path_of, table_entries, table_warning, write_map};
 use super::error::CliError;
 use super::progress::DesignSpinner;
 use super::text::{NO_ESTIMATE, entry, product, vector, warn};
@@ -21,7 +20,12 @@ pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, CliError> {
     let DesignArguments { scene, out, json } = arguments.design;
     let scene = scene.read()?;
     let limits = StrokeLimits::from_scene(&scene)?;
-    let folder = folder_of(&scene, out)?;
+    let folder = Folder::create(path_of(&scene, out))?;
+    // Shares of one table are written into one folder at the same time, each into its own files.
+    let _lock = match part {
+        TablePart::Share { .. } => None,
+        _ => Some(folder.lock()?),
+    };
     let mut progress = DesignSpinner::new(quiet);
     let place = (Some(&folder), part);
     let table = match tabulate(&scene, &limits, MAP_TOLERANCE, place, &mut progress) {

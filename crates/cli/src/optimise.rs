@@ -21,7 +21,7 @@ pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, CliEr
     let DesignArguments { scene, out, json } = arguments;
     let scene = scene.read()?;
     let clock = std::time::Instant::now();
-    let folder = folder_of(&scene, out)?;
+    let (folder, _lock) = folder_of(&scene, out)?;
     let found = design_stroke(&scene, folder.path(), &mut DesignSpinner::new(quiet))?;
     let names = names(&scene, &found.limits);
     let curve: Vec<Vec<f64>> = (found.shapes.iter())
@@ -99,7 +99,7 @@ fn optimum_json(found: &DesignedStroke) -> Value {
             "rotation": found.outcome.rotation.as_slice(),
             "energy": found.outcome.work,
             "energy_error": found.outcome.work_error.total(),
-            "solves": found.outcome.solves,
+            "solves": found.outcome.model_solves(),
         },
         "gait": found.gait.map(|(totals, product)| json!({
             "displacement": totals.displacement.norm(),
@@ -113,7 +113,7 @@ fn optimum_json(found: &DesignedStroke) -> Value {
 fn circle(totals: &StrokeTotals) -> f64 {
     let axis = totals.rotation.normalize();
     let across = totals.displacement - axis * axis.dot(&totals.displacement);
-    across.norm() / (2.0 * (0.5 * totals.rotation.norm()).sin())
+    across.norm() / (2.0 * (0.5 * totals.rotation.norm()).sin().abs())
 }
 
 fn describe(
@@ -160,7 +160,7 @@ fn describe_stroke(found: &DesignedStroke) -> String {
     let rotation = &optimum.totals.rotation;
     if rotation.norm() > 1e-9 {
         let (angle, radius) = (rotation.norm().to_degrees(), circle(&optimum.totals));
-        text += &rotation_entry("rotation vector", rotation, 6);
+        text += &rotation_entry("rotation vector", rotation, 0.0);
         text += &entry(
             "heading",
             format!("turns by {angle:.4} degrees per cycle, on a circle of radius {radius:.4}"),

@@ -102,9 +102,10 @@ impl swimmer::Progress for RunBar {
         self.finish();
         self.line(&format!(
             "the error bar is {}, {} is allowed; once more with model.tolerance_factor = \
-             {tolerance_factor:.3}, {} elapsed",
+             {}, {} elapsed",
             two_digits(error),
             two_digits(allowed),
+            two_digits(tolerance_factor),
             self.elapsed()
         ));
     }

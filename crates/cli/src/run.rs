@@ -13,8 +13,8 @@ use super::displacements::displacement_table;
 use super::error::CliError;
 use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
-    count, duration, entry, error, error_estimates, measured, print, rotation_entry, rounded,
-    tolerance_statement, two_digits, warn, with_uncertainty,
+    duration, entry, error, error_estimates, measured, open_gait, print, rotation_entry,
+    solve_count, tolerance_statement, two_digits, warn, with_uncertainty,
 };
 use super::view::{open_page, page_entry, write_movie};
 
@@ -107,29 +107,32 @@ fn rotation_error(outcome: &Outcome) -> String {
 
 fn describe(report: &Report, out: &Path) -> String {
     let outcome = &report.outcome;
-    let net = outcome.net();
-    let rotation = outcome.rotation.map(|x| rounded(x, 5));
-    let cost = format!(
-        "{}, {}",
-        count(outcome.solves, "solve"),
-        duration(report.seconds)
-    );
+    let net = outcome.resolved_net();
+    let cost = format!("{}, {}", solve_count(outcome), duration(report.seconds));
     let bars = &outcome.error_estimate;
-    let tolerance = match outcome.tolerance_met && bars.total() > outcome.allowed_error {
-        true => {
-            let tolerance = report.scene.model().tolerance;
-            entry("tolerance", tolerance_statement(outcome, tolerance))
-        }
+    let limit = report.scene.model().tolerance;
+    let is_plain = bars.total() <= limit * outcome.reference_displacement();
+    let tolerance = match outcome.tolerance_met && !is_plain {
+        true => entry("tolerance", tolerance_statement(outcome, limit)),
         false => String::new(),
     };
+    let open = open_gait(&report.scene, outcome);
+    let open = open.map_or(String::new(), |[shape, rigid]| {
+        entry("shape", shape) + &entry("rigid part", rigid)
+    });
     entry("scene", report.scene.name())
         + &entry("model", report.model)
         + "\n"
         + &displacement_table(&report.scene, outcome)
         + "\n"
         + &measured("net displacement", net, bars.total())
+        + &open
         + &error_estimates("error estimate", bars, net, "the net displacement")
-        + &rotation_entry("rotation vector", &rotation, 5)
+        + &rotation_entry(
+            "rotation vector",
+            &outcome.rotation,
+            outcome.rotation_error.total(),
+        )
         + &rotation_error(outcome)
         + &measured(
             "work on the fluid",
@@ -155,7 +158,9 @@ fn sensitivities(scene: &Scene, out: &Path, quiet: bool) -> Result<Vec<Sensitivi
             parameter.value, sensitivity.error
         );
     }
-    write(&Folder::create(out)?, "sensitivities.csv", &csv)?;
+    let folder = Folder::create(out)?;
+    let _lock = folder.lock()?;
+    write(&folder, "sensitivities.csv", &csv)?;
     Ok(found)
 }
 

@@ -13,7 +13,7 @@ use super::text::{entry, measured, warn, with_uncertainty};
 pub fn sizes(arguments: DesignArguments, quiet: bool) -> Result<String, CliError> {
     let DesignArguments { scene, out, json } = arguments;
     let scene = scene.read()?;
-    let folder = folder_of(&scene, out)?;
+    let (folder, _lock) = folder_of(&scene, out)?;
     let mut progress = DesignSpinner::new(quiet);
     let found = best_sizes(&scene, &mut progress)?;
     let toml = found.scene.to_toml_in(folder.path())?;

@@ -5,13 +5,14 @@ use std::path::Path;
 use nalgebra::Vector3;
 use pictures::start_slice;
 use swimmer::models::{BodySolution, ErrorEstimate, Hydrodynamics, InstantaneousSolution};
-use swimmer::output::{matrix_json, peak_rss_mib, solution_json, write_flow};
+use swimmer::output::{ALL_ERRORS, matrix_json, peak_rss_mib, solution_json, write_flow};
+use swimmer::scene::AcceptKind;
 use swimmer::{Scene, SwimError, choose, solve_start, start_flow, start_resistance};
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
 use super::text::{
-    count, duration, entry, error, error_estimates, measured, percent, print, rounded, warn,
+    count, duration, entry, error, error_estimates, measured, percent, print, significant, warn,
 };
 
 pub fn solve(
@@ -33,8 +34,16 @@ pub fn solve(
         .then(|| start_resistance(&scene, model.as_mut()))
         .transpose()?;
     warn_about_target(&scene, &solution);
+    let comparison = Comparison::new(&scene, model.as_ref(), &solution);
+    let written = written.and(comparison.check(&scene));
     if json {
         let mut answer = solution_json(&scene, model.name(), &solution);
+        answer["tolerance"] = comparison.tolerance.into();
+        answer["tolerance_met"] = comparison.is_met().into();
+        answer["tolerance_limits"] = match comparison.controls_error {
+            true => ALL_ERRORS.into(),
+            false => "the error of the integration".into(),
+        };
         if let Some(resistance) = &resistance {
             answer["resistance"] = matrix_json(resistance);
         }
@@ -46,6 +55,7 @@ pub fn solve(
     text += &motion(&scene, &solution);
     text += "\n";
     text += &accuracy(&solution);
+    text += &comparison.line();
     text += &cost(&solution);
     if let Some(resistance) = resistance {
         text += "\ngrand resistance matrix: rows (F, T) of each body, columns (U, omega)\n";
@@ -58,7 +68,7 @@ pub fn solve(
     and_then(text, written)
 }
 
-/// The text, which is printed at once if the files that belong to it were not written.
+/// The text, which is printed at once if the command ends with an error.
 fn and_then(text: String, written: Result<(), CliError>) -> Result<String, CliError> {
     if written.is_err() {
         print(&text)?;
@@ -142,24 +152,93 @@ impl Rounding {
     }
 }
 
-/// A line with a label and a vector, with eight decimals where they show its digits and else with
-/// an exponent; components up to `rounding` are zero.
-fn row(label: &str, v: &Vector3<f64>, rounding: f64) -> String {
-    let v = v.map(|x| if x.abs() > rounding { x } else { 0.0 });
-    let is_fixed = v.amax() == 0.0 || FIXED_POINT.contains(&v.amax());
-    let words = v.map(|x| match is_fixed {
-        true => format!("{:.8}", rounded(x, 8)),
-        false if x == 0.0 => "0".to_owned(),
-        false => format!("{x:.7e}"),
-    });
-    format!(
-        "{label:<24}{:>14} {:>14} {:>14}\n",
-        words.x, words.y, words.z
-    )
+/// A line with a label and a vector, with the digits that its error bar leaves.
+fn row(label: &str, v: &Vector3<f64>, bar: f64, rounding: f64) -> String {
+    let words = v.map(|x| significant(x, bar, rounding));
+    let line = format!("{label:<24}{:<17} {:<17} {}", words.x, words.y, words.z);
+    line + "\n"
 }
 
-/// Sizes of vectors that are printed with eight decimals.
-const FIXED_POINT: std::ops::Range<f64> = 1e-3..1e5;
+/// The error bar of a solution compared with `model.tolerance`.
+///
+/// It is that of the velocities, relative to the fastest point of a surface; where nothing moves,
+/// that of the forces, relative to the largest.
+struct Comparison {
+    quantity: &'static str,
+    error: f64,
+    size: f64,
+    tolerance: f64,
+    /// Whether the model keeps its error within the tolerance; otherwise it limits the integration
+    /// of a run alone, as in `swim run`.
+    controls_error: bool,
+}
+
+impl Comparison {
+    fn new(scene: &Scene, model: &dyn Hydrodynamics, solution: &InstantaneousSolution) -> Self {
+        let speeds = scene.bodies().iter().zip(&solution.bodies);
+        let speed = speeds.fold(0.0_f64, |most, (body, motion)| {
+            let arc = body.bounding_radius() * motion.angular_velocity.norm();
+            most.max(motion.velocity.norm()).max(arc)
+        });
+        let forces = solution.bodies.iter().map(|body| body.force.norm());
+        let (quantity, error, size) = match speed > 0.0 {
+            true => ("velocities", solution.error_estimate.total(), speed),
+            false => (
+                "forces",
+                solution.force_error.total(),
+                forces.fold(0.0, f64::max),
+            ),
+        };
+        Self {
+            quantity,
+            error,
+            size,
+            tolerance: scene.model().tolerance,
+            controls_error: model.capabilities().controls_error,
+        }
+    }
+
+    fn is_met(&self) -> bool {
+        self.error <= self.tolerance * self.size
+    }
+
+    /// The line about a tolerance that was missed, or does not apply.
+    fn line(&self) -> String {
+        let Self {
+            quantity,
+            tolerance,
+            ..
+        } = self;
+        let words = match self.controls_error {
+            _ if self.is_met() => return String::new(),
+            true => format!("{tolerance:e} of the {quantity} is not met"),
+            false => format!("{tolerance:e} does not limit the errors of this model"),
+        };
+        entry("tolerance", words)
+    }
+
+    /// A missed tolerance is an error if the user asks for it, and else a warning.
+    fn check(&self, scene: &Scene) -> Result<(), CliError> {
+        if self.is_met() || !self.controls_error {
+            return Ok(());
+        }
+        let missed = CliError::ToleranceMissed {
+            place: scene.place("model.tolerance"),
+            tolerance: self.tolerance,
+            quantity: self.quantity,
+            allowed: self.tolerance * self.size,
+            error: self.error,
+        };
+        let is_asked = scene.is_written("model.tolerance");
+        match is_asked && scene.model().accept != AcceptKind::Best {
+            true => Err(missed),
+            false => {
+                warn(&missed.to_string());
+                Ok(())
+            }
+        }
+    }
+}
 
 /// Rounding of a number that was solved for, relative to the largest one.
 const ROUNDING: f64 = 1e-14;
@@ -170,21 +249,42 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
     let mut text = "vectors (x, y, z) in the scene's units\n".to_owned();
     for (number, (body, motion)) in scene.bodies().iter().zip(&solution.bodies).enumerate() {
         text += &entry("body", &body.name);
-        text += &row("  velocity", &motion.velocity, rounding.velocity);
-        text += &row(
-            "  angular velocity",
-            &motion.angular_velocity,
-            rounding.angular_velocity,
-        );
-        text += &row("  force on the fluid", &motion.force, rounding.force);
-        text += &row("  torque on the fluid", &motion.torque, rounding.torque);
+        for (label, vector, bars, rounding) in [
+            (
+                "  velocity",
+                &motion.velocity,
+                &solution.error_estimate,
+                rounding.velocity,
+            ),
+            (
+                "  angular velocity",
+                &motion.angular_velocity,
+                &solution.angular_velocity_error,
+                rounding.angular_velocity,
+            ),
+            (
+                "  force on the fluid",
+                &motion.force,
+                &solution.force_error,
+                rounding.force,
+            ),
+            (
+                "  torque on the fluid",
+                &motion.torque,
+                &solution.torque_error,
+                rounding.torque,
+            ),
+        ] {
+            text += &row(label, vector, bars.total(), rounding);
+        }
         let stresslets = solution.stresslets.as_ref();
         if let Some(stresslet) = stresslets.and_then(|s| s.bodies.get(number)) {
             for (label, column) in ["  stresslet", "", ""]
                 .into_iter()
                 .zip(stresslet.column_iter())
             {
-                text += &row(label, &column.into_owned(), rounding.torque);
+                let bar = stresslets.and_then(|s| s.error).unwrap_or(0.0);
+                text += &row(label, &column.into_owned(), bar, rounding.torque);
             }
         }
     }
@@ -198,6 +298,7 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
         text += &row(
             &format!("  force on {}", scene.bodies()[joint.body].name),
             force,
+            solution.force_error.total(),
             rounding.force,
         );
     }
@@ -254,11 +355,11 @@ fn accuracy(solution: &InstantaneousSolution) -> String {
             let words = format!("{difference} difference from the integral of the stress");
             text += &entry("check of forces", words);
         }
-        let power = percent(checks.dissipation);
-        text += &entry(
-            "check of power",
-            format!("{power} difference from the dissipation"),
-        );
+        if power.abs() > of_power {
+            let difference = percent(checks.dissipation);
+            let words = format!("{difference} difference from the dissipation");
+            text += &entry("check of power", words);
+        }
     }
     text
 }

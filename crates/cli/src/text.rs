@@ -5,10 +5,10 @@ use std::io::{ErrorKind, IsTerminal, Write};
 
 use clap::builder::styling::AnsiColor;
 use nalgebra::Vector3;
-use pictures::numbers::LARGEST_RATIO;
+use pictures::numbers::{ANGLE_ROUNDING, LARGEST_RATIO, significant_vector};
 pub use pictures::numbers::{
-    NO_ESTIMATE, count, duration, percent, rounded, tolerance_statement, two_digits,
-    with_uncertainty,
+    NO_ESTIMATE, count, duration, open_gait, percent, rounded, significant, solve_count,
+    tolerance_statement, two_digits, with_uncertainty,
 };
 use swimmer::models::ErrorEstimate;
 
@@ -98,13 +98,10 @@ pub fn measured(label: &str, value: f64, uncertainty: f64) -> String {
     entry(label, with_uncertainty(value, uncertainty))
 }
 
-/// One line with a label and a rotation vector in radians.
-pub fn rotation_entry(label: &str, rotation: &Vector3<f64>, decimals: usize) -> String {
-    let [x, y, z] = [rotation.x, rotation.y, rotation.z];
-    entry(
-        label,
-        format!("({x:.decimals$}, {y:.decimals$}, {z:.decimals$}) rad"),
-    )
+/// One line with a label and a rotation vector in radians, with the digits that its error bar leaves.
+pub fn rotation_entry(label: &str, rotation: &Vector3<f64>, bar: f64) -> String {
+    let vector = significant_vector((*rotation).into(), bar, ANGLE_ROUNDING);
+    entry(label, format!("{vector} rad"))
 }
 
 /// The factors of a product, such as the sizes of a grid.

@@ -260,11 +260,9 @@ fn closed_gait(scene: &Scene, limits: &StrokeLimits) -> Result<Option<SampledPat
     };
     let start = scene.articulation().initial_shape();
     let cycle: Vec<_> = spans(&gait, start)?.collect();
-    let is_closed = cycle.last().is_some_and(|last| {
-        let mut ends = last.to.iter().zip(start);
-        // Sines close up to rounding.
-        ends.all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs().max(1.0))
-    });
+    let is_closed = cycle
+        .last()
+        .is_some_and(|last| scene.shape_changes(start, &last.to).is_empty());
     Ok(is_closed.then(|| SampledPath::from_spans(cycle.into_iter(), &limits.variables)))
 }
 

@@ -12,7 +12,7 @@ use super::stroke_path::SampledPath;
 pub struct StrokeTotals {
     /// Displacement of the frame, in the frame of the start.
     pub displacement: Vector3<f64>,
-    /// Rotation vector of the frame.
+    /// Rotation vector of the frame, with all full turns ([`swimmer::unwrapped`]).
     pub rotation: Vector3<f64>,
     /// Energy times duration, `T ∫ ds/dt · G ds/dt dt`.
     ///
@@ -51,6 +51,7 @@ impl Stroke {
     pub fn along(geometry: &ShapeGeometry, path: &SampledPath) -> Result<Self, ModelError> {
         let rule = GaussRule::new();
         let mut attitude = UnitQuaternion::identity();
+        let mut rotation = Vector3::zeros();
         let mut position = Vector3::zeros();
         let (mut energy, mut length) = (0.0, 0.0);
         let duration: f64 = path.widths.iter().sum();
@@ -90,12 +91,15 @@ impl Stroke {
                 });
             }
             position = moved(POINTS);
+            for attitude in &attitudes {
+                rotation = swimmer::unwrapped(attitude, &rotation);
+            }
             attitude = attitudes[POINTS];
         }
         Ok(Self {
             totals: StrokeTotals {
                 displacement: position,
-                rotation: attitude.scaled_axis(),
+                rotation,
                 energy: duration * energy,
             },
             length,

@@ -52,7 +52,10 @@ pub enum MeshError {
         count: usize,
     },
     /// A coordinate that is NaN or infinite.
-    #[error("coordinates of point {point} are not finite")]
+    #[error(
+        "coordinates of point {point} are not finite in double precision; correct them, or use \
+         other units of length"
+    )]
     NotFinite {
         /// Index of the point.
         point: usize,

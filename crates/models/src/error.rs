@@ -46,6 +46,14 @@ pub enum ModelError {
         /// Name of the part.
         tag: String,
     },
+    /// A mesh file whose mesh cannot be used.
+    #[error("{file}: {source}")]
+    MeshFile {
+        /// The mesh file.
+        file: String,
+        /// The defect.
+        source: mesh::MeshError,
+    },
     /// Bodies that moved too far for the mesh of a file.
     #[error(
         "the mesh of the file cannot follow the bodies this far ({tried}), and there is no new mesh \
@@ -182,19 +190,15 @@ impl ModelError {
         use mesh::MeshError as Mesh;
         match self {
             Self::Unsupported { .. } => true,
+            Self::MeshFile { .. } => true,
             // Errors that only a mesh file can have.
             Self::Mesh(mesher::GenerateError::Mesh(error)) => matches!(
                 error,
                 Mesh::Io { .. }
                     | Mesh::Malformed { .. }
                     | Mesh::UnknownFormat { .. }
-                    | Mesh::Empty
                     | Mesh::UnknownTag { .. }
                     | Mesh::BadTag { .. }
-                    | Mesh::UntaggedFace { .. }
-                    | Mesh::NotOnBoundary { .. }
-                    | Mesh::FaceTaggedTwice { .. }
-                    | Mesh::OffSurface { .. }
             ),
             _ => false,
         }

@@ -36,7 +36,7 @@ pub use rough_model::RoughModel;
 pub use shape_space::{
     LocalGeometry, ShapeGeometry, ShapeSpace, SolvedShapes, TablePart, Tabulated,
 };
-pub use solution::{ErrorEstimate, InstantaneousSolution, NewMesh, Remesh, Stresslets};
+pub use solution::{ErrorEstimate, InstantaneousSolution, Lookup, NewMesh, Remesh, Stresslets};
 pub use spheres_model::{SphereModel, SpheresModel};
 pub use stokes::{Checks, Dofs, Seconds, SolverReport};
 pub use superposition::Superposed;

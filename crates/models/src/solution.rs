@@ -49,6 +49,17 @@ pub struct InstantaneousSolution {
     /// The flow, for queries with [`Query::with_flows`](crate::Query::with_flows) to models that
     /// compute it on the way.
     pub flow: Option<SolutionFlow>,
+    /// The table in which this solution was looked up; `None` for one that was solved for.
+    pub lookup: Option<Lookup>,
+}
+
+/// The table over shapes in which a solution was looked up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lookup {
+    /// Number of the table from zero, of those of a model.
+    pub table: usize,
+    /// Number of solves that the table is made of.
+    pub solves: usize,
 }
 
 impl Deref for InstantaneousSolution {
@@ -82,6 +93,7 @@ impl From<Response> for InstantaneousSolution {
             checks: None,
             remeshed: None,
             flow: None,
+            lookup: None,
         }
     }
 }

@@ -6,6 +6,7 @@
 
 mod arguments;
 
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -20,28 +21,53 @@ static ENGINE: PetscEngine = PetscEngine;
 
 fn main() -> ExitCode {
     let Some(arguments) = Arguments::read(std::env::args()) else {
-        eprint!("{USAGE}");
+        message(USAGE);
         return ExitCode::from(2);
     };
     let session = match Session::start(&arguments.of_petsc) {
         Ok(session) => session,
         Err(error) => {
-            eprintln!("error: {error}");
+            message(&format!("error: {error}\n"));
             return ExitCode::from(3);
         }
     };
     match answer(&arguments, session.rank() == 0) {
         Ok(answer) => {
-            if session.rank() == 0 {
-                println!("{answer}");
+            // Other processes have nothing to print.
+            let printed = match session.rank() {
+                0 => print(&answer),
+                _ => Ok(()),
+            };
+            match printed {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => {
+                    message(&format!(
+                        "error: cannot write the result to standard output: {error}; free space \
+                         there, or redirect it\n"
+                    ));
+                    ExitCode::from(2)
+                }
             }
-            ExitCode::SUCCESS
         }
         Err(error) => {
             // Other processes may wait for this one.
-            eprintln!("error on process {}: {error}", session.rank());
+            message(&format!("error on process {}: {error}\n", session.rank()));
             session.abort(error.exit_code())
         }
+    }
+}
+
+/// Writes to stderr. A closed stderr is no error.
+fn message(text: &str) {
+    let _ = std::io::stderr().write_all(text.as_bytes());
+}
+
+/// Writes a line to stdout. A closed stdout is no error: its reader has what it wanted.
+fn print(answer: &str) -> std::io::Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    match writeln!(stdout, "{answer}").and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error),
+        _ => Ok(()),
     }
 }
 

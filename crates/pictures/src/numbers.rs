@@ -1,6 +1,6 @@
 //! Numbers as text, with the digits that their uncertainty leaves.
 
-use swimmer::Outcome;
+use swimmer::{Outcome, Scene};
 
 /// What stands behind a value whose error is not estimated.
 pub const NO_ESTIMATE: &str = "(no error estimate)";
@@ -72,23 +72,93 @@ pub fn with_uncertainty(value: f64, uncertainty: f64) -> String {
     }
 }
 
+/// Number of significant digits of a number whose uncertainty is not known.
+const DIGITS: i32 = 8;
+
+/// Largest number of significant digits of a number in a table; JSON has all of them.
+const MAX_DIGITS: i32 = 10;
+
+/// A number up to the second digit of its uncertainty, of ten significant digits at most; with
+/// eight of them if the uncertainty is zero, that is, not known.
+///
+/// Zero for a number that is not larger than its uncertainty or than `rounding`.
+pub fn significant(value: f64, uncertainty: f64, rounding: f64) -> String {
+    if value.abs() <= uncertainty.max(rounding) {
+        return "0".to_owned();
+    }
+    let first = magnitude(value.abs());
+    let digits = match uncertainty > 0.0 {
+        true => (first - magnitude(uncertainty) + 2).clamp(2, MAX_DIGITS),
+        false => DIGITS,
+    };
+    match first {
+        -4..6 => format!("{value:.*}", (digits - 1 - first).max(0) as usize),
+        _ => format!("{value:.*e}", (digits - 1) as usize),
+    }
+}
+
+/// A vector in brackets whose components have the digits of [`significant`].
+pub fn significant_vector(vector: [f64; 3], uncertainty: f64, rounding: f64) -> String {
+    let words = vector.map(|x| significant(x, uncertainty, rounding));
+    format!("({})", words.join(", "))
+}
+
+/// Angles in radians that are rounding: some hundred products of rotations.
+pub const ANGLE_ROUNDING: f64 = 1e-13;
+
 /// What a run says about its tolerance, for both the terminal and the page.
 ///
 /// `model.tolerance` limits the error of the integration alone if the model does not control its
-/// own; then the whole error bar may be larger, which is said.
+/// own; then the whole error bar may be larger, which is said. So is a bar that is within the
+/// tolerance relative to the path of the surfaces, but not to the net displacement.
 pub fn tolerance_statement(outcome: &Outcome, tolerance: f64) -> String {
-    let bar = outcome.error_estimate.total();
+    let bars = &outcome.error_estimate;
+    let (bar, reference) = (bars.total(), outcome.reference_displacement());
+    let whole = format!("the whole error bar is {}", percent(bar / reference));
     if !outcome.tolerance_met {
         return format!("the tolerance {tolerance:e} is not met");
     }
-    match bar <= outcome.allowed_error {
-        true => format!("the tolerance {tolerance:e} is met"),
-        false => format!(
+    if bar <= tolerance * reference {
+        return format!("the tolerance {tolerance:e} is met");
+    }
+    let arc = outcome.net_arc.max(outcome.longest_arc);
+    if bar <= outcome.allowed_error {
+        return format!(
+            "the tolerance {tolerance:e} is met relative to the path {} of the surfaces by \
+             rotation; relative to the net displacement, {whole}",
+            two_digits(arc)
+        );
+    }
+    match bars.integration.unwrap_or(0.0) <= tolerance * reference.max(arc) {
+        true => format!(
             "the integration meets the tolerance {tolerance:e}, which does not limit the errors of \
-             the model: the whole error bar is {}",
-            percent(tolerance * bar / outcome.allowed_error)
+             the model: {whole}"
+        ),
+        false => format!(
+            "the integration adds at most a tenth to the errors of the model, which the tolerance \
+             {tolerance:e} does not limit: {whole}"
         ),
     }
+}
+
+/// What a run says about a gait that is not closed: the shape at the end, and the rigid part of the
+/// motion; none for a closed one.
+pub fn open_gait(scene: &Scene, outcome: &Outcome) -> Option<[String; 2]> {
+    let change = outcome.shape_change(scene)?;
+    let joints: Vec<String> = (change.joints.iter())
+        .map(|(joint, by)| format!("{} {by:+.4}", scene.joint_names(&[*joint])))
+        .collect();
+    let shape = format!(
+        "another one at the end ({}); the net displacement contains this change",
+        joints.join(", ")
+    );
+    let bar = outcome.error_estimate.total();
+    let moved = significant_vector(change.displacement.into(), bar, outcome.rounding());
+    let bar = outcome.rotation_error.total();
+    let turned = significant_vector(change.rotation.into(), bar, ANGLE_ROUNDING);
+    let body = &scene.bodies()[change.body].name;
+    let rigid = format!("displacement {moved}, rotation {turned} rad of the frame of '{body}'");
+    Some([shape, rigid])
 }
 
 /// A time in the unit that suits its size.
@@ -98,6 +168,15 @@ pub fn duration(seconds: f64) -> String {
         s if s < 1.0 => format!("{:.0} ms", 1e3 * s),
         s if s < 120.0 => format!("{s:.1} s"),
         s => format!("{:.0} min", s / 60.0),
+    }
+}
+
+/// The solves of a run, and what was looked up in tables.
+pub fn solve_count(outcome: &Outcome) -> String {
+    let solves = count(outcome.model_solves(), "solve");
+    match outcome.lookups {
+        0 => solves,
+        lookups => format!("{solves}, {} in tables", count(lookups, "look-up")),
     }
 }
 
@@ -124,6 +203,28 @@ mod tests {
         ] {
             assert_eq!(with_uncertainty(value, uncertainty), text);
         }
+    }
+
+    #[test]
+    fn numbers_of_vectors_have_the_digits_of_their_common_uncertainty() {
+        for (value, uncertainty, rounding, text) in [
+            (0.160_718_3, 0.000_412, 0.0, "0.16072"),
+            (1.5e-5, 2e-9, 0.0, "1.50000e-5"),
+            (-0.000_15, 2e-9, 0.0, "-0.000150000"),
+            (1e-13, 0.0, 0.0, "1.0000000e-13"),
+            (1e-13, 0.0, 1e-12, "0"),
+            (1e-13, 2e-13, 0.0, "0"),
+            (0.3, 1e-17, 0.0, "0.3000000000"),
+            (123_456.0, 2.0e4, 0.0, "123456"),
+            (1_234_567.0, 2.0e4, 0.0, "1.235e6"),
+            (-0.0, 0.0, 0.0, "0"),
+        ] {
+            assert_eq!(significant(value, uncertainty, rounding), text);
+        }
+        assert_eq!(
+            significant_vector([0.5, -2e-7, 1e-9], 1e-8, 0.0),
+            "(0.500000000, -2.00e-7, 0)"
+        );
     }
 
     #[test]

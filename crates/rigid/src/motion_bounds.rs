@@ -38,6 +38,16 @@ pub struct MotionBounds {
     pub angular: DerivativeBounds,
 }
 
+impl DerivativeBounds {
+    /// The bounds with respect to a parameter that runs from 0 to 1 over a part of the path.
+    fn over_part(self, width: f64) -> Self {
+        Self {
+            first: width * self.first,
+            second: width * width * self.second,
+        }
+    }
+}
+
 impl MotionBounds {
     /// Largest speed of a point of the body at most `distance` from the centre.
     pub fn speed(&self, distance: f64) -> f64 {
@@ -69,6 +79,26 @@ impl StateBounds {
             frames: vec![MotionBounds::default(); set.linkages().len()],
             attitudes: vec![DerivativeBounds::default(); set.kinds().len()],
             joints,
+        }
+    }
+
+    /// The bounds along a part of the path whose parameter runs from 0 to 1 again; `width` is the
+    /// width of the part.
+    #[must_use]
+    pub fn over_part(&self, width: f64) -> Self {
+        let frames = self.frames.iter().map(|frame| MotionBounds {
+            linear: frame.linear.over_part(width),
+            angular: frame.angular.over_part(width),
+        });
+        let joints = self.joints.iter().map(|joint| ValueBounds {
+            derivatives: joint.derivatives.over_part(width),
+            ..*joint
+        });
+        let attitudes = self.attitudes.iter();
+        Self {
+            frames: frames.collect(),
+            attitudes: attitudes.map(|bounds| bounds.over_part(width)).collect(),
+            joints: joints.collect(),
         }
     }
 

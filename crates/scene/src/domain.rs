@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::body::Body;
 use crate::surface_shape::SurfaceShape;
+use crate::wall_facets::WallFacets;
 use crate::words::DomainKind;
 
 /// The region that the fluid fills. There is no slip on its walls.
@@ -38,6 +39,8 @@ pub enum Domain {
         file: PathBuf,
         /// Names of the parts of the boundary that are walls.
         walls: Vec<String>,
+        /// The facets of the walls; none if the file cannot be used, which the models report.
+        facets: Option<WallFacets>,
     },
 }
 
@@ -58,13 +61,15 @@ impl Domain {
     /// Clearance between a body and the nearest wall, negative if the body crosses the wall.
     ///
     /// Exact for spheres, a lower bound for other shapes; in a surface from a file, the distance of
-    /// the closest points. Infinite without walls, and for a mesh,
-    /// whose walls are not known here.
+    /// the closest points; in a mesh, from the facets of its walls. Infinite without walls.
     pub fn clearance(&self, body: &Body, pose: &Isometry3<f64>) -> f64 {
         let (centre, rotation) = (&pose.translation.vector, &pose.rotation);
         let support = |direction: &Vector3<f64>| body.shape.support_distance(rotation, direction);
         match self {
-            Self::Unbounded | Self::Mesh { .. } => f64::INFINITY,
+            Self::Unbounded => f64::INFINITY,
+            Self::Mesh { facets, .. } => facets
+                .as_ref()
+                .map_or(f64::INFINITY, |facets| facets.clearance(&body.shape, pose)),
             Self::Ball { radius } => radius - centre.norm() - body.bounding_radius(),
             Self::Box { size } => {
                 let axes = [Vector3::x(), Vector3::y(), Vector3::z()];

@@ -41,7 +41,44 @@ pub(crate) fn separation(bodies: Pair, apart: &Vector3<f64>) -> (f64, Vector3<f6
     if first.is_isotropic() && second.is_isotropic() {
         return (along_centres, start);
     }
-    let (mut bound, mut normal) = (along_centres, start);
+    search((along_centres, start), apart, |n| {
+        apart + first.support_point(of_first, &-n) - second.support_point(of_second, n)
+    })
+}
+
+/// Lower bound of the distance between the convex hull of a body and a triangle, as [`distance`].
+pub(crate) fn distance_from_triangle(
+    shape: &Shape,
+    rotation: &UnitQuaternion<f64>,
+    centre: &Vector3<f64>,
+    triangle: &[Vector3<f64>; 3],
+) -> f64 {
+    let apart = centre - triangle.iter().sum::<Vector3<f64>>() / 3.0;
+    let farthest = |n: &Vector3<f64>| {
+        let [mut farthest, b, c] = *triangle;
+        for corner in [b, c] {
+            if n.dot(&corner) > n.dot(&farthest) {
+                farthest = corner;
+            }
+        }
+        farthest
+    };
+    let start = apart.try_normalize(0.0).unwrap_or_else(Vector3::x);
+    let along = start.dot(&(centre - farthest(&start))) - shape.support_distance(rotation, &-start);
+    let corner = |n: &Vector3<f64>| centre + shape.support_point(rotation, &-n) - farthest(n);
+    search((along, start), &apart, corner).0
+}
+
+/// The separating planes that are farthest apart, from those of a first direction.
+///
+/// `apart` is a point of the difference of the bodies, `corner` the one that is farthest against a
+/// direction.
+fn search(
+    first: (f64, Vector3<f64>),
+    apart: &Vector3<f64>,
+    corner: impl Fn(&Vector3<f64>) -> Vector3<f64>,
+) -> (f64, Vector3<f64>) {
+    let (mut bound, mut normal) = first;
     // The point closest to the origin among the convex combinations of some points of the
     // difference of the bodies, which are given with their weights.
     let mut corners = vec![(*apart, 1.0)];
@@ -51,8 +88,7 @@ pub(crate) fn separation(bodies: Pair, apart: &Vector3<f64>) -> (f64, Vector3<f6
         let Some(n) = closest.try_normalize(0.0) else {
             break;
         };
-        let corner =
-            apart + first.support_point(of_first, &-n) - second.support_point(of_second, &n);
+        let corner = corner(&n);
         if n.dot(&corner) > bound {
             (bound, normal) = (n.dot(&corner), n);
         }

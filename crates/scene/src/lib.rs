@@ -25,6 +25,7 @@ mod shape_path;
 mod shapes;
 mod spline;
 mod surface_shape;
+mod wall_facets;
 mod words;
 mod write;
 
@@ -45,6 +46,7 @@ pub use shape::Shape;
 pub use shape_path::{CubicLength, JointForce, JointPath, OwnPath, ShapePath, Sine};
 pub use shapes::*;
 pub use surface_shape::{SourceFile, SurfaceShape};
+pub use wall_facets::WallFacets;
 pub use words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FlowsKind, FormulationKind,
     GaitKind, GeometryKind, InterpolationKind, LearnKind, MeshMotionKind, MesherKind, ModelKind,

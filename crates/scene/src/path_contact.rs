@@ -94,6 +94,14 @@ pub struct PathContact {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn first_contact(path: &BodyPath) -> Result<Option<PathContact>, RigidError> {
+    first_contact_among(path, &|_, _| true)
+}
+
+/// As [`first_contact`], of some pairs of bodies.
+pub(crate) fn first_contact_among(
+    path: &BodyPath,
+    includes: &dyn Fn(usize, usize) -> bool,
+) -> Result<Option<PathContact>, RigidError> {
     let solid: Vec<usize> = (0..path.bodies.len().min(path.set.kinds().len()))
         .filter(|&body| path.bodies[body].bounding_radius() > 0.0)
         .collect();
@@ -103,7 +111,7 @@ pub fn first_contact(path: &BodyPath) -> Result<Option<PathContact>, RigidError>
         if path.domain.is_some_and(has_walls) {
             pairs.push(Meeting::Wall(one));
         }
-        for &other in &solid[..k] {
+        for &other in solid[..k].iter().filter(|&&other| includes(other, one)) {
             if linkage[one] == linkage[other] {
                 pairs.push(Meeting::Within(other, one));
             } else if path.domain.is_some() {
@@ -141,9 +149,12 @@ pub fn first_contact(path: &BodyPath) -> Result<Option<PathContact>, RigidError>
     Ok(first)
 }
 
-/// Whether a domain has walls that bodies can touch; those of a mesh are not known here.
+/// Whether a domain has walls that bodies can touch.
 fn has_walls(domain: &Domain) -> bool {
-    !matches!(domain, Domain::Unbounded | Domain::Mesh { .. })
+    !matches!(
+        domain,
+        Domain::Unbounded | Domain::Mesh { facets: None, .. }
+    )
 }
 
 /// What may touch.
@@ -268,7 +279,9 @@ impl Search<'_> {
             let [start, end] = [from, to].map(|placed| self.clearance(body, placed));
             return match self.path.domain {
                 // The distance from a wall of any shape changes by the path of the body at most.
-                Some(Domain::Surface(_)) => start + end > width * self.speed(meeting),
+                Some(Domain::Surface(_) | Domain::Mesh { .. }) => {
+                    start + end > width * self.speed(meeting)
+                }
                 _ => start.min(end) > deviation,
             };
         };
@@ -377,7 +390,7 @@ impl Search<'_> {
     /// Cost of one position, in placements: the distance from a wall given by a file takes long.
     fn cost(&self, meeting: Meeting) -> usize {
         match (meeting, self.path.domain) {
-            (Meeting::Wall(_), Some(Domain::Surface(_))) => 32,
+            (Meeting::Wall(_), Some(Domain::Surface(_) | Domain::Mesh { .. })) => 32,
             _ => 1,
         }
     }

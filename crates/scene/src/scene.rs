@@ -184,9 +184,40 @@ impl Scene {
         })
     }
 
+    /// The prescribed joints whose values differ between two shapes, with the changes.
+    ///
+    /// Full turns about an axis without advance change no shape, nor does rounding.
+    pub fn shape_changes(&self, from: &[f64], to: &[f64]) -> Vec<(usize, f64)> {
+        /// Values that are sines of times close up to rounding.
+        const ROUNDING: f64 = 1e-9;
+        let joints = self.articulation.joints().iter().enumerate();
+        let ends = from.iter().zip(to);
+        let changes = joints
+            .zip(ends)
+            .filter_map(|((number, joint), (from, to))| {
+                let (change, size) = match joint.kind {
+                    JointKind::Turn { advance: 0.0, .. } => {
+                        let turns = ((to - from) / std::f64::consts::TAU).round();
+                        (to - from - turns * std::f64::consts::TAU, to.abs().max(1.0))
+                    }
+                    JointKind::Turn { .. } => (to - from, to.abs().max(1.0)),
+                    _ => (to - from, from.abs().max(to.abs())),
+                };
+                let is_change = !joint.is_passive() && change.abs() > ROUNDING * size;
+                is_change.then_some((number, change))
+            });
+        changes.collect()
+    }
+
     /// File and line of a key such as `bodies[1].radius`, for messages.
     pub fn place(&self, key: &str) -> String {
         self.document.place(key)
+    }
+
+    /// Whether a key, such as `model.tolerance`, is written in the file or set by an override; not
+    /// of a key that has its default, or of scenes made by a program.
+    pub fn is_written(&self, key: &str) -> bool {
+        self.document.is_written(key)
     }
 
     /// The files that the scene names, surfaces and meshes first, with the hashes of their contents

@@ -180,6 +180,14 @@ impl SurfaceFiles {
         Ok(read.bytes)
     }
 
+    /// The domain's mesh, which is read once.
+    pub fn mesh(&mut self, file: &Path) -> Result<&TetMesh, MeshError> {
+        match &mut self.mesh {
+            Some(mesh) => Ok(mesh),
+            none => Ok(none.insert(MshFile::read(file)?.into_mesh(&[])?)),
+        }
+    }
+
     /// A part of the boundary of the domain's mesh: its facets, and its curved cells where the file
     /// has them.
     pub fn mesh_part(
@@ -190,14 +198,7 @@ impl SurfaceFiles {
         key: &str,
     ) -> Result<SurfaceShape, SceneError> {
         let refused = |error: GenerateError| checks.bad_value(key, format!("is refused: {error}"));
-        let mesh = match &self.mesh {
-            Some(mesh) => mesh,
-            None => {
-                let read = MshFile::read(file).and_then(|file| file.into_mesh(&[]));
-                self.mesh
-                    .insert(read.map_err(|error| refused(error.into()))?)
-            }
-        };
+        let mesh = self.mesh(file).map_err(|error| refused(error.into()))?;
         let (triangles, is_curved) =
             (mesh.boundary_part(part)).map_err(|error| refused(error.into()))?;
         let kind = match is_curved {

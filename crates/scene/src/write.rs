@@ -222,7 +222,9 @@ pub(crate) fn domain_file(domain: &Domain) -> DomainFile {
             file.file = Some(shape.file.display().to_string());
             (file.surface_kind, file.scale) = (Some(shape.kind), Some(shape.scale));
         }
-        Domain::Mesh { file: path, walls } => {
+        Domain::Mesh {
+            file: path, walls, ..
+        } => {
             file.file = Some(path.display().to_string());
             file.walls = Some(walls.clone());
         }

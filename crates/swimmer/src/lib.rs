@@ -27,7 +27,9 @@ pub use integrate::{
 };
 pub use models;
 pub use observer::{MissedTarget, Observer, Progress};
-pub use outcome::{Interim, Outcome, Sample, SpanOutcome, mean_of_moving, positions, unwrapped};
+pub use outcome::{
+    Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions, unwrapped,
+};
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
 pub use planning::{Choice, SizeSearch, choose, simulate_to_target, with_tables};

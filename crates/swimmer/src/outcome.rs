@@ -2,14 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use models::{AccumulatedError, BodySolution, ErrorEstimate, Hydrodynamics, NewMesh, Seconds};
+use models::{AccumulatedError, BodySolution, ErrorEstimate, NewMesh, Seconds};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rigid::{Articulation, State};
 use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
-use crate::integrate::SpanResult;
+use crate::integrate::{SpanResult, TABLE_SHARE, enter_table};
 
 /// Points of the curve per piece of a phase span: enough for a smooth plot.
 const CURVE_POINTS: usize = 12;
@@ -39,8 +39,14 @@ pub struct Outcome {
     pub rotation: Vector3<f64>,
     /// Outcome of each phase span.
     pub spans: Vec<SpanOutcome>,
-    /// Number of solves.
+    /// Number of solutions: by a solve, or looked up in a table over shapes.
     pub solves: usize,
+    /// Number of these that were looked up.
+    #[serde(default)]
+    pub lookups: usize,
+    /// Number of solves that each of the tables is made of.
+    #[serde(default)]
+    pub tables: Vec<usize>,
     /// Error bars of the displacements.
     pub error_estimate: ErrorEstimate,
     /// Error bars of the rotation vectors, in radians.
@@ -65,14 +71,19 @@ pub struct Outcome {
     pub limited_error: Option<f64>,
     /// Largest value of `limited_error` that meets the tolerance: `model.tolerance` times a length.
     ///
-    /// The length is [`Outcome::reference_displacement`]; with slip or a background flow it is at
-    /// least `longest_arc`.
+    /// The length is [`Outcome::reference_displacement`] or, if that is longer, `net_arc`; with slip
+    /// or a background flow, `longest_arc`. Where all solutions are looked up in tables of a model
+    /// that does not control its error, a tenth of its error bar is allowed as well: the integration
+    /// asks for no less.
     #[serde(default)]
     pub allowed_error: f64,
     /// Largest distance that a point of a surface covers by the rotation of its body, over the
     /// gait; set at its end.
     #[serde(default)]
     pub longest_arc: f64,
+    /// The same by the rotation of a body from the start to the end, with all full turns.
+    #[serde(default)]
+    pub net_arc: f64,
     /// Whether `limited_error` is at most `allowed_error`.
     pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
@@ -114,6 +125,30 @@ impl Outcome {
                 .map_or(0.0, |error| error.work)
     }
 
+    /// Number of solves of the model, with those of its tables.
+    pub fn model_solves(&self) -> usize {
+        self.solves - self.lookups + self.tables.iter().sum::<usize>()
+    }
+
+    /// Size of net displacements that are rounding.
+    pub fn rounding(&self) -> f64 {
+        POSITION_ROUNDING * self.longest_path()
+    }
+
+    /// The net displacement, or zero if it is rounding.
+    pub fn resolved_net(&self) -> f64 {
+        let net = self.net();
+        if net > self.rounding() { net } else { 0.0 }
+    }
+
+    /// The longest displacement of a body in one phase, or `longest_arc` if that is longer.
+    fn longest_path(&self) -> f64 {
+        let spans = self.spans.iter().flat_map(|span| &span.displacement);
+        spans.fold(self.longest_arc.max(self.net()), |longest, d| {
+            longest.max(d.norm())
+        })
+    }
+
     /// The displacement to which `model.tolerance` is relative: the net displacement.
     ///
     /// If the net displacement cannot be distinguished from zero, by its error bar or by the
@@ -121,62 +156,91 @@ impl Outcome {
     /// longest displacement of a body in one phase or, if that is longer, `longest_arc`.
     pub fn reference_displacement(&self) -> f64 {
         let net = self.net();
-        let spans = self.spans.iter().flat_map(|span| &span.displacement);
-        let longest = spans.fold(self.longest_arc.max(net), |longest, d| {
-            longest.max(d.norm())
-        });
-        match net > self.error_estimate.total().max(POSITION_ROUNDING * longest) {
+        match net > self.error_estimate.total().max(self.rounding()) {
             true => net,
-            false => longest,
+            false => self.longest_path(),
         }
     }
 
-    /// Largest distance that a point of a surface covers by the rotation of its body.
-    fn arc(&self, scene: &Scene) -> f64 {
-        let turned = |body: usize| -> f64 {
-            let angle = |pair: &[Sample]| {
-                let shortest = pair[0].poses[body]
-                    .rotation
-                    .angle_to(&pair[1].poses[body].rotation);
-                let (before, after) = (pair[0].rotations.get(body)?, pair[1].rotations.get(body)?);
-                // The rotation between them is this one or its complement, and whole turns.
-                let length = (after - before).norm();
-                let turns = TAU * (length / TAU).round();
-                let angles = [turns - shortest, turns + shortest];
-                let distance = |angle: &f64| (angle - length).abs();
-                angles
-                    .into_iter()
-                    .filter(|angle| *angle >= 0.0)
-                    .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-            };
-            self.samples.windows(2).filter_map(angle).sum()
-        };
-        let arcs = scene.bodies().iter().enumerate();
-        arcs.map(|(number, body)| turned(number) * body.bounding_radius())
-            .fold(0.0, f64::max)
+    /// The change of the shape over the gait; none if the prescribed joints return to their values.
+    pub fn shape_change(&self, scene: &Scene) -> Option<ShapeChange> {
+        let (first, last) = self.samples.first().zip(self.samples.last())?;
+        let joints = scene.shape_changes(&first.shape, &last.shape);
+        let body = scene.articulation().linkages().first()?.root;
+        (!joints.is_empty()).then_some(ShapeChange {
+            joints,
+            body,
+            displacement: self.displacement.get(body).copied()?,
+            rotation: self.rotation,
+        })
     }
 
-    /// Compares the error bar that a tolerance limits with it, at the end of the gait.
-    pub(crate) fn check_tolerance(&mut self, tolerance: f64, model: &dyn Hydrodynamics) {
-        let bars = &self.error_estimate;
-        self.limited_error =
-            bars.integration
-                .map(|error| match model.capabilities().controls_error {
-                    true => bars.total(),
-                    false => error,
-                });
-        let scene = model.scene();
-        self.longest_arc = self.arc(scene);
-        let reference = match scene.has_surface_velocity() {
-            // Bodies may tumble in place.
-            true => self.reference_displacement().max(self.longest_arc),
-            false => self.reference_displacement(),
+    /// Largest distances that a point of a surface covers by the rotation of its body: along the
+    /// whole path, and from its start to its end.
+    fn arcs(&self, scene: &Scene) -> [f64; 2] {
+        let largest = |turned: &dyn Fn(usize) -> f64| {
+            let arcs = scene.bodies().iter().enumerate();
+            arcs.map(|(number, body)| turned(number) * body.bounding_radius())
+                .fold(0.0, f64::max)
         };
-        self.allowed_error = tolerance * reference;
+        let along = |body: usize| {
+            let pairs = self.samples.windows(2);
+            pairs
+                .filter_map(|pair| turned(&pair[0], &pair[1], body))
+                .sum()
+        };
+        let net = |body: usize| {
+            let ends = self.samples.first().zip(self.samples.last());
+            ends.and_then(|(first, last)| turned(first, last, body))
+                .unwrap_or(0.0)
+        };
+        [largest(&along), largest(&net)]
+    }
+
+    /// Compares the error bar that `model.tolerance` limits with it, at the end of the gait.
+    ///
+    /// `controls_error` says whether the model keeps its own error below its share of the tolerance
+    /// ([`models::Capabilities::controls_error`]).
+    pub fn check_tolerance(&mut self, scene: &Scene, controls_error: bool) {
+        let bars = &self.error_estimate;
+        self.limited_error = bars.integration.map(|error| match controls_error {
+            true => bars.total(),
+            false => error,
+        });
+        [self.longest_arc, self.net_arc] = self.arcs(scene);
+        let arc = match scene.has_surface_velocity() {
+            // Bodies may tumble in place.
+            true => self.longest_arc,
+            false => self.net_arc,
+        };
+        self.allowed_error = scene.model().tolerance * self.reference_displacement().max(arc);
+        if !controls_error && self.solves > 0 && self.lookups == self.solves {
+            let bars = &self.error_estimate;
+            let [mesh, integration] = [bars.mesh, bars.integration].map(|bar| bar.unwrap_or(0.0));
+            let left = TABLE_SHARE * (bars.total() - mesh - integration);
+            self.allowed_error = self.allowed_error.max(left);
+        }
         // Methods without an error estimate do not meet a tolerance.
         let limited = self.limited_error;
         self.tolerance_met = limited.is_some_and(|error| error <= self.allowed_error);
     }
+}
+
+/// The angle by which a body turns between two samples, with all full turns of its rotation
+/// vectors; none without these.
+fn turned(from: &Sample, to: &Sample, body: usize) -> Option<f64> {
+    let [first, last] = [from, to].map(|sample| sample.poses[body].rotation);
+    let shortest = first.angle_to(&last);
+    let (before, after) = (from.rotations.get(body)?, to.rotations.get(body)?);
+    // The rotation between them is this one or its complement, and whole turns.
+    let length = (after - before).norm();
+    let turns = TAU * (length / TAU).round();
+    let angles = [turns - shortest, turns + shortest];
+    let distance = |angle: &f64| (angle - length).abs();
+    angles
+        .into_iter()
+        .filter(|angle| *angle >= 0.0)
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
 /// The mean of the nonzero displacements; only those of fixed bodies are exactly zero.
@@ -184,6 +248,24 @@ pub fn mean_of_moving(displacement: &[Vector3<f64>]) -> Vector3<f64> {
     let moving = displacement.iter().filter(|d| **d != Vector3::zeros());
     let count = moving.clone().count().max(1);
     moving.sum::<Vector3<f64>>() / count as f64
+}
+
+/// The change of the shape over a gait that is not closed.
+///
+/// The displacements of the bodies, and their mean, then contain the change of the shape, which
+/// depends on the joints alone. The rigid part is the motion of the frame in which the shape is
+/// described, that of the first body of the first linkage.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ShapeChange {
+    /// The joints whose values differ at the end, with the changes.
+    pub joints: Vec<(usize, f64)>,
+    /// The body whose motion is the rigid part.
+    pub body: usize,
+    /// Displacement of the rigid part.
+    pub displacement: Vector3<f64>,
+    /// Rotation vector of the rigid part, with all full turns.
+    pub rotation: Vector3<f64>,
 }
 
 /// The outcome of one phase span.
@@ -194,8 +276,11 @@ pub struct SpanOutcome {
     pub joints: Vec<usize>,
     /// Displacement of every body.
     pub displacement: Vec<Vector3<f64>>,
-    /// Number of solves.
+    /// Number of solutions.
     pub solves: usize,
+    /// Number of these that were looked up in tables.
+    #[serde(default)]
+    pub lookups: usize,
     /// Error bars of the displacements.
     pub error_estimate: ErrorEstimate,
 }
@@ -378,6 +463,7 @@ impl Outcome {
         self.spans.push(SpanOutcome {
             joints: span.joints.clone(),
             solves: result.solves,
+            lookups: result.lookups,
             error_estimate: ErrorEstimate {
                 mesh: mesh.map(|error| corrected_bar(set, error, after)),
                 integration: (integration.map(|error| integration_bar(set, error, after)))
@@ -399,6 +485,10 @@ impl Outcome {
     /// Adds what is a sum over phase spans.
     fn append_costs_and_work(&mut self, result: &SpanResult) {
         self.solves += result.solves;
+        self.lookups += result.lookups;
+        for (table, solves) in result.tables.iter().enumerate().filter(|(_, n)| **n > 0) {
+            enter_table(&mut self.tables, table, *solves);
+        }
         self.error_estimate.accumulate(1.0, &result.error_estimate);
         self.rotation_error.accumulate(1.0, &result.rotation_error);
         self.work += result.work;

@@ -117,7 +117,7 @@ fn run_to_target(
         Some(checkpoint) => checkpoint.tolerance_factor(),
         None => scene.model().tolerance_factor,
     };
-    let mut repetitions = 0;
+    let mut repetition = Repetition::default();
     loop {
         let mut sized = scene.with_tolerance_factor(factor)?;
         if let (Some(search), Some(target)) = (&search, scene.fem().target) {
@@ -132,16 +132,16 @@ fn run_to_target(
         let missed = search
             .as_mut()
             .and_then(|search| search.refine(&report.outcome));
-        let tighter = tighter_factor(&report).filter(|_| {
-            let is_given = scene.model().tolerance_factor.is_some();
-            missed.is_none() && !is_given && repetitions < MAX_REPETITIONS
-        });
+        let is_given = scene.model().tolerance_factor.is_some();
+        let tighter = match missed.is_none() && !is_given {
+            true => repetition.tighter_factor(&report),
+            false => None,
+        };
         if let Some(tighter) = tighter {
             let outcome = &report.outcome;
             let error = outcome.limited_error.unwrap_or(f64::INFINITY);
             progress.missed_tolerance(error, outcome.allowed_error, tighter);
             factor = Some(tighter);
-            repetitions += 1;
             continue;
         }
         let Some(missed) = missed else {
@@ -167,31 +167,60 @@ fn write_summary(
     files.run_done(report, &summary)
 }
 
-/// Largest number of repetitions of a run with a smaller tolerance of single solutions.
-const MAX_REPETITIONS: usize = 3;
-
 /// Share of the allowed error at which a repetition aims, because error bars do not decrease quite
 /// in proportion to the tolerance.
 const AIM_SHARE: f64 = 0.5;
 
-/// Smallest factor: the error bars of a model that cannot do better stay where they are.
-const LEAST_FACTOR: f64 = 1e-3;
+/// Smallest factor: below it solutions have the accuracy of rounding for the default tolerance.
+const LEAST_FACTOR: f64 = 1e-6;
 
-/// The factor on the tolerance of single solutions with which a run whose error bar misses the
-/// tolerance is expected to meet it.
+/// Smallest ratio by which one repetition reduces the factor: a bar that is much too wide may be
+/// so for another reason than the tolerance of single solutions, which would cost much in vain.
+const LEAST_RATIO: f64 = 0.1;
+
+/// Reduction of the factor, without a smaller error bar, at which a model cannot do better.
 ///
-/// None if it meets it, if the scene accepts the best result, or if the model does not control its
-/// own error, so that nothing but the integration depends on the tolerance.
-fn tighter_factor(report: &Report) -> Option<f64> {
-    let (options, outcome) = (report.scene.model(), &report.outcome);
-    let limited = outcome.limited_error?;
-    let controls_error = limited >= outcome.error_estimate.total();
-    if outcome.tolerance_met || options.accept == AcceptKind::Best || !controls_error {
-        return None;
+/// The accuracy of models increases in steps, with the order of their expansions or elements; an
+/// order reduces the error by a factor of two to ten.
+const MAX_REDUCTION_IN_VAIN: f64 = 0.05;
+
+/// Ratio of error bars that counts as smaller.
+const REDUCED: f64 = 0.9;
+
+/// Repetitions of a run with smaller tolerances of single solutions.
+#[derive(Default)]
+struct Repetition {
+    /// Smallest error bar so far, with its factor.
+    best: Option<(f64, f64)>,
+}
+
+impl Repetition {
+    /// The factor on the tolerance of single solutions with which a run whose error bar misses the
+    /// tolerance is expected to meet it.
+    ///
+    /// None if it meets it, if the scene accepts the best result, if the model does not control its
+    /// own error, so that nothing but the integration depends on the tolerance, or if the last
+    /// repetitions did not reduce the error bar.
+    fn tighter_factor(&mut self, report: &Report) -> Option<f64> {
+        let (options, outcome) = (report.scene.model(), &report.outcome);
+        let limited = outcome.limited_error?;
+        let controls_error = limited >= outcome.error_estimate.total();
+        if outcome.tolerance_met || options.accept == AcceptKind::Best || !controls_error {
+            return None;
+        }
+        let factor = options.tolerance_factor.unwrap_or(1.0);
+        match self.best {
+            Some((bar, at)) if limited > REDUCED * bar => {
+                if factor <= MAX_REDUCTION_IN_VAIN * at {
+                    return None;
+                }
+            }
+            _ => self.best = Some((limited, factor)),
+        }
+        let ratio = AIM_SHARE * outcome.allowed_error / limited;
+        let tighter = factor * ratio.max(LEAST_RATIO);
+        (ratio > 0.0 && tighter >= LEAST_FACTOR).then_some(tighter)
     }
-    let ratio = AIM_SHARE * outcome.allowed_error / limited;
-    let factor = options.tolerance_factor.unwrap_or(1.0) * ratio;
-    (ratio > 0.0 && factor >= LEAST_FACTOR).then_some(factor)
 }
 
 /// Runs the gait of a scene with its element sizes, from its beginning or from a checkpoint.

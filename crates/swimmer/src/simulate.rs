@@ -130,7 +130,8 @@ pub fn continue_from(
                     interim.append(scene, &origin, &span, &part)?;
                     let mut outcome = interim.outcome;
                     outcome.contact = Some(error.to_string());
-                    outcome.check_tolerance(scene.model().tolerance, integrator.model());
+                    let controls_error = integrator.model().capabilities().controls_error;
+                    outcome.check_tolerance(scene, controls_error);
                     observer.stopped(&span, &part, &outcome, integrator.model())?;
                 }
                 return Err(error);
@@ -141,6 +142,7 @@ pub fn continue_from(
         observer.span_done(&span, &result, &interim.outcome, integrator.model())?;
     }
     let mut outcome = interim.outcome;
-    outcome.check_tolerance(scene.model().tolerance, integrator.model());
+    let controls_error = integrator.model().capabilities().controls_error;
+    outcome.check_tolerance(scene, controls_error);
     Ok(outcome)
 }

@@ -248,3 +248,20 @@ fn sensitivities_are_printed_and_written() {
     let csv = std::fs::read_to_string(folder.join("out/sensitivities.csv")).unwrap();
     assert_eq!(csv.lines().count(), 8, "{csv}");
 }
+
+#[test]
+fn bug_designs_wrote_into_a_folder_in_which_another_process_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    swim(folder.path(), &["new", "three-sphere"]);
+    let out = swimmer::Folder::create(folder.path().join("out")).unwrap();
+    let lock = out.lock().unwrap();
+    for command in ["run", "map", "optimise", "learn", "sizes", "frequency"] {
+        let arguments = [command, "three-sphere.toml", "--out", "out"];
+        let message = refused(folder.path(), &arguments);
+        let process = format!("another run (process {})", std::process::id());
+        assert!(message.contains(&process), "{command}: {message}");
+    }
+    drop(lock);
+    let entries = std::fs::read_dir(out.path()).unwrap();
+    assert_eq!(entries.count(), 0);
+}

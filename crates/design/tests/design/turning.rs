@@ -1,6 +1,8 @@
 //! Strokes of swimmers that turn.
 
-use design::design_stroke;
+use design::{SampledPath, Stroke, StrokeLimits, design_stroke, tabulate};
+use swimmer::models::TablePart;
+use swimmer::spans;
 use testkit::{SceneText, within};
 
 /// Two spheres that a slide connects, and a third one on a hinge.
@@ -45,4 +47,35 @@ fn a_hinged_swimmer_turns_by_the_asked_angle() {
     let back = design_stroke(&back, folder.path(), &mut ()).unwrap();
     let ratio = back.optimum.period_energy_product / found.optimum.period_energy_product;
     within(ratio - 1.0, 2e-3, "the tolerance of both searches");
+}
+
+/// Each cycle turns by the same angle, so many of them turn by a multiple of it.
+#[test]
+fn bug_the_rotation_of_a_stroke_was_wrapped_beyond_half_a_turn() {
+    let corners = [
+        ("arm", 4.2),
+        ("neck", 0.7),
+        ("arm", 6.5),
+        ("neck", 0.0),
+        ("arm", 5.0),
+    ];
+    let scene = hinged().phases(&corners).scene();
+    let limits = StrokeLimits::from_scene(&scene).unwrap();
+    let table = tabulate(&scene, &limits, 1e-4, (None, TablePart::Whole), &mut ()).unwrap();
+    let start = scene.articulation().initial_shape();
+    let cycle = SampledPath::from_spans(spans(scene.gait(), start).unwrap(), &limits.variables);
+    let rotation = |cycles: usize| {
+        let mut path = cycle.clone();
+        path.widths = path.widths.repeat(cycles);
+        path.shapes = path.shapes.repeat(cycles);
+        path.rates = path.rates.repeat(cycles);
+        Stroke::along(&table.geometry, &path)
+            .unwrap()
+            .totals
+            .rotation
+    };
+    let once = rotation(1);
+    let cycles = (8.0 / once.norm()).ceil() as usize;
+    let error = rotation(cycles) - once * cycles as f64;
+    within(error.norm(), 1e-10, "rounding of thousands of products");
 }

@@ -16,8 +16,8 @@ use scene::{GeometryKind, MesherKind};
 /// nodes on these parts are moved onto the surfaces. `known` are the names of all bodies and walls.
 ///
 /// # Errors
-/// A file that cannot be read; [`ModelError::OpenBoundary`]; parts of the boundary that are not on
-/// them.
+/// A file that cannot be read; [`ModelError::OpenBoundary`]; [`ModelError::MeshFile`] for points that
+/// are not finite, inverted cells, and parts of the boundary that are not on the surfaces.
 pub fn read_mesh(
     file: &Path,
     surfaces: &[NamedSurface<'_>],
@@ -38,10 +38,14 @@ pub fn read_mesh(
         });
     }
     // Also if cells are straight: this checks that the boundary is on the surfaces of the scene.
-    let curved = read.clone().into_mesh(surfaces)?;
-    Ok(match geometry {
+    let curved = read.clone().into_mesh(surfaces);
+    let mesh = match geometry {
         GeometryKind::Curved => curved,
-        GeometryKind::Straight => read.into_mesh(&[])?,
+        GeometryKind::Straight => curved.and_then(|_| read.into_mesh(&[])),
+    };
+    mesh.map_err(|source| ModelError::MeshFile {
+        file: file.display().to_string(),
+        source,
     })
 }
 

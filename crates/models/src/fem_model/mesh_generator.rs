@@ -96,7 +96,7 @@ impl Source {
             Domain::Surface(domain) => {
                 Self::Generated(Container::Surface(domain.surface.scaled(scale.length(1.0))))
             }
-            Domain::Mesh { file, walls } => {
+            Domain::Mesh { file, walls, .. } => {
                 let surfaces: Vec<(&str, Box<dyn Surface>)> = (surfaced.iter())
                     .filter(|s| !s.shape.is_mesh_part())
                     .filter_map(|s| {

@@ -8,7 +8,7 @@ use super::space::{ShapeSpace, covers};
 use crate::error::ModelError;
 use crate::hydrodynamics::Hydrodynamics;
 use crate::query::{Configuration, Query};
-use crate::solution::InstantaneousSolution;
+use crate::solution::{InstantaneousSolution, Lookup};
 
 /// A model with tables over boxes of shapes, which are computed when they are first needed.
 pub struct Tabulated {
@@ -57,8 +57,14 @@ impl Tabulated {
     }
 
     /// The table for a configuration and rates, computed if necessary; `None` if there is none.
-    fn table(&mut self, configuration: Configuration, rates: &[f64]) -> Option<&ShapeSpace> {
-        let table = self.tables.iter_mut().find(|table| {
+    ///
+    /// The number is that of the table.
+    fn table(
+        &mut self,
+        configuration: Configuration,
+        rates: &[f64],
+    ) -> Option<(usize, &ShapeSpace)> {
+        let (number, table) = self.tables.iter_mut().enumerate().find(|(_, table)| {
             covers(&table.ranges, configuration.shape, rates)
                 && !matches!(table.state, TableState::Impossible)
         })?;
@@ -72,7 +78,7 @@ impl Tabulated {
             });
         }
         match &table.state {
-            TableState::Computed(space) => Some(space),
+            TableState::Computed(space) => Some((number, space)),
             _ => None,
         }
     }
@@ -103,8 +109,10 @@ impl Hydrodynamics for Tabulated {
         let mut untabulated = Vec::new();
         for rates in query.rates {
             let clock = Clock::now();
-            if let Some(space) = self.table(configuration, rates) {
+            if let Some((table, space)) = self.table(configuration, rates) {
                 let mut solution = space.solution(configuration, rates)?;
+                let solves = space.points();
+                solution.lookup = Some(Lookup { table, solves });
                 solution.seconds.solve = clock.elapsed().as_secs_f64();
                 solution.seconds.total = solution.seconds.solve;
                 solutions.push(Some(solution));

@@ -207,3 +207,47 @@ fn bodies_of_a_second_order_file_move_as_those_of_our_own_mesh() {
     }
     within(own_bar, 1e-3, "the bar says something");
 }
+
+/// Their midpoints overflow.
+#[test]
+fn bug_points_that_are_not_finite_were_a_failed_method_without_a_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("far.msh");
+    let text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\
+        $PhysicalNames\n1\n2 1 \"outer\"\n$EndPhysicalNames\n\
+        $Nodes\n4\n1 0 0 0\n2 1.7e308 0 0\n3 1.7e308 1 0\n4 0 0 1\n$EndNodes\n\
+        $Elements\n5\n1 2 2 1 1 1 2 3\n2 2 2 1 1 1 2 4\n3 2 2 1 1 1 3 4\n4 2 2 1 1 2 3 4\n\
+        5 4 2 2 1 1 2 3 4\n$EndElements\n";
+    std::fs::write(&path, text).unwrap();
+    let scene = in_file(testkit::chain(&["a"], &[0.0]), &path).with("bodies.a.surface", "outer");
+    let error = FemModel::new(&scene.scene()).map(drop).unwrap_err();
+    let message = error.to_string();
+    assert!(
+        message.starts_with(&path.display().to_string()),
+        "{message}"
+    );
+    assert!(message.contains("not finite"), "{message}");
+    assert!(error.is_bad_input());
+}
+
+/// The facets of the outer sphere are inside it: by the sagitta `h² / 8 R` of half an edge.
+#[test]
+fn bug_walls_of_a_mesh_had_no_clearance() {
+    let (_folder, file) = file();
+    let scene = scene(&file, OWN_PARTS, &[]);
+    let body = &scene.bodies()[0];
+    let clearance = |x: f64| {
+        let pose = nalgebra::Isometry3::translation(x, 0.0, 0.0);
+        scene.domain().clearance(body, &pose)
+    };
+    let sagitta = 8.0_f64.powi(2) / (8.0 * 20.0);
+    for x in [-10.0, -18.0] {
+        let exact = 20.0 - 1.0 + x;
+        let found = clearance(x);
+        assert!(
+            (exact - sagitta..=exact + 1e-9).contains(&found),
+            "{x}: {found}"
+        );
+    }
+    assert!(clearance(-19.1) < 0.0);
+}

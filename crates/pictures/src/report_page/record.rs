@@ -8,6 +8,7 @@ use serde_json::Value;
 use crate::error::PictureError;
 use crate::flow_slices::{StoredSlice, StoredSlices};
 use crate::plot::{MovieFrame, movie_svg, nearest_in_time};
+use swimmer::output::ALL_ERRORS;
 use swimmer::{Checkpoint, Folder, Outcome, SwimError};
 
 /// Name of the animated picture.
@@ -69,8 +70,8 @@ impl RunRecord {
             serde_json::from_str(&text).map_err(|error| failed(std::io::Error::other(error)))?;
         let (scene, text, mut outcome) = Checkpoint::read(folder)?.into_outcome(folder)?;
         // The tolerance is compared at the end of a run, after its last checkpoint.
-        outcome.tolerance_met = summary["tolerance_met"] == true;
-        outcome.allowed_error = summary["allowed_error"].as_f64().unwrap_or(0.0);
+        let controls_error = summary["tolerance_limits"] == ALL_ERRORS;
+        outcome.check_tolerance(&scene, controls_error);
         let of_folder = folder
             .file_name()
             .map(|name| name.to_string_lossy().into_owned());

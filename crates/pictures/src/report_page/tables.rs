@@ -5,7 +5,8 @@ use serde_json::Value;
 
 use super::record::RunRecord;
 use crate::numbers::{
-    count, decimals, duration, percent, rounded, tolerance_statement, two_digits, with_uncertainty,
+    ANGLE_ROUNDING, count, decimals, duration, open_gait, percent, rounded, significant_vector,
+    solve_count, tolerance_statement, two_digits, with_uncertainty,
 };
 
 /// One sentence about the run.
@@ -22,7 +23,7 @@ pub fn lead(record: &RunRecord) -> String {
         count(gait.phases.len(), "phase"),
         gait.duration(),
         escaped(summary["model"].as_str().unwrap_or("unknown")),
-        count(record.outcome.solves, "solve"),
+        solve_count(&record.outcome),
     )
 }
 
@@ -30,16 +31,17 @@ pub fn lead(record: &RunRecord) -> String {
 pub fn results(record: &RunRecord) -> String {
     let outcome = &record.outcome;
     let error = outcome.error_estimate.total();
-    let rotation = outcome.rotation.map(|x| rounded(x, 5));
-    let [x, y, z] = <[f64; 3]>::from(rotation);
     let of_rotation = match outcome.rotation_error.total() {
-        bar if bar < rotation.norm() => format!("({x:.5}, {y:.5}, {z:.5}) +- {bar:.1e}"),
-        _ => format!("({x:.5}, {y:.5}, {z:.5})"),
+        bar if bar > 0.0 && bar < outcome.rotation.norm() => format!(" +- {bar:.1e}"),
+        _ => String::new(),
     };
+    let bar = outcome.rotation_error.total();
+    let of_rotation =
+        significant_vector(outcome.rotation.into(), bar, ANGLE_ROUNDING) + &of_rotation;
     let entries = [
         (
             "Net displacement",
-            with_uncertainty(outcome.net(), error),
+            with_uncertainty(outcome.resolved_net(), error),
             "length",
         ),
         ("Rotation vector", of_rotation, "radians"),
@@ -57,6 +59,13 @@ pub fn results(record: &RunRecord) -> String {
         html += &format!(
             "<tr><th scope=\"row\">{label}</th><td class=\"number\">{value}</td><td>{unit}</td></tr>\n"
         );
+    }
+    if let Some(words) = open_gait(&record.scene, outcome) {
+        for (label, words) in ["Shape", "Rigid part"].into_iter().zip(words) {
+            let words = escaped(&words);
+            html +=
+                &format!("<tr><th scope=\"row\">{label}</th><td colspan=\"2\">{words}</td></tr>\n");
+        }
     }
     html += "</tbody></table>\n<div class=\"scroll\" tabindex=\"0\" role=\"group\" \
              aria-label=\"displacements\"><table><caption>Displacement of each body, ± ";
@@ -137,7 +146,7 @@ pub fn cost(record: &RunRecord) -> String {
     if !reasons.is_empty() {
         entries.push(("Why this model".into(), escaped(&reasons.join("; "))));
     }
-    entries.push(("Solves".into(), record.outcome.solves.to_string()));
+    entries.push(("Solves".into(), solve_count(&record.outcome)));
     if !record.outcome.meshes.is_empty() {
         let meshes = record.outcome.meshes.len();
         entries.push(("Meshes generated".into(), meshes.to_string()));

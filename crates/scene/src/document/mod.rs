@@ -225,6 +225,11 @@ impl Document {
         Ok((path, steps))
     }
 
+    /// Whether a key is written in the text or was set by an override.
+    pub(crate) fn is_written(&self, path: &str) -> bool {
+        self.places.has(path)
+    }
+
     /// File and line of a key, or else of the nearest group around it.
     pub fn place(&self, path: &str) -> String {
         self.places.find(path)

@@ -30,6 +30,11 @@ impl Places {
         Self { file, of_keys }
     }
 
+    /// Whether a key is written.
+    pub fn has(&self, path: &str) -> bool {
+        self.of_keys.contains_key(path)
+    }
+
     /// Place of a key, or else of the nearest group around it, or else the file.
     pub fn find(&self, path: &str) -> String {
         let mut path = path;

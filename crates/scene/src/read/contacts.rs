@@ -1,12 +1,12 @@
 //! Checks that bodies do not touch: in the initial configuration and along the whole stroke.
 
-use rigid::{RigidError, StateBounds};
+use rigid::{Articulation, Freedom, Joint, RigidError, StateBounds};
 
 use crate::contact::{Contact, closest_contact, contacts};
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::gait::{Gait, spans};
-use crate::path_contact::{BodyPath, first_contact};
+use crate::path_contact::{BodyPath, first_contact_among};
 use crate::phase_span::PhaseSpan;
 use crate::scene::Scene;
 
@@ -40,27 +40,53 @@ pub(super) fn check_initial(scene: &Scene) -> Result<(), SceneError> {
     })
 }
 
-/// Refuses a gait along which bodies of one linkage touch.
+/// Refuses a gait along which bodies touch whose relative position it prescribes.
 ///
-/// Their relative positions depend on the values of the joints alone, so that no flow is needed
-/// unless it determines some of them.
+/// These are the bodies that prescribed joints connect: no flow is needed to know where they are.
 pub(super) fn check_stroke(scene: &Scene) -> Result<(), SceneError> {
-    if scene.has_passive_joints() {
-        return Ok(());
-    }
+    let groups = prescribed_groups(&scene.articulation);
     // All cycles after the second one repeat the shapes of the second one.
     let gait = Gait {
         cycles: scene.gait.cycles.min(2),
         phases: scene.gait.phases.clone(),
     };
-    spans(&gait, scene.articulation.initial_shape())?.try_for_each(|span| check_span(scene, &span))
+    spans(&gait, scene.articulation.initial_shape())?
+        .try_for_each(|span| check_span(scene, &span, &groups))
+}
+
+/// For each body the number of its group: of the bodies that prescribed joints connect.
+///
+/// In a linkage with a loop and joints that are not prescribed, every body is a group of its own,
+/// because the values of these joints follow from the loop.
+fn prescribed_groups(set: &Articulation) -> Vec<usize> {
+    let is_prescribed =
+        |joint: &Joint| !joint.is_passive() && joint.kind.freedom() != Freedom::Rotation;
+    let linkage_of = set.linkage_of();
+    let mut groups: Vec<usize> = (0..linkage_of.len()).collect();
+    for (number, linkage) in set.linkages().iter().enumerate() {
+        let joints = set.joints().iter();
+        let joints: Vec<&Joint> = joints
+            .filter(|joint| linkage_of[joint.body] == number)
+            .collect();
+        let has_loop = joints.len() >= linkage.bodies.len();
+        if has_loop && !joints.iter().all(|joint| is_prescribed(joint)) {
+            continue;
+        }
+        for joint in joints.iter().filter(|joint| is_prescribed(joint)) {
+            let [from, to] = [joint.body, joint.to].map(|body| groups[body]);
+            for group in groups.iter_mut().filter(|group| **group == from) {
+                *group = to;
+            }
+        }
+    }
+    groups
 }
 
 /// Number of positions from which the deepest overlap along a phase span is reported.
 const REPORTED_POSITIONS: u32 = 64;
 
 /// Refuses contact along a phase span.
-fn check_span(scene: &Scene, span: &PhaseSpan) -> Result<(), SceneError> {
+fn check_span(scene: &Scene, span: &PhaseSpan, groups: &[usize]) -> Result<(), SceneError> {
     let length_key = match (&scene.gait_table, span.is_linear()) {
         (Some(_), _) => "gait.file".to_owned(),
         (None, true) => format!("gait.phases[{}].length", span.phase),
@@ -83,7 +109,7 @@ fn check_span(scene: &Scene, span: &PhaseSpan) -> Result<(), SceneError> {
         bounds: &bounds,
     };
     // Where contact cannot be excluded, a run looks for it along its shorter steps.
-    let Some(first) = first_contact(&path)
+    let Some(first) = first_contact_among(&path, &|one, other| groups[one] == groups[other])
         .map_err(fails)?
         .filter(|found| found.is_certain)
     else {

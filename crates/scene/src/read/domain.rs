@@ -7,6 +7,7 @@ use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::keys::DomainFile;
 use crate::surface_shape::{SurfaceFiles, SurfaceKeys};
+use crate::wall_facets::WallFacets;
 use crate::words::DomainKind;
 
 /// The domain, with the mesh file found and not empty.
@@ -66,10 +67,15 @@ pub(super) fn domain(
             };
             Domain::Surface(surfaces.read(checks, keys)?)
         }
-        DomainKind::Mesh => Domain::Mesh {
-            file: mesh_file(checks, file, surfaces)?,
-            walls: walls(checks, file)?,
-        },
+        DomainKind::Mesh => {
+            let (path, walls) = (mesh_file(checks, file, surfaces)?, walls(checks, file)?);
+            let facets = (surfaces.mesh(&path).ok()).and_then(|mesh| WallFacets::new(mesh, &walls));
+            Domain::Mesh {
+                file: path,
+                walls,
+                facets,
+            }
+        }
     })
 }
 

@@ -107,3 +107,101 @@ proptest! {
         }
     }
 }
+
+/// An arm of twenty radii that sweeps a small sphere by most of a turn.
+const ARM: &str = r#"
+    bodies = [
+        { name = "hub", radius = 1, position = [0, 0, 0] },
+        { name = "tip", radius = 0.05, position = [20, 0, 0] },
+        { name = "obstacle", radius = 0.05, position = [OBSTACLE] },
+    ]
+    links = [
+        { name = "hinge", joint = "hinge", body = "tip", to = "hub", axis = [0, 0, 1] },
+        { name = "rod", joint = "fixed", body = "obstacle", to = "hub" },
+    ]
+    gait.phases = [{ link = "hinge", length = 5 }]
+"#;
+
+/// The arm passes the obstacle in a hundredth of the phase: 0.2 of 100.
+#[test]
+fn bug_a_hinge_swept_a_small_sphere_through_another_one() {
+    let at = |angle: f64, radius: f64| {
+        let [x, y] = [angle.cos(), angle.sin()].map(|c| radius * c);
+        Scene::parse(&ARM.replace("OBSTACLE", &format!("{x}, {y}, 0")))
+    };
+    for angle in [0.337, 1.9, 3.21, 4.877] {
+        let message = at(angle, 20.0).expect_err("they touch").to_string();
+        for part in ["'tip'", "'obstacle'", "touch", "in phase 1"] {
+            assert!(message.contains(part), "{angle}: {message}");
+        }
+        // Radii of 0.05 beside each other, with a gap of a tenth of one.
+        assert!(at(angle, 20.105).is_ok(), "{angle}");
+        assert!(at(angle, 20.095).is_err(), "{angle}");
+    }
+}
+
+/// The positions that flow determines are not known, those that the gait prescribes are.
+#[test]
+fn bug_a_passive_joint_made_the_check_skip_what_the_gait_prescribes() {
+    let with_tail = |obstacle: &str, length: f64| {
+        let text = ARM.replace("OBSTACLE", obstacle);
+        let text = text.replace(
+            "links = [",
+            "links = [{ name = \"tail\", body = \"end\", to = \"hub\", drive = \"spring\", \
+             stiffness = 1 },",
+        );
+        let end =
+            format!("bodies = [{{ name = \"end\", radius = 1, position = [0, 0, {length}] }},");
+        Scene::parse(&text.replace("bodies = [", &end))
+    };
+    let message = with_tail("0, 20, 0", -10.0)
+        .expect_err("they touch")
+        .to_string();
+    assert!(
+        message.contains("'tip'") && message.contains("'obstacle'"),
+        "{message}"
+    );
+    assert!(with_tail("0, 30, 0", -10.0).is_ok());
+}
+
+#[test]
+fn walls_are_found_along_a_path() {
+    // A parabola whose ends are far from the wall, for each kind of wall, towards `down`.
+    for (domain, down, distance) in [
+        ("{ kind = \"ball\", radius = 8 }", Vector3::x(), 8.0),
+        ("{ kind = \"box\", size = [20, 20, 12] }", Vector3::z(), 6.0),
+        ("{ kind = \"cylinder\", radius = 5 }", Vector3::y(), 5.0),
+    ] {
+        let text = format!(
+            "domain = {domain}\n\
+             bodies = [{{ name = \"a\", radius = 0.01, position = [0, 0, 0] }}]"
+        );
+        let scene = Scene::parse(&text).unwrap();
+        for (gap, touches) in [(1e-4, false), (-1e-4, true)] {
+            let deepest = distance - 0.01 - gap;
+            let at = |t: f64| -> Result<_, RigidError> {
+                let mut state = scene.initial_state();
+                state.frames[0].translation.vector = down * (4.0 * deepest * t * (1.0 - t));
+                Ok((state, Vec::new()))
+            };
+            let mut bounds = StateBounds::at_rest(scene.articulation(), Vec::new());
+            bounds.frames[0].linear.first = 4.0 * deepest;
+            bounds.frames[0].linear.second = 8.0 * deepest;
+            let found = first_contact(&BodyPath {
+                bodies: scene.bodies(),
+                set: scene.articulation(),
+                domain: Some(scene.domain()),
+                at: &at,
+                bounds: &bounds,
+            })
+            .unwrap();
+            assert_eq!(found.is_some(), touches, "{domain} {gap}: {found:?}");
+            if let Some(found) = found {
+                assert!(found.is_certain && found.contact.other.is_none());
+                // The gap closes where `4 t (1 - t) deepest = deepest - 1e-4`.
+                let first = 0.5 * (1.0 - (1e-4 / deepest).sqrt());
+                assert!((found.at - first).abs() < 1.0 / 512.0, "{found:?} {first}");
+            }
+        }
+    }
+}

@@ -42,6 +42,12 @@ const MAX_POINTS: usize = 8;
 /// to the length of the step, by 2. Where only the best result is requested, noise is accepted.
 const REDUCTION_BY_HALVING: f64 = 0.25;
 
+/// Part of the error bar of a table to which the motion through it is integrated at most.
+///
+/// A smaller error of the integration makes the whole error bar smaller by less than this part, and
+/// a table of solutions with noise is a polynomial of high degree, which takes many steps.
+pub(crate) const TABLE_SHARE: f64 = 0.1;
+
 /// Integrates a phase span to the tolerance, or as well as possible if the scene accepts that.
 pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanResult, Stopped> {
     match in_parts(evaluator, start, false) {
@@ -160,7 +166,8 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
     let mut few_points = None;
     let mut points = 2;
     loop {
-        let tolerance = step_tolerance(evaluator, &previous.piece.step(), width);
+        let left = TABLE_SHARE * previous.table_error_bar(duration);
+        let tolerance = step_tolerance(evaluator, &previous.piece.step(), width).max(left);
         let may_suffice = expected_error(&changes, ratio) <= MAY_SUFFICE * tolerance;
         let has_new_mesh = evaluator.mesh_changes > mesh_changes;
         let corrections = match (is_smooth(&changes, ratio) && !has_new_mesh, &few_points) {

@@ -20,6 +20,7 @@ mod runge_kutta;
 mod span_evaluator;
 mod step_size;
 
+pub(crate) use collocation::TABLE_SHARE;
 use inertia::Scheme;
 use masses::Velocities;
 pub(crate) use masses::relaxation_time;
@@ -34,6 +35,7 @@ pub(crate) use prediction::velocity_tolerance;
 
 pub use piece::PathPiece;
 pub use result::SpanResult;
+pub(crate) use span_evaluator::enter_table;
 pub use span_evaluator::{ObserveSolution, SpanSolution};
 
 use crate::error::SwimError;

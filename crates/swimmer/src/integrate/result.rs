@@ -40,8 +40,12 @@ pub struct SpanResult {
     pub solutions: Vec<SpanSolution>,
     /// The path as polynomials, in order.
     pub pieces: Vec<PathPiece>,
-    /// Number of solves, including the discarded ones.
+    /// Number of solutions, including the discarded ones.
     pub solves: usize,
+    /// Number of these that were looked up in tables over shapes.
+    pub lookups: usize,
+    /// Number of solves that each of these tables is made of.
+    pub tables: Vec<usize>,
     /// Error bars of the displacement.
     pub error_estimate: ErrorEstimate,
     /// Error bars of the rotation of the bodies, in radians.
@@ -107,6 +111,20 @@ impl Approximation {
         self.integral(duration, |solution| solution.error_estimate.total())
     }
 
+    /// Error bar of the displacement over `duration` that tables leave, if all solutions were
+    /// looked up; zero otherwise.
+    ///
+    /// It is without the errors of the mesh, which have signs and cancel over a stroke.
+    pub fn table_error_bar(&self, duration: f64) -> f64 {
+        match self.solutions.iter().all(|s| s.solution.lookup.is_some()) {
+            true => self.integral(duration, |solution| {
+                let bars = &solution.error_estimate;
+                bars.total() - bars.mesh.unwrap_or(0.0)
+            }),
+            false => 0.0,
+        }
+    }
+
     /// Error bar of the displacement over `duration` by the discretisation without corrections;
     /// zero without estimates.
     pub fn uncorrected_mesh_error_bar(&self, duration: f64) -> f64 {
@@ -157,6 +175,8 @@ impl SpanResult {
             solutions: Vec::new(),
             pieces: Vec::new(),
             solves: 0,
+            lookups: 0,
+            tables: Vec::new(),
             error_estimate: ErrorEstimate::default(),
             rotation_error: ErrorEstimate::default(),
             accumulated_error: Some(AccumulatedError::default()),
@@ -251,6 +271,8 @@ impl SpanResult {
     pub(super) fn with_totals(self, evaluator: &SpanEvaluator) -> Self {
         Self {
             solves: evaluator.solves,
+            lookups: evaluator.lookups,
+            tables: evaluator.tables.clone(),
             seconds: evaluator.seconds,
             ..self
         }

@@ -5,8 +5,10 @@ use models::{
     Query, RoughModel, Seconds,
 };
 use nalgebra::DMatrix;
-use rigid::{RigidError, State};
-use scene::{BodyPath, Contact, PhaseSpan, Scene, closest_contact, contacts, first_contact};
+use rigid::{RigidError, State, StateBounds};
+use scene::{
+    BodyPath, Contact, PathContact, PhaseSpan, Scene, closest_contact, contacts, first_contact,
+};
 
 use super::passive_joints::JointNewton;
 use super::piece::PathPiece;
@@ -19,6 +21,10 @@ const OWN_PATH_HINT: &str = ", or begin another phase where the path of the join
 /// Why the error of a phase span on meshes may not become small.
 const MESH_HINT: &str = ". With finite elements the change of velocities by a new mesh may \
     prevent convergence: reduce fem.surface_size, and keep fem.estimates";
+
+/// Smallest part of a step on which contact is looked for. Each part has thousands of placements,
+/// so a narrow gap then takes as long as some solves.
+const LEAST_CHECKED_PART: f64 = 1.0 / 64.0;
 
 /// The model's solution at a point of a phase span.
 #[derive(Clone, Debug)]
@@ -33,6 +39,12 @@ pub struct SpanSolution {
     pub solution: InstantaneousSolution,
 }
 
+/// Sets the number of solves of a table in a list of all tables.
+pub(crate) fn enter_table(tables: &mut Vec<usize>, table: usize, solves: usize) {
+    tables.resize(tables.len().max(table + 1), 0);
+    tables[table] = solves;
+}
+
 /// Called with every solution and the model; an error ends the integration.
 pub type ObserveSolution<'a> =
     &'a mut dyn FnMut(&SpanSolution, &dyn Hydrodynamics) -> Result<(), SwimError>;
@@ -42,7 +54,12 @@ pub(super) struct SpanEvaluator<'a> {
     pub scene: &'a Scene,
     pub span: &'a PhaseSpan,
     pub seconds: Seconds,
+    /// Number of solutions.
     pub solves: usize,
+    /// Number of solutions that were looked up in tables.
+    pub lookups: usize,
+    /// Number of solves of each table that was looked up in.
+    pub tables: Vec<usize>,
     /// Number of solutions on another mesh than the solution before.
     pub mesh_changes: usize,
     /// Degrees of freedom of the last solution, which differ between meshes.
@@ -74,6 +91,8 @@ impl<'a> SpanEvaluator<'a> {
             span,
             seconds: Seconds::default(),
             solves: 0,
+            lookups: 0,
+            tables: Vec::new(),
             mesh_changes: 0,
             dofs: None,
             tolerance,
@@ -222,6 +241,10 @@ impl<'a> SpanEvaluator<'a> {
             solution,
         };
         self.solves += 1;
+        if let Some(lookup) = span_solution.solution.lookup {
+            self.lookups += 1;
+            enter_table(&mut self.tables, lookup.table, lookup.solves);
+        }
         (self.observe)(&span_solution, &*self.model)?;
         // The observer keeps the flows that it needs.
         span_solution.solution.flow = None;
@@ -271,27 +294,47 @@ impl<'a> SpanEvaluator<'a> {
 
     /// Refuses a step along which bodies or walls touch, at whatever place of it.
     ///
-    /// Contact that cannot be excluded counts, since it can be on shorter steps.
+    /// Contact that cannot be excluded is looked for on parts of the step, and in the end counts,
+    /// since it can be on shorter steps.
     pub fn check_path(&self, path: &PathPiece) -> Result<(), SwimError> {
-        let set = self.scene.articulation();
-        let position = |t: f64| path.from + t * (path.to - path.from);
-        let at = |t: f64| -> Result<_, RigidError> {
-            let s = position(t);
-            Ok((path.state(set, s)?, self.span.shape(s)))
-        };
         let ends = (path.from, path.to);
         let joints = self.span.value_bounds(&self.second_derivatives, ends);
-        let found = first_contact(&BodyPath {
+        let bounds = path.bounds(self.scene.articulation(), joints);
+        let mut parts = vec![ends];
+        while let Some((from, to)) = parts.pop() {
+            let width = (to - from) / (path.to - path.from);
+            let Some(found) = self.contact(path, (from, to), &bounds.over_part(width))? else {
+                continue;
+            };
+            if found.is_certain || width <= LEAST_CHECKED_PART {
+                let at = from + found.at * (to - from);
+                return Err(self.collision(at, &found.contact, found.is_certain));
+            }
+            let middle = 0.5 * (from + to);
+            parts.extend([(middle, to), (from, middle)]);
+        }
+        Ok(())
+    }
+
+    /// The first contact along a part of a path, with bounds on the motion along it.
+    fn contact(
+        &self,
+        path: &PathPiece,
+        (from, to): (f64, f64),
+        bounds: &StateBounds,
+    ) -> Result<Option<PathContact>, RigidError> {
+        let set = self.scene.articulation();
+        let at = |t: f64| -> Result<_, RigidError> {
+            let s = from + t * (to - from);
+            Ok((path.state(set, s)?, self.span.shape(s)))
+        };
+        first_contact(&BodyPath {
             bodies: self.scene.bodies(),
             set,
             domain: Some(self.scene.domain()),
             at: &at,
-            bounds: &path.bounds(set, joints),
-        })?;
-        match found {
-            None => Ok(()),
-            Some(found) => Err(self.collision(position(found.at), &found.contact)),
-        }
+            bounds,
+        })
     }
 
     fn check_clearance(&self, s: f64, state: &State, shape: &[f64]) -> Result<(), SwimError> {
@@ -299,14 +342,15 @@ impl<'a> SpanEvaluator<'a> {
         let bodies = self.scene.bodies();
         match closest_contact(bodies, self.scene.domain(), &poses) {
             Some(contact) if contact.touches(bodies[contact.body].bounding_radius()) => {
-                Err(self.collision(s, &contact))
+                Err(self.collision(s, &contact, true))
             }
             _ => Ok(()),
         }
     }
 
-    /// The error of contact at the position `s` on the phase span.
-    fn collision(&self, s: f64, contact: &Contact) -> SwimError {
+    /// The error of contact at the position `s` on the phase span, or of contact that cannot be
+    /// excluded there.
+    fn collision(&self, s: f64, contact: &Contact, is_certain: bool) -> SwimError {
         let bodies = self.scene.bodies();
         let (name, gap) = (&bodies[contact.body].name, contact.gap);
         SwimError::Collision {
@@ -314,12 +358,19 @@ impl<'a> SpanEvaluator<'a> {
             joint: self.joint_name(),
             percent: 100.0 * s,
             time: self.span.time(s),
-            problem: match contact.other {
-                Some(other) => format!(
-                    "bodies '{name}' and '{}' touch (gap {gap:.1e})",
-                    bodies[other].name
+            problem: match (contact.other.map(|other| &bodies[other].name), is_certain) {
+                (Some(other), true) => {
+                    format!("bodies '{name}' and '{other}' touch (gap {gap:.1e})")
+                }
+                (Some(other), false) => format!(
+                    "bodies '{name}' and '{other}' come so close (gap {gap:.1e}) that contact \
+                     cannot be excluded"
                 ),
-                None => format!("body '{name}' touches the wall (gap {gap:.1e})"),
+                (None, true) => format!("body '{name}' touches the wall (gap {gap:.1e})"),
+                (None, false) => format!(
+                    "body '{name}' comes so close to the wall (gap {gap:.1e}) that contact cannot \
+                     be excluded"
+                ),
             },
         }
     }

@@ -8,6 +8,6 @@ mod trajectory;
 
 pub use folder::{Folder, FolderLock};
 pub use paraview::{FlowSeries, write_flow};
-pub use report::{matrix_json, peak_rss_mib, processor, solution_json, summary_json};
+pub use report::{ALL_ERRORS, matrix_json, peak_rss_mib, processor, solution_json, summary_json};
 pub use sealed::{from_sealed, read_own, read_sealed, sealed, write_sealed};
 pub use trajectory::trajectory_csv;

@@ -7,17 +7,29 @@ use serde_json::{Map, Value, json};
 
 use crate::outcome::Outcome;
 
+/// The word of `tolerance_limits` in a summary for a model that controls its error.
+pub const ALL_ERRORS: &str = "all errors";
+
 /// The summary of a run, `summary.json`.
 ///
-/// Keys: `displacement` (by body), `rotation` (vector of the frame of the first linkage, in
-/// radians, with all turns), `rotation_error` (its error bars), `phases` (each with `link`,
-/// `displacement`, `solves`, `error_estimate`), `solves`, `error_estimate` (absolute, in the
-/// scene's unit of length), `uncorrected` (displacement and work before estimated discretisation
-/// errors were subtracted), `seconds`, `model`, `reasons`, `cycles`, `duration`, `work` (of the
-/// bodies on the fluid), `work_error` (its error bars), `tolerance`, `tolerance_met`,
-/// `tolerance_limits` (the errors to which both refer), `allowed_error` (the length that they
-/// allow), `contact` (where bodies touched and the run stopped, in words, or null), `meshes`,
-/// `peak_rss_mib`, `scene` (its name), `machine`, `version` (of the program).
+/// Its keys:
+///
+/// - `scene`, `model`, `reasons` (for the model), `machine`, `version` (of the program);
+/// - `displacement` (by body), `rotation` (vector of the frame of the first linkage, in radians),
+///   `work` (of the bodies on the fluid), with `error_estimate`, `rotation_error` and `work_error`
+///   (error bars, absolute in the scene's units), `uncorrected` (displacement and work before
+///   estimated discretisation errors were subtracted);
+/// - `shape_change`: null if the joints return to their values; otherwise the changes by `links` and
+///   the `rigid_part` of the motion, that of the frame in which the shape is described (`body`,
+///   `displacement`, `rotation`);
+/// - `phases`, each with `link`, `displacement`, `solves`, `lookups`, `error_estimate`;
+/// - `solves` (of the model), `table_solves` (those of them of which tables over shapes are made),
+///   `lookups` (solutions that were looked up in these tables);
+/// - `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer),
+///   `allowed_error` (the length that they allow);
+/// - `contact`: where bodies touched and the run stopped, in words, or null;
+/// - `cycles`, `duration`, `meshes`, `seconds`, `peak_rss_mib`.
+///
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
 /// solves, which may run at the same time.
 pub fn summary_json(
@@ -38,7 +50,8 @@ pub fn summary_json(
             json!({
                 "link": (!span.joints.is_empty()).then(|| scene.joint_names(&span.joints)),
                 "displacement": by_body(&span.displacement),
-                "solves": span.solves,
+                "solves": span.solves - span.lookups,
+                "lookups": span.lookups,
                 "error_estimate": estimate(&span.error_estimate),
             })
         })
@@ -48,16 +61,33 @@ pub fn summary_json(
         outcome
             .limited_error
             .map(|limited| match limited >= outcome.error_estimate.total() {
-                true => "all errors",
+                true => ALL_ERRORS,
                 false => "the error of the integration",
             });
+    let shape_change = outcome.shape_change(scene).map(|change| {
+        let joints = change.joints.iter();
+        let links: Map<String, Value> = joints
+            .map(|(joint, by)| (scene.joint_names(&[*joint]), json!(by)))
+            .collect();
+        json!({
+            "links": links,
+            "rigid_part": {
+                "body": scene.bodies()[change.body].name,
+                "displacement": vector(&change.displacement),
+                "rotation": vector(&change.rotation),
+            },
+        })
+    });
     json!({
         "scene": scene.name(),
+        "shape_change": shape_change,
         "displacement": by_body(&outcome.displacement),
         "rotation": vector(&outcome.rotation),
         "rotation_error": estimate(&outcome.rotation_error),
         "phases": phases,
-        "solves": outcome.solves,
+        "solves": outcome.model_solves(),
+        "lookups": outcome.lookups,
+        "table_solves": outcome.tables.iter().sum::<usize>(),
         "error_estimate": estimate(&outcome.error_estimate),
         "uncorrected": (outcome.mesh_error.as_ref().map(|errors| {
             let computed: Vec<_> = outcome.displacement.iter().zip(errors).map(|(d, e)| d + e).collect();

@@ -99,7 +99,7 @@ fn the_summary_has_every_number_of_the_outcome() {
     outcome.mesh_error = Some(vec![vector(0.125), vector(0.25)]);
     outcome.rotation = vector(3.0);
     outcome.rotation_error = estimate(0.125);
-    outcome.solves = 41;
+    (outcome.solves, outcome.lookups, outcome.tables) = (41, 30, vec![9, 17]);
     outcome.error_estimate = estimate(0.5);
     outcome.work = 42.0;
     outcome.accumulated_error = Some(AccumulatedError {
@@ -119,7 +119,7 @@ fn the_summary_has_every_number_of_the_outcome() {
     for (number, span) in outcome.spans.iter_mut().enumerate() {
         let unit = number as f64;
         span.displacement = vec![vector(10.0 + unit), vector(20.0 + unit)];
-        span.solves = 50 + number;
+        (span.solves, span.lookups) = (50 + number, 7);
         span.error_estimate = estimate(1.0 + unit);
     }
     let phases: Vec<Value> = (0..6)
@@ -128,7 +128,8 @@ fn the_summary_has_every_number_of_the_outcome() {
             json!({
                 "link": (number % 3 != 1).then_some("arm"),
                 "displacement": { "a": list(10.0 + unit), "b, the large": list(20.0 + unit) },
-                "solves": 50 + number,
+                "solves": 43 + number,
+                "lookups": 7,
                 "error_estimate": estimate_json(1.0 + unit),
             })
         })
@@ -145,7 +146,9 @@ fn the_summary_has_every_number_of_the_outcome() {
             "rotation": list(3.0),
             "rotation_error": estimate_json(0.125),
             "phases": phases,
-            "solves": 41,
+            "solves": 41 - 30 + 9 + 17,
+            "lookups": 30,
+            "table_solves": 26,
             "error_estimate": estimate_json(0.5),
             "uncorrected": {
                 "displacement": {
