@@ -2,6 +2,7 @@
 
 use models::{LocalGeometry, ModelError, ShapeGeometry};
 use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3, Vector6};
+use swimmer::Turning;
 
 use super::quadrature::{GaussRule, POINTS};
 use super::stroke_path::SampledPath;
@@ -51,7 +52,7 @@ impl Stroke {
     pub fn along(geometry: &ShapeGeometry, path: &SampledPath) -> Result<Self, ModelError> {
         let rule = GaussRule::new();
         let mut attitude = UnitQuaternion::identity();
-        let mut rotation = Vector3::zeros();
+        let mut turning = Turning::default();
         let mut position = Vector3::zeros();
         let (mut energy, mut length) = (0.0, 0.0);
         let duration: f64 = path.widths.iter().sum();
@@ -91,15 +92,15 @@ impl Stroke {
                 });
             }
             position = moved(POINTS);
-            for attitude in &attitudes {
-                rotation = swimmer::unwrapped(attitude, &rotation);
+            for next in attitudes {
+                turning.append(&(next * attitude.inverse()));
+                attitude = next;
             }
-            attitude = attitudes[POINTS];
         }
         Ok(Self {
             totals: StrokeTotals {
                 displacement: position,
-                rotation,
+                rotation: turning.rotation_vector(&attitude),
                 energy: duration * energy,
             },
             length,

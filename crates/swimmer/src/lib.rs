@@ -17,6 +17,7 @@ mod simulate;
 mod start;
 mod templates;
 mod threads;
+mod turning;
 
 pub use checkpoint::Checkpoint;
 pub use error::SwimError;
@@ -27,9 +28,7 @@ pub use integrate::{
 };
 pub use models;
 pub use observer::{MissedTarget, Observer, Progress};
-pub use outcome::{
-    Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions, unwrapped,
-};
+pub use outcome::{Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions};
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
 pub use planning::{Choice, SizeSearch, choose, simulate_to_target, with_tables};
@@ -43,3 +42,4 @@ pub use start::{
 };
 pub use templates::TEMPLATES;
 pub use threads::check_threads;
+pub use turning::Turning;

@@ -1,15 +1,14 @@
 //! The outcome of a gait.
 
-use std::f64::consts::TAU;
-
 use models::{AccumulatedError, BodySolution, ErrorEstimate, NewMesh, Seconds};
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
 use rigid::{Articulation, State};
 use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
 use crate::integrate::{SpanResult, TABLE_SHARE, enter_table};
+use crate::turning::Turning;
 
 /// Points of the curve per piece of a phase span: enough for a smooth plot.
 const CURVE_POINTS: usize = 12;
@@ -37,6 +36,9 @@ pub struct Outcome {
     pub displacement: Vec<Vector3<f64>>,
     /// Rotation vector of the frame of the first linkage, with all full turns ([`unwrapped`]).
     pub rotation: Vector3<f64>,
+    /// Rotation of that frame along its path.
+    #[serde(default)]
+    pub turning: Turning,
     /// Outcome of each phase span.
     pub spans: Vec<SpanOutcome>,
     /// Number of solutions: by a solve, or looked up in a table over shapes.
@@ -176,25 +178,19 @@ impl Outcome {
     }
 
     /// Largest distances that a point of a surface covers by the rotation of its body: along the
-    /// whole path, and from its start to its end.
+    /// whole path, and about the axis of the whole rotation.
     fn arcs(&self, scene: &Scene) -> [f64; 2] {
-        let largest = |turned: &dyn Fn(usize) -> f64| {
-            let arcs = scene.bodies().iter().enumerate();
-            arcs.map(|(number, body)| turned(number) * body.bounding_radius())
+        let turnings = self.samples.last().map_or(&[][..], |last| &last.turnings);
+        let largest = |angle: fn(&Turning) -> f64| {
+            let bodies = scene.bodies().iter().zip(turnings);
+            bodies
+                .map(|(body, turning)| angle(turning) * body.bounding_radius())
                 .fold(0.0, f64::max)
         };
-        let along = |body: usize| {
-            let pairs = self.samples.windows(2);
-            pairs
-                .filter_map(|pair| turned(&pair[0], &pair[1], body))
-                .sum()
-        };
-        let net = |body: usize| {
-            let ends = self.samples.first().zip(self.samples.last());
-            ends.and_then(|(first, last)| turned(first, last, body))
-                .unwrap_or(0.0)
-        };
-        [largest(&along), largest(&net)]
+        [
+            largest(|turning| turning.angle),
+            largest(|turning| turning.vector.norm()),
+        ]
     }
 
     /// Compares the error bar that `model.tolerance` limits with it, at the end of the gait.
@@ -224,23 +220,6 @@ impl Outcome {
         let limited = self.limited_error;
         self.tolerance_met = limited.is_some_and(|error| error <= self.allowed_error);
     }
-}
-
-/// The angle by which a body turns between two samples, with all full turns of its rotation
-/// vectors; none without these.
-fn turned(from: &Sample, to: &Sample, body: usize) -> Option<f64> {
-    let [first, last] = [from, to].map(|sample| sample.poses[body].rotation);
-    let shortest = first.angle_to(&last);
-    let (before, after) = (from.rotations.get(body)?, to.rotations.get(body)?);
-    // The rotation between them is this one or its complement, and whole turns.
-    let length = (after - before).norm();
-    let turns = TAU * (length / TAU).round();
-    let angles = [turns - shortest, turns + shortest];
-    let distance = |angle: &f64| (angle - length).abs();
-    angles
-        .into_iter()
-        .filter(|angle| *angle >= 0.0)
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
 /// The mean of the nonzero displacements; only those of fixed bodies are exactly zero.
@@ -297,9 +276,9 @@ pub struct Sample {
     pub shape: Vec<f64>,
     /// Pose of every body.
     pub poses: Vec<Isometry3<f64>>,
-    /// Rotation vector of every body, with all full turns since the start ([`unwrapped`]).
+    /// Rotation of every body since the start.
     #[serde(default)]
-    pub rotations: Vec<Vector3<f64>>,
+    pub turnings: Vec<Turning>,
     /// Velocities and forces at a solve; none at the ends of phase spans.
     pub bodies: Option<Vec<BodySolution>>,
 }
@@ -331,10 +310,7 @@ impl Interim {
                 time: 0.0,
                 span: 0,
                 shape: set.joint_values(&state, shape)?,
-                rotations: poses
-                    .iter()
-                    .map(|pose| pose.rotation.scaled_axis())
-                    .collect(),
+                turnings: vec![Turning::default(); poses.len()],
                 poses,
                 bodies: None,
             }],
@@ -388,39 +364,46 @@ impl Outcome {
     ) -> Result<(), SwimError> {
         let set = scene.articulation();
         let start = scene.initial_state().frames[0].rotation;
-        let before = self.samples.last();
-        let mut rotations = before.map_or(Vec::new(), |sample| sample.rotations.clone());
-        rotations.resize(scene.bodies().len(), Vector3::zeros());
-        let velocities = (result.solutions.iter()).flat_map(|solution| &solution.solution.bodies);
-        let fastest = velocities.fold(0.0, |most: f64, body| {
-            most.max(body.angular_velocity.norm())
-        });
+        let last = self.samples.last();
+        let mut turnings = last.map_or(Vec::new(), |sample| sample.turnings.clone());
+        turnings.resize(scene.bodies().len(), Turning::default());
+        let mut before = result.state(set, 0.0)?;
+        let mut poses = set.place(&before, &span.from)?;
+        let bodies = (result.solutions.iter()).flat_map(|solution| &solution.solution.bodies);
+        let frames =
+            (result.solutions.iter()).flat_map(|solution| &solution.solution.motion.frames);
+        let velocities =
+            (bodies.map(|body| body.angular_velocity)).chain(frames.map(|frame| frame.angular));
+        let fastest = velocities.fold(0.0, |most: f64, velocity| most.max(velocity.norm()));
         let mut sample = |from: f64, s: f64, end: Option<&State>, bodies| {
             // Steps of half a radian, in which no turn is lost.
             let parts = (2.0 * fastest * span.duration * (s - from))
                 .ceil()
                 .clamp(1.0, MAX_PARTS);
-            let (mut poses, mut values) = (Vec::new(), Vec::new());
+            let mut values = Vec::new();
             for part in 1..=parts as usize {
                 let at = from + (s - from) * part as f64 / parts;
                 let (state, shape) = match end {
                     Some(end) if part as f64 == parts => (end.clone(), end_of(span, result)),
                     _ => (result.state(set, at)?, span.shape(at)),
                 };
-                poses = set.place(&state, &shape)?;
+                let reached = set.place(&state, &shape)?;
                 values = set.joint_values(&state, &shape)?;
-                for (vector, pose) in rotations.iter_mut().zip(&poses) {
-                    *vector = unwrapped(&pose.rotation, vector);
+                for ((turning, now), then) in turnings.iter_mut().zip(&reached).zip(&poses) {
+                    turning.append(&(now.rotation * then.rotation.inverse()));
                 }
-                let turned = state.frames[0].rotation * start.inverse();
-                self.rotation = unwrapped(&turned, &self.rotation);
+                poses = reached;
+                let (now, then) = (state.frames[0].rotation, before.frames[0].rotation);
+                self.turning.append(&(now * then.inverse()));
+                self.rotation = self.turning.rotation_vector(&(now * start.inverse()));
+                before = state;
             }
             self.samples.push(Sample {
                 time: span.time(s),
                 span: span.number,
                 shape: values,
-                poses,
-                rotations: rotations.clone(),
+                poses: poses.clone(),
+                turnings: turnings.clone(),
                 bodies,
             });
             Ok::<_, SwimError>(())
@@ -555,31 +538,6 @@ fn errors_of_bodies(
     errors
 }
 
-/// The rotation vector of a rotation, of those that differ by full turns the one closest to
-/// `before`.
-///
-/// Along a path whose points are less than half a turn apart it counts all turns, where that of
-/// smallest length jumps at half a turn.
-///
-/// ```
-/// use nalgebra::{UnitQuaternion, Vector3};
-/// let turned = UnitQuaternion::from_scaled_axis(Vector3::z() * 4.0);
-/// let rotation = swimmer::unwrapped(&turned, &(Vector3::z() * 3.0));
-/// assert!((rotation.z - 4.0).abs() < 1e-14);
-/// ```
-pub fn unwrapped(rotation: &UnitQuaternion<f64>, before: &Vector3<f64>) -> Vector3<f64> {
-    /// Smallest angle whose axis is more than rounding.
-    const LEAST_ANGLE: f64 = 1e-9;
-    let shortest = rotation.scaled_axis();
-    let axis = match shortest.norm() > LEAST_ANGLE {
-        true => shortest.try_normalize(0.0),
-        false => before.try_normalize(0.0),
-    };
-    let Some(axis) = axis else { return shortest };
-    let turns = ((before - shortest).dot(&axis) / TAU).round();
-    shortest + TAU * turns * axis
-}
-
 /// Positions of all bodies.
 pub fn positions(
     set: &Articulation,
@@ -596,19 +554,6 @@ pub fn positions(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn rotation_vectors_count_turns_in_both_directions() {
-        let axis = Vector3::new(1.0, -2.0, 2.0) / 3.0;
-        for direction in [-1.0, 1.0] {
-            let mut vector = Vector3::zeros();
-            for k in 0..=80 {
-                let angle = direction * TAU * f64::from(k) / 20.0;
-                vector = unwrapped(&UnitQuaternion::from_scaled_axis(axis * angle), &vector);
-                assert!((vector - axis * angle).norm() < 1e-12, "{k}: {vector}");
-            }
-        }
-    }
 
     #[test]
     fn fixed_bodies_do_not_dilute_the_net_displacement() {

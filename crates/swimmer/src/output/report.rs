@@ -15,8 +15,9 @@ pub const ALL_ERRORS: &str = "all errors";
 /// Its keys:
 ///
 /// - `scene`, `model`, `reasons` (for the model), `machine`, `version` (of the program);
-/// - `displacement` (by body), `rotation` (vector of the frame of the first linkage, in radians),
-///   `work` (of the bodies on the fluid), with `error_estimate`, `rotation_error` and `work_error`
+/// - `displacement` (by body), `rotation` (vector of the frame of the first linkage in radians, with
+///   full turns as far as its axis stays), `turned` (by body, the angle of its whole path), `work`
+///   (of the bodies on the fluid), with `error_estimate`, `rotation_error` and `work_error`
 ///   (error bars, absolute in the scene's units), `uncorrected` (displacement and work before
 ///   estimated discretisation errors were subtracted);
 /// - `shape_change`: null if the joints return to their values; otherwise the changes by `links` and
@@ -56,6 +57,11 @@ pub fn summary_json(
             })
         })
         .collect();
+    let turnings = outcome.samples.last().map(|last| &last.turnings);
+    let turned = scene.bodies().iter().zip(turnings.into_iter().flatten());
+    let turned: Map<String, Value> = turned
+        .map(|(body, turning)| (body.name.clone(), json!(turning.angle)))
+        .collect();
     // None of both if the method does not estimate its error.
     let limited =
         outcome
@@ -84,6 +90,7 @@ pub fn summary_json(
         "displacement": by_body(&outcome.displacement),
         "rotation": vector(&outcome.rotation),
         "rotation_error": estimate(&outcome.rotation_error),
+        "turned": turned,
         "phases": phases,
         "solves": outcome.model_solves(),
         "lookups": outcome.lookups,

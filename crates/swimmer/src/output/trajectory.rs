@@ -18,7 +18,7 @@ const COLUMNS: [&str; 18] = [
 /// angle for joints that turn), and 18 columns per body, such as `left.x`. Velocities and forces
 /// are empty at the ends of phases, where rates jump and nothing is solved. Numbers have as many
 /// digits as are needed to restore every bit. Rotation vectors count full turns
-/// ([`crate::unwrapped`]).
+/// ([`Turning::rotation_vector`](crate::Turning::rotation_vector)).
 pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     let mut header = vec!["time".to_owned(), "cycle".to_owned(), "phase".to_owned()];
     header.extend(
@@ -52,8 +52,9 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
         row.extend(sample.shape.iter().map(f64::to_string));
         for (body, pose) in sample.poses.iter().enumerate() {
             row.extend(numbers(&pose.translation.vector));
-            let shortest = pose.rotation.scaled_axis();
-            row.extend(numbers(sample.rotations.get(body).unwrap_or(&shortest)));
+            // Samples of older runs have none.
+            let turning = sample.turnings.get(body).copied().unwrap_or_default();
+            row.extend(numbers(&turning.rotation_vector(&pose.rotation)));
             match sample.bodies.as_ref().and_then(|bodies| bodies.get(body)) {
                 Some(b) => {
                     for vector in [b.velocity, b.angular_velocity, b.force, b.torque] {

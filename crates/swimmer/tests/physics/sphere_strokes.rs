@@ -259,7 +259,7 @@ fn bug_scenes_that_only_rotate_met_no_tolerance() {
     let angle = 3.0 * 100.0 / (8.0 * std::f64::consts::PI);
     within(outcome.rotation.z - angle, 1e-12, "rounding");
     let last = outcome.samples.last().unwrap();
-    within(last.rotations[0].z - angle, 1e-12, "rounding");
+    within(last.turnings[0].vector.z - angle, 1e-12, "rounding");
     within(outcome.longest_arc - angle, 1e-12, "rounding");
 
     let motor = r#"
@@ -272,7 +272,8 @@ fn bug_scenes_that_only_rotate_met_no_tolerance() {
     "#;
     let outcome = run(&Scene::parse(motor).unwrap());
     assert!(outcome.tolerance_met);
-    let rotations = &outcome.samples.last().unwrap().rotations;
+    let turnings = &outcome.samples.last().unwrap().turnings;
+    let rotations = [0, 1].map(|body: usize| turnings[body].vector);
     within(rotations[0].x - rotations[1].x - 6.0, 1e-12, "rounding");
     // The torques balance, and those of the far smaller sphere are an eighth.
     assert!(rotations[0].x * rotations[1].x < 0.0);

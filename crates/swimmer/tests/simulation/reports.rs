@@ -1,5 +1,7 @@
 //! JSON and CSV for other programs: every number stands under its own key, and in its own column.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rigid::StateVelocity;
 use serde_json::{Value, json};
@@ -99,6 +101,16 @@ fn the_summary_has_every_number_of_the_outcome() {
     outcome.mesh_error = Some(vec![vector(0.125), vector(0.25)]);
     outcome.rotation = vector(3.0);
     outcome.rotation_error = estimate(0.125);
+    for (number, turning) in outcome
+        .samples
+        .last_mut()
+        .unwrap()
+        .turnings
+        .iter_mut()
+        .enumerate()
+    {
+        turning.angle = 5.0 + number as f64;
+    }
     (outcome.solves, outcome.lookups, outcome.tables) = (41, 30, vec![9, 17]);
     outcome.error_estimate = estimate(0.5);
     outcome.work = 42.0;
@@ -145,6 +157,7 @@ fn the_summary_has_every_number_of_the_outcome() {
             "displacement": { "a": list(1.0), "b, the large": list(2.0) },
             "rotation": list(3.0),
             "rotation_error": estimate_json(0.125),
+            "turned": { "a": 5.0, "b, the large": 6.0 },
             "phases": phases,
             "solves": 41 - 30 + 9 + 17,
             "lookups": 30,
@@ -304,7 +317,9 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
         for (body, pose) in sample.poses.iter_mut().enumerate() {
             let rotation = UnitQuaternion::from_scaled_axis(0.01 * vector(body as f64));
             *pose = Isometry3::from_parts(Translation3::from(vector(unit + body as f64)), rotation);
-            sample.rotations[body] = vector(unit + 40.0 + body as f64);
+            // Four full turns more, in the direction of the rotation vector.
+            let turns = 4.0 * TAU * rotation.scaled_axis().normalize();
+            sample.turnings[body].vector = rotation.scaled_axis() + turns;
         }
         for (number, entry) in sample.bodies.iter_mut().flatten().enumerate() {
             *entry = body(unit + 10.0 * (number + 1) as f64);
@@ -335,7 +350,9 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
             let first = 4 + 18 * body;
             let vector = |k: usize| Vector3::from_fn(|axis, _| number(first + 3 * k + axis));
             assert_eq!(vector(0), pose.translation.vector);
-            assert_eq!(vector(1), sample.rotations[body]);
+            let expected = 0.01 * self::vector(body as f64);
+            let expected = expected + 4.0 * TAU * expected.normalize();
+            assert!((vector(1) - expected).norm() < 1e-12);
             let Some(bodies) = &sample.bodies else {
                 assert!(
                     row[first + 6..first + 18]
