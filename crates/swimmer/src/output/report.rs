@@ -14,13 +14,14 @@ pub const ALL_ERRORS: &str = "all errors";
 ///
 /// Keys: `displacement` (by body), `shape_change` (null if the joints return to their values; else
 /// the changes by `links` and the `rigid_part` of the motion, that of the frame in which the shape
-/// is described: `body`, `displacement`, `rotation`), `rotation` (rotation vector of the frame of the first linkage),
-/// `phases` (each with `link`, `displacement`, `solves`, `lookups`, `error_estimate`), `solves`
-/// (of the model), `table_solves` (those of them that tables over shapes are made of), `lookups`
-/// (solutions that were looked up in these tables), `error_estimate` (absolute, in the scene's unit of length), `uncorrected` (displacement and work
-/// before estimated discretisation errors were subtracted), `rotation` (vector of the frame of the
-/// first linkage, in radians, with all turns), `rotation_error` (its error bars), `seconds`, `model`, `reasons`,
-/// `cycles`, `duration`, `work` (of the bodies on the fluid), `work_error` (its error bars),
+/// is described: `body`, `displacement`, `rotation`), `rotation` (rotation vector of the frame of
+/// the first linkage, in radians, with all turns), `rotation_error` (its error bars), `phases`
+/// (each with `link`, `displacement`, `solves`, `lookups`, `error_estimate`), `solves` (of the
+/// model), `table_solves` (those of them that tables over shapes are made of), `lookups` (solutions
+/// that were looked up in these tables), `error_estimate` (absolute, in the scene's unit of
+/// length), `uncorrected` (displacement and work before estimated discretisation errors were
+/// subtracted), `seconds`, `model`, `reasons`, `cycles`, `duration`, `work` (of the bodies on the
+/// fluid), `work_error` (its error bars),
 /// `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer),
 /// `allowed_error` (the length that they allow), `contact` (where bodies touched and the run
 /// stopped, in words, or null), `meshes`, `peak_rss_mib`, `scene` (its name), `machine`, `version`

@@ -100,6 +100,7 @@ fn the_summary_has_every_number_of_the_outcome() {
     outcome.rotation = vector(3.0);
     (outcome.solves, outcome.lookups, outcome.tables) = (41, 30, vec![9, 17]);
     outcome.error_estimate = estimate(0.5);
+    outcome.rotation_error = estimate(0.125);
     outcome.work = 42.0;
     outcome.accumulated_error = Some(AccumulatedError {
         work: 2.5,
@@ -143,6 +144,8 @@ fn the_summary_has_every_number_of_the_outcome() {
             "version": env!("CARGO_PKG_VERSION"),
             "displacement": { "a": list(1.0), "b, the large": list(2.0) },
             "rotation": list(3.0),
+            "rotation_error": estimate_json(0.125),
+            "shape_change": null,
             "phases": phases,
             "solves": 41 - 30 + 9 + 17,
             "lookups": 30,
