@@ -98,7 +98,7 @@ pub fn measured(label: &str, value: f64, uncertainty: f64) -> String {
     entry(label, with_uncertainty(value, uncertainty))
 }
 
-/// One line with a label and a rotation vector in radians, with the digits that its error bar leaves.
+/// One line with a label and a rotation vector in radians, up to the digits of its error bar.
 pub fn rotation_entry(label: &str, rotation: &Vector3<f64>, bar: f64) -> String {
     let vector = significant_vector((*rotation).into(), bar, ANGLE_ROUNDING);
     entry(label, format!("{vector} rad"))

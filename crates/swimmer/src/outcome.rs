@@ -73,10 +73,10 @@ pub struct Outcome {
     pub limited_error: Option<f64>,
     /// Largest value of `limited_error` that meets the tolerance: `model.tolerance` times a length.
     ///
-    /// The length is [`Outcome::reference_displacement`] or, if that is longer, `net_arc`; with slip
-    /// or a background flow, `longest_arc`. Where all solutions are looked up in tables of a model
-    /// that does not control its error, a tenth of its error bar is allowed as well: the integration
-    /// asks for no less.
+    /// The length is [`Outcome::reference_displacement`] or, if that is longer, `net_arc`; with
+    /// slip or a background flow, `longest_arc`. Where all solutions are looked up in tables of a
+    /// model that does not control its error, a tenth of its error bar is allowed as well: the
+    /// integration asks for no less.
     #[serde(default)]
     pub allowed_error: f64,
     /// Largest distance that a point of a surface covers by the rotation of its body, over the

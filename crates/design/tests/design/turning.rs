@@ -67,8 +67,8 @@ fn bug_the_rotation_of_a_stroke_was_wrapped_beyond_half_a_turn() {
     let rotation = |cycles: usize| {
         let mut path = cycle.clone();
         path.widths = path.widths.repeat(cycles);
-        path.shapes = path.shapes.repeat(cycles);
-        path.rates = path.rates.repeat(cycles);
+        path.shapes = vec![path.shapes; cycles].concat();
+        path.rates = vec![path.rates; cycles].concat();
         Stroke::along(&table.geometry, &path)
             .unwrap()
             .totals

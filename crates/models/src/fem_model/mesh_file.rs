@@ -16,8 +16,8 @@ use scene::{GeometryKind, MesherKind};
 /// nodes on these parts are moved onto the surfaces. `known` are the names of all bodies and walls.
 ///
 /// # Errors
-/// A file that cannot be read; [`ModelError::OpenBoundary`]; [`ModelError::MeshFile`] for points that
-/// are not finite, inverted cells, and parts of the boundary that are not on the surfaces.
+/// A file that cannot be read; [`ModelError::OpenBoundary`]; [`ModelError::MeshFile`] for points
+/// that are not finite, inverted cells, and parts of the boundary that are not on the surfaces.
 pub fn read_mesh(
     file: &Path,
     surfaces: &[NamedSurface<'_>],

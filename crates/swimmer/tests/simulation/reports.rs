@@ -158,6 +158,7 @@ fn the_summary_has_every_number_of_the_outcome() {
             "rotation": list(3.0),
             "rotation_error": estimate_json(0.125),
             "turned": { "a": 5.0, "b, the large": 6.0 },
+            "shape_change": null,
             "phases": phases,
             "solves": 41 - 30 + 9 + 17,
             "lookups": 30,
