@@ -11,7 +11,8 @@ use crate::outcome::Outcome;
 ///
 /// Keys: `displacement` (by body), `rotation` (rotation vector of the frame of the first linkage),
 /// `phases` (each with `link`, `displacement`, `solves`, `error_estimate`), `solves`,
-/// `error_estimate` (absolute, in the scene's unit of length), `uncorrected` (displacement and work
+/// `error_estimate` (absolute, in the scene's unit of length; `total` is null if nothing was
+/// estimated), `uncorrected` (displacement and work
 /// before estimated discretisation errors were subtracted), `rotation` (vector of the frame of the
 /// first linkage, in radians, with all turns), `rotation_error` (its error bars), `seconds`, `model`, `reasons`,
 /// `cycles`, `duration`, `work` (of the bodies on the fluid), `work_error` (its error bars),
@@ -166,6 +167,8 @@ fn vector(v: &Vector3<f64>) -> Value {
 }
 
 /// The estimated error sources, their sum, and the names of the sources without an estimate.
+///
+/// The sum is null, not zero, if no source was estimated.
 fn estimate(estimate: &ErrorEstimate) -> Value {
     let mut map = Map::new();
     let mut missing = Vec::new();
@@ -175,7 +178,7 @@ fn estimate(estimate: &ErrorEstimate) -> Value {
             None => missing.push(name),
         }
     }
-    map.insert("total".to_owned(), json!(estimate.total()));
+    map.insert("total".to_owned(), json!(estimate.estimated()));
     map.insert("not_estimated".to_owned(), json!(missing));
     Value::Object(map)
 }
