@@ -11,12 +11,14 @@ use swimmer::{Choice, Scene, SwimError, TEMPLATES, TYPICAL_SOLVES_PER_SPAN, choo
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
+use super::progress::with_progress;
 use super::text::{count, duration, entry};
 
 pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
     let scene = arguments.read()?;
     let mut text = describe(&scene)?;
-    let Choice { mut model, reasons } = choose(&scene)?;
+    let chosen = with_progress("choosing the model", || choose(&scene));
+    let Choice { mut model, reasons } = chosen?;
     text += &entry("model", model.name());
     for reason in &reasons {
         text += &entry("  reason", reason);
@@ -24,9 +26,11 @@ pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
     if let Some(planes) = symmetry_planes(&scene).filter(|_| model.capabilities().has_mesh) {
         text += &entry("symmetry planes", &planes);
     }
-    let cost = model.cost(Configuration {
-        state: &scene.initial_state(),
-        shape: scene.articulation().initial_shape(),
+    let cost = with_progress("predicting the cost of a solve", || {
+        model.cost(Configuration {
+            state: &scene.initial_state(),
+            shape: scene.articulation().initial_shape(),
+        })
     })?;
     text += &entry("degrees of freedom", cost.dofs.total);
     let (seconds, mib) = (duration(cost.seconds), cost.mib.ceil());

@@ -3,7 +3,8 @@
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::{Duration, Instant};
 
 use design::DesignProgress;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -197,12 +198,48 @@ pub fn watch_signals() -> Arc<AtomicBool> {
     interrupted
 }
 
+/// Time after which work says what it is.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Does some work and says on stderr what it is if it takes more than two seconds: by a spinner on
+/// a terminal, by lines at doubling times elsewhere.
+pub fn with_progress<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    let (done, waits) = std::sync::mpsc::channel::<()>();
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            let started = Instant::now();
+            let mut patience = PATIENCE;
+            let mut spinner = None;
+            // The end of the work closes the channel.
+            while waits.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
+                if std::io::stderr().is_terminal() {
+                    spinner.get_or_insert_with(|| {
+                        let spinner = ProgressBar::new_spinner();
+                        tick(&spinner, "{spinner} {msg}, {elapsed} elapsed");
+                        spinner.with_message(what.to_owned())
+                    });
+                } else {
+                    let elapsed = duration(started.elapsed().as_secs_f64());
+                    message(&format!("{what}, {elapsed} elapsed"));
+                }
+                patience = started.elapsed();
+            }
+            if let Some(spinner) = spinner {
+                spinner.finish_and_clear();
+            }
+        });
+        let result = work();
+        drop(done);
+        result
+    })
+}
+
 /// Shows a bar by a template, with a time that goes on.
 fn tick(bar: &ProgressBar, template: &str) {
     // The template is constant and valid; the default style only avoids a panic.
     let style = ProgressStyle::with_template(template);
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar.enable_steady_tick(std::time::Duration::from_millis(200));
+    bar.enable_steady_tick(Duration::from_millis(200));
 }
 
 /// A spinner on a terminal, a line per part of the work elsewhere.

@@ -11,8 +11,10 @@ use swimmer::{Scene, SwimError, choose, solve_start, start_flow, start_resistanc
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
+use super::progress::with_progress;
 use super::text::{
-    count, duration, entry, error, error_estimates, measured, percent, print, significant, warn,
+    NO_ESTIMATE, count, duration, entry, error, error_estimates, measured, percent, print,
+    significant, warn,
 };
 
 pub fn solve(
@@ -26,7 +28,7 @@ pub fn solve(
         require_svg(path)?;
     }
     let scene = arguments.read()?;
-    let mut model = choose(&scene)?.model;
+    let mut model = with_progress("choosing the model", || choose(&scene))?.model;
     let solution = solve_start(&scene, model.as_mut())?;
     // What fails after the solution does not lose its numbers.
     let written = write_files(&scene, model.as_mut(), flow, picture);
@@ -308,9 +310,10 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
 /// Error estimates and independent checks.
 fn accuracy(solution: &InstantaneousSolution) -> String {
     let largest = |of: fn(&BodySolution) -> f64| solution.bodies.iter().map(of).fold(0.0, f64::max);
+    // Nothing is integrated.
+    let is_estimated = solution.error_estimate.estimated().is_some();
     let velocities = ErrorEstimate {
-        // Nothing is integrated.
-        integration: Some(0.0),
+        integration: is_estimated.then_some(0.0),
         ..solution.error_estimate
     };
     let mut text = error_estimates(
@@ -320,9 +323,10 @@ fn accuracy(solution: &InstantaneousSolution) -> String {
         "the largest velocity",
     );
     let forces = largest(|body| body.force.norm());
+    let of_forces = solution.force_error.estimated();
     text += &entry(
         "error of forces",
-        error(solution.force_error.total(), forces),
+        of_forces.map_or(NO_ESTIMATE.to_owned(), |bar| error(bar, forces)),
     );
     // Of what is zero there is nothing to say.
     for (label, size, bars) in [

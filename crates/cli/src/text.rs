@@ -150,7 +150,11 @@ pub fn error_estimates(
             None => missing.push(source),
         }
     }
-    text += &entry("  sum", error(estimate.total(), reference));
+    let sum = estimate.estimated();
+    text += &entry(
+        "  sum",
+        sum.map_or(NO_ESTIMATE.to_owned(), |sum| error(sum, reference)),
+    );
     if !missing.is_empty() {
         text += &entry("  not estimated", missing.join(", "));
     }

@@ -87,6 +87,19 @@ pub enum HydroError {
         /// Highest order that is allowed.
         highest: usize,
     },
+    /// A gap below those for which multipole expansions are verified.
+    #[error(
+        "{surfaces} leave a gap of {gap:.3e} smaller radii; multipole expansions are verified down \
+         to {lowest}: widen the gap or end the motion before it"
+    )]
+    GapTooNarrow {
+        /// The surfaces with the narrowest gap.
+        surfaces: String,
+        /// Distance of the surfaces over the smaller radius.
+        gap: f64,
+        /// Narrowest gap that is accepted.
+        lowest: f64,
+    },
     /// A requested relative error outside the range that can be met.
     #[error(
         "the tolerance {tolerance:e} is not a number between {lowest:e} and 1; \

@@ -1,5 +1,7 @@
 //! The grand resistance matrix with its error estimate.
 
+use std::f64::consts::PI;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::HydroError;
@@ -16,9 +18,33 @@ use crate::multipole::Orders;
 pub struct Resistance {
     matrix: DMatrix<f64>,
     coarser: DMatrix<f64>,
+    rounded: DMatrix<f64>,
     tail: f64,
     orders: Orders,
     dofs: usize,
+}
+
+/// Rounding error of a mobility in units of the mobility of a lone sphere.
+///
+/// Each entry is a difference of numbers of the size 1 that the elimination of the other modes
+/// leaves: a few units in the last place. Measured for a sphere in a concentric ball with gaps from
+/// 0.001 to 0.1 radii: up to 1.5 units (test `concentric_gaps_have_the_exact_drag_inside_the_bar`).
+const MOBILITY_ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// What a rounding error of the mobility changes in a resistance: `R M_r R` with the diagonal
+/// matrix `M_r` of [`MOBILITY_ROUNDING`] times the mobilities of the lone spheres.
+///
+/// It grows as the square of the resistance, so that near contact it exceeds all other errors.
+fn rounding_of(matrix: &DMatrix<f64>, radii: &[f64]) -> DMatrix<f64> {
+    let mut scaled = matrix.clone();
+    for (sphere, a) in radii.iter().enumerate() {
+        let (drag, torque) = (6.0 * PI * a, 8.0 * PI * a.powi(3));
+        let mut rows = scaled.rows_mut(6 * sphere, 3);
+        rows *= MOBILITY_ROUNDING / drag;
+        let mut rows = scaled.rows_mut(6 * sphere + 3, 3);
+        rows *= MOBILITY_ROUNDING / torque;
+    }
+    matrix * scaled
 }
 
 impl Resistance {
@@ -27,9 +53,11 @@ impl Resistance {
         coarser: DMatrix<f64>,
         tail: f64,
         orders: Orders,
+        radii: &[f64],
         dofs: usize,
     ) -> Self {
         Self {
+            rounded: &matrix - rounding_of(&matrix, radii),
             matrix,
             coarser,
             tail,
@@ -70,13 +98,28 @@ impl Resistance {
         self.tail
     }
 
-    /// Estimated absolute error of each entry.
+    /// A resistance matrix that differs from [`Resistance::matrix`] by the rounding error.
+    ///
+    /// The rounding error of a quantity is estimated as its difference from the same quantity
+    /// computed from this matrix. It adds to that of [`Resistance::tail`].
+    pub fn rounded(&self) -> &DMatrix<f64> {
+        &self.rounded
+    }
+
+    /// Estimated absolute error of each entry, by truncation and rounding.
     pub fn error(&self) -> DMatrix<f64> {
-        (&self.matrix - &self.coarser).abs() * self.tail
+        (&self.matrix - &self.coarser).abs() * self.tail + (&self.matrix - &self.rounded).abs()
     }
 
     /// Largest estimated error of an entry `R_ij`, relative to `sqrt(R_ii R_jj)`.
+    ///
+    /// The sum of the largest error by truncation and the largest one by rounding; never zero.
     pub fn relative_error(&self) -> f64 {
+        self.truncation_error() + self.relative_difference(&self.rounded)
+    }
+
+    /// The part of [`Resistance::relative_error`] that higher orders reduce.
+    pub(crate) fn truncation_error(&self) -> f64 {
         self.tail * self.relative_difference(&self.coarser)
     }
 

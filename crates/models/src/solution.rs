@@ -237,9 +237,20 @@ impl ErrorEstimate {
         ]
     }
 
-    /// Sum of the estimated error bars.
+    /// Sum of the estimated error bars; `None` if no source was estimated, which is not zero.
+    pub fn estimated(&self) -> Option<f64> {
+        let sum = |sum: Option<f64>, (_, bar): &(_, Option<f64>)| match (sum, bar) {
+            (Some(sum), Some(bar)) => Some(sum + bar),
+            (sum, bar) => sum.or(*bar),
+        };
+        self.sources().iter().fold(None, sum)
+    }
+
+    /// Sum of the estimated error bars, zero if no source was estimated.
+    ///
+    /// [`ErrorEstimate::estimated`] tells these two apart.
     pub fn total(&self) -> f64 {
-        self.sources().iter().filter_map(|(_, e)| *e).sum()
+        self.estimated().unwrap_or(0.0)
     }
 
     /// Adds `weight` times another estimate, source by source.

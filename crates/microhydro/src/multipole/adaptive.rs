@@ -20,8 +20,8 @@ use crate::{HydroError, Medium, Resistance, Spheres};
 /// are eliminated for its two surfaces alone.
 ///
 /// # Errors
-/// A tolerance that is not between `1e-13` and 1; spheres outside the medium; gaps so narrow that
-/// the accuracy is out of reach ([`HydroError::TooClose`], [`HydroError::ToleranceNotReached`]):
+/// A tolerance that is not between `1e-13` and 1; spheres outside the medium; gaps below 0.001
+/// smaller radii ([`HydroError::GapTooNarrow`]); gaps so narrow that the accuracy is out of reach ([`HydroError::TooClose`], [`HydroError::ToleranceNotReached`]):
 /// [`resistance_best`] has an answer for them; failed solves.
 pub fn resistance(
     spheres: &Spheres,
@@ -70,7 +70,7 @@ fn with_accuracy(
 ///
 /// # Errors
 /// [`HydroError::Length`] for orders of another number of spheres; spheres outside the medium;
-/// failed solves.
+/// [`HydroError::GapTooNarrow`]; failed solves.
 pub fn resistance_at(
     spheres: &Spheres,
     medium: &Medium,
@@ -83,7 +83,7 @@ pub fn resistance_at(
             found: orders.spheres.len(),
         });
     }
-    spheres.check_inside(medium)?;
+    check_gaps(spheres, medium)?;
     let orders = orders.at_least(&Orders::all(spheres.len(), medium, 0));
     Ok(fixed_order::resistance(spheres, medium, &orders, FIXED_ORDER_TOLERANCE)?.resistance)
 }
@@ -126,6 +126,45 @@ pub fn orders_for(
     Ok(orders)
 }
 
+/// Narrowest gap in smaller radii that the expansions are verified for.
+const NARROWEST_GAP: f64 = 1e-3;
+
+/// Rounding of a gap relative to it: positions of 1e5 radii have a rounding of 1e-11 radii.
+const GAP_ROUNDING: f64 = 1e-8;
+
+/// Checks that all spheres are inside the medium, with gaps for which the expansions are verified.
+///
+/// # Errors
+/// [`HydroError::OutsideMedium`], [`HydroError::GapTooNarrow`].
+fn check_gaps(spheres: &Spheres, medium: &Medium) -> Result<(), HydroError> {
+    spheres.check_inside(medium)?;
+    let (surfaces, gap) = spheres.narrowest_gap(medium);
+    match gap < (1.0 - GAP_ROUNDING) * NARROWEST_GAP {
+        true => Err(HydroError::GapTooNarrow {
+            surfaces,
+            gap,
+            lowest: NARROWEST_GAP,
+        }),
+        false => Ok(()),
+    }
+}
+
+/// The orders with which [`resistance_best`] begins.
+///
+/// # Errors
+/// Those of [`resistance_best`] that are found before a solve.
+pub(super) fn first_orders(
+    spheres: &Spheres,
+    medium: &Medium,
+    tolerance: f64,
+) -> Result<Orders, HydroError> {
+    Accuracy::relative(tolerance).check()?;
+    check_gaps(spheres, medium)?;
+    let gaps = truncation::gaps(spheres, medium);
+    let lowest = Orders::all(spheres.len(), medium, 0);
+    Ok(OrderSearch::new(spheres, medium, &gaps, tolerance, &lowest).orders())
+}
+
 /// What to do where the tolerance is out of reach.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum OutOfReach {
@@ -145,7 +184,7 @@ fn adaptive(
     out_of_reach: OutOfReach,
 ) -> Result<Resistance, HydroError> {
     Accuracy::relative(tolerance).check()?;
-    spheres.check_inside(medium)?;
+    check_gaps(spheres, medium)?;
     memory::check_spheres(spheres.len())?;
     let gaps = truncation::gaps(spheres, medium);
     let mut search = OrderSearch::new(spheres, medium, &gaps, tolerance, lowest);
@@ -170,11 +209,13 @@ fn adaptive(
             Err(HydroError::TooLarge { .. }) if best.is_some() => break,
             other => other?,
         };
-        let estimate = reached.resistance.relative_error();
+        let estimate = reached.resistance.truncation_error();
         if estimate <= tolerance {
-            return Ok(reached.resistance);
+            // No order reduces the rounding error.
+            best = Some(reached.resistance);
+            break;
         }
-        let lowest_estimate = (best.as_ref()).map_or(f64::INFINITY, Resistance::relative_error);
+        let lowest_estimate = (best.as_ref()).map_or(f64::INFINITY, Resistance::truncation_error);
         stalled = if estimate < 0.9 * lowest_estimate {
             0
         } else {
@@ -191,6 +232,7 @@ fn adaptive(
     }
     match (out_of_reach, best) {
         (OutOfReach::TakeBest, Some(best)) => Ok(best),
+        (OutOfReach::Refuse, Some(best)) if best.relative_error() <= tolerance => Ok(best),
         (_, best) => Err(HydroError::ToleranceNotReached {
             tolerance,
             reached: best.map_or(f64::INFINITY, |best| best.relative_error()),

@@ -107,9 +107,9 @@ impl Arrangement<'_> {
     fn by_order(&self, scaled: ScaledMobility, used: &Orders) -> Result<Reached, HydroError> {
         let [full, lower] = [self.invert(&scaled.full)?, self.invert(&scaled.lower)?];
         let (tail, orders) = (truncation::tail(&self.xi, used), self.orders.clone());
-        let resistance = Resistance::new(full, lower, tail, orders, used.dofs());
+        let resistance = Resistance::new(full, lower, tail, orders, self.radii, used.dofs());
         Ok(Reached {
-            expansions: resistance.relative_error(),
+            expansions: resistance.truncation_error(),
             gaps: 0.0,
             resistance,
         })
@@ -137,6 +137,7 @@ impl Arrangement<'_> {
                 coarser,
                 tail,
                 self.orders.clone(),
+                self.radii,
                 self.orders.dofs(),
             )
         };
@@ -146,7 +147,7 @@ impl Arrangement<'_> {
         let change = (matrix - of_expansions.coarser()) * tail;
         let coarser = matrix - change - &of_gaps;
         Ok(Reached {
-            expansions: of_expansions.relative_error(),
+            expansions: of_expansions.truncation_error(),
             gaps: of_expansions.relative_difference(&(matrix + of_gaps)),
             resistance: new(matrix.clone(), coarser, 1.0),
         })

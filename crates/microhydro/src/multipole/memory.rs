@@ -13,12 +13,17 @@ const MAX_MIB: f64 = 6144.0;
 /// Bytes of a number.
 const BYTES_PER_NUMBER: f64 = 8.0;
 
+/// MiB of an amount of numbers.
+pub(super) fn mib(numbers: f64) -> f64 {
+    BYTES_PER_NUMBER * numbers / (1024.0 * 1024.0)
+}
+
 /// Checks an amount of memory for `numbers` numbers and `dofs` degrees of freedom.
 ///
 /// # Errors
 /// [`HydroError::TooLarge`].
 fn check(numbers: f64, dofs: f64) -> Result<(), HydroError> {
-    let mib = BYTES_PER_NUMBER * numbers / (1024.0 * 1024.0);
+    let mib = mib(numbers);
     if mib <= MAX_MIB {
         return Ok(());
     }
@@ -71,17 +76,31 @@ pub(super) fn dense_is_cheaper(orders: &Orders, wall: bool) -> Result<bool, Hydr
     let common = images + of_rigid_motions(orders);
     let dense = dofs * dofs + common;
     let columns = 6.0 * spheres;
-    let cubes = cubes_of_orders(orders);
-    // rotations and couplings of a pair of expansions of order L have about 4.4 L^3 numbers
-    let couplings = 4.4 * 0.5 * spheres * cubes;
-    let iteration = couplings + ITERATION_PANELS * columns * dofs + common;
-    let dense_operations = dofs.powi(3) / 3.0;
-    // a product has two directions, with a multiplication and an addition, and two rotations
-    let iteration_operations = ITERATION_SLOWDOWN * EXPECTED_ITERATIONS * 8.0 * couplings * columns;
+    let iteration = couplings(orders) + ITERATION_PANELS * columns * dofs + common;
+    let dense_operations = of_factorisation(dofs);
+    let iteration_operations = of_iteration(orders, columns);
     match check(dense, dofs) {
         Ok(()) => Ok(dense_operations <= iteration_operations || check(iteration, dofs).is_err()),
         Err(_) => check(iteration, dofs).map(|()| false),
     }
+}
+
+/// Operations of a factorisation of a dense matrix of this size.
+pub(super) fn of_factorisation(dofs: f64) -> f64 {
+    dofs.powi(3) / 3.0
+}
+
+/// Operations of a factorisation that take as long as an iteration for a number of right-hand
+/// sides, for both orders.
+pub(super) fn of_iteration(orders: &Orders, columns: f64) -> f64 {
+    // A product has two directions, with a multiplication and an addition, and two rotations.
+    ITERATION_SLOWDOWN * EXPECTED_ITERATIONS * 8.0 * couplings(orders) * columns
+}
+
+/// Numbers in the rotations and couplings of all pairs: about `4.4 L^3` for two expansions of the
+/// order `L`.
+fn couplings(orders: &Orders) -> f64 {
+    4.4 * 0.5 * orders.spheres.len() as f64 * cubes_of_orders(orders)
 }
 
 /// Checks the memory of one solution for all expansions.

@@ -12,6 +12,7 @@
 //! third spheres: its error falls with the order of the expansions of the spheres. Adding exact
 //! two-sphere *resistances* (Durlofsky, Brady & Bossis 1987) is the case of no low degrees but the
 //! rigid motions. The same holds for a sphere and its image in a wall, or the container around it.
+//! All surfaces on one axis can be treated as one gap: then nothing is neglected.
 
 use faer::Mat;
 use nalgebra::DMatrix;
@@ -22,13 +23,13 @@ use super::coupling::SymmetryClass;
 use super::elimination::complements;
 use super::frame::{Frame, Surroundings};
 use super::modes::{FAMILIES, Family, Modes};
-use super::orders::Orders;
+use super::orders::{GapOrders, Orders};
 use super::rotation::Rotation;
 use crate::{HydroError, Medium, Spheres};
 
-/// Two surfaces of a narrow gap as an arrangement of their own.
+/// Two surfaces of a narrow gap as an arrangement of their own, or all surfaces on one axis.
 pub(super) struct NarrowGap {
-    /// The two spheres, or the sphere beside the boundary.
+    /// The spheres, or the sphere beside the boundary.
     pub spheres: Spheres,
     /// Their medium: without boundary for two spheres.
     pub medium: Medium,
@@ -98,6 +99,20 @@ impl NarrowGap {
             });
         }
         Ok(all)
+    }
+
+    /// All spheres of an arrangement on one axis, beside expansions of the order `low`, which the
+    /// orders of the gaps replace where they are higher.
+    pub fn on_axis(spheres: &Spheres, medium: &Medium, orders: &Orders, low: &Orders) -> Self {
+        let reach =
+            |of: fn(&GapOrders) -> [usize; 2]| orders.with_gaps_in_expansions(of).at_least(low);
+        Self {
+            spheres: spheres.clone(),
+            medium: *medium,
+            indices: (0..spheres.len()).collect(),
+            orders: reach(|gap| gap.singular),
+            regular: reach(|gap| gap.regular),
+        }
     }
 
     /// Changes of the Galerkin matrix by the `wanted` eliminations of the high degrees, in `frame`.

@@ -200,13 +200,18 @@ impl Orders {
 
     /// Orders that represent the narrow gaps by the expansions themselves.
     pub(crate) fn without_gaps(&self) -> Self {
+        self.with_gaps_in_expansions(|gap| gap.singular)
+    }
+
+    /// [`Orders::without_gaps`] with some of the orders of the gaps.
+    pub(crate) fn with_gaps_in_expansions(&self, of: fn(&GapOrders) -> [usize; 2]) -> Self {
         let n = self.spheres.len();
         let mut orders = Self {
             gaps: BTreeMap::new(),
             ..self.clone()
         };
         for (&(first, second), gap) in &self.gaps {
-            let [of_first, of_second] = gap.singular;
+            let [of_first, of_second] = of(gap);
             orders.spheres[first] = orders.spheres[first].max(of_first);
             let other = match second == n {
                 true => &mut orders.container,

@@ -31,6 +31,8 @@ pub struct SphereStresslets {
     pub coarser: Vec<Matrix3<f64>>,
     /// Factor that turns the change of the order into an error estimate.
     pub tail: f64,
+    /// Error of the iteration and rounding, relative to the largest stresslet.
+    pub rounding: f64,
     /// Relative remainder of the surface velocity in its expansion, see [`SphereSlip`]; zero
     /// without one.
     pub remainder: f64,
@@ -103,6 +105,7 @@ pub fn stresslets(
         values: found.values.iter().map(fixed).collect(),
         coarser: found.coarser.iter().map(fixed).collect(),
         tail: found.tail,
+        rounding: slip_expansion::SURFACE_ROUNDING,
         remainder: slip.map_or(0.0, |slip| slip.remainder),
     })
 }

@@ -9,7 +9,7 @@ use super::modes::{Family, Modes};
 use super::orders::Orders;
 use super::rotation::AXIS_OF_M;
 use super::scaled::drag_units;
-use super::slip_expansion::{self, SlipExpansion, SphereSlip};
+use super::slip_expansion::{self, SURFACE_ROUNDING, SlipExpansion, SphereSlip};
 use super::surface_orders::SurfaceOrders;
 use super::system::{MultiVector, System};
 use crate::error::check_finite;
@@ -42,6 +42,11 @@ pub struct SurfaceFlow {
     pub coarser_velocities: DMatrix<f64>,
     /// The powers by these expansions.
     pub coarser_powers: DMatrix<f64>,
+    /// Velocities that differ from [`SurfaceFlow::velocities`] by the error of the iteration and
+    /// rounding.
+    pub rounded_velocities: DMatrix<f64>,
+    /// Powers that differ from [`SurfaceFlow::powers`] by the error of the iteration and rounding.
+    pub rounded_powers: DMatrix<f64>,
     /// Factor that turns the change of the order into an error estimate.
     pub tail: f64,
     /// Largest relative remainder of the surface velocities in their expansions, see
@@ -107,14 +112,36 @@ pub fn surface_flow(
         check_finite("the velocity of a surface", matrix)?;
     }
     let matrix = |of: &[DMatrix<f64>], index: usize| of.get(index).cloned().unwrap_or_default();
+    let (velocities, powers) = (matrix(&found.values, 0), matrix(&found.values, 1));
     Ok(SurfaceFlow {
-        velocities: matrix(&found.values, 0),
-        powers: matrix(&found.values, 1),
+        rounded_velocities: with_rounding(&velocities, spheres.radii(), &slip.speeds),
+        rounded_powers: &powers * (1.0 + SURFACE_ROUNDING),
+        velocities,
+        powers,
         inner_powers: matrix(&found.values, 2),
         coarser_velocities: matrix(&found.coarser, 0),
         coarser_powers: matrix(&found.coarser, 1),
         tail: found.tail,
         remainder: slip.remainder,
+    })
+}
+
+/// Velocities with the errors of the iteration and rounding for surfaces of the largest `speeds`,
+/// one for each column.
+///
+/// The signs alternate between neighbours, so that the gaps between them change.
+fn with_rounding(velocities: &DMatrix<f64>, radii: &[f64], speeds: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_fn(velocities.nrows(), velocities.ncols(), |row, column| {
+        let sphere = row / 6;
+        let sign = if sphere % 2 == 0 { 1.0 } else { -1.0 };
+        let error = sign * SURFACE_ROUNDING * speeds[column];
+        let is_rotation = row % 6 >= 3;
+        let error = if is_rotation {
+            error / radii[sphere]
+        } else {
+            error
+        };
+        velocities[(row, column)] + error
     })
 }
 

@@ -59,8 +59,8 @@ impl SurfaceOrders<'_> {
     /// Matrices at the orders of the resistance, and their error estimates.
     ///
     /// Where the orders of a narrow gap exceed the highest order of an expansion, its high degrees
-    /// are eliminated for the two surfaces alone; where that fails, among three surfaces close to
-    /// each other, the expansions keep their highest order.
+    /// are eliminated: on one axis for all surfaces, elsewhere for the two surfaces alone; where that
+    /// fails, among three surfaces close to each other, the expansions keep their highest order.
     ///
     /// # Errors
     /// [`HydroError::TooLarge`]; those of `of`.
@@ -68,7 +68,13 @@ impl SurfaceOrders<'_> {
         let all = self.of_resistance.without_gaps();
         if all != all.limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER) {
             let orders = self.beside_gaps();
-            let narrow = NarrowGap::all(self.spheres, self.medium, &orders)?;
+            let narrow = match self.frame.collinear {
+                true => {
+                    let gaps = self.of_resistance;
+                    vec![NarrowGap::on_axis(self.spheres, self.medium, gaps, &orders)]
+                }
+                false => NarrowGap::all(self.spheres, self.medium, &orders)?,
+            };
             match self.with_narrow_gaps(&orders, &narrow, of) {
                 Err(HydroError::FactorisationFailed { .. } | HydroError::NotConverged { .. }) => {}
                 found => return found,
@@ -98,14 +104,13 @@ impl SurfaceOrders<'_> {
         })
     }
 
-    /// Orders beside narrow gaps: those of the resistance; for two surfaces alone, where the
+    /// Orders beside narrow gaps: those of the resistance; for surfaces on one axis, where the
     /// elimination is exact, the lowest ones.
     fn beside_gaps(&self) -> Orders {
         let orders = self.of_resistance;
-        let boundary = usize::from(self.frame.surroundings != Surroundings::Unbounded);
-        let own = match self.spheres.len() + boundary {
-            2 => orders.limited(0, 0),
-            _ => orders.limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_BESIDE_GAPS),
+        let own = match self.frame.collinear {
+            true => orders.limited(0, 0),
+            false => orders.limited(MAX_ORDER_OFF_AXIS, MAX_ORDER_BESIDE_GAPS),
         };
         own.at_least(self.lowest)
     }
@@ -143,7 +148,9 @@ impl SurfaceOrders<'_> {
         let matrices = |orders: &Orders, blocks: Vec<Block>| {
             let mut system = System::new(frame, radii, orders, COUPLING_TOLERANCE);
             system.add_blocks(blocks);
-            system.add_blocks(three_spheres::blocks(frame, radii, orders));
+            if !frame.collinear {
+                system.add_blocks(three_spheres::blocks(frame, radii, orders));
+            }
             let system = system.store_couplings();
             let mut x = system.zeros(self.columns);
             of(&system, &|_, _, _| true, &mut x)

@@ -148,15 +148,19 @@ impl AxisymmetricModel {
         }
     }
 
-    /// Whether `model.kind = "auto"` selects this model.
+    /// Whether `model.kind = "auto"` selects this model without a comparison with others.
     ///
     /// It does if models without a mesh do not support the domain or a body. Three-dimensional
     /// elements would cost a thousand times as much.
     pub fn suits(scene: &Scene) -> bool {
         let is_needed = matches!(scene.domain(), Domain::Cylinder { .. })
             || scene.first_nonspherical().is_some();
-        is_needed
-            && scene.first_not_spheroidal().is_none()
+        is_needed && Self::supports(scene)
+    }
+
+    /// Whether the model supports the domain, the shapes and the arrangement of a scene.
+    pub fn supports(scene: &Scene) -> bool {
+        scene.first_not_spheroidal().is_none()
             && matches!(
                 scene.domain(),
                 Domain::Unbounded | Domain::Ball { .. } | Domain::Cylinder { .. }
@@ -164,7 +168,7 @@ impl AxisymmetricModel {
             && scene.arrangement() == Arrangement::Axisymmetric
     }
 
-    /// Cost and error of the initial configuration in words, and why the model was selected.
+    /// Cost and error of the initial configuration in words.
     ///
     /// # Errors
     /// Those of [`Hydrodynamics::solve`].
@@ -179,13 +183,9 @@ impl AxisymmetricModel {
         let axial = self
             .solver
             .axial_best(&bodies, self.surroundings, self.tolerance)?;
-        let unsupported = match scene.first_nonspherical() {
-            Some(_) => "shape = \"spheroid\"".to_owned(),
-            None => format!("domain.kind = \"{}\"", scene.domain().kind().word()),
-        };
         Ok(format!(
-            "models without a mesh do not support {unsupported}; axisymmetric: relative error of \
-             the resistance {:.1e}, {} degrees of freedom, {:.0} ms per solution",
+            "axisymmetric: relative error of the resistance {:.1e}, {} degrees of freedom, {:.0} \
+             ms per solution",
             axial.relative_error(),
             axial.dofs(),
             1e3 * clock.elapsed().as_secs_f64()

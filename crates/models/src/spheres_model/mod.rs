@@ -5,22 +5,24 @@ mod sphere_resistances;
 
 use std::time::Instant as Clock;
 
-use microhydro::{Medium, Spheres, multipole};
+use microhydro::{Accuracy, Medium, Spheres, multipole};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::StateVelocity;
 
 use self::sphere_flow::MovingSpheres;
-use self::sphere_resistances::SphereResistances;
+use self::sphere_resistances::{REFERENCE_ORDERS, SphereResistances};
 use crate::error::ModelError;
 use crate::flow_field::{FlowField, PointFlow};
-use crate::hydrodynamics::{Capabilities, Flows, Hydrodynamics, Resistances, SceneResistance};
+use crate::hydrodynamics::{
+    Capabilities, Flows, Hydrodynamics, PredictedCost, Resistances, SceneResistance,
+};
 use crate::mobility::{self, LargestDifferences, MobilitySolution};
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
 use scene::{Domain, ModelKind, Scene};
-use stokes::Seconds;
+use stokes::{Dofs, Seconds};
 
 /// Approximation of the interactions between spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +45,17 @@ impl SphereModel {
             Self::Multipole(tolerance) => format!("multipole to {tolerance:.0e}"),
         }
     }
+}
+
+/// Predicted seconds of a solution above which its cost is not found by solving.
+const MAX_MEASURED_SECONDS: f64 = 0.5;
+
+/// Effects of slip and background flow on the spheres.
+struct SurfaceEffects {
+    computed: SurfaceEffect,
+    /// Effects with factors: each difference from `computed`, times its factor, is a part of the
+    /// error.
+    references: [(SurfaceEffect, f64); 2],
 }
 
 /// Model of spheres in unbounded fluid, in a ball, or above a wall.
@@ -125,6 +138,33 @@ impl SpheresModel {
         })
     }
 
+    /// Predicted seconds of one solution on two cores, from the operations that it takes.
+    ///
+    /// Counted and not measured: the same on all machines. Cost: microseconds.
+    ///
+    /// # Errors
+    /// Spheres that are too close.
+    pub fn predicted_seconds(&self, configuration: Configuration) -> Result<f64, ModelError> {
+        let spheres = self.spheres(configuration)?;
+        let accuracy = match self.kind {
+            SphereModel::Multipole(tolerance) => Accuracy::relative(tolerance),
+            // The expansions from which their errors are estimated take almost all of the time.
+            SphereModel::Oseen | SphereModel::Rpy => Accuracy::order(REFERENCE_ORDERS[1]),
+        };
+        // Slip, and the background flow.
+        let columns = if self.scaled.scene.has_surface_velocity() {
+            2
+        } else {
+            0
+        };
+        Ok(multipole::predicted_seconds(
+            &spheres,
+            &self.medium,
+            &accuracy,
+            columns,
+        )?)
+    }
+
     fn spheres(&self, configuration: Configuration) -> Result<Spheres, ModelError> {
         let centres = self.scaled.centres(configuration)?;
         Ok(Spheres::new(centres, self.radii.clone())?)
@@ -146,12 +186,12 @@ impl SpheresModel {
         Ok(resistances)
     }
 
-    /// Effects of slip and background flow, and those by expansions of lower order.
+    /// Effects of slip and background flow, with those from which their errors follow.
     fn surface_effects(
         &self,
         configuration: Configuration,
         resistances: &SphereResistances,
-    ) -> Result<Option<[SurfaceEffect; 2]>, ModelError> {
+    ) -> Result<Option<SurfaceEffects>, ModelError> {
         let motion = SurfaceMotion::new(&self.scaled, &self.scaled.poses(configuration)?);
         let (Some(motion), Some(orders)) = (motion, &resistances.orders) else {
             return Ok(None);
@@ -170,10 +210,16 @@ impl SpheresModel {
             let slip_power = powers[(0, 0)] + powers[(0, 1)] + of_background;
             SurfaceEffect::from_columns(velocities, slip_power)
         };
-        Ok(Some([
-            effect(&flow.velocities, &flow.powers),
-            effect(&flow.coarser_velocities, &flow.coarser_powers),
-        ]))
+        Ok(Some(SurfaceEffects {
+            computed: effect(&flow.velocities, &flow.powers),
+            references: [
+                (effect(&flow.rounded_velocities, &flow.rounded_powers), 1.0),
+                (
+                    effect(&flow.coarser_velocities, &flow.coarser_powers),
+                    flow.tail,
+                ),
+            ],
+        }))
     }
 
     /// The spheres of a configuration with their velocities.
@@ -187,7 +233,7 @@ impl SpheresModel {
         let loads = &self.scaled.loads(configuration, None)?;
         let constraints = self.scaled.constraints(configuration, rates)?;
         let surfaces = self.surface_effects(configuration, &resistances)?;
-        let effect = surfaces.as_ref().map(|[effect, _]| effect);
+        let effect = surfaces.as_ref().map(|effects| &effects.computed);
         let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, effect)?;
         self.placed(configuration, &solved.generalised)
     }
@@ -219,15 +265,25 @@ impl SpheresModel {
         let loads = &self.scaled.loads(configuration, query.inertia)?;
         let constraints = (self.scaled).query_constraints(query, rates)?;
         let surfaces = self.surface_effects(configuration, &resistances)?;
-        let of = |k: usize| surfaces.as_ref().map(|effects| &effects[k]);
-        let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, of(0))?;
+        let by = |matrix: &DMatrix<f64>, effect: Option<&SurfaceEffect>| {
+            MobilitySolution::new(matrix, set, &constraints, loads, effect)
+        };
+        let effect = surfaces.as_ref().map(|effects| &effects.computed);
+        let solved = by(&resistances.matrix, effect)?;
         let (mut errors, mut power_error) = (LargestDifferences::default(), 0.0);
+        let mut add = |factor: f64, from: &MobilitySolution, to: &MobilitySolution| {
+            errors.add(factor, &from.largest_differences(to, set));
+            power_error += factor * (from.power(set) - to.power(set)).abs();
+        };
         let mut previous = solved.clone();
         for (reference, factor) in &resistances.references {
-            let reference = MobilitySolution::new(reference, set, &constraints, loads, of(1))?;
-            errors.add(*factor, &previous.largest_differences(&reference, set));
-            power_error += factor * (previous.power(set) - reference.power(set)).abs();
+            let reference = by(reference, effect)?;
+            add(*factor, &previous, &reference);
             previous = reference;
+        }
+        // The errors of the effects have factors of their own.
+        for (reference, factor) in surfaces.iter().flat_map(|effects| &effects.references) {
+            add(*factor, &solved, &by(&resistances.matrix, Some(reference))?);
         }
         let total = clock.elapsed().as_secs_f64();
         let stresslets = match query.stresslets {
@@ -284,6 +340,34 @@ impl Hydrodynamics for SpheresModel {
 
     fn duplicate(&self) -> Option<Box<dyn Hydrodynamics>> {
         Some(Box::new(self.clone()))
+    }
+
+    fn cost(&mut self, configuration: Configuration<'_>) -> Result<PredictedCost, ModelError> {
+        let predicted = self.predicted_seconds(configuration)?;
+        if predicted > MAX_MEASURED_SECONDS {
+            let spheres = self.spheres(configuration)?;
+            let (dofs, mib) = match self.kind {
+                SphereModel::Multipole(tolerance) => {
+                    multipole::predicted_size(&spheres, &self.medium, tolerance)?
+                }
+                SphereModel::Oseen | SphereModel::Rpy => (6 * spheres.len(), 0.0),
+            };
+            return Ok(PredictedCost {
+                dofs: Dofs {
+                    total: dofs,
+                    ..Dofs::default()
+                },
+                seconds: predicted,
+                mib,
+            });
+        }
+        let rates = vec![0.0; configuration.shape.len()];
+        let solution = self.solve_one(configuration, &rates)?;
+        Ok(PredictedCost {
+            dofs: solution.dofs,
+            seconds: solution.seconds.total,
+            mib: 0.0,
+        })
     }
 
     fn flows(&mut self) -> Result<&mut dyn Flows, ModelError> {

@@ -220,10 +220,12 @@ impl SpheresModel {
         let [stresslets, coarser] =
             [&found.values, &found.coarser].map(|scaled| self.scaled.stresslets_to_scene(scaled));
         // Expansions are not corrected: the change of the order is the error.
-        let error = stresslets
+        let rounding = found.rounding * stresslets.largest();
+        let error = (stresslets
             .clone()
             .correcting(&coarser, found.tail, 0.0)
-            .error;
+            .error)
+            .map(|change| change + rounding);
         Ok(Some(Stresslets {
             error,
             ..stresslets

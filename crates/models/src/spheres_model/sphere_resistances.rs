@@ -11,7 +11,7 @@ use crate::error::ModelError;
 ///
 /// They are fixed orders instead of tolerances. Near contact a tolerance would need orders in the
 /// hundreds, although these models have errors of the size of the velocities there.
-const REFERENCE_ORDERS: [usize; 4] = [4, 8, 16, 28];
+pub(super) const REFERENCE_ORDERS: [usize; 4] = [4, 8, 16, 28];
 
 /// Largest error of an accepted reference, relative to the error that it finds.
 const REFERENCE_ACCURACY: f64 = 0.3;
@@ -28,6 +28,14 @@ pub(super) struct SphereResistances {
     /// Orders of multipole expansions.
     pub orders: Option<Orders>,
     pub dofs: usize,
+}
+
+/// Matrices with factors from which the errors of an expansion follow: rounding, then truncation.
+fn references_of(resistance: &Resistance) -> Vec<(DMatrix<f64>, f64)> {
+    vec![
+        (resistance.rounded().clone(), 1.0),
+        (resistance.coarser().clone(), resistance.tail()),
+    ]
 }
 
 impl SphereResistances {
@@ -47,7 +55,7 @@ impl SphereResistances {
                 return Ok(Self {
                     dofs: result.dofs(),
                     orders: Some(result.orders().clone()),
-                    references: vec![(result.coarser().clone(), result.tail())],
+                    references: references_of(&result),
                     matrix: result.matrix().clone(),
                 });
             }
@@ -67,12 +75,11 @@ impl SphereResistances {
                 found => reference = found?,
             }
         }
+        let mut references = vec![(reference.matrix().clone(), 1.0)];
+        references.extend(references_of(&reference));
         Ok(Self {
             matrix,
-            references: vec![
-                (reference.matrix().clone(), 1.0),
-                (reference.coarser().clone(), reference.tail()),
-            ],
+            references,
             orders: None,
             dofs,
         })

@@ -157,13 +157,13 @@ fn results(scene: &Scene) -> Results {
 /// advance.
 fn expected(error: &SwimError) -> Option<&'static str> {
     use mesher::GenerateError::BodiesTouch;
-    use microhydro::HydroError::{NotPositiveDefinite, TooClose};
+    use microhydro::HydroError::{GapTooNarrow, NotPositiveDefinite, TooClose};
     Some(match error {
         SwimError::Collision { .. } => "bodies touched on their way",
         SwimError::Model(ModelError::Spheres(NotPositiveDefinite { .. })) => {
             "too close for oseen or rpy"
         }
-        SwimError::Model(ModelError::Spheres(TooClose { .. })) => {
+        SwimError::Model(ModelError::Spheres(TooClose { .. } | GapTooNarrow { .. })) => {
             "a gap too narrow for the accuracy"
         }
         SwimError::NotIntegrated { .. } => "not integrated to the tolerance",

@@ -32,6 +32,9 @@ const MAX_BODIES: usize = 30;
 /// Gauss points per phase: the error is small compared with that of [`RoughModel`].
 const POINTS: usize = 4;
 
+/// Phases of a cycle above which each is short enough for one Gauss point.
+const MANY_PHASES: usize = 200;
+
 /// Predicted net displacement relative to the longest one, below which the gait counts as
 /// reciprocal: its net displacement vanishes up to rounding and the error of the quadrature.
 const MAX_RECIPROCAL_RATIO: f64 = 1e-6;
@@ -68,11 +71,12 @@ impl Prediction {
         let (mut longest, mut arc) = (0.0_f64, 0.0_f64);
         let phases = scene.gait().phases.len();
         let spans = spans(scene.gait(), set.initial_shape()).ok()?;
+        let points = if phases > MANY_PHASES { 1 } else { POINTS };
         for span in spans.take(phases) {
             let mut observe = |_: &_, _: &dyn Hydrodynamics| Ok(());
             let mut evaluator = SpanEvaluator::new(scene, &mut model, &span, None, &mut observe);
             let from = set.place(&state, &span.from).ok()?;
-            state = collocation::fixed_order(&mut evaluator, &state, POINTS).ok()?;
+            state = collocation::fixed_order(&mut evaluator, &state, points).ok()?;
             let to = set.place(&state, &span.to).ok()?;
             for (body, (a, b)) in scene.bodies().iter().zip(from.iter().zip(&to)) {
                 arc = arc.max(a.rotation.angle_to(&b.rotation) * body.bounding_radius());

@@ -18,7 +18,8 @@ pub const ALL_ERRORS: &str = "all errors";
 /// - `displacement` (by body), `rotation` (vector of the frame of the first linkage in radians, with
 ///   full turns as far as its axis stays), `turned` (by body, the angle of its whole path), `work`
 ///   (of the bodies on the fluid), with `error_estimate`, `rotation_error` and `work_error`
-///   (error bars, absolute in the scene's units), `uncorrected` (displacement and work before
+///   (error bars, absolute in the scene's units; `total` is null if nothing was estimated),
+///   `uncorrected` (displacement and work before
 ///   estimated discretisation errors were subtracted);
 /// - `shape_change`: null if the joints return to their values; otherwise the changes by `links` and
 ///   the `rigid_part` of the motion, that of the frame in which the shape is described (`body`,
@@ -202,6 +203,8 @@ fn vector(v: &Vector3<f64>) -> Value {
 }
 
 /// The estimated error sources, their sum, and the names of the sources without an estimate.
+///
+/// The sum is null, not zero, if no source was estimated.
 fn estimate(estimate: &ErrorEstimate) -> Value {
     let mut map = Map::new();
     let mut missing = Vec::new();
@@ -211,7 +214,7 @@ fn estimate(estimate: &ErrorEstimate) -> Value {
             None => missing.push(name),
         }
     }
-    map.insert("total".to_owned(), json!(estimate.total()));
+    map.insert("total".to_owned(), json!(estimate.estimated()));
     map.insert("not_estimated".to_owned(), json!(missing));
     Value::Object(map)
 }

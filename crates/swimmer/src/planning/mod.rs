@@ -3,12 +3,13 @@
 mod sphere_model;
 mod tables;
 mod target;
+mod trial;
 
 use models::{AxisymmetricModel, FemModel, Hydrodynamics, ModelError, SphereModel, SpheresModel};
 use scene::{DomainKind, ModelKind, Scene, Shape};
 
 use crate::integrate::velocity_tolerance;
-use sphere_model::{choose_sphere_model, expansion_for_tolerance};
+use sphere_model::{ModelForSpheres, choose_for_spheres, expansion_for_tolerance};
 
 pub use tables::with_tables;
 pub use target::{SizeSearch, simulate_to_target};
@@ -61,9 +62,14 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
         ModelKind::Fem => elements(scene, requested()),
         ModelKind::Auto if AxisymmetricModel::suits(scene) => {
             let mut model = axisymmetric()?;
+            let unsupported = match scene.first_nonspherical() {
+                Some(_) => "shape = \"spheroid\"".to_owned(),
+                None => format!("domain.kind = \"{}\"", scene.domain().kind().word()),
+            };
+            let described = model.describe(scene)?;
             let reasons = vec![
                 scene.describe_arrangement(),
-                model.describe(scene)?,
+                format!("models without a mesh do not support {unsupported}; {described}"),
                 "chosen: finite elements in the meridian plane".to_owned(),
             ];
             Ok(Choice {
@@ -72,8 +78,15 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
             })
         }
         ModelKind::Auto if is_mesh_free && scene.first_nonspherical().is_none() => {
-            let choice = choose_sphere_model(scene)?;
-            spheres(choice.kind, choice.reasons)
+            let choice = choose_for_spheres(scene)?;
+            match choice.model {
+                ModelForSpheres::MeshFree(kind) => spheres(kind, choice.reasons),
+                ModelForSpheres::MeridianPlane => Ok(Choice {
+                    model: Box::new(axisymmetric()?),
+                    reasons: choice.reasons,
+                }),
+                ModelForSpheres::Elements => elements(scene, choice.reasons),
+            }
         }
         ModelKind::Auto => {
             let (key, word) = match scene.first_nonspherical() {

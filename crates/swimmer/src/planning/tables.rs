@@ -1,5 +1,7 @@
 //! Tables of the model over shape space, and superposed solutions, where they save solves.
 
+use std::collections::HashSet;
+
 use models::{ModelError, Superposed, Tabulated};
 use scene::{Gait, Phase, Scene, spans};
 
@@ -71,6 +73,8 @@ fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
         phases: scene.gait().phases.clone(),
     };
     let mut lines: Vec<Vec<(f64, f64)>> = Vec::new();
+    // By their bits, so that thousands of phases are found fast.
+    let mut known = HashSet::new();
     let mut all: Vec<(f64, f64)> = Vec::new();
     for span in spans(&gait, scene.articulation().initial_shape()).ok()? {
         let line = span.ranges();
@@ -81,7 +85,11 @@ fn boxes(scene: &Scene) -> Option<Vec<Vec<(f64, f64)>>> {
             *whole = (whole.0.min(part.0), whole.1.max(part.1));
         }
         let moves = line.iter().any(|r| r.0 < r.1);
-        if moves && !lines.contains(&line) {
+        let bits: Vec<_> = line
+            .iter()
+            .map(|r| (r.0.to_bits(), r.1.to_bits()))
+            .collect();
+        if moves && known.insert(bits) {
             lines.push(line);
         }
     }

@@ -306,6 +306,22 @@ fn the_json_of_a_solution_has_every_number_of_it() {
     );
 }
 
+/// A total of 0 beside "not_estimated" with all sources was taken for an exact result.
+#[test]
+fn bug_errors_that_were_not_estimated_had_a_total_of_zero() {
+    let scene = two_spheres();
+    let mut outcome = outcome(&scene);
+    outcome.error_estimate = ErrorEstimate::default();
+    let summary = summary_json(&scene, "a model", &[], &outcome, 1.0);
+    let estimate = &summary["error_estimate"];
+    assert!(estimate["total"].is_null(), "{estimate}");
+    assert_eq!(estimate["not_estimated"].as_array().unwrap().len(), 5);
+    // A bar that was estimated as zero is another thing.
+    outcome.error_estimate.integration = Some(0.0);
+    let summary = summary_json(&scene, "a model", &[], &outcome, 1.0);
+    assert_eq!(summary["error_estimate"]["total"], json!(0.0));
+}
+
 #[test]
 fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
     let scene = two_spheres();
