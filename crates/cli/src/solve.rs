@@ -142,20 +142,24 @@ impl Rounding {
     }
 }
 
-/// A line with a label and a vector, with eight decimals where they show its digits and else with
-/// an exponent; components up to `rounding` are zero.
+/// A line with a label and a vector, as [`numbers`].
 fn row(label: &str, v: &Vector3<f64>, rounding: f64) -> String {
-    let v = v.map(|x| if x.abs() > rounding { x } else { 0.0 });
-    let is_fixed = v.amax() == 0.0 || FIXED_POINT.contains(&v.amax());
-    let words = v.map(|x| match is_fixed {
-        true => format!("{:.8}", rounded(x, 8)),
-        false if x == 0.0 => "0".to_owned(),
-        false => format!("{x:.7e}"),
+    numbers(label, v.as_slice(), rounding)
+}
+
+/// A line with a label and numbers, with eight decimals where they show the digits of the largest
+/// and else with an exponent; numbers up to `rounding` are zero.
+fn numbers(label: &str, list: &[f64], rounding: f64) -> String {
+    let kept = |x: &f64| if x.abs() > rounding { *x } else { 0.0 };
+    let list: Vec<f64> = list.iter().map(kept).collect();
+    let largest = list.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let is_fixed = largest == 0.0 || FIXED_POINT.contains(&largest);
+    let words = list.iter().map(|&x| match is_fixed {
+        true => format!("{:>14.8}", rounded(x, 8)),
+        false if x == 0.0 => format!("{:>14}", "0"),
+        false => format!("{x:>14.7e}"),
     });
-    format!(
-        "{label:<24}{:>14} {:>14} {:>14}\n",
-        words.x, words.y, words.z
-    )
+    format!("{label:<24}{}\n", words.collect::<Vec<_>>().join(" "))
 }
 
 /// Sizes of vectors that are printed with eight decimals.
@@ -188,18 +192,24 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
             }
         }
     }
-    for (joint, force) in scene
-        .articulation()
-        .joints()
-        .iter()
-        .zip(&solution.joint_forces)
-    {
+    let joints = scene.articulation().joints().iter();
+    for (joint, load) in joints.zip(&solution.joint_loads) {
+        let body = &scene.bodies()[joint.body].name;
         text += &entry("link", &joint.name);
-        text += &row(
-            &format!("  force on {}", scene.bodies()[joint.body].name),
-            force,
-            rounding.force,
-        );
+        text += &row(&format!("  force on {body}"), &load.force, rounding.force);
+        // Only joints that turn transmit a torque by themselves.
+        if joint.kind.turns() {
+            text += &row(
+                &format!("  torque on {body}"),
+                &load.torque,
+                rounding.torque,
+            );
+        }
+        if joint.kind.is_angle() {
+            text += &numbers("  torque of the drive", &[load.drive], rounding.torque);
+        } else if joint.kind.has_value() {
+            text += &numbers("  force of the drive", &[load.drive], rounding.force);
+        }
     }
     text
 }

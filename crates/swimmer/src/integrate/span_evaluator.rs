@@ -22,6 +22,7 @@ const MESH_HINT: &str = ". With finite elements the change of velocities by a ne
 
 /// The model's solution at a point of a phase span.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct SpanSolution {
     /// Number of the solve from zero, over the whole simulation.
     pub number: usize,
