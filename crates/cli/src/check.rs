@@ -16,7 +16,9 @@ use super::text::{count, duration, entry};
 pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
     let scene = arguments.read()?;
     let mut text = describe(&scene)?;
-    let Choice { mut model, reasons, .. } = choose(&scene)?;
+    let Choice {
+        mut model, reasons, ..
+    } = choose(&scene)?;
     text += &entry("model", model.name());
     for reason in &reasons {
         text += &entry("  reason", reason);
