@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use swimmer::models::mesh::TetMesh;
 use swimmer::models::nalgebra::{DMatrix, Matrix3, Vector3};
+use swimmer::models::rigid::JointLoad;
 use swimmer::models::{BodySolution, ErrorEstimate, FlowField, InstantaneousSolution, Seconds};
 use swimmer::{Outcome, Report, Scene};
 
@@ -111,7 +112,13 @@ pub fn solution_dict<'py>(
     )?;
     dict.set_item("force", vectors(py, &bodies(|b| b.force))?)?;
     dict.set_item("torque", vectors(py, &bodies(|b| b.torque))?)?;
-    dict.set_item("link_force", vectors(py, &solution.joint_forces)?)?;
+    let links = |of: fn(&JointLoad) -> Vector3<f64>| -> Vec<Vector3<f64>> {
+        solution.joint_loads.iter().map(of).collect()
+    };
+    dict.set_item("link_force", vectors(py, &links(|load| load.force))?)?;
+    dict.set_item("link_torque", vectors(py, &links(|load| load.torque))?)?;
+    let drives: Vec<f64> = solution.joint_loads.iter().map(|load| load.drive).collect();
+    dict.set_item("link_drive", array(py, &drives))?;
     let stresslets = solution.stresslets.as_ref();
     let of_bodies = stresslets.map(|stresslets| matrices(py, &stresslets.bodies));
     dict.set_item("stresslet", of_bodies.transpose()?)?;

@@ -152,7 +152,7 @@ impl PyScene {
     fn choose(&self, py: Python<'_>) -> PyResult<(&'static str, Vec<String>)> {
         let scene = self.scene.clone();
         job::run(py, None, move |_| {
-            let Choice { model, reasons } = choose(&scene)?;
+            let Choice { model, reasons, .. } = choose(&scene)?;
             Ok((model.name(), reasons))
         })
     }

@@ -103,6 +103,11 @@ class Solution(Result):
         One row per body. Forces and torques are those that the bodies exert on the fluid.
     link_force : numpy.ndarray
         One row per link: the force of the link on the body named by its key `body`.
+    link_torque : numpy.ndarray
+        One row per link: its torque on this body about the pivot; zero for links without one.
+    link_drive : numpy.ndarray
+        One number per link: the force of its drive, or the torque if its value is an angle. Its
+        power on the bodies is this number times the rate of the link.
     stresslet : numpy.ndarray or None
         One symmetric 3 x 3 matrix without trace per body, with the sign of Batchelor (1970): the
         first moment of the traction of the fluid on the body, positive along the axis of a puller.
@@ -133,6 +138,8 @@ class Solution(Result):
     force: np.ndarray
     torque: np.ndarray
     link_force: np.ndarray
+    link_torque: np.ndarray
+    link_drive: np.ndarray
     stresslet: np.ndarray | None
     stresslet_error: float | None
     velocity_errors: ErrorBars

@@ -38,7 +38,7 @@ fn differences() -> Result<Vec<String>> {
 }
 
 /// Keys of `[workspace.dependencies]` that stand for crates of the workspace.
-fn workspace_crates(workspace: &Table) -> BTreeSet<String> {
+pub fn workspace_crates(workspace: &Table) -> BTreeSet<String> {
     let dependencies = workspace
         .get("workspace")
         .and_then(|table| table.get("dependencies"))
@@ -53,7 +53,7 @@ fn workspace_crates(workspace: &Table) -> BTreeSet<String> {
 }
 
 /// Normal and build dependencies of a manifest that are among `crates`; tests may use any crate.
-fn manifest_dependencies(manifest: &Table, crates: &BTreeSet<String>) -> BTreeSet<String> {
+pub fn manifest_dependencies(manifest: &Table, crates: &BTreeSet<String>) -> BTreeSet<String> {
     ["dependencies", "build-dependencies"]
         .iter()
         .filter_map(|key| manifest.get(*key)?.as_table())

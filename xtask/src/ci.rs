@@ -6,7 +6,9 @@ use std::io::Write as _;
 use anyhow::Result;
 
 use crate::slow::{self, Selection};
-use crate::{architecture, cargo, circles, licences, links, packages, readmes, style};
+use crate::{
+    architecture, cargo, circles, documentation, licences, links, packages, readmes, style,
+};
 
 /// Stated time of the slow tests that are run: the fastest that fit in ten minutes.
 const SLOW_SECONDS: f64 = 600.0;
@@ -30,10 +32,7 @@ pub fn run() -> Result<()> {
         ],
         &[],
     )?;
-    cargo::run(
-        &["doc", "--workspace", "--no-deps", "--locked"],
-        &[("RUSTDOCFLAGS", "-D warnings")],
-    )?;
+    documentation::run()?;
     licences::run()?;
     packages::run()?;
     readmes::run()?;

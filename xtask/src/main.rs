@@ -10,6 +10,7 @@ mod architecture;
 mod cargo;
 mod ci;
 mod circles;
+mod documentation;
 mod files;
 mod licences;
 mod links;
@@ -35,6 +36,8 @@ Tasks of this program:
   ci        All checks of CI: format, style, circles, ARCHITECTURE.md, links, lints,
             documentation, licences, packages, programs of READMEs, tests
   circles   Circles of files that use each other, in each crate
+  documentation
+            The pages of rustdoc, in the order that lets crates link to each other
   licences  Licences of the default dependency graph; GPL and AGPL are refused
   links     Links of the documentation: files, headings, files that a page names
   readmes   The programs of the crates' READMEs, built with the dependencies that they state
@@ -52,6 +55,7 @@ fn main() -> Result<ExitCode> {
     match words[..] {
         ["ci"] => ci::run(),
         ["circles"] => circles::run(),
+        ["documentation"] => documentation::run(),
         ["licences"] => licences::run(),
         ["links"] => links::run(),
         ["readmes"] => readmes::run(),

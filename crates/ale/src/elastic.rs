@@ -19,9 +19,18 @@ use crate::{AleError, MeshMotion, MovingMesh, Stiffening};
 /// multigrid cycle of the scalar operator with the same coefficient, which is spectrally equivalent
 /// by Korn's inequality.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Elastic {
-    /// Poisson's ratio `ν`, at least 0 and below 1/2; larger values preserve cell volumes better.
+    /// Poisson's ratio `ν`, at least 0, the default, and below 1/2; larger values preserve cell
+    /// volumes better.
     pub poisson: f64,
+}
+
+impl Elastic {
+    /// The method with Poisson's ratio `poisson`, which [`MeshMotion`] checks.
+    pub fn new(poisson: f64) -> Self {
+        Self { poisson }
+    }
 }
 
 /// The elasticity matrix on the free vertices.

@@ -18,7 +18,9 @@ pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
     let scene = arguments.read()?;
     let mut text = describe(&scene)?;
     let chosen = with_progress("choosing the model", || choose(&scene));
-    let Choice { mut model, reasons } = chosen?;
+    let Choice {
+        mut model, reasons, ..
+    } = chosen?;
     text += &entry("model", model.name());
     for reason in &reasons {
         text += &entry("  reason", reason);

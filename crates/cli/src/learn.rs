@@ -6,7 +6,6 @@ use design::learn::{
 use pictures::{Policy, learning_curve_svg, policy_svg};
 use serde_json::{Value, json};
 use swimmer::output::Folder;
-use swimmer::scene::LearnKind;
 
 use super::arguments::DesignArguments;
 use super::design_files::{folder_of, write};
@@ -21,15 +20,7 @@ pub fn learn_strokes(arguments: DesignArguments, quiet: bool) -> Result<String, 
     let rewards = rewards(&scene, &mut DesignSpinner::new(quiet))?;
     let learned = learn(
         &mut ArmStates::new(&rewards),
-        &LearningOptions {
-            is_double: options.method == LearnKind::DoubleQ,
-            episodes: options.episodes as usize,
-            steps: options.steps as usize,
-            discount: options.discount,
-            rate: options.rate,
-            exploration: options.exploration,
-            seed: u64::from(options.seed),
-        },
+        &LearningOptions::from(options),
     );
     let cycle = greedy_cycle(&rewards, &learned.policy);
     let best = best_cycle(&rewards);

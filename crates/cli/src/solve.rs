@@ -154,11 +154,16 @@ impl Rounding {
     }
 }
 
-/// A line with a label and a vector, with the digits that its error bar leaves.
+/// A line with a label and a vector, as [`numbers`].
 fn row(label: &str, v: &Vector3<f64>, bar: f64, rounding: f64) -> String {
-    let words = v.map(|x| significant(x, bar, rounding));
-    let line = format!("{label:<24}{:<17} {:<17} {}", words.x, words.y, words.z);
-    line + "\n"
+    numbers(label, v.as_slice(), bar, rounding)
+}
+
+/// A line with a label and numbers, with the digits that their error bar leaves.
+fn numbers(label: &str, list: &[f64], bar: f64, rounding: f64) -> String {
+    let words = list.iter().map(|x| format!("{:<17}", significant(*x, bar, rounding)));
+    let line = format!("{label:<24}{}", words.collect::<Vec<_>>().join(" "));
+    line.trim_end().to_owned() + "\n"
 }
 
 /// The error bar of a solution compared with `model.tolerance`.
@@ -290,19 +295,23 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
             }
         }
     }
-    for (joint, force) in scene
-        .articulation()
-        .joints()
-        .iter()
-        .zip(&solution.joint_forces)
-    {
+    let joints = scene.articulation().joints().iter();
+    for (joint, load) in joints.zip(&solution.joint_loads) {
+        let body = &scene.bodies()[joint.body].name;
         text += &entry("link", &joint.name);
-        text += &row(
-            &format!("  force on {}", scene.bodies()[joint.body].name),
-            force,
-            solution.force_error.total(),
-            rounding.force,
-        );
+        let (force, torque) = (solution.force_error.total(), solution.torque_error.total());
+        let label = format!("  force on {body}");
+        text += &row(&label, &load.force, force, rounding.force);
+        // Only joints that turn transmit a torque by themselves.
+        if joint.kind.turns() {
+            let label = format!("  torque on {body}");
+            text += &row(&label, &load.torque, torque, rounding.torque);
+        }
+        if joint.kind.is_angle() {
+            text += &numbers("  torque of the drive", &[load.drive], torque, rounding.torque);
+        } else if joint.kind.has_value() {
+            text += &numbers("  force of the drive", &[load.drive], force, rounding.force);
+        }
     }
     text
 }

@@ -250,7 +250,7 @@ mod tests {
     fn scenes_without_a_best_frequency_are_refused_with_the_reason() {
         let refusal = |scene: &Scene| best_frequency(scene, &mut ()).unwrap_err().to_string();
         let text = include_str!("../../swimmer/templates/three-sphere.toml");
-        let mut document = Document::parse(text, "three-sphere".as_ref()).unwrap();
+        let mut document = Document::parse(text, "three-sphere").unwrap();
         document.set("model.kind=oseen").unwrap();
         let reason = refusal(&Scene::from_document(document).unwrap());
         assert!(

@@ -102,11 +102,10 @@ pub fn design_stroke(
     )?;
     let gait = gait_totals(scene, &limits, &table.geometry)?;
     let moving = limits.moving(&limits.ranges);
-    let search = SearchOptions {
-        start,
-        terms: options.terms as usize,
-        tolerance: options.tolerance,
-    };
+    let search = SearchOptions::default()
+        .with_start(start)
+        .with_terms(options.terms as usize)
+        .with_tolerance(options.tolerance);
     let (geometry, measure) = (&table.geometry, measure_of(scene));
     let optimum = match (options.objective, &bounds) {
         (ObjectiveKind::Displacement, _) => farthest(geometry, measure, &moving)?,

@@ -28,7 +28,7 @@ pub enum DesignError {
     /// An objective whose derivatives contradict its values.
     #[error(
         "the derivative of the {what} with respect to {component} is {given}, but its values \
-         change at the rate {by_differences}; correct it, or use `by_differences`"
+         change at the rate {by_differences}; correct the derivatives or leave them out"
     )]
     WrongDerivative {
         /// Cost or condition.

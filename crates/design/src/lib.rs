@@ -1,6 +1,22 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+/// Methods that set a public field each and return the struct.
+macro_rules! setters {
+    ($type:ident { $($set:ident($field:ident: $value:ty),)* }) => {
+        impl $type {
+            $(
+                #[doc = concat!("Sets [`", stringify!($field), "`](Self::", stringify!($field), ").")]
+                #[must_use]
+                pub fn $set(mut self, $field: $value) -> Self {
+                    self.$field = $field;
+                    self
+                }
+            )*
+        }
+    };
+}
+
 mod best_frequency;
 mod connection;
 mod design_stroke;
@@ -32,7 +48,7 @@ pub use farthest::farthest;
 pub use limits::StrokeLimits;
 pub use objective::{
     DisplacementMeasure, HighestEfficiency, LeastEnergy, LeastEnergyRotation, Objective,
-    WithDerivatives, by_differences,
+    check_objective,
 };
 pub use optimise::{Optimum, SearchOptions, optimise};
 pub use sizes::{BestSizes, SizeRun, SizeSlice, best_sizes, size_slices};

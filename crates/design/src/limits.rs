@@ -15,6 +15,7 @@ const DEFAULT_GAP: f64 = 0.1;
 
 /// Smallest and largest value of each joint.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StrokeLimits {
     /// One range per joint; of width zero for joints that do not move.
     pub ranges: Vec<(f64, f64)>,
@@ -23,6 +24,15 @@ pub struct StrokeLimits {
 }
 
 impl StrokeLimits {
+    /// The limits with one range per joint; those of a positive width are variables.
+    pub fn new(ranges: Vec<(f64, f64)>) -> Self {
+        let variables = (0..ranges.len()).filter(|&k| ranges[k].0 < ranges[k].1);
+        Self {
+            variables: variables.collect(),
+            ranges,
+        }
+    }
+
     /// The limits `optimise.lower` and `optimise.upper` of a scene, by default those of its gait,
     /// with the gap `optimise.gap` between spheres that a slide connects.
     ///
@@ -63,10 +73,8 @@ impl StrokeLimits {
                 ));
             }
         }
-        let variables: Vec<usize> = (0..ranges.len())
-            .filter(|&k| ranges[k].0 < ranges[k].1)
-            .collect();
-        match variables.len() {
+        let limits = Self::new(ranges);
+        match limits.variables.len() {
             0 => refuse(
                 "no joint may move; give optimise.lower and optimise.upper, or a gait".to_owned(),
             ),
@@ -74,7 +82,7 @@ impl StrokeLimits {
                 "{n} joints move, and tables have at most {MAX_JOINTS}; give the same value in \
                  optimise.lower and optimise.upper to those that are to rest"
             )),
-            _ => Ok(Self { ranges, variables }),
+            _ => Ok(limits),
         }
     }
 

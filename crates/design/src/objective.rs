@@ -5,40 +5,54 @@ use nalgebra::Vector3;
 use super::error::DesignError;
 use super::totals::StrokeTotals;
 
-/// A quantity with its derivatives with respect to the totals of a stroke.
-pub type WithDerivatives = (f64, StrokeTotals);
-
 /// What a search for strokes minimises, under which condition.
 ///
-/// Implement it for objectives of one's own. [`by_differences`] supplies derivatives; a search
-/// refuses an objective whose derivatives contradict its values.
+/// Implement it for objectives of one's own: `cost` suffices. A search refuses an objective whose
+/// derivatives contradict its values, before it begins; [`check_objective`] does so without a
+/// table.
 ///
 /// ```
-/// use design::{Objective, StrokeTotals, WithDerivatives, by_differences};
+/// use design::{Objective, StrokeTotals, check_objective};
 ///
 /// /// Least energy, divided by the displacement along x.
 /// struct Cost;
 ///
 /// impl Objective for Cost {
-///     fn cost(&self, totals: &StrokeTotals) -> WithDerivatives {
-///         by_differences(totals, |totals| totals.energy / totals.displacement.x)
+///     fn cost(&self, totals: &StrokeTotals) -> f64 {
+///         totals.energy / totals.displacement.x
 ///     }
 /// }
 ///
 /// let mut totals = StrokeTotals { energy: 3.0, ..StrokeTotals::default() };
 /// totals.displacement.x = 2.0;
-/// let (cost, derivatives) = Cost.cost(&totals);
-/// assert_eq!(cost, 1.5);
+/// assert_eq!(Cost.cost(&totals), 1.5);
+/// let derivatives = Cost.cost_derivatives(&totals);
 /// assert!((derivatives.displacement.x + 0.75).abs() < 1e-10);
+/// check_objective(&Cost, &totals)?;
+/// # Ok::<(), design::DesignError>(())
 /// ```
 #[allow(unused_variables)]
 pub trait Objective: Sync {
     /// The quantity to minimise. It should be of the order of one, or a logarithm.
-    fn cost(&self, totals: &StrokeTotals) -> WithDerivatives;
+    fn cost(&self, totals: &StrokeTotals) -> f64;
+
+    /// Derivatives of the cost with respect to the totals.
+    ///
+    /// By default central differences of fourth order, whose relative error is about 1e-11 for a
+    /// smooth cost. They take 28 evaluations.
+    fn cost_derivatives(&self, totals: &StrokeTotals) -> StrokeTotals {
+        differences(totals, |totals| self.cost(totals), DIFFERENCE_STEP)
+    }
 
     /// A quantity that must be zero, of the order of one for strokes that are far from it.
-    fn condition(&self, totals: &StrokeTotals) -> Option<WithDerivatives> {
+    fn condition(&self, totals: &StrokeTotals) -> Option<f64> {
         None
+    }
+
+    /// Derivatives of the condition with respect to the totals; by default as those of the cost.
+    fn condition_derivatives(&self, totals: &StrokeTotals) -> StrokeTotals {
+        let condition = |totals: &StrokeTotals| self.condition(totals).unwrap_or(f64::NAN);
+        differences(totals, condition, DIFFERENCE_STEP)
     }
 
     /// Direction of the displacement of small strokes from which to start; none for all of them.
@@ -95,24 +109,10 @@ fn sizes(totals: &StrokeTotals) -> [f64; 7] {
 /// rounding and the error of a formula of fourth order.
 const DIFFERENCE_STEP: f64 = 1.0 / 1024.0;
 
-/// A quantity and its derivatives by central differences of fourth order, whose relative error is
-/// about 1e-11 for a smooth quantity.
-///
-/// Cost: 29 evaluations.
-pub fn by_differences(
-    totals: &StrokeTotals,
-    quantity: impl Fn(&StrokeTotals) -> f64,
-) -> WithDerivatives {
-    (
-        quantity(totals),
-        differences(totals, &quantity, DIFFERENCE_STEP),
-    )
-}
-
 /// Central differences of fourth order with these steps relative to the sizes of the components.
 fn differences(
     totals: &StrokeTotals,
-    quantity: &impl Fn(&StrokeTotals) -> f64,
+    quantity: impl Fn(&StrokeTotals) -> f64,
     step: f64,
 ) -> StrokeTotals {
     let (at, sizes) = (components(totals), sizes(totals));
@@ -132,33 +132,37 @@ fn differences(
 const MAX_CONTRADICTION: f64 = 1e-6;
 
 /// Refuses an objective whose derivatives contradict its values at the totals of a stroke.
-pub(crate) fn check_derivatives(
+///
+/// A search calls it with a stroke from which it starts.
+///
+/// # Errors
+/// [`DesignError::WrongDerivative`], also for values or derivatives that are not finite.
+pub fn check_objective(
     objective: &dyn Objective,
     totals: &StrokeTotals,
 ) -> Result<(), DesignError> {
     let cost = |totals: &StrokeTotals| objective.cost(totals);
-    contradiction("cost", totals, cost)?;
+    contradiction("cost", totals, cost, objective.cost_derivatives(totals))?;
     if objective.condition(totals).is_none() {
         return Ok(());
     }
-    let absent = (f64::NAN, StrokeTotals::default());
-    let condition = |totals: &StrokeTotals| objective.condition(totals).unwrap_or(absent);
-    contradiction("condition", totals, condition)
+    let condition = |totals: &StrokeTotals| objective.condition(totals).unwrap_or(f64::NAN);
+    let given = objective.condition_derivatives(totals);
+    contradiction("condition", totals, condition, given)
 }
 
 fn contradiction(
     what: &'static str,
     totals: &StrokeTotals,
-    quantity: impl Fn(&StrokeTotals) -> WithDerivatives,
+    quantity: impl Fn(&StrokeTotals) -> f64,
+    given: StrokeTotals,
 ) -> Result<(), DesignError> {
-    let (value, given) = quantity(totals);
-    let value_at = |totals: &StrokeTotals| quantity(totals).0;
     let [fine, coarse] = [1.0, 2.0]
-        .map(|factor| components(&differences(totals, &value_at, factor * DIFFERENCE_STEP)));
+        .map(|factor| components(&differences(totals, &quantity, factor * DIFFERENCE_STEP)));
     let sizes = sizes(totals);
     let largest =
         (fine.iter().zip(sizes)).fold(0.0, |most: f64, (d, size)| most.max((d * size).abs()));
-    let rounding = 64.0 * f64::EPSILON * value.abs() / DIFFERENCE_STEP;
+    let rounding = 64.0 * f64::EPSILON * quantity(totals).abs() / DIFFERENCE_STEP;
     for (k, given) in components(&given).into_iter().enumerate() {
         let allowed =
             MAX_CONTRADICTION * largest + (fine[k] - coarse[k]).abs() * sizes[k] + rounding;
@@ -186,8 +190,8 @@ pub enum DisplacementMeasure {
 }
 
 impl DisplacementMeasure {
-    /// The displacement that counts.
-    pub fn of(&self, totals: &StrokeTotals) -> WithDerivatives {
+    /// The displacement that counts, and its derivatives with respect to the totals.
+    pub fn of(&self, totals: &StrokeTotals) -> (f64, StrokeTotals) {
         let (value, direction) = match *self {
             Self::Along(direction) => (totals.displacement.dot(&direction), direction),
             Self::Length => {
@@ -236,33 +240,35 @@ pub struct LeastEnergyRotation {
     pub angle: f64,
 }
 
-/// A quantity and derivatives, multiplied by the derivative of a function of it.
-fn scaled(value: f64, slope: f64, derivatives: StrokeTotals) -> WithDerivatives {
-    let derivatives = StrokeTotals {
-        displacement: slope * derivatives.displacement,
-        rotation: slope * derivatives.rotation,
-        energy: slope * derivatives.energy,
-    };
-    (value, derivatives)
+/// Derivatives multiplied by a factor.
+fn scaled(factor: f64, derivatives: StrokeTotals) -> StrokeTotals {
+    StrokeTotals {
+        displacement: factor * derivatives.displacement,
+        rotation: factor * derivatives.rotation,
+        energy: factor * derivatives.energy,
+    }
 }
 
-const ENERGY: StrokeTotals = StrokeTotals {
-    displacement: Vector3::new(0.0, 0.0, 0.0),
-    rotation: Vector3::new(0.0, 0.0, 0.0),
-    energy: 1.0,
-};
-
-/// The logarithm of the energy: steps then do not depend on its size.
-fn log_energy(totals: &StrokeTotals) -> WithDerivatives {
-    scaled(totals.energy.ln(), 1.0 / totals.energy, ENERGY)
+/// Derivatives of the logarithm of the energy, by which steps do not depend on its size.
+fn of_log_energy(totals: &StrokeTotals) -> StrokeTotals {
+    StrokeTotals {
+        energy: 1.0 / totals.energy,
+        ..StrokeTotals::default()
+    }
 }
 
 impl Objective for HighestEfficiency {
-    fn cost(&self, totals: &StrokeTotals) -> WithDerivatives {
-        let (energy, mut derivatives) = log_energy(totals);
+    fn cost(&self, totals: &StrokeTotals) -> f64 {
+        let (displacement, _) = self.measure.of(totals);
+        totals.energy.ln() - 2.0 * displacement.ln()
+    }
+
+    fn cost_derivatives(&self, totals: &StrokeTotals) -> StrokeTotals {
         let (displacement, direction) = self.measure.of(totals);
-        derivatives.displacement = -2.0 / displacement * direction.displacement;
-        (energy - 2.0 * displacement.ln(), derivatives)
+        StrokeTotals {
+            displacement: -2.0 / displacement * direction.displacement,
+            ..of_log_energy(totals)
+        }
     }
 
     fn direction(&self) -> Option<Vector3<f64>> {
@@ -271,14 +277,20 @@ impl Objective for HighestEfficiency {
 }
 
 impl Objective for LeastEnergy {
-    fn cost(&self, totals: &StrokeTotals) -> WithDerivatives {
-        log_energy(totals)
+    fn cost(&self, totals: &StrokeTotals) -> f64 {
+        totals.energy.ln()
     }
 
-    fn condition(&self, totals: &StrokeTotals) -> Option<WithDerivatives> {
-        let (displacement, derivatives) = self.measure.of(totals);
-        let ratio = displacement / self.displacement;
-        Some(scaled(ratio - 1.0, 1.0 / self.displacement, derivatives))
+    fn cost_derivatives(&self, totals: &StrokeTotals) -> StrokeTotals {
+        of_log_energy(totals)
+    }
+
+    fn condition(&self, totals: &StrokeTotals) -> Option<f64> {
+        Some(self.measure.of(totals).0 / self.displacement - 1.0)
+    }
+
+    fn condition_derivatives(&self, totals: &StrokeTotals) -> StrokeTotals {
+        scaled(1.0 / self.displacement, self.measure.of(totals).1)
     }
 
     fn direction(&self) -> Option<Vector3<f64>> {
@@ -291,17 +303,23 @@ impl Objective for LeastEnergy {
 }
 
 impl Objective for LeastEnergyRotation {
-    fn cost(&self, totals: &StrokeTotals) -> WithDerivatives {
-        log_energy(totals)
+    fn cost(&self, totals: &StrokeTotals) -> f64 {
+        totals.energy.ln()
     }
 
-    fn condition(&self, totals: &StrokeTotals) -> Option<WithDerivatives> {
-        let derivatives = StrokeTotals {
-            rotation: self.axis,
+    fn cost_derivatives(&self, totals: &StrokeTotals) -> StrokeTotals {
+        of_log_energy(totals)
+    }
+
+    fn condition(&self, totals: &StrokeTotals) -> Option<f64> {
+        Some(totals.rotation.dot(&self.axis) / self.angle - 1.0)
+    }
+
+    fn condition_derivatives(&self, _: &StrokeTotals) -> StrokeTotals {
+        StrokeTotals {
+            rotation: 1.0 / self.angle * self.axis,
             ..StrokeTotals::default()
-        };
-        let ratio = totals.rotation.dot(&self.axis) / self.angle;
-        Some(scaled(ratio - 1.0, 1.0 / self.angle, derivatives))
+        }
     }
 
     fn axis(&self) -> Option<Vector3<f64>> {
@@ -321,13 +339,17 @@ mod tests {
     struct Wrong<'a>(&'a dyn Objective, f64);
 
     impl Objective for Wrong<'_> {
-        fn cost(&self, totals: &StrokeTotals) -> WithDerivatives {
-            let (cost, mut derivatives) = self.0.cost(totals);
-            derivatives.energy *= self.1;
-            (cost, derivatives)
+        fn cost(&self, totals: &StrokeTotals) -> f64 {
+            self.0.cost(totals)
         }
 
-        fn condition(&self, totals: &StrokeTotals) -> Option<WithDerivatives> {
+        fn cost_derivatives(&self, totals: &StrokeTotals) -> StrokeTotals {
+            let mut derivatives = self.0.cost_derivatives(totals);
+            derivatives.energy *= self.1;
+            derivatives
+        }
+
+        fn condition(&self, totals: &StrokeTotals) -> Option<f64> {
             self.0.condition(totals)
         }
     }
@@ -336,16 +358,19 @@ mod tests {
     struct Sideways;
 
     impl Objective for Sideways {
-        fn cost(&self, totals: &StrokeTotals) -> WithDerivatives {
-            by_differences(totals, |totals| totals.energy)
+        fn cost(&self, totals: &StrokeTotals) -> f64 {
+            totals.energy
         }
 
-        fn condition(&self, totals: &StrokeTotals) -> Option<WithDerivatives> {
-            let derivatives = StrokeTotals {
+        fn condition(&self, totals: &StrokeTotals) -> Option<f64> {
+            Some(totals.displacement.x)
+        }
+
+        fn condition_derivatives(&self, _: &StrokeTotals) -> StrokeTotals {
+            StrokeTotals {
                 displacement: -Vector3::x(),
                 ..StrokeTotals::default()
-            };
-            Some((totals.displacement.x, derivatives))
+            }
         }
     }
 
@@ -371,15 +396,15 @@ mod tests {
             let objectives: [&dyn Objective; 3] =
                 [&HighestEfficiency { measure }, &least, &rotation];
             for objective in objectives {
-                check_derivatives(objective, &totals).unwrap();
+                check_objective(objective, &totals).unwrap();
                 for factor in [-1.0, 0.0, 1.001, f64::NAN] {
-                    let error = check_derivatives(&Wrong(objective, factor), &totals).unwrap_err();
+                    let error = check_objective(&Wrong(objective, factor), &totals).unwrap_err();
                     let expected = "the cost with respect to energy";
                     assert!(error.to_string().contains(expected), "{error}");
                 }
             }
         }
-        let error = check_derivatives(&Sideways, &totals).unwrap_err();
+        let error = check_objective(&Sideways, &totals).unwrap_err();
         assert!(
             error
                 .to_string()

@@ -1,8 +1,9 @@
 //! The search for the best stroke: several starts, then more and more terms.
 
 use models::ShapeGeometry;
+use scene::OptimiseOptions;
 
-use super::objective::{Objective, check_derivatives};
+use super::objective::{Objective, check_objective};
 use super::search::StrokeProblem;
 use super::starts::starts;
 use super::stroke_path::{Series, StrokeCurve};
@@ -16,15 +17,34 @@ pub(super) const FIRST_TERMS: usize = 4;
 const SEARCH_SHARE: f64 = 0.01;
 
 /// How a search is made.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SearchOptions {
-    /// The shape at which strokes start; none for closed strokes anywhere.
+    /// The shape at which strokes start; none, the default, for closed strokes anywhere.
     pub start: Option<Vec<f64>>,
-    /// Largest number of terms.
+    /// Largest number of terms; 64 by default.
     pub terms: usize,
-    /// Change of the cost by twice as many terms at which the search ends.
+    /// Change of the cost by twice as many terms at which the search ends; 2e-4 by default.
     pub tolerance: f64,
 }
+
+impl Default for SearchOptions {
+    /// The defaults of the keys `optimise.terms` and `optimise.tolerance` of scenes.
+    fn default() -> Self {
+        let keys = OptimiseOptions::default();
+        Self {
+            start: None,
+            terms: keys.terms as usize,
+            tolerance: keys.tolerance,
+        }
+    }
+}
+
+setters!(SearchOptions {
+    with_start(start: Option<Vec<f64>>),
+    with_terms(terms: usize),
+    with_tolerance(tolerance: f64),
+});
 
 /// The best stroke that was found.
 #[derive(Clone, Debug)]
@@ -64,7 +84,7 @@ pub fn optimise(
     let starts = starts(geometry, objective, &series, limits);
     let mut problem = StrokeProblem::new(geometry, objective, series, limits);
     if let Some(first) = starts.iter().find_map(|start| problem.stroke(start)) {
-        check_derivatives(objective, &first.totals)?;
+        check_objective(objective, &first.totals)?;
     }
     progress.begins(&format!("searching from {} strokes", starts.len()));
     let found = problem.compared(&starts);

@@ -123,10 +123,7 @@ mod tests {
                     gait = { kind = \"table\", file = \"gait.csv\" }\n";
         std::fs::write(at("scene.toml"), text).unwrap();
         let scene = Scene::read(at("scene.toml"), &[]).unwrap();
-        let limits = StrokeLimits {
-            ranges: vec![(3.0, 4.0)],
-            variables: vec![0],
-        };
+        let limits = StrokeLimits::new(vec![(3.0, 4.0)]);
         let curve = StrokeCurve::Polygon {
             corners: vec![vec![3.0], vec![4.0]],
             times: vec![0.0, 0.5, 1.0],

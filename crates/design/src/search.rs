@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use super::evaluation::{Bounds, Evaluation, Problem};
 use super::interior_point::{Minimum, minimise};
-use super::objective::{Objective, WithDerivatives};
+use super::objective::Objective;
 use super::stroke_path::{SampledSeries, Series};
-use super::totals::Stroke;
+use super::totals::{Stroke, StrokeTotals};
 
 /// Predicted decrease at which the starts are compared.
 const COMPARE_DECREASE: f64 = 1e-3;
@@ -75,7 +75,7 @@ impl<'a> StrokeProblem<'a> {
         for _ in 0..ROUNDS {
             let stroke = self.stroke(&coefficients);
             let condition = stroke.and_then(|stroke| self.objective.condition(&stroke.totals));
-            let Some((excess, _)) = condition.filter(|(excess, _)| *excess > -1.0) else {
+            let Some(excess) = condition.filter(|excess| *excess > -1.0) else {
                 break;
             };
             // A step that is too long would leave the table.
@@ -176,7 +176,7 @@ impl<'a> StrokeProblem<'a> {
         })
     }
 
-    fn gradient(&self, stroke: &Stroke, (_, weights): &WithDerivatives) -> DVector<f64> {
+    fn gradient(&self, stroke: &Stroke, weights: &StrokeTotals) -> DVector<f64> {
         let (of_shapes, of_rates) = stroke.derivatives(weights);
         let gradient = self.sampled.to_coefficients(&of_shapes, &of_rates);
         self.scaled(&gradient, |g, width| g * width)
@@ -186,12 +186,15 @@ impl<'a> StrokeProblem<'a> {
 impl Problem for StrokeProblem<'_> {
     fn evaluate(&self, x: &DVector<f64>) -> Option<Evaluation> {
         let stroke = self.stroke(&self.coefficients(x))?;
-        let cost = self.objective.cost(&stroke.totals);
-        let condition = self.objective.condition(&stroke.totals);
+        let (objective, totals) = (self.objective, &stroke.totals);
+        let of_condition = |value: f64| {
+            let weights = objective.condition_derivatives(totals);
+            (value, self.gradient(&stroke, &weights))
+        };
         let evaluation = Evaluation {
-            cost: cost.0,
-            gradient: self.gradient(&stroke, &cost),
-            condition: condition.map(|c| (c.0, self.gradient(&stroke, &c))),
+            cost: objective.cost(totals),
+            gradient: self.gradient(&stroke, &objective.cost_derivatives(totals)),
+            condition: objective.condition(totals).map(of_condition),
             positive: None,
         };
         let is_finite = evaluation.cost.is_finite()

@@ -5,7 +5,9 @@ use std::ops::Range;
 use rayon::prelude::*;
 use sprs::CsMatI;
 
-use crate::csr::Rows;
+use crate::LinalgError;
+use crate::csr::{Csr, Rows, check_shape};
+use crate::product::build_rows;
 
 /// Tasks that gather rows of the transpose.
 ///
@@ -73,6 +75,22 @@ pub(crate) fn transpose<V: Copy + Default + Send + Sync>(
     CsMatI::new((cols, matrix.rows()), starts, columns, values)
 }
 
+/// The symmetric part `(A + A^T) / 2`.
+///
+/// # Errors
+/// [`LinalgError::Shape`] for a matrix that is not square.
+pub(crate) fn symmetric_part(matrix: &Csr) -> Result<Csr, LinalgError> {
+    let size = (matrix.rows(), matrix.rows());
+    check_shape("matrix of a symmetric part", matrix.shape(), size)?;
+    let transposed = transpose(matrix);
+    let (a, at) = (Rows::new(matrix), Rows::new(&transposed));
+    Ok(build_rows(matrix.rows(), matrix.cols(), |i, row| {
+        for (j, value) in a.row(i).chain(at.row(i)) {
+            row.add(j, 0.5 * value);
+        }
+    }))
+}
+
 /// Calls `take(row, column - range.start, value)` for all entries with columns in `range`, row by
 /// row.
 #[inline(always)]
@@ -94,7 +112,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Csr;
 
     proptest! {
         /// Few and many nonzeros per row, with one task and with several.

@@ -1,5 +1,7 @@
 //! Points, tets and tagged faces as plain arrays, and the local numbering of a tet.
 
+use std::collections::BTreeSet;
+
 use nalgebra::Vector3;
 
 /// A point or a displacement in space.
@@ -135,6 +137,66 @@ impl LinearTets {
                 .into(),
             regions: Regions::default(),
         }
+    }
+
+    /// The mesh without the tets whose centroid `is_removed`, with the tag `tag` on the faces of
+    /// the cavity: a body cut out of the fluid.
+    ///
+    /// Removed tets at the boundary take their faces with them, and points that no tet uses are
+    /// dropped. Cost: O(n log n).
+    ///
+    /// ```
+    /// use mesh::{LinearTets, TetMesh, Vec3};
+    /// // a cube of side 1/2 in the unit cube
+    /// let middle = Vec3::repeat(0.5);
+    /// let tets = LinearTets::cube(4).without_tets("body", |x| (x - middle).amax() < 0.25);
+    /// let mesh = TetMesh::straight(tets)?;
+    /// assert_eq!((mesh.n_cells(), mesh.facets().len()), (6 * (64 - 8), 12 * (16 + 4)));
+    /// assert!((mesh.volume() - 0.875).abs() < 1e-14);
+    /// # Ok::<(), mesh::MeshError>(())
+    /// ```
+    #[must_use]
+    pub fn without_tets(mut self, tag: &str, is_removed: impl Fn(&Vec3) -> bool) -> Self {
+        let centroid = |tet: &[u32; 4]| {
+            let sum: Vec3 = tet.iter().map(|&v| self.points[v as usize]).sum();
+            sum / 4.0
+        };
+        let removed: Vec<bool> = self.tets.iter().map(|t| is_removed(&centroid(t))).collect();
+        let sorted = |mut face: [u32; 3]| {
+            face.sort_unstable();
+            face
+        };
+        let faces = |tet: [u32; 4]| TET_FACES.map(|face| face.map(|corner| tet[corner]));
+        let of = |is_wanted: bool| {
+            let tets = self.tets.iter().zip(&removed);
+            tets.filter(move |(_, is_removed)| **is_removed == is_wanted)
+                .flat_map(move |(&tet, _)| faces(tet))
+        };
+        let of_removed: BTreeSet<[u32; 3]> = of(true).map(sorted).collect();
+        let is_of_removed = |face: &[u32; 3]| of_removed.contains(&sorted(*face));
+        // A face of a kept and of a removed tet.
+        let cut: Vec<[u32; 3]> = of(false).filter(is_of_removed).collect();
+        self.faces
+            .retain(|(face, _)| !of_removed.contains(&sorted(*face)));
+        let known = self.tags.iter().position(|name| name == tag);
+        let number = known.unwrap_or(self.tags.len()) as u16;
+        if known.is_none() {
+            self.tags.push(tag.to_owned());
+        }
+        self.faces
+            .extend(cut.into_iter().map(|face| (face, number)));
+        let mut kept = removed.iter().map(|is_removed| !is_removed);
+        self.tets.retain(|_| kept.next().unwrap_or(true));
+        let mut kept = removed.iter().map(|is_removed| !is_removed);
+        self.regions
+            .of_cells
+            .retain(|_| kept.next().unwrap_or(true));
+        let (points, number) = used_points(&self.points, self.tets.as_flattened().iter().copied());
+        self.points = points;
+        let renumber = |vertex: &mut u32| *vertex = number[*vertex as usize];
+        self.tets.as_flattened_mut().iter_mut().for_each(renumber);
+        (self.faces.iter_mut()).for_each(|(face, _)| face.iter_mut().for_each(renumber));
+        self
     }
 }
 

@@ -156,21 +156,34 @@ pub enum HydroError {
     /// A surface velocity that the expansions do not represent.
     #[error(
         "the surface velocity of sphere {sphere} has a part of {remainder:.1e} (relative, root mean \
-         square) that polynomials of degree {degree} in the normal do not represent, of which the \
-         net flux through the sphere is {flux:.1e}; at most {highest:.0e} is allowed: make it \
-         smoother, or expand it in squirming modes and pass their sum; remove a net flux"
+         square) that polynomials of degree {degree} in the normal do not represent; at most \
+         {highest:.0e} is allowed: make it smoother, or expand it in squirming modes and pass \
+         their sum"
     )]
     SlipNotResolved {
         /// Index of the sphere.
         sphere: usize,
         /// Degree up to which all polynomials are represented.
         degree: usize,
-        /// Root mean square of the part that is not represented, relative to the largest surface
-        /// velocity of all spheres.
+        /// Root mean square of the part that is not represented, relative to the largest root mean
+        /// square of the surface velocities of all spheres.
         remainder: f64,
-        /// Mean normal component, relative to the same velocity.
-        flux: f64,
         /// Largest remainder that is accepted.
+        highest: f64,
+    },
+    /// A surface velocity that pumps fluid out of a sphere or into it.
+    #[error(
+        "the surface velocity of sphere {sphere} has the net flux {flux:.3e} through it (mean normal \
+         component over root mean square; above {highest:.0e}), which the fluid inside cannot supply: \
+         subtract the mean normal component times the normal"
+    )]
+    NetFlux {
+        /// Index of the sphere.
+        sphere: usize,
+        /// Mean normal component, positive outwards, relative to the largest root mean square of
+        /// the surface velocities of all spheres.
+        flux: f64,
+        /// Largest flux that is taken for rounding or for an error of the expansion.
         highest: f64,
     },
     /// An approximate mobility that is not positive definite, so that it has no resistance.

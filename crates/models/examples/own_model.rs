@@ -6,8 +6,8 @@
 use std::error::Error;
 use std::f64::consts::PI;
 
-use models::nalgebra::{DMatrix, DVector, Vector3};
-use models::rigid::Reduction;
+use models::nalgebra::{DMatrix, DVector};
+use models::rigid::{Drive, ExternalLoad, Reduction};
 use models::{
     BodySolution, Configuration, Hydrodynamics, InstantaneousSolution, ModelError, Query,
     SphereModel, SpheresModel,
@@ -48,7 +48,8 @@ impl NoInteractions {
             ModelError::not_positive_definite("drag of the free motions", &matrix, remedy)
         })?;
         let v = v.solve(&-s.tr_mul(&(&drag * w)));
-        let motion = set.state_velocity(reduction.velocities(&v)?.as_slice())?;
+        let generalised = reduction.velocities(&v)?;
+        let motion = set.state_velocity(generalised.as_slice())?;
 
         let velocities = s * v + w;
         let forces = drag * &velocities;
@@ -61,9 +62,14 @@ impl NoInteractions {
                 torque: part(&forces, 6 * body + 3),
             })
             .collect();
-        // The only joint transmits the force of its first body.
-        let joint_forces: Vec<Vector3<f64>> = vec![bodies[1].force];
-        Ok(InstantaneousSolution::new(bodies, joint_forces, motion))
+        // The joints transmit what the fluid exerts on the bodies; the scene has no loads.
+        let drive = Drive {
+            set,
+            constraints: &constraints,
+            loads: &vec![ExternalLoad::default(); bodies.len()],
+        };
+        let joint_loads = drive.joint_loads(&forces, &generalised)?;
+        Ok(InstantaneousSolution::new(bodies, joint_loads, motion))
     }
 }
 
@@ -102,14 +108,18 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     let models: [Box<dyn Hydrodynamics>; 2] =
         [Box::new(NoInteractions(scene)), Box::new(multipoles)];
     let mut heads = Vec::new();
+    let mut pushes = Vec::new();
     for mut model in models {
         let solution = model.solve_one(configuration, &[1.0])?;
         let [tail, head] = [0, 1].map(|body| solution.bodies[body].velocity.x);
         println!("{:>15}: tail {tail:.6}, head {head:.6}", model.name());
         assert!((head - tail - 1.0).abs() < 1e-12, "rate of the arm");
         heads.push(head);
+        pushes.push(solution.joint_loads[0].drive);
     }
     assert!((heads[0] - 2.0 / 3.0).abs() < 1e-12, "{heads:?}");
+    // The arm pushes the head against its drag 6π·2/3.
+    assert!((pushes[0] - 4.0 * PI).abs() < 1e-11, "{pushes:?}");
     // Interactions change the velocity by a relative amount of the order of radius over distance.
     assert!((heads[1] - heads[0]).abs() < 0.1, "{heads:?}");
     Ok(())

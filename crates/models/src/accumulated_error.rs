@@ -147,7 +147,7 @@ mod tests {
                         velocity: sign * Vector3::x(),
                         ..BodySolution::default()
                     }],
-                    joint_forces: vec![],
+                    joint_loads: vec![],
                     slip_power: 0.0,
                 },
                 uncertainty: Uncertainty {

@@ -361,7 +361,8 @@ impl InstantaneousSolution {
             [b.velocity, b.angular_velocity, b.force, b.torque]
                 .iter()
                 .all(finite)
-        }) && self.joint_forces.iter().all(finite);
+        }) && (self.joint_loads.iter())
+            .all(|load| finite(&load.force) && finite(&load.torque) && load.drive.is_finite());
         match (moves, loads) {
             (true, true) => Ok(()),
             (false, _) => Err(ModelError::NotFinite {

@@ -1,9 +1,7 @@
 //! Velocities and forces of linked bodies from their grand resistance matrix.
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use rigid::{
-    Articulation, Constraints, Drive, ExternalLoad, Joint, Reduction, RigidError, StateVelocity,
-};
+use rigid::{Articulation, Constraints, Drive, ExternalLoad, Joint, Reduction, StateVelocity};
 
 use crate::error::ModelError;
 use crate::query::Configuration;
@@ -146,20 +144,11 @@ impl MobilitySolution {
             constraints,
             loads,
         };
-        let joint_loads = drive.joint_loads(&self.forces, &self.generalised)?;
-        let joints = 0..set.joints().len();
-        let joint_forces: Result<_, RigidError> = joints
-            .map(|joint| {
-                constraints
-                    .joint_load(&joint_loads, joint)
-                    .map(|load| load.force)
-            })
-            .collect();
         Ok(scaled.response_to_scene(ScaledResponse {
             motion: &set.state_velocity(self.generalised.as_slice())?,
             generalised: &self.generalised,
             forces: &self.forces,
-            joint_forces: joint_forces?,
+            joint_loads: drive.joint_loads(&self.forces, &self.generalised)?,
             slip_power: self.slip_power,
         }))
     }

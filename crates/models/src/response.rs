@@ -3,7 +3,7 @@
 use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rigid::StateVelocity;
+use rigid::{JointLoad, StateVelocity};
 use serde::{Deserialize, Serialize};
 
 /// Motion and loads of the bodies of a scene: all that depends linearly on what drives the flow.
@@ -16,11 +16,11 @@ pub struct Response {
     pub motion: StateVelocity,
     /// One entry per body of the scene, in its order; points have zero force and torque.
     pub bodies: Vec<BodySolution>,
-    /// One entry per joint of the scene: the force of the joint on the body named by its key
-    /// `body`.
+    /// One entry per joint of the scene: the force and torque of the joint on the body named by its
+    /// key `body`, and the force or torque of its drive.
     ///
-    /// The opposite force acts on the body named by its key `to`.
-    pub joint_forces: Vec<Vector3<f64>>,
+    /// The opposite force and torque act on the body named by its key `to`.
+    pub joint_loads: Vec<JointLoad>,
     /// Power of the slip of the bodies on the fluid, in addition to that of their motion.
     pub slip_power: f64,
 }
@@ -50,7 +50,11 @@ impl Response {
         (frames.flat_map(|frame| [&frame.linear, &frame.angular]))
             .chain(&self.motion.spins)
             .chain(self.bodies.iter().flat_map(BodySolution::vectors))
-            .chain(&self.joint_forces)
+            .chain(
+                self.joint_loads
+                    .iter()
+                    .flat_map(|load| [&load.force, &load.torque]),
+            )
     }
 
     pub(crate) fn vectors_mut(&mut self) -> impl Iterator<Item = &mut Vector3<f64>> {
@@ -58,7 +62,18 @@ impl Response {
         (frames.flat_map(|frame| [&mut frame.linear, &mut frame.angular]))
             .chain(&mut self.motion.spins)
             .chain(self.bodies.iter_mut().flat_map(BodySolution::vectors_mut))
-            .chain(&mut self.joint_forces)
+            .chain(
+                (self.joint_loads.iter_mut()).flat_map(|load| [&mut load.force, &mut load.torque]),
+            )
+    }
+
+    /// Force or torque of the drive of each joint.
+    pub(crate) fn drives(&self) -> impl Iterator<Item = f64> {
+        self.joint_loads.iter().map(|load| load.drive)
+    }
+
+    pub(crate) fn drives_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+        self.joint_loads.iter_mut().map(|load| &mut load.drive)
     }
 
     /// Rotates all vectors, for a configuration that is rotated as a whole.
@@ -80,6 +95,7 @@ impl Response {
     fn apply(&mut self, f: impl Fn(&mut f64)) {
         self.vectors_mut().for_each(|v| v.apply(&f));
         self.motion.joints.iter_mut().for_each(&f);
+        self.drives_mut().for_each(&f);
         f(&mut self.slip_power);
     }
 
@@ -89,6 +105,8 @@ impl Response {
         vectors.for_each(|(a, b)| a.zip_apply(b, &f));
         let joints = self.motion.joints.iter_mut().zip(&other.motion.joints);
         joints.for_each(|(a, b)| f(a, *b));
+        let drives = self.drives_mut().zip(other.drives());
+        drives.for_each(|(a, b)| f(a, b));
         f(&mut self.slip_power, other.slip_power);
     }
 }

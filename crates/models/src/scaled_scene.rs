@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use nalgebra::{DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3};
-use rigid::{Articulation, BodyKind, Constraints, ExternalLoad, State, StateVelocity};
+use rigid::{Articulation, BodyKind, Constraints, ExternalLoad, JointLoad, State, StateVelocity};
 
 use crate::error::ModelError;
 use crate::query::{BodyInertia, Configuration, Query};
@@ -37,7 +37,7 @@ pub(crate) struct ScaledResponse<'a> {
     pub generalised: &'a DVector<f64>,
     /// Forces and torques of the bodies with surfaces, six numbers each.
     pub forces: &'a DVector<f64>,
-    pub joint_forces: Vec<Vector3<f64>>,
+    pub joint_loads: Vec<JointLoad>,
     pub slip_power: f64,
 }
 
@@ -241,11 +241,13 @@ impl ScaledScene {
             bodies[body].force = scale.force_to_scene(force);
             bodies[body].torque = scale.torque_to_scene(torque);
         }
-        let joint_forces = scaled.joint_forces.into_iter();
+        let joint_loads = self.set.joints().iter().zip(&scaled.joint_loads);
         Response {
             motion: self.motion_to_scene(scaled.motion),
             bodies,
-            joint_forces: joint_forces.map(|f| scale.force_to_scene(f)).collect(),
+            joint_loads: joint_loads
+                .map(|(joint, load)| scale.joint_load_to_scene(joint, load))
+                .collect(),
             slip_power: scale.power_to_scene(scaled.slip_power),
         }
     }

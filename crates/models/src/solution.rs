@@ -2,8 +2,8 @@
 
 use std::ops::{Deref, DerefMut};
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use rigid::StateVelocity;
+use nalgebra::{Matrix3, UnitQuaternion};
+use rigid::{JointLoad, StateVelocity};
 use serde::{Deserialize, Serialize};
 use stokes::{Checks, Dofs, Seconds, SolverReport};
 
@@ -101,16 +101,16 @@ impl From<Response> for InstantaneousSolution {
 impl InstantaneousSolution {
     /// Creates a solution from motion and forces, without error bars, sizes and times.
     ///
-    /// Shapes: `bodies` one entry per body of the scene, `joint_forces` one entry per joint.
+    /// Shapes: `bodies` one entry per body of the scene, `joint_loads` one entry per joint.
     pub fn new(
         bodies: Vec<BodySolution>,
-        joint_forces: Vec<Vector3<f64>>,
+        joint_loads: Vec<JointLoad>,
         motion: StateVelocity,
     ) -> Self {
         Self::from(Response {
             motion,
             bodies,
-            joint_forces,
+            joint_loads,
             slip_power: 0.0,
         })
     }

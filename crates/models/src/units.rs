@@ -5,7 +5,9 @@ use std::ops::{Div, Mul};
 use mesh::{MeshError, Surface, TetMesh};
 use mesher::GenerateError;
 use nalgebra::{DMatrix, Isometry3, Matrix6, Vector3};
-use rigid::{ExternalLoad, Joint, JointDrive, PassiveDrive, State, StateVelocity, Twist};
+use rigid::{
+    ExternalLoad, Joint, JointDrive, JointLoad, PassiveDrive, State, StateVelocity, Twist,
+};
 
 use scene::{Background, Scene, Shape};
 
@@ -127,6 +129,15 @@ impl Scale {
             true => force / (self.force_unit() * self.length),
             false => force / self.force_unit(),
         }
+    }
+
+    /// Load of a joint in the scene of a scaled one.
+    pub fn joint_load_to_scene(&self, joint: &Joint, load: &JointLoad) -> JointLoad {
+        JointLoad::new(
+            self.force_to_scene(load.force),
+            self.torque_to_scene(load.torque),
+            load.drive / self.joint_force(joint, 1.0),
+        )
     }
 
     /// Scaled value, or rate, of a joint: only lengths have a unit.

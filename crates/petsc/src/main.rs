@@ -95,8 +95,8 @@ fn answer(arguments: &Arguments, is_first: bool) -> Result<String, SwimError> {
 
 /// Finite elements that are solved on all processes.
 fn model(scene: &Scene) -> Result<Choice, ModelError> {
-    Ok(Choice {
-        model: Box::new(FemModel::new(scene)?.with_engine(&ENGINE)),
-        reasons: vec!["finite elements are the model that PETSc solves".to_owned()],
-    })
+    Ok(Choice::new(
+        Box::new(FemModel::new(scene)?.with_engine(&ENGINE)),
+        vec!["finite elements are the model that PETSc solves".to_owned()],
+    ))
 }

@@ -270,10 +270,7 @@ fn a_gait_moves_as_on_one_machine_and_resumes() {
     std::fs::write(&path, text).expect("a file");
     let scene = Scene::read(&path, &overrides("off")).expect("a sound scene");
     let elements = |scene: &Scene| {
-        Ok(Choice {
-            model: Box::new(FemModel::new(scene)?),
-            reasons: Vec::new(),
-        })
+        Ok(Choice::new(Box::new(FemModel::new(scene)?), Vec::new()))
     };
     let alone = folder.path().join("alone");
     let expected =

@@ -100,7 +100,7 @@ impl Constraints {
 }
 
 /// Load of a joint, which balances its two bodies.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct JointLoad {
     /// Force on `body`; the opposite force acts on `to`. It acts at the pivot of joints that turn.
@@ -113,6 +113,17 @@ pub struct JointLoad {
     /// the joint. Positive if it increases the value; for passive joints, that of the spring, the
     /// dashpot and the given force together.
     pub drive: f64,
+}
+
+impl JointLoad {
+    /// The load of a force, a torque and a drive, each with the meaning of its field.
+    pub fn new(force: Vector3<f64>, torque: Vector3<f64>, drive: f64) -> Self {
+        Self {
+            force,
+            torque,
+            drive,
+        }
+    }
 }
 
 /// Rows of a joint in [`Constraints::matrix`].
@@ -157,18 +168,6 @@ impl JointRows {
             load.drive += rotation.dot(&load.torque);
         }
         Ok(load)
-    }
-}
-
-impl Constraints {
-    /// Load of a joint from the loads of all rows,
-    /// [`Drive::joint_loads`](crate::Drive::joint_loads).
-    ///
-    /// # Errors
-    /// [`RigidError::NoSuchJoint`], [`RigidError::Length`].
-    pub fn joint_load(&self, loads: &DVector<f64>, joint: usize) -> Result<JointLoad, RigidError> {
-        check_length("loads of the joints", loads.len(), self.matrix.nrows())?;
-        JointRows::load_of(&self.joint_rows, loads, joint)
     }
 }
 

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::constraints::JointRows;
 use crate::drive::Damping;
 use crate::error::check_length;
-use crate::{Constraints, Drive, NullSpace, Reduction, RigidError, SymmetryPlanes};
+use crate::{Constraints, Drive, JointLoad, NullSpace, Reduction, RigidError, SymmetryPlanes};
 
 /// Data for the loads `λ` of the joints: `C^T λ` balances the fluid's forces and the external
 /// loads.
@@ -75,9 +75,9 @@ impl Drive<'_> {
 
     /// Loads of the joints that balance given forces `(F, T)` of the rigid bodies on the fluid.
     ///
-    /// For flow models that provide resistances only; `velocities` are all generalised velocities,
-    /// which dashpots depend on. The layout is that of
-    /// [`FlowSolution::joint_loads`](crate::FlowSolution::joint_loads).
+    /// For flow models that provide resistances only: one load per joint of the set, those of
+    /// [`FlowSolution::joint_load`](crate::FlowSolution::joint_load). `velocities` are all
+    /// generalised velocities, which dashpots depend on.
     ///
     /// # Errors
     /// Joints that contradict each other, lists of the wrong length.
@@ -85,7 +85,7 @@ impl Drive<'_> {
         &self,
         forces: &DVector<f64>,
         velocities: &DVector<f64>,
-    ) -> Result<DVector<f64>, RigidError> {
+    ) -> Result<Vec<JointLoad>, RigidError> {
         check_length(
             "generalised velocities",
             velocities.len(),
@@ -97,7 +97,10 @@ impl Drive<'_> {
             self.set.surface_velocities().len(),
         )?;
         let (_, loads) = self.reduced(SymmetryPlanes::default())?;
-        loads.balancing(forces, velocities)
+        let rows = loads.balancing(forces, velocities)?;
+        (0..loads.joint_rows.len())
+            .map(|joint| JointRows::load_of(&loads.joint_rows, &rows, joint))
+            .collect()
     }
 }
 

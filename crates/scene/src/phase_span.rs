@@ -33,8 +33,9 @@ pub struct PhaseSpan {
 const RANGE_PARTS: usize = 64;
 
 impl PhaseSpan {
-    /// Values of the joints at `s` in [0, 1].
+    /// Values of the joints at `s` in [0, 1]; outside, those at the nearer end.
     pub fn shape(&self, s: f64) -> Vec<f64> {
+        let s = s.clamp(0.0, 1.0);
         // In this form a constant value is reproduced to the last bit.
         let linear = || {
             let ends = self.from.iter().zip(&self.to);
@@ -64,8 +65,9 @@ impl PhaseSpan {
         }
     }
 
-    /// Rates of change of the values in time at `s` in [0, 1].
+    /// Rates of change of the values in time at `s` in [0, 1]; outside, those at the nearer end.
     pub fn rates(&self, s: f64) -> Vec<f64> {
+        let s = s.clamp(0.0, 1.0);
         let linear = || {
             let ends = self.from.iter().zip(&self.to);
             ends.map(|(a, b)| (b - a) / self.duration)
@@ -213,7 +215,8 @@ impl PhaseSpan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gait::{Gait, spans};
+    use crate::gait::{Gait, Phase, spans};
+    use crate::shape_path::CubicLength;
 
     #[test]
     fn sines_of_several_orders_close_and_their_ranges_contain_them() {
@@ -249,6 +252,7 @@ mod tests {
                 // Central differences with d = 1e-5: rounding 1e-15 / d and d^2 times the third
                 // derivative.
                 let d = 1e-5;
+                let s = s.clamp(d, 1.0 - d);
                 let [before, after] = [span.shape(s - d), span.shape(s + d)];
                 for (joint, rate) in span.rates(s).iter().enumerate() {
                     let expected = (after[joint] - before[joint]) / (2.0 * d * span.duration);
@@ -266,6 +270,43 @@ mod tests {
                 });
             let allowed = 8e-5 * (2.0 + 0.5 * 9.0);
             assert!(low - ranges[0].0 < allowed && ranges[0].1 - high < allowed);
+        }
+    }
+
+    /// Outside of [0, 1] a span is that of the nearer end, on all kinds of paths.
+    #[test]
+    fn a_span_ends_at_its_ends() {
+        let sine = Sine {
+            joint: 0,
+            amplitude: 2.0,
+            phase: 0.3,
+            order: 1,
+        };
+        let piece = CubicLength {
+            joint: 0,
+            end: 3.0,
+            square: 1.0,
+            cube: -2.0,
+        };
+        let cubic = Phase {
+            path: ShapePath::Cubic(vec![piece]),
+            duration: 2.0,
+        };
+        let gaits = [
+            Gait::harmonic(1, vec![sine], 6.0),
+            Gait {
+                cycles: 1,
+                phases: vec![cubic],
+            },
+        ];
+        for gait in gaits {
+            let span = spans(&gait, &[8.0]).unwrap().next().unwrap();
+            assert!(span.rates(0.0)[0] != 0.0 && span.rates(1.0)[0] != 0.0);
+            for (outside, end) in [(-0.5, 0.0), (1.0 + f64::EPSILON, 1.0), (7.0, 1.0)] {
+                assert_eq!(span.shape(outside), span.shape(end));
+                assert_eq!(span.rates(outside), span.rates(end));
+            }
+            assert!(span.shape(f64::NAN)[0].is_nan());
         }
     }
 }

@@ -36,7 +36,8 @@ impl Scene {
     ///
     /// # Errors
     /// Those of [`Self::to_toml`].
-    pub fn to_toml_in(&self, folder: &Path) -> Result<String, SceneError> {
+    pub fn to_toml_in(&self, folder: impl AsRef<Path>) -> Result<String, SceneError> {
+        let folder = folder.as_ref();
         let mut file = self.checked_file()?;
         let bodies = file.bodies.iter_mut().map(|body| &mut body.file);
         for name in bodies.chain([&mut file.domain.file, &mut file.gait.file]) {

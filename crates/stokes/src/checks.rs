@@ -12,7 +12,8 @@ use crate::surface_flow::NodalSurfaceFlow;
 ///
 /// Both vanish with the element size, but more slowly than the errors of the solution: stresses
 /// converge at a lower order, and the dissipation is an integral over the fluid.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Checks {
     /// Largest difference between a body's force and the integral of the stress over its surface,
     /// divided by the largest force; with slip or a background flow at least by the dissipation

@@ -7,6 +7,7 @@ use crate::checks::Checks;
 use crate::estimate::Estimate;
 
 /// Solution for one drive, at viscosity 1.
+#[non_exhaustive]
 pub struct Solution {
     /// Velocities, forces and pressure; the pressure has zero mean over the fluid.
     pub flow: FlowSolution,
@@ -41,6 +42,8 @@ pub struct SolvedBatch {
 }
 
 /// Numbers of degrees of freedom; all zero for models without a mesh.
+///
+/// A model of one's own fills it with `..Dofs::default()`, also when it has more fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Dofs {
     /// Velocity components of the free nodes.
@@ -52,6 +55,8 @@ pub struct Dofs {
 }
 
 /// How the linear system of a solution was solved.
+///
+/// A model of one's own fills it with `..SolverReport::default()`, also when it has more fields.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct SolverReport {
     /// Name of the constraint formulation.
@@ -82,6 +87,8 @@ impl SolverReport {
 }
 
 /// Wall-clock seconds of the parts of one solution, or their sums over many.
+///
+/// A model of one's own fills it with `..Seconds::default()`, also when it has more fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Seconds {
     /// Generating or moving the mesh.

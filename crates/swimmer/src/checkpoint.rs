@@ -21,7 +21,7 @@ use crate::output::{Folder, from_sealed, read_own, write_sealed};
 pub const FILE: &str = "checkpoint.json";
 
 /// Version of the format; increased when older checkpoints can no longer be read.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 /// Largest deviation from 1 of the norm of a quaternion, for those that differ by rounding alone.
 const UNIT_TOLERANCE: f64 = 1e-9;
@@ -88,8 +88,8 @@ impl Checkpoint {
     /// # Errors
     /// [`SwimError::Read`] when there is none, [`SwimError::Checkpoint`] when it is damaged or of
     /// another version.
-    pub fn read(folder: &Path) -> Result<Self, SwimError> {
-        let path = folder.join(FILE);
+    pub fn read(folder: impl AsRef<Path>) -> Result<Self, SwimError> {
+        let path = folder.as_ref().join(FILE);
         match read_own(&path).and_then(InputFile::into_text) {
             Ok(text) => Self::parse(&text, &path),
             Err(source) => Err(SwimError::Read { path, source }),
@@ -100,7 +100,8 @@ impl Checkpoint {
     ///
     /// # Errors
     /// [`SwimError::Checkpoint`].
-    pub fn parse(text: &str, path: &Path) -> Result<Self, SwimError> {
+    pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, SwimError> {
+        let path = path.as_ref();
         #[derive(Deserialize)]
         struct Versioned {
             version: u32,
@@ -144,10 +145,13 @@ impl Checkpoint {
     /// # Errors
     /// [`SwimError::Checkpoint`] for an outcome that does not fit the scene, and for files of the
     /// scene that have changed since; errors of the scene.
-    pub fn into_outcome(self, folder: &Path) -> Result<(Scene, String, Outcome), SwimError> {
+    pub fn into_outcome(
+        self,
+        folder: impl AsRef<Path>,
+    ) -> Result<(Scene, String, Outcome), SwimError> {
         let scene = Scene::parse(&self.scene)?;
         let bad = |problem: String| SwimError::Checkpoint {
-            path: folder.join(FILE),
+            path: folder.as_ref().join(FILE),
             problem,
         };
         check_files(&self.files, &scene).map_err(bad)?;

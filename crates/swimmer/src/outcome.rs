@@ -21,6 +21,7 @@ const POSITION_ROUNDING: f64 = 1e-13;
 
 /// The state of a run between two phase spans.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Interim {
     /// State of the bodies.
     pub state: State,

@@ -1,7 +1,6 @@
 //! Scenes by a builder on the text of a scene file.
 
 use std::fmt::{Debug, Display};
-use std::path::Path;
 
 use scene::{Document, Scene, SceneError};
 
@@ -150,7 +149,7 @@ impl SceneText {
     /// # Errors
     /// As for a file with overrides.
     pub fn try_scene(&self) -> Result<Scene, SceneError> {
-        let mut document = Document::parse(&self.toml(), Path::new("scene.toml"))?;
+        let mut document = Document::parse(&self.toml(), "scene.toml")?;
         (self.settings.iter()).try_for_each(|setting| document.set(setting))?;
         Scene::from_document(document)
     }

@@ -40,7 +40,7 @@ fn methods(poisson: f64) -> [Box<dyn MeshMotion>; 6] {
     [
         Box::new(Harmonic(Stiffening::KanchiMasud)),
         Box::new(Harmonic(Stiffening::None)),
-        Box::new(Elastic { poisson }),
+        Box::new(Elastic::new(poisson)),
         Box::new(Biharmonic),
         Box::new(Rbf(Kernel::Linear)),
         Box::new(Rbf(Kernel::Cubic)),

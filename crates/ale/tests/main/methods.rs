@@ -19,8 +19,8 @@ fn all_methods() -> Vec<Box<dyn MeshMotion>> {
         Box::new(Harmonic(Stiffening::None)),
         Box::new(Harmonic(Stiffening::KanchiMasud)),
         Box::new(Harmonic(Stiffening::InverseVolume)),
-        Box::new(Elastic { poisson: 0.0 }),
-        Box::new(Elastic { poisson: 0.3 }),
+        Box::new(Elastic::new(0.0)),
+        Box::new(Elastic::new(0.3)),
         Box::new(Biharmonic),
         Box::new(Rbf(Kernel::Linear)),
         Box::new(Rbf(Kernel::Cubic)),
@@ -166,7 +166,7 @@ fn poisson_ratios_out_of_range_are_refused() {
     let body = sphere();
     let mesh = mesh_around(&body, 5.0);
     for poisson in [0.5, -0.1, f64::NAN] {
-        let refused = ReferenceMap::new(mesh.clone(), &bead(false), &Elastic { poisson });
+        let refused = ReferenceMap::new(mesh.clone(), &bead(false), &Elastic::new(poisson));
         assert!(
             matches!(refused, Err(AleError::Parameter { .. })),
             "{poisson}"

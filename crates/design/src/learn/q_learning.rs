@@ -2,26 +2,62 @@
 
 use fastrand::Rng;
 
+use swimmer::scene::{LearnKind, LearnOptions};
+
 use super::Environment;
 
 /// Numbers of a learner.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LearningOptions {
-    /// Two tables that evaluate each other's choices (van Hasselt 2010) instead of one.
+    /// Two tables that evaluate each other's choices (van Hasselt 2010) instead of one, the
+    /// default.
     pub is_double: bool,
-    /// Number of episodes.
+    /// Number of episodes; 100 by default.
     pub episodes: usize,
-    /// Number of steps of an episode.
+    /// Number of steps of an episode; 100 by default.
     pub steps: usize,
-    /// Discount of rewards per step.
+    /// Discount of rewards per step; 0.9 by default.
     pub discount: f64,
-    /// Share of an update that replaces the old value.
+    /// Share of an update that replaces the old value; 0.5 by default.
     pub rate: f64,
-    /// Probability of a random action.
+    /// Probability of a random action; 0.3 by default.
     pub exploration: f64,
-    /// Seed of the random numbers.
+    /// Seed of the random numbers; 1 by default.
     pub seed: u64,
 }
+
+impl From<&LearnOptions> for LearningOptions {
+    /// Those of the keys `learn` of a scene.
+    fn from(keys: &LearnOptions) -> Self {
+        Self {
+            is_double: keys.method == LearnKind::DoubleQ,
+            episodes: keys.episodes as usize,
+            steps: keys.steps as usize,
+            discount: keys.discount,
+            rate: keys.rate,
+            exploration: keys.exploration,
+            seed: u64::from(keys.seed),
+        }
+    }
+}
+
+impl Default for LearningOptions {
+    /// The defaults of the keys `learn` of scenes.
+    fn default() -> Self {
+        Self::from(&LearnOptions::default())
+    }
+}
+
+setters!(LearningOptions {
+    with_is_double(is_double: bool),
+    with_episodes(episodes: usize),
+    with_steps(steps: usize),
+    with_discount(discount: f64),
+    with_rate(rate: f64),
+    with_exploration(exploration: f64),
+    with_seed(seed: u64),
+});
 
 /// What was learned.
 #[derive(Clone, Debug)]

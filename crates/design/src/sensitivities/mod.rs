@@ -152,7 +152,7 @@ pub(crate) fn net_displacement(scene: &Scene) -> Result<Net, DesignError> {
 
 /// The scene with other values of some keys, `key=value`.
 pub(crate) fn with_keys(scene: &Scene, assignments: &[String]) -> Result<Scene, DesignError> {
-    let mut document = Document::parse(&scene.to_toml()?, "scene".as_ref())?;
+    let mut document = Document::parse(&scene.to_toml()?, "scene")?;
     for assignment in assignments {
         document.set(assignment)?;
     }

@@ -25,15 +25,9 @@ fn chain(spheres: usize) -> Rewards {
 }
 
 fn options(discount: f64, is_double: bool) -> LearningOptions {
-    LearningOptions {
-        is_double,
-        episodes: 100,
-        steps: 100,
-        discount,
-        rate: 0.5,
-        exploration: 0.3,
-        seed: 1,
-    }
+    LearningOptions::default()
+        .with_is_double(is_double)
+        .with_discount(discount)
 }
 
 #[test]

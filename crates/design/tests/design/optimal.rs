@@ -37,11 +37,10 @@ fn least_energy(
         measure: DisplacementMeasure::Length,
         displacement,
     };
-    let options = SearchOptions {
-        start,
-        terms,
-        tolerance: 1e-6,
-    };
+    let options = SearchOptions::default()
+        .with_start(start)
+        .with_terms(terms)
+        .with_tolerance(1e-6);
     let optimum = optimise(table, &objective, limits, &options, &mut ()).unwrap();
     let moved = optimum.totals.displacement.norm();
     within(
@@ -142,11 +141,7 @@ fn bug_a_stroke_along_its_limits_was_given_up() {
     let objective = HighestEfficiency {
         measure: DisplacementMeasure::Length,
     };
-    let options = SearchOptions {
-        start: None,
-        terms: 32,
-        tolerance: 2e-4,
-    };
+    let options = SearchOptions::default().with_terms(32).with_tolerance(2e-4);
     let optimum = optimise(&table, &objective, table.ranges(), &options, &mut ()).unwrap();
     assert!(optimum.at_limits);
     // A displacement between those of the square and of half the square.
@@ -187,11 +182,7 @@ fn small_strokes_of_planar_swimmers_are_optimal() {
         1e-4,
         "the curvatures are from finite loops",
     );
-    let options = SearchOptions {
-        start: None,
-        terms: 4,
-        tolerance: 1e-6,
-    };
+    let options = SearchOptions::default().with_terms(4).with_tolerance(1e-6);
     let limits = [(4.0 - half, 4.0 + half); 3];
     let optimum = optimise(&table, &turning, &limits, &options, &mut ()).unwrap();
     let found = optimum.period_energy_product / turning.angle;

@@ -27,11 +27,10 @@ fn bounds(rates: [f64; 2], power: f64) -> MotionBounds {
 }
 
 fn options(start: Option<Vec<f64>>, terms: usize, tolerance: f64) -> SearchOptions {
-    SearchOptions {
-        start,
-        terms,
-        tolerance,
-    }
+    SearchOptions::default()
+        .with_start(start)
+        .with_terms(terms)
+        .with_tolerance(tolerance)
 }
 
 /// Displacement per time.

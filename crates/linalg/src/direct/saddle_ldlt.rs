@@ -11,16 +11,17 @@ use crate::{
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct DirectParams {
-    /// Precision of the factors; residuals and solutions are always f64.
+    /// Precision of the factors, [`Precision::Single`] by default; residuals and solutions are
+    /// always f64.
     pub precision: Precision,
-    /// Shift of the pressure block, which becomes `-shift diag(M_p)`.
+    /// Shift of the pressure block, which becomes `-shift diag(M_p)`; 1e-4 by default.
     ///
     /// The Schur complement equals `M_p` up to a factor of six, so a refinement step reduces the
     /// error by about `shift`, until rounding errors dominate, which small pivots amplify.
     pub shift: f64,
-    /// Bound on the true `||b - A x|| / ||b||`.
+    /// Bound on the true `||b - A x|| / ||b||`; 1e-12 by default.
     pub rel_tol: f64,
-    /// Largest number of solves with the factor.
+    /// Largest number of solves with the factor; 30 by default.
     pub max_refinements: usize,
 }
 
@@ -50,8 +51,6 @@ impl DirectParams {
         }
     }
 }
-
-impl DirectParams {}
 
 /// Refinement steps before the true residual is computed: more than any well-posed system needs.
 const ITERATIONS_PER_CYCLE: usize = 10;

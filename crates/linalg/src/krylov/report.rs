@@ -11,18 +11,19 @@ use crate::{LinalgError, LinearOperator, Preconditioner, PreconditionerKind};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct KrylovParams {
-    /// Bound on the relative residual `||b - A x|| / ||b||`.
+    /// Bound on the relative residual `||b - A x|| / ||b||`; 1e-8 by default.
     ///
     /// If the operator has weights, also on [`SolveReport::error_estimate`]. Always relative to
     /// `b`, so that a good initial guess saves iterations.
     pub rel_tol: f64,
-    /// Bound on iterations; each one takes one product and one preconditioner application.
+    /// Bound on iterations, 300 by default; each one takes one product and one preconditioner
+    /// application.
     pub max_iterations: usize,
-    /// Basis vectors stored before a restart, 8 to 12 bytes per dof each.
+    /// Basis vectors stored before a restart, 60 by default, of 8 to 12 bytes per dof each.
     ///
     /// Used by [`fgmres`](crate::fgmres) only.
     pub restart: usize,
-    /// Null vectors of a singular operator; `None` for a regular one.
+    /// Null vectors of a singular operator; `None`, the default, for a regular one.
     pub null_vectors: Option<Arc<NullVectors>>,
 }
 

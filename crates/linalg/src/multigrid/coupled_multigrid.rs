@@ -9,7 +9,7 @@ use crate::columns::{assert_lengths, in_passes};
 use crate::csr::{check_finite, check_shape, positive_diagonal};
 use crate::product::multiply;
 use crate::smoothed_aggregation::coupled::{self, NearNullSpace};
-use crate::transpose::transpose;
+use crate::transpose::{symmetric_part, transpose};
 use crate::vector::{max_abs, power_of_two_below};
 use crate::{
     CoupledOperator, Csr, LinalgError, LinearOperator, Preconditioner, PreconditionerKind,
@@ -74,11 +74,27 @@ impl CoupledMultigrid {
     /// [`LinalgError::NotSymmetric`], [`LinalgError::NotPositive`], [`LinalgError::Parameter`],
     /// [`LinalgError::CoarseningStalled`], [`LinalgError::Factorisation`] for a singular matrix.
     pub fn new(operator: &CoupledOperator, params: &MultigridParams) -> Result<Self, LinalgError> {
-        Self::build(
-            operator,
-            NearNullSpace::translations(operator.rows() / 3),
-            params,
-        )
+        let near_null = NearNullSpace::translations(operator.rows() / 3);
+        Self::build(symmetric(operator)?, near_null, params)
+    }
+
+    /// Builds the hierarchy for the symmetric part `(A + A^T) / 2` of a nonsymmetric operator, with
+    /// coarse spaces that contain the translations.
+    ///
+    /// A preconditioner of `A` for [`fgmres`](crate::fgmres), as
+    /// [`ScalarMultigrid::from_symmetric_part`](crate::ScalarMultigrid::from_symmetric_part): for
+    /// viscous terms with convection, as in a step of Picard or Newton.
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`] for a matrix that is not square, and those of
+    /// [`CoupledMultigrid::new`].
+    pub fn from_symmetric_part(
+        operator: &CoupledOperator,
+        params: &MultigridParams,
+    ) -> Result<Self, LinalgError> {
+        let near_null = NearNullSpace::translations(operator.rows() / 3);
+        let part = symmetric_part(&operator.to_interleaved())?;
+        Self::build(part, near_null, params)
     }
 
     /// Builds all coarse levels, whose spaces contain the rigid motions of nodes at `positions`.
@@ -96,20 +112,16 @@ impl CoupledMultigrid {
         let nodes = operator.rows() / 3;
         check_shape("positions of nodes", (positions.len(), 3), (nodes, 3))?;
         check_finite("positions of nodes", positions.as_flattened())?;
-        Self::build(operator, NearNullSpace::rigid_motions(positions), params)
+        let near_null = NearNullSpace::rigid_motions(positions);
+        Self::build(symmetric(operator)?, near_null, params)
     }
 
     fn build(
-        operator: &CoupledOperator,
+        mut k: Csr,
         mut near_null: NearNullSpace,
         params: &MultigridParams,
     ) -> Result<Self, LinalgError> {
         params.check()?;
-        if !operator.is_symmetric() {
-            let method = "multigrid for a matrix of 3 x 3 blocks";
-            return Err(LinalgError::NotSymmetric { method });
-        }
-        let mut k: Csr = operator.to_interleaved();
         let diagonal = positive_diagonal("matrix of 3 x 3 blocks", &k)?;
         let unit = power_of_two_below(max_abs(&diagonal));
         let (mut levels, mut sizes) = (Vec::new(), Vec::new());
@@ -155,6 +167,15 @@ impl CoupledMultigrid {
         let (levels, coarse) = (&mut self.levels, &mut self.coarse);
         apply_cycle(levels, coarse, self.unit, size, residual, [&[]; S], z);
     }
+}
+
+/// The interleaved matrix of a symmetric operator.
+fn symmetric(operator: &CoupledOperator) -> Result<Csr, LinalgError> {
+    if !operator.is_symmetric() {
+        let method = "multigrid for a matrix of 3 x 3 blocks";
+        return Err(LinalgError::NotSymmetric { method });
+    }
+    Ok(operator.to_interleaved())
 }
 
 fn size(k: &Csr, prolongation_nnz: usize, sweeps: usize) -> LevelSize {

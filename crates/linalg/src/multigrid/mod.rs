@@ -65,7 +65,9 @@ pub enum CyclePart {
 /// finest level, where passes are expensive, two on coarser ones. Border dofs are kept on all
 /// levels and solved for exactly on the coarsest one. The cycle runs in f32 on values scaled by
 /// powers of two, so right-hand sides may have any size. It is symmetric (to f32 precision) and
-/// positive definite if the operator is.
+/// positive definite if the operator is. There is no constructor for a symmetric part, because the
+/// matrix `K` of a [`Bordered`] is symmetric; nonsymmetric matrices are those of
+/// [`ScalarMultigrid::from_symmetric_part`] and [`CoupledMultigrid::from_symmetric_part`].
 ///
 /// Cost of `apply`: two passes over the finest K, four over the others. `{}` prints the table of
 /// levels.

@@ -7,23 +7,25 @@ use crate::{Coarsening, LinalgError};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct MultigridParams {
-    /// Smoothing steps before and after the coarse correction on the finest level.
+    /// Smoothing steps before and after the coarse correction on the finest level; 1 by default.
     ///
     /// Each takes one pass over its matrix.
     pub sweeps: usize,
-    /// Smoothing steps on coarser levels, whose passes are cheap.
+    /// Smoothing steps on coarser levels, whose passes are cheap; 2 by default.
     pub coarse_sweeps: usize,
-    /// Ratio of the largest to the smallest eigenvalue that the smoother damps.
+    /// Ratio of the largest to the smallest eigenvalue that the smoother damps; 7 by default.
     ///
     /// It acts on eigenvalues of `D^-1 K` from `upper / smoothing_range` to `upper`.
     pub smoothing_range: f64,
-    /// Threshold of strong connections, which may be aggregated; see [`coarsening`].
+    /// Threshold of strong connections, which may be aggregated, 0.02 by default; see
+    /// [`coarsening`].
     ///
     /// [`coarsening`]: Self::coarsening
     pub strength: f64,
-    /// Measure of strong connections, and the prolongation that follows from it.
+    /// Measure of strong connections, and the prolongation that follows from it;
+    /// [`Coarsening::Standard`] by default.
     pub coarsening: Coarsening,
-    /// Number of nodes at or below which a level is solved exactly.
+    /// Number of nodes at or below which a level is solved exactly; 500 by default.
     pub coarsest_nodes: usize,
     /// Largest number of nodes that are factorised if aggregation stalls above `coarsest_nodes`.
     ///
@@ -32,14 +34,17 @@ pub struct MultigridParams {
     pub max_factorised_nodes: usize,
     /// Multiple of its diagonal that is added to the coarsest matrix before it is factorised.
     ///
-    /// Zero for a regular matrix, [`SINGULAR_SHIFT`](Self::SINGULAR_SHIFT) for a singular one.
+    /// Zero, the default, for a regular matrix, [`SINGULAR_SHIFT`](Self::SINGULAR_SHIFT) for a
+    /// singular one.
     pub coarsest_shift: f64,
-    /// Treatment of an indefinite border, as with Lagrange multipliers, on the coarsest level.
+    /// Treatment of an indefinite border, as with Lagrange multipliers, on the coarsest level;
+    /// [`BorderInverse::Exact`] by default.
     pub border: BorderInverse,
 }
 
 /// Inverse of the Schur complement `S = Q diag(s) Q^T` of the border on the coarsest level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum BorderInverse {
     /// `S^-1`: the best preconditioner, indefinite if `S` is.
     Exact,

@@ -1,9 +1,7 @@
 //! The V-cycle for vectors with one component.
 
 use super::{LevelSize, Multigrid, MultigridParams};
-use crate::csr::{Rows, check_shape};
-use crate::product::build_rows;
-use crate::transpose::transpose;
+use crate::transpose::symmetric_part;
 use crate::vector::max_abs;
 use crate::{
     Bordered, Csr, CsrOperator, LinalgError, LinearOperator, Preconditioner, PreconditionerKind,
@@ -125,16 +123,7 @@ impl ScalarMultigrid {
         operator: &CsrOperator,
         params: &MultigridParams,
     ) -> Result<Self, LinalgError> {
-        let matrix = operator.matrix();
-        let size = (matrix.rows(), matrix.rows());
-        check_shape("matrix of a symmetric part", matrix.shape(), size)?;
-        let transposed = transpose(matrix);
-        let (a, at) = (Rows::new(matrix), Rows::new(&transposed));
-        let part = build_rows(matrix.rows(), matrix.cols(), |i, row| {
-            for (j, value) in a.row(i).chain(at.row(i)) {
-                row.add(j, 0.5 * value);
-            }
-        });
+        let part = symmetric_part(operator.matrix())?;
         Self::from_scalar(&Bordered::scalar(part)?, params)
     }
 

@@ -18,13 +18,14 @@ use subdomain::Subdomain;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SchwarzParams {
-    /// Number of subdomains.
+    /// Number of subdomains; 8 by default.
     pub subdomains: usize,
-    /// Layers of neighbours by which subdomains are extended, in the graph of nodes and pressures.
+    /// Layers of neighbours by which subdomains are extended, in the graph of nodes and pressures;
+    /// 1 by default.
     ///
     /// The velocities of all pressures in a subdomain are added as well.
     pub overlap: usize,
-    /// Treatment of the border dofs.
+    /// Treatment of the border dofs; [`BorderPlacement::Eliminated`] by default.
     pub border: BorderPlacement,
 }
 
@@ -54,8 +55,6 @@ impl Default for SchwarzParams {
         }
     }
 }
-
-impl SchwarzParams {}
 
 /// Additive Schwarz preconditioner `sum_i R_i0^T A_i^-1 R_i` on overlapping subdomains.
 ///

@@ -23,8 +23,9 @@ use crate::{HydroError, Medium, Spheres};
 /// such as the squirming modes `B_1` to `B_24` (Blake 1971), are represented to rounding, others to
 /// a relative remainder of `1e-8` if 26 orders suffice, as they do for smooth ones. The remainder
 /// is measured at twice as many points as the expansion uses, as a root mean square over the sphere
-/// relative to that of the largest surface velocity of all spheres. Remainders above `1e-4` are
-/// refused ([`HydroError::SlipNotResolved`]), and so is a net flux through a sphere.
+/// relative to the largest root mean square of all spheres. Remainders above `1e-4` are refused
+/// ([`HydroError::SlipNotResolved`]), and so is a net flux through a sphere that exceeds the rest
+/// of the remainder and `1e-12` ([`HydroError::NetFlux`]).
 ///
 /// Cost: the lowest order takes 384 evaluations per sphere and represents polynomials up to degree
 /// three; the highest takes 16224 evaluations and tenths of a second.
@@ -45,6 +46,9 @@ const TARGET_REMAINDER: f64 = 1e-8;
 /// Largest remainder of a slip velocity that is accepted at the highest order.
 const MAX_REMAINDER: f64 = 1e-4;
 
+/// Largest net flux that is rounding: 64 roundings of sums of the 1352 points of the highest order.
+const ROUNDING_FLUX: f64 = 1e-12;
+
 /// Residual of iterations with surface velocities, relative to the largest coefficient.
 pub(super) const MAX_SURFACE_RESIDUAL: f64 = 1e-12;
 
@@ -59,7 +63,8 @@ pub(super) const SURFACE_ROUNDING: f64 = 2.0 * MAX_SURFACE_RESIDUAL;
 pub(super) struct SlipExpansion {
     spheres: Vec<SlipOfSphere>,
     columns: usize,
-    /// Largest remainder over all spheres and velocities, relative to the largest velocity.
+    /// Largest remainder over all spheres and velocities, relative to the largest root mean square
+    /// of all spheres.
     pub remainder: f64,
     /// Root mean square of the velocities on the sphere where it is largest, one for each column.
     pub speeds: Vec<f64>,
@@ -84,7 +89,7 @@ impl SlipExpansion {
     /// Expands slip velocities to the orders that they need.
     ///
     /// # Errors
-    /// [`HydroError::NotFinite`]; [`HydroError::SlipNotResolved`].
+    /// [`HydroError::NotFinite`]; [`HydroError::SlipNotResolved`]; [`HydroError::NetFlux`].
     pub fn new(
         frame: &Frame,
         radii: &[f64],
@@ -113,12 +118,23 @@ impl SlipExpansion {
             for (column, &size) in sizes.iter().enumerate().filter(|(_, size)| **size > 0.0) {
                 let remainder = of.remainders[column] / size;
                 largest = largest.max(remainder);
+                // What polynomials do not represent can also appear as a flux at the points of the
+                // quadrature.
+                let flux = of.fluxes[column] / size;
+                let rest = (remainder * remainder - flux * flux).max(0.0).sqrt();
+                let highest = ROUNDING_FLUX.max(rest);
+                if flux.abs() > highest {
+                    return Err(HydroError::NetFlux {
+                        sphere,
+                        flux,
+                        highest,
+                    });
+                }
                 if remainder > MAX_REMAINDER {
                     return Err(HydroError::SlipNotResolved {
                         sphere,
                         degree: of.modes.order - 1,
                         remainder,
-                        flux: of.fluxes[column].abs() / size,
                         highest: MAX_REMAINDER,
                     });
                 }

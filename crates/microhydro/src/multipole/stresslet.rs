@@ -65,8 +65,8 @@ pub struct SphereStresslets {
 ///
 /// # Errors
 /// Spheres outside the medium; [`HydroError::Length`] for velocities of the wrong length;
-/// [`HydroError::SlipNotResolved`]; [`HydroError::TooLarge`]; [`HydroError::NotConverged`];
-/// [`HydroError::NotFinite`].
+/// [`HydroError::SlipNotResolved`]; [`HydroError::NetFlux`]; [`HydroError::TooLarge`];
+/// [`HydroError::NotConverged`]; [`HydroError::NotFinite`].
 pub fn stresslets(
     spheres: &Spheres,
     medium: &Medium,

@@ -79,8 +79,8 @@ pub struct SurfaceFlow {
 /// ```
 ///
 /// # Errors
-/// Spheres outside the medium; [`HydroError::SlipNotResolved`]; [`HydroError::TooLarge`];
-/// [`HydroError::NotConverged`]; [`HydroError::NotFinite`].
+/// Spheres outside the medium; [`HydroError::SlipNotResolved`]; [`HydroError::NetFlux`];
+/// [`HydroError::TooLarge`]; [`HydroError::NotConverged`]; [`HydroError::NotFinite`].
 pub fn surface_flow(
     spheres: &Spheres,
     medium: &Medium,

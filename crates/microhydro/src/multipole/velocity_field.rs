@@ -89,7 +89,7 @@ impl VelocityField {
     /// [`VelocityField::relative_error`].
     ///
     /// # Errors
-    /// As [`VelocityField::best`]; [`HydroError::SlipNotResolved`].
+    /// As [`VelocityField::best`]; [`HydroError::SlipNotResolved`]; [`HydroError::NetFlux`].
     pub fn with_surface_velocity(
         spheres: &Spheres,
         medium: &Medium,

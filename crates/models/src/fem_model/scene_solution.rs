@@ -84,14 +84,14 @@ impl ToScene<'_> {
         slip_power: f64,
     ) -> Result<InstantaneousSolution, ModelError> {
         let (scale, set) = (&self.scaled.scale, &self.scaled.set);
-        let joint_forces = (0..set.joints().len())
-            .map(|joint| flow.joint_load(joint).map(|load| load.force))
+        let joint_loads = (0..set.joints().len())
+            .map(|joint| flow.joint_load(joint))
             .collect::<Result<Vec<_>, _>>()?;
         let response = self.scaled.response_to_scene(ScaledResponse {
             motion: &flow.state,
             generalised: &flow.generalised,
             forces: &flow.forces,
-            joint_forces,
+            joint_loads,
             slip_power,
         });
         let bodies = &response.bodies;

@@ -1,7 +1,7 @@
 //! Responses as numbers in a fixed order, which tables interpolate, and the scales of the numbers.
 
 use nalgebra::Vector3;
-use rigid::{StateVelocity, Twist};
+use rigid::{JointLoad, StateVelocity, Twist};
 
 use super::solved_shapes::Bars;
 use crate::response::{BodySolution, Response};
@@ -27,15 +27,19 @@ impl Layout {
     /// Length of the numbers of one record.
     pub fn numbers(self) -> usize {
         let records = if self.mesh_errors { 2 } else { 1 };
-        records * 3 * (2 + 5 * self.bodies + self.joints)
+        records * self.record()
+    }
+
+    /// Length of the numbers of one response.
+    fn record(self) -> usize {
+        3 * (2 + 5 * self.bodies) + 7 * self.joints
     }
 }
 
 impl Record {
     /// Reads a record from its numbers, the inverse of [`numbers`].
     pub fn new(numbers: &[f64], layout: Layout) -> Self {
-        let mut vectors = numbers.chunks_exact(3).map(Vector3::from_column_slice);
-        let mut response = || {
+        let response = |numbers: &[f64]| {
             let mut response = Response {
                 motion: StateVelocity {
                     frames: vec![Twist::default()],
@@ -44,26 +48,34 @@ impl Record {
                     joints: Vec::new(),
                 },
                 bodies: vec![BodySolution::default(); layout.bodies],
-                joint_forces: vec![Vector3::zeros(); layout.joints],
+                joint_loads: vec![JointLoad::default(); layout.joints],
                 slip_power: 0.0,
             };
-            let read = response.vectors_mut().zip(&mut vectors);
+            let vectors = numbers.chunks_exact(3).map(Vector3::from_column_slice);
+            let read = response.vectors_mut().zip(vectors);
             read.for_each(|(vector, number)| *vector = number);
+            let drives = &numbers[numbers.len() - layout.joints..];
+            let read = response.drives_mut().zip(drives);
+            read.for_each(|(drive, number)| *drive = *number);
             response
         };
+        let (solution, error) = numbers.split_at(layout.record());
         Self {
-            response: response(),
-            mesh_error: layout.mesh_errors.then(response),
+            response: response(solution),
+            mesh_error: layout.mesh_errors.then(|| response(error)),
         }
     }
 }
 
-/// Numbers of a solution in the order of [`Record::new`], three per vector.
+/// Numbers of a solution in the order of [`Record::new`]: three per vector, one per drive.
 pub fn numbers(solution: &InstantaneousSolution) -> Vec<f64> {
     let error = solution.mesh_error.as_ref().map(|error| &error.response);
-    let vectors = [Some(&solution.response), error].into_iter().flatten();
-    let vectors = vectors.flat_map(Response::vectors);
-    vectors.flatten().copied().collect()
+    let responses = [Some(&solution.response), error].into_iter().flatten();
+    let numbers = |response: &Response| -> Vec<f64> {
+        let of_vectors = response.vectors().flatten().copied();
+        of_vectors.chain(response.drives()).collect()
+    };
+    responses.flat_map(numbers).collect()
 }
 
 /// Scales of tabulated numbers.
@@ -80,7 +92,8 @@ pub struct Scales {
 ///
 /// `values` are points of several records each, one per varying joint. Velocities are relative to
 /// the largest velocity and forces to the largest force. Angular velocities are multiplied, and
-/// torques divided, by the length `longest` of the longest joint.
+/// torques divided, by the length `longest` of the longest joint. Drives have weight zero, because
+/// they are components of forces and torques that have weights.
 ///
 /// Discretisation errors change from shape to shape, so the tolerance is at least the error bar of
 /// the mesh. Forces with a larger relative error bar have a smaller weight. The signed
@@ -99,17 +112,19 @@ pub fn scales(
         Angular,
         Force,
         Torque,
+        Drive,
         Discretisation,
     }
-    use Kind::{Angular, Discretisation, Force, Torque, Velocity};
-    let mut kinds = vec![Velocity, Angular];
-    kinds.extend(vec![Angular; layout.bodies]);
-    kinds.extend([Velocity, Angular, Force, Torque].repeat(layout.bodies));
-    kinds.extend(vec![Force; layout.joints]);
+    use Kind::{Angular, Discretisation, Drive, Force, Torque, Velocity};
+    let mut vectors = vec![Velocity, Angular];
+    vectors.extend(vec![Angular; layout.bodies]);
+    vectors.extend([Velocity, Angular, Force, Torque].repeat(layout.bodies));
+    vectors.extend([Force, Torque].repeat(layout.joints));
+    let mut kinds: Vec<Kind> = vectors.into_iter().flat_map(|kind| [kind; 3]).collect();
+    kinds.extend(vec![Drive; layout.joints]);
     if layout.mesh_errors {
         kinds.extend(vec![Discretisation; kinds.len()]);
     }
-    let kinds: Vec<Kind> = kinds.into_iter().flat_map(|kind| [kind; 3]).collect();
     let kinds = kinds.repeat(records_per_point);
     let largest = |wanted: Kind| {
         values
@@ -126,7 +141,7 @@ pub fn scales(
         Angular => longest / speed,
         Force => of_force,
         Torque => of_force / longest,
-        Discretisation => 0.0,
+        Drive | Discretisation => 0.0,
     };
     Scales {
         weights: kinds.iter().map(weight).collect(),
@@ -147,7 +162,7 @@ mod tests {
             joints: 1,
             mesh_errors: true,
         };
-        let written: Vec<f64> = (0..78).map(f64::from).collect();
+        let written: Vec<f64> = (0..86).map(f64::from).collect();
         let record = Record::new(&written, layout);
         let error = |response| DiscretisationError {
             response,

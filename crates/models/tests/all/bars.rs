@@ -126,7 +126,7 @@ fn the_errors_that_are_subtracted_are_those_of_a_rigid_motion_and_of_balanced_fo
     // Joints transmit what the fluid exerts, apart from the loads.
     for solution in [&solution, &solution.uncorrected()] {
         let forces = |body: usize| solution.bodies[body].force;
-        let joints = &solution.joint_forces;
+        let joints: Vec<_> = solution.joint_loads.iter().map(|load| load.force).collect();
         for (found, expected) in [
             (joints[0], forces(0)),
             (joints[1], forces(2)),

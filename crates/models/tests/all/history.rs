@@ -48,7 +48,7 @@ fn a_restored_model_continues_bitwise() {
     let [expected, found] =
         [&mut model, &mut other].map(|m| solve_at(m, &[9.5, 10.0], &[-1.0, 0.5]));
     assert_eq!(found.bodies, expected.bodies);
-    assert_eq!(found.joint_forces, expected.joint_forces);
+    assert_eq!(found.joint_loads, expected.joint_loads);
     assert_eq!(found.motion, expected.motion);
     assert_eq!(found.mesh_error, expected.mesh_error);
     assert_eq!(found.error_estimate, expected.error_estimate);

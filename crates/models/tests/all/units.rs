@@ -6,7 +6,7 @@ use models::{
 };
 use nalgebra::Vector3;
 use scene::Scene;
-use testkit::SceneText;
+use testkit::{SceneText, within};
 
 use crate::scenes::solve_at_start;
 
@@ -55,7 +55,14 @@ fn assert_responses(found: &Response, reference: &Response) {
         assert_scaled(&[found.force], &[reference.force], force);
         assert_scaled(&[found.torque], &[reference.torque], force * LENGTH);
     }
-    assert_scaled(&found.joint_forces, &reference.joint_forces, force);
+    assert_eq!(found.joint_loads.len(), reference.joint_loads.len());
+    for (found, reference) in found.joint_loads.iter().zip(&reference.joint_loads) {
+        assert_scaled(&[found.force], &[reference.force], force);
+        assert_scaled(&[found.torque], &[reference.torque], force * LENGTH);
+        // The only joint is a slide.
+        assert_eq!(found.drive, reference.drive * force);
+        assert!(reference.drive.abs() > 1e-3);
+    }
     assert_scaled(&found.motion.spins, &reference.motion.spins, 1.0);
     assert_eq!(found.motion.frames.len(), reference.motion.frames.len());
     for (found, reference) in found.motion.frames.iter().zip(&reference.motion.frames) {
@@ -119,6 +126,47 @@ fn models_of_spheres_give_the_same_solution_in_other_units() {
             assert_eq!(found[(i, j)], expected, "{i} {j}");
         }
     }
+}
+
+/// A hinge transmits the force and the torque of its body, and its drive does the work of both
+/// bodies.
+#[test]
+fn loads_of_a_hinge_have_force_torque_and_drive_in_any_units() {
+    let scene = |length: f64, viscosity: f64| {
+        let at = |x: f64| [x * length, 0.0, 0.0];
+        let hinge = format!("joint = \"hinge\", axis = [0, 0, 1], pivot = {:?}", at(3.0));
+        SceneText::new()
+            .sphere("a", length, at(0.0))
+            .sphere("b", 1.5 * length, at(5.0))
+            .joint("elbow", "b", "a", &hinge)
+            .with("fluid.viscosity", format!("{viscosity:?}"))
+            .scene()
+    };
+    let solve = |length: f64, viscosity: f64| {
+        let mut model = SpheresModel::new(&scene(length, viscosity), SphereModel::Rpy).unwrap();
+        solve_at_start(&mut model, &[0.25])
+    };
+    let solution = solve(1.0, 1.0);
+    let (load, b) = (solution.joint_loads[0], solution.bodies[1]);
+    let torque = b.torque + Vector3::new(2.0, 0.0, 0.0).cross(&b.force);
+    assert!(load.drive > 1.0, "{load:?}");
+    for (difference, what) in [
+        ((load.force - b.force).norm(), "force"),
+        ((load.torque - torque).norm(), "torque about the pivot"),
+        (load.drive - load.torque.z, "drive about the axis"),
+        (0.25 * load.drive - solution.power(), "power"),
+    ] {
+        let why = "rounding of a small system with forces of about ten";
+        within(difference, 1e-12, format!("{what}: {why}"));
+    }
+    let (found, force) = (solve(LENGTH, VISCOSITY), VISCOSITY * LENGTH.powi(2));
+    assert_scaled(&[found.joint_loads[0].force], &[load.force], force);
+    assert_scaled(
+        &[found.joint_loads[0].torque],
+        &[load.torque],
+        force * LENGTH,
+    );
+    assert_eq!(found.joint_loads[0].drive, load.drive * force * LENGTH);
 }
 
 #[test]

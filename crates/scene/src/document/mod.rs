@@ -55,7 +55,8 @@ impl Document {
     ///
     /// # Errors
     /// Text that is not TOML, an unknown key, a value that is not of its key's kind.
-    pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
+    pub fn parse(text: &str, path: impl AsRef<Path>) -> Result<Self, SceneError> {
+        let path = path.as_ref();
         let name = path.display().to_string();
         let syntax = |error: toml::de::Error| SceneError::Syntax {
             place: place_in_file(&name, text, error.span().map_or(0, |span| span.start)),

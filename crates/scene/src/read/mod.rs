@@ -38,7 +38,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::read`].
     pub fn parse(text: &str) -> Result<Self, SceneError> {
-        Self::from_document(Document::parse(text, Path::new("scene.toml"))?)
+        Self::from_document(Document::parse(text, "scene.toml")?)
     }
 
     /// Builds a scene from the keys and values of a document.

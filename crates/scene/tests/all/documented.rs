@@ -31,7 +31,7 @@ fn writing_a_documented_default_into_a_scene_changes_nothing() {
             false => MINIMAL,
         };
         let written = |settings: &[String]| {
-            let mut document = Document::parse(text, Path::new("scene.toml")).unwrap();
+            let mut document = Document::parse(text, "scene.toml").unwrap();
             settings.iter().for_each(|s| document.set(s).unwrap());
             Scene::from_document(document).unwrap().to_toml().unwrap()
         };
@@ -52,7 +52,7 @@ fn writing_a_documented_default_into_a_scene_changes_nothing() {
 
 #[test]
 fn keys_without_a_fixed_default_are_absent_from_a_minimal_scene() {
-    let scene = Document::parse(MINIMAL, Path::new("scene.toml")).unwrap();
+    let scene = Document::parse(MINIMAL, "scene.toml").unwrap();
     let text = Scene::from_document(scene).unwrap().to_toml().unwrap();
     let written: toml::Value = toml::from_str(&text).unwrap();
     for key in all().filter(|key| !key.path.contains("[]")) {

@@ -1,12 +1,10 @@
 //! Overrides of single keys have the same effect and pass the same checks as edits of the file.
 
-use std::path::Path;
-
 use scene::{Document, Scene, SceneError, SymmetryKind};
 
 /// The scene of a text with overrides, as by `--set`.
 pub fn set(text: &str, assignments: &[&str]) -> Result<Scene, SceneError> {
-    let mut document = Document::parse(text, Path::new("scene.toml"))?;
+    let mut document = Document::parse(text, "scene.toml")?;
     assignments
         .iter()
         .try_for_each(|assignment| document.set(assignment))?;
@@ -173,7 +171,7 @@ fn a_key_in_quotation_marks_is_refused_and_not_ignored() {
 
 #[test]
 fn a_program_adds_keys_with_dots_unless_they_have_a_value() {
-    let mut document = Document::parse(TWO, Path::new("scene.toml")).unwrap();
+    let mut document = Document::parse(TWO, "scene.toml").unwrap();
     document.add("fluid.viscosity", 100.0.into()).unwrap();
     document
         .add("bodies.left.force", vec![1_i64, 0, 0].into())

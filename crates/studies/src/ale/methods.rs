@@ -31,8 +31,8 @@ pub const METHODS: [Method; 8] = [
         Box::new(Harmonic(Stiffening::KanchiMasud))
     }),
     method("1/V", || Box::new(Harmonic(Stiffening::InverseVolume))),
-    method("elastic, nu = 0", || Box::new(Elastic { poisson: 0.0 })),
-    method("elastic, nu = 0.3", || Box::new(Elastic { poisson: 0.3 })),
+    method("elastic, nu = 0", || Box::new(Elastic::new(0.0))),
+    method("elastic, nu = 0.3", || Box::new(Elastic::new(0.3))),
     method("biharmonic", || Box::new(Biharmonic)),
     method("RBF r", || Box::new(Rbf(Kernel::Linear))),
     method("RBF r^3", || Box::new(Rbf(Kernel::Cubic))),

@@ -282,8 +282,10 @@ fn imbalances(
         into_fluid += terms.iter().sum::<f64>();
         size += terms.iter().map(|x| x.abs()).sum::<f64>();
     }
-    let joints = solution.joint_forces.iter().zip(directions).zip(rates);
-    let joints: f64 = joints.map(|((f, e), rate)| f.dot(e) * rate).sum();
+    let joints = solution.joint_loads.iter().zip(directions).zip(rates);
+    let joints: f64 = joints
+        .map(|((load, e), rate)| load.force.dot(e) * rate)
+        .sum();
     let power = match size > 0.0 {
         true => (into_fluid - joints).abs() / size,
         false => 0.0,

@@ -45,7 +45,7 @@ impl Stroke {
         let fem = format!("fem = {{ surface_size = 1.0, mesh_motion = \"{motion}\" }}");
         let text = in_ball(14.0, &model).line(fem);
         let text = text.swimmer([1.0; 3], [self.arm; 2]).phases(self.phases);
-        let mut document = Document::parse(&text.0, "stroke.toml".as_ref())?;
+        let mut document = Document::parse(&text.0, "stroke.toml")?;
         document.set(&format!("bodies.s0.force=[0, {}, 0]", self.force))?;
         Ok(Scene::from_document(document)?)
     }

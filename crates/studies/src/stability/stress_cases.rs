@@ -119,7 +119,7 @@ impl Setup {
                 .phase(format_args!("l{joint}"), length + by)
                 .line("duration = 1");
         }
-        let mut document = Document::parse(&text.0, "stress-case.toml".as_ref())?;
+        let mut document = Document::parse(&text.0, "stress-case.toml")?;
         self.keys.iter().try_for_each(|key| document.set(key))?;
         Ok(Scene::from_document(document)?)
     }

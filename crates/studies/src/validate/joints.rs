@@ -88,7 +88,7 @@ pub fn rows(quick: bool) -> Result<Vec<Row>> {
 
 fn run(text: &str, overrides: &[String]) -> Result<(Outcome, Cost)> {
     let clock = Instant::now();
-    let mut document = swimmer::scene::Document::parse(text, "template.toml".as_ref())?;
+    let mut document = swimmer::scene::Document::parse(text, "template.toml")?;
     overrides
         .iter()
         .try_for_each(|assignment| document.set(assignment))?;

@@ -8,7 +8,7 @@
 
 use models::{BodySolution, InstantaneousSolution, ModelError};
 use nalgebra::{DMatrix, DVector, Vector6};
-use rigid::{Drive, ExternalLoad, Reduction, RigidError, State};
+use rigid::{Drive, ExternalLoad, Reduction, State};
 use scene::{Scene, SceneError};
 
 use super::masses::{Velocities, implicit_terms, mass_matrices, momenta, velocities_of};
@@ -158,11 +158,7 @@ fn explicit_step(
         bodies[body].force = vector(&forces, 6 * number);
         bodies[body].torque = vector(&forces, 6 * number + 3);
     }
-    let joint_forces: Result<_, RigidError> = (0..set.joints().len())
-        .map(|joint| drive.constraints.joint_load(&joint_loads, joint))
-        .map(|load| load.map(|load| load.force))
-        .collect();
-    let solution = InstantaneousSolution::new(bodies, joint_forces?, motion);
+    let solution = InstantaneousSolution::new(bodies, joint_loads, motion);
     evaluator.record(s, state, solution)
 }
 

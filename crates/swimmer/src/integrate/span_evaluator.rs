@@ -28,6 +28,7 @@ const LEAST_CHECKED_PART: f64 = 1.0 / 64.0;
 
 /// The model's solution at a point of a phase span.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct SpanSolution {
     /// Number of the solve from zero, over the whole simulation.
     pub number: usize,

@@ -122,13 +122,15 @@ pub fn summary_json(
 
 /// An instantaneous solution, as printed by `swim solve --json`.
 ///
-/// `links` has the force of each joint on the body that its key `body` names; the opposite force
-/// acts on `to`. `power` is that of the bodies on the fluid, by motion and slip. `error_estimate`
-/// refers to the velocities; its entries `angular_velocity`, `force`, `torque` and `stresslet` to
-/// the largest of each, `power` to the power. `stresslet` of a body is the matrix of
-/// [`models::Stresslets`], with the sign of Batchelor (1970); null for models that do not compute
-/// it. `uncorrected` has velocities, forces and power before estimated discretisation errors were
-/// subtracted, `checks` independent computations of these forces and their power.
+/// `links` has the force and, about the pivot, the torque of each joint on the body that its key
+/// `body` names; the opposite ones act on `to`. `drive` is the force of the drive, or its torque if
+/// the value of the joint is an angle: its power on the bodies is `drive` times the rate. `power`
+/// is that of the bodies on the fluid, by motion and slip. `error_estimate` refers to the
+/// velocities; its entries `angular_velocity`, `force`, `torque` and `stresslet` to the largest of
+/// each, `power` to the power. `stresslet` of a body is the matrix of [`models::Stresslets`], with
+/// the sign of Batchelor (1970); null for models that do not compute it. `uncorrected` has
+/// velocities, forces and power before estimated discretisation errors were subtracted, `checks`
+/// independent computations of these forces and their power.
 pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolution) -> Value {
     let motion = |solution: &InstantaneousSolution| -> Value {
         let bodies = scene.bodies().iter().zip(&solution.bodies);
@@ -153,8 +155,15 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
             .collect();
         let joints = scene.articulation().joints().iter();
         let joints: Vec<Value> = joints
-            .zip(&solution.joint_forces)
-            .map(|(joint, force)| json!({ "name": joint.name, "force": vector(force) }))
+            .zip(&solution.joint_loads)
+            .map(|(joint, load)| {
+                json!({
+                    "name": joint.name,
+                    "force": vector(&load.force),
+                    "torque": vector(&load.torque),
+                    "drive": load.drive,
+                })
+            })
             .collect();
         json!({ "bodies": bodies, "links": joints, "power": solution.power() })
     };

@@ -52,7 +52,7 @@ pub fn sealed(value: &impl Serialize) -> Result<String> {
 ///
 /// # Errors
 /// [`ErrorKind::InvalidData`] with the reason for a damaged file; those of the operating system.
-pub fn read_sealed<T: DeserializeOwned>(path: &Path) -> Result<T> {
+pub fn read_sealed<T: DeserializeOwned>(path: impl AsRef<Path>) -> Result<T> {
     from_sealed(&read_own(path)?.into_text()?)
 }
 
@@ -60,7 +60,7 @@ pub fn read_sealed<T: DeserializeOwned>(path: &Path) -> Result<T> {
 ///
 /// # Errors
 /// Those of [`InputFile::read`].
-pub fn read_own(path: &Path) -> Result<InputFile> {
+pub fn read_own(path: impl AsRef<Path>) -> Result<InputFile> {
     InputFile::read(path, MAX_SIZE)
 }
 

@@ -15,11 +15,19 @@ pub use tables::with_tables;
 pub use target::{SizeSearch, simulate_to_target};
 
 /// The model chosen for a scene, with the reasons.
+#[non_exhaustive]
 pub struct Choice {
     /// The model.
     pub model: Box<dyn Hydrodynamics>,
     /// Properties of the scene and conclusions from them, one sentence each.
     pub reasons: Vec<String>,
+}
+
+impl Choice {
+    /// The choice of a model, for one sentence per reason.
+    pub fn new(model: Box<dyn Hydrodynamics>, reasons: Vec<String>) -> Self {
+        Self { model, reasons }
+    }
 }
 
 /// Chooses the model that the scene names, or for `auto` the cheapest one that meets the tolerance.

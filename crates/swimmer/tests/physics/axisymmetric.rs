@@ -55,7 +55,7 @@ fn an_instant_in_a_ball_is_exact_within_its_error_bar() {
         for of_body in &error.bodies {
             within((of_body.velocity - frame).norm(), 1e-12, "rounding");
         }
-        let off = (instant.joint_forces[0] / 4.0 - axis * exact[0]).norm();
+        let off = (instant.joint_loads[0].force / 4.0 - axis * exact[0]).norm();
         within(off, 2.0 * bar, "bars of forces are within a factor of two");
         assert!(instant.error_estimate.container.is_none());
     }

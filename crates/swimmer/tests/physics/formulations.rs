@@ -56,9 +56,10 @@ fn difference(a: &InstantaneousSolution, b: &InstantaneousSolution) -> [f64; 2] 
             size[k / 2] = size[k / 2].max(x.amax());
         }
     }
-    for (x, y) in a.joint_forces.iter().zip(&b.joint_forces) {
-        error[1] = error[1].max((x - y).amax());
-        size[1] = size[1].max(x.amax());
+    for (x, y) in a.joint_loads.iter().zip(&b.joint_loads) {
+        let difference = (x.force - y.force).amax().max((x.torque - y.torque).amax());
+        error[1] = error[1].max(difference).max((x.drive - y.drive).abs());
+        size[1] = size[1].max(x.force.amax());
     }
     [error[0] / size[0], error[1] / size[1]]
 }
@@ -114,11 +115,15 @@ fn joint_forces_balance_fluid_forces_and_external_loads() {
         let pull = Vector3::new(0.0, 0.5, 0.0);
         let why = "balances to 1e-12, amplified by resistances of about 6 pi over velocities of 1";
         within(
-            (solution.joint_forces[0] + pull - a).amax(),
+            (solution.joint_loads[0].force + pull - a).amax(),
             1e-10 * scale,
             why,
         );
-        within((solution.joint_forces[1] - c).amax(), 1e-10 * scale, why);
+        within(
+            (solution.joint_loads[1].force - c).amax(),
+            1e-10 * scale,
+            why,
+        );
     }
 }
 

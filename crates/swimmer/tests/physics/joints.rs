@@ -75,7 +75,7 @@ fn formulations_agree_for_hinges_and_springs() {
         let bodies = solution.bodies.iter();
         let of_bodies = bodies.flat_map(|b| [b.velocity, b.angular_velocity, b.force, b.torque]);
         of_bodies
-            .chain(solution.joint_forces.iter().copied())
+            .chain((solution.joint_loads.iter()).flat_map(|load| [load.force, load.torque]))
             .collect()
     };
     for other in &others {

@@ -38,7 +38,7 @@ fn assert_bitwise_equal(text: SceneText, count: usize) {
     for (number, (answer, rates)) in at_once.iter().zip(&rates).enumerate() {
         let alone = model().solve_one(configuration, rates).unwrap();
         assert_eq!(answer.bodies, alone.bodies);
-        assert_eq!(answer.joint_forces, alone.joint_forces);
+        assert_eq!(answer.joint_loads, alone.joint_loads);
         assert_eq!(answer.motion, alone.motion);
         assert_eq!(answer.solver, alone.solver);
         assert_eq!(answer.error_estimate, alone.error_estimate);

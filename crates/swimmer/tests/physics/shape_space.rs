@@ -17,7 +17,9 @@ fn planar() -> SceneText {
 
 /// The outcomes without and with tables.
 fn both_ways(scene: &Scene) -> (Outcome, Outcome) {
-    let Choice { mut model, reasons } = with_tables(scene, choose(scene).unwrap()).unwrap();
+    let Choice {
+        mut model, reasons, ..
+    } = with_tables(scene, choose(scene).unwrap()).unwrap();
     assert!(
         reasons.iter().any(|r| r.contains("tabulated")),
         "{reasons:?}"

@@ -19,12 +19,12 @@ fn forces_of_an_instant_are_exact() {
     );
     // The joint forces equal the forces of the outer spheres on the fluid.
     within(
-        instant.joint_forces[0].x / 4.0 - exact[0],
+        instant.joint_loads[0].force.x / 4.0 - exact[0],
         1e-8,
         "the tolerance",
     );
     within(
-        instant.joint_forces[1].x / 4.0 - exact[2],
+        instant.joint_loads[1].force.x / 4.0 - exact[2],
         1e-8,
         "the tolerance",
     );

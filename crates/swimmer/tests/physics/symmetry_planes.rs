@@ -99,12 +99,14 @@ fn the_solution_is_that_on_the_reflected_mesh() {
             within((own.torque - all.torque).norm(), 1e-6 * size, why);
         }
         let size = whole
-            .joint_forces
+            .joint_loads
             .iter()
-            .map(|f| f.norm())
+            .map(|load| load.force.norm())
             .fold(0.0, f64::max);
-        for (own, all) in part.joint_forces.iter().zip(&whole.joint_forces) {
-            within((own - all).norm(), 1e-6 * size, why);
+        for (own, all) in part.joint_loads.iter().zip(&whole.joint_loads) {
+            within((own.force - all.force).norm(), 1e-6 * size, why);
+            within((own.torque - all.torque).norm(), 1e-6 * size, why);
+            within(own.drive - all.drive, 1e-6 * size, why);
         }
         // So are the corrections, up to the two percent that their iteration leaves; the file does
         // not tell that its wall is a ball, so that facets there are not corrected.

@@ -98,7 +98,7 @@ fn corrections_between_points_follow_the_polynomial_through_them() {
         [
             body.velocity,
             body.force,
-            error.joint_forces[1],
+            error.joint_loads[1].force,
             frame.linear,
         ]
     };

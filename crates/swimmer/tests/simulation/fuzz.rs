@@ -16,7 +16,7 @@ proptest! {
     fn edited_checkpoints_are_read_or_refused(edits in edits()) {
         let scene = Scene::parse(SCENE).unwrap();
         let mut model = choose(&scene).unwrap().model;
-        let Interim { state, outcome } = Interim::start(&scene).unwrap();
+        let Interim { state, outcome, .. } = Interim::start(&scene).unwrap();
         let temporary = tempfile::tempdir().unwrap();
         let folder = Folder::create(temporary.path()).unwrap();
         Checkpoint::new(&scene, &state, &outcome, model.as_ref(), &[]).unwrap().write(&folder).unwrap();

@@ -123,7 +123,7 @@ fn masses_times_accelerations_are_the_forces_of_the_fluid_and_of_the_joints() {
         for (body, sign) in [(0, -1.0), (1, 1.0)] {
             let after = step.bodies[body].velocity;
             let inertia = mass * (after - before[body]) * count as f64;
-            let forces = sign * step.joint_forces[0] - step.bodies[body].force;
+            let forces = sign * step.joint_loads[0].force - step.bodies[body].force;
             within(
                 (inertia - forces).norm(),
                 1e-11,

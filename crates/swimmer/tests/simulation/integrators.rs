@@ -1,7 +1,7 @@
 //! Accuracy and cost of the integration methods.
 
 use nalgebra::Vector3;
-use rigid::Twist;
+use rigid::{JointLoad, Twist};
 use swimmer::models::{
     BodySolution, DiscretisationError, Hydrodynamics, InstantaneousSolution, SphereModel,
     SpheresModel, Uncertainty,
@@ -119,7 +119,8 @@ fn with_discretisation_error(model: SpheresModel) -> Recording<'static> {
                     torque: vector(25 + k),
                 };
             }
-            response.joint_forces = (0..2).map(|joint| vector(30 + joint)).collect();
+            let load = |joint: usize| JointLoad::new(vector(30 + joint), vector(40 + joint), 50.0);
+            response.joint_loads = (0..2).map(load).collect();
             let uncertainty = Uncertainty::default();
             let mut error = DiscretisationError {
                 response,
@@ -144,11 +145,11 @@ fn vectors(solution: &InstantaneousSolution) -> Vec<Vector3<f64>> {
     let motions = [&solution.motion, &error.motion];
     let frames = motions.into_iter().flat_map(|motion| &motion.frames);
     let spins = motions.into_iter().flat_map(|motion| &motion.spins);
+    let loads = solution.joint_loads.iter().chain(&error.joint_loads);
     bodies
         .chain(&error.bodies)
         .flat_map(|b| [b.velocity, b.angular_velocity, b.force, b.torque])
-        .chain(solution.joint_forces.iter().copied())
-        .chain(error.joint_forces.iter().copied())
+        .chain(loads.flat_map(|load| [load.force, load.torque, load.drive * Vector3::x()]))
         .chain(spins.copied())
         .chain(frames.flat_map(|frame| [frame.linear, frame.angular]))
         .collect()

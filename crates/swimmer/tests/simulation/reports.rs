@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use rigid::StateVelocity;
+use rigid::{JointLoad, StateVelocity};
 use serde_json::{Value, json};
 use swimmer::models::{
     AccumulatedError, BodySolution, Checks, DiscretisationError, Dofs, ErrorEstimate,
@@ -210,7 +210,8 @@ fn the_json_of_a_solution_has_every_number_of_it() {
         joints: vec![],
     };
     let bodies = vec![body(10.0), body(20.0)];
-    let mut solution = InstantaneousSolution::new(bodies, vec![vector(30.0)], motion);
+    let load = JointLoad::new(vector(30.0), vector(31.0), 32.0);
+    let mut solution = InstantaneousSolution::new(bodies, vec![load], motion);
     solution.dofs = Dofs {
         velocity: 3,
         pressure: 4,
@@ -223,14 +224,13 @@ fn the_json_of_a_solution_has_every_number_of_it() {
         true_relative_residual: 1e-9,
     };
     solution.seconds = seconds(1.0);
-    solution.checks = Some(Checks {
-        force_by_stress: 0.01,
-        dissipation: 0.02,
-    });
+    let mut checks = Checks::default();
+    (checks.force_by_stress, checks.dissipation) = (0.01, 0.02);
+    solution.checks = Some(checks);
     // Half of the numbers was subtracted.
     let mut error = DiscretisationError::between(&solution, &solution, Uncertainty::default());
     error.bodies = solution.bodies.clone();
-    error.joint_forces = solution.joint_forces.clone();
+    error.joint_loads = solution.joint_loads.clone();
     error.uncertainty.relative = 0.5;
     let twice = |v: &mut Vector3<f64>| *v *= 2.0;
     for body in &mut solution.bodies {
@@ -243,7 +243,12 @@ fn the_json_of_a_solution_has_every_number_of_it() {
         .into_iter()
         .for_each(twice);
     }
-    solution.joint_forces.iter_mut().for_each(twice);
+    for load in &mut solution.joint_loads {
+        [&mut load.force, &mut load.torque]
+            .into_iter()
+            .for_each(twice);
+        load.drive *= 2.0;
+    }
     solution.correct(error);
     // Half of the larger of the errors of the two forces.
     assert_eq!(solution.force_error.mesh, Some(0.5 * vector(22.0).norm()));
@@ -271,6 +276,7 @@ fn the_json_of_a_solution_has_every_number_of_it() {
             "stresslet": null,
         })
     };
+    let link = |drive: f64| json!({ "name": "arm", "force": list(30.0), "torque": list(31.0), "drive": drive });
     let twice = |mut value: Value| {
         for entry in value.as_object_mut().unwrap().values_mut() {
             for number in entry.as_array_mut().into_iter().flatten() {
@@ -281,7 +287,7 @@ fn the_json_of_a_solution_has_every_number_of_it() {
     };
     let uncorrected = json!({
         "bodies": [twice(body_json("a", 10.0)), twice(body_json("b, the large", 20.0))],
-        "links": [twice(json!({ "name": "arm", "force": list(30.0) }))],
+        "links": [twice(link(64.0))],
         "power": 4.0 * power,
     });
     assert_eq!(
@@ -289,7 +295,7 @@ fn the_json_of_a_solution_has_every_number_of_it() {
         json!({
             "model": "a model",
             "bodies": [body_json("a", 10.0), body_json("b, the large", 20.0)],
-            "links": [{ "name": "arm", "force": list(30.0) }],
+            "links": [link(32.0)],
             "power": power,
             "dofs": { "velocity": 3, "pressure": 4, "total": 9 },
             "solver": {

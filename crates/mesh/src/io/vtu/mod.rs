@@ -90,7 +90,7 @@ impl<'a> Vtu<'a> {
 
     /// Sets the encoding of the numbers.
     #[must_use]
-    pub fn encoding(mut self, encoding: VtuEncoding) -> Self {
+    pub fn with_encoding(mut self, encoding: VtuEncoding) -> Self {
         self.encoding = encoding;
         self
     }

@@ -155,8 +155,12 @@ fn vertex_field_is_linear_along_edges() {
 #[test]
 fn base64_holds_the_same_bytes() {
     let mesh = cube(1);
-    let raw = Vtu::cells(&mesh).encoding(VtuEncoding::Appended).to_bytes();
-    let file = Vtu::cells(&mesh).encoding(VtuEncoding::Base64).to_bytes();
+    let raw = Vtu::cells(&mesh)
+        .with_encoding(VtuEncoding::Appended)
+        .to_bytes();
+    let file = Vtu::cells(&mesh)
+        .with_encoding(VtuEncoding::Base64)
+        .to_bytes();
     let text = String::from_utf8(file).unwrap();
     for name in ["Points", "connectivity", "offsets", "types"] {
         let array = &text[text.find(&format!("Name=\"{name}\"")).unwrap()..];
@@ -185,7 +189,7 @@ fn compressed_arrays_hold_the_same_bits_in_all_blocks() {
         .collect();
     let file = |encoding: VtuEncoding| {
         let file = Vtu::cells(&mesh).point_field("velocity", 3, &field);
-        file.unwrap().encoding(encoding).to_bytes()
+        file.unwrap().with_encoding(encoding).to_bytes()
     };
     let [small, large] = [VtuEncoding::Compressed, VtuEncoding::Appended].map(file);
     for name in ["Points", "connectivity", "offsets", "types", "velocity"] {
