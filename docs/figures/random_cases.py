@@ -1,8 +1,8 @@
-"""Errors, corrected errors and error bars of random instantaneous solutions and random strokes.
+"""Errors, corrected errors and error bars of random solutions and random runs.
 
 Writes random.md and random.csv. Each case is added to random.jsonl as soon as it is known, from which
---resume 1 continues. --seed S --instants 1 --squirmers 0 --strokes 0 (or another 1) draws the case of
-seed S again.
+--resume 1 continues. --seed S and the number 1 of one kind, 0 of all others, draw the case of seed S
+again.
 """
 
 import csv
@@ -10,192 +10,53 @@ import json
 import math
 import statistics
 import sys
+import time
 
 from figures import ROOT, Refused, arguments, page, swim, table
+from random_scenes import (
+    GAPS,
+    Approach,
+    Arrangement,
+    Lone,
+    Massive,
+    Random,
+    SlipGap,
+    Stroke,
+    Sweep,
+    Turn,
+    smallest_gap,
+)
 
 # Tolerance of the multipoles that are compared with: in space a thousandth of the usual errors of
-# corrected values, on an axis one for which more digits are cheap, and that of strokes.
-EXACT, EXACT_ON_AXIS, EXACT_STROKE = 1e-7, 1e-12, 1e-8
+# corrected values, on an axis one for which more digits are cheap, that of strokes, and that of runs
+# whose own tolerance is at least a hundred times larger.
+EXACT, EXACT_ON_AXIS, EXACT_STROKE, EXACT_RUN = 1e-7, 1e-12, 1e-8, 1e-6
+# Tolerance of the meridian plane where expansions are compared with it.
+EXACT_MERIDIAN = 1e-8
 # Tolerance of elements in the meridian plane.
 MERIDIAN_TOLERANCE = 1e-4
 
-# What is drawn: radii; smallest gap, in radii of the smaller neighbour; largest gap along a chain;
-# number of chains before another smallest gap is drawn; radius of the container over the distance of
-# the farthest point of a sphere from its centre; gaps to which arms of strokes close.
-RADII, GAPS, WIDEST_GAP, MAX_CHAINS = (0.2, 2.0), (0.02, 3.0), 6.0, 1000
-CONTAINERS, STROKE_GAPS = (3.0, 10.0), (0.05, 3.0)
-
 # Size below which a quantity is zero but for rounding, relative to what it is compared with.
 NEGLIGIBLE = 1e-9
-# A comparison is dropped if the bar of the exact value is above this part of the smaller error.
+# A comparison is dropped if the bar of the exact value is above this part of the error and of its bar.
 MAX_EXACT_BAR = 0.05
+# Spheres that overlap by more than this part of the smaller radius between two points of a trajectory
+# went through each other: chords between points cut the curves of their paths by less.
+OVERLAP = 0.05
 
+# Title of the table of each kind and the quantities in it.
 KINDS = {
     "instant": ("Instants: the velocities", ["velocity"]),
     "squirmer": ("Squirmers", ["velocity", "power", "stresslet"]),
+    "lone": ("Lone bodies", ["velocity", "angular velocity"]),
+    "gap": ("Slip in narrow gaps", ["velocity", "power", "stresslet", "link force"]),
     "stroke": ("Strokes", ["displacement", "rotation", "work"]),
+    "turn": ("Strokes that turn", ["displacement", "rotation", "work"]),
+    "mass": ("Bodies with mass", ["displacement", "rotation", "work"]),
+    "contact": ("Contacts", []),
 }
 QUANTITIES = ["velocity", "angular velocity", "force", "torque", "link force", "power", "stresslet"]
 QUANTITIES += ["displacement", "rotation", "work"]
-
-
-class Random:
-    """SplitMix64 (Steele, Lea & Flood 2014): a seed draws the same case in every version."""
-
-    def __init__(self, seed):
-        self.state = seed % 2**64
-
-    def bits(self):
-        mask = 2**64 - 1
-        self.state = (self.state + 0x9E3779B97F4A7C15) & mask
-        z = self.state
-        z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & mask
-        z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & mask
-        return z ^ (z >> 31)
-
-    def within(self, low, high):
-        return low + (high - low) * float(self.bits() >> 11) / float(2**53)
-
-    def log_within(self, limits):
-        return math.exp(self.within(*map(math.log, limits)))
-
-    def chance(self, probability):
-        return self.within(0, 1) < probability
-
-    def below(self, count):
-        return self.bits() % count
-
-    def direction(self):
-        while True:
-            v = [self.within(-1, 1) for _ in range(3)]
-            norm = math.sqrt(sum(x * x for x in v))
-            if 0.1 <= norm < 1:
-                return [x / norm for x in v]
-
-
-def chain(random, radii, gap, on_axis):
-    """Spheres in a row about their mean: one pair has the given gap, the others wider ones."""
-    narrowest = random.below(len(radii) - 1)
-    centres = [[0.0] * 3]
-    for number, (a, b) in enumerate(zip(radii, radii[1:])):
-        own = gap if number == narrowest else random.log_within((gap, WIDEST_GAP))
-        direction = [1.0, 0.0, 0.0] if on_axis else random.direction()
-        distance = a + b + own * min(a, b)
-        centres.append([x + distance * e for x, e in zip(centres[-1], direction)])
-    mean = [sum(x) / len(radii) for x in zip(*centres)]
-    return [[x - m for x, m in zip(centre, mean)] for centre in centres]
-
-
-def smallest_gap(radii, centres):
-    """Smallest gap of two spheres, in radii of the smaller one; negative if they overlap."""
-    return min(
-        (math.dist(centres[a], centres[b]) - radii[a] - radii[b]) / min(radii[a], radii[b])
-        for b in range(len(radii))
-        for a in range(b)
-    )
-
-
-class Arrangement:
-    """Spheres of a seed: half on a line, half chains, half in a ball, a quarter with straight facets."""
-
-    def __init__(self, seed, has_slip):
-        random = Random(seed)
-        count = 2 + random.below(4)
-        self.radii = [random.log_within(RADII) for _ in range(count)]
-        on_axis = random.chance(0.5)
-        self.centres = None
-        while self.centres is None:
-            self.gap = random.log_within(GAPS)
-            # In space, spheres of a chain may come closer to each other than neighbours do, and
-            # between some radii no chain has a wide gap everywhere.
-            for _ in range(MAX_CHAINS):
-                centres = chain(random, self.radii, self.gap, on_axis)
-                if abs(smallest_gap(self.radii, centres) - self.gap) <= 1e-9 * self.gap:
-                    self.centres = centres
-                    break
-        extent = max(math.hypot(*centre) + r for centre, r in zip(self.centres, self.radii))
-        self.container = extent * random.within(*CONTAINERS) if random.chance(0.5) else None
-        self.rates, self.loads = [], []
-        if random.chance(0.5):
-            self.rates = [random.within(-1, 1) for _ in range(count - 1)]
-        else:
-            # Half of the free spheres on a line have loads along it, so that the flow has rotational
-            # symmetry; the others have loads in any direction.
-            along_axis = on_axis and random.chance(0.5)
-            for radius in self.radii:
-                # A torque of the size of the force times the radius.
-                self.loads.append([self.load(random, size, along_axis) for size in (1.0, radius)])
-        self.is_straight = random.chance(0.25)
-        flat = [load for pair in self.loads for load in pair]
-        self.is_axisymmetric = on_axis and all(load[1] == load[2] == 0 for load in flat)
-        self.slips = self.draw_slips(Random(~seed), on_axis) if has_slip else []
-
-    @staticmethod
-    def load(random, size, along_axis):
-        if along_axis:
-            return [random.within(-size, size), 0.0, 0.0]
-        direction = random.direction()
-        length = random.within(0, size)
-        return [length * e for e in direction]
-
-    def draw_slips(self, random, on_axis):
-        """Modes b1 and b2, and the axis, of each sphere: along the axis of an axisymmetric flow; half
-        of the others on a line have axes in one symmetry plane."""
-        in_plane = on_axis and random.chance(0.5)
-        slips = []
-        for _ in self.radii:
-            modes = [random.within(-1, 1), random.within(-2, 2)]
-            axis = random.direction()
-            if self.is_axisymmetric:
-                axis = [1.0, 0.0, 0.0]
-            elif in_plane:
-                axis[2] = 0.0
-            slips.append((*modes, axis))
-        return slips
-
-    def text(self, model, tolerance):
-        lines = [f'model = {{ kind = "{model}", tolerance = {tolerance} }}']
-        if self.container is not None:
-            lines.append(f'domain = {{ kind = "ball", radius = {self.container} }}')
-        if self.is_straight:
-            lines.append('fem.geometry = "straight"')
-        for k, (radius, centre) in enumerate(zip(self.radii, self.centres)):
-            lines += ["[[bodies]]", f'name = "s{k}"', f"position = {centre}", f"radius = {radius}"]
-            if self.loads:
-                lines += [f"force = {self.loads[k][0]}", f"torque = {self.loads[k][1]}"]
-            if self.slips:
-                b1, b2, axis = self.slips[k]
-                lines.append(f"slip = {{ b1 = {b1}, b2 = {b2}, axis = {axis} }}")
-        targets = []
-        for k, rate in enumerate(self.rates):
-            lines += ["[[links]]", f'name = "l{k}"', f'body = "s{k + 1}"', f'to = "s{k}"']
-            # Only the rates matter, but the spheres must not touch during the phase.
-            length = math.dist(self.centres[k], self.centres[k + 1])
-            targets.append(f"l{k} = {length + rate * self.duration()}")
-        if targets:
-            lines += ["[[gait.phases]]", f"targets = {{ {', '.join(targets)} }}"]
-            lines.append(f"duration = {self.duration()}")
-        return "\n".join(lines) + "\n"
-
-    def duration(self):
-        """A hundredth of the time in which the smallest gap closes at the largest rate."""
-        return 0.01 * self.gap * min(self.radii)
-
-    def description(self):
-        radii = " ".join(f"{r:.3f}" for r in self.radii)
-        centres = " / ".join(" ".join(f"{x:.3f}" for x in centre) for centre in self.centres)
-        container = "unbounded" if self.container is None else f"ball {self.container:.2f}"
-        facets = "straight" if self.is_straight else "curved"
-        return f"radii {radii}; centres {centres}; {container}; {facets}"
-
-    def groups(self, model):
-        if model == "axisymmetric":
-            return ["meridian plane"]
-        groups = ["all", "linked" if self.rates else "free"]
-        groups.append("unbounded" if self.container is None else "ball")
-        groups.append("straight" if self.is_straight else "curved")
-        groups.append("axisymmetric" if self.is_axisymmetric else "three-dimensional")
-        return groups + ["gap below 0.2"] * (self.gap < 0.2)
 
 
 def norm(vector):
@@ -310,80 +171,145 @@ def compared(case, command, text, exact, bars, quantities, *options):
     return case
 
 
-def instants(seed, has_slip):
-    """Cases of one arrangement: elements in space, and in the meridian plane where there is one."""
+def solved(kind, seed, drawn, exact, models):
+    """Cases of one scene: its solution by each of (model, tolerance) against the one by `exact`."""
+    head = {"kind": kind, "seed": seed, "gap": drawn.gap, "drawn": drawn.description()}
+    try:
+        known = swim("solve", drawn.text(*exact))
+    except Refused as error:
+        yield {**head, "model": exact[0], "groups": ["no exact value"], "refused": str(error)}
+        return
+    for model, tolerance in models:
+        case = {**head, "model": model, "groups": drawn.groups(model)}
+        text = drawn.text(model, tolerance)
+        quantities = lambda found: quantities_of_instant(drawn, found)
+        yield compared(case, "solve", text, known, exact_bars(known), quantities)
+
+
+def instants(seed, has_slip=False):
+    """An arrangement by elements in space, and in the meridian plane where there is one."""
     drawn = Arrangement(seed, has_slip)
-    tolerance = EXACT_ON_AXIS if drawn.is_axisymmetric else EXACT
-    exact = swim("solve", drawn.text("multipole", tolerance))
+    exact = ("multipole", EXACT_ON_AXIS if drawn.is_axisymmetric else EXACT)
     # The tolerance of elements in space is that of the integration.
     models = [("fem", 1e-3)] + [("axisymmetric", MERIDIAN_TOLERANCE)] * drawn.is_axisymmetric
-    for model, tolerance in models:
-        case = {"kind": "squirmer" if has_slip else "instant", "seed": seed, "model": model}
-        case |= {"groups": drawn.groups(model), "gap": drawn.gap, "drawn": drawn.description()}
-        text = drawn.text(model, tolerance)
-        yield compared(
-            case,
-            "solve",
-            text,
-            exact,
-            exact_bars(exact),
-            lambda found: quantities_of_instant(drawn, found),
+    yield from solved("squirmer" if has_slip else "instant", seed, drawn, exact, models)
+
+
+def lone(seed):
+    """A body close to a wall by elements."""
+    yield from solved("lone", seed, Lone(seed), ("multipole", EXACT), [("fem", 1e-3)])
+
+
+def narrow_gaps(seed):
+    """Two bodies with slip by expansions, against elements in the meridian plane."""
+    drawn = SlipGap(seed)
+    models = [("multipole", drawn.tolerance)]
+    yield from solved("gap", seed, drawn, ("axisymmetric", EXACT_MERIDIAN), models)
+
+
+def ran(kind, seed, drawn, model, tolerance, exact=None):
+    """A run against `exact`, or against one by multipoles; both are printed whatever their bars."""
+    out = ["--out", ROOT / "out" / "random"]
+
+    def text(kind, tolerance):
+        return (
+            f'model = {{ kind = "{kind}", tolerance = {tolerance}, accept = "best" }}\n{drawn.text()}'
         )
+
+    case = {"kind": kind, "seed": seed, "model": model, "groups": drawn.groups()}
+    case |= {"gap": getattr(drawn, "gap", None), "drawn": drawn.description()}
+    try:
+        accurate = EXACT_STROKE if model == "fem" else EXACT_RUN
+        exact = exact or swim("run", text("multipole", accurate), *out)
+    except Refused as error:
+        yield {**case, "groups": ["no exact value"], "refused": str(error)}
+        return
+    displacement = list(exact["displacement"].values())
+    net = norm([sum(x) / len(displacement) for x in zip(*displacement)])
+    bars = {
+        "displacement": exact["error_estimate"]["total"] / net,
+        "rotation": exact["rotation_error"]["total"] / (norm(exact["rotation"]) or 1e-300),
+        "work": exact["work_error"]["total"] / abs(exact["work"]),
+    }
+    yield compared(case, "run", text(model, tolerance), exact, bars, quantities_of_stroke, *out)
 
 
 def stroke(seed):
-    """The stroke of a seed; two thirds are collinear, unbounded, curved, one cycle."""
-    random = Random(seed)
-    setup = {2: "ball", 5: "straight", 8: "two cycles", 11: "angle"}.get(seed % 12, "plain")
-    while True:
-        radii = [random.within(0.6, 1.6) for _ in range(3)]
-        arms = [random.within(5, 10) for _ in range(2)]
-        gaps = [random.log_within(STROKE_GAPS) for _ in range(2)]
-        # Up to this angle the outer spheres cannot touch each other.
-        angle = random.within(20, 60)
-        pairs = list(zip(radii, radii[1:]))
-        closed = [a + b + gap * min(a, b) for (a, b), gap in zip(pairs, gaps)]
-        if all(short < 0.9 * long for short, long in zip(closed, arms)):
-            break
-    lines = {
-        "ball": 'domain = { kind = "ball", radius = 40 }',
-        "straight": 'fem.geometry = "straight"',
-        "two cycles": "gait.cycles = 2",
-    }
-    turn = math.radians(angle) if setup == "angle" else 0.0
-    end = [arms[1] * math.cos(turn), arms[1] * math.sin(turn), 0.0]
-    text = lines.get(setup, "") + "\n"
-    places = zip(["left", "centre", "right"], radii, [[-arms[0], 0.0, 0.0], [0.0] * 3, end])
-    for name, radius, place in places:
-        text += f'[[bodies]]\nname = "{name}"\nposition = {place}\nradius = {radius}\n'
-    for name in ("left", "right"):
-        text += f'[[links]]\nname = "{name}-arm"\nbody = "{name}"\nto = "centre"\n'
-    for lengths in (closed, arms):
-        for name, length in zip(("left", "right"), lengths):
-            text += f'[[gait.phases]]\nlink = "{name}-arm"\nlength = {length}\n'
-    out = ["--out", ROOT / "out" / "random"]
-    exact_model = f'model = {{ kind = "multipole", tolerance = {EXACT_STROKE}, accept = "best" }}\n'
-    exact = swim("run", exact_model + text, *out)
-    displacement = list(exact["displacement"].values())
-    net = norm([sum(x) / len(displacement) for x in zip(*displacement)])
-    bar = exact["error_estimate"]["total"] / net
-    bars = {"displacement": bar}
-    bars["rotation"] = exact["rotation_error"]["total"] / (norm(exact["rotation"]) or 1e-300)
-    bars["work"] = exact["work_error"]["total"] / abs(exact["work"])
-    gap = min(gaps)
-    groups = ["all", setup] + [f"gap below {limit}" for limit in (0.5, 0.2) if gap < limit]
-    lists = [" ".join(f"{x:.3f}" for x in values) for values in (radii, arms, gaps)]
-    of_angle = f" of {angle:.1f} degrees" if setup == "angle" else ""
-    drawn = f"{setup}{of_angle}; radii {lists[0]}; arms {lists[1]}; gaps {lists[2]}"
-    case = {"kind": "stroke", "seed": seed, "model": "fem", "groups": groups, "gap": gap}
-    model = 'model = { kind = "fem", accept = "best" }\n'
-    case["drawn"] = drawn
-    yield compared(case, "run", model + text, exact, bars, quantities_of_stroke, *out)
+    """A stroke by elements."""
+    yield from ran("stroke", seed, Stroke(seed), "fem", 1e-3)
+
+
+def turn(seed):
+    """A stroke that turns, by multipoles at the tolerance that was drawn."""
+    drawn = Turn(seed)
+    yield from ran("turn", seed, drawn, "multipole", drawn.tolerance)
+
+
+def massive(seed):
+    """A body with mass, against the solution of its equation of motion."""
+    drawn = Massive(seed)
+    yield from ran("mass", seed, drawn, "multipole", drawn.tolerance, drawn.exact())
+
+
+def path_of(folder, names):
+    """Positions of the bodies of this name at the points of a trajectory."""
+    with open(folder / "trajectory.csv", newline="") as file:
+        for row in csv.DictReader(file):
+            yield [[float(row[f"{name}.{axis}"]) for axis in "xyz"] for name in names]
+
+
+def smallest_distance(path):
+    """Smallest distance of two points that move along straight lines between their positions."""
+    apart = [[y - x for x, y in zip(*pair)] for pair in path]
+    smallest = min(map(norm, apart))
+    for start, end in zip(apart, apart[1:]):
+        step = [y - x for x, y in zip(start, end)]
+        square = sum(x * x for x in step)
+        share = -sum(x * y for x, y in zip(start, step)) / square if square > 0 else 0.0
+        if 0 < share < 1:
+            smallest = min(smallest, norm([x + share * y for x, y in zip(start, step)]))
+    return smallest
+
+
+def contact(seed):
+    """Two bodies on their way to each other: reported as contact, or apart all along."""
+    drawn = (Approach, Sweep)[seed % 2](seed)
+    folder = ROOT / "out" / "random-contact"
+    case = {"kind": "contact", "seed": seed, "model": drawn.model, "groups": drawn.groups()}
+    case |= {"gap": drawn.gap, "drawn": drawn.description()}
+    clock, touch = time.perf_counter(), drawn.touches()
+    try:
+        swim("run", drawn.text(), "--out", folder)
+    except Refused as error:
+        if " touch" not in str(error):
+            yield {**case, "refused": str(error)}
+            return
+        outcome = "false alarm" if touch is False else "contact reported"
+    else:
+        reach = sum(drawn.radii)
+        overlap = reach - smallest_distance(list(path_of(folder, drawn.names)))
+        passed = touch or (touch is None and overlap > OVERLAP * min(drawn.radii))
+        outcome = "passed through" if passed else "stayed apart"
+    yield {**case, "outcome": outcome, "seconds": time.perf_counter() - clock}
+
+
+DRAW = {
+    "instant": instants,
+    "squirmer": lambda seed: instants(seed, has_slip=True),
+    "lone": lone,
+    "gap": narrow_gaps,
+    "stroke": stroke,
+    "turn": turn,
+    "mass": massive,
+    "contact": contact,
+}
 
 
 def is_dropped(c):
     """Whether the exact value is not exact enough to measure an error."""
-    return c["exact_bar"] > MAX_EXACT_BAR * min(c["uncorrected"], c["corrected"])
+    # A bar far above the error is as good a comparison as an error far above the exact bar.
+    size = max(min(c["uncorrected"], c["corrected"]), c["bar"] or 0.0)
+    return c["exact_bar"] > MAX_EXACT_BAR * size
 
 
 def kept(cases):
@@ -443,6 +369,37 @@ def errors_in_bars(cases, quantities):
     return table(head + ["uncorrected / bar", "corrected / bar", "seconds"], rows)
 
 
+def coverage(cases):
+    """One row per kind, model and quantity: how many errors are within their bars, by how much."""
+    rows = []
+    for kind, (title, _) in KINDS.items():
+        of_kind = [case for case in cases if case["kind"] == kind]
+        for model in dict.fromkeys(case["model"] for case in of_kind):
+            found = [c for c in kept(case for case in of_kind if case["model"] == model) if c["bar"]]
+            for name in QUANTITIES:
+                ratios = [c["corrected"] / c["bar"] for c in found if c["name"] == name]
+                if ratios:
+                    middle = statistics.median_high(ratios)
+                    row = [title.split(":")[0], model, name, len(ratios)]
+                    row.append(f"{100 * sum(x <= 1 for x in ratios) / len(ratios):.0f} %")
+                    row += [f"{max(ratios):.2f}", sum(x > 1.5 for x in ratios)]
+                    rows.append(row + [f"{1 / middle:.1f}" if middle else "-"])
+    head = ["kind", "model", "quantity", "cases", "within the bar", "largest error / bar"]
+    return table(head + ["errors above 1.5 bars", "median bar / error"], rows)
+
+
+def contacts(cases):
+    """One row per way of the bodies: what the runs said of it."""
+    outcomes = ["contact reported", "stayed apart", "passed through", "false alarm"]
+    of_kind = [case for case in cases if case["kind"] == "contact"]
+    rows = []
+    for group in dict.fromkeys(group for case in of_kind for group in case["groups"]):
+        of_group = [case for case in of_kind if group in case["groups"]]
+        counts = [sum(case.get("outcome") == word for case in of_group) for word in outcomes]
+        rows.append([group, len(of_group), *counts])
+    return table(["bodies", "cases", *outcomes], rows)
+
+
 def write(cases, chosen):
     dropped = sum(is_dropped(c) for case in cases for c in case.get("comparisons", []))
     refused = [
@@ -450,30 +407,52 @@ def write(cases, chosen):
         for case in cases
         if "refused" in case
     ]
-    parts = ["## Summary", summary(cases), "## Refused", "\n".join(refused) or "None."]
+    scenes = {(case["kind"], case["seed"]) for case in cases}
+    wanted = sum(getattr(chosen, option_of(kind)) for kind in KINDS)
+    errors = [c["corrected"] / c["bar"] for c in kept(cases) if c["bar"]]
+    within = sum(x <= 1 for x in errors)
+    told = (
+        f"{len(scenes)} scenes of {wanted} that were asked for, {len(errors)} comparisons: {within} "
+        f"errors are within their bars, {sum(x > 1.5 for x in errors)} above 1.5 bars; the largest is "
+        f"{max(errors, default=0.0):.2f} bars."
+    )
+    parts = [told, "## Coverage", coverage(cases), "## Summary", summary(cases)]
+    if any(case["kind"] == "contact" for case in cases):
+        parts += ["## Contacts", contacts(cases)]
+    parts += ["## Refused", "\n".join(refused) or "None."]
     for kind, (title, quantities) in KINDS.items():
         of_kind = [case for case in cases if case["kind"] == kind]
-        if of_kind:
+        if of_kind and quantities:
             parts += [f"## {title}", errors_in_bars(of_kind, quantities)]
-    options = f"--instants {chosen.instants} --squirmers {chosen.squirmers} --strokes {chosen.strokes}"
+    counts = [(option_of(kind), getattr(chosen, option_of(kind))) for kind in KINDS]
+    options = " ".join(f"--{name} {count}" for name, count in counts)
     text = page(
         "Random cases",
         f"random_cases.py {options} --seed {chosen.seed}",
         "Errors are relative to the largest exact value of the quantity among the bodies. "
         "uncorrected: the value of the discrete problem; corrected: this value minus its estimated "
         "error. estimate / error: the signed estimate over the true error, projected on it. Exact "
-        f"values: multipoles at a tolerance of {EXACT} (instants in three dimensions), "
-        f"{EXACT_ON_AXIS} (on an axis) and {EXACT_STROKE} (strokes); {dropped} comparisons were "
-        "dropped because their exact values have bars above 5 % of an error. Elements have their "
-        f"default sizes; in the meridian plane the tolerance is {MERIDIAN_TOLERANCE}.",
+        f"values: multipoles at a tolerance of {EXACT} (instants in three dimensions, lone bodies), "
+        f"{EXACT_ON_AXIS} (on an axis), {EXACT_STROKE} (strokes by elements) and {EXACT_RUN} (strokes "
+        "that turn), the meridian plane at "
+        f"{EXACT_MERIDIAN} (slip in narrow gaps), a closed formula (mass); {dropped} comparisons were "
+        "dropped because their exact values have bars above 5 % of the error and of its bar. Elements "
+        f"have their default sizes; in the meridian plane the tolerance is {MERIDIAN_TOLERANCE}.",
         "Instants: 2 to 5 spheres, radii 0.2 to 2, smallest gap 0.02 to 3 radii of the smaller "
         "neighbour, half of them on a line, half in a ball, half linked, a quarter with straight "
-        "facets. Squirmers: the same with slip, b1 up to 1 and b2 up to 2. Strokes: three spheres, "
-        "radii 0.6 to 1.6, arms 5 to 10, closing to gaps of 0.05 to 3 radii of the smaller neighbour.",
+        "facets. Squirmers: the same with slip, b1 up to 1 and b2 up to 2. Lone bodies: a sphere with "
+        "force and torque, gap 0.02 to 3 radii to a plane wall or a ball. Slip in narrow gaps: two "
+        "squirmers on their line of centres, gap 0.001 to 0.02 radii, by multipoles. Strokes: three "
+        "spheres, radii 0.6 to 1.6, arms 5 to 10, closing to gaps of 0.05 to 3 radii of the smaller "
+        "neighbour; strokes that turn: slides at an angle, or hinges, by multipoles at tolerances of "
+        "1e-4 to 1e-2. Bodies with mass: a sphere from rest, relaxation times of 1e-3 to 1e3 of the "
+        "duration, the same tolerances. Contacts: spheres pulled towards each other (Oseen, "
+        "Rotne-Prager-Yamakawa), and a sphere on a hinge that sweeps past a post.",
         *parts,
     )
     (chosen.out / "random.md").write_text(text)
     names = ["kind", "seed", "model", "groups", "gap", "dofs", "seconds", "drawn", "refused"]
+    names.append("outcome")
     with open(chosen.out / "random.csv", "w", newline="") as file:
         writer = csv.writer(file)
         columns = ["name", "scale", "uncorrected", "corrected", "bar", "bar_without_mesh"]
@@ -485,6 +464,11 @@ def write(cases, chosen):
             for c in case.get("comparisons", [{}]):
                 values = [c.get(column, "") for column in columns]
                 writer.writerow(head + values + [is_dropped(c) if c else ""])
+
+
+def option_of(kind):
+    """Name of the option for the number of cases of a kind."""
+    return "masses" if kind == "mass" else f"{kind}s"
 
 
 def check():
@@ -500,33 +484,38 @@ def check():
 def main():
     chosen = arguments(
         __doc__,
-        instants=(100, "number of instantaneous solutions"),
-        squirmers=(20, "number of instantaneous solutions of bodies with slip"),
-        strokes=(30, "number of strokes"),
+        instants=(80, "number of instantaneous solutions"),
+        squirmers=(40, "number of instantaneous solutions of bodies with slip"),
+        lones=(80, "number of bodies close to a wall"),
+        gaps=(60, "number of solutions with slip in narrow gaps"),
+        strokes=(20, "number of strokes by elements"),
+        turns=(60, "number of strokes that turn, by multipoles"),
+        masses=(60, "number of runs of bodies with mass"),
+        contacts=(100, "number of runs of bodies that meet or pass"),
         seed=(1, "seed of the first case; each following one has the next seed"),
         resume=(0, "1: continue with the cases of random.jsonl"),
     )
     check()
     if chosen.quick:
-        chosen.instants, chosen.squirmers, chosen.strokes = 2, 1, 1
+        for kind in KINDS:
+            setattr(chosen, option_of(kind), 2 if kind in ("instant", "contact") else 1)
     path = chosen.out / "random.jsonl"
-    lines = path.read_text().splitlines() if chosen.resume else []
+    lines = path.read_text().splitlines() if chosen.resume and path.exists() else []
     # The last line may be incomplete.
     cases = [json.loads(line) for line in lines if line.endswith("}")]
     done = {(case["kind"], case["seed"]) for case in cases}
     with open(path, "w") as file:
         file.writelines(json.dumps(case) + "\n" for case in cases)
         for kind in KINDS:
-            for seed in range(chosen.seed, chosen.seed + getattr(chosen, f"{kind}s")):
+            for seed in range(chosen.seed, chosen.seed + getattr(chosen, option_of(kind))):
                 if (kind, seed) in done:
                     continue
-                more = stroke(seed) if kind == "stroke" else instants(seed, kind == "squirmer")
-                for case in more:
+                for case in DRAW[kind](seed):
                     cases.append(case)
                     file.write(json.dumps(case) + "\n")
                     file.flush()
                     errors = [f"{c['name']} {c['corrected']:.1e}" for c in case.get("comparisons", [])]
-                    end = case.get("refused") or ", ".join(errors)
+                    end = case.get("refused") or case.get("outcome") or ", ".join(errors)
                     print(f"{kind} of seed {seed}, {case['model']}: {end}", file=sys.stderr)
     write(cases, chosen)
 

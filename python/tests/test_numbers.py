@@ -60,6 +60,22 @@ def test_a_squirmer_has_the_stresslet_of_its_second_mode(kind):
     assert "largest stresslet" in repr(solution)
 
 
+def test_bars_of_rotations_and_torques_contain_their_errors():
+    scene = {"bodies": [ball(torque=[0, 0, 1])], "gait": {"phases": [{"duration": 2}]}}
+    exact = 1 / (8 * np.pi)
+    turned = {**scene, "domain": {"kind": "ball", "radius": 3}, "model": {"kind": "fem"}}
+    solution = Scene.from_dict(turned).solve()
+    # A torque over 8 pi (1 - 1/27) at the centre of a ball.
+    error = abs(solution.angular_velocity[0, 2] - exact * (1 - 1 / 27))
+    assert 0 < error <= solution.angular_velocity_error < 0.01 * exact
+    assert solution.torque[0, 2] == pytest.approx(1)
+    # The torque is given, and so has no error.
+    assert solution.torque_error < 1e-10
+    run = Scene.from_dict({**scene, "model": {"kind": "multipole"}}).run(progress=False)
+    assert run.rotation == pytest.approx([0, 0, 2 * exact], abs=run.rotation_error + 1e-12)
+    assert run.rotation_error <= 1e-3 * exact
+
+
 def test_point_forces_have_no_stresslet():
     solution = pair("oseen", 10).solve()
     assert solution.stresslet is None and solution.stresslet_error is None

@@ -30,6 +30,9 @@ pub struct Uncertainty {
     /// Uncertainty of angular velocities, in which the errors around different bodies do not cancel.
     #[serde(default)]
     pub angular_velocity: f64,
+    /// Uncertainty of forces, in which errors of motion and slip may cancel.
+    #[serde(default)]
+    pub force: f64,
     /// Uncertainty of errors of the power that may cancel with others: of straight facets and slip.
     #[serde(default)]
     pub power: f64,
@@ -69,6 +72,7 @@ impl DiscretisationError {
                 relative: error.uncertainty.relative,
                 velocity: error.uncertainty.velocity * factor,
                 angular_velocity: error.uncertainty.angular_velocity * factor,
+                force: error.uncertainty.force * factor,
                 power: error.uncertainty.power * factor,
             },
         };
@@ -79,6 +83,7 @@ impl DiscretisationError {
                 velocity: sum.uncertainty.velocity + term.uncertainty.velocity,
                 angular_velocity: sum.uncertainty.angular_velocity
                     + term.uncertainty.angular_velocity,
+                force: sum.uncertainty.force + term.uncertainty.force,
                 power: sum.uncertainty.power + term.uncertainty.power,
             },
         };
@@ -87,9 +92,10 @@ impl DiscretisationError {
             relative: _,
             velocity,
             angular_velocity,
+            force,
             power,
         } = &mut sum.uncertainty;
-        for uncertainty in [velocity, angular_velocity, power] {
+        for uncertainty in [velocity, angular_velocity, force, power] {
             *uncertainty = uncertainty.max(0.0);
         }
         Some(sum)
@@ -118,10 +124,13 @@ impl DiscretisationError {
 
     /// Error bar of the corrected forces of all bodies.
     pub fn force_error_bar(&self) -> f64 {
-        self.uncertainty.relative * self.largest(|body| body.force)
+        (self.uncertainty.relative * self.largest(|body| body.force)).hypot(self.uncertainty.force)
     }
 
     /// Error bar of the corrected torques of all bodies.
+    ///
+    /// A torque is the power of a rotation of one body, so its error does not cancel with others as
+    /// that of a velocity of linked bodies does.
     pub fn torque_error_bar(&self) -> f64 {
         self.uncertainty.relative * self.largest(|body| body.torque)
     }

@@ -78,8 +78,12 @@ enum Task {
         #[command(flatten)]
         common: Common,
         /// One map only, printed and not written to files.
-        #[arg(long)]
+        #[arg(long, conflicts_with = "keep")]
         only: Option<stability::Part>,
+        /// Keeps the rows of stability.csv in the folder and computes missing ones only, for new
+        /// stress cases.
+        #[arg(long)]
+        keep: bool,
     },
     /// Kernels of the block solver against the memory bandwidth, measured in the same run.
     Roofline(Common),
@@ -114,11 +118,11 @@ fn main() -> Result<()> {
         }
         Task::Ale(common) => ale::run(common.quick, &common.folder("ale", false)),
         Task::Models(common) => models::run(common.quick, &common.folder("models", false)),
-        Task::Stability { common, only } => {
+        Task::Stability { common, only, keep } => {
             let out = common.folder("stability", only.is_some());
             match only {
                 Some(part) => stability::run_part(part, common.quick, &out),
-                None => stability::run(common.quick, &out),
+                None => stability::run(common.quick, keep, &out),
             }
         }
         Task::Roofline(common) => roofline::run(common.quick, &common.folder("roofline", false)),

@@ -150,10 +150,11 @@ impl Table {
         lines.join("\n") + "\n"
     }
 
-    /// Comma-separated values with all digits; texts with commas or quotes are quoted.
+    /// Comma-separated values with all digits; texts with commas or quotes are between quotes, which
+    /// are doubled inside of them (RFC 4180). Line ends become spaces.
     pub fn csv(&self) -> String {
         let quoted = |text: &String| match text.contains([',', '"', '\n']) {
-            true => format!("\"{}\"", text.replace('"', "'").replace('\n', " ")),
+            true => format!("\"{}\"", text.replace('"', "\"\"").replace('\n', " ")),
             false => text.clone(),
         };
         let line = |cells: Vec<String>| cells.join(",") + "\n";
@@ -216,7 +217,7 @@ mod tests {
         assert_eq!(lines[3], "| c, \"d\" |      - |      |");
         assert_eq!(
             table().csv(),
-            "case,error,dofs\na < b,0.125,10\n\"c, 'd'\",,\n"
+            "case,error,dofs\na < b,0.125,10\n\"c, \"\"d\"\"\",,\n"
         );
         let html = table().html();
         assert!(html.contains("<tr><td>a &lt; b</td><td>1.2e-1</td>"));

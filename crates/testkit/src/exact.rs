@@ -122,6 +122,13 @@ pub const CYLINDER_5: Exact = Exact::new(1.679478884847892, 1e-9, "Haberman & Sa
 /// Drag over `6 pi` of a unit sphere that leaves a plane wall at a height of two.
 pub const NORMAL_TO_WALL_2: Exact = Exact::new(2.1255355667600404, 1e-12, "Brenner 1961");
 
+/// Height of a unit sphere above a plane wall; along the wall its drag over `6 pi`, its torque over
+/// `8 pi` and their coupling over `8 pi` (Goldman, Cox & Brenner 1967; spectral).
+pub const PARALLEL_TO_WALL: (f64, [f64; 3]) = (
+    1.1,
+    [2.264303035388026, 1.4548512100169821, -0.08876334417411287],
+);
+
 /// Displacement per cycle and work of Purcell's swimmer of three spheroids 2:1, as in the template.
 pub const PURCELL: [Exact; 2] = {
     let source = "fundamental solutions on three levels";

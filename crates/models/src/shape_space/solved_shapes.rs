@@ -124,6 +124,7 @@ impl Bars {
                 relative: a.relative.max(b.relative),
                 velocity: a.velocity.max(b.velocity),
                 angular_velocity: a.angular_velocity.max(b.angular_velocity),
+                force: a.force.max(b.force),
                 power: a.power.max(b.power),
             },
             mesh: self.mesh.max(other.mesh),
@@ -150,6 +151,7 @@ impl Bars {
             let (largest, bars) = (&mut self.mesh_uncertainty, error.uncertainty);
             largest.velocity = largest.velocity.max(bars.velocity);
             largest.angular_velocity = largest.angular_velocity.max(bars.angular_velocity);
+            largest.force = largest.force.max(bars.force);
             largest.relative = largest.relative.max(bars.relative);
             largest.power = largest.power.max(bars.power / power);
         }

@@ -296,6 +296,7 @@ impl ShapeSpace {
             uncertainty: Uncertainty {
                 velocity: speed * self.bars.mesh_uncertainty.velocity,
                 angular_velocity: speed * self.bars.mesh_uncertainty.angular_velocity,
+                force: speed * self.bars.mesh_uncertainty.force,
                 power: power.abs() * self.bars.mesh_uncertainty.power,
                 ..self.bars.mesh_uncertainty
             },

@@ -306,6 +306,7 @@ impl Solved {
                 uncertainty.relative = uncertainty.relative.max(term.uncertainty.relative);
                 uncertainty.velocity += c.abs() * term.uncertainty.velocity;
                 uncertainty.angular_velocity += c.abs() * term.uncertainty.angular_velocity;
+                uncertainty.force += c.abs() * term.uncertainty.force;
                 root_of_power += c.abs() * term.uncertainty.power.sqrt();
             }
         }

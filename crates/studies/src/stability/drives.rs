@@ -1,4 +1,5 @@
-//! Runs with joints, springs, loops, corners and masses: displacements must be within their bars.
+//! Runs with joints, springs, loops, corners, masses and contacts: displacements, or rotations where
+//! nothing else moves, must be within their bars.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,13 +16,19 @@ const TOLERANCES: [f64; 2] = [1e-2, 1e-4];
 /// Tolerance of the run that a case without an exact value is compared with.
 const REFERENCE_TOLERANCE: f64 = 1e-7;
 
+/// Displacements or a rotation, and their error bar.
+type Measured = (Vec<Vector3<f64>>, f64);
+
 /// A scene without its tolerance.
 #[derive(Clone)]
 struct Case {
     name: String,
     text: SceneText,
-    /// Exact displacement of the first body; `None` for that of a run to [`REFERENCE_TOLERANCE`].
+    /// Exact displacement of the first body, or the rotation; `None` for that of a run to
+    /// [`REFERENCE_TOLERANCE`].
     exact: Option<Vector3<f64>>,
+    /// Whether the rotation is compared instead of displacements.
+    turns: bool,
     /// Outcome that every tolerance must have.
     expected: Expected,
     quick: bool,
@@ -33,9 +40,19 @@ impl Case {
             name: name.into(),
             text,
             exact: None,
+            turns: false,
             expected: Expected::Right,
             quick: false,
         }
+    }
+
+    /// What is compared, and its error bar without that of the model, which is the same in all runs.
+    fn measured(&self, swum: &Swum) -> Measured {
+        let (vectors, bars) = match self.turns {
+            true => (vec![swum.rotation], &swum.rotation_error),
+            false => (swum.displacement.clone(), &swum.error_estimate),
+        };
+        (vectors, bars.integration.unwrap_or(f64::INFINITY))
     }
 
     fn scene(&self, tolerance: f64) -> Result<Scene, SwimError> {
@@ -209,6 +226,97 @@ fn rhombus(name: &str, free: usize, gait: &str, expected: Expected) -> Case {
     }
 }
 
+/// A sphere that a torque turns by `T t / (8 pi)`, more than once around.
+fn turned() -> Case {
+    let (torque, time) = (10.0, 20.0);
+    let text = SceneText::new("[[gait.phases]]").key("duration", time);
+    let text = text.sphere("s", 1.0, [0.0; 3]);
+    Case {
+        exact: Some(Vector3::new(0.0, 0.0, torque * time / (8.0 * PI))),
+        turns: true,
+        quick: true,
+        ..Case::new(
+            "rotation only: a torque on a sphere",
+            text.key("torque", [0.0, 0.0, torque]),
+        )
+    }
+}
+
+/// Two coaxial spheres that a motor turns relative to each other.
+fn motor() -> Case {
+    let text = SceneText::default().spheres_on_axis(&[1.0, 0.7], [0.0, 3.0]);
+    let text = text.joint("motor", "s1", "s0").key("joint", "rotor");
+    Case {
+        turns: true,
+        quick: true,
+        ..Case::new(
+            "rotation only: a motor between coaxial spheres",
+            text.phase("motor", 8.0),
+        )
+    }
+}
+
+/// Spheres with mass that a stiff spring draws together, or through each other in one step.
+fn overshoot(stiffness: f64) -> Case {
+    let text = SceneText::new("[[gait.phases]]").key("duration", 4.0);
+    let text = [("a", 0.0), ("b", 10.0)]
+        .into_iter()
+        .fold(text, |text, (name, x)| {
+            text.sphere(name, 1.0, [x, 0.0, 0.0])
+                .line("mass = 1\ninertia = 0.4")
+        });
+    let text = text.joint("spring", "b", "a").key("drive", "spring");
+    Case {
+        quick: stiffness > 100.0,
+        ..Case::new(
+            format!("overshoot: masses on a spring of stiffness {stiffness:?} from 10 to 4"),
+            text.key("stiffness", stiffness).key("rest", 4.0),
+        )
+    }
+}
+
+/// A small sphere that is pulled into a fixed one; without lubrication they touch.
+fn pulled_into() -> Case {
+    let text = SceneText::new("[[gait.phases]]").key("duration", 4.0);
+    let text = text
+        .sphere("small", 0.01, [0.0; 3])
+        .key("force", [1.0, 0.0, 0.0]);
+    Case {
+        expected: Expected::Refused("touch"),
+        quick: true,
+        ..Case::new(
+            "contact along the path: a sphere pulled into a fixed one",
+            text.sphere("fixed", 0.01, [10.37, 0.0, 0.0])
+                .key("fixed", true),
+        )
+    }
+}
+
+/// A sphere on a hinge that sweeps past a post, at this gap; negative if it would pass through it.
+fn sweep(gap: f64) -> Case {
+    let text = SceneText::default()
+        .sphere("base", 0.5, [0.0; 3])
+        .sphere("sphere", 0.2, [4.0, 0.0, 0.0])
+        .sphere("post", 0.3, [0.0, 4.0 + 0.5 + gap, 0.0])
+        .joint("hinge", "sphere", "base")
+        .line(hinge(0.0, 0.0))
+        .joint("arm", "post", "base")
+        .key("joint", "fixed")
+        .phase("hinge", 2.0);
+    let expected = match gap > 0.0 {
+        true => Expected::Right,
+        false => Expected::Refused("touch"),
+    };
+    Case {
+        expected,
+        quick: true,
+        ..Case::new(
+            format!("contact along the path: a hinge sweeps past a post, gap {gap:?}"),
+            text,
+        )
+    }
+}
+
 fn cases() -> Vec<Case> {
     let contradictory = "[[gait.phases]]\ntargets = { h0 = 0.3, h1 = 0.2 }";
     let free = "[[gait.phases]]\ntargets = { h0 = 0.3 }\n[[gait.phases]]\ntargets = { h0 = -0.2 }";
@@ -230,6 +338,10 @@ fn cases() -> Vec<Case> {
     cases.extend([1e-8, 1e-4, 1.0, 1e4].map(pulled));
     cases.extend([1e-8, 1e-2, 1.0, 1e2, 1e4].map(massive));
     cases.extend([0.5, 0.1].map(hinges));
+    cases.extend([turned(), motor()]);
+    cases.extend([20.0, 200.0].map(overshoot));
+    cases.push(pulled_into());
+    cases.extend([0.1, -0.1, -0.4].map(sweep));
     cases
 }
 
@@ -237,9 +349,9 @@ fn cases() -> Vec<Case> {
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     let mut map = Map {
         key: "drives",
-        title: "Joints, drives and masses",
+        title: "Joints, drives, masses and contacts",
         note: "Runs with Rotne-Prager-Yamakawa hydrodynamics, by tolerance: the largest error of a displacement against an exact value or a run to 1e-7, and the \
-               error bar of the integration, both in radii. WRONG means an error of more than twice the bar.",
+               error bar of the integration, both in radii; in radians where only rotations are. WRONG means an error of more than twice the bar.",
         columns: TOLERANCES.map(|t| format!("tolerance {t:e}")).to_vec(),
         ..Map::default()
     };
@@ -256,13 +368,12 @@ fn cells(case: &Case) -> Result<Vec<Cell>> {
         (_, None) => {
             let truth =
                 run(&case.scene(REFERENCE_TOLERANCE)?).with_context(|| case.name.clone())?;
-            let bar = integration_bar(&truth);
-            Some((truth.displacement, bar))
+            Some(case.measured(&truth))
         }
     };
     let compare = |swum: Swum| match &truth {
         None => Outcome::wrong(f64::NAN),
-        Some((exact, bar)) => compare(&swum, exact, *bar),
+        Some(exact) => compare(case.measured(&swum), exact),
     };
     let cell = |tolerance| Cell::new(case.expected, || run(&case.scene(tolerance)?), compare);
     Ok(TOLERANCES.map(cell).to_vec())
@@ -273,15 +384,9 @@ fn run(scene: &Scene) -> Result<Swum, SwimError> {
     simulate(scene, model.as_mut(), Method::from_scene(scene), &mut ())
 }
 
-/// The error bar without that of the model, which is the same in all runs.
-fn integration_bar(swum: &Swum) -> f64 {
-    swum.error_estimate.integration.unwrap_or(f64::INFINITY)
-}
-
-fn compare(swum: &Swum, exact: &[Vector3<f64>], truth_bar: f64) -> Outcome {
-    let pairs = swum.displacement.iter().zip(exact);
+fn compare((found, bar): Measured, (exact, exact_bar): &Measured) -> Outcome {
+    let pairs = found.iter().zip(exact);
     let error = pairs.map(|(a, b)| (a - b).norm()).fold(0.0_f64, f64::max);
-    let bar = integration_bar(swum);
     let mark = format!("{error:.0e}, {bar:.0e}");
-    Outcome::against_bar(error, bar + truth_bar, 1e-12, mark)
+    Outcome::against_bar(error, bar + exact_bar, 1e-12, mark)
 }

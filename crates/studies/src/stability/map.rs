@@ -1,9 +1,10 @@
 //! Outcomes of cells, maps as tables and pictures of cells, and their store between runs.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use swimmer::SwimError;
@@ -182,7 +183,7 @@ impl Map {
         make: impl FnOnce() -> Result<Vec<Cell>>,
     ) -> Result<()> {
         let case = case.into();
-        let cells = store.cells(format!("{}: {case}", self.key), make)?;
+        let cells = store.cells(format!("{}: {case}", self.key), self.columns.len(), make)?;
         self.rows.push(Row { case, cells });
         Ok(())
     }
@@ -269,6 +270,8 @@ impl Map {
 pub struct Store {
     folder: Option<PathBuf>,
     rows: serde_json::Map<String, Value>,
+    /// Number of rows that were not computed by this run.
+    pub known: usize,
 }
 
 impl Store {
@@ -285,19 +288,75 @@ impl Store {
         Ok(Self {
             folder: Some(folder.to_owned()),
             rows,
+            known: 0,
         })
+    }
+
+    /// Adds the rows of `stability.csv` in the folder, the table of all values of an earlier run.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is not such a table.
+    pub fn keep(&mut self, folder: &Path) -> Result<()> {
+        let path = folder.join("stability.csv");
+        let text = std::fs::read_to_string(&path)
+            .with_context(|| format!("could not read {}; leave out --keep", path.display()))?;
+        let mut rows: BTreeMap<String, Vec<Cell>> = BTreeMap::new();
+        for line in text.lines().skip(1) {
+            let fields = fields(line);
+            let [
+                map,
+                case,
+                _,
+                word,
+                mark,
+                error,
+                seconds,
+                as_expected,
+                message,
+            ] = &fields[..]
+            else {
+                bail!(
+                    "{}: {} fields in the line {line}",
+                    path.display(),
+                    fields.len()
+                );
+            };
+            let number = |text: &str| text.parse().unwrap_or(f64::NAN);
+            let (error, mark) = (number(error), mark.clone());
+            let outcome = match word.as_str() {
+                "right" => Outcome::Right { error, mark },
+                "refused" => Outcome::Refused(message.clone()),
+                "wrong" => Outcome::wrong(error),
+                // Runs of integrators, which are always computed.
+                _ => continue,
+            };
+            let cell = Cell {
+                outcome,
+                seconds: number(seconds),
+                as_expected: as_expected == "true",
+            };
+            rows.entry(format!("{map}: {case}")).or_default().push(cell);
+        }
+        for (key, cells) in rows {
+            self.rows.entry(key).or_insert(serde_json::to_value(cells)?);
+        }
+        Ok(())
     }
 
     /// Cells of an earlier run, or else new ones from `make`, which are stored.
     ///
-    /// Rows with an infinite error or NaN, which JSON does not have, are made again.
+    /// Rows with an infinite error or NaN, which JSON does not have, or with another number of cells
+    /// are made again.
     fn cells(
         &mut self,
         key: String,
+        count: usize,
         make: impl FnOnce() -> Result<Vec<Cell>>,
     ) -> Result<Vec<Cell>> {
         let known = self.rows.get(&key).cloned();
-        if let Some(cells) = known.and_then(|cells| serde_json::from_value(cells).ok()) {
+        let known: Option<Vec<Cell>> = known.and_then(|cells| serde_json::from_value(cells).ok());
+        if let Some(cells) = known.filter(|cells| cells.len() == count) {
+            self.known += 1;
             return Ok(cells);
         }
         eprintln!("{key}");
@@ -318,9 +377,76 @@ impl Store {
     }
 }
 
+/// Fields of a line of comma-separated values; a field with commas is between quotes, which are
+/// doubled inside of it.
+fn fields(line: &str) -> Vec<String> {
+    let mut fields = vec![String::new()];
+    let mut is_quoted = false;
+    let mut rest = line.chars().peekable();
+    while let Some(c) = rest.next() {
+        match c {
+            '"' if is_quoted && rest.next_if_eq(&'"').is_some() => {
+                fields.last_mut().map(|f| f.push('"'))
+            }
+            '"' => {
+                is_quoted = !is_quoted;
+                None
+            }
+            ',' if !is_quoted => {
+                fields.push(String::new());
+                None
+            }
+            _ => fields.last_mut().map(|f| f.push(c)),
+        };
+    }
+    fields
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_of_the_table_of_values_are_kept_and_the_others_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let cell = |outcome| Cell {
+            outcome,
+            seconds: 0.25,
+            as_expected: true,
+        };
+        let map = Map {
+            key: "flow",
+            columns: vec!["a".into(), "b".into()],
+            rows: vec![Row {
+                case: "gap, \"narrow\"".into(),
+                cells: vec![
+                    cell(Outcome::Refused("no \"such\" key, none".into())),
+                    cell(Outcome::within(1e-3, 1.0, "1e-3, 2e-3".into())),
+                ],
+            }],
+            ..Map::default()
+        };
+        let headings = "map stress_case method outcome mark error seconds as_expected message";
+        let mut table = Table::new(headings.split(' '));
+        map.add_values(&mut table);
+        std::fs::write(folder.path().join("stability.csv"), table.csv()).unwrap();
+        let mut store = Store::default();
+        store.keep(folder.path()).unwrap();
+        let mut again = Map {
+            rows: Vec::new(),
+            ..map.clone()
+        };
+        let known = || panic!("it is known");
+        again.add(&mut store, &map.rows[0].case, known).unwrap();
+        assert_eq!(format!("{:?}", again.rows), format!("{:?}", map.rows));
+        let mut made = false;
+        let new = || {
+            made = true;
+            Ok(Vec::new())
+        };
+        again.add(&mut store, "another", new).unwrap();
+        assert!(made && store.known == 1);
+    }
 
     #[test]
     fn rows_are_read_as_they_were_written() {
@@ -341,10 +467,10 @@ mod tests {
             ])
         };
         let mut store = Store::open(folder.path()).unwrap();
-        let made = store.cells("flow: gap".into(), cells).unwrap();
+        let made = store.cells("flow: gap".into(), 3, cells).unwrap();
         drop(store);
         let mut again = Store::open(folder.path()).unwrap();
-        let kept = again.cells("flow: gap".into(), || panic!("it is known"));
+        let kept = again.cells("flow: gap".into(), 3, || panic!("it is known"));
         let kept = kept.unwrap();
         assert_eq!(format!("{made:?}"), format!("{kept:?}"));
         again.close().unwrap();

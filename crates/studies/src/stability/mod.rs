@@ -71,12 +71,16 @@ fn refuse_unexpected<'a>(cells: impl Iterator<Item = &'a Cell>) -> Result<()> {
 
 /// Runs the study and writes `stability.md`, `stability.csv`, charts and the page `stability.html`.
 ///
-/// A run that was stopped continues where it was when it is started again.
+/// A run that was stopped continues where it was when it is started again. With `keep` the rows of
+/// the last `stability.csv` stay, and missing ones are computed.
 ///
 /// # Errors
-/// An outcome that is not as expected.
-pub fn run(quick: bool, out: &Path) -> Result<()> {
+/// An outcome that is not as expected; with `keep`, a table that cannot be read.
+pub fn run(quick: bool, keep: bool, out: &Path) -> Result<()> {
     let mut store = Store::open(out)?;
+    if keep {
+        store.keep(out)?;
+    }
     let results = Results::new(quick, &mut store)?;
     let page = results.page()?;
     page.write(out, "stability")?;
@@ -90,6 +94,8 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
 struct Results {
     maps: Vec<Map>,
     integrators: integrators::Study,
+    /// Number of rows of earlier runs.
+    known: usize,
     seconds: f64,
 }
 
@@ -100,9 +106,11 @@ impl Results {
         let integrators = integrators::study(quick)?;
         let maps = Part::value_variants().iter();
         let maps = maps.map(|part| part.map(quick, store));
+        let maps = maps.chain([algebra::map()]).collect::<Result<_>>()?;
         Ok(Self {
-            maps: maps.chain([algebra::map()]).collect::<Result<_>>()?,
+            maps,
             integrators,
+            known: store.known,
             seconds: clock.elapsed().as_secs_f64(),
         })
     }
@@ -125,8 +133,12 @@ impl Results {
     fn page(&self) -> Result<Page> {
         let stress_cases = self.maps().map(|map| map.rows.len()).sum::<usize>();
         let (cells, wrong) = (self.cells().count(), self.with_outcome("wrong"));
+        let of_before = match self.known {
+            0 => String::new(),
+            known => format!(" for all but {known} stress cases, which are those of earlier runs"),
+        };
         let text = format!(
-            "{:.0} s; [page with pictures](stability.html).\n\n\
+            "{:.0} s{of_before}; [page with pictures](stability.html).\n\n\
              {stress_cases} stress cases, {cells} cells: every stress case is computed with every method, and each must end in the right solution \
              or in an error with a reason. *no* is an error with a reason, **WRONG** a wrong solution without an error. Wrong solutions: {wrong}.",
             self.seconds,

@@ -1,5 +1,7 @@
 //! The result of a phase span, put together from its parts.
 
+use std::ops::AddAssign;
+
 use models::{
     AccumulatedError, DiscretisationError, ErrorEstimate, InstantaneousSolution, Seconds,
 };
@@ -20,7 +22,7 @@ pub(super) struct Approximation {
 }
 
 /// Estimated integration errors of a part of a phase span.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct IntegrationError {
     /// Error of the displacement.
     pub displacement: f64,
@@ -28,6 +30,14 @@ pub(super) struct IntegrationError {
     pub rotation: f64,
     /// Error of the work of the bodies on the fluid.
     pub work: f64,
+}
+
+impl AddAssign for IntegrationError {
+    fn add_assign(&mut self, other: Self) {
+        self.displacement += other.displacement;
+        self.rotation += other.rotation;
+        self.work += other.work;
+    }
 }
 
 /// The result of integrating the motion over a phase span.

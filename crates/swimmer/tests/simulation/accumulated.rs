@@ -82,6 +82,7 @@ fn error_bars_of_a_run_are_those_of_the_velocities_times_the_duration() {
             velocity: 1e-7,
             angular_velocity: 1e-8,
             power: 0.0,
+            force: 0.0,
         },
         bars: bars(1e-6),
         spin_bars: bars(1e-9),
