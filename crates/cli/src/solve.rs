@@ -161,7 +161,9 @@ fn row(label: &str, v: &Vector3<f64>, bar: f64, rounding: f64) -> String {
 
 /// A line with a label and numbers, with the digits that their error bar leaves.
 fn numbers(label: &str, list: &[f64], bar: f64, rounding: f64) -> String {
-    let words = list.iter().map(|x| format!("{:<17}", significant(*x, bar, rounding)));
+    let words = list
+        .iter()
+        .map(|x| format!("{:<17}", significant(*x, bar, rounding)));
     let line = format!("{label:<24}{}", words.collect::<Vec<_>>().join(" "));
     line.trim_end().to_owned() + "\n"
 }
@@ -308,7 +310,12 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
             text += &row(&label, &load.torque, torque, rounding.torque);
         }
         if joint.kind.is_angle() {
-            text += &numbers("  torque of the drive", &[load.drive], torque, rounding.torque);
+            text += &numbers(
+                "  torque of the drive",
+                &[load.drive],
+                torque,
+                rounding.torque,
+            );
         } else if joint.kind.has_value() {
             text += &numbers("  force of the drive", &[load.drive], force, rounding.force);
         }

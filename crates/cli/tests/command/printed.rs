@@ -239,7 +239,11 @@ fn solve_prints_the_numbers_of_its_json_and_warns_about_the_larger_error() {
     check("link", &answer["links"][0]["name"], 0.0);
     check("force on b", &answer["links"][0]["force"], bar("force"));
     let drive = &answer["links"][0]["drive"];
-    check("force of the drive", &serde_json::json!([drive, 0, 0]), bar("force"));
+    check(
+        "force of the drive",
+        &serde_json::json!([drive, 0, 0]),
+        bar("force"),
+    );
     // A slide along x between spheres on that axis: its drive is the force.
     assert_eq!(*drive, answer["links"][0]["force"][0]);
     assert_eq!(
