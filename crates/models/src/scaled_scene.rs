@@ -25,8 +25,9 @@ pub(crate) struct ScaledScene {
     loads: Vec<ExternalLoad>,
     /// The rotation.
     to_frame: UnitQuaternion<f64>,
-    /// Distance from the root of a linkage to its farthest point, of the smallest linkage: errors
-    /// of velocities over it are errors of angular velocities.
+    /// Distance from the root of a linkage to its farthest point, of the smallest linkage, or the
+    /// radius of a body with an attitude of its own if that is shorter: errors of velocities over it
+    /// are errors of angular velocities.
     pub shortest_lever: f64,
 }
 
@@ -71,7 +72,12 @@ impl ScaledScene {
             };
             linkage.bodies.iter().map(reach).fold(0.0, f64::max)
         });
-        let shortest_lever = levers.fold(f64::INFINITY, f64::min);
+        // Bodies with an attitude of their own turn about their centres.
+        let radii = (0..scene.bodies().len())
+            .filter(|&body| set.has_own_attitude(body))
+            .map(|body| scale.length(scene.bodies()[body].bounding_radius()))
+            .filter(|radius| *radius > 0.0);
+        let shortest_lever = levers.chain(radii).fold(f64::INFINITY, f64::min);
         Ok(Self {
             scene: scene.clone(),
             scale,

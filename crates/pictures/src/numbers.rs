@@ -114,7 +114,11 @@ pub const ANGLE_ROUNDING: f64 = 1e-13;
 pub fn tolerance_statement(outcome: &Outcome, tolerance: f64) -> String {
     let bars = &outcome.error_estimate;
     let (bar, reference) = (bars.total(), outcome.reference_displacement());
-    let whole = format!("the whole error bar is {}", percent(bar / reference));
+    let whole = match reference > 0.0 {
+        true => format!("the whole error bar is {}", percent(bar / reference)),
+        // Nothing moves.
+        false => format!("the whole error bar is {}", two_digits(bar)),
+    };
     if !outcome.tolerance_met {
         return format!("the tolerance {tolerance:e} is not met");
     }

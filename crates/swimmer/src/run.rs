@@ -113,10 +113,9 @@ fn run_to_target(
     if let (Some(search), Some(checkpoint)) = (&mut search, &checkpoint) {
         search.continue_with(checkpoint.size_factor());
     }
-    let mut factor = match &checkpoint {
-        Some(checkpoint) => checkpoint.tolerance_factor(),
-        None => scene.model().tolerance_factor,
-    };
+    // A factor that the user gives is compared with that of the checkpoint, like all keys.
+    let given = scene.model().tolerance_factor;
+    let mut factor = given.or_else(|| checkpoint.as_ref()?.tolerance_factor());
     let mut repetition = Repetition::default();
     loop {
         let mut sized = scene.with_tolerance_factor(factor)?;
@@ -132,8 +131,7 @@ fn run_to_target(
         let missed = search
             .as_mut()
             .and_then(|search| search.refine(&report.outcome));
-        let is_given = scene.model().tolerance_factor.is_some();
-        let tighter = match missed.is_none() && !is_given {
+        let tighter = match missed.is_none() && given.is_none() {
             true => repetition.tighter_factor(&report),
             false => None,
         };
