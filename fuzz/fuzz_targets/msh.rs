@@ -2,10 +2,5 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use mesh::MshFile;
 
-fuzz_target!(|bytes: &[u8]| {
-    if let Ok(file) = MshFile::parse("fuzzed.msh", bytes) {
-        drop(file.into_mesh(&[]));
-    }
-});
+fuzz_target!(|bytes: &[u8]| fuzz::msh::read(bytes));

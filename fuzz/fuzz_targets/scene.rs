@@ -2,10 +2,5 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use swimmer::Scene;
 
-fuzz_target!(|text: &str| {
-    if let Ok(scene) = Scene::parse(text) {
-        assert!(Scene::parse(&scene.to_toml().unwrap()).is_ok());
-    }
-});
+fuzz_target!(|bytes: &[u8]| fuzz::scene::read(bytes));

@@ -13,11 +13,20 @@ macro_rules! assert_refused {
     };
 }
 
+#[path = "../../../../fuzz/src/corpus.rs"]
+mod corpus;
 mod examples;
 mod generation;
 mod hostile;
+#[path = "../../../../fuzz/src/surface.rs"]
+mod surface_target;
 mod symmetry;
 mod triangulated;
+
+#[test]
+fn the_corpus_of_surfaces_is_read_or_refused() {
+    corpus::replay("surface", surface_target::read);
+}
 
 /// A ball about the origin.
 fn ball(radius: f64) -> Container {

@@ -1,4 +1,5 @@
-//! Checkpoints with random edits are read or refused, without a panic.
+//! Checkpoints with random edits, and the corpus of the fuzz targets, are read or refused, without a
+//! panic.
 
 use proptest::prelude::*;
 use swimmer::choose;
@@ -6,6 +7,15 @@ use swimmer::output::sealed;
 use swimmer::{Checkpoint, Folder, Interim, Scene, checkpoint};
 
 use super::edits::{edited, edits};
+
+#[path = "../../../../fuzz/src/checkpoint.rs"]
+mod checkpoint_target;
+#[path = "../../../../fuzz/src/corpus.rs"]
+mod corpus;
+#[path = "../../../../fuzz/src/msh.rs"]
+mod msh_target;
+#[path = "../../../../fuzz/src/scene.rs"]
+mod scene_target;
 
 const SCENE: &str = include_str!("../../../../scenes/three-sphere.toml");
 
@@ -33,4 +43,19 @@ proptest! {
             prop_assert!(!error.to_string().is_empty());
         }
     }
+}
+
+#[test]
+fn the_corpus_of_scenes_is_read_or_refused() {
+    corpus::replay("scene", scene_target::read);
+}
+
+#[test]
+fn the_corpus_of_checkpoints_is_read_or_refused() {
+    corpus::replay("checkpoint", checkpoint_target::read);
+}
+
+#[test]
+fn the_corpus_of_meshes_is_read_or_refused() {
+    corpus::replay("msh", msh_target::read);
 }

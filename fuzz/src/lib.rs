@@ -1,0 +1,8 @@
+//! What the fuzz targets do with their bytes. Tests of the workspace include these files and replay
+//! the corpus with them.
+#![forbid(unsafe_code)]
+
+pub mod checkpoint;
+pub mod msh;
+pub mod scene;
+pub mod surface;
