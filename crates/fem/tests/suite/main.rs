@@ -1,5 +1,6 @@
 //! Tests of the crate through its public interface, in one binary to save link time.
 
+mod coupled_multigrid;
 mod errors;
 mod estimate;
 mod exact;

@@ -21,7 +21,8 @@ use crate::{
 /// Three right-hand sides with one matrix are better solved together, by [`Bordered::scalar`] and
 /// [`Multigrid`].
 ///
-/// Coefficients that vary strongly, and anisotropy, need [`MultigridParams::heterogeneous`].
+/// Coefficients that vary strongly need [`MultigridParams::heterogeneous`], anisotropy
+/// [`MultigridParams::anisotropic`].
 ///
 /// ```
 /// use linalg::{CsrOperator, KrylovParams, MultigridParams, ScalarMultigrid, cg};

@@ -26,12 +26,12 @@ pub enum Coarsening {
     /// Strong: `-a_ij > strength (l_i l_j)^(1/2)` with the largest coupling `l_i = max_j -a_ij`.
     ///
     /// For coefficients that jump or vary strongly, and for anisotropy; use
-    /// [`MultigridParams::heterogeneous`](crate::MultigridParams::heterogeneous), whose strength
-    /// fits. The prolongation is smoothed by a
-    /// filtered matrix, with the weak connections of each row added to its diagonal. Nodes without
-    /// strong connections are in no aggregate and interpolate from those of their neighbours, as
-    /// the fine nodes of classical multigrid do (Ruge, Stueben 1987). Positive off-diagonal entries
-    /// count as weak.
+    /// [`MultigridParams::heterogeneous`](crate::MultigridParams::heterogeneous) or
+    /// [`anisotropic`](crate::MultigridParams::anisotropic), whose strength fits. The prolongation
+    /// is smoothed by a filtered matrix, with the weak connections of each row added to its
+    /// diagonal. Nodes without strong connections are in no aggregate and interpolate from those of
+    /// their neighbours, as the fine nodes of classical multigrid do (Ruge, Stueben 1987). Positive
+    /// off-diagonal entries count as weak.
     Filtered,
 }
 
