@@ -16,6 +16,7 @@ use super::text::{count, entry, measured, two_digits, warn};
 pub fn learn_strokes(arguments: DesignArguments, quiet: bool) -> Result<String, CliError> {
     let DesignArguments { scene, out, json } = arguments;
     let scene = scene.read()?;
+    let (folder, _lock) = folder_of(&scene, out)?;
     let options = scene.learn();
     let rewards = rewards(&scene, &mut DesignSpinner::new(quiet))?;
     let learned = learn(
@@ -24,7 +25,6 @@ pub fn learn_strokes(arguments: DesignArguments, quiet: bool) -> Result<String, 
     );
     let cycle = greedy_cycle(&rewards, &learned.policy);
     let best = best_cycle(&rewards);
-    let (folder, _lock) = folder_of(&scene, out)?;
     draw(&folder, &rewards, &learned, &cycle, &best)?;
     let is_optimal = cycle.per_step() >= best.per_step() - 1e-9 * best.per_step().abs();
     if !is_optimal {

@@ -256,7 +256,16 @@ fn bug_designs_wrote_into_a_folder_in_which_another_process_writes() {
     let out = swimmer::Folder::create(folder.path().join("out")).unwrap();
     let lock = out.lock().unwrap();
     for command in ["run", "map", "optimise", "learn", "sizes", "frequency"] {
-        let arguments = [command, "three-sphere.toml", "--out", "out"];
+        // Without it there is nothing to learn.
+        let contracted = "learn.contracted=6";
+        let arguments = [
+            command,
+            "three-sphere.toml",
+            "--out",
+            "out",
+            "--set",
+            contracted,
+        ];
         let message = refused(folder.path(), &arguments);
         let process = format!("another run (process {})", std::process::id());
         assert!(message.contains(&process), "{command}: {message}");

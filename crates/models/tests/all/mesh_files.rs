@@ -208,7 +208,7 @@ fn bodies_of_a_second_order_file_move_as_those_of_our_own_mesh() {
     within(own_bar, 1e-3, "the bar says something");
 }
 
-/// Their midpoints overflow.
+/// In units of the radius of the body they overflow.
 #[test]
 fn bug_points_that_are_not_finite_were_a_failed_method_without_a_place() {
     let folder = tempfile::tempdir().unwrap();
@@ -220,6 +220,7 @@ fn bug_points_that_are_not_finite_were_a_failed_method_without_a_place() {
         5 4 2 2 1 1 2 3 4\n$EndElements\n";
     std::fs::write(&path, text).unwrap();
     let scene = in_file(testkit::chain(&["a"], &[0.0]), &path).with("bodies.a.surface", "outer");
+    let scene = scene.with("bodies.a.radius", 0.01);
     let error = FemModel::new(&scene.scene()).map(drop).unwrap_err();
     let message = error.to_string();
     assert!(

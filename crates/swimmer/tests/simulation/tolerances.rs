@@ -1,7 +1,8 @@
 //! What happens to the tolerance that a scene asks for.
 
 use swimmer::models::{
-    Capabilities, DiscretisationError, ErrorEstimate, ErrorEstimates, Tabulated, Uncertainty,
+    Capabilities, DiscretisationError, ErrorEstimate, ErrorEstimates, SphereModel, SpheresModel,
+    Tabulated, Uncertainty,
 };
 use swimmer::{Method, Outcome, SwimError};
 use testkit::exact::STROKE_RPY;
@@ -135,9 +136,9 @@ fn a_swimmer_among_too_many_bodies_for_a_prediction_meets_the_tolerance_of_its_s
 
 #[test]
 fn bug_a_table_with_noise_was_integrated_to_a_tolerance_far_below_its_own_bar() {
-    let text = three_spheres().tolerance(1e-8).with("gait.cycles", 3);
+    let text = three_spheres().model("rpy", 1e-8).with("gait.cycles", 3);
     let scene = text.scene();
-    let model = TestModel::new(&scene, Tensor::Rpy);
+    let model = SpheresModel::new(&scene, SphereModel::Rpy).unwrap();
     // Noise of 1e-4 of the velocities, as of meshes, with an error bar that is ten times as wide.
     let mut model = Recording::changing(model, |query, solutions| {
         for solution in solutions {
