@@ -106,6 +106,7 @@ fn the_summary_has_every_number_of_the_outcome() {
         ..AccumulatedError::default()
     });
     outcome.work_error = estimate(0.25);
+    outcome.rotation_error = estimate(0.75);
     outcome.tolerance_met = false;
     outcome.contact = Some("where".to_owned());
     outcome.allowed_error = 0.375;
@@ -142,6 +143,7 @@ fn the_summary_has_every_number_of_the_outcome() {
             "version": env!("CARGO_PKG_VERSION"),
             "displacement": { "a": list(1.0), "b, the large": list(2.0) },
             "rotation": list(3.0),
+            "rotation_error": estimate_json(0.75),
             "phases": phases,
             "solves": 41,
             "error_estimate": estimate_json(0.5),
@@ -228,10 +230,17 @@ fn the_json_of_a_solution_has_every_number_of_it() {
     solution.correct(error);
     // Half of the larger of the errors of the two forces.
     assert_eq!(solution.force_error.mesh, Some(0.5 * vector(22.0).norm()));
+    let spins = solution.angular_velocity_error.mesh;
+    assert_eq!(spins, Some(0.5 * vector(21.0).norm()));
+    assert_eq!(solution.torque_error.mesh, Some(0.5 * vector(23.0).norm()));
     (solution.error_estimate, solution.force_error) = (estimate(0.5), estimate(3.0));
+    solution.angular_velocity_error = estimate(2.0);
+    solution.torque_error = estimate(4.0);
     solution.power_error = estimate(5.0);
     let mut estimates = estimate_json(0.5);
+    estimates["angular_velocity"] = estimate_json(2.0);
     estimates["force"] = estimate_json(3.0);
+    estimates["torque"] = estimate_json(4.0);
     estimates["power"] = estimate_json(5.0);
     // The sum of the products of velocities and forces.
     let product = |a: f64, b: f64| vector(a).dot(&vector(b));
