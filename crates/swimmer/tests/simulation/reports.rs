@@ -252,6 +252,9 @@ fn the_json_of_a_solution_has_every_number_of_it() {
     solution.correct(error);
     // Half of the larger of the errors of the two forces.
     assert_eq!(solution.force_error.mesh, Some(0.5 * vector(22.0).norm()));
+    let spins = solution.angular_velocity_error.mesh;
+    assert_eq!(spins, Some(0.5 * vector(21.0).norm()));
+    assert_eq!(solution.torque_error.mesh, Some(0.5 * vector(23.0).norm()));
     (solution.error_estimate, solution.force_error) = (estimate(0.5), estimate(3.0));
     solution.power_error = estimate(5.0);
     (solution.angular_velocity_error, solution.torque_error) = (estimate(6.0), estimate(7.0));
