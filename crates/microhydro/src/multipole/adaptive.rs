@@ -70,7 +70,7 @@ fn with_accuracy(
 ///
 /// # Errors
 /// [`HydroError::Length`] for orders of another number of spheres; spheres outside the medium;
-/// [`HydroError::GapTooNarrow`]; failed solves.
+/// failed solves.
 pub fn resistance_at(
     spheres: &Spheres,
     medium: &Medium,
@@ -83,7 +83,7 @@ pub fn resistance_at(
             found: orders.spheres.len(),
         });
     }
-    check_gaps(spheres, medium)?;
+    spheres.check_inside(medium)?;
     let orders = orders.at_least(&Orders::all(spheres.len(), medium, 0));
     Ok(fixed_order::resistance(spheres, medium, &orders, FIXED_ORDER_TOLERANCE)?.resistance)
 }
@@ -126,7 +126,9 @@ pub fn orders_for(
     Ok(orders)
 }
 
-/// Narrowest gap in smaller radii that the expansions are verified for.
+/// Narrowest gap in smaller radii for which the expansions meet a tolerance, as is verified.
+///
+/// Fixed orders have no tolerance to meet.
 const NARROWEST_GAP: f64 = 1e-3;
 
 /// Rounding of a gap relative to it: positions of 1e5 radii have a rounding of 1e-11 radii.

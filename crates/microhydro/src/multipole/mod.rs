@@ -70,7 +70,7 @@ pub(crate) use self::elimination::inverse;
 pub(crate) use self::fixed_order::rigid_mobility;
 pub(crate) use self::memory::check_spheres;
 pub use self::orders::{Accuracy, Orders};
-pub use self::predicted_time::{predicted_seconds, predicted_size};
+pub use self::predicted_time::{predicted_order, predicted_seconds, predicted_size};
 pub(crate) use self::rotation::rotation_to_z;
 pub use self::slip_expansion::SphereSlip;
 pub use self::stresslet::{SphereStresslets, stresslets};

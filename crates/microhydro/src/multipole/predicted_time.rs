@@ -71,6 +71,20 @@ pub fn predicted_seconds(
     Ok(LEAST_SECONDS + of_resistance + of_surfaces)
 }
 
+/// Highest order of the expansions that the gaps need for a relative error of the resistance.
+///
+/// # Errors
+/// Those of [`predicted_seconds`].
+pub fn predicted_order(
+    spheres: &Spheres,
+    medium: &Medium,
+    tolerance: f64,
+) -> Result<usize, HydroError> {
+    Ok(first_orders(spheres, medium, tolerance)?
+        .without_gaps()
+        .highest())
+}
+
 /// Predicted degrees of freedom of [`super::resistance_best`], and MiB of its largest matrix.
 ///
 /// # Errors

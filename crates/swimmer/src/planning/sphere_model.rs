@@ -61,7 +61,7 @@ pub(super) fn expansion_for_tolerance(scene: &Scene) -> SphereModel {
     SphereModel::Multipole(velocity_tolerance(scene).clamp(1e-13, 1e-3))
 }
 
-/// A candidate with its predicted seconds per solve.
+/// A candidate with its predicted seconds per solve, the mean over the shapes of the trial.
 #[derive(Clone, Copy)]
 struct Candidate {
     kind: SphereModel,
@@ -258,10 +258,26 @@ fn start<'a>(scene: &'a Scene, state: &'a rigid::State) -> Configuration<'a> {
 fn compare(scene: &Scene, allowed: f64) -> Result<Comparison, ModelError> {
     let tolerance = scene.working_tolerance();
     let state = scene.initial_state();
+    let has_surfaces = scene.has_surface_velocity();
+    let has_stroke =
+        !scene.gait().phases.is_empty() && scene.bodies().len() <= MAX_BODIES_FOR_STROKE;
+    let stroke = (has_stroke && !has_surfaces)
+        .then(|| trial::stroke(scene))
+        .flatten();
+    let shapes = stroke.as_ref().map(trial::shapes).unwrap_or_default();
     let candidate = |kind: SphereModel| -> Result<Candidate, ModelError> {
         let model = SpheresModel::new(scene, kind)?;
-        let seconds = model.predicted_seconds(start(scene, &state))?;
-        Ok(Candidate { kind, seconds })
+        let at = |shape: &[f64]| {
+            let state = &state;
+            model.predicted_seconds(Configuration { state, shape })
+        };
+        let mut all = vec![at(scene.articulation().initial_shape())?];
+        // The run reports shapes that are too narrow, with their place.
+        all.extend(shapes.iter().filter_map(|shape| at(shape).ok()));
+        Ok(Candidate {
+            kind,
+            seconds: all.iter().sum::<f64>() / all.len() as f64,
+        })
     };
     let cost = |candidate: &Candidate| candidate.seconds.max(NEGLIGIBLE_SECONDS);
     let fine = candidate(expansion_for_tolerance(scene))?;
@@ -269,9 +285,6 @@ fn compare(scene: &Scene, allowed: f64) -> Result<Comparison, ModelError> {
         (1e-3 * tolerance).clamp(1e-13, 1e-5),
     ))?;
     let points = [SphereModel::Oseen, SphereModel::Rpy].map(candidate);
-    let has_surfaces = scene.has_surface_velocity();
-    let has_stroke =
-        !scene.gait().phases.is_empty() && scene.bodies().len() <= MAX_BODIES_FOR_STROKE;
     // Models of point forces know rigid spheres in fluid at rest alone.
     let mut candidates = match has_surfaces {
         true => Vec::new(),
@@ -293,7 +306,7 @@ fn compare(scene: &Scene, allowed: f64) -> Result<Comparison, ModelError> {
     let phases = scene.gait().phases.len().min(MAX_TRIAL_PHASES);
     let of_stroke = per_point * (TYPICAL_SOLVES_PER_SPAN * phases) as f64;
     let trial = match has_stroke && !has_surfaces {
-        true if of_stroke <= TRIAL_SECONDS => match trial::stroke(scene) {
+        true if of_stroke <= TRIAL_SECONDS => match stroke {
             Some(stroke) => Trial::Stroke(Box::new(stroke)),
             None => return Ok(untried(fine, FAILED_TRIAL)),
         },

@@ -89,6 +89,12 @@ pub(super) fn stroke(scene: &Scene) -> Option<Scene> {
     scene.with_gait(Gait { cycles: 1, phases }).ok()
 }
 
+/// Shapes at the ends of the phases of a trial stroke.
+pub(super) fn shapes(stroke: &Scene) -> Vec<Vec<f64>> {
+    let start = stroke.articulation().initial_shape();
+    spans(stroke.gait(), start).map_or(Vec::new(), |all| all.map(|span| span.to).collect())
+}
+
 /// Net displacement of a trial stroke by one model; none if it cannot be followed to its end.
 ///
 /// # Errors
@@ -197,13 +203,8 @@ mod tests {
         assert_eq!(trial.gait().cycles, 1);
         assert!(trial.gait().phases.len() <= MAX_TRIAL_PHASES);
         assert!((trial.gait().duration() - 0.5 * f64::from(rows)).abs() < 1e-9);
-        let shapes = |scene: &Scene| -> Vec<Vec<f64>> {
-            let all = spans(scene.gait(), scene.articulation().initial_shape()).unwrap();
-            all.take(scene.gait().phases.len())
-                .map(|span| span.to)
-                .collect()
-        };
-        let (all, tried) = (shapes(&scene), shapes(&trial));
+        let (mut all, tried) = (shapes(&scene), shapes(&trial));
+        all.truncate(scene.gait().phases.len());
         assert!(tried.iter().all(|shape| all.contains(shape)));
         // The end, and the largest and smallest values.
         assert_eq!(tried.last(), all.last());
