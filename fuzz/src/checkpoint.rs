@@ -9,11 +9,11 @@ pub fn read(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return;
     };
-    drop(Checkpoint::parse(text, "fuzzed".as_ref()));
+    drop(Checkpoint::parse(text, "fuzzed"));
     if let Ok(value) = serde_json::from_str::<serde_json::Value>(text)
         && let Ok(text) = sealed(&value)
-        && let Ok(checkpoint) = Checkpoint::parse(&text, "fuzzed".as_ref())
+        && let Ok(checkpoint) = Checkpoint::parse(&text, "fuzzed")
     {
-        drop(checkpoint.into_outcome("fuzzed".as_ref()));
+        drop(checkpoint.into_outcome("fuzzed"));
     }
 }
