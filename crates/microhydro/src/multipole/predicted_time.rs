@@ -62,7 +62,7 @@ pub fn predicted_seconds(
             AZIMUTHAL_NUMBERS * sector / AXIAL_RATE
         }
         // Three systems: full, and lowered twice.
-        (_, false) => iteration + of_gaps(&orders),
+        (_, false) => iteration * cluster_factor(&orders) + of_gaps(&orders),
     };
     let of_resistance = match frame.collinear {
         true => axial(&orders.without_gaps()) / AXIAL_RATE,
@@ -97,6 +97,27 @@ pub fn predicted_size(
     let orders = first_orders(spheres, medium, tolerance)?;
     let dofs = memory::dofs(&orders);
     Ok((orders.dofs(), memory::mib(dofs * dofs)))
+}
+
+/// Iterations with surface velocities over the usual number, if a surface has two narrow gaps.
+///
+/// The elimination for pairs may then eliminate too much, so that iterations reach their limit of
+/// 500 instead of about 60, first beside the gaps and then with expansions of the highest order.
+/// Measured for three squirmers in contact with gaps of 0.002: more than 39 s instead of 2.5.
+fn cluster_factor(orders: &Orders) -> f64 {
+    let surfaces = orders
+        .gaps
+        .keys()
+        .flat_map(|&(first, second)| [first, second]);
+    let mut surfaces: Vec<usize> = surfaces.collect();
+    let all = surfaces.len();
+    surfaces.sort_unstable();
+    surfaces.dedup();
+    if surfaces.len() < all {
+        2.0 * 500.0 / 60.0
+    } else {
+        1.0
+    }
 }
 
 /// Sum of the degrees of all expansions.
