@@ -21,8 +21,9 @@ use crate::{HydroError, Medium, Resistance, Spheres};
 ///
 /// # Errors
 /// A tolerance that is not between `1e-13` and 1; spheres outside the medium; gaps below 0.001
-/// smaller radii ([`HydroError::GapTooNarrow`]); gaps so narrow that the accuracy is out of reach ([`HydroError::TooClose`], [`HydroError::ToleranceNotReached`]):
-/// [`resistance_best`] has an answer for them; failed solves.
+/// smaller radii ([`HydroError::GapTooNarrow`]); gaps so narrow that the accuracy is out of reach
+/// ([`HydroError::TooClose`], [`HydroError::ToleranceNotReached`]): [`resistance_best`] has an
+/// answer for them; failed solves.
 pub fn resistance(
     spheres: &Spheres,
     medium: &Medium,

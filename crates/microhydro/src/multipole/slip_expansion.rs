@@ -55,8 +55,8 @@ pub(super) const MAX_SURFACE_RESIDUAL: f64 = 1e-12;
 /// Error of velocities by the residual of iterations and rounding, relative to the largest velocity
 /// of a surface, and that of powers and stresslets relative to themselves.
 ///
-/// The residual of the iteration, doubled. Measured for squirmers in concentric gaps from 0.001 to
-/// 0.1 radii (test `squirmers_in_concentric_gaps_are_inside_the_bar`).
+/// The residual of the iteration, doubled. Errors in concentric gaps from 0.001 to 0.1 radii are
+/// below it (test `squirmers_in_concentric_gaps_are_inside_the_bar`).
 pub(super) const SURFACE_ROUNDING: f64 = 2.0 * MAX_SURFACE_RESIDUAL;
 
 /// Slip velocities of all spheres in the modes of each one.

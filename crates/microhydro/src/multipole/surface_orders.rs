@@ -59,8 +59,9 @@ impl SurfaceOrders<'_> {
     /// Matrices at the orders of the resistance, and their error estimates.
     ///
     /// Where the orders of a narrow gap exceed the highest order of an expansion, its high degrees
-    /// are eliminated: on one axis for all surfaces, elsewhere for the two surfaces alone; where that
-    /// fails, among three surfaces close to each other, the expansions keep their highest order.
+    /// are eliminated: on one axis for all surfaces, elsewhere for the two surfaces alone; where
+    /// that fails, among three surfaces close to each other, the expansions keep their highest
+    /// order.
     ///
     /// # Errors
     /// [`HydroError::TooLarge`]; those of `of`.

@@ -38,8 +38,7 @@ const MAX_BODIES_FOR_STROKE: usize = 6;
 /// integration and for the error of the reference.
 const TOLERANCE_SHARE: f64 = 0.5;
 
-/// Predicted seconds of all trials: the choice takes at most two seconds, and predictions are right
-/// within a factor of three.
+/// Predicted seconds of all trials: half of the two seconds that the choice may take.
 const TRIAL_SECONDS: f64 = 1.0;
 
 /// Seconds of a solve below which the cost of a candidate does not matter.
