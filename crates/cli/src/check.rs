@@ -24,10 +24,9 @@ pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
     if let Some(planes) = symmetry_planes(&scene).filter(|_| model.capabilities().has_mesh) {
         text += &entry("symmetry planes", &planes);
     }
-    let cost = model.cost(Configuration {
-        state: &scene.initial_state(),
-        shape: scene.articulation().initial_shape(),
-    })?;
+    let state = scene.initial_state();
+    let shape = scene.articulation().initial_shape();
+    let cost = model.cost(Configuration::new(&state, shape))?;
     text += &entry("degrees of freedom", cost.dofs.total);
     let (seconds, mib) = (duration(cost.seconds), cost.mib.ceil());
     text += &entry(

@@ -178,6 +178,10 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
         );
         text += &row("  force on the fluid", &motion.force, rounding.force);
         text += &row("  torque on the fluid", &motion.torque, rounding.torque);
+        if let Some(load) = solution.holding.iter().find(|load| load.body == number) {
+            text += &row("  force that holds it", &load.force, rounding.force);
+            text += &row("  torque that holds it", &load.torque, rounding.torque);
+        }
         let stresslets = solution.stresslets.as_ref();
         if let Some(stresslet) = stresslets.and_then(|s| s.bodies.get(number)) {
             for (label, column) in ["  stresslet", "", ""]

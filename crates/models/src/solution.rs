@@ -99,6 +99,7 @@ impl InstantaneousSolution {
             motion,
             bodies,
             joint_forces,
+            holding: Vec::new(),
             slip_power: 0.0,
         })
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::constraints::JointRows;
+use crate::constraints::{HeldRows, JointRows};
 use crate::drive::Damping;
 use crate::error::check_length;
 use crate::{Constraints, Drive, NullSpace, Reduction, RigidError, SymmetryPlanes};
@@ -29,6 +29,8 @@ pub(crate) struct JointLoads {
     damping: Damping,
     /// Rows of each joint.
     joint_rows: Vec<JointRows>,
+    /// Rows of the held bodies.
+    held_rows: Vec<HeldRows>,
 }
 
 /// Power of the loads on a motion of unit size, relative to the loads, up to which it is rounding
@@ -69,6 +71,7 @@ impl Drive<'_> {
             basis: all.basis.clone(),
             damping: self.damping(),
             joint_rows: constraints.joint_rows.clone(),
+            held_rows: constraints.held_rows.clone(),
         };
         Ok((all, loads))
     }
@@ -110,6 +113,11 @@ impl JointLoads {
     /// Rows of each joint.
     pub(crate) fn joint_rows(&self) -> &[JointRows] {
         &self.joint_rows
+    }
+
+    /// Rows of the held bodies.
+    pub(crate) fn held_rows(&self) -> &[HeldRows] {
+        &self.held_rows
     }
 
     /// External loads, conjugate to the generalised velocities.

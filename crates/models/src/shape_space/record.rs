@@ -45,6 +45,8 @@ impl Record {
                 },
                 bodies: vec![BodySolution::default(); layout.bodies],
                 joint_forces: vec![Vector3::zeros(); layout.joints],
+                // Bodies of free swimmers are not held.
+                holding: Vec::new(),
                 slip_power: 0.0,
             };
             let read = response.vectors_mut().zip(&mut vectors);

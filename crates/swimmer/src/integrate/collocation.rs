@@ -84,9 +84,8 @@ fn in_parts(
                 todo.extend(halves(step.error));
                 continue;
             }
-            return Err(evaluator
-                .not_integrated(step.error, step.tolerance, MAX_PARTS)
-                .into());
+            let error = evaluator.not_integrated(step.error, step.tolerance, MAX_PARTS);
+            return Err(result.stopped(evaluator, error));
         }
         match evaluator.check_path(&step.approximation.piece) {
             Err(error) if error.is_overshoot() && may_halve => {
@@ -365,7 +364,8 @@ const MAX_JOINT_ITERATIONS: usize = 6;
 /// error by a factor of the rotation angle of a phase span, below 0.3.
 const MAX_ROTATION_SWEEPS: usize = 40;
 
-/// Initial guess of the motion over a span: the mean position of the bodies of every linkage stays.
+/// Initial guess of the motion over a span: the mean position of the bodies of every linkage stays,
+/// or its root has its given velocity.
 fn fixed_centroids(
     evaluator: &SpanEvaluator,
     start: &State,
@@ -376,6 +376,11 @@ fn fixed_centroids(
     let after = set.place(start, &evaluator.span.shape(span.1))?;
     let mut guess = combination(std::iter::empty(), start);
     for (frame, linkage) in guess.frames.iter_mut().zip(set.linkages()) {
+        if set.held_translation()[linkage.root] {
+            let velocity = evaluator.scene.bodies()[linkage.root].held_twist().linear;
+            frame.linear = velocity * (evaluator.span.duration * (span.1 - span.0));
+            continue;
+        }
         let shift =
             |&body: &usize| before[body].translation.vector - after[body].translation.vector;
         frame.linear =

@@ -1,6 +1,9 @@
 //! Sizes of steps, and the tolerances that they are compared with.
 
+use std::f64::consts::PI;
+
 use rigid::StateVelocity;
+use scene::DrivingLoad;
 
 use super::piece::PathPiece;
 use super::span_evaluator::SpanEvaluator;
@@ -33,8 +36,10 @@ pub(super) fn step_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, wi
     match evaluator.tolerance {
         Some(tolerance) => tolerance * width,
         None => {
-            let scale = largest_displacement(evaluator, step)
-                .max(width * largest_length_change(evaluator).max(evaluator.moved));
+            let of_phase = largest_length_change(evaluator)
+                .max(evaluator.moved)
+                .max(driven_displacement(evaluator));
+            let scale = largest_displacement(evaluator, step).max(width * of_phase);
             evaluator.scene.working_tolerance() * SPAN_TOLERANCE_SHARE * scale
         }
     }
@@ -71,6 +76,24 @@ pub(super) fn rounding(evaluator: &SpanEvaluator, step: &StateVelocity) -> f64 {
     const OPERATIONS: f64 = 16.0;
     let size = longest_joint(evaluator).max(largest_displacement(evaluator, step));
     OPERATIONS * f64::EPSILON * size
+}
+
+/// Displacement over the phase span of a body alone, or of points of its surface, by the largest
+/// loads that vary: such motions come to rest and return, where a step has no size of its own.
+fn driven_displacement(evaluator: &SpanEvaluator) -> f64 {
+    let scene = evaluator.scene;
+    let field = scene.field().map_or(0.0, |field| field.largest().norm());
+    let largest = |load: Option<DrivingLoad>| load.map_or(0.0, |l| l.vector.largest().norm());
+    let speed = |body: &scene::Body| {
+        let radius = body.bounding_radius();
+        let torque = largest(body.driving_torque) + field * body.moment.norm();
+        let drag = 6.0 * PI * scene.viscosity() * radius;
+        let turning = 8.0 * PI * scene.viscosity() * radius * radius;
+        largest(body.driving_force) / drag + torque / turning
+    };
+    let bodies = scene.bodies().iter();
+    let driven = bodies.filter(|body| body.is_driven() && body.bounding_radius() > 0.0);
+    evaluator.span.duration * driven.map(speed).fold(0.0, f64::max)
 }
 
 /// The largest displacement by one joint over the phase span.

@@ -16,8 +16,8 @@ use crate::outcome::Outcome;
 /// first linkage, in radians, with all turns), `rotation_error` (its error bars), `seconds`, `model`, `reasons`,
 /// `cycles`, `duration`, `work` (of the bodies on the fluid), `work_error` (its error bars),
 /// `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer),
-/// `allowed_error` (the length that they allow), `contact` (where bodies touched and the run
-/// stopped, in words, or null), `meshes`, `peak_rss_mib`, `scene` (its name), `machine`, `version`
+/// `allowed_error` (the length that they allow), `stopped` (why the run stopped before its end,
+/// such as contact, in words, or null), `meshes`, `peak_rss_mib`, `scene` (its name), `machine`, `version`
 /// (of the program).
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
 /// solves, which may run at the same time.
@@ -73,7 +73,7 @@ pub fn summary_json(
         "work_error": estimate(&outcome.work_error),
         "tolerance": scene.model().tolerance,
         "tolerance_met": outcome.tolerance_met,
-        "contact": outcome.contact,
+        "stopped": outcome.stopped,
         "tolerance_limits": limited,
         "allowed_error": outcome.allowed_error,
         "meshes": outcome.meshes,
@@ -86,7 +86,9 @@ pub fn summary_json(
 /// An instantaneous solution, as printed by `swim solve --json`.
 ///
 /// `links` has the force of each joint on the body that its key `body` names; the opposite force
-/// acts on `to`. `power` is that of the bodies on the fluid, by motion and slip. `error_estimate`
+/// acts on `to`. `holding_force` and `holding_torque` of a body whose velocity is given are the load
+/// that holds or drives it ([`models::HoldingLoad`]), null for other bodies; their error bars are
+/// those of the forces and torques. `power` is that of the bodies on the fluid, by motion and slip. `error_estimate`
 /// refers to the velocities; its entries `angular_velocity`, `force`, `torque` and `stresslet` to
 /// the largest of each, `power` to the power. `stresslet` of a body is the matrix of
 /// [`models::Stresslets`], with the sign of Batchelor (1970); null for models that do not compute
@@ -102,6 +104,7 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
                 .get(body)
                 .map(|s| matrix_json(&DMatrix::from_column_slice(3, 3, s.as_slice())))
         };
+        let holding = |body: usize| solution.holding.iter().find(|load| load.body == body);
         let bodies: Vec<Value> = (bodies.enumerate())
             .map(|(number, (body, motion))| {
                 json!({
@@ -110,6 +113,8 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
                     "angular_velocity": vector(&motion.angular_velocity),
                     "force": vector(&motion.force),
                     "torque": vector(&motion.torque),
+                    "holding_force": holding(number).map(|load| vector(&load.force)),
+                    "holding_torque": holding(number).map(|load| vector(&load.torque)),
                     "stresslet": stresslet(number),
                 })
             })
