@@ -298,16 +298,27 @@ impl Scene {
         self.bodies.iter().any(Body::has_turning_load)
     }
 
+    /// Shortest period of the forces on joints, the loads on bodies and the magnetic field; `None` if
+    /// none of them depends on the time.
+    pub fn shortest_period(&self) -> Option<f64> {
+        let of_vector = |vector: &VectorOscillation| {
+            let oscillates = vector.amplitude != Vector3::zeros();
+            oscillates.then(|| vector.period / f64::from(vector.order))
+        };
+        let drives = (self.bodies.iter())
+            .flat_map(|body| [&body.driving_force, &body.driving_torque])
+            .flatten();
+        let of_joints = self.joint_forces.iter();
+        of_joints
+            .map(|force| force.period / f64::from(force.sine.order))
+            .chain(drives.filter_map(|drive| of_vector(&drive.vector)))
+            .chain(self.field.as_ref().and_then(of_vector))
+            .reduce(f64::min)
+    }
+
     /// Whether forces on joints, loads on bodies or the magnetic field depend on the time.
     pub fn depends_on_time(&self) -> bool {
-        let oscillates = |vector: &VectorOscillation| vector.amplitude != Vector3::zeros();
-        let drives = self
-            .bodies
-            .iter()
-            .flat_map(|body| [&body.driving_force, &body.driving_torque]);
-        !self.joint_forces.is_empty()
-            || self.field.as_ref().is_some_and(oscillates)
-            || drives.flatten().any(|drive| oscillates(&drive.vector))
+        self.shortest_period().is_some()
     }
 
     /// Whether velocities or angular velocities of bodies are given: of fixed and driven bodies.

@@ -19,7 +19,8 @@ use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
-    MAX_PARTS, expected_ratio, largest_displacement, largest_rotation, rounding, step_tolerance,
+    MAX_PARTS, expected_ratio, first_parts, largest_displacement, largest_rotation, rounding,
+    step_tolerance,
 };
 use crate::error::SwimError;
 use crate::gauss::{Gauss, lagrange};
@@ -65,7 +66,8 @@ fn in_parts(
 ) -> Result<SpanResult, Stopped> {
     let mut result = SpanResult::empty(start);
     // Parts of the phase span in reverse order, each with the error of the step that was halved.
-    let mut todo = vec![((0.0, 1.0), f64::INFINITY)];
+    let parts = first_parts(evaluator).into_iter();
+    let mut todo: Vec<_> = parts.map(|part| (part, f64::INFINITY)).collect();
     while let Some((span, halved_error)) = todo.pop() {
         let middle = 0.5 * (span.0 + span.1);
         let halves = |error: f64| [((middle, span.1), error), ((span.0, middle), error)];

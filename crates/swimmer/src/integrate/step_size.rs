@@ -31,6 +31,19 @@ const MAX_RATIO: f64 = 0.5;
 /// mean that something else than the step size is wrong.
 pub(super) const MAX_PARTS: usize = 1 << 14;
 
+/// The parts of a phase span that are tried first, in reverse order: the whole, or quarters of the
+/// shortest period of loads, as for smooth gaits. Few points over whole periods would see nothing
+/// of them, at every order.
+pub(super) fn first_parts(evaluator: &SpanEvaluator) -> Vec<(f64, f64)> {
+    let parts = match evaluator.scene.shortest_period() {
+        Some(period) => (4.0 * evaluator.span.duration / period).ceil(),
+        None => 1.0,
+    };
+    let parts = parts.clamp(1.0, MAX_PARTS as f64);
+    let part = |k: usize| (k as f64 / parts, (k + 1) as f64 / parts);
+    (0..parts as usize).rev().map(part).collect()
+}
+
 /// Error that the scene's tolerance allows for a step over the part `width` of the phase span.
 pub(super) fn step_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, width: f64) -> f64 {
     match evaluator.tolerance {
