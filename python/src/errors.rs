@@ -33,13 +33,21 @@ mod exceptions {
     );
     create_exception!(
         swimmer,
+        RunStopped,
+        SolveError,
+        "A run that stopped before its end, such as at contact; `run` has the result up to there."
+    );
+    create_exception!(
+        swimmer,
         InternalError,
         PyRuntimeError,
         "A defect of the program. Please report it with the scene."
     );
 }
 
-pub use exceptions::{InternalError, SceneError as SceneException, SolveError, ToleranceMissed};
+pub use exceptions::{
+    InternalError, RunStopped, SceneError as SceneException, SolveError, ToleranceMissed,
+};
 
 /// The exception for an error of a run or a design.
 pub fn exception(error: impl Into<DesignError>) -> PyErr {
@@ -64,8 +72,16 @@ pub fn exception(error: impl Into<DesignError>) -> PyErr {
 
 /// The exception for a finished run whose error bar is larger than the tolerance, with the run.
 pub fn tolerance_missed(py: Python<'_>, missed: &SwimError, report: &Report) -> PyErr {
-    let missed = ToleranceMissed::new_err(missed.to_string());
+    with_result(py, ToleranceMissed::new_err(missed.to_string()), report)
+}
+
+/// The exception for a run that stopped before its end, with the run up to there.
+pub fn run_stopped(py: Python<'_>, stopped: &SwimError, report: &Report) -> PyErr {
+    with_result(py, RunStopped::new_err(stopped.to_string()), report)
+}
+
+fn with_result(py: Python<'_>, exception: PyErr, report: &Report) -> PyErr {
     let result =
-        report_dict(py, report).and_then(|found| missed.value(py).setattr("result", found));
-    result.err().unwrap_or(missed)
+        report_dict(py, report).and_then(|found| exception.value(py).setattr("result", found));
+    result.err().unwrap_or(exception)
 }

@@ -17,7 +17,7 @@ use pyo3::prelude::*;
 mod _swimmer {
     use pyo3::prelude::*;
 
-    use crate::errors::{InternalError, SceneException, SolveError, ToleranceMissed};
+    use crate::errors::{InternalError, RunStopped, SceneException, SolveError, ToleranceMissed};
 
     #[pymodule_export]
     use crate::scene::PyScene;
@@ -40,6 +40,7 @@ mod _swimmer {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("SceneError", py.get_type::<SceneException>())?;
         module.add("SolveError", py.get_type::<SolveError>())?;
+        module.add("RunStopped", py.get_type::<RunStopped>())?;
         module.add("ToleranceMissed", py.get_type::<ToleranceMissed>())?;
         module.add("InternalError", py.get_type::<InternalError>())
     }

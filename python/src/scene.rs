@@ -22,7 +22,7 @@ use crate::convert::{
     array, body_names, flow_dict, joint_names, matrix, mesh_dict, report_dict, rows, solution_dict,
 };
 use crate::design;
-use crate::errors::{SceneException, exception, tolerance_missed};
+use crate::errors::{SceneException, exception, run_stopped, tolerance_missed};
 use crate::job;
 
 /// Longest time of a connection, in seconds, after which the next one is computed in the calling
@@ -165,13 +165,16 @@ impl PyScene {
         report: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let scene = self.scene.clone();
-        let found = job::run(py, report, move |mut watch| match out {
+        let mut found = job::run(py, report, move |mut watch| match out {
             Some(out) => {
                 let pictures = &mut RunPictures::new();
                 Ok(swimmer::run(scene, &out, resume, pictures, &mut watch)?)
             }
             None => Ok(run_without_files(scene, &mut watch)?),
         })?;
+        if let Some(stopped) = found.stopped.take() {
+            return Err(run_stopped(py, &stopped, &found));
+        }
         match found.check_tolerance() {
             Ok(()) => report_dict(py, &found),
             Err(missed) => Err(tolerance_missed(py, &missed, &found)),
@@ -254,10 +257,7 @@ impl PyScene {
             let mut model = choose(&scene)?.model;
             let state = scene.initial_state();
             let shape = scene.articulation().initial_shape();
-            let configuration = Configuration {
-                state: &state,
-                shape,
-            };
+            let configuration = Configuration::new(&state, shape);
             let mesh = model.mesh(configuration)?;
             mesh.ok_or_else(|| DesignError::NotApplicable {
                 place: scene.place("model.kind"),

@@ -9,7 +9,14 @@ Examples
 0.1598, error below 1e-03: True
 """
 
-from ._swimmer import InternalError, SceneError, SolveError, ToleranceMissed, __version__
+from ._swimmer import (
+    InternalError,
+    RunStopped,
+    SceneError,
+    SolveError,
+    ToleranceMissed,
+    __version__,
+)
 from .environment import Swimmer
 from .fields import Flow, Mesh, PointFlow
 from .results import (
@@ -38,6 +45,7 @@ __all__ = [
     "PointFlow",
     "Resistance",
     "Run",
+    "RunStopped",
     "Scene",
     "SceneError",
     "Solution",

@@ -13,6 +13,12 @@ class SceneError(ValueError):
 class SolveError(RuntimeError):
     """A method that failed: the text says how, and what to change."""
 
+class RunStopped(SolveError):
+    """A run that stopped before its end, such as at contact; `run` has the result up to there."""
+
+    result: dict[str, Any]
+    run: Any
+
 class ToleranceMissed(SolveError):
     """A finished run whose error bar is larger than the tolerance; `run` has the result."""
 

@@ -180,6 +180,9 @@ class Scene(Result):
         ToleranceMissed
             A finished run whose error bar is larger than `model.tolerance` allows; its attribute
             `run` has the result. `model.accept = "best"` accepts it.
+        RunStopped
+            A run whose motion ended before its end, such as at contact; its attribute `run` has
+            the result up to there.
         SolveError
             A method that failed.
         """
@@ -189,8 +192,8 @@ class Scene(Result):
         try:
             with reporter(progress, self.name) as report:
                 return Run._from_raw(self._scene.run(folder, resume, report))
-        except _swimmer.ToleranceMissed as missed:
-            missed.run = Run._from_raw(missed.result)
+        except (_swimmer.ToleranceMissed, _swimmer.RunStopped) as error:
+            error.run = Run._from_raw(error.result)
             raise
 
     def solve(self) -> Solution:

@@ -99,6 +99,20 @@ def test_a_missed_tolerance_carries_the_result():
     assert caught.value.run.net == raw["net"] and not caught.value.run.tolerance_met
 
 
+def test_a_run_that_stops_at_contact_has_its_result():
+    pulled = {
+        "model": {"kind": "rpy"},
+        "bodies": [
+            {"name": "a", "radius": 0.1, "position": [0, 0, 0], "force": [1, 0, 0]},
+            {"name": "b", "radius": 0.1, "position": [1, 0, 0], "fixed": True},
+        ],
+        "gait": {"phases": [{"duration": 4}]},
+    }
+    with pytest.raises(swimmer.RunStopped, match="'b' touch") as caught:
+        Scene.from_dict(pulled).run(progress=False)
+    assert caught.value.run.displacement[0, 0] == pytest.approx(0.8, abs=1e-3)
+
+
 def test_a_panic_is_an_internal_error():
     with pytest.raises(swimmer.InternalError, match="a defect of the program: index out of"):
         swimmer._swimmer.panic_for_test("index out of bounds")

@@ -28,11 +28,10 @@ pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
     if let Some(planes) = symmetry_planes(&scene).filter(|_| model.capabilities().has_mesh) {
         text += &entry("symmetry planes", &planes);
     }
+    let state = scene.initial_state();
+    let shape = scene.articulation().initial_shape();
     let cost = with_progress("predicting the cost of a solve", || {
-        model.cost(Configuration {
-            state: &scene.initial_state(),
-            shape: scene.articulation().initial_shape(),
-        })
+        model.cost(Configuration::new(&state, shape))
     })?;
     text += &entry("degrees of freedom", cost.dofs.total);
     let (seconds, mib) = (duration(cost.seconds), cost.mib.ceil());

@@ -14,11 +14,8 @@ pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, CliError> 
     let scene = arguments.read()?;
     let mut model = choose(&scene)?.model;
     let shape = scene.articulation().initial_shape();
-    let Some(mesh) = model.mesh(Configuration {
-        state: &scene.initial_state(),
-        shape,
-    })?
-    else {
+    let state = scene.initial_state();
+    let Some(mesh) = model.mesh(Configuration::new(&state, shape))? else {
         return Err(CliError::NotApplicable {
             place: scene.place("model.kind"),
             problem: format!(

@@ -30,11 +30,16 @@ pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, CliError> {
         &mut progress,
     );
     progress.finish();
-    let report = report?;
+    let mut report = report?;
+    let stopped = report.stopped.take();
     let text = |movie: &str| match arguments.json {
         true => format!("{}\n", report.summary()),
         false => describe(&report, &out) + movie,
     };
+    if let Some(stopped) = stopped {
+        print(&text(""))?;
+        return Err(stopped.into());
+    }
     if let Err(missed) = report.check_tolerance() {
         print(&text(""))?;
         return Err(missed.into());
@@ -120,6 +125,14 @@ fn describe(report: &Report, out: &Path) -> String {
     let open = open.map_or(String::new(), |[shape, rigid]| {
         entry("shape", shape) + &entry("rigid part", rigid)
     });
+    let reached = outcome.samples.last().map_or(0.0, |sample| sample.time);
+    let stopped = match outcome.stopped {
+        Some(_) => entry(
+            "stopped",
+            format!("at time {reached} of {}", report.scene.gait().duration()),
+        ),
+        None => String::new(),
+    };
     entry("scene", report.scene.name())
         + &entry("model", report.model)
         + "\n"
@@ -140,6 +153,7 @@ fn describe(report: &Report, out: &Path) -> String {
             outcome.work_error.total(),
         )
         + &tolerance
+        + &stopped
         + &entry("cost", cost)
         + &entry("results", out.display())
         + &page_entry(out)

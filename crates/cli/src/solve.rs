@@ -265,6 +265,7 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
     let mut text = "vectors (x, y, z) in the scene's units\n".to_owned();
     for (number, (body, motion)) in scene.bodies().iter().zip(&solution.bodies).enumerate() {
         text += &entry("body", &body.name);
+        let (force, torque) = (&solution.force_error, &solution.torque_error);
         for (label, vector, bars, rounding) in [
             (
                 "  velocity",
@@ -278,20 +279,21 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
                 &solution.angular_velocity_error,
                 rounding.angular_velocity,
             ),
-            (
-                "  force on the fluid",
-                &motion.force,
-                &solution.force_error,
-                rounding.force,
-            ),
+            ("  force on the fluid", &motion.force, force, rounding.force),
             (
                 "  torque on the fluid",
                 &motion.torque,
-                &solution.torque_error,
+                torque,
                 rounding.torque,
             ),
         ] {
             text += &row(label, vector, bars.total(), rounding);
+        }
+        if let Some(load) = solution.holding.iter().find(|load| load.body == number) {
+            let (label, bar) = ("  force that holds it", force.total());
+            text += &row(label, &load.force, bar, rounding.force);
+            let (label, bar) = ("  torque that holds it", torque.total());
+            text += &row(label, &load.torque, bar, rounding.torque);
         }
         let stresslets = solution.stresslets.as_ref();
         if let Some(stresslet) = stresslets.and_then(|s| s.bodies.get(number)) {

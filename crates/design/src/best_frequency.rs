@@ -57,15 +57,15 @@ pub struct BestFrequency {
 ///
 /// # Errors
 /// [`DesignError::NotApplicable`] if the displacement does not depend on the frequency, has no
-/// maximum, or if forces on joints oscillate with a period of their own; errors of the runs,
+/// maximum, or if loads oscillate with a period of their own; errors of the runs,
 /// [`DesignError::Stopped`].
 pub fn best_frequency(
     scene: &Scene,
     progress: &mut dyn DesignProgress,
 ) -> Result<BestFrequency, DesignError> {
     let refuse = |problem: &str| Err(DesignError::not_applicable(scene, "gait", problem));
-    if scene.joint_forces(0.0).is_some() {
-        return refuse("forces on joints oscillate with periods of their own");
+    if scene.depends_on_time() {
+        return refuse("forces, torques or the field oscillate with periods of their own");
     }
     let period = scene.gait().cycle_duration();
     if !(period > 0.0 && period.is_finite()) {

@@ -85,10 +85,7 @@ pub fn connection(
     };
     let rates: Vec<Vec<f64>> = variables.iter().map(unit_rate).collect();
     let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: &shape,
-    };
+    let configuration = Configuration::new(&state, &shape);
     let solutions = model.solve(&Query::new(configuration, &rates))?;
     if solutions.len() != rates.len() {
         let model = model.name();

@@ -100,10 +100,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         "#,
     )?;
     let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: &[10.0],
-    };
+    let configuration = Configuration::new(&state, &[10.0]);
     let multipoles = SpheresModel::new(&scene, SphereModel::Multipole(1e-6))?;
     let models: [Box<dyn Hydrodynamics>; 2] =
         [Box::new(NoInteractions(scene)), Box::new(multipoles)];

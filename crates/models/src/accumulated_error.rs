@@ -148,6 +148,7 @@ mod tests {
                         ..BodySolution::default()
                     }],
                     joint_loads: vec![],
+                    holding: vec![],
                     slip_power: 0.0,
                 },
                 uncertainty: Uncertainty {

@@ -122,17 +122,20 @@ impl DiscretisationError {
         (self.uncertainty.relative * removed.abs()).max(self.uncertainty.power)
     }
 
-    /// Error bar of the corrected forces of all bodies.
+    /// Error bar of the corrected forces of all bodies, and of those that hold bodies.
     pub fn force_error_bar(&self) -> f64 {
-        (self.uncertainty.relative * self.largest(|body| body.force)).hypot(self.uncertainty.force)
+        let of_holding = self.holding.iter().map(|load| load.force.norm());
+        let largest = of_holding.fold(self.largest(|body| body.force), f64::max);
+        (self.uncertainty.relative * largest).hypot(self.uncertainty.force)
     }
 
-    /// Error bar of the corrected torques of all bodies.
+    /// Error bar of the corrected torques of all bodies, and of those that hold bodies.
     ///
     /// A torque is the power of a rotation of one body, so its error does not cancel with others as
     /// that of a velocity of linked bodies does.
     pub fn torque_error_bar(&self) -> f64 {
-        self.uncertainty.relative * self.largest(|body| body.torque)
+        let of_holding = self.holding.iter().map(|load| load.torque.norm());
+        self.uncertainty.relative * of_holding.fold(self.largest(|body| body.torque), f64::max)
     }
 
     fn largest(&self, of: fn(&BodySolution) -> Vector3<f64>) -> f64 {

@@ -31,7 +31,7 @@ pub use hydrodynamics::{
     SceneResistance,
 };
 pub use query::{BodyInertia, Configuration, Query};
-pub use response::{BodySolution, Response};
+pub use response::{BodySolution, HoldingLoad, Response};
 pub use rough_model::RoughModel;
 pub use shape_space::{
     LocalGeometry, ShapeGeometry, ShapeSpace, SolvedShapes, TablePart, Tabulated,

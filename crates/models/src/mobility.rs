@@ -1,7 +1,9 @@
 //! Velocities and forces of linked bodies from their grand resistance matrix.
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use rigid::{Articulation, Constraints, Drive, ExternalLoad, Joint, Reduction, StateVelocity};
+use rigid::{
+    Articulation, Constraints, Drive, ExternalLoad, Joint, JointLoad, Reduction, StateVelocity,
+};
 
 use crate::error::ModelError;
 use crate::query::Configuration;
@@ -16,6 +18,10 @@ pub(crate) struct MobilitySolution {
     pub generalised: DVector<f64>,
     /// Forces and torques that the bodies with surfaces exert on the fluid.
     pub forces: DVector<f64>,
+    /// Loads of the joints.
+    joint_loads: Vec<JointLoad>,
+    /// Loads that hold bodies, with the indices of the bodies.
+    holding: Vec<(usize, ExternalLoad)>,
     /// Residual of the balance of forces, relative to the right-hand side.
     pub residual: f64,
     /// Power of the slip on the fluid.
@@ -95,6 +101,8 @@ impl MobilitySolution {
         let velocities = generalised.select_rows(&set.surface_velocities());
         let forces = resistance * relative_to_fluid(&velocities);
         Ok(Self {
+            holding: drive.holding_loads(&forces, &generalised)?,
+            joint_loads: drive.joint_loads(&forces, &generalised)?,
             slip_power: surfaces.map_or(0.0, |surfaces| surfaces.power(&forces)),
             forces,
             generalised,
@@ -114,11 +122,18 @@ impl MobilitySolution {
         // Six rows per body with a surface, of which the last three are its angular velocity.
         let spins = set.surface_velocities().into_iter().skip(3).step_by(6);
         let loads = self.forces.len();
+        let of_holding = |part: fn(&ExternalLoad) -> &Vector3<f64>| {
+            let pairs = self.holding.iter().zip(&other.holding);
+            let norms = pairs.map(|((_, a), (_, b))| (part(a) - part(b)).norm());
+            norms.fold(0.0, f64::max)
+        };
         LargestDifferences {
             velocity: difference(velocities, &mut layout.bodies().iter().copied()),
             angular_velocity: difference(velocities, &mut spins.into_iter()),
-            force: difference(forces, &mut (0..loads).step_by(6)),
-            torque: difference(forces, &mut (3..loads).step_by(6)),
+            force: difference(forces, &mut (0..loads).step_by(6))
+                .max(of_holding(|load| &load.force)),
+            torque: difference(forces, &mut (3..loads).step_by(6))
+                .max(of_holding(|load| &load.torque)),
         }
     }
 
@@ -131,24 +146,15 @@ impl MobilitySolution {
     /// Motion and loads in the scene's units.
     ///
     /// # Errors
-    /// Joints that contradict each other; a solution for another set of bodies.
-    pub fn response(
-        &self,
-        scaled: &ScaledScene,
-        constraints: &Constraints,
-        loads: &[ExternalLoad],
-    ) -> Result<Response, ModelError> {
+    /// A solution for another set of bodies.
+    pub fn response(&self, scaled: &ScaledScene) -> Result<Response, ModelError> {
         let set = &scaled.set;
-        let drive = Drive {
-            set,
-            constraints,
-            loads,
-        };
         Ok(scaled.response_to_scene(ScaledResponse {
             motion: &set.state_velocity(self.generalised.as_slice())?,
             generalised: &self.generalised,
             forces: &self.forces,
-            joint_loads: drive.joint_loads(&self.forces, &self.generalised)?,
+            joint_loads: self.joint_loads.clone(),
+            holding: self.holding.clone(),
             slip_power: self.slip_power,
         }))
     }
@@ -167,6 +173,8 @@ pub(crate) fn joint_responses(
     let set = &scaled.set;
     let at_rest = vec![0.0; set.joints().len()];
     let mut constraints = scaled.constraints(configuration, &at_rest)?;
+    // All else is at rest, also bodies whose velocities are given.
+    constraints.rates.fill(0.0);
     let loads = vec![ExternalLoad::default(); set.kinds().len()];
     let joints = set.passive_joints().enumerate();
     let response = |(number, joint): (usize, &Joint)| {

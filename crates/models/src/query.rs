@@ -3,7 +3,8 @@
 use nalgebra::Matrix6;
 use rigid::{ExternalLoad, State};
 
-/// Positions of the bodies: the state of the articulated set and the values of its joints.
+/// Positions of the bodies (the state of the articulated set and the values of its joints), and the
+/// time.
 #[derive(Clone, Copy, Debug)]
 pub struct Configuration<'a> {
     /// Frames of the linkages and attitudes of the bodies, for [`rigid::Articulation::place`].
@@ -11,6 +12,25 @@ pub struct Configuration<'a> {
     /// Value of each joint: the length of a slide in the scene's units, or an angle. Those of
     /// passive joints are part of the state, and their entries have no effect.
     pub shape: &'a [f64],
+    /// Time, on which forces on joints, loads on bodies and the magnetic field may depend.
+    pub time: f64,
+}
+
+impl<'a> Configuration<'a> {
+    /// The configuration at the time zero.
+    pub fn new(state: &'a State, shape: &'a [f64]) -> Self {
+        Self {
+            state,
+            shape,
+            time: 0.0,
+        }
+    }
+
+    /// The same configuration at another time.
+    #[must_use]
+    pub fn at_time(self, time: f64) -> Self {
+        Self { time, ..self }
+    }
 }
 
 /// Input of a model: one configuration and one or several sets of joint rates.
@@ -19,7 +39,7 @@ pub struct Configuration<'a> {
 /// # let state = rigid::State { frames: vec![], attitudes: vec![], joints: vec![] };
 /// use models::{Configuration, Query};
 /// let rates = [vec![-4.0, 0.0]];
-/// let configuration = Configuration { state: &state, shape: &[10.0, 10.0] };
+/// let configuration = Configuration::new(&state, &[10.0, 10.0]);
 /// let query = Query::new(configuration, &rates).without_estimates();
 /// assert!(!query.estimates && query.accuracy.is_none());
 /// ```
@@ -38,9 +58,6 @@ pub struct Query<'a> {
     pub accuracy: Option<f64>,
     /// Inertia of the bodies over an implicit time step, one entry per body of the scene.
     pub inertia: Option<&'a [BodyInertia]>,
-    /// Forces on the passive joints in addition to those of their drives, in the scene's units and
-    /// in the order of [`rigid::Articulation::passive_drives`]; none by default.
-    pub joint_forces: Option<&'a [f64]>,
     /// Whether to compute stresslets where they cost an additional solve
     /// ([`stresslets`](crate::InstantaneousSolution::stresslets)).
     pub stresslets: bool,
@@ -72,7 +89,6 @@ impl<'a> Query<'a> {
             estimates: true,
             accuracy: None,
             inertia: None,
-            joint_forces: None,
             stresslets: false,
             flows: false,
         }
@@ -83,15 +99,6 @@ impl<'a> Query<'a> {
     pub fn with_inertia(self, inertia: &'a [BodyInertia]) -> Self {
         Self {
             inertia: Some(inertia),
-            ..self
-        }
-    }
-
-    /// The same query with forces on the passive joints in addition to those of their drives.
-    #[must_use]
-    pub fn with_joint_forces(self, joint_forces: Option<&'a [f64]>) -> Self {
-        Self {
-            joint_forces,
             ..self
         }
     }

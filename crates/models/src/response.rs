@@ -21,6 +21,9 @@ pub struct Response {
     ///
     /// The opposite force and torque act on the body named by its key `to`.
     pub joint_loads: Vec<JointLoad>,
+    /// The loads that hold bodies whose velocities are given, one per such body in the order of the
+    /// scene.
+    pub holding: Vec<HoldingLoad>,
     /// Power of the slip of the bodies on the fluid, in addition to that of their motion.
     pub slip_power: f64,
 }
@@ -44,17 +47,14 @@ impl Response {
             .fold(0.0, f64::max)
     }
 
-    /// The vectors in a fixed order: of the frames, spins, bodies and joints.
+    /// The vectors in a fixed order: of the frames, spins, bodies, joints and held bodies.
     pub(crate) fn vectors(&self) -> impl Iterator<Item = &Vector3<f64>> {
         let frames = self.motion.frames.iter();
         (frames.flat_map(|frame| [&frame.linear, &frame.angular]))
             .chain(&self.motion.spins)
             .chain(self.bodies.iter().flat_map(BodySolution::vectors))
-            .chain(
-                self.joint_loads
-                    .iter()
-                    .flat_map(|load| [&load.force, &load.torque]),
-            )
+            .chain((self.joint_loads.iter()).flat_map(|load| [&load.force, &load.torque]))
+            .chain((self.holding.iter()).flat_map(|load| [&load.force, &load.torque]))
     }
 
     pub(crate) fn vectors_mut(&mut self) -> impl Iterator<Item = &mut Vector3<f64>> {
@@ -65,6 +65,7 @@ impl Response {
             .chain(
                 (self.joint_loads.iter_mut()).flat_map(|load| [&mut load.force, &mut load.torque]),
             )
+            .chain((self.holding.iter_mut()).flat_map(|load| [&mut load.force, &mut load.torque]))
     }
 
     /// Force or torque of the drive of each joint.
@@ -147,6 +148,20 @@ impl Mul<f64> for &Response {
         product.apply(|x| *x *= factor);
         product
     }
+}
+
+/// Force and torque by which whatever holds or drives a body acts on it.
+///
+/// A fixed body that holds a swimmer receives the opposite of its thrust. The part that is not held,
+/// such as the torque on a body of which the velocity alone is given, is zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct HoldingLoad {
+    /// Index of the body.
+    pub body: usize,
+    /// Force on the body.
+    pub force: Vector3<f64>,
+    /// Torque on the body, about its centre.
+    pub torque: Vector3<f64>,
 }
 
 /// Motion and load of one body.

@@ -1,16 +1,16 @@
 //! Bodies, joints and loads of a scene in scaled units: the input of every model.
 
-use std::borrow::Cow;
-
 use nalgebra::{DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3};
-use rigid::{Articulation, BodyKind, Constraints, ExternalLoad, JointLoad, State, StateVelocity};
+use rigid::{
+    Arms, Articulation, BodyKind, Constraints, ExternalLoad, JointLoad, State, StateVelocity, Twist,
+};
 
 use crate::error::ModelError;
 use crate::query::{BodyInertia, Configuration, Query};
-use crate::response::{BodySolution, Response};
+use crate::response::{BodySolution, HoldingLoad, Response};
 use crate::solution::Stresslets;
 use crate::units::Scale;
-use scene::{Body, Scene};
+use scene::Scene;
 
 /// Bodies, joints and loads of a scene in scaled units.
 #[derive(Clone)]
@@ -20,9 +20,9 @@ pub(crate) struct ScaledScene {
     pub scale: Scale,
     /// Bodies and joints.
     pub set: Articulation,
-    /// External loads, one per body, in a frame with this rotation from the laboratory, without
-    /// torques of weights.
-    loads: Vec<ExternalLoad>,
+    /// External loads at the start, one per body, in a frame with the rotation `to_frame` from the
+    /// laboratory; none if they depend on the time or on attitudes.
+    constant_loads: Option<Vec<ExternalLoad>>,
     /// The rotation.
     to_frame: UnitQuaternion<f64>,
     /// Distance from the root of a linkage to its farthest point, of the smallest linkage, or the
@@ -39,6 +39,8 @@ pub(crate) struct ScaledResponse<'a> {
     /// Forces and torques of the bodies with surfaces, six numbers each.
     pub forces: &'a DVector<f64>,
     pub joint_loads: Vec<JointLoad>,
+    /// Loads that hold bodies, with the indices of the bodies.
+    pub holding: Vec<(usize, ExternalLoad)>,
     pub slip_power: f64,
 }
 
@@ -59,7 +61,10 @@ impl ScaledScene {
             scene.articulation().arms(),
             &positions,
         )?
-        .with_fixed(&scene.fixed_bodies())?;
+        .with_held(
+            &held_bodies(scene.articulation().held_translation()),
+            &held_bodies(scene.articulation().held_rotation()),
+        )?;
         let values = joints.iter().zip(scene.articulation().initial_shape());
         let values: Vec<f64> = values
             .map(|(joint, value)| scale.value(joint, *value))
@@ -78,26 +83,34 @@ impl ScaledScene {
             .map(|body| scale.length(scene.bodies()[body].bounding_radius()))
             .filter(|radius| *radius > 0.0);
         let shortest_lever = levers.chain(radii).fold(f64::INFINITY, f64::min);
-        Ok(Self {
+        let mut scaled = Self {
             scene: scene.clone(),
             scale,
             set,
-            loads: bodies()
-                .map(|b| scale.load(b.total_force(), b.torque))
-                .collect(),
+            constant_loads: None,
             to_frame: UnitQuaternion::identity(),
             shortest_lever,
-        })
+        };
+        scaled.turn_loads(&UnitQuaternion::identity());
+        Ok(scaled)
     }
 
-    /// Enters the external loads of the scene, turned into another frame.
+    /// Enters the external loads and given velocities of the scene, turned into another frame.
     pub fn turn_loads(&mut self, rotation: &UnitQuaternion<f64>) {
-        let load = |body: &Body| {
-            let (force, torque) = (body.total_force(), body.torque);
-            self.scale.load(rotation * force, rotation * torque)
-        };
-        self.loads = self.scene.bodies().iter().map(load).collect();
         self.to_frame = *rotation;
+        let are_constant = !self.scene.has_turning_loads() && !self.scene.depends_on_time();
+        self.constant_loads = are_constant.then(|| self.scaled_loads(0.0, &[]));
+    }
+
+    /// The loads of the scene in the frame, at a time and for these rotations of the bodies from
+    /// the start.
+    fn scaled_loads(&self, time: f64, rotations: &[UnitQuaternion<f64>]) -> Vec<ExternalLoad> {
+        let in_frame = |load: ExternalLoad| {
+            let (force, torque) = (self.to_frame * load.force, self.to_frame * load.torque);
+            self.scale.load(force, torque)
+        };
+        let loads = self.scene.loads(time, rotations).into_iter();
+        loads.map(in_frame).collect()
     }
 
     /// Poses of all bodies in a configuration.
@@ -142,31 +155,16 @@ impl ScaledScene {
     }
 
     /// Constraints of the joints in the configuration of a query, for one rate per joint, with the
-    /// inertia of the bodies and all forces on the joints.
+    /// inertia of the bodies.
     ///
     /// # Errors
-    /// As [`ScaledScene::poses`]; forces for another number of joints.
+    /// As [`ScaledScene::poses`].
     pub fn query_constraints(
         &self,
         query: &Query,
         rates: &[f64],
     ) -> Result<Constraints, ModelError> {
         let mut constraints = self.constraints(query.configuration, rates)?;
-        if let Some(forces) = query.joint_forces {
-            let joints = self.set.passive_joints();
-            if forces.len() != constraints.joint_forces.len() {
-                return Err(ModelError::WrongCount {
-                    model: "query",
-                    what: "forces on passive joints",
-                    found: forces.len(),
-                    expected: constraints.joint_forces.len(),
-                });
-            }
-            let sums = constraints.joint_forces.iter_mut().zip(joints).zip(forces);
-            for ((sum, joint), force) in sums {
-                *sum += self.scale.joint_force(joint, *force);
-            }
-        }
         for (body, inertia) in query.inertia.into_iter().flatten().enumerate() {
             let has_surface = self.set.kinds().get(body) == Some(&BodyKind::Rigid);
             if has_surface && inertia.damping != Matrix6::zeros() {
@@ -177,7 +175,8 @@ impl ScaledScene {
         Ok(constraints)
     }
 
-    /// Constraints of the joints in a configuration, for one rate per joint.
+    /// Constraints of the joints in a configuration, for one rate per joint, with the given velocities
+    /// of bodies and all forces on the joints.
     ///
     /// # Errors
     /// As [`ScaledScene::poses`].
@@ -188,12 +187,35 @@ impl ScaledScene {
     ) -> Result<Constraints, ModelError> {
         let state = self.state(configuration);
         let [lengths, rates] = [configuration.shape, rates].map(|list| self.values(list));
-        Ok(self.set.constraints(&state, &lengths, &rates)?)
+        let mut constraints = self.set.constraints(&state, &lengths, &rates)?;
+        if let Some(forces) = self.scene.joint_forces(configuration.time) {
+            let sums = constraints.joint_forces.iter_mut();
+            let joints = self.set.passive_joints().zip(forces);
+            for (sum, (joint, force)) in sums.zip(joints) {
+                *sum += self.scale.joint_force(joint, force);
+            }
+        }
+        for body in self.set.held_bodies() {
+            let twist = self.held_twist(body);
+            let scaled = Twist {
+                linear: self.scale.length(twist.linear),
+                ..twist
+            };
+            constraints = constraints.with_held_velocity(body, scaled)?;
+        }
+        Ok(constraints)
+    }
+
+    /// Given velocity of a body in the frame, in the units of the scene.
+    fn held_twist(&self, body: usize) -> Twist {
+        let twist = self.scene.bodies()[body].held_twist();
+        Twist {
+            linear: self.to_frame * twist.linear,
+            angular: self.to_frame * twist.angular,
+        }
     }
 
     /// External loads in a configuration, with those of the inertia of the bodies.
-    ///
-    /// Weights that act off the position of their body have torques that turn with it.
     ///
     /// # Errors
     /// As [`ScaledScene::poses`].
@@ -202,32 +224,22 @@ impl ScaledScene {
         configuration: Configuration,
         inertia: Option<&[BodyInertia]>,
     ) -> Result<Vec<ExternalLoad>, ModelError> {
-        let mut loads = self.loads_of_inertia(inertia).into_owned();
-        let off_position =
-            |body: &Body| body.weight != Vector3::zeros() && body.weight_arm().is_some();
-        if self.scene.bodies().iter().any(off_position) {
-            let poses = self.poses(configuration)?;
-            for ((load, body), pose) in loads.iter_mut().zip(self.scene.bodies()).zip(poses) {
-                let from_start = self.to_frame.inverse() * pose.rotation;
-                let torque = self.to_frame * body.weight_torque(&from_start);
-                load.torque += self.scale.load(Vector3::zeros(), torque).torque;
+        let mut loads = match &self.constant_loads {
+            Some(loads) => loads.clone(),
+            None => {
+                let to_laboratory = self.to_frame.inverse();
+                let poses = self.poses(configuration)?;
+                let rotations: Vec<_> =
+                    (poses.iter().map(|pose| to_laboratory * pose.rotation)).collect();
+                self.scaled_loads(configuration.time, &rotations)
             }
+        };
+        for (load, inertia) in loads.iter_mut().zip(inertia.into_iter().flatten()) {
+            let own = self.scale.load(inertia.load.force, inertia.load.torque);
+            load.force += own.force;
+            load.torque += own.torque;
         }
         Ok(loads)
-    }
-
-    fn loads_of_inertia(&self, inertia: Option<&[BodyInertia]>) -> Cow<'_, [ExternalLoad]> {
-        let Some(inertia) = inertia else {
-            return Cow::Borrowed(&self.loads);
-        };
-        let sum = |(load, inertia): (&ExternalLoad, &BodyInertia)| {
-            let own = self.scale.load(inertia.load.force, inertia.load.torque);
-            ExternalLoad {
-                force: load.force + own.force,
-                torque: load.torque + own.torque,
-            }
-        };
-        self.loads.iter().zip(inertia).map(sum).collect()
     }
 
     /// Motion and loads in the units of the scene.
@@ -247,14 +259,47 @@ impl ScaledScene {
             bodies[body].force = scale.force_to_scene(force);
             bodies[body].torque = scale.torque_to_scene(torque);
         }
+        let holding = scaled.holding.into_iter().map(|(body, load)| HoldingLoad {
+            body,
+            force: scale.force_to_scene(load.force),
+            torque: scale.torque_to_scene(load.torque),
+        });
         let joint_loads = self.set.joints().iter().zip(&scaled.joint_loads);
-        Response {
+        let mut response = Response {
             motion: self.motion_to_scene(scaled.motion),
             bodies,
             joint_loads: joint_loads
                 .map(|(joint, load)| scale.joint_load_to_scene(joint, load))
                 .collect(),
+            holding: holding.collect(),
             slip_power: scale.power_to_scene(scaled.slip_power),
+        };
+        self.enter_held_velocities(&mut response);
+        response
+    }
+
+    /// Enters the given velocities, which solutions have up to the error of the solver alone.
+    fn enter_held_velocities(&self, response: &mut Response) {
+        let (set, motion) = (&self.set, &mut response.motion);
+        for body in set.held_bodies() {
+            let twist = self.held_twist(body);
+            let linkage = set.linkage_of()[body];
+            let is_root = set.linkages()[linkage].root == body;
+            if set.held_translation()[body] {
+                response.bodies[body].velocity = twist.linear;
+                if is_root {
+                    motion.frames[linkage].linear = twist.linear;
+                }
+            }
+            if set.held_rotation()[body] {
+                response.bodies[body].angular_velocity = twist.angular;
+                motion.spins[body] = twist.angular;
+                let turns_frame =
+                    set.arms() == Arms::Clamped || set.linkages()[linkage].bodies.len() == 1;
+                if is_root && turns_frame {
+                    motion.frames[linkage].angular = twist.angular;
+                }
+            }
         }
     }
 
@@ -278,6 +323,11 @@ impl ScaledScene {
     }
 }
 
+/// Indices of the bodies that are marked.
+fn held_bodies(held: &[bool]) -> Vec<usize> {
+    (0..held.len()).filter(|&body| held[body]).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -299,10 +349,7 @@ mod tests {
             let rotation = turn.powf(1.0 - factor);
             // A single body has its own attitude.
             state.attitudes[0] = rotation;
-            let configuration = Configuration {
-                state: &state,
-                shape: &[],
-            };
+            let configuration = Configuration::new(&state, &[]);
             scaled.turn_loads(&to_frame);
             let load = scaled.loads(configuration, None).unwrap()[0];
             let weight = to_frame * body.weight;

@@ -111,6 +111,7 @@ impl InstantaneousSolution {
             motion,
             bodies,
             joint_loads,
+            holding: Vec::new(),
             slip_power: 0.0,
         })
     }

@@ -19,6 +19,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
         &mut RunPictures::new(),
         &mut (),
     )?;
+    let report = report.completed()?;
     report.check_tolerance()?;
     let page = std::fs::read_to_string(folder.path().join(REPORT_PAGE))?;
     println!("{REPORT_PAGE} has {} characters", page.len());

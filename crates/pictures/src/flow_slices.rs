@@ -341,10 +341,8 @@ impl Unsolved {
         scene: &Scene,
         model: &mut dyn Hydrodynamics,
     ) -> Result<StoredSlice, PictureError> {
-        let configuration = Configuration {
-            state: &self.state(),
-            shape: &self.shape,
-        };
+        let state = self.state();
+        let configuration = Configuration::new(&state, &self.shape).at_time(self.time);
         let plane = self.plane(frame, scene)?;
         let slice = FlowSlice::sample(plane, POINTS_ONE_BY_ONE, |points| {
             (model.flows()?).flow_at(configuration, &self.rates, points)

@@ -33,7 +33,10 @@ pub struct Articulation {
     own_attitude: Vec<bool>,
     initial_positions: Vec<Vector3<f64>>,
     initial_shape: Vec<f64>,
-    fixed: Vec<bool>,
+    /// For each body, whether its velocity is given.
+    held_translation: Vec<bool>,
+    /// For each body, whether its angular velocity is given.
+    held_rotation: Vec<bool>,
 }
 
 impl Articulation {
@@ -41,7 +44,7 @@ impl Articulation {
     ///
     /// The positions give the directions and the initial lengths of the slides. Any graph is
     /// allowed: chains, stars, loops, several separate linkages, bodies without joints. The root
-    /// of a linkage is its body with the lowest index.
+    /// of a linkage is its body with the lowest index, unless bodies are held.
     ///
     /// # Errors
     /// A joint to a body that does not exist, a slide between coincident bodies, a point without a
@@ -73,7 +76,8 @@ impl Articulation {
             arm_vectors.push(arm);
             initial_shape.push(value);
         }
-        let (linkages, frames) = find_linkages(bodies, &joints);
+        let free = vec![false; bodies];
+        let (linkages, frames) = find_linkages(&free, &joints);
         let mut linkage_of = vec![0; bodies];
         for (number, linkage) in linkages.iter().enumerate() {
             if let [body] = linkage.bodies[..]
@@ -98,28 +102,44 @@ impl Articulation {
             own_attitude,
             initial_positions: positions.to_vec(),
             initial_shape,
-            fixed: vec![false; bodies],
+            held_translation: free.clone(),
+            held_rotation: free,
         })
     }
 
-    /// The same set with some bodies fixed in space: obstacles with `U = 0` and `ω = 0`.
+    /// The same set with some bodies held, with or without joints: the velocities of the bodies
+    /// `translations` and the angular velocities of the bodies `rotations` are given. They are zero
+    /// unless [`Constraints::with_held_velocity`](crate::Constraints::with_held_velocity) enters
+    /// others.
+    ///
+    /// A body whose translation is held is the root of its linkage.
     ///
     /// # Errors
-    /// [`RigidError::FixedBody`] for a body that does not exist, is a point or has a joint.
-    pub fn with_fixed(mut self, bodies: &[usize]) -> Result<Self, RigidError> {
-        for &body in bodies {
-            let problem = if body >= self.kinds.len() {
-                "there is no such body"
-            } else if self.kinds[body] == BodyKind::Point {
-                "a point has no surface, so it cannot be an obstacle"
-            } else if self.joints.iter().any(|l| l.body == body || l.to == body) {
-                "it has a link, and only bodies without links can be fixed"
-            } else {
-                self.fixed[body] = true;
-                continue;
-            };
-            return Err(RigidError::FixedBody { body, problem });
+    /// [`RigidError::HeldBody`] for a body that does not exist or is a point.
+    pub fn with_held(
+        mut self,
+        translations: &[usize],
+        rotations: &[usize],
+    ) -> Result<Self, RigidError> {
+        for (bodies, held) in [
+            (translations, &mut self.held_translation),
+            (rotations, &mut self.held_rotation),
+        ] {
+            for &body in bodies {
+                let problem = match self.kinds.get(body) {
+                    None => "there is no such body",
+                    Some(BodyKind::Point) => "it is a point, which has no surface",
+                    Some(BodyKind::Rigid) => {
+                        held[body] = true;
+                        continue;
+                    }
+                };
+                return Err(RigidError::HeldBody { body, problem });
+            }
         }
+        let (linkages, frames) = find_linkages(&self.held_translation, &self.joints);
+        self.own_attitude = own_attitudes(&self.kinds, &self.joints, self.arms, &linkages);
+        (self.linkages, self.frame_of, self.frames) = (linkages, frames.of_body, frames.count);
         Ok(self)
     }
 
@@ -139,9 +159,22 @@ impl Articulation {
         Ok(self)
     }
 
-    /// Whether each body is fixed in space.
-    pub fn fixed(&self) -> &[bool] {
-        &self.fixed
+    /// Whether the velocity of each body is given.
+    pub fn held_translation(&self) -> &[bool] {
+        &self.held_translation
+    }
+
+    /// Whether the angular velocity of each body is given.
+    pub fn held_rotation(&self) -> &[bool] {
+        &self.held_rotation
+    }
+
+    /// The bodies whose velocity or angular velocity is given.
+    pub fn held_bodies(&self) -> impl Iterator<Item = usize> {
+        let held = self.held_translation.iter().zip(&self.held_rotation);
+        held.enumerate()
+            .filter(|(_, (translation, rotation))| **translation || **rotation)
+            .map(|(body, _)| body)
     }
 
     /// Kind of each body.

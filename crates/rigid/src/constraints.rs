@@ -1,11 +1,12 @@
-//! Velocity constraints of joints, clamps and fixed bodies: the rows of `C q = w`.
+//! Velocity constraints of joints, clamps and held bodies: the rows of `C q = w`.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 
 use crate::error::{check_finite, check_length};
 use crate::placement::Placement;
 use crate::{
-    Arms, Articulation, BodyKind, RigidError, State, StateVelocity, Twist, VelocityLayout,
+    Arms, Articulation, BodyKind, ExternalLoad, RigidError, State, StateVelocity, Twist,
+    VelocityLayout,
 };
 
 /// The velocity constraints `C q = w` of an articulated set in one configuration.
@@ -21,7 +22,7 @@ use crate::{
 ///
 /// with the pivot `p` and the advance `h`. A fixed joint is a slide, a ball a turn without the
 /// second row, both with the rate zero. The rate of a passive joint is one of the velocities `q`. A
-/// body clamped to its arms: `ω_i - Ω = 0`. A fixed body: `U_i = 0`, `ω_i = 0`. With [`Arms::Lab`],
+/// body clamped to its arms: `ω_i - Ω = 0`. A held body: `U_i` or `ω_i` is given. With [`Arms::Lab`],
 /// `Ω = 0` and the rows of joints are equation (11) of Berti et al. (2021).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -43,34 +44,54 @@ pub struct Constraints {
     pub body_damping: Vec<(usize, Matrix6<f64>)>,
     /// Rows of each joint.
     pub(crate) joint_rows: Vec<JointRows>,
+    /// Rows of the held bodies.
+    pub(crate) held_rows: Vec<HeldRows>,
     /// Position of each rigid body.
     pub(crate) rigid_positions: Vec<Vector3<f64>>,
 }
 
 impl Constraints {
-    /// The same constraints with all fixed bodies of the set `set` in translation at `velocity`.
-    ///
-    /// In a frame that moves with a uniform flow, bodies that are fixed in space have the opposite
-    /// velocity.
+    /// The same constraints with a given velocity of a held body, in place of zero; the part that is
+    /// not held has no effect.
     ///
     /// # Errors
-    /// [`RigidError::OtherSet`] for constraints of another set, [`RigidError::NotFinite`].
-    pub fn with_fixed_velocity(
-        mut self,
-        set: &Articulation,
-        velocity: Vector3<f64>,
-    ) -> Result<Self, RigidError> {
+    /// [`RigidError::HeldBody`] for a body that is not held, [`RigidError::OtherSet`] for fields that
+    /// were changed, [`RigidError::NotFinite`].
+    pub fn with_held_velocity(mut self, body: usize, velocity: Twist) -> Result<Self, RigidError> {
         self.check()?;
-        if self.layout != set.velocity_layout() {
-            return Err(RigidError::OtherSet);
+        let mut rows = self
+            .held_rows
+            .iter()
+            .filter(|rows| rows.body == body)
+            .peekable();
+        if rows.peek().is_none() {
+            let problem = "its velocity is determined by the flow";
+            return Err(RigidError::HeldBody { body, problem });
         }
-        check_finite("the velocity of the fixed bodies", &velocity)?;
-        let fixed = set.fixed().iter().filter(|&&fixed| fixed).count();
-        // The rows of the fixed bodies are the last ones.
-        let first = self.rates.len().checked_sub(6 * fixed);
-        let first = first.ok_or(RigidError::OtherSet)?;
-        for body in 0..fixed {
-            (self.rates.fixed_rows_mut::<3>(first + 6 * body)).copy_from(&velocity);
+        for rows in rows {
+            let given = match rows.is_rotation {
+                true => velocity.angular,
+                false => velocity.linear,
+            };
+            check_finite("the velocity of a held body", &given)?;
+            self.rates.fixed_rows_mut::<3>(rows.first).copy_from(&given);
+        }
+        Ok(self)
+    }
+
+    /// The same constraints, with a velocity added to those of all bodies whose translation is held.
+    ///
+    /// In a frame that moves with a uniform flow, bodies have the opposite velocity in addition to
+    /// their own.
+    ///
+    /// # Errors
+    /// [`RigidError::OtherSet`] for fields that were changed, [`RigidError::NotFinite`].
+    pub fn with_added_velocity(mut self, velocity: Vector3<f64>) -> Result<Self, RigidError> {
+        self.check()?;
+        check_finite("the velocity of the held bodies", &velocity)?;
+        for held in self.held_rows.iter().filter(|held| !held.is_rotation) {
+            let mut rows = self.rates.fixed_rows_mut::<3>(held.first);
+            rows += velocity;
         }
         Ok(self)
     }
@@ -81,6 +102,10 @@ impl Constraints {
     /// [`RigidError::OtherSet`] for another number of rows or columns, [`RigidError::NotFinite`].
     pub(crate) fn check(&self) -> Result<(), RigidError> {
         let (rows, columns) = self.matrix.shape();
+        let held_end = self.held_rows.iter().map(|held| held.first + 3).max();
+        if held_end.is_some_and(|end| end > rows) {
+            return Err(RigidError::OtherSet);
+        }
         let fits = [self.rates.len(), self.labels.len(), self.layout.len()];
         let joints = [self.joint_forces.len(), self.joint_damping.len()];
         let is_rigid = |(body, _): &(usize, _)| self.layout.is_rigid(*body);
@@ -171,6 +196,37 @@ impl JointRows {
     }
 }
 
+/// The three rows of [`Constraints::matrix`] that give the velocity or angular velocity of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct HeldRows {
+    pub body: usize,
+    pub is_rotation: bool,
+    pub first: usize,
+}
+
+impl HeldRows {
+    /// The loads that hold bodies, by the rows of all of them, from the loads of all rows.
+    pub fn loads_of(all: &[Self], loads: &DVector<f64>) -> Vec<(usize, ExternalLoad)> {
+        let mut of_bodies: Vec<(usize, ExternalLoad)> = Vec::new();
+        for rows in all {
+            let Some(part) = loads.as_slice().get(rows.first..rows.first + 3) else {
+                continue;
+            };
+            if of_bodies.last().is_none_or(|(body, _)| *body != rows.body) {
+                of_bodies.push((rows.body, ExternalLoad::default()));
+            }
+            if let Some((_, load)) = of_bodies.last_mut() {
+                let of_part = match rows.is_rotation {
+                    true => &mut load.torque,
+                    false => &mut load.force,
+                };
+                *of_part = Vector3::from_column_slice(part);
+            }
+        }
+        of_bodies
+    }
+}
+
 impl Articulation {
     /// The constraints in one configuration, where the values of the joints change at `rates` (one
     /// per joint; those of passive joints have no effect).
@@ -197,11 +253,15 @@ impl Articulation {
                 .collect(),
             Arms::Free | Arms::Lab => Vec::new(),
         };
-        let fixed_bodies: Vec<usize> = (0..self.kinds().len())
-            .filter(|&body| self.fixed()[body])
+        let held: Vec<(usize, bool)> = (self.held_bodies())
+            .flat_map(|body| [(body, false), (body, true)])
+            .filter(|&(body, is_rotation)| match is_rotation {
+                true => self.held_rotation()[body],
+                false => self.held_translation()[body],
+            })
             .collect();
         let joint_rows: usize = self.joints().iter().map(|joint| joint.kind.rows()).sum();
-        let rows = joint_rows + 3 * clamped.len() + 6 * fixed_bodies.len();
+        let rows = joint_rows + 3 * clamped.len() + 3 * held.len();
         let mut constraints = Constraints {
             matrix: DMatrix::zeros(rows, layout.len()),
             rates: DVector::zeros(rows),
@@ -215,6 +275,7 @@ impl Articulation {
                 .map(|(_, drive)| drive.damping)
                 .collect(),
             joint_rows: Vec::with_capacity(self.joints().len()),
+            held_rows: Vec::with_capacity(held.len()),
             rigid_positions: (placement.positions.iter().zip(self.kinds()))
                 .filter(|(_, kind)| **kind == BodyKind::Rigid)
                 .map(|(position, _)| *position)
@@ -242,14 +303,18 @@ impl Articulation {
             let label = format!("clamp of body {body}");
             constraints.labels.extend(std::iter::repeat_n(label, 3));
         }
-        for body in fixed_bodies {
+        for (body, is_rotation) in held {
             let row = constraints.labels.len();
-            constraints
-                .matrix
-                .fixed_view_mut::<6, 6>(row, constraints.layout.bodies()[body])
-                .fill_with_identity();
-            let label = format!("fixed body {body}");
-            constraints.labels.extend(std::iter::repeat_n(label, 6));
+            constraints.held_rows.push(HeldRows {
+                body,
+                is_rotation,
+                first: row,
+            });
+            let column = constraints.layout.bodies()[body] + 3 * usize::from(is_rotation);
+            let identity = Matrix3::identity();
+            add_block(&mut constraints.matrix, row, Some(column), &identity);
+            let label = format!("held body {body}");
+            constraints.labels.extend(std::iter::repeat_n(label, 3));
         }
         Ok(constraints)
     }

@@ -169,20 +169,20 @@ pub enum RigidError {
         /// Distance by which the loop stays open.
         gap: f64,
     },
-    /// A body that cannot be fixed in space.
-    #[error("body {body} cannot be fixed: {problem}")]
-    FixedBody {
+    /// A body whose velocity cannot be given.
+    #[error("body {body} cannot be held: {problem}")]
+    HeldBody {
         /// Index of the body.
         body: usize,
         /// The reason.
         problem: &'static str,
     },
-    /// A fixed body in the formulation of independent bodies, which has no constraints.
+    /// A held body in the formulation of independent bodies, which has no constraints.
     #[error(
-        "body {body} is fixed, which the formulation of independent bodies cannot impose; choose \
+        "the velocity of body {body} is given, which the formulation of independent bodies cannot impose; choose \
          a formulation with constraints, such as p-tilde"
     )]
-    FixedWithoutConstraint {
+    HeldWithoutConstraint {
         /// Index of the body.
         body: usize,
     },

@@ -2,10 +2,10 @@
 
 use nalgebra::{DVector, Matrix3, Vector3};
 
-use crate::constraints::{JointLoad, JointRows};
+use crate::constraints::{HeldRows, JointLoad, JointRows};
 use crate::error::check_length;
 use crate::mesh_part::Ownership;
-use crate::{Articulation, Constrained, Imposed, RigidError, StateVelocity};
+use crate::{Articulation, Constrained, ExternalLoad, Imposed, RigidError, StateVelocity};
 
 /// Velocities, pressure and forces of one configuration.
 #[derive(Clone, Debug)]
@@ -35,12 +35,14 @@ pub struct FlowSolution {
     ///
     /// Bodies receive `C^T λ` in addition to the external loads. Redundant rows carry zero.
     /// [`FlowSolution::joint_load`] names those of a joint; after the joints come the torques of
-    /// clamps and the loads that fix bodies.
+    /// clamps and the loads that hold bodies, [`FlowSolution::holding_loads`].
     pub joint_loads: DVector<f64>,
     /// Rate of change of the state of the articulated set.
     pub state: StateVelocity,
     /// Rows of each joint; none without joint loads.
     joint_rows: Vec<JointRows>,
+    /// Rows of the held bodies; none without joint loads.
+    held_rows: Vec<HeldRows>,
 }
 
 impl FlowSolution {
@@ -54,6 +56,12 @@ impl FlowSolution {
     /// [`RigidError::NoSuchJoint`].
     pub fn joint_load(&self, joint: usize) -> Result<JointLoad, RigidError> {
         JointRows::load_of(&self.joint_rows, &self.joint_loads, joint)
+    }
+
+    /// Loads that hold bodies, by whatever imposes their velocities, with the indices of the bodies
+    /// ([`Constraints::holding_loads`](crate::Constraints::holding_loads)).
+    pub fn holding_loads(&self) -> Vec<(usize, ExternalLoad)> {
+        HeldRows::loads_of(&self.held_rows, &self.joint_loads)
     }
 
     /// Adds a change of this flow, such as [`Constrained::change`].
@@ -176,6 +184,9 @@ impl Constrained {
             generalised,
             joint_rows: (self.border.joint_loads.as_ref())
                 .map(|loads| loads.joint_rows().to_vec())
+                .unwrap_or_default(),
+            held_rows: (self.border.joint_loads.as_ref())
+                .map(|loads| loads.held_rows().to_vec())
                 .unwrap_or_default(),
         };
         complete(&mut flow, blocks.free, &blocks.border)?;

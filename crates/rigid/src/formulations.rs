@@ -36,8 +36,8 @@ impl Formulation for Independent {
                 joint: joint.name.clone(),
             });
         }
-        if let Some(body) = drive.set.fixed().iter().position(|&fixed| fixed) {
-            return Err(RigidError::FixedWithoutConstraint { body });
+        if let Some(body) = drive.set.held_bodies().next() {
+            return Err(RigidError::HeldWithoutConstraint { body });
         }
         let loads = drive.generalised_loads()?;
         let velocities = drive.constraints.layout.len();

@@ -2,10 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::constraints::JointRows;
+use crate::constraints::{HeldRows, JointRows};
 use crate::drive::Damping;
 use crate::error::check_length;
-use crate::{Constraints, Drive, JointLoad, NullSpace, Reduction, RigidError, SymmetryPlanes};
+use crate::{
+    Constraints, Drive, ExternalLoad, JointLoad, NullSpace, Reduction, RigidError, SymmetryPlanes,
+};
 
 /// Data for the loads `λ` of the joints: `C^T λ` balances the fluid's forces and the external
 /// loads.
@@ -29,6 +31,8 @@ pub(crate) struct JointLoads {
     damping: Damping,
     /// Rows of each joint.
     joint_rows: Vec<JointRows>,
+    /// Rows of the held bodies.
+    held_rows: Vec<HeldRows>,
 }
 
 /// Power of the loads on a motion of unit size, relative to the loads, up to which it is rounding
@@ -69,6 +73,7 @@ impl Drive<'_> {
             basis: all.basis.clone(),
             damping: self.damping(),
             joint_rows: constraints.joint_rows.clone(),
+            held_rows: constraints.held_rows.clone(),
         };
         Ok((all, loads))
     }
@@ -86,6 +91,40 @@ impl Drive<'_> {
         forces: &DVector<f64>,
         velocities: &DVector<f64>,
     ) -> Result<Vec<JointLoad>, RigidError> {
+        let (loads, rows) = self.balancing(forces, velocities)?;
+        (0..loads.joint_rows.len())
+            .map(|joint| JointRows::load_of(&loads.joint_rows, &rows, joint))
+            .collect()
+    }
+
+    /// Loads that hold bodies, by whatever imposes their velocities: one per held body, with its
+    /// index.
+    ///
+    /// Arguments as in [`Drive::joint_loads`], the loads of
+    /// [`FlowSolution::holding_loads`](crate::FlowSolution::holding_loads). The part that is not held
+    /// is zero. Where joints hold two held bodies to each other, the loads of these joints are not
+    /// determined and count as zero.
+    ///
+    /// # Errors
+    /// Joints that contradict each other, lists of the wrong length.
+    pub fn holding_loads(
+        &self,
+        forces: &DVector<f64>,
+        velocities: &DVector<f64>,
+    ) -> Result<Vec<(usize, ExternalLoad)>, RigidError> {
+        if self.constraints.held_rows.is_empty() {
+            return Ok(Vec::new());
+        }
+        let (loads, rows) = self.balancing(forces, velocities)?;
+        Ok(HeldRows::loads_of(&loads.held_rows, &rows))
+    }
+
+    /// The loads of all rows that balance given forces.
+    fn balancing(
+        &self,
+        forces: &DVector<f64>,
+        velocities: &DVector<f64>,
+    ) -> Result<(JointLoads, DVector<f64>), RigidError> {
         check_length(
             "generalised velocities",
             velocities.len(),
@@ -98,9 +137,7 @@ impl Drive<'_> {
         )?;
         let (_, loads) = self.reduced(SymmetryPlanes::default())?;
         let rows = loads.balancing(forces, velocities)?;
-        (0..loads.joint_rows.len())
-            .map(|joint| JointRows::load_of(&loads.joint_rows, &rows, joint))
-            .collect()
+        Ok((loads, rows))
     }
 }
 
@@ -113,6 +150,11 @@ impl JointLoads {
     /// Rows of each joint.
     pub(crate) fn joint_rows(&self) -> &[JointRows] {
         &self.joint_rows
+    }
+
+    /// Rows of the held bodies.
+    pub(crate) fn held_rows(&self) -> &[HeldRows] {
+        &self.held_rows
     }
 
     /// External loads, conjugate to the generalised velocities.

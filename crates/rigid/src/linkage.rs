@@ -9,7 +9,8 @@ use crate::Joint;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Linkage {
-    /// The body at the origin of the first frame: the one with the lowest index.
+    /// The body at the origin of the first frame: of the bodies whose translation is held, or else
+    /// of all bodies, the one with the lowest index.
     pub root: usize,
     /// All bodies of the set in breadth-first order, the root first.
     pub bodies: Vec<usize>,
@@ -27,10 +28,13 @@ pub(crate) struct TreeEdge {
     pub child: usize,
 }
 
-/// Breadth-first spanning trees of the graph of bodies and joints, rooted at the lowest indices.
+/// Breadth-first spanning trees of the graph of bodies and joints, in the order of their lowest
+/// indices.
 ///
-/// Returns the linkages and the frames.
-pub(crate) fn find_linkages(bodies: usize, joints: &[Joint]) -> (Vec<Linkage>, Frames) {
+/// Each is rooted at its first body that is `held`, whose motion then has no errors of joints; or
+/// else at its first body. Returns the linkages and the frames.
+pub(crate) fn find_linkages(held: &[bool], joints: &[Joint]) -> (Vec<Linkage>, Frames) {
+    let bodies = held.len();
     let mut neighbours = vec![Vec::new(); bodies];
     for (number, joint) in joints.iter().enumerate() {
         neighbours[joint.body].push((number, joint.to));
@@ -42,10 +46,22 @@ pub(crate) fn find_linkages(bodies: usize, joints: &[Joint]) -> (Vec<Linkage>, F
         count: 0,
     };
     let mut linkages = Vec::new();
-    for root in 0..bodies {
-        if reached[root] {
+    for first in 0..bodies {
+        if reached[first] {
             continue;
         }
+        let mut members = vec![first];
+        let mut next = 0;
+        while let Some(&member) = members.get(next) {
+            next += 1;
+            for &(_, other) in &neighbours[member] {
+                if !members.contains(&other) {
+                    members.push(other);
+                }
+            }
+        }
+        let of_held = members.iter().filter(|&&member| held[member]).min();
+        let root = of_held.copied().unwrap_or(first);
         reached[root] = true;
         let mut linkage = Linkage {
             root,

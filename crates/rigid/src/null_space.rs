@@ -35,11 +35,17 @@ const RANK_TOLERANCE: f64 = 1e-10;
 /// Factor on the size of a pivot in a column that should stay free.
 const MASTER_WEIGHT: f64 = 1e-3;
 
+/// Factor on the size of a pivot in a row that gives a single velocity. Beyond the ratio of the
+/// entries of other rows, so that this velocity is given to the last bit and its row carries the
+/// load.
+const SINGLE_WEIGHT: f64 = 1e12;
+
 impl NullSpace {
     /// Eliminates the constraints by Gauss-Jordan steps with complete pivoting.
     ///
     /// `masters[j]` marks velocities that should stay free (those of roots and frames); the others
-    /// become functions of them. Redundant constraints are dropped if they agree with the rest.
+    /// become functions of them. Rows with a single entry give a velocity and are never redundant
+    /// with those of joints. Redundant constraints are dropped if they agree with the rest.
     /// Cost: `O(rows^2 columns)` for a small dense matrix.
     ///
     /// # Errors
@@ -55,18 +61,22 @@ impl NullSpace {
         let mut labels: Vec<usize> = (0..rows).collect();
         let scale = matrix.amax();
         let rate_scale = rhs.amax();
-        let weight = |column: usize| if masters[column] { MASTER_WEIGHT } else { 1.0 };
+        let single: Vec<bool> = (matrix.row_iter())
+            .map(|row| row.iter().filter(|entry| **entry != 0.0).count() == 1)
+            .collect();
+        let weight = |row: usize, column: usize| match (single[row], masters[column]) {
+            (true, _) => SINGLE_WEIGHT,
+            (false, true) => MASTER_WEIGHT,
+            (false, false) => 1.0,
+        };
         let mut pivots = Vec::new();
         for step in 0..rows.min(columns) {
             let candidates = (step..rows).flat_map(|i| (0..columns).map(move |j| (i, j)));
             let Some((row, column)) = candidates
                 .filter(|&(i, j)| matrix[(i, j)].abs() > RANK_TOLERANCE * scale)
                 .reduce(|a, b| {
-                    if matrix[b].abs() * weight(b.1) > matrix[a].abs() * weight(a.1) {
-                        b
-                    } else {
-                        a
-                    }
+                    let size = |at: (usize, usize)| matrix[at].abs() * weight(labels[at.0], at.1);
+                    if size(b) > size(a) { b } else { a }
                 })
             else {
                 break;

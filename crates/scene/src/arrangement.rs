@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use rigid::Joint;
 
 use crate::domain::Domain;
+use crate::loads::DrivingLoad;
 use crate::scene::Scene;
 use crate::words::{GeometryKind, MeshMotionKind, SolverKind, SymmetryKind};
 
@@ -69,7 +70,8 @@ impl Scene {
 
     /// Symmetry planes of the whole run, among the coordinate planes normal to x, y and z.
     ///
-    /// All centres and forces lie in such a plane, torques are normal to it, and the domain, the
+    /// All centres, forces and given velocities lie in such a plane, torques and given angular
+    /// velocities are normal to it, and the domain, the
     /// slip of the bodies and the background flow are symmetric about it. No body can then leave
     /// the plane.
     pub fn symmetry_planes(&self) -> [bool; 3] {
@@ -81,10 +83,21 @@ impl Scene {
         };
         let holds_for_bodies = |axis: usize| {
             self.bodies.iter().all(|body| {
-                let in_plane = (0..3).filter(|&other| other != axis);
+                let is_in_plane = |v: &Vector3<f64>| v[axis] == 0.0;
+                let is_normal =
+                    |v: &Vector3<f64>| (0..3).all(|other| other == axis || v[other] == 0.0);
+                let twist = body.held_twist();
+                let in_field = body.moment == Vector3::zeros()
+                    || (is_in_plane(&body.moment)
+                        && self.field.is_none_or(|field| is_in_plane(&field.largest())));
                 body.position[axis] == 0.0
-                    && body.total_force()[axis] == 0.0
-                    && in_plane.map(|other| body.torque[other]).all(|t| t == 0.0)
+                    && is_in_plane(&body.total_force())
+                    && is_in_plane(&largest(body.driving_force))
+                    && is_normal(&body.torque)
+                    && is_normal(&largest(body.driving_torque))
+                    && in_field
+                    && is_in_plane(&twist.linear)
+                    && is_normal(&twist.angular)
                     && body.shape.is_isotropic()
                     && body.slip.is_none_or(|slip| slip.is_symmetric(axis))
             })
@@ -155,10 +168,21 @@ impl Scene {
         }
         let (origin, axis, tolerance) = (self.bodies[0].position, line.axis, line.tolerance);
         let is_along = |v: &Vector3<f64>| v.cross(&axis).norm() <= 1e-9 * v.norm();
-        let loads_along = self
-            .bodies
-            .iter()
-            .all(|body| is_along(&body.total_force()) && is_along(&body.torque));
+        let drive_along = |drive: Option<DrivingLoad>| {
+            drive.is_none_or(|DrivingLoad { vector, .. }| {
+                is_along(&vector.mean) && is_along(&vector.amplitude)
+            })
+        };
+        let loads_along = self.bodies.iter().all(|body| {
+            let twist = body.held_twist();
+            is_along(&body.total_force())
+                && is_along(&body.torque)
+                && drive_along(body.driving_force)
+                && drive_along(body.driving_torque)
+                && body.moment == Vector3::zeros()
+                && is_along(&twist.linear)
+                && is_along(&twist.angular)
+        });
         let shapes_along = self.bodies.iter().all(|body| match body.shape.axis() {
             Some(own) => is_along(&own),
             None => body.shape.is_isotropic(),
@@ -211,12 +235,28 @@ impl Scene {
         let body = &self.bodies[0];
         let own = body.shape.axis().unwrap_or_default();
         let slip = body.slip.map(|slip| slip.axis).unwrap_or_default();
-        let candidates = [own, slip, body.total_force(), body.torque, body.position];
+        let twist = body.held_twist();
+        let candidates = [
+            own,
+            slip,
+            body.total_force(),
+            body.torque,
+            largest(body.driving_force),
+            largest(body.driving_torque),
+            twist.linear,
+            twist.angular,
+            body.position,
+        ];
         candidates
             .iter()
             .find_map(|v| v.try_normalize(0.0))
             .unwrap_or_else(Vector3::x)
     }
+}
+
+/// Largest size of each component of a load; zero without one.
+fn largest(load: Option<DrivingLoad>) -> Vector3<f64> {
+    load.map_or_else(Vector3::zeros, |load| load.vector.largest())
 }
 
 impl Arrangement {

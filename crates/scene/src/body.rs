@@ -1,10 +1,12 @@
 //! A body of a scene.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use rigid::BodyKind;
+use rigid::{BodyKind, Twist};
 
 use crate::flow::Slip;
+use crate::loads::DrivingLoad;
 use crate::shape::Shape;
+use crate::words::AxesKind;
 
 /// A body.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,15 +20,25 @@ pub struct Body {
     pub position: Vector3<f64>,
     /// Name of the body's part of the mesh boundary, if the domain is a mesh.
     pub surface: Option<String>,
-    /// External force without the weight.
+    /// External force that is constant in the laboratory axes, without the weight.
     pub force: Vector3<f64>,
+    /// External force that depends on the time or on the attitude, in addition to `force`.
+    pub driving_force: Option<DrivingLoad>,
     /// Weight minus buoyancy, which acts on the centre of volume ([`Body::weight_arm`]): zero
     /// without a density or without gravity.
     pub weight: Vector3<f64>,
-    /// External torque about the centre.
+    /// External torque about the centre that is constant in the laboratory axes.
     pub torque: Vector3<f64>,
-    /// Whether the body is an obstacle at rest.
+    /// External torque that depends on the time or on the attitude, in addition to `torque`.
+    pub driving_torque: Option<DrivingLoad>,
+    /// Magnetic moment in the initial configuration, which turns with the body.
+    pub moment: Vector3<f64>,
+    /// Whether the body is fixed in space: its velocity and angular velocity are zero.
     pub fixed: bool,
+    /// Given velocity of the centre; `None` if the flow determines it, or for a fixed body.
+    pub velocity: Option<Vector3<f64>>,
+    /// Given angular velocity; `None` if the flow determines it, or for a fixed body.
+    pub angular_velocity: Option<Vector3<f64>>,
     /// Density, for the weight; `None` if the body has the density of the fluid.
     pub density: Option<f64>,
     /// Tangential velocity of the surface.
@@ -41,6 +53,42 @@ impl Body {
     /// External force with the weight.
     pub fn total_force(&self) -> Vector3<f64> {
         self.force + self.weight
+    }
+
+    /// Whether loads on the body depend on its attitude: of a moment in a field, in the axes of the
+    /// body, or of a weight that acts off its position.
+    pub(crate) fn has_turning_load(&self) -> bool {
+        let turns = |drive: &Option<DrivingLoad>| drive.is_some_and(|d| d.axes == AxesKind::Body);
+        let is_heavy = self.weight != Vector3::zeros() && self.weight_arm().is_some();
+        turns(&self.driving_force)
+            || turns(&self.driving_torque)
+            || self.moment != Vector3::zeros()
+            || is_heavy
+    }
+
+    /// Whether loads act on the body that depend on the time or on its attitude, but for weights.
+    pub fn is_driven(&self) -> bool {
+        self.driving_force.is_some()
+            || self.driving_torque.is_some()
+            || self.moment != Vector3::zeros()
+    }
+
+    /// The velocity of the centre, if it is given: zero for a fixed body.
+    pub fn held_velocity(&self) -> Option<Vector3<f64>> {
+        self.velocity.or(self.fixed.then(Vector3::zeros))
+    }
+
+    /// The angular velocity, if it is given: zero for a fixed body.
+    pub fn held_angular_velocity(&self) -> Option<Vector3<f64>> {
+        self.angular_velocity.or(self.fixed.then(Vector3::zeros))
+    }
+
+    /// Given velocity and angular velocity; zero for what is not given.
+    pub fn held_twist(&self) -> Twist {
+        Twist {
+            linear: self.held_velocity().unwrap_or_default(),
+            angular: self.held_angular_velocity().unwrap_or_default(),
+        }
     }
 
     /// Radius of the smallest ball about the centre that contains the body; zero for points.

@@ -5,7 +5,7 @@ use rigid::{Joint, JointDrive, JointKind};
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::keys::{BodyFile, FemOptions, HarmonicFile, JointFile, PhaseFile, SceneFile};
+use crate::keys::{BodyFile, FemOptions, HarmonicFile, JointFile, LoadFile, PhaseFile, SceneFile};
 use crate::nearest::find_name;
 use crate::scene::Scene;
 use crate::shape::Shape;
@@ -53,6 +53,8 @@ pub struct SceneBuilder {
 enum BodySetting {
     Force([f64; 3]),
     Torque([f64; 3]),
+    Velocity([f64; 3]),
+    AngularVelocity([f64; 3]),
     Fixed,
     Surface(String),
     Mass { mass: f64, inertia: f64 },
@@ -138,7 +140,17 @@ impl SceneBuilder {
         self.set_of_body(body, BodySetting::Torque(torque))
     }
 
-    /// Makes a body an obstacle at rest.
+    /// Gives a body a velocity of its centre; the force that drives it is a result.
+    pub fn velocity(self, body: &str, velocity: [f64; 3]) -> Self {
+        self.set_of_body(body, BodySetting::Velocity(velocity))
+    }
+
+    /// Gives a body an angular velocity; the torque that drives it is a result.
+    pub fn angular_velocity(self, body: &str, angular_velocity: [f64; 3]) -> Self {
+        self.set_of_body(body, BodySetting::AngularVelocity(angular_velocity))
+    }
+
+    /// Fixes a body in space: an obstacle, or a body that holds a swimmer.
     pub fn fixed(self, body: &str) -> Self {
         self.set_of_body(body, BodySetting::Fixed)
     }
@@ -284,8 +296,10 @@ impl SceneBuilder {
         for (name, setting) in std::mem::take(&mut self.of_bodies) {
             let body = self.find_body(&name)?;
             match setting {
-                BodySetting::Force(force) => body.force = force,
-                BodySetting::Torque(torque) => body.torque = Some(torque),
+                BodySetting::Force(force) => body.force = LoadFile::Constant(force),
+                BodySetting::Torque(torque) => body.torque = Some(LoadFile::Constant(torque)),
+                BodySetting::Velocity(velocity) => body.velocity = Some(velocity),
+                BodySetting::AngularVelocity(velocity) => body.angular_velocity = Some(velocity),
                 BodySetting::Fixed => body.fixed = true,
                 BodySetting::Surface(surface) => body.surface = Some(surface),
                 BodySetting::Mass { mass, inertia } => {

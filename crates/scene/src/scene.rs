@@ -1,7 +1,7 @@
 //! A scene: fluid, domain, bodies, joints, gait, and the options of the computation.
 
-use nalgebra::Vector3;
-use rigid::{Articulation, JointDrive, JointKind, State};
+use nalgebra::{UnitQuaternion, Vector3};
+use rigid::{Articulation, ExternalLoad, JointDrive, JointKind, State};
 
 use crate::body::Body;
 use crate::document::Document;
@@ -11,6 +11,7 @@ use crate::flow::Background;
 use crate::gait::Gait;
 use crate::gait_table::GaitTable;
 use crate::keys::{FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions};
+use crate::loads::VectorOscillation;
 use crate::read::limits::by_joint;
 use crate::shape::Shape;
 use crate::shape_path::JointForce;
@@ -49,6 +50,8 @@ pub struct Scene {
     pub(crate) domain: Domain,
     pub(crate) bodies: Vec<Body>,
     pub(crate) articulation: Articulation,
+    /// The magnetic field.
+    pub(crate) field: Option<VectorOscillation>,
     /// Forces on passive joints that oscillate.
     pub(crate) joint_forces: Vec<JointForce>,
     pub(crate) gait: Gait,
@@ -83,6 +86,11 @@ impl Scene {
     /// Flow in the absence of the bodies; `None` for fluid at rest.
     pub fn background(&self) -> Option<&Background> {
         self.background.as_ref()
+    }
+
+    /// Magnetic field in which bodies with a moment are; `None` without one.
+    pub fn field(&self) -> Option<&VectorOscillation> {
+        self.field.as_ref()
     }
 
     /// Whether surfaces have velocities relative to their bodies or to the fluid: slip of some
@@ -265,13 +273,6 @@ impl Scene {
         (self.bodies.iter()).position(|b| !b.shape.is_isotropic() && !is_spheroid(&b.shape))
     }
 
-    /// Numbers of the obstacles: bodies at rest.
-    pub fn fixed_bodies(&self) -> Vec<usize> {
-        (0..self.bodies.len())
-            .filter(|&body| self.bodies[body].fixed)
-            .collect()
-    }
-
     /// Whether some bodies have inertia.
     pub fn has_masses(&self) -> bool {
         self.bodies.iter().any(|body| body.mass_matrix().is_some())
@@ -287,15 +288,79 @@ impl Scene {
 
     /// Whether external forces or torques act on the bodies.
     pub fn has_loads(&self) -> bool {
-        self.bodies
-            .iter()
-            .any(|body| body.total_force() != Vector3::zeros() || body.torque != Vector3::zeros())
+        self.bodies.iter().any(|body| {
+            body.total_force() != Vector3::zeros()
+                || body.torque != Vector3::zeros()
+                || body.is_driven()
+        })
+    }
+
+    /// External force and torque on each body at a time, in the laboratory axes, with weights and
+    /// the torque `m × B` of the magnetic field.
+    ///
+    /// `rotations` are those of the bodies from the start; bodies without one count as not turned.
+    pub fn loads(&self, time: f64, rotations: &[UnitQuaternion<f64>]) -> Vec<ExternalLoad> {
+        let field = self.field.map(|field| field.at(time));
+        let load = |(number, body): (usize, &Body)| {
+            let rotation = rotations.get(number).copied().unwrap_or_default();
+            let mut load = ExternalLoad {
+                force: body.total_force(),
+                torque: body.torque,
+            };
+            if let Some(drive) = &body.driving_force {
+                load.force += drive.at(time, &rotation);
+            }
+            if let Some(drive) = &body.driving_torque {
+                load.torque += drive.at(time, &rotation);
+            }
+            if let (Some(field), true) = (field, body.moment != Vector3::zeros()) {
+                load.torque += (rotation * body.moment).cross(&field);
+            }
+            if body.weight != Vector3::zeros() {
+                load.torque += body.weight_torque(&rotation);
+            }
+            load
+        };
+        self.bodies.iter().enumerate().map(load).collect()
+    }
+
+    /// Whether [`Scene::loads`] depend on the attitudes of the bodies.
+    pub fn has_turning_loads(&self) -> bool {
+        self.bodies.iter().any(Body::has_turning_load)
+    }
+
+    /// Shortest period of the forces on joints, the loads on bodies and the magnetic field; `None` if
+    /// none of them depends on the time.
+    pub fn shortest_period(&self) -> Option<f64> {
+        let of_vector = |vector: &VectorOscillation| {
+            let oscillates = vector.amplitude != Vector3::zeros();
+            oscillates.then(|| vector.period / f64::from(vector.order))
+        };
+        let drives = (self.bodies.iter())
+            .flat_map(|body| [&body.driving_force, &body.driving_torque])
+            .flatten();
+        let of_joints = self.joint_forces.iter();
+        of_joints
+            .map(|force| force.period / f64::from(force.sine.order))
+            .chain(drives.filter_map(|drive| of_vector(&drive.vector)))
+            .chain(self.field.as_ref().and_then(of_vector))
+            .reduce(f64::min)
+    }
+
+    /// Whether forces on joints, loads on bodies or the magnetic field depend on the time.
+    pub fn depends_on_time(&self) -> bool {
+        self.shortest_period().is_some()
+    }
+
+    /// Whether velocities or angular velocities of bodies are given: of fixed and driven bodies.
+    pub fn has_held_bodies(&self) -> bool {
+        self.articulation.held_bodies().next().is_some()
     }
 
     /// Whether the motion depends on the values that the gait prescribes alone.
     ///
-    /// This holds for one linkage in unbounded fluid at rest, without loads, slip and passive
-    /// joints. With slip, the motion also depends on the speed at which the shape changes.
+    /// This holds for one linkage in unbounded fluid at rest, without loads, held bodies, slip and
+    /// passive joints. With slip, the motion also depends on the speed at which the shape changes.
     pub fn is_free(&self) -> bool {
         self.domain == Domain::Unbounded && self.is_driven_by_shape()
     }
@@ -304,6 +369,7 @@ impl Scene {
     /// swimmer alone: as [`Scene::is_free`], in any domain.
     pub fn is_driven_by_shape(&self) -> bool {
         !self.has_loads()
+            && !self.has_held_bodies()
             && !self.has_surface_velocity()
             && self.articulation.linkages().len() == 1
             && !self.has_passive_joints()
@@ -327,6 +393,7 @@ impl Scene {
         let of_scene = [
             ("fluid.viscosity", self.viscosity == other.viscosity),
             ("background", self.background == other.background),
+            ("field", self.field == other.field),
             ("domain", self.domain == other.domain),
             ("bodies", self.bodies.len() == other.bodies.len()),
             ("links", self.joints().eq(other.joints())),
@@ -344,11 +411,23 @@ impl Scene {
                 ("shape", own.shape == other.shape),
                 ("position", own.position == other.position),
                 ("surface", own.surface == other.surface),
-                ("force", own.force == other.force),
-                ("torque", own.torque == other.torque),
+                (
+                    "force",
+                    own.force == other.force && own.driving_force == other.driving_force,
+                ),
+                (
+                    "torque",
+                    own.torque == other.torque && own.driving_torque == other.driving_torque,
+                ),
+                ("moment", own.moment == other.moment),
                 ("density", own.weight == other.weight),
                 ("slip", own.slip == other.slip),
                 ("fixed", own.fixed == other.fixed),
+                ("velocity", own.velocity == other.velocity),
+                (
+                    "angular_velocity",
+                    own.angular_velocity == other.angular_velocity,
+                ),
                 ("mass", own.mass == other.mass),
                 ("inertia", own.inertia == other.inertia),
             ];

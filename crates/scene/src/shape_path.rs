@@ -78,9 +78,14 @@ impl ShapePath {
     }
 }
 
+/// The angle `2 π order periods + phase` of an oscillation after a number of periods.
+pub(crate) fn angle(order: u32, periods: f64, phase: f64) -> f64 {
+    TAU * f64::from(order) * periods + phase
+}
+
 impl Sine {
     pub(crate) fn angle(&self, periods: f64) -> f64 {
-        TAU * f64::from(self.order) * periods + self.phase
+        angle(self.order, periods, self.phase)
     }
 
     /// The term after a number of periods.

@@ -149,6 +149,14 @@ words! {
         Lab,
     }
 
+    /// Axes in which a force or a torque is given.
+    pub enum AxesKind = Laboratory {
+        /// Those of the laboratory.
+        Laboratory,
+        /// Axes that turn with the body, and are those of the laboratory at the start.
+        Body,
+    }
+
     /// What determines the value of a joint.
     pub enum DriveKind = Prescribed {
         /// The gait prescribes it.

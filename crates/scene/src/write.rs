@@ -2,6 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use nalgebra::Vector3;
 use rigid::{Joint, JointDrive};
 
 use crate::body::Body;
@@ -11,9 +12,11 @@ use crate::flow::Background;
 use crate::gait::Phase;
 use crate::joints::JointKeys;
 use crate::keys::{
-    BackgroundFile, BodyFile, DomainFile, FluidFile, ForceFile, GaitFile, HarmonicFile,
-    HarmonicForceFile, JointFile, PhaseFile, SceneFile, SlipFile,
+    BackgroundFile, BodyFile, DomainFile, DriveFile, FieldFile, FluidFile, ForceFile, GaitFile,
+    HarmonicFile, HarmonicForceFile, JointFile, LoadFile, PhaseAngles, PhaseFile, SceneFile,
+    SlipFile,
 };
+use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::scene::Scene;
 use crate::shape_path::{ShapePath, Sine};
 use crate::words::{DriveKind, GaitKind};
@@ -71,6 +74,7 @@ fn scene_file(scene: &Scene) -> SceneFile {
         gravity: scene.gravity.into(),
         background: scene.background.as_ref().map(background_file),
         domain: domain_file(&scene.domain),
+        field: scene.field.as_ref().map(field_file),
         bodies: scene.bodies.iter().map(body_file).collect(),
         links: joints
             .iter()
@@ -238,9 +242,13 @@ fn body_file(body: &Body) -> BodyFile {
         name: Some(body.name.clone()),
         position: Some(body.position.into()),
         surface: body.surface.clone(),
-        force: body.force.into(),
-        torque: Some(body.torque.into()).filter(|_| body.shape.has_surface()),
+        force: load_file(&body.force, body.driving_force.as_ref()),
+        torque: Some(load_file(&body.torque, body.driving_torque.as_ref()))
+            .filter(|_| body.shape.has_surface()),
+        moment: body.moment.into(),
         fixed: body.fixed,
+        velocity: body.velocity.map(Into::into),
+        angular_velocity: body.angular_velocity.map(Into::into),
         mass: body.mass,
         inertia: body.inertia,
         density: body.density,
@@ -250,6 +258,30 @@ fn body_file(body: &Body) -> BodyFile {
             axis: slip.axis.into(),
         }),
         ..body.shape.to_keys()
+    }
+}
+
+fn load_file(constant: &Vector3<f64>, driving: Option<&DrivingLoad>) -> LoadFile {
+    match driving {
+        None => LoadFile::Constant((*constant).into()),
+        Some(DrivingLoad { vector, axes }) => LoadFile::Driving(DriveFile {
+            mean: vector.mean.into(),
+            amplitude: vector.amplitude.into(),
+            phase: PhaseAngles::Each(vector.phase.into()),
+            order: vector.order,
+            period: Some(vector.period),
+            axes: *axes,
+        }),
+    }
+}
+
+fn field_file(field: &VectorOscillation) -> FieldFile {
+    FieldFile {
+        mean: Some(field.mean.into()),
+        amplitude: Some(field.amplitude.into()),
+        phase: Some(field.phase.into()),
+        order: Some(field.order),
+        period: Some(field.period),
     }
 }
 

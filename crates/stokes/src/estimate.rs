@@ -172,8 +172,8 @@ impl Estimator<'_> {
         let set = self.drive.set;
         let numbered = set.linkages().iter().enumerate();
         numbered
-            // A linkage that is fixed in space has no error.
-            .filter(|(_, linkage)| !set.fixed()[linkage.root])
+            // A linkage whose root is held has no error of its velocity.
+            .filter(|(_, linkage)| !set.held_translation()[linkage.root])
             .map(|(number, _)| {
                 let row = frame_row(self.drive, number);
                 UnitLoad::along(flow.generalised.fixed_rows::<3>(row).into(), row)

@@ -204,10 +204,7 @@ fn path_integral(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<Vector3
     for span in spans(scene.gait(), scene.articulation().initial_shape())? {
         let mut velocity = |s: f64| -> Result<Vector3<f64>> {
             let shape = span.shape(s);
-            let configuration = Configuration {
-                state: &state,
-                shape: &shape,
-            };
+            let configuration = Configuration::new(&state, &shape).at_time(span.time(0.0));
             let solution = model.solve_one(configuration, &span.rates(0.0))?;
             let sum: Vector3<f64> = solution.bodies.iter().map(|b| b.velocity).sum();
             Ok(sum / solution.bodies.len() as f64)

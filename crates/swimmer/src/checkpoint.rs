@@ -43,6 +43,10 @@ pub struct Checkpoint {
     outcome: Outcome,
     /// Times and names of the flow files that belong to the trajectory.
     flows: Vec<(f64, String)>,
+    /// The outcome of a run that stopped within the next phase, up to there. A resumed run repeats
+    /// that phase.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    stopped: Option<Outcome>,
 }
 
 impl Checkpoint {
@@ -67,7 +71,16 @@ impl Checkpoint {
             history: model.history()?,
             outcome: outcome.clone(),
             flows: flows.to_vec(),
+            stopped: None,
         })
+    }
+
+    /// The same checkpoint of a run that has stopped within the next phase, with the outcome there.
+    pub(crate) fn with_stopped(self, outcome: &Outcome) -> Self {
+        Self {
+            stopped: Some(outcome.clone()),
+            ..self
+        }
     }
 
     /// What the run has reached.
@@ -140,7 +153,8 @@ impl Checkpoint {
         Scene::parse(&self.scene).ok()?.model().tolerance_factor
     }
 
-    /// The scene with its text, and the outcome so far.
+    /// The scene with its text, and the outcome so far: of a run that stopped within a phase, up to
+    /// there.
     ///
     /// # Errors
     /// [`SwimError::Checkpoint`] for an outcome that does not fit the scene, and for files of the
@@ -155,8 +169,9 @@ impl Checkpoint {
             problem,
         };
         check_files(&self.files, &scene).map_err(bad)?;
-        match outcome_fits(&self.outcome, &scene) {
-            true => Ok((scene, self.scene, self.outcome)),
+        let outcome = self.stopped.unwrap_or(self.outcome);
+        match outcome_fits(&outcome, &scene) {
+            true => Ok((scene, self.scene, outcome)),
             false => Err(bad("does not fit its scene".to_owned())),
         }
     }

@@ -70,6 +70,36 @@ pub enum SwimError {
         /// The bodies or the wall that touch, with the gap.
         problem: String,
     },
+    /// Bodies that approach each other or a wall, ever more slowly, so that they never touch.
+    #[error(
+        "phase {phase} ({joint}, {percent:.1} % done, time {time:.6}): {bodies} are pressed \
+         together: the gap is {gap:.2e} and closes at the speed {speed:.2e}. By lubrication it \
+         decreases by a factor of e per {decay:.2e} of time and never vanishes; it reaches \
+         {smallest:.0e}, the smallest gap that is computed, at the time {until:.6}. End the run \
+         before, or change the load"
+    )]
+    Approach {
+        /// Number of the phase, from one, over all cycles.
+        phase: usize,
+        /// Name of the joint that changes its value.
+        joint: String,
+        /// Completed part of the phase, in percent.
+        percent: f64,
+        /// The time, in the scene's units.
+        time: f64,
+        /// The bodies, or the body and the wall, in words.
+        bodies: String,
+        /// The gap that was reached.
+        gap: f64,
+        /// Speed at which it closes there.
+        speed: f64,
+        /// Time in which it decreases by a factor of e.
+        decay: f64,
+        /// The smallest gap that is computed.
+        smallest: f64,
+        /// Time at which the gap is expected to reach it.
+        until: f64,
+    },
     /// A gait that cannot be integrated to the tolerance.
     #[error(
         "phase {phase} ({joint}): the integration error is {error:.3e} and must be below \
@@ -186,12 +216,26 @@ impl SwimError {
         }
     }
 
+    /// Whether the motion up to the error is a result: the motion itself ended, by contact or where
+    /// it could not be computed any further.
+    pub(crate) fn ends_motion(&self) -> bool {
+        match self {
+            Self::Collision { .. }
+            | Self::Approach { .. }
+            | Self::NotIntegrated { .. }
+            | Self::Unstable { .. } => true,
+            Self::Model(error) => !error.is_bad_input(),
+            _ => false,
+        }
+    }
+
     /// The exit code of the `swim` command: 2 for bad input, 3 for a failed method, 130 when
     /// interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Model(error) if !error.is_bad_input() => 3,
             Self::Collision { .. }
+            | Self::Approach { .. }
             | Self::NotIntegrated { .. }
             | Self::NotPeriodic { .. }
             | Self::ToleranceMissed { .. }

@@ -45,11 +45,12 @@ pub trait Observer {
         Ok(())
     }
 
-    /// Called where the simulation stops at contact within a phase span, with the part of the phase
-    /// span before it and the outcome up to there; [`SwimError::Collision`] follows.
+    /// Called where the motion ends within a phase span, by contact or because it cannot be computed
+    /// any further, with the part of the phase span before it and the outcome up to there; the error
+    /// follows.
     ///
     /// # Errors
-    /// Any error replaces that of the contact.
+    /// Any error replaces that of the motion.
     fn stopped(
         &mut self,
         span: &PhaseSpan,

@@ -104,9 +104,9 @@ pub struct Outcome {
     pub meshes: Vec<NewMesh>,
     /// The trajectory at the ends of phase spans and at the solves, in the order of time.
     pub samples: Vec<Sample>,
-    /// Contact at which the run stopped, in words; none for a run that was completed.
+    /// Why the run stopped before its end, such as contact, in words; none for a completed run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub contact: Option<String>,
+    pub stopped: Option<String>,
     /// The trajectory between the samples, for plots: times and positions of all bodies.
     pub curve: Vec<(f64, Vec<Vector3<f64>>)>,
 }

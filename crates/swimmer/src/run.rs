@@ -10,7 +10,6 @@ use crate::checkpoint::{self, Checkpoint};
 use crate::error::SwimError;
 use crate::integrate::{Method, SpanSolution};
 use crate::observer::Progress;
-use crate::outcome::Outcome;
 use crate::output::Folder;
 use crate::periodic::start_of_gait;
 use crate::planning::{Choice, SizeSearch, choose, with_tables};
@@ -32,9 +31,10 @@ use crate::simulate::continue_from;
 /// # Errors
 /// A scene without a gait, a folder that cannot be written to or in which another run is writing
 /// ([`SwimError::Locked`]), a checkpoint of another scene or of changed files,
-/// [`SwimError::Interrupted`], errors of the model and the integration. Where bodies touch
-/// ([`SwimError::Collision`]) all files hold the motion up to there. Whether the error bar is
-/// within the tolerance is told by [`Report::check_tolerance`].
+/// [`SwimError::Interrupted`], errors of the model and the integration before anything has moved. A
+/// run that stops later, because bodies touch or the motion cannot be computed any further, is a
+/// report up to there, with all files; [`Report::completed`] makes the error. Whether the error bar
+/// is within the tolerance is told by [`Report::check_tolerance`].
 pub fn run(
     scene: Scene,
     out: &Path,
@@ -128,10 +128,11 @@ fn run_to_target(
             None => None,
         };
         let report = run_once(sized, model, reborrowed, checkpoint.take(), progress)?;
-        let missed = search
-            .as_mut()
+        let completed = report.stopped.is_none();
+        let missed = (search.as_mut())
+            .filter(|_| completed)
             .and_then(|search| search.refine(&report.outcome));
-        let tighter = match missed.is_none() && given.is_none() {
+        let tighter = match completed && missed.is_none() && given.is_none() {
             true => repetition.tighter_factor(&report),
             false => None,
         };
@@ -275,37 +276,30 @@ fn run_once(
         output,
         progress,
         done,
-        until_contact: None,
+        stopped: None,
     };
     let method = Method::from_scene(&scene);
     let outcome = continue_from(&scene, model.as_mut(), method, &mut files, interim);
     files.write_pending()?;
     let Files {
-        output,
-        until_contact,
-        ..
+        output, stopped, ..
     } = files;
-    let report = |outcome: Outcome| Report {
+    let (outcome, stopped) = match (outcome, stopped) {
+        (Ok(outcome), _) => (outcome, None),
+        // The files of what was reached may fail as well; then their error is the one.
+        (Err(error), Some(so_far)) if error.ends_motion() => (so_far, Some(error)),
+        (Err(error), _) => return Err(error),
+    };
+    let report = Report {
         model: model.name(),
         scene: scene.clone(),
         reasons,
         outcome,
+        stopped,
         seconds: 0.0,
     };
-    match (outcome, until_contact) {
-        (Ok(outcome), _) => {
-            let report = report(outcome);
-            if let Some(output) = output {
-                output.files.gait_done(model.as_mut())?;
-            }
-            Ok(report)
-        }
-        (Err(error), Some(so_far)) => {
-            if let Some(output) = output {
-                write_summary(&report(so_far), output.folder, output.files)?;
-            }
-            Err(error)
-        }
-        (Err(error), None) => Err(error),
+    if let Some(output) = output {
+        output.files.gait_done(model.as_mut())?;
     }
+    Ok(report)
 }

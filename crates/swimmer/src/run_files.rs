@@ -64,7 +64,7 @@ pub trait RunFiles {
         Ok(())
     }
 
-    /// The gait is done.
+    /// The gait is done, or the motion has ended before.
     ///
     /// # Errors
     /// Any error ends the run.
@@ -98,8 +98,8 @@ pub(crate) struct Files<'a> {
     pub progress: &'a mut dyn Progress,
     /// Number of completed phase spans.
     pub done: usize,
-    /// The outcome of a run that stopped at contact, up to there.
-    pub until_contact: Option<Outcome>,
+    /// The outcome of a run that stopped within a phase, up to there.
+    pub stopped: Option<Outcome>,
 }
 
 /// The folder of a run, and the flows in it.
@@ -227,8 +227,8 @@ impl Observer for Files<'_> {
         so_far: &Outcome,
         model: &mut dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        self.until_contact = Some(so_far.clone());
-        // The checkpoint is that of the last complete phase.
+        self.stopped = Some(so_far.clone());
+        // The checkpoint is that of the last complete phase, from which a run is resumed.
         self.write_pending()?;
         let Some(output) = &mut self.output else {
             return Ok(());
@@ -237,6 +237,8 @@ impl Observer for Files<'_> {
         let flow = output.last_flow.take();
         (output.flows).finish_span(span, result, first, flow.as_ref(), model)?;
         (output.files).span_done(span, result, first, flow.as_ref())?;
-        output.write_trajectory(self.scene, so_far)
+        output.write_trajectory(self.scene, so_far)?;
+        let checkpoint = Checkpoint::read(output.folder.path())?;
+        checkpoint.with_stopped(so_far).write(output.folder)
     }
 }

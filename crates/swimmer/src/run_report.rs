@@ -1,4 +1,4 @@
-//! What a finished run has reached.
+//! What a run has reached.
 
 use scene::{AcceptKind, Scene};
 use serde_json::Value;
@@ -7,7 +7,7 @@ use crate::error::SwimError;
 use crate::outcome::Outcome;
 use crate::output::summary_json;
 
-/// A finished run.
+/// A run that was completed, or that stopped where its motion ended.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Report {
@@ -17,8 +17,10 @@ pub struct Report {
     pub model: &'static str,
     /// Reasons for the choice of the model.
     pub reasons: Vec<String>,
-    /// Outcome of the gait.
+    /// Outcome of the gait, or of its part before `stopped`.
     pub outcome: Outcome,
+    /// The error that ended the motion, such as contact; none for a completed run.
+    pub stopped: Option<SwimError>,
     /// Wall-clock time of the whole run in seconds.
     pub seconds: f64,
 }
@@ -33,6 +35,17 @@ impl Report {
             &self.outcome,
             self.seconds,
         )
+    }
+
+    /// The report of a run that was completed.
+    ///
+    /// # Errors
+    /// The error at which the run stopped.
+    pub fn completed(self) -> Result<Self, SwimError> {
+        match self.stopped {
+            Some(error) => Err(error),
+            None => Ok(self),
+        }
     }
 
     /// Whether the error bar is within the tolerance, or the scene accepts the best result.
@@ -74,6 +87,7 @@ mod tests {
             model: "rpy",
             reasons: Vec::new(),
             outcome,
+            stopped: None,
             seconds: 0.0,
         }
     }

@@ -4,7 +4,7 @@ use models::{Hydrodynamics, NewMesh};
 use scene::{Scene, spans};
 
 use crate::error::SwimError;
-use crate::integrate::{Integrator, Method, SpanSolution};
+use crate::integrate::{Integrator, Method, SpanResult, SpanSolution};
 use crate::observer::Observer;
 use crate::outcome::{Interim, Outcome};
 use crate::periodic::start_of_gait;
@@ -126,10 +126,13 @@ pub fn continue_from(
         });
         let result = match result {
             Err(error) => {
-                if let Some(part) = integrator.take_until_contact() {
+                let part = integrator.take_so_far();
+                // Nothing has moved if the first step of all fails.
+                let moved = |part: &SpanResult| span.number > 0 || part.reached() > 0.0;
+                if let Some(part) = part.filter(moved) {
                     interim.append(scene, &origin, &span, &part)?;
                     let mut outcome = interim.outcome;
-                    outcome.contact = Some(error.to_string());
+                    outcome.stopped = Some(error.to_string());
                     let controls_error = integrator.model().capabilities().controls_error;
                     outcome.check_tolerance(scene, controls_error);
                     observer.stopped(&span, &part, &outcome, integrator.model())?;

@@ -22,10 +22,8 @@ pub fn solve_start(
 ) -> Result<InstantaneousSolution, SwimError> {
     let solution = at_start(scene, model, |model, configuration, rates| {
         let rates = [rates.to_vec()];
-        let forces = scene.joint_forces(0.0);
         let query = Query::new(configuration, &rates)
             .with_accuracy(scene.fem().target)
-            .with_joint_forces(forces.as_deref())
             .with_stresslets()
             .with_flows(true);
         let mut solutions = model.solve(&query)?;
@@ -100,11 +98,7 @@ fn at_start<T>(
         .next()
         .map_or(vec![0.0; shape.len()], |span| span.rates(0.0));
     let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape,
-    };
-    Ok(evaluate(model, configuration, &rates)?)
+    Ok(evaluate(model, Configuration::new(&state, shape), &rates)?)
 }
 
 /// Refuses a model that was created for another flow problem.

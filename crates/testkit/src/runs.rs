@@ -41,7 +41,7 @@ pub fn start_resistance(scene: &Scene) -> DMatrix<f64> {
 
 /// A configuration of bodies.
 pub fn at<'a>(state: &'a State, shape: &'a [f64]) -> Configuration<'a> {
-    Configuration { state, shape }
+    Configuration::new(state, shape)
 }
 
 /// The solution of a model for a shape, with the bodies where they are at the start.

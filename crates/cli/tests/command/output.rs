@@ -309,8 +309,25 @@ fn a_collision_names_bodies_and_time_and_the_completed_phases_are_kept() {
     let spans = checkpoint["outcome"]["spans"].as_array().unwrap();
     assert_eq!(spans.len() as f64, phase - 1.0);
     let summary: serde_json::Value = serde_json::from_str(&read("summary.json")).unwrap();
-    let contact = summary["contact"].as_str().unwrap();
+    let contact = summary["stopped"].as_str().unwrap();
     contains("contact", contact, &["'b'", "'stone'"]);
+    // The results up to there are printed, and the page has them; `swim view` writes it again.
+    let printed = String::from_utf8_lossy(&first.stdout);
+    contains(
+        "printed",
+        &printed,
+        &["net displacement", "stopped", "of 20"],
+    );
+    let page = read("report.html");
+    contains("page", &page, &["Stopped before its end", "'stone' touch"]);
+    let numbers = page.split_once("id=\"run-data\">").unwrap().1;
+    let numbers = numbers.split_once("</script>").unwrap().0;
+    let numbers: serde_json::Value = serde_json::from_str(numbers).unwrap();
+    assert!(!numbers["slices"].as_array().unwrap().is_empty());
+    std::fs::remove_file(files.out.join("report.html")).unwrap();
+    let viewed = swim(&["view", files.out.to_str().unwrap()]);
+    assert_eq!(viewed.status.code(), Some(0), "{}", stderr(&viewed));
+    assert!(read("report.html") == page);
     // A resumed run ends with the same error.
     let again = files.run(&["--resume"]);
     assert_eq!(again.status.code(), Some(3));

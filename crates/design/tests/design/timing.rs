@@ -26,7 +26,7 @@ fn designed(settings: &[&str], rates: [f64; 2], power: f64) -> (DesignedStroke, 
         for s in [0.0, 0.5] {
             let (shape, rate) = (span.shape(s), [span.rates(s)]);
             let (state, shape) = (&state, &shape);
-            let configuration = Configuration { state, shape };
+            let configuration = Configuration::new(state, shape);
             let solved = model.solve(&Query::new(configuration, &rate)).unwrap();
             let used = solved[0].power() / power;
             within(

@@ -135,8 +135,11 @@ impl AxisymmetricModel {
                     _ => None,
                 })
                 .collect(),
-            has_swirl: scene.bodies().iter().any(|b| b.torque != Vector3::zeros())
-                || (scene.articulation().joints().iter()).any(|joint| joint.kind.turns()),
+            has_swirl: scene.bodies().iter().any(|body| {
+                body.torque != Vector3::zeros()
+                    || body.driving_torque.is_some()
+                    || body.held_twist().angular != Vector3::zeros()
+            }) || (scene.articulation().joints().iter()).any(|joint| joint.kind.turns()),
             surroundings,
             axis,
             // The net displacement is a small difference of the displacements of the phase spans,
@@ -182,10 +185,8 @@ impl AxisymmetricModel {
     /// Those of [`Hydrodynamics::solve`].
     pub fn describe(&mut self, scene: &Scene) -> Result<String, ModelError> {
         let lengths = scene.articulation().initial_shape();
-        let configuration = Configuration {
-            state: &scene.initial_state(),
-            shape: lengths,
-        };
+        let state = scene.initial_state();
+        let configuration = Configuration::new(&state, lengths);
         let clock = Clock::now();
         let bodies = self.on_axis(configuration)?;
         let axial = self
@@ -299,7 +300,7 @@ impl AxisymmetricModel {
             let along = along.view((0, 0), (n, n)).into_owned();
             let matrix = grand_resistance(&self.shapes, &self.axis, &along, spin.map(of).as_ref());
             let solved = MobilitySolution::new(&matrix, set, &constraints, loads, effect.as_ref())?;
-            let response = solved.response(&self.scaled, &constraints, loads)?;
+            let response = solved.response(&self.scaled)?;
             Ok::<_, ModelError>((response, solved.residual))
         };
         let (computed, residual) = solve(|resistance| resistance.matrix().clone())?;

@@ -129,7 +129,7 @@ impl FarField {
     }
 }
 
-/// A problem with bodies at rest in the laboratory.
+/// A problem with bodies whose velocities in the laboratory are given.
 pub struct FixedBodies<'a> {
     pub problem: &'a Problem<'a>,
     pub symmetry_planes: [bool; 3],
@@ -138,10 +138,11 @@ pub struct FixedBodies<'a> {
     pub options: &'a Options,
 }
 
-/// Constraints in the frame that moves with the correction, in which fixed bodies move.
+/// Constraints in the frame that moves with the correction, in which held bodies have another
+/// velocity.
 ///
 /// With the correction `u = c F` and the total force `F = F_0 + T u`, where `F_0` is the force with
-/// the fixed bodies at rest in the ball and `T` its change by their motion `-u`,
+/// the given velocities in the ball and `T` its change by the additional motion `-u`,
 ///
 /// ```text
 /// (I - c T) u = c F_0
@@ -169,11 +170,7 @@ pub fn in_moving_frame(
         options,
     } = fixed;
     let axes: Vec<usize> = (0..3).filter(|&axis| !symmetry_planes[axis]).collect();
-    let moved = |&axis: &usize| {
-        first
-            .clone()
-            .with_fixed_velocity(set, -Vector3::ith(axis, 1.0))
-    };
+    let moved = |&axis: &usize| (first.clone()).with_added_velocity(-Vector3::ith(axis, 1.0));
     let moved: Vec<Constraints> = axes.iter().map(moved).collect::<Result<_, _>>()?;
     let drive = |constraints| Drive {
         set,
@@ -197,7 +194,7 @@ pub fn in_moving_frame(
     (constraints.into_iter().zip(at_rest))
         .map(|(constraints, force)| {
             let velocity = inverse * far.velocity_correction(*force);
-            Ok(constraints.with_fixed_velocity(set, -velocity)?)
+            Ok(constraints.with_added_velocity(-velocity)?)
         })
         .collect()
 }

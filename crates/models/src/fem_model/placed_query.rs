@@ -201,7 +201,7 @@ impl FemModel {
             problem = problem.with_surface_flow(flows);
         }
         let options = self.solver_options();
-        let has_fixed = self.scaled.set.fixed().contains(&true);
+        let has_fixed = self.scaled.set.held_translation().contains(&true);
         if let (Some(far), true) = (self.meshes.far_field(), has_fixed) {
             let fixed = FixedBodies {
                 problem: &problem,

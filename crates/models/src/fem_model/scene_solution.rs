@@ -55,9 +55,10 @@ impl ToScene<'_> {
         };
         corrected.add(&estimate.change)?;
         let after = far_field(&corrected);
-        // The solve gave fixed bodies the velocity `-before`, so that `before` brings them to rest.
+        // The solve gave held bodies the velocity `-before` in addition to their own, so that `before`
+        // brings them to their own.
         // The effect of `after - before` on the other bodies is part of the container error.
-        let has_fixed = set.fixed().contains(&true);
+        let has_fixed = set.held_translation().contains(&true);
         shift(set, if has_fixed { before } else { after }, &mut corrected);
         let slip_power = solved.slip_power + estimate.slip_power;
         let mut answer = self.convert(solved, &corrected, slip_power)?;
@@ -103,9 +104,11 @@ impl ToScene<'_> {
             generalised: &flow.generalised,
             forces: &flow.forces,
             joint_loads,
+            holding: flow.holding_loads(),
             slip_power,
         });
         let bodies = &response.bodies;
+        let holding = || response.holding.iter();
         let mut speed = largest_norm(bodies.iter().map(|b| b.velocity));
         if self.scaled.scene.has_surface_velocity() {
             // Bodies at rest disturb a background flow too.
@@ -116,13 +119,13 @@ impl ToScene<'_> {
         let lever = self.scaled.shortest_lever;
         let spin = largest_norm(bodies.iter().map(|b| b.angular_velocity))
             .max(scale.length(speed) / lever);
-        // Without joints or fixed bodies the forces are the given loads.
-        let are_given = set.joints().is_empty() && !set.fixed().contains(&true);
+        // Without joints or held bodies the forces are the given loads.
+        let are_given = set.joints().is_empty() && set.held_bodies().next().is_none();
         let [force, torque] = match are_given {
             true => [0.0; 2],
             false => [
-                largest_norm(bodies.iter().map(|b| b.force)),
-                largest_norm(bodies.iter().map(|b| b.torque)),
+                largest_norm((bodies.iter().map(|b| b.force)).chain(holding().map(|h| h.force))),
+                largest_norm((bodies.iter().map(|b| b.torque)).chain(holding().map(|h| h.torque))),
             ],
         };
         let power = response.power().abs();

@@ -49,6 +49,8 @@ impl Record {
                 },
                 bodies: vec![BodySolution::default(); layout.bodies],
                 joint_loads: vec![JointLoad::default(); layout.joints],
+                // Bodies of free swimmers are not held.
+                holding: Vec::new(),
                 slip_power: 0.0,
             };
             let vectors = numbers.chunks_exact(3).map(Vector3::from_column_slice);

@@ -298,7 +298,7 @@ fn sample(
         rates
     };
     let rates: Vec<Vec<f64>> = variables.iter().map(unit_rate).collect();
-    let solutions = model.solve(&Query::new(Configuration { state, shape }, &rates))?;
+    let solutions = model.solve(&Query::new(Configuration::new(state, shape), &rates))?;
     if solutions.len() != rates.len() {
         return Err(ModelError::NoSolution {
             model: model.name(),

@@ -316,7 +316,7 @@ impl SpheresModel {
             torque_error: ErrorEstimate::of_model(scale.torque_to_scene(errors.torque)),
             power_error: ErrorEstimate::of_model(scale.power_to_scene(power_error)),
             ..InstantaneousSolution::solved_directly(
-                solved.response(&self.scaled, &constraints, loads)?,
+                solved.response(&self.scaled)?,
                 resistances.dofs,
                 solved.residual,
             )

@@ -35,7 +35,8 @@ impl Drives {
             && set.linkages().len() == 1
             && turns_as_one
             && set.linkages()[0].bodies.len() == count
-            && !set.fixed().contains(&true)
+            && !scene.has_held_bodies()
+            && !scene.bodies().iter().any(scene::Body::is_driven)
             && !scene.has_passive_joints()
             && !scene.has_masses()
             && scene

@@ -157,7 +157,7 @@ impl Superposed {
     ) -> Result<(InstantaneousSolution, Option<FlowField>), ModelError> {
         let state = &self.rotated(rotation);
         let rates = [vec![0.0; shape.len()]];
-        let query = Query::new(Configuration { state, shape }, &rates).with_flows(flows);
+        let query = Query::new(Configuration::new(state, shape), &rates).with_flows(flows);
         let model = self.model.name();
         let mut solution =
             (self.model.solve(&query)?.pop()).ok_or(ModelError::NoSolution { model })?;
@@ -237,7 +237,6 @@ impl Superposed {
             Basis::Impossible => false,
         };
         query.inertia.is_none()
-            && query.joint_forces.is_none()
             && query.accuracy.is_none()
             && !query.stresslets
             && rates.iter().all(|rate| *rate == 0.0)
@@ -250,7 +249,7 @@ impl Superposed {
         query: &Query,
         rates: &[f64],
     ) -> Result<Option<InstantaneousSolution>, ModelError> {
-        let Configuration { state, shape } = query.configuration;
+        let Configuration { state, shape, .. } = query.configuration;
         if !self.serves(query, rates) {
             return Ok(None);
         }

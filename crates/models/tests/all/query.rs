@@ -14,7 +14,7 @@ fn a_query_without_rates_has_no_solutions() {
     let scene = three_spheres().scene();
     let state = scene.initial_state();
     let (state, shape) = (&state, &[10.0, 10.0]);
-    let configuration = Configuration { state, shape };
+    let configuration = Configuration::new(state, shape);
     let models: [Box<dyn Hydrodynamics>; 3] = [
         Box::new(SpheresModel::new(&scene, SphereModel::Oseen).unwrap()),
         Box::new(AxisymmetricModel::new(&scene).unwrap()),
@@ -31,7 +31,7 @@ fn finite_elements_estimate_errors_on_request_only() {
     let scene = three_spheres_in_ball();
     let state = scene.initial_state();
     let (state, shape) = (&state, &[10.0, 10.0]);
-    let configuration = Configuration { state, shape };
+    let configuration = Configuration::new(state, shape);
     let rates = [vec![1.0, 0.0]];
     let query = Query::new(configuration, &rates);
     let mut model = FemModel::new(&scene).unwrap();
@@ -53,7 +53,7 @@ fn solved_together() -> (Vec<InstantaneousSolution>, Vec<FlowField>) {
     let rates = [vec![1.0, 0.5]];
     let queries = LENGTHS.each_ref().map(|shape| {
         let state = &state;
-        Query::new(Configuration { state, shape }, &rates).with_flows(true)
+        Query::new(Configuration::new(state, shape), &rates).with_flows(true)
     });
     let mut model = FemModel::new(&scene).unwrap();
     assert!(model.capabilities().solves_together);

@@ -108,7 +108,7 @@ fn a_squirmer_in_a_symmetry_plane_is_superposed_from_orientations_in_it() {
     state.frames[0].rotation = turn * state.frames[0].rotation;
     let (state, shape) = (&state, &[]);
     let found = model
-        .solve_one(Configuration { state, shape }, &[])
+        .solve_one(Configuration::new(state, shape), &[])
         .unwrap();
     assert_eq!(model.capabilities().error_estimates, ErrorEstimates::Always);
     // U = 2 B1 e / 3 + u(x) and ω = curl u / 2 + T / 8 π of a sphere in unbounded fluid.

@@ -17,7 +17,7 @@ fn tabulated_and_untabulated_rates_are_solved_in_the_order_of_the_query() {
 
     let state = scene.initial_state();
     let (state, shape) = (&state, &[7.3, 10.0]);
-    let configuration = Configuration { state, shape };
+    let configuration = Configuration::new(state, shape);
     let rates = [[1.0, 0.5], [-2.0, 0.0], [0.0, 1.0], [0.5, 0.0]].map(Vec::from);
     let found = tabulated.solve(&Query::new(configuration, &rates)).unwrap();
     let exact = spheres().solve(&Query::new(configuration, &rates)).unwrap();

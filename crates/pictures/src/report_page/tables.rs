@@ -17,8 +17,12 @@ pub fn lead(record: &RunRecord) -> String {
         Some(tolerance) => format!("; {}", tolerance_statement(&record.outcome, tolerance)),
         None => String::new(),
     };
+    let stopped = match &record.outcome.stopped {
+        Some(reason) => format!(" Stopped before its end: {}.", escaped(reason)),
+        None => String::new(),
+    };
     format!(
-        "{} of {}, duration {}. Model {}, {}{met}.",
+        "{} of {}, duration {}. Model {}, {}{met}.{stopped}",
         count(gait.cycles as usize, "cycle"),
         count(gait.phases.len(), "phase"),
         gait.duration(),

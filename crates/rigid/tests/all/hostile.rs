@@ -142,7 +142,7 @@ fn sets_with_hostile_numbers_answer_or_refuse() {
                 })
                 .collect();
             let set = Articulation::new(&kinds, joints, arms, &positions)
-                .and_then(|set| set.with_fixed(&fixed));
+                .and_then(|set| set.with_held(&fixed, &fixed));
             let Ok(set) = set else { return Ok(false) };
             prop_assert!(is_finite(set.initial_shape()));
             let layout = set.velocity_layout();

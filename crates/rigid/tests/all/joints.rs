@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use rigid::linalg::LinearOperator;
 use rigid::{
     Arms, Articulation, BodyKind, Constrained, DirectRows, Eliminated, ExternalLoad, FlowSolution,
-    Formulation, Joint, JointDrive, JointKind, Lagrange, PassiveDrive, RigidError,
+    Formulation, Joint, JointDrive, JointKind, Lagrange, PassiveDrive, RigidError, Twist,
 };
 
 use crate::support::sets::{
@@ -43,6 +43,13 @@ fn check_formulations(
     let mut constraints = set
         .constraints(&state, &values, &rates[..set.joints().len()])
         .unwrap();
+    for body in set.held_bodies().collect::<Vec<_>>() {
+        let velocity = Twist {
+            linear: Vector3::new(0.3, -0.2, 0.5),
+            angular: Vector3::new(0.1, 0.4, -0.6),
+        };
+        constraints = constraints.with_held_velocity(body, velocity).unwrap();
+    }
     // Masses over time steps, of some bodies.
     for body in (0..set.kinds().len()).filter(|body| set.kinds()[*body] == BodyKind::Rigid) {
         if seed[body] > 0.0 {
@@ -75,6 +82,18 @@ fn check_formulations(
         assert!((&other.forces - &flows[0].forces).amax() < force);
         assert!((&other.joint_loads - &flows[0].joint_loads).amax() < force);
     }
+    // Held bodies have the given velocities to the last bit where velocities are eliminated, and
+    // loads that the balance below contains.
+    let holding = constraints.holding_loads(&flows[0].joint_loads).unwrap();
+    assert_eq!(holding.len(), set.held_bodies().count());
+    assert_eq!(flows[0].holding_loads(), holding);
+    let surfaces = set.surface_velocities();
+    for (body, _) in &holding {
+        let first = constraints.layout.bodies()[*body];
+        let expected = [0.3, -0.2, 0.5, 0.1, 0.4, -0.6];
+        assert_eq!(flows[0].generalised.as_slice()[first..first + 6], expected);
+        assert!(surfaces.contains(&first));
+    }
     let flow = &flows[0];
     let missed = &constraints.matrix * &flow.generalised - &constraints.rates;
     assert!(missed.amax() < velocity * constraints.matrix.amax());
@@ -106,6 +125,11 @@ fn check_formulations(
             }
         }
     }
+    for (body, load) in &holding {
+        let first = constraints.layout.bodies()[*body];
+        let at = |first: usize| flow.generalised.fixed_rows::<3>(first).into_owned();
+        power += load.force.dot(&at(first)) + load.torque.dot(&at(first + 3));
+    }
     let work = flow.joint_loads.dot(&constraints.rates);
     assert!((power - work).abs() < 1e-13 * (1.0 + flow.joint_loads.norm()));
 }
@@ -119,6 +143,29 @@ proptest! {
         vectors in prop::collection::vec(vector(1.0), 12),
         seed in prop::collection::vec(-1.0..1.0, 50),
     ) {
+        let loads = loads_on_bodies(&set, &vectors);
+        check_formulations(&set, rotation, &rates, &loads, &seed);
+    }
+}
+
+proptest! {
+    /// A body with joints whose velocity is given: the tethered swimmer.
+    #[test]
+    fn formulations_agree_where_a_linked_body_is_held(
+        set in tree(),
+        held in 0..6usize,
+        rotation in vector(1.0),
+        rates in prop::collection::vec(-2.0..2.0, 6),
+        vectors in prop::collection::vec(vector(1.0), 12),
+        seed in prop::collection::vec(-1.0..1.0, 50),
+    ) {
+        let rigid: Vec<usize> = (0..set.kinds().len())
+            .filter(|&body| set.kinds()[body] == BodyKind::Rigid)
+            .collect();
+        prop_assume!(!rigid.is_empty());
+        let held = rigid[held % rigid.len()];
+        let set = set.with_held(&[held], &[held]).unwrap();
+        prop_assert_eq!(set.linkages()[set.linkage_of()[held]].root, held);
         let loads = loads_on_bodies(&set, &vectors);
         check_formulations(&set, rotation, &rates, &loads, &seed);
     }

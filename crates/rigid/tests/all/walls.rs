@@ -81,7 +81,7 @@ fn forces_depend_on_the_velocity_relative_to_the_walls() {
     let wind = Vector3::new(1.0, 0.5, -0.3);
     let still = vec![ExternalLoad::default(); 2];
     let mut obstacles = Case::loaded(part(&[]), centres(&[]), still);
-    obstacles.set = obstacles.set.with_fixed(&[0, 1]).expect("no links");
+    obstacles.set = (obstacles.set).with_held(&[0, 1], &[0, 1]).expect("bodies");
     set_walls(&mut obstacles, |_| wind);
     let (flow, _) = obstacles.solve(&Eliminated, 0.0);
     assert!(flow.bodies.amax() == 0.0 && flow.forces.amax() > 1.0);

@@ -4,8 +4,9 @@ use toml::{Table, Value};
 
 use super::places::Places;
 use crate::error::{SceneError, one_line};
-use crate::keys::{self, Key, Kind, Words, join, without_indices};
+use crate::keys::{self, Key, KeyType, Kind, Words, join, without_indices};
 use crate::nearest::nearest;
+use crate::words::AxesKind;
 
 /// Refuses unknown keys and values that are not of their key's kind, below a group.
 pub(super) fn check_table(places: &Places, table: &Table, group: &str) -> Result<(), SceneError> {
@@ -146,6 +147,17 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
                 _ => false,
             }),
             value => number(value).is_some(),
+        },
+        Kind::Load => match value {
+            Value::Table(table) => table.iter().all(|(key, value)| match &key[..] {
+                "mean" | "amplitude" => three_numbers(value, |_| true),
+                "phase" => number(value).is_some() || three_numbers(value, |_| true),
+                "period" => number(value).is_some_and(|x| x > 0.0),
+                "order" => is_count(value),
+                "axes" => check_kind(value, AxesKind::KIND).is_ok(),
+                _ => false,
+            }),
+            value => three_numbers(value, |_| true),
         },
         Kind::Positive => number(value).is_some_and(|x| x > 0.0),
         Kind::NonNegative => number(value).is_some_and(|x| x >= 0.0),

@@ -36,6 +36,8 @@ pub enum Kind {
     NonNegative,
     /// A finite number, or the parameters of an oscillation.
     Oscillation,
+    /// Three finite numbers, or the parameters of their oscillation.
+    Load,
     /// Three finite numbers.
     Vector,
     /// Three rows of three finite numbers.
@@ -80,6 +82,10 @@ impl Kind {
             Self::Oscillation => {
                 "a number, or a table such as { mean = 0, amplitude = 1, phase = 0, order = 1, \
                  period = 2 }"
+            }
+            Self::Load => {
+                "three numbers, such as [0, 0, 1], or a table such as { mean = [0, 0, 0], amplitude = \
+                 [1, 0, 0], phase = 0, order = 1, period = 2, axes = \"laboratory\" }"
             }
             Self::Positive => "a number greater than zero",
             Self::NonNegative => "a number that is not negative",

@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 use super::key::{Key, KeyDefault, KeyTable, KeyType, Kind, tables};
 use crate::joints::JointWord;
 use crate::words::{
-    AcceptKind, ArmsKind, BackgroundKind, DomainKind, DriveKind, EstimatesKind, FlowsKind,
-    FormulationKind, GaitKind, GeometryKind, InterpolationKind, LearnKind, MeshMotionKind,
-    MesherKind, ModelKind, ObjectiveKind, ShapeKind, SolverKind, StrokeStart, SurfaceKind,
-    SymmetryKind,
+    AcceptKind, ArmsKind, AxesKind, BackgroundKind, DomainKind, DriveKind, EstimatesKind,
+    FlowsKind, FormulationKind, GaitKind, GeometryKind, InterpolationKind, LearnKind,
+    MeshMotionKind, MesherKind, ModelKind, ObjectiveKind, ShapeKind, SolverKind, StrokeStart,
+    SurfaceKind, SymmetryKind,
 };
 
 tables! {
@@ -27,6 +27,8 @@ tables! {
         domain: DomainFile,
         /// The flow in the absence of the bodies.
         background: Option<BackgroundFile>,
+        /// The magnetic field.
+        field: Option<FieldFile>,
         /// The bodies.
         bodies: Vec<BodyFile>,
         /// The joints.
@@ -85,6 +87,23 @@ tables! {
         gradient: Option<[[f64; 3]; 3]> | "required for shear and extension",
     }
 
+    /// A uniform magnetic field `B`, which acts on bodies with a `moment` m by the torque m × B. It is
+    /// mean + amplitude sin(2 pi order t / period + phase) in each component: constant, oscillating
+    /// or, with phases that differ by a quarter of a turn, rotating.
+    pub(crate) struct FieldFile in "field." {
+        /// Mean.
+        mean: Option<[f64; 3]> | "[0, 0, 0]",
+        /// Amplitudes of the components.
+        amplitude: Option<[f64; 3]> | "[0, 0, 0]: a constant field",
+        /// Phase angles of the components, in radians. With amplitude = [b, b, 0] and phase =
+        /// [1.5707963, 0, 0] the field rotates about z, from x towards y.
+        phase: Option<[f64; 3]> | "[0, 0, 0]",
+        /// Number of oscillations in a period.
+        order: Option<u32> | "1",
+        /// Period.
+        period: Option<f64> [Positive] | "that of the gait; required with `amplitude` otherwise",
+    }
+
     /// A body; every body has a `[[bodies]]` of its own. `shape` says which of the lengths are
     /// needed, and other lengths are errors.
     pub(crate) struct BodyFile in "bodies[]." {
@@ -129,13 +148,26 @@ tables! {
         position: Option<[f64; 3]> | "required; of `shape = \"file\"` the centroid of its volume",
         /// Name of the body's part of the mesh's boundary.
         surface: Option<String> | "required for `domain.kind = \"mesh\"`",
-        /// External force.
-        force: [f64; 3] = [0.0, 0.0, 0.0],
-        /// External torque about the centre.
-        torque: Option<[f64; 3]>; [0.0, 0.0, 0.0],
-        /// Whether the body is an obstacle at rest, which has no links and no loads.
+        /// External force: constant in the laboratory, or a table of mean + amplitude sin(2 pi order t
+        /// / period + phase) in each component. Its `phase` is one angle or three, the period that of
+        /// the gait by default; with `axes = "body"` the components are along axes that turn with the
+        /// body, and are those of the laboratory at the start.
+        force: LoadFile,
+        /// External torque about the centre: constant, or a table as for `force`.
+        torque: Option<LoadFile>; [0.0, 0.0, 0.0],
+        /// Magnetic moment in the initial configuration. It turns with the body; `[field]` acts on it.
+        #[serde(skip_serializing_if = "is_default")]
+        moment: [f64; 3] | "none",
+        /// Whether the body is fixed in space: an obstacle, or a body that holds a swimmer. No loads
+        /// act on it but those of its links; the force and the torque that hold it are results.
         #[serde(skip_serializing_if = "is_default")]
         fixed: bool,
+        /// Given velocity of the centre, constant in the laboratory. The force that drives the body
+        /// is a result; it rotates freely unless `angular_velocity` is given too.
+        velocity: Option<[f64; 3]> | "none: the flow determines it",
+        /// Given angular velocity, constant in the laboratory. The torque that drives the body is a
+        /// result; its centre moves freely unless `velocity` is given too.
+        angular_velocity: Option<[f64; 3]> | "none: the flow determines it",
         /// Mass; without masses there is no inertia. With gravity its weight is that of the mass
         /// minus that of the displaced fluid. Give mass or density, not both.
         mass: f64 [NonNegative] = 0.0,
@@ -376,9 +408,6 @@ pub(crate) const DEFAULT_AXIS: [f64; 3] = [1.0, 0.0, 0.0];
 /// Default of `bodies[].orientation`, which spheres and points do not have.
 pub(crate) const DEFAULT_ORIENTATION: [f64; 3] = [0.0; 3];
 
-/// Default of `bodies[].torque`, which points do not have.
-pub(crate) const DEFAULT_TORQUE: [f64; 3] = [0.0; 3];
-
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
@@ -409,6 +438,58 @@ pub(crate) enum ForceFile {
 
 impl KeyType for ForceFile {
     const KIND: Kind = Kind::Oscillation;
+}
+
+/// Value of `bodies[].force` and `bodies[].torque`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub(crate) enum LoadFile {
+    Constant([f64; 3]),
+    Driving(DriveFile),
+}
+
+impl KeyType for LoadFile {
+    const KIND: Kind = Kind::Load;
+    const DEFAULT: &'static str = "[0.0, 0.0, 0.0]";
+}
+
+impl Default for LoadFile {
+    fn default() -> Self {
+        Self::Constant([0.0; 3])
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct DriveFile {
+    pub mean: [f64; 3],
+    pub amplitude: [f64; 3],
+    pub phase: PhaseAngles,
+    pub order: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub period: Option<f64>,
+    pub axes: AxesKind,
+}
+
+impl Default for DriveFile {
+    fn default() -> Self {
+        Self {
+            mean: [0.0; 3],
+            amplitude: [0.0; 3],
+            phase: PhaseAngles::All(0.0),
+            order: 1,
+            period: None,
+            axes: AxesKind::default(),
+        }
+    }
+}
+
+/// Phase angles of three components.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub(crate) enum PhaseAngles {
+    All(f64),
+    Each([f64; 3]),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

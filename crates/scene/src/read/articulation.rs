@@ -1,10 +1,14 @@
 //! The joints of a scene file, and the articulation of its bodies and joints.
 
-use rigid::{Articulation, Freedom, Joint, JointDrive, JointKind, PassiveDrive, RigidError};
+use nalgebra::Vector3;
+use rigid::{
+    Articulation, Freedom, Joint, JointDrive, JointKind, PassiveDrive, Reduction, RigidError,
+};
 
 use crate::body::Body;
 use crate::checks::{Checks, check_angle};
 use crate::error::SceneError;
+use crate::gait::{Gait, spans};
 use crate::joints::JointKeys;
 use crate::keys::{ForceFile, JointFile};
 use crate::shape_path::{JointForce, Sine};
@@ -103,20 +107,18 @@ pub(super) fn articulation(
             return Err(checks.bad_value(&format!("bodies[{number}]"), problem));
         }
     }
-    let fixed: Vec<usize> = (0..bodies.len()).filter(|&b| bodies[b].fixed).collect();
-    for &number in &fixed {
-        if let Some(joint) = joints.iter().find(|l| l.body == number || l.to == number) {
-            let problem = format!(
-                "cannot be true: link '{}' acts on the body; an obstacle has no links",
-                joint.name
-            );
-            return Err(checks.bad_value(&format!("bodies[{number}].fixed"), problem));
-        }
-    }
+    let held = |velocity: fn(&Body) -> Option<Vector3<f64>>| -> Vec<usize> {
+        (0..bodies.len())
+            .filter(|&body| velocity(&bodies[body]).is_some())
+            .collect()
+    };
+    let translations = held(Body::held_velocity);
+    let rotations = held(Body::held_angular_velocity);
     let kinds: Vec<_> = bodies.iter().map(Body::kind).collect();
     let join = |joints: Vec<Joint>, bodies: &[Body]| {
         let positions: Vec<_> = bodies.iter().map(|body| body.position).collect();
-        Articulation::new(&kinds, joints, arms.into(), &positions)?.with_fixed(&fixed)
+        Articulation::new(&kinds, joints, arms.into(), &positions)?
+            .with_held(&translations, &rotations)
     };
     let set = join(joints, bodies).map_err(|error| checks.bad_value("links", error.to_string()))?;
     let mut lengths = set.initial_shape().to_vec();
@@ -147,6 +149,45 @@ pub(super) fn articulation(
         }
     };
     set.with_initial_values(&angles).map_err(bad)
+}
+
+/// Refuses given velocities of bodies that their links and the gait contradict.
+pub(super) fn check_held(
+    checks: &Checks,
+    bodies: &[Body],
+    set: &Articulation,
+    gait: &Gait,
+) -> Result<(), SceneError> {
+    let Some(held) = set.held_bodies().last() else {
+        return Ok(());
+    };
+    let shape = set.initial_shape();
+    let at_rest = (shape.to_vec(), vec![0.0; shape.len()]);
+    let phases = spans(gait, shape)?.take(gait.phases.len());
+    let moments = phases.map(|span| (span.shape(0.5), span.rates(0.5)));
+    for (shape, rates) in std::iter::once(at_rest).chain(moments) {
+        let Ok(mut constraints) = set.constraints(&set.initial_state(), &shape, &rates) else {
+            // A loop that does not close is refused elsewhere.
+            continue;
+        };
+        for body in set.held_bodies() {
+            let velocity = bodies[body].held_twist();
+            constraints = constraints
+                .with_held_velocity(body, velocity)
+                .map_err(|error| checks.bad_value("bodies", error.to_string()))?;
+        }
+        if let Err(error) = Reduction::new(set, &constraints) {
+            let body = &bodies[held];
+            let key = match (body.fixed, body.velocity) {
+                (true, _) => "fixed",
+                (false, Some(_)) => "velocity",
+                (false, None) => "angular_velocity",
+            };
+            let problem = format!("contradicts the links and the other given velocities: {error}");
+            return Err(checks.bad_value(&format!("bodies[{held}].{key}"), problem));
+        }
+    }
+    Ok(())
 }
 
 /// Relative difference up to which a length at the start of a gait is that of the positions, which

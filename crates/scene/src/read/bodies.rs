@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::flow;
+use super::{flow, loads};
 use crate::body::Body;
 use crate::checks::Checks;
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::keys::{BodyFile, DEFAULT_TORQUE};
+use crate::keys::BodyFile;
 use crate::shape::{Shape, shape_keys};
 use crate::shapes::ShapeKeys;
 use crate::surface_shape::SurfaceFiles;
@@ -19,13 +19,14 @@ pub(super) fn bodies(
     checks: &Checks,
     files: &[BodyFile],
     domain: &Domain,
-    has_background: bool,
+    (has_background, gait_period): (bool, Option<f64>),
     surfaces: &mut SurfaceFiles,
 ) -> Result<Vec<Body>, SceneError> {
     let mut first_of = BTreeMap::new();
     let mut bodies = Vec::with_capacity(files.len());
     for (number, file) in files.iter().enumerate() {
-        let body = body(checks, number, file, domain, surfaces, &mut first_of)?;
+        let mut body = body(checks, number, file, domain, surfaces, &mut first_of)?;
+        loads::enter(checks, number, file, gait_period, &mut body)?;
         bodies.push(body);
     }
     check_obstacles(checks, &bodies, has_background)?;
@@ -90,10 +91,15 @@ fn body(
         shape,
         position: position.into(),
         surface: file.surface.clone(),
-        force: file.force.into(),
-        torque: file.torque.unwrap_or(DEFAULT_TORQUE).into(),
+        force: Vector3::zeros(),
+        driving_force: None,
+        torque: Vector3::zeros(),
+        driving_torque: None,
+        moment: file.moment.into(),
         weight: Vector3::zeros(),
         fixed: file.fixed,
+        velocity: file.velocity.map(Vector3::from),
+        angular_velocity: file.angular_velocity.map(Vector3::from),
         density: file.density,
         slip: flow::slip(checks, number, file, has_surface)?,
         mass: file.mass,
@@ -101,23 +107,13 @@ fn body(
     })
 }
 
-/// Refuses fixed points, fixed bodies with loads, and scenes in which all bodies are fixed and
-/// neither slip nor a background flow moves the fluid.
+/// Refuses scenes in which all bodies are fixed and neither slip nor a background flow moves the
+/// fluid.
 fn check_obstacles(
     checks: &Checks,
     bodies: &[Body],
     has_background: bool,
 ) -> Result<(), SceneError> {
-    for (number, body) in bodies.iter().enumerate().filter(|(_, body)| body.fixed) {
-        let problem = if !body.shape.has_surface() {
-            "makes no sense for a point, which has no surface and is no obstacle; remove it"
-        } else if body.force.amax() > 0.0 || body.torque.amax() > 0.0 {
-            "holds the body against any load; remove its force and torque"
-        } else {
-            continue;
-        };
-        return Err(checks.bad_value(&format!("bodies[{number}].fixed"), problem));
-    }
     let has_obstacle = bodies.iter().any(|body| body.fixed);
     let mut surfaces = bodies.iter().filter(|body| body.shape.has_surface());
     let is_at_rest = |body: &Body| body.fixed && body.slip.is_none();

@@ -12,6 +12,7 @@ use crate::gait::Gait;
 use crate::gait_table::GaitTable;
 use crate::joints::JointKeys;
 use crate::keys::SceneFile;
+use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::shape_path::{JointForce, ShapePath};
 
 /// Largest length of a scene over the smallest length of a body.
@@ -41,6 +42,7 @@ pub(super) struct Unplaced<'a> {
     pub gait_table: Option<&'a GaitTable>,
     pub joints: &'a [Joint],
     pub joint_forces: &'a [JointForce],
+    pub field: Option<&'a VectorOscillation>,
 }
 
 impl Unplaced<'_> {
@@ -177,11 +179,21 @@ impl Unplaced<'_> {
         let unit = self.file.fluid.viscosity * smallest * smallest;
         let duration = self.gait.duration();
         let distance = |load: &Vector3<f64>, unit: f64| duration * load.amax() / unit;
+        let largest = |drive: Option<DrivingLoad>| {
+            drive.map_or_else(Vector3::zeros, |drive| drive.vector.largest())
+        };
+        let field = self.field.map_or(0.0, |field| field.largest().norm());
         for (number, body) in self.bodies.iter().enumerate() {
+            let force = body.force.abs() + largest(body.driving_force);
+            let torque = body.torque.abs() + largest(body.driving_torque);
+            let twist = body.held_twist();
             for (name, radii) in [
-                ("force", distance(&body.force, unit)),
+                ("force", distance(&force, unit)),
                 ("density", distance(&body.weight, unit)),
-                ("torque", distance(&body.torque, unit * smallest)),
+                ("torque", distance(&torque, unit * smallest)),
+                ("moment", distance(&(field * body.moment), unit * smallest)),
+                ("velocity", distance(&twist.linear, smallest)),
+                ("angular_velocity", distance(&twist.angular, 1.0)),
             ] {
                 self.check_distance(&format!("bodies[{number}].{name}"), radii)?;
             }

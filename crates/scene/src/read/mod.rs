@@ -9,6 +9,7 @@ mod extent;
 mod flow;
 mod gait;
 pub(crate) mod limits;
+mod loads;
 
 use std::path::Path;
 
@@ -73,9 +74,10 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
         &checks,
         &file.bodies,
         &domain,
-        has_background,
+        (has_background, file.gait.period),
         &mut surfaces,
     )?;
+    let field = loads::field(&checks, file.field.as_ref(), file.gait.period, &bodies)?;
     let (gravity, density) = (file.gravity.into(), file.fluid.density.unwrap_or(0.0));
     flow::enter_weights(&checks, &gravity, density, &mut bodies)?;
     let joints = articulation::joints(&checks, &file.links, &bodies)?;
@@ -91,12 +93,14 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
         gait_table: gait_table.as_ref(),
         joints: &joints,
         joint_forces: &joint_forces,
+        field: field.as_ref(),
     };
     unplaced.check_extent()?;
     let from = (&gait, gait_table.as_ref());
     let start = gait::initial_shape(&checks, &file.gait, from, &joints)?;
     let articulation =
         articulation::articulation(&checks, &mut bodies, joints, file.gait.arms, &start)?;
+    articulation::check_held(&checks, &bodies, &articulation, &gait)?;
     if file.gait.periodic {
         gait::check_periodic(&checks, &articulation)?;
     }
@@ -117,6 +121,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
         domain,
         bodies,
         articulation,
+        field,
         joint_forces,
         gait,
         gait_table,

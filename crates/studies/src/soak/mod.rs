@@ -251,7 +251,7 @@ fn imbalances(
     let largest = forces.chain(given).fold(f64::MIN_POSITIVE, f64::max);
     let mut balance = 0.0_f64;
     for linkage in set.linkages() {
-        if set.fixed()[linkage.root] {
+        if set.held_translation()[linkage.root] {
             continue;
         }
         let root = places[linkage.root];

@@ -95,10 +95,7 @@ fn system(formulation: &dyn Formulation) -> Result<Constrained> {
     let scene = setup.scene(formulation.name(), "block")?;
     let mut model = FemModel::new(&scene)?;
     let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: scene.articulation().initial_shape(),
-    };
+    let configuration = Configuration::new(&state, scene.articulation().initial_shape());
     Ok(model.system(configuration, &[-0.5, 0.0], formulation)?)
 }
 

@@ -94,10 +94,7 @@ fn interpolation_energy(
 fn ball_in_ball(size: f64, lambda: f64) -> Result<TetMesh> {
     let scene = loaded_sphere(lambda, size)?;
     let state = scene.initial_state();
-    let configuration = Configuration {
-        state: &state,
-        shape: &[],
-    };
+    let configuration = Configuration::new(&state, &[]);
     let mut model = choose(&scene)?.model;
     model.mesh(configuration)?.context("the model has no mesh")
 }

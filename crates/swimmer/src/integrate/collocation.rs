@@ -19,7 +19,8 @@ use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
-    MAX_PARTS, expected_ratio, largest_displacement, largest_rotation, rounding, step_tolerance,
+    MAX_PARTS, expected_ratio, first_parts, largest_displacement, largest_rotation, rounding,
+    step_tolerance,
 };
 use crate::error::SwimError;
 use crate::gauss::{Gauss, lagrange};
@@ -71,7 +72,8 @@ fn in_parts(
 ) -> Result<SpanResult, Stopped> {
     let mut result = SpanResult::empty(start);
     // Parts of the phase span in reverse order, each with the error of the step that was halved.
-    let mut todo = vec![((0.0, 1.0), f64::INFINITY)];
+    let parts = first_parts(evaluator).into_iter();
+    let mut todo: Vec<_> = parts.map(|part| (part, f64::INFINITY)).collect();
     while let Some((span, halved_error)) = todo.pop() {
         let middle = 0.5 * (span.0 + span.1);
         let halves = |error: f64| [((middle, span.1), error), ((span.0, middle), error)];
@@ -90,9 +92,8 @@ fn in_parts(
                 todo.extend(halves(step.error));
                 continue;
             }
-            return Err(evaluator
-                .not_integrated(step.error, step.tolerance, MAX_PARTS)
-                .into());
+            let error = evaluator.not_integrated(step.error, step.tolerance, MAX_PARTS);
+            return Err(result.stopped(evaluator, error));
         }
         match evaluator.check_path(&step.approximation.piece) {
             Err(error) if error.is_overshoot() && may_halve => {
@@ -372,7 +373,8 @@ const MAX_JOINT_ITERATIONS: usize = 6;
 /// error by a factor of the rotation angle of a phase span, below 0.3.
 const MAX_ROTATION_SWEEPS: usize = 40;
 
-/// Initial guess of the motion over a span: the mean position of the bodies of every linkage stays.
+/// Initial guess of the motion over a span: the mean position of the bodies of every linkage stays,
+/// or its root has its given velocity.
 fn fixed_centroids(
     evaluator: &SpanEvaluator,
     start: &State,
@@ -383,6 +385,11 @@ fn fixed_centroids(
     let after = set.place(start, &evaluator.span.shape(span.1))?;
     let mut guess = combination(std::iter::empty(), start);
     for (frame, linkage) in guess.frames.iter_mut().zip(set.linkages()) {
+        if set.held_translation()[linkage.root] {
+            let velocity = evaluator.scene.bodies()[linkage.root].held_twist().linear;
+            frame.linear = velocity * (evaluator.span.duration * (span.1 - span.0));
+            continue;
+        }
         let shift =
             |&body: &usize| before[body].translation.vector - after[body].translation.vector;
         frame.linear =

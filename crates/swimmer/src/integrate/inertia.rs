@@ -8,7 +8,7 @@
 
 use models::{BodySolution, InstantaneousSolution, ModelError};
 use nalgebra::{DMatrix, DVector, Vector6};
-use rigid::{Drive, ExternalLoad, Reduction, State};
+use rigid::{Drive, Reduction, State};
 use scene::{Scene, SceneError};
 
 use super::masses::{Velocities, implicit_terms, mass_matrices, momenta, velocities_of};
@@ -104,11 +104,16 @@ fn explicit_step(
         .unwrap_or_default();
     (constraints.joint_forces.iter_mut().zip(oscillating)).for_each(|(sum, force)| *sum += force);
     let reduction = Reduction::new(set, &constraints)?;
-    let load = |body: &scene::Body| ExternalLoad {
-        force: body.total_force(),
-        torque: body.torque,
-    };
-    let loads: Vec<ExternalLoad> = scene.bodies().iter().map(load).collect();
+    for body in set.held_bodies() {
+        let twist = scene.bodies()[body].held_twist();
+        constraints = constraints.with_held_velocity(body, twist)?;
+    }
+    let rotations: Vec<_> = set
+        .place(state, &shape)?
+        .iter()
+        .map(|pose| pose.rotation)
+        .collect();
+    let loads = scene.loads(evaluator.span.time(s), &rotations);
     let drive = Drive {
         set,
         constraints: &constraints,

@@ -100,7 +100,11 @@ pub(super) fn after_impulse(
 ) -> Result<Velocities, SwimError> {
     let set = evaluator.scene.articulation();
     let (shape, rates) = (evaluator.span.shape(0.0), evaluator.span.rates(0.0));
-    let constraints = set.constraints(state, &shape, &rates)?;
+    let mut constraints = set.constraints(state, &shape, &rates)?;
+    for body in set.held_bodies() {
+        let twist = evaluator.scene.bodies()[body].held_twist();
+        constraints = constraints.with_held_velocity(body, twist)?;
+    }
     let reduction = Reduction::new(set, &constraints)?;
     let masses = mass_matrices(evaluator, 0.0, state)?;
     let surfaced: Vec<usize> = (0..masses.len())

@@ -121,8 +121,8 @@ pub struct Integrator<'a> {
     span_tolerance: Option<f64>,
     /// Whether solutions are shown with their flow.
     flows: bool,
-    /// The part of the last phase span before contact.
-    until_contact: Option<SpanResult>,
+    /// The part of the last phase span before an error that ended its motion.
+    so_far: Option<SpanResult>,
 }
 
 impl<'a> Integrator<'a> {
@@ -136,7 +136,7 @@ impl<'a> Integrator<'a> {
             span_tolerance: Prediction::from_scene(scene)
                 .map(|prediction| prediction.span_tolerance(scene.working_tolerance())),
             flows: false,
-            until_contact: None,
+            so_far: None,
         }
     }
 
@@ -168,7 +168,7 @@ impl<'a> Integrator<'a> {
     ///
     /// # Errors
     /// [`SwimError::OtherScene`], [`SwimError::NoSteps`], errors of the model,
-    /// [`SwimError::Collision`], [`SwimError::NotIntegrated`],
+    /// [`SwimError::Collision`], [`SwimError::Approach`], [`SwimError::NotIntegrated`],
     /// [`SwimError::Unstable`], and errors of `observe`.
     pub fn span(
         &mut self,
@@ -206,14 +206,15 @@ impl<'a> Integrator<'a> {
             ),
         };
         integrated.map_err(|stopped| {
-            self.until_contact = stopped.until_contact.map(|result| *result);
+            let nothing = || (stopped.error.ends_motion()).then(|| SpanResult::empty(start));
+            self.so_far = stopped.so_far.map(|result| *result).or_else(nothing);
             *stopped.error
         })
     }
 
-    /// The part before contact of a phase span that ended with [`SwimError::Collision`]; it ends at
-    /// [`SpanResult::reached`].
-    pub fn take_until_contact(&mut self) -> Option<SpanResult> {
-        self.until_contact.take()
+    /// The first part of a phase span whose motion ended with an error, such as
+    /// [`SwimError::Collision`]; it ends at [`SpanResult::reached`].
+    pub fn take_so_far(&mut self) -> Option<SpanResult> {
+        self.so_far.take()
     }
 }

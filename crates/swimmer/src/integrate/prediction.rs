@@ -57,10 +57,14 @@ const MODEL_SHARE: f64 = 0.6;
 
 impl Prediction {
     /// The prediction for a scene; none without a gait, with many bodies, slip or a background
-    /// flow, or if nothing moves.
+    /// flow, loads that vary, or if nothing moves.
     pub fn from_scene(scene: &Scene) -> Option<Self> {
         // The rough model ignores slip and background flows.
         if scene.bodies().len() > MAX_BODIES || scene.has_surface_velocity() {
+            return None;
+        }
+        // A few points per phase do not follow bodies that turn many times in a field.
+        if scene.bodies().iter().any(scene::Body::is_driven) {
             return None;
         }
         let mut model = RoughModel::new(scene).ok()?;

@@ -34,7 +34,9 @@ use super::masses::{
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
-use super::step_size::{MAX_PARTS, largest_displacement, largest_rotation, step_tolerance};
+use super::step_size::{
+    MAX_PARTS, first_parts, largest_displacement, largest_rotation, step_tolerance,
+};
 use crate::error::SwimError;
 
 /// Largest number of steps of a part of a phase span.
@@ -68,7 +70,7 @@ pub(super) fn span(
     let mut before = after_impulse(evaluator, start, &before)?;
     let mut result = SpanResult::empty(start);
     // Parts of the phase span in reverse order.
-    let mut todo = vec![(0.0, 1.0)];
+    let mut todo = first_parts(evaluator);
     while let Some(span) = todo.pop() {
         match part(evaluator, &result.end, &before, span) {
             Err(error) if error.is_overshoot() && span.1 - span.0 > 1.0 / MAX_PARTS as f64 => {

@@ -79,15 +79,15 @@ pub struct SpanResult {
 /// An error that ends the integration of a phase span.
 pub(super) struct Stopped {
     pub error: Box<SwimError>,
-    /// The part of the phase span before contact, if that is the error.
-    pub until_contact: Option<Box<SpanResult>>,
+    /// The part of the phase span before the error, if the motion up to there is a result.
+    pub so_far: Option<Box<SpanResult>>,
 }
 
 impl<E: Into<SwimError>> From<E> for Stopped {
     fn from(error: E) -> Self {
         Self {
             error: Box::new(error.into()),
-            until_contact: None,
+            so_far: None,
         }
     }
 }
@@ -263,16 +263,16 @@ impl SpanResult {
         Ok(())
     }
 
-    /// The error that ends the integration here, with this result if it is contact.
+    /// The error that ends the integration here, with this result if it is the motion up to there.
     pub(super) fn stopped(self, evaluator: &SpanEvaluator, error: SwimError) -> Stopped {
-        let is_contact = matches!(error, SwimError::Collision { .. });
+        let keeps = error.ends_motion();
         Stopped {
             error: Box::new(error),
-            until_contact: is_contact.then(|| Box::new(self.with_totals(evaluator))),
+            so_far: keeps.then(|| Box::new(self.with_totals(evaluator))),
         }
     }
 
-    /// The position on the phase span at which the result ends: one, or that of contact.
+    /// The position on the phase span at which the result ends: one, or where the motion stopped.
     pub fn reached(&self) -> f64 {
         self.pieces.last().map_or(0.0, |piece| piece.to)
     }

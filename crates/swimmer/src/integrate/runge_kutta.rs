@@ -98,9 +98,8 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
         };
         if step.error > tolerance {
             if !may_halve {
-                return Err(evaluator
-                    .not_integrated(step.error, tolerance, MAX_PARTS)
-                    .into());
+                let error = evaluator.not_integrated(step.error, tolerance, MAX_PARTS);
+                return Err(result.stopped(evaluator, error));
             }
             width = factor.min(1.0) * (end - s);
             continue;

@@ -1,6 +1,9 @@
 //! Sizes of steps, and the tolerances that they are compared with.
 
+use std::f64::consts::PI;
+
 use rigid::StateVelocity;
+use scene::DrivingLoad;
 
 use super::piece::PathPiece;
 use super::span_evaluator::SpanEvaluator;
@@ -28,13 +31,28 @@ const MAX_RATIO: f64 = 0.5;
 /// mean that something else than the step size is wrong.
 pub(super) const MAX_PARTS: usize = 1 << 14;
 
+/// The parts of a phase span that are tried first, in reverse order: the whole, or quarters of the
+/// shortest period of loads, as for smooth gaits. Few points over whole periods would see nothing
+/// of them, at every order.
+pub(super) fn first_parts(evaluator: &SpanEvaluator) -> Vec<(f64, f64)> {
+    let parts = match evaluator.scene.shortest_period() {
+        Some(period) => (4.0 * evaluator.span.duration / period).ceil(),
+        None => 1.0,
+    };
+    let parts = parts.clamp(1.0, MAX_PARTS as f64);
+    let part = |k: usize| (k as f64 / parts, (k + 1) as f64 / parts);
+    (0..parts as usize).rev().map(part).collect()
+}
+
 /// Error that the scene's tolerance allows for a step over the part `width` of the phase span.
 pub(super) fn step_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, width: f64) -> f64 {
     match evaluator.tolerance {
         Some(tolerance) => tolerance * width,
         None => {
-            let scale = largest_displacement(evaluator, step)
-                .max(width * largest_length_change(evaluator).max(evaluator.moved));
+            let of_phase = largest_length_change(evaluator)
+                .max(evaluator.moved)
+                .max(driven_displacement(evaluator));
+            let scale = largest_displacement(evaluator, step).max(width * of_phase);
             evaluator.scene.working_tolerance() * SPAN_TOLERANCE_SHARE * scale
         }
     }
@@ -71,6 +89,24 @@ pub(super) fn rounding(evaluator: &SpanEvaluator, step: &StateVelocity) -> f64 {
     const OPERATIONS: f64 = 16.0;
     let size = longest_joint(evaluator).max(largest_displacement(evaluator, step));
     OPERATIONS * f64::EPSILON * size
+}
+
+/// Displacement over the phase span of a body alone, or of points of its surface, by the largest
+/// loads that vary: such motions come to rest and return, where a step has no size of its own.
+fn driven_displacement(evaluator: &SpanEvaluator) -> f64 {
+    let scene = evaluator.scene;
+    let field = scene.field().map_or(0.0, |field| field.largest().norm());
+    let largest = |load: Option<DrivingLoad>| load.map_or(0.0, |l| l.vector.largest().norm());
+    let speed = |body: &scene::Body| {
+        let radius = body.bounding_radius();
+        let torque = largest(body.driving_torque) + field * body.moment.norm();
+        let drag = 6.0 * PI * scene.viscosity() * radius;
+        let turning = 8.0 * PI * scene.viscosity() * radius * radius;
+        largest(body.driving_force) / drag + torque / turning
+    };
+    let bodies = scene.bodies().iter();
+    let driven = bodies.filter(|body| body.is_driven() && body.bounding_radius() > 0.0);
+    evaluator.span.duration * driven.map(speed).fold(0.0, f64::max)
 }
 
 /// The largest displacement by one joint over the phase span.

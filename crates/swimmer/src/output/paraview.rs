@@ -134,10 +134,9 @@ impl FlowSeries {
         let history = model.history()?;
         for solution in missing {
             let number = first + solution.number;
-            let configuration = Configuration {
-                state: &solution.state,
-                shape: &span.shape(solution.s),
-            };
+            let shape = span.shape(solution.s);
+            let configuration =
+                Configuration::new(&solution.state, &shape).at_time(span.time(solution.s));
             let flow = (model.flows()?).flow(configuration, &span.rates(solution.s))?;
             self.write(number, &flow)?;
             self.pending.push(number);

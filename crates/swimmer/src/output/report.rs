@@ -19,8 +19,7 @@ pub const ALL_ERRORS: &str = "all errors";
 ///   full turns as far as its axis stays), `turned` (by body, the angle of its whole path), `work`
 ///   (of the bodies on the fluid), with `error_estimate`, `rotation_error` and `work_error`
 ///   (error bars, absolute in the scene's units; `total` is null if nothing was estimated),
-///   `uncorrected` (displacement and work before
-///   estimated discretisation errors were subtracted);
+///   `uncorrected` (displacement and work before estimated discretisation errors were subtracted);
 /// - `shape_change`: null if the joints return to their values; otherwise the changes by `links` and
 ///   the `rigid_part` of the motion, that of the frame in which the shape is described (`body`,
 ///   `displacement`, `rotation`);
@@ -29,7 +28,7 @@ pub const ALL_ERRORS: &str = "all errors";
 ///   `lookups` (solutions that were looked up in these tables);
 /// - `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer),
 ///   `allowed_error` (the length that they allow);
-/// - `contact`: where bodies touched and the run stopped, in words, or null;
+/// - `stopped`: why the run stopped before its end, such as contact, in words, or null;
 /// - `cycles`, `duration`, `meshes`, `seconds`, `peak_rss_mib`.
 ///
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
@@ -110,7 +109,7 @@ pub fn summary_json(
         "work_error": estimate(&outcome.work_error),
         "tolerance": scene.model().tolerance,
         "tolerance_met": outcome.tolerance_met,
-        "contact": outcome.contact,
+        "stopped": outcome.stopped,
         "tolerance_limits": limited,
         "allowed_error": outcome.allowed_error,
         "meshes": outcome.meshes,
@@ -124,13 +123,15 @@ pub fn summary_json(
 ///
 /// `links` has the force and, about the pivot, the torque of each joint on the body that its key
 /// `body` names; the opposite ones act on `to`. `drive` is the force of the drive, or its torque if
-/// the value of the joint is an angle: its power on the bodies is `drive` times the rate. `power`
-/// is that of the bodies on the fluid, by motion and slip. `error_estimate` refers to the
-/// velocities; its entries `angular_velocity`, `force`, `torque` and `stresslet` to the largest of
-/// each, `power` to the power. `stresslet` of a body is the matrix of [`models::Stresslets`], with
-/// the sign of Batchelor (1970); null for models that do not compute it. `uncorrected` has
-/// velocities, forces and power before estimated discretisation errors were subtracted, `checks`
-/// independent computations of these forces and their power.
+/// the value of the joint is an angle: its power on the bodies is `drive` times the rate.
+/// `holding_force` and `holding_torque` of a body whose velocity is given are the load that holds or
+/// drives it ([`models::HoldingLoad`]), null for other bodies; their error bars are those of the
+/// forces and torques. `power` is that of the bodies on the fluid, by motion and slip.
+/// `error_estimate` refers to the velocities; its entries `angular_velocity`, `force`, `torque` and
+/// `stresslet` to the largest of each, `power` to the power. `stresslet` of a body is the matrix of
+/// [`models::Stresslets`], with the sign of Batchelor (1970); null for models that do not compute
+/// it. `uncorrected` has velocities, forces and power before estimated discretisation errors were
+/// subtracted, `checks` independent computations of these forces and their power.
 pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolution) -> Value {
     let motion = |solution: &InstantaneousSolution| -> Value {
         let bodies = scene.bodies().iter().zip(&solution.bodies);
@@ -141,6 +142,7 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
                 .get(body)
                 .map(|s| matrix_json(&DMatrix::from_column_slice(3, 3, s.as_slice())))
         };
+        let holding = |body: usize| solution.holding.iter().find(|load| load.body == body);
         let bodies: Vec<Value> = (bodies.enumerate())
             .map(|(number, (body, motion))| {
                 json!({
@@ -149,6 +151,8 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
                     "angular_velocity": vector(&motion.angular_velocity),
                     "force": vector(&motion.force),
                     "torque": vector(&motion.torque),
+                    "holding_force": holding(number).map(|load| vector(&load.force)),
+                    "holding_torque": holding(number).map(|load| vector(&load.torque)),
                     "stresslet": stresslet(number),
                 })
             })

@@ -247,10 +247,7 @@ fn typical_solves(scene: &Scene) -> usize {
 }
 
 fn start<'a>(scene: &'a Scene, state: &'a rigid::State) -> Configuration<'a> {
-    Configuration {
-        state,
-        shape: scene.articulation().initial_shape(),
-    }
+    Configuration::new(state, scene.articulation().initial_shape())
 }
 
 /// Tries the candidates, in the order of their predicted cost.
@@ -266,10 +263,7 @@ fn compare(scene: &Scene, allowed: f64) -> Result<Comparison, ModelError> {
     let shapes = stroke.as_ref().map(trial::shapes).unwrap_or_default();
     let candidate = |kind: SphereModel| -> Result<Candidate, ModelError> {
         let model = SpheresModel::new(scene, kind)?;
-        let at = |shape: &[f64]| {
-            let state = &state;
-            model.predicted_seconds(Configuration { state, shape })
-        };
+        let at = |shape: &[f64]| model.predicted_seconds(Configuration::new(&state, shape));
         let mut all = vec![at(scene.articulation().initial_shape())?];
         // The run reports shapes that are too narrow, with their place.
         all.extend(shapes.iter().filter_map(|shape| at(shape).ok()));

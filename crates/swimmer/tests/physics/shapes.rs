@@ -94,7 +94,7 @@ fn resistances_of_all_shapes_are_symmetric_and_positive_definite() {
         let scene = loaded(name, turned, [Vector3::x(); 2], &SMALL_DOMAIN);
         let (state, shape) = (&scene.initial_state(), &[]);
         let mut model = FemModel::new(&scene).expect("a model");
-        let resistance = model.resistance(Configuration { state, shape });
+        let resistance = model.resistance(Configuration::new(state, shape));
         let resistance = resistance.expect("a resistance").matrix;
         let asymmetry = (&resistance - resistance.transpose()).amax() / resistance.amax();
         within(

@@ -69,7 +69,10 @@ fn the_solution_is_that_on_the_reflected_mesh() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("whole.msh");
         let (state, shape) = (&own.initial_state(), own.articulation().initial_shape());
-        let mesh = model.mesh(Configuration { state, shape }).unwrap().unwrap();
+        let mesh = model
+            .mesh(Configuration::new(state, shape))
+            .unwrap()
+            .unwrap();
         mesh.write(&file).unwrap();
         let domain = format!("{{ kind = \"mesh\", file = {file:?}, walls = [\"outer\"] }}");
         let in_file = ["a", "b", "c"]

@@ -50,12 +50,15 @@ fn bug_a_pulled_sphere_passed_through_another() {
 fn a_run_that_stops_at_contact_leaves_its_results_up_to_there() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let stopped = swimmer::run(pulled("rpy"), &out, false, &mut (), &mut ());
+    let stopped = swimmer::run(pulled("rpy"), &out, false, &mut (), &mut ()).unwrap();
+    let in_memory = swimmer::run_without_files(pulled("rpy"), &mut ()).unwrap();
+    assert_eq!(in_memory.outcome.displacement, stopped.outcome.displacement);
+    let stopped = stopped.completed();
     assert!(matches!(stopped, Err(SwimError::Collision { .. })));
     let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     assert!(
-        summary["contact"]
+        summary["stopped"]
             .as_str()
             .unwrap()
             .contains("'small' and 'fixed' touch")
@@ -67,6 +70,50 @@ fn a_run_that_stops_at_contact_leaves_its_results_up_to_there() {
     let last = trajectory.lines().last().unwrap();
     let end: f64 = last.split(',').nth(3).unwrap().parse().unwrap();
     assert_eq!(end, moved);
+}
+
+/// A massless sphere above a wall, pressed to it by a force that moves it by thousands of radii in
+/// unbounded fluid.
+#[test]
+fn bug_a_sphere_pressed_to_a_wall_gave_no_result() {
+    let text = r#"
+        model.kind = "multipole"
+        domain.kind = "wall"
+        bodies = [{ name = "ball", radius = 1, position = [0, 0, 3], force = [0, 0, -1000] }]
+        gait.phases = [{ duration = 100 }]
+    "#;
+    let report = swimmer::run_without_files(Scene::parse(text).unwrap(), &mut ()).unwrap();
+    let reached = report.outcome.displacement[0].z;
+    let error = report.completed().unwrap_err();
+    assert_eq!(error.exit_code(), 3);
+    let SwimError::Approach {
+        gap,
+        speed,
+        decay,
+        time,
+        until,
+        ..
+    } = error
+    else {
+        panic!("{error}");
+    };
+    assert!(gap < 1e-3 && gap > 1e-4, "{gap}");
+    within(
+        2.0 + reached - gap,
+        1e-12,
+        "the gap is that of the position",
+    );
+    // Cox & Brenner (1967): `F = 6 π μ a U (a / h + ln(a / h) / 5 + 0.9713)` up to terms of h ln h.
+    let resistance = 6.0 * std::f64::consts::PI * (1.0 / gap - gap.ln() / 5.0 + 0.9713);
+    let exact = 1000.0 / resistance;
+    within(
+        speed - exact,
+        2e-3 * exact,
+        "the change of the speed over a thousandth of the step",
+    );
+    within(speed * decay - gap, 1e-12 * gap, "by definition");
+    let expected = time + decay * (gap / 1e-4).ln();
+    within(until - expected, 1e-12 * expected, "rounding");
 }
 
 /// Two spheres that a stiff spring draws from 10 to 4 in a hundredth of the phase.

@@ -176,7 +176,7 @@ fn hostile_configurations_are_refused_by_every_model() {
     for mut model in models {
         let name = model.name();
         let mut refuses = |state: &State, shape: &[f64], rates: &[f64]| {
-            let configuration = Configuration { state, shape };
+            let configuration = Configuration::new(state, shape);
             assert!(
                 model.solve_one(configuration, rates).is_err(),
                 "{name} {shape:?} {rates:?}"
@@ -214,7 +214,7 @@ fn tables_outside_their_box_are_refused() {
     assert!(space.connection(&[7.0, 10.0]).is_ok() && space.metric(&[7.0, 10.0]).is_ok());
     let refuses = |state: &State, shape: &[f64], rates: &[f64]| {
         space
-            .solution(Configuration { state, shape }, rates)
+            .solution(Configuration::new(state, shape), rates)
             .is_err()
     };
     for shape in [

@@ -5,6 +5,7 @@ mod bad_checkpoints;
 mod bookkeeping;
 mod contacts;
 mod corrections;
+mod driven;
 #[path = "../../../scene/tests/all/edits.rs"]
 mod edits;
 mod euler_bars;

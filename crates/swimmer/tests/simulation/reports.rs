@@ -120,7 +120,7 @@ fn the_summary_has_every_number_of_the_outcome() {
     });
     outcome.work_error = estimate(0.25);
     outcome.tolerance_met = false;
-    outcome.contact = Some("where".to_owned());
+    outcome.stopped = Some("where".to_owned());
     outcome.allowed_error = 0.375;
     outcome.seconds = seconds(1.0);
     outcome.meshes = vec![NewMesh {
@@ -183,7 +183,7 @@ fn the_summary_has_every_number_of_the_outcome() {
             "tolerance_met": false,
             "tolerance_limits": "the error of the integration",
             "allowed_error": 0.375,
-            "contact": "where",
+            "stopped": "where",
             "meshes": [{ "time": 0.75, "phase": 2, "reason": "a reason" }],
         })
     );
@@ -276,6 +276,8 @@ fn the_json_of_a_solution_has_every_number_of_it() {
             "angular_velocity": list(unit + 1.0),
             "force": list(unit + 2.0),
             "torque": list(unit + 3.0),
+            "holding_force": null,
+            "holding_torque": null,
             "stresslet": null,
         })
     };

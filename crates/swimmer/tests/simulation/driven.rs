@@ -1,0 +1,315 @@
+//! Bodies that are held or driven: tethered swimmers, given velocities, varying loads, fields.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{DVector, Vector3};
+use scene::Scene;
+use swimmer::{choose, run_without_files, solve_start};
+use testkit::within;
+
+/// A three-sphere swimmer whose outer sphere is fixed, with the other spheres off the line.
+const TETHERED: &str = r#"
+    bodies = [
+        { name = "left", radius = 1, position = [-4, 0, 0] },
+        { name = "centre", radius = 1.5, position = [0, 0, 0] },
+        { name = "tether", radius = 0.8, position = [4, 3, 0], fixed = true },
+    ]
+    links = [
+        { name = "l", body = "left", to = "centre" },
+        { name = "r", body = "tether", to = "centre" },
+    ]
+    gait.phases = [
+        { targets = { l = 3, r = 4.5 } }, { link = "l", length = 4 }, { link = "r", length = 5 },
+    ]
+"#;
+
+fn parsed(text: &str) -> Scene {
+    Scene::parse(text).unwrap()
+}
+
+/// The forces are `R U`, and the load of the tether is the sum of those on the fluid.
+#[test]
+fn a_tethered_swimmer_has_no_net_displacement_but_thrust() {
+    for model in ["oseen", "rpy", "multipole"] {
+        let scene = parsed(&format!("model.kind = \"{model}\"\n{TETHERED}"));
+        let mut flow = choose(&scene).unwrap().model;
+        let solution = solve_start(&scene, flow.as_mut()).unwrap();
+        let resistance = swimmer::start_resistance(&scene, flow.as_mut()).unwrap();
+        let parts = solution
+            .bodies
+            .iter()
+            .flat_map(|b| [b.velocity, b.angular_velocity]);
+        let velocities: Vec<f64> = parts.flat_map(<[f64; 3]>::from).collect();
+        let forces = resistance * DVector::from_vec(velocities);
+        let scale = forces.amax();
+        let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+        let tether = scene.bodies()[2].position;
+        for (number, body) in solution.bodies.iter().enumerate() {
+            let part = |first: usize| forces.fixed_rows::<3>(6 * number + first).into_owned();
+            within((body.force - part(0)).norm(), 1e-9 * scale, "F = R U");
+            within((body.torque - part(3)).norm(), 1e-9 * scale, "T = R U");
+            force += body.force;
+            let arm = scene.bodies()[number].position - tether;
+            torque += arm.cross(&body.force) + body.torque;
+        }
+        let [holding] = solution.holding[..] else {
+            panic!("{:?}", solution.holding);
+        };
+        assert_eq!(holding.body, 2);
+        assert!(
+            holding.force.norm() > 0.1 * scale,
+            "{model}: {}",
+            holding.force
+        );
+        within(
+            (holding.force - force).norm(),
+            1e-9 * scale,
+            "balance of the swimmer",
+        );
+        within(
+            (holding.torque - torque).norm(),
+            1e-8 * scale,
+            "balance, arms of 8",
+        );
+        let outcome = run_without_files(scene, &mut ())
+            .unwrap()
+            .completed()
+            .unwrap()
+            .outcome;
+        assert_eq!(outcome.displacement[2], Vector3::zeros());
+        within(outcome.net(), 1e-12, "the stroke is closed: rounding");
+        assert!(outcome.work > 1.0);
+    }
+}
+
+#[test]
+fn a_given_velocity_needs_stokes_drag_and_drags_others() {
+    let single = parsed(
+        "model.kind = \"multipole\"\nbodies = [{ name = \"a\", radius = 2, position = [0, 0, 0], \
+         velocity = [0, 3, 0], angular_velocity = [1, 0, 0] }]\ngait.phases = [{ duration = 2 }]",
+    );
+    let mut flow = choose(&single).unwrap().model;
+    let found = solve_start(&single, flow.as_mut()).unwrap();
+    let [holding] = found.holding[..] else {
+        panic!()
+    };
+    within(
+        (holding.force - Vector3::y() * 36.0 * PI).norm(),
+        1e-9,
+        "6 π μ a U",
+    );
+    within(
+        (holding.torque - Vector3::x() * 64.0 * PI).norm(),
+        1e-9,
+        "8 π μ a³ ω",
+    );
+    let outcome = run_without_files(single, &mut ()).unwrap().outcome;
+    within(
+        (outcome.displacement[0] - Vector3::y() * 6.0).norm(),
+        1e-13,
+        "U t",
+    );
+    within((outcome.rotation - Vector3::x() * 2.0).norm(), 1e-13, "ω t");
+    // One of two spheres is dragged and rotates freely, as the other one does.
+    let pair = parsed(
+        "model.kind = \"multipole\"\nbodies = [\
+         { name = \"a\", radius = 1, position = [0, 0, 0], velocity = [1, 2, 0] },\
+         { name = \"b\", radius = 1, position = [3, 0, 0] }]",
+    );
+    let mut flow = choose(&pair).unwrap().model;
+    let found = solve_start(&pair, flow.as_mut()).unwrap();
+    let mobility = swimmer::start_resistance(&pair, flow.as_mut())
+        .unwrap()
+        .try_inverse()
+        .unwrap();
+    // The force of the first sphere is the only load: its velocity is M11 F.
+    let force =
+        mobility.fixed_view::<3, 3>(0, 0).try_inverse().unwrap() * Vector3::new(1.0, 2.0, 0.0);
+    within(
+        (found.holding[0].force - force).norm(),
+        1e-9 * force.norm(),
+        "the inverse of M11",
+    );
+    assert_eq!(found.holding[0].torque, Vector3::zeros());
+    let other = mobility.fixed_view::<3, 3>(6, 0) * force;
+    within((found.bodies[1].velocity - other).norm(), 1e-9, "M21 F");
+}
+
+#[test]
+fn varying_forces_move_a_sphere_by_their_integral() {
+    let run = |load: &str| {
+        let text = format!(
+            "model = {{ kind = \"multipole\", tolerance = 1e-6 }}\nbodies = [{{ name = \"a\", \
+             radius = 1, position = [0, 0, 0], {load} }}]\ngait.phases = [{{ duration = 1.5 }}]"
+        );
+        run_without_files(parsed(&text), &mut ())
+            .unwrap()
+            .completed()
+            .unwrap()
+            .outcome
+    };
+    let found = run(
+        "force = { mean = [1, 0, 2], amplitude = [0, 3, 1], phase = [0, 0.5, 1], \
+                     order = 2, period = 5 }",
+    );
+    let w = 2.0 * TAU / 5.0;
+    let wave = |phase: f64| (phase.cos() - (w * 1.5 + phase).cos()) / w;
+    let impulse = Vector3::new(1.5, 3.0 * wave(0.5), 3.0 + wave(1.0));
+    let exact = impulse / (6.0 * PI);
+    let why = "the tolerance";
+    within(
+        (found.displacement[0] - exact).norm(),
+        1e-6 * exact.norm(),
+        why,
+    );
+    // A force in the axes of a body that turns moves it in a circle.
+    let found = run("force = { mean = [6, 0, 0], axes = \"body\" }, torque = [0, 0, 25]");
+    let (speed, spin) = (6.0 / (6.0 * PI), 25.0 / (8.0 * PI));
+    let angle: f64 = spin * 1.5;
+    let exact = Vector3::new(angle.sin(), 1.0 - angle.cos(), 0.0) * (speed / spin);
+    within(
+        (found.displacement[0] - exact).norm(),
+        2e-6 * exact.norm(),
+        why,
+    );
+}
+
+/// A sphere with a moment along x in a field that rotates about z.
+fn magnetic(period: f64, duration: f64) -> f64 {
+    let text = format!(
+        "model = {{ kind = \"multipole\", tolerance = 1e-5 }}\n\
+         field = {{ amplitude = [4, 4, 0], phase = [{}, 0, 0], period = {period:?} }}\n\
+         bodies = [{{ name = \"m\", radius = 1, position = [0, 0, 0], moment = [0.5, 0, 0] }}]\n\
+         gait.phases = [{{ duration = {duration:?} }}]",
+        0.5 * PI
+    );
+    let outcome = run_without_files(parsed(&text), &mut ())
+        .unwrap()
+        .completed()
+        .unwrap()
+        .outcome;
+    assert!(outcome.rotation.xy().norm() < 1e-9, "{}", outcome.rotation);
+    outcome.rotation.z
+}
+
+#[test]
+fn a_magnetic_sphere_follows_a_rotating_field_up_to_step_out() {
+    // The lag satisfies `δ' = ω - ωc sin δ` with `ωc = m B / (8 π μ a³)`.
+    let critical: f64 = 2.0 / (8.0 * PI);
+    let spin = 0.8 * critical;
+    // The lag is constant after many times 1 / √(ωc² - ω²).
+    let duration = 600.0;
+    let exact = spin * duration - (spin / critical).asin();
+    within(
+        magnetic(TAU / spin, duration) - exact,
+        1e-5 * exact,
+        "the tolerance",
+    );
+    // Above step-out the lag grows by a turn per `2 π / √(ω² - ωc²)`.
+    let spin = 2.0 * critical;
+    let slip = (spin * spin - critical * critical).sqrt();
+    let duration = 3.0 * TAU / slip;
+    let exact = (spin - slip) * duration;
+    // The sphere goes back and forth on the way.
+    within(
+        magnetic(TAU / spin, duration) - exact,
+        1e-4 * exact,
+        "the tolerance, of the arc",
+    );
+}
+
+#[test]
+fn a_helix_of_spheres_in_a_rotating_field_swims() {
+    let text = include_str!("../../../../scenes/magnetic-helix.toml");
+    let run = |text: &str| {
+        run_without_files(parsed(text), &mut ())
+            .unwrap()
+            .completed()
+            .unwrap()
+    };
+    let forward = run(text).outcome;
+    let mean = |outcome: &swimmer::Outcome| swimmer::mean_of_moving(&outcome.displacement).x;
+    assert!(mean(&forward).abs() > 0.05, "{}", mean(&forward));
+    // A field that rotates the other way drives it back, to rounding and the tolerance.
+    let reversed = text.replace("phase = [0, 1.5707963, 0]", "phase = [0, -1.5707963, 0]");
+    assert_ne!(reversed, text);
+    assert!(mean(&run(&reversed).outcome) * mean(&forward) < 0.0);
+}
+
+#[test]
+fn a_tethered_pump_runs() {
+    let scene = parsed(include_str!("../../../../scenes/tethered-pump.toml"));
+    let report = run_without_files(scene, &mut ())
+        .unwrap()
+        .completed()
+        .unwrap();
+    report.check_tolerance().unwrap();
+    assert_eq!(report.outcome.displacement[0], Vector3::zeros());
+}
+
+#[test]
+fn contradictions_of_loads_and_velocities_are_refused_with_their_key() {
+    let at = "radius = 1, position = [0, 0, 0]";
+    let moving = "gait.phases = [{ link = \"l\", length = 3 }]\nlinks = [{ name = \"l\", body = \"b\", to = \"a\" }]\n";
+    for (head, body, key) in [
+        (
+            "",
+            "velocity = [1, 0, 0], force = [1, 0, 0]",
+            "bodies[0].velocity",
+        ),
+        (
+            "",
+            "velocity = [1, 0, 0], fixed = true",
+            "bodies[0].velocity",
+        ),
+        (
+            "",
+            "angular_velocity = [1, 0, 0], torque = [0, 0, 1]",
+            "bodies[0].angular_velocity",
+        ),
+        ("", "moment = [1, 0, 0]", "bodies[0].moment"),
+        ("field.mean = [0, 0, 1]\n", "force = [1, 0, 0]", "field"),
+        (
+            "field.mean = [0, 0, 1]\n",
+            "moment = [1, 0, 0], fixed = true",
+            "bodies[0].fixed",
+        ),
+        (
+            "field.amplitude = [0, 0, 1]\n",
+            "moment = [1, 0, 0]",
+            "field",
+        ),
+        ("", "force = { amplitude = [1, 0, 0] }", "bodies[0].force"),
+        (
+            "",
+            "force = { mean = [1, 0, 0], axes = \"field\" }",
+            "bodies[0].force",
+        ),
+        (moving, "fixed = true", "bodies[1].fixed"),
+    ] {
+        let other = match head == moving {
+            true => "fixed = true",
+            false => "force = [0, 0, 1]",
+        };
+        let text = format!(
+            "{head}bodies = [{{ name = \"a\", {at}, {body} }}, {{ name = \"b\", radius = 1, \
+             position = [5, 0, 0], {other} }}, {{ name = \"c\", radius = 1, position = [0, 9, 0] }}]"
+        );
+        let error = Scene::parse(&text).unwrap_err().to_string();
+        assert!(error.contains(key), "{text}: {error}");
+    }
+}
+
+#[test]
+fn scenes_with_drives_are_written_and_read_again() {
+    for text in [
+        include_str!("../../../../scenes/magnetic-helix.toml"),
+        include_str!("../../../../scenes/tethered-pump.toml"),
+        "bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0], velocity = [1, 0, 0],\
+         torque = { mean = [1, 0, 0], amplitude = [0, 1, 0], period = 2, axes = \"body\" } }]",
+    ] {
+        let scene = parsed(text);
+        let again = parsed(&scene.to_toml().unwrap());
+        assert_eq!(scene.differing_key(&again), None);
+    }
+}
