@@ -349,6 +349,7 @@ fn accuracy(scene: &Scene, solution: &InstantaneousSolution) -> String {
         "the largest velocity",
     );
     let forces = largest(|body| body.force.norm());
+    let forces = if forces > rounding.force { forces } else { 0.0 };
     let of_forces = solution.force_error.estimated();
     text += &entry(
         "error of forces",
@@ -426,5 +427,46 @@ fn warn_about_target(scene: &Scene, solution: &InstantaneousSolution) {
             percent(forces),
             percent(velocities),
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missed_tolerance_is_an_error_if_it_is_asked_for_and_the_best_is_not_accepted() {
+        for (keys, controls_error, exit_code) in [
+            ("", true, None),
+            ("model.tolerance = 1e-3", true, Some(3)),
+            (
+                "model = { tolerance = 1e-3, accept = \"best\" }",
+                true,
+                None,
+            ),
+            ("model.tolerance = 1e-3", false, None),
+        ] {
+            let bodies = "bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0] }]";
+            let scene = Scene::parse(&format!("{keys}\n{bodies}")).unwrap();
+            let comparison = |error: f64| Comparison {
+                quantity: "velocities",
+                error,
+                size: 0.5,
+                tolerance: scene.model().tolerance,
+                controls_error,
+            };
+            assert!(comparison(5e-4).check(&scene).is_ok());
+            assert_eq!(comparison(5e-4).line(), "");
+            let missed = comparison(6e-4);
+            assert!(!missed.is_met() && missed.line().starts_with("tolerance "));
+            let error = missed.check(&scene).err();
+            assert_eq!(error.as_ref().map(CliError::exit_code), exit_code, "{keys}");
+            if let Some(error) = error {
+                let message = error.to_string();
+                let place = "scene.toml:1: model.tolerance = 1e-3 allows an error bar of the \
+                             velocities of 5.0e-4, 6.0e-4 was reached";
+                assert!(message.starts_with(place), "{message}");
+            }
+        }
     }
 }

@@ -52,7 +52,7 @@ pub enum ModelError {
         /// The mesh file.
         file: String,
         /// The defect.
-        source: mesh::MeshError,
+        source: Box<mesh::MeshError>,
     },
     /// Bodies that moved too far for the mesh of a file.
     #[error(

@@ -339,53 +339,31 @@ fn bug_checks_relative_to_a_force_or_a_power_of_zero_were_printed() {
     assert!(text.contains("check of power"), "{text}");
 }
 
-/// Two spheres in a narrow gap.
-const GAP: &str = r#"
+/// Two spheres side by side.
+const PAIR_OF_SPHERES: &str = r#"
     bodies = [
         { name = "a", radius = 1, position = [0, 0, 0], force = [1, 0, 0] },
-        { name = "b", radius = 1, position = [2.001, 0, 0] },
+        { name = "b", radius = 1, position = [2.1, 0, 0] },
     ]
 "#;
 
+/// The models that control their error are too exact to miss one; see the tests of `solve.rs`.
 #[test]
-fn bug_solve_ignored_a_missed_tolerance() {
+fn bug_solve_ignored_the_tolerance() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("gap.toml"), GAP).unwrap();
-    // Less than rounding leaves.
-    let asked = ["solve", "gap.toml", "--set", "model.tolerance=1e-12"];
-    for json in [&[][..], &["--json"]] {
-        let output = crate::swim(folder.path(), &[&asked[..], json].concat());
-        let (printed, message) = (text(&output.stdout), text(&output.stderr));
-        assert_eq!(output.status.code(), Some(3), "{message}");
-        let place = "error: --set model.tolerance=1e-12: model.tolerance = 1e-12 allows";
-        assert!(message.contains(place), "{message}");
-        // The result is printed nevertheless.
-        match json {
-            [] => {
-                after(&printed, "  velocity");
-                assert!(after(&printed, "tolerance").contains("is not met"));
-            }
-            _ => {
-                let answer: Value = serde_json::from_str(&printed).unwrap();
-                assert_eq!(answer["tolerance_met"], false);
-            }
-        }
-    }
-    let best = [&asked[..], &["--set", "model.accept=best"]].concat();
-    let output = crate::swim(folder.path(), &best);
-    assert_eq!(output.status.code(), Some(0));
-    assert!(text(&output.stderr).starts_with("warning: "), "{output:?}");
-    let output = crate::swim(folder.path(), &["solve", "gap.toml", "--json"]);
-    let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+    std::fs::write(folder.path().join("pair.toml"), PAIR_OF_SPHERES).unwrap();
+    let met = crate::printed(folder.path(), &["solve", "pair.toml", "--json"]);
+    let answer: Value = serde_json::from_str(&met).unwrap();
     assert_eq!(answer["tolerance_met"], true);
     assert_eq!(answer["tolerance_limits"], "all errors");
     // A model that does not control its error, as in a run.
-    let rough = [&asked[..], &["--set", "model.kind=rpy"]].concat();
-    let output = crate::swim(folder.path(), &rough);
-    assert_eq!(output.status.code(), Some(0));
-    let printed = text(&output.stdout);
+    let rough = ["solve", "pair.toml", "--set", "model.kind=rpy"];
+    let printed = crate::printed(folder.path(), &rough);
     let words = after(&printed, "tolerance");
-    assert!(words.contains("does not limit the errors of this model"));
+    assert!(
+        words.contains("does not limit the errors of this model"),
+        "{words}"
+    );
 }
 
 #[test]

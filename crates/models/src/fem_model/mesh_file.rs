@@ -45,7 +45,7 @@ pub fn read_mesh(
     };
     mesh.map_err(|source| ModelError::MeshFile {
         file: file.display().to_string(),
-        source,
+        source: Box::new(source),
     })
 }
 
