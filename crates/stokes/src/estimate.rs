@@ -45,6 +45,9 @@ const FACET_UNCERTAINTY: f64 = 0.4;
 /// bars (random squirmers, seeds 601 to 620): the effect may have an error of its own size.
 const FACET_UNCERTAINTY_IN_FLOW: f64 = 1.0;
 
+/// The same of the power, whose errors were at most 0.4 bars with it.
+const FACET_POWER_UNCERTAINTY_IN_FLOW: f64 = 0.5;
+
 /// Relative uncertainty of the contribution of straight facets on walls.
 ///
 /// The elements there are large: the measured effect is 0.3 to 0.9 of the estimate.
@@ -148,7 +151,9 @@ impl Estimator<'_> {
             } else {
                 0.0
             },
-            power_uncertainty: self.problem.parts() * uncertain_geometry,
+            power_uncertainty: self.problem.parts()
+                * self.facet_power_uncertainty()
+                * geometry.abs(),
         })
     }
 
@@ -157,6 +162,14 @@ impl Estimator<'_> {
         match self.surfaces {
             None => FACET_UNCERTAINTY,
             Some(_) => FACET_UNCERTAINTY_IN_FLOW,
+        }
+    }
+
+    /// Relative uncertainty of the effect of straight facets on the power.
+    fn facet_power_uncertainty(&self) -> f64 {
+        match self.surfaces {
+            None => FACET_UNCERTAINTY,
+            Some(_) => FACET_POWER_UNCERTAINTY_IN_FLOW,
         }
     }
 

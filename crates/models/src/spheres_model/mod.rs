@@ -297,6 +297,12 @@ impl SpheresModel {
         for (reference, factor) in surfaces.iter().flat_map(|effects| &effects.references) {
             add(*factor, &solved, &by(&resistances.matrix, Some(reference))?);
         }
+        if matches!(self.kind, SphereModel::Multipole(_)) {
+            // Between two orders a rotation may change little by chance: its error was 2.5 times its
+            // change. An error of the velocities may turn a linkage about its farthest point.
+            let of_velocity = errors.velocity / self.scaled.shortest_lever;
+            errors.angular_velocity = errors.angular_velocity.max(of_velocity);
+        }
         let total = clock.elapsed().as_secs_f64();
         let stresslets = match query.stresslets {
             true => self.stresslets(configuration, &resistances, &solved.generalised)?,
