@@ -123,6 +123,14 @@ struct Level {
     momenta: Vec<Vector6<f64>>,
 }
 
+/// What earlier levels contribute to the rates of momentum of a step.
+struct Known {
+    /// Minus that of the fluid per volume, one per node.
+    force: Vec<Vector3<f64>>,
+    /// Those of the bodies.
+    momenta: Vec<Vector6<f64>>,
+}
+
 /// A step, before it is accepted.
 pub struct Step {
     /// Time at its end.
@@ -450,12 +458,12 @@ impl<'a> Integrator<'a> {
             levels => levels[0].rate.clone(),
         };
         let (mut state, _) = self.advanced(&formula, &predicted_rate)?;
-        let momentum = self.known(&formula, |level| &level.velocity);
-        let force: Vec<Vector3<f64>> = momentum
-            .iter()
-            .map(|known| -self.parameters.density * known)
-            .collect();
-        let body_momentum = self.known(&formula, |level| &level.momenta);
+        let velocities = self.known(&formula, |level| &level.velocity);
+        let density = self.parameters.density;
+        let known = Known {
+            force: velocities.iter().map(|u| -density * u).collect(),
+            momenta: self.known(&formula, |level| &level.momenta),
+        };
         let (mut solves, mut warm) = (0, self.warm.clone());
         let (step, warm) = loop {
             // frozen joints still have rates, but their values do not count
@@ -467,7 +475,8 @@ impl<'a> Integrator<'a> {
                 (&mesh, &poses),
                 &formula,
                 (&state, placed, &rates),
-                (&force, &masses, &body_momentum),
+                &known,
+                &masses,
                 &mut warm,
                 time,
             )?;
@@ -530,7 +539,8 @@ impl<'a> Integrator<'a> {
         (mesh, poses): (&TetMesh, &[Isometry3<f64>]),
         formula: &TimeDerivative,
         (state, shape, rates): (&State, &[f64], &[f64]),
-        (force, masses, momenta): (&[Vector3<f64>], &[Matrix6<f64>], &[Vector6<f64>]),
+        known: &Known,
+        masses: &[Matrix6<f64>],
         warm: &mut WarmStart,
         time: f64,
     ) -> Result<(FlowSolution, SolverReport), InertiaError> {
@@ -543,8 +553,8 @@ impl<'a> Integrator<'a> {
             .collect();
         let load = |(body, pose): (usize, &Isometry3<f64>)| {
             let mut load = forcing.load(time, body, pose);
-            load.force -= momenta[body].fixed_rows::<3>(0);
-            load.torque -= momenta[body].fixed_rows::<3>(3);
+            load.force -= known.momenta[body].fixed_rows::<3>(0);
+            load.torque -= known.momenta[body].fixed_rows::<3>(3);
             load
         };
         let loads: Vec<ExternalLoad> = poses.iter().enumerate().map(load).collect();
@@ -572,7 +582,7 @@ impl<'a> Integrator<'a> {
         let terms = InertialTerms {
             density: self.parameters.density,
             coefficient: self.parameters.density * formula.newest(),
-            force: Some(force),
+            force: Some(&known.force),
             convecting: convecting.as_deref(),
             wall_velocity: wall_velocity.as_deref(),
             ..InertialTerms::default()

@@ -208,11 +208,14 @@ impl SteadyFlow<'_> {
     }
 }
 
+/// A velocity per node.
+type Field = Vec<Vector3<f64>>;
+
 /// Anderson mixing of the last iterates of a fixed-point iteration.
 #[derive(Default)]
 struct Mixing {
     /// Iterates and their changes, the newest last.
-    history: Vec<(Vec<Vector3<f64>>, Vec<Vector3<f64>>)>,
+    history: Vec<(Field, Field)>,
 }
 
 impl Mixing {
@@ -227,7 +230,7 @@ impl Mixing {
     ///
     /// With differences `ΔX`, `ΔF` of successive iterates and changes, the next iterate is
     /// `x + f - (ΔX + ΔF) γ` with the `γ` for which `|f - ΔF γ|` is smallest.
-    fn next(&mut self, x: Vec<Vector3<f64>>, f: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
+    fn next(&mut self, x: Field, f: Field) -> Field {
         self.history.push((x, f));
         if self.history.len() > Self::DEPTH + 1 {
             self.history.remove(0);
