@@ -1,4 +1,5 @@
-//! A step of unsteady Stokes and of Navier-Stokes flow against one Stokes solution on the same mesh.
+//! A step of unsteady Stokes and of Navier-Stokes flow against one Stokes solution on the same
+//! mesh.
 
 use std::hint::black_box;
 

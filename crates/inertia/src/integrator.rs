@@ -141,8 +141,8 @@ pub struct Step {
     pub flow: FlowSolution,
     /// Poses of all bodies at its end.
     pub poses: Vec<Isometry3<f64>>,
-    /// Estimated error of the velocities in this step, relative to the largest velocities so far: of
-    /// the fluid in L2 and of the bodies; infinite if there are too few levels for an estimate.
+    /// Estimated error of the velocities in this step, relative to the largest velocities so far:
+    /// of the fluid in L2 and of the bodies; infinite if there are too few levels for an estimate.
     pub error: f64,
     /// Solves of the last mesh, and how the last one was solved.
     pub solves: usize,
@@ -294,7 +294,8 @@ impl<'a> Integrator<'a> {
         Ok(())
     }
 
-    /// Forgets all levels but the present one: for corners of a motion, after which derivatives jump.
+    /// Forgets all levels but the present one: for corners of a motion, after which derivatives
+    /// jump.
     pub fn restart(&mut self) {
         self.levels.truncate(1);
         self.levels[0].increment = None;
@@ -704,8 +705,8 @@ impl<'a> Integrator<'a> {
     /// Integrates to `end` with steps whose estimated relative errors are below `tolerance`.
     ///
     /// Starts with steps of the length `first`, of the first of which no error is known: take it as
-    /// small as `tolerance` times the time in which the motion changes. `observe` sees each accepted
-    /// step.
+    /// small as `tolerance` times the time in which the motion changes. `observe` sees each
+    /// accepted step.
     ///
     /// # Errors
     /// [`InertiaError::StepTooShort`], and those of [`Integrator::try_step`].
@@ -730,8 +731,9 @@ impl<'a> Integrator<'a> {
             let taken = taken.min(left);
             let step = self.try_step(taken)?;
             let accepted = step.error <= tolerance || unchecked > 0;
-            // The local error of BDF2 is of third order. 0.9 leaves a reserve; steps at most double,
-            // below the ratio 1 + 2^(1/2) up to which variable BDF2 is stable (Grigorieff 1983).
+            // The local error of BDF2 is of third order. 0.9 leaves a reserve; steps at most
+            // double, below the ratio 1 + 2^(1/2) up to which variable BDF2 is stable (Grigorieff
+            // 1983).
             let factor = match step.error.is_finite() {
                 true => (0.9 * (tolerance / step.error).cbrt()).clamp(0.2, 2.0),
                 false => 1.0,

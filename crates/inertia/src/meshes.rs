@@ -32,7 +32,8 @@ pub trait Meshes {
         Ok(None)
     }
 
-    /// Whether displacements are small: then neither bodies nor mesh move, whatever their velocities.
+    /// Whether displacements are small: then neither bodies nor mesh move, whatever their
+    /// velocities.
     fn is_frozen(&self) -> bool {
         false
     }

@@ -11,7 +11,8 @@ use crate::InertiaError;
 
 /// Coefficient `κ` of the mass matrix in a projection, in units of the viscous term at length 1.
 ///
-/// Components of the length `κ^(-1/2)`, the size of small elements on a body, count alike in both terms.
+/// Components of the length `κ^(-1/2)`, the size of small elements on a body, count alike in both
+/// terms.
 const PROJECTION_COEFFICIENT: f64 = 1e2;
 
 /// Change of momentum and energy of the fluid by a projection, per unit of density.
@@ -30,9 +31,9 @@ pub struct ProjectionJump {
 /// ```
 ///
 /// with the interpolant `u_I` and the values of `boundary` at the nodes of `walls`, which are all
-/// boundary parts but symmetry planes: the motions of bodies do not change. Interpolation alone would
-/// leave a divergence, and the next step a pressure of the size `1 / Δt`. Without the second term
-/// gradients, and with them the forces of the next step, would be less accurate.
+/// boundary parts but symmetry planes: the motions of bodies do not change. Interpolation alone
+/// would leave a divergence, and the next step a pressure of the size `1 / Δt`. Without the second
+/// term gradients, and with them the forces of the next step, would be less accurate.
 ///
 /// # Errors
 /// [`InertiaError::Outside`] for meshes of different domains; those of the linear solve.

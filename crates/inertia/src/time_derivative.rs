@@ -23,10 +23,10 @@ pub struct TimeDerivative {
 impl TimeDerivative {
     /// The formula of a step, after steps of these lengths, the last one first.
     ///
-    /// The error of BDF2 is `Δt^2 (Δt + Δt_1) u''' / (6 c_0)`, and a quadratic prediction from three
-    /// levels differs from the new value by `Δt (Δt + Δt_1) (Δt + Δt_1 + Δt_2) u''' / 6`. With two
-    /// levels the prediction is linear and differs by `Δt (Δt + Δt_1) u'' / 2`; the error is then
-    /// overestimated by that of BDF1, `Δt^2 u'' / 2`.
+    /// The error of BDF2 is `Δt^2 (Δt + Δt_1) u''' / (6 c_0)`, and a quadratic prediction from
+    /// three levels differs from the new value by `Δt (Δt + Δt_1) (Δt + Δt_1 + Δt_2) u''' / 6`.
+    /// With two levels the prediction is linear and differs by `Δt (Δt + Δt_1) u'' / 2`; the error
+    /// is then overestimated by that of BDF1, `Δt^2 u'' / 2`.
     pub fn new(step: f64, before: &[f64]) -> Self {
         let Some(&first) = before.first() else {
             return Self {
@@ -61,7 +61,8 @@ impl TimeDerivative {
 
 /// Weights of the values of older levels, the newest first, that extrapolate to the end of a step.
 ///
-/// `before` are the lengths of the steps between them. The polynomial has degree `weights.len() - 1`.
+/// `before` are the lengths of the steps between them. The polynomial has degree `weights.len() -
+/// 1`.
 pub(crate) fn extrapolation(step: f64, before: &[f64]) -> Vec<f64> {
     // times of the levels before the new one
     let mut ages = vec![step];

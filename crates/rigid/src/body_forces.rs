@@ -27,8 +27,8 @@ pub(crate) struct Surfaces {
     pub border_left: Option<Csr>,
     /// `P^T K_BB P` with the volume term.
     pub corner: DMatrix<f64>,
-    /// Factor of the divergence in all blocks: the pressures of the system times it are those of the
-    /// flow. 1 without inertia.
+    /// Factor of the divergence in all blocks: the pressures of the system times it are those of
+    /// the flow. 1 without inertia.
     pub pressure_scale: f64,
     /// `B_B P`: one row per pressure dof.
     pub rigid_divergence: Csr,
@@ -170,9 +170,9 @@ impl Surfaces {
     ///
     /// The residual of the momentum equation tested with rigid motions,
     /// `F = (K_IB P)^T u_I + M U + (B_B P)^T p` and the terms of prescribed velocities, `M` the
-    /// corner, minus `on_nodes`, the forces on the nodes that drive the flow (none if empty). Fourth
-    /// order on curved quadratic surfaces, because it is the energy of the flow. Where symmetry planes
-    /// cut bodies, these are the forces on the whole bodies.
+    /// corner, minus `on_nodes`, the forces on the nodes that drive the flow (none if empty).
+    /// Fourth order on curved quadratic surfaces, because it is the energy of the flow. Where
+    /// symmetry planes cut bodies, these are the forces on the whole bodies.
     pub fn forces(
         &self,
         free: &[f64],

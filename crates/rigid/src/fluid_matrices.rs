@@ -48,9 +48,10 @@ pub struct FluidMatrices {
 /// Terms of inertia in the momentum equation, of a step in time or of a steady flow.
 ///
 /// The momentum equation of the step is `(K + κ M + N) u + B^T p = f` for each component of the
-/// velocity, with the stiffness `K` of [`FluidMatrices`], at viscosity 1. Known velocities of earlier
-/// times are forces on the nodes ([`Constrained::rhs_of_forces`](crate::Constrained::rhs_of_forces)),
-/// masses of bodies are [`Constraints::body_damping`](crate::Constraints::body_damping).
+/// velocity, with the stiffness `K` of [`FluidMatrices`], at viscosity 1. Known velocities of
+/// earlier times are forces on the nodes
+/// ([`Constrained::rhs_of_forces`](crate::Constrained::rhs_of_forces)), masses of bodies are
+/// [`Constraints::body_damping`](crate::Constraints::body_damping).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Inertia {

@@ -9,7 +9,7 @@ use rigid::{
 };
 
 use crate::StokesError;
-use crate::inertial::InertialTerms;
+use crate::inertial_terms::InertialTerms;
 use crate::permeability::{permeability_of_channels, torsion};
 use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow, surface_velocity};
 

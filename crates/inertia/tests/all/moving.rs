@@ -245,8 +245,8 @@ fn pulled(mesh: &TetMesh, steps: usize) -> [f64; 3] {
         let (mesh, flow) = (step.mesh(), &step.flow.velocity);
         let squares = fem::integrate(mesh, 4, |p| p.value(flow).norm_squared()).unwrap();
         kinetic = 0.5 * (4.0 * density * squares + mass * speed * speed);
-        // The balance of the discrete equations, tested with their velocity: dissipation in the form
-        // of the stiffness, and what the divergence between the vertices does to the energy.
+        // The balance of the discrete equations, tested with their velocity: dissipation in the
+        // form of the stiffness, and what the divergence between the vertices does to the energy.
         let lost = fem::integrate(mesh, 6, |p| {
             let gradient = p.gradient(flow);
             gradient.norm_squared()

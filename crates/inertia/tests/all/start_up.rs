@@ -6,7 +6,8 @@ use rigid::ExternalLoad;
 
 use crate::support::{QUARTER, STOKES, Vec3, bodies, free_sphere, sphere_in_ball};
 
-/// Surface velocity `B sin θ` along the meridians about z, so that the speed in unbounded fluid is 1.
+/// Surface velocity `B sin θ` along the meridians about z, so that the speed in unbounded fluid is
+/// 1.
 struct Squirmer;
 
 impl Forcing for Squirmer {
@@ -95,7 +96,8 @@ fn a_sphere_that_is_released_has_the_exact_speed_with_and_without_mass() {
     for (computed, exact) in heavy.iter().zip(exact) {
         assert!((computed / exact - 1.0).abs() < 5e-3, "{computed} {exact}");
     }
-    // the massless sphere at the same tolerance: it is faster at all times, and tends to the same speed
+    // the massless sphere at the same tolerance: it is faster at all times, and tends to the same
+    // speed
     let light = speeds(&Pull, (0.25, 10.0), 0.0, 3e-4, &times);
     assert!(
         light.iter().zip(&heavy).all(|(light, heavy)| light > heavy),

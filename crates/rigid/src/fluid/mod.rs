@@ -297,12 +297,13 @@ impl RigidFluid {
     }
 }
 
-/// Factor of the divergence by which the pressures of the system are smaller than those of the flow.
+/// Factor of the divergence by which the pressures of the system are smaller than those of the
+/// flow.
 ///
 /// Where the mass matrix dominates, the Schur complement is the Laplacian over `κ`. With `κ^(1/2)`
 /// it is as large as the pressure mass matrix again at the size of a body, and a residual norm sees
-/// errors of the divergence. The second bound keeps the ratio that `linalg::SaddleSystem` requires, on
-/// meshes with large elements.
+/// errors of the divergence. The second bound keeps the ratio that `linalg::SaddleSystem`
+/// requires, on meshes with large elements.
 fn pressure_scale(coefficient: f64, matrices: &FluidMatrices) -> f64 {
     const MIN_RATIO: f64 = 1e-3;
     let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));

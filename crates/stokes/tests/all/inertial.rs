@@ -85,8 +85,8 @@ fn iterations_depend_neither_on_the_step_nor_on_the_mass_nor_on_the_mesh() {
 
 /// With convection the iterations grow where neither viscosity nor the mass matrix dominates.
 ///
-/// At Re 50, `ρ = 25`, the smallest `κ` is a step of 0.1 diffusion times, `ρ a^2 / 10`, in which the
-/// fluid moves by two radii; longer ones do not converge.
+/// At Re 50, `ρ = 25`, the smallest `κ` is a step of 0.1 diffusion times, `ρ a^2 / 10`, in which
+/// the fluid moves by two radii; a step of one diffusion time does not converge.
 #[test]
 fn iterations_with_convection() {
     let mesh = sphere_in_ball(0.4, 5.0, [true, true, false]);
