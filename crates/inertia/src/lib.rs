@@ -5,14 +5,16 @@ mod bodies;
 mod error;
 mod integrator;
 mod meshes;
+mod parameters;
 mod projection;
 mod steady;
 mod time_derivative;
 
 pub use bodies::{BodyMass, Forcing};
 pub use error::InertiaError;
-pub use integrator::{Bodies, Convection, Integrator, Parameters, Step, StepReport};
+pub use integrator::{Integrator, Step, StepReport};
 pub use meshes::{FrozenMesh, MappedMesh, Meshes};
+pub use parameters::{Bodies, Convection, Parameters};
 pub use projection::ProjectionJump;
 pub use steady::{Steady, SteadyFlow, SteadyParameters};
 pub use time_derivative::TimeDerivative;
