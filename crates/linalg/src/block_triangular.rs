@@ -4,7 +4,7 @@ use std::array::from_fn;
 
 use crate::bordered::nodes;
 use crate::columns::{in_passes, of_buffer, split, split_mut};
-use crate::pressure::PressureInverse;
+use crate::pressure::{PressureInverse, SchurInertia};
 use crate::vector::{for_each_chunk, max_abs};
 use crate::{
     Csr, LinalgError, LinearOperator, Multigrid, MultigridParams, Preconditioner,
@@ -87,6 +87,24 @@ impl BlockTriangular {
     /// [`LinalgError::Shape`], and those of [`Multigrid::new`].
     pub fn with_pressure_laplacian(mut self, laplacian: &Csr) -> Result<Self, LinalgError> {
         self.pressure = self.pressure.with_pressure_laplacian(laplacian)?;
+        Ok(self)
+    }
+
+    /// Adds the Schur complement of inertia in the velocity block, as of a time step.
+    ///
+    /// The pressure becomes `z_p = -(M_p^-1 (1 + N_p L^-1) + κ L_b^-1) r_p` (Cahouet, Chabard 1988;
+    /// Kay, Loghin, Wathen 2002). `L_b / κ` contains the motions of the border with its corner `G`:
+    /// it is `L / κ + E G^-1 E_l^T`. Bodies are as mobile as their mass allows, also those without
+    /// mass.
+    ///
+    /// Cost per application: one V-cycle for a matrix of the size of the pressure, a product with
+    /// `N_p`, and `2m` vectors for a border of m columns; memory m vectors.
+    ///
+    /// # Errors
+    /// [`LinalgError::Shape`], [`LinalgError::Factorisation`] for a border that is singular, and
+    /// those of [`Multigrid::new`].
+    pub fn with_inertia(mut self, inertia: &SchurInertia) -> Result<Self, LinalgError> {
+        self.pressure = self.pressure.with_inertia(&self.system, inertia)?;
         Ok(self)
     }
 

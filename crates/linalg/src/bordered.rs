@@ -44,12 +44,14 @@ pub struct Bordered {
     constrained: ConstrainedDofs,
     blocks: RowBlocks,
     border_blocks: RowBlocks,
+    stiffness_is_symmetric: bool,
 }
 
 impl Bordered {
     /// Assembles the operator after checking shapes, finiteness and a positive diagonal.
     ///
-    /// The caller guarantees that `k` is symmetric.
+    /// The caller guarantees that `k` is symmetric, or declares that it is not by
+    /// [`with_unsymmetric_stiffness`](Self::with_unsymmetric_stiffness).
     ///
     /// # Errors
     /// [`LinalgError::Shape`], [`LinalgError::NotFinite`], [`LinalgError::NotPositive`].
@@ -124,6 +126,37 @@ impl Bordered {
             border_rows,
             corner,
             constrained: ConstrainedDofs::default(),
+            stiffness_is_symmetric: true,
+        }
+    }
+
+    /// Declares that `K` is not symmetric, as with a convective term.
+    ///
+    /// Products do not change. [`minres`](crate::minres), [`cg`](crate::cg) and the direct solvers
+    /// then refuse the operator, and a preconditioner has to be built for a symmetric one near it.
+    #[must_use]
+    pub fn with_unsymmetric_stiffness(mut self) -> Self {
+        self.stiffness_is_symmetric = false;
+        self
+    }
+
+    /// Whether `K` is symmetric: it is unless declared otherwise.
+    pub fn has_symmetric_stiffness(&self) -> bool {
+        self.stiffness_is_symmetric
+    }
+
+    /// Refuses a matrix `K` that was declared not to be symmetric.
+    ///
+    /// # Errors
+    /// [`LinalgError::NotSymmetric`] with the name of the method.
+    #[cfg(feature = "direct")]
+    pub(crate) fn require_symmetric_stiffness(
+        &self,
+        method: &'static str,
+    ) -> Result<(), LinalgError> {
+        match self.stiffness_is_symmetric {
+            true => Ok(()),
+            false => Err(LinalgError::NotSymmetric { method }),
         }
     }
 
@@ -315,7 +348,7 @@ impl LinearOperator for Bordered {
 
     /// Whether no left border is given and the corner is symmetric to rounding.
     ///
-    /// The caller of [`Bordered::new`] guarantees that `K` is symmetric.
+    /// `K` is symmetric unless declared otherwise.
     fn is_symmetric(&self) -> bool {
         let (m, corner) = (self.border_len(), &self.corner);
         let is_symmetric = |c: usize, d: usize| {
@@ -324,7 +357,8 @@ impl LinearOperator for Bordered {
             let (upper, lower) = (corner[(c, d)], corner[(d, c)]);
             (upper - lower).abs() <= rounding.max(1e3 * f64::EPSILON * upper.abs())
         };
-        self.border_left.is_none() && (0..m).all(|c| (0..c).all(|d| is_symmetric(c, d)))
+        let has_symmetric_parts = self.stiffness_is_symmetric && self.border_left.is_none();
+        has_symmetric_parts && (0..m).all(|c| (0..c).all(|d| is_symmetric(c, d)))
     }
 }
 

@@ -78,6 +78,7 @@ pub use multigrid::{
 pub use operator::{
     Identity, LinearOperator, Preconditioner, PreconditionerKind, SumOverProcesses,
 };
+pub use pressure::SchurInertia;
 pub use prolongation::Prolongation;
 pub use saddle::SaddleSystem;
 #[cfg(feature = "metis")]

@@ -23,8 +23,13 @@ const MAX_MISPLACEMENT: f64 = 1e-6;
 pub(crate) struct Surfaces {
     /// `K_IB P`: three rows per free node.
     pub border: Csr,
+    /// `(K^T)_IB P`, by which forces are computed, if the stiffness is not symmetric.
+    pub border_left: Option<Csr>,
     /// `P^T K_BB P` with the volume term.
     pub corner: DMatrix<f64>,
+    /// Factor of the divergence in all blocks: the pressures of the system times it are those of
+    /// the flow. 1 without inertia.
+    pub pressure_scale: f64,
     /// `B_B P`: one row per pressure dof.
     pub rigid_divergence: Csr,
     /// Node number of each free node, in the order of the dofs.
@@ -165,19 +170,36 @@ impl Surfaces {
     ///
     /// The residual of the momentum equation tested with rigid motions,
     /// `F = (K_IB P)^T u_I + M U + (B_B P)^T p` and the terms of prescribed velocities, `M` the
-    /// corner. Fourth order on curved quadratic surfaces, because it is the energy of the flow.
-    /// Where symmetry planes cut bodies, these are the forces on the whole bodies.
-    pub fn forces(&self, free: &[f64], bodies: &DVector<f64>, pressure: &[f64]) -> DVector<f64> {
+    /// corner, minus `on_nodes`, the forces on the nodes that drive the flow (none if empty).
+    /// Fourth order on curved quadratic surfaces, because it is the energy of the flow. Where
+    /// symmetry planes cut bodies, these are the forces on the whole bodies.
+    pub fn forces(
+        &self,
+        free: &[f64],
+        bodies: &DVector<f64>,
+        pressure: &[f64],
+        on_nodes: &[Vector3<f64>],
+    ) -> DVector<f64> {
         let mut forces = self.residuals(free, bodies, pressure);
         if let Some(prescribed) = &self.prescribed {
             forces += &prescribed.loads;
         }
+        if !on_nodes.is_empty() {
+            forces -= self.loads_of_forces(on_nodes);
+        }
         self.symmetry_planes.whole(forces)
     }
 
-    /// Stresslets of the bodies, from the velocities of all nodes and the pressure.
-    pub fn stresslets(&self, velocity: &[Vector3<f64>], pressure: &[f64]) -> Vec<Matrix3<f64>> {
-        self.rows.stresslets(&self.arms, velocity, pressure)
+    /// Stresslets of the bodies, from the velocities of all nodes, the pressure and the forces on
+    /// the nodes that drive the flow, none if empty.
+    pub fn stresslets(
+        &self,
+        velocity: &[Vector3<f64>],
+        pressure: &[f64],
+        on_nodes: &[Vector3<f64>],
+    ) -> Vec<Matrix3<f64>> {
+        let forces = (!on_nodes.is_empty()).then_some(on_nodes);
+        (self.rows).stresslets(&self.arms, velocity, pressure, forces)
     }
 
     /// Change of [`Surfaces::stresslets`] by a flow that `forces` on the nodes drive.
@@ -205,7 +227,8 @@ impl Surfaces {
     /// Residual of the momentum equation tested with rigid motions, walls at rest.
     fn residuals(&self, free: &[f64], bodies: &DVector<f64>, pressure: &[f64]) -> DVector<f64> {
         let add_fluid = |residuals: &mut DVector<f64>| {
-            add_transposed(&self.border, free, residuals);
+            let rows = self.border_left.as_ref().unwrap_or(&self.border);
+            add_transposed(rows, free, residuals);
             add_transposed(&self.rigid_divergence, pressure, residuals);
         };
         let mut residuals = &self.corner * bodies;

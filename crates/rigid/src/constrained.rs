@@ -3,14 +3,14 @@
 use std::ops::Range;
 
 use linalg::{
-    BlockDiagonal, BlockTriangular, Bordered, Csr, Csr3, LinalgError, Multigrid, MultigridParams,
-    Prolongation, SaddleSystem,
+    BlockDiagonal, BlockTriangular, Bordered, Csr, Csr3, LinalgError, LinearOperator, Multigrid,
+    MultigridParams, Prolongation, SaddleSystem, SchurInertia,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::body_forces::Surfaces;
 use crate::error::check_length;
-use crate::fluid::FluidBlocks;
+use crate::fluid::{FluidBlocks, InertiaBlocks};
 use crate::joint_loads::JointLoads;
 use crate::mesh_part::Ownership;
 use crate::{Drive, RigidError, RigidFluid, VelocityLayout};
@@ -32,6 +32,8 @@ pub struct Constrained {
     /// Stiffness of the free vertices: the coarse operator of `prolongation`.
     pub vertex_stiffness: Csr,
     pressure_stiffness: Option<Csr>,
+    /// The mass matrix in the velocity block.
+    inertia: Option<InertiaBlocks>,
     /// Generalised velocities from the border dofs: `q = columns v + offset`.
     pub(crate) border: Border,
     pub(crate) surface_rows: Vec<usize>,
@@ -147,12 +149,20 @@ impl Constrained {
             interpolation_border,
             vertex_stiffness,
             pressure_stiffness,
+            inertia,
         } = blocks;
         let (a, prolongation) = rayon::join(
             || {
-                let left = test.as_ref().map(|test| &surfaces.border * test);
-                Bordered::new(stiffness, &surfaces.border * &trial, left, corner)?
-                    .with_constrained_dofs(&surfaces.constrained)
+                let left = match (&surfaces.border_left, &test) {
+                    (Some(left), test) => Some(left * test.as_ref().unwrap_or(&trial)),
+                    (None, test) => test.as_ref().map(|test| &surfaces.border * test),
+                };
+                let a = Bordered::new(stiffness, &surfaces.border * &trial, left, corner)?
+                    .with_constrained_dofs(&surfaces.constrained)?;
+                Ok::<_, LinalgError>(match surfaces.border_left {
+                    Some(_) => a.with_unsymmetric_stiffness(),
+                    None => a,
+                })
             },
             || with_border(interpolation, &interpolation_border, &trial, test.as_ref()),
         );
@@ -170,6 +180,7 @@ impl Constrained {
             prolongation: prolongation?,
             vertex_stiffness,
             pressure_stiffness,
+            inertia,
             border,
             surface_rows,
             layout: drive.constraints.layout.clone(),
@@ -260,7 +271,7 @@ impl Constrained {
         rhs.extend(border.iter());
         let owned = |(node, p): (usize, &f64)| {
             if self.surfaces.part.owns(node) {
-                *p
+                self.surfaces.pressure_scale * *p
             } else {
                 0.0
             }
@@ -272,7 +283,8 @@ impl Constrained {
     /// Block-triangular preconditioner with multigrid for velocities and border.
     ///
     /// For [`linalg::fgmres`] and every formulation: the border dofs are part of every level of the
-    /// multigrid.
+    /// multigrid. With inertia the pressure has its Schur complement. Convection is part of the
+    /// finest level alone: on coarse ones it would dominate, and the smoother diverge.
     ///
     /// # Errors
     /// A matrix that multigrid cannot treat.
@@ -292,8 +304,18 @@ impl Constrained {
     /// A hierarchy of another size than the velocities and the border.
     pub fn preconditioner_with(&self, velocity: Multigrid) -> Result<BlockTriangular, RigidError> {
         let block = BlockTriangular::new(&self.system, velocity)?;
-        Ok(match &self.pressure_stiffness {
+        let block = match &self.pressure_stiffness {
             Some(stiffness) => block.with_pressure_laplacian(stiffness)?,
+            None => block,
+        };
+        Ok(match &self.inertia {
+            Some(inertia) => block.with_inertia(&SchurInertia {
+                coefficient: inertia.factors.0,
+                scale: inertia.factors.1,
+                mass_diagonal: &inertia.mass_diagonal,
+                laplacian: &inertia.pressure_laplacian,
+                convection: inertia.pressure_convection.as_ref(),
+            })?,
             None => block,
         })
     }
@@ -303,6 +325,10 @@ impl Constrained {
     /// # Errors
     /// A formulation that is not symmetric, a matrix that multigrid cannot treat.
     pub fn symmetric_preconditioner(&self) -> Result<BlockDiagonal, RigidError> {
+        if !self.system.is_symmetric() {
+            let method = "the block-diagonal preconditioner";
+            return Err(LinalgError::NotSymmetric { method }.into());
+        }
         let block = BlockDiagonal::with_prolongation(&self.system, &self.prolongation)?;
         Ok(match &self.pressure_stiffness {
             Some(stiffness) => block.with_pressure_laplacian(stiffness)?,
@@ -325,6 +351,7 @@ impl Constrained {
             system: SaddleSystem::new(none, divergence, empty(), None, empty())?,
             vertex_stiffness: empty(),
             pressure_stiffness: None,
+            inertia: None,
             ..self
         })
     }

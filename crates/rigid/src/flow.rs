@@ -111,7 +111,27 @@ impl Constrained {
     /// # Errors
     /// A solution of the wrong length, [`RigidError::OtherSet`].
     pub fn flow(&self, solution: &[f64], set: &Articulation) -> Result<FlowSolution, RigidError> {
-        self.flow_with(solution, &self.border.offset, set)
+        self.flow_with(solution, &self.border.offset, &[], set)
+    }
+
+    /// Velocities, forces and pressure of a flow that forces on the nodes drive too.
+    ///
+    /// `solution` belongs to the sum of the right-hand side of this system and of
+    /// [`Constrained::rhs_of_forces`] of `forces_on_nodes`, one per node of the mesh: the known
+    /// momentum of a step in time. The forces of the bodies on the fluid are residuals of the whole
+    /// momentum equation, these forces included.
+    ///
+    /// # Errors
+    /// A solution or forces of the wrong length, [`RigidError::OtherSet`].
+    pub fn flow_with_forces(
+        &self,
+        solution: &[f64],
+        forces_on_nodes: &[Vector3<f64>],
+        set: &Articulation,
+    ) -> Result<FlowSolution, RigidError> {
+        let nodes = self.surfaces.nodes();
+        check_length("forces on the nodes", forces_on_nodes.len(), nodes)?;
+        self.flow_with(solution, &self.border.offset, forces_on_nodes, set)
     }
 
     /// Velocities, forces and pressure from a solution for the right-hand side of other rates.
@@ -130,17 +150,18 @@ impl Constrained {
             imposed.offset.len(),
             self.border.offset.len(),
         )?;
-        self.flow_with(solution, &imposed.offset, set)
+        self.flow_with(solution, &imposed.offset, &[], set)
     }
 
     fn flow_with(
         &self,
         solution: &[f64],
         offset: &DVector<f64>,
+        on_nodes: &[Vector3<f64>],
         set: &Articulation,
     ) -> Result<FlowSolution, RigidError> {
         self.solved(solution, Some(offset), set, |flow, free, border| {
-            flow.forces = (self.surfaces).forces(free, &flow.bodies, &flow.pressure);
+            flow.forces = (self.surfaces).forces(free, &flow.bodies, &flow.pressure, on_nodes);
             // Where a symmetry plane cuts bodies, multipliers also include the loads of the plane.
             let is_whole = self.surfaces.symmetry_planes.is_empty();
             let multipliers = self.border.first_multiplier.filter(|_| is_whole);
@@ -150,7 +171,7 @@ impl Constrained {
                 (Some(loads), None) => loads.balancing(&flow.forces, &flow.generalised)?,
             };
             flow.velocity = self.surfaces.with_prescribed(free, &flow.bodies);
-            flow.stresslets = (self.surfaces).stresslets(&flow.velocity, &flow.pressure);
+            flow.stresslets = (self.surfaces).stresslets(&flow.velocity, &flow.pressure, on_nodes);
             Ok(())
         })
     }
@@ -190,6 +211,9 @@ impl Constrained {
                 .unwrap_or_default(),
         };
         complete(&mut flow, blocks.free, &blocks.border)?;
+        // Forces were computed with the divergence and the pressures of the system.
+        let scale = self.surfaces.pressure_scale;
+        flow.pressure.iter_mut().for_each(|p| *p *= scale);
         Ok(flow)
     }
 
@@ -245,7 +269,11 @@ impl Constrained {
         let blocks = self.split(&solution)?;
         let bodies = (&self.border.columns * blocks.border).select_rows(&self.surface_rows);
         let velocity = self.surfaces.all_velocities(blocks.free, &bodies);
-        Ok((velocity, blocks.pressure.to_vec()))
+        let scale = self.surfaces.pressure_scale;
+        Ok((
+            velocity,
+            blocks.pressure.iter().map(|p| scale * p).collect(),
+        ))
     }
 
     fn split<'s>(&self, solution: &'s [f64]) -> Result<Blocks<'s>, RigidError> {

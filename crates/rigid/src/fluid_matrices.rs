@@ -45,6 +45,73 @@ pub struct FluidMatrices {
     pub vertex_stiffness: Csr,
 }
 
+/// Terms of inertia in the momentum equation, of a step in time or of a steady flow.
+///
+/// The momentum equation of the step is `(K + κ M + N) u + B^T p = f` for each component of the
+/// velocity, with the stiffness `K` of [`FluidMatrices`], at viscosity 1. Known velocities of
+/// earlier times are forces on the nodes
+/// ([`Constrained::rhs_of_forces`](crate::Constrained::rhs_of_forces)), masses of bodies are
+/// [`Constraints::body_damping`](crate::Constraints::body_damping).
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Inertia {
+    /// `κ`: the density times the coefficient of the new velocity in its derivative; not negative.
+    pub coefficient: f64,
+    /// Scalar mass matrix `M_ij = ∫ N_i N_j`, nodes x nodes.
+    pub mass: Csr,
+    /// Convection `N_ij = ρ ∫ N_i (c · ∇N_j)`, nodes x nodes, and that of the pressures for the
+    /// preconditioner, `ρ ∫ ψ_q (c · ∇ψ_r)`; none in a linear flow.
+    pub convection: Option<[Csr; 2]>,
+    /// Laplacian of the pressure, `∫ ∇ψ_q · ∇ψ_r`, with natural boundary conditions.
+    pub pressure_laplacian: Csr,
+}
+
+impl Inertia {
+    /// Inertia without convection.
+    pub fn new(coefficient: f64, mass: Csr, pressure_laplacian: Csr) -> Self {
+        Self {
+            coefficient,
+            mass,
+            convection: None,
+            pressure_laplacian,
+        }
+    }
+
+    /// The same with convection of the velocity, and that of the pressure for the preconditioner.
+    #[must_use]
+    pub fn with_convection(mut self, of_velocity: Csr, of_pressure: Csr) -> Self {
+        self.convection = Some([of_velocity, of_pressure]);
+        self
+    }
+
+    /// Refuses matrices whose shapes do not fit, and a coefficient that is negative or not finite.
+    pub(crate) fn check(&self, nodes: usize, pressures: usize) -> Result<(), RigidError> {
+        if !(self.coefficient >= 0.0 && self.coefficient.is_finite()) {
+            return Err(RigidError::NotFinite {
+                what: "a coefficient of inertia that is zero or positive",
+            });
+        }
+        let convection = self
+            .convection
+            .iter()
+            .flat_map(|[of_velocity, of_pressure]| {
+                [
+                    ("convection", of_velocity, nodes),
+                    ("convection of the pressure", of_pressure, pressures),
+                ]
+            });
+        let others = [
+            ("mass matrix", &self.mass, nodes),
+            ("pressure Laplacian", &self.pressure_laplacian, pressures),
+        ];
+        for (what, matrix, size) in others.into_iter().chain(convection) {
+            check_length(what, matrix.rows(), size)?;
+            check_length(what, matrix.cols(), size)?;
+        }
+        Ok(())
+    }
+}
+
 /// Positions and roles of the nodes, symmetry planes and wall velocities.
 #[derive(Clone, Debug)]
 #[non_exhaustive]

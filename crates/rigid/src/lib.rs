@@ -34,7 +34,7 @@ pub use drive::{Drive, ExternalLoad};
 pub use error::RigidError;
 pub use flow::FlowSolution;
 pub use fluid::RigidFluid;
-pub use fluid_matrices::{FluidMatrices, FluidNodes, NodeRole, SurfaceBody};
+pub use fluid_matrices::{FluidMatrices, FluidNodes, Inertia, NodeRole, SurfaceBody};
 pub use formulations::{DirectRows, Eliminated, Formulation, Independent, Lagrange};
 pub use joint::{Arms, Freedom, Joint, JointDrive, JointKind, PassiveDrive};
 pub use linkage::Linkage;

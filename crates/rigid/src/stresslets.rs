@@ -86,14 +86,16 @@ impl SurfaceRows {
 
     /// Stresslets of a flow with these velocities of all nodes, with prescribed surface velocities.
     ///
-    /// `arms` are the positions of surface nodes relative to the centre of their body.
+    /// `arms` are the positions of surface nodes relative to the centre of their body, `forces`
+    /// drive the flow at all nodes.
     pub fn stresslets(
         &self,
         arms: &[Vector3<f64>],
         velocity: &[Vector3<f64>],
         pressure: &[f64],
+        forces: Option<&[Vector3<f64>]>,
     ) -> Vec<Matrix3<f64>> {
-        let mut moments = self.moments_of_residuals(arms, velocity, pressure, None);
+        let mut moments = self.moments_of_residuals(arms, velocity, pressure, forces);
         for (moment, of_surface) in moments.iter_mut().zip(&self.surface_moments) {
             *moment += of_surface;
         }

@@ -9,6 +9,7 @@ use rigid::{
 };
 
 use crate::StokesError;
+use crate::inertial_terms::InertialTerms;
 use crate::permeability::{permeability_of_channels, torsion};
 use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow, surface_velocity};
 
@@ -242,6 +243,17 @@ impl<'a> Problem<'a> {
         formulation: &dyn Formulation,
         surfaces: Option<&NodalSurfaceFlow>,
     ) -> Result<Constrained, StokesError> {
+        Ok(self.assemble_terms(drive, formulation, surfaces, None)?.0)
+    }
+
+    /// The system with terms of inertia, and their forces on the nodes; none without terms.
+    pub(crate) fn assemble_terms(
+        &self,
+        drive: &Drive,
+        formulation: &dyn Formulation,
+        surfaces: Option<&NodalSurfaceFlow>,
+        terms: Option<&InertialTerms>,
+    ) -> Result<(Constrained, Vec<Vector3<f64>>), StokesError> {
         let mesh = self.mesh;
         let new_space;
         let space = match self.space {
@@ -264,12 +276,29 @@ impl<'a> Problem<'a> {
         if let Some(surfaces) = surfaces {
             nodes = nodes.with_surface_velocity(&surfaces.velocity, &surfaces.moments);
         }
-        let mut fluid = RigidFluid::new(fluid_matrices(matrices), nodes, &bodies)?;
+        let (mut fluid, forces) = match terms {
+            None => {
+                let fluid = RigidFluid::new(fluid_matrices(matrices), nodes, &bodies)?;
+                (fluid, Vec::new())
+            }
+            Some(terms) => {
+                if let Some(velocity) = terms.wall_velocity {
+                    nodes = nodes.with_wall_velocity(velocity);
+                }
+                let laplacian = matrices.vertex_stiffness.clone();
+                let (inertia, forces) = terms.assemble(space, mesh, laplacian)?;
+                let matrices = fluid_matrices(matrices);
+                (
+                    RigidFluid::with_inertia(matrices, inertia, nodes, &bodies)?,
+                    forces,
+                )
+            }
+        };
         if let Some(permeability) = &permeability {
             let stiffness = space.weighted_vertex_stiffness(mesh, permeability)?;
             fluid = fluid.with_pressure_stiffness(stiffness)?;
         }
-        Ok(formulation.constrain(fluid, drive)?)
+        Ok((formulation.constrain(fluid, drive)?, forces))
     }
 
     /// Assembles the equations of the nodes that this process owns.

@@ -88,12 +88,11 @@ impl SaddleLdlt {
     ///
     /// # Errors
     /// [`LinalgError::Factorisation`] for a singular block or lack of memory,
-    /// [`LinalgError::Parameter`], [`LinalgError::ConstrainedDofs`].
+    /// [`LinalgError::Parameter`], [`LinalgError::ConstrainedDofs`], [`LinalgError::NotSymmetric`].
     pub fn factor(system: &SaddleSystem, params: &DirectParams) -> Result<Self, LinalgError> {
-        system
-            .velocity_block()
-            .constrained_dofs()
-            .refuse("the direct solver")?;
+        let (velocity, method) = (system.velocity_block(), "the direct solver");
+        velocity.constrained_dofs().refuse(method)?;
+        velocity.require_symmetric_stiffness(method)?;
         for (name, value) in [("shift", params.shift), ("rel_tol", params.rel_tol)] {
             if !(value > 0.0 && value < 1.0) {
                 let range = "between 0 and 1";

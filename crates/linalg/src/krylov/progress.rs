@@ -118,7 +118,8 @@ impl<'a> Progress<'a> {
                 target,
             });
         }
-        if self.previous[0].is_finite() {
+        if self.previous[0].is_finite() || estimate <= target {
+            // A start that is converged in one norm would end the first cycle after one iteration.
             // After a restart or a false convergence the recurrence may differ from the true
             // residual, hence the factor 0.5. The recurrence converges in one norm; if the residual
             // in the other norm is larger by some factor, the recurrence has to converge further by

@@ -84,13 +84,12 @@ impl Schwarz {
     ///
     /// # Errors
     /// [`LinalgError::Subdomain`] for a singular one, [`LinalgError::Parameter`],
-    /// [`LinalgError::Shape`], [`LinalgError::ConstrainedDofs`], [`LinalgError::Factorisation`] of
-    /// the border.
+    /// [`LinalgError::Shape`], [`LinalgError::ConstrainedDofs`], [`LinalgError::NotSymmetric`],
+    /// [`LinalgError::Factorisation`] of the border.
     pub fn new(system: &SaddleSystem, params: &SchwarzParams) -> Result<Self, LinalgError> {
-        system
-            .velocity_block()
-            .constrained_dofs()
-            .refuse("additive Schwarz")?;
+        let (velocity, method) = (system.velocity_block(), "additive Schwarz");
+        velocity.constrained_dofs().refuse(method)?;
+        velocity.require_symmetric_stiffness(method)?;
         let cut = partition::cut(system, params)?;
         let subdomains: Result<Vec<_>, _> = cut
             .par_iter()

@@ -383,3 +383,114 @@ fn indefinite_or_unsymmetric_stiffness_is_reported() {
     let zero = system(&|i, j, v| if i == 5 && j == 5 { 0.0 } else { v }).map(|_| ());
     assert!(matches!(zero, Err(LinalgError::NotPositive { row: 5, .. })));
 }
+
+/// Nearly a rotation by 90 degrees in two large rows, which one iteration hardly improves.
+struct LargeRotation;
+
+impl LinearOperator for LargeRotation {
+    fn rows(&self) -> usize {
+        3
+    }
+    fn cols(&self) -> usize {
+        3
+    }
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        y[0] = x[0];
+        y[1] = 1e8 * (0.05 * x[1] + x[2]);
+        y[2] = 1e8 * (0.05 * x[2] - x[1]);
+    }
+    fn residual_weights(&self) -> Option<&[f32]> {
+        Some(&[1.0, 1e-8, 1e-8])
+    }
+}
+
+/// The start was converged in the weighted norm but not in the Euclidean one; the first cycle then
+/// ended after one iteration, which counted as stagnation.
+#[test]
+fn bug_a_start_that_is_converged_in_one_norm_was_said_to_stagnate() {
+    let (b, mut x) = ([1.0, 1.0, 0.0], vec![0.0; 3]);
+    // the solution, with a residual of 1e-6 in the second row
+    let determinant = 1e8 * (0.05_f64.powi(2) + 1.0);
+    x[0] = 1.0;
+    x[1] = 0.05 * (1.0 + 1e-6) / determinant;
+    x[2] = (1.0 + 1e-6) / determinant;
+    let mut identity = linalg::Identity(3);
+    let report = fgmres(
+        &LargeRotation,
+        &mut identity,
+        &b,
+        &mut x,
+        &KrylovParams::default(),
+    )
+    .expect("two more iterations");
+    assert!(report.true_rel_residual <= 1e-8);
+}
+
+/// A preconditioner with inertia inverts `L / κ + E G^-1 E^T` for each mass of the border.
+#[test]
+fn inertia_in_the_schur_complement_contains_the_motions_of_the_border() {
+    // One free node, one border dof, three pressures: K = 1 + κ M with κ M = 4.
+    let csr = |rows: usize, cols: usize, dense: &[f64]| {
+        let (mut pointers, mut indices, mut values) = (vec![0], vec![], vec![]);
+        for row in dense.chunks(cols) {
+            for (column, value) in row.iter().enumerate().filter(|(_, v)| **v != 0.0) {
+                indices.push(column as u32);
+                values.push(*value);
+            }
+            pointers.push(indices.len());
+        }
+        Csr::new((rows, cols), pointers, indices, values)
+    };
+    let laplacian = DMatrix::from_row_slice(3, 3, &[2., -1., -1., -1., 2., -1., -1., -1., 2.]);
+    let e = DMatrix::from_column_slice(3, 1, &[0.5, -0.5, 0.0]);
+    for mass in [1e-6, 1.0, 1e6] {
+        let corner = DMatrix::from_element(1, 1, mass);
+        let border = Csr::zero((3, 1));
+        let a = Bordered::new(csr(1, 1, &[5.0]), border, None, corner).expect("sound");
+        let b = Csr3::new(
+            (3, 1),
+            vec![0, 1, 2, 3],
+            vec![0, 0, 0],
+            vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, -1.0, 0.0]],
+        );
+        let pressure_mass = csr(3, 3, &[0.5, 0., 0., 0., 0.5, 0., 0., 0., 0.5]);
+        // the shift of the Laplacian is a multiple of the mass matrix
+        let shifted = &laplacian + DMatrix::identity(3, 3) * 5e-4;
+        let e_sparse = csr(3, 1, e.as_slice());
+        let system = SaddleSystem::new(a, b, e_sparse, None, pressure_mass).expect("sound");
+        let kappa = 4.0;
+        let inertia = linalg::SchurInertia {
+            coefficient: kappa,
+            scale: 1.0,
+            mass_diagonal: &[1.0],
+            laplacian: &csr(3, 3, laplacian.as_slice()),
+            convection: None,
+        };
+        let r = [0.0, 0.0, 0.0, 0.0, 1.0, -0.4, -0.6];
+        let pressures = |inertia: Option<&linalg::SchurInertia>| {
+            let a = system.velocity_block();
+            let multigrid = linalg::Multigrid::new(a, &Default::default()).expect("sound");
+            let mut block = BlockTriangular::new(&system, multigrid).expect("sound");
+            if let Some(inertia) = inertia {
+                block = block.with_inertia(inertia).expect("sound");
+            }
+            let mut z = [0.0; 7];
+            linalg::Preconditioner::apply(&mut block, &r, &mut z);
+            [4, 5, 6].map(|k| -z[k])
+        };
+        let (with, without) = (pressures(Some(&inertia)), pressures(None));
+        let schur = shifted / kappa + &e * e.transpose() / mass;
+        let expected = schur
+            .lu()
+            .solve(&nalgebra::DVector::from_column_slice(&r[4..]));
+        let expected = expected.expect("regular");
+        for k in 0..3 {
+            let added = with[k] - without[k];
+            // cycles run in f32, on a matrix with the condition 6e3
+            assert!(
+                (added - expected[k]).abs() < 1e-3 * expected.amax(),
+                "{mass}: {added}"
+            );
+        }
+    }
+}

@@ -9,7 +9,9 @@ use crate::mesh_part::Ownership;
 use crate::node_blocks::{self, NodeBlocks, block};
 use crate::prescribed_motion::PrescribedMotion;
 use crate::stresslets::SurfaceRows;
-use crate::{FluidMatrices, FluidNodes, NodeRole, RigidError, SurfaceBody, SymmetryPlanes};
+use crate::{
+    FluidMatrices, FluidNodes, Inertia, NodeRole, RigidError, SurfaceBody, SymmetryPlanes,
+};
 
 /// The equations of the fluid at free nodes, with six border columns `(U, ω)` per rigid body.
 ///
@@ -41,6 +43,19 @@ pub(crate) struct FluidBlocks {
     pub vertex_stiffness: Csr,
     /// Stiffness of narrow gaps, pressure dofs x pressure dofs.
     pub pressure_stiffness: Option<Csr>,
+    /// What the preconditioner needs to know of a mass matrix in the stiffness.
+    pub inertia: Option<InertiaBlocks>,
+}
+
+/// The mass matrix in the stiffness, as far as the Schur complement of the pressure needs it.
+#[derive(Clone, Debug)]
+pub(crate) struct InertiaBlocks {
+    /// Coefficient of the mass matrix, and factor of the divergence.
+    pub factors: (f64, f64),
+    /// Diagonal of the mass matrix, one entry per free node.
+    pub mass_diagonal: Vec<f64>,
+    pub pressure_laplacian: Csr,
+    pub pressure_convection: Option<Csr>,
 }
 
 impl FluidBlocks {
@@ -82,6 +97,7 @@ impl FluidBlocks {
             interpolation_border,
             vertex_stiffness: vertex_stiffness?,
             pressure_stiffness: None,
+            inertia: None,
         })
     }
 }
@@ -101,7 +117,78 @@ impl RigidFluid {
         nodes: FluidNodes,
         bodies: &[SurfaceBody],
     ) -> Result<Self, RigidError> {
-        let matrices = matrices.by_rows();
+        Self::split(matrices, None, nodes, bodies)
+    }
+
+    /// Splits the matrices of a fluid with inertia; `matrices` are those without.
+    ///
+    /// The stiffness becomes `K + κ M + N`, and that of the vertices `K_c + κ M_p`, since the
+    /// pressures are linear functions of the vertices. The volume term of the bodies is viscous and
+    /// does not change. With convection the border rows contain the transpose of the matrix and the
+    /// system is not symmetric. The preconditioner has the Schur complement of inertia with the
+    /// motions of the bodies
+    /// ([`BlockTriangular::with_inertia`](linalg::BlockTriangular::with_inertia)).
+    ///
+    /// # Errors
+    /// Those of [`RigidFluid::new`]; matrices of inertia whose sizes do not fit.
+    pub fn with_inertia(
+        mut matrices: FluidMatrices,
+        inertia: Inertia,
+        nodes: FluidNodes,
+        bodies: &[SurfaceBody],
+    ) -> Result<Self, RigidError> {
+        matrices = matrices.by_rows();
+        inertia.check(nodes.points.len(), matrices.divergence.rows())?;
+        matrices.check(nodes.points.len())?;
+        let Inertia {
+            coefficient,
+            mass,
+            convection,
+            pressure_laplacian,
+        } = inertia;
+        check_length(
+            "pressures, one per vertex",
+            matrices.pressure_mass.rows(),
+            matrices.vertex_stiffness.rows(),
+        )?;
+        let mass = mass.into_csr();
+        matrices.stiffness = sum(matrices.stiffness, coefficient, &mass);
+        matrices.vertex_stiffness = sum(
+            matrices.vertex_stiffness,
+            coefficient,
+            &matrices.pressure_mass,
+        );
+        let scale = pressure_scale(coefficient, &matrices);
+        for b in matrices.divergence.data_mut() {
+            *b = b.map(|b| scale * b);
+        }
+        let (convection, pressure_convection) = match convection {
+            Some([of_velocity, of_pressure]) => (Some(of_velocity.into_csr()), Some(of_pressure)),
+            None => (None, None),
+        };
+        let mut fluid = Self::split(matrices, convection, nodes, bodies)?;
+        fluid.surfaces.pressure_scale = scale;
+        if coefficient > 0.0 || pressure_convection.is_some() {
+            let free = fluid.surfaces.free_nodes.iter().map(|&node| node as usize);
+            fluid.blocks.inertia = Some(InertiaBlocks {
+                factors: (coefficient, scale),
+                mass_diagonal: free
+                    .map(|i| mass.get(i, i).copied().unwrap_or(0.0))
+                    .collect(),
+                pressure_laplacian,
+                pressure_convection,
+            });
+        }
+        Ok(fluid)
+    }
+
+    fn split(
+        matrices: FluidMatrices,
+        convection: Option<Csr>,
+        nodes: FluidNodes,
+        bodies: &[SurfaceBody],
+    ) -> Result<Self, RigidError> {
+        let mut matrices = matrices.by_rows();
         matrices.check(nodes.points.len())?;
         nodes.check(bodies.len())?;
         let (points, roles) = (nodes.points, nodes.roles);
@@ -122,14 +209,21 @@ impl RigidFluid {
                 _ => Vector3::zeros(),
             })
             .collect();
-        let prescribed = PrescribedMotion::new(&matrices, &nodes, &free.list, &arms, bodies.len())?;
-        let rows = SurfaceRows::new(&matrices, &nodes, bodies.len())?;
         let blocks = NodeBlocks {
             roles,
             arms: &arms,
             bodies: bodies.len(),
             part: &part,
         };
+        let border_left = convection.map(|convection| {
+            // in place, so that no matrix is copied
+            let stiffness = std::mem::replace(&mut matrices.stiffness, Csr::zero((0, 0)));
+            matrices.stiffness = sum(stiffness, 1.0, &convection);
+            let transposed = matrices.stiffness.transpose_view().to_csr();
+            blocks.border(&transposed, &free.list)
+        });
+        let prescribed = PrescribedMotion::new(&matrices, &nodes, &free.list, &arms, bodies.len())?;
+        let rows = SurfaceRows::new(&matrices, &nodes, bodies.len())?;
         let mut corner = blocks.corner(&matrices.stiffness);
         part.sum(corner.as_mut_slice());
         for (number, body) in bodies.iter().enumerate() {
@@ -150,6 +244,8 @@ impl RigidFluid {
             blocks: FluidBlocks::new(matrices, interpolation_border, &free, &free_vertices)?,
             surfaces: Surfaces {
                 border,
+                border_left,
+                pressure_scale: 1.0,
                 corner,
                 rigid_divergence,
                 constrained: free.constrained(&nodes.on_symmetry_planes),
@@ -199,6 +295,37 @@ impl RigidFluid {
     pub fn symmetry_planes(&self) -> SymmetryPlanes {
         self.surfaces.symmetry_planes
     }
+}
+
+/// Factor of the divergence by which the pressures of the system are smaller than those of the
+/// flow.
+///
+/// Where the mass matrix dominates, the Schur complement is the Laplacian over `κ`. With `κ^(1/2)`
+/// it is as large as the pressure mass matrix again at the size of a body, and a residual norm sees
+/// errors of the divergence. The second bound keeps the ratio that `linalg::SaddleSystem`
+/// requires, on meshes with large elements.
+fn pressure_scale(coefficient: f64, matrices: &FluidMatrices) -> f64 {
+    const MIN_RATIO: f64 = 1e-3;
+    let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let divergence = largest(matrices.divergence.data().as_flattened());
+    let required = MIN_RATIO * largest(matrices.stiffness.data()) / divergence;
+    let scale = coefficient.sqrt().max(1.0);
+    if coefficient > 0.0 && required.is_finite() {
+        scale.max(required)
+    } else {
+        scale
+    }
+}
+
+/// `A + factor B`, in place if both have the same pattern, as matrices of one space have.
+fn sum(mut a: Csr, factor: f64, b: &Csr) -> Csr {
+    if a.indptr() == b.indptr() && a.indices() == b.indices() {
+        for (a, b) in a.data_mut().iter_mut().zip(b.data()) {
+            *a += factor * b;
+        }
+        return a;
+    }
+    &a + &b.map(|b| factor * b)
 }
 
 /// Refuses bodies without a volume, and bodies whose centre is not on every symmetry plane.

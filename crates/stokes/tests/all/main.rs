@@ -3,6 +3,7 @@
 mod examples;
 mod flow;
 mod hostile;
+mod inertial;
 mod iterations;
 mod problem;
 mod squirmers;

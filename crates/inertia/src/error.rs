@@ -1,0 +1,94 @@
+//! Errors of steps and steady states.
+
+/// A step that cannot be taken, or a steady state that was not found, with what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum InertiaError {
+    /// A failed assembly or linear solve.
+    #[error(transparent)]
+    Stokes(#[from] stokes::StokesError),
+    /// Bodies, joints or loads that do not fit.
+    #[error(transparent)]
+    Rigid(#[from] rigid::RigidError),
+    /// A failed assembly.
+    #[error(transparent)]
+    Fem(#[from] fem::FemError),
+    /// An unusable mesh.
+    #[error(transparent)]
+    Mesh(#[from] mesh::MeshError),
+    /// A mesh that cannot follow its bodies.
+    #[error(transparent)]
+    Ale(#[from] ale::AleError),
+    /// A number that is out of range.
+    #[error("{what} is {value}; it must be {range}")]
+    OutOfRange {
+        /// Name of the number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Values that it may have.
+        range: &'static str,
+    },
+    /// A list of the wrong length.
+    #[error("expected {expected} {what}, found {found}")]
+    Length {
+        /// Name of the items that are counted.
+        what: &'static str,
+        /// Number required.
+        expected: usize,
+        /// Number found.
+        found: usize,
+    },
+    /// An adaptive step that would have to be shorter than rounding allows.
+    #[error(
+        "at time {time} a step of {step:.3e} still has the error {error:.3e} of {tolerance:.3e}; \
+         is there a jump in the motion that is not a restart? Raise the tolerance or restart there"
+    )]
+    StepTooShort {
+        /// Time before the step.
+        time: f64,
+        /// Length of the step.
+        step: f64,
+        /// Its relative error.
+        error: f64,
+        /// Relative tolerance.
+        tolerance: f64,
+    },
+    /// A fixed-point iteration for a steady state that does not converge.
+    #[error(
+        "no steady state at density {density}: after {iterations} iterations the velocity still \
+         changes by {change:.3e} of itself, {tolerance:.3e} was required; the flow may be unsteady \
+         there (a sphere above a Reynolds number of 212), otherwise raise max_iterations or \
+         increase the density in smaller stages"
+    )]
+    NotSteady {
+        /// Density at which it failed.
+        density: f64,
+        /// Iterations made.
+        iterations: usize,
+        /// Relative change of the velocity in the last one.
+        change: f64,
+        /// Change required.
+        tolerance: f64,
+    },
+    /// A steady state in the frame of a body that rotates.
+    #[error(
+        "body {body} turns at {spin:.3e} while the flow is required to be steady in its frame; \
+         steady states are those of bodies that do not turn: integrate in time"
+    )]
+    Turning {
+        /// Index of the body.
+        body: usize,
+        /// Largest component of its angular velocity.
+        spin: f64,
+    },
+    /// A point of a new mesh outside the old one.
+    #[error(
+        "the point ({:.6}, {:.6}, {:.6}) of the new mesh is outside the old one; both must fill \
+         the same domain around the bodies at the same time", point[0], point[1], point[2]
+    )]
+    Outside {
+        /// The point.
+        point: [f64; 3],
+    },
+}

@@ -1,0 +1,812 @@
+//! Steps in time of bodies in a fluid with inertia.
+
+use fem::TaylorHood;
+use linalg::WarmStart;
+use mesh::TetMesh;
+use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
+use rigid::{BodyKind, Drive, ExternalLoad, FlowSolution, State, StateVelocity};
+use stokes::{InertialTerms, SolverReport};
+
+use crate::bodies::SlipAt;
+use crate::projection::{ProjectionJump, project, square_integral};
+use crate::time_derivative::{TimeDerivative, extrapolation};
+use crate::{Bodies, Convection, Forcing, InertiaError, Meshes, Parameters};
+
+/// What is known at one time.
+#[derive(Clone, Debug)]
+struct Level {
+    time: f64,
+    /// Positions of the nodes, and velocities of the fluid there.
+    points: Vec<Vector3<f64>>,
+    velocity: Vec<Vector3<f64>>,
+    state: State,
+    rate: StateVelocity,
+    /// The step that led to the state.
+    increment: Option<StateVelocity>,
+    shape: Vec<f64>,
+    generalised: Vec<f64>,
+    /// Momentum and angular momentum of each body.
+    momenta: Vec<Vector6<f64>>,
+}
+
+/// What earlier levels contribute to the rates of momentum of a step.
+struct Known {
+    /// Minus that of the fluid per volume, one per node.
+    force: Vec<Vector3<f64>>,
+    /// Those of the bodies.
+    momenta: Vec<Vector6<f64>>,
+}
+
+/// A step, before it is accepted.
+pub struct Step {
+    /// Time at its end.
+    pub time: f64,
+    /// Its length.
+    pub length: f64,
+    /// Flow, velocities and forces at its end; forces include the inertia of the fluid.
+    pub flow: FlowSolution,
+    /// Poses of all bodies at its end.
+    pub poses: Vec<Isometry3<f64>>,
+    /// Estimated error of the velocities in this step, relative to the largest velocities so far:
+    /// of the fluid in L2 and of the bodies; infinite if there are too few levels for an estimate.
+    pub error: f64,
+    /// Solves of the last mesh, and how the last one was solved.
+    pub solves: usize,
+    /// Solver of the last solve.
+    pub solver: SolverReport,
+    /// Difference of the positions from those of the mesh, in body sizes.
+    pub mesh_error: f64,
+    mesh: TetMesh,
+    level: Level,
+}
+
+impl Step {
+    /// The mesh on which the step was solved.
+    pub fn mesh(&self) -> &TetMesh {
+        &self.mesh
+    }
+}
+
+/// Integrates the motion of bodies in a fluid with inertia, by BDF2 with variable steps.
+///
+/// All terms of a step are assembled on the mesh at its end, where the velocities of earlier times
+/// are carried by their nodes and the velocity of the mesh is the same difference formula of the
+/// positions of the nodes. A uniform flow then stays uniform however the mesh moves, and the order
+/// on a fixed mesh is kept (Fehn, Heinz, Wall, Kronbichler 2021). The positions of bodies follow
+/// from their velocities by the same formula, those of joints from their values, so that joints do
+/// not open. Fluid, bodies and joints are one system: light bodies need no other steps than heavy
+/// ones.
+///
+/// The convecting velocity is extrapolated, so that a step is linear and its matrix is one scalar
+/// matrix for the three components.
+pub struct Integrator<'a> {
+    bodies: Bodies<'a>,
+    forcing: &'a dyn Forcing,
+    meshes: Box<dyn Meshes + 'a>,
+    parameters: Parameters,
+    /// The newest first, three at most.
+    levels: Vec<Level>,
+    mesh: TetMesh,
+    space: TaylorHood,
+    warm: WarmStart,
+    largest: [f64; 2],
+    jump: Option<ProjectionJump>,
+}
+
+/// Levels that BDF2 and its error estimate need.
+const LEVELS: usize = 3;
+
+impl<'a> Integrator<'a> {
+    /// Starts from rest at time `time`, in the configuration given when the bodies were joined.
+    ///
+    /// # Errors
+    /// A density that is negative or not finite, lists that do not fit the bodies, no mesh.
+    pub fn from_rest(
+        bodies: Bodies<'a>,
+        forcing: &'a dyn Forcing,
+        mut meshes: Box<dyn Meshes + 'a>,
+        parameters: Parameters,
+        time: f64,
+    ) -> Result<Self, InertiaError> {
+        if !(parameters.density >= 0.0 && parameters.density.is_finite()) {
+            return Err(InertiaError::OutOfRange {
+                what: "the density of the fluid",
+                value: parameters.density,
+                range: "zero or positive",
+            });
+        }
+        let set = bodies.set;
+        let surfaced = set.kinds().iter().filter(|kind| **kind == BodyKind::Rigid);
+        for (what, expected, found) in [
+            (
+                "masses, one per body",
+                set.kinds().len(),
+                bodies.masses.len(),
+            ),
+            (
+                "surfaces of bodies",
+                surfaced.count(),
+                bodies.surfaces.len(),
+            ),
+        ] {
+            if expected != found {
+                return Err(InertiaError::Length {
+                    what,
+                    expected,
+                    found,
+                });
+            }
+        }
+        let (state, shape) = (set.initial_state(), forcing.shape(time));
+        let poses = set.place(&state, &shape)?;
+        let mesh = meshes.mesh(time, &bodies.surfaced(&poses))?;
+        let layout = vec![0.0; set.velocity_layout().len()];
+        let level = Level {
+            time,
+            points: mesh.points().to_vec(),
+            velocity: vec![Vector3::zeros(); mesh.n_points()],
+            rate: set.state_velocity(&layout)?,
+            state,
+            increment: None,
+            shape,
+            generalised: layout,
+            momenta: vec![Vector6::zeros(); set.kinds().len()],
+        };
+        Ok(Self {
+            space: TaylorHood::new(&mesh)?,
+            bodies,
+            forcing,
+            meshes,
+            parameters,
+            levels: vec![level],
+            mesh,
+            // A step starts from a least-squares combination of as many earlier solutions.
+            warm: WarmStart::new(5),
+            largest: [0.0; 2],
+            jump: None,
+        })
+    }
+
+    /// Replaces the velocity of the fluid at the present time, as for a start from another flow.
+    ///
+    /// `generalised` are the velocities of the bodies, as in [`FlowSolution::generalised`]. Earlier
+    /// levels are forgotten.
+    ///
+    /// # Errors
+    /// Lists of the wrong length.
+    pub fn set_flow(
+        &mut self,
+        velocity: Vec<Vector3<f64>>,
+        generalised: &[f64],
+    ) -> Result<(), InertiaError> {
+        if velocity.len() != self.mesh.n_points() {
+            return Err(InertiaError::Length {
+                what: "velocities of the nodes",
+                expected: self.mesh.n_points(),
+                found: velocity.len(),
+            });
+        }
+        self.restart();
+        let set = self.bodies.set;
+        let poses = self.poses()?;
+        let masses = self.mass_matrices(&poses);
+        let rate = set.state_velocity(generalised)?;
+        let momenta = self.momenta(&masses, generalised);
+        let level = &mut self.levels[0];
+        level.velocity = velocity;
+        level.rate = rate;
+        level.generalised = generalised.to_vec();
+        level.momenta = momenta;
+        Ok(())
+    }
+
+    /// Forgets all levels but the present one: for corners of a motion, after which derivatives
+    /// jump.
+    pub fn restart(&mut self) {
+        self.levels.truncate(1);
+        self.levels[0].increment = None;
+    }
+
+    /// The present time.
+    pub fn time(&self) -> f64 {
+        self.levels[0].time
+    }
+
+    /// The present mesh.
+    pub fn mesh(&self) -> &TetMesh {
+        &self.mesh
+    }
+
+    /// The present velocity of each node.
+    pub fn velocity(&self) -> &[Vector3<f64>] {
+        &self.levels[0].velocity
+    }
+
+    /// The present state of the bodies.
+    pub fn state(&self) -> &State {
+        &self.levels[0].state
+    }
+
+    /// The present poses of all bodies.
+    ///
+    /// # Errors
+    /// None for a state that was reached.
+    pub fn poses(&self) -> Result<Vec<Isometry3<f64>>, InertiaError> {
+        let level = &self.levels[0];
+        Ok(self.bodies.set.place(&level.state, &level.shape)?)
+    }
+
+    /// Jumps of momentum and energy by the last change of the mesh, of the newest level.
+    pub fn last_jump(&self) -> Option<ProjectionJump> {
+        self.jump
+    }
+
+    /// Lengths of the steps between the levels, the last one first.
+    fn steps_before(&self) -> Vec<f64> {
+        self.levels
+            .windows(2)
+            .map(|pair| pair[0].time - pair[1].time)
+            .collect()
+    }
+
+    fn mass_matrices(&self, poses: &[Isometry3<f64>]) -> Vec<Matrix6<f64>> {
+        let masses = self.bodies.masses.iter().zip(poses);
+        masses.map(|(mass, pose)| mass.matrix(pose)).collect()
+    }
+
+    /// Momenta of all bodies with these generalised velocities.
+    fn momenta(&self, masses: &[Matrix6<f64>], generalised: &[f64]) -> Vec<Vector6<f64>> {
+        let set = self.bodies.set;
+        let layout = set.velocity_layout();
+        let momentum = |(body, mass): (usize, &Matrix6<f64>)| match layout.body(body) {
+            Some(first) if set.kinds()[body] == BodyKind::Rigid => {
+                mass * Vector6::from_column_slice(&generalised[first..first + 6])
+            }
+            _ => Vector6::zeros(),
+        };
+        masses.iter().enumerate().map(momentum).collect()
+    }
+
+    /// Sum over the older levels of the formula, `sum_k c_k v_k / Δt`.
+    fn known<T>(&self, formula: &TimeDerivative, field: impl Fn(&Level) -> &[T]) -> Vec<T>
+    where
+        T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>,
+    {
+        let [first, rest @ ..] = self.levels.as_slice() else {
+            return Vec::new();
+        };
+        let mut sum: Vec<T> = field(first).iter().map(|v| *v * formula.older(1)).collect();
+        if let Some(second) = rest.first() {
+            for (sum, v) in sum.iter_mut().zip(field(second)) {
+                *sum = *sum + *v * formula.older(2);
+            }
+        }
+        sum
+    }
+
+    /// Extrapolation of the velocities to the end of a step, from at most `levels` levels.
+    fn extrapolated(&self, step: f64, levels: usize) -> Vec<Vector3<f64>> {
+        let levels = &self.levels[..levels.min(self.levels.len())];
+        let before = &self.steps_before()[..levels.len() - 1];
+        let weights = extrapolation(step, before);
+        let mut sum = vec![Vector3::zeros(); levels[0].velocity.len()];
+        for (level, weight) in levels.iter().zip(weights) {
+            for (sum, u) in sum.iter_mut().zip(&level.velocity) {
+                *sum += weight * u;
+            }
+        }
+        sum
+    }
+
+    /// Increment of the state by a step that ends with these velocities.
+    ///
+    /// `x_new - x_1 = (Δt U + c_2 (x_1 - x_2)) / c_0`, by the formula of the step.
+    fn increment(&self, formula: &TimeDerivative, rate: &StateVelocity) -> StateVelocity {
+        let [newest, _, oldest] = formula.coefficients;
+        let step = rate * (formula.step / newest);
+        match &self.levels[0].increment {
+            Some(last) if oldest != 0.0 => &step + &(last * (oldest / newest)),
+            _ => step,
+        }
+    }
+
+    /// The state at the end of a step with these velocities, and its increment.
+    fn advanced(
+        &self,
+        formula: &TimeDerivative,
+        rate: &StateVelocity,
+    ) -> Result<(State, StateVelocity), InertiaError> {
+        let increment = self.increment(formula, rate);
+        let state = &self.levels[0].state;
+        match self.meshes.is_frozen() {
+            true => Ok((state.clone(), increment)),
+            false => Ok((self.bodies.set.advance(state, &increment)?, increment)),
+        }
+    }
+
+    /// Takes a step of this length from the present time, without accepting it.
+    ///
+    /// # Errors
+    /// A length that is not positive; a mesh that cannot follow the bodies and cannot be renewed;
+    /// those of assembly and linear solve.
+    pub fn try_step(&mut self, length: f64) -> Result<Step, InertiaError> {
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(InertiaError::OutOfRange {
+                what: "the length of a step",
+                value: length,
+                range: "positive",
+            });
+        }
+        match self.step_on_meshes(length) {
+            Err(InertiaError::Ale(_) | InertiaError::Mesh(_)) if self.renew_mesh()? => {
+                self.step_on_meshes(length)
+            }
+            result => result,
+        }
+    }
+
+    fn step_on_meshes(&mut self, length: f64) -> Result<Step, InertiaError> {
+        let formula = TimeDerivative::new(length, &self.steps_before());
+        let (set, forcing) = (self.bodies.set, self.forcing);
+        let time = self.time() + length;
+        let shape = forcing.shape(time);
+        let (frozen, present) = (self.meshes.is_frozen(), self.levels[0].shape.clone());
+        let rates: Vec<f64> = {
+            let known = self.known(&formula, |level| &level.shape);
+            (shape.iter().zip(known))
+                .map(|(q, known)| formula.newest() * q + known)
+                .collect()
+        };
+        let predicted_rate = match self.levels.as_slice() {
+            [first, second, ..] => {
+                let weights = extrapolation(length, &[first.time - second.time]);
+                &(&first.rate * weights[0]) + &(&second.rate * weights[1])
+            }
+            levels => levels[0].rate.clone(),
+        };
+        let (mut state, _) = self.advanced(&formula, &predicted_rate)?;
+        let velocities = self.known(&formula, |level| &level.velocity);
+        let density = self.parameters.density;
+        let known = Known {
+            force: velocities.iter().map(|u| -density * u).collect(),
+            momenta: self.known(&formula, |level| &level.momenta),
+        };
+        let (mut solves, mut warm) = (0, self.warm.clone());
+        let (step, warm) = loop {
+            // frozen joints still have rates, but their values do not count
+            let placed = if frozen { &present } else { &shape };
+            let poses = set.place(&state, placed)?;
+            let mesh = self.mesh_at(time, &poses)?;
+            let masses = self.mass_matrices(&poses);
+            let (flow, solver) = self.solve(
+                (&mesh, &poses),
+                &formula,
+                (&state, placed, &rates),
+                &known,
+                &masses,
+                &mut warm,
+                time,
+            )?;
+            solves += 1;
+            let (next, increment) = self.advanced(&formula, &flow.state)?;
+            let next_poses = set.place(&next, placed)?;
+            let mesh_error = self.distance(&mesh, &poses, &next_poses)?;
+            let good = mesh_error <= self.parameters.mesh_tolerance;
+            if !good && solves <= self.parameters.max_corrections {
+                state = next;
+                continue;
+            }
+            let momenta = self.momenta(&masses, flow.generalised.as_slice());
+            let level = Level {
+                time,
+                points: mesh.points().to_vec(),
+                velocity: flow.velocity.clone(),
+                rate: flow.state.clone(),
+                state: next,
+                increment: Some(increment),
+                shape,
+                generalised: flow.generalised.as_slice().to_vec(),
+                momenta,
+            };
+            let error = self.error(&mesh, &level, &formula)?;
+            let step = Step {
+                time,
+                length,
+                flow,
+                poses: next_poses,
+                error,
+                solves,
+                solver,
+                mesh_error,
+                mesh,
+                level,
+            };
+            break (step, warm);
+        };
+        self.warm = warm;
+        Ok(step)
+    }
+
+    /// The mesh around bodies with these poses, with the connectivity of the present one.
+    fn mesh_at(&mut self, time: f64, poses: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError> {
+        let mesh = self.meshes.mesh(time, &self.bodies.surfaced(poses))?;
+        match mesh.n_points() == self.mesh.n_points() {
+            true => Ok(mesh),
+            false => Err(InertiaError::Length {
+                what: "nodes of a mesh that moves without being renewed",
+                expected: self.mesh.n_points(),
+                found: mesh.n_points(),
+            }),
+        }
+    }
+
+    /// Solves the equations of a step on one mesh.
+    fn solve(
+        &self,
+        (mesh, poses): (&TetMesh, &[Isometry3<f64>]),
+        formula: &TimeDerivative,
+        (state, shape, rates): (&State, &[f64], &[f64]),
+        known: &Known,
+        masses: &[Matrix6<f64>],
+        warm: &mut WarmStart,
+        time: f64,
+    ) -> Result<(FlowSolution, SolverReport), InertiaError> {
+        let (set, forcing) = (self.bodies.set, self.forcing);
+        let mut constraints = set.constraints(state, shape, rates)?;
+        let massive = (masses.iter().zip(set.kinds()).enumerate())
+            .filter(|(_, (mass, kind))| **kind == BodyKind::Rigid && mass.amax() > 0.0);
+        constraints.body_damping = massive
+            .map(|(body, (mass, _))| (body, formula.newest() * mass))
+            .collect();
+        let load = |(body, pose): (usize, &Isometry3<f64>)| {
+            let mut load = forcing.load(time, body, pose);
+            load.force -= known.momenta[body].fixed_rows::<3>(0);
+            load.torque -= known.momenta[body].fixed_rows::<3>(3);
+            load
+        };
+        let loads: Vec<ExternalLoad> = poses.iter().enumerate().map(load).collect();
+        let drive = Drive {
+            set,
+            constraints: &constraints,
+            loads: &loads,
+        };
+        let convecting = (self.parameters.convection == Convection::Full).then(|| {
+            let known = self.known(formula, |level| &level.points);
+            let mesh_velocity =
+                (mesh.points().iter().zip(known)).map(|(x, known)| formula.newest() * x + known);
+            let flow = self.extrapolated(formula.step, 2);
+            flow.iter()
+                .zip(mesh_velocity)
+                .map(|(u, w)| u - w)
+                .collect::<Vec<_>>()
+        });
+        let wall_velocity = forcing.has_moving_walls().then(|| {
+            let points = mesh.points().iter();
+            points
+                .map(|x| forcing.wall_velocity(time, x))
+                .collect::<Vec<_>>()
+        });
+        let terms = InertialTerms {
+            density: self.parameters.density,
+            coefficient: self.parameters.density * formula.newest(),
+            force: Some(&known.force),
+            convecting: convecting.as_deref(),
+            wall_velocity: wall_velocity.as_deref(),
+            ..InertialTerms::default()
+        };
+        let centres: Vec<Vector3<f64>> = self
+            .bodies
+            .surfaced(poses)
+            .iter()
+            .map(|p| p.translation.vector)
+            .collect();
+        let slip = SlipAt {
+            forcing,
+            time,
+            centres: &centres,
+        };
+        let mut problem = self.bodies.problem(mesh, &self.space, &centres)?;
+        if forcing.has_slip() {
+            problem = problem.with_surface_flow(&slip);
+        }
+        let options = &self.parameters.options;
+        let system = problem.assemble_inertial(&drive, options.formulation, &terms)?;
+        Ok(system.solve(mesh, &drive, options, warm)?)
+    }
+
+    /// Largest displacement of a body between two placements, and rotation, in body sizes.
+    fn distance(
+        &self,
+        mesh: &TetMesh,
+        from: &[Isometry3<f64>],
+        to: &[Isometry3<f64>],
+    ) -> Result<f64, InertiaError> {
+        let (from, to) = (self.bodies.surfaced(from), self.bodies.surfaced(to));
+        let mut largest: f64 = 0.0;
+        for ((part, from), to) in self.bodies.surfaces.iter().zip(&from).zip(&to) {
+            let nodes = mesh.nodes_on(mesh.tag(part)?);
+            let arm = |n: &u32| (mesh.points()[*n as usize] - from.translation.vector).norm();
+            let size = nodes.iter().map(arm).fold(0.0, f64::max);
+            let shift = (to.translation.vector - from.translation.vector).norm() / size;
+            largest = largest.max(shift).max(from.rotation.angle_to(&to.rotation));
+        }
+        Ok(largest)
+    }
+
+    /// Estimated relative error of the velocities of a new level.
+    fn error(
+        &self,
+        mesh: &TetMesh,
+        level: &Level,
+        formula: &TimeDerivative,
+    ) -> Result<f64, InertiaError> {
+        if formula.error_factor == 0.0 {
+            return Ok(f64::INFINITY);
+        }
+        let predicted = self.extrapolated(formula.step, LEVELS);
+        let difference: Vec<Vector3<f64>> = level
+            .velocity
+            .iter()
+            .zip(predicted)
+            .map(|(u, p)| u - p)
+            .collect();
+        let of_bodies = |field: &[Vector3<f64>]| -> Result<f64, InertiaError> {
+            let mut largest: f64 = 0.0;
+            for part in &self.bodies.surfaces {
+                for node in mesh.nodes_on(mesh.tag(part)?) {
+                    largest = largest.max(field[node as usize].norm());
+                }
+            }
+            Ok(largest)
+        };
+        let sizes = [
+            square_integral(mesh, &level.velocity)?.sqrt(),
+            of_bodies(&level.velocity)?,
+        ];
+        let errors = [
+            square_integral(mesh, &difference)?.sqrt(),
+            of_bodies(&difference)?,
+        ];
+        let relative = errors
+            .into_iter()
+            .zip(sizes)
+            .zip(self.largest)
+            .map(|((e, s), largest)| {
+                let scale = s.max(largest);
+                if e > 0.0 { e / scale } else { 0.0 }
+            });
+        Ok(formula.error_factor * relative.fold(0.0, f64::max))
+    }
+
+    /// Accepts a step.
+    ///
+    /// # Errors
+    /// None for a step of this integrator.
+    pub fn accept(&mut self, step: Step) -> Result<(), InertiaError> {
+        let size = square_integral(&step.mesh, &step.level.velocity)?.sqrt();
+        self.largest[0] = self.largest[0].max(size);
+        for part in &self.bodies.surfaces {
+            for node in step.mesh.nodes_on(step.mesh.tag(part)?) {
+                let speed = step.level.velocity[node as usize].norm();
+                self.largest[1] = self.largest[1].max(speed);
+            }
+        }
+        self.mesh = step.mesh;
+        self.levels.insert(0, step.level);
+        self.levels.truncate(LEVELS);
+        Ok(())
+    }
+
+    /// Takes and accepts a step of this length, whatever its error.
+    ///
+    /// # Errors
+    /// Those of [`Integrator::try_step`].
+    pub fn step(&mut self, length: f64) -> Result<StepReport, InertiaError> {
+        let step = self.try_step(length)?;
+        let report = StepReport::new(&step);
+        self.accept(step)?;
+        Ok(report)
+    }
+
+    /// Integrates to `end` with steps whose estimated relative errors are below `tolerance`.
+    ///
+    /// Starts with steps of the length `first`, of the first of which no error is known: take it as
+    /// small as `tolerance` times the time in which the motion changes. `observe` sees each
+    /// accepted step.
+    ///
+    /// # Errors
+    /// [`InertiaError::StepTooShort`], and those of [`Integrator::try_step`].
+    pub fn advance_to(
+        &mut self,
+        end: f64,
+        tolerance: f64,
+        first: f64,
+        mut observe: impl FnMut(&Step),
+    ) -> Result<(), InertiaError> {
+        let mut length = first;
+        // two levels are needed before an error is known
+        let mut unchecked = 2usize.saturating_sub(self.levels.len());
+        while self.time() < end {
+            let left = end - self.time();
+            // no rest that is shorter than half a step
+            let taken = if left < 1.5 * length && left > length {
+                0.5 * left
+            } else {
+                length
+            };
+            let taken = taken.min(left);
+            let step = self.try_step(taken)?;
+            let accepted = step.error <= tolerance || unchecked > 0;
+            // The local error of BDF2 is of third order. 0.9 leaves a reserve; steps at most
+            // double, below the ratio 1 + 2^(1/2) up to which variable BDF2 is stable (Grigorieff
+            // 1983).
+            let factor = match step.error.is_finite() {
+                true => (0.9 * (tolerance / step.error).cbrt()).clamp(0.2, 2.0),
+                false => 1.0,
+            };
+            if accepted {
+                unchecked = unchecked.saturating_sub(1);
+                observe(&step);
+                self.accept(step)?;
+                length = if taken < length {
+                    length
+                } else {
+                    factor.max(0.5) * taken
+                };
+            } else {
+                length = factor.min(0.9) * taken;
+                if length <= 1e-12 * end.abs().max(left) {
+                    return Err(InertiaError::StepTooShort {
+                        time: self.time(),
+                        step: taken,
+                        error: step.error,
+                        tolerance,
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Velocities of a level at the nodes of bodies and walls of another mesh; zero at other nodes.
+    fn boundary_velocity(
+        &self,
+        mesh: &TetMesh,
+        poses: &[Isometry3<f64>],
+        level: &Level,
+    ) -> Result<Vec<Vector3<f64>>, InertiaError> {
+        let mut velocity = vec![Vector3::zeros(); mesh.n_points()];
+        if self.forcing.has_moving_walls() {
+            for part in &self.bodies.walls {
+                for node in mesh.nodes_on(mesh.tag(part)?) {
+                    let x = &mesh.points()[node as usize];
+                    velocity[node as usize] = self.forcing.wall_velocity(level.time, x);
+                }
+            }
+        }
+        let (set, layout) = (self.bodies.set, self.bodies.set.velocity_layout());
+        let rigid = (set.kinds().iter().enumerate())
+            .filter(|(_, kind)| **kind == BodyKind::Rigid)
+            .map(|(body, _)| body);
+        for (surface, (part, body)) in self.bodies.surfaces.iter().zip(rigid).enumerate() {
+            let Some(first) = layout.body(body) else {
+                continue;
+            };
+            let generalised = &level.generalised;
+            let linear = Vector3::from_column_slice(&generalised[first..first + 3]);
+            let angular = Vector3::from_column_slice(&generalised[first + 3..first + 6]);
+            for node in mesh.nodes_on(mesh.tag(part)?) {
+                let arm = mesh.points()[node as usize] - poses[body].translation.vector;
+                let slip = match self.forcing.has_slip() {
+                    true => self.forcing.slip(level.time, surface, &arm),
+                    false => Vector3::zeros(),
+                };
+                velocity[node as usize] = linear + angular.cross(&arm) + slip;
+            }
+        }
+        for (node, axes) in mesh.nodes_on_symmetry_planes() {
+            for axis in (0..3).filter(|&axis| axes[axis]) {
+                velocity[node as usize][axis] = 0.0;
+            }
+        }
+        Ok(velocity)
+    }
+
+    /// Replaces the mesh by a new one at the present time; `false` if there is none.
+    ///
+    /// The velocities of all levels are projected onto it, divergence-free and with the motions of
+    /// the bodies; earlier positions of its nodes are those of the old mesh there.
+    ///
+    /// # Errors
+    /// A mesh of another domain, those of the projection.
+    pub fn renew_mesh(&mut self) -> Result<bool, InertiaError> {
+        let poses = self.poses()?;
+        let Some(new) = self
+            .meshes
+            .renew(self.time(), &self.bodies.surfaced(&poses))?
+        else {
+            return Ok(false);
+        };
+        let space = TaylorHood::new(&new)?;
+        let old = self.mesh.clone();
+        let parts = self.bodies.surfaces.iter().chain(&self.bodies.walls);
+        let boundary_parts: Vec<&str> = parts.map(String::as_str).collect();
+        let mut levels = self.levels.clone();
+        let mut jumps = Vec::new();
+        for level in &mut levels {
+            let displaced: Vec<Vector3<f64>> = level
+                .points
+                .iter()
+                .zip(old.points())
+                .map(|(x, now)| x - now)
+                .collect();
+            let at_nodes = |field: &[Vector3<f64>]| at_points(&old, field, new.points());
+            let boundary = self.boundary_velocity(&new, &poses, level)?;
+            let options = &self.parameters.options;
+            let (velocity, jump) = project(
+                (&old, &level.velocity),
+                &new,
+                &space,
+                &boundary_parts,
+                &boundary,
+                options.rtol,
+            )?;
+            let displaced = at_nodes(&displaced)?;
+            level.points = new
+                .points()
+                .iter()
+                .zip(displaced)
+                .map(|(x, d)| x + d)
+                .collect();
+            level.velocity = velocity;
+            jumps.push(jump);
+        }
+        self.levels = levels;
+        self.jump = jumps.first().copied();
+        self.mesh = new;
+        self.space = space;
+        self.warm.clear();
+        Ok(true)
+    }
+}
+
+/// Values of a field at points, those slightly outside by the nearest cell.
+fn at_points(
+    mesh: &TetMesh,
+    field: &[Vector3<f64>],
+    points: &[Vector3<f64>],
+) -> Result<Vec<Vector3<f64>>, InertiaError> {
+    let values = fem::evaluate(mesh, field, points)?;
+    Ok(values.into_iter().map(|(value, _)| value).collect())
+}
+
+/// Numbers of an accepted step.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct StepReport {
+    /// Time at its end.
+    pub time: f64,
+    /// `(U, ω)` of each body with a surface.
+    pub bodies: Vec<f64>,
+    /// `(F, T)` that each of them exerts on the fluid.
+    pub forces: Vec<f64>,
+    /// Estimated relative error of the velocities.
+    pub error: f64,
+    /// Number of solves.
+    pub solves: usize,
+    /// Iterations of the last one.
+    pub iterations: usize,
+}
+
+impl StepReport {
+    fn new(step: &Step) -> Self {
+        Self {
+            time: step.time,
+            bodies: step.flow.bodies.as_slice().to_vec(),
+            forces: step.flow.forces.as_slice().to_vec(),
+            error: step.error,
+            solves: step.solves,
+            iterations: step.solver.iterations,
+        }
+    }
+}

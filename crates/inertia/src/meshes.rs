@@ -1,0 +1,81 @@
+//! The meshes of a moving configuration.
+
+use ale::ReferenceMap;
+use mesh::TetMesh;
+use nalgebra::Isometry3;
+
+use crate::InertiaError;
+
+/// Supplies the mesh of each configuration of the bodies.
+///
+/// All meshes between two calls of [`renew`](Meshes::renew) have the same connectivity: velocities
+/// of earlier times are carried by the nodes.
+pub trait Meshes {
+    /// The mesh at a time, around bodies with these poses, one per body with a surface.
+    ///
+    /// The time matters where walls move. A step may ask for several meshes, and be rejected.
+    ///
+    /// # Errors
+    /// [`InertiaError::Ale`] or [`InertiaError::Mesh`] for a mesh that would be invalid: the
+    /// integrator then calls [`renew`](Meshes::renew) and tries once more.
+    fn mesh(&mut self, time: f64, poses: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError>;
+
+    /// A new mesh at a time, of any connectivity, around bodies with these poses.
+    ///
+    /// # Errors
+    /// A mesh that cannot be generated; by default there is none.
+    fn renew(
+        &mut self,
+        _time: f64,
+        _poses: &[Isometry3<f64>],
+    ) -> Result<Option<TetMesh>, InertiaError> {
+        Ok(None)
+    }
+
+    /// Whether displacements are small: then neither bodies nor mesh move, whatever their
+    /// velocities.
+    fn is_frozen(&self) -> bool {
+        false
+    }
+}
+
+/// A mesh that moves with its bodies by a [`ReferenceMap`].
+pub struct MappedMesh {
+    map: ReferenceMap,
+    initial: Vec<Isometry3<f64>>,
+}
+
+impl MappedMesh {
+    /// The map from a mesh around bodies with the poses `initial`.
+    pub fn new(map: ReferenceMap, initial: Vec<Isometry3<f64>>) -> Self {
+        Self { map, initial }
+    }
+}
+
+impl Meshes for MappedMesh {
+    fn mesh(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError> {
+        let motion = |(initial, pose): (&Isometry3<f64>, &Isometry3<f64>)| {
+            let translation = pose.translation.vector - initial.translation.vector;
+            let rotation = pose.rotation * initial.rotation.inverse();
+            Isometry3::from_parts(translation.into(), rotation)
+        };
+        let motions: Vec<_> = self.initial.iter().zip(poses).map(motion).collect();
+        Ok(self.map.moved(&motions)?)
+    }
+}
+
+/// A mesh that does not move, for displacements that are small compared with the bodies.
+///
+/// The equations are then linearised about one configuration: impedances, and starts from rest
+/// before bodies have moved.
+pub struct FrozenMesh(pub TetMesh);
+
+impl Meshes for FrozenMesh {
+    fn mesh(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError> {
+        Ok(self.0.clone())
+    }
+
+    fn is_frozen(&self) -> bool {
+        true
+    }
+}

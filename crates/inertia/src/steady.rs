@@ -1,0 +1,280 @@
+//! Steady states in the frame of the bodies.
+
+use fem::TaylorHood;
+use linalg::WarmStart;
+use mesh::TetMesh;
+use nalgebra::Vector3;
+use rigid::{Drive, FlowSolution};
+use stokes::{InertialTerms, Options, Problem, SurfaceFlow};
+
+use crate::InertiaError;
+use crate::projection::square_integral;
+
+/// Residual of the linear solve of an iteration, relative to the change of the velocity before it.
+///
+/// The solutions then have errors of a few per cent of their change, and the last one of its
+/// tolerance.
+const RELATIVE_RTOL: f64 = 1e-2;
+
+/// Parameters of the iteration for a steady state.
+#[derive(Clone, Copy)]
+#[non_exhaustive]
+pub struct SteadyParameters {
+    /// Relative change of the velocity in L2 at which the iteration ends.
+    pub tolerance: f64,
+    /// Largest number of iterations at one density.
+    pub max_iterations: usize,
+    /// Densities at which the flow is found first, as fractions of the last one.
+    pub stages: usize,
+    /// Formulation, linear solver and its tolerance.
+    pub options: Options,
+}
+
+impl Default for SteadyParameters {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-7,
+            max_iterations: 60,
+            stages: 1,
+            options: Options::default(),
+        }
+    }
+}
+
+impl SteadyParameters {
+    /// The same with another tolerance.
+    #[must_use]
+    pub fn with_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, ..self }
+    }
+
+    /// The same with this number of densities on the way.
+    #[must_use]
+    pub fn with_stages(self, stages: usize) -> Self {
+        Self { stages, ..self }
+    }
+}
+
+/// A steady state and how it was found.
+pub struct Steady {
+    /// Flow, velocities and forces.
+    pub flow: FlowSolution,
+    /// Fixed-point iterations of all stages.
+    pub iterations: usize,
+    /// Relative change of the velocity in the last iteration.
+    pub change: f64,
+}
+
+/// Steady flow around bodies on one mesh: what does not change between iterations.
+#[derive(Clone, Copy)]
+pub struct SteadyFlow<'a> {
+    /// The mesh.
+    pub mesh: &'a TetMesh,
+    /// Boundary part and centre of each body.
+    pub bodies: &'a [(&'a str, Vector3<f64>)],
+    /// Boundary parts that are walls.
+    pub walls: &'a [&'a str],
+    /// Slip of the bodies, without background flow.
+    pub slip: Option<&'a dyn SurfaceFlow>,
+    /// Velocity of the walls, one per node of the mesh, in the laboratory.
+    pub wall_velocity: Option<&'a [Vector3<f64>]>,
+    /// Whether the mesh moves with the first body, walls included.
+    ///
+    /// The flow is then steady in its frame: the fluid enters and leaves through the walls of a
+    /// domain that moves with the body, at the velocity that the walls have in the laboratory.
+    pub moves_with_body: bool,
+}
+
+impl SteadyFlow<'_> {
+    /// Finds the steady state at a density, at viscosity 1.
+    ///
+    /// Each iteration solves the linear equations with the convecting velocity of the iteration
+    /// before (Picard), and the result is the combination of the last five whose change is smallest
+    /// (Anderson 1965), which converges where the plain iteration does not. Velocities are those in
+    /// the laboratory.
+    ///
+    /// # Errors
+    /// [`InertiaError::NotSteady`], [`InertiaError::Turning`], those of assembly and linear solve.
+    pub fn solve(
+        &self,
+        drive: &Drive,
+        density: f64,
+        parameters: &SteadyParameters,
+    ) -> Result<Steady, InertiaError> {
+        if !(density >= 0.0 && density.is_finite()) {
+            return Err(InertiaError::OutOfRange {
+                what: "the density of the fluid",
+                value: density,
+                range: "zero or positive",
+            });
+        }
+        let space = TaylorHood::new(self.mesh)?;
+        let mut problem = Problem::new(self.mesh, self.bodies, self.walls)?.with_space(&space);
+        if let Some(slip) = self.slip {
+            problem = problem.with_surface_flow(slip);
+        }
+        let mut warm = WarmStart::new(5);
+        let mut mixing = Mixing::default();
+        let options = parameters.options;
+        let first = self.picard(&problem, drive, (0.0, None), &options, &mut warm)?;
+        let mut steady = Steady {
+            flow: first,
+            iterations: 0,
+            change: 0.0,
+        };
+        let stages = parameters.stages.max(1);
+        for stage in 1..=stages {
+            let density = density * stage as f64 / stages as f64;
+            // a stage on the way only needs to lead to the next one
+            let tolerance = match stage == stages {
+                true => parameters.tolerance,
+                false => parameters.tolerance.max(1e-2),
+            };
+            mixing.clear();
+            let mut convecting = self.relative(&steady.flow)?;
+            steady.change = 1.0;
+            for iteration in 1.. {
+                if density == 0.0 {
+                    steady.change = 0.0;
+                    break;
+                }
+                let terms = (density, Some(convecting.as_slice()));
+                // from the last solution, whose residual is as large as the change
+                let rtol = (RELATIVE_RTOL * steady.change).max(parameters.options.rtol);
+                let options = parameters.options.with_rtol(rtol);
+                let flow = self.picard(&problem, drive, terms, &options, &mut warm)?;
+                let next = self.relative(&flow)?;
+                let difference: Vec<Vector3<f64>> =
+                    next.iter().zip(&convecting).map(|(a, b)| a - b).collect();
+                let size = square_integral(self.mesh, &next)?;
+                let change = square_integral(self.mesh, &difference)?;
+                steady.change = if change > 0.0 {
+                    (change / size).sqrt()
+                } else {
+                    0.0
+                };
+                steady.flow = flow;
+                steady.iterations += 1;
+                if steady.change <= tolerance {
+                    break;
+                }
+                if iteration >= parameters.max_iterations || !steady.change.is_finite() {
+                    return Err(InertiaError::NotSteady {
+                        density,
+                        iterations: iteration,
+                        change: steady.change,
+                        tolerance,
+                    });
+                }
+                convecting = mixing.next(convecting, difference);
+            }
+        }
+        Ok(steady)
+    }
+
+    /// One linear solve with this convecting velocity.
+    fn picard(
+        &self,
+        problem: &Problem,
+        drive: &Drive,
+        (density, convecting): (f64, Option<&[Vector3<f64>]>),
+        options: &Options,
+        warm: &mut WarmStart,
+    ) -> Result<FlowSolution, InertiaError> {
+        let terms = InertialTerms {
+            density,
+            convecting,
+            wall_velocity: self.wall_velocity,
+            ..InertialTerms::default()
+        };
+        let system = problem.assemble_inertial(drive, options.formulation, &terms)?;
+        Ok(system.solve(self.mesh, drive, options, warm)?.0)
+    }
+
+    /// Velocity relative to the mesh.
+    fn relative(&self, flow: &FlowSolution) -> Result<Vec<Vector3<f64>>, InertiaError> {
+        if !self.moves_with_body || flow.bodies.is_empty() {
+            return Ok(flow.velocity.clone());
+        }
+        let velocity: Vector3<f64> = flow.bodies.fixed_rows::<3>(0).into();
+        let spin = flow.bodies.rows(3, 3).amax();
+        let fastest = flow.velocity.iter().map(|u| u.norm()).fold(0.0, f64::max);
+        // rounding and meshes without symmetry make bodies turn a little
+        const MAX_RELATIVE_SPIN: f64 = 1e-2;
+        if spin > MAX_RELATIVE_SPIN * fastest {
+            return Err(InertiaError::Turning { body: 0, spin });
+        }
+        Ok(flow.velocity.iter().map(|u| u - velocity).collect())
+    }
+}
+
+/// A velocity per node.
+type Field = Vec<Vector3<f64>>;
+
+/// Anderson mixing of the last iterates of a fixed-point iteration.
+#[derive(Default)]
+struct Mixing {
+    /// Iterates and their changes, the newest last.
+    history: Vec<(Field, Field)>,
+}
+
+impl Mixing {
+    /// Pairs that are combined, besides the newest.
+    const DEPTH: usize = 4;
+
+    fn clear(&mut self) {
+        self.history.clear();
+    }
+
+    /// The next iterate, from the present one and its change.
+    ///
+    /// With differences `ΔX`, `ΔF` of successive iterates and changes, the next iterate is
+    /// `x + f - (ΔX + ΔF) γ` with the `γ` for which `|f - ΔF γ|` is smallest.
+    fn next(&mut self, x: Field, f: Field) -> Field {
+        self.history.push((x, f));
+        if self.history.len() > Self::DEPTH + 1 {
+            self.history.remove(0);
+        }
+        let last = self.history.len() - 1;
+        let (x, f) = &self.history[last];
+        let difference = |k: usize, n: usize| {
+            let ((xa, fa), (xb, fb)) = (&self.history[k], &self.history[k + 1]);
+            (xb[n] - xa[n], fb[n] - fa[n])
+        };
+        let mut normal = nalgebra::DMatrix::<f64>::zeros(last, last);
+        let mut rhs = nalgebra::DVector::<f64>::zeros(last);
+        for n in 0..f.len() {
+            for j in 0..last {
+                let dj = difference(j, n).1;
+                rhs[j] += dj.dot(&f[n]);
+                for k in 0..=j {
+                    normal[(j, k)] += dj.dot(&difference(k, n).1);
+                }
+            }
+        }
+        for j in 0..last {
+            for k in 0..j {
+                normal[(k, j)] = normal[(j, k)];
+            }
+        }
+        // differences that depend on each other are left out
+        let threshold = 1e-12 * normal.amax();
+        let gamma = match last {
+            // an empty matrix has no singular value decomposition
+            0 => rhs,
+            _ => match normal.svd(true, true).solve(&rhs, threshold) {
+                Ok(gamma) => gamma,
+                Err(_) => nalgebra::DVector::zeros(last),
+            },
+        };
+        (0..f.len())
+            .map(|n| {
+                let mixed = (0..last).map(|k| {
+                    let (dx, df) = difference(k, n);
+                    (dx + df) * gamma[k]
+                });
+                x[n] + f[n] - mixed.sum::<Vector3<f64>>()
+            })
+            .collect()
+    }
+}

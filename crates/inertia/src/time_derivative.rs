@@ -1,0 +1,115 @@
+//! Backward differentiation formulae of variable steps.
+
+/// The derivative at the end of a step as a sum over time levels, the newest first.
+///
+/// ```text
+/// du/dt ≈ (c_0 u_new + c_1 u_1 + c_2 u_2) / Δt
+/// ```
+///
+/// With the ratio `r` of the step to the one before, BDF2 has `c_0 = (1 + 2 r) / (1 + r)`,
+/// `c_1 = -(1 + r)`, `c_2 = r^2 / (1 + r)` (Hairer, Nørsett, Wanner, Solving Ordinary Differential
+/// Equations I, section III.5). The first step is BDF1, the implicit Euler method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeDerivative {
+    /// Length of the step.
+    pub step: f64,
+    /// Coefficients of the new and of the two older levels.
+    pub coefficients: [f64; 3],
+    /// Factor from the difference of a new value from its prediction to the error of the value;
+    /// zero if there are too few levels to predict.
+    pub error_factor: f64,
+}
+
+impl TimeDerivative {
+    /// The formula of a step, after steps of these lengths, the last one first.
+    ///
+    /// The error of BDF2 is `Δt^2 (Δt + Δt_1) u''' / (6 c_0)`, and a quadratic prediction from
+    /// three levels differs from the new value by `Δt (Δt + Δt_1) (Δt + Δt_1 + Δt_2) u''' / 6`.
+    /// With two levels the prediction is linear and differs by `Δt (Δt + Δt_1) u'' / 2`; the error
+    /// is then overestimated by that of BDF1, `Δt^2 u'' / 2`.
+    pub fn new(step: f64, before: &[f64]) -> Self {
+        let Some(&first) = before.first() else {
+            return Self {
+                step,
+                coefficients: [1.0, -1.0, 0.0],
+                error_factor: 0.0,
+            };
+        };
+        let ratio = step / first;
+        let newest = (1.0 + 2.0 * ratio) / (1.0 + ratio);
+        let error_factor = match before.get(1) {
+            Some(second) => step / (newest * (step + first + second)),
+            None => step / (step + first),
+        };
+        Self {
+            step,
+            coefficients: [newest, -(1.0 + ratio), ratio * ratio / (1.0 + ratio)],
+            error_factor,
+        }
+    }
+
+    /// Coefficient `c_0 / Δt` of the new value.
+    pub fn newest(&self) -> f64 {
+        self.coefficients[0] / self.step
+    }
+
+    /// Coefficient `c_k / Δt` of the value `k` levels before the new one.
+    pub fn older(&self, k: usize) -> f64 {
+        self.coefficients[k] / self.step
+    }
+}
+
+/// Weights of the values of older levels, the newest first, that extrapolate to the end of a step.
+///
+/// `before` are the lengths of the steps between them. The polynomial has degree `weights.len() -
+/// 1`.
+pub(crate) fn extrapolation(step: f64, before: &[f64]) -> Vec<f64> {
+    // times of the levels before the new one
+    let mut ages = vec![step];
+    for length in before {
+        ages.push(ages[ages.len() - 1] + length);
+    }
+    (0..ages.len())
+        .map(|k| {
+            let others = (0..ages.len()).filter(|&j| j != k);
+            others.map(|j| ages[j] / (ages[j] - ages[k])).product()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bdf2_differentiates_quadratics_exactly_and_extrapolation_reproduces_them() {
+        let f = |t: f64| 1.0 - 2.0 * t + 3.0 * t * t;
+        let (step, before) = (0.3, [0.2, 0.5]);
+        let times = [step, 0.0, -0.2, -0.7];
+        let bdf = TimeDerivative::new(step, &before);
+        let sum: f64 = (0..3).map(|k| bdf.older(k) * f(times[k])).sum();
+        assert!((sum - (-2.0 + 6.0 * step)).abs() < 1e-13);
+        let weights = extrapolation(step, &before);
+        let sum: f64 = (0..3).map(|k| weights[k] * f(times[k + 1])).sum();
+        assert!((sum - f(step)).abs() < 1e-13);
+    }
+
+    #[test]
+    fn the_error_factor_gives_the_error_of_a_cubic() {
+        // u = t^3: the BDF2 solution of u' = 3 t^2 from exact levels errs by the residual / c_0
+        let (step, before) = (0.3, [0.2, 0.5]);
+        let f = |t: f64| t * t * t;
+        let times = [step, 0.0, -0.2, -0.7];
+        let bdf = TimeDerivative::new(step, &before);
+        let history: f64 = (1..3).map(|k| bdf.older(k) * f(times[k])).sum();
+        let computed = (3.0 * step * step - history) / bdf.newest();
+        let weights = extrapolation(step, &before);
+        let predicted: f64 = (0..3).map(|k| weights[k] * f(times[k + 1])).sum();
+        let error = computed - f(step);
+        let estimate = (f(step) - predicted) * bdf.error_factor;
+        assert!(
+            (estimate.abs() - error.abs()).abs() < 1e-13,
+            "{estimate} {error}"
+        );
+    }
+}

@@ -1,0 +1,8 @@
+//! The tests of this crate in one binary.
+
+mod examples;
+mod impedance;
+mod moving;
+mod start_up;
+mod steady;
+mod support;

@@ -1,0 +1,456 @@
+//! Moving meshes: uniform flow, accelerated containers, order in time, energy, remeshing.
+
+use ale::{Harmonic, MovingBody, ReferenceMap, Stiffening};
+use inertia::{
+    Bodies, BodyMass, Forcing, InertiaError, Integrator, MappedMesh, Meshes, Parameters,
+    SteadyFlow, SteadyParameters,
+};
+use mesh::{LinearTets, TetMesh};
+use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
+use nalgebra::Isometry3;
+use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad, Joint};
+use stokes::Options;
+
+use crate::support::{QUARTER, STOKES, Vec3, bodies, free_sphere, sphere_in_ball};
+
+/// A cube whose inner nodes are displaced at random in each mesh.
+struct Jiggled {
+    mesh: TetMesh,
+    calls: u64,
+}
+
+impl Meshes for Jiggled {
+    fn mesh(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError> {
+        self.calls += 1;
+        let mut seed = self.calls;
+        let mut random = || {
+            // Knuth's linear congruential generator
+            seed = seed
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let inside = |x: &Vec3| x.iter().all(|c| *c > 1e-9 && *c < 1.0 - 1e-9);
+        let mut points = self.mesh.points().to_vec();
+        for x in points.iter_mut().filter(|x| inside(x)) {
+            *x += 0.04 * Vec3::new(random(), random(), random());
+        }
+        Ok(self.mesh.with_points(points)?)
+    }
+}
+
+/// All walls move with one velocity.
+struct UniformWalls(Vec3);
+
+impl Forcing for UniformWalls {
+    fn has_moving_walls(&self) -> bool {
+        true
+    }
+    fn wall_velocity(&self, _: f64, _: &Vec3) -> Vec3 {
+        self.0
+    }
+}
+
+#[test]
+fn uniform_flow_on_a_jiggled_mesh_stays_uniform() {
+    let mesh = TetMesh::straight(LinearTets::cube(3)).unwrap();
+    let set = Articulation::new(&[], vec![], Arms::Free, &[]).unwrap();
+    let walls = ["x0", "x1", "y0", "y1", "z0", "z1"]
+        .map(String::from)
+        .to_vec();
+    let bodies = Bodies {
+        set: &set,
+        masses: vec![],
+        surfaces: vec![],
+        walls,
+    };
+    let velocity = Vec3::new(1.0, -2.0, 0.5);
+    let forcing = UniformWalls(velocity);
+    let options = Options::default().with_rtol(1e-12);
+    let parameters = Parameters::new(10.0).with_options(options);
+    let nodes = mesh.n_points();
+    let meshes = Box::new(Jiggled { mesh, calls: 0 });
+    let mut run = Integrator::from_rest(bodies, &forcing, meshes, parameters, 0.0).unwrap();
+    run.set_flow(vec![velocity; nodes], &[]).unwrap();
+    for length in [0.01, 0.013, 0.008, 0.02] {
+        run.step(length).unwrap();
+        let largest = run
+            .velocity()
+            .iter()
+            .map(|u| (u - velocity).norm())
+            .fold(0.0, f64::max);
+        // the solver's tolerance, times the condition of a small system
+        assert!(largest < 1e-9, "{largest:e}");
+    }
+}
+
+/// The map of a mesh with a sphere that moves from the origin.
+fn mapped(mesh: TetMesh) -> MappedMesh {
+    let body = MovingBody {
+        tag: "sphere".into(),
+        centre: Vec3::zeros(),
+        rotates: false,
+    };
+    let map = ReferenceMap::new(mesh, &[body], &Harmonic(Stiffening::default())).unwrap();
+    MappedMesh::new(map, vec![Isometry3::identity()])
+}
+
+/// A mesh in a container at these positions after each step of a length.
+struct Carried {
+    inner: MappedMesh,
+    positions: Vec<f64>,
+    step: f64,
+}
+
+impl Meshes for Carried {
+    fn mesh(&mut self, time: f64, poses: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError> {
+        let shift = Vec3::z() * self.positions[(time / self.step).round() as usize];
+        let relative = poses.iter().map(|pose| {
+            let mut pose = *pose;
+            pose.translation.vector -= shift;
+            pose
+        });
+        let mesh = self.inner.mesh(time, &relative.collect::<Vec<_>>())?;
+        let points = mesh.points().iter().map(|x| x + shift).collect();
+        Ok(mesh.with_points(points)?)
+    }
+}
+
+/// A squirmer in a container with the acceleration `a` along z.
+struct Accelerated {
+    a: f64,
+}
+
+impl Forcing for Accelerated {
+    fn has_slip(&self) -> bool {
+        true
+    }
+    fn slip(&self, time: f64, _: usize, x: &Vec3) -> Vec3 {
+        let n = x.normalize();
+        // No slip in the first step: extrapolation knows the acceleration from the second one on,
+        // and a uniform flow does not feel with which velocity it is convected.
+        let time = (time - 0.06).max(0.0);
+        1.5 * time * (1.0 + 2.0 * n.z) * (n.z * n - Vec3::z())
+    }
+    fn has_moving_walls(&self) -> bool {
+        true
+    }
+    fn wall_velocity(&self, time: f64, _: &Vec3) -> Vec3 {
+        Vec3::z() * (self.a * time)
+    }
+}
+
+/// The same mesh with each midside node in the middle of its edge.
+fn straightened(mesh: &TetMesh) -> TetMesh {
+    let mut points = mesh.points().to_vec();
+    for cell in mesh.cells() {
+        for (k, [a, b]) in mesh::TET_EDGES.into_iter().enumerate() {
+            let [a, b] = [cell[a], cell[b]].map(|vertex| mesh.points()[vertex as usize]);
+            points[cell[4 + k] as usize] = (a + b) / 2.0;
+        }
+    }
+    mesh.with_points(points).unwrap()
+}
+
+#[test]
+fn scene_and_container_accelerated_together_change_forces_by_the_displaced_mass() {
+    let (density, length, steps) = (5.0, 0.05, 5);
+    // Straight cells: the pressure ρ a z of the acceleration is then a linear element function.
+    let curved = sphere_in_ball(0.7, 3.0, QUARTER);
+    let mesh = straightened(&curved);
+    let volume = 4.0
+        * fem::surface_measures(&mesh, mesh.tag("sphere").unwrap())
+            .unwrap()
+            .volume;
+    let set = free_sphere(Vec3::zeros());
+    let run = |a: f64| {
+        // positions of the container by the formula of the steps
+        let (mut positions, mut last) = (vec![0.0], 0.0);
+        for step in 1..=steps {
+            let velocity = a * step as f64 * length;
+            let increment = match step {
+                1 => length * velocity,
+                _ => (length * velocity + 0.5 * last) / 1.5,
+            };
+            positions.push(positions[step - 1] + increment);
+            last = increment;
+        }
+        let meshes = Carried {
+            inner: mapped(mesh.clone()),
+            positions,
+            step: length,
+        };
+        let forcing = Accelerated { a };
+        // neutrally buoyant in the discrete fluid: the acceleration needs no external force
+        let mut bodies = bodies(&set, 0.0);
+        bodies.masses = vec![BodyMass {
+            mass: density * volume,
+            ..BodyMass::default()
+        }];
+        let options = Options::default().with_rtol(1e-11);
+        let mut parameters = Parameters::new(density).with_options(options);
+        // predictions do not know of the container: correct them to rounding
+        parameters.mesh_tolerance = 1e-12;
+        parameters.max_corrections = 20;
+        let mut run =
+            Integrator::from_rest(bodies, &forcing, Box::new(meshes), parameters, 0.0).unwrap();
+        (0..steps)
+            .map(|_| run.step(length).unwrap())
+            .collect::<Vec<_>>()
+    };
+    let a = 3.0;
+    for (still, moved) in run(0.0).iter().zip(run(a)) {
+        let speed = moved.bodies[2] - a * moved.time - still.bodies[2];
+        assert!(speed.abs() < 1e-7, "{}: {speed:e}", still.time);
+        let change = moved.forces[2] - still.forces[2] + density * volume * a;
+        // bodies exert the opposite of the buoyancy ρ V a on the fluid
+        assert!(
+            change.abs() < 1e-6 * density * volume * a,
+            "{}: {change:e}",
+            still.time
+        );
+    }
+}
+
+/// A force that grows as `t^2`, so that the start is smooth.
+struct GrowingPull;
+
+impl Forcing for GrowingPull {
+    fn load(&self, time: f64, _: usize, _: &Isometry3<f64>) -> ExternalLoad {
+        ExternalLoad {
+            force: Vec3::z() * (2.0 * STOKES * time * time),
+            torque: Vec3::zeros(),
+        }
+    }
+}
+
+/// Speed and position at time 1, and the relative defect of the energy balance.
+fn pulled(mesh: &TetMesh, steps: usize) -> [f64; 3] {
+    let (density, of_body) = (4.0, 8.0);
+    let set = free_sphere(Vec3::zeros());
+    let meshes = Box::new(mapped(mesh.clone()));
+    let options = Options::default().with_rtol(1e-10);
+    let parameters = Parameters::new(density).with_options(options);
+    let (bodies, forcing) = (bodies(&set, of_body), GrowingPull);
+    let mass = bodies.masses[0].mass;
+    let mut run = Integrator::from_rest(bodies, &forcing, meshes, parameters, 0.0).unwrap();
+    let length = 1.0 / steps as f64;
+    let (mut power_before, mut work, mut kinetic, mut done) = (0.0, 0.0, 0.0, 0.0);
+    let (mut speed, mut position) = (0.0, 0.0);
+    for _ in 0..steps {
+        let step = run.try_step(length).unwrap();
+        speed = step.flow.bodies[2];
+        position = step.poses[0].translation.vector.z;
+        let load = forcing.load(step.time, 0, &step.poses[0]).force.z;
+        let (mesh, flow) = (step.mesh(), &step.flow.velocity);
+        let squares = fem::integrate(mesh, 4, |p| p.value(flow).norm_squared()).unwrap();
+        kinetic = 0.5 * (4.0 * density * squares + mass * speed * speed);
+        // The balance of the discrete equations, tested with their velocity: dissipation in the
+        // form of the stiffness, and what the divergence between the vertices does to the energy.
+        let lost = fem::integrate(mesh, 6, |p| {
+            let gradient = p.gradient(flow);
+            gradient.norm_squared()
+                - 0.5 * density * p.value(flow).norm_squared() * gradient.trace()
+        });
+        let power = load * speed - 4.0 * lost.unwrap();
+        work += 0.5 * length * (power + power_before);
+        done += length * load * speed;
+        power_before = power;
+        run.accept(step).unwrap();
+    }
+    [speed, position, (kinetic - work) / done]
+}
+
+#[test]
+fn steps_are_of_second_order_and_the_energy_balance_closes_with_them() {
+    let mesh = sphere_in_ball(0.7, 3.0, QUARTER);
+    let runs = [10, 20, 40].map(|steps| pulled(&mesh, steps));
+    println!("{runs:?}");
+    for (k, what) in ["speed", "position"].into_iter().enumerate() {
+        let ratio = (runs[1][k] - runs[0][k]) / (runs[2][k] - runs[1][k]);
+        let order = ratio.log2();
+        println!("{what}: order {order}");
+        assert!(order > 1.8, "{what}: {order}");
+    }
+    // the defect is of second order too
+    let defects = runs.map(|run| run[2].abs());
+    assert!(
+        defects[2] < 0.4 * defects[1] && defects[2] < 2e-3,
+        "{defects:?}"
+    );
+}
+
+/// Meshes that are replaced by one of two at each call of `renew`.
+struct Alternating {
+    meshes: [TetMesh; 2],
+    present: usize,
+}
+
+impl Meshes for Alternating {
+    fn mesh(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError> {
+        Ok(self.meshes[self.present].clone())
+    }
+    fn renew(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
+        self.present = 1 - self.present;
+        Ok(Some(self.meshes[self.present].clone()))
+    }
+}
+
+#[test]
+fn remeshing_at_every_step_changes_a_steady_force_by_the_mesh_error() {
+    let density = 2.0;
+    let meshes = [0.5, 0.45].map(|size| sphere_in_ball(size, 4.0, QUARTER));
+    let set = free_sphere(Vec3::zeros()).with_fixed(&[0]).unwrap();
+    let drive = Drive {
+        set: &set,
+        constraints: &set.constraints(&set.initial_state(), &[], &[]).unwrap(),
+        loads: &[ExternalLoad::default()],
+    };
+    let steady = meshes.each_ref().map(|mesh| {
+        let wall = vec![Vec3::z(); mesh.n_points()];
+        let flow = SteadyFlow {
+            mesh,
+            bodies: &[("sphere", Vec3::zeros())],
+            walls: &[Container::TAG],
+            slip: None,
+            wall_velocity: Some(&wall),
+            moves_with_body: false,
+        };
+        flow.solve(&drive, density, &SteadyParameters::default())
+            .unwrap()
+            .flow
+    });
+    let exact = steady[0].forces[2];
+    let mesh_error = (steady[1].forces[2] / exact - 1.0).abs();
+    println!("steady {exact}, other mesh {mesh_error:e}");
+    // A projected flow has the velocities of the steady one, but its force is no longer a residual
+    // that vanishes: it errs as the stress on the surfaces of both meshes does, at any step.
+    let stress_error = |(mesh, flow): (&TetMesh, &rigid::FlowSolution)| {
+        let (tag, centre) = (mesh.tag("sphere").unwrap(), Vec3::zeros());
+        let load = fem::stress_load(mesh, tag, &flow.velocity, &flow.pressure, centre).unwrap();
+        (4.0 * load.force.z / flow.forces[2] - 1.0).abs()
+    };
+    let stress_errors: f64 = meshes.iter().zip(&steady).map(stress_error).sum();
+    println!("stress errors {stress_errors:e}");
+    let forcing = UniformWalls(Vec3::z());
+    for length in [1e-1, 1e-2, 1e-3] {
+        let alternating = Box::new(Alternating {
+            meshes: meshes.clone(),
+            present: 0,
+        });
+        let parameters = Parameters::new(density);
+        let mut run =
+            Integrator::from_rest(bodies(&set, 0.0), &forcing, alternating, parameters, 0.0)
+                .unwrap();
+        run.set_flow(steady[0].velocity.clone(), steady[0].generalised.as_slice())
+            .unwrap();
+        let mut largest: f64 = 0.0;
+        for _ in 0..6 {
+            assert!(run.renew_mesh().unwrap());
+            let report = run.step(length).unwrap();
+            largest = largest.max((report.forces[2] / exact - 1.0).abs());
+        }
+        let jump = run.last_jump().unwrap();
+        println!("step {length}: largest change of the force {largest:e}, {jump:?}");
+        assert!(largest < stress_errors, "step {length}: {largest:e}");
+    }
+}
+
+/// An arm that lengthens and shortens.
+struct Arm;
+
+impl Arm {
+    fn length(time: f64) -> f64 {
+        3.2 + 0.4 * (4.0 * time).sin()
+    }
+}
+
+impl Forcing for Arm {
+    fn shape(&self, time: f64) -> Vec<f64> {
+        vec![Self::length(time)]
+    }
+}
+
+#[test]
+fn a_dumbbell_keeps_its_arm_and_its_momentum_balances() {
+    let centres = [Vec3::new(0.0, 0.0, -1.6), Vec3::new(0.0, 0.0, 1.6)];
+    let spheres = [1.0, 0.7].into_iter().zip(centres);
+    let spheres: Vec<Sphere> = spheres
+        .map(|(radius, centre)| Sphere { centre, radius })
+        .collect();
+    let ball = Sphere {
+        centre: Vec3::zeros(),
+        radius: 6.0,
+    };
+    let names = ["large", "small"];
+    let parts: Vec<MeshedBody> = (names.iter().zip(&spheres))
+        .map(|(name, surface)| MeshedBody {
+            name,
+            surface,
+            size: 0.8,
+        })
+        .collect();
+    let mut parameters = GenerateParams::default();
+    parameters.symmetry_planes = QUARTER;
+    let tets = generate(&parts, &Container::Ball(ball), &parameters)
+        .unwrap()
+        .mesh;
+    let mesh = TetMesh::curved(
+        tets,
+        &[
+            ("large", &spheres[0]),
+            ("small", &spheres[1]),
+            (Container::TAG, &ball),
+        ],
+    )
+    .unwrap();
+    let moving = names.iter().zip(centres).map(|(name, centre)| MovingBody {
+        tag: (*name).into(),
+        centre,
+        rotates: false,
+    });
+    let map = ReferenceMap::new(
+        mesh,
+        &moving.collect::<Vec<_>>(),
+        &Harmonic(Stiffening::default()),
+    )
+    .unwrap();
+    let initial = centres
+        .map(|c| Isometry3::translation(c.x, c.y, c.z))
+        .to_vec();
+    let joint = Joint::slide("arm", 1, 0);
+    let set = Articulation::new(&[BodyKind::Rigid; 2], vec![joint], Arms::Clamped, &centres);
+    let set = set.unwrap();
+    // the small sphere has no mass
+    let masses = vec![BodyMass::sphere(1.0, 3.0), BodyMass::default()];
+    let mass = masses[0].mass;
+    let bodies = Bodies {
+        set: &set,
+        masses,
+        surfaces: names.map(String::from).to_vec(),
+        walls: vec![Container::TAG.into()],
+    };
+    let meshes = Box::new(MappedMesh::new(map, initial));
+    let options = Options::default().with_rtol(1e-10);
+    let parameters = Parameters::new(5.0).with_options(options);
+    let mut run = Integrator::from_rest(bodies, &Arm, meshes, parameters, 0.0).unwrap();
+    let (length, mut speeds) = (0.05, vec![0.0]);
+    for step in 1..=8 {
+        let step_of = run.try_step(length).unwrap();
+        let apart = step_of.poses[1].translation.vector - step_of.poses[0].translation.vector;
+        assert!((apart.norm() - Arm::length(step_of.time)).abs() < 1e-12);
+        speeds.push(step_of.flow.bodies[2]);
+        let last = |k: usize| speeds[speeds.len() - 1 - k];
+        let rate = match step {
+            1 => last(0) - last(1),
+            _ => 1.5 * last(0) - 2.0 * last(1) + 0.5 * last(2),
+        };
+        let forces = [step_of.flow.forces[2], step_of.flow.forces[8]];
+        let sum = forces[0] + forces[1] + mass * rate / length;
+        assert!(
+            sum.abs() < 1e-7 * forces[0].abs().max(forces[1].abs()),
+            "{step}: {sum:e}"
+        );
+        run.accept(step_of).unwrap();
+    }
+}

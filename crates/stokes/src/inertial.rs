@@ -1,0 +1,81 @@
+//! The problem of one step in time, or of a steady flow: Stokes flow with terms of inertia.
+
+use linalg::WarmStart;
+use mesh::TetMesh;
+use nalgebra::Vector3;
+use rigid::{Constrained, Drive, FlowSolution, Formulation};
+
+use crate::StokesError;
+use crate::inertial_terms::InertialTerms;
+use crate::linear::solve_system;
+use crate::options::Options;
+use crate::problem::Problem;
+use crate::solution::SolverReport;
+
+/// The assembled system of a problem with inertia; see [`Problem::assemble_inertial`].
+pub struct InertialSystem {
+    /// The system; its right-hand side contains the forces on the nodes.
+    pub system: Constrained,
+    /// Forces on the nodes: the known momentum.
+    pub forces: Vec<Vector3<f64>>,
+}
+
+impl InertialSystem {
+    /// Solves the system, from the solutions that `warm` has.
+    ///
+    /// The pressure has zero mean over the fluid. Forces of the bodies on the fluid are residuals
+    /// of the whole momentum equation, inertia included.
+    ///
+    /// # Errors
+    /// [`StokesError::Linalg`] without convergence, or for a solver that needs a symmetric system
+    /// if there is convection.
+    pub fn solve(
+        &self,
+        mesh: &TetMesh,
+        drive: &Drive,
+        options: &Options,
+        warm: &mut WarmStart,
+    ) -> Result<(FlowSolution, SolverReport), StokesError> {
+        let rhs = [self.system.rhs.as_slice()];
+        let method = (options.solver, options.rtol);
+        let mut solved = solve_system(&self.system, &rhs, method, warm, &mut None)?;
+        // one right-hand side has one solution
+        let (solution, report) = solved.columns.swap_remove(0);
+        warm.remember(&solution);
+        let mut flow = (self.system).flow_with_forces(&solution, &self.forces, drive.set)?;
+        let mean = fem::mean_pressure(mesh, &flow.pressure)?;
+        flow.pressure.iter_mut().for_each(|p| *p -= mean);
+        let (name, residual) = (options.solver.name().to_owned(), report.true_rel_residual);
+        let report = SolverReport::new(options.formulation, name, report.iterations, residual);
+        Ok((flow, report))
+    }
+}
+
+impl Problem<'_> {
+    /// Assembles the system of one drive with terms of inertia.
+    ///
+    /// The matrix is that of [`Problem::assemble`] with `κ M + ρ N(c)` added, in the same
+    /// formulations. With convection it is not symmetric: of the solvers only
+    /// [`Solver::Block`](crate::Solver::Block) treats it.
+    ///
+    /// # Errors
+    /// Those of [`Problem::assemble`]; fields of the wrong length, a coefficient that is negative
+    /// or not finite.
+    pub fn assemble_inertial(
+        &self,
+        drive: &Drive,
+        formulation: &dyn Formulation,
+        terms: &InertialTerms,
+    ) -> Result<InertialSystem, StokesError> {
+        terms.check(self.mesh().n_points())?;
+        let surfaces = self.nodal_surface_flow()?;
+        let (mut system, forces) =
+            self.assemble_terms(drive, formulation, surfaces.as_ref(), Some(terms))?;
+        let no_sources = vec![0.0; self.mesh().n_vertices()];
+        let of_forces = system.rhs_of_forces(&forces, &no_sources)?;
+        for (rhs, force) in system.rhs.iter_mut().zip(of_forces) {
+            *rhs += force;
+        }
+        Ok(InertialSystem { system, forces })
+    }
+}

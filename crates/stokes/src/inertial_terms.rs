@@ -1,0 +1,88 @@
+//! Terms of inertia in the momentum equation, with their matrices and forces.
+
+use fem::TaylorHood;
+use mesh::TetMesh;
+use nalgebra::Vector3;
+use rigid::Inertia;
+
+use crate::StokesError;
+
+/// Terms of inertia in the momentum equation, with known velocities, at viscosity 1.
+///
+/// ```text
+/// κ u + ρ (c · ∇) u - Δu + ∇p = g,   ∇·u = 0
+/// ```
+///
+/// For a step in time, `κ = ρ c_0 / Δt` with the coefficient `c_0` of the new velocity in its
+/// derivative, and `g = -ρ (c_1 u_1 + c_2 u_2) / Δt` has the earlier velocities, as nodal values on
+/// the new mesh. For a steady flow both are zero. Masses of bodies enter by the drive:
+/// [`body_damping`](rigid::Constraints::body_damping) and loads.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct InertialTerms<'a> {
+    /// Density of the fluid `ρ`.
+    pub density: f64,
+    /// Coefficient `κ` of the velocity.
+    pub coefficient: f64,
+    /// Force per volume `g` at each node.
+    pub force: Option<&'a [Vector3<f64>]>,
+    /// Integrated forces `∫ N_i g` at each node, in addition to `force`.
+    pub load: Option<&'a [Vector3<f64>]>,
+    /// Velocity `c` relative to the mesh at each node; without it the equation is linear.
+    pub convecting: Option<&'a [Vector3<f64>]>,
+    /// Velocity of the walls, one per node, of which those on walls are used; none if at rest.
+    pub wall_velocity: Option<&'a [Vector3<f64>]>,
+}
+
+impl InertialTerms<'_> {
+    /// The matrices of inertia of a space, and the forces `∫ N_i g` on the nodes.
+    pub(crate) fn assemble(
+        &self,
+        space: &TaylorHood,
+        mesh: &TetMesh,
+        pressure_laplacian: linalg::Csr,
+    ) -> Result<(Inertia, Vec<Vector3<f64>>), StokesError> {
+        let mass = space.velocity_mass(mesh)?;
+        let mut forces = match self.load {
+            Some(load) => load.to_vec(),
+            None => vec![Vector3::zeros(); mesh.n_points()],
+        };
+        if let Some(field) = self.force {
+            for (force, row) in forces.iter_mut().zip(mass.outer_iterator()) {
+                *force += row
+                    .iter()
+                    .map(|(column, m)| *m * field[column])
+                    .sum::<Vector3<f64>>();
+            }
+        }
+        let inertia = Inertia::new(self.coefficient, mass, pressure_laplacian);
+        let Some(c) = self.convecting else {
+            return Ok((inertia, forces));
+        };
+        // N_i, c and ∇N_j are of degree 2, 2 and 1
+        let convection = space.assemble(mesh, 5, |point, matrix: &mut [[f64; 10]; 10]| {
+            let c = self.density * point.value(c);
+            point.add(matrix, |v, u| v.value * c.dot(&u.gradient));
+        })?;
+        let of_pressure = space.assemble(mesh, 4, |point, matrix: &mut [[f64; 4]; 4]| {
+            let c = self.density * point.value(c);
+            point.add(matrix, |q, p| q.value * c.dot(&p.gradient));
+        })?;
+        Ok((inertia.with_convection(convection, of_pressure), forces))
+    }
+
+    /// Refuses fields of another length than the nodes.
+    pub(crate) fn check(&self, nodes: usize) -> Result<(), StokesError> {
+        for field in [self.force, self.load, self.convecting, self.wall_velocity] {
+            let found = field.map_or(nodes, <[_]>::len);
+            if found != nodes {
+                return Err(rigid::RigidError::Length {
+                    what: "nodal values of the terms of inertia",
+                    expected: nodes,
+                    found,
+                }
+                .into());
+            }
+        }
+        Ok(())
+    }
+}
