@@ -93,7 +93,7 @@ impl SurfaceFlow for Translation {
 
 /// Force of the fluid with `κ u - Δu + ∇p = 0` on a fixed sphere whose surface moves at 1 along z.
 fn force(mesh: &TetMesh, kappa: f64) -> f64 {
-    let set = free_sphere(Vec3::zeros()).with_fixed(&[0]).unwrap();
+    let set = free_sphere(Vec3::zeros()).with_held(&[0], &[0]).unwrap();
     let drive = Drive {
         set: &set,
         constraints: &set.constraints(&set.initial_state(), &[], &[]).unwrap(),
@@ -156,7 +156,7 @@ impl Forcing for Oscillation {
 
 /// `K` of an oscillation, from the last of `periods` periods of `steps` steps.
 fn oscillating(size: f64, b: f64, s: f64, (periods, steps): (usize, usize)) -> Complex<f64> {
-    let set = free_sphere(Vec3::zeros()).with_fixed(&[0]).unwrap();
+    let set = free_sphere(Vec3::zeros()).with_held(&[0], &[0]).unwrap();
     let mesh = FrozenMesh(sphere_in_ball(size, b, QUARTER));
     let forcing = Oscillation {
         frequency: 2.0 * PI,

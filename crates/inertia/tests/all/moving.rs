@@ -300,7 +300,7 @@ impl Meshes for Alternating {
 fn remeshing_at_every_step_changes_a_steady_force_by_the_mesh_error() {
     let density = 2.0;
     let meshes = [0.5, 0.45].map(|size| sphere_in_ball(size, 4.0, QUARTER));
-    let set = free_sphere(Vec3::zeros()).with_fixed(&[0]).unwrap();
+    let set = free_sphere(Vec3::zeros()).with_held(&[0], &[0]).unwrap();
     let drive = Drive {
         set: &set,
         constraints: &set.constraints(&set.initial_state(), &[], &[]).unwrap(),

@@ -10,7 +10,7 @@ use crate::support::{QUARTER, STOKES, Vec3, free_sphere, sphere_in_ball};
 
 /// Drag over 6π of a fixed sphere with the velocity 1 along z on the ball, and iterations.
 fn drag(mesh: &TetMesh, density: f64) -> (f64, usize) {
-    let set = free_sphere(Vec3::zeros()).with_fixed(&[0]).unwrap();
+    let set = free_sphere(Vec3::zeros()).with_held(&[0], &[0]).unwrap();
     let drive = Drive {
         set: &set,
         constraints: &set.constraints(&set.initial_state(), &[], &[]).unwrap(),
