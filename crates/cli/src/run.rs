@@ -125,6 +125,14 @@ fn describe(report: &Report, out: &Path) -> String {
     let open = open.map_or(String::new(), |[shape, rigid]| {
         entry("shape", shape) + &entry("rigid part", rigid)
     });
+    let repulsion = report.scene.repulsion();
+    let repulsion = repulsion.map_or(String::new(), |repulsion| {
+        let (range, strength) = (repulsion.range, repulsion.strength);
+        entry(
+            "repulsion",
+            format!("of surfaces that nearly touch, range {range}, strength {strength}"),
+        )
+    });
     let reached = outcome.samples.last().map_or(0.0, |sample| sample.time);
     let stopped = match outcome.stopped {
         Some(_) => entry(
@@ -140,6 +148,7 @@ fn describe(report: &Report, out: &Path) -> String {
         + "\n"
         + &measured("net displacement", net, bars.total())
         + &open
+        + &repulsion
         + &error_estimates("error estimate", bars, net, "the net displacement")
         + &rotation_entry(
             "rotation vector",

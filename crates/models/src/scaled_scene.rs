@@ -98,18 +98,18 @@ impl ScaledScene {
     /// Enters the external loads and given velocities of the scene, turned into another frame.
     pub fn turn_loads(&mut self, rotation: &UnitQuaternion<f64>) {
         self.to_frame = *rotation;
-        let are_constant = !self.scene.has_turning_loads() && !self.scene.depends_on_time();
+        let are_constant = !self.scene.has_posed_loads() && !self.scene.depends_on_time();
         self.constant_loads = are_constant.then(|| self.scaled_loads(0.0, &[]));
     }
 
-    /// The loads of the scene in the frame, at a time and for these rotations of the bodies from
-    /// the start.
-    fn scaled_loads(&self, time: f64, rotations: &[UnitQuaternion<f64>]) -> Vec<ExternalLoad> {
+    /// The loads of the scene in the frame, at a time and for these poses of the bodies in the
+    /// laboratory.
+    fn scaled_loads(&self, time: f64, poses: &[Isometry3<f64>]) -> Vec<ExternalLoad> {
         let in_frame = |load: ExternalLoad| {
             let (force, torque) = (self.to_frame * load.force, self.to_frame * load.torque);
             self.scale.load(force, torque)
         };
-        let loads = self.scene.loads(time, rotations).into_iter();
+        let loads = self.scene.loads(time, poses).into_iter();
         loads.map(in_frame).collect()
     }
 
@@ -228,10 +228,17 @@ impl ScaledScene {
             Some(loads) => loads.clone(),
             None => {
                 let to_laboratory = self.to_frame.inverse();
-                let poses = self.poses(configuration)?;
-                let rotations: Vec<_> =
-                    (poses.iter().map(|pose| to_laboratory * pose.rotation)).collect();
-                self.scaled_loads(configuration.time, &rotations)
+                let in_scene = |mut pose: Isometry3<f64>| {
+                    let position = &mut pose.translation.vector;
+                    *position = position.map(|x| self.scale.length_to_scene(x));
+                    to_laboratory * pose
+                };
+                let poses: Vec<_> = self
+                    .poses(configuration)?
+                    .into_iter()
+                    .map(in_scene)
+                    .collect();
+                self.scaled_loads(configuration.time, &poses)
             }
         };
         for (load, inertia) in loads.iter_mut().zip(inertia.into_iter().flatten()) {

@@ -1,10 +1,11 @@
 //! Gaps between bodies, and between bodies and walls.
 
 use nalgebra::{Isometry3, Vector3};
+use rigid::ExternalLoad;
 
 use crate::body::Body;
 use crate::domain::Domain;
-use crate::hull_distance::distance;
+use crate::hull_distance::{distance, separation};
 
 /// Gap between two bodies, or between a body and the nearest wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +94,76 @@ pub fn contacts<'a>(
             .collect();
         to_wall.into_iter().chain(pairs)
     })
+}
+
+/// A short-range repulsion between surfaces that nearly touch.
+///
+/// In a gap `h`, the force on each of two bodies is
+///
+/// ```text
+/// F = strength / (exp(h / range) - 1)
+/// ```
+///
+/// away from the other one along the line of the closest points of their convex hulls, and the same
+/// on a body away from a wall (Brady & Bossis 1985, J. Fluid Mech. 155, with `range = 1/τ` and
+/// `strength = F_0 τ`). Torques are those of the forces at these points. Surfaces that touch get no
+/// finite force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Repulsion {
+    /// Length over which the force decays.
+    pub range: f64,
+    /// Force at the gap `range ln 2`.
+    pub strength: f64,
+}
+
+impl Repulsion {
+    /// The force in a gap, not negative.
+    ///
+    /// ```
+    /// use scene::Scene;
+    /// let text = "contact = { range = 0.1, strength = 3 }\n\
+    ///     bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0] }]";
+    /// let repulsion = *Scene::parse(text)?.repulsion().unwrap();
+    /// assert!((repulsion.force(0.1 * 2.0_f64.ln()) - 3.0).abs() < 1e-14);
+    /// # Ok::<(), scene::SceneError>(())
+    /// ```
+    pub fn force(&self, gap: f64) -> f64 {
+        self.strength / (gap / self.range).exp_m1().max(0.0)
+    }
+
+    /// Adds the forces and torques at these poses to the loads of all bodies.
+    pub(crate) fn add_to(
+        &self,
+        loads: &mut [ExternalLoad],
+        bodies: &[Body],
+        domain: &Domain,
+        poses: &[Isometry3<f64>],
+    ) {
+        let solid: Vec<usize> = (0..bodies.len().min(poses.len()))
+            .filter(|&body| bodies[body].bounding_radius() > 0.0)
+            .collect();
+        // A force at the point of the surface that is farthest against its direction.
+        let mut push = |body: usize, gap: f64, direction: Vector3<f64>| {
+            let force = self.force(gap) * direction;
+            let (shape, rotation) = (&bodies[body].shape, &poses[body].rotation);
+            let arm = shape.support_point(rotation, &-direction);
+            loads[body].force += force;
+            loads[body].torque += arm.cross(&force);
+        };
+        for (k, &body) in solid.iter().enumerate() {
+            for (gap, normal) in domain.wall_gaps(&bodies[body], &poses[body]) {
+                push(body, gap, normal);
+            }
+            for &other in &solid[..k] {
+                let apart = poses[body].translation.vector - poses[other].translation.vector;
+                let pair = [body, other].map(|b| (&bodies[b].shape, &poses[b].rotation));
+                let (gap, normal) = separation(pair, &apart);
+                push(body, gap, normal);
+                push(other, gap, -normal);
+            }
+        }
+    }
 }
 
 /// Parameter `s` in `[0, 1]` at which `|from + s (to - from)|` is smallest, and this minimum.

@@ -63,33 +63,49 @@ impl Domain {
     /// Exact for spheres, a lower bound for other shapes; in a surface from a file, the distance of
     /// the closest points; in a mesh, from the facets of its walls. Infinite without walls.
     pub fn clearance(&self, body: &Body, pose: &Isometry3<f64>) -> f64 {
-        let (centre, rotation) = (&pose.translation.vector, &pose.rotation);
-        let support = |direction: &Vector3<f64>| body.shape.support_distance(rotation, direction);
         match self {
-            Self::Unbounded => f64::INFINITY,
             Self::Mesh { facets, .. } => facets
                 .as_ref()
                 .map_or(f64::INFINITY, |facets| facets.clearance(&body.shape, pose)),
-            Self::Ball { radius } => radius - centre.norm() - body.bounding_radius(),
+            Self::Surface(domain) => match body.shape.surface(pose, 1.0) {
+                Some(surface) => mesher::clearance(&*surface, &domain.surface),
+                None => f64::INFINITY,
+            },
+            _ => {
+                let gaps = self.wall_gaps(body, pose).into_iter();
+                gaps.map(|(gap, _)| gap).fold(f64::INFINITY, f64::min)
+            }
+        }
+    }
+
+    /// Clearance between a body and each wall of simple shape, with the normal of the wall into the
+    /// fluid; zero for a wall that is equally far in all directions. None for walls from files.
+    pub(crate) fn wall_gaps(&self, body: &Body, pose: &Isometry3<f64>) -> Vec<(f64, Vector3<f64>)> {
+        let (centre, rotation) = (&pose.translation.vector, &pose.rotation);
+        let support = |direction: &Vector3<f64>| body.shape.support_distance(rotation, direction);
+        let inwards = |v: Vector3<f64>| -v.try_normalize(0.0).unwrap_or_default();
+        match self {
+            Self::Unbounded | Self::Mesh { .. } | Self::Surface(_) => Vec::new(),
+            Self::Ball { radius } => {
+                let gap = radius - centre.norm() - body.bounding_radius();
+                vec![(gap, inwards(*centre))]
+            }
             Self::Box { size } => {
                 let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
                 let faces = axes.into_iter().flat_map(|axis| [axis, -axis]);
-                let distances = faces.map(|normal| {
-                    0.5 * size.dot(&normal.abs()) - centre.dot(&normal) - support(&normal)
-                });
-                distances.fold(f64::INFINITY, f64::min)
+                let gap = |normal: &Vector3<f64>| {
+                    0.5 * size.dot(&normal.abs()) - centre.dot(normal) - support(normal)
+                };
+                faces.map(|normal| (gap(&normal), -normal)).collect()
             }
             Self::Cylinder { radius } => {
                 let widest = body
                     .shape
                     .transverse_support_distance(rotation, &Vector3::x());
-                radius - centre.yz().norm() - widest
+                let radial = Vector3::new(0.0, centre.y, centre.z);
+                vec![(radius - radial.norm() - widest, inwards(radial))]
             }
-            Self::Wall => centre.z - support(&-Vector3::z()),
-            Self::Surface(domain) => match body.shape.surface(pose, 1.0) {
-                Some(surface) => mesher::clearance(&*surface, &domain.surface),
-                None => f64::INFINITY,
-            },
+            Self::Wall => vec![(centre.z - support(&-Vector3::z()), Vector3::z())],
         }
     }
 }

@@ -33,7 +33,7 @@ mod write;
 pub use arrangement::Arrangement;
 pub use body::Body;
 pub use builder::SceneBuilder;
-pub use contact::{Contact, closest_contact, contacts};
+pub use contact::{Contact, Repulsion, closest_contact, contacts};
 pub use document::Document;
 pub use domain::Domain;
 pub use error::SceneError;

@@ -1,9 +1,10 @@
 //! A scene: fluid, domain, bodies, joints, gait, and the options of the computation.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
 use rigid::{Articulation, ExternalLoad, JointDrive, JointKind, State};
 
 use crate::body::Body;
+use crate::contact::Repulsion;
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
@@ -52,6 +53,8 @@ pub struct Scene {
     pub(crate) articulation: Articulation,
     /// The magnetic field.
     pub(crate) field: Option<VectorOscillation>,
+    /// The repulsion between surfaces that nearly touch.
+    pub(crate) repulsion: Option<Repulsion>,
     /// Forces on passive joints that oscillate.
     pub(crate) joint_forces: Vec<JointForce>,
     pub(crate) gait: Gait,
@@ -91,6 +94,11 @@ impl Scene {
     /// Magnetic field in which bodies with a moment are; `None` without one.
     pub fn field(&self) -> Option<&VectorOscillation> {
         self.field.as_ref()
+    }
+
+    /// Repulsion between surfaces that nearly touch; `None` without one.
+    pub fn repulsion(&self) -> Option<&Repulsion> {
+        self.repulsion.as_ref()
     }
 
     /// Whether surfaces have velocities relative to their bodies or to the fluid: slip of some
@@ -288,21 +296,24 @@ impl Scene {
 
     /// Whether external forces or torques act on the bodies.
     pub fn has_loads(&self) -> bool {
-        self.bodies.iter().any(|body| {
+        let is_loaded = |body: &Body| {
             body.total_force() != Vector3::zeros()
                 || body.torque != Vector3::zeros()
                 || body.is_driven()
-        })
+        };
+        self.repulsion.is_some() || self.bodies.iter().any(is_loaded)
     }
 
-    /// External force and torque on each body at a time, in the laboratory axes, with weights and
-    /// the torque `m × B` of the magnetic field.
+    /// External force and torque on each body at a time, in the laboratory axes, with weights, the
+    /// torque `m × B` of the magnetic field and the repulsion between surfaces.
     ///
-    /// `rotations` are those of the bodies from the start; bodies without one count as not turned.
-    pub fn loads(&self, time: f64, rotations: &[UnitQuaternion<f64>]) -> Vec<ExternalLoad> {
+    /// `poses` are those of the bodies; their rotations are from the start. Without poses no body is
+    /// turned, and nothing is repelled.
+    pub fn loads(&self, time: f64, poses: &[Isometry3<f64>]) -> Vec<ExternalLoad> {
         let field = self.field.map(|field| field.at(time));
         let load = |(number, body): (usize, &Body)| {
-            let rotation = rotations.get(number).copied().unwrap_or_default();
+            let rotation = poses.get(number).map(|pose| pose.rotation);
+            let rotation = rotation.unwrap_or_default();
             let mut load = ExternalLoad {
                 force: body.total_force(),
                 torque: body.torque,
@@ -321,12 +332,16 @@ impl Scene {
             }
             load
         };
-        self.bodies.iter().enumerate().map(load).collect()
+        let mut loads: Vec<_> = self.bodies.iter().enumerate().map(load).collect();
+        if let Some(repulsion) = &self.repulsion {
+            repulsion.add_to(&mut loads, &self.bodies, &self.domain, poses);
+        }
+        loads
     }
 
-    /// Whether [`Scene::loads`] depend on the attitudes of the bodies.
-    pub fn has_turning_loads(&self) -> bool {
-        self.bodies.iter().any(Body::has_turning_load)
+    /// Whether [`Scene::loads`] depend on the poses of the bodies.
+    pub fn has_posed_loads(&self) -> bool {
+        self.repulsion.is_some() || self.bodies.iter().any(Body::has_turning_load)
     }
 
     /// Shortest period of the forces on joints, the loads on bodies and the magnetic field; `None` if
@@ -394,6 +409,7 @@ impl Scene {
             ("fluid.viscosity", self.viscosity == other.viscosity),
             ("background", self.background == other.background),
             ("field", self.field == other.field),
+            ("contact", self.repulsion == other.repulsion),
             ("domain", self.domain == other.domain),
             ("bodies", self.bodies.len() == other.bodies.len()),
             ("links", self.joints().eq(other.joints())),

@@ -12,9 +12,9 @@ use crate::flow::Background;
 use crate::gait::Phase;
 use crate::joints::JointKeys;
 use crate::keys::{
-    BackgroundFile, BodyFile, DomainFile, DriveFile, FieldFile, FluidFile, ForceFile, GaitFile,
-    HarmonicFile, HarmonicForceFile, JointFile, LoadFile, PhaseAngles, PhaseFile, SceneFile,
-    SlipFile,
+    BackgroundFile, BodyFile, ContactFile, DomainFile, DriveFile, FieldFile, FluidFile, ForceFile,
+    GaitFile, HarmonicFile, HarmonicForceFile, JointFile, LoadFile, PhaseAngles, PhaseFile,
+    SceneFile, SlipFile,
 };
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::scene::Scene;
@@ -75,6 +75,10 @@ fn scene_file(scene: &Scene) -> SceneFile {
         background: scene.background.as_ref().map(background_file),
         domain: domain_file(&scene.domain),
         field: scene.field.as_ref().map(field_file),
+        contact: scene.repulsion.map(|repulsion| ContactFile {
+            range: Some(repulsion.range),
+            strength: Some(repulsion.strength),
+        }),
         bodies: scene.bodies.iter().map(body_file).collect(),
         links: joints
             .iter()

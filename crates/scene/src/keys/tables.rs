@@ -29,6 +29,8 @@ tables! {
         background: Option<BackgroundFile>,
         /// The magnetic field.
         field: Option<FieldFile>,
+        /// The repulsion between surfaces that nearly touch.
+        contact: Option<ContactFile>,
         /// The bodies.
         bodies: Vec<BodyFile>,
         /// The joints.
@@ -102,6 +104,18 @@ tables! {
         order: Option<u32> | "1",
         /// Period.
         period: Option<f64> [Positive] | "that of the gait; required with `amplitude` otherwise",
+    }
+
+    /// A short-range repulsion between bodies, and between bodies and walls. It is no hydrodynamics: it
+    /// stands for roughness or charges, and keeps surfaces apart where lubrication alone would let them
+    /// touch in finite time of the integration. In a gap h the force is strength / (exp(h / range) - 1),
+    /// along the line of the closest points of the convex hulls (Brady & Bossis 1985). Without this table
+    /// there is none.
+    pub(crate) struct ContactFile in "contact." {
+        /// Length over which the force decays.
+        range: Option<f64> [Positive] | "required in `[contact]`",
+        /// Force at the gap 0.693 `range`; in narrow gaps it is `strength` times `range` over the gap.
+        strength: Option<f64> [Positive] | "required in `[contact]`",
     }
 
     /// A body; every body has a `[[bodies]]` of its own. `shape` says which of the lengths are

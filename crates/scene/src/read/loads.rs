@@ -4,8 +4,10 @@ use nalgebra::Vector3;
 
 use crate::body::Body;
 use crate::checks::{Checks, check_angle};
+use crate::contact::Repulsion;
+use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::keys::{BodyFile, DriveFile, FieldFile, LoadFile, PhaseAngles};
+use crate::keys::{BodyFile, ContactFile, DriveFile, FieldFile, LoadFile, PhaseAngles};
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::words::AxesKind;
 
@@ -150,6 +152,22 @@ pub(super) fn field(
             Ok(Some(vector))
         }
     }
+}
+
+/// The repulsion between surfaces; walls from files have no normal here.
+pub(super) fn repulsion(
+    checks: &Checks,
+    file: Option<&ContactFile>,
+    domain: &Domain,
+) -> Result<Option<Repulsion>, SceneError> {
+    let Some(file) = file else { return Ok(None) };
+    let range = checks.required("contact.range", file.range, "")?;
+    let strength = checks.required("contact.strength", file.strength, "")?;
+    if matches!(domain, Domain::Surface(_) | Domain::Mesh { .. }) {
+        let problem = "does not act at walls from files; use another domain, or remove it";
+        return Err(checks.bad_value("contact", problem));
+    }
+    Ok(Some(Repulsion { range, strength }))
 }
 
 /// The period of an oscillation; a constant vector needs none.

@@ -78,6 +78,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
         &mut surfaces,
     )?;
     let field = loads::field(&checks, file.field.as_ref(), file.gait.period, &bodies)?;
+    let repulsion = loads::repulsion(&checks, file.contact.as_ref(), &domain)?;
     let (gravity, density) = (file.gravity.into(), file.fluid.density.unwrap_or(0.0));
     flow::enter_weights(&checks, &gravity, density, &mut bodies)?;
     let joints = articulation::joints(&checks, &file.links, &bodies)?;
@@ -122,6 +123,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
         bodies,
         articulation,
         field,
+        repulsion,
         joint_forces,
         gait,
         gait_table,

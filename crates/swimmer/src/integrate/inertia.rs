@@ -108,12 +108,7 @@ fn explicit_step(
         let twist = scene.bodies()[body].held_twist();
         constraints = constraints.with_held_velocity(body, twist)?;
     }
-    let rotations: Vec<_> = set
-        .place(state, &shape)?
-        .iter()
-        .map(|pose| pose.rotation)
-        .collect();
-    let loads = scene.loads(evaluator.span.time(s), &rotations);
+    let loads = scene.loads(evaluator.span.time(s), &set.place(state, &shape)?);
     let drive = Drive {
         set,
         constraints: &constraints,

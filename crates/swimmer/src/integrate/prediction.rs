@@ -59,8 +59,9 @@ impl Prediction {
     /// The prediction for a scene; none without a gait, with many bodies, slip or a background
     /// flow, loads that vary, or if nothing moves.
     pub fn from_scene(scene: &Scene) -> Option<Self> {
-        // The rough model ignores slip and background flows.
-        if scene.bodies().len() > MAX_BODIES || scene.has_surface_velocity() {
+        // The rough model ignores slip and background flows, and its few points repulsion.
+        let is_smooth = !scene.has_surface_velocity() && scene.repulsion().is_none();
+        if scene.bodies().len() > MAX_BODIES || !is_smooth {
             return None;
         }
         // A few points per phase do not follow bodies that turn many times in a field.

@@ -26,13 +26,12 @@ const MESH_HINT: &str = ". With finite elements the change of velocities by a ne
 /// so a narrow gap then takes as long as some solves.
 const LEAST_CHECKED_PART: f64 = 1.0 / 64.0;
 /// Gap over the smaller radius below which the speed of an approach tells how it goes on: forces of
-/// lubrication are then inversely proportional to the gap up to a part of 2e-3 (Cox & Brenner 1967).
-const NARROW_GAP: f64 = 1e-3;
+/// lubrication are then inversely proportional to the gap up to two per cent (Cox & Brenner 1967).
+const NARROW_GAP: f64 = 1e-2;
 
-/// Smallest gap over the smaller radius that is followed. The expansions of two spheres have an
-/// order of the order of its inverse square root: one solution takes seconds, and ten times as long
-/// in a gap of a tenth. Meshes end at wider gaps.
-const SMALLEST_GAP: f64 = 1e-4;
+/// Smallest gap over the smaller radius that is followed: that to which expansions in multipoles are
+/// verified. Meshes end at wider gaps.
+const SMALLEST_GAP: f64 = 1e-3;
 
 /// Part of a step over which the speed of a gap is measured: the error is that part of it.
 const RATE_PART: f64 = 1e-3;

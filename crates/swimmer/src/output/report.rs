@@ -28,6 +28,7 @@ pub const ALL_ERRORS: &str = "all errors";
 ///   `lookups` (solutions that were looked up in these tables);
 /// - `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer),
 ///   `allowed_error` (the length that they allow);
+/// - `repulsion` between surfaces: its `range` and `strength`, or null;
 /// - `stopped`: why the run stopped before its end, such as contact, in words, or null;
 /// - `cycles`, `duration`, `meshes`, `seconds`, `peak_rss_mib`.
 ///
@@ -110,6 +111,9 @@ pub fn summary_json(
         "tolerance": scene.model().tolerance,
         "tolerance_met": outcome.tolerance_met,
         "stopped": outcome.stopped,
+        "repulsion": (scene.repulsion().map(|repulsion| {
+            json!({ "range": repulsion.range, "strength": repulsion.strength })
+        })),
         "tolerance_limits": limited,
         "allowed_error": outcome.allowed_error,
         "meshes": outcome.meshes,

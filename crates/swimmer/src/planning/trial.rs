@@ -145,25 +145,51 @@ pub(super) fn at_start(
         Err(SwimError::Model(error)) => return Err(error),
         Err(_) => return Ok(None),
     };
-    let evaluation = |vectors: Vec<Vector3<f64>>, bar: f64| {
-        let value = DVector::from_iterator(3 * vectors.len(), vectors.iter().flatten().copied());
-        let scale = value.norm();
-        (scale > 0.0).then(|| Evaluation {
-            value,
+    let evaluation = |vectors: Vec<Vector3<f64>>, scale: f64, bar: f64, rounding: f64| {
+        (scale > rounding).then(|| Evaluation {
+            value: DVector::from_iterator(3 * vectors.len(), vectors.iter().flatten().copied()),
             error_bar: bar / scale,
             scale,
         })
     };
     let bodies = &solution.bodies;
     let velocities = bodies.iter().map(|body| body.velocity).collect();
-    let forces = bodies.iter().map(|body| body.force).collect();
-    Ok(evaluation(velocities, solution.error_estimate.total())
-        .or_else(|| evaluation(forces, solution.force_error.total()))
+    // Points of surfaces move by the rotation too.
+    let speeds = scene.bodies().iter().zip(bodies).map(|(body, motion)| {
+        let arc = body.bounding_radius() * motion.angular_velocity.norm();
+        motion.velocity.norm().hypot(arc)
+    });
+    let speed = speeds.fold(0.0_f64, f64::hypot);
+    let forces: Vec<_> = bodies.iter().map(|body| body.force).collect();
+    let force = forces.iter().map(|force| force.norm()).fold(0.0, f64::hypot);
+    let rounding = ROUNDING * surface_speed(scene);
+    Ok(evaluation(velocities, speed, solution.error_estimate.total(), rounding)
+        .or_else(|| {
+            let size = scene.bodies().iter().map(|body| body.bounding_radius());
+            let rounding = scene.viscosity() * size.fold(0.0, f64::max) * rounding;
+            evaluation(forces, force, solution.force_error.total(), rounding)
+        })
         .or(Some(Evaluation {
             value: DVector::zeros(3 * bodies.len()),
             error_bar: 0.0,
             scale: 1.0,
         })))
+}
+
+/// Rounding of velocities that a surface flow causes, relative to its own.
+const ROUNDING: f64 = 1e-12;
+
+/// Largest velocity of slip and of the background flow relative to the centre of a body.
+fn surface_speed(scene: &Scene) -> f64 {
+    let speeds = scene.bodies().iter().map(|body| {
+        let slip = body.slip.as_ref().map_or(0.0, |slip| slip.speed());
+        let flow = scene.background().map_or(0.0, |flow| {
+            let gradient = flow.gradient(&body.position).norm();
+            flow.velocity(&body.position).norm() + gradient * body.bounding_radius()
+        });
+        slip + flow
+    });
+    speeds.fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -69,7 +69,6 @@ fn obstacles_by_finite_elements_agree_with_multipoles() {
 #[test]
 fn invalid_obstacles_are_refused() {
     let good = beside_an_obstacle("multipole", "[1, 0, 0]");
-    let linked = good.clone().slide("arm", "pulled", "obstacle");
     for (text, message) in [
         (
             good.clone().with("bodies.obstacle.fixed", 1),
@@ -79,7 +78,6 @@ fn invalid_obstacles_are_refused() {
             good.clone().with("bodies.obstacle.force", "[0, 1, 0]"),
             "holds the body against any load",
         ),
-        (linked, "an obstacle has no links"),
         (
             good.set(&["bodies.pulled.force=[0, 0, 0]", "bodies.pulled.fixed=true"]),
             "are all fixed, so nothing moves",

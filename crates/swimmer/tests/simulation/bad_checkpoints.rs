@@ -95,7 +95,7 @@ fn texts_that_are_not_checkpoints_are_refused() {
         (b"{}", "missing field `version`"),
         (
             b"{\"version\": 2}",
-            "is of version 2, this program reads version 5",
+            "is of version 2, this program reads version 6",
         ),
         (b"{\"version\": 5}", "missing field `scene`"),
         (half, "is damaged: EOF"),
@@ -166,7 +166,7 @@ fn values_that_do_not_fit_are_refused() {
     let (scene, good) = good();
     // Place, value, and what the message contains.
     let rows = r#"
-/version 99 -> is of version 99, this program reads version 5
+/version 99 -> is of version 99, this program reads version 6
 /version "1" -> invalid type: string
 /version -1 -> invalid value: integer `-1`
 /scene "" -> another scene: one of the two has more keys

@@ -247,6 +247,67 @@ fn a_tethered_pump_runs() {
     assert_eq!(report.outcome.displacement[0], Vector3::zeros());
 }
 
+/// Spheres that are pressed together, or to a wall, come to rest where the repulsion has the force
+/// that presses: in the gap `range ln(1 + strength / F)`.
+#[test]
+fn a_repulsion_keeps_pressed_spheres_apart() {
+    let contact = "contact = { range = 0.05, strength = 2 }\nmodel = { kind = \"rpy\", tolerance = 1e-6 }\n\
+                   gait.phases = [{ duration = 20 }]\n";
+    let pair = r#"bodies = [
+        { name = "a", radius = 1, position = [0, 0, 0], force = [3, 0, 0] },
+        { name = "b", radius = 0.5, position = [1.8, 0, 0], force = [-3, 0, 0] },
+    ]"#;
+    let wall = r#"domain.kind = "wall"
+        bodies = [{ name = "a", radius = 1, position = [0, 0, 1.3], force = [0, 0, -3] }]"#;
+    let exact = 0.05 * (1.0_f64 + 2.0 / 3.0).ln();
+    for (text, size) in [(pair, 1.5), (wall, 1.0)] {
+        let report = run_without_files(parsed(&format!("{contact}{text}")), &mut ()).unwrap();
+        assert!(
+            report.outcome.stopped.is_none(),
+            "{:?}",
+            report.outcome.stopped
+        );
+        let last = report.outcome.samples.last().unwrap();
+        let position = |body: usize| last.poses[body].translation.vector;
+        let distance = match last.poses.len() {
+            2 => (position(1) - position(0)).norm(),
+            _ => position(0).z,
+        };
+        within(
+            distance - size - exact,
+            1e-6,
+            "the tolerance of a path of one",
+        );
+    }
+    // Without it they touch.
+    let text = format!("model.kind = \"rpy\"\ngait.phases = [{{ duration = 20 }}]\n{pair}");
+    let report = run_without_files(parsed(&text), &mut ()).unwrap();
+    assert!(report.outcome.stopped.is_some());
+    // Forces are opposite, and torques balance them, for bodies of any shape.
+    let egg = r#"contact = { range = 0.3, strength = 1 }
+        bodies = [
+            { name = "a", radius = 1, position = [0, 0, 0] },
+            { name = "b", shape = "capsule", radius = 0.5, half_length = 2, axis = [1, 1, 0],
+              position = [1.5, 1.9, 0.4] },
+        ]"#;
+    let scene = parsed(egg);
+    let poses: Vec<_> = (scene.bodies().iter())
+        .map(|body| nalgebra::Isometry3::from_parts(body.position.into(), Default::default()))
+        .collect();
+    let loads = scene.loads(0.0, &poses);
+    assert!(loads[0].force.norm() > 0.1);
+    let sum = loads[0].force + loads[1].force;
+    within(sum.norm(), 1e-15, "rounding");
+    let moment =
+        |body: usize| loads[body].torque + scene.bodies()[body].position.cross(&loads[body].force);
+    // The closest points are within 1e-9 of the gap on one line with the normal.
+    within(
+        (moment(0) + moment(1)).norm(),
+        1e-4,
+        "the accuracy of the closest points",
+    );
+}
+
 #[test]
 fn contradictions_of_loads_and_velocities_are_refused_with_their_key() {
     let at = "radius = 1, position = [0, 0, 0]";
