@@ -185,6 +185,16 @@ impl ModelError {
         Self::History(format!("cannot be used: {error}"))
     }
 
+    /// Whether the configuration is one that bodies cannot reach or that the model ends before: a
+    /// shorter step may avoid it.
+    pub fn is_overshoot(&self) -> bool {
+        matches!(
+            self,
+            Self::Rigid(rigid::RigidError::BadLength { .. })
+                | Self::Spheres(microhydro::HydroError::GapTooNarrow { .. })
+        )
+    }
+
     /// Whether the error is due to the scene or its mesh file, not to the computation.
     pub fn is_bad_input(&self) -> bool {
         use mesh::MeshError as Mesh;

@@ -203,15 +203,9 @@ pub enum SwimError {
 impl SwimError {
     /// Whether a shorter step may avoid the error: bodies that touch, or impossible lengths.
     pub(crate) fn is_overshoot(&self) -> bool {
-        let is_length = |error: &ModelError| {
-            matches!(
-                error,
-                ModelError::Rigid(rigid::RigidError::BadLength { .. })
-            )
-        };
         match self {
             Self::Collision { .. } => true,
-            Self::Model(error) => is_length(error),
+            Self::Model(error) => error.is_overshoot(),
             _ => false,
         }
     }

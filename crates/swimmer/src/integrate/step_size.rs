@@ -83,11 +83,15 @@ pub(super) fn expected_ratio(
     Ok(ratios.fold(MIN_RATIO, f64::max).min(MAX_RATIO))
 }
 
-/// Rounding error of a step: the positions of the bodies are sums of lengths of joints.
+/// Rounding error of a step: positions of linked bodies are sums of lengths of joints, gaps are
+/// differences of distances and radii.
 pub(super) fn rounding(evaluator: &SpanEvaluator, step: &StateVelocity) -> f64 {
     /// The positions enter the distances between bodies, of which each has a few operations.
     const OPERATIONS: f64 = 16.0;
-    let size = longest_joint(evaluator).max(largest_displacement(evaluator, step));
+    let radii = evaluator.scene.bodies().iter();
+    let widest = radii.map(|body| body.bounding_radius()).fold(0.0, f64::max);
+    let moved = largest_displacement(evaluator, step);
+    let size = longest_joint(evaluator).max(moved).max(widest);
     OPERATIONS * f64::EPSILON * size
 }
 

@@ -161,19 +161,24 @@ pub(super) fn at_start(
     });
     let speed = speeds.fold(0.0_f64, f64::hypot);
     let forces: Vec<_> = bodies.iter().map(|body| body.force).collect();
-    let force = forces.iter().map(|force| force.norm()).fold(0.0, f64::hypot);
+    let force = forces
+        .iter()
+        .map(|force| force.norm())
+        .fold(0.0, f64::hypot);
     let rounding = ROUNDING * surface_speed(scene);
-    Ok(evaluation(velocities, speed, solution.error_estimate.total(), rounding)
-        .or_else(|| {
-            let size = scene.bodies().iter().map(|body| body.bounding_radius());
-            let rounding = scene.viscosity() * size.fold(0.0, f64::max) * rounding;
-            evaluation(forces, force, solution.force_error.total(), rounding)
-        })
-        .or(Some(Evaluation {
-            value: DVector::zeros(3 * bodies.len()),
-            error_bar: 0.0,
-            scale: 1.0,
-        })))
+    Ok(
+        evaluation(velocities, speed, solution.error_estimate.total(), rounding)
+            .or_else(|| {
+                let size = scene.bodies().iter().map(|body| body.bounding_radius());
+                let rounding = scene.viscosity() * size.fold(0.0, f64::max) * rounding;
+                evaluation(forces, force, solution.force_error.total(), rounding)
+            })
+            .or(Some(Evaluation {
+                value: DVector::zeros(3 * bodies.len()),
+                error_bar: 0.0,
+                scale: 1.0,
+            })),
+    )
 }
 
 /// Rounding of velocities that a surface flow causes, relative to its own.

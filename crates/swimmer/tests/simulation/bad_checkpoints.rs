@@ -97,7 +97,7 @@ fn texts_that_are_not_checkpoints_are_refused() {
             b"{\"version\": 2}",
             "is of version 2, this program reads version 6",
         ),
-        (b"{\"version\": 5}", "missing field `scene`"),
+        (b"{\"version\": 6}", "missing field `scene`"),
         (half, "is damaged: EOF"),
         (b"\xff\xfe{}", "UTF-8"),
         (b"nan", "is damaged"),

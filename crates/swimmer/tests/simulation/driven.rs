@@ -288,7 +288,7 @@ fn a_repulsion_keeps_pressed_spheres_apart() {
         bodies = [
             { name = "a", radius = 1, position = [0, 0, 0] },
             { name = "b", shape = "capsule", radius = 0.5, half_length = 2, axis = [1, 1, 0],
-              position = [1.5, 1.9, 0.4] },
+              position = [2.2, 2.6, 0.4] },
         ]"#;
     let scene = parsed(egg);
     let poses: Vec<_> = (scene.bodies().iter())
