@@ -3,8 +3,8 @@
 use swimmer::Checkpoint;
 use swimmer::output::sealed;
 
-/// Reads a checkpoint as it is, and with a checksum that belongs to it: otherwise the checksum would
-/// keep the fuzzer from everything behind it.
+/// Reads a checkpoint as it is, and with a checksum that belongs to it: otherwise the checksum
+/// would keep the fuzzer from everything behind it.
 pub fn read(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-/// Calls `read` with each file of the corpus of a target, in the order of their names, and says which
-/// one it is if `read` panics.
+/// Calls `read` with each file of the corpus of a target, in the order of their names, and says
+/// which one it is if `read` panics.
 ///
 /// # Panics
 /// If `read` does, or there are no files.

@@ -134,8 +134,8 @@ struct Rounding {
 }
 
 impl Rounding {
-    /// The rounding and the error of the linear solver, of the largest numbers, and of those that would be as large: a force `μ R U`
-    /// for velocities `U` of bodies of the radius `R`.
+    /// The rounding and the error of the linear solver, of the largest numbers, and of those that
+    /// would be as large: a force `μ R U` for velocities `U` of bodies of the radius `R`.
     fn new(scene: &Scene, solution: &InstantaneousSolution) -> Self {
         let largest =
             |of: fn(&BodySolution) -> f64| solution.bodies.iter().map(of).fold(0.0, f64::max);

@@ -27,7 +27,8 @@ pub struct Uncertainty {
     pub relative: f64,
     /// Uncertainty of velocities, in which the errors around different bodies do not cancel.
     pub velocity: f64,
-    /// Uncertainty of angular velocities, in which the errors around different bodies do not cancel.
+    /// Uncertainty of angular velocities, in which the errors around different bodies do not
+    /// cancel.
     #[serde(default)]
     pub angular_velocity: f64,
     /// Uncertainty of forces, in which errors of motion and slip may cancel.

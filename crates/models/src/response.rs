@@ -152,8 +152,8 @@ impl Mul<f64> for &Response {
 
 /// Force and torque by which whatever holds or drives a body acts on it.
 ///
-/// A fixed body that holds a swimmer receives the opposite of its thrust. The part that is not held,
-/// such as the torque on a body of which the velocity alone is given, is zero.
+/// A fixed body that holds a swimmer receives the opposite of its thrust. The part that is not
+/// held, such as the torque on a body of which the velocity alone is given, is zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct HoldingLoad {
     /// Index of the body.

@@ -26,8 +26,8 @@ pub(crate) struct ScaledScene {
     /// The rotation.
     to_frame: UnitQuaternion<f64>,
     /// Distance from the root of a linkage to its farthest point, of the smallest linkage, or the
-    /// radius of a body with an attitude of its own if that is shorter: errors of velocities over it
-    /// are errors of angular velocities.
+    /// radius of a body with an attitude of its own if that is shorter: errors of velocities over
+    /// it are errors of angular velocities.
     pub shortest_lever: f64,
 }
 
@@ -175,8 +175,8 @@ impl ScaledScene {
         Ok(constraints)
     }
 
-    /// Constraints of the joints in a configuration, for one rate per joint, with the given velocities
-    /// of bodies and all forces on the joints.
+    /// Constraints of the joints in a configuration, for one rate per joint, with the given
+    /// velocities of bodies and all forces on the joints.
     ///
     /// # Errors
     /// As [`ScaledScene::poses`].

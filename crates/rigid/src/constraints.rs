@@ -5,8 +5,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 use crate::error::{check_finite, check_length};
 use crate::placement::Placement;
 use crate::{
-    Arms, Articulation, BodyKind, ExternalLoad, RigidError, State, StateVelocity, Twist,
-    VelocityLayout,
+    Arms, Articulation, BodyKind, RigidError, State, StateVelocity, Twist, VelocityLayout,
 };
 
 /// The velocity constraints `C q = w` of an articulated set in one configuration.
@@ -22,8 +21,8 @@ use crate::{
 ///
 /// with the pivot `p` and the advance `h`. A fixed joint is a slide, a ball a turn without the
 /// second row, both with the rate zero. The rate of a passive joint is one of the velocities `q`. A
-/// body clamped to its arms: `ω_i - Ω = 0`. A held body: `U_i` or `ω_i` is given. With [`Arms::Lab`],
-/// `Ω = 0` and the rows of joints are equation (11) of Berti et al. (2021).
+/// body clamped to its arms: `ω_i - Ω = 0`. A held body: `U_i` or `ω_i` is given. With
+/// [`Arms::Lab`], `Ω = 0` and the rows of joints are equation (11) of Berti et al. (2021).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Constraints {
@@ -51,12 +50,11 @@ pub struct Constraints {
 }
 
 impl Constraints {
-    /// The same constraints with a given velocity of a held body, in place of zero; the part that is
-    /// not held has no effect.
+    /// The same constraints with a given velocity of a held body, in place of zero; the part that
+    /// is not held has no effect.
     ///
-    /// # Errors
-    /// [`RigidError::HeldBody`] for a body that is not held, [`RigidError::OtherSet`] for fields that
-    /// were changed, [`RigidError::NotFinite`].
+    /// # Errors [`RigidError::HeldBody`] for a body that is not held, [`RigidError::OtherSet`] for
+    /// fields that were changed, [`RigidError::NotFinite`].
     pub fn with_held_velocity(mut self, body: usize, velocity: Twist) -> Result<Self, RigidError> {
         self.check()?;
         let mut rows = self
@@ -79,7 +77,8 @@ impl Constraints {
         Ok(self)
     }
 
-    /// The same constraints, with a velocity added to those of all bodies whose translation is held.
+    /// The same constraints, with a velocity added to those of all bodies whose translation is
+    /// held.
     ///
     /// In a frame that moves with a uniform flow, bodies have the opposite velocity in addition to
     /// their own.
@@ -202,29 +201,6 @@ pub(crate) struct HeldRows {
     pub body: usize,
     pub is_rotation: bool,
     pub first: usize,
-}
-
-impl HeldRows {
-    /// The loads that hold bodies, by the rows of all of them, from the loads of all rows.
-    pub fn loads_of(all: &[Self], loads: &DVector<f64>) -> Vec<(usize, ExternalLoad)> {
-        let mut of_bodies: Vec<(usize, ExternalLoad)> = Vec::new();
-        for rows in all {
-            let Some(part) = loads.as_slice().get(rows.first..rows.first + 3) else {
-                continue;
-            };
-            if of_bodies.last().is_none_or(|(body, _)| *body != rows.body) {
-                of_bodies.push((rows.body, ExternalLoad::default()));
-            }
-            if let Some((_, load)) = of_bodies.last_mut() {
-                let of_part = match rows.is_rotation {
-                    true => &mut load.torque,
-                    false => &mut load.force,
-                };
-                *of_part = Vector3::from_column_slice(part);
-            }
-        }
-        of_bodies
-    }
 }
 
 impl Articulation {

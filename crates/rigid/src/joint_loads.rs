@@ -1,6 +1,6 @@
 //! Loads of the joints on bodies: multipliers of the constraints, in every formulation.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::constraints::{HeldRows, JointRows};
 use crate::drive::Damping;
@@ -101,9 +101,9 @@ impl Drive<'_> {
     /// index.
     ///
     /// Arguments as in [`Drive::joint_loads`], the loads of
-    /// [`FlowSolution::holding_loads`](crate::FlowSolution::holding_loads). The part that is not held
-    /// is zero. Where joints hold two held bodies to each other, the loads of these joints are not
-    /// determined and count as zero.
+    /// [`FlowSolution::holding_loads`](crate::FlowSolution::holding_loads). The part that is not
+    /// held is zero. Where joints hold two held bodies to each other, the loads of these joints are
+    /// not determined and count as zero.
     ///
     /// # Errors
     /// Joints that contradict each other, lists of the wrong length.
@@ -138,6 +138,29 @@ impl Drive<'_> {
         let (_, loads) = self.reduced(SymmetryPlanes::default())?;
         let rows = loads.balancing(forces, velocities)?;
         Ok((loads, rows))
+    }
+}
+
+impl HeldRows {
+    /// The loads that hold bodies, by the rows of all of them, from the loads of all rows.
+    pub fn loads_of(all: &[Self], loads: &DVector<f64>) -> Vec<(usize, ExternalLoad)> {
+        let mut of_bodies: Vec<(usize, ExternalLoad)> = Vec::new();
+        for rows in all {
+            let Some(part) = loads.as_slice().get(rows.first..rows.first + 3) else {
+                continue;
+            };
+            if of_bodies.last().is_none_or(|(body, _)| *body != rows.body) {
+                of_bodies.push((rows.body, ExternalLoad::default()));
+            }
+            if let Some((_, load)) = of_bodies.last_mut() {
+                let of_part = match rows.is_rotation {
+                    true => &mut load.torque,
+                    false => &mut load.force,
+                };
+                *of_part = Vector3::from_column_slice(part);
+            }
+        }
+        of_bodies
     }
 }
 

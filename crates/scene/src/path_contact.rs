@@ -64,7 +64,8 @@ pub struct PathContact {
 /// The first contact along a path; `None` if no bodies touch, which is certain if the bounds hold.
 ///
 /// They do but for loops that passive joints close, where the bounds leave out the projection onto
-/// the loop ([`Articulation::motion_bounds`]). Walls of a mesh file count where its facets are known.
+/// the loop ([`Articulation::motion_bounds`]). Walls of a mesh file count where its facets are
+/// known.
 ///
 /// Bodies touch as [`Contact::touches`] says, at the start and at the end of the path too. Points
 /// have no surface and touch nothing; shapes other than spheres count as their convex hulls. Cost

@@ -307,8 +307,8 @@ impl Scene {
     /// External force and torque on each body at a time, in the laboratory axes, with weights, the
     /// torque `m × B` of the magnetic field and the repulsion between surfaces.
     ///
-    /// `poses` are those of the bodies; their rotations are from the start. Without poses no body is
-    /// turned, and nothing is repelled.
+    /// `poses` are those of the bodies; their rotations are from the start. Without poses no body
+    /// is turned, and nothing is repelled.
     pub fn loads(&self, time: f64, poses: &[Isometry3<f64>]) -> Vec<ExternalLoad> {
         let field = self.field.map(|field| field.at(time));
         let load = |(number, body): (usize, &Body)| {
@@ -344,8 +344,8 @@ impl Scene {
         self.repulsion.is_some() || self.bodies.iter().any(Body::has_turning_load)
     }
 
-    /// Shortest period of the forces on joints, the loads on bodies and the magnetic field; `None` if
-    /// none of them depends on the time.
+    /// Shortest period of the forces on joints, the loads on bodies and the magnetic field; `None`
+    /// if none of them depends on the time.
     pub fn shortest_period(&self) -> Option<f64> {
         let of_vector = |vector: &VectorOscillation| {
             let oscillates = vector.amplitude != Vector3::zeros();

@@ -34,9 +34,9 @@ const ENERGY_UNCERTAINTY: f64 = 14.0;
 /// Relative uncertainty of the effect of the facets, which is of first order in their distance from
 /// the surface.
 ///
-/// With straight facets the effect is up to a quarter too small. With an uncertainty of a quarter the
-/// bars of forces were 1.2 times the error at the median of 28 random arrangements, and 1.0 times at
-/// least (`docs/figures/random_cases.py`, seeds 401 to 500): 0.4 makes it twice the error.
+/// With straight facets the effect is up to a quarter too small. With an uncertainty of a quarter
+/// the bars of forces were 1.2 times the error at the median of 28 random arrangements, and 1.0
+/// times at least (`docs/figures/random_cases.py`, seeds 401 to 500): 0.4 makes it twice the error.
 const FACET_UNCERTAINTY: f64 = 0.4;
 
 /// The same with slip or a background flow.

@@ -150,8 +150,8 @@ impl Table {
         lines.join("\n") + "\n"
     }
 
-    /// Comma-separated values with all digits; texts with commas or quotes are between quotes, which
-    /// are doubled inside of them (RFC 4180). Line ends become spaces.
+    /// Comma-separated values with all digits; texts with commas or quotes are between quotes,
+    /// which are doubled inside of them (RFC 4180). Line ends become spaces.
     pub fn csv(&self) -> String {
         let quoted = |text: &String| match text.contains([',', '"', '\n']) {
             true => format!("\"{}\"", text.replace('"', "\"\"").replace('\n', " ")),

@@ -45,9 +45,9 @@ pub trait Observer {
         Ok(())
     }
 
-    /// Called where the motion ends within a phase span, by contact or because it cannot be computed
-    /// any further, with the part of the phase span before it and the outcome up to there; the error
-    /// follows.
+    /// Called where the motion ends within a phase span, by contact or because it cannot be
+    /// computed any further, with the part of the phase span before it and the outcome up to there;
+    /// the error follows.
     ///
     /// # Errors
     /// Any error replaces that of the motion.

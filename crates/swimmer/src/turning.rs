@@ -48,9 +48,9 @@ impl Turning {
 
     /// The rotation vector of the attitude that the body has reached, from that with zero vector.
     ///
-    /// If it has turned about one axis, the vector counts all full turns. If the axis has changed so
-    /// much that the attitude is not a rotation about the direction of `∫ ω dt`, no number of turns
-    /// describes the path, and the vector is the shortest; `angle` still has the whole path.
+    /// If it has turned about one axis, the vector counts all full turns. If the axis has changed
+    /// so much that the attitude is not a rotation about the direction of `∫ ω dt`, no number of
+    /// turns describes the path, and the vector is the shortest; `angle` still has the whole path.
     pub fn rotation_vector(&self, attitude: &UnitQuaternion<f64>) -> Vector3<f64> {
         let shortest = attitude.scaled_axis();
         let Some(axis) = self.vector.try_normalize(0.0) else {
@@ -130,7 +130,8 @@ mod tests {
                 // a part in a hundred of the change of the axis, at most `wobble`.
                 assert!((other - angle).abs() < 1e-2 * wobble * angle);
             }
-            // `|ω|^2 = 1 + (0.3 ε cos 0.3 t)^2`, between the angle about z and with all of the wobble.
+            // `|ω|^2 = 1 + (0.3 ε cos 0.3 t)^2`, between the angle about z and with all of the
+            // wobble.
             assert!(angle >= 64.7 && angle < 64.7 * (1.0_f64).hypot(0.3 * wobble));
         }
     }

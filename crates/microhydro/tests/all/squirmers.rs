@@ -364,8 +364,8 @@ fn the_flow_has_the_prescribed_velocity_on_every_surface() {
 /// Largest error of velocities, and its bar: truncation, the iteration with rounding, and what the
 /// expansion of surface velocities of this size lacks.
 ///
-/// Spheres in a gap move with the velocity at the gap, and a polynomial of degree 27 is there at most
-/// 28 times its root mean square (by the addition theorem, `sum of 2 l + 1 = 28^2`).
+/// Spheres in a gap move with the velocity at the gap, and a polynomial of degree 27 is there at
+/// most 28 times its root mean square (by the addition theorem, `sum of 2 l + 1 = 28^2`).
 fn error_and_bar(found: &SurfaceFlow, exact: &DMatrix<f64>, size: f64) -> (f64, f64) {
     let change = (&found.velocities - &found.coarser_velocities).amax() * found.tail;
     let rounding = (&found.velocities - &found.rounded_velocities).amax();

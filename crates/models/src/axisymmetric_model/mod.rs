@@ -68,8 +68,8 @@ const UNCANCELLED_FACTOR: f64 = 0.1;
 /// Uncertainty of forces relative to the largest one, per relative error of the resistance, where
 /// slip or a background flow exerts a part of them.
 ///
-/// The errors of that part and of the drag cancel, their uncertainties do not: in one of five random
-/// chains of squirmers the error was 2.3 times the bar without it (seed 617).
+/// The errors of that part and of the drag cancel, their uncertainties do not: in one of five
+/// random chains of squirmers the error was 2.3 times the bar without it (seed 617).
 const SLIP_FORCE_FACTOR: f64 = 0.3;
 
 /// Relative error of resistances that the lowest order of the elements reaches.

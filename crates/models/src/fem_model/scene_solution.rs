@@ -19,9 +19,10 @@ use crate::units::Scale;
 
 /// Relative uncertainty of the correction of a stresslet, in addition to that of the energy.
 ///
-/// A stresslet is no power of the flow, so cubic elements resolve less of its error: 85 to 98 percent
-/// for spheres at gaps of 0.05 to 2 radii from a wall (`docs/figures/random_cases.py`, lone bodies of
-/// the seeds 5001 to 5024). Without it a quarter of these errors was above the bar, up to 3.7 bars.
+/// A stresslet is no power of the flow, so cubic elements resolve less of its error: 85 to 98
+/// percent for spheres at gaps of 0.05 to 2 radii from a wall (`docs/figures/random_cases.py`, lone
+/// bodies of the seeds 5001 to 5024). Without it a quarter of these errors was above the bar, up to
+/// 3.7 bars.
 const STRESSLET_UNCERTAINTY: f64 = 0.15;
 
 /// What the conversion of a solution to the scene's units needs.
@@ -55,9 +56,9 @@ impl ToScene<'_> {
         };
         corrected.add(&estimate.change)?;
         let after = far_field(&corrected);
-        // The solve gave held bodies the velocity `-before` in addition to their own, so that `before`
-        // brings them to their own.
-        // The effect of `after - before` on the other bodies is part of the container error.
+        // The solve gave held bodies the velocity `-before` in addition to their own, so that
+        // `before` brings them to their own. The effect of `after - before` on the other bodies is
+        // part of the container error.
         let has_fixed = set.held_translation().contains(&true);
         shift(set, if has_fixed { before } else { after }, &mut corrected);
         let slip_power = solved.slip_power + estimate.slip_power;

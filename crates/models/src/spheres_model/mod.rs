@@ -298,8 +298,8 @@ impl SpheresModel {
             add(*factor, &solved, &by(&resistances.matrix, Some(reference))?);
         }
         if matches!(self.kind, SphereModel::Multipole(_)) {
-            // Between two orders a rotation may change little by chance: its error was 2.5 times its
-            // change. An error of the velocities may turn a linkage about its farthest point.
+            // Between two orders a rotation may change little by chance: its error was 2.5 times
+            // its change. An error of the velocities may turn a linkage about its farthest point.
             let of_velocity = errors.velocity / self.scaled.shortest_lever;
             errors.angular_velocity = errors.angular_velocity.max(of_velocity);
         }

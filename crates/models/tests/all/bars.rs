@@ -56,8 +56,9 @@ fn bars_of_models_of_spheres_contain_the_errors_of_motions_loads_and_power() {
                     found.power_error,
                 ),
             ] {
-                // Differences of successive expansions may be opposite for rotations, and an error of
-                // velocities need not turn the swimmer: larger bars, but at most by these factors.
+                // Differences of successive expansions may be opposite for rotations, and an error
+                // of velocities need not turn the swimmer: larger bars, but at most by these
+                // factors.
                 let largest_ratio = match what {
                     "angular velocity" | "torque" => f64::max(2.0 * largest_ratio, 4.0),
                     _ => largest_ratio,

@@ -89,9 +89,9 @@ tables! {
         gradient: Option<[[f64; 3]; 3]> | "required for shear and extension",
     }
 
-    /// A uniform magnetic field `B`, which acts on bodies with a `moment` m by the torque m × B. It is
-    /// mean + amplitude sin(2 pi order t / period + phase) in each component: constant, oscillating
-    /// or, with phases that differ by a quarter of a turn, rotating.
+    /// A uniform magnetic field `B`, which acts on bodies with a `moment` m by the torque m × B. It
+    /// is mean + amplitude sin(2 pi order t / period + phase) in each component: constant,
+    /// oscillating or, with phases that differ by a quarter of a turn, rotating.
     pub(crate) struct FieldFile in "field." {
         /// Mean.
         mean: Option<[f64; 3]> | "[0, 0, 0]",
@@ -106,15 +106,16 @@ tables! {
         period: Option<f64> [Positive] | "that of the gait; required with `amplitude` otherwise",
     }
 
-    /// A short-range repulsion between bodies, and between bodies and walls. It is no hydrodynamics: it
-    /// stands for roughness or charges, and keeps surfaces apart where lubrication alone would let them
-    /// touch in finite time of the integration. In a gap h the force is strength / (exp(h / range) - 1),
-    /// along the line of the closest points of the convex hulls (Brady & Bossis 1985). Without this table
-    /// there is none.
+    /// A short-range repulsion between bodies, and between bodies and walls. It is no
+    /// hydrodynamics: it stands for roughness or charges, and keeps surfaces apart where
+    /// lubrication alone would let them touch in finite time of the integration. In a gap h the
+    /// force is strength / (exp(h / range) - 1), along the line of the closest points of the convex
+    /// hulls (Brady & Bossis 1985). Without this table there is none.
     pub(crate) struct ContactFile in "contact." {
         /// Length over which the force decays.
         range: Option<f64> [Positive] | "required in `[contact]`",
-        /// Force at the gap 0.693 `range`; in narrow gaps it is `strength` times `range` over the gap.
+        /// Force at the gap 0.693 `range`; in narrow gaps it is `strength` times `range` over the
+        /// gap.
         strength: Option<f64> [Positive] | "required in `[contact]`",
     }
 
@@ -162,18 +163,20 @@ tables! {
         position: Option<[f64; 3]> | "required; of `shape = \"file\"` the centroid of its volume",
         /// Name of the body's part of the mesh's boundary.
         surface: Option<String> | "required for `domain.kind = \"mesh\"`",
-        /// External force: constant in the laboratory, or a table of mean + amplitude sin(2 pi order t
-        /// / period + phase) in each component. Its `phase` is one angle or three, the period that of
-        /// the gait by default; with `axes = "body"` the components are along axes that turn with the
-        /// body, and are those of the laboratory at the start.
+        /// External force: constant in the laboratory, or a table of mean + amplitude sin(2 pi
+        /// order t / period + phase) in each component. Its `phase` is one angle or three, the
+        /// period that of the gait by default; with `axes = "body"` the components are along axes
+        /// that turn with the body, and are those of the laboratory at the start.
         force: LoadFile,
         /// External torque about the centre: constant, or a table as for `force`.
         torque: Option<LoadFile>; [0.0, 0.0, 0.0],
-        /// Magnetic moment in the initial configuration. It turns with the body; `[field]` acts on it.
+        /// Magnetic moment in the initial configuration. It turns with the body; `[field]` acts on
+        /// it.
         #[serde(skip_serializing_if = "is_default")]
         moment: [f64; 3] | "none",
-        /// Whether the body is fixed in space: an obstacle, or a body that holds a swimmer. No loads
-        /// act on it but those of its links; the force and the torque that hold it are results.
+        /// Whether the body is fixed in space: an obstacle, or a body that holds a swimmer. No
+        /// loads act on it but those of its links; the force and the torque that hold it are
+        /// results.
         #[serde(skip_serializing_if = "is_default")]
         fixed: bool,
         /// Given velocity of the centre, constant in the laboratory. The force that drives the body

@@ -1,5 +1,5 @@
-//! Runs with joints, springs, loops, corners, masses and contacts: displacements, or rotations where
-//! nothing else moves, must be within their bars.
+//! Runs with joints, springs, loops, corners, masses and contacts: displacements, or rotations
+//! where nothing else moves, must be within their bars.
 
 use std::f64::consts::{PI, TAU};
 
@@ -46,7 +46,8 @@ impl Case {
         }
     }
 
-    /// What is compared, and its error bar without that of the model, which is the same in all runs.
+    /// What is compared, and its error bar without that of the model, which is the same in all
+    /// runs.
     fn measured(&self, swum: &Swum) -> Measured {
         let (vectors, bars) = match self.turns {
             true => (vec![swum.rotation], &swum.rotation_error),

@@ -345,8 +345,8 @@ impl Store {
 
     /// Cells of an earlier run, or else new ones from `make`, which are stored.
     ///
-    /// Rows with an infinite error or NaN, which JSON does not have, or with another number of cells
-    /// are made again.
+    /// Rows with an infinite error or NaN, which JSON does not have, or with another number of
+    /// cells are made again.
     fn cells(
         &mut self,
         key: String,

@@ -15,8 +15,8 @@
 //! any model and formulation. The error decreases by a factor of 0.15 or better per iteration, for
 //! any ratio of mass and resistance.
 //!
-//! The work on the fluid is that of all other forces minus the change of the kinetic energy `E`: the
-//! quadrature of its power misses the rapid changes of light bodies, whose momenta are right
+//! The work on the fluid is that of all other forces minus the change of the kinetic energy `E`:
+//! the quadrature of its power misses the rapid changes of light bodies, whose momenta are right
 //! nevertheless. With the weights `b` of the stages it is
 //!
 //! ```text

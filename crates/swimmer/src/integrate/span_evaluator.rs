@@ -29,8 +29,8 @@ const LEAST_CHECKED_PART: f64 = 1.0 / 64.0;
 /// lubrication are then inversely proportional to the gap up to two per cent (Cox & Brenner 1967).
 const NARROW_GAP: f64 = 1e-2;
 
-/// Smallest gap over the smaller radius that is followed: that to which expansions in multipoles are
-/// verified. Meshes end at wider gaps.
+/// Smallest gap over the smaller radius that is followed: that to which expansions in multipoles
+/// are verified. Meshes end at wider gaps.
 const SMALLEST_GAP: f64 = 1e-3;
 
 /// Part of a step over which the speed of a gap is measured: the error is that part of it.
@@ -296,8 +296,8 @@ impl<'a> SpanEvaluator<'a> {
         Ok(contacts.map(|contact| contact.gap).collect())
     }
 
-    /// Refuses a step along which bodies or walls touch, at whatever place of it, or that lubrication
-    /// keeps from touching forever.
+    /// Refuses a step along which bodies or walls touch, at whatever place of it, or that
+    /// lubrication keeps from touching forever.
     ///
     /// Contact that cannot be excluded is looked for on parts of the step, and in the end counts,
     /// since it can be on shorter steps.

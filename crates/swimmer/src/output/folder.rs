@@ -159,8 +159,8 @@ impl FolderLock {
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        // While it is locked: a file that stays is taken over by the next run. Only where another run
-        // notices that the file it has opened is gone.
+        // While it is locked: a file that stays is taken over by the next run. Only where another
+        // run notices that the file it has opened is gone.
         if self.file.is_some() && cfg!(unix) {
             let _ = std::fs::remove_file(&self.path);
         }

@@ -15,13 +15,13 @@ pub const ALL_ERRORS: &str = "all errors";
 /// Its keys:
 ///
 /// - `scene`, `model`, `reasons` (for the model), `machine`, `version` (of the program);
-/// - `displacement` (by body), `rotation` (vector of the frame of the first linkage in radians, with
-///   full turns as far as its axis stays), `turned` (by body, the angle of its whole path), `work`
-///   (of the bodies on the fluid), with `error_estimate`, `rotation_error` and `work_error`
+/// - `displacement` (by body), `rotation` (vector of the frame of the first linkage in radians,
+///   with full turns as far as its axis stays), `turned` (by body, the angle of its whole path),
+///   `work` (of the bodies on the fluid), with `error_estimate`, `rotation_error` and `work_error`
 ///   (error bars, absolute in the scene's units; `total` is null if nothing was estimated),
 ///   `uncorrected` (displacement and work before estimated discretisation errors were subtracted);
-/// - `shape_change`: null if the joints return to their values; otherwise the changes by `links` and
-///   the `rigid_part` of the motion, that of the frame in which the shape is described (`body`,
+/// - `shape_change`: null if the joints return to their values; otherwise the changes by `links`
+///   and the `rigid_part` of the motion, that of the frame in which the shape is described (`body`,
 ///   `displacement`, `rotation`);
 /// - `phases`, each with `link`, `displacement`, `solves`, `lookups`, `error_estimate`;
 /// - `solves` (of the model), `table_solves` (those of them of which tables over shapes are made),
@@ -128,8 +128,8 @@ pub fn summary_json(
 /// `links` has the force and, about the pivot, the torque of each joint on the body that its key
 /// `body` names; the opposite ones act on `to`. `drive` is the force of the drive, or its torque if
 /// the value of the joint is an angle: its power on the bodies is `drive` times the rate.
-/// `holding_force` and `holding_torque` of a body whose velocity is given are the load that holds or
-/// drives it ([`models::HoldingLoad`]), null for other bodies; their error bars are those of the
+/// `holding_force` and `holding_torque` of a body whose velocity is given are the load that holds
+/// or drives it ([`models::HoldingLoad`]), null for other bodies; their error bars are those of the
 /// forces and torques. `power` is that of the bodies on the fluid, by motion and slip.
 /// `error_estimate` refers to the velocities; its entries `angular_velocity`, `force`, `torque` and
 /// `stresslet` to the largest of each, `power` to the power. `stresslet` of a body is the matrix of

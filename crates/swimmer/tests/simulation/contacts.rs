@@ -145,8 +145,8 @@ fn bug_runs_with_masses_aborted_on_an_overshooting_first_step() {
     );
 }
 
-/// Lubrication lets a narrow gap `h` decrease as `h' = -h F / (3/2 π μ a²)`: by a factor of eight in
-/// 1e-3.
+/// Lubrication lets a narrow gap `h` decrease as `h' = -h F / (3/2 π μ a²)`: by a factor of eight
+/// in 1e-3.
 #[test]
 fn a_body_that_lubrication_stops_is_no_collision() {
     let mut before = 0.0;

@@ -1,5 +1,5 @@
-//! Checkpoints with random edits, and the corpus of the fuzz targets, are read or refused, without a
-//! panic.
+//! Checkpoints with random edits, and the corpus of the fuzz targets, are read or refused, without
+//! a panic.
 
 use proptest::prelude::*;
 use swimmer::choose;
