@@ -257,7 +257,7 @@ fn read<T: DeserializeOwned>(
     scene: &Scene,
     limits: &StrokeLimits,
 ) -> Option<Stored<T>> {
-    let stored: Stored<T> = read_sealed(&folder.path().join(name)).ok()?;
+    let stored: Stored<T> = read_sealed(folder.path().join(name)).ok()?;
     let other = Scene::parse(&stored.scene).ok()?;
     let is_same = scene.differing_key(&other).is_none()
         && other.initial_state() == scene.initial_state()

@@ -124,7 +124,7 @@ mod tests {
             file.permissions().mode()
         };
         fs::write(folder.path().join("plain"), b"").unwrap();
-        write_atomically(&folder.path().join("atomic"), |_| Ok(())).unwrap();
+        write_atomically(folder.path().join("atomic"), |_| Ok(())).unwrap();
         assert_eq!(mode("atomic"), mode("plain"));
     }
 }

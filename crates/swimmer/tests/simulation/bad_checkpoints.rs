@@ -153,9 +153,7 @@ fn a_resume_after_a_changed_gait_table_is_refused_with_its_name() {
     let message = run(read()).unwrap_err().to_string();
     assert!(message.contains("other contents of the file"), "{message}");
     assert!(message.contains("t.csv: put back"), "{message}");
-    let viewed = Checkpoint::read(&at("out"))
-        .unwrap()
-        .into_outcome(&at("out"));
+    let viewed = Checkpoint::read(at("out")).unwrap().into_outcome(at("out"));
     assert!(viewed.is_err());
     std::fs::write(at("t.csv"), table).unwrap();
     assert_eq!(run(read()).unwrap().outcome.spans.len(), 2);
