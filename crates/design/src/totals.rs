@@ -13,7 +13,7 @@ use super::stroke_path::SampledPath;
 pub struct StrokeTotals {
     /// Displacement of the frame, in the frame of the start.
     pub displacement: Vector3<f64>,
-    /// Rotation vector of the frame, with all full turns ([`swimmer::unwrapped`]).
+    /// Rotation vector of the frame, with full turns ([`swimmer::Turning`]).
     pub rotation: Vector3<f64>,
     /// Energy times duration, `T ∫ ds/dt · G ds/dt dt`.
     ///

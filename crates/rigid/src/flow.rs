@@ -59,7 +59,7 @@ impl FlowSolution {
     }
 
     /// Loads that hold bodies, by whatever imposes their velocities, with the indices of the bodies
-    /// ([`Constraints::holding_loads`](crate::Constraints::holding_loads)).
+    /// ([`Drive::holding_loads`](crate::Drive::holding_loads)).
     pub fn holding_loads(&self) -> Vec<(usize, ExternalLoad)> {
         HeldRows::loads_of(&self.held_rows, &self.joint_loads)
     }
