@@ -31,8 +31,8 @@ pub fn run() -> Result<()> {
             arguments.extend(["--package", package]);
         }
         cargo::run(&arguments, &[("RUSTDOCFLAGS", "-D warnings")])?;
-        // The programs of `studies` inherit documentation of clap, which has no pages here.
-        let documented = ready.iter().filter(|member| member.name() != "studies");
+        // Others, such as programs, inherit documentation of clap, which has no pages here.
+        let documented = ready.iter().filter(|member| member.is_publishable());
         libraries.extend(documented.map(|member| member.name().to_owned()));
         waiting = others;
     }
