@@ -35,7 +35,8 @@ pub struct Interim {
 pub struct Outcome {
     /// Displacement of every body, including points.
     pub displacement: Vec<Vector3<f64>>,
-    /// Rotation vector of the frame of the first linkage, with full turns ([`Turning::rotation_vector`]).
+    /// Rotation vector of the frame of the first linkage, with full turns
+    /// ([`Turning::rotation_vector`]).
     pub rotation: Vector3<f64>,
     /// Rotation of that frame along its path.
     #[serde(default)]
