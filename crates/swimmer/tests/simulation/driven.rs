@@ -253,7 +253,7 @@ fn a_tethered_pump_runs() {
 #[test]
 fn a_repulsion_keeps_pressed_spheres_apart() {
     let contact = "contact = { range = 0.05, strength = 2 }\nmodel = { kind = \"rpy\", tolerance = 1e-6 }\n\
-                   gait.phases = [{ duration = 6 }]\n";
+                   gait.phases = [{ duration = 14 }]\n";
     let pair = r#"bodies = [
         { name = "a", radius = 1, position = [0, 0, 0], force = [3, 0, 0] },
         { name = "b", radius = 0.5, position = [1.8, 0, 0], force = [-3, 0, 0] },
@@ -281,7 +281,7 @@ fn a_repulsion_keeps_pressed_spheres_apart() {
         );
     }
     // Without it they touch.
-    let text = format!("model.kind = \"rpy\"\ngait.phases = [{{ duration = 6 }}]\n{pair}");
+    let text = format!("model.kind = \"rpy\"\ngait.phases = [{{ duration = 14 }}]\n{pair}");
     let report = run_without_files(parsed(&text), &mut ()).unwrap();
     assert!(report.outcome.stopped.is_some());
     // Forces are opposite, and torques balance them, for bodies of any shape.
