@@ -4,7 +4,6 @@ import importlib.util
 import multiprocessing
 import os
 import signal
-import statistics
 import subprocess
 import sys
 import threading
@@ -244,18 +243,6 @@ def net_of(cycles):
 def test_spawned_processes_compute():
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         assert pool.apply(net_of, (1,)) == net_of(1)
-
-
-def test_a_connection_costs_less_than_20_microseconds_above_the_library():
-    """Median of the call less the seconds that the library measures."""
-    scene = Scene.from_template("three-sphere", {"model.kind": "multipole"})
-    shapes = np.array([[10 - 0.001 * k, 8.0] for k in range(500)])
-    above = []
-    for shape in shapes:
-        begin = time.perf_counter()
-        connection = scene.connection(shape)
-        above.append(time.perf_counter() - begin - connection.seconds)
-    assert statistics.median(above) < 20e-6
 
 
 def test_missing_packages_are_named(monkeypatch):
