@@ -84,7 +84,8 @@ fn answer(arguments: &Arguments, is_first: bool) -> Result<String, SwimError> {
             let default = || PathBuf::from("out").join(scene.name());
             let out = out.clone().unwrap_or_else(default);
             let files = &mut RunPictures::new();
-            let report = run_with(scene, &model, &out, *resume, is_first, files, &mut ())?.completed()?;
+            let report =
+                run_with(scene, &model, &out, *resume, is_first, files, &mut ())?.completed()?;
             report.check_tolerance()?;
             let (scene, outcome) = (&report.scene, &report.outcome);
             let reasons = &report.reasons;
