@@ -113,12 +113,9 @@ pub trait Hydrodynamics: Send {
             return inner.cost(configuration);
         }
         let rates = vec![0.0; configuration.shape.len()];
-        let solution = self.solve_one(configuration, &rates)?;
-        Ok(PredictedCost {
-            dofs: solution.dofs,
-            seconds: solution.seconds.total,
-            mib: 0.0,
-        })
+        Ok(PredictedCost::of_solution(
+            &self.solve_one(configuration, &rates)?,
+        ))
     }
 
     /// Mesh of a configuration in the scene's units; `None` for models without a mesh.
@@ -325,6 +322,17 @@ pub struct PredictedCost {
     pub seconds: f64,
     /// Estimated peak memory in MiB.
     pub mib: f64,
+}
+
+impl PredictedCost {
+    /// The cost that a solution had, without its memory.
+    pub(crate) fn of_solution(solution: &InstantaneousSolution) -> Self {
+        Self {
+            dofs: solution.dofs,
+            seconds: solution.seconds.total,
+            mib: 0.0,
+        }
+    }
 }
 
 impl InstantaneousSolution {

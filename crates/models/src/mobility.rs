@@ -1,9 +1,7 @@
 //! Velocities and forces of linked bodies from their grand resistance matrix.
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use rigid::{
-    Articulation, Constraints, Drive, ExternalLoad, Joint, JointLoad, Reduction, StateVelocity,
-};
+use rigid::{Articulation, Constraints, Drive, ExternalLoad, Joint, Reduction, StateVelocity};
 
 use crate::error::ModelError;
 use crate::query::Configuration;
@@ -18,8 +16,6 @@ pub(crate) struct MobilitySolution {
     pub generalised: DVector<f64>,
     /// Forces and torques that the bodies with surfaces exert on the fluid.
     pub forces: DVector<f64>,
-    /// Loads of the joints.
-    joint_loads: Vec<JointLoad>,
     /// Loads that hold bodies, with the indices of the bodies.
     holding: Vec<(usize, ExternalLoad)>,
     /// Residual of the balance of forces, relative to the right-hand side.
@@ -102,7 +98,6 @@ impl MobilitySolution {
         let forces = resistance * relative_to_fluid(&velocities);
         Ok(Self {
             holding: drive.holding_loads(&forces, &generalised)?,
-            joint_loads: drive.joint_loads(&forces, &generalised)?,
             slip_power: surfaces.map_or(0.0, |surfaces| surfaces.power(&forces)),
             forces,
             generalised,
@@ -146,14 +141,24 @@ impl MobilitySolution {
     /// Motion and loads in the scene's units.
     ///
     /// # Errors
-    /// A solution for another set of bodies.
-    pub fn response(&self, scaled: &ScaledScene) -> Result<Response, ModelError> {
+    /// Joints that contradict each other; a solution for another set of bodies.
+    pub fn response(
+        &self,
+        scaled: &ScaledScene,
+        constraints: &Constraints,
+        loads: &[ExternalLoad],
+    ) -> Result<Response, ModelError> {
         let set = &scaled.set;
+        let drive = Drive {
+            set,
+            constraints,
+            loads,
+        };
         Ok(scaled.response_to_scene(ScaledResponse {
             motion: &set.state_velocity(self.generalised.as_slice())?,
             generalised: &self.generalised,
             forces: &self.forces,
-            joint_loads: self.joint_loads.clone(),
+            joint_loads: drive.joint_loads(&self.forces, &self.generalised)?,
             holding: self.holding.clone(),
             slip_power: self.slip_power,
         }))

@@ -60,7 +60,7 @@ impl Hydrodynamics for RoughModel {
             let constraints = self.scaled.query_constraints(query, rates)?;
             let set = &self.scaled.set;
             let solved = MobilitySolution::new(&resistance, set, &constraints, loads, None)?;
-            Ok(solved.response(&self.scaled)?.into())
+            Ok(solved.response(&self.scaled, &constraints, loads)?.into())
         };
         query.rates.iter().map(solution).collect()
     }

@@ -300,7 +300,7 @@ impl AxisymmetricModel {
             let along = along.view((0, 0), (n, n)).into_owned();
             let matrix = grand_resistance(&self.shapes, &self.axis, &along, spin.map(of).as_ref());
             let solved = MobilitySolution::new(&matrix, set, &constraints, loads, effect.as_ref())?;
-            let response = solved.response(&self.scaled)?;
+            let response = solved.response(&self.scaled, &constraints, loads)?;
             Ok::<_, ModelError>((response, solved.residual))
         };
         let (computed, residual) = solve(|resistance| resistance.matrix().clone())?;

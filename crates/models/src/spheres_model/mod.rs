@@ -322,7 +322,7 @@ impl SpheresModel {
             torque_error: ErrorEstimate::of_model(scale.torque_to_scene(errors.torque)),
             power_error: ErrorEstimate::of_model(scale.power_to_scene(power_error)),
             ..InstantaneousSolution::solved_directly(
-                solved.response(&self.scaled)?,
+                solved.response(&self.scaled, &constraints, loads)?,
                 resistances.dofs,
                 solved.residual,
             )
@@ -380,12 +380,9 @@ impl Hydrodynamics for SpheresModel {
             });
         }
         let rates = vec![0.0; configuration.shape.len()];
-        let solution = self.solve_one(configuration, &rates)?;
-        Ok(PredictedCost {
-            dofs: solution.dofs,
-            seconds: solution.seconds.total,
-            mib: 0.0,
-        })
+        Ok(PredictedCost::of_solution(
+            &self.solve_one(configuration, &rates)?,
+        ))
     }
 
     fn flows(&mut self) -> Result<&mut dyn Flows, ModelError> {
