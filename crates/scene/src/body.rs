@@ -1,7 +1,7 @@
 //! A body of a scene.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use rigid::{BodyKind, Twist};
+use rigid::{Articulation, BodyKind, Constraints, RigidError, Twist};
 
 use crate::flow::Slip;
 use crate::loads::DrivingLoad;
@@ -137,6 +137,21 @@ impl Body {
 
 /// Distance of a centroid from the position, over the radius of the body, that is rounding.
 const CENTROID_ROUNDING: f64 = 1e-9;
+
+/// The constraints of a set with the given velocities of its bodies.
+///
+/// # Errors
+/// Those of [`Constraints::with_held_velocity`].
+pub(crate) fn with_held_velocities(
+    mut constraints: Constraints,
+    set: &Articulation,
+    bodies: &[Body],
+) -> Result<Constraints, RigidError> {
+    for body in set.held_bodies() {
+        constraints = constraints.with_held_velocity(body, bodies[body].held_twist())?;
+    }
+    Ok(constraints)
+}
 
 #[cfg(test)]
 mod tests {

@@ -1,9 +1,9 @@
 //! A scene: fluid, domain, bodies, joints, gait, and the options of the computation.
 
 use nalgebra::{Isometry3, Vector3};
-use rigid::{Articulation, ExternalLoad, JointDrive, JointKind, State};
+use rigid::{Articulation, Constraints, ExternalLoad, JointDrive, JointKind, RigidError, State};
 
-use crate::body::Body;
+use crate::body::{Body, with_held_velocities};
 use crate::contact::Repulsion;
 use crate::document::Document;
 use crate::domain::Domain;
@@ -337,6 +337,20 @@ impl Scene {
             repulsion.add_to(&mut loads, &self.bodies, &self.domain, poses);
         }
         loads
+    }
+
+    /// The constraints of the joints in a state, with the given velocities of bodies.
+    ///
+    /// # Errors
+    /// Those of [`Articulation::constraints`].
+    pub fn constraints(
+        &self,
+        state: &State,
+        shape: &[f64],
+        rates: &[f64],
+    ) -> Result<Constraints, RigidError> {
+        let set = &self.articulation;
+        with_held_velocities(set.constraints(state, shape, rates)?, set, &self.bodies)
     }
 
     /// Whether [`Scene::loads`] depend on the poses of the bodies.

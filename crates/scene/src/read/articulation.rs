@@ -5,7 +5,7 @@ use rigid::{
     Articulation, Freedom, Joint, JointDrive, JointKind, PassiveDrive, Reduction, RigidError,
 };
 
-use crate::body::Body;
+use crate::body::{Body, with_held_velocities};
 use crate::checks::{Checks, check_angle};
 use crate::error::SceneError;
 use crate::gait::{Gait, spans};
@@ -166,16 +166,12 @@ pub(super) fn check_held(
     let phases = spans(gait, shape)?.take(gait.phases.len());
     let moments = phases.map(|span| (span.shape(0.5), span.rates(0.5)));
     for (shape, rates) in std::iter::once(at_rest).chain(moments) {
-        let Ok(mut constraints) = set.constraints(&set.initial_state(), &shape, &rates) else {
+        let Ok(constraints) = set.constraints(&set.initial_state(), &shape, &rates) else {
             // A loop that does not close is refused elsewhere.
             continue;
         };
-        for body in set.held_bodies() {
-            let velocity = bodies[body].held_twist();
-            constraints = constraints
-                .with_held_velocity(body, velocity)
-                .map_err(|error| checks.bad_value("bodies", error.to_string()))?;
-        }
+        let constraints = with_held_velocities(constraints, set, bodies)
+            .map_err(|error| checks.bad_value("bodies", error.to_string()))?;
         if let Err(error) = Reduction::new(set, &constraints) {
             let body = &bodies[held];
             let key = match (body.fixed, body.velocity) {

@@ -98,16 +98,12 @@ fn explicit_step(
     let scene = evaluator.scene;
     let set = scene.articulation();
     let (shape, rates) = (evaluator.span.shape(s), evaluator.span.rates(s));
-    let mut constraints = set.constraints(state, &shape, &rates)?;
+    let mut constraints = scene.constraints(state, &shape, &rates)?;
     let oscillating = scene
         .joint_forces(evaluator.span.time(s))
         .unwrap_or_default();
     (constraints.joint_forces.iter_mut().zip(oscillating)).for_each(|(sum, force)| *sum += force);
     let reduction = Reduction::new(set, &constraints)?;
-    for body in set.held_bodies() {
-        let twist = scene.bodies()[body].held_twist();
-        constraints = constraints.with_held_velocity(body, twist)?;
-    }
     let loads = scene.loads(evaluator.span.time(s), &set.place(state, &shape)?);
     let drive = Drive {
         set,

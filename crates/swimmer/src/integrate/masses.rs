@@ -100,11 +100,7 @@ pub(super) fn after_impulse(
 ) -> Result<Velocities, SwimError> {
     let set = evaluator.scene.articulation();
     let (shape, rates) = (evaluator.span.shape(0.0), evaluator.span.rates(0.0));
-    let mut constraints = set.constraints(state, &shape, &rates)?;
-    for body in set.held_bodies() {
-        let twist = evaluator.scene.bodies()[body].held_twist();
-        constraints = constraints.with_held_velocity(body, twist)?;
-    }
+    let constraints = evaluator.scene.constraints(state, &shape, &rates)?;
     let reduction = Reduction::new(set, &constraints)?;
     let masses = mass_matrices(evaluator, 0.0, state)?;
     let surfaced: Vec<usize> = (0..masses.len())
