@@ -25,6 +25,7 @@ const MESH_HINT: &str = ". With finite elements the change of velocities by a ne
 /// Smallest part of a step on which contact is looked for. Each part has thousands of placements,
 /// so a narrow gap then takes as long as some solves.
 const LEAST_CHECKED_PART: f64 = 1.0 / 64.0;
+
 /// Gap over the smaller radius below which the speed of an approach tells how it goes on: forces of
 /// lubrication are then inversely proportional to the gap up to two per cent (Cox & Brenner 1967).
 const NARROW_GAP: f64 = 1e-2;
@@ -290,10 +291,15 @@ impl<'a> SpanEvaluator<'a> {
 
     /// Gaps between surfaces at the position `s` of a path, in a fixed order.
     pub fn gaps(&self, path: &PathPiece, s: f64) -> Result<Vec<f64>, SwimError> {
+        let contacts = self.contacts(path, s)?.into_iter();
+        Ok(contacts.map(|contact| contact.gap).collect())
+    }
+
+    /// All pairs of surfaces at the position `s` of a path, with their gaps.
+    fn contacts(&self, path: &PathPiece, s: f64) -> Result<Vec<Contact>, SwimError> {
         let set = self.scene.articulation();
         let poses = set.place(&path.state(set, s)?, &self.span.shape(s))?;
-        let contacts = contacts(self.scene.bodies(), self.scene.domain(), &poses);
-        Ok(contacts.map(|contact| contact.gap).collect())
+        Ok(contacts(self.scene.bodies(), self.scene.domain(), &poses).collect())
     }
 
     /// Refuses a step along which bodies or walls touch, at whatever place of it, or that
@@ -345,18 +351,15 @@ impl<'a> SpanEvaluator<'a> {
     /// Refuses a step in a gap below [`NARROW_GAP`] that closes as lubrication lets it, ever more
     /// slowly, if it would be narrower than [`SMALLEST_GAP`] at the end of the phase span.
     ///
-    /// That is foreseen where neither the gait nor loads change in time.
+    /// That is foreseen where neither the gait nor loads change in time, and no repulsion keeps the
+    /// surfaces apart.
     fn check_approach(&self, path: &PathPiece) -> Result<(), SwimError> {
-        if self.scene.depends_on_time() || !self.span.joints.is_empty() {
+        let changes = self.scene.depends_on_time() || !self.span.joints.is_empty();
+        if changes || self.scene.repulsion().is_some() {
             return Ok(());
         }
-        let set = self.scene.articulation();
         let bodies = self.scene.bodies();
-        let contacts_at = |s: f64| -> Result<Vec<Contact>, SwimError> {
-            let poses = set.place(&path.state(set, s)?, &self.span.shape(s))?;
-            Ok(contacts(bodies, self.scene.domain(), &poses).collect())
-        };
-        let before = contacts_at(path.from)?;
+        let before = self.contacts(path, path.from)?;
         let size = |contact: &Contact| {
             let other = contact.other.unwrap_or(contact.body);
             bodies[contact.body]

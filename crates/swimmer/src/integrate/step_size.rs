@@ -83,33 +83,37 @@ pub(super) fn expected_ratio(
     Ok(ratios.fold(MIN_RATIO, f64::max).min(MAX_RATIO))
 }
 
-/// Rounding error of a step: positions of linked bodies are sums of lengths of joints, gaps are
-/// differences of distances and radii.
+/// Rounding error of a step: the positions of the bodies are sums of lengths of joints.
 pub(super) fn rounding(evaluator: &SpanEvaluator, step: &StateVelocity) -> f64 {
     /// The positions enter the distances between bodies, of which each has a few operations.
     const OPERATIONS: f64 = 16.0;
-    let radii = evaluator.scene.bodies().iter();
-    let widest = radii.map(|body| body.bounding_radius()).fold(0.0, f64::max);
-    let moved = largest_displacement(evaluator, step);
-    let size = longest_joint(evaluator).max(moved).max(widest);
+    let size = longest_joint(evaluator).max(largest_displacement(evaluator, step));
     OPERATIONS * f64::EPSILON * size
 }
 
 /// Displacement over the phase span of a body alone, or of points of its surface, by the largest
-/// loads that vary: such motions come to rest and return, where a step has no size of its own.
+/// loads that vary, and by all loads against a repulsion: such motions come to rest, where a step
+/// has no size of its own.
 fn driven_displacement(evaluator: &SpanEvaluator) -> f64 {
     let scene = evaluator.scene;
     let field = scene.field().map_or(0.0, |field| field.largest().norm());
     let largest = |load: Option<DrivingLoad>| load.map_or(0.0, |l| l.vector.largest().norm());
+    let is_repelled = scene.repulsion().is_some();
     let speed = |body: &scene::Body| {
         let radius = body.bounding_radius();
+        let constant = if is_repelled {
+            body.total_force().norm()
+        } else {
+            0.0
+        };
         let torque = largest(body.driving_torque) + field * body.moment.norm();
         let drag = 6.0 * PI * scene.viscosity() * radius;
         let turning = 8.0 * PI * scene.viscosity() * radius * radius;
-        largest(body.driving_force) / drag + torque / turning
+        (largest(body.driving_force) + constant) / drag + torque / turning
     };
     let bodies = scene.bodies().iter();
-    let driven = bodies.filter(|body| body.is_driven() && body.bounding_radius() > 0.0);
+    let driven =
+        bodies.filter(|body| (is_repelled || body.is_driven()) && body.bounding_radius() > 0.0);
     evaluator.span.duration * driven.map(speed).fold(0.0, f64::max)
 }
 
