@@ -1,7 +1,9 @@
 //! Tests that are ignored because they are slow: run one by one, with the time of each.
 
+use std::fs::{self, File};
 use std::process::Command;
-use std::time::Instant;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
@@ -10,6 +12,13 @@ use crate::files::{files_below, read, root};
 
 /// The page with the result of a run of all slow tests.
 const PAGE: &str = "docs/slow-tests.md";
+
+/// A test fails that takes this many times its stated time, and longer than [`PATIENCE`]: one that
+/// does not end would keep the others from running.
+const OVERRUN: f64 = 10.0;
+
+/// Seconds that every test may take; those without a stated time may take ten times as many.
+const PATIENCE: f64 = 300.0;
 
 /// Which of the slow tests are run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,7 +98,7 @@ pub fn run_selection(selection: Selection, package: Option<&str>) -> Result<Vec<
         eprintln!("{result} in {seconds}: {} ({})", test.name, test.folder);
     }
     if selection == Selection::All && package.is_none() {
-        std::fs::write(root().join(PAGE), page(&selected, &today()?, &machine()))
+        fs::write(root().join(PAGE), page(&selected, &today()?, &machine()))
             .with_context(|| format!("could not write {PAGE}"))?;
     }
     let seconds = selected.iter().map(|test| test.seconds).sum();
@@ -190,20 +199,41 @@ fn test_program(message: &str) -> Option<(String, &str)> {
 }
 
 impl SlowTest {
+    /// Seconds after which the test is ended.
+    fn limit(&self) -> f64 {
+        let stated = self.stated.unwrap_or(PATIENCE);
+        PATIENCE.max(OVERRUN * stated)
+    }
+
     /// Runs the program of the test on ignored tests, as cargo does; whether it succeeded, and what
     /// it printed.
     fn output(&self, arguments: &[&str]) -> Result<(bool, String)> {
         let folder = root().join(&self.folder);
-        let output = Command::new(&self.executable)
+        // A file, since a full pipe would stop the program.
+        let printed = root().join("target/slow-test.txt");
+        fs::write(&printed, "")?;
+        let mut program = Command::new(&self.executable)
             .env("CARGO_MANIFEST_DIR", &folder)
             .current_dir(folder)
             .arg("--ignored")
             .args(arguments)
-            .output()
+            .stdout(File::options().append(true).open(&printed)?)
+            .stderr(File::options().append(true).open(&printed)?)
+            .spawn()
             .with_context(|| format!("could not start {}", self.executable))?;
-        let text = [output.stdout, output.stderr].concat();
+        let (start, limit) = (Instant::now(), self.limit());
+        while program.try_wait()?.is_none() {
+            if start.elapsed().as_secs_f64() > limit {
+                program.kill()?;
+                eprintln!("ended after {}", duration(limit));
+                break;
+            }
+            thread::sleep(Duration::from_millis(20));
+        }
+        let is_success = program.wait()?.success();
+        let text = fs::read(printed)?;
         let text = String::from_utf8_lossy(&text).into_owned();
-        Ok((output.status.success(), text))
+        Ok((is_success, text))
     }
 
     /// Runs the test alone; what it prints is shown if it fails.
@@ -280,11 +310,11 @@ fn today() -> Result<String> {
 
 /// Model of the processor, as far as it is known, and number of its threads.
 fn machine() -> String {
-    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let mut lines = text.lines();
     let model = lines.find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     let model = model.map_or("unknown processor", |(_, name)| name);
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = thread::available_parallelism().map_or(1, usize::from);
     format!("{model}, {threads} threads")
 }
 

@@ -39,6 +39,8 @@ const NEW: u32 = 1 << 31;
 /// The points `first` are inserted first. A point near the centre of others that lie on a sphere
 /// saves most of their exact predicates: no tet has four of its vertices among them then.
 ///
+/// Distances below `2^-160` of the largest coordinate count as zero (see [`scaled`]).
+///
 /// The open circumball of every tet contains no point. Among cospherical points there are several
 /// valid choices; the insertion order determines one, the same on every machine. Cost: O(n log n)
 /// for the points of a graded mesh, some microseconds per point.
@@ -50,18 +52,53 @@ pub(crate) fn delaunay(points: &[Vec3], first: Range<u32>) -> Result<Vec<[u32; 4
     if let Some(i) = points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
         return Err(MeshError::NotFinite { point: i }.into());
     }
-    let mut order = insertion_order(points);
+    let scaled = scaled(points);
+    let mut order = insertion_order(&scaled);
     order.sort_by_key(|p| !first.contains(p));
-    let start = first_tet(points, &order).ok_or(GenerateError::FlatPoints {
+    let start = first_tet(&scaled, &order).ok_or(GenerateError::FlatPoints {
         points: points.len(),
     })?;
-    let mut builder = Builder::new(points, start);
+    let mut builder = Builder::new(&scaled, start);
     for &p in &order {
-        if !start.contains(&p) {
-            builder.insert(p)?;
+        if start.contains(&p) {
+            continue;
         }
+        builder.insert(p).map_err(|first| {
+            let (first, second) = (first as usize, p as usize);
+            let at = points[second].into();
+            MeshError::DuplicateVertices { first, second, at }
+        })?;
     }
     Ok(builder.finish())
+}
+
+/// Smallest coordinate relative to the largest that is not taken for zero, `2^-160`.
+///
+/// The exact predicates are sums of products of five coordinates. Coordinates below one with 53
+/// digits, the last at least `2^-212`, have products whose last digit, `2^-1060`, is representable.
+const SMALLEST_COORDINATE: f64 = 6.842277657836021e-49;
+
+/// The points divided by a power of two, so that the predicates neither overflow nor underflow:
+/// otherwise their signs contradict each other, and a walk does not end.
+fn scaled(points: &[Vec3]) -> Vec<Vec3> {
+    let largest = points
+        .iter()
+        .map(Vec3::amax)
+        .fold(f64::MIN_POSITIVE, f64::max);
+    // Two factors, since the inverse of the largest or smallest number may not be representable.
+    let half = (-0.5 * largest.log2()).floor().exp2();
+    points
+        .iter()
+        .map(|point| {
+            (point * half * half).map(|x| {
+                if x.abs() < SMALLEST_COORDINATE {
+                    0.0
+                } else {
+                    x
+                }
+            })
+        })
+        .collect()
 }
 
 /// Four points that do not lie in one plane, positively oriented, early in the order.
@@ -141,17 +178,15 @@ impl<'a> Builder<'a> {
     }
 
     /// Inserts point `p`.
-    fn insert(&mut self, p: u32) -> Result<(), GenerateError> {
+    ///
+    /// # Errors
+    /// The vertex at the same place.
+    fn insert(&mut self, p: u32) -> Result<(), u32> {
         let start = self.locate(p);
         let at = self.points[p as usize];
         for &v in &self.linked.tets[start as usize] {
             if v != GHOST && self.points[v as usize] == at {
-                return Err(MeshError::DuplicateVertices {
-                    first: v as usize,
-                    second: p as usize,
-                    at: at.into(),
-                }
-                .into());
+                return Err(v);
             }
         }
         self.find_cavity(start, &at);
@@ -375,6 +410,29 @@ mod tests {
         points.push(Vec3::zeros());
         let tets = delaunay(&points, 200..201).unwrap();
         assert!(tets.iter().all(|tet| tet.contains(&200)));
+    }
+
+    /// The predicates once overflowed for a sphere in a box of side 1e150, and the walk to the next
+    /// point did not end.
+    #[test]
+    fn points_at_extreme_distances_are_merged_and_all_scales_give_the_same_tets() {
+        let mut points: Vec<Vec3> = (1..50)
+            .map(|k| {
+                let t = f64::from(k);
+                Vec3::new((12.9 * t).sin(), (78.2 * t).sin(), (37.7 * t).sin())
+            })
+            .collect();
+        let tets = delaunay(&points, 0..0).unwrap();
+        for scale in [2.0_f64.powi(-900), 2.0_f64.powi(900)] {
+            let points: Vec<Vec3> = points.iter().map(|p| p * scale).collect();
+            assert_eq!(delaunay(&points, 0..0).unwrap(), tets);
+        }
+        points.push(Vec3::new(1e150, -2e149, 3e149));
+        assert!(matches!(
+            delaunay(&points, 0..0),
+            Err(GenerateError::Mesh(MeshError::DuplicateVertices { .. })
+                | GenerateError::FlatPoints { .. })
+        ));
     }
 
     #[test]
