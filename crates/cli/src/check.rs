@@ -7,7 +7,9 @@ use std::path::PathBuf;
 
 use swimmer::models::Configuration;
 use swimmer::scene::closest_contact;
-use swimmer::{Choice, Scene, SwimError, TEMPLATES, TYPICAL_SOLVES_PER_SPAN, choose, spans};
+use swimmer::{
+    Choice, Scene, SwimError, TEMPLATES, TYPICAL_SOLVES_PER_SPAN, choose_for_run, spans,
+};
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
@@ -17,7 +19,7 @@ use super::text::{count, duration, entry};
 pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
     let scene = arguments.read()?;
     let mut text = describe(&scene)?;
-    let chosen = with_progress("choosing the model", || choose(&scene));
+    let chosen = with_progress("choosing the model", || choose_for_run(&scene));
     let Choice {
         mut model, reasons, ..
     } = chosen?;
@@ -40,7 +42,10 @@ pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
         format!("{seconds}, {mib:.0} MiB (estimate)"),
     );
     let solves = TYPICAL_SOLVES_PER_SPAN * scene.gait().phases.len() * scene.gait().cycles as usize;
-    if solves > 0 {
+    if scene.inertia().is_kept() {
+        let steps = "one solve per step in time, whose error decides on its length";
+        text += &entry("cost of the gait", steps);
+    } else if solves > 0 {
         let seconds = duration(cost.seconds * solves as f64);
         let cost = format!("{solves} solves, {seconds} (estimate, without mesh generation)");
         text += &entry("cost of the gait", cost);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mesh::MeshError;
 use swimmer::models::{Configuration, ModelError};
-use swimmer::{SwimError, choose};
+use swimmer::{SwimError, choose_for_run};
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
@@ -12,7 +12,7 @@ use super::text::entry;
 
 pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, CliError> {
     let scene = arguments.read()?;
-    let mut model = choose(&scene)?.model;
+    let mut model = choose_for_run(&scene)?.model;
     let shape = scene.articulation().initial_shape();
     let state = scene.initial_state();
     let Some(mesh) = model.mesh(Configuration::new(&state, shape))? else {

@@ -5,7 +5,7 @@ use std::path::Path;
 use design::sensitivities::Sensitivity;
 use pictures::RunPictures;
 use serde_json::json;
-use swimmer::{Folder, Outcome, Report, Scene};
+use swimmer::{Folder, InertiaNumbers, Outcome, Report, Scene};
 
 use super::arguments::RunArguments;
 use super::design_files::{path_of, write};
@@ -133,6 +133,16 @@ fn describe(report: &Report, out: &Path) -> String {
             format!("of surfaces that nearly touch, range {range}, strength {strength}"),
         )
     });
+    let inertia = InertiaNumbers::new(&report.scene, outcome);
+    let inertia = inertia.map_or(String::new(), |numbers| {
+        let words = format!(
+            "{}, Reynolds number {:.2e}, frequency parameter {:.2e}",
+            report.scene.inertia().kind.word(),
+            numbers.reynolds,
+            numbers.frequency
+        );
+        entry("inertia", words)
+    });
     let reached = outcome.samples.last().map_or(0.0, |sample| sample.time);
     let stopped = match outcome.stopped {
         Some(_) => entry(
@@ -149,6 +159,7 @@ fn describe(report: &Report, out: &Path) -> String {
         + &measured("net displacement", net, bars.total())
         + &open
         + &repulsion
+        + &inertia
         + &error_estimates("error estimate", bars, net, "the net displacement")
         + &rotation_entry(
             "rotation vector",

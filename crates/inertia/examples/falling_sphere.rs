@@ -64,9 +64,9 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut run = Integrator::from_rest(bodies, &weight, meshes, Parameters::new(of_fluid), 0.0)?;
     let (mut impulse, mut speed, mut before) = (0.0, 0.0, 0.0);
     run.advance_to(0.5, 1e-2, 1e-3, |step| {
-        speed = step.flow.bodies[2];
+        speed = step.solved.flow.bodies[2];
         let position = step.poses[0].translation.vector.z;
-        let force = weight.0 - step.flow.forces[2];
+        let force = weight.0 - step.solved.flow.forces[2];
         // the first force is that of the released sphere: that of the first step stands for it
         impulse += step.length
             * if before == 0.0 {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3};
-use rigid::ExternalLoad;
+use rigid::{Constraints, ExternalLoad, RigidError};
 use stokes::SurfaceFlow;
 
 /// Mass and moment of inertia of a body about its centre.
@@ -50,6 +50,24 @@ pub trait Forcing: Sync {
         Vec::new()
     }
 
+    /// External forces and torques on all bodies, which have these poses: by default
+    /// [`Forcing::load`] of each.
+    fn loads(&self, time: f64, poses: &[Isometry3<f64>]) -> Vec<ExternalLoad> {
+        let poses = poses.iter().enumerate();
+        poses
+            .map(|(body, pose)| self.load(time, body, pose))
+            .collect()
+    }
+
+    /// The constraints of a time with given velocities of bodies and forces on joints, from those
+    /// of the joints alone: by default the same.
+    ///
+    /// # Errors
+    /// Velocities or forces that do not fit the set.
+    fn constraints(&self, _time: f64, joints: Constraints) -> Result<Constraints, RigidError> {
+        Ok(joints)
+    }
+
     /// External force and torque on a body with this pose.
     fn load(&self, _time: f64, _body: usize, _pose: &Isometry3<f64>) -> ExternalLoad {
         ExternalLoad::default()
@@ -62,7 +80,8 @@ pub trait Forcing: Sync {
 
     /// Velocity of the surface of a body relative to its rigid motion, at the point `x` on it.
     ///
-    /// `body` counts bodies with a surface; `x` is relative to the centre, in the laboratory axes.
+    /// `body` counts bodies with a surface; `x` is relative to the centre. Both vectors are in the
+    /// axes of the body, which turn with it.
     fn slip(&self, _time: f64, _body: usize, _x: &Vector3<f64>) -> Vector3<f64> {
         Vector3::zeros()
     }
@@ -80,17 +99,21 @@ pub trait Forcing: Sync {
 
 impl Forcing for () {}
 
-/// The slip of a forcing at one time, around bodies at these centres.
+/// The slip of a forcing at one time, on bodies with these poses.
 pub(crate) struct SlipAt<'a> {
     pub forcing: &'a dyn Forcing,
     pub time: f64,
-    pub centres: &'a [Vector3<f64>],
+    pub poses: &'a [Isometry3<f64>],
 }
 
 impl SurfaceFlow for SlipAt<'_> {
     fn slip(&self, body: usize, x: &Vector3<f64>) -> Vector3<f64> {
-        self.forcing
-            .slip(self.time, body, &(x - self.centres[body]))
+        let Isometry3 {
+            rotation,
+            translation,
+        } = &self.poses[body];
+        let own = rotation.inverse() * (x - translation.vector);
+        rotation * self.forcing.slip(self.time, body, &own)
     }
 
     fn background(&self, _: &Vector3<f64>) -> Vector3<f64> {

@@ -82,6 +82,18 @@ pub enum InertiaError {
         /// Largest component of its angular velocity.
         spin: f64,
     },
+    /// A mesh that the caller's [`Meshes`](crate::Meshes) cannot supply.
+    #[error(transparent)]
+    Supplier(Box<dyn std::error::Error + Send + Sync>),
+    /// A mesh that cannot follow the bodies, of a supplier without new ones.
+    #[error(
+        "at time {time} the mesh cannot follow the bodies any further, and there is no new one; \
+         supply new meshes, or end before"
+    )]
+    NoMesh {
+        /// The time.
+        time: f64,
+    },
     /// A point of a new mesh outside the old one.
     #[error(
         "the point ({:.6}, {:.6}, {:.6}) of the new mesh is outside the old one; both must fill \

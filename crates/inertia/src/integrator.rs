@@ -4,30 +4,14 @@ use fem::TaylorHood;
 use linalg::WarmStart;
 use mesh::TetMesh;
 use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
-use rigid::{BodyKind, Drive, ExternalLoad, FlowSolution, State, StateVelocity};
-use stokes::{InertialTerms, SolverReport};
+use rigid::{BodyKind, Drive, State, StateVelocity};
+use stokes::{InertialTerms, Solution};
 
 use crate::bodies::SlipAt;
-use crate::projection::{ProjectionJump, project, square_integral};
+use crate::projection::{ProjectionJump, square_integral};
+use crate::step::{Level, Step, StepReport};
 use crate::time_derivative::{TimeDerivative, extrapolation};
 use crate::{Bodies, Convection, Forcing, InertiaError, Meshes, Parameters};
-
-/// What is known at one time.
-#[derive(Clone, Debug)]
-struct Level {
-    time: f64,
-    /// Positions of the nodes, and velocities of the fluid there.
-    points: Vec<Vector3<f64>>,
-    velocity: Vec<Vector3<f64>>,
-    state: State,
-    rate: StateVelocity,
-    /// The step that led to the state.
-    increment: Option<StateVelocity>,
-    shape: Vec<f64>,
-    generalised: Vec<f64>,
-    /// Momentum and angular momentum of each body.
-    momenta: Vec<Vector6<f64>>,
-}
 
 /// What earlier levels contribute to the rates of momentum of a step.
 struct Known {
@@ -35,36 +19,6 @@ struct Known {
     force: Vec<Vector3<f64>>,
     /// Those of the bodies.
     momenta: Vec<Vector6<f64>>,
-}
-
-/// A step, before it is accepted.
-pub struct Step {
-    /// Time at its end.
-    pub time: f64,
-    /// Its length.
-    pub length: f64,
-    /// Flow, velocities and forces at its end; forces include the inertia of the fluid.
-    pub flow: FlowSolution,
-    /// Poses of all bodies at its end.
-    pub poses: Vec<Isometry3<f64>>,
-    /// Estimated error of the velocities in this step, relative to the largest velocities so far:
-    /// of the fluid in L2 and of the bodies; infinite if there are too few levels for an estimate.
-    pub error: f64,
-    /// Solves of the last mesh, and how the last one was solved.
-    pub solves: usize,
-    /// Solver of the last solve.
-    pub solver: SolverReport,
-    /// Difference of the positions from those of the mesh, in body sizes.
-    pub mesh_error: f64,
-    mesh: TetMesh,
-    level: Level,
-}
-
-impl Step {
-    /// The mesh on which the step was solved.
-    pub fn mesh(&self) -> &TetMesh {
-        &self.mesh
-    }
 }
 
 /// Integrates the motion of bodies in a fluid with inertia, by BDF2 with variable steps.
@@ -80,17 +34,17 @@ impl Step {
 /// The convecting velocity is extrapolated, so that a step is linear and its matrix is one scalar
 /// matrix for the three components.
 pub struct Integrator<'a> {
-    bodies: Bodies<'a>,
-    forcing: &'a dyn Forcing,
-    meshes: Box<dyn Meshes + 'a>,
-    parameters: Parameters,
+    pub(crate) bodies: Bodies<'a>,
+    pub(crate) forcing: &'a dyn Forcing,
+    pub(crate) meshes: Box<dyn Meshes + 'a>,
+    pub(crate) parameters: Parameters,
     /// The newest first, three at most.
-    levels: Vec<Level>,
-    mesh: TetMesh,
-    space: TaylorHood,
-    warm: WarmStart,
+    pub(crate) levels: Vec<Level>,
+    pub(crate) mesh: TetMesh,
+    pub(crate) space: TaylorHood,
+    pub(crate) warm: WarmStart,
     largest: [f64; 2],
-    jump: Option<ProjectionJump>,
+    pub(crate) jump: Option<ProjectionJump>,
 }
 
 /// Levels that BDF2 and its error estimate need.
@@ -140,6 +94,7 @@ impl<'a> Integrator<'a> {
         let (state, shape) = (set.initial_state(), forcing.shape(time));
         let poses = set.place(&state, &shape)?;
         let mesh = meshes.mesh(time, &bodies.surfaced(&poses))?;
+        let mesh = mesh.ok_or(InertiaError::NoMesh { time })?;
         let layout = vec![0.0; set.velocity_layout().len()];
         let level = Level {
             time,
@@ -198,6 +153,43 @@ impl<'a> Integrator<'a> {
         level.generalised = generalised.to_vec();
         level.momenta = momenta;
         Ok(())
+    }
+
+    /// Replaces the velocity at the present time by that without inertia of fluid and bodies, Stokes
+    /// flow with these rates of the joints. Earlier levels are forgotten.
+    ///
+    /// # Errors
+    /// Rates of another number of joints; those of assembly and linear solve.
+    pub fn start_from_stokes(&mut self, rates: &[f64]) -> Result<Solution, InertiaError> {
+        let (time, poses) = (self.time(), self.poses()?);
+        let set = self.bodies.set;
+        let level = &self.levels[0];
+        let joints = set.constraints(&level.state, &level.shape, rates)?;
+        let drive = Drive {
+            set,
+            constraints: &self.forcing.constraints(time, joints)?,
+            loads: &self.forcing.loads(time, &poses),
+        };
+        let wall_velocity = self.wall_velocity(&self.mesh, time);
+        let terms = InertialTerms {
+            wall_velocity: wall_velocity.as_deref(),
+            ..InertialTerms::default()
+        };
+        let mut warm = WarmStart::new(0);
+        let solved = self.solve_terms((&self.mesh, &poses), time, &drive, &terms, &mut warm)?;
+        let flow = &solved.flow;
+        self.set_flow(flow.velocity.clone(), flow.generalised.as_slice())?;
+        Ok(solved)
+    }
+
+    /// Kinetic energy of the fluid at the present time, `ρ/2 ∫ |u|²`, symmetry planes not
+    /// multiplied.
+    ///
+    /// # Errors
+    /// A velocity that is not finite.
+    pub fn kinetic_energy(&self) -> Result<f64, InertiaError> {
+        let square = square_integral(&self.mesh, &self.levels[0].velocity)?;
+        Ok(0.5 * self.parameters.density * square)
     }
 
     /// Forgets all levels but the present one: for corners of a motion, after which derivatives
@@ -337,15 +329,17 @@ impl<'a> Integrator<'a> {
                 range: "positive",
             });
         }
-        match self.step_on_meshes(length) {
-            Err(InertiaError::Ale(_) | InertiaError::Mesh(_)) if self.renew_mesh()? => {
-                self.step_on_meshes(length)
-            }
-            result => result,
+        match self.step_on_meshes(length)? {
+            Some(step) => return Ok(step),
+            None if self.renew_mesh()? => {}
+            None => return Err(InertiaError::NoMesh { time: self.time() }),
         }
+        let step = self.step_on_meshes(length)?;
+        step.ok_or(InertiaError::NoMesh { time: self.time() })
     }
 
-    fn step_on_meshes(&mut self, length: f64) -> Result<Step, InertiaError> {
+    /// A step on the present mesh; none if it cannot follow the bodies.
+    fn step_on_meshes(&mut self, length: f64) -> Result<Option<Step>, InertiaError> {
         let formula = TimeDerivative::new(length, &self.steps_before());
         let (set, forcing) = (self.bodies.set, self.forcing);
         let time = self.time() + length;
@@ -376,9 +370,11 @@ impl<'a> Integrator<'a> {
             // frozen joints still have rates, but their values do not count
             let placed = if frozen { &present } else { &shape };
             let poses = set.place(&state, placed)?;
-            let mesh = self.mesh_at(time, &poses)?;
+            let Some(mesh) = self.mesh_at(time, &poses)? else {
+                return Ok(None);
+            };
             let masses = self.mass_matrices(&poses);
-            let (flow, solver) = self.solve(
+            let solved = self.solve(
                 (&mesh, &poses),
                 &formula,
                 (&state, placed, &rates),
@@ -388,6 +384,7 @@ impl<'a> Integrator<'a> {
                 time,
             )?;
             solves += 1;
+            let flow = &solved.flow;
             let (next, increment) = self.advanced(&formula, &flow.state)?;
             let next_poses = set.place(&next, placed)?;
             let mesh_error = self.distance(&mesh, &poses, &next_poses)?;
@@ -408,15 +405,15 @@ impl<'a> Integrator<'a> {
                 generalised: flow.generalised.as_slice().to_vec(),
                 momenta,
             };
-            let error = self.error(&mesh, &level, &formula)?;
+            let [error, velocity_error] = self.errors(&mesh, &level, &formula)?;
             let step = Step {
                 time,
                 length,
-                flow,
                 poses: next_poses,
                 error,
+                velocity_error,
                 solves,
-                solver,
+                solved,
                 mesh_error,
                 mesh,
                 level,
@@ -424,14 +421,20 @@ impl<'a> Integrator<'a> {
             break (step, warm);
         };
         self.warm = warm;
-        Ok(step)
+        Ok(Some(step))
     }
 
     /// The mesh around bodies with these poses, with the connectivity of the present one.
-    fn mesh_at(&mut self, time: f64, poses: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError> {
-        let mesh = self.meshes.mesh(time, &self.bodies.surfaced(poses))?;
+    fn mesh_at(
+        &mut self,
+        time: f64,
+        poses: &[Isometry3<f64>],
+    ) -> Result<Option<TetMesh>, InertiaError> {
+        let Some(mesh) = self.meshes.mesh(time, &self.bodies.surfaced(poses))? else {
+            return Ok(None);
+        };
         match mesh.n_points() == self.mesh.n_points() {
-            true => Ok(mesh),
+            true => Ok(Some(mesh)),
             false => Err(InertiaError::Length {
                 what: "nodes of a mesh that moves without being renewed",
                 expected: self.mesh.n_points(),
@@ -450,21 +453,20 @@ impl<'a> Integrator<'a> {
         masses: &[Matrix6<f64>],
         warm: &mut WarmStart,
         time: f64,
-    ) -> Result<(FlowSolution, SolverReport), InertiaError> {
+    ) -> Result<Solution, InertiaError> {
         let (set, forcing) = (self.bodies.set, self.forcing);
-        let mut constraints = set.constraints(state, shape, rates)?;
+        let joints = set.constraints(state, shape, rates)?;
+        let mut constraints = forcing.constraints(time, joints)?;
         let massive = (masses.iter().zip(set.kinds()).enumerate())
             .filter(|(_, (mass, kind))| **kind == BodyKind::Rigid && mass.amax() > 0.0);
         constraints.body_damping = massive
             .map(|(body, (mass, _))| (body, formula.newest() * mass))
             .collect();
-        let load = |(body, pose): (usize, &Isometry3<f64>)| {
-            let mut load = forcing.load(time, body, pose);
-            load.force -= known.momenta[body].fixed_rows::<3>(0);
-            load.torque -= known.momenta[body].fixed_rows::<3>(3);
-            load
-        };
-        let loads: Vec<ExternalLoad> = poses.iter().enumerate().map(load).collect();
+        let mut loads = forcing.loads(time, poses);
+        for (load, momentum) in loads.iter_mut().zip(&known.momenta) {
+            load.force -= momentum.fixed_rows::<3>(0);
+            load.torque -= momentum.fixed_rows::<3>(3);
+        }
         let drive = Drive {
             set,
             constraints: &constraints,
@@ -480,12 +482,7 @@ impl<'a> Integrator<'a> {
                 .map(|(u, w)| u - w)
                 .collect::<Vec<_>>()
         });
-        let wall_velocity = forcing.has_moving_walls().then(|| {
-            let points = mesh.points().iter();
-            points
-                .map(|x| forcing.wall_velocity(time, x))
-                .collect::<Vec<_>>()
-        });
+        let wall_velocity = self.wall_velocity(mesh, time);
         let terms = InertialTerms {
             density: self.parameters.density,
             coefficient: self.parameters.density * formula.newest(),
@@ -494,24 +491,38 @@ impl<'a> Integrator<'a> {
             wall_velocity: wall_velocity.as_deref(),
             ..InertialTerms::default()
         };
-        let centres: Vec<Vector3<f64>> = self
-            .bodies
-            .surfaced(poses)
-            .iter()
-            .map(|p| p.translation.vector)
-            .collect();
+        self.solve_terms((mesh, poses), time, &drive, &terms, warm)
+    }
+
+    /// Solves the equations with these terms of inertia, with the slip of a time.
+    fn solve_terms(
+        &self,
+        (mesh, poses): (&TetMesh, &[Isometry3<f64>]),
+        time: f64,
+        drive: &Drive,
+        terms: &InertialTerms,
+        warm: &mut WarmStart,
+    ) -> Result<Solution, InertiaError> {
+        let forcing = self.forcing;
+        let surfaced = self.bodies.surfaced(poses);
+        let centres: Vec<Vector3<f64>> = surfaced.iter().map(|p| p.translation.vector).collect();
         let slip = SlipAt {
             forcing,
             time,
-            centres: &centres,
+            poses: &surfaced,
         };
         let mut problem = self.bodies.problem(mesh, &self.space, &centres)?;
         if forcing.has_slip() {
             problem = problem.with_surface_flow(&slip);
         }
         let options = &self.parameters.options;
-        let system = problem.assemble_inertial(&drive, options.formulation, &terms)?;
-        Ok(system.solve(mesh, &drive, options, warm)?)
+        Ok(problem.solve_inertial(drive, options, terms, warm)?)
+    }
+
+    /// Velocities of moving walls, one per node.
+    fn wall_velocity(&self, mesh: &TetMesh, time: f64) -> Option<Vec<Vector3<f64>>> {
+        let velocity = |x| self.forcing.wall_velocity(time, x);
+        (self.forcing.has_moving_walls()).then(|| mesh.points().iter().map(velocity).collect())
     }
 
     /// Largest displacement of a body between two placements, and rotation, in body sizes.
@@ -533,15 +544,15 @@ impl<'a> Integrator<'a> {
         Ok(largest)
     }
 
-    /// Estimated relative error of the velocities of a new level.
-    fn error(
+    /// Estimated errors of the velocities of a new level: relative, and of the surfaces.
+    fn errors(
         &self,
         mesh: &TetMesh,
         level: &Level,
         formula: &TimeDerivative,
-    ) -> Result<f64, InertiaError> {
+    ) -> Result<[f64; 2], InertiaError> {
         if formula.error_factor == 0.0 {
-            return Ok(f64::INFINITY);
+            return Ok([f64::INFINITY; 2]);
         }
         let predicted = self.extrapolated(formula.step, LEVELS);
         let difference: Vec<Vector3<f64>> = level
@@ -575,7 +586,8 @@ impl<'a> Integrator<'a> {
                 let scale = s.max(largest);
                 if e > 0.0 { e / scale } else { 0.0 }
             });
-        Ok(formula.error_factor * relative.fold(0.0, f64::max))
+        let relative = relative.fold(0.0, f64::max);
+        Ok([relative, errors[1]].map(|error| formula.error_factor * error))
     }
 
     /// Accepts a step.
@@ -666,147 +678,5 @@ impl<'a> Integrator<'a> {
             }
         }
         Ok(())
-    }
-
-    /// Velocities of a level at the nodes of bodies and walls of another mesh; zero at other nodes.
-    fn boundary_velocity(
-        &self,
-        mesh: &TetMesh,
-        poses: &[Isometry3<f64>],
-        level: &Level,
-    ) -> Result<Vec<Vector3<f64>>, InertiaError> {
-        let mut velocity = vec![Vector3::zeros(); mesh.n_points()];
-        if self.forcing.has_moving_walls() {
-            for part in &self.bodies.walls {
-                for node in mesh.nodes_on(mesh.tag(part)?) {
-                    let x = &mesh.points()[node as usize];
-                    velocity[node as usize] = self.forcing.wall_velocity(level.time, x);
-                }
-            }
-        }
-        let (set, layout) = (self.bodies.set, self.bodies.set.velocity_layout());
-        let rigid = (set.kinds().iter().enumerate())
-            .filter(|(_, kind)| **kind == BodyKind::Rigid)
-            .map(|(body, _)| body);
-        for (surface, (part, body)) in self.bodies.surfaces.iter().zip(rigid).enumerate() {
-            let Some(first) = layout.body(body) else {
-                continue;
-            };
-            let generalised = &level.generalised;
-            let linear = Vector3::from_column_slice(&generalised[first..first + 3]);
-            let angular = Vector3::from_column_slice(&generalised[first + 3..first + 6]);
-            for node in mesh.nodes_on(mesh.tag(part)?) {
-                let arm = mesh.points()[node as usize] - poses[body].translation.vector;
-                let slip = match self.forcing.has_slip() {
-                    true => self.forcing.slip(level.time, surface, &arm),
-                    false => Vector3::zeros(),
-                };
-                velocity[node as usize] = linear + angular.cross(&arm) + slip;
-            }
-        }
-        for (node, axes) in mesh.nodes_on_symmetry_planes() {
-            for axis in (0..3).filter(|&axis| axes[axis]) {
-                velocity[node as usize][axis] = 0.0;
-            }
-        }
-        Ok(velocity)
-    }
-
-    /// Replaces the mesh by a new one at the present time; `false` if there is none.
-    ///
-    /// The velocities of all levels are projected onto it, divergence-free and with the motions of
-    /// the bodies; earlier positions of its nodes are those of the old mesh there.
-    ///
-    /// # Errors
-    /// A mesh of another domain, those of the projection.
-    pub fn renew_mesh(&mut self) -> Result<bool, InertiaError> {
-        let poses = self.poses()?;
-        let Some(new) = self
-            .meshes
-            .renew(self.time(), &self.bodies.surfaced(&poses))?
-        else {
-            return Ok(false);
-        };
-        let space = TaylorHood::new(&new)?;
-        let old = self.mesh.clone();
-        let parts = self.bodies.surfaces.iter().chain(&self.bodies.walls);
-        let boundary_parts: Vec<&str> = parts.map(String::as_str).collect();
-        let mut levels = self.levels.clone();
-        let mut jumps = Vec::new();
-        for level in &mut levels {
-            let displaced: Vec<Vector3<f64>> = level
-                .points
-                .iter()
-                .zip(old.points())
-                .map(|(x, now)| x - now)
-                .collect();
-            let at_nodes = |field: &[Vector3<f64>]| at_points(&old, field, new.points());
-            let boundary = self.boundary_velocity(&new, &poses, level)?;
-            let options = &self.parameters.options;
-            let (velocity, jump) = project(
-                (&old, &level.velocity),
-                &new,
-                &space,
-                &boundary_parts,
-                &boundary,
-                options.rtol,
-            )?;
-            let displaced = at_nodes(&displaced)?;
-            level.points = new
-                .points()
-                .iter()
-                .zip(displaced)
-                .map(|(x, d)| x + d)
-                .collect();
-            level.velocity = velocity;
-            jumps.push(jump);
-        }
-        self.levels = levels;
-        self.jump = jumps.first().copied();
-        self.mesh = new;
-        self.space = space;
-        self.warm.clear();
-        Ok(true)
-    }
-}
-
-/// Values of a field at points, those slightly outside by the nearest cell.
-fn at_points(
-    mesh: &TetMesh,
-    field: &[Vector3<f64>],
-    points: &[Vector3<f64>],
-) -> Result<Vec<Vector3<f64>>, InertiaError> {
-    let values = fem::evaluate(mesh, field, points)?;
-    Ok(values.into_iter().map(|(value, _)| value).collect())
-}
-
-/// Numbers of an accepted step.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct StepReport {
-    /// Time at its end.
-    pub time: f64,
-    /// `(U, ω)` of each body with a surface.
-    pub bodies: Vec<f64>,
-    /// `(F, T)` that each of them exerts on the fluid.
-    pub forces: Vec<f64>,
-    /// Estimated relative error of the velocities.
-    pub error: f64,
-    /// Number of solves.
-    pub solves: usize,
-    /// Iterations of the last one.
-    pub iterations: usize,
-}
-
-impl StepReport {
-    fn new(step: &Step) -> Self {
-        Self {
-            time: step.time,
-            bodies: step.flow.bodies.as_slice().to_vec(),
-            forces: step.flow.forces.as_slice().to_vec(),
-            error: step.error,
-            solves: step.solves,
-            iterations: step.solver.iterations,
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! The meshes of a moving configuration.
 
-use ale::ReferenceMap;
+use ale::{AleError, ReferenceMap};
 use mesh::TetMesh;
 use nalgebra::Isometry3;
 
@@ -15,10 +15,16 @@ pub trait Meshes {
     ///
     /// The time matters where walls move. A step may ask for several meshes, and be rejected.
     ///
+    /// None if the mesh cannot follow the bodies there: the integrator then calls
+    /// [`renew`](Meshes::renew) and tries once more.
+    ///
     /// # Errors
-    /// [`InertiaError::Ale`] or [`InertiaError::Mesh`] for a mesh that would be invalid: the
-    /// integrator then calls [`renew`](Meshes::renew) and tries once more.
-    fn mesh(&mut self, time: f64, poses: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError>;
+    /// A mesh that cannot be moved for another reason.
+    fn mesh(
+        &mut self,
+        time: f64,
+        poses: &[Isometry3<f64>],
+    ) -> Result<Option<TetMesh>, InertiaError>;
 
     /// A new mesh at a time, of any connectivity, around bodies with these poses.
     ///
@@ -53,14 +59,18 @@ impl MappedMesh {
 }
 
 impl Meshes for MappedMesh {
-    fn mesh(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError> {
+    fn mesh(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
         let motion = |(initial, pose): (&Isometry3<f64>, &Isometry3<f64>)| {
             let translation = pose.translation.vector - initial.translation.vector;
             let rotation = pose.rotation * initial.rotation.inverse();
             Isometry3::from_parts(translation.into(), rotation)
         };
         let motions: Vec<_> = self.initial.iter().zip(poses).map(motion).collect();
-        Ok(self.map.moved(&motions)?)
+        match self.map.moved(&motions) {
+            Ok(mesh) => Ok(Some(mesh)),
+            Err(AleError::Invalid(_)) => Ok(None),
+            Err(other) => Err(other.into()),
+        }
     }
 }
 
@@ -71,8 +81,8 @@ impl Meshes for MappedMesh {
 pub struct FrozenMesh(pub TetMesh);
 
 impl Meshes for FrozenMesh {
-    fn mesh(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError> {
-        Ok(self.0.clone())
+    fn mesh(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
+        Ok(Some(self.0.clone()))
     }
 
     fn is_frozen(&self) -> bool {

@@ -8,6 +8,9 @@ use stokes::{Options, Problem};
 
 use crate::{BodyMass, InertiaError};
 
+/// Distance of a centre from a symmetry plane, in sizes of a body, that is rounding of many steps.
+const PLANE_ROUNDING: f64 = 1e-9;
+
 /// Terms of the momentum equation of the fluid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Convection {
@@ -96,7 +99,15 @@ impl Bodies<'_> {
         centres: &[Vector3<f64>],
     ) -> Result<Problem<'m>, InertiaError> {
         let parts = self.surfaces.iter().map(String::as_str);
-        let bodies: Vec<(&str, Vector3<f64>)> = parts.zip(centres.iter().copied()).collect();
+        let planes = mesh.symmetry_planes();
+        let on_planes = |centre: &Vector3<f64>| {
+            let snapped = |axis: usize| match planes[axis] && centre[axis].abs() <= PLANE_ROUNDING {
+                true => 0.0,
+                false => centre[axis],
+            };
+            Vector3::from_fn(|axis, _| snapped(axis))
+        };
+        let bodies: Vec<(&str, Vector3<f64>)> = parts.zip(centres.iter().map(on_planes)).collect();
         let walls: Vec<&str> = self.walls.iter().map(String::as_str).collect();
         Ok(Problem::new(mesh, &bodies, &walls)?.with_space(space))
     }

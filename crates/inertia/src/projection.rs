@@ -101,8 +101,7 @@ pub(crate) fn project(
     };
     let options = Options::default().with_rtol(rtol);
     let problem = Problem::new(new, &[], walls)?.with_space(space);
-    let system = problem.assemble_inertial(&drive, options.formulation, &terms)?;
-    let (flow, _) = system.solve(new, &drive, &options, &mut WarmStart::new(0))?;
+    let flow = (problem.solve_inertial(&drive, &options, &terms, &mut WarmStart::new(0))?).flow;
     let [momentum_old, momentum_new] = [
         fem::integrate(old, 2, |point| point.value(velocity))?,
         fem::integrate(new, 2, |point| point.value(&flow.velocity))?,

@@ -187,8 +187,7 @@ impl SteadyFlow<'_> {
             wall_velocity: self.wall_velocity,
             ..InertialTerms::default()
         };
-        let system = problem.assemble_inertial(drive, options.formulation, &terms)?;
-        Ok(system.solve(self.mesh, drive, options, warm)?.0)
+        Ok(problem.solve_inertial(drive, options, &terms, warm)?.flow)
     }
 
     /// Velocity relative to the mesh.

@@ -24,7 +24,7 @@ pub use accumulated_error::AccumulatedError;
 pub use axisymmetric_model::AxisymmetricModel;
 pub use discretisation_error::{DiscretisationError, Uncertainty};
 pub use error::ModelError;
-pub use fem_model::FemModel;
+pub use fem_model::{FemModel, MovingMeshes, MovingScene};
 pub use flow_field::{FlowField, PointFlow, SolutionFlow};
 pub use hydrodynamics::{
     Capabilities, ErrorEstimates, Flows, History, Hydrodynamics, PredictedCost, Resistances,

@@ -2,7 +2,8 @@
 
 use nalgebra::{DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3};
 use rigid::{
-    Arms, Articulation, BodyKind, Constraints, ExternalLoad, JointLoad, State, StateVelocity, Twist,
+    Arms, Articulation, BodyKind, Constraints, ExternalLoad, JointLoad, RigidError, State,
+    StateVelocity, Twist,
 };
 
 use crate::error::ModelError;
@@ -187,8 +188,21 @@ impl ScaledScene {
     ) -> Result<Constraints, ModelError> {
         let state = self.state(configuration);
         let [lengths, rates] = [configuration.shape, rates].map(|list| self.values(list));
-        let mut constraints = self.set.constraints(&state, &lengths, &rates)?;
-        if let Some(forces) = self.scene.joint_forces(configuration.time) {
+        let joints = self.set.constraints(&state, &lengths, &rates)?;
+        Ok(self.with_drives(configuration.time, joints)?)
+    }
+
+    /// Constraints of the joints with the given velocities of bodies and the forces on joints at a
+    /// time.
+    ///
+    /// # Errors
+    /// Those of [`Constraints::with_held_velocity`].
+    pub fn with_drives(
+        &self,
+        time: f64,
+        mut constraints: Constraints,
+    ) -> Result<Constraints, RigidError> {
+        if let Some(forces) = self.scene.joint_forces(time) {
             let sums = constraints.joint_forces.iter_mut();
             let joints = self.set.passive_joints().zip(forces);
             for (sum, (joint, force)) in sums.zip(joints) {
@@ -226,20 +240,7 @@ impl ScaledScene {
     ) -> Result<Vec<ExternalLoad>, ModelError> {
         let mut loads = match &self.constant_loads {
             Some(loads) => loads.clone(),
-            None => {
-                let to_laboratory = self.to_frame.inverse();
-                let in_scene = |mut pose: Isometry3<f64>| {
-                    let position = &mut pose.translation.vector;
-                    *position = position.map(|x| self.scale.length_to_scene(x));
-                    to_laboratory * pose
-                };
-                let poses: Vec<_> = self
-                    .poses(configuration)?
-                    .into_iter()
-                    .map(in_scene)
-                    .collect();
-                self.scaled_loads(configuration.time, &poses)
-            }
+            None => self.loads_at(configuration.time, &self.poses(configuration)?),
         };
         for (load, inertia) in loads.iter_mut().zip(inertia.into_iter().flatten()) {
             let own = self.scale.load(inertia.load.force, inertia.load.torque);
@@ -247,6 +248,18 @@ impl ScaledScene {
             load.torque += own.torque;
         }
         Ok(loads)
+    }
+
+    /// External loads at a time on bodies with these scaled poses.
+    pub fn loads_at(&self, time: f64, poses: &[Isometry3<f64>]) -> Vec<ExternalLoad> {
+        let to_laboratory = self.to_frame.inverse();
+        let in_scene = |pose: &Isometry3<f64>| {
+            let mut pose = *pose;
+            let position = &mut pose.translation.vector;
+            *position = position.map(|x| self.scale.length_to_scene(x));
+            to_laboratory * pose
+        };
+        self.scaled_loads(time, &poses.iter().map(in_scene).collect::<Vec<_>>())
     }
 
     /// Motion and loads in the units of the scene.
@@ -322,7 +335,7 @@ impl ScaledScene {
     }
 
     /// Scaled values, or rates, of all joints.
-    fn values(&self, list: &[f64]) -> Vec<f64> {
+    pub fn values(&self, list: &[f64]) -> Vec<f64> {
         let joints = self.set.joints().iter().zip(list);
         joints
             .map(|(joint, &value)| self.scale.value(joint, value))

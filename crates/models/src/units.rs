@@ -103,6 +103,24 @@ impl Scale {
         }
     }
 
+    /// State of the scene of a scaled state, with its passive joints.
+    pub fn state_to_scene<'l>(
+        &self,
+        state: &State,
+        passive: impl Iterator<Item = &'l Joint>,
+    ) -> State {
+        let in_scene = |frame: &Isometry3<f64>| {
+            let position = self.length_to_scene(frame.translation.vector);
+            Isometry3::from_parts(position.into(), frame.rotation)
+        };
+        let joints = state.joints.iter().zip(passive);
+        State {
+            frames: state.frames.iter().map(in_scene).collect(),
+            attitudes: state.attitudes.clone(),
+            joints: (joints.map(|(value, joint)| value * self.value_unit(joint))).collect(),
+        }
+    }
+
     /// Scaled joint of a joint of the scene: its kind, and what drives it.
     ///
     /// Forces of joints that turn are torques, and their values angles.
@@ -199,6 +217,11 @@ impl Scale {
         Matrix6::from_fn(|i, j| {
             resistance[(i, j)] / (self.viscosity * self.length * unit(i) * unit(j))
         })
+    }
+
+    /// Scaled density of one of the scene, `ρ L² / μ`.
+    pub fn density(&self, density: f64) -> f64 {
+        density * self.length * self.length / self.viscosity
     }
 
     /// Pressure in the scene of a scaled pressure.

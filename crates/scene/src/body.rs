@@ -112,6 +112,14 @@ impl Body {
         Some((self.mass, inertia))
     }
 
+    /// The same for bodies in a fluid with inertia, where a density has mass too.
+    pub fn mass_matrix_by_density(&self) -> Option<(f64, Matrix3<f64>)> {
+        self.mass_matrix().or_else(|| {
+            let mass = self.density? * self.shape.volume();
+            Some((mass, mass * self.shape.inertia_per_mass()?))
+        })
+    }
+
     /// Kind of body in the articulation: rigid, or a point without rotation.
     pub fn kind(&self) -> BodyKind {
         match self.shape.has_surface() {

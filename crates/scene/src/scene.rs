@@ -17,6 +17,26 @@ use crate::read::limits::by_joint;
 use crate::shape::Shape;
 use crate::shape_path::JointForce;
 use crate::surface_shape::SourceFile;
+use crate::words::{InertiaKind, StartKind};
+
+/// Inertia of the fluid and of the bodies in it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct FluidInertia {
+    /// Terms of the momentum equation.
+    pub kind: InertiaKind,
+    /// Flow at the start.
+    pub start: StartKind,
+    /// Length of all steps; `None` if their errors choose them.
+    pub time_step: Option<f64>,
+}
+
+impl FluidInertia {
+    /// Whether the fluid has inertia.
+    pub fn is_kept(&self) -> bool {
+        self.kind != InertiaKind::None
+    }
+}
 
 /// A scene that passed all checks: fluid, domain, bodies, joints, gait and options.
 ///
@@ -44,8 +64,9 @@ use crate::surface_shape::SourceFile;
 pub struct Scene {
     pub(crate) name: String,
     pub(crate) viscosity: f64,
-    /// Density of the fluid, for the buoyancy.
+    /// Density of the fluid, for the buoyancy and the inertia.
     pub(crate) density: f64,
+    pub(crate) inertia: FluidInertia,
     pub(crate) gravity: Vector3<f64>,
     pub(crate) background: Option<Background>,
     pub(crate) domain: Domain,
@@ -79,6 +100,16 @@ impl Scene {
     /// Dynamic viscosity.
     pub fn viscosity(&self) -> f64 {
         self.viscosity
+    }
+
+    /// Density of the fluid; zero by default.
+    pub fn fluid_density(&self) -> f64 {
+        self.density
+    }
+
+    /// Inertia of the fluid.
+    pub fn inertia(&self) -> &FluidInertia {
+        &self.inertia
     }
 
     /// Acceleration of gravity; zero by default.
@@ -421,6 +452,11 @@ impl Scene {
     pub fn differing_key(&self, other: &Self) -> Option<String> {
         let of_scene = [
             ("fluid.viscosity", self.viscosity == other.viscosity),
+            ("fluid.inertia", self.inertia == other.inertia),
+            (
+                "fluid.density",
+                !self.inertia.is_kept() || self.density == other.density,
+            ),
             ("background", self.background == other.background),
             ("field", self.field == other.field),
             ("contact", self.repulsion == other.repulsion),

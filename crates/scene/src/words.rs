@@ -97,6 +97,24 @@ words! {
         Mesh,
     }
 
+    /// Inertia of the fluid, and of the bodies that have a density.
+    pub enum InertiaKind = None {
+        /// Stokes flow: the fluid has no inertia.
+        None,
+        /// Unsteady Stokes flow: with the rate of change of the velocity, without convection.
+        Unsteady,
+        /// The Navier-Stokes equations.
+        Full,
+    }
+
+    /// Flow at the start of a run with inertia.
+    pub enum StartKind = Rest {
+        /// Fluid and bodies are at rest, and the motion begins with a jump.
+        Rest,
+        /// Stokes flow of the motion that begins.
+        Stokes,
+    }
+
     /// Kind of background flow.
     pub enum BackgroundKind {
         /// The same velocity everywhere.

@@ -70,6 +70,9 @@ fn scene_file(scene: &Scene) -> SceneFile {
         fluid: FluidFile {
             viscosity: scene.viscosity,
             density: Some(scene.density).filter(|density| *density > 0.0),
+            inertia: scene.inertia.kind,
+            start: scene.inertia.start,
+            time_step: scene.inertia.time_step,
         },
         gravity: scene.gravity.into(),
         background: scene.background.as_ref().map(background_file),

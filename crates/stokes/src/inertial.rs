@@ -1,6 +1,8 @@
 //! The problem of one step in time, or of a steady flow: Stokes flow with terms of inertia.
 
-use linalg::WarmStart;
+use std::time::Instant;
+
+use linalg::{SolveReport, WarmStart};
 use mesh::TetMesh;
 use nalgebra::Vector3;
 use rigid::{Constrained, Drive, FlowSolution, Formulation};
@@ -10,7 +12,8 @@ use crate::inertial_terms::InertialTerms;
 use crate::linear::solve_system;
 use crate::options::Options;
 use crate::problem::Problem;
-use crate::solution::SolverReport;
+use crate::solution::{Dofs, Seconds, Solution, SolverReport};
+use crate::surface_flow::NodalSurfaceFlow;
 
 /// The assembled system of a problem with inertia; see [`Problem::assemble_inertial`].
 pub struct InertialSystem {
@@ -35,7 +38,7 @@ impl InertialSystem {
         drive: &Drive,
         options: &Options,
         warm: &mut WarmStart,
-    ) -> Result<(FlowSolution, SolverReport), StokesError> {
+    ) -> Result<(FlowSolution, SolveReport), StokesError> {
         let rhs = [self.system.rhs.as_slice()];
         let method = (options.solver, options.rtol);
         let mut solved = solve_system(&self.system, &rhs, method, warm, &mut None)?;
@@ -45,13 +48,47 @@ impl InertialSystem {
         let mut flow = (self.system).flow_with_forces(&solution, &self.forces, drive.set)?;
         let mean = fem::mean_pressure(mesh, &flow.pressure)?;
         flow.pressure.iter_mut().for_each(|p| *p -= mean);
-        let (name, residual) = (options.solver.name().to_owned(), report.true_rel_residual);
-        let report = SolverReport::new(options.formulation, name, report.iterations, residual);
         Ok((flow, report))
     }
 }
 
 impl Problem<'_> {
+    /// Solves for one drive with terms of inertia, from the solutions that `warm` has, which
+    /// remembers the new one.
+    ///
+    /// # Errors
+    /// Those of [`Problem::assemble_inertial`] and [`InertialSystem::solve`].
+    pub fn solve_inertial(
+        &self,
+        drive: &Drive,
+        options: &Options,
+        terms: &InertialTerms,
+        warm: &mut WarmStart,
+    ) -> Result<Solution, StokesError> {
+        let clock = Instant::now();
+        let system = self.assemble_inertial(drive, options.formulation, terms)?;
+        let assembly = clock.elapsed().as_secs_f64();
+        let (flow, report) = system.solve(self.mesh(), drive, options, warm)?;
+        let total = clock.elapsed().as_secs_f64();
+        let surfaces = self.nodal_surface_flow()?;
+        let (name, residual) = (options.solver.name().to_owned(), report.true_rel_residual);
+        Ok(Solution {
+            slip_power: self.inertial_slip_power(&flow, surfaces.as_ref(), terms)?,
+            flow,
+            estimate: None,
+            checks: None,
+            dofs: Dofs::of(&system.system),
+            solver: SolverReport::new(options.formulation, name, report.iterations, residual),
+            algebraic_error: report.error_estimate(),
+            seconds: Seconds {
+                assembly,
+                solve: total - assembly,
+                total,
+                ..Seconds::default()
+            },
+        })
+    }
+
     /// Assembles the system of one drive with terms of inertia.
     ///
     /// The matrix is that of [`Problem::assemble`] with `κ M + ρ N(c)` added, in the same
@@ -77,5 +114,37 @@ impl Problem<'_> {
             *rhs += force;
         }
         Ok(InertialSystem { system, forces })
+    }
+
+    /// Power of the slip on the fluid, `∮ s · f dS` with the forces `f` of a flow with these terms.
+    ///
+    /// By the residual of the momentum equation with the slip as the test function, so that the
+    /// power of all surfaces is dissipation and rate of kinetic energy exactly.
+    ///
+    /// # Errors
+    /// A flow that is not finite.
+    fn inertial_slip_power(
+        &self,
+        flow: &FlowSolution,
+        surfaces: Option<&NodalSurfaceFlow>,
+        terms: &InertialTerms,
+    ) -> Result<f64, StokesError> {
+        let Some(nodal) = surfaces else {
+            return Ok(0.0);
+        };
+        let u = flow.velocity.as_slice();
+        // quadratic functions, and the gradient of one
+        let inertia = fem::integrate(self.mesh(), 5, |point| {
+            let mut rate = terms.coefficient * point.value(u);
+            if let Some(convecting) = terms.convecting {
+                rate += terms.density * point.gradient(u) * point.value(convecting);
+            }
+            if let Some(force) = terms.force {
+                rate -= point.value(force);
+            }
+            rate.dot(&point.value(nodal.slip.as_slice()))
+        })?;
+        let of_stress = self.slip_power(flow, surfaces)?;
+        Ok(of_stress + self.parts() * inertia)
     }
 }

@@ -1,6 +1,6 @@
 //! A solution with its error estimate, size, solver report and computing times.
 
-use rigid::{FlowSolution, Formulation};
+use rigid::{Constrained, FlowSolution, Formulation};
 use serde::{Deserialize, Serialize};
 
 use crate::checks::Checks;
@@ -52,6 +52,17 @@ pub struct Dofs {
     pub pressure: usize,
     /// Size of the system: velocities, pressures, bodies and multipliers.
     pub total: usize,
+}
+
+impl Dofs {
+    /// Those of an assembled system.
+    pub(crate) fn of(system: &Constrained) -> Self {
+        Self {
+            velocity: system.system.velocity_range().len(),
+            pressure: system.system.pressure_range().len(),
+            total: system.rhs.len(),
+        }
+    }
 }
 
 /// How the linear system of a solution was solved.

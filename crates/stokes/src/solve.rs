@@ -204,11 +204,7 @@ impl Problem<'_> {
                 estimate: surplus.map_or(0.0, |_| clock.elapsed().as_secs_f64()),
                 ..Seconds::default()
             },
-            dofs: Dofs {
-                velocity: system.system.velocity_range().len(),
-                pressure: system.system.pressure_range().len(),
-                total: system.rhs.len(),
-            },
+            dofs: Dofs::of(&system),
         };
         self.solutions_with(batch, surfaces)
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use inertia::InertiaError;
 use models::ModelError;
 use scene::SceneError;
 
@@ -26,6 +27,15 @@ pub enum SwimError {
     /// An integration method without steps.
     #[error("the integration method has zero steps per leg; it needs at least one")]
     NoSteps,
+    /// An integration with the inertia of the fluid without a fluid.
+    #[error(
+        "the method Unsteady needs the flow of a fluid with inertia; give it by \
+         Integrator::with_unsteady_scene, and set fluid.inertia in the scene"
+    )]
+    NoFlow,
+    /// A step in time of a fluid with inertia that cannot be taken.
+    #[error(transparent)]
+    Inertia(InertiaError),
     /// A file that cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
@@ -217,6 +227,7 @@ impl SwimError {
             Self::Collision { .. }
             | Self::Approach { .. }
             | Self::NotIntegrated { .. }
+            | Self::Inertia(_)
             | Self::Unstable { .. } => true,
             Self::Model(error) => !error.is_bad_input(),
             _ => false,
@@ -234,6 +245,7 @@ impl SwimError {
             | Self::NotPeriodic { .. }
             | Self::ToleranceMissed { .. }
             | Self::Unstable { .. }
+            | Self::Inertia(_)
             | Self::Files(_) => 3,
             // The code that shells report for a program ended by Ctrl-C.
             Self::Interrupted { .. } => 130,
@@ -246,6 +258,7 @@ impl SwimError {
             | Self::Checkpoint { .. }
             | Self::OtherScene { .. }
             | Self::NoSteps
+            | Self::NoFlow
             | Self::NotApplicable { .. } => 2,
         }
     }
@@ -254,5 +267,17 @@ impl SwimError {
 impl From<rigid::RigidError> for SwimError {
     fn from(error: rigid::RigidError) -> Self {
         Self::Model(error.into())
+    }
+}
+
+impl From<InertiaError> for SwimError {
+    fn from(error: InertiaError) -> Self {
+        match error {
+            InertiaError::Supplier(inner) => match inner.downcast::<ModelError>() {
+                Ok(error) => Self::Model(*error),
+                Err(other) => Self::Inertia(InertiaError::Supplier(other)),
+            },
+            other => Self::Inertia(other),
+        }
     }
 }

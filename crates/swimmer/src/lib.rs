@@ -4,6 +4,7 @@
 pub mod checkpoint;
 mod error;
 mod gauss;
+mod inertia_numbers;
 mod integrate;
 mod observer;
 mod outcome;
@@ -22,16 +23,17 @@ mod turning;
 pub use checkpoint::Checkpoint;
 pub use error::SwimError;
 pub use gauss::{Gauss, lagrange};
+pub use inertia_numbers::InertiaNumbers;
 pub use integrate::{
     Integrator, Method, ObserveSolution, PathPiece, SpanResult, SpanSolution,
-    TYPICAL_SOLVES_PER_SPAN,
+    TYPICAL_SOLVES_PER_SPAN, UnsteadyScene,
 };
 pub use models;
 pub use observer::{MissedTarget, Observer, Progress};
 pub use outcome::{Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions};
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
-pub use planning::{Choice, SizeSearch, choose, simulate_to_target, with_tables};
+pub use planning::{Choice, SizeSearch, choose, choose_for_run, simulate_to_target, with_tables};
 pub use run::{ModelOfScene, run, run_with, run_without_files};
 pub use run_files::RunFiles;
 pub use run_report::Report;

@@ -12,7 +12,7 @@ use crate::integrate::{Method, SpanSolution};
 use crate::observer::Progress;
 use crate::output::Folder;
 use crate::periodic::start_of_gait;
-use crate::planning::{Choice, SizeSearch, choose, with_tables};
+use crate::planning::{Choice, SizeSearch, choose_for_run, with_tables};
 use crate::run_files::{Files, Output, RunFiles};
 use crate::run_report::Report;
 use crate::simulate::continue_from;
@@ -79,9 +79,9 @@ pub fn run_with(
     run_to_target(scene, model, output, checkpoint, started, progress)
 }
 
-/// The model that [`choose`] chooses, with tables over shapes where they save solves.
+/// The model that [`choose_for_run`] chooses, with tables over shapes where they save solves.
 fn choose_with_tables(scene: &Scene) -> Result<Choice, ModelError> {
-    with_tables(scene, choose(scene)?)
+    with_tables(scene, choose_for_run(scene)?)
 }
 
 /// Runs the gait of a scene as [`run`] does, without a folder: no files, no checkpoint.

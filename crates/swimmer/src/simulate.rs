@@ -4,7 +4,7 @@ use models::{Hydrodynamics, NewMesh};
 use scene::{Scene, spans};
 
 use crate::error::SwimError;
-use crate::integrate::{Integrator, Method, SpanResult, SpanSolution};
+use crate::integrate::{Integrator, Method, SpanResult, SpanSolution, UnsteadyScene};
 use crate::observer::Observer;
 use crate::outcome::{Interim, Outcome};
 use crate::periodic::start_of_gait;
@@ -103,9 +103,24 @@ pub fn continue_from(
         Some((_, origin)) => origin.clone(),
         None => interim.positions(scene, scene.articulation().initial_shape())?,
     };
+    let unsteady = match method {
+        Method::Unsteady => UnsteadyScene::new(scene)?,
+        _ => None,
+    };
     let mut integrator = Integrator::new(scene, model, method)
         .with_velocities(&interim.outcome.velocities)
         .with_flows(observer.wants_flows());
+    if let Some(unsteady) = &unsteady {
+        if !interim.outcome.spans.is_empty() {
+            return Err(SwimError::NotApplicable {
+                place: "--resume".to_owned(),
+                problem: "the flow of a fluid with inertia is not in the checkpoint; run the gait \
+                          again from its beginning"
+                    .to_owned(),
+            });
+        }
+        integrator = integrator.with_unsteady_scene(unsteady)?;
+    }
     let all = spans(scene.gait(), scene.articulation().initial_shape())?;
     for span in all.skip(interim.outcome.spans.len()) {
         let first = interim.outcome.solves;

@@ -20,7 +20,7 @@ struct Jiggled {
 }
 
 impl Meshes for Jiggled {
-    fn mesh(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError> {
+    fn mesh(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
         self.calls += 1;
         let mut seed = self.calls;
         let mut random = || {
@@ -35,7 +35,7 @@ impl Meshes for Jiggled {
         for x in points.iter_mut().filter(|x| inside(x)) {
             *x += 0.04 * Vec3::new(random(), random(), random());
         }
-        Ok(self.mesh.with_points(points)?)
+        Ok(Some(self.mesh.with_points(points)?))
     }
 }
 
@@ -103,16 +103,22 @@ struct Carried {
 }
 
 impl Meshes for Carried {
-    fn mesh(&mut self, time: f64, poses: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError> {
+    fn mesh(
+        &mut self,
+        time: f64,
+        poses: &[Isometry3<f64>],
+    ) -> Result<Option<TetMesh>, InertiaError> {
         let shift = Vec3::z() * self.positions[(time / self.step).round() as usize];
         let relative = poses.iter().map(|pose| {
             let mut pose = *pose;
             pose.translation.vector -= shift;
             pose
         });
-        let mesh = self.inner.mesh(time, &relative.collect::<Vec<_>>())?;
+        let Some(mesh) = self.inner.mesh(time, &relative.collect::<Vec<_>>())? else {
+            return Ok(None);
+        };
         let points = mesh.points().iter().map(|x| x + shift).collect();
-        Ok(mesh.with_points(points)?)
+        Ok(Some(mesh.with_points(points)?))
     }
 }
 
@@ -239,10 +245,10 @@ fn pulled(mesh: &TetMesh, steps: usize) -> [f64; 3] {
     let (mut speed, mut position) = (0.0, 0.0);
     for _ in 0..steps {
         let step = run.try_step(length).unwrap();
-        speed = step.flow.bodies[2];
+        speed = step.solved.flow.bodies[2];
         position = step.poses[0].translation.vector.z;
         let load = forcing.load(step.time, 0, &step.poses[0]).force.z;
-        let (mesh, flow) = (step.mesh(), &step.flow.velocity);
+        let (mesh, flow) = (step.mesh(), &step.solved.flow.velocity);
         let squares = fem::integrate(mesh, 4, |p| p.value(flow).norm_squared()).unwrap();
         kinetic = 0.5 * (4.0 * density * squares + mass * speed * speed);
         // The balance of the discrete equations, tested with their velocity: dissipation in the
@@ -287,8 +293,8 @@ struct Alternating {
 }
 
 impl Meshes for Alternating {
-    fn mesh(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<TetMesh, InertiaError> {
-        Ok(self.meshes[self.present].clone())
+    fn mesh(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
+        Ok(Some(self.meshes[self.present].clone()))
     }
     fn renew(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
         self.present = 1 - self.present;
@@ -439,13 +445,13 @@ fn a_dumbbell_keeps_its_arm_and_its_momentum_balances() {
         let step_of = run.try_step(length).unwrap();
         let apart = step_of.poses[1].translation.vector - step_of.poses[0].translation.vector;
         assert!((apart.norm() - Arm::length(step_of.time)).abs() < 1e-12);
-        speeds.push(step_of.flow.bodies[2]);
+        speeds.push(step_of.solved.flow.bodies[2]);
         let last = |k: usize| speeds[speeds.len() - 1 - k];
         let rate = match step {
             1 => last(0) - last(1),
             _ => 1.5 * last(0) - 2.0 * last(1) + 0.5 * last(2),
         };
-        let forces = [step_of.flow.forces[2], step_of.flow.forces[8]];
+        let forces = [step_of.solved.flow.forces[2], step_of.solved.flow.forces[8]];
         let sum = forces[0] + forces[1] + mass * rate / length;
         assert!(
             sum.abs() < 1e-7 * forces[0].abs().max(forces[1].abs()),

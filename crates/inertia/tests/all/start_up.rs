@@ -50,7 +50,7 @@ fn speeds(
     for &time in times {
         let mut speed = 0.0;
         run.advance_to(time, tolerance, first, |step| {
-            speed = step.flow.bodies[2];
+            speed = step.solved.flow.bodies[2];
             first = step.length;
             steps += 1;
         })

@@ -20,6 +20,11 @@ use scene::{Domain, GeometryKind, MesherKind, Scene, Shape};
 /// radius it needs a sixth more.
 const NARROW_GAP: f64 = 0.5;
 
+/// Distance from a symmetry plane, in radii, that counts as rounding error of many steps.
+///
+/// Bodies that are farther away from the plane are refused.
+const PLANE_ROUNDING: f64 = 1e-9;
+
 /// Name of the boundary part on the plane wall.
 const PLANE_WALL: &str = "wall";
 
@@ -173,6 +178,18 @@ impl MeshGenerator {
             symmetry_planes: scene.fem_symmetry_planes(),
             sizes: None,
         })
+    }
+
+    /// Moves bodies onto the symmetry planes that they are off by rounding errors only.
+    pub fn snap_to_symmetry_planes(&self, poses: &mut [Isometry3<f64>]) {
+        for pose in poses {
+            for axis in (0..3).filter(|&axis| self.symmetry_planes[axis]) {
+                let x = &mut pose.translation.vector[axis];
+                if x.abs() <= PLANE_ROUNDING {
+                    *x = 0.0;
+                }
+            }
+        }
     }
 
     /// Names of the boundary parts of the bodies with surfaces.

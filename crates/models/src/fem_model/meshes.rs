@@ -15,11 +15,6 @@ use crate::units::Scale;
 use crate::{ModelError, Remesh};
 use scene::Scene;
 
-/// Distance from a symmetry plane, in radii, that counts as rounding error of many steps.
-///
-/// Bodies that are farther away from the plane are refused.
-const PLANE_ROUNDING: f64 = 1e-9;
-
 /// Deviation of the norm of a quaternion from 1 due to writing it to a file.
 const ROTATION_ROUNDING: f64 = 1e-9;
 
@@ -72,18 +67,6 @@ impl Meshes {
             unusable: Vec::new(),
             current: None,
         })
-    }
-
-    /// Moves bodies onto the symmetry planes that they are off by rounding errors only.
-    pub fn snap_to_symmetry_planes(&self, poses: &mut [Isometry3<f64>]) {
-        for pose in poses {
-            for axis in (0..3).filter(|&axis| self.generator.symmetry_planes[axis]) {
-                let x = &mut pose.translation.vector[axis];
-                if x.abs() <= PLANE_ROUNDING {
-                    *x = 0.0;
-                }
-            }
-        }
     }
 
     /// Smooth surfaces on the boundary of the fluid, with the names of their boundary parts.

@@ -7,9 +7,12 @@ mod mesh_file;
 mod mesh_generator;
 mod meshes;
 mod moving_frame;
+mod moving_scene;
 mod placed_query;
 mod reference_mesh;
 mod scene_solution;
+
+pub use self::moving_scene::{MovingMeshes, MovingScene};
 
 use mesh::TetMesh;
 use nalgebra::Isometry3;
@@ -108,25 +111,7 @@ impl FemModel {
 
     /// Formulation, solver, tolerance and engine.
     fn solver_options(&self) -> Options {
-        let fem = &self.options;
-        let formulation: &'static dyn Formulation = match fem.formulation {
-            FormulationKind::PTilde => &Eliminated,
-            FormulationKind::Lagrange => &Lagrange,
-            FormulationKind::DirectRow => &DirectRows,
-        };
-        let solver = match fem.solver {
-            SolverKind::Block => Solver::Block,
-            SolverKind::Direct => Solver::Direct,
-            SolverKind::Schwarz => Solver::Schwarz {
-                subdomains: fem.subdomains as usize,
-                overlap: fem.overlap as usize,
-            },
-            SolverKind::Minres => Solver::Minres,
-        };
-        let mut options = Options::default()
-            .with_formulation(formulation)
-            .with_solver(solver)
-            .with_rtol(fem.rtol);
+        let mut options = solver_options(&self.options);
         options.engine = self.engine;
         options
     }
@@ -137,7 +122,7 @@ impl FemModel {
         configuration: Configuration,
     ) -> Result<(PlacedMesh, Vec<Isometry3<f64>>), ModelError> {
         let mut poses = self.scaled.poses(configuration)?;
-        self.meshes.snap_to_symmetry_planes(&mut poses);
+        self.meshes.generator.snap_to_symmetry_planes(&mut poses);
         let placed = self.meshes.at(&poses)?;
         Ok((placed, poses))
     }
@@ -198,6 +183,28 @@ impl FemModel {
             .pop()
             .ok_or(ModelError::NoSolution { model: self.name() })
     }
+}
+
+/// Formulation, solver and tolerance of a scene.
+fn solver_options(fem: &FemOptions) -> Options {
+    let formulation: &'static dyn Formulation = match fem.formulation {
+        FormulationKind::PTilde => &Eliminated,
+        FormulationKind::Lagrange => &Lagrange,
+        FormulationKind::DirectRow => &DirectRows,
+    };
+    let solver = match fem.solver {
+        SolverKind::Block => Solver::Block,
+        SolverKind::Direct => Solver::Direct,
+        SolverKind::Schwarz => Solver::Schwarz {
+            subdomains: fem.subdomains as usize,
+            overlap: fem.overlap as usize,
+        },
+        SolverKind::Minres => Solver::Minres,
+    };
+    Options::default()
+        .with_formulation(formulation)
+        .with_solver(solver)
+        .with_rtol(fem.rtol)
 }
 
 impl Hydrodynamics for FemModel {

@@ -10,9 +10,9 @@ use super::key::{Key, KeyDefault, KeyTable, KeyType, Kind, tables};
 use crate::joints::JointWord;
 use crate::words::{
     AcceptKind, ArmsKind, AxesKind, BackgroundKind, DomainKind, DriveKind, EstimatesKind,
-    FlowsKind, FormulationKind, GaitKind, GeometryKind, InterpolationKind, LearnKind,
-    MeshMotionKind, MesherKind, ModelKind, ObjectiveKind, ShapeKind, SolverKind, StrokeStart,
-    SurfaceKind, SymmetryKind,
+    FlowsKind, FormulationKind, GaitKind, GeometryKind, InertiaKind, InterpolationKind, LearnKind,
+    MeshMotionKind, MesherKind, ModelKind, ObjectiveKind, ShapeKind, SolverKind, StartKind,
+    StrokeStart, SurfaceKind, SymmetryKind,
 };
 
 tables! {
@@ -48,12 +48,19 @@ tables! {
         learn: LearnOptions,
     }
 
-    /// The fluid: an incompressible Newtonian liquid without inertia.
+    /// The fluid: an incompressible Newtonian liquid.
     pub(crate) struct FluidFile in "fluid." {
         /// Dynamic viscosity.
         viscosity: f64 [Positive] = 1.0,
-        /// Density of the fluid, for the buoyancy of bodies with a density.
+        /// Density of the fluid, for the buoyancy of bodies with a density, and for its inertia.
         density: Option<f64> [NonNegative] | "0",
+        /// Inertia in `swim run`: of the fluid, and of bodies with a density or mass; other bodies
+        /// have no mass. It needs `fluid.density` and a container.
+        inertia: InertiaKind,
+        /// Flow at the start of a run with inertia.
+        start: StartKind,
+        /// Length of all steps in time of a run with inertia.
+        time_step: Option<f64> [Positive] | "chosen by the error of each step",
     }
 
     /// The region that the fluid fills, whose walls are at rest. Without this table the fluid is
@@ -191,7 +198,8 @@ tables! {
         /// Moment of inertia about the centre; for zero that of a homogeneous body of the mass.
         inertia: f64 [NonNegative] = 0.0,
         /// Density. With `gravity` g the force (density - fluid.density) volume g acts on the
-        /// centre of volume of the body, in addition to `force`. It has no inertia.
+        /// centre of volume of the body, in addition to `force`. It has inertia only where the
+        /// fluid has (`fluid.inertia`).
         density: Option<f64> [NonNegative] | "that of the fluid: no weight",
         /// Tangential velocity of the surface.
         slip: Option<SlipFile>,

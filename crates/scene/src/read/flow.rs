@@ -1,4 +1,4 @@
-//! Slip, background flow and gravity of a scene file.
+//! Slip, background flow, gravity and inertia of a scene file.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -7,8 +7,9 @@ use crate::checks::Checks;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::flow::{Background, Slip};
-use crate::keys::{BackgroundFile, BodyFile};
-use crate::words::BackgroundKind;
+use crate::keys::{BackgroundFile, BodyFile, FluidFile, SceneFile};
+use crate::scene::FluidInertia;
+use crate::words::{BackgroundKind, DomainKind, StartKind};
 
 /// Relative size of the rounding errors of numbers that are written with many digits.
 const ROUNDING: f64 = 1e-12;
@@ -106,6 +107,80 @@ fn check_gradient(
         return Ok(());
     };
     Err(checks.bad_value("background.gradient", problem))
+}
+
+/// The inertia of the fluid, which needs a density and a container.
+pub(super) fn inertia(
+    checks: &Checks,
+    file: &SceneFile,
+    (domain, has_background): (&Domain, bool),
+    bodies: &[Body],
+) -> Result<FluidInertia, SceneError> {
+    let FluidFile {
+        density,
+        inertia: kind,
+        start,
+        time_step,
+        ..
+    } = file.fluid;
+    let inertia = FluidInertia {
+        kind,
+        start,
+        time_step,
+    };
+    let refuse = |key: &str, problem: &str| Err(checks.bad_value(key, problem));
+    if !inertia.is_kept() {
+        let unused = "has no effect without fluid.inertia; remove it, or give the inertia";
+        return match (time_step, start) {
+            (Some(_), _) => refuse("fluid.time_step", unused),
+            (None, StartKind::Stokes) => refuse("fluid.start", unused),
+            (None, StartKind::Rest) => Ok(inertia),
+        };
+    }
+    if density.unwrap_or(0.0) == 0.0 {
+        return refuse(
+            "fluid.inertia",
+            "needs fluid.density; give the density of the fluid",
+        );
+    }
+    match domain.kind() {
+        DomainKind::Ball | DomainKind::Box | DomainKind::Surface | DomainKind::Mesh => {}
+        DomainKind::Unbounded | DomainKind::Cylinder | DomainKind::Wall => {
+            return refuse(
+                "fluid.inertia",
+                "needs a container, since vorticity spreads without end; choose domain.kind = \
+                 \"ball\", \"box\", \"surface\" or \"mesh\", as large as vorticity spreads in the run",
+            );
+        }
+    }
+    if has_background {
+        return refuse(
+            "fluid.inertia",
+            "is unsupported with a background flow; remove one",
+        );
+    }
+    if file.fem.target.is_some() {
+        return refuse(
+            "fem.target",
+            "is unsupported with the inertia of the fluid, which has no estimate of the mesh's \
+             error; set fem.surface_size",
+        );
+    }
+    if file.gait.periodic {
+        return refuse(
+            "gait.periodic",
+            "is unsupported with the inertia of the fluid; run several cycles instead",
+        );
+    }
+    let off_centre = |body: &Body| body.density.is_some() && body.weight_arm().is_some();
+    match bodies.iter().position(off_centre) {
+        Some(number) => refuse(
+            &format!("bodies[{number}].density"),
+            "is unsupported with inertia for a body whose position is not its centre of mass; for \
+             a surface from a file remove `centre`",
+        ),
+        None => Ok(inertia),
+    }
 }
 
 /// Enters the weights of the bodies: `(density - fluid density) volume g`.

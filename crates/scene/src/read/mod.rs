@@ -81,6 +81,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
     let repulsion = loads::repulsion(&checks, file.contact.as_ref(), &domain)?;
     let (gravity, density) = (file.gravity.into(), file.fluid.density.unwrap_or(0.0));
     flow::enter_weights(&checks, &gravity, density, &mut bodies)?;
+    let inertia = flow::inertia(&checks, &file, (&domain, has_background), &bodies)?;
     let joints = articulation::joints(&checks, &file.links, &bodies)?;
     let joint_forces = articulation::oscillating(&checks, &file.links, file.gait.period)?;
     let (gait, gait_table) = gait::gait(&checks, &file.gait, &joints)?;
@@ -117,6 +118,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
         name: name.unwrap_or_else(|| "scene".to_owned()),
         viscosity: file.fluid.viscosity,
         density,
+        inertia,
         gravity,
         background,
         domain,

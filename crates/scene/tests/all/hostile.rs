@@ -73,6 +73,10 @@ gravity = [0, 0, -1]
 [background]; kind = "shear"; gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]]
 [[bodies]]; name = "a"; radius = 1; position = [1, 0, 0]
 
+fluid.density = 1; fluid.inertia = "full"; fluid.time_step = 0.1
+domain.kind = "ball"; domain.radius = 9
+[[bodies]]; name = "heavy"; radius = 1; density = 2; position = [1, 0, 0]
+
 [contact]; range = 0.1; strength = 1
 [[bodies]]; name = "held"; radius = 1; position = [1, 0, 0]; velocity = [1, 0, 0]
 angular_velocity = [0, 0, 1]

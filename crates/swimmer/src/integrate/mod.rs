@@ -19,6 +19,7 @@ mod result;
 mod runge_kutta;
 mod span_evaluator;
 mod step_size;
+mod unsteady;
 
 pub(crate) use collocation::TABLE_SHARE;
 use inertia::Scheme;
@@ -37,9 +38,11 @@ pub use piece::PathPiece;
 pub use result::SpanResult;
 pub(crate) use span_evaluator::enter_table;
 pub use span_evaluator::{ObserveSolution, SpanSolution};
+pub use unsteady::UnsteadyScene;
 
 use crate::error::SwimError;
 use crate::start::check_model;
+use unsteady::UnsteadyFlow;
 
 /// Number of solves of a typical phase span by collocation: orders of one, two and three points.
 pub const TYPICAL_SOLVES_PER_SPAN: usize = 6;
@@ -75,22 +78,30 @@ pub enum Method {
         /// Number of equal steps.
         steps: usize,
     },
+    /// Steps in time of fluid and bodies together, for fluids with inertia
+    /// ([`Integrator::with_unsteady_scene`]): BDF2 with as many steps as the tolerance needs, or of
+    /// the length `fluid.time_step`.
+    Unsteady,
 }
 
 impl Method {
-    /// The method for a scene: [`Method::Inertia`] if bodies have mass, else
-    /// [`Method::Collocation`].
+    /// The method for a scene: [`Method::Unsteady`] if the fluid has inertia, [`Method::Inertia`]
+    /// if bodies have mass, else [`Method::Collocation`].
     pub fn from_scene(scene: &Scene) -> Self {
-        match scene.has_masses() {
-            true => Self::Inertia,
-            false => Self::Collocation,
+        match (scene.inertia().is_kept(), scene.has_masses()) {
+            (true, _) => Self::Unsteady,
+            (false, true) => Self::Inertia,
+            (false, false) => Self::Collocation,
         }
     }
 
     /// Whether the masses of bodies enter, so that their velocities are part of the state.
     pub(crate) fn has_inertia(self) -> bool {
         match self {
-            Self::Inertia | Self::BackwardEuler { .. } | Self::ExplicitInertia { .. } => true,
+            Self::Inertia
+            | Self::BackwardEuler { .. }
+            | Self::ExplicitInertia { .. }
+            | Self::Unsteady => true,
             Self::Collocation | Self::RungeKutta | Self::Euler { .. } => false,
         }
     }
@@ -121,6 +132,8 @@ pub struct Integrator<'a> {
     span_tolerance: Option<f64>,
     /// Whether solutions are shown with their flow.
     flows: bool,
+    /// Fluid and bodies so far, for fluids with inertia.
+    unsteady: Option<UnsteadyFlow<'a>>,
     /// The part of the last phase span before an error that ended its motion.
     so_far: Option<SpanResult>,
 }
@@ -136,6 +149,7 @@ impl<'a> Integrator<'a> {
             span_tolerance: Prediction::from_scene(scene)
                 .map(|prediction| prediction.span_tolerance(scene.working_tolerance())),
             flows: false,
+            unsteady: None,
             so_far: None,
         }
     }
@@ -144,6 +158,16 @@ impl<'a> Integrator<'a> {
     #[must_use]
     pub fn with_flows(self, flows: bool) -> Self {
         Self { flows, ..self }
+    }
+
+    /// The same integrator for a fluid with inertia that is at rest at the start of the gait, or in
+    /// Stokes flow (`fluid.start`).
+    ///
+    /// # Errors
+    /// Bodies around which no mesh can be generated.
+    pub fn with_unsteady_scene(self, scene: &'a UnsteadyScene) -> Result<Self, SwimError> {
+        let unsteady = Some(UnsteadyFlow::new(scene)?);
+        Ok(Self { unsteady, ..self })
     }
 
     /// The same integrator for bodies with mass that have these velocities `(U, ω)`, six numbers
@@ -167,7 +191,7 @@ impl<'a> Integrator<'a> {
     /// and the model.
     ///
     /// # Errors
-    /// [`SwimError::OtherScene`], [`SwimError::NoSteps`], errors of the model,
+    /// [`SwimError::OtherScene`], [`SwimError::NoSteps`], [`SwimError::NoFlow`], those of the model,
     /// [`SwimError::Collision`], [`SwimError::Approach`], [`SwimError::NotIntegrated`],
     /// [`SwimError::Unstable`], and errors of `observe`.
     pub fn span(
@@ -204,6 +228,10 @@ impl<'a> Integrator<'a> {
                 Scheme::Explicit,
                 &mut self.velocities,
             ),
+            Method::Unsteady => {
+                let unsteady = self.unsteady.as_mut().ok_or(SwimError::NoFlow)?;
+                unsteady::span(&mut evaluator, start, unsteady)
+            }
         };
         integrated.map_err(|stopped| {
             let nothing = || (stopped.error.ends_motion()).then(|| SpanResult::empty(start));

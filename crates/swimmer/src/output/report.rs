@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, Vector3};
 use scene::Scene;
 use serde_json::{Map, Value, json};
 
+use crate::inertia_numbers::InertiaNumbers;
 use crate::outcome::Outcome;
 
 /// The word of `tolerance_limits` in a summary for a model that controls its error.
@@ -28,6 +29,8 @@ pub const ALL_ERRORS: &str = "all errors";
 ///   `lookups` (solutions that were looked up in these tables);
 /// - `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer),
 ///   `allowed_error` (the length that they allow);
+/// - `inertia` of the fluid: its `terms` and `start` (the words of the scene), the largest
+///   `reynolds` number and the `frequency_parameter` ([`InertiaNumbers`]), or null;
 /// - `repulsion` between surfaces: its `range` and `strength`, or null;
 /// - `stopped`: why the run stopped before its end, such as contact, in words, or null;
 /// - `cycles`, `duration`, `meshes`, `seconds`, `peak_rss_mib`.
@@ -113,6 +116,14 @@ pub fn summary_json(
         "stopped": outcome.stopped,
         "repulsion": (scene.repulsion().map(|repulsion| {
             json!({ "range": repulsion.range, "strength": repulsion.strength })
+        })),
+        "inertia": (InertiaNumbers::new(scene, outcome).map(|numbers| {
+            json!({
+                "terms": scene.inertia().kind.word(),
+                "start": scene.inertia().start.word(),
+                "reynolds": numbers.reynolds,
+                "frequency_parameter": numbers.frequency,
+            })
         })),
         "tolerance_limits": limited,
         "allowed_error": outcome.allowed_error,

@@ -37,8 +37,10 @@ impl Choice {
 ///
 /// # Errors
 /// [`ModelError::Unsupported`] for combinations of model, domain and options that are not
-/// supported, with the alternative.
+/// supported, with the alternative; for a fluid with inertia, which has a flow in time only
+/// ([`choose_for_run`]).
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
+    check_no_inertia(scene)?;
     let is_mesh_free = matches!(
         scene.domain().kind(),
         DomainKind::Unbounded | DomainKind::Ball | DomainKind::Wall
@@ -108,6 +110,48 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
             ];
             elements(scene, reasons)
         }
+    }
+}
+
+/// The model of a run: that of [`choose`], or elements whose flow is integrated in time if the
+/// fluid has inertia.
+///
+/// # Errors
+/// Those of [`choose`]; a model without elements for a fluid with inertia.
+pub fn choose_for_run(scene: &Scene) -> Result<Choice, ModelError> {
+    if !scene.inertia().is_kept() {
+        return choose(scene);
+    }
+    let kind = scene.model().kind;
+    if !matches!(kind, ModelKind::Auto | ModelKind::Fem) {
+        return Err(ModelError::Unsupported {
+            what: format!(
+                "{}: inertia of the fluid by the model {}",
+                scene.place("fluid.inertia"),
+                kind.word()
+            ),
+            instead: "set model.kind = \"fem\" or \"auto\"".to_owned(),
+        });
+    }
+    let reasons = vec![
+        scene.describe_arrangement(),
+        "the fluid has inertia: its flow is integrated in time".to_owned(),
+        "chosen: finite elements in three dimensions".to_owned(),
+    ];
+    Ok(Choice::new(Box::new(FemModel::new(scene)?), reasons))
+}
+
+/// Refuses a fluid with inertia where one instant is asked for.
+fn check_no_inertia(scene: &Scene) -> Result<(), ModelError> {
+    match scene.inertia().is_kept() {
+        false => Ok(()),
+        true => Err(ModelError::Unsupported {
+            what: format!(
+                "{}: the flow of one instant, or strokes by such flows, of a fluid with inertia",
+                scene.place("fluid.inertia")
+            ),
+            instead: "use `swim run`, or fluid.inertia = \"none\"".to_owned(),
+        }),
     }
 }
 

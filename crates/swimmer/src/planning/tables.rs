@@ -19,6 +19,10 @@ const TYPICAL_POINTS: usize = 9;
 /// # Errors
 /// A model of another scene, whose solutions cannot be superposed.
 pub fn with_tables(scene: &Scene, choice: Choice) -> Result<Choice, ModelError> {
+    if scene.inertia().is_kept() {
+        // The flow depends on the past, not on the shape alone.
+        return Ok(choice);
+    }
     let Some(boxes) = boxes(scene) else {
         return with_superposition(scene, choice);
     };

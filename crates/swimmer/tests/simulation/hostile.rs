@@ -79,6 +79,7 @@ fn bug_the_model_of_another_scene_gave_a_wrong_displacement() {
             &state,
             &mut |_, _| Ok(())
         )));
+        drop(integrator);
         let table = ShapeSpace::tabulate(&own, model, &RANGES, 1e-3).map(|_| ());
         assert!(matches!(table, Err(ModelError::ShapeSpace { .. })));
     }

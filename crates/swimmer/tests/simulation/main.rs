@@ -25,3 +25,4 @@ mod reports;
 mod strokes;
 mod support;
 mod tolerances;
+mod unsteady;

@@ -1,0 +1,273 @@
+//! A scene in scaled units for integrations in time that keep the velocity of the fluid.
+
+use std::sync::Arc;
+
+use ale::MeshMotion;
+use mesh::{Surface, TetMesh};
+use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3};
+use rigid::{Articulation, BodyKind, Constraints, ExternalLoad, RigidError, State, StateVelocity};
+use stokes::{Options, Solution};
+
+use super::mesh_generator::{MeshGenerator, Source};
+use super::reference_mesh::{ReferenceMesh, mesh_motions};
+use super::scene_solution::{ScaledFlow, ToScene};
+use super::solver_options;
+use crate::error::ModelError;
+use crate::scaled_scene::ScaledScene;
+use crate::solution::InstantaneousSolution;
+use crate::surface_motion::SurfaceMotion;
+use scene::Scene;
+
+/// Bodies, loads, slip and walls of a scene in scaled units, for an integration in time of fluid
+/// and bodies together.
+///
+/// Models answer for one instant ([`Hydrodynamics`](crate::Hydrodynamics)). A fluid with inertia
+/// remembers its velocity, so its integrator needs the parts of the problem instead: lengths are
+/// divided by the smallest radius, the viscosity is 1, and times are those of the scene.
+pub struct MovingScene {
+    scaled: ScaledScene,
+    /// Surface of each body with one, at its place at the start but centred at the origin.
+    surfaces: Vec<Option<Box<dyn Surface>>>,
+    surface_names: Vec<String>,
+    walls: Vec<String>,
+}
+
+impl MovingScene {
+    /// Scales a scene.
+    ///
+    /// # Errors
+    /// Joints or fixed bodies that contradict each other; a mesh file that cannot be read.
+    pub fn new(scene: &Scene) -> Result<Self, ModelError> {
+        let scaled = ScaledScene::new(scene)?;
+        let generator = MeshGenerator::new(scene, &scaled.scale)?;
+        let centred = Isometry3::identity();
+        let surface = |body: usize| scaled.scale.surface(&scene.bodies()[body].shape, &centred);
+        Ok(Self {
+            surfaces: scaled.surfaced().map(surface).collect(),
+            surface_names: generator.tags().map(str::to_owned).collect(),
+            walls: (generator.wall_tags().into_iter().map(str::to_owned)).collect(),
+            scaled,
+        })
+    }
+
+    /// The scene, in its own units.
+    pub fn scene(&self) -> &Scene {
+        &self.scaled.scene
+    }
+
+    /// Bodies and joints.
+    pub fn set(&self) -> &Articulation {
+        &self.scaled.set
+    }
+
+    /// Names of the boundary parts of the bodies with a surface.
+    pub fn surface_names(&self) -> &[String] {
+        &self.surface_names
+    }
+
+    /// Names of the boundary parts that are walls.
+    pub fn walls(&self) -> &[String] {
+        &self.walls
+    }
+
+    /// A length or velocity in scaled units.
+    pub fn length(&self, length: f64) -> f64 {
+        self.scaled.scale.length(length)
+    }
+
+    /// A length or velocity in the units of the scene.
+    pub fn length_to_scene(&self, length: f64) -> f64 {
+        self.scaled.scale.length_to_scene(length)
+    }
+
+    /// Density of the fluid, `ρ L² / μ`: a velocity diffuses over the smallest radius `L` in this
+    /// time.
+    pub fn density(&self) -> f64 {
+        self.scaled.scale.density(self.scene().fluid_density())
+    }
+
+    /// Masses and moments of inertia of all bodies, in their axes; zero for bodies without.
+    pub fn masses(&self) -> Vec<(f64, Matrix3<f64>)> {
+        let scaled = |body: &scene::Body| {
+            let (mass, inertia) = body.mass_matrix_by_density().unwrap_or_default();
+            let mut matrix = Matrix6::zeros();
+            let diagonal = mass * Matrix3::identity();
+            matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&diagonal);
+            matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
+            // The rate of a momentum is a force like a resistance times a velocity.
+            let matrix = self.scaled.scale.body_resistance(&matrix);
+            (matrix[(0, 0)], matrix.fixed_view::<3, 3>(3, 3).into_owned())
+        };
+        self.scene().bodies().iter().map(scaled).collect()
+    }
+
+    /// Values of the joints from those of the scene.
+    pub fn shape(&self, shape: &[f64]) -> Vec<f64> {
+        self.scaled.values(shape)
+    }
+
+    /// External loads on all bodies at a time, with these scaled poses.
+    pub fn loads(&self, time: f64, poses: &[Isometry3<f64>]) -> Vec<ExternalLoad> {
+        self.scaled.loads_at(time, poses)
+    }
+
+    /// The constraints of the joints with the given velocities of bodies and the forces on joints
+    /// at a time.
+    ///
+    /// # Errors
+    /// Those of [`Constraints::with_held_velocity`].
+    pub fn constraints(&self, time: f64, joints: Constraints) -> Result<Constraints, RigidError> {
+        self.scaled.with_drives(time, joints)
+    }
+
+    /// Whether surfaces move relative to their bodies.
+    pub fn has_slip(&self) -> bool {
+        self.scene().has_surface_velocity()
+    }
+
+    /// Slip of a body with a surface at a point relative to its centre, both in its axes.
+    pub fn slip(&self, number: usize, x: &Vector3<f64>) -> Vector3<f64> {
+        let body = self.scaled.surfaced().nth(number);
+        let slip = body.and_then(|body| self.scene().bodies()[body].slip);
+        match (slip, &self.surfaces[number]) {
+            (Some(slip), Some(surface)) => {
+                (self.scaled.scale).length(slip.velocity(&surface.normal(*x)))
+            }
+            _ => Vector3::zeros(),
+        }
+    }
+
+    /// A change of the state in the units of the scene.
+    pub fn motion_to_scene(&self, motion: &StateVelocity) -> StateVelocity {
+        let passive = self.scaled.set.passive_joints();
+        self.scaled.scale.motion_to_scene(motion, passive)
+    }
+
+    /// Formulation, linear solver and tolerance of the scene.
+    pub fn options(&self) -> Options {
+        solver_options(self.scene().fem())
+    }
+
+    /// A solution in the units of the scene; with its flow if there is a mesh of it.
+    ///
+    /// `poses` are those of the bodies, in scaled units.
+    ///
+    /// # Errors
+    /// A solution for another set of bodies.
+    pub fn answer(
+        &self,
+        solved: &mut Solution,
+        poses: &[Isometry3<f64>],
+        mesh: Option<TetMesh>,
+    ) -> Result<InstantaneousSolution, ModelError> {
+        let converter = ToScene {
+            scaled: &self.scaled,
+            far_field: None,
+            container_error: 0.0,
+        };
+        let mut answer = converter.answer(solved)?;
+        answer.flow = mesh.map(|mesh| {
+            let flow = ScaledFlow {
+                mesh: Arc::new(mesh),
+                flow: solved.flow.clone(),
+                motion: SurfaceMotion::new(&self.scaled, poses),
+                frame: None,
+                scale: self.scaled.scale,
+            };
+            flow.into()
+        });
+        Ok(answer)
+    }
+
+    /// Meshes of the scene that move with the bodies.
+    ///
+    /// # Errors
+    /// A mesh file that cannot be read.
+    pub fn meshes(&self) -> Result<MovingMeshes, ModelError> {
+        let scene = self.scene();
+        let generator = MeshGenerator::new(scene, &self.scaled.scale)?;
+        let is_from_file = matches!(generator.source, Source::File { .. });
+        let motion = mesh_motions(scene.fem().mesh_motion, is_from_file).swap_remove(0);
+        Ok(MovingMeshes {
+            bodies: scene.bodies().len(),
+            kinds: self.scaled.set.kinds().to_vec(),
+            generator,
+            motion,
+            reference: None,
+        })
+    }
+
+    /// A scaled state in the units of the scene.
+    pub fn state_to_scene(&self, state: &State) -> State {
+        let passive = self.scaled.set.passive_joints();
+        self.scaled.scale.state_to_scene(state, passive)
+    }
+}
+
+/// The meshes of one integration in time: of one connectivity until there is a new one.
+pub struct MovingMeshes {
+    bodies: usize,
+    kinds: Vec<BodyKind>,
+    generator: MeshGenerator,
+    motion: Box<dyn MeshMotion>,
+    reference: Option<ReferenceMesh>,
+}
+
+impl MovingMeshes {
+    /// The mesh around bodies with a surface at these poses, moved from that before; none if its
+    /// cells become too poor.
+    ///
+    /// # Errors
+    /// Bodies around which there is no first mesh; a motion that fails for another reason.
+    pub fn moved(&mut self, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, ModelError> {
+        let poses = self.snapped(poses);
+        match &self.reference {
+            Some(reference) => Ok(reference.moved(&self.generator, &poses)?.ok()),
+            None => self.new_mesh(&poses).map(Some),
+        }
+    }
+
+    /// A new mesh around bodies with a surface at these poses.
+    ///
+    /// # Errors
+    /// Bodies around which no mesh can be generated.
+    pub fn renewed(&mut self, poses: &[Isometry3<f64>]) -> Result<TetMesh, ModelError> {
+        let poses = self.snapped(poses);
+        self.new_mesh(&poses)
+    }
+
+    fn new_mesh(&mut self, poses: &[Isometry3<f64>]) -> Result<TetMesh, ModelError> {
+        let mesh = match (&self.generator.source, &self.reference) {
+            // The first mesh of a file is the file's.
+            (Source::File { mesh, .. }, None) => mesh.clone(),
+            _ => self.generator.generate(poses)?,
+        };
+        let (motion, at) = (self.motion.as_ref(), poses.to_vec());
+        let all = self.of_all_bodies(poses);
+        self.reference = Some(ReferenceMesh::new(
+            &self.generator,
+            motion,
+            mesh.clone(),
+            at,
+            &all,
+        )?);
+        Ok(mesh)
+    }
+
+    /// Poses of all bodies, with points anywhere.
+    fn of_all_bodies(&self, poses: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
+        let mut surfaced = poses.iter();
+        let pose = |body: usize| match self.kinds[body] {
+            BodyKind::Rigid => surfaced.next().copied().unwrap_or_default(),
+            BodyKind::Point => Isometry3::identity(),
+        };
+        (0..self.bodies).map(pose).collect()
+    }
+
+    /// The poses, with bodies on the symmetry planes that they are off by rounding.
+    fn snapped(&self, poses: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
+        let mut poses = poses.to_vec();
+        self.generator.snap_to_symmetry_planes(&mut poses);
+        poses
+    }
+}

@@ -1,0 +1,154 @@
+//! Runs in a fluid with inertia.
+
+use scene::Scene;
+use swimmer::{Method, Outcome, choose, choose_for_run, run, run_without_files, simulate};
+use testkit::within;
+
+/// A sphere of the density 2 that is released at the centre of a ball, in fluid of density 1, with
+/// a net force of `6π / 1000`: its displacement is small.
+const RELEASED: &str = r#"
+    fluid = { density = 1, inertia = "unsteady" }
+    domain = { kind = "ball", radius = 10 }
+    model.tolerance = 1e-2
+    gravity = [0, 0, 4.5e-3]
+    bodies = [{ name = "ball", radius = 1, density = 2, position = [0, 0, 0] }]
+    gait.phases = [{ duration = 0.1 }, { duration = 0.4 }, { duration = 0.5 }, { duration = 1 }]
+"#;
+
+/// Three spheres in a ball, with cells as coarse as they can be.
+const SWIMMER: &str = r#"
+    fluid = { density = 1e-6, inertia = "full" }
+    domain = { kind = "ball", radius = 15 }
+    model = { kind = "fem", tolerance = 3e-2 }
+    fem = { estimates = "off", size_factor = 1.75 }
+    bodies = [
+        { name = "left", radius = 1, position = [-5, 0, 0] },
+        { name = "centre", radius = 1, position = [0, 0, 0] },
+        { name = "right", radius = 1, position = [5, 0, 0] },
+    ]
+    links = [
+        { name = "l", body = "left", to = "centre" },
+        { name = "r", body = "right", to = "centre" },
+    ]
+    gait.phases = [
+        { link = "l", length = 3.5 }, { link = "r", length = 3.5 },
+        { link = "l", length = 5 }, { link = "r", length = 5 },
+    ]
+"#;
+
+fn parsed(text: &str) -> Scene {
+    Scene::parse(text).unwrap()
+}
+
+fn outcome(text: &str) -> Outcome {
+    let report = run_without_files(parsed(text), &mut ()).unwrap();
+    report.completed().unwrap().outcome
+}
+
+/// Speeds by Laplace inversion of the exact impedance in the ball, as in the tests of `inertia`.
+#[test]
+fn a_released_sphere_has_the_exact_speeds() {
+    let outcome = outcome(RELEASED);
+    let exact = [0.1159380123, 0.3412379413, 0.4744134599, 0.6014484922];
+    for (number, exact) in exact.into_iter().enumerate() {
+        let of_span = outcome.samples.iter().rev();
+        let mut solves = of_span.filter(|sample| sample.span == number);
+        let last = solves.find_map(|sample| sample.bodies.as_ref()).unwrap();
+        let speed = last[0].velocity.z / 1e-3;
+        // The mesh: 5e-3 of the steady drag at this element size; a step: the tolerance.
+        within(speed - exact, 1e-2 * exact, "speed of a released sphere");
+    }
+    assert!(outcome.tolerance_met, "{outcome:?}");
+}
+
+/// Without density the motion is that of Stokes flow, to the error bar of the integration.
+#[test]
+fn a_swimmer_in_a_fluid_of_little_density_swims_as_in_stokes_flow() {
+    let with_inertia = outcome(SWIMMER);
+    let stokes = outcome(&SWIMMER.replace("\"full\"", "\"none\""));
+    let [a, b] = [&with_inertia, &stokes].map(|outcome| outcome.displacement[1].x);
+    let bars = with_inertia.error_estimate.total() + stokes.error_estimate.total();
+    within(a - b, bars, "net displacement without density");
+    assert!(bars < 0.1 * b.abs(), "{bars} {b}");
+    let work = with_inertia.work_error.total() + stokes.work_error.total();
+    within(
+        with_inertia.work - stokes.work,
+        work,
+        "work without density",
+    );
+}
+
+#[test]
+fn formulations_agree_in_a_fluid_with_inertia() {
+    let run = |formulation: &str| {
+        let text = SWIMMER.replace("density = 1e-6", "density = 2, time_step = 0.25");
+        let text = text.replace(
+            "fem = { ",
+            &format!("fem = {{ rtol = 1e-11, formulation = \"{formulation}\", "),
+        );
+        let scene = parsed(&text);
+        let mut model = choose_for_run(&scene).unwrap().model;
+        simulate(&scene, model.as_mut(), Method::Unsteady, &mut ()).unwrap()
+    };
+    let reference = run("p-tilde");
+    for formulation in ["lagrange", "direct-row"] {
+        let other = run(formulation);
+        for (a, b) in reference.displacement.iter().zip(&other.displacement) {
+            // Residuals of 1e-11 in 16 solves.
+            within((a - b).norm(), 1e-9, formulation);
+        }
+    }
+}
+
+#[test]
+fn what_does_not_know_of_inertia_refuses_it() {
+    let scene = parsed(RELEASED);
+    let error = choose(&scene).err().unwrap().to_string();
+    assert!(error.contains("fluid.inertia"), "{error}");
+    for (from, to, key) in [
+        ("density = 1,", "", "fluid.inertia"),
+        (
+            "domain = { kind = \"ball\", radius = 10 }",
+            "",
+            "fluid.inertia",
+        ),
+        ("gravity", "gait.periodic = true\ngravity", "gait.periodic"),
+        ("gravity", "fem.target = 1e-2\ngravity", "fem.target"),
+        (
+            "\"unsteady\"",
+            "\"none\", time_step = 0.1",
+            "fluid.time_step",
+        ),
+        (
+            "\"unsteady\"",
+            "\"none\", start = \"stokes\"",
+            "fluid.start",
+        ),
+        (
+            "gravity",
+            "background = { kind = \"uniform\", velocity = [1, 0, 0] }\ngravity",
+            "fluid.inertia",
+        ),
+    ] {
+        let text = RELEASED.replace(from, to);
+        assert_ne!(text, RELEASED);
+        let error = Scene::parse(&text).unwrap_err().to_string();
+        assert!(error.contains(key), "{key}: {error}");
+    }
+    let spheres =
+        parsed(&format!("model.kind = \"rpy\"\n{RELEASED}").replace("model.tolerance = 1e-2", ""));
+    let error = run_without_files(spheres, &mut ()).unwrap_err();
+    assert_eq!(error.exit_code(), 2, "{error}");
+}
+
+/// The flow is not in the checkpoint.
+#[test]
+fn a_run_with_inertia_is_not_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = || parsed(&RELEASED.replace("model.tolerance = 1e-2", "model.tolerance = 0.3"));
+    run(scene(), folder.path(), false, &mut (), &mut ()).unwrap();
+    let error = run(scene(), folder.path(), true, &mut (), &mut ()).unwrap_err();
+    assert!(error.to_string().contains("--resume"), "{error}");
+    let summary = std::fs::read_to_string(folder.path().join("summary.json")).unwrap();
+    assert!(summary.contains("\"frequency_parameter\""), "{summary}");
+}
