@@ -155,8 +155,8 @@ impl<'a> Integrator<'a> {
         Ok(())
     }
 
-    /// Replaces the velocity at the present time by that without inertia of fluid and bodies, Stokes
-    /// flow with these rates of the joints. Earlier levels are forgotten.
+    /// Replaces the velocity at the present time by that without inertia of fluid and bodies,
+    /// Stokes flow with these rates of the joints. Earlier levels are forgotten.
     ///
     /// # Errors
     /// Rates of another number of joints; those of assembly and linear solve.

@@ -191,8 +191,8 @@ impl<'a> Integrator<'a> {
     /// and the model.
     ///
     /// # Errors
-    /// [`SwimError::OtherScene`], [`SwimError::NoSteps`], [`SwimError::NoFlow`], those of the model,
-    /// [`SwimError::Collision`], [`SwimError::Approach`], [`SwimError::NotIntegrated`],
+    /// [`SwimError::OtherScene`], [`SwimError::NoSteps`], [`SwimError::NoFlow`], those of the
+    /// model, [`SwimError::Collision`], [`SwimError::Approach`], [`SwimError::NotIntegrated`],
     /// [`SwimError::Unstable`], and errors of `observe`.
     pub fn span(
         &mut self,
