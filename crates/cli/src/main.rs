@@ -54,6 +54,14 @@ fn execute(Arguments { quiet, command }: Arguments) -> Result<String, CliError> 
         } => view::view(&folder, open, movie),
         Command::Solve {
             scene,
+            steady: true,
+            json,
+            flow,
+            ..
+        } => solve::solve_steady_state(&scene, json, flow.as_deref()),
+        Command::Solve {
+            scene,
+            steady: false,
             json,
             resistance,
             flow,

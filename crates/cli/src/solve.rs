@@ -7,7 +7,10 @@ use pictures::start_slice;
 use swimmer::models::{BodySolution, ErrorEstimate, Hydrodynamics, InstantaneousSolution};
 use swimmer::output::{ALL_ERRORS, matrix_json, peak_rss_mib, solution_json, write_flow};
 use swimmer::scene::AcceptKind;
-use swimmer::{Scene, SwimError, choose, solve_start, start_flow, start_resistance};
+use swimmer::{
+    Scene, SteadySolution, SwimError, choose, solve_start, solve_steady, start_flow,
+    start_resistance,
+};
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
@@ -67,6 +70,54 @@ pub fn solve(
             text += "\n";
         }
     }
+    and_then(text, written)
+}
+
+/// `swim solve --steady`: the steady state in a fluid with inertia.
+pub fn solve_steady_state(
+    arguments: &SceneArguments,
+    json: bool,
+    flow: Option<&Path>,
+) -> Result<String, CliError> {
+    let scene = arguments.read()?;
+    let steady = with_progress("iterating to the steady state", || solve_steady(&scene))?;
+    let SteadySolution {
+        solution,
+        reynolds,
+        iterations,
+        change,
+        ..
+    } = &steady;
+    let written = match (flow, &solution.flow) {
+        (Some(path), Some(flow)) => flow
+            .field()
+            .map_err(SwimError::from)
+            .and_then(|field| write_flow(field, path)),
+        _ => Ok(()),
+    };
+    let written = written.map_err(CliError::from);
+    if json {
+        let mut answer = solution_json(&scene, "fem", solution);
+        answer["steady"] = serde_json::json!({
+            "reynolds": reynolds,
+            "iterations": iterations,
+            "change": change,
+        });
+        return and_then(format!("{answer}\n"), written);
+    }
+    let mut text = entry("scene", scene.name());
+    text += &entry("model", "fem");
+    text += &entry("inertia", format!("steady, Reynolds number {reynolds:.4}"));
+    text += "\n";
+    text += &motion(&scene, solution);
+    text += "\n";
+    text += &accuracy(&scene, solution);
+    let iterated = count(*iterations, "iteration");
+    text += &entry(
+        "steady state",
+        format!("{iterated}, the last changes {change:.1e}"),
+    );
+    text += &cost(solution);
     and_then(text, written)
 }
 

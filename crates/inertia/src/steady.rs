@@ -5,7 +5,7 @@ use linalg::WarmStart;
 use mesh::TetMesh;
 use nalgebra::Vector3;
 use rigid::{Drive, FlowSolution};
-use stokes::{InertialTerms, Options, Problem, SurfaceFlow};
+use stokes::{InertialTerms, Options, Problem, Solution, SurfaceFlow};
 
 use crate::InertiaError;
 use crate::projection::square_integral;
@@ -58,7 +58,7 @@ impl SteadyParameters {
 /// A steady state and how it was found.
 pub struct Steady {
     /// Flow, velocities and forces.
-    pub flow: FlowSolution,
+    pub solved: Solution,
     /// Fixed-point iterations of all stages.
     pub iterations: usize,
     /// Relative change of the velocity in the last iteration.
@@ -118,7 +118,7 @@ impl SteadyFlow<'_> {
         let options = parameters.options;
         let first = self.picard(&problem, drive, (0.0, None), &options, &mut warm)?;
         let mut steady = Steady {
-            flow: first,
+            solved: first,
             iterations: 0,
             change: 0.0,
         };
@@ -131,7 +131,7 @@ impl SteadyFlow<'_> {
                 false => parameters.tolerance.max(1e-2),
             };
             mixing.clear();
-            let mut convecting = self.relative(&steady.flow)?;
+            let mut convecting = self.relative(&steady.solved.flow)?;
             steady.change = 1.0;
             for iteration in 1.. {
                 if density == 0.0 {
@@ -142,8 +142,8 @@ impl SteadyFlow<'_> {
                 // from the last solution, whose residual is as large as the change
                 let rtol = (RELATIVE_RTOL * steady.change).max(parameters.options.rtol);
                 let options = parameters.options.with_rtol(rtol);
-                let flow = self.picard(&problem, drive, terms, &options, &mut warm)?;
-                let next = self.relative(&flow)?;
+                let solved = self.picard(&problem, drive, terms, &options, &mut warm)?;
+                let next = self.relative(&solved.flow)?;
                 let difference: Vec<Vector3<f64>> =
                     next.iter().zip(&convecting).map(|(a, b)| a - b).collect();
                 let size = square_integral(self.mesh, &next)?;
@@ -153,7 +153,7 @@ impl SteadyFlow<'_> {
                 } else {
                     0.0
                 };
-                steady.flow = flow;
+                steady.solved = solved;
                 steady.iterations += 1;
                 if steady.change <= tolerance {
                     break;
@@ -180,14 +180,14 @@ impl SteadyFlow<'_> {
         (density, convecting): (f64, Option<&[Vector3<f64>]>),
         options: &Options,
         warm: &mut WarmStart,
-    ) -> Result<FlowSolution, InertiaError> {
+    ) -> Result<Solution, InertiaError> {
         let terms = InertialTerms {
             density,
             convecting,
             wall_velocity: self.wall_velocity,
             ..InertialTerms::default()
         };
-        Ok(problem.solve_inertial(drive, options, &terms, warm)?.flow)
+        Ok(problem.solve_inertial(drive, options, &terms, warm)?)
     }
 
     /// Velocity relative to the mesh.

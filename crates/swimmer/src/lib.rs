@@ -16,6 +16,7 @@ mod run_files;
 mod run_report;
 mod simulate;
 mod start;
+mod steady;
 mod templates;
 mod threads;
 mod turning;
@@ -42,6 +43,7 @@ pub use simulate::{continue_from, simulate};
 pub use start::{
     check_model, solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
 };
+pub use steady::{SteadySolution, solve_steady};
 pub use templates::TEMPLATES;
 pub use threads::check_threads;
 pub use turning::Turning;

@@ -324,6 +324,7 @@ fn remeshing_at_every_step_changes_a_steady_force_by_the_mesh_error() {
         };
         flow.solve(&drive, density, &SteadyParameters::default())
             .unwrap()
+            .solved
             .flow
     });
     let exact = steady[0].forces[2];

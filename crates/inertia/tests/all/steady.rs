@@ -28,7 +28,7 @@ fn drag(mesh: &TetMesh, density: f64) -> (f64, usize) {
     let steady = flow
         .solve(&drive, density, &SteadyParameters::default())
         .unwrap();
-    (-steady.flow.forces[2] / STOKES, steady.iterations)
+    (-steady.solved.flow.forces[2] / STOKES, steady.iterations)
 }
 
 /// Spectral Galerkin solution, Re = 2 a U / ν, ball of radius 10.
@@ -104,7 +104,7 @@ fn speed(mesh: &TetMesh, beta: f64, reynolds: f64) -> f64 {
     let steady = flow
         .solve(&drive, reynolds, &SteadyParameters::default())
         .unwrap();
-    steady.flow.bodies[2]
+    steady.solved.flow.bodies[2]
 }
 
 /// Spectral solutions, ball of radius 10, Re = ρ a U_0 / μ = 0.1, 1, 5, 10; β > 0 is a puller.

@@ -70,6 +70,11 @@ impl MovingScene {
         &self.walls
     }
 
+    /// Indices of the bodies with a surface.
+    pub fn surfaced(&self) -> impl Iterator<Item = usize> {
+        self.scaled.surfaced()
+    }
+
     /// A length or velocity in scaled units.
     pub fn length(&self, length: f64) -> f64 {
         self.scaled.scale.length(length)

@@ -75,6 +75,12 @@ impl FemModel {
     /// Bodies around which no mesh can be generated; constraints that contradict each other.
     pub(super) fn place(&mut self, query: &Query<'_>) -> Result<PlacedQuery, ModelError> {
         let clock = Clock::now();
+        if self.scaled.scene.inertia().is_kept() {
+            return Err(ModelError::Unsupported {
+                what: "Stokes flow of a fluid with inertia".to_owned(),
+                instead: "set fluid.inertia = \"none\"".to_owned(),
+            });
+        }
         let frame = MovingFrame::new(&self.scaled.scene, query.configuration.state);
         let state = frame.map(|frame| frame.state(query.configuration.state));
         let configuration = Configuration {

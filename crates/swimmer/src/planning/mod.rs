@@ -150,7 +150,8 @@ fn check_no_inertia(scene: &Scene) -> Result<(), ModelError> {
                 "{}: the flow of one instant, or strokes by such flows, of a fluid with inertia",
                 scene.place("fluid.inertia")
             ),
-            instead: "use `swim run`, or fluid.inertia = \"none\"".to_owned(),
+            instead: "use `swim run`, `swim solve --steady`, or fluid.inertia = \"none\""
+                .to_owned(),
         }),
     }
 }

@@ -1,7 +1,11 @@
 //! Runs in a fluid with inertia.
 
+use std::f64::consts::PI;
+
 use scene::Scene;
-use swimmer::{Method, Outcome, choose, choose_for_run, run, run_without_files, simulate};
+use swimmer::{
+    Method, Outcome, choose, choose_for_run, run, run_without_files, simulate, solve_steady,
+};
 use testkit::within;
 
 /// A sphere of the density 2 that is released at the centre of a ball, in fluid of density 1, with
@@ -139,6 +143,74 @@ fn what_does_not_know_of_inertia_refuses_it() {
         parsed(&format!("model.kind = \"rpy\"\n{RELEASED}").replace("model.tolerance = 1e-2", ""));
     let error = run_without_files(spheres, &mut ()).unwrap_err();
     assert_eq!(error.exit_code(), 2, "{error}");
+}
+
+/// A sphere that is held at a velocity, and squirmers, in a ball that moves along; by a spectral
+/// Galerkin method in the meridian plane.
+#[test]
+fn steady_states_are_exact_within_their_bars() {
+    let scene = |density: f64, body: &str| {
+        parsed(&format!(
+            "fluid = {{ density = {density} }}\ndomain = {{ kind = \"ball\", radius = 10 }}\n\
+             fem.size_factor = 0.75\n\
+             bodies = [{{ name = \"s\", radius = 1, position = [0, 0, 0], {body} }}]"
+        ))
+    };
+    let held = "velocity = [1, 0, 0], angular_velocity = [0, 0, 0]";
+    // The force over that of Stokes in unbounded fluid; the Reynolds number 2aU/ν is 2 ρ.
+    for (density, exact) in [
+        (0.5, 1.312596826),
+        (2.5, 1.579442824),
+        (5.0, 1.875208422),
+        (10.0, 2.34372910),
+    ] {
+        let steady = solve_steady(&scene(density, held)).unwrap();
+        let force = steady.solution.bodies[0].force.x / (6.0 * PI);
+        let bar = steady.solution.force_error.total() / (6.0 * PI);
+        within(force - exact, bar, &format!("force at density {density}"));
+        assert!(bar < 2e-2 * exact, "{bar}");
+    }
+    // The speed over 2 B1 / 3; the Reynolds number of that speed is ρ.
+    for (beta, density, exact) in [
+        (0.0, 0.1, 0.9975249752),
+        (0.0, 10.0, 0.9975249752),
+        (1.0, 1.0, 0.9294286562),
+        (3.0, 0.1, 0.9697853875),
+        (3.0, 5.0, 0.7955660509),
+        (-3.0, 1.0, 1.2899256442),
+        (-3.0, 5.0, 1.60805306),
+    ] {
+        let slip = format!(
+            "slip = {{ b1 = 1.5, b2 = {}, axis = [1, 0, 0] }}",
+            1.5 * beta
+        );
+        let steady = solve_steady(&scene(density, &slip)).unwrap();
+        let speed = steady.solution.bodies[0].velocity.x;
+        let bar = steady.solution.error_estimate.total();
+        within(
+            speed - exact,
+            bar,
+            &format!("speed, beta {beta}, density {density}"),
+        );
+        assert!(bar < 3e-2 * exact, "{bar}");
+    }
+}
+
+#[test]
+fn scenes_without_a_steady_state_are_refused() {
+    let free = "bodies = [{ name = \"s\", radius = 1, position = [0, 0, 0], force = [1, 0, 0] }]";
+    for (text, key) in [
+        ("", "fluid.density"),
+        ("fluid.density = 1\n", "domain.kind"),
+        (
+            "fluid.density = 1\ndomain = { kind = \"box\", size = [9, 9, 9] }\n",
+            "domain.kind",
+        ),
+    ] {
+        let error = solve_steady(&parsed(&format!("{text}{free}"))).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.to_string().contains(key), "{key}: {error}");
+    }
 }
 
 /// The flow is not in the checkpoint.
