@@ -45,7 +45,7 @@ pub enum Command {
     Solve {
         #[command(flatten)]
         scene: SceneArguments,
-        /// The steady flow with the inertia of the fluid (fluid.density), in the frame of the bodies
+        /// The steady flow with inertia of the fluid (fluid.density), in the frame of the bodies
         #[arg(long, conflicts_with_all = ["resistance", "picture"])]
         steady: bool,
         /// Print the result as one JSON object

@@ -167,7 +167,7 @@ fn steady_states_are_exact_within_their_bars() {
         let steady = solve_steady(&scene(density, held)).unwrap();
         let force = steady.solution.bodies[0].force.x / (6.0 * PI);
         let bar = steady.solution.force_error.total() / (6.0 * PI);
-        within(force - exact, bar, &format!("force at density {density}"));
+        within(force - exact, bar, format!("force at density {density}"));
         assert!(bar < 2e-2 * exact, "{bar}");
     }
     // The speed over 2 B1 / 3; the Reynolds number of that speed is ρ.
@@ -190,7 +190,7 @@ fn steady_states_are_exact_within_their_bars() {
         within(
             speed - exact,
             bar,
-            &format!("speed, beta {beta}, density {density}"),
+            format!("speed, beta {beta}, density {density}"),
         );
         assert!(bar < 3e-2 * exact, "{bar}");
     }
