@@ -282,3 +282,56 @@ mod tests {
         }
     }
 }
+
+/// Reynolds number `2 a U / ν` and force over `6 π μ a U` of a fixed sphere of radius 1 in the
+/// uniform stream `U` on a concentric ball of radius 10.
+///
+/// Steady Navier-Stokes flow by a spectral Galerkin method in the meridian plane, two resolutions.
+pub const HELD_SPHERE: [(f64, f64); 4] = [
+    (1.0, 1.312596826),
+    (5.0, 1.579442824),
+    (10.0, 1.875208422),
+    (20.0, 2.34372910),
+];
+
+/// `β`, the Reynolds number `a U_0 / ν` with `U_0 = 2 B_1 / 3`, and speed over `U_0` of squirmers
+/// with the surface velocity `B_1 (sin θ + β sin θ cos θ)` at the centre of a ball of radius 10 that
+/// moves along.
+///
+/// By the method of [`HELD_SPHERE`]. The speed for `β = 0` does not depend on the Reynolds number:
+/// the Stokes flow, uniform with a dipole and Hill's vortex, solves the Navier-Stokes equations.
+pub const STEADY_SQUIRMERS: [(f64, f64, f64); 9] = [
+    (0.0, 0.1, 0.9975249752),
+    (0.0, 10.0, 0.9975249752),
+    (1.0, 1.0, 0.9294286562),
+    (1.0, 5.0, 0.8841824644),
+    (3.0, 0.1, 0.9697853875),
+    (3.0, 1.0, 0.8284492722),
+    (3.0, 5.0, 0.7955660509),
+    (-3.0, 0.1, 1.0276845925),
+    (-3.0, 1.0, 1.2899256442),
+];
+
+/// Times and speeds of a sphere of radius 1 and density 2 that a force of `6 π` moves from rest, in
+/// fluid of density 1 in a ball of radius 10; small displacements.
+///
+/// By Laplace inversion of the exact impedance.
+pub const RELEASED_SPHERE: [(f64, f64); 5] = [
+    (0.1, 0.1159380123),
+    (0.5, 0.3412379413),
+    (1.0, 0.4744134599),
+    (2.0, 0.6014484922),
+    (5.0, 0.7239314716),
+];
+
+/// Density and viscosity of the fluid, time of the fall that is computed, and measured largest speed
+/// of a sphere of 15 mm that falls in a box; in millimetres, seconds and grams.
+///
+/// ten Cate, Nieuwstad, Derksen & Van den Akker 2002, cases E2 to E4 (Reynolds numbers 4.1, 11.6,
+/// 31.9). For their case E1 (1.5) the speed computed here is 34.6 mm/s on two meshes; 36.3 was
+/// measured.
+pub const FALLING_SPHERES: [(&str, f64, f64, f64, f64); 3] = [
+    ("Re = 4.1", 9.65e-4, 0.212, 1.7, 57.1),
+    ("Re = 11.6", 9.62e-4, 0.113, 1.3, 86.9),
+    ("Re = 31.9", 9.60e-4, 0.058, 1.1, 122.6),
+];

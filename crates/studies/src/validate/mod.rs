@@ -2,6 +2,7 @@
 
 mod axisymmetric;
 mod expected;
+mod inertia;
 mod joints;
 mod multipole;
 mod row;
@@ -30,7 +31,7 @@ type Part = (&'static str, fn(bool) -> Result<Vec<Row>>);
 pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
-    let parts: [Part; 11] = [
+    let parts: [Part; 12] = [
         ("sphere in a concentric ball", spheres::concentric),
         ("orders of convergence", similar::orders),
         ("two spheres", spheres::pairs),
@@ -45,6 +46,7 @@ pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
         ("multipole expansions", multipole::rows),
         ("hinges and springs", joints::rows),
         ("bodies of other shapes", shapes::rows),
+        ("fluids with inertia", inertia::rows),
     ];
     let is_asked = |name: &str| only.is_none_or(|only| name.contains(only));
     if !parts.iter().any(|(name, _)| is_asked(name)) {

@@ -8,7 +8,7 @@ use crate::page::Page;
 use crate::table::{Cell, Table, count, exp, fixed, median, optional, signed};
 
 /// Names of the cases, in the order of the page.
-const CASES: [(&str, &str); 8] = [
+const CASES: [(&str, &str); 9] = [
     ("A", "one sphere in a concentric ball, and spheroids"),
     ("B", "two spheres"),
     ("D", "collinear spheres in a ball"),
@@ -16,6 +16,7 @@ const CASES: [(&str, &str); 8] = [
     ("H", "one sphere in a cylinder"),
     ("J", "hinges, springs and flows"),
     ("K", "bodies of other shapes"),
+    ("L", "fluids with inertia"),
     ("order", "observed orders"),
 ];
 

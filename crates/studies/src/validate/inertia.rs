@@ -1,0 +1,125 @@
+//! L: fluids with inertia: steady states, starts from rest, falling spheres.
+
+use std::f64::consts::PI;
+use std::time::Instant;
+
+use anyhow::Result;
+use swimmer::{Scene, run_without_files, solve_steady};
+
+use super::row::{Basis, Cost, Estimated, Row};
+use crate::reference::{FALLING_SPHERES, HELD_SPHERE, RELEASED_SPHERE, STEADY_SQUIRMERS};
+
+/// Required of a steady force or speed by elements.
+const STEADY: f64 = 2e-3;
+
+/// Required of the speed after a start from rest.
+const RELEASED: f64 = 5e-3;
+
+/// Required of the largest speed of a falling sphere; it was measured to a hundredth.
+const FALLING: f64 = 1.5e-2;
+
+/// All rows; spheres that fall, half a minute, are not in the quick part.
+pub fn rows(quick: bool) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for (reynolds, exact) in HELD_SPHERE {
+        let held = "velocity = [1, 0, 0], angular_velocity = [0, 0, 0]";
+        let (steady, cost) = steady(0.5 * reynolds, held)?;
+        let name = format!("sphere held in a stream, Re = {reynolds}: force");
+        let force = steady.solution.bodies[0].force.x / (6.0 * PI);
+        let row = required(name, [exact, force], STEADY, cost);
+        let bar = steady.solution.force_error.total() / (6.0 * PI);
+        rows.push(row.with(Estimated::bound(bar)));
+    }
+    for (beta, density, exact) in STEADY_SQUIRMERS {
+        let slip = format!(
+            "slip = {{ b1 = 1.5, b2 = {}, axis = [1, 0, 0] }}",
+            1.5 * beta
+        );
+        let (steady, cost) = steady(density, &slip)?;
+        let name = format!("squirmer, beta = {beta}, Re = {density}: speed");
+        let speed = steady.solution.bodies[0].velocity.x;
+        let row = required(name, [exact, speed], STEADY, cost);
+        rows.push(row.with(Estimated::bound(steady.solution.error_estimate.total())));
+    }
+    rows.extend(released()?);
+    if !quick {
+        rows.extend(falling()?);
+    }
+    Ok(rows)
+}
+
+fn required(name: String, values: [f64; 2], tolerance: f64, cost: Cost) -> Row {
+    Row::relative("L", name, values, (tolerance, Basis::Required), cost)
+}
+
+fn cost(clock: Instant) -> Cost {
+    Cost {
+        seconds: clock.elapsed().as_secs_f64(),
+        ..Cost::default()
+    }
+}
+
+/// The steady state of a unit sphere at the centre of a ball of radius 10.
+fn steady(density: f64, body: &str) -> Result<(swimmer::SteadySolution, Cost)> {
+    let clock = Instant::now();
+    let scene = Scene::parse(&format!(
+        "fluid.density = {density}\ndomain = {{ kind = \"ball\", radius = 10 }}\n\
+         fem.size_factor = 0.5\n\
+         bodies = [{{ name = \"s\", radius = 1, position = [0, 0, 0], {body} }}]"
+    ))?;
+    Ok((solve_steady(&scene)?, cost(clock)))
+}
+
+/// Speeds of a sphere that is released in a ball, before it has moved far.
+fn released() -> Result<Vec<Row>> {
+    let clock = Instant::now();
+    let mut phases = Vec::new();
+    let mut before = 0.0;
+    for (time, _) in RELEASED_SPHERE {
+        phases.push(format!("{{ duration = {} }}", time - before));
+        before = time;
+    }
+    // The weight less the buoyancy is 6π / 1000.
+    let scene = Scene::parse(&format!(
+        "fluid = {{ density = 1, inertia = \"unsteady\" }}\n\
+         domain = {{ kind = \"ball\", radius = 10 }}\n\
+         model.tolerance = 3e-3\nfem.size_factor = 0.7\ngravity = [0, 0, 4.5e-3]\n\
+         bodies = [{{ name = \"s\", radius = 1, density = 2, position = [0, 0, 0] }}]\n\
+         gait.phases = [{}]",
+        phases.join(", ")
+    ))?;
+    let outcome = run_without_files(scene, &mut ())?.completed()?.outcome;
+    let cost = cost(clock);
+    let rows = RELEASED_SPHERE.into_iter().enumerate();
+    let row = |(number, (time, exact)): (usize, (f64, f64))| {
+        let of_span = (outcome.samples.iter().rev()).filter(|sample| sample.span == number);
+        let last = of_span.filter_map(|sample| sample.bodies.as_ref()).next();
+        let speed = last.map_or(f64::NAN, |bodies| bodies[0].velocity.z * 1e3);
+        let name = format!("sphere released from rest, time {time}: speed");
+        required(name, [exact, speed], RELEASED, cost)
+    };
+    Ok(rows.map(row).collect())
+}
+
+/// Largest speeds of a sphere that falls in a box, in millimetres, seconds and grams.
+fn falling() -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for (name, density, viscosity, duration, measured) in FALLING_SPHERES {
+        let clock = Instant::now();
+        let scene = Scene::parse(&format!(
+            "fluid = {{ density = {density}, viscosity = {viscosity}, inertia = \"full\" }}\n\
+             domain = {{ kind = \"box\", size = [100, 100, 160] }}\n\
+             model.tolerance = 1e-2\ngravity = [0, 0, -9800]\n\
+             bodies = [{{ name = \"s\", radius = 7.5, density = 1.12e-3, position = [0, 0, 47.5] }}]\n\
+             gait.phases = [{{ duration = {duration} }}]"
+        ))?;
+        let outcome = run_without_files(scene, &mut ())?.completed()?.outcome;
+        let samples = (outcome.samples.iter()).filter_map(|sample| sample.bodies.as_ref());
+        let fastest = samples.fold(0.0_f64, |most, bodies| most.max(-bodies[0].velocity.z));
+        let name = format!("sphere falling in a box, {name}: largest speed (measured)");
+        let row = required(name, [measured, fastest], FALLING, cost(clock));
+        // Of the measurement.
+        rows.push(row.with_exact_bar(1e-2));
+    }
+    Ok(rows)
+}
