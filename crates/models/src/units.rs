@@ -201,6 +201,11 @@ impl Scale {
         })
     }
 
+    /// Scaled density, `ρ' = ρ L^2 / μ`: the ratio of inertia to viscosity per time.
+    pub fn density(&self, density: f64) -> f64 {
+        density * self.length * self.length / self.viscosity
+    }
+
     /// Pressure in the scene of a scaled pressure.
     pub fn pressure_to_scene(&self, pressure: f64) -> f64 {
         pressure * self.viscosity

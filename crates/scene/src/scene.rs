@@ -81,6 +81,11 @@ impl Scene {
         self.viscosity
     }
 
+    /// Density of the fluid; zero by default.
+    pub fn density(&self) -> f64 {
+        self.density
+    }
+
     /// Acceleration of gravity; zero by default.
     pub fn gravity(&self) -> Vector3<f64> {
         self.gravity
