@@ -11,6 +11,7 @@ use super::arguments::RunArguments;
 use super::design_files::{path_of, write};
 use super::displacements::displacement_table;
 use super::error::CliError;
+use super::neglected_inertia;
 use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
     duration, entry, error, error_estimates, measured, open_gait, print, rotation_entry,
@@ -162,6 +163,7 @@ fn describe(report: &Report, out: &Path) -> String {
             outcome.work_error.total(),
         )
         + &tolerance
+        + &neglected_inertia::of_run(report)
         + &stopped
         + &entry("cost", cost)
         + &entry("results", out.display())

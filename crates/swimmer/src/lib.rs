@@ -5,6 +5,7 @@ pub mod checkpoint;
 mod error;
 mod gauss;
 mod integrate;
+mod neglected_inertia;
 mod observer;
 mod outcome;
 pub mod output;
@@ -27,6 +28,9 @@ pub use integrate::{
     TYPICAL_SOLVES_PER_SPAN,
 };
 pub use models;
+pub use neglected_inertia::{
+    InertialEffect, NeglectedInertia, mean_effect, start_neglected_inertia,
+};
 pub use observer::{MissedTarget, Observer, Progress};
 pub use outcome::{Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions};
 pub use output::Folder;

@@ -16,8 +16,8 @@ use crate::scaled_scene::ScaledResponse;
 
 /// Distance in time over which flows are differenced, relative to that of the motion.
 ///
-/// The truncation of the difference has a relative error of 1e-6, or of 1e-3 in a gap of a thirtieth
-/// of a radius.
+/// The truncation of the difference has a relative error of 1e-6, or of 1e-3 in a gap of a
+/// thirtieth of a radius.
 const RELATIVE_STEP: f64 = 1e-3;
 
 /// Relative residual to which flows are solved that are differenced.
@@ -252,7 +252,8 @@ impl NeglectedInertia for FemModel {
     fn change(&mut self, at: &PathPoint<'_>) -> Result<InertialChange, ModelError> {
         self.check_inertia()?;
         let masses = self.masses()?;
-        let mut guesses = InitialGuesses::new(1);
+        // two, so that the last solve starts from an extrapolation
+        let mut guesses = InitialGuesses::new(2);
         let rates = [at.rates.to_vec()];
         let now = self.solved(at.configuration, &rates, Meshes::at, &mut guesses)?;
         let (flow, frame) = (now.flow()?, now.query.frame);
