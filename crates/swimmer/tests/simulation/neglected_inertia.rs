@@ -193,10 +193,26 @@ fn neglected_inertia_is_told_with_its_reason_where_it_is_not_computed() {
     );
     let summary = report.summary();
     assert_eq!(summary["neglected_inertia"]["unknown"], reason);
-    let turning = testkit::planar(|x| x)
-        .with("fluid.density", 1.0)
-        .with("model.kind", "rpy");
-    let report = run_without_files(turning.scene(), &mut ()).unwrap();
-    let reason = report.neglected_inertia.unwrap().effect.unwrap_err();
-    contains("bodies that turn", &reason, &["displacement of", "swim solve"]);
+    let scallop = SceneText::new()
+        .sphere("left", 1.0, [-4, 0, 0])
+        .sphere("right", 1.0, [4, 0, 0])
+        .point("pivot", [0; 3])
+        .slide("arm", "left", "pivot")
+        .joint(
+            "hinge",
+            "right",
+            "pivot",
+            "joint = \"hinge\", axis = [0, 0, 1]",
+        )
+        .phase("link = \"hinge\", length = 0.5");
+    let spring = "drive = \"spring\", stiffness = 1, rest = 3";
+    let elastic = testkit::chain(&["a", "b"], &[0.0, 4.0])
+        .joint("arm", "b", "a", spring)
+        .phase("duration = 1");
+    for (text, why) in [(scallop, "bodies that turn"), (elastic, "passive joints")] {
+        let scene = text.with("fluid.density", 1.0).scene();
+        let report = run_without_files(scene, &mut ()).unwrap();
+        let reason = report.neglected_inertia.unwrap().effect.unwrap_err();
+        contains(why, &reason, &["displacement of", why, "swim solve"]);
+    }
 }
