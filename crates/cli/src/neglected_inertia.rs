@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use swimmer::models::InstantaneousSolution;
 use swimmer::scene::Domain;
-use swimmer::{NeglectedInertia, Report, Scene, mean_effect};
+use swimmer::{NeglectedInertia, Report, Scene, fastest_body, mean_effect};
 
 use super::text::{entry, percent, two_digits, warn};
 
@@ -36,15 +36,14 @@ pub fn of_solution(
     let Some(neglected) = neglected else {
         return String::new();
     };
-    let speeds = solution.bodies.iter().map(|body| body.velocity.norm());
-    let fastest = speeds.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
-    let (body, size) = fastest.unwrap_or((0, 0.0));
-    let direction = solution.bodies.get(body).map(|body| body.velocity);
+    let body = fastest_body(&solution.bodies).unwrap_or(0);
+    let velocity = solution.bodies.get(body).map(|body| body.velocity);
+    let velocity = velocity.unwrap_or_default();
     let name = scene.bodies().get(body).map_or("", |body| &body.name);
     let reference = Reference {
         name: &format!("the velocity of {name}"),
-        direction: direction.unwrap_or_default(),
-        size,
+        direction: velocity,
+        size: velocity.norm(),
     };
     lines(scene, neglected, &reference, |effect| {
         effect.get(body).copied().unwrap_or_default()

@@ -29,7 +29,7 @@ pub use integrate::{
 };
 pub use models;
 pub use neglected_inertia::{
-    InertialEffect, NeglectedInertia, mean_effect, start_neglected_inertia,
+    InertialEffect, NeglectedInertia, fastest_body, mean_effect, start_neglected_inertia,
 };
 pub use observer::{MissedTarget, Observer, Progress};
 pub use outcome::{Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions};

@@ -56,6 +56,10 @@ pub struct NeglectedInertia {
     pub frequency: Option<f64>,
     /// The effect of inertia, or why it is not known.
     pub effect: Result<InertialEffect, String>,
+    /// The effect by all causes along the result, relative to it: along the net displacement of a
+    /// run, or along the velocity of the [`fastest_body`] of a solution. None if the effect is not
+    /// known or the result is zero.
+    pub relative: Option<f64>,
 }
 
 impl InertialEffect {
@@ -131,15 +135,30 @@ impl NeglectedInertia {
             reynolds,
             frequency: period.map(|period| per_viscosity * TAU / period * radius * radius),
             effect,
+            relative: None,
         }))
     }
 
-    /// JSON: `reynolds`, `frequency`, and the effect by body under `unsteady`, `convective`,
-    /// `bodies` and `total`, or `unknown` with the reason.
+    /// The same with the relative effect on a vector, of which `of` is the effect.
+    fn relative_to(
+        mut self,
+        vector: Vector3<f64>,
+        of: impl Fn(&[Vector3<f64>]) -> Vector3<f64>,
+    ) -> Self {
+        let along = |effect: &InertialEffect| of(&effect.total()).dot(&vector);
+        let is_zero = vector == Vector3::zeros();
+        self.relative = (self.effect.as_ref().ok().filter(|_| !is_zero))
+            .map(|effect| along(effect) / vector.norm_squared());
+        self
+    }
+
+    /// JSON: `reynolds`, `frequency`, `relative`, and the effect by body under `unsteady`,
+    /// `convective`, `bodies` and `total`, or `unknown` with the reason.
     pub fn json(&self, scene: &Scene) -> Value {
         let mut map = Map::new();
         map.insert("reynolds".to_owned(), json!(self.reynolds));
         map.insert("frequency".to_owned(), json!(self.frequency));
+        map.insert("relative".to_owned(), json!(self.relative));
         let by_body = |vectors: &[Vector3<f64>]| -> Value {
             let entry = |(body, v): (&scene::Body, &Vector3<f64>)| {
                 (body.name.clone(), json!([v.x, v.y, v.z]))
@@ -174,7 +193,7 @@ pub fn start_neglected_inertia(
     model: &mut dyn Hydrodynamics,
     bodies: &[BodySolution],
 ) -> Result<Option<NeglectedInertia>, SwimError> {
-    NeglectedInertia::new(scene, std::iter::once(bodies), || {
+    let neglected = NeglectedInertia::new(scene, std::iter::once(bodies), || {
         let accelerations = spans(scene.gait(), scene.articulation().initial_shape())?
             .next()
             .map_or(vec![0.0; scene.articulation().joints().len()], |span| {
@@ -190,7 +209,22 @@ pub fn start_neglected_inertia(
         })?;
         effect.add(1.0, &change);
         Ok(effect)
-    })
+    })?;
+    let fastest = fastest_body(bodies).unwrap_or(0);
+    let velocity = bodies.get(fastest).map(|body| body.velocity);
+    Ok(neglected.map(|neglected| {
+        neglected.relative_to(velocity.unwrap_or_default(), |effect| {
+            effect.get(fastest).copied().unwrap_or_default()
+        })
+    }))
+}
+
+/// The body whose centre is fastest; none without bodies.
+pub fn fastest_body(bodies: &[BodySolution]) -> Option<usize> {
+    let speeds = bodies.iter().map(|body| body.velocity.norm()).enumerate();
+    // of equal speeds the first
+    let faster = |a: (usize, f64), b: (usize, f64)| if b.1 > a.1 { b } else { a };
+    speeds.reduce(faster).map(|(body, _)| body)
 }
 
 /// What neglecting inertia costs in the displacements of a completed run, from rest to rest; none
@@ -212,7 +246,7 @@ pub(crate) fn run_neglected_inertia(
 ) -> Result<Option<NeglectedInertia>, SwimError> {
     let samples = outcome.samples.iter();
     let velocities = samples.filter_map(|sample| sample.bodies.as_deref());
-    NeglectedInertia::new(scene, velocities, || {
+    let neglected = NeglectedInertia::new(scene, velocities, || {
         if let Some(what) = without_displacement(scene, outcome) {
             let what = format!("the effect of neglected inertia on the displacement of {what}");
             let instead = "`swim solve` has that on the velocities at the start".to_owned();
@@ -261,7 +295,15 @@ pub(crate) fn run_neglected_inertia(
             [&before, &at_rest],
         )?;
         Ok(effect)
-    })
+    })?;
+    let net = match outcome.resolved_net() > 0.0 {
+        true => outcome.net_vector(),
+        false => Vector3::zeros(),
+    };
+    Ok(
+        neglected
+            .map(|neglected| neglected.relative_to(net, |effect| mean_effect(outcome, effect))),
+    )
 }
 
 /// The bodies of a run to whose displacement first-order velocities do not add up; none if they do.

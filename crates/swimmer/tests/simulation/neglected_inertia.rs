@@ -86,7 +86,18 @@ fn effect(text: SceneText) -> InertialEffect {
     let report = run_with(scene, &model, out, false, false, &mut NoFiles, &mut ()).unwrap();
     let neglected = report.neglected_inertia.clone().unwrap();
     let summary = report.summary();
+    let (relative, outcome) = (neglected.relative, &report.outcome);
     let effect = neglected.effect.unwrap();
+    // Both bodies have the same effect, along x as the net displacement; a reciprocal stroke has none.
+    let is_closed = outcome.shape_change(&report.scene).is_none();
+    assert_eq!(relative.is_none(), is_closed);
+    within(
+        relative.unwrap_or(0.0) * outcome.net_vector().x
+            - f64::from(!is_closed) * effect.total()[0].x,
+        1e-12 * outcome.net(),
+        "the relative effect is that of the sum",
+    );
+    assert_eq!(summary["neglected_inertia"]["relative"].as_f64(), relative);
     for (cause, found) in effect.causes() {
         let written = summary["neglected_inertia"][cause]["a"][0].as_f64();
         assert_eq!(written, Some(found[0].x));
@@ -125,6 +136,19 @@ fn jumps_of_the_rates_belong_to_the_effect_of_inertia_on_a_stroke() {
         "two Gauss points: (b - a)^5 / 4320 times 24 / q^5 at 5, over ln(8/5)",
     );
     assert_eq!(found.bodies, vec![Vector3::zeros(); 2]);
+}
+
+/// From rest to rest at other shapes, each jump counts with its shape.
+#[test]
+fn an_open_motion_starts_and_ends_at_rest() {
+    let text = SceneText::new()
+        .sphere("a", 1.0, [0; 3])
+        .sphere("b", 1.5, [8, 0, 0])
+        .slide("arm", "b", "a")
+        .phase("link = \"arm\", length = 5, duration = 1");
+    let found = effect(text).unsteady[0].x;
+    let expected = 3.0 / 25.0 - 3.0 / 64.0;
+    within(found - expected, 1e-12, "rounding");
 }
 
 #[test]
