@@ -11,6 +11,7 @@ use super::arguments::RunArguments;
 use super::design_files::{path_of, write};
 use super::displacements::displacement_table;
 use super::error::CliError;
+use super::neglected_inertia::{self, inertia_words};
 use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
     duration, entry, error, error_estimates, measured, open_gait, print, rotation_entry,
@@ -135,13 +136,8 @@ fn describe(report: &Report, out: &Path) -> String {
     });
     let inertia = InertiaNumbers::new(&report.scene, outcome);
     let inertia = inertia.map_or(String::new(), |numbers| {
-        let words = format!(
-            "{}, Reynolds number {:.2e}, frequency parameter {:.2e}",
-            report.scene.inertia().kind.word(),
-            numbers.reynolds,
-            numbers.frequency
-        );
-        entry("inertia", words)
+        let terms = report.scene.inertia().kind.word();
+        entry("inertia", format!("{terms}, {}", inertia_words(&numbers)))
     });
     let reached = outcome.samples.last().map_or(0.0, |sample| sample.time);
     let stopped = match outcome.stopped {
@@ -173,6 +169,7 @@ fn describe(report: &Report, out: &Path) -> String {
             outcome.work_error.total(),
         )
         + &tolerance
+        + &neglected_inertia::of_run(report)
         + &stopped
         + &entry("cost", cost)
         + &entry("results", out.display())

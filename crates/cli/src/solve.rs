@@ -9,11 +9,12 @@ use swimmer::output::{ALL_ERRORS, matrix_json, peak_rss_mib, solution_json, writ
 use swimmer::scene::AcceptKind;
 use swimmer::{
     Scene, SteadySolution, SwimError, choose, solve_start, solve_steady, start_flow,
-    start_resistance,
+    start_neglected_inertia, start_resistance,
 };
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
+use super::neglected_inertia;
 use super::progress::with_progress;
 use super::text::{
     NO_ESTIMATE, count, duration, entry, error, error_estimates, measured, percent, print,
@@ -38,6 +39,7 @@ pub fn solve(
     let resistance = resistance
         .then(|| start_resistance(&scene, model.as_mut()))
         .transpose()?;
+    let neglected = start_neglected_inertia(&scene, model.as_mut(), &solution.bodies)?;
     warn_about_target(&scene, &solution);
     let comparison = Comparison::new(&scene, model.as_ref(), &solution);
     let written = written.and(comparison.check(&scene));
@@ -49,6 +51,9 @@ pub fn solve(
             true => ALL_ERRORS.into(),
             false => "the error of the integration".into(),
         };
+        if let Some(neglected) = &neglected {
+            answer["neglected_inertia"] = neglected.json(&scene);
+        }
         if let Some(resistance) = &resistance {
             answer["resistance"] = matrix_json(resistance);
         }
@@ -61,6 +66,7 @@ pub fn solve(
     text += "\n";
     text += &accuracy(&scene, &solution);
     text += &comparison.line();
+    text += &neglected_inertia::of_solution(&scene, neglected.as_ref(), &solution);
     text += &cost(&solution);
     if let Some(resistance) = resistance {
         text += "\ngrand resistance matrix: rows (F, T) of each body, columns (U, omega)\n";

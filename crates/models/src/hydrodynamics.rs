@@ -10,6 +10,7 @@ use stokes::Dofs;
 
 use crate::error::ModelError;
 use crate::flow_field::{FlowField, PointFlow};
+use crate::neglected_inertia::NeglectedInertia;
 use crate::query::{Configuration, Query};
 use crate::solution::InstantaneousSolution;
 
@@ -145,6 +146,16 @@ pub trait Hydrodynamics: Send {
         let what = format!("the grand resistance by the model '{}'", self.name());
         let unsupported = ModelError::unsupported(what, "use model.kind = \"fem\"");
         self.inner_mut().ok_or(unsupported)?.resistances()
+    }
+
+    /// What inertia would change about the velocities of configurations.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] for models that do not compute it.
+    fn neglected_inertia(&mut self) -> Result<&mut dyn NeglectedInertia, ModelError> {
+        let what = format!("the effect of inertia by the model '{}'", self.name());
+        let unsupported = ModelError::unsupported(what, "use model.kind = \"fem\"");
+        self.inner_mut().ok_or(unsupported)?.neglected_inertia()
     }
 
     /// Velocities for a unit force on each passive joint, all else at rest and without loads.

@@ -9,6 +9,7 @@ mod fem_model;
 mod flow_field;
 mod hydrodynamics;
 mod mobility;
+mod neglected_inertia;
 mod query;
 mod response;
 mod rough_model;
@@ -30,6 +31,7 @@ pub use hydrodynamics::{
     Capabilities, ErrorEstimates, Flows, History, Hydrodynamics, PredictedCost, Resistances,
     SceneResistance,
 };
+pub use neglected_inertia::{InertialChange, NeglectedInertia, PathPoint};
 pub use query::{BodyInertia, Configuration, Query};
 pub use response::{BodySolution, HoldingLoad, Response};
 pub use rough_model::RoughModel;

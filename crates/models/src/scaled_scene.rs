@@ -2,8 +2,8 @@
 
 use nalgebra::{DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3};
 use rigid::{
-    Arms, Articulation, BodyKind, Constraints, ExternalLoad, JointLoad, RigidError, State,
-    StateVelocity, Twist,
+    Arms, Articulation, BodyKind, Constraints, ExternalLoad, FlowSolution, JointLoad, RigidError,
+    State, StateVelocity, Twist,
 };
 
 use crate::error::ModelError;
@@ -32,7 +32,7 @@ pub(crate) struct ScaledScene {
     pub shortest_lever: f64,
 }
 
-/// Motion and loads of the bodies in scaled units.
+/// Motion and loads of the bodies, or a change of them, in scaled units.
 pub(crate) struct ScaledResponse<'a> {
     pub motion: &'a StateVelocity,
     /// Generalised velocities of all bodies.
@@ -43,6 +43,29 @@ pub(crate) struct ScaledResponse<'a> {
     /// Loads that hold bodies, with the indices of the bodies.
     pub holding: Vec<(usize, ExternalLoad)>,
     pub slip_power: f64,
+}
+
+impl<'a> ScaledResponse<'a> {
+    /// Motion and loads of a flow.
+    ///
+    /// # Errors
+    /// A flow of other joints.
+    pub fn of_flow(
+        flow: &'a FlowSolution,
+        slip_power: f64,
+        set: &Articulation,
+    ) -> Result<Self, ModelError> {
+        Ok(Self {
+            motion: &flow.state,
+            generalised: &flow.generalised,
+            forces: &flow.forces,
+            joint_loads: (0..set.joints().len())
+                .map(|joint| flow.joint_load(joint))
+                .collect::<Result<_, _>>()?,
+            holding: flow.holding_loads(),
+            slip_power,
+        })
+    }
 }
 
 impl ScaledScene {
@@ -264,6 +287,13 @@ impl ScaledScene {
 
     /// Motion and loads in the units of the scene.
     pub fn response_to_scene(&self, scaled: ScaledResponse) -> Response {
+        let mut response = self.change_to_scene(scaled);
+        self.enter_held_velocities(&mut response);
+        response
+    }
+
+    /// Change of motion and loads in the units of the scene.
+    pub fn change_to_scene(&self, scaled: ScaledResponse) -> Response {
         let scale = &self.scale;
         let vector = |list: &DVector<f64>, first| list.fixed_rows::<3>(first).into_owned();
         let layout = self.set.velocity_layout();
@@ -285,7 +315,7 @@ impl ScaledScene {
             torque: scale.torque_to_scene(load.torque),
         });
         let joint_loads = self.set.joints().iter().zip(&scaled.joint_loads);
-        let mut response = Response {
+        Response {
             motion: self.motion_to_scene(scaled.motion),
             bodies,
             joint_loads: joint_loads
@@ -293,9 +323,7 @@ impl ScaledScene {
                 .collect(),
             holding: holding.collect(),
             slip_power: scale.power_to_scene(scaled.slip_power),
-        };
-        self.enter_held_velocities(&mut response);
-        response
+        }
     }
 
     /// Enters the given velocities, which solutions have up to the error of the solver alone.
@@ -334,7 +362,7 @@ impl ScaledScene {
             .state(configuration.state, self.set.passive_joints())
     }
 
-    /// Scaled values, or rates, of all joints.
+    /// Scaled values, rates or accelerations of all joints.
     pub fn values(&self, list: &[f64]) -> Vec<f64> {
         let joints = self.set.joints().iter().zip(list);
         joints

@@ -219,7 +219,7 @@ impl Scale {
         })
     }
 
-    /// Scaled density of one of the scene, `ρ L² / μ`.
+    /// Scaled density, `ρ' = ρ L^2 / μ`: the ratio of inertia to viscosity per time.
     pub fn density(&self, density: f64) -> f64 {
         density * self.length * self.length / self.viscosity
     }

@@ -6,6 +6,7 @@ mod error;
 mod gauss;
 mod inertia_numbers;
 mod integrate;
+mod neglected_inertia;
 mod observer;
 mod outcome;
 pub mod output;
@@ -30,6 +31,9 @@ pub use integrate::{
     TYPICAL_SOLVES_PER_SPAN, UnsteadyScene,
 };
 pub use models;
+pub use neglected_inertia::{
+    InertialEffect, NeglectedInertia, fastest_body, mean_effect, start_neglected_inertia,
+};
 pub use observer::{MissedTarget, Observer, Progress};
 pub use outcome::{Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions};
 pub use output::Folder;

@@ -117,7 +117,12 @@ impl Outcome {
     ///
     /// A rotation about that mean is no displacement. Fixed bodies do not count.
     pub fn net(&self) -> f64 {
-        mean_of_moving(&self.displacement).norm()
+        self.net_vector().norm()
+    }
+
+    /// The mean displacement of the centres of the moving bodies.
+    pub fn net_vector(&self) -> Vector3<f64> {
+        mean_of_moving(&self.displacement)
     }
 
     /// The work without the correction of its discretisation error.

@@ -9,6 +9,7 @@ use scene::{AcceptKind, Scene};
 use crate::checkpoint::{self, Checkpoint};
 use crate::error::SwimError;
 use crate::integrate::{Method, SpanSolution};
+use crate::neglected_inertia::run_neglected_inertia;
 use crate::observer::Progress;
 use crate::output::Folder;
 use crate::periodic::start_of_gait;
@@ -127,7 +128,7 @@ fn run_to_target(
             Some((folder, files)) => Some((folder, &mut **files)),
             None => None,
         };
-        let report = run_once(sized, model, reborrowed, checkpoint.take(), progress)?;
+        let (report, mut model) = run_once(sized, model, reborrowed, checkpoint.take(), progress)?;
         let completed = report.stopped.is_none();
         let missed = (search.as_mut())
             .filter(|_| completed)
@@ -144,8 +145,13 @@ fn run_to_target(
             continue;
         }
         let Some(missed) = missed else {
-            let seconds = started.elapsed().as_secs_f64();
-            let report = Report { seconds, ..report };
+            let neglected_inertia =
+                run_neglected_inertia(&report.scene, model.as_mut(), &report.outcome, progress)?;
+            let report = Report {
+                neglected_inertia,
+                seconds: started.elapsed().as_secs_f64(),
+                ..report
+            };
             if let Some((folder, files)) = output {
                 write_summary(&report, folder, files)?;
             }
@@ -222,14 +228,15 @@ impl Repetition {
     }
 }
 
-/// Runs the gait of a scene with its element sizes, from its beginning or from a checkpoint.
+/// Runs the gait of a scene with its element sizes, from its beginning or from a checkpoint, and
+/// returns the model too.
 fn run_once(
     scene: Scene,
     model: ModelOfScene,
     output: Option<(&Folder, &mut dyn RunFiles)>,
     checkpoint: Option<Checkpoint>,
     progress: &mut dyn Progress,
-) -> Result<Report, SwimError> {
+) -> Result<(Report, Box<dyn Hydrodynamics>), SwimError> {
     let folder = output.as_ref().map(|(folder, _)| *folder);
     let Choice { mut model, reasons } = model(&scene)?;
     let (interim, flows) = match checkpoint {
@@ -295,11 +302,12 @@ fn run_once(
         scene: scene.clone(),
         reasons,
         outcome,
+        neglected_inertia: None,
         stopped,
         seconds: 0.0,
     };
     if let Some(output) = output {
         output.files.gait_done(model.as_mut())?;
     }
-    Ok(report)
+    Ok((report, model))
 }

@@ -4,6 +4,7 @@ use scene::{AcceptKind, Scene};
 use serde_json::Value;
 
 use crate::error::SwimError;
+use crate::neglected_inertia::NeglectedInertia;
 use crate::outcome::Outcome;
 use crate::output::summary_json;
 
@@ -19,6 +20,8 @@ pub struct Report {
     pub reasons: Vec<String>,
     /// Outcome of the gait, or of its part before `stopped`.
     pub outcome: Outcome,
+    /// What neglecting inertia costs; none for a fluid without density.
+    pub neglected_inertia: Option<NeglectedInertia>,
     /// The error that ended the motion, such as contact; none for a completed run.
     pub stopped: Option<SwimError>,
     /// Wall-clock time of the whole run in seconds.
@@ -28,13 +31,17 @@ pub struct Report {
 impl Report {
     /// The summary of the run, as in `summary.json`.
     pub fn summary(&self) -> Value {
-        summary_json(
+        let mut summary = summary_json(
             &self.scene,
             self.model,
             &self.reasons,
             &self.outcome,
             self.seconds,
-        )
+        );
+        if let Some(neglected) = &self.neglected_inertia {
+            summary["neglected_inertia"] = neglected.json(&self.scene);
+        }
+        summary
     }
 
     /// The report of a run that was completed.
@@ -87,6 +94,7 @@ mod tests {
             model: "rpy",
             reasons: Vec::new(),
             outcome,
+            neglected_inertia: None,
             stopped: None,
             seconds: 0.0,
         }

@@ -87,7 +87,7 @@ pub fn start_flow_at(
 }
 
 /// Evaluates the model for the configuration and the rates at the start.
-fn at_start<T>(
+pub(crate) fn at_start<T>(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
     evaluate: impl FnOnce(&mut dyn Hydrodynamics, Configuration<'_>, &[f64]) -> Result<T, ModelError>,

@@ -44,7 +44,7 @@ pub struct Meshes {
 
 /// The mesh of one configuration.
 pub struct PlacedMesh {
-    pub mesh: TetMesh,
+    pub mesh: Arc<TetMesh>,
     /// Why it was newly generated or moved by another method; `None` if it was moved as before.
     pub remeshed: Option<Remesh>,
     /// Whether its cells differ from those of the mesh before.
@@ -143,7 +143,7 @@ impl Meshes {
                         before != number && !(has_file(before) && has_file(number))
                     });
                     return Ok(PlacedMesh {
-                        mesh,
+                        mesh: Arc::new(mesh),
                         remeshed: None,
                         has_other_cells,
                     });
@@ -169,9 +169,27 @@ impl Meshes {
             other => other,
         })?;
         Ok(PlacedMesh {
-            mesh,
+            mesh: Arc::new(mesh),
             remeshed: Some(reason),
             has_other_cells: true,
+        })
+    }
+
+    /// The current mesh with the bodies at `poses` close to the present ones, whatever becomes of
+    /// the quality of its cells: for derivatives along a path.
+    ///
+    /// # Errors
+    /// No current mesh; poses for which a cell would be inverted.
+    pub fn at_by_current(&mut self, poses: &[Isometry3<f64>]) -> Result<PlacedMesh, ModelError> {
+        let reference = self
+            .current
+            .and_then(|current| self.references.get(current));
+        let reference = reference.ok_or(ModelError::NoMesh)?;
+        let mesh = reference.moved_anyway(&self.generator, &self.generator.poses(poses))?;
+        Ok(PlacedMesh {
+            mesh: Arc::new(mesh),
+            remeshed: None,
+            has_other_cells: false,
         })
     }
 
@@ -200,7 +218,7 @@ impl Meshes {
                         tried: self.tried(too_poor),
                     });
                     return Ok(Some(PlacedMesh {
-                        mesh,
+                        mesh: Arc::new(mesh),
                         remeshed,
                         has_other_cells: false,
                     }));

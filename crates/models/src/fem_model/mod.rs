@@ -8,6 +8,7 @@ mod mesh_generator;
 mod meshes;
 mod moving_frame;
 mod moving_scene;
+mod neglected_inertia;
 mod placed_query;
 mod reference_mesh;
 mod scene_solution;
@@ -29,6 +30,7 @@ use crate::hydrodynamics::{
     Capabilities, ErrorEstimates, Flows, History, Hydrodynamics, PredictedCost, Resistances,
     SceneResistance,
 };
+use crate::neglected_inertia::NeglectedInertia;
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
@@ -47,6 +49,9 @@ pub struct FemModel {
     last: Option<Adaptable>,
     engine: Option<&'static dyn Engine>,
 }
+
+/// Name of the model.
+const NAME: &str = "fem";
 
 /// Number of solutions kept as initial guesses, at 8 bytes per degree of freedom each.
 ///
@@ -67,6 +72,9 @@ const SECONDS_PER_DOF: f64 = 4e-6;
 
 /// Peak memory per degree of freedom in KiB, measured on the three-sphere scene.
 const KIB_PER_DOF: f64 = 1.2;
+
+/// A way to get the mesh for the poses of all bodies, such as [`Meshes::at`].
+type MeshAt = fn(&mut Meshes, &[Isometry3<f64>]) -> Result<PlacedMesh, ModelError>;
 
 impl FemModel {
     /// Factor on default element sizes for the coarsest mesh whose facets follow a sphere.
@@ -121,9 +129,18 @@ impl FemModel {
         &mut self,
         configuration: Configuration,
     ) -> Result<(PlacedMesh, Vec<Isometry3<f64>>), ModelError> {
+        self.mesh_by(configuration, Meshes::at)
+    }
+
+    /// Scaled mesh of a configuration by one of the ways to get it, with the poses of all bodies.
+    fn mesh_by(
+        &mut self,
+        configuration: Configuration,
+        mesh_at: MeshAt,
+    ) -> Result<(PlacedMesh, Vec<Isometry3<f64>>), ModelError> {
         let mut poses = self.scaled.poses(configuration)?;
         self.meshes.generator.snap_to_symmetry_planes(&mut poses);
-        let placed = self.meshes.at(&poses)?;
+        let placed = mesh_at(&mut self.meshes, &poses)?;
         Ok((placed, poses))
     }
 
@@ -213,7 +230,7 @@ impl Hydrodynamics for FemModel {
     }
 
     fn name(&self) -> &'static str {
-        "fem"
+        NAME
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
@@ -268,6 +285,10 @@ impl Hydrodynamics for FemModel {
     }
 
     fn resistances(&mut self) -> Result<&mut dyn Resistances, ModelError> {
+        Ok(self)
+    }
+
+    fn neglected_inertia(&mut self) -> Result<&mut dyn NeglectedInertia, ModelError> {
         Ok(self)
     }
 

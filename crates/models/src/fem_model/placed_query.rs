@@ -1,5 +1,6 @@
 //! Queries with the meshes of their configurations, of which several can be solved concurrently.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant as Clock;
 
@@ -8,13 +9,13 @@ use mesh::{NamedSurface, Surface, TetMesh};
 use nalgebra::{Isometry3, Vector3};
 use rayon::prelude::*;
 use rigid::{Constraints, Drive, ExternalLoad};
-use stokes::{Estimate, InitialGuesses, Problem, SurfaceFlow};
+use stokes::{Estimate, InitialGuesses, Options, Problem, Solution, SurfaceFlow};
 
 use super::far_field::{self, FixedBodies};
-use super::meshes::PlacedMesh;
+use super::meshes::{Meshes, PlacedMesh};
 use super::moving_frame::MovingFrame;
 use super::scene_solution::{ScaledFlow, ToScene};
-use super::{FemModel, MAX_GUESSES};
+use super::{FemModel, MAX_GUESSES, MeshAt};
 use crate::error::ModelError;
 use crate::hydrodynamics::Hydrodynamics;
 use crate::query::{Configuration, Query};
@@ -23,15 +24,15 @@ use crate::surface_motion::SurfaceMotion;
 
 /// A query with all that its solution needs besides the model, in scaled units.
 pub(super) struct PlacedQuery {
-    placed: PlacedMesh,
-    poses: Vec<Isometry3<f64>>,
-    space: Arc<TaylorHood>,
+    pub placed: PlacedMesh,
+    pub poses: Vec<Isometry3<f64>>,
+    pub space: Arc<TaylorHood>,
     /// Space for error estimates, if they are requested.
     surplus: Option<Arc<SurplusSpace>>,
     /// One entry per set of rates.
-    constraints: Vec<Constraints>,
+    pub constraints: Vec<Constraints>,
     loads: Vec<ExternalLoad>,
-    frame: Option<MovingFrame>,
+    pub frame: Option<MovingFrame>,
     container_error: f64,
     /// Whether solutions carry their flow.
     flows: bool,
@@ -74,6 +75,18 @@ impl FemModel {
     /// # Errors
     /// Bodies around which no mesh can be generated; constraints that contradict each other.
     pub(super) fn place(&mut self, query: &Query<'_>) -> Result<PlacedQuery, ModelError> {
+        self.place_by(query, Meshes::at)
+    }
+
+    /// As [`FemModel::place`], with the mesh by one of the ways to get it.
+    ///
+    /// # Errors
+    /// Those of [`FemModel::place`].
+    pub(super) fn place_by(
+        &mut self,
+        query: &Query<'_>,
+        mesh_at: MeshAt,
+    ) -> Result<PlacedQuery, ModelError> {
         let clock = Clock::now();
         if self.scaled.scene.inertia().is_kept() {
             return Err(ModelError::Unsupported {
@@ -100,7 +113,7 @@ impl FemModel {
         if let Some(last) = &mut self.last {
             last.estimate = None;
         }
-        let (placed, poses) = self.placed_mesh(configuration)?;
+        let (placed, poses) = self.mesh_by(configuration, mesh_at)?;
         let estimates = (self.capabilities().error_estimates).given(query.estimates);
         if estimates {
             self.meshes.prepare_estimates()?;
@@ -188,40 +201,14 @@ impl FemModel {
         guesses: &mut InitialGuesses,
     ) -> Result<Solved, ModelError> {
         let clock = Clock::now();
+        let (mut solved, motion) = self.flows(&query, &self.solver_options(), guesses)?;
         let PlacedQuery {
             placed,
             poses,
-            mut constraints,
             frame,
             ..
         } = query;
-        let (mesh, mut remeshed) = (Arc::new(placed.mesh), placed.remeshed);
-        let surfaces = self.meshes.boundary_surfaces(&poses);
-        let mut problem = (self.problem(&mesh, &poses, &surfaces)?).with_space(&query.space);
-        let to_laboratory = frame.map(|frame| frame.to_laboratory(self.scaled.scale.length(1.0)));
-        let flows = SurfaceMotion::new(&self.scaled, &poses).map(|motion| BodyFlows {
-            motion: motion.in_frame(to_laboratory),
-            surfaces: &surfaces,
-        });
-        if let Some(flows) = &flows {
-            problem = problem.with_surface_flow(flows);
-        }
-        let options = self.solver_options();
-        let has_fixed = self.scaled.set.held_translation().contains(&true);
-        if let (Some(far), true) = (self.meshes.far_field(), has_fixed) {
-            let fixed = FixedBodies {
-                problem: &problem,
-                symmetry_planes: mesh.symmetry_planes(),
-                set: &self.scaled.set,
-                loads: &query.loads,
-                options: &options,
-            };
-            constraints = far_field::in_moving_frame(&fixed, far, constraints, guesses)?;
-        }
-        let drive = |constraints| self.drive(constraints, &query.loads);
-        let drives: Vec<Drive> = constraints.iter().map(drive).collect();
-        let surplus = query.surplus.as_deref();
-        let mut solved = problem.solve_all(&drives, &options, guesses, surplus)?;
+        let (mesh, mut remeshed) = (placed.mesh, placed.remeshed);
         let of_others: f64 = solved.iter().skip(1).map(|other| other.seconds.total).sum();
         if let Some(first) = solved.first_mut() {
             first.seconds.mesh = query.seconds;
@@ -232,7 +219,6 @@ impl FemModel {
             far_field: self.meshes.far_field(),
             container_error: query.container_error,
         };
-        let motion = flows.map(|flows| flows.motion);
         let mut solutions = Vec::with_capacity(solved.len());
         let mut estimate = None;
         for mut solved in solved {
@@ -260,6 +246,52 @@ impl FemModel {
             estimate,
         });
         Ok((solutions, last))
+    }
+
+    /// Flows for the rates of a query in scaled units, and the motion of the surfaces.
+    ///
+    /// # Errors
+    /// Those of [`Hydrodynamics::solve`].
+    pub(super) fn flows(
+        &self,
+        query: &PlacedQuery,
+        options: &Options,
+        guesses: &mut InitialGuesses,
+    ) -> Result<(Vec<Solution>, Option<SurfaceMotion>), ModelError> {
+        let (mesh, poses) = (&query.placed.mesh, &query.poses);
+        let surfaces = self.meshes.boundary_surfaces(poses);
+        let mut problem = (self.problem(mesh, poses, &surfaces)?).with_space(&query.space);
+        let to_laboratory = (query.frame).map(|frame| self.to_laboratory(frame));
+        let flows = SurfaceMotion::new(&self.scaled, poses).map(|motion| BodyFlows {
+            motion: motion.in_frame(to_laboratory),
+            surfaces: &surfaces,
+        });
+        if let Some(flows) = &flows {
+            problem = problem.with_surface_flow(flows);
+        }
+        let has_fixed = self.scaled.set.held_translation().contains(&true);
+        let mut constraints = Cow::Borrowed(&query.constraints);
+        if let (Some(far), true) = (self.meshes.far_field(), has_fixed) {
+            let fixed = FixedBodies {
+                problem: &problem,
+                symmetry_planes: mesh.symmetry_planes(),
+                set: &self.scaled.set,
+                loads: &query.loads,
+                options,
+            };
+            let all = constraints.into_owned();
+            constraints = Cow::Owned(far_field::in_moving_frame(&fixed, far, all, guesses)?);
+        }
+        let drive = |constraints| self.drive(constraints, &query.loads);
+        let drives: Vec<Drive> = constraints.iter().map(drive).collect();
+        let surplus = query.surplus.as_deref();
+        let solved = problem.solve_all(&drives, options, guesses, surplus)?;
+        Ok((solved, flows.map(|flows| flows.motion)))
+    }
+
+    /// The map from a moving frame to the laboratory, in scaled units.
+    pub(super) fn to_laboratory(&self, frame: MovingFrame) -> Isometry3<f64> {
+        frame.to_laboratory(self.scaled.scale.length(1.0))
     }
 
     pub(super) fn drive<'a>(

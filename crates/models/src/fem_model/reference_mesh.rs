@@ -127,19 +127,7 @@ impl ReferenceMesh {
         {
             return Ok(Err(Remesh::End(distance)));
         }
-        let bodies = generator.surfaced.iter().zip(poses).zip(&self.surfaced);
-        let motions: Vec<Isometry3<f64>> = bodies
-            .map(|((body, now), then)| {
-                let translation = now.translation.vector - then.translation.vector;
-                // Rotations do not change spheres, whose surface meshes are translated.
-                let rotation = match body.shape.is_isotropic() {
-                    true => UnitQuaternion::identity(),
-                    false => now.rotation * then.rotation.inverse(),
-                };
-                Isometry3::from_parts(Translation3::from(translation), rotation)
-            })
-            .collect();
-        let mesh = match self.map.moved(&motions) {
+        let mesh = match self.moved_anyway(generator, poses) {
             Ok(mesh) => mesh,
             Err(ale::AleError::Invalid(_)) => return Ok(Err(Remesh::Inverted)),
             Err(other) => return Err(other.into()),
@@ -159,6 +147,30 @@ impl ReferenceMesh {
             return Ok(Err(Remesh::Gap(gap_ratio)));
         }
         Ok(Ok(mesh))
+    }
+
+    /// The mesh moved to bodies at `poses`, without limits of quality.
+    ///
+    /// # Errors
+    /// [`ale::AleError::Invalid`] if a cell is inverted.
+    pub fn moved_anyway(
+        &self,
+        generator: &MeshGenerator,
+        poses: &Poses,
+    ) -> Result<TetMesh, ale::AleError> {
+        let bodies = generator.surfaced.iter().zip(poses).zip(&self.surfaced);
+        let motions: Vec<Isometry3<f64>> = bodies
+            .map(|((body, now), then)| {
+                let translation = now.translation.vector - then.translation.vector;
+                // Rotations do not change spheres, whose surface meshes are translated.
+                let rotation = match body.shape.is_isotropic() {
+                    true => UnitQuaternion::identity(),
+                    false => now.rotation * then.rotation.inverse(),
+                };
+                Isometry3::from_parts(Translation3::from(translation), rotation)
+            })
+            .collect();
+        self.map.moved(&motions)
     }
 }
 

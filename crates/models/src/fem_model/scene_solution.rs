@@ -97,17 +97,8 @@ impl ToScene<'_> {
         slip_power: f64,
     ) -> Result<InstantaneousSolution, ModelError> {
         let (scale, set) = (&self.scaled.scale, &self.scaled.set);
-        let joint_loads = (0..set.joints().len())
-            .map(|joint| flow.joint_load(joint))
-            .collect::<Result<Vec<_>, _>>()?;
-        let response = self.scaled.response_to_scene(ScaledResponse {
-            motion: &flow.state,
-            generalised: &flow.generalised,
-            forces: &flow.forces,
-            joint_loads,
-            holding: flow.holding_loads(),
-            slip_power,
-        });
+        let scaled = ScaledResponse::of_flow(flow, slip_power, set)?;
+        let response = self.scaled.response_to_scene(scaled);
         let bodies = &response.bodies;
         let holding = || response.holding.iter();
         let mut speed = largest_norm(bodies.iter().map(|b| b.velocity));

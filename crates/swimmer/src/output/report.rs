@@ -35,6 +35,9 @@ pub const ALL_ERRORS: &str = "all errors";
 /// - `stopped`: why the run stopped before its end, such as contact, in words, or null;
 /// - `cycles`, `duration`, `meshes`, `seconds`, `peak_rss_mib`.
 ///
+/// [`Report::summary`](crate::Report::summary) adds `neglected_inertia` for a fluid with a density
+/// ([`NeglectedInertia::json`](crate::NeglectedInertia::json)).
+///
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
 /// solves, which may run at the same time.
 pub fn summary_json(

@@ -20,6 +20,7 @@ mod integrators;
 mod joints;
 mod loops;
 mod many_cycles;
+mod neglected_inertia;
 mod paths;
 mod reports;
 mod strokes;

@@ -1,0 +1,357 @@
+//! The first-order change by inertia, from finite-element flows beside each other on a path.
+
+use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
+use rigid::{BodyKind, ExternalLoad, FlowSolution, StateVelocity, Twist};
+use scene::Domain;
+use stokes::{ChangingFlow, InitialGuesses};
+
+use super::far_field::total_force;
+use super::meshes::Meshes;
+use super::placed_query::PlacedQuery;
+use super::{FemModel, MeshAt, NAME};
+use crate::error::ModelError;
+use crate::neglected_inertia::{InertialChange, NeglectedInertia, PathPoint};
+use crate::query::{Configuration, Query};
+use crate::scaled_scene::ScaledResponse;
+
+/// Distance in time over which flows are differenced, relative to that of the motion.
+///
+/// The truncation of the difference has a relative error of 1e-6, or of 1e-3 in a gap of a
+/// thirtieth of a radius.
+const RELATIVE_STEP: f64 = 1e-3;
+
+/// Relative residual to which flows are solved that are differenced.
+///
+/// Velocities have up to ten times this error, and their difference is a thousandth of them.
+const DIFFERENCE_RTOL: f64 = 1e-10;
+
+/// Relative residual to which changes are solved: a tenth of a percent of an effect is more than
+/// the elements resolve.
+const CHANGE_RTOL: f64 = 1e-4;
+
+/// Total force on the fluid that counts as none, relative to the largest force of a body or, in
+/// scaled units, the largest speed: forces sum to zero up to the residual of the solve.
+const FORCE_ROUNDING: f64 = 1e-5;
+
+/// Mass of a body, and its moments of inertia in the axes of the scene at the start.
+type Mass = (f64, Matrix3<f64>);
+
+/// Flows at one time of a path, in scaled units.
+struct Solved {
+    query: PlacedQuery,
+    /// One flow per set of rates.
+    flows: Vec<FlowSolution>,
+}
+
+/// What is differenced in time: velocities and positions of the nodes, momenta of the bodies.
+struct Moment {
+    velocity: Vec<Vector3<f64>>,
+    points: Vec<Vector3<f64>>,
+    momenta: Vec<Vector6<f64>>,
+}
+
+/// What a change follows from, in scaled units and in the frame of the mesh.
+struct Accelerations {
+    velocity: Vec<Vector3<f64>>,
+    derivative: Vec<Vector3<f64>>,
+    mesh_velocity: Vec<Vector3<f64>>,
+    /// Rate of change of the momentum and angular momentum of each body.
+    momenta: Vec<Vector6<f64>>,
+}
+
+impl FemModel {
+    /// Refuses scenes to which no first-order change by inertia belongs.
+    fn check_inertia(&self) -> Result<(), ModelError> {
+        let scene = &self.scaled.scene;
+        let refused = |what: &str, instead: &str| {
+            let what = format!("the effect of neglected inertia {what}");
+            Err(ModelError::unsupported(what, instead))
+        };
+        if scene.background().is_some() {
+            return refused("in a background flow", "let the fluid be at rest");
+        }
+        if scene.has_masses() {
+            return refused(
+                "with the inertia of bodies, which is not neglected",
+                "give densities of bodies in place of their masses",
+            );
+        }
+        if self.engine.is_some() {
+            return refused("by an engine", "run it by `swim`");
+        }
+        Ok(())
+    }
+
+    /// Flows at one time of a path.
+    fn solved(
+        &mut self,
+        configuration: Configuration,
+        rates: &[Vec<f64>],
+        mesh_at: MeshAt,
+        guesses: &mut InitialGuesses,
+    ) -> Result<Solved, ModelError> {
+        let query = Query::new(configuration, rates).without_estimates();
+        let query = self.place_by(&query, mesh_at)?;
+        if query.has_other_cells() {
+            // The next query of a run must not start from solutions on other cells.
+            self.guesses.clear();
+        }
+        let options = self.solver_options().with_rtol(DIFFERENCE_RTOL);
+        let (solutions, _) = self.flows(&query, &options, guesses)?;
+        let flows: Vec<_> = solutions.into_iter().map(|solved| solved.flow).collect();
+        let is_unbounded = *self.scaled.scene.domain() == Domain::Unbounded;
+        for flow in flows.iter().filter(|_| is_unbounded) {
+            let speed = flow.velocity.iter().map(Vector3::norm).fold(0.0, f64::max);
+            if total_force(flow).norm() > FORCE_ROUNDING * flow.forces.amax().max(speed) {
+                return Err(ModelError::unsupported(
+                    "the effect of neglected inertia on unbounded fluid with a total force",
+                    "enclose the fluid: without walls the effect is of the order sqrt(S), of the \
+                     frequency parameter S, and far away of that of Oseen",
+                ));
+            }
+        }
+        Ok(Solved { query, flows })
+    }
+
+    /// Scaled masses of all bodies; none for points.
+    fn masses(&self) -> Result<Vec<Option<Mass>>, ModelError> {
+        let (scene, scale) = (&self.scaled.scene, &self.scaled.scale);
+        let mass = |body: &scene::Body| {
+            if body.kind() != BodyKind::Rigid {
+                return Ok(None);
+            }
+            let density = body.density.unwrap_or(0.0);
+            let unsupported = || {
+                let what = format!("the neglected inertia of the body '{}'", body.name);
+                ModelError::unsupported(
+                    what,
+                    "use a shape with known moments of inertia, or set density = 0",
+                )
+            };
+            let moments = match density > 0.0 {
+                true => (body.shape.inertia_per_mass()).ok_or_else(unsupported)?,
+                false => Matrix3::zeros(),
+            };
+            let mass = density * body.shape.volume();
+            let mut matrix = Matrix6::identity() * mass;
+            (matrix.fixed_view_mut::<3, 3>(3, 3)).copy_from(&(mass * moments));
+            let scaled = scale.body_resistance(&matrix);
+            Ok(Some((
+                scaled[(0, 0)],
+                scaled.fixed_view::<3, 3>(3, 3).into_owned(),
+            )))
+        };
+        scene.bodies().iter().map(mass).collect()
+    }
+
+    /// Momentum and angular momentum of each body in a flow.
+    fn momenta(
+        &self,
+        masses: &[Option<Mass>],
+        poses: &[Isometry3<f64>],
+        flow: &FlowSolution,
+    ) -> Vec<Vector6<f64>> {
+        let layout = self.scaled.set.velocity_layout();
+        let momentum = |(body, (mass, pose)): (usize, (&Option<_>, &Isometry3<f64>))| {
+            let (Some((mass, moments)), Some(first)) = (mass, layout.body(body)) else {
+                return Vector6::zeros();
+            };
+            let vector = |row| flow.generalised.fixed_rows::<3>(row).into_owned();
+            let rotation = pose.rotation.to_rotation_matrix();
+            let spin: Vector3<f64> = vector(first + 3);
+            let angular: Vector3<f64> = rotation * (moments * (rotation.inverse() * spin));
+            joined(&(vector(first) * *mass), &angular)
+        };
+        (masses.iter().zip(poses).enumerate())
+            .map(momentum)
+            .collect()
+    }
+
+    /// What is differenced, of the first flow and in another frame.
+    fn moment(
+        &self,
+        solved: &Solved,
+        masses: &[Option<Mass>],
+        to_frame: &Isometry3<f64>,
+    ) -> Result<Moment, ModelError> {
+        let (flow, query, rotation) = (solved.flow()?, &solved.query, to_frame.rotation);
+        let points = query.placed.mesh.points().iter();
+        let momenta = self.momenta(masses, &query.poses, flow);
+        let turned = |momentum: &Vector6<f64>| {
+            let [linear, angular] = [0, 3].map(|row| rotation * momentum.fixed_rows::<3>(row));
+            joined(&linear, &angular)
+        };
+        Ok(Moment {
+            velocity: flow.velocity.iter().map(|u| rotation * u).collect(),
+            points: points
+                .map(|x| rotation * x + to_frame.translation.vector)
+                .collect(),
+            momenta: momenta.iter().map(turned).collect(),
+        })
+    }
+
+    /// Time over which flows are differenced: a small part of the times in which bodies move by a
+    /// radius, their velocities change, and loads oscillate.
+    fn time_step(&self, flow: &FlowSolution, accelerations: &[f64]) -> f64 {
+        let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let speed = flow.generalised.amax();
+        let acceleration = largest(&self.scaled.values(accelerations));
+        let period = (self.scaled.scene.shortest_period()).unwrap_or(f64::INFINITY);
+        let time = (1.0 / speed)
+            .min(1.0 / acceleration.sqrt())
+            .min(period / std::f64::consts::TAU);
+        // without any motion all differences are zero
+        RELATIVE_STEP * if time.is_finite() { time } else { 1.0 }
+    }
+
+    /// The changes by accelerations of the flow of a query, in the units of the scene and the
+    /// laboratory frame.
+    fn change_by(
+        &self,
+        query: &PlacedQuery,
+        accelerations: &Accelerations,
+    ) -> Result<InertialChange, ModelError> {
+        let (scaled, mesh) = (&self.scaled, &query.placed.mesh);
+        let surfaces = self.meshes.boundary_surfaces(&query.poses);
+        let problem = (self.problem(mesh, &query.poses, &surfaces)?).with_space(&query.space);
+        // a query has rates
+        let mut at_rest = query.constraints.first().ok_or(ModelError::NoMesh)?.clone();
+        at_rest.rates.fill(0.0);
+        at_rest.joint_forces.fill(0.0);
+        let load = |rate: &Vector6<f64>| ExternalLoad {
+            force: -rate.fixed_rows::<3>(0).into_owned(),
+            torque: -rate.fixed_rows::<3>(3).into_owned(),
+        };
+        let loads: Vec<_> = accelerations.momenta.iter().map(load).collect();
+        let flow = ChangingFlow {
+            velocity: &accelerations.velocity,
+            derivative: &accelerations.derivative,
+            mesh_velocity: &accelerations.mesh_velocity,
+        };
+        let density = scaled.scale.density(scaled.scene.fluid_density());
+        let options = self.solver_options().with_rtol(CHANGE_RTOL);
+        let drive = self.drive(&at_rest, &loads);
+        let change = problem.inertial_change(&drive, &flow, density, &options)?;
+        let response = |flow: &FlowSolution| {
+            let scaled_response = ScaledResponse::of_flow(flow, 0.0, &scaled.set)?;
+            let mut response = scaled.change_to_scene(scaled_response);
+            if let Some(frame) = &query.frame {
+                response.rotate(&frame.rotation());
+            }
+            Ok::<_, ModelError>(response)
+        };
+        Ok(InertialChange {
+            unsteady: response(&change.unsteady)?,
+            convective: response(&change.convective)?,
+            bodies: response(&change.bodies)?,
+        })
+    }
+}
+
+impl NeglectedInertia for FemModel {
+    fn change(&mut self, at: &PathPoint<'_>) -> Result<InertialChange, ModelError> {
+        self.check_inertia()?;
+        let masses = self.masses()?;
+        // two, so that the last solve starts from an extrapolation
+        let mut guesses = InitialGuesses::new(2);
+        let rates = [at.rates.to_vec()];
+        let now = self.solved(at.configuration, &rates, Meshes::at, &mut guesses)?;
+        let (flow, frame) = (now.flow()?, now.query.frame);
+        let mut motion = self.scaled.motion_to_scene(&flow.state);
+        if let Some(frame) = &frame {
+            motion = rotated(&frame.rotation(), &motion);
+        }
+        let step = self.time_step(flow, at.accelerations);
+        let set = self.scaled.scene.articulation().clone();
+        let mut beside = |time: f64| {
+            let moved = |values: &[f64], rates: &[f64]| -> Vec<f64> {
+                let pairs = values.iter().zip(rates);
+                pairs.map(|(value, rate)| value + time * rate).collect()
+            };
+            let configuration = Configuration {
+                state: &set.advance(at.configuration.state, &(&motion * time))?,
+                shape: &moved(at.configuration.shape, at.rates),
+                time: at.configuration.time + time,
+            };
+            let rates = [moved(at.rates, at.accelerations)];
+            let mesh_at = Meshes::at_by_current;
+            let solved = self.solved(configuration, &rates, mesh_at, &mut guesses)?;
+            let frames = frame.zip(solved.query.frame);
+            let to_frame = frames
+                .map(|(now, then)| self.to_laboratory(now).inverse() * self.to_laboratory(then));
+            self.moment(&solved, &masses, &to_frame.unwrap_or_default())
+        };
+        let (before, after) = (beside(-step)?, beside(step)?);
+        let per_time = 1.0 / (2.0 * step);
+        let accelerations = Accelerations {
+            velocity: flow.velocity.clone(),
+            derivative: difference(&before.velocity, &after.velocity, per_time),
+            mesh_velocity: difference(&before.points, &after.points, per_time),
+            momenta: difference(&before.momenta, &after.momenta, per_time),
+        };
+        self.change_by(&now.query, &accelerations)
+    }
+
+    fn jump(
+        &mut self,
+        configuration: Configuration<'_>,
+        before: &[f64],
+        after: &[f64],
+    ) -> Result<InertialChange, ModelError> {
+        self.check_inertia()?;
+        let masses = self.masses()?;
+        let rates = [before.to_vec(), after.to_vec()];
+        let mut guesses = InitialGuesses::new(0);
+        let solved = self.solved(configuration, &rates, Meshes::at, &mut guesses)?;
+        let [before, after] = solved.flows.as_slice() else {
+            return Err(ModelError::NoSolution { model: NAME });
+        };
+        let [of_before, of_after] =
+            [before, after].map(|flow| self.momenta(&masses, &solved.query.poses, flow));
+        let at_rest = vec![Vector3::zeros(); after.velocity.len()];
+        let accelerations = Accelerations {
+            // a jump takes no time, in which nothing is convected
+            velocity: at_rest.clone(),
+            derivative: difference(&before.velocity, &after.velocity, 1.0),
+            mesh_velocity: at_rest,
+            momenta: difference(&of_before, &of_after, 1.0),
+        };
+        self.change_by(&solved.query, &accelerations)
+    }
+}
+
+impl Solved {
+    /// The flow of the first set of rates.
+    fn flow(&self) -> Result<&FlowSolution, ModelError> {
+        (self.flows.first()).ok_or(ModelError::NoSolution { model: NAME })
+    }
+}
+
+/// `(after - before) factor`, vector by vector.
+fn difference<const N: usize>(
+    before: &[nalgebra::SVector<f64, N>],
+    after: &[nalgebra::SVector<f64, N>],
+    factor: f64,
+) -> Vec<nalgebra::SVector<f64, N>> {
+    let pairs = before.iter().zip(after);
+    pairs.map(|(b, a)| (a - b) * factor).collect()
+}
+
+/// The two vectors one after the other.
+fn joined(first: &Vector3<f64>, second: &Vector3<f64>) -> Vector6<f64> {
+    Vector6::from_iterator(first.iter().chain(second).copied())
+}
+
+/// A rate of change of the state with all vectors rotated.
+fn rotated(rotation: &UnitQuaternion<f64>, motion: &StateVelocity) -> StateVelocity {
+    StateVelocity {
+        frames: (motion.frames.iter())
+            .map(|twist| Twist {
+                linear: rotation * twist.linear,
+                angular: rotation * twist.angular,
+            })
+            .collect(),
+        spins: motion.spins.iter().map(|spin| rotation * spin).collect(),
+        joints: motion.joints.clone(),
+    }
+}

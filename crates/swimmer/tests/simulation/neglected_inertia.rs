@@ -1,0 +1,242 @@
+//! The cost of neglected inertia along a stroke: quadrature, accelerations and jumps of the rates,
+//! by a model whose effect is known.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use models::{
+    BodySolution, Configuration, Hydrodynamics, InertialChange, InstantaneousSolution, ModelError,
+    NeglectedInertia, PathPoint, Query, Response, SphereModel, SpheresModel,
+};
+use nalgebra::{Complex, Vector3};
+use swimmer::models;
+use swimmer::{Choice, InertialEffect, Scene, run_with, run_without_files};
+use testkit::{SceneText, contains, within};
+
+/// Two spheres with an arm, and an effect of inertia of our own on a motion of one joint `q`:
+/// `A(q) q''` is unsteady, `B(q) q'^2` convective, with `A = 1 / q^2` and `B = 1 / q`.
+struct Known(SpheresModel);
+
+impl Known {
+    /// A change whose causes give all bodies these velocities along x.
+    fn with_velocities(&self, velocities: [f64; 3]) -> InertialChange {
+        let [unsteady, convective, bodies] = velocities.map(|velocity| {
+            let body = BodySolution {
+                velocity: Vector3::x() * velocity,
+                ..BodySolution::default()
+            };
+            let (bodies, loads) = (vec![body; 2], vec![Default::default()]);
+            let set = self.0.scene().articulation();
+            let at_rest = vec![0.0; set.velocity_layout().len()];
+            let motion = set.state_velocity(&at_rest).unwrap();
+            let response: Response = InstantaneousSolution::new(bodies, loads, motion).response;
+            response
+        });
+        InertialChange {
+            unsteady,
+            convective,
+            bodies,
+        }
+    }
+}
+
+impl Hydrodynamics for Known {
+    fn scene(&self) -> &Scene {
+        self.0.scene()
+    }
+
+    fn name(&self) -> &'static str {
+        "known"
+    }
+
+    fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
+        self.0.solve(query)
+    }
+
+    fn neglected_inertia(&mut self) -> Result<&mut dyn NeglectedInertia, ModelError> {
+        Ok(self)
+    }
+}
+
+impl NeglectedInertia for Known {
+    fn change(&mut self, at: &PathPoint<'_>) -> Result<InertialChange, ModelError> {
+        let (q, rate, acceleration) = (at.configuration.shape[0], at.rates[0], at.accelerations[0]);
+        Ok(self.with_velocities([acceleration / (q * q), rate * rate / q, 0.0]))
+    }
+
+    fn jump(
+        &mut self,
+        configuration: Configuration<'_>,
+        before: &[f64],
+        after: &[f64],
+    ) -> Result<InertialChange, ModelError> {
+        let q = configuration.shape[0];
+        Ok(self.with_velocities([(after[0] - before[0]) / (q * q), 0.0, 0.0]))
+    }
+}
+
+/// The effect on the displacement of a run with the known effect of inertia.
+fn effect(text: SceneText) -> InertialEffect {
+    let scene = text.with("fluid.density", 0.1).scene();
+    let model = |scene: &Scene| {
+        let model = SpheresModel::new(scene, SphereModel::Rpy)?;
+        Ok(Choice::new(Box::new(Known(model)), Vec::new()))
+    };
+    let out = Path::new("no files are written");
+    let report = run_with(scene, &model, out, false, false, &mut NoFiles, &mut ()).unwrap();
+    let neglected = report.neglected_inertia.clone().unwrap();
+    let summary = report.summary();
+    let (relative, outcome) = (neglected.relative, &report.outcome);
+    let effect = neglected.effect.unwrap();
+    // Both bodies have the same effect, along x as the net displacement; a reciprocal stroke has none.
+    let is_closed = outcome.shape_change(&report.scene).is_none();
+    assert_eq!(relative.is_none(), is_closed);
+    within(
+        relative.unwrap_or(0.0) * outcome.net_vector().x
+            - f64::from(!is_closed) * effect.total()[0].x,
+        1e-12 * outcome.net(),
+        "the relative effect is that of the sum",
+    );
+    assert_eq!(summary["neglected_inertia"]["relative"].as_f64(), relative);
+    for (cause, found) in effect.causes() {
+        let written = summary["neglected_inertia"][cause]["a"][0].as_f64();
+        assert_eq!(written, Some(found[0].x));
+    }
+    effect
+}
+
+struct NoFiles;
+
+impl swimmer::RunFiles for NoFiles {}
+
+fn pair() -> SceneText {
+    testkit::pair(0.0, 8.0)
+}
+
+/// The net displacement of a closed stroke is `∮ (B - A') q'^2 dt`, of which the first part is
+/// convective and the second, by parts, unsteady: the jumps of the rates are needed for it.
+#[test]
+fn jumps_of_the_rates_belong_to_the_effect_of_inertia_on_a_stroke() {
+    let text = pair()
+        .phase("link = \"arm\", length = 5, duration = 1")
+        .phase("link = \"arm\", length = 8, duration = 2");
+    let found = effect(text.with("gait.cycles", 2));
+    // two cycles with the speeds 3 and 1.5
+    let speeds = 2.0 * (3.0 + 1.5);
+    let by_parts = 1.0 / 25.0 - 1.0 / 64.0;
+    within(
+        found.unsteady[0].x - speeds * by_parts,
+        1e-12,
+        "rounding: without accelerations but for the jumps",
+    );
+    let of_squares = speeds * (8.0_f64 / 5.0).ln();
+    within(
+        found.convective[1].x - of_squares,
+        1e-3 * of_squares,
+        "two Gauss points: (b - a)^5 / 4320 times 24 / q^5 at 5, over ln(8/5)",
+    );
+    assert_eq!(found.bodies, vec![Vector3::zeros(); 2]);
+}
+
+/// From rest to rest at other shapes, each jump counts with its shape.
+#[test]
+fn an_open_motion_starts_and_ends_at_rest() {
+    let text = SceneText::new()
+        .sphere("a", 1.0, [0; 3])
+        .sphere("b", 1.5, [8, 0, 0])
+        .slide("arm", "b", "a")
+        .phase("link = \"arm\", length = 5, duration = 1");
+    let found = effect(text).unsteady[0].x;
+    let expected = 3.0 / 25.0 - 3.0 / 64.0;
+    within(found - expected, 1e-12, "rounding");
+}
+
+#[test]
+fn accelerations_of_a_smooth_stroke_are_integrated() {
+    let (amplitude, period) = (1.5, 4.0);
+    let found = effect(pair().harmonics(period, &[("arm", amplitude, 0.7)]));
+    // The same integrals by the trapezoidal rule, which converges exponentially over a period, and
+    // the fourth harmonics of the integrands.
+    let (points, omega) = (400, TAU / period);
+    let mean = 8.0 - amplitude * 0.7_f64.sin();
+    let (mut expected, mut fourth) = ([0.0; 2], [Complex::new(0.0, 0.0); 2]);
+    for k in 0..points {
+        let turn = TAU * f64::from(k) / f64::from(points);
+        let (sine, cosine) = (0.7 + turn).sin_cos();
+        let q = mean + amplitude * sine;
+        let (rate, acceleration) = (
+            amplitude * omega * cosine,
+            -amplitude * omega * omega * sine,
+        );
+        let step = period / f64::from(points);
+        for (cause, velocity) in [acceleration / (q * q), rate * rate / q]
+            .into_iter()
+            .enumerate()
+        {
+            expected[cause] += step * velocity;
+            fourth[cause] += Complex::from_polar(2.0 * step * velocity, 4.0 * turn);
+        }
+    }
+    for (cause, found) in [&found.unsteady, &found.convective].into_iter().enumerate() {
+        // Four times two Gauss points have the mean cos(π / √3) = -0.241 of a wave of four periods
+        // and see no other harmonics below the eighth, which have a tenth of the fourth.
+        let bound = (0.241 + 0.1) * fourth[cause].norm();
+        within(
+            bound,
+            0.02 * expected[cause].abs(),
+            "the bound says something",
+        );
+        within(
+            found[0].x - expected[cause],
+            bound,
+            "two Gauss points per quarter",
+        );
+    }
+}
+
+#[test]
+fn neglected_inertia_is_told_with_its_reason_where_it_is_not_computed() {
+    let text = pair()
+        .phases(&[("arm", 6.0), ("arm", 8.0)])
+        .with("model.kind", "rpy");
+    let report = run_without_files(text.clone().scene(), &mut ()).unwrap();
+    assert!(report.neglected_inertia.is_none(), "no density");
+    assert!(report.summary().get("neglected_inertia").is_none());
+    let text = text.with("fluid.density", 0.5).with("fluid.viscosity", 2.0);
+    let report = run_without_files(text.scene(), &mut ()).unwrap();
+    let neglected = report.neglected_inertia.clone().unwrap();
+    let reason = neglected.effect.unwrap_err();
+    contains("another model", &reason, &["rpy", "model.kind = \"fem\""]);
+    // Each sphere moves at half the rate 2, by symmetry.
+    within(neglected.numbers.reynolds - 0.25, 1e-12, "ρ U a / μ");
+    let frequency = neglected.numbers.frequency.unwrap();
+    within(
+        frequency - 0.25 * TAU / 2.0,
+        1e-12,
+        "ρ ω a^2 / μ of a cycle of 2",
+    );
+    let summary = report.summary();
+    assert_eq!(summary["neglected_inertia"]["unknown"], reason);
+    let scallop = SceneText::new()
+        .sphere("left", 1.0, [-4, 0, 0])
+        .sphere("right", 1.0, [4, 0, 0])
+        .point("pivot", [0; 3])
+        .slide("arm", "left", "pivot")
+        .joint(
+            "hinge",
+            "right",
+            "pivot",
+            "joint = \"hinge\", axis = [0, 0, 1]",
+        )
+        .phase("link = \"hinge\", length = 0.5");
+    let spring = "drive = \"spring\", stiffness = 1, rest = 3";
+    let elastic = testkit::chain(&["a", "b"], &[0.0, 4.0])
+        .joint("arm", "b", "a", spring)
+        .phase("duration = 1");
+    for (text, why) in [(scallop, "bodies that turn"), (elastic, "passive joints")] {
+        let scene = text.with("fluid.density", 1.0).scene();
+        let report = run_without_files(scene, &mut ()).unwrap();
+        let reason = report.neglected_inertia.unwrap().effect.unwrap_err();
+        contains(why, &reason, &["displacement of", why, "swim solve"]);
+    }
+}
