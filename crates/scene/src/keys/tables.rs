@@ -52,8 +52,8 @@ tables! {
     pub(crate) struct FluidFile in "fluid." {
         /// Dynamic viscosity.
         viscosity: f64 [Positive] = 1.0,
-        /// Density of the fluid, for the buoyancy of bodies with a density, and for what neglecting
-        /// inertia costs, which results then have.
+        /// Density of the fluid, for the buoyancy of bodies with a density, and for what
+        /// neglecting inertia costs, which results then have.
         density: Option<f64> [NonNegative] | "0",
     }
 
