@@ -168,8 +168,8 @@ fn a_squirmer_in_unbounded_fluid_in_its_moving_frame() {
         bound * expected.abs(),
         "the relative error of the power",
     );
-    // It moves steadily but for a spin by the mesh, which turns the velocity: the acceleration times
-    // mass over drag.
+    // It moves steadily but for a spin by the mesh, which turns the velocity: the acceleration
+    // times mass over drag.
     let spin = solution.uncorrected().bodies[0].angular_velocity.norm();
     within(
         change.bodies.bodies[0].velocity.norm(),

@@ -88,7 +88,8 @@ fn effect(text: SceneText) -> InertialEffect {
     let summary = report.summary();
     let (relative, outcome) = (neglected.relative, &report.outcome);
     let effect = neglected.effect.unwrap();
-    // Both bodies have the same effect, along x as the net displacement; a reciprocal stroke has none.
+    // Both bodies have the same effect, along x as the net displacement, which is zero for a
+    // reciprocal stroke.
     let is_closed = outcome.shape_change(&report.scene).is_none();
     assert_eq!(relative.is_none(), is_closed);
     within(
