@@ -149,6 +149,59 @@ pub enum AxisymmetricError {
         /// Index of the triangle.
         triangle: usize,
     },
+    /// Unbounded fluid with inertia.
+    #[error(
+        "flows with inertia need a container, because the flow far away is not known beforehand; \
+         put the bodies into a large ball or cylinder"
+    )]
+    NoContainer,
+    /// A number that is out of range.
+    #[error("{what} is {value}; it must be {range}")]
+    InvalidNumber {
+        /// Name of the number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Values that it may have.
+        range: &'static str,
+    },
+    /// A list of the wrong length.
+    #[error("expected {expected} {what}, one per body, found {found}")]
+    Length {
+        /// Name of the items that are counted.
+        what: &'static str,
+        /// Number required.
+        expected: usize,
+        /// Number found.
+        found: usize,
+    },
+    /// A steady state that Newton's method does not find.
+    #[error(
+        "no steady state at density {density}: the last one found is at {reached}, and beyond it \
+         Newton's method does not converge (last relative change {change:.3e}); the flow may be \
+         unsteady there, otherwise use a finer mesh (a smaller growth)"
+    )]
+    NotSteady {
+        /// Density required.
+        density: f64,
+        /// Largest density at which a steady state was found.
+        reached: f64,
+        /// Relative change of the velocity in the last iteration.
+        change: f64,
+    },
+    /// A steady state whose estimated error is above the tolerance at the highest order.
+    #[error(
+        "the steady state was requested to {tolerance:e}, but elements of the highest order \
+         {order} reach {reached:e}; use a larger tolerance or a finer mesh (a smaller growth)"
+    )]
+    SteadyNotConverged {
+        /// The requested relative error.
+        tolerance: f64,
+        /// The estimated relative error.
+        reached: f64,
+        /// Polynomial degree of the velocities.
+        order: usize,
+    },
     /// A factorisation or a solve that failed.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),
