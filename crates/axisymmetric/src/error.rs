@@ -189,18 +189,46 @@ pub enum AxisymmetricError {
         /// Relative change of the velocity in the last iteration.
         change: f64,
     },
-    /// A steady state whose estimated error is above the tolerance at the highest order.
+    /// A flow with inertia whose estimated error is above the tolerance at the highest order.
     #[error(
-        "the steady state was requested to {tolerance:e}, but elements of the highest order \
-         {order} reach {reached:e}; use a larger tolerance or a finer mesh (a smaller growth)"
+        "the flow was requested to {tolerance:e}, but elements of the highest order {order} reach \
+         {reached:e}; use a larger tolerance or a finer mesh (a smaller growth)"
     )]
-    SteadyNotConverged {
+    FlowNotConverged {
         /// The requested relative error.
         tolerance: f64,
         /// The estimated relative error.
         reached: f64,
         /// Polynomial degree of the velocities.
         order: usize,
+    },
+    /// A step in time whose equations are not solved.
+    #[error(
+        "the step of {step:.3e} from time {time} is not solved: its last iteration still changes \
+         the velocity by {change:.3e} of itself; take a shorter step"
+    )]
+    StepFailed {
+        /// Time before the step.
+        time: f64,
+        /// Length of the step.
+        step: f64,
+        /// Relative change in the last iteration.
+        change: f64,
+    },
+    /// An adaptive step that would have to be shorter than rounding allows.
+    #[error(
+        "at time {time} a step of {step:.3e} still has the error {error:.3e} of {tolerance:.3e}; \
+         is there a jump in the motion that is not a restart? Raise the tolerance or restart there"
+    )]
+    StepTooShort {
+        /// Time before the step.
+        time: f64,
+        /// Length of the step.
+        step: f64,
+        /// Its relative error.
+        error: f64,
+        /// Relative tolerance.
+        tolerance: f64,
     },
     /// A factorisation or a solve that failed.
     #[error(transparent)]

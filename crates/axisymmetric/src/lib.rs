@@ -28,7 +28,9 @@ mod system;
 pub use error::AxisymmetricError;
 pub use flow::{BodyVelocity, MeridianFlow, MeridianValue};
 pub use inertia::{
-    AxialBody, AxialMotion, Slip, SteadyDrive, SteadyParameters, SteadyState, steady_state,
+    AxialBody, AxialForcing, AxialIntegrator, AxialMotion, AxialStep, Convection, Impedance,
+    ImpedanceParameters, Slip, SteadyDrive, SteadyParameters, SteadyState, TransientParameters,
+    impedance, steady_state,
 };
 pub use meridian::Surroundings;
 pub use resistance::{AxialResistance, SurfaceResistance};

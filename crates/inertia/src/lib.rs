@@ -8,16 +8,15 @@ mod meshes;
 mod parameters;
 mod projection;
 mod steady;
-mod time_derivative;
 
 pub use bodies::{BodyMass, Forcing};
 pub use error::InertiaError;
 pub use integrator::{Integrator, Step, StepReport};
+pub use linalg::TimeDerivative;
 pub use meshes::{FrozenMesh, MappedMesh, Meshes};
 pub use parameters::{Bodies, Convection, Parameters};
 pub use projection::ProjectionJump;
 pub use steady::{Steady, SteadyFlow, SteadyParameters};
-pub use time_derivative::TimeDerivative;
 
 // Types of these crates are part of the interface.
 pub use ale;

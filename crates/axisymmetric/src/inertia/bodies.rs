@@ -114,3 +114,15 @@ pub(crate) fn check_length(
         }),
     }
 }
+
+/// Refuses a growth of the mesh that is not positive or leads to elements as large as the domain.
+pub(crate) fn check_growth(growth: f64) -> Result<(), AxisymmetricError> {
+    if growth > 0.0 && growth <= 1.0 {
+        return Ok(());
+    }
+    Err(AxisymmetricError::InvalidNumber {
+        what: "the growth of the mesh",
+        value: growth,
+        range: "positive and at most 1",
+    })
+}

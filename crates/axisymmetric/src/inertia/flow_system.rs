@@ -1,5 +1,7 @@
 //! The nonlinear system of a flow with inertia around bodies that move along the axis.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -79,7 +81,7 @@ pub(crate) struct FlowSystem {
     rules: [Rule; 2],
     /// Unknown that determines each value; `None` for prescribed values.
     roles: Vec<Option<u32>>,
-    condensation: NestedCondensation,
+    condensation: Arc<NestedCondensation>,
     motions: Vec<Option<usize>>,
     n_motions: usize,
     /// Free motion with which the whole mesh moves.
@@ -89,7 +91,7 @@ pub(crate) struct FlowSystem {
 /// Reduction of the change per iteration above which the matrix is factorised again.
 ///
 /// A factorisation costs about as much as five evaluations of the residual.
-const MAX_CHORD_REDUCTION: f64 = 0.1;
+pub(crate) const MAX_CHORD_REDUCTION: f64 = 0.1;
 
 impl FlowSystem {
     /// The unknowns of elements of this order, for bodies with these free motions.
@@ -128,29 +130,25 @@ impl FlowSystem {
         let roles: Vec<Option<u32>> = (axial.chain(radial).chain(pressures))
             .chain(all_motions.clone())
             .collect();
-        let mut unknowns: Vec<Vec<Option<u32>>> = (0..mesh.triangles.len())
-            .map(|t| {
-                let [velocities, pressures] = [0, 1].map(|k| &spaces[k].nodes[t]);
-                let of = |nodes: &[u32], first: usize| -> Vec<Option<u32>> {
-                    (nodes.iter().map(|&node| roles[first + node as usize])).collect()
-                };
-                let mut list = of(velocities, 0);
-                list.extend(of(velocities, n));
-                list.extend(of(pressures, 2 * n));
-                list.extend(frame.map(|g| Some(motion(g))));
-                list
-            })
-            .collect();
-        let mut centres: Vec<Point> = (mesh.triangles.iter())
-            .map(|corners| corners.iter().map(|&v| mesh.points[v]).sum::<Point>() / 3.0)
-            .collect();
+        let mut unknowns = element_unknowns(&spaces, n_nodes, &roles);
+        let mut centres = centres(&mesh);
+        if let Some(g) = frame {
+            unknowns
+                .iter_mut()
+                .for_each(|list| list.push(Some(motion(g))));
+        }
         // the balance of forces is one more element, with no place of its own
         unknowns.push(all_motions.collect());
         centres.push(Point::zeros());
         let rules = [(3 * order).div_ceil(2) + 2, 2 * order + 1]
             .map(|points| Rule::new(points, &velocity, &pressure));
         Ok(Self {
-            condensation: NestedCondensation::new(unknowns, &centres, roles.len()),
+            condensation: Arc::new(NestedCondensation::new(
+                unknowns,
+                &centres,
+                roles.len(),
+                &[],
+            )),
             mesh,
             velocity,
             pressure,
@@ -170,6 +168,31 @@ impl FlowSystem {
         (self.roles.iter().enumerate())
             .filter(|(i, role)| **role == Some(*i as u32))
             .count()
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &MeridianMesh {
+        &self.mesh
+    }
+
+    /// Unknowns of each triangle in the order of its matrix, their number, and those of the free
+    /// motions.
+    pub fn unknowns(&self) -> (Vec<Vec<Option<u32>>>, usize, Vec<u32>) {
+        let total = self.roles.len();
+        let motions = (total - self.n_motions) as u32..total as u32;
+        let unknowns = element_unknowns(&self.spaces, self.n_nodes, &self.roles);
+        (unknowns, total, motions.collect())
+    }
+
+    /// Values at the velocity nodes of a function that is linear in each triangle.
+    pub fn from_vertices(&self, at_vertices: &[f64]) -> Vec<f64> {
+        let mut values = vec![0.0; self.n_nodes[0]];
+        for (corners, nodes) in self.mesh.triangles.iter().zip(&self.spaces[0].nodes) {
+            for (&node, l) in nodes.iter().zip(&self.velocity.nodes) {
+                values[node as usize] = (0..3).map(|k| l[k] * at_vertices[corners[k]]).sum();
+            }
+        }
+        values
     }
 
     /// Positions of the velocity nodes, on the true boundary.
@@ -258,7 +281,11 @@ impl FlowSystem {
         Ok(result)
     }
 
-    fn element(
+    /// The equations on one triangle.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`].
+    pub fn element(
         &self,
         t: usize,
         positions: &[Point],
@@ -339,13 +366,13 @@ impl FlowSystem {
     ///
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`], [`AxisymmetricError::SingularElement`].
-    pub fn iterate<'s>(
-        &'s self,
+    pub fn iterate(
+        &self,
         positions: &[Point],
         fields: &mut Fields,
         terms: &Terms,
         balance: &Balance,
-        factors: &mut Option<CondensedFactors<'s>>,
+        factors: &mut Option<CondensedFactors>,
     ) -> Result<f64, AxisymmetricError> {
         let residual = self.residual(positions, fields, terms)?;
         let [n, m] = self.n_nodes;
@@ -399,7 +426,7 @@ impl FlowSystem {
         fields: &Fields,
         terms: &Terms,
         balance: &Balance,
-    ) -> Result<CondensedFactors<'_>, AxisymmetricError> {
+    ) -> Result<CondensedFactors, AxisymmetricError> {
         self.condensation.factor(&|t| {
             if t == self.mesh.triangles.len() {
                 return Ok(balance.matrix.clone());
@@ -421,13 +448,13 @@ impl FlowSystem {
     ///
     /// # Errors
     /// Those of [`FlowSystem::iterate`].
-    pub fn solve<'s>(
-        &'s self,
+    pub fn solve(
+        &self,
         positions: &[Point],
         fields: &mut Fields,
         terms: &Terms,
         balance: &Balance,
-        factors: &mut Option<CondensedFactors<'s>>,
+        factors: &mut Option<CondensedFactors>,
         tolerance: f64,
     ) -> Result<(usize, f64), AxisymmetricError> {
         /// Iterations of a Newton method that converges are fewer than ten.
@@ -475,4 +502,33 @@ impl FlowSystem {
         result.pressure.iter_mut().for_each(|p| *p -= level);
         result
     }
+}
+
+/// Unknowns of each triangle: axial velocities, radial velocities, pressures.
+fn element_unknowns(
+    spaces: &[Space; 2],
+    [n, _]: [usize; 2],
+    roles: &[Option<u32>],
+) -> Vec<Vec<Option<u32>>> {
+    let of = |nodes: &[u32], first: usize| -> Vec<Option<u32>> {
+        nodes
+            .iter()
+            .map(|&node| roles[first + node as usize])
+            .collect()
+    };
+    (spaces[0].nodes.iter().zip(&spaces[1].nodes))
+        .map(|(velocities, pressures)| {
+            let mut list = of(velocities, 0);
+            list.extend(of(velocities, n));
+            list.extend(of(pressures, 2 * n));
+            list
+        })
+        .collect()
+}
+
+/// Centres of all triangles.
+pub(crate) fn centres(mesh: &MeridianMesh) -> Vec<Point> {
+    (mesh.triangles.iter())
+        .map(|corners| corners.iter().map(|&v| mesh.points[v]).sum::<Point>() / 3.0)
+        .collect()
 }

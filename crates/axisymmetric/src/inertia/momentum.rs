@@ -181,6 +181,12 @@ impl<'a> MomentumElement<'a> {
         matrix
     }
 
+    /// The matrix `∫ u v` of one component of the velocity.
+    pub fn mass(&self) -> DMatrix<f64> {
+        let values = &self.rule.velocity.values;
+        scaled(values, |q| self.points[q].measure) * values.transpose()
+    }
+
     /// Derivative of the residuals by the velocity of the mesh, if it is the same everywhere.
     pub fn by_mesh_velocity(&self) -> DVector<f64> {
         let (n, k) = (

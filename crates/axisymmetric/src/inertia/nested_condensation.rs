@@ -9,6 +9,8 @@
 //! triangles. Pressures in the interior vanish on the boundary of the union, so that no constant is
 //! among them, and the block is regular where the whole system is.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use crate::curve::Point;
@@ -36,8 +38,8 @@ enum Part {
 }
 
 /// The factors of a system.
-pub(crate) struct CondensedFactors<'a> {
-    symbolic: &'a NestedCondensation,
+pub(crate) struct CondensedFactors {
+    symbolic: Arc<NestedCondensation>,
     root: Factor,
 }
 
@@ -62,13 +64,23 @@ impl NestedCondensation {
     /// The order of elimination for elements with these unknowns and centres.
     ///
     /// `unknowns[e]` lists the unknowns of element `e`, below `n_unknowns`, in the order of its
-    /// matrix. One may occur twice: its rows and columns are then added.
-    pub fn new(unknowns: Vec<Vec<Option<u32>>>, centres: &[Point], n_unknowns: usize) -> Self {
+    /// matrix. One may occur twice: its rows and columns are then added. The unknowns `kept` are
+    /// not eliminated.
+    pub fn new(
+        unknowns: Vec<Vec<Option<u32>>>,
+        centres: &[Point],
+        n_unknowns: usize,
+        kept: &[u32],
+    ) -> Self {
         let mut elements = vec![0; n_unknowns];
         for list in &unknowns {
             for id in distinct(list) {
                 elements[id as usize] += 1;
             }
+        }
+        for id in kept {
+            // more elements than there are, so that they never all are merged
+            elements[*id as usize] = u32::MAX;
         }
         let mut numbered: Vec<_> = unknowns.into_iter().enumerate().collect();
         let (root, _) = Branch::new(&mut numbered, centres, &elements);
@@ -80,18 +92,29 @@ impl NestedCondensation {
     /// # Errors
     /// Those of `matrix`, and [`Singular`].
     pub fn factor<E: From<Singular> + Send>(
-        &self,
+        self: &Arc<Self>,
         matrix: &(impl Fn(usize) -> Result<DMatrix<f64>, E> + Sync),
-    ) -> Result<CondensedFactors<'_>, E> {
+    ) -> Result<CondensedFactors, E> {
         let (root, _) = self.root.factor(matrix)?;
         Ok(CondensedFactors {
-            symbolic: self,
+            symbolic: Arc::clone(self),
             root,
         })
     }
+
+    /// The Schur complement of the kept unknowns, in ascending order.
+    ///
+    /// # Errors
+    /// Those of [`NestedCondensation::factor`].
+    pub fn condensed<E: From<Singular> + Send>(
+        &self,
+        matrix: &(impl Fn(usize) -> Result<DMatrix<f64>, E> + Sync),
+    ) -> Result<DMatrix<f64>, E> {
+        Ok(self.root.factor(matrix)?.1)
+    }
 }
 
-impl CondensedFactors<'_> {
+impl CondensedFactors {
     /// The solution for a right-hand side, which has one number per unknown.
     ///
     /// Unknowns without an element are zero.
@@ -330,7 +353,7 @@ mod tests {
                     }
                 }
             }
-            let condensation = NestedCondensation::new(unknowns, &centres, size);
+            let condensation = Arc::new(NestedCondensation::new(unknowns, &centres, size, &[]));
             let matrix = |e: usize| Ok::<_, Singular>(matrices[e].clone());
             let factors = condensation.factor(&matrix).expect("regular");
             let exact = DVector::from_fn(size, |i, _| if i == 0 { 0.0 } else { (i as f64).cos() });
@@ -342,9 +365,28 @@ mod tests {
     }
 
     #[test]
+    fn kept_unknowns_are_left_with_their_schur_complement() {
+        let (unknowns, centres, matrices) = chain(6);
+        let matrix = |e: usize| Ok::<_, Singular>(matrices[e].clone());
+        let kept = [4, 13];
+        let whole = Arc::new(NestedCondensation::new(unknowns.clone(), &centres, 14, &[]));
+        let factors = whole.factor(&matrix).expect("regular");
+        let schur = NestedCondensation::new(unknowns, &centres, 14, &kept)
+            .condensed(&matrix)
+            .expect("regular");
+        // the inverse of the Schur complement is a block of the inverse
+        let block = DMatrix::from_fn(2, 2, |i, j| {
+            let mut unit = [0.0; 14];
+            unit[kept[j] as usize] = 1.0;
+            factors.solve(&unit)[kept[i] as usize]
+        });
+        assert!((schur * block - DMatrix::identity(2, 2)).amax() < 1e-12);
+    }
+
+    #[test]
     fn singular_systems_are_refused() {
         let (unknowns, centres, matrices) = chain(5);
-        let condensation = NestedCondensation::new(unknowns, &centres, 12);
+        let condensation = Arc::new(NestedCondensation::new(unknowns, &centres, 12, &[]));
         let matrix = |e: usize| Ok::<_, Singular>(0.0 * &matrices[e]);
         assert!(condensation.factor(&matrix).is_err());
     }

@@ -2,14 +2,13 @@
 
 use nalgebra::DMatrix;
 
-use super::bodies::{AxialBody, check, check_length, domain, motions};
+use super::bodies::{AxialBody, check, check_growth, check_length, domain, motions};
 use super::flow_system::{Balance, BoundaryVelocity, Fields, FlowSystem, Terms};
 use super::momentum::Coefficients;
+use super::orders::{GROWTH, raise_order};
 use crate::curve::Point;
 use crate::generate::generate;
 use crate::meridian::Meridian;
-use crate::mesh::MeridianMesh;
-use crate::solver::MAX_ORDER;
 use crate::surface_modes::normal;
 use crate::{AxisymmetricError, Surroundings};
 
@@ -56,8 +55,7 @@ impl SteadyParameters {
         Self {
             density,
             tolerance: 1e-6,
-            // two thirds of that of Stokes flow
-            growth: 0.45,
+            growth: GROWTH,
         }
     }
 
@@ -92,14 +90,8 @@ pub struct SteadyState {
     pub iterations: usize,
 }
 
-/// First order of the elements.
-const FIRST_ORDER: usize = 4;
-
 /// Relative change at which Newton's method ends; rounding is a hundredth of it.
 const NEWTON_TOLERANCE: f64 = 1e-11;
-
-/// Smallest tolerance, ten times the error of the iteration.
-const MIN_TOLERANCE: f64 = 1e-10;
 
 /// Finds the steady flow around bodies on one axis in a container.
 ///
@@ -128,7 +120,7 @@ const MIN_TOLERANCE: f64 = 1e-10;
 ///
 /// # Errors
 /// [`AxisymmetricError::NoContainer`], [`AxisymmetricError::NotSteady`],
-/// [`AxisymmetricError::SteadyNotConverged`], numbers out of range, lists that do not fit the
+/// [`AxisymmetricError::FlowNotConverged`], numbers out of range, lists that do not fit the
 /// bodies, and domains that cannot be meshed.
 pub fn steady_state(
     bodies: &[AxialBody],
@@ -137,41 +129,33 @@ pub fn steady_state(
     parameters: &SteadyParameters,
 ) -> Result<SteadyState, AxisymmetricError> {
     check("the density of the fluid", parameters.density)?;
-    if !(MIN_TOLERANCE..1.0).contains(&parameters.tolerance) {
-        return Err(AxisymmetricError::InvalidTolerance {
-            tolerance: parameters.tolerance,
-            limit: MIN_TOLERANCE,
-        });
-    }
-    if !(parameters.growth > 0.0 && parameters.growth <= 1.0) {
-        return Err(AxisymmetricError::InvalidNumber {
-            what: "the growth of the mesh",
-            value: parameters.growth,
-            range: "positive and at most 1",
-        });
-    }
+    check_growth(parameters.growth)?;
     let problem = Problem::new(bodies, surroundings, drive, parameters.density)?;
-    let mut last: Option<(FlowSystem, Fields, SteadyState)> = None;
-    let mut iterations = 0;
-    for order in FIRST_ORDER..=MAX_ORDER {
+    let solve = |order: usize, lower: Option<&Level>| {
         let system = problem.system(parameters.growth, order)?;
-        let (fields, mut state) = problem.solve(&system, last.as_ref())?;
-        iterations += state.iterations;
-        state.iterations = iterations;
+        let (fields, mut state) = problem.solve(&system, lower)?;
         state.order = order;
-        if let Some((_, _, before)) = &last {
-            state.relative_error = problem.difference(before, &state, &fields);
-            if state.relative_error <= parameters.tolerance {
-                return Ok(state);
-            }
-        }
-        last = Some((system, fields, state));
-    }
-    Err(AxisymmetricError::SteadyNotConverged {
-        tolerance: parameters.tolerance,
-        reached: last.map_or(f64::INFINITY, |(_, _, state)| state.relative_error),
-        order: MAX_ORDER,
+        state.iterations += lower.map_or(0, |level| level.state.iterations);
+        Ok(Level {
+            system,
+            fields,
+            state,
+        })
+    };
+    let (level, error) = raise_order(parameters.tolerance, solve, |before, after| {
+        problem.difference(&before.state, &after.state, &after.fields)
+    })?;
+    Ok(SteadyState {
+        relative_error: error,
+        ..level.state
     })
+}
+
+/// The steady state by elements of one order.
+struct Level {
+    system: FlowSystem,
+    fields: Fields,
+    state: SteadyState,
 }
 
 /// A steady flow, before it is discretised.
@@ -230,7 +214,7 @@ impl<'a> Problem<'a> {
     }
 
     fn system(&self, growth: f64, order: usize) -> Result<FlowSystem, AxisymmetricError> {
-        let mesh: MeridianMesh = generate(&self.meridian, growth)?;
+        let mesh = generate(&self.meridian, growth)?;
         let frame = match self.drive.moves_with_body {
             true => self.motions[0],
             false => None,
@@ -242,7 +226,7 @@ impl<'a> Problem<'a> {
     fn solve(
         &self,
         system: &FlowSystem,
-        lower: Option<&(FlowSystem, Fields, SteadyState)>,
+        lower: Option<&Level>,
     ) -> Result<(Fields, SteadyState), AxisymmetricError> {
         let positions = system.positions();
         let slip = match self.drive.slip {
@@ -287,7 +271,10 @@ impl<'a> Problem<'a> {
             history: None,
         };
         let (mut fields, mut reached) = match lower {
-            Some((from, fields, _)) => (system.interpolated(from, fields), self.density),
+            Some(level) => {
+                let start = system.interpolated(&level.system, &level.fields);
+                (start, self.density)
+            }
             None => (system.rest(), 0.0),
         };
         system.set_boundary(&boundary, &mut fields);
