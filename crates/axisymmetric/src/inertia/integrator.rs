@@ -15,6 +15,7 @@ use super::orders::GROWTH;
 use crate::curve::Point;
 use crate::generate::generate;
 use crate::meridian::Meridian;
+use crate::solver::MAX_ORDER;
 use crate::surface_modes::normal;
 use crate::{AxialSpheroid, AxisymmetricError, Surroundings};
 
@@ -209,9 +210,11 @@ impl<'a> AxialIntegrator<'a> {
                 range: "between 0 and 1",
             });
         }
-        if parameters.order < 2 {
-            return Err(AxisymmetricError::NoNodalBasis {
-                order: parameters.order,
+        if !(2..=MAX_ORDER).contains(&parameters.order) {
+            return Err(AxisymmetricError::InvalidNumber {
+                what: "the order of the elements",
+                value: parameters.order as f64,
+                range: "between 2 and 10",
             });
         }
         let mesh = generate(&domain(bodies, surroundings)?, parameters.growth)?;
@@ -482,9 +485,7 @@ impl<'a> AxialIntegrator<'a> {
     fn nodes(&self, free: &[f64], given: &[f64]) -> Result<Vec<Point>, AxisymmetricError> {
         let moved = self.moved_shapes(free, given);
         // bodies that meet are an error of their own, before the mesh is inverted
-        if let Surroundings::Ball { .. } = self.surroundings {
-            Meridian::new(&moved, self.surroundings)?;
-        }
+        Meridian::new(&moved, self.surroundings)?;
         Ok(self.motion.positions(&self.displacements(free, given)))
     }
 
