@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::momentum::{Coefficients, LocalValues, MomentumElement, Rule};
-use super::nested_condensation::{CondensedFactors, NestedCondensation, Singular};
+use super::nested_condensation::{CondensedFactors, ElementUnknowns, NestedCondensation, Singular};
 use crate::AxisymmetricError;
 use crate::curve::{BoundaryPart, Point};
 use crate::element::Lagrange;
@@ -177,7 +177,7 @@ impl FlowSystem {
 
     /// Unknowns of each triangle in the order of its matrix, their number, and those of the free
     /// motions.
-    pub fn unknowns(&self) -> (Vec<Vec<Option<u32>>>, usize, Vec<u32>) {
+    pub fn unknowns(&self) -> (Vec<ElementUnknowns>, usize, Vec<u32>) {
         let total = self.roles.len();
         let motions = (total - self.n_motions) as u32..total as u32;
         let unknowns = element_unknowns(&self.spaces, self.n_nodes, &self.roles);
@@ -185,7 +185,7 @@ impl FlowSystem {
     }
 
     /// Values at the velocity nodes of a function that is linear in each triangle.
-    pub fn from_vertices(&self, at_vertices: &[f64]) -> Vec<f64> {
+    pub fn linear_at_nodes(&self, at_vertices: &[f64]) -> Vec<f64> {
         let mut values = vec![0.0; self.n_nodes[0]];
         for (corners, nodes) in self.mesh.triangles.iter().zip(&self.spaces[0].nodes) {
             for (&node, l) in nodes.iter().zip(&self.velocity.nodes) {
@@ -509,8 +509,8 @@ fn element_unknowns(
     spaces: &[Space; 2],
     [n, _]: [usize; 2],
     roles: &[Option<u32>],
-) -> Vec<Vec<Option<u32>>> {
-    let of = |nodes: &[u32], first: usize| -> Vec<Option<u32>> {
+) -> Vec<ElementUnknowns> {
+    let of = |nodes: &[u32], first: usize| -> ElementUnknowns {
         nodes
             .iter()
             .map(|&node| roles[first + node as usize])

@@ -63,7 +63,7 @@ impl MeshMotion {
             for v in (0..n).filter(|&v| on_body(v)) {
                 at_vertices[v] = 1.0;
             }
-            system.from_vertices(&at_vertices)
+            system.linear_at_nodes(&at_vertices)
         });
         Ok(Self {
             reference: system.positions(),

@@ -15,6 +15,9 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use crate::curve::Point;
 
+/// The unknown of each row of an element matrix; `None` for rows and columns that are left out.
+pub(crate) type ElementUnknowns = Vec<Option<u32>>;
+
 /// The order in which the unknowns of a list of elements are eliminated.
 pub(crate) struct NestedCondensation {
     root: Branch,
@@ -31,9 +34,8 @@ struct Branch {
 }
 
 enum Part {
-    /// The number of an element, and its unknowns in the order of its matrix; `None` for rows and
-    /// columns that are left out.
-    Element(usize, Vec<Option<u32>>),
+    /// The number of an element, and its unknowns.
+    Element(usize, ElementUnknowns),
     Halves(Box<[Branch; 2]>),
 }
 
@@ -67,7 +69,7 @@ impl NestedCondensation {
     /// matrix. One may occur twice: its rows and columns are then added. The unknowns `kept` are
     /// not eliminated.
     pub fn new(
-        unknowns: Vec<Vec<Option<u32>>>,
+        unknowns: Vec<ElementUnknowns>,
         centres: &[Point],
         n_unknowns: usize,
         kept: &[u32],
@@ -130,7 +132,7 @@ impl CondensedFactors {
 impl Branch {
     /// The tree over some elements, and the number of these that each outer unknown is in.
     fn new(
-        elements: &mut [(usize, Vec<Option<u32>>)],
+        elements: &mut [(usize, ElementUnknowns)],
         centres: &[Point],
         total: &[u32],
     ) -> (Self, Vec<(u32, u32)>) {
@@ -141,7 +143,8 @@ impl Branch {
                 (Part::Element(*number, unknowns), counts)
             }
             _ => {
-                let (left, right) = bisect(elements, centres);
+                sort_along_extent(elements, centres);
+                let (left, right) = elements.split_at_mut(elements.len() / 2);
                 let (left, first) = Self::new(left, centres, total);
                 let (right, second) = Self::new(right, centres, total);
                 let mut counts: Vec<(u32, u32)> = first.into_iter().chain(second).collect();
@@ -298,11 +301,8 @@ fn distinct(unknowns: &[Option<u32>]) -> Vec<u32> {
     list
 }
 
-/// Two halves of the elements, left and right or below and above, along the longer extent.
-fn bisect<'a, T>(
-    elements: &'a mut [(usize, T)],
-    centres: &[Point],
-) -> (&'a mut [(usize, T)], &'a mut [(usize, T)]) {
+/// Sorts elements from left to right or from below to above, along the longer extent.
+fn sort_along_extent<T>(elements: &mut [(usize, T)], centres: &[Point]) {
     let infinite = Point::repeat(f64::INFINITY);
     let (low, high) = (elements.iter()).fold((infinite, -infinite), |(low, high), (e, _)| {
         (low.inf(&centres[*e]), high.sup(&centres[*e]))
@@ -312,16 +312,18 @@ fn bisect<'a, T>(
         let by_centre = centres[*one][axis].total_cmp(&centres[*other][axis]);
         by_centre.then(one.cmp(other))
     });
-    elements.split_at_mut(elements.len() / 2)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Unknowns, centres and matrices of elements.
+    type Chain = (Vec<ElementUnknowns>, Vec<Point>, Vec<DMatrix<f64>>);
+
     /// A chain of elements of three unknowns each: two ends, and one inside. All share the last
     /// unknown, and the first one is left out.
-    fn chain(n: usize) -> (Vec<Vec<Option<u32>>>, Vec<Point>, Vec<DMatrix<f64>>) {
+    fn chain(n: usize) -> Chain {
         let last = 2 * n as u32 + 1;
         let unknowns = (0..n as u32).map(|e| {
             let first = (e > 0).then_some(2 * e);

@@ -534,3 +534,12 @@ fn bodies_that_meet_are_refused() {
     ));
     assert!((run.time() - 0.1).abs() < 1e-15);
 }
+
+#[test]
+fn flows_with_inertia_are_the_same_on_any_number_of_threads() {
+    let on_threads = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("threads").install(|| squirmer(3.0, 1.0, 1e-4))
+    };
+    assert_eq!(on_threads(1), on_threads(3));
+}
