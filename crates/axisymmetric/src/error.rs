@@ -149,6 +149,87 @@ pub enum AxisymmetricError {
         /// Index of the triangle.
         triangle: usize,
     },
+    /// Unbounded fluid with inertia.
+    #[error(
+        "flows with inertia need a container, because the flow far away is not known beforehand; \
+         put the bodies into a large ball or cylinder"
+    )]
+    NoContainer,
+    /// A number that is out of range.
+    #[error("{what} is {value}; it must be {range}")]
+    InvalidNumber {
+        /// Name of the number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Values that it may have.
+        range: &'static str,
+    },
+    /// A list of the wrong length.
+    #[error("expected {expected} {what}, one per body, found {found}")]
+    Length {
+        /// Name of the items that are counted.
+        what: &'static str,
+        /// Number required.
+        expected: usize,
+        /// Number found.
+        found: usize,
+    },
+    /// A steady state that Newton's method does not find.
+    #[error(
+        "no steady state at density {density}: the last one found is at {reached}, and beyond it \
+         Newton's method does not converge (last relative change {change:.3e}); the flow may be \
+         unsteady there, otherwise use a finer mesh (a smaller growth)"
+    )]
+    NotSteady {
+        /// Density required.
+        density: f64,
+        /// Largest density at which a steady state was found.
+        reached: f64,
+        /// Relative change of the velocity in the last iteration.
+        change: f64,
+    },
+    /// A flow with inertia whose estimated error is above the tolerance at the highest order.
+    #[error(
+        "the flow was requested to {tolerance:e}, but elements of the highest order {order} reach \
+         {reached:e}; use a larger tolerance or a finer mesh (a smaller growth)"
+    )]
+    FlowNotConverged {
+        /// The requested relative error.
+        tolerance: f64,
+        /// The estimated relative error.
+        reached: f64,
+        /// Polynomial degree of the velocities.
+        order: usize,
+    },
+    /// A step in time whose equations are not solved.
+    #[error(
+        "the step of {step:.3e} from time {time} is not solved: its last iteration still changes \
+         the velocity by {change:.3e} of itself; take a shorter step"
+    )]
+    StepFailed {
+        /// Time before the step.
+        time: f64,
+        /// Length of the step.
+        step: f64,
+        /// Relative change in the last iteration.
+        change: f64,
+    },
+    /// An adaptive step that would have to be shorter than rounding allows.
+    #[error(
+        "at time {time} a step of {step:.3e} still has the error {error:.3e} of {tolerance:.3e}; \
+         is there a jump in the motion that is not a restart? Raise the tolerance or restart there"
+    )]
+    StepTooShort {
+        /// Time before the step.
+        time: f64,
+        /// Length of the step.
+        step: f64,
+        /// Its relative error.
+        error: f64,
+        /// Relative tolerance.
+        tolerance: f64,
+    },
     /// A factorisation or a solve that failed.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),

@@ -33,16 +33,8 @@ pub(crate) struct ElementMatrices {
 impl ElementMatrices {
     /// The matrices of an element with the geometry `points` and these basis functions.
     pub fn new(points: &[MapPoint], velocity: &Table, pressure: &Table) -> Self {
-        let (n, m) = (velocity.values.nrows(), points.len());
-        // derivatives with respect to the position: one function per row, one point per column
-        let derivative = |d: usize| {
-            let [by_x, by_y] = &velocity.gradients;
-            DMatrix::from_fn(n, m, |i, q| {
-                let inverse = &points[q].inverse;
-                inverse[(d, 0)] * by_x[(i, q)] + inverse[(d, 1)] * by_y[(i, q)]
-            })
-        };
-        let [by_z, by_r] = [derivative(0), derivative(1)];
+        let m = points.len();
+        let [by_z, by_r] = derivatives(points, velocity);
         let over_radius = scaled(&velocity.values, |q| 1.0 / points[q].radius);
         let measure = |q: usize| points[q].measure;
         let axial =
@@ -66,8 +58,20 @@ impl ElementMatrices {
     }
 }
 
+/// Derivatives of the basis functions along the axis and away from it: one function per row, one
+/// point per column.
+pub(crate) fn derivatives(points: &[MapPoint], table: &Table) -> [DMatrix<f64>; 2] {
+    let [by_x, by_y] = &table.gradients;
+    [0, 1].map(|d| {
+        DMatrix::from_fn(by_x.nrows(), points.len(), |i, q| {
+            let inverse = &points[q].inverse;
+            inverse[(d, 0)] * by_x[(i, q)] + inverse[(d, 1)] * by_y[(i, q)]
+        })
+    })
+}
+
 /// The matrix with column `q` multiplied by `factor(q)`.
-fn scaled(matrix: &DMatrix<f64>, factor: impl Fn(usize) -> f64) -> DMatrix<f64> {
+pub(crate) fn scaled(matrix: &DMatrix<f64>, factor: impl Fn(usize) -> f64) -> DMatrix<f64> {
     let mut scaled = matrix.clone();
     for (q, mut column) in scaled.column_iter_mut().enumerate() {
         column *= factor(q);

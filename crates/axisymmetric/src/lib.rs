@@ -11,6 +11,7 @@ mod flow;
 mod forms;
 mod generate;
 mod geometry_map;
+mod inertia;
 mod meridian;
 mod mesh;
 mod open_boundary;
@@ -26,6 +27,11 @@ mod system;
 
 pub use error::AxisymmetricError;
 pub use flow::{BodyVelocity, MeridianFlow, MeridianValue};
+pub use inertia::{
+    AxialBody, AxialForcing, AxialIntegrator, AxialMotion, AxialStep, Convection, Impedance,
+    ImpedanceParameters, Slip, SteadyDrive, SteadyParameters, SteadyState, TransientParameters,
+    impedance, steady_state,
+};
 pub use meridian::Surroundings;
 pub use resistance::{AxialResistance, SurfaceResistance};
 pub use solver::{ResistanceSolver, axial_resistance, spin_resistance};

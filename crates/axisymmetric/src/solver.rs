@@ -19,7 +19,7 @@ use crate::swirl::omitted_torque;
 use crate::system::{Dof, Element, Solution};
 
 /// Highest order: above it the tabulated nodal basis loses digits.
-const MAX_ORDER: usize = 10;
+pub(crate) const MAX_ORDER: usize = 10;
 
 /// The first of three orders, of which the last is likely to meet the tolerance.
 ///

@@ -190,7 +190,7 @@ impl Numbering {
 }
 
 /// The element matrix `[A_z, 0, B_z^T; 0, A_r, B_r^T; B_z, B_r, 0]`.
-fn saddle_point_matrix(m: &ElementMatrices) -> DMatrix<f64> {
+pub(crate) fn saddle_point_matrix(m: &ElementMatrices) -> DMatrix<f64> {
     let (n, k) = (m.axial.nrows(), m.divergence_axial.nrows());
     let mut matrix = DMatrix::zeros(2 * n + k, 2 * n + k);
     matrix.view_mut((0, 0), (n, n)).copy_from(&m.axial);

@@ -41,7 +41,7 @@ pub enum SurfaceMode {
 }
 
 /// Outward normal of a body at, or near, its surface.
-fn normal(body: &AxialSpheroid, x: &Point) -> [f64; 2] {
+pub(crate) fn normal(body: &AxialSpheroid, x: &Point) -> [f64; 2] {
     let z = (x.x - body.centre) / (body.axial * body.axial);
     let r = x.y / (body.equatorial * body.equatorial);
     let length = z.hypot(r);

@@ -1,7 +1,7 @@
 //! Steps in time of bodies in a fluid with inertia.
 
 use fem::TaylorHood;
-use linalg::WarmStart;
+use linalg::{TimeDerivative, WarmStart, extrapolation, step_factor};
 use mesh::TetMesh;
 use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
 use rigid::{BodyKind, Drive, State, StateVelocity};
@@ -10,7 +10,6 @@ use stokes::{InertialTerms, Solution};
 use crate::bodies::SlipAt;
 use crate::projection::{ProjectionJump, square_integral};
 use crate::step::{Level, Step, StepReport};
-use crate::time_derivative::{TimeDerivative, extrapolation};
 use crate::{Bodies, Convection, Forcing, InertiaError, Meshes, Parameters};
 
 /// What earlier levels contribute to the rates of momentum of a step.
@@ -649,13 +648,7 @@ impl<'a> Integrator<'a> {
             let taken = taken.min(left);
             let step = self.try_step(taken)?;
             let accepted = step.error <= tolerance || unchecked > 0;
-            // The local error of BDF2 is of third order. 0.9 leaves a reserve; steps at most
-            // double, below the ratio 1 + 2^(1/2) up to which variable BDF2 is stable (Grigorieff
-            // 1983).
-            let factor = match step.error.is_finite() {
-                true => (0.9 * (tolerance / step.error).cbrt()).clamp(0.2, 2.0),
-                false => 1.0,
-            };
+            let factor = step_factor(tolerance, step.error);
             if accepted {
                 unchecked = unchecked.saturating_sub(1);
                 observe(&step);

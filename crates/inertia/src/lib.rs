@@ -10,17 +10,16 @@ mod projection;
 mod remeshing;
 mod steady;
 mod step;
-mod time_derivative;
 
 pub use bodies::{BodyMass, Forcing};
 pub use error::InertiaError;
 pub use integrator::Integrator;
+pub use linalg::TimeDerivative;
 pub use meshes::{FrozenMesh, MappedMesh, Meshes};
 pub use parameters::{Bodies, Convection, Parameters};
 pub use projection::ProjectionJump;
 pub use steady::{Steady, SteadyFlow, SteadyParameters};
 pub use step::{Step, StepReport};
-pub use time_derivative::TimeDerivative;
 
 // Types of these crates are part of the interface.
 pub use ale;

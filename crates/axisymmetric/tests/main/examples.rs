@@ -2,6 +2,8 @@
 
 #[path = "../../examples/spheroid_drag.rs"]
 mod spheroid_drag;
+#[path = "../../examples/squirmers.rs"]
+mod squirmers;
 #[path = "../../examples/two_spheres.rs"]
 mod two_spheres;
 
@@ -15,4 +17,9 @@ fn drag_of_spheroids_matches_oberbeck() -> Result<(), AxisymmetricError> {
 #[test]
 fn drag_of_two_spheres_matches_stimson_and_jeffery() -> Result<(), AxisymmetricError> {
     two_spheres::main()
+}
+
+#[test]
+fn speeds_of_squirmers_with_inertia_match_a_spectral_program() -> Result<(), AxisymmetricError> {
+    squirmers::main()
 }

@@ -63,7 +63,7 @@ impl TimeDerivative {
 ///
 /// `before` are the lengths of the steps between them. The polynomial has degree `weights.len() -
 /// 1`.
-pub(crate) fn extrapolation(step: f64, before: &[f64]) -> Vec<f64> {
+pub fn extrapolation(step: f64, before: &[f64]) -> Vec<f64> {
     // times of the levels before the new one
     let mut ages = vec![step];
     for length in before {
@@ -75,6 +75,18 @@ pub(crate) fn extrapolation(step: f64, before: &[f64]) -> Vec<f64> {
             others.map(|j| ages[j] / (ages[j] - ages[k])).product()
         })
         .collect()
+}
+
+/// Factor from the length of a step with this relative error to that of the next, for BDF2.
+///
+/// The local error is of third order. 0.9 leaves a reserve; steps at most double, below the ratio
+/// `1 + 2^(1/2)` up to which BDF2 with variable steps is stable (Grigorieff 1983). Without an
+/// estimate, which is infinite, the length stays.
+pub fn step_factor(tolerance: f64, error: f64) -> f64 {
+    match error.is_finite() {
+        true => (0.9 * (tolerance / error).cbrt()).clamp(0.2, 2.0),
+        false => 1.0,
+    }
 }
 
 #[cfg(test)]
@@ -92,6 +104,13 @@ mod tests {
         let weights = extrapolation(step, &before);
         let sum: f64 = (0..3).map(|k| weights[k] * f(times[k + 1])).sum();
         assert!((sum - f(step)).abs() < 1e-13);
+    }
+
+    #[test]
+    fn steps_with_an_error_shrink_and_those_without_an_estimate_stay() {
+        assert_eq!(step_factor(1e-6, f64::INFINITY), 1.0);
+        assert_eq!(step_factor(1e-6, 0.0), 2.0);
+        assert!((step_factor(1e-6, 8e-6) - 0.45).abs() < 1e-15);
     }
 
     #[test]

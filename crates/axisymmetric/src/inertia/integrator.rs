@@ -1,0 +1,586 @@
+//! Steps in time of bodies on the axis of a fluid with inertia.
+
+use linalg::{TimeDerivative, extrapolation, step_factor};
+use nalgebra::DMatrix;
+
+use super::bodies::{AxialBody, check, check_growth, domain, motions, shapes};
+use super::flow_system::{
+    Balance, BoundaryVelocity, Fields, FlowSystem, MAX_CHORD_REDUCTION, Terms,
+};
+use super::forcing::AxialForcing;
+use super::mesh_motion::MeshMotion;
+use super::momentum::Coefficients;
+use super::nested_condensation::CondensedFactors;
+use super::orders::GROWTH;
+use crate::curve::Point;
+use crate::generate::generate;
+use crate::meridian::Meridian;
+use crate::solver::MAX_ORDER;
+use crate::surface_modes::normal;
+use crate::{AxialSpheroid, AxisymmetricError, Surroundings};
+
+/// Terms of the momentum equation of the fluid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Convection {
+    /// `ρ ∂u/∂t` at points that move with the mesh, no convection: unsteady Stokes flow.
+    Neglected,
+    /// `ρ (∂u/∂t + (u - w) · ∇u)` with the velocity `w` of the mesh: the Navier-Stokes equations.
+    #[default]
+    Full,
+}
+
+/// Parameters of steps in time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct TransientParameters {
+    /// Density of the fluid, at viscosity 1.
+    pub density: f64,
+    /// Terms of the momentum equation.
+    pub convection: Convection,
+    /// Whether displacements are small: then neither bodies nor mesh move, whatever their
+    /// velocities.
+    pub frozen: bool,
+    /// Polynomial degree of the velocities.
+    pub order: usize,
+    /// Edge length relative to the distance from the focus of the nearest body.
+    pub growth: f64,
+    /// Relative change of the velocity, and displacement in body sizes, at which the iteration for
+    /// a step ends.
+    pub tolerance: f64,
+}
+
+impl TransientParameters {
+    /// The Navier-Stokes equations with this density, on a mesh that follows the bodies.
+    pub fn new(density: f64) -> Self {
+        Self {
+            density,
+            convection: Convection::Full,
+            frozen: false,
+            // steady flows up to a Reynolds number of 5 have errors of about 1e-6
+            order: 6,
+            growth: GROWTH,
+            tolerance: 1e-9,
+        }
+    }
+
+    /// The same with other terms.
+    #[must_use]
+    pub fn with_convection(self, convection: Convection) -> Self {
+        Self { convection, ..self }
+    }
+
+    /// The same for small displacements.
+    #[must_use]
+    pub fn with_frozen_mesh(self) -> Self {
+        Self {
+            frozen: true,
+            ..self
+        }
+    }
+
+    /// The same with elements of another order.
+    #[must_use]
+    pub fn with_order(self, order: usize) -> Self {
+        Self { order, ..self }
+    }
+
+    /// The same with a mesh that is graded otherwise.
+    #[must_use]
+    pub fn with_growth(self, growth: f64) -> Self {
+        Self { growth, ..self }
+    }
+
+    /// The same with another tolerance of the iteration.
+    #[must_use]
+    pub fn with_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, ..self }
+    }
+}
+
+/// What is known at one time.
+#[derive(Clone, Debug)]
+struct Level {
+    time: f64,
+    /// Positions of the nodes, and the flow there.
+    nodes: Vec<Point>,
+    fields: Fields,
+    /// Displacements of the free motions.
+    displacements: Vec<f64>,
+    /// Displacements that the forcing gives to the bodies.
+    given: Vec<f64>,
+    /// Velocities of the bodies.
+    velocities: Vec<f64>,
+}
+
+/// A step, before it is accepted.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct AxialStep {
+    /// Time at its end.
+    pub time: f64,
+    /// Its length.
+    pub length: f64,
+    /// Position of the centre of each body at its end.
+    pub positions: Vec<f64>,
+    /// Velocity of each body along the axis at its end.
+    pub velocities: Vec<f64>,
+    /// Force that each body exerts on the fluid, with the inertia of the fluid in it.
+    pub forces: Vec<f64>,
+    /// Estimated error of the velocities in this step, relative to the largest velocity so far;
+    /// infinite if there are too few levels for an estimate.
+    pub error: f64,
+    /// Iterations of the step.
+    pub iterations: usize,
+    level: Level,
+}
+
+/// Integrates the motion of bodies on the axis of a fluid with inertia, by BDF2 with variable steps.
+///
+/// All terms of a step are assembled on the mesh at its end, where the velocities of earlier times
+/// are carried by their nodes and the velocity of the mesh is the same difference formula of the
+/// positions of the nodes (Fehn, Heinz, Wall, Kronbichler 2021). A step is solved by Newton's
+/// method, in which the mesh follows the velocities of the bodies; its factors are kept for the
+/// next steps as long as they serve. Fluid, bodies and their masses are one system: light bodies
+/// need no other steps than heavy ones.
+///
+/// ```
+/// use axisymmetric::{AxialBody, AxialForcing, AxialIntegrator, AxialSpheroid, Surroundings};
+/// use axisymmetric::TransientParameters;
+///
+/// /// A constant force, the drag at speed 1 in unbounded Stokes flow.
+/// struct Pull;
+///
+/// impl AxialForcing for Pull {
+///     fn load(&self, _time: f64, _body: usize) -> f64 {
+///         6.0 * std::f64::consts::PI
+///     }
+/// }
+///
+/// // A sphere of density 2 in fluid of density 1, before it has moved.
+/// let sphere = AxialBody::free(AxialSpheroid::sphere(0.0, 1.0), 2.0, 0);
+/// let parameters = TransientParameters::new(1.0).with_frozen_mesh();
+/// let ball = Surroundings::Ball { radius: 10.0 };
+/// let mut run = AxialIntegrator::from_rest(&[sphere], ball, &Pull, parameters, 0.0)?;
+/// run.advance_to(0.1, 1e-4, 1e-5, |_| {})?;
+/// // 0.1161 in unbounded fluid, with Basset's history force
+/// assert!((run.velocities()[0] - 0.1159380123).abs() < 1e-4);
+/// # Ok::<(), axisymmetric::AxisymmetricError>(())
+/// ```
+pub struct AxialIntegrator<'a> {
+    bodies: Vec<AxialBody>,
+    surroundings: Surroundings,
+    forcing: &'a dyn AxialForcing,
+    parameters: TransientParameters,
+    system: FlowSystem,
+    motion: MeshMotion,
+    motions: Vec<Option<usize>>,
+    n_motions: usize,
+    /// Displacements given at the start.
+    start: Vec<f64>,
+    /// The newest first, three at most.
+    levels: Vec<Level>,
+    factors: Option<CondensedFactors>,
+    /// Largest velocity of the fluid so far.
+    largest: f64,
+}
+
+/// Levels that BDF2 and its error estimate need.
+const LEVELS: usize = 3;
+
+impl<'a> AxialIntegrator<'a> {
+    /// Starts from rest at time `time`, with the bodies where their shapes are.
+    ///
+    /// A cylinder is closed by plane ends 4.5 radii beyond the bodies at the start.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::NoContainer`], numbers out of range, and domains that cannot be meshed.
+    pub fn from_rest(
+        bodies: &[AxialBody],
+        surroundings: Surroundings,
+        forcing: &'a dyn AxialForcing,
+        parameters: TransientParameters,
+        time: f64,
+    ) -> Result<Self, AxisymmetricError> {
+        check("the density of the fluid", parameters.density)?;
+        check_growth(parameters.growth)?;
+        if !(parameters.tolerance > 0.0 && parameters.tolerance < 1.0) {
+            return Err(AxisymmetricError::InvalidNumber {
+                what: "the tolerance of a step",
+                value: parameters.tolerance,
+                range: "between 0 and 1",
+            });
+        }
+        if !(2..=MAX_ORDER).contains(&parameters.order) {
+            return Err(AxisymmetricError::InvalidNumber {
+                what: "the order of the elements",
+                value: parameters.order as f64,
+                range: "between 2 and 10",
+            });
+        }
+        let mesh = generate(&domain(bodies, surroundings)?, parameters.growth)?;
+        let (motions, n_motions) = motions(bodies);
+        let system = FlowSystem::new(mesh, parameters.order, motions.clone(), n_motions, None)?;
+        let start: Vec<f64> = (0..bodies.len())
+            .map(|body| forcing.displacement(time, body))
+            .collect();
+        let level = Level {
+            time,
+            nodes: system.positions(),
+            fields: system.rest(),
+            displacements: vec![0.0; n_motions],
+            given: start.clone(),
+            velocities: vec![0.0; bodies.len()],
+        };
+        Ok(Self {
+            motion: MeshMotion::new(&system, bodies.len())?,
+            bodies: bodies.to_vec(),
+            surroundings,
+            forcing,
+            parameters,
+            system,
+            motions,
+            n_motions,
+            start,
+            levels: vec![level],
+            factors: None,
+            largest: 0.0,
+        })
+    }
+
+    /// Forgets all levels but the present one: for corners of a motion, after which derivatives
+    /// jump.
+    pub fn restart(&mut self) {
+        self.levels.truncate(1);
+    }
+
+    /// The present time.
+    pub fn time(&self) -> f64 {
+        self.levels[0].time
+    }
+
+    /// Present positions of the centres of the bodies.
+    pub fn positions(&self) -> Vec<f64> {
+        self.centres(&self.levels[0].displacements, &self.levels[0].given)
+    }
+
+    /// Present velocities of the bodies.
+    pub fn velocities(&self) -> &[f64] {
+        &self.levels[0].velocities
+    }
+
+    /// Displacements of the bodies from where they started.
+    fn displacements(&self, free: &[f64], given: &[f64]) -> Vec<f64> {
+        let of_motion = |g: &Option<usize>| g.map_or(0.0, |g| free[g]);
+        (self.motions.iter().zip(given).zip(&self.start))
+            .map(|((g, given), start)| of_motion(g) + given - start)
+            .collect()
+    }
+
+    fn centres(&self, free: &[f64], given: &[f64]) -> Vec<f64> {
+        (self.bodies.iter().zip(self.displacements(free, given)))
+            .map(|(body, displacement)| body.shape.centre + displacement)
+            .collect()
+    }
+
+    /// Lengths of the steps between the levels, the last one first.
+    fn steps_before(&self) -> Vec<f64> {
+        let pairs = self.levels.windows(2);
+        pairs.map(|pair| pair[0].time - pair[1].time).collect()
+    }
+
+    /// Sum over the older levels of the formula, `sum_k c_k v_k / Δt`, of several values.
+    fn known<T>(&self, formula: &TimeDerivative, values: impl Fn(&Level) -> Vec<T>) -> Vec<T>
+    where
+        T: Copy + std::ops::Mul<f64, Output = T> + std::ops::AddAssign,
+    {
+        self.sum(&[formula.older(1), formula.older(2)], values)
+    }
+
+    /// Sum over the levels with these weights, the newest first.
+    fn sum<T>(&self, weights: &[f64], values: impl Fn(&Level) -> Vec<T>) -> Vec<T>
+    where
+        T: Copy + std::ops::Mul<f64, Output = T> + std::ops::AddAssign,
+    {
+        let mut levels = self.levels.iter().zip(weights);
+        let Some((first, weight)) = levels.next() else {
+            return Vec::new();
+        };
+        let mut sum: Vec<T> = values(first).into_iter().map(|v| v * *weight).collect();
+        for (level, weight) in levels {
+            for (sum, v) in sum.iter_mut().zip(values(level)) {
+                *sum += v * *weight;
+            }
+        }
+        sum
+    }
+
+    /// Takes a step of this length from the present time, without accepting it.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::StepFailed`], a length that is not positive, bodies that meet or that
+    /// the mesh cannot follow.
+    pub fn try_step(&mut self, length: f64) -> Result<AxialStep, AxisymmetricError> {
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(AxisymmetricError::InvalidNumber {
+                what: "the length of a step",
+                value: length,
+                range: "positive",
+            });
+        }
+        let before = self.steps_before();
+        let formula = TimeDerivative::new(length, &before);
+        let (time, newest) = (self.time() + length, formula.newest());
+        let n = self.bodies.len();
+        let given: Vec<f64> = (0..n).map(|b| self.forcing.displacement(time, b)).collect();
+        let known_given = self.known(&formula, |level| level.given.clone());
+        let rates = (given.iter().zip(known_given)).map(|(d, known)| newest * d + known);
+        let rates: Vec<f64> = rates.collect();
+        if let Some(&value) = rates.iter().find(|rate| !rate.is_finite()) {
+            return Err(AxisymmetricError::InvalidNumber {
+                what: "the displacement of a body",
+                value,
+                range: "finite",
+            });
+        }
+        let balance = self.balance(&formula, time, &rates);
+        let density = self.parameters.density;
+        let history: Vec<Point> = self
+            .known(&formula, |level| level.fields.velocity.clone())
+            .into_iter()
+            .map(|u| density * u)
+            .collect();
+        let known_nodes = self.known(&formula, |level| level.nodes.clone());
+        let known_displacements = self.known(&formula, |level| level.displacements.clone());
+        let weights = extrapolation(length, &before);
+        let predicted = Fields {
+            velocity: self.sum(&weights, |level| level.fields.velocity.clone()),
+            motions: self.sum(&weights, |level| level.fields.motions.clone()),
+            pressure: self.levels[0].fields.pressure.clone(),
+        };
+        let boundary = BoundaryVelocity {
+            bodies: rates,
+            slip: self.slip(time)?,
+            wall: self.forcing.wall_velocity(time),
+        };
+        let fixed_terms = Terms {
+            coefficients: Coefficients {
+                convection: match self.parameters.convection {
+                    Convection::Full => density,
+                    Convection::Neglected => 0.0,
+                },
+                mass: density * newest,
+            },
+            mesh_velocity: None,
+            history: Some(&history),
+        };
+        // x_new from the velocity, by the formula of the step
+        let displaced = |fields: &Fields| -> Vec<f64> {
+            let motions = fields.motions.iter().zip(&known_displacements);
+            motions.map(|(u, known)| (u - known) / newest).collect()
+        };
+        let mut factors = self.factors.take();
+        let mut fields = predicted.clone();
+        self.system.set_boundary(&boundary, &mut fields);
+        let mut displacements = displaced(&fields);
+        let (mut last, mut iterations) = (f64::INFINITY, 0);
+        let smallest = (self.bodies.iter())
+            .map(|body| body.shape.axial.min(body.shape.equatorial))
+            .fold(f64::INFINITY, f64::min);
+        let (nodes, mesh_velocity) = loop {
+            let nodes = match self.parameters.frozen {
+                true => self.levels[0].nodes.clone(),
+                false => self.nodes(&displacements, &given)?,
+            };
+            let mesh_velocity: Vec<f64> = match self.parameters.frozen {
+                true => vec![0.0; nodes.len()],
+                false => (nodes.iter().zip(&known_nodes))
+                    .map(|(x, known)| newest * x.x + known.x)
+                    .collect(),
+            };
+            let terms = Terms {
+                mesh_velocity: Some(&mesh_velocity),
+                ..fixed_terms
+            };
+            let change =
+                self.system
+                    .iterate(&nodes, &mut fields, &terms, &balance, &mut factors)?;
+            iterations += 1;
+            let next = displaced(&fields);
+            let shift = (next.iter().zip(&displacements))
+                .map(|(new, old)| (new - old).abs() / smallest)
+                .fold(0.0, f64::max);
+            displacements = next;
+            if change <= self.parameters.tolerance
+                && (self.parameters.frozen || shift <= self.parameters.tolerance)
+            {
+                break (nodes, mesh_velocity);
+            }
+            if !change.is_finite() || iterations == MAX_ITERATIONS {
+                return Err(AxisymmetricError::StepFailed {
+                    time: self.time(),
+                    step: length,
+                    change,
+                });
+            }
+            if change > MAX_CHORD_REDUCTION * last {
+                factors = None;
+            }
+            last = change;
+        };
+        let terms = Terms {
+            mesh_velocity: Some(&mesh_velocity),
+            ..fixed_terms
+        };
+        let residual = self.system.residual(&nodes, &fields, &terms)?;
+        self.factors = factors;
+        let velocities = self.system.body_velocities(&fields, &boundary);
+        let largest =
+            (fields.velocity.iter()).fold(self.largest, |largest, u| largest.max(u.amax()));
+        let difference = (fields.velocity.iter().zip(&predicted.velocity))
+            .map(|(u, p)| (u - p).amax())
+            .fold(0.0, f64::max);
+        let error = match (formula.error_factor, difference) {
+            (0.0, _) => f64::INFINITY,
+            (_, 0.0) => 0.0,
+            (factor, difference) => factor * difference / largest,
+        };
+        Ok(AxialStep {
+            time,
+            length,
+            positions: self.centres(&displacements, &given),
+            velocities: velocities.clone(),
+            forces: self.system.forces(&residual),
+            error,
+            iterations,
+            level: Level {
+                time,
+                nodes,
+                fields,
+                displacements,
+                given,
+                velocities,
+            },
+        })
+    }
+
+    /// The balance of forces of the free motions: `m (c_0 U + known) / Δt - load`.
+    fn balance(&self, formula: &TimeDerivative, time: f64, rates: &[f64]) -> Balance {
+        let mut balance = Balance {
+            matrix: DMatrix::zeros(self.n_motions, self.n_motions),
+            load: vec![0.0; self.n_motions],
+        };
+        let known = self.known(formula, |level| level.velocities.clone());
+        for (number, body) in self.bodies.iter().enumerate() {
+            let Some(g) = self.motions[number] else {
+                continue;
+            };
+            balance.matrix[(g, g)] += formula.newest() * body.mass;
+            balance.load[g] += self.forcing.load(time, number)
+                - body.mass * (formula.newest() * rates[number] + known[number]);
+        }
+        balance
+    }
+
+    /// Positions of the nodes around displaced bodies.
+    fn nodes(&self, free: &[f64], given: &[f64]) -> Result<Vec<Point>, AxisymmetricError> {
+        let moved = self.moved_shapes(free, given);
+        // bodies that meet are an error of their own, before the mesh is inverted
+        Meridian::new(&moved, self.surroundings)?;
+        Ok(self.motion.positions(&self.displacements(free, given)))
+    }
+
+    fn moved_shapes(&self, free: &[f64], given: &[f64]) -> Vec<AxialSpheroid> {
+        let moved = |(shape, centre)| AxialSpheroid { centre, ..shape };
+        let centres = self.centres(free, given);
+        shapes(&self.bodies)
+            .into_iter()
+            .zip(centres)
+            .map(moved)
+            .collect()
+    }
+
+    /// Slip at the nodes; empty without slip.
+    fn slip(&self, time: f64) -> Result<Vec<Point>, AxisymmetricError> {
+        if !self.forcing.has_slip() {
+            return Ok(Vec::new());
+        }
+        // nodes of a body move with it, so that those of any level serve
+        let level = &self.levels[0];
+        let shapes = match self.parameters.frozen {
+            true => shapes(&self.bodies),
+            false => self.moved_shapes(&level.displacements, &level.given),
+        };
+        self.system.slip(&level.nodes, |body, x| {
+            let shape = &shapes[body];
+            let slip = self.forcing.slip(time, body, [x.x - shape.centre, x.y]);
+            [Point::from(slip), Point::from(normal(shape, x))]
+        })
+    }
+
+    /// Accepts a step of this integrator from the present time.
+    pub fn accept(&mut self, step: AxialStep) {
+        let speeds = step.level.fields.velocity.iter().map(|u| u.amax());
+        self.largest = speeds.fold(self.largest, f64::max);
+        self.levels.insert(0, step.level);
+        self.levels.truncate(LEVELS);
+    }
+
+    /// Takes and accepts a step of this length, whatever its error.
+    ///
+    /// # Errors
+    /// Those of [`AxialIntegrator::try_step`].
+    pub fn step(&mut self, length: f64) -> Result<AxialStep, AxisymmetricError> {
+        let step = self.try_step(length)?;
+        self.accept(step.clone());
+        Ok(step)
+    }
+
+    /// Integrates to `end` with steps whose estimated relative errors are below `tolerance`.
+    ///
+    /// Starts with steps of the length `first`, of the first of which no error is known. `observe`
+    /// sees each accepted step.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::StepTooShort`], and those of [`AxialIntegrator::try_step`].
+    pub fn advance_to(
+        &mut self,
+        end: f64,
+        tolerance: f64,
+        first: f64,
+        mut observe: impl FnMut(&AxialStep),
+    ) -> Result<(), AxisymmetricError> {
+        let mut length = first;
+        // two levels are needed before an error is known
+        let mut unchecked = 2_usize.saturating_sub(self.levels.len());
+        while self.time() < end {
+            let left = end - self.time();
+            // no rest that is shorter than half a step
+            let split = left < 1.5 * length && left > length;
+            let taken = if split { 0.5 * left } else { length.min(left) };
+            let step = self.try_step(taken)?;
+            let factor = step_factor(tolerance, step.error);
+            if step.error <= tolerance || unchecked > 0 {
+                unchecked = unchecked.saturating_sub(1);
+                observe(&step);
+                self.accept(step);
+                if taken >= length {
+                    length = factor.max(0.5) * taken;
+                }
+                continue;
+            }
+            length = factor.min(0.9) * taken;
+            if length <= 1e-12 * end.abs().max(left) {
+                return Err(AxisymmetricError::StepTooShort {
+                    time: self.time(),
+                    step: taken,
+                    error: step.error,
+                    tolerance,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Iterations after which a step has failed; most take four.
+const MAX_ITERATIONS: usize = 30;
