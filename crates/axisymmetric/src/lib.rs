@@ -26,7 +26,7 @@ mod system;
 
 pub use error::AxisymmetricError;
 pub use flow::{BodyVelocity, MeridianFlow, MeridianValue};
-pub use meridian::Surroundings;
+pub use meridian::{MAX_ASPECT, Surroundings};
 pub use resistance::{AxialResistance, SurfaceResistance};
 pub use solver::{ResistanceSolver, axial_resistance, spin_resistance};
 pub use spheroid::AxialSpheroid;

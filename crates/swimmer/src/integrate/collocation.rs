@@ -27,7 +27,7 @@ use crate::gauss::{Gauss, lagrange};
 
 /// Number of points whose solutions have corrections that serve all higher orders.
 ///
-/// Corrections are small, so they need fewer points than the velocities ([`FewPoints`]).
+/// Corrections are small, so they need fewer points than the velocities ([`ErrorInterpolant`]).
 const CORRECTED: usize = 2;
 
 /// Ratio of the expected error of an order to the tolerance, up to which its solutions are
@@ -119,17 +119,16 @@ fn in_parts(
     Ok(result.with_totals(evaluator))
 }
 
-/// The end of a phase span with a fixed number of Gauss points, without control of the error.
+/// The motion over a phase span with a fixed number of Gauss points, without control of the error.
 pub(super) fn fixed_order(
     evaluator: &mut SpanEvaluator,
     start: &State,
     points: usize,
-) -> Result<State, SwimError> {
+) -> Result<Approximation, SwimError> {
     let span = (0.0, 1.0);
     let guess = initial_guess(evaluator, start, span)?;
     let coarse = collocate(evaluator, start, &guess, 1, Corrections::None)?;
-    let fine = collocate(evaluator, start, &coarse.piece, points, Corrections::None)?;
-    Ok(fine.piece.state(evaluator.scene.articulation(), 1.0)?)
+    collocate(evaluator, start, &coarse.piece, points, Corrections::None)
 }
 
 /// One part of a phase span at the highest order tried.
@@ -164,15 +163,15 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
     let mesh_changes = evaluator.mesh_changes;
     let [mut changes, mut rotation_changes, mut work_changes] = [const { Vec::new() }; 3];
     let on_request = evaluator.capabilities().error_estimates == ErrorEstimates::OnRequest;
-    let mut few_points = None;
+    let mut interpolant = None;
     let mut points = 2;
     loop {
         let left = TABLE_SHARE * previous.table_error_bar(duration);
         let tolerance = step_tolerance(evaluator, &previous.piece.step(), width).max(left);
         let may_suffice = expected_error(&changes, ratio) <= MAY_SUFFICE * tolerance;
         let has_new_mesh = evaluator.mesh_changes > mesh_changes;
-        let corrections = match (is_smooth(&changes, ratio) && !has_new_mesh, &few_points) {
-            (true, Some(few_points)) => Corrections::Interpolated(few_points),
+        let corrections = match (is_smooth(&changes, ratio) && !has_new_mesh, &interpolant) {
+            (true, Some(interpolant)) => Corrections::Interpolated(interpolant),
             (true, None) if on_request => Corrections::Computed,
             (false, _) if points > CORRECTED && (may_suffice || has_new_mesh) => {
                 Corrections::Computed
@@ -222,7 +221,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
             });
         }
         if points == CORRECTED && is_smooth {
-            few_points = FewPoints::new(&current.solutions).filter(|_| on_request);
+            interpolant = ErrorInterpolant::new(&current.solutions).filter(|_| on_request);
         }
         previous = current;
         points += 1;
@@ -352,9 +351,9 @@ fn solve_points(
     let points = points.collect::<Result<_, SwimError>>()?;
     let computed = matches!(corrections, Corrections::Computed);
     let mut solutions = evaluator.solve_points(points, computed)?;
-    if let Corrections::Interpolated(few_points) = corrections {
+    if let Corrections::Interpolated(interpolant) = corrections {
         for solution in &mut solutions {
-            if let Some(error) = few_points.at(solution.s) {
+            if let Some(error) = interpolant.at(solution.s) {
                 solution.solution.correct(error);
             }
         }
@@ -406,7 +405,7 @@ enum Corrections<'a> {
     /// Every solution is requested with its own.
     Computed,
     /// Interpolated from solutions at fewer points.
-    Interpolated(&'a FewPoints),
+    Interpolated(&'a ErrorInterpolant),
 }
 
 /// Discretisation errors at a few points of a step.
@@ -414,9 +413,9 @@ enum Corrections<'a> {
 /// They are small, and on one moving mesh they are as smooth as the velocities. A quadrature over
 /// few points therefore has about the relative error for them that it has for the velocities; with
 /// two points it is 1e-2 of the correction.
-struct FewPoints(Vec<(f64, DiscretisationError)>);
+struct ErrorInterpolant(Vec<(f64, DiscretisationError)>);
 
-impl FewPoints {
+impl ErrorInterpolant {
     /// The errors that were subtracted from solutions; none if one of them has no estimate.
     fn new(solutions: &[SpanSolution]) -> Option<Self> {
         let error = |s: &SpanSolution| Some((s.s, s.solution.mesh_error.clone()?));

@@ -28,8 +28,8 @@ use rigid::{State, StateVelocity};
 
 use super::inverse_dexp::coordinate_rate;
 use super::masses::{
-    Velocities, after_impulse, implicit_terms, mass_matrices, momenta, relaxation_time,
-    velocities_of,
+    Velocities, after_impulse, at_rest, implicit_terms, mass_matrices, momenta, numbers_of,
+    relaxation_time, velocities_of,
 };
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
@@ -65,10 +65,11 @@ pub(super) fn span(
     start: &State,
     velocities: &mut Option<Velocities>,
 ) -> Result<SpanResult, Stopped> {
-    let at_rest = || vec![Vector6::zeros(); evaluator.scene.bodies().len()];
-    let before = velocities.take().unwrap_or_else(at_rest);
+    let before = velocities
+        .take()
+        .unwrap_or_else(|| at_rest(evaluator.scene));
     let mut before = after_impulse(evaluator, start, &before)?;
-    let mut result = SpanResult::empty(start);
+    let mut result = SpanResult::empty(start).with_velocities(&before);
     // Parts of the phase span in reverse order.
     let mut todo = first_parts(evaluator);
     while let Some(span) = todo.pop() {
@@ -197,7 +198,7 @@ impl Run {
             result.append(evaluator, step, Some(share), accumulated.as_ref())?;
             result.work += missing_work;
         }
-        result.velocities = self.velocities.iter().flatten().copied().collect();
+        result.velocities = numbers_of(&self.velocities);
         Ok(())
     }
 }

@@ -7,6 +7,7 @@ use models::{
 };
 use rigid::{Articulation, State, StateVelocity};
 
+use super::masses::{Velocities, numbers_of};
 use super::piece::PathPiece;
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use crate::error::SwimError;
@@ -157,6 +158,13 @@ impl Approximation {
         self.integral(duration, InstantaneousSolution::uncorrected_power)
     }
 
+    /// Angle `∫ |ω| dt` through which a body turns over `duration`, with whole turns.
+    pub fn turning_angle(&self, body: usize, duration: f64) -> f64 {
+        self.integral(duration, |solution| {
+            (solution.bodies.get(body)).map_or(0.0, |body| body.angular_velocity.norm())
+        })
+    }
+
     fn integral(&self, duration: f64, of: impl Fn(&InstantaneousSolution) -> f64) -> f64 {
         let values = self.solutions.iter().map(|s| of(&s.solution));
         let terms = values.zip(&self.weights).map(|(value, w)| w * value);
@@ -195,6 +203,14 @@ impl SpanResult {
             work_error: ErrorEstimate::default(),
             seconds: Seconds::default(),
             velocities: Vec::new(),
+        }
+    }
+
+    /// The same result with these velocities of the bodies at its end.
+    pub(super) fn with_velocities(self, velocities: &Velocities) -> Self {
+        Self {
+            velocities: numbers_of(velocities),
+            ..self
         }
     }
 

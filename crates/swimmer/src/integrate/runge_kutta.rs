@@ -3,7 +3,8 @@
 //! In coordinates `sigma` about the start of a step, `X(t) = exp(sigma(t)) X_0`, the equation of
 //! motion `sigma' = dexp^-1_sigma V(X)` is an equation in a vector space, where the pair of Dormand
 //! & Prince (J. Comput. Appl. Math. 6, 1980) of orders 5 and 4 keeps its orders (Munthe-Kaas, BIT
-//! 38, 1998). Its last stage is the velocity at the end of the step, so a step costs six solves.
+//! 38, 1998). Its last stage is the velocity at the end of the step, so a step costs six solves,
+//! and the path between its ends is the cubic through these and their velocities.
 
 use rigid::{State, StateVelocity};
 
@@ -104,11 +105,13 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
             width = factor.min(1.0) * (end - s);
             continue;
         }
-        let piece = PathPiece::new(
+        let piece = PathPiece::hermite(
             evaluator.scene.articulation(),
             &result.end,
             (s, end),
-            vec![step.sigma],
+            &step.sigma,
+            [&first, &step.last].map(|solution| &solution.solution.motion),
+            evaluator.span.duration * (end - s),
         )?;
         match evaluator.check_path(&piece) {
             Err(error) if error.is_overshoot() && may_halve => {
