@@ -6,7 +6,8 @@
 //! coordinates are centred (Zanna, Engø & Munthe-Kaas 2001). The velocity of a swimmer depends
 //! strongly on its shape and weakly on its position. Therefore the Gauss points of each order are
 //! placed on the path of the order before: every increase of the order improves the quadrature and
-//! the positions at once, and the change of the step measures the error of both.
+//! the positions at once, and the change of the step measures the error of both. Along a table, steps
+//! go over many rows where the splines through them are as smooth as the tolerance needs.
 
 use models::{DiscretisationError, ErrorEstimates};
 use nalgebra::Vector3;
@@ -20,7 +21,7 @@ use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
     MAX_PARTS, expected_ratio, first_parts, largest_displacement, largest_rotation, rounding,
-    step_tolerance,
+    step_tolerance, unseen_displacement,
 };
 use crate::error::SwimError;
 use crate::gauss::{Gauss, lagrange};
@@ -75,7 +76,7 @@ fn in_parts(
     let parts = first_parts(evaluator).into_iter();
     let mut todo: Vec<_> = parts.map(|part| (part, f64::INFINITY)).collect();
     while let Some((span, halved_error)) = todo.pop() {
-        let middle = 0.5 * (span.0 + span.1);
+        let middle = evaluator.span.middle(span);
         let halves = |error: f64| [((middle, span.1), error), ((span.0, middle), error)];
         let may_halve = span.1 - span.0 > 1.0 / MAX_PARTS as f64;
         let step = match step(evaluator, &result.end, span) {
@@ -109,7 +110,7 @@ fn in_parts(
             accumulated.uncertainty += step.mesh_change;
         }
         let error = IntegrationError {
-            displacement: step.error,
+            displacement: step.error + unseen_displacement(evaluator, span),
             rotation: step.rotation_error,
             work: step.work_error,
         };

@@ -36,6 +36,7 @@ use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
     MAX_PARTS, first_parts, largest_displacement, largest_rotation, step_tolerance,
+    unseen_displacement,
 };
 use crate::error::SwimError;
 
@@ -75,7 +76,7 @@ pub(super) fn span(
     while let Some(span) = todo.pop() {
         match part(evaluator, &result.end, &before, span) {
             Err(error) if error.is_overshoot() && span.1 - span.0 > 1.0 / MAX_PARTS as f64 => {
-                let middle = 0.5 * (span.0 + span.1);
+                let middle = evaluator.span.middle(span);
                 todo.extend([(middle, span.1), (span.0, middle)]);
             }
             Err(error) => return Err(result.stopped(evaluator, error)),
@@ -123,7 +124,7 @@ fn part(
                 .as_ref()
                 .map_or(0.0, |coarser| largest_rotation(&run.change(coarser, start)));
             let error = IntegrationError {
-                displacement: error,
+                displacement: error + unseen_displacement(evaluator, span),
                 rotation: rotation_change / (REDUCTION - 1.0) + run.iteration_error.rotation,
                 work: work_change.abs() / (REDUCTION - 1.0) + run.iteration_error.work,
             };

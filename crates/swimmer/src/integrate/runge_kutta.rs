@@ -12,7 +12,9 @@ use super::inverse_dexp::coordinate_rate;
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
-use super::step_size::{MAX_PARTS, largest_displacement, largest_rotation, step_tolerance};
+use super::step_size::{
+    MAX_PARTS, largest_displacement, largest_rotation, step_tolerance, unseen_displacement,
+};
 use crate::error::SwimError;
 
 const NODES: [f64; 7] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
@@ -178,7 +180,7 @@ fn step(
     let last = solutions.split_off(NODES.len() - 1).swap_remove(0);
     Ok(Step {
         sigma: combination(rates.iter().zip(WEIGHTS), start),
-        error: largest_displacement(evaluator, &error),
+        error: largest_displacement(evaluator, &error) + unseen_displacement(evaluator, span),
         rotation_error: largest_rotation(&error),
         work_error: (duration * work_difference).abs(),
         solutions,
