@@ -4,6 +4,7 @@
 pub mod checkpoint;
 mod error;
 mod gauss;
+mod holding_loads;
 mod integrate;
 mod observer;
 mod outcome;
@@ -22,6 +23,7 @@ mod turning;
 pub use checkpoint::Checkpoint;
 pub use error::SwimError;
 pub use gauss::{Gauss, lagrange};
+pub use holding_loads::HoldingLoads;
 pub use integrate::{
     Integrator, Method, ObserveSolution, PathPiece, SpanResult, SpanSolution,
     TYPICAL_SOLVES_PER_SPAN,

@@ -113,6 +113,7 @@ fn in_parts(
             displacement: step.error + unseen_displacement(evaluator, span),
             rotation: step.rotation_error,
             work: step.work_error,
+            holding: step.holding_errors,
         };
         let approximation = step.approximation;
         result.append(evaluator, approximation, Some(error), accumulated.as_ref())?;
@@ -141,6 +142,8 @@ struct Step {
     rotation_error: f64,
     /// Estimated integration error of the work.
     work_error: f64,
+    /// Estimated integration errors of the impulses that hold bodies.
+    holding_errors: [f64; 2],
     /// Largest error of the displacement allowed.
     tolerance: f64,
     /// Change of the step by another mesh, an uncertainty of the discretisation.
@@ -163,6 +166,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
     // The first solution may change the mesh; later changes are counted from here.
     let mesh_changes = evaluator.mesh_changes;
     let [mut changes, mut rotation_changes, mut work_changes] = [const { Vec::new() }; 3];
+    let mut holding_changes = [const { Vec::new() }; 2];
     let on_request = evaluator.capabilities().error_estimates == ErrorEstimates::OnRequest;
     let mut interpolant = None;
     let mut points = 2;
@@ -190,6 +194,9 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         let error = remaining_error(&changes, ratio);
         let [last, before] = both.map(|approximation| approximation.uncorrected_work(duration));
         work_changes.push((last - before).abs());
+        let [last, before] = both.map(|approximation| approximation.uncorrected_holding(duration));
+        let differences = last.largest_differences(&before);
+        (holding_changes.iter_mut().zip(differences)).for_each(|(all, new)| all.push(new));
         let mut accepted = (error <= tolerance).then_some((error, 0.0));
         let stalled = matches!(changes[..], [.., before, last] if is_stalled(before, last));
         if accepted.is_none() && stalled {
@@ -216,6 +223,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
                 error,
                 rotation_error: reported_error(&rotation_changes, ratio),
                 work_error: reported_error(&work_changes, ratio),
+                holding_errors: holding_changes.map(|changes| reported_error(&changes, ratio)),
                 tolerance,
                 mesh_change,
                 is_accepted,

@@ -39,6 +39,7 @@ use super::step_size::{
     unseen_displacement,
 };
 use crate::error::SwimError;
+use crate::holding_loads::HoldingLoads;
 
 /// Largest number of steps of a part of a phase span.
 const MAX_STEPS: usize = 1 << 12;
@@ -120,6 +121,12 @@ fn part(
             let duration = evaluator.span.duration * width;
             let work = |run: &Run| run.work(duration / run.steps.len() as f64);
             let work_change = coarser.as_ref().map_or(0.0, |c| work(c) - work(&run));
+            let holding = |run: &Run| run.holding(duration / run.steps.len() as f64);
+            let changes = (coarser.as_ref())
+                .map_or([0.0; 2], |c| holding(c).largest_differences(&holding(&run)));
+            let holding: [f64; 2] = std::array::from_fn(|k| {
+                changes[k] / (REDUCTION - 1.0) + run.iteration_error.holding[k]
+            });
             let rotation_change = coarser
                 .as_ref()
                 .map_or(0.0, |coarser| largest_rotation(&run.change(coarser, start)));
@@ -127,6 +134,7 @@ fn part(
                 displacement: error + unseen_displacement(evaluator, span),
                 rotation: rotation_change / (REDUCTION - 1.0) + run.iteration_error.rotation,
                 work: work_change.abs() / (REDUCTION - 1.0) + run.iteration_error.work,
+                holding,
             };
             return Ok((run, error));
         }
@@ -180,6 +188,15 @@ impl Run {
             .sum()
     }
 
+    /// Impulses of the loads that hold bodies.
+    fn holding(&self, duration: f64) -> HoldingLoads {
+        let mut sum = HoldingLoads::default();
+        for step in &self.steps {
+            sum.accumulate(1.0, &step.holding(duration));
+        }
+        sum
+    }
+
     fn append_to(
         self,
         result: &mut SpanResult,
@@ -195,6 +212,7 @@ impl Run {
                 displacement: error.displacement / count,
                 rotation: error.rotation / count,
                 work: error.work / count,
+                holding: error.holding.map(|error| error / count),
             };
             result.append(evaluator, step, Some(share), accumulated.as_ref())?;
             result.work += missing_work;
@@ -272,6 +290,7 @@ fn step(
     let energy_before = kinetic_energy(&momentum_before, velocities);
     let mut iteration_error = IntegrationError::default();
     let (mut work, mut missing_work) = (0.0, 0.0);
+    let mut holding = HoldingLoads::default();
     for _ in 0..MAX_ITERATIONS {
         let old_forces = forces.clone();
         let old_rates = rates.clone();
@@ -316,12 +335,16 @@ fn step(
         }
         missing_work = gain - (energy - energy_before);
         let old_work = std::mem::replace(&mut work, power + missing_work);
+        let solutions = stages.iter().map(|stage| &stage.solution);
+        let impulses = HoldingLoads::impulses(solutions.zip(weights.map(|b| h * b)));
+        let old_holding = std::mem::replace(&mut holding, impulses);
         // The sum of all further changes.
         let further = CONTRACTION / (1.0 - CONTRACTION);
         iteration_error = IntegrationError {
             displacement: further * change,
             rotation: further * turn,
             work: further * (work - old_work).abs(),
+            holding: (holding.largest_differences(&old_holding)).map(|change| further * change),
         };
         piece = PathPiece::through(set, state, span, &nodes, &rates)?;
         let allowed = ITERATION_SHARE * step_tolerance(evaluator, &piece.step(), width);

@@ -16,6 +16,7 @@ use super::step_size::{
     MAX_PARTS, largest_displacement, largest_rotation, step_tolerance, unseen_displacement,
 };
 use crate::error::SwimError;
+use crate::holding_loads::HoldingLoads;
 
 const NODES: [f64; 7] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
 
@@ -133,6 +134,7 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
             displacement: step.error,
             rotation: step.rotation_error,
             work: step.work_error,
+            holding: step.holding_errors,
         };
         result.append(evaluator, approximation, Some(error), None)?;
         (s, width) = (end, factor * (end - s));
@@ -149,6 +151,8 @@ struct Step {
     rotation_error: f64,
     /// Estimated error of the work.
     work_error: f64,
+    /// Estimated errors of the impulses that hold bodies.
+    holding_errors: [f64; 2],
     /// Solutions of all stages but the last.
     solutions: Vec<SpanSolution>,
     /// The solution at the end of the step.
@@ -177,12 +181,16 @@ fn step(
     let error = combination(rates.iter().zip(DIFFERENCE), start);
     let powers = solutions.iter().map(|stage| stage.solution.power());
     let work_difference: f64 = powers.zip(DIFFERENCE).map(|(p, d)| d * p).sum();
+    let weighted = solutions.iter().map(|stage| &stage.solution);
+    let weighted = weighted.zip(DIFFERENCE.map(|d| d * duration));
+    let holding_errors = HoldingLoads::impulses(weighted).largest();
     let last = solutions.split_off(NODES.len() - 1).swap_remove(0);
     Ok(Step {
         sigma: combination(rates.iter().zip(WEIGHTS), start),
         error: largest_displacement(evaluator, &error) + unseen_displacement(evaluator, span),
         rotation_error: largest_rotation(&error),
         work_error: (duration * work_difference).abs(),
+        holding_errors,
         solutions,
         last,
     })
