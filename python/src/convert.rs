@@ -157,6 +157,19 @@ pub fn report_dict<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py,
     dict.set_item("rotation_errors", estimate(py, &outcome.rotation_error)?)?;
     dict.set_item("work", outcome.work)?;
     dict.set_item("work_errors", estimate(py, &outcome.work_error)?)?;
+    let means = outcome.mean_holding().unwrap_or_default();
+    let held: Vec<&str> = (means.bodies.iter())
+        .map(|load| scene.bodies()[load.body].name.as_str())
+        .collect();
+    dict.set_item("held", held)?;
+    let [forces, torques]: [Vec<_>; 2] = [
+        means.bodies.iter().map(|load| load.force).collect(),
+        means.bodies.iter().map(|load| load.torque).collect(),
+    ];
+    dict.set_item("mean_force", vectors(py, &forces)?)?;
+    dict.set_item("mean_force_errors", estimate(py, &means.force_error)?)?;
+    dict.set_item("mean_torque", vectors(py, &torques)?)?;
+    dict.set_item("mean_torque_errors", estimate(py, &means.torque_error)?)?;
     dict.set_item("tolerance", scene.model().tolerance)?;
     dict.set_item("tolerance_met", outcome.tolerance_met)?;
     dict.set_item("solves", outcome.model_solves())?;

@@ -236,6 +236,12 @@ class Run(Result):
         Rotation vector of the frame of the first linkage, with `rotation_error` in radians.
     work : float
         Work of the bodies on the fluid, with `work_error`.
+    held : tuple of str
+        The bodies whose velocity is given.
+    mean_force, mean_torque : numpy.ndarray
+        Mean force and torque over the run that hold or drive these bodies, one row each, with
+        `mean_force_error` and `mean_torque_error`. The mean thrust of a tethered swimmer is
+        opposite.
     phases : tuple of Phase
         Displacement of each phase.
     times, lengths, positions, quaternions : numpy.ndarray
@@ -263,6 +269,11 @@ class Run(Result):
     rotation_errors: ErrorBars
     work: float
     work_errors: ErrorBars
+    held: tuple[str, ...]
+    mean_force: np.ndarray
+    mean_force_errors: ErrorBars
+    mean_torque: np.ndarray
+    mean_torque_errors: ErrorBars
     tolerance: float
     tolerance_met: bool
     phases: tuple[Phase, ...]
@@ -277,7 +288,13 @@ class Run(Result):
 
     @classmethod
     def _from_raw(cls, raw: dict[str, Any]) -> Run:
-        names = ("errors", "rotation_errors", "work_errors")
+        names = (
+            "errors",
+            "rotation_errors",
+            "work_errors",
+            "mean_force_errors",
+            "mean_torque_errors",
+        )
         bars = {name: ErrorBars(**raw[name]) for name in names}
         phases = tuple(Phase._from_raw(phase) for phase in raw["phases"])
         return _from_raw(cls, raw, phases=phases, **bars)
@@ -296,6 +313,16 @@ class Run(Result):
     def work_error(self) -> float:
         """Error bar of the work, the sum over the sources."""
         return self.work_errors.total
+
+    @property
+    def mean_force_error(self) -> float:
+        """Error bar of the mean forces that hold bodies, the sum over the sources."""
+        return self.mean_force_errors.total
+
+    @property
+    def mean_torque_error(self) -> float:
+        """Error bar of the mean torques that hold bodies, the sum over the sources."""
+        return self.mean_torque_errors.total
 
     def _rows(self) -> list[Row]:
         rows = [

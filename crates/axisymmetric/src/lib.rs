@@ -32,7 +32,7 @@ pub use inertia::{
     ImpedanceParameters, Slip, SteadyDrive, SteadyParameters, SteadyState, TransientParameters,
     impedance, steady_state,
 };
-pub use meridian::Surroundings;
+pub use meridian::{MAX_ASPECT, Surroundings};
 pub use resistance::{AxialResistance, SurfaceResistance};
 pub use solver::{ResistanceSolver, axial_resistance, spin_resistance};
 pub use spheroid::AxialSpheroid;

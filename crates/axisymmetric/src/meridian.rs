@@ -53,7 +53,7 @@ const MIN_GAP: f64 = 1e-4;
 const CYLINDER_ENDS: f64 = 4.5;
 
 /// Largest ratio of the semi-axes of a body; the number of triangles is 30 times the ratio.
-const MAX_ASPECT: f64 = 500.0;
+pub const MAX_ASPECT: f64 = 500.0;
 
 /// Largest length of the problem relative to the smallest semi-axis.
 const MAX_LENGTH_RATIO: f64 = 1e6;

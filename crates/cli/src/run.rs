@@ -4,7 +4,9 @@ use std::path::Path;
 
 use design::sensitivities::Sensitivity;
 use pictures::RunPictures;
+use pictures::numbers::significant_vector;
 use serde_json::json;
+use swimmer::models::nalgebra::Vector3;
 use swimmer::{Folder, InertiaNumbers, Outcome, Report, Scene};
 
 use super::arguments::RunArguments;
@@ -111,6 +113,30 @@ fn rotation_error(outcome: &Outcome) -> String {
     }
 }
 
+/// Rounding of mean loads, relative to the largest: sums of loads that nearly cancel.
+const MEAN_ROUNDING: f64 = 1e-12;
+
+/// Mean force and torque on each body whose velocity is given, with their error bars.
+fn mean_holding(scene: &Scene, outcome: &Outcome) -> String {
+    let Some(means) = outcome.mean_holding() else {
+        return String::new();
+    };
+    let [force, torque] = [&means.force_error, &means.torque_error].map(|bars| bars.total());
+    let sizes = (means.bodies.iter()).map(|load| load.force.norm().max(load.torque.norm()));
+    let rounding = MEAN_ROUNDING * sizes.fold(0.0, f64::max);
+    let line = |label: &str, vector: &Vector3<f64>, bar: f64| {
+        let numbers = significant_vector((*vector).into(), bar, rounding);
+        entry(label, format!("{numbers} +- {}", two_digits(bar)))
+    };
+    let mut text = String::new();
+    for load in &means.bodies {
+        text += &entry("mean loads on", &scene.bodies()[load.body].name);
+        text += &line("  force", &load.force, force);
+        text += &line("  torque", &load.torque, torque);
+    }
+    text
+}
+
 fn describe(report: &Report, out: &Path) -> String {
     let outcome = &report.outcome;
     let net = outcome.resolved_net();
@@ -168,6 +194,7 @@ fn describe(report: &Report, out: &Path) -> String {
             outcome.work,
             outcome.work_error.total(),
         )
+        + &mean_holding(&report.scene, outcome)
         + &tolerance
         + &neglected_inertia::of_run(report)
         + &stopped

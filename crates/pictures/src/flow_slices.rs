@@ -92,7 +92,7 @@ pub(crate) struct StoredSlices {
     pub slices: Vec<StoredSlice>,
     #[serde(default)]
     unsolved: Vec<Unsolved>,
-    /// Why there are no slices.
+    /// Why there are no slices, or fewer than there could be.
     #[serde(default)]
     pub missing: Option<String>,
 }
@@ -152,7 +152,7 @@ impl SliceSeries {
     /// Continues the series of an interrupted run with some completed phase spans.
     ///
     /// Slices of later phase spans are left out: that run may have ended after it had written them
-    /// and before its checkpoint.
+    /// and before its checkpoint. Where its file cannot be read, the reason stays in the new one.
     ///
     /// # Errors
     /// Those of [`SliceFrame::from_scene`].
@@ -271,7 +271,6 @@ impl SliceSeries {
                 None => self.stored.unsolved.push(configuration),
             }
         }
-        self.stored.missing = None;
         Ok(())
     }
 
@@ -415,5 +414,46 @@ impl StoredSlice {
             rows: self.rows,
             values: (0..count).map(value).collect(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The slices of the first phase span are lost with the file; those of later ones do not make
+    /// the series complete.
+    #[test]
+    fn bug_a_damaged_file_of_slices_lost_its_reason_when_the_run_was_resumed() {
+        let text = "model.kind = \"rpy\"\n\
+            bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0], force = [1, 0, 0] }]\n\
+            gait.phases = [{ duration = 1 }, { duration = 1 }]";
+        let scene = Scene::parse(text).unwrap();
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = Folder::create(temporary.path()).unwrap();
+        std::fs::write(temporary.path().join(FLOW_SLICES), "{}").unwrap();
+        let mut series = SliceSeries::resumed(&scene, &folder, 1).unwrap();
+        let mut model = swimmer::choose(&scene).unwrap().model;
+        let mut spans = scene::spans(scene.gait(), &[]).unwrap();
+        let span = spans.nth(1).unwrap();
+        let mut solved = Vec::new();
+        let method = swimmer::Method::Collocation;
+        let result = swimmer::Integrator::new(&scene, model.as_mut(), method)
+            .span(&span, &scene.initial_state(), &mut |solution, _| {
+                solved.push(solution.clone());
+                Ok(())
+            })
+            .unwrap();
+        for solution in &solved {
+            series.add(&scene, &span, solution).unwrap();
+        }
+        series.finish_span(&scene, &span, &result, 0, None).unwrap();
+        series.write(&folder).unwrap();
+        let stored = series.finish(&folder, &scene, model.as_mut()).unwrap();
+        assert!(!stored.slices.is_empty());
+        let reason = stored.missing.expect("the reason");
+        assert!(reason.contains("flow_slices.json is damaged"), "{reason}");
+        let read = StoredSlices::read(folder.path());
+        assert_eq!(read.missing, Some(reason));
     }
 }

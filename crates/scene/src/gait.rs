@@ -121,11 +121,7 @@ pub fn spans(
                     span.to[joint] = length;
                 }
             }
-            ShapePath::Cubic(pieces) => {
-                for piece in pieces {
-                    span.to[piece.joint] = piece.end;
-                }
-            }
+            ShapePath::Spline(path) => path.enter_end(&mut span.to),
             ShapePath::Harmonic { .. } | ShapePath::Own(_) => span.to = span.shape(1.0),
         }
         shape.clone_from(&span.to);
@@ -167,15 +163,9 @@ fn check(gait: &Gait, initial_shape: &[f64]) -> Result<(), SceneError> {
                     finite(key("length"), *length)?;
                 }
             }
-            ShapePath::Cubic(pieces) => {
-                for piece in pieces {
-                    finite(key("length"), piece.end)?;
-                    if !(piece.square.is_finite() && piece.cube.is_finite()) {
-                        return Err(bad(
-                            key("length"),
-                            "has a coefficient that is not finite".into(),
-                        ));
-                    }
+            ShapePath::Spline(path) => {
+                if !path.is_finite() {
+                    return Err(bad(key("path"), "has a number that is not finite".into()));
                 }
             }
             ShapePath::Harmonic { sines, span } => {
@@ -217,11 +207,7 @@ fn check_continuity(
                 ShapePath::Linear(changes) => {
                     changes.iter().for_each(|&(joint, end)| values[joint] = end);
                 }
-                ShapePath::Cubic(pieces) => {
-                    pieces
-                        .iter()
-                        .for_each(|piece| values[piece.joint] = piece.end);
-                }
+                ShapePath::Spline(path) => path.enter_end(&mut values),
                 ShapePath::Harmonic { sines, span } => {
                     for sine in sines {
                         values[sine.joint] += sine.at(span.1) - sine.at(span.0);

@@ -1,6 +1,7 @@
 //! Gaits as tables of times and joint values, in files of comma-separated values.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use mesh::InputFile;
 use rigid::Joint;
@@ -9,8 +10,9 @@ use crate::checks::check_prescribed;
 use crate::document::MAX_TEXT_FILE;
 use crate::gait::{Gait, Phase};
 use crate::nearest::find_name;
-use crate::shape_path::{CubicLength, ShapePath};
+use crate::shape_path::ShapePath;
 use crate::spline::second_derivatives;
+use crate::spline_path::{SplineColumn, SplinePath, Splines};
 use crate::words::InterpolationKind;
 
 /// Values of joints at increasing times, from a file.
@@ -31,8 +33,24 @@ pub(crate) struct GaitTable {
     shape: Vec<Vec<f64>>,
 }
 
-/// Largest number of rows; each is a phase of the gait.
+/// Largest number of rows; each may be a phase of the gait.
 const MAX_ROWS: usize = 100_000;
+
+/// Largest number of rows of a phase: each can be a step of its own, and a run has a checkpoint
+/// after each phase.
+const MAX_ROWS_PER_PHASE: usize = 4096;
+
+/// Degree of the polynomial that the path of a phase resembles: about that of the lowest order with
+/// which the integration is content.
+const PHASE_DEGREE: usize = 4;
+
+/// Largest distance from this polynomial, relative to the range of the joint. That of a sine is
+/// 8e-5 over a quarter of its period and 2.5e-3 over a half: its phases are quarters, as those of a
+/// harmonic gait.
+const PHASE_ROUGHNESS: f64 = 1e-3;
+
+/// Rounding of values that are evaluated by a few operations, relative to the largest one.
+const ROUNDING: f64 = 1e-13;
 
 impl GaitTable {
     /// Reads a file.
@@ -151,40 +169,113 @@ impl GaitTable {
             .fold(0.0, |largest, length| length.max(largest))
     }
 
-    /// The gait, with one phase between each two rows.
+    /// The gait: along splines phases over as many rows as resemble a simple curve, otherwise one
+    /// phase between each two rows.
     pub fn gait(&self, cycles: u32) -> Gait {
-        let is_periodic = self.interpolation == InterpolationKind::Cubic && self.is_closed();
-        let bends: Vec<Vec<f64>> = match self.interpolation {
-            InterpolationKind::Linear => Vec::new(),
-            InterpolationKind::Cubic | InterpolationKind::Corner => (self.shape.iter())
-                .map(|column| second_derivatives(&self.times, column, is_periodic))
-                .collect(),
+        let phases = match self.interpolation {
+            InterpolationKind::Linear => {
+                (1..self.times.len()).map(|row| self.linear(row)).collect()
+            }
+            InterpolationKind::Cubic => self.along_splines(self.is_closed()),
+            InterpolationKind::Corner => self.along_splines(false),
         };
-        let phase = |k: usize| {
-            let duration = self.times[k + 1] - self.times[k];
-            let ends = self.joints.iter().zip(&self.shape);
-            let path = match self.interpolation {
-                InterpolationKind::Linear => ShapePath::Linear(
-                    ends.map(|(&joint, column)| (joint, column[k + 1]))
-                        .collect(),
-                ),
-                InterpolationKind::Cubic | InterpolationKind::Corner => {
-                    let pieces = ends
-                        .zip(&bends)
-                        .map(|((&joint, column), bend)| CubicLength {
-                            joint,
-                            end: column[k + 1],
-                            square: 0.5 * duration * duration * bend[k],
-                            cube: duration * duration * (bend[k + 1] - bend[k]) / 6.0,
-                        });
-                    ShapePath::Cubic(pieces.collect())
-                }
-            };
-            Phase { path, duration }
-        };
-        Gait {
-            cycles,
-            phases: (0..self.times.len() - 1).map(phase).collect(),
+        Gait { cycles, phases }
+    }
+
+    /// The phase to a row at constant rates.
+    fn linear(&self, row: usize) -> Phase {
+        let ends = self.joints.iter().zip(&self.shape);
+        let changes = ends.map(|(&joint, column)| (joint, column[row]));
+        Phase {
+            path: ShapePath::Linear(changes.collect()),
+            duration: self.times[row] - self.times[row - 1],
         }
+    }
+
+    /// The phases along splines.
+    fn along_splines(&self, is_periodic: bool) -> Vec<Phase> {
+        let ends = self.joints.iter().zip(&self.shape);
+        let columns = ends.map(|(&joint, column)| SplineColumn {
+            joint,
+            values: column.clone(),
+            bends: second_derivatives(&self.times, column, is_periodic),
+        });
+        let splines = Arc::new(Splines {
+            times: self.times.clone(),
+            columns: columns.collect(),
+        });
+        let allowed: Vec<f64> = (self.shape.iter())
+            .map(|column| {
+                let high = column.iter().copied().fold(f64::MIN, f64::max);
+                let low = column.iter().copied().fold(f64::MAX, f64::min);
+                PHASE_ROUGHNESS * (high - low) + ROUNDING * high.abs().max(low.abs())
+            })
+            .collect();
+        let mut phases = Vec::new();
+        // Parts of the table in reverse order.
+        let mut todo = vec![(0, self.times.len() - 1)];
+        while let Some((from, to)) = todo.pop() {
+            let path = SplinePath::new(splines.clone(), from, to);
+            let distances = path.distances((0.0, 1.0), PHASE_DEGREE);
+            let is_simple = (distances.iter().zip(&allowed)).all(|((_, d), allowed)| d <= allowed);
+            match path.middle_row((0.0, 1.0)) {
+                Some(row) if !is_simple || path.intervals() > MAX_ROWS_PER_PHASE => {
+                    todo.extend([(row, to), (from, row)]);
+                }
+                _ => phases.push(Phase {
+                    duration: path.duration(),
+                    path: ShapePath::Spline(path),
+                }),
+            }
+        }
+        phases
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    fn table(rows: usize, value: impl Fn(usize) -> f64) -> GaitTable {
+        GaitTable {
+            file: PathBuf::new(),
+            hash: 0,
+            interpolation: InterpolationKind::Cubic,
+            joints: vec![0],
+            times: (0..=rows).map(|k| k as f64).collect(),
+            shape: vec![(0..=rows).map(value).collect()],
+        }
+    }
+
+    #[test]
+    fn rows_of_a_smooth_table_are_few_phases_and_outliers_stay_alone() {
+        let rows = 10_000;
+        let sine = |k: usize| 8.0 + 2.0 * (TAU * (k % rows) as f64 / rows as f64).sin();
+        let smooth = table(rows, sine).gait(1);
+        assert_eq!(smooth.phases.len(), 4);
+        let lengths = |gait: &Gait| -> Vec<usize> {
+            let intervals = |phase: &Phase| match &phase.path {
+                ShapePath::Spline(path) => path.intervals(),
+                other => panic!("{other:?}"),
+            };
+            gait.phases.iter().map(intervals).collect()
+        };
+        assert_eq!(lengths(&smooth), [2500; 4]);
+        // A jump of a tenth of the amplitude in one row.
+        let outlier = table(rows, |k| sine(k) + if k == 3333 { 0.2 } else { 0.0 }).gait(1);
+        let all = lengths(&outlier);
+        assert_eq!(all.iter().sum::<usize>(), rows);
+        assert!(all.len() < 60 && all.contains(&1), "{all:?}");
+        // Noise: only neighbours may lie on one simple curve.
+        let noise = |k: usize| 8.0 + ((k * k * 37 + 11 * k) % 64) as f64 / 32.0;
+        let all = lengths(&table(64, noise).gait(1));
+        assert!(
+            all.iter().all(|&rows| rows <= 2) && all.len() > 48,
+            "{all:?}"
+        );
+        // A constant is no reason for phases.
+        assert_eq!(table(5000, |_| 0.1).gait(1).phases.len(), 2);
     }
 }

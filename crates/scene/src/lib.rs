@@ -25,6 +25,7 @@ mod shape;
 mod shape_path;
 mod shapes;
 mod spline;
+mod spline_path;
 mod surface_shape;
 mod wall_facets;
 mod words;
@@ -45,8 +46,9 @@ pub use path_contact::{BodyPath, PathContact, first_contact};
 pub use phase_span::PhaseSpan;
 pub use scene::{FluidInertia, Scene};
 pub use shape::Shape;
-pub use shape_path::{CubicLength, JointForce, JointPath, OwnPath, ShapePath, Sine};
+pub use shape_path::{JointForce, JointPath, OwnPath, ShapePath, Sine};
 pub use shapes::*;
+pub use spline_path::SplinePath;
 pub use surface_shape::{SourceFile, SurfaceShape};
 pub use wall_facets::WallFacets;
 pub use words::{

@@ -113,13 +113,13 @@ pub(crate) fn first_contact_among(
     let mut pairs = Vec::new();
     for (k, &one) in solid.iter().enumerate() {
         if path.domain.is_some_and(has_walls) {
-            pairs.push(Meeting::Wall(one));
+            pairs.push(ContactPair::Wall(one));
         }
         for &other in solid[..k].iter().filter(|&&other| includes(other, one)) {
             if linkage[one] == linkage[other] {
-                pairs.push(Meeting::Within(other, one));
+                pairs.push(ContactPair::Within(other, one));
             } else if path.domain.is_some() {
-                pairs.push(Meeting::Between(other, one));
+                pairs.push(ContactPair::Between(other, one));
             }
         }
     }
@@ -136,13 +136,13 @@ pub(crate) fn first_contact_among(
     };
     let [start, end] = [search.place(0.0)?, search.place(1.0)?];
     let mut first: Option<PathContact> = None;
-    for meeting in pairs {
-        if search.excludes(meeting, &start, &end) {
+    for pair in pairs {
+        if search.excludes(pair, &start, &end) {
             continue;
         }
-        let found = match search.touching(meeting, &start) {
+        let found = match search.touching(pair, &start) {
             Some(contact) => Some(contact),
-            None => search.halve(meeting, &start, &end)?,
+            None => search.halve(pair, &start, &end)?,
         };
         if let Some(found) = found
             && first.is_none_or(|first| found.at < first.at)
@@ -161,9 +161,9 @@ fn has_walls(domain: &Domain) -> bool {
     )
 }
 
-/// What may touch.
+/// Two surfaces that may touch.
 #[derive(Clone, Copy)]
-enum Meeting {
+enum ContactPair {
     /// Two bodies of one linkage.
     Within(usize, usize),
     /// Two bodies of different linkages.
@@ -173,7 +173,7 @@ enum Meeting {
 }
 
 /// The bodies at a position of a path.
-struct Placed {
+struct Placement {
     at: f64,
     state: State,
     poses: Vec<Isometry3<f64>>,
@@ -190,40 +190,42 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn place(&self, at: f64) -> Result<Placed, RigidError> {
+    fn place(&self, at: f64) -> Result<Placement, RigidError> {
         let (state, shape) = (self.path.at)(at)?;
         let poses = self.path.set.place(&state, &shape)?;
-        Ok(Placed { at, state, poses })
+        Ok(Placement { at, state, poses })
     }
 
     /// Poses of two bodies, from their frame if they have the same.
-    fn poses(&self, meeting: Meeting, placed: &Placed) -> Option<[Isometry3<f64>; 2]> {
-        match meeting {
-            Meeting::Wall(_) => None,
-            Meeting::Between(one, other) => Some([one, other].map(|body| placed.poses[body])),
-            Meeting::Within(one, other) => {
+    fn poses(&self, pair: ContactPair, placed: &Placement) -> Option<[Isometry3<f64>; 2]> {
+        match pair {
+            ContactPair::Wall(_) => None,
+            ContactPair::Between(one, other) => Some([one, other].map(|body| placed.poses[body])),
+            ContactPair::Within(one, other) => {
                 let frame = placed.state.frames[self.path.set.linkage_of()[one]].inverse();
                 Some([one, other].map(|body| frame * placed.poses[body]))
             }
         }
     }
 
-    fn contact(&self, meeting: Meeting, placed: &Placed) -> Contact {
-        let (body, other) = match meeting {
-            Meeting::Wall(body) => (body, None),
-            Meeting::Within(one, other) | Meeting::Between(one, other) => (one, Some(other)),
+    fn contact(&self, pair: ContactPair, placed: &Placement) -> Contact {
+        let (body, other) = match pair {
+            ContactPair::Wall(body) => (body, None),
+            ContactPair::Within(one, other) | ContactPair::Between(one, other) => {
+                (one, Some(other))
+            }
         };
-        let gap = match self.poses(meeting, placed) {
-            Some(poses) => self.separation(meeting, &poses).0,
+        let gap = match self.poses(pair, placed) {
+            Some(poses) => self.separation(pair, &poses).0,
             None => self.clearance(body, placed),
         };
         Contact { body, other, gap }
     }
 
     /// The contact at a position, if the bodies touch there.
-    fn touching(&self, meeting: Meeting, placed: &Placed) -> Option<PathContact> {
-        let contact = self.contact(meeting, placed);
-        contact.touches(self.size(meeting)).then_some(PathContact {
+    fn touching(&self, pair: ContactPair, placed: &Placement) -> Option<PathContact> {
+        let contact = self.contact(pair, placed);
+        contact.touches(self.size(pair)).then_some(PathContact {
             at: placed.at,
             contact,
             is_certain: true,
@@ -233,24 +235,24 @@ impl Search<'_> {
     /// The first contact on a part of the path at whose start the bodies do not touch.
     fn halve(
         &mut self,
-        meeting: Meeting,
-        from: &Placed,
-        to: &Placed,
+        pair: ContactPair,
+        from: &Placement,
+        to: &Placement,
     ) -> Result<Option<PathContact>, RigidError> {
-        if self.excludes(meeting, from, to) {
+        if self.excludes(pair, from, to) {
             return Ok(None);
         }
         let width = to.at - from.at;
-        let rounding = 1e-12 * self.size(meeting);
-        match self.touching(meeting, to) {
+        let rounding = 1e-12 * self.size(pair);
+        match self.touching(pair, to) {
             Some(found) if width <= RESOLUTION => return Ok(Some(found)),
-            None if self.deviation(meeting, width) <= rounding => {
+            None if self.deviation(pair, width) <= rounding => {
                 if width <= RESOLUTION
-                    && let Some(found) = self.crossing(meeting, from, to)
+                    && let Some(found) = self.contact_of_lines(pair, from, to)
                 {
                     return Ok(Some(found));
                 }
-                if width * self.speed(meeting) <= rounding {
+                if width * self.speed(pair) <= rounding {
                     return Ok(None);
                 }
             }
@@ -258,66 +260,71 @@ impl Search<'_> {
         }
         let middle = self.place(0.5 * (from.at + to.at))?;
         if self.placements == 0 {
-            let contact = self.contact(meeting, &middle);
+            let contact = self.contact(pair, &middle);
             return Ok(Some(PathContact {
                 at: middle.at,
                 contact,
-                is_certain: contact.touches(self.size(meeting)),
+                is_certain: contact.touches(self.size(pair)),
             }));
         }
-        self.placements = self.placements.saturating_sub(self.cost(meeting));
-        match self.halve(meeting, from, &middle)? {
+        self.placements = self.placements.saturating_sub(self.cost(pair));
+        match self.halve(pair, from, &middle)? {
             Some(found) => Ok(Some(found)),
-            None => self.halve(meeting, &middle, to),
+            None => self.halve(pair, &middle, to),
         }
     }
 
     /// Whether the bounds exclude contact between two positions.
-    fn excludes(&self, meeting: Meeting, from: &Placed, to: &Placed) -> bool {
+    fn excludes(&self, pair: ContactPair, from: &Placement, to: &Placement) -> bool {
         let width = to.at - from.at;
-        let deviation = self.deviation(meeting, width);
-        let Some((start, end)) = self.poses(meeting, from).zip(self.poses(meeting, to)) else {
-            let Meeting::Wall(body) = meeting else {
+        let deviation = self.deviation(pair, width);
+        let Some((start, end)) = self.poses(pair, from).zip(self.poses(pair, to)) else {
+            let ContactPair::Wall(body) = pair else {
                 return false;
             };
             let [start, end] = [from, to].map(|placed| self.clearance(body, placed));
             return match self.path.domain {
                 // The distance from a wall of any shape changes by the path of the body at most.
                 Some(Domain::Surface(_) | Domain::Mesh { .. }) => {
-                    start + end > width * self.speed(meeting)
+                    start + end > width * self.speed(pair)
                 }
                 _ => start.min(end) > deviation,
             };
         };
-        let [apart_start, apart_end] = [&start, &end].map(apart);
-        let centres = closest_approach(&apart_start, &apart_end).1;
-        let bounds = self.bounds(meeting);
+        let [offset_start, offset_end] = [&start, &end].map(offset);
+        let centres = closest_approach(&offset_start, &offset_end).1;
+        let bounds = self.bounds(pair);
         let of_centres = width * width / 8.0 * bounds.map(|b| b.linear.second).iter().sum::<f64>();
-        if centres - self.size(meeting) > of_centres {
+        if centres - self.size(pair) > of_centres {
             return true;
         }
-        if self.is_isotropic(meeting) {
+        if self.is_isotropic(pair) {
             return false;
         }
         [&start, &end].into_iter().any(|poses| {
-            let (gap, normal) = self.separation(meeting, poses);
+            let (gap, normal) = self.separation(pair, poses);
             let along = |poses: &[Isometry3<f64>; 2]| {
-                distance_along(self.pair(meeting, poses), &apart(poses), &normal)
+                distance_along(self.shapes(pair, poses), &offset(poses), &normal)
             };
             gap > deviation && along(&start).min(along(&end)) > deviation
         })
     }
 
     /// The contact of two spheres whose centres move along lines between two positions.
-    fn crossing(&self, meeting: Meeting, from: &Placed, to: &Placed) -> Option<PathContact> {
-        if !self.is_isotropic(meeting) {
+    fn contact_of_lines(
+        &self,
+        pair: ContactPair,
+        from: &Placement,
+        to: &Placement,
+    ) -> Option<PathContact> {
+        if !self.is_isotropic(pair) {
             return None;
         }
-        let (start, end) = self.poses(meeting, from).zip(self.poses(meeting, to))?;
-        let (s, distance) = closest_approach(&apart(&start), &apart(&end));
+        let (start, end) = self.poses(pair, from).zip(self.poses(pair, to))?;
+        let (s, distance) = closest_approach(&offset(&start), &offset(&end));
         let contact = Contact {
-            gap: distance - self.size(meeting),
-            ..self.contact(meeting, from)
+            gap: distance - self.size(pair),
+            ..self.contact(pair, from)
         };
         Some(PathContact {
             at: from.at + s * (to.at - from.at),
@@ -328,8 +335,8 @@ impl Search<'_> {
 
     /// Largest deviation of the distance of two points, or of a point and a wall, from linear
     /// interpolation over a part of the path.
-    fn deviation(&self, meeting: Meeting, width: f64) -> f64 {
-        let bounds = self.bounds(meeting);
+    fn deviation(&self, pair: ContactPair, width: f64) -> f64 {
+        let bounds = self.bounds(pair);
         let of_body = |(bounds, body): (&MotionBounds, usize)| {
             let shape = &self.path.bodies[body].shape;
             match shape.is_isotropic() {
@@ -337,78 +344,76 @@ impl Search<'_> {
                 false => bounds.acceleration(shape.bounding_radius()),
             }
         };
-        let accelerations = bounds.iter().zip(bodies(meeting)).map(of_body);
+        let accelerations = bounds.iter().zip(bodies(pair)).map(of_body);
         width * width / 8.0 * accelerations.sum::<f64>()
     }
 
     /// Largest speed of the points of the bodies relative to each other or to the wall.
-    fn speed(&self, meeting: Meeting) -> f64 {
+    fn speed(&self, pair: ContactPair) -> f64 {
         let radius = |body: usize| self.path.bodies[body].bounding_radius();
-        let speeds = (self.bounds(meeting).into_iter().zip(bodies(meeting)))
+        let speeds = (self.bounds(pair).into_iter().zip(bodies(pair)))
             .map(|(bounds, body)| bounds.speed(radius(body)));
         speeds.sum()
     }
 
     /// Bounds on the motion of the bodies; zero for a wall.
-    fn bounds(&self, meeting: Meeting) -> [MotionBounds; 2] {
-        match meeting {
-            Meeting::Within(one, other) => [one, other].map(|body| self.relative[body]),
-            Meeting::Between(one, other) => [one, other].map(|body| self.lab[body]),
-            Meeting::Wall(body) => [self.lab[body], MotionBounds::default()],
+    fn bounds(&self, pair: ContactPair) -> [MotionBounds; 2] {
+        match pair {
+            ContactPair::Within(one, other) => [one, other].map(|body| self.relative[body]),
+            ContactPair::Between(one, other) => [one, other].map(|body| self.lab[body]),
+            ContactPair::Wall(body) => [self.lab[body], MotionBounds::default()],
         }
     }
 
     /// Sum of the bounding radii.
-    fn size(&self, meeting: Meeting) -> f64 {
+    fn size(&self, pair: ContactPair) -> f64 {
         let radius = |body: usize| self.path.bodies[body].bounding_radius();
-        match meeting {
-            Meeting::Wall(body) => radius(body),
-            Meeting::Within(one, other) | Meeting::Between(one, other) => {
+        match pair {
+            ContactPair::Wall(body) => radius(body),
+            ContactPair::Within(one, other) | ContactPair::Between(one, other) => {
                 radius(one) + radius(other)
             }
         }
     }
 
-    fn is_isotropic(&self, meeting: Meeting) -> bool {
+    fn is_isotropic(&self, pair: ContactPair) -> bool {
         let shape = |body: usize| &self.path.bodies[body].shape;
-        bodies(meeting)
-            .iter()
-            .all(|&body| shape(body).is_isotropic())
+        bodies(pair).iter().all(|&body| shape(body).is_isotropic())
     }
 
-    fn clearance(&self, body: usize, placed: &Placed) -> f64 {
+    fn clearance(&self, body: usize, placed: &Placement) -> f64 {
         let domain = self.path.domain.unwrap_or(&Domain::Unbounded);
         domain.clearance(&self.path.bodies[body], &placed.poses[body])
     }
 
-    fn pair<'p>(&'p self, meeting: Meeting, poses: &'p [Isometry3<f64>; 2]) -> Pair<'p> {
-        let [one, other] = bodies(meeting);
+    fn shapes<'p>(&'p self, pair: ContactPair, poses: &'p [Isometry3<f64>; 2]) -> Pair<'p> {
+        let [one, other] = bodies(pair);
         [(one, &poses[0]), (other, &poses[1])]
             .map(|(body, pose)| (&self.path.bodies[body].shape, &pose.rotation))
     }
 
-    fn separation(&self, meeting: Meeting, poses: &[Isometry3<f64>; 2]) -> (f64, Vector3<f64>) {
-        separation(self.pair(meeting, poses), &apart(poses))
+    fn separation(&self, pair: ContactPair, poses: &[Isometry3<f64>; 2]) -> (f64, Vector3<f64>) {
+        separation(self.shapes(pair, poses), &offset(poses))
     }
 
     /// Cost of one position, in placements: the distance from a wall given by a file takes long.
-    fn cost(&self, meeting: Meeting) -> usize {
-        match (meeting, self.path.domain) {
-            (Meeting::Wall(_), Some(Domain::Surface(_) | Domain::Mesh { .. })) => 32,
+    fn cost(&self, pair: ContactPair) -> usize {
+        match (pair, self.path.domain) {
+            (ContactPair::Wall(_), Some(Domain::Surface(_) | Domain::Mesh { .. })) => 32,
             _ => 1,
         }
     }
 }
 
 /// The bodies; twice the same for a body and a wall.
-fn bodies(meeting: Meeting) -> [usize; 2] {
-    match meeting {
-        Meeting::Within(one, other) | Meeting::Between(one, other) => [one, other],
-        Meeting::Wall(body) => [body, body],
+fn bodies(pair: ContactPair) -> [usize; 2] {
+    match pair {
+        ContactPair::Within(one, other) | ContactPair::Between(one, other) => [one, other],
+        ContactPair::Wall(body) => [body, body],
     }
 }
 
 /// Centre of the first minus that of the second.
-fn apart(poses: &[Isometry3<f64>; 2]) -> Vector3<f64> {
+fn offset(poses: &[Isometry3<f64>; 2]) -> Vector3<f64> {
     poses[0].translation.vector - poses[1].translation.vector
 }

@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
 
+use crate::spline_path::SplinePath;
+
 /// Values of the joints along a phase, as functions of the part `s` of the phase that is over.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ShapePath {
@@ -11,8 +13,8 @@ pub enum ShapePath {
     ///
     /// Without joints all values are constant.
     Linear(Vec<(usize, f64)>),
-    /// Cubic polynomials, such as the pieces of a spline.
-    Cubic(Vec<CubicLength>),
+    /// Part of the cubic splines through the rows of a table.
+    Spline(SplinePath),
     /// Part of a period of sums of sines.
     Harmonic {
         /// The terms of all joints.
@@ -40,25 +42,6 @@ pub struct Sine {
     pub order: u32,
 }
 
-/// Value of a joint along a phase, a cubic polynomial in `s`:
-///
-/// ```text
-/// begin + (end - begin) s + square (s^2 - s) + cube (s^3 - s)
-/// ```
-///
-/// It begins with the value at the end of the phase before.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CubicLength {
-    /// The joint.
-    pub joint: usize,
-    /// Value at the end.
-    pub end: f64,
-    /// Coefficient of the second degree.
-    pub square: f64,
-    /// Coefficient of the third degree.
-    pub cube: f64,
-}
-
 impl ShapePath {
     /// The joints whose values change, each once, in the order of their first terms.
     pub fn joints(&self) -> Vec<usize> {
@@ -70,7 +53,7 @@ impl ShapePath {
         };
         match self {
             Self::Linear(changes) => changes.iter().for_each(|(joint, _)| add(*joint)),
-            Self::Cubic(pieces) => pieces.iter().for_each(|piece| add(piece.joint)),
+            Self::Spline(path) => path.joints().for_each(add),
             Self::Harmonic { sines, .. } => sines.iter().for_each(|sine| add(sine.joint)),
             Self::Own(path) => path.0.joints().into_iter().for_each(add),
         }

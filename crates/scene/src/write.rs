@@ -143,8 +143,8 @@ fn gait_file(scene: &Scene) -> GaitFile {
                     phase_file.targets = Some(targets.collect());
                 }
             },
-            // Cubic phases are from a table, and scenes with own paths are not written.
-            ShapePath::Cubic(_) | ShapePath::Own(_) => {}
+            // Splines are from a table, and scenes with own paths are not written.
+            ShapePath::Spline(_) | ShapePath::Own(_) => {}
             ShapePath::Harmonic { sines, .. } => {
                 let at_start = |joint: usize| -> f64 {
                     let terms = sines.iter().filter(|sine| sine.joint == joint);

@@ -4,6 +4,7 @@
 pub mod checkpoint;
 mod error;
 mod gauss;
+mod holding_loads;
 mod inertia_numbers;
 mod integrate;
 mod neglected_inertia;
@@ -25,6 +26,7 @@ mod turning;
 pub use checkpoint::Checkpoint;
 pub use error::SwimError;
 pub use gauss::{Gauss, lagrange};
+pub use holding_loads::HoldingLoads;
 pub use inertia_numbers::InertiaNumbers;
 pub use integrate::{
     Integrator, Method, ObserveSolution, PathPiece, SpanResult, SpanSolution,

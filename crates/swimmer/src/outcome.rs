@@ -7,6 +7,7 @@ use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
+use crate::holding_loads::HoldingLoads;
 use crate::integrate::{SpanResult, TABLE_SHARE, enter_table};
 use crate::turning::Turning;
 
@@ -95,6 +96,9 @@ pub struct Outcome {
     /// Error bars of the work.
     #[serde(default)]
     pub work_error: ErrorEstimate,
+    /// Impulses of the loads that hold or drive bodies ([`Outcome::mean_holding`]).
+    #[serde(default)]
+    pub holding: HoldingLoads,
     /// Velocities `(U, ω)` of all bodies at the end, six per body; empty without masses.
     #[serde(default)]
     pub velocities: Vec<f64>,
@@ -132,6 +136,17 @@ impl Outcome {
                 .accumulated_error
                 .as_ref()
                 .map_or(0.0, |error| error.work)
+    }
+
+    /// Mean force and torque, over the time of the gait so far, on each body whose velocity is
+    /// given; none without such bodies.
+    ///
+    /// A fixed body that holds a swimmer receives the opposite of its mean thrust. Errors of the
+    /// discretisation are those that remain after its correction, without regard to their signs.
+    pub fn mean_holding(&self) -> Option<HoldingLoads> {
+        let time = self.samples.last()?.time;
+        let is_mean = time > 0.0 && !self.holding.bodies.is_empty();
+        is_mean.then(|| self.holding.over(time))
     }
 
     /// Number of solves of the model, with those of its tables.
@@ -483,6 +498,7 @@ impl Outcome {
         self.rotation_error.accumulate(1.0, &result.rotation_error);
         self.work += result.work;
         self.work_error.accumulate(1.0, &result.work_error);
+        self.holding.accumulate(1.0, &result.holding);
         self.seconds += result.seconds;
     }
 

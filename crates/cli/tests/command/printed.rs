@@ -505,3 +505,38 @@ fn bug_look_ups_in_tables_were_counted_as_solves() {
     let words = format!("{solves} solves, {lookups} look-ups in tables, ");
     assert!(after(&printed, "cost").starts_with(&words), "{printed}");
 }
+
+/// The meridian plane stops at a relative error of 1e-11 of resistances: a tolerance below its bar is
+/// missed, which the status says, and accepted on request.
+#[test]
+fn a_missed_tolerance_of_a_solution_is_status_3_unless_the_best_is_accepted() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = |accept: &str| {
+        let text = format!(
+            "model = {{ kind = \"axisymmetric\", tolerance = 1e-12{accept} }}\n\
+             bodies = [\n\
+             {{ name = \"a\", radius = 1, position = [0, 0, 0], force = [1, 0, 0] }},\n\
+             {{ name = \"b\", radius = 1, position = [2.01, 0, 0] }},\n]"
+        );
+        std::fs::write(folder.path().join("scene.toml"), text).unwrap();
+        crate::swim(folder.path(), &["solve", "scene.toml"])
+    };
+    let missed = scene("");
+    let message = text(&missed.stderr);
+    assert_eq!(missed.status.code(), Some(3), "{message}");
+    let parts = [
+        "scene.toml:1: model.tolerance = 1e-12 allows",
+        "was reached",
+        "model.accept",
+    ];
+    for part in parts {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    let best = scene(", accept = \"best\"");
+    let message = text(&best.stderr);
+    assert_eq!(best.status.code(), Some(0), "{message}");
+    assert!(message.starts_with("warning: "), "{message}");
+    assert!(message.contains("was reached"), "{message}");
+    let printed = text(&best.stdout);
+    assert!(printed.contains("is not met"), "{printed}");
+}

@@ -63,7 +63,7 @@ pub fn parameters(scene: &Scene) -> Result<Vec<Parameter>, DesignError> {
     let set = scene.articulation();
     let (joints, start) = (set.joints(), set.initial_shape());
     let from_file =
-        (scene.gait().phases.iter()).any(|phase| matches!(phase.path, ShapePath::Cubic(_)));
+        (scene.gait().phases.iter()).any(|phase| matches!(phase.path, ShapePath::Spline(_)));
     let ranges = joint_ranges(scene)?;
     for (number, joint) in joints.iter().enumerate() {
         match joint.drive {

@@ -25,43 +25,65 @@ const MIN_DOFS_FOR_THREADS: usize = 500;
 /// # Errors
 /// [`HydroError::FactorisationFailed`].
 pub(super) fn eliminate(
-    mut matrix: Mat<f64>,
+    matrix: Mat<f64>,
     rigid: usize,
     lower: usize,
 ) -> Result<[DMatrix<f64>; 2], HydroError> {
-    let par = factor(&mut matrix)?;
     let first = matrix.nrows() - rigid;
-    let full = complement(&matrix, rigid, par);
-    let lower = &full + omitted(&matrix, rigid, lower..first, par);
+    let factor = GalerkinFactor::new(matrix)?;
+    let full = factor.complement(rigid);
+    let lower = &full + factor.omitted(rigid, lower..first);
     Ok([full, lower])
-}
-
-/// Schur complements of `matrix` on its last rows: for two numbers of rows, and on the first of
-/// these without the columns `left_out` before them, as in [`eliminate`].
-///
-/// # Errors
-/// [`HydroError::FactorisationFailed`].
-pub(super) fn complements(
-    mut matrix: Mat<f64>,
-    rows: [usize; 2],
-    left_out: Range<usize>,
-) -> Result<[DMatrix<f64>; 3], HydroError> {
-    let par = factor(&mut matrix)?;
-    let [first, second] = rows.map(|rows| complement(&matrix, rows, par));
-    let without = &first + omitted(&matrix, rows[0], left_out, par);
-    Ok([first, second, without])
 }
 
 /// Schur complement of `matrix` on its last rows.
 ///
 /// # Errors
 /// [`HydroError::FactorisationFailed`].
-pub(super) fn schur_complement(
-    mut matrix: Mat<f64>,
-    rows: usize,
-) -> Result<DMatrix<f64>, HydroError> {
-    let par = factor(&mut matrix)?;
-    Ok(complement(&matrix, rows, par))
+pub(super) fn schur_complement(matrix: Mat<f64>, rows: usize) -> Result<DMatrix<f64>, HydroError> {
+    Ok(GalerkinFactor::new(matrix)?.complement(rows))
+}
+
+/// Cholesky factor `L` of a Galerkin matrix, from which Schur complements are products.
+pub(super) struct GalerkinFactor {
+    /// The factor, in the lower triangle.
+    lower: Mat<f64>,
+    /// Number of threads of products.
+    par: Par,
+}
+
+impl GalerkinFactor {
+    /// Factorises the symmetric positive definite `matrix`, read on and below its diagonal. Cost:
+    /// `n^3/3`.
+    ///
+    /// # Errors
+    /// [`HydroError::FactorisationFailed`].
+    pub fn new(mut matrix: Mat<f64>) -> Result<Self, HydroError> {
+        let par = factor_in_place(&mut matrix, "Galerkin matrix")?;
+        Ok(Self { lower: matrix, par })
+    }
+
+    /// The Schur complement on the last `rows`: `L_rr L_rr^T` with these rows `r`.
+    pub fn complement(&self, rows: usize) -> DMatrix<f64> {
+        let first = self.lower.nrows() - rows;
+        let corner = self.lower.submatrix(first, first, rows, rows);
+        let triangles = (
+            BlockStructure::TriangularLower,
+            BlockStructure::TriangularUpper,
+        );
+        product(corner, triangles, self.par)
+    }
+
+    /// What the complement on the last `rows` gains without the columns `o` directly before them,
+    /// as in [`eliminate`]: `L_ro L_ro^T`.
+    pub fn omitted(&self, rows: usize, columns: Range<usize>) -> DMatrix<f64> {
+        let first = self.lower.nrows() - rows;
+        let part = self
+            .lower
+            .submatrix(first, columns.start, rows, columns.len());
+        let rectangles = (BlockStructure::Rectangular, BlockStructure::Rectangular);
+        product(part, rectangles, self.par)
+    }
 }
 
 /// Inverse of a symmetric positive definite matrix; `name` is its name in errors.
@@ -92,11 +114,7 @@ fn symmetric(lower: &Mat<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(size, size, |i, j| lower[(i.max(j), i.min(j))])
 }
 
-/// Cholesky factor of a Galerkin matrix, in its lower triangle, and the number of threads used.
-fn factor(matrix: &mut Mat<f64>) -> Result<Par, HydroError> {
-    factor_in_place(matrix, "Galerkin matrix")
-}
-
+/// Replaces a matrix by its Cholesky factor, in the lower triangle; returns the number of threads.
 fn factor_in_place(matrix: &mut Mat<f64>, name: &'static str) -> Result<Par, HydroError> {
     let size = matrix.nrows();
     // a fixed number of threads, so that the result does not depend on how many there are
@@ -114,25 +132,6 @@ fn factor_in_place(matrix: &mut Mat<f64>, name: &'static str) -> Result<Par, Hyd
     )
     .map_err(|_| HydroError::FactorisationFailed { matrix: name, size })?;
     Ok(par)
-}
-
-/// `L_rr L_rr^T` for the last rows `r` of a Cholesky factor.
-fn complement(factor: &Mat<f64>, rows: usize, par: Par) -> DMatrix<f64> {
-    let first = factor.nrows() - rows;
-    let corner = factor.submatrix(first, first, rows, rows);
-    let triangles = (
-        BlockStructure::TriangularLower,
-        BlockStructure::TriangularUpper,
-    );
-    product(corner, triangles, par)
-}
-
-/// `L_ro L_ro^T` for the last rows `r` and some columns `o` of a Cholesky factor.
-fn omitted(factor: &Mat<f64>, rows: usize, columns: Range<usize>, par: Par) -> DMatrix<f64> {
-    let first = factor.nrows() - rows;
-    let part = factor.submatrix(first, columns.start, rows, columns.len());
-    let rectangles = (BlockStructure::Rectangular, BlockStructure::Rectangular);
-    product(part, rectangles, par)
 }
 
 /// `L L^T`, where only the given parts of the two factors are read.
@@ -154,4 +153,34 @@ fn product(
         par,
     );
     symmetric(&product)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against Schur complements by inverse matrices, of the whole matrix and without some columns.
+    #[test]
+    fn complements_are_those_of_the_matrix_with_and_without_columns() {
+        let (size, rows) = (7, 2);
+        let entry = |i: usize, j: usize| {
+            let diagonal = if i == j { 3.0 } else { 0.0 };
+            diagonal + 1.0 / (1.0 + i as f64 + j as f64)
+        };
+        let factor = GalerkinFactor::new(Mat::from_fn(size, size, entry)).unwrap();
+        let exact = |eliminated: usize| {
+            let part = |rows: Range<usize>, columns: Range<usize>| {
+                DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
+                    entry(rows.start + i, columns.start + j)
+                })
+            };
+            let (high, low) = (0..eliminated, size - rows..size);
+            let inverse = part(high.clone(), high.clone()).try_inverse().unwrap();
+            let coupling = part(low.clone(), high);
+            part(low.clone(), low) - &coupling * inverse * coupling.transpose()
+        };
+        let whole = factor.complement(rows);
+        assert!((&whole - exact(5)).amax() < 1e-14);
+        assert!((whole + factor.omitted(rows, 3..5) - exact(3)).amax() < 1e-14);
+    }
 }

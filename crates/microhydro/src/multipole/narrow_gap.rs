@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use super::collinear::{self, Dof, Sector};
 use super::coupling::SymmetryClass;
-use super::elimination::complements;
+use super::elimination::GalerkinFactor;
 use super::frame::{Frame, Surroundings};
 use super::modes::{FAMILIES, Family, Modes};
 use super::orders::{GapOrders, Orders};
@@ -137,17 +137,17 @@ impl NarrowGap {
         let lowered = self.low_modes(&orders.lowered(), own.surroundings);
         let top = low.iter().map(|(_, modes)| modes.order).max();
         let top = top.unwrap_or_default();
-        let sectors: Vec<Sectors> = (0..=top.min(highest))
+        let sectors: Vec<[Change; N]> = (0..=top.min(highest))
             .into_par_iter()
-            .map(|m| self.sector(&own, m, &low, &lowered))
+            .map(|m| self.sector(&own, m, &low, &lowered, wanted))
             .collect::<Result<_, _>>()?;
         let rotation = Rotation::new(&(own.to_axes * frame.to_axes.inverse()), top);
-        Ok(wanted.map(|wanted| {
-            let expansions = match wanted {
+        Ok(std::array::from_fn(|k| {
+            let expansions = match wanted[k] {
                 Eliminated::LoweredExpansions => &lowered,
-                _ => &low,
+                Eliminated::All | Eliminated::LoweredGap => &low,
             };
-            let changes = sectors.iter().map(|sector| &sector[wanted as usize]);
+            let changes = sectors.iter().map(|sector| &sector[k]);
             blocks(expansions, changes, &rotation)
         }))
     }
@@ -163,14 +163,15 @@ impl NarrowGap {
         all.map(|(index, order)| (index, Modes { order })).collect()
     }
 
-    /// Changes of one azimuthal number.
-    fn sector(
+    /// Changes of one azimuthal number, by each of the `wanted` eliminations.
+    fn sector<const N: usize>(
         &self,
         own: &Frame,
         m: usize,
         low: &[(usize, Modes)],
         lowered: &[(usize, Modes)],
-    ) -> Result<Sectors, HydroError> {
+        wanted: [Eliminated; N],
+    ) -> Result<[Change; N], HydroError> {
         let sector = Sector {
             m,
             families: &FAMILIES,
@@ -203,24 +204,29 @@ impl NarrowGap {
         let z: Vec<f64> = own.centres.iter().map(|x| x.z).collect();
         let radii = self.spheres.radii();
         let matrix = collinear::assemble(&sector, &z, radii, own.surroundings, orders, &dofs);
-        let before = DMatrix::from_fn(dofs.len() - high, dofs.len() - high, |i, j| {
+        let rows = dofs.len() - high;
+        let before = DMatrix::from_fn(rows, rows, |i, j| {
             matrix[(high + i.max(j), high + i.min(j))]
         });
-        let rows = [dofs.len() - high, dofs.len() - high - between];
-        let [change, lower_change, without_last] = complements(matrix, rows, last)?;
-        let lower_before = before.view((between, between), (rows[1], rows[1]));
+        let factor = GalerkinFactor::new(matrix)?;
         let of_all = |complement: DMatrix<f64>| Change {
             matrix: complement - &before,
             dofs: dofs[high..].to_vec(),
         };
-        Ok([
-            of_all(change),
-            Change {
-                matrix: lower_change - lower_before,
-                dofs: stages[3].clone(),
-            },
-            of_all(without_last),
-        ])
+        Ok(wanted.map(|wanted| match wanted {
+            Eliminated::All => of_all(factor.complement(rows)),
+            Eliminated::LoweredExpansions => {
+                let rows = rows - between;
+                let before = before.view((between, between), (rows, rows));
+                Change {
+                    matrix: factor.complement(rows) - before,
+                    dofs: stages[3].clone(),
+                }
+            }
+            Eliminated::LoweredGap => {
+                of_all(factor.complement(rows) + factor.omitted(rows, last.clone()))
+            }
+        }))
     }
 }
 
@@ -240,9 +246,6 @@ struct Change {
     matrix: DMatrix<f64>,
     dofs: Vec<Dof>,
 }
-
-/// Changes for each of [`Eliminated`].
-type Sectors = [Change; 3];
 
 /// Blocks of all azimuthal numbers, before the rotation to the axis of the gap.
 fn blocks<'a>(

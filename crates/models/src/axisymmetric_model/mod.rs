@@ -76,6 +76,9 @@ const SLIP_FORCE_FACTOR: f64 = 0.3;
 const LOWEST_ACCURACY: f64 = 1e-4;
 
 impl AxisymmetricModel {
+    /// Largest ratio of the semi-axes of a spheroid.
+    pub const MAX_ASPECT: f64 = axisymmetric::MAX_ASPECT;
+
     /// Creates the model of a scene.
     ///
     /// # Errors

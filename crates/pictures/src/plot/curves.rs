@@ -138,7 +138,10 @@ fn phase_label(scene: &Scene, phase: usize) -> String {
                 .map(|&(joint, length)| format!("{} to {}", name(joint), short(length)));
             labels.collect::<Vec<_>>().join(", ")
         }
-        ShapePath::Cubic(_) => format!("row {}", phase + 2),
+        ShapePath::Spline(path) => match path.rows() {
+            (from, to) if to == from + 1 => format!("row {}", to + 1),
+            (from, to) => format!("rows {} to {}", from + 2, to + 1),
+        },
         ShapePath::Own(_) => format!("path {}", phase + 1),
         ShapePath::Harmonic { span, .. } => format!("to {} of a period", span.1),
     }

@@ -198,6 +198,10 @@ function directionName(e) {
     document.getElementById("view3d-note").textContent +=
       ` The flow is not shown: ${run.missing ?? "it was not stored"}.`;
   } else {
+    if (run.missing) {
+      document.getElementById("view3d-note").textContent +=
+        ` Some of the flow is not shown: ${run.missing}.`;
+    }
     choice.closest("label").hidden = !slices.every((slice) => slice.pressure);
     player.onChange((time) => {
       const slice = nearestSlice(time);

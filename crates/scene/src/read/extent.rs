@@ -126,7 +126,7 @@ impl Unplaced<'_> {
         }
         for (number, phase) in self.gait.phases.iter().enumerate() {
             match &phase.path {
-                ShapePath::Cubic(_) | ShapePath::Own(_) => {}
+                ShapePath::Spline(_) | ShapePath::Own(_) => {}
                 ShapePath::Linear(changes) => {
                     for (_, length) in changes.iter().filter(|(joint, _)| is_length(*joint)) {
                         check(&format!("gait.phases[{number}].length"), *length)?;

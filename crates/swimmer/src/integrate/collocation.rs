@@ -6,7 +6,8 @@
 //! coordinates are centred (Zanna, Engø & Munthe-Kaas 2001). The velocity of a swimmer depends
 //! strongly on its shape and weakly on its position. Therefore the Gauss points of each order are
 //! placed on the path of the order before: every increase of the order improves the quadrature and
-//! the positions at once, and the change of the step measures the error of both.
+//! the positions at once, and the change of the step measures the error of both. Along a table, steps
+//! go over many rows where the splines through them are as smooth as the tolerance needs.
 
 use models::{DiscretisationError, ErrorEstimates};
 use nalgebra::Vector3;
@@ -20,14 +21,14 @@ use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
     MAX_PARTS, expected_ratio, first_parts, largest_displacement, largest_rotation, rounding,
-    step_tolerance,
+    step_tolerance, unseen_displacement,
 };
 use crate::error::SwimError;
 use crate::gauss::{Gauss, lagrange};
 
 /// Number of points whose solutions have corrections that serve all higher orders.
 ///
-/// Corrections are small, so they need fewer points than the velocities ([`FewPoints`]).
+/// Corrections are small, so they need fewer points than the velocities ([`ErrorInterpolant`]).
 const CORRECTED: usize = 2;
 
 /// Ratio of the expected error of an order to the tolerance, up to which its solutions are
@@ -75,7 +76,7 @@ fn in_parts(
     let parts = first_parts(evaluator).into_iter();
     let mut todo: Vec<_> = parts.map(|part| (part, f64::INFINITY)).collect();
     while let Some((span, halved_error)) = todo.pop() {
-        let middle = 0.5 * (span.0 + span.1);
+        let middle = evaluator.span.middle(span);
         let halves = |error: f64| [((middle, span.1), error), ((span.0, middle), error)];
         let may_halve = span.1 - span.0 > 1.0 / MAX_PARTS as f64;
         let step = match step(evaluator, &result.end, span) {
@@ -109,9 +110,10 @@ fn in_parts(
             accumulated.uncertainty += step.mesh_change;
         }
         let error = IntegrationError {
-            displacement: step.error,
+            displacement: step.error + unseen_displacement(evaluator, span),
             rotation: step.rotation_error,
             work: step.work_error,
+            holding: step.holding_errors,
         };
         let approximation = step.approximation;
         result.append(evaluator, approximation, Some(error), accumulated.as_ref())?;
@@ -119,17 +121,16 @@ fn in_parts(
     Ok(result.with_totals(evaluator))
 }
 
-/// The end of a phase span with a fixed number of Gauss points, without control of the error.
+/// The motion over a phase span with a fixed number of Gauss points, without control of the error.
 pub(super) fn fixed_order(
     evaluator: &mut SpanEvaluator,
     start: &State,
     points: usize,
-) -> Result<State, SwimError> {
+) -> Result<Approximation, SwimError> {
     let span = (0.0, 1.0);
     let guess = initial_guess(evaluator, start, span)?;
     let coarse = collocate(evaluator, start, &guess, 1, Corrections::None)?;
-    let fine = collocate(evaluator, start, &coarse.piece, points, Corrections::None)?;
-    Ok(fine.piece.state(evaluator.scene.articulation(), 1.0)?)
+    collocate(evaluator, start, &coarse.piece, points, Corrections::None)
 }
 
 /// One part of a phase span at the highest order tried.
@@ -141,6 +142,8 @@ struct Step {
     rotation_error: f64,
     /// Estimated integration error of the work.
     work_error: f64,
+    /// Estimated integration errors of the impulses that hold bodies.
+    holding_errors: [f64; 2],
     /// Largest error of the displacement allowed.
     tolerance: f64,
     /// Change of the step by another mesh, an uncertainty of the discretisation.
@@ -163,16 +166,17 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
     // The first solution may change the mesh; later changes are counted from here.
     let mesh_changes = evaluator.mesh_changes;
     let [mut changes, mut rotation_changes, mut work_changes] = [const { Vec::new() }; 3];
+    let mut holding_changes = [const { Vec::new() }; 2];
     let on_request = evaluator.capabilities().error_estimates == ErrorEstimates::OnRequest;
-    let mut few_points = None;
+    let mut interpolant = None;
     let mut points = 2;
     loop {
         let left = TABLE_SHARE * previous.table_error_bar(duration);
         let tolerance = step_tolerance(evaluator, &previous.piece.step(), width).max(left);
         let may_suffice = expected_error(&changes, ratio) <= MAY_SUFFICE * tolerance;
         let has_new_mesh = evaluator.mesh_changes > mesh_changes;
-        let corrections = match (is_smooth(&changes, ratio) && !has_new_mesh, &few_points) {
-            (true, Some(few_points)) => Corrections::Interpolated(few_points),
+        let corrections = match (is_smooth(&changes, ratio) && !has_new_mesh, &interpolant) {
+            (true, Some(interpolant)) => Corrections::Interpolated(interpolant),
             (true, None) if on_request => Corrections::Computed,
             (false, _) if points > CORRECTED && (may_suffice || has_new_mesh) => {
                 Corrections::Computed
@@ -190,6 +194,9 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         let error = remaining_error(&changes, ratio);
         let [last, before] = both.map(|approximation| approximation.uncorrected_work(duration));
         work_changes.push((last - before).abs());
+        let [last, before] = both.map(|approximation| approximation.uncorrected_holding(duration));
+        let differences = last.largest_differences(&before);
+        (holding_changes.iter_mut().zip(differences)).for_each(|(all, new)| all.push(new));
         let mut accepted = (error <= tolerance).then_some((error, 0.0));
         let stalled = matches!(changes[..], [.., before, last] if is_stalled(before, last));
         if accepted.is_none() && stalled {
@@ -216,13 +223,14 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
                 error,
                 rotation_error: reported_error(&rotation_changes, ratio),
                 work_error: reported_error(&work_changes, ratio),
+                holding_errors: holding_changes.map(|changes| reported_error(&changes, ratio)),
                 tolerance,
                 mesh_change,
                 is_accepted,
             });
         }
         if points == CORRECTED && is_smooth {
-            few_points = FewPoints::new(&current.solutions).filter(|_| on_request);
+            interpolant = ErrorInterpolant::new(&current.solutions).filter(|_| on_request);
         }
         previous = current;
         points += 1;
@@ -352,9 +360,9 @@ fn solve_points(
     let points = points.collect::<Result<_, SwimError>>()?;
     let computed = matches!(corrections, Corrections::Computed);
     let mut solutions = evaluator.solve_points(points, computed)?;
-    if let Corrections::Interpolated(few_points) = corrections {
+    if let Corrections::Interpolated(interpolant) = corrections {
         for solution in &mut solutions {
-            if let Some(error) = few_points.at(solution.s) {
+            if let Some(error) = interpolant.at(solution.s) {
                 solution.solution.correct(error);
             }
         }
@@ -406,7 +414,7 @@ enum Corrections<'a> {
     /// Every solution is requested with its own.
     Computed,
     /// Interpolated from solutions at fewer points.
-    Interpolated(&'a FewPoints),
+    Interpolated(&'a ErrorInterpolant),
 }
 
 /// Discretisation errors at a few points of a step.
@@ -414,9 +422,9 @@ enum Corrections<'a> {
 /// They are small, and on one moving mesh they are as smooth as the velocities. A quadrature over
 /// few points therefore has about the relative error for them that it has for the velocities; with
 /// two points it is 1e-2 of the correction.
-struct FewPoints(Vec<(f64, DiscretisationError)>);
+struct ErrorInterpolant(Vec<(f64, DiscretisationError)>);
 
-impl FewPoints {
+impl ErrorInterpolant {
     /// The errors that were subtracted from solutions; none if one of them has no estimate.
     fn new(solutions: &[SpanSolution]) -> Option<Self> {
         let error = |s: &SpanSolution| Some((s.s, s.solution.mesh_error.clone()?));

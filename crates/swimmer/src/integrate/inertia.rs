@@ -7,11 +7,13 @@
 //! stable for any length.
 
 use models::{BodySolution, InstantaneousSolution, ModelError};
-use nalgebra::{DMatrix, DVector, Vector6};
+use nalgebra::{DMatrix, DVector};
 use rigid::{Drive, Reduction, State};
 use scene::{Scene, SceneError};
 
-use super::masses::{Velocities, implicit_terms, mass_matrices, momenta, velocities_of};
+use super::masses::{
+    Velocities, at_rest, implicit_terms, mass_matrices, momenta, numbers_of, velocities_of,
+};
 use super::piece::PathPiece;
 use super::result::{Approximation, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
@@ -37,9 +39,10 @@ pub(super) fn span(
     scheme: Scheme,
     velocities: &mut Option<Velocities>,
 ) -> Result<SpanResult, Stopped> {
-    let mut result = SpanResult::empty(start);
-    let at_rest = || vec![Vector6::zeros(); evaluator.scene.bodies().len()];
-    let mut before = velocities.take().unwrap_or_else(at_rest);
+    let mut before = velocities
+        .take()
+        .unwrap_or_else(|| at_rest(evaluator.scene));
+    let mut result = SpanResult::empty(start).with_velocities(&before);
     let dt = evaluator.span.duration / steps as f64;
     for k in 0..steps {
         let span = (k as f64 / steps as f64, (k + 1) as f64 / steps as f64);
@@ -64,7 +67,7 @@ pub(super) fn span(
             weights: vec![1.0],
         };
         result.append(evaluator, approximation, None, None)?;
-        result.velocities = before.iter().flatten().copied().collect();
+        result.velocities = numbers_of(&before);
     }
     *velocities = Some(before);
     Ok(result.with_totals(evaluator))

@@ -11,6 +11,16 @@ use crate::error::SwimError;
 /// Velocities `(U, ω)` of all bodies of the scene.
 pub(super) type Velocities = Vec<Vector6<f64>>;
 
+/// The velocities of bodies at rest.
+pub(super) fn at_rest(scene: &Scene) -> Velocities {
+    vec![Vector6::zeros(); scene.bodies().len()]
+}
+
+/// The velocities as one list, six numbers per body.
+pub(super) fn numbers_of(velocities: &Velocities) -> Vec<f64> {
+    velocities.iter().flatten().copied().collect()
+}
+
 /// Mass over Stokes drag: bodies of other shapes and among others relax faster than a sphere of
 /// their smallest size alone.
 pub(crate) fn relaxation_time(scene: &Scene) -> f64 {

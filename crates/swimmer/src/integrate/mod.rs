@@ -23,8 +23,8 @@ mod unsteady;
 
 pub(crate) use collocation::TABLE_SHARE;
 use inertia::Scheme;
-use masses::Velocities;
 pub(crate) use masses::relaxation_time;
+use masses::{Velocities, at_rest};
 use models::Hydrodynamics;
 use nalgebra::Vector6;
 use prediction::Prediction;
@@ -209,6 +209,7 @@ impl<'a> Integrator<'a> {
         let mut evaluator =
             SpanEvaluator::new(self.scene, self.model, span, self.span_tolerance, observe);
         evaluator.flows = self.flows;
+        let before = self.velocities.clone();
         let integrated = match self.method {
             Method::Collocation => collocation::span(&mut evaluator, start),
             Method::RungeKutta => runge_kutta::span(&mut evaluator, start),
@@ -234,7 +235,15 @@ impl<'a> Integrator<'a> {
             }
         };
         integrated.map_err(|stopped| {
-            let nothing = || (stopped.error.ends_motion()).then(|| SpanResult::empty(start));
+            // An error before the first step, such as contact at an impulse of the joints.
+            let nothing = || {
+                let empty = SpanResult::empty(start);
+                let empty = match self.method.has_inertia() {
+                    true => empty.with_velocities(&before.unwrap_or_else(|| at_rest(self.scene))),
+                    false => empty,
+                };
+                stopped.error.ends_motion().then_some(empty)
+            };
             self.so_far = stopped.so_far.map(|result| *result).or_else(nothing);
             *stopped.error
         })

@@ -6,6 +6,7 @@ use rigid::{
     Twist, ValueBounds,
 };
 
+use super::inverse_dexp::coordinate_rate;
 use crate::error::SwimError;
 use crate::gauss::{Gauss, bernstein, lagrange};
 
@@ -45,6 +46,39 @@ impl PathPiece {
             nodes: gauss.nodes,
             rates,
         })
+    }
+
+    /// The path of a step of a Runge-Kutta method: the cubic Hermite interpolant of the coordinates
+    /// through the step `sigma`, with the velocities `first` and `last` at its ends.
+    ///
+    /// With the rates `r_0` and `r_1` of the coordinates about the middle at the ends, the rate at
+    /// `t` in [0, 1] is
+    ///
+    /// ```text
+    /// (1 - t) (1 - 3 t) r_0 + t (3 t - 2) r_1 + 6 t (1 - t) sigma
+    /// ```
+    ///
+    /// (Hairer, Nørsett & Wanner 1993, II.6.7). Its error is of order four.
+    pub(super) fn hermite(
+        set: &Articulation,
+        start: &State,
+        span: (f64, f64),
+        sigma: &StateVelocity,
+        [first, last]: [&StateVelocity; 2],
+        duration: f64,
+    ) -> Result<Self, SwimError> {
+        let ends = [(-0.5, first), (0.5, last)];
+        let [first, last] = ends
+            .map(|(part, velocity)| &coordinate_rate(set, &(sigma * part), velocity) * duration);
+        // Three Gauss points determine a rate of degree two.
+        let rate = |&t: &f64| {
+            let weights = [(1.0 - t) * (1.0 - 3.0 * t), t * (3.0 * t - 2.0)];
+            let of_step = (sigma, 6.0 * t * (1.0 - t));
+            let of_ends = [&first, &last].into_iter().zip(weights);
+            combination(of_ends.chain([of_step]), start)
+        };
+        let rates = Gauss::new(3).nodes.iter().map(rate).collect();
+        Self::new(set, start, span, rates)
     }
 
     /// The path whose rates are the polynomial through `rates` at the `nodes` in [0, 1].

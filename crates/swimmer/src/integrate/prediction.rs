@@ -80,11 +80,11 @@ impl Prediction {
         for span in spans.take(phases) {
             let mut observe = |_: &_, _: &dyn Hydrodynamics| Ok(());
             let mut evaluator = SpanEvaluator::new(scene, &mut model, &span, None, &mut observe);
-            let from = set.place(&state, &span.from).ok()?;
-            state = collocation::fixed_order(&mut evaluator, &state, points).ok()?;
-            let to = set.place(&state, &span.to).ok()?;
-            for (body, (a, b)) in scene.bodies().iter().zip(from.iter().zip(&to)) {
-                arc = arc.max(a.rotation.angle_to(&b.rotation) * body.bounding_radius());
+            let motion = collocation::fixed_order(&mut evaluator, &state, points).ok()?;
+            state = motion.piece.state(set, 1.0).ok()?;
+            for (number, body) in scene.bodies().iter().enumerate() {
+                let angle = motion.turning_angle(number, span.duration);
+                arc = arc.max(angle * body.bounding_radius());
             }
             let after = positions(set, &state, &span.to).ok()?;
             let moved = after.iter().zip(&before).map(|(a, b)| (a - b).norm());
@@ -126,5 +126,32 @@ pub(crate) fn velocity_tolerance(scene: &Scene) -> f64 {
         Some(prediction) => prediction.velocity_tolerance(tolerance),
         // The net displacement of the planar three-sphere swimmer is 1/100 of that of a phase.
         None => 0.01 * tolerance,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{PI, TAU};
+
+    use super::*;
+
+    /// Tolerances of a body that turned in place by whole turns were relative to rounding.
+    #[test]
+    fn bug_whole_turns_of_a_rotor_counted_as_no_rotation() {
+        let longest = |turns: f64| {
+            // `T = 8 π μ a³ ω`
+            let torque = 8.0 * PI * TAU * turns;
+            let text = format!(
+                "bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0], \
+                 torque = [0, 0, {torque:?}] }}]\ngait.phases = [{{ duration = 1 }}]"
+            );
+            Prediction::from_scene(&Scene::parse(&text).unwrap())
+                .unwrap()
+                .longest
+        };
+        for turns in [0.3, 1.0, 3.0, 7.25] {
+            let exact = TAU * turns;
+            assert!((longest(turns) - exact).abs() < 1e-12 * exact, "{turns}");
+        }
     }
 }

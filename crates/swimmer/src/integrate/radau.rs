@@ -28,16 +28,18 @@ use rigid::{State, StateVelocity};
 
 use super::inverse_dexp::coordinate_rate;
 use super::masses::{
-    Velocities, after_impulse, implicit_terms, mass_matrices, momenta, relaxation_time,
-    velocities_of,
+    Velocities, after_impulse, at_rest, implicit_terms, mass_matrices, momenta, numbers_of,
+    relaxation_time, velocities_of,
 };
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
     MAX_PARTS, first_parts, largest_displacement, largest_rotation, step_tolerance,
+    unseen_displacement,
 };
 use crate::error::SwimError;
+use crate::holding_loads::HoldingLoads;
 
 /// Largest number of steps of a part of a phase span.
 const MAX_STEPS: usize = 1 << 12;
@@ -65,16 +67,17 @@ pub(super) fn span(
     start: &State,
     velocities: &mut Option<Velocities>,
 ) -> Result<SpanResult, Stopped> {
-    let at_rest = || vec![Vector6::zeros(); evaluator.scene.bodies().len()];
-    let before = velocities.take().unwrap_or_else(at_rest);
+    let before = velocities
+        .take()
+        .unwrap_or_else(|| at_rest(evaluator.scene));
     let mut before = after_impulse(evaluator, start, &before)?;
-    let mut result = SpanResult::empty(start);
+    let mut result = SpanResult::empty(start).with_velocities(&before);
     // Parts of the phase span in reverse order.
     let mut todo = first_parts(evaluator);
     while let Some(span) = todo.pop() {
         match part(evaluator, &result.end, &before, span) {
             Err(error) if error.is_overshoot() && span.1 - span.0 > 1.0 / MAX_PARTS as f64 => {
-                let middle = 0.5 * (span.0 + span.1);
+                let middle = evaluator.span.middle(span);
                 todo.extend([(middle, span.1), (span.0, middle)]);
             }
             Err(error) => return Err(result.stopped(evaluator, error)),
@@ -118,13 +121,20 @@ fn part(
             let duration = evaluator.span.duration * width;
             let work = |run: &Run| run.work(duration / run.steps.len() as f64);
             let work_change = coarser.as_ref().map_or(0.0, |c| work(c) - work(&run));
+            let holding = |run: &Run| run.holding(duration / run.steps.len() as f64);
+            let changes = (coarser.as_ref())
+                .map_or([0.0; 2], |c| holding(c).largest_differences(&holding(&run)));
+            let holding: [f64; 2] = std::array::from_fn(|k| {
+                changes[k] / (REDUCTION - 1.0) + run.iteration_error.holding[k]
+            });
             let rotation_change = coarser
                 .as_ref()
                 .map_or(0.0, |coarser| largest_rotation(&run.change(coarser, start)));
             let error = IntegrationError {
-                displacement: error,
+                displacement: error + unseen_displacement(evaluator, span),
                 rotation: rotation_change / (REDUCTION - 1.0) + run.iteration_error.rotation,
                 work: work_change.abs() / (REDUCTION - 1.0) + run.iteration_error.work,
+                holding,
             };
             return Ok((run, error));
         }
@@ -178,6 +188,15 @@ impl Run {
             .sum()
     }
 
+    /// Impulses of the loads that hold bodies.
+    fn holding(&self, duration: f64) -> HoldingLoads {
+        let mut sum = HoldingLoads::default();
+        for step in &self.steps {
+            sum.accumulate(1.0, &step.holding(duration));
+        }
+        sum
+    }
+
     fn append_to(
         self,
         result: &mut SpanResult,
@@ -193,11 +212,12 @@ impl Run {
                 displacement: error.displacement / count,
                 rotation: error.rotation / count,
                 work: error.work / count,
+                holding: error.holding.map(|error| error / count),
             };
             result.append(evaluator, step, Some(share), accumulated.as_ref())?;
             result.work += missing_work;
         }
-        result.velocities = self.velocities.iter().flatten().copied().collect();
+        result.velocities = numbers_of(&self.velocities);
         Ok(())
     }
 }
@@ -270,6 +290,7 @@ fn step(
     let energy_before = kinetic_energy(&momentum_before, velocities);
     let mut iteration_error = IntegrationError::default();
     let (mut work, mut missing_work) = (0.0, 0.0);
+    let mut holding = HoldingLoads::default();
     for _ in 0..MAX_ITERATIONS {
         let old_forces = forces.clone();
         let old_rates = rates.clone();
@@ -314,12 +335,16 @@ fn step(
         }
         missing_work = gain - (energy - energy_before);
         let old_work = std::mem::replace(&mut work, power + missing_work);
+        let solutions = stages.iter().map(|stage| &stage.solution);
+        let impulses = HoldingLoads::impulses(solutions.zip(weights.map(|b| h * b)));
+        let old_holding = std::mem::replace(&mut holding, impulses);
         // The sum of all further changes.
         let further = CONTRACTION / (1.0 - CONTRACTION);
         iteration_error = IntegrationError {
             displacement: further * change,
             rotation: further * turn,
             work: further * (work - old_work).abs(),
+            holding: (holding.largest_differences(&old_holding)).map(|change| further * change),
         };
         piece = PathPiece::through(set, state, span, &nodes, &rates)?;
         let allowed = ITERATION_SHARE * step_tolerance(evaluator, &piece.step(), width);

@@ -7,9 +7,11 @@ use models::{
 };
 use rigid::{Articulation, State, StateVelocity};
 
+use super::masses::{Velocities, numbers_of};
 use super::piece::PathPiece;
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use crate::error::SwimError;
+use crate::holding_loads::HoldingLoads;
 
 /// An approximation of the motion over a part of a phase span: one collocation order, or one step.
 pub(super) struct Approximation {
@@ -30,6 +32,8 @@ pub(super) struct IntegrationError {
     pub rotation: f64,
     /// Error of the work of the bodies on the fluid.
     pub work: f64,
+    /// Errors of the impulses of the forces and of the torques that hold bodies.
+    pub holding: [f64; 2],
 }
 
 impl AddAssign for IntegrationError {
@@ -37,6 +41,7 @@ impl AddAssign for IntegrationError {
         self.displacement += other.displacement;
         self.rotation += other.rotation;
         self.work += other.work;
+        (self.holding.iter_mut().zip(other.holding)).for_each(|(sum, error)| *sum += error);
     }
 }
 
@@ -70,6 +75,8 @@ pub struct SpanResult {
     pub work: f64,
     /// Error bars of the work.
     pub work_error: ErrorEstimate,
+    /// Impulses of the loads that hold or drive bodies.
+    pub holding: HoldingLoads,
     /// Seconds of all solves.
     pub seconds: Seconds,
     /// Velocities `(U, ω)` of all bodies at the end, for methods with inertia; empty for others.
@@ -157,6 +164,32 @@ impl Approximation {
         self.integral(duration, InstantaneousSolution::uncorrected_power)
     }
 
+    /// Angle `∫ |ω| dt` through which a body turns over `duration`, with whole turns.
+    pub fn turning_angle(&self, body: usize, duration: f64) -> f64 {
+        self.integral(duration, |solution| {
+            (solution.bodies.get(body)).map_or(0.0, |body| body.angular_velocity.norm())
+        })
+    }
+
+    /// Impulses of the loads that hold or drive bodies.
+    pub fn holding(&self, duration: f64) -> HoldingLoads {
+        HoldingLoads::impulses(self.with_times(duration))
+    }
+
+    /// These impulses without the corrections of the solutions.
+    pub fn uncorrected_holding(&self, duration: f64) -> HoldingLoads {
+        let uncorrected: Vec<_> = (self.with_times(duration))
+            .map(|(solution, time)| (solution.uncorrected(), time))
+            .collect();
+        HoldingLoads::impulses(uncorrected.iter().map(|(solution, time)| (solution, *time)))
+    }
+
+    /// The solutions, each with the part of `duration` for which it stands.
+    fn with_times(&self, duration: f64) -> impl Iterator<Item = (&InstantaneousSolution, f64)> {
+        let solutions = self.solutions.iter().map(|s| &s.solution);
+        solutions.zip(self.weights.iter().map(move |w| w * duration))
+    }
+
     fn integral(&self, duration: f64, of: impl Fn(&InstantaneousSolution) -> f64) -> f64 {
         let values = self.solutions.iter().map(|s| of(&s.solution));
         let terms = values.zip(&self.weights).map(|(value, w)| w * value);
@@ -193,8 +226,17 @@ impl SpanResult {
             accumulated_integration_error: None,
             work: 0.0,
             work_error: ErrorEstimate::default(),
+            holding: HoldingLoads::default(),
             seconds: Seconds::default(),
             velocities: Vec::new(),
+        }
+    }
+
+    /// The same result with these velocities of the bodies at its end.
+    pub(super) fn with_velocities(self, velocities: &Velocities) -> Self {
+        Self {
+            velocities: numbers_of(velocities),
+            ..self
         }
     }
 
@@ -212,6 +254,12 @@ impl SpanResult {
         let duration =
             evaluator.span.duration * (approximation.piece.to - approximation.piece.from);
         self.work += approximation.work(duration);
+        let holding = approximation.holding(duration);
+        let holding = match &integration_error {
+            Some(error) => holding.with_integration_errors(error.holding),
+            None => holding,
+        };
+        self.holding.accumulate(1.0, &holding);
         let Approximation {
             piece,
             solutions,

@@ -3,7 +3,8 @@
 //! In coordinates `sigma` about the start of a step, `X(t) = exp(sigma(t)) X_0`, the equation of
 //! motion `sigma' = dexp^-1_sigma V(X)` is an equation in a vector space, where the pair of Dormand
 //! & Prince (J. Comput. Appl. Math. 6, 1980) of orders 5 and 4 keeps its orders (Munthe-Kaas, BIT
-//! 38, 1998). Its last stage is the velocity at the end of the step, so a step costs six solves.
+//! 38, 1998). Its last stage is the velocity at the end of the step, so a step costs six solves,
+//! and the path between its ends is the cubic through these and their velocities.
 
 use rigid::{State, StateVelocity};
 
@@ -11,8 +12,11 @@ use super::inverse_dexp::coordinate_rate;
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
-use super::step_size::{MAX_PARTS, largest_displacement, largest_rotation, step_tolerance};
+use super::step_size::{
+    MAX_PARTS, largest_displacement, largest_rotation, step_tolerance, unseen_displacement,
+};
 use crate::error::SwimError;
+use crate::holding_loads::HoldingLoads;
 
 const NODES: [f64; 7] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
 
@@ -104,11 +108,13 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
             width = factor.min(1.0) * (end - s);
             continue;
         }
-        let piece = PathPiece::new(
+        let piece = PathPiece::hermite(
             evaluator.scene.articulation(),
             &result.end,
             (s, end),
-            vec![step.sigma],
+            &step.sigma,
+            [&first, &step.last].map(|solution| &solution.solution.motion),
+            evaluator.span.duration * (end - s),
         )?;
         match evaluator.check_path(&piece) {
             Err(error) if error.is_overshoot() && may_halve => {
@@ -128,6 +134,7 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
             displacement: step.error,
             rotation: step.rotation_error,
             work: step.work_error,
+            holding: step.holding_errors,
         };
         result.append(evaluator, approximation, Some(error), None)?;
         (s, width) = (end, factor * (end - s));
@@ -144,6 +151,8 @@ struct Step {
     rotation_error: f64,
     /// Estimated error of the work.
     work_error: f64,
+    /// Estimated errors of the impulses that hold bodies.
+    holding_errors: [f64; 2],
     /// Solutions of all stages but the last.
     solutions: Vec<SpanSolution>,
     /// The solution at the end of the step.
@@ -172,12 +181,16 @@ fn step(
     let error = combination(rates.iter().zip(DIFFERENCE), start);
     let powers = solutions.iter().map(|stage| stage.solution.power());
     let work_difference: f64 = powers.zip(DIFFERENCE).map(|(p, d)| d * p).sum();
+    let weighted = solutions.iter().map(|stage| &stage.solution);
+    let weighted = weighted.zip(DIFFERENCE.map(|d| d * duration));
+    let holding_errors = HoldingLoads::impulses(weighted).largest();
     let last = solutions.split_off(NODES.len() - 1).swap_remove(0);
     Ok(Step {
         sigma: combination(rates.iter().zip(WEIGHTS), start),
-        error: largest_displacement(evaluator, &error),
+        error: largest_displacement(evaluator, &error) + unseen_displacement(evaluator, span),
         rotation_error: largest_rotation(&error),
         work_error: (duration * work_difference).abs(),
+        holding_errors,
         solutions,
         last,
     })

@@ -31,9 +31,13 @@ const MAX_RATIO: f64 = 0.5;
 /// mean that something else than the step size is wrong.
 pub(super) const MAX_PARTS: usize = 1 << 14;
 
+/// Part of the tolerance of a step that features of a table may have which its points do not see.
+const UNSEEN_SHARE: f64 = 0.1;
+
 /// The parts of a phase span that are tried first, in reverse order: the whole, or quarters of the
 /// shortest period of loads, as for smooth gaits. Few points over whole periods would see nothing
-/// of them, at every order.
+/// of them, at every order. For the same reason parts are divided at the rows of a table until what
+/// a few points do not see of it is small compared with the tolerance.
 pub(super) fn first_parts(evaluator: &SpanEvaluator) -> Vec<(f64, f64)> {
     let parts = match evaluator.scene.shortest_period() {
         Some(period) => (4.0 * evaluator.span.duration / period).ceil(),
@@ -41,7 +45,33 @@ pub(super) fn first_parts(evaluator: &SpanEvaluator) -> Vec<(f64, f64)> {
     };
     let parts = parts.clamp(1.0, MAX_PARTS as f64);
     let part = |k: usize| (k as f64 / parts, (k + 1) as f64 / parts);
-    (0..parts as usize).rev().map(part).collect()
+    let mut todo: Vec<_> = (0..parts as usize).map(part).collect();
+    let at_rest = StateVelocity {
+        frames: Vec::new(),
+        spins: Vec::new(),
+        joints: Vec::new(),
+    };
+    let mut found = Vec::new();
+    // From the last part to the first.
+    while let Some(part) = todo.pop() {
+        let allowed = UNSEEN_SHARE * step_tolerance(evaluator, &at_rest, part.1 - part.0);
+        if unseen_displacement(evaluator, part) > allowed {
+            let middle = evaluator.span.middle(part);
+            todo.extend([(part.0, middle), (middle, part.1)]);
+        } else {
+            found.push(part);
+        }
+    }
+    found
+}
+
+/// Displacement by features of a table over a part of the phase span that a step with few points
+/// does not see ([`PhaseSpan::roughness`](scene::PhaseSpan::roughness)); zero between two rows.
+pub(super) fn unseen_displacement(evaluator: &SpanEvaluator, part: (f64, f64)) -> f64 {
+    let set = evaluator.scene.articulation();
+    let roughness = evaluator.span.roughness(part).into_iter();
+    let displacements = roughness.map(|(joint, distance)| set.arm_displacement(joint, distance));
+    displacements.fold(0.0, f64::max)
 }
 
 /// Error that the scene's tolerance allows for a step over the part `width` of the phase span.

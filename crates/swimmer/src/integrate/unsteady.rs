@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::{PoisonError, RwLock};
 
+use inertia::linalg::step_factor;
 use inertia::{
     Bodies, BodyMass, Convection, Forcing, InertiaError, Integrator, Meshes, Parameters, Step,
 };
@@ -269,7 +270,7 @@ fn integrate(
         let error = flow.scene.moving.length_to_scene(step.velocity_error);
         // After a jump nothing is known of the error.
         if fixed.is_none() && error.is_finite() && error > allowed {
-            length = taken * growth(allowed, error).min(0.9);
+            length = taken * step_factor(allowed, error).min(0.9);
             if length <= least {
                 return Err(evaluator.not_integrated(error * taken, tolerance, usize::MAX));
             }
@@ -277,7 +278,7 @@ fn integrate(
         }
         let is_shorter = taken < 0.99 * length;
         if fixed.is_none() && error.is_finite() && !is_shorter {
-            length = taken * growth(allowed, error);
+            length = taken * step_factor(allowed, error);
         } else if is_shorter && fixed.is_none() && taken < 0.4 * length && left > length {
             // The mesh could not follow the step.
             length = taken;
@@ -296,14 +297,6 @@ fn integrate(
         }
     }
     Ok(())
-}
-
-/// Factor to the next step: local errors of BDF2 grow with the third power of the step.
-///
-/// Steps at most double, below the ratio `1 + 2^(1/2)` up to which variable BDF2 is stable
-/// (Grigorieff 1983).
-fn growth(allowed: f64, error: f64) -> f64 {
-    (0.9 * (allowed / error).cbrt()).clamp(0.2, 2.0)
 }
 
 /// Accepts a step and appends it to the result, after a check that nothing touches along it.
@@ -349,6 +342,8 @@ fn append(
         displacement,
         rotation: displacement / smallest,
         work: trapezium.abs() + length * powers[1].abs() * relative.min(1.0),
+        // As for the work, but without the better value by the trapezium.
+        holding: holding_change(last.unwrap_or(&recorded), &recorded).map(|change| length * change),
     };
     let approximation = Approximation {
         piece,
@@ -363,6 +358,15 @@ fn append(
         .flat_map(|v| [v.x, v.y, v.z])
         .collect();
     Ok(recorded)
+}
+
+/// Largest changes of the forces and torques that hold bodies.
+fn holding_change(from: &SpanSolution, to: &SpanSolution) -> [f64; 2] {
+    let pairs = from.solution.holding.iter().zip(&to.solution.holding);
+    pairs.fold([0.0; 2], |[force, torque]: [f64; 2], (a, b)| {
+        let (f, t) = ((a.force - b.force).norm(), (a.torque - b.torque).norm());
+        [force.max(f), torque.max(t)]
+    })
 }
 
 /// The solution of a step in the units of the scene, with its flow if observers want it.

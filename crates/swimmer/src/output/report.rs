@@ -24,6 +24,9 @@ pub const ALL_ERRORS: &str = "all errors";
 /// - `shape_change`: null if the joints return to their values; otherwise the changes by `links`
 ///   and the `rigid_part` of the motion, that of the frame in which the shape is described (`body`,
 ///   `displacement`, `rotation`);
+/// - `mean_holding`: null without bodies whose velocity is given; otherwise `bodies` (by body, the
+///   mean `force` and `torque` over the run that hold or drive it) with `force_error` and
+///   `torque_error`;
 /// - `phases`, each with `link`, `displacement`, `solves`, `lookups`, `error_estimate`;
 /// - `solves` (of the model), `table_solves` (those of them of which tables over shapes are made),
 ///   `lookups` (solutions that were looked up in these tables);
@@ -91,8 +94,21 @@ pub fn summary_json(
             },
         })
     });
+    let mean_holding = outcome.mean_holding().map(|means| {
+        let of_body = |load: &models::HoldingLoad| {
+            let means = json!({ "force": vector(&load.force), "torque": vector(&load.torque) });
+            (scene.bodies()[load.body].name.clone(), means)
+        };
+        let bodies: Map<String, Value> = means.bodies.iter().map(of_body).collect();
+        json!({
+            "bodies": bodies,
+            "force_error": estimate(&means.force_error),
+            "torque_error": estimate(&means.torque_error),
+        })
+    });
     json!({
         "scene": scene.name(),
+        "mean_holding": mean_holding,
         "shape_change": shape_change,
         "displacement": by_body(&outcome.displacement),
         "rotation": vector(&outcome.rotation),

@@ -156,9 +156,6 @@ fn check_no_inertia(scene: &Scene) -> Result<(), ModelError> {
     }
 }
 
-/// Largest ratio of the semi-axes of spheroids that the elements in the meridian plane support.
-const MAX_ASPECT: f64 = 500.0;
-
 /// Refuses spheroids that are too slender or too flat, with their place in the scene.
 fn check_slenderness(scene: &Scene) -> Result<(), ModelError> {
     for (number, body) in scene.bodies().iter().enumerate() {
@@ -167,14 +164,15 @@ fn check_slenderness(scene: &Scene) -> Result<(), ModelError> {
         };
         let aspect = spheroid.half_length / spheroid.radius;
         let aspect = aspect.max(aspect.recip());
-        if aspect > MAX_ASPECT {
+        if aspect > AxisymmetricModel::MAX_ASPECT {
             let place = scene.place(&format!("bodies[{number}].half_length"));
             return Err(ModelError::Unsupported {
                 what: format!(
                     "{place}: a spheroid whose semi-axes differ by a factor of {aspect:.4}"
                 ),
                 instead: format!(
-                    "the limit is {MAX_ASPECT}; make '{}' less slender",
+                    "the limit is {}; make '{}' less slender",
+                    AxisymmetricModel::MAX_ASPECT,
                     body.name
                 ),
             });

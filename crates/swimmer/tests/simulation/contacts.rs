@@ -1,7 +1,7 @@
 //! Contact along the path of the bodies, and steps that would overshoot it.
 
 use scene::Scene;
-use swimmer::{Method, SwimError, choose, simulate};
+use swimmer::{Integrator, Method, SwimError, choose, simulate, spans};
 use testkit::within;
 
 /// A small sphere that is pulled head-on into a fixed one, at the distance 10.35 of the surfaces.
@@ -194,4 +194,34 @@ fn bug_runs_with_masses_aborted_where_the_first_step_touches_the_wall() {
         within((a - b).norm(), bars.iter().sum(), "both error bars");
     }
     assert!(whole.displacement[0].z > -0.6);
+}
+
+/// A heavy ball that flies at a wall and touches it within the first of the smallest steps.
+#[test]
+fn bug_a_run_with_masses_that_touches_in_its_first_part_had_no_velocities() {
+    let text = r#"
+        domain.kind = "wall"
+        model.kind = "rpy"
+        bodies = [{ name = "a", radius = 1, position = [0, 0, 1.00001], mass = 1000, inertia = 400 }]
+        gait.phases = [{ duration = 1 }]
+    "#;
+    let scene = Scene::parse(text).unwrap();
+    let given = [0.0, 0.0, -1.0, 0.0, 0.0, 0.5];
+    let span = spans(scene.gait(), &[]).unwrap().next().unwrap();
+    let mut model = choose(&scene).unwrap().model;
+    for method in [Method::Inertia, Method::BackwardEuler { steps: 3 }] {
+        let mut integrator =
+            Integrator::new(&scene, model.as_mut(), method).with_velocities(&given);
+        let result = integrator.span(&span, &scene.initial_state(), &mut |_, _| Ok(()));
+        assert!(
+            matches!(result, Err(SwimError::Collision { .. })),
+            "{method:?}"
+        );
+        let so_far = integrator.take_so_far().expect("the start");
+        assert_eq!(so_far.reached(), 0.0, "{method:?}");
+        assert_eq!(so_far.velocities.len(), 6, "{method:?}");
+        for (found, given) in so_far.velocities.iter().zip(given) {
+            within(found - given, 1e-12, "rounding of the impulse of no joint");
+        }
+    }
 }

@@ -394,3 +394,83 @@ fn scenes_with_drives_are_written_and_read_again() {
         assert_eq!(scene.differing_key(&again), None);
     }
 }
+
+/// `F = 6 π μ a U` and `T = 8 π μ a³ ω`, constant in time.
+#[test]
+fn the_mean_loads_on_a_driven_sphere_are_those_of_stokes() {
+    for model in ["rpy", "multipole", "axisymmetric"] {
+        let scene = parsed(&format!(
+            "model.kind = \"{model}\"\nfluid.viscosity = 2\n\
+             bodies = [{{ name = \"a\", radius = 1.3, position = [0, 0, 0], \
+             velocity = [0.3, 0, 0], angular_velocity = [-0.2, 0, 0] }}]\n\
+             gait = {{ cycles = 2, phases = [{{ duration = 0.7 }}] }}"
+        ));
+        let outcome = run_without_files(scene, &mut ()).unwrap().outcome;
+        let means = outcome.mean_holding().expect("a driven body");
+        let [load] = means.bodies[..] else {
+            panic!("{means:?}");
+        };
+        let exact = [
+            6.0 * PI * 2.0 * 1.3 * 0.3,
+            -8.0 * PI * 2.0 * 1.3_f64.powi(3) * 0.2,
+        ];
+        let rounding = 1e-12 * exact[1].abs();
+        let found = [load.force, load.torque].map(|found| (found.x, found.yz().norm()));
+        let bars = [means.force_error, means.torque_error].map(|bars| bars.total());
+        for ((found, exact), bar) in found.into_iter().zip(exact).zip(bars) {
+            within(found.0 - exact, bar + rounding, format!("the bar: {model}"));
+            within(found.1, bar + rounding, format!("the bar: {model}"));
+            assert!(bar < 1e-2 * exact.abs(), "{model}: the bar says something");
+        }
+    }
+}
+
+/// The mean force on the sphere that holds a pump, by expansions and by elements in the meridian
+/// plane.
+#[test]
+fn the_mean_thrust_of_a_pump_is_that_of_a_reference_within_its_bar() {
+    let pump = include_str!("../../../../scenes/tethered-pump.toml");
+    let means = |model: &str, tolerance: f64| {
+        let text = format!("model = {{ kind = \"{model}\", tolerance = {tolerance:e} }}\n{pump}");
+        let outcome = run_without_files(parsed(&text), &mut ()).unwrap().outcome;
+        outcome.mean_holding().expect("a held body")
+    };
+    let reference = means("multipole", 1e-8);
+    let exact = reference.bodies[0].force.x;
+    for model in ["multipole", "axisymmetric"] {
+        let found = means(model, 1e-3);
+        let bar = found.force_error.total() + reference.force_error.total();
+        within(
+            found.bodies[0].force.x - exact,
+            bar,
+            format!("both bars: {model}"),
+        );
+        // Of forces up to 119 with a relative tolerance of 1e-3.
+        assert!(bar < 0.2 * exact.abs(), "{model}: {bar:e} of {exact:e}");
+    }
+}
+
+/// What moves forth and back along the same shapes exerts no mean force.
+#[test]
+fn a_reciprocal_pump_has_no_mean_thrust() {
+    let text = r#"
+        model.kind = "multipole"
+        bodies = [
+            { name = "tether", radius = 1, position = [0, 0, 0], fixed = true },
+            { name = "piston", radius = 0.7, position = [4, 0, 0] },
+        ]
+        links = [{ name = "arm", body = "piston", to = "tether" }]
+        gait.phases = [{ link = "arm", length = 2, duration = 0.5 }, { link = "arm", length = 4 }]
+    "#;
+    let outcome = run_without_files(parsed(text), &mut ()).unwrap().outcome;
+    let means = outcome.mean_holding().expect("a held body");
+    within(
+        means.bodies[0].force.norm(),
+        means.force_error.total(),
+        "the bar",
+    );
+    // The impulse of one phase is `∫ R(l) dl > 6 π a Δl` of the piston alone.
+    let one_way = 6.0 * PI * 0.7 * 2.0 / 1.5;
+    let bar = means.force_error.total();
+    assert!(bar < 0.1 * one_way, "{bar:e} of {one_way:e}");
+}

@@ -89,6 +89,68 @@ fn a_table_of_a_smooth_gait_converges_with_the_fourth_power_of_its_rows() {
     within(of_table / polygon - 1.0, 1e-7, "the tolerance");
 }
 
+/// 20 000 rows took three solves each.
+#[test]
+fn bug_each_row_of_a_smooth_table_was_a_phase_of_its_own() {
+    let phases = [FRAC_PI_2, FRAC_PI_2 + 1.0];
+    let folder = tempfile::tempdir().unwrap();
+    let smooth = follow(&harmonic(1.5, phases));
+    let of_table = follow(&table(1.5, phases, 20_000, folder.path()));
+    assert!(
+        of_table.solves() <= 2 * smooth.solves(),
+        "{} solves instead of {}",
+        of_table.solves(),
+        smooth.solves()
+    );
+    let bars = smooth.integration_error() + of_table.integration_error();
+    within(
+        (of_table.net(1) - smooth.net(1)).norm(),
+        bars,
+        "both error bars",
+    );
+}
+
+/// Both arms jump, one after the other, in a few of the rows of a smooth table.
+#[test]
+fn steps_over_many_rows_do_not_miss_a_jump_of_a_few() {
+    let rows = 4000;
+    let folder = tempfile::tempdir().unwrap();
+    let text = table(1.5, [FRAC_PI_2, FRAC_PI_2 + 1.0], rows, folder.path());
+    let file = folder.path().join("stroke.csv");
+    let smooth = follow(&text).net(1).x;
+    let moved = |(number, line): (usize, &str)| {
+        let numbers: Vec<f64> = (line.split(','))
+            .filter_map(|x| x.trim().parse().ok())
+            .collect();
+        let [time, mut left, mut right] = numbers[..] else {
+            return line.to_owned();
+        };
+        left -= if (1201..1205).contains(&number) {
+            0.5
+        } else {
+            0.0
+        };
+        right -= if (1203..1207).contains(&number) {
+            0.5
+        } else {
+            0.0
+        };
+        format!("{time:?}, {left:?}, {right:?}")
+    };
+    let table = std::fs::read_to_string(&file).unwrap();
+    let lines: Vec<String> = table.lines().enumerate().map(moved).collect();
+    std::fs::write(&file, lines.join("\n")).unwrap();
+    let coarse = follow(&text.clone().tolerance(1e-3));
+    let fine = follow(&text.tolerance(1e-8));
+    let error = (coarse.net(1) - fine.net(1)).norm();
+    within(error, coarse.integration_error(), "the error bar");
+    assert!(
+        (fine.net(1).x - smooth).abs() > 10.0 * coarse.integration_error(),
+        "the jump matters: {smooth} {:?}",
+        fine.net(1)
+    );
+}
+
 #[test]
 fn arms_that_oscillate_in_phase_go_nowhere_and_small_strokes_go_with_the_square() {
     let net = |amplitude: f64, phase: f64| follow(&harmonic(amplitude, [0.0, phase])).net(1).x;

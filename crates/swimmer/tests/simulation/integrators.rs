@@ -1,12 +1,14 @@
 //! Accuracy and cost of the integration methods.
 
+use std::f64::consts::{PI, TAU};
+
 use nalgebra::Vector3;
 use rigid::{JointLoad, Twist};
 use swimmer::models::{
     BodySolution, DiscretisationError, Hydrodynamics, InstantaneousSolution, SphereModel,
     SpheresModel, Uncertainty,
 };
-use swimmer::{Method, spans};
+use swimmer::{Integrator, Method, Scene, spans};
 use testkit::{Recording, SceneText, three_spheres, within};
 
 use crate::strokes::over_wall;
@@ -183,4 +185,41 @@ fn solutions_of_a_rotating_swimmer_are_the_solutions_at_their_states() {
         largest_angle = largest_angle.max(result.end.frames[0].rotation.angle());
     }
     assert!(largest_angle > 0.01, "{largest_angle}");
+}
+
+/// A sphere that a rotating force drives around a circle of the radius `R`. A step over the angle
+/// `θ` is interpolated with an error of `R θ⁴ / 384`, that of the cubic Hermite polynomial; the
+/// chord is `R θ² / 8` away from the circle.
+#[test]
+fn bug_the_path_within_a_runge_kutta_step_was_a_straight_line() {
+    let text = r#"
+        model.kind = "rpy"
+        bodies = [{ name = "a", radius = 1, position = [0, 0, 0], force = {
+            amplitude = [1, 1, 0], phase = [1.5707963267948966, 0, 0], period = 1 } }]
+        gait.phases = [{ duration = 1 }]
+    "#;
+    let scene = Scene::parse(text).unwrap();
+    let mut model = swimmer::choose(&scene).unwrap().model;
+    let span = spans(scene.gait(), &[]).unwrap().next().unwrap();
+    let result = Integrator::new(&scene, model.as_mut(), Method::RungeKutta)
+        .span(&span, &scene.initial_state(), &mut |_, _| Ok(()))
+        .unwrap();
+    // `V = F / (6 π μ a)`, and `R = V / (2 π)` in a period of one.
+    let radius = 1.0 / (6.0 * PI * TAU);
+    let bar = result.error_estimate.integration.unwrap();
+    let widest = result.pieces.iter().map(|piece| piece.to - piece.from);
+    let angle = TAU * widest.fold(0.0, f64::max);
+    assert!(angle > 0.3, "a step of some length: {angle}");
+    for k in 0..=200 {
+        let s = f64::from(k) / 200.0;
+        let state = result.state(scene.articulation(), s).unwrap();
+        let found = state.frames[0].translation.vector;
+        let exact = radius * Vector3::new((TAU * s).sin(), 1.0 - (TAU * s).cos(), 0.0);
+        let interpolation = radius * angle.powi(4) / 384.0;
+        within(
+            (found - exact).norm(),
+            interpolation + bar,
+            format!("both errors at {s}"),
+        );
+    }
 }

@@ -6,12 +6,12 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rigid::{JointLoad, StateVelocity};
 use serde_json::{Value, json};
 use swimmer::models::{
-    AccumulatedError, BodySolution, Checks, DiscretisationError, Dofs, ErrorEstimate,
+    AccumulatedError, BodySolution, Checks, DiscretisationError, Dofs, ErrorEstimate, HoldingLoad,
     InstantaneousSolution, NewMesh, Seconds, SolverReport, Uncertainty,
 };
 use swimmer::output::{solution_json, summary_json, trajectory_csv};
 use swimmer::{Method, Outcome, Scene};
-use testkit::{SceneText, run_by};
+use testkit::{SceneText, run_by, within};
 
 use crate::support::{Tensor, TestModel};
 
@@ -119,6 +119,19 @@ fn the_summary_has_every_number_of_the_outcome() {
         ..AccumulatedError::default()
     });
     outcome.work_error = estimate(0.25);
+    let held = |number: f64| HoldingLoad {
+        body: 1,
+        force: vector(number),
+        torque: vector(number + 1.0),
+    };
+    // Over the duration 3.5.
+    outcome.holding.bodies = vec![HoldingLoad {
+        force: 3.5 * held(21.0).force,
+        torque: 3.5 * held(21.0).torque,
+        ..held(21.0)
+    }];
+    outcome.holding.force_error = estimate(3.5);
+    outcome.holding.torque_error = estimate(7.0);
     outcome.tolerance_met = false;
     outcome.stopped = Some("where".to_owned());
     outcome.allowed_error = 0.375;
@@ -149,6 +162,21 @@ fn the_summary_has_every_number_of_the_outcome() {
     let mut report = summary_json(&scene, "a model", &["why".to_owned()], &outcome, 77.0);
     let machine = report.as_object_mut().unwrap().remove("machine").unwrap();
     assert!(machine.is_string());
+    let means = report
+        .as_object_mut()
+        .unwrap()
+        .remove("mean_holding")
+        .unwrap();
+    for (key, exact) in [
+        ("/bodies/b, the large/force/0", 21.0),
+        ("/bodies/b, the large/force/2", 21.5),
+        ("/bodies/b, the large/torque/1", 22.25),
+        ("/force_error/total", 15.0),
+        ("/torque_error/total", 30.0),
+    ] {
+        let found = means.pointer(key).and_then(Value::as_f64).expect(key);
+        within(found - exact, 1e-14 * exact, "rounding");
+    }
     assert_eq!(
         without_memory(report),
         json!({
