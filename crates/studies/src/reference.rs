@@ -295,8 +295,8 @@ pub const HELD_SPHERE: [(f64, f64); 4] = [
 ];
 
 /// `β`, the Reynolds number `a U_0 / ν` with `U_0 = 2 B_1 / 3`, and speed over `U_0` of squirmers
-/// with the surface velocity `B_1 (sin θ + β sin θ cos θ)` at the centre of a ball of radius 10 that
-/// moves along.
+/// with the surface velocity `B_1 (sin θ + β sin θ cos θ)` at the centre of a ball of radius 10
+/// that moves along.
 ///
 /// By the method of [`HELD_SPHERE`]. The speed for `β = 0` does not depend on the Reynolds number:
 /// the Stokes flow, uniform with a dipole and Hill's vortex, solves the Navier-Stokes equations.
@@ -324,8 +324,8 @@ pub const RELEASED_SPHERE: [(f64, f64); 5] = [
     (5.0, 0.7239314716),
 ];
 
-/// Density and viscosity of the fluid, time of the fall that is computed, and measured largest speed
-/// of a sphere of 15 mm that falls in a box; in millimetres, seconds and grams.
+/// Density and viscosity of the fluid, time of the fall that is computed, and measured largest
+/// speed of a sphere of 15 mm that falls in a box; in millimetres, seconds and grams.
 ///
 /// ten Cate, Nieuwstad, Derksen & Van den Akker 2002, cases E2 to E4 (Reynolds numbers 4.1, 11.6,
 /// 31.9). For their case E1 (1.5) the speed computed here is 34.6 mm/s on two meshes; 36.3 was

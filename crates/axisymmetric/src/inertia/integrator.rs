@@ -134,7 +134,8 @@ pub struct AxialStep {
     level: Level,
 }
 
-/// Integrates the motion of bodies on the axis of a fluid with inertia, by BDF2 with variable steps.
+/// Integrates the motion of bodies on the axis of a fluid with inertia, by BDF2 with variable
+/// steps.
 ///
 /// All terms of a step are assembled on the mesh at its end, where the velocities of earlier times
 /// are carried by their nodes and the velocity of the mesh is the same difference formula of the

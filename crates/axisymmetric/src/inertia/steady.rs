@@ -96,9 +96,9 @@ const NEWTON_TOLERANCE: f64 = 1e-11;
 /// Finds the steady flow around bodies on one axis in a container.
 ///
 /// Navier-Stokes equations at viscosity 1 with elements of increasing order on one mesh, until the
-/// results change by less than the tolerance. Newton's method starts from Stokes flow; where it does
-/// not converge, the density is increased in steps. The velocities of free bodies are unknowns of
-/// the same system, with the balance of the forces as their equations.
+/// results change by less than the tolerance. Newton's method starts from Stokes flow; where it
+/// does not converge, the density is increased in steps. The velocities of free bodies are unknowns
+/// of the same system, with the balance of the forces as their equations.
 ///
 /// Cost: a few seconds for 1e-6.
 ///
@@ -111,8 +111,10 @@ const NEWTON_TOLERANCE: f64 = 1e-11;
 /// let slip = |_: usize, [z, r]: [f64; 2]| [-1.5 * r * r, 1.5 * z * r];
 /// let drive = SteadyDrive { slip: Some(&slip), moves_with_body: true, ..SteadyDrive::default() };
 /// let parameters = SteadyParameters::new(5.0).with_tolerance(1e-5);
-/// let found = steady_state(&[squirmer], Surroundings::Ball { radius: 10.0 }, &drive, &parameters)?;
-/// let l: f64 = 0.1; // the exact speed in a ball: Stokes flow, whose vorticity over r is constant
+/// let ball = Surroundings::Ball { radius: 10.0 };
+/// let found = steady_state(&[squirmer], ball, &drive, &parameters)?;
+/// // The exact speed in a ball: Stokes flow, whose vorticity over r is constant.
+/// let l: f64 = 0.1;
 /// let exact = (1.0 - 2.5 * l.powi(3) + 1.5 * l.powi(5)) / (1.0 - l.powi(5));
 /// assert!((found.velocities[0] - exact).abs() < 1e-5);
 /// # Ok::<(), axisymmetric::AxisymmetricError>(())

@@ -106,8 +106,8 @@ fn the_speed_of_a_neutral_squirmer_does_not_depend_on_inertia() {
 }
 
 /// Force on an oscillating sphere in a fixed concentric ball of radius 10, from the closed solution
-/// with stream function `(A r^2 + B / r + C (ch - sh / (α r)) + D e^(-α r) (1 + 1 / (α r))) sin^2 θ`
-/// and `α^2 = -i S`.
+/// with stream function `(A r^2 + B / r + C (ch - sh / (α r)) + D e^(-α r) (1 + 1 / (α r))) sin^2
+/// θ` and `α^2 = -i S`.
 #[test]
 fn the_impedance_of_a_sphere_in_a_ball_is_that_of_the_closed_solution() {
     for (frequency, re, im) in [
@@ -252,7 +252,8 @@ fn a_sphere_that_is_released_has_the_exact_speed() {
     check_start(2.0, 10.0, &Pull, &exact);
 }
 
-/// The squirmer `u_θ = 1.5 sin θ`, whose speed in unbounded Stokes flow is 1, switched on at time 0.
+/// The squirmer `u_θ = 1.5 sin θ`, whose speed in unbounded Stokes flow is 1, switched on at time
+/// 0.
 struct Switched;
 
 impl AxialForcing for Switched {

@@ -52,8 +52,8 @@ tables! {
     pub(crate) struct FluidFile in "fluid." {
         /// Dynamic viscosity.
         viscosity: f64 [Positive] = 1.0,
-        /// Density of the fluid, for the buoyancy of bodies with a density, for its inertia, and for
-        /// what neglecting inertia costs, which results then have.
+        /// Density of the fluid, for the buoyancy of bodies with a density, for its inertia, and
+        /// for what neglecting inertia costs, which results then have.
         density: Option<f64> [NonNegative] | "0",
         /// Inertia in `swim run`: of the fluid, and of bodies with a density or mass; other bodies
         /// have no mass. It needs `fluid.density` and a container.
