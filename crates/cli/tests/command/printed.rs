@@ -506,8 +506,8 @@ fn bug_look_ups_in_tables_were_counted_as_solves() {
     assert!(after(&printed, "cost").starts_with(&words), "{printed}");
 }
 
-/// The meridian plane stops at a relative error of 1e-11 of resistances: a tolerance below its bar is
-/// missed, which the status says, and accepted on request.
+/// The meridian plane stops at a relative error of 1e-11 of resistances: a tolerance below its bar
+/// is missed, which the status says, and accepted on request.
 #[test]
 fn a_missed_tolerance_of_a_solution_is_status_3_unless_the_best_is_accepted() {
     let folder = tempfile::tempdir().unwrap();

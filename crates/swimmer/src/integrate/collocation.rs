@@ -6,8 +6,8 @@
 //! coordinates are centred (Zanna, Engø & Munthe-Kaas 2001). The velocity of a swimmer depends
 //! strongly on its shape and weakly on its position. Therefore the Gauss points of each order are
 //! placed on the path of the order before: every increase of the order improves the quadrature and
-//! the positions at once, and the change of the step measures the error of both. Along a table, steps
-//! go over many rows where the splines through them are as smooth as the tolerance needs.
+//! the positions at once, and the change of the step measures the error of both. Along a table,
+//! steps go over many rows where the splines through them are as smooth as the tolerance needs.
 
 use models::{DiscretisationError, ErrorEstimates};
 use nalgebra::Vector3;
