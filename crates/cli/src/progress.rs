@@ -111,6 +111,14 @@ impl swimmer::Progress for RunBar {
         ));
     }
 
+    fn keeps_inertia(&mut self, reason: &str) {
+        self.finish();
+        self.line(&format!(
+            "{reason}; once more with inertia, {} elapsed",
+            self.elapsed()
+        ));
+    }
+
     fn begins(&mut self, _: &Scene, done: usize) {
         self.begun = (Instant::now(), done);
         self.bar = (std::io::stderr().is_terminal() && !self.quiet).then(|| {

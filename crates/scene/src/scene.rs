@@ -32,9 +32,9 @@ pub struct FluidInertia {
 }
 
 impl FluidInertia {
-    /// Whether the fluid has inertia.
+    /// Whether the fluid has inertia; not for [`InertiaKind::Auto`], which begins without.
     pub fn is_kept(&self) -> bool {
-        self.kind != InertiaKind::None
+        matches!(self.kind, InertiaKind::Unsteady | InertiaKind::Full)
     }
 }
 

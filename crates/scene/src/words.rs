@@ -101,6 +101,9 @@ words! {
     pub enum InertiaKind = None {
         /// Stokes flow: the fluid has no inertia.
         None,
+        /// Stokes flow, if its inertia would change the net displacement of a run by less than the
+        /// tolerance leaves; otherwise the Navier-Stokes equations.
+        Auto,
         /// Unsteady Stokes flow: with the rate of change of the velocity, without convection.
         Unsteady,
         /// The Navier-Stokes equations.

@@ -3,14 +3,15 @@
 use std::path::Path;
 use std::time::Instant;
 
-use models::{Hydrodynamics, ModelError};
-use scene::{AcceptKind, Scene};
+use models::{FemModel, Hydrodynamics, ModelError};
+use scene::{AcceptKind, InertiaKind, Scene};
 
 use crate::checkpoint::{self, Checkpoint};
 use crate::error::SwimError;
 use crate::integrate::{Method, SpanSolution};
-use crate::neglected_inertia::run_neglected_inertia;
+use crate::neglected_inertia::{NeglectedInertia, mean_effect, run_neglected_inertia};
 use crate::observer::Progress;
+use crate::outcome::Outcome;
 use crate::output::Folder;
 use crate::periodic::start_of_gait;
 use crate::planning::{Choice, SizeSearch, choose_for_run, with_tables};
@@ -103,7 +104,7 @@ pub fn run_without_files(scene: Scene, progress: &mut dyn Progress) -> Result<Re
 
 /// Runs the gait until its error bar meets `fem.target`.
 fn run_to_target(
-    scene: Scene,
+    mut scene: Scene,
     model: ModelOfScene,
     mut output: Option<(&Folder, &mut dyn RunFiles)>,
     mut checkpoint: Option<Checkpoint>,
@@ -128,7 +129,8 @@ fn run_to_target(
             Some((folder, files)) => Some((folder, &mut **files)),
             None => None,
         };
-        let (report, mut model) = run_once(sized, model, reborrowed, checkpoint.take(), progress)?;
+        let (report, model_of_run) =
+            run_once(sized, model, reborrowed, checkpoint.take(), progress)?;
         let completed = report.stopped.is_none();
         let missed = (search.as_mut())
             .filter(|_| completed)
@@ -145,9 +147,19 @@ fn run_to_target(
             continue;
         }
         let Some(missed) = missed else {
-            let neglected_inertia =
-                run_neglected_inertia(&report.scene, model.as_mut(), &report.outcome, progress)?;
+            let neglected_inertia = neglected_inertia(&report, model_of_run, progress)?;
+            let mut reasons = report.reasons;
+            if scene.inertia().kind == InertiaKind::Auto && completed {
+                let decision = Decision::new(neglected_inertia.as_ref(), &report.outcome);
+                if decision.keeps_inertia {
+                    progress.keeps_inertia(&decision.reason);
+                    scene = scene.with_inertia(InertiaKind::Full)?;
+                    continue;
+                }
+                reasons.push(decision.reason);
+            }
             let report = Report {
+                reasons,
                 neglected_inertia,
                 seconds: started.elapsed().as_secs_f64(),
                 ..report
@@ -158,6 +170,61 @@ fn run_to_target(
             return Ok(report);
         };
         progress.missed_target(&missed);
+    }
+}
+
+/// What neglecting inertia costs in a run; by elements where `fluid.inertia` asks and the model of
+/// the run cannot tell.
+fn neglected_inertia(
+    report: &Report,
+    mut model: Box<dyn Hydrodynamics>,
+    progress: &dyn Progress,
+) -> Result<Option<NeglectedInertia>, SwimError> {
+    let (scene, outcome) = (&report.scene, &report.outcome);
+    let is_asked = scene.inertia().kind == InertiaKind::Auto;
+    if is_asked && model.neglected_inertia().is_err() {
+        model = Box::new(FemModel::new(scene)?);
+    }
+    run_neglected_inertia(scene, model.as_mut(), outcome, progress)
+}
+
+/// Whether `fluid.inertia = "auto"` keeps the inertia of the fluid.
+struct Decision {
+    keeps_inertia: bool,
+    reason: String,
+}
+
+/// Largest Reynolds number at which the first-order effect of inertia is trusted: of squirmers it is
+/// within 5 % of the true one at 0.1, and within a factor of 1.7 at 1.
+const MAX_REYNOLDS: f64 = 0.5;
+
+impl Decision {
+    /// The decision after a completed run in Stokes flow.
+    fn new(neglected: Option<&NeglectedInertia>, outcome: &Outcome) -> Self {
+        let left = outcome.allowed_error - outcome.limited_error.unwrap_or(0.0);
+        let (keeps_inertia, reason) = match neglected.map(|n| (&n.effect, n.numbers.reynolds)) {
+            Some((Ok(effect), reynolds)) => {
+                let change = mean_effect(outcome, &effect.total()).norm();
+                let words = format!(
+                    "inertia would change the net displacement by {change:.1e} to first order, the \
+                     tolerance leaves {left:.1e}, Re = {reynolds:.1e}"
+                );
+                (change > left || reynolds > MAX_REYNOLDS, words)
+            }
+            Some((Err(unknown), _)) => (
+                true,
+                format!("the effect of inertia is not known: {unknown}"),
+            ),
+            None => (false, "the fluid has no density".to_owned()),
+        };
+        let decision = match keeps_inertia {
+            true => "kept",
+            false => "neglected",
+        };
+        Self {
+            keeps_inertia,
+            reason: format!("inertia {decision}: {reason}"),
+        }
     }
 }
 

@@ -8,6 +8,7 @@ use crate::error::SceneError;
 use crate::gait::{Gait, spans};
 use crate::keys::{FemOptions, ModelOptions};
 use crate::scene::Scene;
+use crate::words::InertiaKind;
 
 /// Replaces file and line in messages about an option that a program sets.
 const ORIGIN: &str = "option set by a program";
@@ -36,6 +37,17 @@ impl Scene {
         scene.document.replace("fem", &self.fem, &fem, ORIGIN)?;
         limits::check_fem(&Checks(&scene.document), &fem)?;
         scene.fem = fem;
+        Ok(scene)
+    }
+
+    /// The scene with another `fluid.inertia`.
+    ///
+    /// # Errors
+    /// None for a scene that has inertia already.
+    pub fn with_inertia(&self, kind: InertiaKind) -> Result<Self, SceneError> {
+        let mut scene = self.clone();
+        (scene.document).set(&format!("fluid.inertia={}", kind.word()))?;
+        scene.inertia.kind = kind;
         Ok(scene)
     }
 

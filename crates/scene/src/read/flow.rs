@@ -9,7 +9,7 @@ use crate::error::SceneError;
 use crate::flow::{Background, Slip};
 use crate::keys::{BackgroundFile, BodyFile, FluidFile, SceneFile};
 use crate::scene::FluidInertia;
-use crate::words::{BackgroundKind, DomainKind, StartKind};
+use crate::words::{BackgroundKind, DomainKind, InertiaKind, StartKind};
 
 /// Relative size of the rounding errors of numbers that are written with many digits.
 const ROUNDING: f64 = 1e-12;
@@ -129,7 +129,7 @@ pub(super) fn inertia(
         time_step,
     };
     let refuse = |key: &str, problem: &str| Err(checks.bad_value(key, problem));
-    if !inertia.is_kept() {
+    if kind == InertiaKind::None {
         let unused = "has no effect without fluid.inertia; remove it, or give the inertia";
         return match (time_step, start) {
             (Some(_), _) => refuse("fluid.time_step", unused),

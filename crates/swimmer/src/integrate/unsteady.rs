@@ -148,7 +148,7 @@ impl<'a> UnsteadyFlow<'a> {
         };
         let convection = match moving.scene().inertia().kind {
             InertiaKind::Full => Convection::Full,
-            InertiaKind::None | InertiaKind::Unsteady => Convection::Neglected,
+            _ => Convection::Neglected,
         };
         let parameters = Parameters::new(moving.density())
             .with_convection(convection)

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use scene::Scene;
+use scene::{InertiaKind, Scene};
 use swimmer::{
     Method, Outcome, choose, choose_for_run, run, run_without_files, simulate, solve_steady,
 };
@@ -80,6 +80,29 @@ fn a_swimmer_in_a_fluid_of_little_density_swims_as_in_stokes_flow() {
         work,
         "work without density",
     );
+}
+
+/// Stokes flow is kept while the first-order effect of inertia is within what the tolerance leaves.
+#[test]
+fn auto_keeps_inertia_where_it_matters() {
+    for (density, kind) in [("1e-3", InertiaKind::Auto), ("2", InertiaKind::Full)] {
+        let text = SWIMMER.replace(
+            "1e-6, inertia = \"full\"",
+            &format!("{density}, inertia = \"auto\""),
+        );
+        let text = text.replace("tolerance = 3e-2", "tolerance = 0.1");
+        let report = run_without_files(parsed(&text), &mut ()).unwrap();
+        assert_eq!(report.scene.inertia().kind, kind, "{:?}", report.reasons);
+        let neglects = |reason: &String| reason.starts_with("inertia neglected: ");
+        assert_eq!(
+            report.reasons.iter().any(neglects),
+            kind == InertiaKind::Auto
+        );
+        assert_eq!(
+            report.summary()["inertia"].is_null(),
+            kind == InertiaKind::Auto
+        );
+    }
 }
 
 #[test]
