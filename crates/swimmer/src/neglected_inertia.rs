@@ -389,6 +389,8 @@ pub fn mean_effect(outcome: &Outcome, effect: &[Vector3<f64>]) -> Vector3<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use scene::{Gait, Sine};
 

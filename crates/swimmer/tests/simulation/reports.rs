@@ -181,6 +181,7 @@ fn the_summary_has_every_number_of_the_outcome() {
         without_memory(report),
         json!({
             "scene": scene.name(),
+            "inertia": null,
             "version": env!("CARGO_PKG_VERSION"),
             "displacement": { "a": list(1.0), "b, the large": list(2.0) },
             "rotation": list(3.0),
