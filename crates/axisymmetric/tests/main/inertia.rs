@@ -240,6 +240,7 @@ impl AxialForcing for Pull {
 
 /// Unsteady Stokes flow by an expansion in the modes of the ball, an independent program.
 #[test]
+#[ignore = "slow: 20 s"]
 fn a_sphere_that_is_released_has_the_exact_speed() {
     let exact = [
         (0.1, 0.1159380123),
@@ -269,6 +270,7 @@ impl AxialForcing for Switched {
 /// Laplace transform of the closed solution in a ball of radius 3, an independent program. A body
 /// without mass takes the same steps as a heavy one.
 #[test]
+#[ignore = "slow: 20 s"]
 fn a_squirmer_that_is_switched_on_has_the_exact_speed_with_and_without_mass() {
     let times = [0.01, 0.1, 0.5, 1.0, 2.0];
     for (density, exact) in [
