@@ -194,8 +194,8 @@ struct Decision {
     reason: String,
 }
 
-/// Largest Reynolds number at which the first-order effect of inertia is trusted: of squirmers it is
-/// within 5 % of the true one at 0.1, and within a factor of 1.7 at 1.
+/// Largest Reynolds number at which the first-order effect of inertia is trusted: of squirmers it
+/// is within 5 % of the true one at 0.1, and within a factor of 1.7 at 1.
 const MAX_REYNOLDS: f64 = 0.5;
 
 impl Decision {
