@@ -249,40 +249,6 @@ pub fn torus_drag(ratio: f64) -> (f64, f64) {
     (drag, ratio * ratio * logarithm)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn closed_forms_agree_with_the_table() {
-        // Tabulated from an expansion in Lamb's solutions.
-        let table = [
-            (0.1, 1.2861963385482686, 1.001001001001001),
-            (0.2, 1.7558453237410072, 1.0080645161290323),
-            (0.5, 7.294117647058823, 1.1428571428571428),
-        ];
-        for (lambda, drag, torque) in table {
-            assert!((concentric_drag(lambda) / drag - 1.0).abs() < 1e-14);
-            assert!((concentric_torque(lambda) / torque - 1.0).abs() < 1e-14);
-        }
-    }
-
-    #[test]
-    fn copies_are_consistent() {
-        for case in &COLLINEAR {
-            let n = case.positions.len();
-            assert_eq!(case.radii.len(), n);
-            assert_eq!(case.resistance.len(), n * (n + 1) / 2);
-        }
-        for instant in &INSTANTANEOUS {
-            assert!(instant.forces.iter().sum::<f64>().abs() < 1e-12);
-        }
-        for stroke in &STROKES {
-            assert!((stroke.steps.iter().sum::<f64>() - stroke.net).abs() < 1e-12);
-        }
-    }
-}
-
 /// Reynolds number `2 a U / ν` and force over `6 π μ a U` of a fixed sphere of radius 1 in the
 /// uniform stream `U` on a concentric ball of radius 10.
 ///
@@ -335,3 +301,37 @@ pub const FALLING_SPHERES: [(&str, f64, f64, f64, f64); 3] = [
     ("Re = 11.6", 9.62e-4, 0.113, 1.3, 86.9),
     ("Re = 31.9", 9.60e-4, 0.058, 1.1, 122.6),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_forms_agree_with_the_table() {
+        // Tabulated from an expansion in Lamb's solutions.
+        let table = [
+            (0.1, 1.2861963385482686, 1.001001001001001),
+            (0.2, 1.7558453237410072, 1.0080645161290323),
+            (0.5, 7.294117647058823, 1.1428571428571428),
+        ];
+        for (lambda, drag, torque) in table {
+            assert!((concentric_drag(lambda) / drag - 1.0).abs() < 1e-14);
+            assert!((concentric_torque(lambda) / torque - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn copies_are_consistent() {
+        for case in &COLLINEAR {
+            let n = case.positions.len();
+            assert_eq!(case.radii.len(), n);
+            assert_eq!(case.resistance.len(), n * (n + 1) / 2);
+        }
+        for instant in &INSTANTANEOUS {
+            assert!(instant.forces.iter().sum::<f64>().abs() < 1e-12);
+        }
+        for stroke in &STROKES {
+            assert!((stroke.steps.iter().sum::<f64>() - stroke.net).abs() < 1e-12);
+        }
+    }
+}
