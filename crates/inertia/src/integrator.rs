@@ -123,8 +123,8 @@ impl<'a> Integrator<'a> {
 
     /// Replaces the velocity of the fluid at the present time, as for a start from another flow.
     ///
-    /// `generalised` are the velocities of the bodies, as in [`FlowSolution::generalised`]. Earlier
-    /// levels are forgotten.
+    /// `generalised` are the velocities of the bodies, as in [`rigid::FlowSolution::generalised`].
+    /// Earlier levels are forgotten.
     ///
     /// # Errors
     /// Lists of the wrong length.
