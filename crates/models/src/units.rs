@@ -4,7 +4,7 @@ use std::ops::{Div, Mul};
 
 use mesh::{MeshError, Surface, TetMesh};
 use mesher::GenerateError;
-use nalgebra::{DMatrix, Isometry3, Matrix6, Vector3};
+use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Vector3};
 use rigid::{
     ExternalLoad, Joint, JointDrive, JointLoad, PassiveDrive, State, StateVelocity, Twist,
 };
@@ -103,24 +103,6 @@ impl Scale {
         }
     }
 
-    /// State of the scene of a scaled state, with its passive joints.
-    pub fn state_to_scene<'l>(
-        &self,
-        state: &State,
-        passive: impl Iterator<Item = &'l Joint>,
-    ) -> State {
-        let in_scene = |frame: &Isometry3<f64>| {
-            let position = self.length_to_scene(frame.translation.vector);
-            Isometry3::from_parts(position.into(), frame.rotation)
-        };
-        let joints = state.joints.iter().zip(passive);
-        State {
-            frames: state.frames.iter().map(in_scene).collect(),
-            attitudes: state.attitudes.clone(),
-            joints: (joints.map(|(value, joint)| value * self.value_unit(joint))).collect(),
-        }
-    }
-
     /// Scaled joint of a joint of the scene: its kind, and what drives it.
     ///
     /// Forces of joints that turn are torques, and their values angles.
@@ -209,6 +191,15 @@ impl Scale {
         DMatrix::from_fn(rows, columns, |i, j| {
             resistance[(i, j)] * self.viscosity * self.length * unit(i) * unit(j)
         })
+    }
+
+    /// Scaled mass and moments of inertia: the rate of a momentum is a force like a resistance
+    /// times a velocity.
+    pub fn mass(&self, mass: f64, inertia: &Matrix3<f64>) -> (f64, Matrix3<f64>) {
+        let mut matrix = Matrix6::identity() * mass;
+        matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(inertia);
+        let scaled = self.body_resistance(&matrix);
+        (scaled[(0, 0)], scaled.fixed_view::<3, 3>(3, 3).into_owned())
     }
 
     /// Scaled resistance of one body to its velocities `(U, ω)`.

@@ -102,22 +102,26 @@ impl Body {
     /// A moment of inertia that is not given is that of a homogeneous body
     /// ([`Shape::inertia_per_mass`]).
     pub fn mass_matrix(&self) -> Option<(f64, Matrix3<f64>)> {
-        if self.mass == 0.0 && self.inertia == 0.0 {
-            return None;
-        }
-        let inertia = match self.inertia {
-            0.0 => self.mass * self.shape.inertia_per_mass()?,
-            inertia => inertia * Matrix3::identity(),
-        };
-        Some((self.mass, inertia))
+        self.matrix_of_mass(self.mass)
     }
 
     /// The same for bodies in a fluid with inertia, where a density has mass too.
     pub fn mass_matrix_by_density(&self) -> Option<(f64, Matrix3<f64>)> {
-        self.mass_matrix().or_else(|| {
-            let mass = self.density? * self.shape.volume();
-            Some((mass, mass * self.shape.inertia_per_mass()?))
+        self.matrix_of_mass(match (self.mass, self.density) {
+            (0.0, Some(density)) => density * self.shape.volume(),
+            (mass, _) => mass,
         })
+    }
+
+    fn matrix_of_mass(&self, mass: f64) -> Option<(f64, Matrix3<f64>)> {
+        if mass == 0.0 && self.inertia == 0.0 {
+            return None;
+        }
+        let inertia = match self.inertia {
+            0.0 => mass * self.shape.inertia_per_mass()?,
+            inertia => inertia * Matrix3::identity(),
+        };
+        Some((mass, inertia))
     }
 
     /// Kind of body in the articulation: rigid, or a point without rotation.

@@ -58,6 +58,14 @@ impl Domain {
         }
     }
 
+    /// Whether walls enclose the fluid on all sides.
+    pub fn is_container(&self) -> bool {
+        match self {
+            Self::Ball { .. } | Self::Box { .. } | Self::Surface(_) | Self::Mesh { .. } => true,
+            Self::Unbounded | Self::Cylinder { .. } | Self::Wall => false,
+        }
+    }
+
     /// Clearance between a body and the nearest wall, negative if the body crosses the wall.
     ///
     /// Exact for spheres, a lower bound for other shapes; in a surface from a file, the distance of

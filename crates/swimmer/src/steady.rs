@@ -101,11 +101,7 @@ fn check(scene: &Scene) -> Result<bool, SwimError> {
             "steady states with inertia have no background flow; give bodies a velocity instead",
         );
     }
-    let contained = !matches!(
-        scene.domain(),
-        Domain::Unbounded | Domain::Wall | Domain::Cylinder { .. }
-    );
-    if !contained {
+    if !scene.domain().is_container() {
         return refuse(
             "domain.kind",
             "a steady state with inertia needs a container; choose a ball, a box or a surface",

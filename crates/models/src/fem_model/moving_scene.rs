@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use ale::MeshMotion;
 use mesh::{Surface, TetMesh};
-use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3};
-use rigid::{Articulation, BodyKind, Constraints, ExternalLoad, RigidError, State, StateVelocity};
+use nalgebra::{Isometry3, Matrix3, Vector3};
+use rigid::{Articulation, Constraints, ExternalLoad, RigidError, StateVelocity};
 use stokes::{Options, Solution};
 
 use super::mesh_generator::{MeshGenerator, Source};
@@ -16,7 +16,7 @@ use crate::error::ModelError;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
 use crate::surface_motion::SurfaceMotion;
-use scene::Scene;
+use scene::{Scene, Slip};
 
 /// Bodies, loads, slip and walls of a scene in scaled units, for an integration in time of fluid
 /// and bodies together.
@@ -26,8 +26,8 @@ use scene::Scene;
 /// divided by the smallest radius, the viscosity is 1, and times are those of the scene.
 pub struct MovingScene {
     scaled: ScaledScene,
-    /// Surface of each body with one, at its place at the start but centred at the origin.
-    surfaces: Vec<Option<Box<dyn Surface>>>,
+    /// Slip of each body with a surface, and the surface centred at the origin; none without slip.
+    slips: Vec<Option<(Slip, Box<dyn Surface>)>>,
     surface_names: Vec<String>,
     walls: Vec<String>,
 }
@@ -41,9 +41,12 @@ impl MovingScene {
         let scaled = ScaledScene::new(scene)?;
         let generator = MeshGenerator::new(scene, &scaled.scale)?;
         let centred = Isometry3::identity();
-        let surface = |body: usize| scaled.scale.surface(&scene.bodies()[body].shape, &centred);
+        let slip = |body: usize| {
+            let body = &scene.bodies()[body];
+            body.slip.zip(scaled.scale.surface(&body.shape, &centred))
+        };
         Ok(Self {
-            surfaces: scaled.surfaced().map(surface).collect(),
+            slips: scaled.surfaced().map(slip).collect(),
             surface_names: generator.tags().map(str::to_owned).collect(),
             walls: (generator.wall_tags().into_iter().map(str::to_owned)).collect(),
             scaled,
@@ -95,13 +98,7 @@ impl MovingScene {
     pub fn masses(&self) -> Vec<(f64, Matrix3<f64>)> {
         let scaled = |body: &scene::Body| {
             let (mass, inertia) = body.mass_matrix_by_density().unwrap_or_default();
-            let mut matrix = Matrix6::zeros();
-            let diagonal = mass * Matrix3::identity();
-            matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&diagonal);
-            matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia);
-            // The rate of a momentum is a force like a resistance times a velocity.
-            let matrix = self.scaled.scale.body_resistance(&matrix);
-            (matrix[(0, 0)], matrix.fixed_view::<3, 3>(3, 3).into_owned())
+            self.scaled.scale.mass(mass, &inertia)
         };
         self.scene().bodies().iter().map(scaled).collect()
     }
@@ -132,13 +129,9 @@ impl MovingScene {
 
     /// Slip of a body with a surface at a point relative to its centre, both in its axes.
     pub fn slip(&self, number: usize, x: &Vector3<f64>) -> Vector3<f64> {
-        let body = self.scaled.surfaced().nth(number);
-        let slip = body.and_then(|body| self.scene().bodies()[body].slip);
-        match (slip, &self.surfaces[number]) {
-            (Some(slip), Some(surface)) => {
-                (self.scaled.scale).length(slip.velocity(&surface.normal(*x)))
-            }
-            _ => Vector3::zeros(),
+        match &self.slips[number] {
+            Some((slip, surface)) => (self.scaled.scale).length(slip.velocity(&surface.normal(*x))),
+            None => Vector3::zeros(),
         }
     }
 
@@ -194,25 +187,15 @@ impl MovingScene {
         let is_from_file = matches!(generator.source, Source::File { .. });
         let motion = mesh_motions(scene.fem().mesh_motion, is_from_file).swap_remove(0);
         Ok(MovingMeshes {
-            bodies: scene.bodies().len(),
-            kinds: self.scaled.set.kinds().to_vec(),
             generator,
             motion,
             reference: None,
         })
     }
-
-    /// A scaled state in the units of the scene.
-    pub fn state_to_scene(&self, state: &State) -> State {
-        let passive = self.scaled.set.passive_joints();
-        self.scaled.scale.state_to_scene(state, passive)
-    }
 }
 
 /// The meshes of one integration in time: of one connectivity until there is a new one.
 pub struct MovingMeshes {
-    bodies: usize,
-    kinds: Vec<BodyKind>,
     generator: MeshGenerator,
     motion: Box<dyn MeshMotion>,
     reference: Option<ReferenceMesh>,
@@ -248,25 +231,10 @@ impl MovingMeshes {
             _ => self.generator.generate(poses)?,
         };
         let (motion, at) = (self.motion.as_ref(), poses.to_vec());
-        let all = self.of_all_bodies(poses);
-        self.reference = Some(ReferenceMesh::new(
-            &self.generator,
-            motion,
-            mesh.clone(),
-            at,
-            &all,
-        )?);
+        // The poses of all bodies would serve to restore a history, which a fluid's flow is not in.
+        let reference = ReferenceMesh::new(&self.generator, motion, mesh.clone(), at, &[])?;
+        self.reference = Some(reference);
         Ok(mesh)
-    }
-
-    /// Poses of all bodies, with points anywhere.
-    fn of_all_bodies(&self, poses: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
-        let mut surfaced = poses.iter();
-        let pose = |body: usize| match self.kinds[body] {
-            BodyKind::Rigid => surfaced.next().copied().unwrap_or_default(),
-            BodyKind::Point => Isometry3::identity(),
-        };
-        (0..self.bodies).map(pose).collect()
     }
 
     /// The poses, with bodies on the symmetry planes that they are off by rounding.

@@ -1,6 +1,6 @@
 //! The first-order change by inertia, from finite-element flows beside each other on a path.
 
-use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use rigid::{BodyKind, ExternalLoad, FlowSolution, StateVelocity, Twist};
 use scene::Domain;
 use stokes::{ChangingFlow, InitialGuesses};
@@ -133,13 +133,7 @@ impl FemModel {
                 false => Matrix3::zeros(),
             };
             let mass = density * body.shape.volume();
-            let mut matrix = Matrix6::identity() * mass;
-            (matrix.fixed_view_mut::<3, 3>(3, 3)).copy_from(&(mass * moments));
-            let scaled = scale.body_resistance(&matrix);
-            Ok(Some((
-                scaled[(0, 0)],
-                scaled.fixed_view::<3, 3>(3, 3).into_owned(),
-            )))
+            Ok(Some(scale.mass(mass, &(mass * moments))))
         };
         scene.bodies().iter().map(mass).collect()
     }

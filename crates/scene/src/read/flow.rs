@@ -9,7 +9,7 @@ use crate::error::SceneError;
 use crate::flow::{Background, Slip};
 use crate::keys::{BackgroundFile, BodyFile, FluidFile, SceneFile};
 use crate::scene::FluidInertia;
-use crate::words::{BackgroundKind, DomainKind, InertiaKind, StartKind};
+use crate::words::{BackgroundKind, InertiaKind, StartKind};
 
 /// Relative size of the rounding errors of numbers that are written with many digits.
 const ROUNDING: f64 = 1e-12;
@@ -143,15 +143,12 @@ pub(super) fn inertia(
             "needs fluid.density; give the density of the fluid",
         );
     }
-    match domain.kind() {
-        DomainKind::Ball | DomainKind::Box | DomainKind::Surface | DomainKind::Mesh => {}
-        DomainKind::Unbounded | DomainKind::Cylinder | DomainKind::Wall => {
-            return refuse(
-                "fluid.inertia",
-                "needs a container, since vorticity spreads without end; choose domain.kind = \
-                 \"ball\", \"box\", \"surface\" or \"mesh\", as large as vorticity spreads in the run",
-            );
-        }
+    if !domain.is_container() {
+        return refuse(
+            "fluid.inertia",
+            "needs a container, since vorticity spreads without end; choose domain.kind = \
+             \"ball\", \"box\", \"surface\" or \"mesh\", as large as vorticity spreads in the run",
+        );
     }
     if has_background {
         return refuse(
@@ -170,6 +167,15 @@ pub(super) fn inertia(
         return refuse(
             "gait.periodic",
             "is unsupported with the inertia of the fluid; run several cycles instead",
+        );
+    }
+    let density = |body: &Body| body.density.unwrap_or(0.0);
+    let unknown = |body: &Body| density(body) > 0.0 && body.mass_matrix_by_density().is_none();
+    if let Some(number) = bodies.iter().position(unknown) {
+        return refuse(
+            &format!("bodies[{number}].density"),
+            "is unsupported with inertia for a shape whose moments of inertia are not known; give \
+             `inertia` too",
         );
     }
     let off_centre = |body: &Body| body.density.is_some() && body.weight_arm().is_some();

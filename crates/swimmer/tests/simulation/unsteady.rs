@@ -139,6 +139,11 @@ fn what_does_not_know_of_inertia_refuses_it() {
             "",
             "fluid.inertia",
         ),
+        (
+            "radius = 1,",
+            "shape = \"helix\", radius = 1, tube_radius = 0.2, pitch = 2, turns = 1.5,",
+            "bodies[0].density",
+        ),
         ("gravity", "gait.periodic = true\ngravity", "gait.periodic"),
         ("gravity", "fem.target = 1e-2\ngravity", "fem.target"),
         (
