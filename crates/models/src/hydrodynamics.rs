@@ -218,6 +218,29 @@ pub struct Capabilities {
     pub has_mesh: bool,
     /// Whether [`Hydrodynamics::solve_all`] gains by solving several queries at once.
     pub solves_together: bool,
+    /// Whether the fluid of the model follows the viscosity law of the scene
+    /// ([`scene::Rheology`]): velocities then depend on rates and loads nonlinearly.
+    pub follows_rheology: bool,
+}
+
+impl Capabilities {
+    /// Refuses a scene whose viscosity law the model does not follow.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] with the place of the key.
+    pub fn check_rheology(&self, scene: &Scene, model: &str) -> Result<(), ModelError> {
+        match scene.rheology().is_some_and(|rheology| rheology.is_kept()) && !self.follows_rheology
+        {
+            false => Ok(()),
+            true => Err(ModelError::Unsupported {
+                what: format!(
+                    "{}: a viscosity that depends on the shear rate, by the model {model}",
+                    scene.place("fluid.law")
+                ),
+                instead: "set model.kind = \"fem\", or fluid.rheology = \"newtonian\"".to_owned(),
+            }),
+        }
+    }
 }
 
 /// When a model estimates its discretisation errors.

@@ -44,7 +44,7 @@ pub use keys::{FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOpti
 pub use loads::{DrivingLoad, VectorOscillation};
 pub use path_contact::{BodyPath, PathContact, first_contact};
 pub use phase_span::PhaseSpan;
-pub use scene::{FluidInertia, Scene};
+pub use scene::{FluidInertia, Rheology, Scene};
 pub use shape::Shape;
 pub use shape_path::{JointForce, JointPath, OwnPath, ShapePath, Sine};
 pub use shapes::*;
@@ -53,10 +53,10 @@ pub use surface_shape::{SourceFile, SurfaceShape};
 pub use wall_facets::WallFacets;
 pub use words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FlowsKind, FormulationKind,
-    GaitKind, GeometryKind, InertiaKind, InterpolationKind, LearnKind, MeshMotionKind, MesherKind,
-    ModelKind, ObjectiveKind, ShapeKind, SolverKind, StartKind, StrokeStart, SurfaceKind,
-    SymmetryKind,
+    GaitKind, GeometryKind, InertiaKind, InterpolationKind, LawKind, LearnKind, MeshMotionKind,
+    MesherKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind, SolverKind, StartKind,
+    StrokeStart, SurfaceKind, SymmetryKind,
 };
 
-// joints, surfaces and vectors are part of this crate's interface
-pub use {mesher, nalgebra, rigid};
+// joints, surfaces, viscosity laws and vectors are part of this crate's interface
+pub use {mesher, nalgebra, rheology, rigid};

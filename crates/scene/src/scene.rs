@@ -1,6 +1,7 @@
 //! A scene: fluid, domain, bodies, joints, gait, and the options of the computation.
 
 use nalgebra::{Isometry3, Vector3};
+use rheology::Law;
 use rigid::{Articulation, Constraints, ExternalLoad, JointDrive, JointKind, RigidError, State};
 
 use crate::body::{Body, with_held_velocities};
@@ -17,7 +18,7 @@ use crate::read::limits::by_joint;
 use crate::shape::Shape;
 use crate::shape_path::JointForce;
 use crate::surface_shape::SourceFile;
-use crate::words::{InertiaKind, StartKind};
+use crate::words::{InertiaKind, RheologyKind, StartKind};
 
 /// Inertia of the fluid and of the bodies in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,6 +36,23 @@ impl FluidInertia {
     /// Whether the fluid has inertia; not for [`InertiaKind::Auto`], which begins without.
     pub fn is_kept(&self) -> bool {
         matches!(self.kind, InertiaKind::Unsteady | InertiaKind::Full)
+    }
+}
+
+/// Viscosity law of a fluid that is not Newtonian.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Rheology {
+    /// Viscosity as a function of the shear rate, in the scene's units.
+    pub law: Law,
+    /// Whether flows follow the law.
+    pub kind: RheologyKind,
+}
+
+impl Rheology {
+    /// Whether flows follow the law; not for [`RheologyKind::Auto`], which begins without.
+    pub fn is_kept(&self) -> bool {
+        self.kind == RheologyKind::Full
     }
 }
 
@@ -64,6 +82,7 @@ impl FluidInertia {
 pub struct Scene {
     pub(crate) name: String,
     pub(crate) viscosity: f64,
+    pub(crate) rheology: Option<Rheology>,
     /// Density of the fluid, for the buoyancy and the inertia.
     pub(crate) density: f64,
     pub(crate) inertia: FluidInertia,
@@ -97,9 +116,14 @@ impl Scene {
         &self.name
     }
 
-    /// Dynamic viscosity.
+    /// Dynamic viscosity; that at rest, or the consistency, of a fluid that is not Newtonian.
     pub fn viscosity(&self) -> f64 {
         self.viscosity
+    }
+
+    /// Viscosity law; `None` for a Newtonian fluid.
+    pub fn rheology(&self) -> Option<&Rheology> {
+        self.rheology.as_ref()
     }
 
     /// Density of the fluid; zero by default.
@@ -452,6 +476,7 @@ impl Scene {
     pub fn differing_key(&self, other: &Self) -> Option<String> {
         let of_scene = [
             ("fluid.viscosity", self.viscosity == other.viscosity),
+            ("fluid.law", self.rheology == other.rheology),
             ("fluid.inertia", self.inertia == other.inertia),
             (
                 "fluid.density",

@@ -110,6 +110,34 @@ words! {
         Full,
     }
 
+    /// Viscosity as a function of the shear rate `g`, the square root of `2 D:D`.
+    pub enum LawKind = Newtonian {
+        /// A constant `viscosity`.
+        Newtonian,
+        /// `inf + (zero - inf) (1 + (t g)^2)^((n - 1) / 2)`, with `zero_shear_viscosity`,
+        /// `infinite_shear_viscosity`, `relaxation_time` and `index`.
+        Carreau,
+        /// As `carreau`, `inf + (zero - inf) (1 + (t g)^a)^((n - 1) / a)` with `transition`.
+        CarreauYasuda,
+        /// `inf + (zero - inf) / (1 + (t g)^(1 - n))`, with the keys of `carreau`.
+        Cross,
+        /// `consistency g^(index - 1)`.
+        PowerLaw,
+        /// `yield_stress / g + consistency g^(index - 1)`.
+        HerschelBulkley,
+    }
+
+    /// Whether flows follow the viscosity law.
+    pub enum RheologyKind = Full {
+        /// Flows have the constant viscosity at rest, and results say what the law would change.
+        Newtonian,
+        /// As `newtonian`, if the law would change the net displacement of a run by less than the
+        /// tolerance leaves; otherwise `full`.
+        Auto,
+        /// Flows follow the law.
+        Full,
+    }
+
     /// Flow at the start of a run with inertia.
     pub enum StartKind = Rest {
         /// Fluid and bodies are at rest, and the motion begins with a jump.

@@ -3,6 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 
 use nalgebra::Vector3;
+use rheology::Law;
 use rigid::{Joint, JointDrive};
 
 use crate::body::Body;
@@ -17,9 +18,9 @@ use crate::keys::{
     SceneFile, SlipFile,
 };
 use crate::loads::{DrivingLoad, VectorOscillation};
-use crate::scene::Scene;
+use crate::scene::{Rheology, Scene};
 use crate::shape_path::{ShapePath, Sine};
-use crate::words::{DriveKind, GaitKind};
+use crate::words::{DriveKind, GaitKind, LawKind, RheologyKind};
 
 impl Scene {
     /// The scene as TOML with every key written out, overrides and defaults included.
@@ -73,6 +74,7 @@ fn scene_file(scene: &Scene) -> SceneFile {
             inertia: scene.inertia.kind,
             start: scene.inertia.start,
             time_step: scene.inertia.time_step,
+            ..law_file(scene.rheology.as_ref())
         },
         gravity: scene.gravity.into(),
         background: scene.background.as_ref().map(background_file),
@@ -351,4 +353,70 @@ mod tests {
         let again = std::fs::canonicalize(folder.path().join(found)).unwrap();
         assert_eq!(again, std::fs::canonicalize("Cargo.toml").unwrap());
     }
+}
+
+/// The keys of a law.
+fn law_file(rheology: Option<&Rheology>) -> FluidFile {
+    let Some(Rheology { law, kind }) = rheology else {
+        return FluidFile::default();
+    };
+    let mut file = FluidFile {
+        rheology: Some(*kind).filter(|kind| *kind != RheologyKind::Full),
+        ..FluidFile::default()
+    };
+    let not_zero = |value: f64| Some(value).filter(|value| *value != 0.0);
+    match *law {
+        Law::Carreau {
+            zero_shear_viscosity,
+            infinite_shear_viscosity,
+            relaxation_time,
+            index,
+        }
+        | Law::CarreauYasuda {
+            zero_shear_viscosity,
+            infinite_shear_viscosity,
+            relaxation_time,
+            index,
+            ..
+        }
+        | Law::Cross {
+            zero_shear_viscosity,
+            infinite_shear_viscosity,
+            relaxation_time,
+            index,
+        } => {
+            file.law = LawKind::Carreau;
+            file.zero_shear_viscosity = Some(zero_shear_viscosity);
+            file.infinite_shear_viscosity = not_zero(infinite_shear_viscosity);
+            file.relaxation_time = Some(relaxation_time);
+            file.index = Some(index);
+            if let Law::CarreauYasuda { transition, .. } = *law {
+                (file.law, file.transition) = (LawKind::CarreauYasuda, Some(transition));
+            } else if let Law::Cross { .. } = *law {
+                file.law = LawKind::Cross;
+            }
+        }
+        Law::PowerLaw {
+            consistency,
+            index,
+            regularisation,
+        }
+        | Law::HerschelBulkley {
+            consistency,
+            index,
+            regularisation,
+            ..
+        } => {
+            file.law = LawKind::PowerLaw;
+            file.consistency = Some(consistency);
+            file.index = Some(index);
+            file.regularisation = Some(regularisation);
+            if let Law::HerschelBulkley { yield_stress, .. } = *law {
+                (file.law, file.yield_stress) = (LawKind::HerschelBulkley, Some(yield_stress));
+            }
+        }
+        // `Law` may get more kinds; a scene has no others
+        _ => {}
+    }
+    file
 }

@@ -111,6 +111,6 @@ pub fn check_model(scene: &Scene, model: &dyn Hydrodynamics) -> Result<(), SwimE
             model: model.name(),
             key,
         }),
-        None => Ok(()),
+        None => Ok((model.capabilities()).check_rheology(scene, model.name())?),
     }
 }

@@ -10,9 +10,9 @@ use super::key::{Key, KeyDefault, KeyTable, KeyType, Kind, tables};
 use crate::joints::JointWord;
 use crate::words::{
     AcceptKind, ArmsKind, AxesKind, BackgroundKind, DomainKind, DriveKind, EstimatesKind,
-    FlowsKind, FormulationKind, GaitKind, GeometryKind, InertiaKind, InterpolationKind, LearnKind,
-    MeshMotionKind, MesherKind, ModelKind, ObjectiveKind, ShapeKind, SolverKind, StartKind,
-    StrokeStart, SurfaceKind, SymmetryKind,
+    FlowsKind, FormulationKind, GaitKind, GeometryKind, InertiaKind, InterpolationKind, LawKind,
+    LearnKind, MeshMotionKind, MesherKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind,
+    SolverKind, StartKind, StrokeStart, SurfaceKind, SymmetryKind,
 };
 
 tables! {
@@ -48,10 +48,31 @@ tables! {
         learn: LearnOptions,
     }
 
-    /// The fluid: an incompressible Newtonian liquid.
+    /// The fluid: an incompressible liquid, whose viscosity may depend on the shear rate.
     pub(crate) struct FluidFile in "fluid." {
-        /// Dynamic viscosity.
+        /// Dynamic viscosity; beside a law its viscosity at rest, or its consistency.
         viscosity: f64 [Positive] = 1.0,
+        /// Viscosity as a function of the shear rate. It needs a model by elements.
+        law: LawKind,
+        /// Viscosity at rest.
+        zero_shear_viscosity: Option<f64> [Positive] | "required for carreau, carreau-yasuda, cross",
+        /// Viscosity at infinite shear rate.
+        infinite_shear_viscosity: Option<f64> [NonNegative] | "0",
+        /// One over the shear rate at which the viscosity starts to change.
+        relaxation_time: Option<f64> [NonNegative] | "required for carreau, carreau-yasuda, cross",
+        /// Power-law index: below 1 the fluid thins, above 1 it thickens.
+        index: Option<f64> [Positive] | "required for all laws but newtonian",
+        /// Exponent of the law of Carreau and Yasuda; larger values change over fewer rates.
+        transition: Option<f64> [Positive] | "2, for carreau-yasuda",
+        /// Viscosity of a power law at the shear rate 1.
+        consistency: Option<f64> [Positive] | "required for power-law, herschel-bulkley",
+        /// Stress below which the fluid does not flow.
+        yield_stress: Option<f64> [NonNegative] | "required for herschel-bulkley",
+        /// Shear rate `e`, far below those of the flow, that makes power laws regular at rest:
+        /// `sqrt(g^2 + e^2)` stands for `g`.
+        regularisation: Option<f64> [Positive] | "1e-6, for power-law, herschel-bulkley",
+        /// Whether flows follow the law, or results of a Newtonian fluid say what it would change.
+        rheology: Option<RheologyKind> | "full",
         /// Density of the fluid, for the buoyancy of bodies with a density, for its inertia, and
         /// for what neglecting inertia costs, which results then have.
         density: Option<f64> [NonNegative] | "0",

@@ -8,7 +8,7 @@ use crate::error::SceneError;
 use crate::gait::{Gait, spans};
 use crate::keys::{FemOptions, ModelOptions};
 use crate::scene::Scene;
-use crate::words::InertiaKind;
+use crate::words::{InertiaKind, RheologyKind};
 
 /// Replaces file and line in messages about an option that a program sets.
 const ORIGIN: &str = "option set by a program";
@@ -48,6 +48,19 @@ impl Scene {
         let mut scene = self.clone();
         (scene.document).set(&format!("fluid.inertia={}", kind.word()))?;
         scene.inertia.kind = kind;
+        Ok(scene)
+    }
+
+    /// The scene with another `fluid.rheology`; without a viscosity law the scene as it is.
+    ///
+    /// # Errors
+    /// None for a scene that has a law.
+    pub fn with_rheology(&self, kind: RheologyKind) -> Result<Self, SceneError> {
+        let mut scene = self.clone();
+        if let Some(rheology) = &mut scene.rheology {
+            (scene.document).set(&format!("fluid.rheology={}", kind.word()))?;
+            rheology.kind = kind;
+        }
         Ok(scene)
     }
 

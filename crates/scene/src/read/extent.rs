@@ -35,6 +35,7 @@ const LARGEST_LINK: f64 = 1e8;
 pub(super) struct Unplaced<'a> {
     pub checks: &'a Checks<'a>,
     pub file: &'a SceneFile,
+    pub viscosity: f64,
     pub domain: &'a Domain,
     pub background: Option<&'a Background>,
     pub bodies: &'a [Body],
@@ -176,7 +177,7 @@ impl Unplaced<'_> {
 
     /// Checks the loads: a body under a load moves at about load / (viscosity size).
     fn check_loads(&self, smallest: f64) -> Result<(), SceneError> {
-        let unit = self.file.fluid.viscosity * smallest * smallest;
+        let unit = self.viscosity * smallest * smallest;
         let duration = self.gait.duration();
         let distance = |load: &Vector3<f64>, unit: f64| duration * load.amax() / unit;
         let largest = |drive: Option<DrivingLoad>| {
@@ -225,8 +226,8 @@ impl Unplaced<'_> {
             };
             // Resistance to a rotation, or to a translation of the joint.
             let (resistance, unit) = match joint.kind.is_angle() {
-                true => (self.file.fluid.viscosity * smallest.powi(3), 1.0),
-                false => (self.file.fluid.viscosity * smallest, smallest),
+                true => (self.viscosity * smallest.powi(3), 1.0),
+                false => (self.viscosity * smallest, smallest),
             };
             let oscillating = self
                 .joint_forces

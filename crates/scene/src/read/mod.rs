@@ -7,6 +7,7 @@ mod contacts;
 mod domain;
 mod extent;
 mod flow;
+mod fluid;
 mod gait;
 pub(crate) mod limits;
 mod loads;
@@ -81,6 +82,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
     let repulsion = loads::repulsion(&checks, file.contact.as_ref(), &domain)?;
     let (gravity, density) = (file.gravity.into(), file.fluid.density.unwrap_or(0.0));
     flow::enter_weights(&checks, &gravity, density, &mut bodies)?;
+    let (viscosity, rheology) = fluid::viscosity(&checks, &file.fluid, has_background)?;
     let inertia = flow::inertia(&checks, &file, (&domain, has_background), &bodies)?;
     let joints = articulation::joints(&checks, &file.links, &bodies)?;
     let joint_forces = articulation::oscillating(&checks, &file.links, file.gait.period)?;
@@ -88,6 +90,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
     let unplaced = extent::Unplaced {
         checks: &checks,
         file: &file,
+        viscosity,
         domain: &domain,
         background: background.as_ref(),
         bodies: &bodies,
@@ -116,7 +119,8 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
     document.warn(surfaces.warnings);
     Ok(Scene {
         name: name.unwrap_or_else(|| "scene".to_owned()),
-        viscosity: file.fluid.viscosity,
+        viscosity,
+        rheology,
         density,
         inertia,
         gravity,

@@ -77,6 +77,16 @@ fluid.density = 1; fluid.inertia = "full"; fluid.time_step = 0.1
 domain.kind = "ball"; domain.radius = 9
 [[bodies]]; name = "heavy"; radius = 1; density = 2; position = [1, 0, 0]
 
+fluid.law = "carreau-yasuda"; fluid.zero_shear_viscosity = 1
+fluid.infinite_shear_viscosity = 0.1; fluid.relaxation_time = 1; fluid.index = 0.5
+fluid.transition = 2
+[[bodies]]; name = "thinned"; radius = 1; position = [1, 0, 0]
+
+fluid.law = "herschel-bulkley"; fluid.consistency = 1; fluid.index = 0.5
+fluid.yield_stress = 0.1; fluid.regularisation = 1e-6
+domain.kind = "ball"; domain.radius = 9
+[[bodies]]; name = "mud"; radius = 1; position = [1, 0, 0]
+
 [contact]; range = 0.1; strength = 1
 [[bodies]]; name = "held"; radius = 1; position = [1, 0, 0]; velocity = [1, 0, 0]
 angular_velocity = [0, 0, 1]

@@ -9,6 +9,7 @@ mod examples;
 mod files;
 mod gaits;
 mod hostile;
+mod laws;
 mod malformed;
 mod overrides;
 mod surfaces;

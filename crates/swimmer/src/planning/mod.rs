@@ -41,6 +41,12 @@ impl Choice {
 /// ([`choose_for_run`]).
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     check_no_inertia(scene)?;
+    let choice = choose_unchecked(scene)?;
+    (choice.model.capabilities()).check_rheology(scene, choice.model.name())?;
+    Ok(choice)
+}
+
+fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
     let is_mesh_free = matches!(
         scene.domain().kind(),
         DomainKind::Unbounded | DomainKind::Ball | DomainKind::Wall
