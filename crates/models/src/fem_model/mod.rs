@@ -276,6 +276,7 @@ impl Hydrodynamics for FemModel {
             has_mesh: true,
             // Loads in a moving frame change the model itself.
             solves_together: self.engine.is_none() && !MovingFrame::serves(&self.scaled.scene),
+            follows_rheology: false,
             controls_error: false,
         }
     }

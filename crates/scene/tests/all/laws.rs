@@ -24,7 +24,11 @@ fn laws_are_read_and_written() {
     for fluid in fluids {
         let read = scene(fluid).unwrap();
         let again = Scene::parse(&read.to_toml().unwrap()).unwrap();
-        assert_eq!((read.viscosity(), read.differing_key(&again)), (2.0, None), "{fluid}");
+        assert_eq!(
+            (read.viscosity(), read.differing_key(&again)),
+            (2.0, None),
+            "{fluid}"
+        );
         assert!(read.rheology().is_some(), "{fluid}");
     }
     let carreau = scene(fluids[0]).unwrap();
@@ -42,9 +46,15 @@ fn laws_are_read_and_written() {
 #[test]
 fn laws_without_meaning_are_refused_with_their_key() {
     for (fluid, key) in [
-        ("law = \"carreau\", relaxation_time = 3, index = 0.5", "fluid.zero_shear_viscosity"),
+        (
+            "law = \"carreau\", relaxation_time = 3, index = 0.5",
+            "fluid.zero_shear_viscosity",
+        ),
         ("zero_shear_viscosity = 2", "fluid.zero_shear_viscosity"),
-        ("law = \"power-law\", consistency = 1, index = 0.5, transition = 2", "fluid.transition"),
+        (
+            "law = \"power-law\", consistency = 1, index = 0.5, transition = 2",
+            "fluid.transition",
+        ),
         (
             "law = \"cross\", zero_shear_viscosity = 2, relaxation_time = 3, index = 1",
             "fluid.index",
