@@ -4,13 +4,18 @@ use fem::TaylorHood;
 use mesh::TetMesh;
 use nalgebra::{Isometry3, Vector3};
 use rigid::BodyKind;
+use stokes::SurfaceFlow;
 
+use crate::bodies::SlipAt;
 use crate::projection::project;
 use crate::step::Level;
 use crate::{InertiaError, Integrator};
 
 impl Integrator<'_> {
     /// Velocities of a level at the nodes of bodies and walls of another mesh; zero at other nodes.
+    ///
+    /// Slip and arms of all levels are those at the present poses: only then has no level a net flux
+    /// through the surfaces of the new mesh.
     fn boundary_velocity(
         &self,
         mesh: &TetMesh,
@@ -27,6 +32,12 @@ impl Integrator<'_> {
             }
         }
         let (set, layout) = (self.bodies.set, self.bodies.set.velocity_layout());
+        let surfaced = self.bodies.surfaced(poses);
+        let slip = self.forcing.has_slip().then_some(SlipAt {
+            forcing: self.forcing,
+            time: level.time,
+            poses: &surfaced,
+        });
         let rigid = (set.kinds().iter().enumerate())
             .filter(|(_, kind)| **kind == BodyKind::Rigid)
             .map(|(body, _)| body);
@@ -38,12 +49,11 @@ impl Integrator<'_> {
             let linear = Vector3::from_column_slice(&generalised[first..first + 3]);
             let angular = Vector3::from_column_slice(&generalised[first + 3..first + 6]);
             for node in mesh.nodes_on(mesh.tag(part)?) {
-                let arm = mesh.points()[node as usize] - poses[body].translation.vector;
-                let slip = match self.forcing.has_slip() {
-                    true => self.forcing.slip(level.time, surface, &arm),
-                    false => Vector3::zeros(),
-                };
-                velocity[node as usize] = linear + angular.cross(&arm) + slip;
+                let x = &mesh.points()[node as usize];
+                let arm = x - poses[body].translation.vector;
+                let relative = slip.as_ref().map(|slip| slip.slip(surface, x));
+                velocity[node as usize] =
+                    linear + angular.cross(&arm) + relative.unwrap_or_default();
             }
         }
         for (node, axes) in mesh.nodes_on_symmetry_planes() {
