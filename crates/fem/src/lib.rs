@@ -28,6 +28,7 @@ pub use error::FemError;
 pub use estimate::{
     BoundaryBubbles, BoundaryFlow, CubicExtension, CubicFlow, CubicProduct, CurvedBoundary,
     FacetFunctional, FacetGeometry, OverProcesses, Surplus, SurplusPart, SurplusSpace,
+    VaryingViscosity, ViscosityOfRate,
 };
 pub use forms::StokesMatrices;
 pub use integrals::{assemble_facet_load, assemble_load, integrate, integrate_facets, load_vector};

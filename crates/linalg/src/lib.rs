@@ -70,7 +70,8 @@ pub use direct::{DirectParams, Precision, SaddleLdlt, ShiftedLdlt};
 pub use error::LinalgError;
 pub use explicit_inverse::ExplicitInverse;
 pub use krylov::{
-    KrylovParams, NullVectors, OrthonormalBasis, SolveReport, cg, fgmres, fgmres_columns, minres,
+    ERROR_OVER_RESIDUAL, KrylovParams, NullVectors, OrthonormalBasis, SolveReport, cg, fgmres,
+    fgmres_columns, minres,
 };
 pub use multigrid::{
     BorderInverse, CoupledMultigrid, CyclePart, LevelSize, Multigrid, MultigridParams,

@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::StokesError;
 use crate::problem::Problem;
 use crate::surface_flow::NodalSurfaceFlow;
+use crate::viscous_stress::ViscousStress;
 
 /// Relative differences between a solution and independent computations of the same quantities.
 ///
@@ -25,30 +26,42 @@ pub struct Checks {
 
 /// Compares forces with integrals of the stress, and the power of the bodies with the dissipation.
 ///
+/// `stress` is that of the flow if its viscosity varies; its dissipation is the power of the whole
+/// stress in the disturbance flow, and differs from the power of the bodies by the residual alone.
+///
 /// # Errors
 /// An inverted cell, which a mesh with a solution does not have.
 pub fn checks(
     problem: &Problem,
     flow: &FlowSolution,
     surfaces: Option<&NodalSurfaceFlow>,
+    stress: Option<ViscousStress>,
 ) -> Result<Checks, StokesError> {
     let mesh = problem.mesh;
     let (parts, allowed) = (problem.parts(), problem.symmetry().allowed());
     let (mut largest, mut difference) = (0.0_f64, 0.0_f64);
     for (number, &(tag, centre)) in problem.bodies.iter().enumerate() {
-        let stress = fem::stress_load(mesh, tag, &flow.velocity, &flow.pressure, centre)?;
+        let by_stress = match &stress {
+            Some(stress) => stress.force(tag, &flow.pressure)?,
+            None => fem::stress_load(mesh, tag, &flow.velocity, &flow.pressure, centre)?.force,
+        };
         // The stress on one half of a body includes the force that the halves exert on each other
         // across the symmetry plane; the force of the whole body has no such component.
         let stress_force = Vector3::from_fn(|axis, _| match allowed[axis] {
-            true => parts * stress.force[axis],
+            true => parts * by_stress[axis],
             false => 0.0,
         });
         let force = Vector3::from_fn(|axis, _| flow.forces[6 * number + axis]);
         largest = largest.max(force.norm());
         difference = difference.max((stress_force - force).norm());
     }
-    let power = flow.forces.dot(&flow.bodies) + problem.power_of_surfaces(flow, surfaces)?;
-    let dissipation = parts * fem::dissipation(mesh, &flow.velocity)?;
+    let of_surfaces = problem.power_of_surfaces(flow, surfaces, stress)?;
+    let power = flow.forces.dot(&flow.bodies) + of_surfaces;
+    let dissipation = parts
+        * match &stress {
+            Some(stress) => stress.power(&flow.pressure, &flow.velocity)?,
+            None => fem::dissipation(mesh, &flow.velocity)?,
+        };
     if surfaces.is_some() {
         // Bodies without forces may have surfaces with slip.
         let fastest = flow.velocity.iter().map(Vector3::norm).fold(0.0, f64::max);

@@ -233,9 +233,13 @@ impl<'a> Correction<'a> {
         surfaces: Option<(&'a NodalSurfaceFlow, &'a SurfaceVelocity<'a>)>,
         rtol: Option<f64>,
     ) -> Result<Self, StokesError> {
+        let extension = CubicExtension::new(equations.space, equations.mesh)?;
         Ok(Self {
             mesh,
-            extension: CubicExtension::new(equations.space, equations.mesh)?,
+            extension: match equations.varying {
+                None => extension,
+                Some(flow) => extension.with_viscosity(flow.viscosity)?,
+            },
             equations,
             geometry,
             set,
@@ -309,7 +313,7 @@ impl<'a> Correction<'a> {
         let first = system.first();
         let mut changes = Vec::with_capacity(flows.len());
         for (solution, forces) in solutions.iter().zip(&forces) {
-            let flow = (equations.system).change(&solution[..first], forces, self.set)?;
+            let flow = equations.change(&solution[..first], forces, self.set)?;
             let mut flow = equations.of_whole_mesh(flow)?;
             let mean = fem::mean_pressure(self.mesh, &flow.pressure)?;
             flow.pressure.iter_mut().for_each(|p| *p -= mean);
@@ -336,7 +340,7 @@ impl<'a> Correction<'a> {
         })?;
         let velocity = equations.restricted(&flow.velocity);
         let pressure = equations.restricted(&flow.pressure);
-        let residual = (self.extension).product(&velocity, &pressure, of_surfaces)?;
+        let residual = (self.extension).residual(&velocity, &pressure, of_surfaces)?;
         let loads = equations.restricted(&of_facets.velocity);
         let rows = loads.iter().zip(&residual.velocity);
         let forces: Vec<_> = rows.map(|(load, row)| -load - row).collect();

@@ -2,13 +2,14 @@
 
 use std::borrow::Cow;
 
-use fem::SurplusSpace;
+use fem::{Surplus, SurplusSpace};
 use linalg::LinearOperator;
 use mesh::{Submesh, TetMesh};
 use nalgebra::Vector3;
-use rigid::{Constrained, FlowSolution};
+use rigid::{Articulation, Constrained, FlowSolution};
 
 use crate::StokesError;
+use crate::linearised::VaryingFlow;
 
 /// Fields of the whole mesh from those of the processes that divide it.
 ///
@@ -58,6 +59,8 @@ pub(crate) struct Equations<'a> {
     pub space: &'a SurplusSpace,
     pub system: &'a Constrained,
     pub operator: &'a dyn LinearOperator,
+    /// The flow that was solved for, if its viscosity varies with the shear rate.
+    pub varying: Option<VaryingFlow<'a>>,
     /// Numbers of the nodes in the whole mesh, and the exchange; none if the mesh is the whole one.
     part: Option<(&'a [u32], &'a dyn Gather)>,
 }
@@ -70,7 +73,54 @@ impl<'a> Equations<'a> {
             space,
             system,
             operator: &system.system,
+            varying: None,
             part: None,
+        }
+    }
+
+    /// The equations of a whole mesh, linearised at a flow of a generalised Newtonian fluid.
+    pub fn linearised(mesh: &'a TetMesh, space: &'a SurplusSpace, flow: VaryingFlow<'a>) -> Self {
+        Self {
+            operator: flow.equations,
+            varying: Some(flow),
+            ..Self::whole(mesh, space, &flow.equations.system)
+        }
+    }
+
+    /// Surplus of a flow that was solved for, without its background flow.
+    pub fn surplus_of_flow(&self, flow: &FlowSolution) -> Result<Surplus, StokesError> {
+        let velocity = &*self.restricted(&flow.velocity);
+        let pressure = &*self.restricted(&flow.pressure);
+        let (mesh, space) = (self.mesh, self.space);
+        Ok(match self.varying {
+            None => space.surplus(mesh, velocity, pressure)?,
+            Some(flow) => space.surplus_of_flow(mesh, (velocity, pressure), flow.viscosity)?,
+        })
+    }
+
+    /// Surplus of a solution of the linear equations, such as an adjoint solution.
+    pub fn surplus_of_change(
+        &self,
+        velocity: &[Vector3<f64>],
+        pressure: &[f64],
+    ) -> Result<Surplus, StokesError> {
+        let (mesh, space) = (self.mesh, self.space);
+        Ok(match self.varying {
+            None => space.surplus(mesh, velocity, pressure)?,
+            Some(flow) => space.surplus_of_change(mesh, (velocity, pressure), flow.viscosity)?,
+        })
+    }
+
+    /// Change of a flow by forces on the nodes, whose solution is `solution`.
+    pub fn change(
+        &self,
+        solution: &[f64],
+        forces: &[Vector3<f64>],
+        set: &Articulation,
+    ) -> Result<FlowSolution, StokesError> {
+        match self.varying {
+            None => Ok(self.system.change(solution, forces, set)?),
+            Some(flow) => flow.equations.change(solution, forces, set),
         }
     }
 
@@ -126,6 +176,7 @@ impl<'a> From<PartEquations<'a>> for Equations<'a> {
             space: part.space,
             system: part.system,
             operator: part.operator,
+            varying: None,
             part: Some((&part.submesh.nodes, part.gather)),
         }
     }

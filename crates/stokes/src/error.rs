@@ -25,6 +25,39 @@ pub enum StokesError {
     /// A failure of an [`Engine`](crate::Engine).
     #[error(transparent)]
     Engine(Box<dyn std::error::Error + Send + Sync>),
+    /// Newton's method did not converge.
+    #[error(
+        "the flow of the generalised Newtonian fluid did not converge in {steps} Newton steps: \
+         residual {residual:.1e}, required {target:.1e}; {}",
+        remedy()
+    )]
+    NewtonNotConverged {
+        /// Number of steps.
+        steps: usize,
+        /// Relative residual that was reached.
+        residual: f64,
+        /// Relative residual that was required.
+        target: f64,
+    },
+    /// No step along the direction of Newton's method decreases the energy of the flow.
+    #[error(
+        "no Newton step decreases the energy of the generalised Newtonian fluid any more after \
+         {steps} steps: residual {residual:.1e}, required {target:.1e}; {}",
+        remedy()
+    )]
+    EnergyNotDecreasing {
+        /// Number of steps.
+        steps: usize,
+        /// Relative residual that was reached.
+        residual: f64,
+        /// Relative residual that was required.
+        target: f64,
+    },
+    /// An engine outside this crate, which solves Stokes flow only.
+    #[error(
+        "an engine outside the crate solves Newtonian fluids only; use the solver of the crate"
+    )]
+    EngineOfNewtonianFluids,
     /// A boundary velocity with a net flux through the boundary of an enclosed domain.
     #[error(
         "the prescribed velocity has the net flux {flux:.3e} out of the domain ({:.1} % of the \
@@ -36,4 +69,10 @@ pub enum StokesError {
         /// The same divided by the sum of the absolute fluxes at the vertices.
         relative: f64,
     },
+}
+
+/// What to do if Newton's method fails.
+fn remedy() -> &'static str {
+    "increase the regularisation, the infinite-shear viscosity or the index of the fluid, or relax \
+     the tolerance of the solver"
 }

@@ -144,7 +144,7 @@ impl Problem<'_> {
             }
             rate.dot(&point.value(nodal.slip.as_slice()))
         })?;
-        let of_stress = self.slip_power(flow, surfaces)?;
+        let of_stress = self.slip_power(flow, surfaces, None)?;
         Ok(of_stress + self.parts() * inertia)
     }
 }

@@ -113,10 +113,7 @@ pub fn solve_system(
             subdomains,
             overlap,
         } => {
-            let partition = SchwarzParams::default()
-                .with_subdomains(subdomains)
-                .with_overlap(overlap);
-            let mut preconditioner = Schwarz::new(system, &partition)?;
+            let mut preconditioner = Schwarz::new(system, &schwarz(subdomains, overlap))?;
             setup = clock.elapsed().as_secs_f64();
             let parameters = parameters
                 .with_max_iterations(MAX_SCHWARZ_ITERATIONS)
@@ -139,6 +136,51 @@ pub fn solve_system(
         setup,
         solve: start.elapsed().as_secs_f64() - setup,
     })
+}
+
+/// Preconditioner of a solver for an assembled system, or for operators near it.
+pub fn preconditioner(
+    assembled: &Constrained,
+    solver: Solver,
+) -> Result<Box<dyn Preconditioner>, StokesError> {
+    let system = &assembled.system;
+    Ok(match solver {
+        Solver::Block => Box::new(assembled.preconditioner()?),
+        Solver::Direct => Box::new(SaddleLdlt::factor(system, &Default::default())?),
+        Solver::Schwarz {
+            subdomains,
+            overlap,
+        } => Box::new(Schwarz::new(system, &schwarz(subdomains, overlap))?),
+        Solver::Minres => Box::new(assembled.symmetric_preconditioner()?),
+    })
+}
+
+/// Solves with an operator near a system, by the [`preconditioner`] of the system.
+pub fn solve_near(
+    operator: &dyn LinearOperator,
+    preconditioner: &mut dyn Preconditioner,
+    (rhs, solution): (&[f64], &mut [f64]),
+    (solver, rtol): (Solver, f64),
+) -> Result<SolveReport, LinalgError> {
+    let parameters = KrylovParams::default().with_rel_tol(rtol);
+    match solver {
+        Solver::Minres => minres(operator, preconditioner, rhs, solution, &parameters),
+        Solver::Schwarz { .. } => {
+            let parameters = parameters
+                .with_max_iterations(MAX_SCHWARZ_ITERATIONS)
+                .with_restart(SCHWARZ_RESTART);
+            fgmres(operator, preconditioner, rhs, solution, &parameters)
+        }
+        Solver::Block | Solver::Direct => {
+            fgmres(operator, preconditioner, rhs, solution, &parameters)
+        }
+    }
+}
+
+fn schwarz(subdomains: usize, overlap: usize) -> SchwarzParams {
+    SchwarzParams::default()
+        .with_subdomains(subdomains)
+        .with_overlap(overlap)
 }
 
 /// Solves for one right-hand side after the other.

@@ -39,7 +39,7 @@ use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow, surface_velocity};
 /// ```
 pub struct Problem<'a> {
     pub(crate) mesh: &'a TetMesh,
-    space: Option<&'a TaylorHood>,
+    pub(crate) space: Option<&'a TaylorHood>,
     /// Boundary part and centre of each body.
     pub(crate) bodies: Vec<(u16, Vector3<f64>)>,
     walls: Vec<u16>,
@@ -158,6 +158,19 @@ impl<'a> Problem<'a> {
         }
     }
 
+    /// The permeability of the fluid that these matrices of viscosity 1 describe.
+    pub(crate) fn permeability_of(
+        &self,
+        roles: &[NodeRole],
+        matrices: &StokesMatrices,
+    ) -> Result<Option<Vec<f64>>, StokesError> {
+        let torsion = match self.is_closed() {
+            true => torsion(self.mesh.n_vertices(), roles, matrices)?,
+            false => None,
+        };
+        Ok(self.permeability(torsion.as_deref()))
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> &'a TetMesh {
         self.mesh
@@ -266,11 +279,7 @@ impl<'a> Problem<'a> {
         let roles = self.roles();
         let bodies = self.surface_bodies()?;
         let matrices = space.matrices(mesh)?;
-        let torsion = match self.is_closed() {
-            true => torsion(mesh.n_vertices(), &roles, &matrices)?,
-            false => None,
-        };
-        let permeability = self.permeability(torsion.as_deref());
+        let permeability = self.permeability_of(&roles, &matrices)?;
         let mut nodes = FluidNodes::new(mesh.points(), &roles)
             .with_symmetry_planes(mesh.nodes_on_symmetry_planes());
         if let Some(surfaces) = surfaces {

@@ -21,8 +21,8 @@ use crate::surface_flow::NodalSurfaceFlow;
 /// Earlier solutions on the same mesh connectivity, from which the next solves start.
 #[derive(Clone)]
 pub struct InitialGuesses {
-    flows: WarmStart,
-    adjoints: AdjointSolutions,
+    pub(crate) flows: WarmStart,
+    pub(crate) adjoints: AdjointSolutions,
 }
 
 impl InitialGuesses {
@@ -52,7 +52,7 @@ impl InitialGuesses {
 }
 
 /// Preconditioner and initial guesses of the solves of an estimate.
-type Solvers<'a> = (&'a mut dyn Preconditioner, &'a mut AdjointSolutions);
+pub(crate) type Solvers<'a> = (&'a mut dyn Preconditioner, &'a mut AdjointSolutions);
 
 impl Problem<'_> {
     /// Estimates the errors of flows that several processes have solved together.
@@ -79,7 +79,7 @@ impl Problem<'_> {
     }
 
     /// Estimated errors and checks of flows, by these equations.
-    fn estimates(
+    pub(crate) fn estimates(
         &self,
         drive: &Drive,
         flows: &[FlowSolution],
@@ -89,17 +89,25 @@ impl Problem<'_> {
         rtol: Option<f64>,
     ) -> Result<Vec<(Estimate, Checks)>, StokesError> {
         let surface_velocity = self.surface_velocity();
+        let varying = equations.varying;
+        let mut facet_geometry = self.facet_geometry()?;
+        if let Some(flow) = &varying {
+            facet_geometry = facet_geometry.with_viscosity(flow.stress.velocity, flow.law)?;
+        }
         let estimator = Estimator {
             problem: self,
             surfaces: surfaces.zip(surface_velocity.as_deref()),
             equations,
-            facet_geometry: &self.facet_geometry()?,
+            facet_geometry: &facet_geometry,
             drive,
             rtol,
         };
         let estimates = estimator.estimates(flows, preconditioner, adjoints)?;
         (estimates.into_iter().zip(flows))
-            .map(|(estimate, flow)| Ok((estimate, checks(self, flow, surfaces)?)))
+            .map(|(estimate, flow)| {
+                let stress = varying.map(|flow| flow.stress);
+                Ok((estimate, checks(self, flow, surfaces, stress)?))
+            })
             .collect()
     }
 
@@ -228,7 +236,7 @@ impl Problem<'_> {
         let solution = |((flow, (solver, algebraic_error)), seconds)| {
             let (estimate, checks) = estimates.next().unzip();
             Ok(Solution {
-                slip_power: self.slip_power(&flow, surfaces)?,
+                slip_power: self.slip_power(&flow, surfaces, None)?,
                 flow,
                 estimate,
                 checks,

@@ -8,10 +8,12 @@ use crate::StokesError;
 use crate::cubic::{Change, Correction};
 use crate::problem::Problem;
 use crate::surface_flow::NodalSurfaceFlow;
+use crate::viscous_stress::ViscousStress;
 
 impl Problem<'_> {
     /// Power of a disturbance flow in the prescribed velocities of surfaces.
     ///
+    /// With `stress` it is that of the whole flow, whose viscosity varies.
     /// The dissipation of the disturbance is this power and that of the rigid motions. On a mesh
     /// that ends at symmetry planes, it is the power of whole surfaces.
     ///
@@ -21,13 +23,17 @@ impl Problem<'_> {
         &self,
         flow: &FlowSolution,
         surfaces: Option<&NodalSurfaceFlow>,
+        stress: Option<ViscousStress>,
     ) -> Result<f64, StokesError> {
-        Ok(match surfaces {
-            Some(nodal) => {
+        Ok(match (surfaces, stress) {
+            (Some(nodal), Some(stress)) => {
+                self.parts() * stress.power(&flow.pressure, &nodal.velocity)?
+            }
+            (Some(nodal), None) => {
                 let (velocity, pressure) = (&flow.velocity, &flow.pressure);
                 self.parts() * fem::power(self.mesh, velocity, pressure, &nodal.velocity)?
             }
-            None => 0.0,
+            (None, _) => 0.0,
         })
     }
 
@@ -39,10 +45,14 @@ impl Problem<'_> {
         &self,
         flow: &FlowSolution,
         surfaces: Option<&NodalSurfaceFlow>,
+        stress: Option<ViscousStress>,
     ) -> Result<f64, StokesError> {
         let Some(nodal) = surfaces else {
             return Ok(0.0);
         };
+        if let Some(stress) = stress {
+            return Ok(self.parts() * stress.power(&flow.pressure, &nodal.slip)?);
+        }
         let (velocity, pressure) = nodal.whole(flow);
         Ok(self.parts() * fem::power(self.mesh, &velocity, &pressure, &nodal.slip)?)
     }

@@ -90,11 +90,16 @@ impl<'a> CellFlow<'a> {
             + self.vertex_gradients[3] * l[3]
     }
 
-    /// Residuals of the momentum equation, `-∫ (∇u - p I) ∇φ_k`.
-    pub fn residuals(&self, pressure: &[f64]) -> Result<[Vec3; BUBBLES_PER_CELL], FemError> {
+    /// Residuals of the momentum equation, `-∫ (∇u - p I) ∇φ_k`; `stress(q, ∇u)` at the points of
+    /// the rule stands for `∇u` if it is given.
+    pub fn residuals(
+        &self,
+        pressure: &[f64],
+        stress: Option<&dyn Fn(usize, &Matrix3<f64>) -> Matrix3<f64>>,
+    ) -> Result<[Vec3; BUBBLES_PER_CELL], FemError> {
         let p: [f64; 4] = std::array::from_fn(|m| pressure[self.nodes[m] as usize]);
         let mut sums = [Vec3::zeros(); BUBBLES_PER_CELL];
-        if let Shape::Affine(affine) = &self.shape {
+        if let (Shape::Affine(affine), None) = (&self.shape, stress) {
             // The stress is linear, so its vertex values and the moments of the bubbles suffice.
             let map = affine.map();
             for m in 0..4 {
@@ -107,10 +112,12 @@ impl<'a> CellFlow<'a> {
             }
             return Ok(sums);
         }
-        for point in rule() {
+        for (q, point) in rule().iter().enumerate() {
             let map = self.shape.at(point.at)?;
             let p: f64 = (0..4).map(|m| point.at.barycentric[m] * p[m]).sum();
-            let stress = map.gradient(&self.gradient(point.at)) - Matrix3::from_diagonal_element(p);
+            let gradient = map.gradient(&self.gradient(point.at));
+            let viscous = stress.map_or(gradient, |stress| stress(q, &gradient));
+            let stress = viscous - Matrix3::from_diagonal_element(p);
             let pulled = map.pulled_back(&stress) * -map.measure;
             for (sum, g) in sums.iter_mut().zip(&point.gradients) {
                 *sum += pulled * g;
@@ -181,7 +188,8 @@ mod tests {
             };
             let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
             let energies = [&closed, &quadrature].map(|flow| flow.bubble_energies().unwrap());
-            let residuals = [&closed, &quadrature].map(|flow| flow.residuals(&pressure).unwrap());
+            let residuals =
+                [&closed, &quadrature].map(|flow| flow.residuals(&pressure, None).unwrap());
             let divergences = [&closed, &quadrature].map(|flow| flow.divergence(&bubbles).unwrap());
             for k in 0..BUBBLES_PER_CELL {
                 close(energies[0][k], energies[1][k]);

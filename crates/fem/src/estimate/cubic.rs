@@ -12,6 +12,7 @@ use super::cubic_tables::{AffineCell, CurvedCell, Vectors};
 use super::facet_geometry::gradient_of;
 use super::surplus::SurplusSpace;
 use super::surplus_part::SurplusPart;
+use super::varying_viscosity::{StressOf, VaryingViscosity};
 use crate::error::{FemError, check_array, check_length, check_vectors};
 use crate::geometry::{Affine, MapAt};
 use crate::quantity::gradient_in_cell;
@@ -38,6 +39,10 @@ use crate::sum::{CELLS_PER_TASK, accumulate, sum_over};
 /// zero in all rows; in a vector they are zero, or the velocity of a surface
 /// ([`interpolate`](Self::interpolate)).
 ///
+/// For a viscosity that depends on the shear rate ([`with_viscosity`](Self::with_viscosity)) the
+/// matrix is that of the derivative of the stress, and [`residual`](Self::residual) has the stress
+/// itself.
+///
 /// On a part of a mesh ([`SurplusSpace::with_part`]) velocities and pressures have the values of
 /// all nodes of the part. Dofs of the extension that belong to other processes are read from those,
 /// and are zero in rows.
@@ -46,6 +51,7 @@ pub struct CubicExtension<'a> {
     mesh: &'a TetMesh,
     cells: Vec<Cell>,
     diagonal: Vec<f64>,
+    viscosity: Option<&'a VaryingViscosity<'a>>,
 }
 
 /// Product of the matrix of a [`CubicExtension`] with a vector.
@@ -97,9 +103,25 @@ impl<'a> CubicExtension<'a> {
             mesh,
             cells,
             diagonal: Vec::new(),
+            viscosity: None,
         };
         extension.diagonal = extension.compute_diagonal();
         Ok(extension)
+    }
+
+    /// The equations for the derivative of the stress of a viscosity that varies.
+    ///
+    /// # Errors
+    /// A viscosity on another mesh.
+    pub fn with_viscosity(mut self, viscosity: &'a VaryingViscosity<'a>) -> Result<Self, FemError> {
+        check_length(
+            "cells of the viscosity",
+            viscosity.len(),
+            self.mesh.n_cells(),
+        )?;
+        self.viscosity = Some(viscosity);
+        self.diagonal = self.compute_diagonal();
+        Ok(self)
     }
 
     /// The mesh.
@@ -151,18 +173,37 @@ impl<'a> CubicExtension<'a> {
                 Cell::Affine(cell) => cell.diagonals(),
                 Cell::Curved(cell) => cell.diagonals(),
             };
+            let viscosity = self
+                .viscosity
+                .map_or(1.0, |viscosity| viscosity.mean(number));
             let cell_nodes = &self.mesh.cells()[number];
             let bubbles = self.space.bubbles.of_cell(number, cell_nodes);
             for (bubble, energy) in bubbles.into_iter().zip(energies) {
                 for value in &mut diagonal[3 * bubble..3 * bubble + 3] {
-                    *value += energy;
+                    *value += viscosity * energy;
                 }
             }
             for (&node, mass) in cell_nodes[4..].iter().zip(masses) {
-                diagonal[first_pressure + node as usize - nodes] += mass;
+                diagonal[first_pressure + node as usize - nodes] += mass / viscosity;
             }
         }
         diagonal
+    }
+
+    /// Residual of a flow in the momentum and continuity equations of cubic elements.
+    ///
+    /// The [`product`](Self::product), with the stress of the flow in place of its derivative.
+    /// Shapes and cost as there; `velocity` has no background flow.
+    ///
+    /// # Errors
+    /// Arrays of the wrong length or not finite.
+    pub fn residual(
+        &self,
+        velocity: &[Vec3],
+        pressure: &[f64],
+        extension: &[f64],
+    ) -> Result<CubicProduct, FemError> {
+        self.product_with(StressOf::Flow, velocity, pressure, extension)
     }
 
     /// Product with a flow, without the block of quadratic velocities and linear pressures.
@@ -177,6 +218,16 @@ impl<'a> CubicExtension<'a> {
     /// Arrays of the wrong length or not finite.
     pub fn product(
         &self,
+        velocity: &[Vec3],
+        pressure: &[f64],
+        extension: &[f64],
+    ) -> Result<CubicProduct, FemError> {
+        self.product_with(StressOf::Derivative, velocity, pressure, extension)
+    }
+
+    fn product_with(
+        &self,
+        stress: StressOf,
         velocity: &[Vec3],
         pressure: &[f64],
         extension: &[f64],
@@ -202,12 +253,17 @@ impl<'a> CubicExtension<'a> {
                 bubbles: self.bubbles_of(cell, extension),
                 edges: self.edges_of(cell, extension),
             };
-            let cell = &self.cells[cell];
             arch.dispatch(Product {
-                cell,
+                cell: &self.cells[cell],
                 values: &values,
                 rows,
             });
+            let CellValues {
+                coarse, bubbles, ..
+            } = &values;
+            let [to_nodes, to_bubbles] = [&mut rows.coarse.nodes, &mut rows.bubbles];
+            let of_cell = (&coarse.nodes, bubbles);
+            self.add_varying_stress(cell, stress, of_cell, to_nodes, Some(to_bubbles));
         };
         accumulate(mesh.n_cells(), of_cell, |cell, rows| {
             self.add_to_coarse(cell, &rows.coarse, &mut product);
@@ -238,13 +294,14 @@ impl<'a> CubicExtension<'a> {
         let of_cell = |cell: usize, rows: &mut CoarseValues| {
             let bubbles = self.bubbles_of(cell, extension);
             let edges = self.edges_of(cell, extension);
-            let cell = &self.cells[cell];
             arch.dispatch(CoarseRows {
-                cell,
+                cell: &self.cells[cell],
                 bubbles: &bubbles,
                 edges: &edges,
                 rows,
             });
+            let of_cell = (&Vectors::default(), &bubbles);
+            self.add_varying_stress(cell, StressOf::Derivative, of_cell, &mut rows.nodes, None);
         };
         accumulate(self.mesh.n_cells(), of_cell, |cell, rows| {
             self.add_to_coarse(cell, rows, &mut product);
@@ -281,6 +338,56 @@ impl<'a> CubicExtension<'a> {
         });
         self.constrain(&mut product.extension);
         Ok(product)
+    }
+
+    /// Adds what a viscosity that varies has in addition to `∇u`, in the rows of nodes and bubbles.
+    fn add_varying_stress(
+        &self,
+        cell: usize,
+        stress: StressOf,
+        (nodes, bubbles): (&Vectors, &Vectors),
+        to_nodes: &mut Vectors,
+        mut to_bubbles: Option<&mut Vectors>,
+    ) {
+        let Some(viscosity) = self.viscosity else {
+            return;
+        };
+        let positions = self.mesh.cell_points(cell);
+        let vectors = |values: &Vectors| -> [Vec3; 10] {
+            let [x, y, z] = values;
+            std::array::from_fn(|k| Vec3::new(x[k], y[k], z[k]))
+        };
+        let [nodes, bubbles] = [nodes, bubbles].map(vectors);
+        for (point, at) in rule().iter().zip(viscosity.of_cell(cell)) {
+            // cells were checked by the constructor
+            let Ok(map) = MapAt::new(cell, &positions, point.at) else {
+                continue;
+            };
+            let gradients = map.gradients(point.at);
+            let of_nodes = gradient_of(&nodes, &gradients);
+            let of_bubbles = map.gradient(&gradient_of(&bubbles, &point.gradients));
+            let all = of_nodes + of_bubbles;
+            // the Taylor-Hood equations have the rows of nodes for velocities of nodes
+            let [for_nodes, for_bubbles] = match stress {
+                StressOf::Derivative => [at.derivative(&of_bubbles), at.derivative(&all)],
+                StressOf::Flow => {
+                    let stress = at.changed(viscosity.law(), &of_bubbles);
+                    [stress - at.stress(), stress]
+                }
+            };
+            let for_nodes = (for_nodes - of_bubbles) * map.measure;
+            for (k, gradient) in gradients.iter().enumerate() {
+                let row = for_nodes * gradient;
+                (0..3).for_each(|c| to_nodes[c][k] += row[c]);
+            }
+            if let Some(to_bubbles) = &mut to_bubbles {
+                let pulled = map.pulled_back(&(for_bubbles - all)) * map.measure;
+                for (k, gradient) in point.gradients.iter().enumerate() {
+                    let row = pulled * gradient;
+                    (0..3).for_each(|c| to_bubbles[c][k] += row[c]);
+                }
+            }
+        }
     }
 
     /// Coefficients of the bubbles of a cell, in its own orientation.
@@ -360,13 +467,13 @@ impl<'a> CubicExtension<'a> {
 }
 
 impl CubicExtension<'_> {
-    /// Power of the forces of a flow in the motion `test` of the boundary, at viscosity 1.
+    /// Power of the forces of a flow in the motion `test` of the boundary.
     ///
     /// ```text
-    /// P = ∫ 2 D(u):D(v) - ∫ p ∇·v
+    /// P = ∫ 2 η D(u):D(v) - ∫ p ∇·v
     /// ```
     ///
-    /// As [`power`](crate::power) for functions of the next degree; the pressures of `test` are not
+    /// The viscosity is 1 unless it varies; the flow then includes the background flow. As [`power`](crate::power) for functions of the next degree; the pressures of `test` are not
     /// used. Cost: one pass over the cells at the boundary.
     ///
     /// # Errors
@@ -408,7 +515,9 @@ impl CubicExtension<'_> {
                 let quadratic = edges.iter().zip(TET_EDGES);
                 let quadratic = quadratic.map(|(value, [a, b])| value * l[a] * l[b]);
                 let p: f64 = linear.chain(quadratic).sum();
-                sum += map.measure * ((u + u.transpose()).dot(&v) - p * v.trace());
+                let twice_rate = u + u.transpose();
+                let viscosity = self.viscosity.map_or(1.0, |v| v.at(&twice_rate));
+                sum += map.measure * (viscosity * twice_rate.dot(&v) - p * v.trace());
             }
             Ok([sum])
         })?;

@@ -5,6 +5,7 @@ use mesh::{Facet, Surface, TetMesh, Vec3};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
+use super::varying_viscosity::ViscosityOfRate;
 use crate::error::{FemError, check_array, check_vectors};
 use crate::geometry::MapAt;
 use crate::quadrature::{CellPoint, facet_degree_6};
@@ -110,6 +111,8 @@ struct FacetLoad {
 pub struct FacetGeometry<'a> {
     pub(super) mesh: &'a TetMesh,
     facets: Vec<(&'a Facet, CurvedBoundary<'a>)>,
+    /// Velocity with the background flow, and the viscosity as a function of the shear rate.
+    viscosity: Option<(&'a [Vec3], &'a ViscosityOfRate<'a>)>,
 }
 
 impl<'a> FacetGeometry<'a> {
@@ -126,7 +129,38 @@ impl<'a> FacetGeometry<'a> {
             let tagged = tagged_facets(mesh, boundary.tag)?;
             facets.extend(tagged.into_iter().map(|facet| (facet, boundary)));
         }
-        Ok(Self { mesh, facets })
+        Ok(Self {
+            mesh,
+            facets,
+            viscosity: None,
+        })
+    }
+
+    /// The same facets in a fluid whose viscosity is that of the flow with this velocity.
+    ///
+    /// All effects then have the viscosity at the facets as a factor. That of a change of the flow
+    /// is up to the index of the law smaller, which uncertainties of these effects include.
+    ///
+    /// # Errors
+    /// A velocity of the wrong length or not finite.
+    pub fn with_viscosity(
+        mut self,
+        velocity: &'a [Vec3],
+        law: &'a ViscosityOfRate<'a>,
+    ) -> Result<Self, FemError> {
+        check_vectors("the velocity", velocity, self.mesh.n_points())?;
+        self.viscosity = Some((velocity, law));
+        Ok(self)
+    }
+
+    /// Viscosity at a point of a facet, where the functions of its cell have these gradients.
+    fn viscosity(&self, facet: &Facet, gradients: &[Vec3; 10]) -> f64 {
+        self.viscosity.map_or(1.0, |(velocity, law)| {
+            let nodes = &self.mesh.cells()[facet.cell as usize];
+            let gradient = gradient_in_cell(nodes, velocity, gradients);
+            let twice_rate = gradient + gradient.transpose();
+            law((0.5 * twice_rate.dot(&twice_rate)).sqrt())[0]
+        })
     }
 
     /// For each facet, whether it is on a wall around the fluid.
@@ -168,6 +202,7 @@ impl<'a> FacetGeometry<'a> {
                         load.sizes[k] += weight.abs() * l;
                     }
                 }
+                let weight = weight * self.viscosity(facet, gradients);
                 for (value, gradient) in load.velocity.iter_mut().zip(gradients) {
                     // The derivative of a rigid surface is tangential, so the traction of the other
                     // flow need not be projected onto the tangential plane.
@@ -233,7 +268,7 @@ impl<'a> FacetGeometry<'a> {
             let mut indicator = 0.0;
             self.for_each_point(facet, boundary, |_, gradients, normal, weight| {
                 let [a, b] = relative.map(|u| shear(&gradient_of(&u, gradients), normal));
-                indicator += weight * a.dot(&b);
+                indicator += weight * self.viscosity(facet, gradients) * a.dot(&b);
             })?;
             Ok(indicator)
         })?;
@@ -321,7 +356,8 @@ impl FacetGeometry<'_> {
                 let p: f64 = values
                     .map(|(l, &vertex)| l * pressure[vertex as usize])
                     .sum();
-                let [twice_a, twice_b] = [a + a.transpose(), b + b.transpose()];
+                let viscosity = self.viscosity(facet, gradients);
+                let [twice_a, twice_b] = [a, b].map(|u| (u + u.transpose()) * viscosity);
                 power += weight
                     * (d_a.dot(&(twice_b * normal)) + d_b.dot(&(twice_a * normal - p * normal))
                         - twice_a.dot(&b)
@@ -353,6 +389,7 @@ impl FacetGeometry<'_> {
                 let relative = flow.relative(self.mesh, facet);
                 self.for_each_point(facet, boundary, |_, gradients, _, weight| {
                     let gradient = gradient_of(&relative, gradients);
+                    let weight = weight * self.viscosity(facet, gradients);
                     sum += weight * (gradient + gradient.transpose());
                 })?;
             }

@@ -9,9 +9,11 @@ mod cubic_tables;
 mod facet_geometry;
 mod surplus;
 mod surplus_part;
+mod varying_viscosity;
 
 pub use boundary_bubbles::BoundaryBubbles;
 pub use cubic::{CubicExtension, CubicFlow, CubicProduct};
 pub use facet_geometry::{BoundaryFlow, CurvedBoundary, FacetFunctional, FacetGeometry};
 pub use surplus::{Surplus, SurplusSpace};
 pub use surplus_part::{OverProcesses, SurplusPart};
+pub use varying_viscosity::{VaryingViscosity, ViscosityOfRate};

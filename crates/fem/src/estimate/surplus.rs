@@ -1,11 +1,13 @@
 //! Hierarchical surplus of a discrete flow in cubic bubbles, and the divergence that remains.
 
 use mesh::{TetMesh, Vec3};
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::bubbles::{BUBBLES_PER_CELL, Bubbles, RULE_POINTS, signs};
 use super::cell::{CellFlow, dot};
 use super::surplus_part::SurplusPart;
+use super::varying_viscosity::{StressOf, VaryingViscosity};
 use crate::error::{FemError, check_array, check_length, check_vectors};
 use crate::sum::{accumulate_items, sum_over};
 
@@ -120,10 +122,53 @@ impl SurplusSpace {
         velocity: &[Vec3],
         pressure: &[f64],
     ) -> Result<Surplus, FemError> {
+        self.surplus_with(mesh, velocity, pressure, None)
+    }
+
+    /// The surplus of a flow whose viscosity varies with the shear rate.
+    ///
+    /// Residuals are those of its stress, energies have the viscosity as weight. Arguments as for
+    /// [`SurplusSpace::surplus`]; `velocity` has no background flow.
+    ///
+    /// # Errors
+    /// Those of [`SurplusSpace::surplus`]; a viscosity on another mesh.
+    pub fn surplus_of_flow(
+        &self,
+        mesh: &TetMesh,
+        (velocity, pressure): (&[Vec3], &[f64]),
+        viscosity: &VaryingViscosity<'_>,
+    ) -> Result<Surplus, FemError> {
+        self.surplus_with(mesh, velocity, pressure, Some((viscosity, StressOf::Flow)))
+    }
+
+    /// The surplus of a small change of a flow whose viscosity varies, such as an adjoint solution.
+    ///
+    /// # Errors
+    /// Those of [`SurplusSpace::surplus_of_flow`].
+    pub fn surplus_of_change(
+        &self,
+        mesh: &TetMesh,
+        (velocity, pressure): (&[Vec3], &[f64]),
+        viscosity: &VaryingViscosity<'_>,
+    ) -> Result<Surplus, FemError> {
+        let stress = Some((viscosity, StressOf::Derivative));
+        self.surplus_with(mesh, velocity, pressure, stress)
+    }
+
+    fn surplus_with(
+        &self,
+        mesh: &TetMesh,
+        velocity: &[Vec3],
+        pressure: &[f64],
+        stress: Option<(&VaryingViscosity<'_>, StressOf)>,
+    ) -> Result<Surplus, FemError> {
+        if let Some((viscosity, _)) = stress {
+            check_length("cells of the viscosity", viscosity.len(), mesh.n_cells())?;
+        }
         check_vectors("the velocity", velocity, mesh.n_points())?;
         check_array("the pressure", pressure, mesh.n_vertices())?;
         self.check(mesh)?;
-        let (mut energies, mut coefficients) = self.residuals(mesh, velocity, pressure)?;
+        let (mut energies, mut coefficients) = self.residuals(mesh, velocity, pressure, stress)?;
         for (c, energy) in coefficients.iter_mut().zip(&energies) {
             *c /= *energy;
         }
@@ -131,7 +176,13 @@ impl SurplusSpace {
             part.update_bubbles(&mut coefficients, self.bubbles.n_edges());
             part.update_numbers(&mut energies, self.bubbles.n_edges());
         }
-        let divergence = self.divergence(mesh, velocity, &coefficients)?;
+        let mut divergence = self.divergence(mesh, velocity, &coefficients)?;
+        if let Some((viscosity, _)) = stress {
+            for (cell, values) in divergence.iter_mut().enumerate() {
+                let factor = viscosity.mean(cell).sqrt();
+                values.iter_mut().for_each(|value| *value *= factor);
+            }
+        }
         for (c, energy) in coefficients.iter_mut().zip(&energies) {
             *c *= energy.sqrt();
         }
@@ -205,10 +256,21 @@ impl SurplusSpace {
         mesh: &TetMesh,
         velocity: &[Vec3],
         pressure: &[f64],
+        stress: Option<(&VaryingViscosity<'_>, StressOf)>,
     ) -> Result<(Vec<f64>, Vec<Vec3>), FemError> {
         self.bubble_sums(mesh, |cell| {
             let flow = CellFlow::new(mesh, cell, velocity)?;
-            Ok((flow.bubble_energies()?, flow.residuals(pressure)?))
+            let Some((viscosity, stress)) = stress else {
+                return Ok((flow.bubble_energies()?, flow.residuals(pressure, None)?));
+            };
+            let points = viscosity.of_cell(cell);
+            let of_point = |q: usize, gradient: &Matrix3<f64>| match stress {
+                StressOf::Derivative => points[q].derivative(gradient),
+                StressOf::Flow => points[q].stress(),
+            };
+            let mean = viscosity.mean(cell);
+            let energies = flow.bubble_energies()?.map(|energy| mean * energy);
+            Ok((energies, flow.residuals(pressure, Some(&of_point))?))
         })
     }
 

@@ -4,7 +4,8 @@ use super::factor::Precision;
 use super::saddle_factor::SaddleFactor;
 use crate::vector::{axpy, norm, subtract_from};
 use crate::{
-    KrylovParams, LinalgError, LinearOperator, Preconditioner, SaddleSystem, SolveReport, fgmres,
+    KrylovParams, LinalgError, LinearOperator, Preconditioner, PreconditionerKind, SaddleSystem,
+    SolveReport, fgmres,
 };
 
 /// Parameters of the direct solver.
@@ -155,5 +156,20 @@ impl SaddleLdlt {
             report.true_rel_residual = residual;
         }
         report.history.push(report.true_rel_residual);
+    }
+}
+
+/// One solve with the factor, without refinement: for systems near the one that was factorised.
+impl Preconditioner for SaddleLdlt {
+    fn size(&self) -> usize {
+        self.factor.size()
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        self.factor.apply(r, z);
+    }
+
+    fn kind(&self) -> PreconditionerKind {
+        self.factor.kind()
     }
 }

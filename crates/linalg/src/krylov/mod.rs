@@ -15,4 +15,4 @@ pub use cg::cg;
 pub use fgmres::{fgmres, fgmres_columns};
 pub use minres::minres;
 pub use null_vectors::NullVectors;
-pub use report::{KrylovParams, SolveReport};
+pub use report::{ERROR_OVER_RESIDUAL, KrylovParams, SolveReport};

@@ -61,7 +61,7 @@ setters!(KrylovParams {
 /// Measured ratios were 0.2 to 2.3 for the velocity of a swimmer at tolerances from 1e-5 to 1e-9,
 /// and less than 0.1 for spheres under forces, whose velocities are given by the energy of the
 /// flow. With a factor of two the error was below each of these tolerances.
-pub(super) const ERROR_OVER_RESIDUAL: f64 = 2.0;
+pub const ERROR_OVER_RESIDUAL: f64 = 2.0;
 
 /// Result of a solve.
 #[derive(Debug, Clone, PartialEq)]

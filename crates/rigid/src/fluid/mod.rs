@@ -1,7 +1,7 @@
 //! The equations of the fluid that all formulations share: blocks of the free nodes, and bodies.
 
 use linalg::{Csr, Csr3, OMITTED};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::body_forces::Surfaces;
 use crate::error::{check_finite, check_length};
@@ -117,7 +117,31 @@ impl RigidFluid {
         nodes: FluidNodes,
         bodies: &[SurfaceBody],
     ) -> Result<Self, RigidError> {
-        Self::split(matrices, None, nodes, bodies)
+        Self::split(matrices, None, 1.0, nodes, bodies)
+    }
+
+    /// Splits matrices whose stress is completed by forces on the nodes, as of varying viscosity.
+    ///
+    /// With a viscosity `η` that varies, `∫ η ∇u:∇v` has no term on the surfaces by which it is
+    /// `∫ 2 η D(u):D(v)`. The caller adds the difference `∫ η ∇u^T:∇v` as forces on the nodes
+    /// ([`Constrained::rhs_of_forces`](crate::Constrained::rhs_of_forces),
+    /// [`Constrained::flow_with_forces`](crate::Constrained::flow_with_forces)), also on those of
+    /// bodies. There is no volume term, and moments of surface velocities are not used: stresslets
+    /// are then the first moments of the traction alone.
+    ///
+    /// # Errors
+    /// Those of [`RigidFluid::new`].
+    pub fn with_stress_on_nodes(
+        matrices: FluidMatrices,
+        nodes: FluidNodes,
+        bodies: &[SurfaceBody],
+    ) -> Result<Self, RigidError> {
+        let moments = vec![Matrix3::zeros(); nodes.surface_moments.len()];
+        let nodes = FluidNodes {
+            surface_moments: &moments,
+            ..nodes
+        };
+        Self::split(matrices, None, 0.0, nodes, bodies)
     }
 
     /// Splits the matrices of a fluid with inertia; `matrices` are those without.
@@ -166,7 +190,7 @@ impl RigidFluid {
             Some([of_velocity, of_pressure]) => (Some(of_velocity.into_csr()), Some(of_pressure)),
             None => (None, None),
         };
-        let mut fluid = Self::split(matrices, convection, nodes, bodies)?;
+        let mut fluid = Self::split(matrices, convection, 1.0, nodes, bodies)?;
         fluid.surfaces.pressure_scale = scale;
         if coefficient > 0.0 || pressure_convection.is_some() {
             let free = fluid.surfaces.free_nodes.iter().map(|&node| node as usize);
@@ -182,9 +206,11 @@ impl RigidFluid {
         Ok(fluid)
     }
 
+    /// `viscosity` is that of the volume term of the bodies.
     fn split(
         matrices: FluidMatrices,
         convection: Option<Csr>,
+        viscosity: f64,
         nodes: FluidNodes,
         bodies: &[SurfaceBody],
     ) -> Result<Self, RigidError> {
@@ -228,7 +254,7 @@ impl RigidFluid {
         part.sum(corner.as_mut_slice());
         for (number, body) in bodies.iter().enumerate() {
             for axis in 3..6 {
-                corner[(6 * number + axis, 6 * number + axis)] += 2.0 * body.volume;
+                corner[(6 * number + axis, 6 * number + axis)] += 2.0 * viscosity * body.volume;
             }
         }
         let (border, (interpolation_border, rigid_divergence)) = rayon::join(

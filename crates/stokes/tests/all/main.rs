@@ -2,6 +2,7 @@
 
 mod examples;
 mod flow;
+mod generalised_newtonian;
 mod hostile;
 mod inertial;
 mod iterations;

@@ -1,0 +1,242 @@
+//! Stress of a generalised Newtonian fluid at a known velocity: its matrices, forces and power.
+
+use fem::{StokesMatrices, TaylorHood};
+use linalg::{CoupledOperator, Csr, Csr33};
+use mesh::TetMesh;
+use nalgebra::{Matrix3, Vector3};
+use rheology::ViscosityLaw;
+use rigid::FluidMatrices;
+
+use crate::StokesError;
+
+/// Degree of the quadrature of the stress.
+///
+/// Viscosities are no polynomials. Both sides of the momentum equation have the same rule, so that
+/// the iteration converges for any; the degree decides the error that remains.
+const DEGREE: usize = 6;
+
+/// Degree for the matrices of the preconditioner alone.
+const PRECONDITIONER_DEGREE: usize = 2;
+
+/// The stress `2 η(g) D(u)` with `g = sqrt(2 D:D)` at a velocity of all nodes.
+#[derive(Clone, Copy)]
+pub struct ViscousStress<'a> {
+    pub mesh: &'a TetMesh,
+    pub law: &'a dyn ViscosityLaw,
+    /// Velocity `u` of each node, background flow included.
+    pub velocity: &'a [Vector3<f64>],
+}
+
+/// `2 D` of a velocity gradient, and the shear rate `sqrt(2 D:D)`.
+#[inline(always)]
+pub fn shear(gradient: &Matrix3<f64>) -> (Matrix3<f64>, f64) {
+    let twice = gradient + gradient.transpose();
+    (twice, (0.5 * twice.dot(&twice)).sqrt())
+}
+
+/// `η' / g`, the factor of `(2 D:D(w)) (2 D:D(v))` in the derivative of the stress.
+///
+/// Multiplied by `g^2` it stays bounded for `g -> 0`, where the product is zero.
+#[inline(always)]
+pub fn thinning(law: &dyn ViscosityLaw, shear_rate: f64) -> f64 {
+    if shear_rate > 0.0 {
+        let factor = law.derivative(shear_rate) / shear_rate;
+        // For rates whose square underflows the product with both rates is zero.
+        if factor.is_finite() { factor } else { 0.0 }
+    } else {
+        0.0
+    }
+}
+
+impl ViscousStress<'_> {
+    /// The scalar matrices `∫ η ∇u:∇v` of this viscosity; `newtonian` are those of viscosity 1.
+    ///
+    /// The pressure mass matrix has the weight `1 / η`, by which it approximates the Schur
+    /// complement.
+    pub fn isotropic_matrices(
+        &self,
+        space: &TaylorHood,
+        newtonian: &StokesMatrices,
+    ) -> Result<FluidMatrices, StokesError> {
+        let (mesh, velocity) = (self.mesh, self.velocity);
+        let viscosity = |gradient: &Matrix3<f64>| self.law.viscosity(shear(gradient).1);
+        let stiffness = space.assemble(mesh, DEGREE, |point, matrix: &mut [[f64; 10]; 10]| {
+            let weight = point.weight * viscosity(&point.gradient(velocity));
+            let gradients = &point.quadratic_gradients();
+            for (row, gradient) in matrix.iter_mut().zip(gradients) {
+                let weighted = gradient * weight;
+                for (entry, gradient) in row.iter_mut().zip(gradients) {
+                    *entry += weighted.dot(gradient);
+                }
+            }
+        })?;
+        let vertices = space.assemble(
+            mesh,
+            PRECONDITIONER_DEGREE,
+            |point, matrix: &mut [[[f64; 2]; 4]; 4]| {
+                let viscosity = viscosity(&point.gradient(velocity));
+                point.add(matrix, |v, u| {
+                    [
+                        viscosity * v.gradient.dot(&u.gradient),
+                        v.value * u.value / viscosity,
+                    ]
+                });
+            },
+        )?;
+        let component = |number: usize| -> Csr { vertices.map(|values| values[number]) };
+        Ok(FluidMatrices {
+            stiffness,
+            divergence: newtonian.divergence.clone(),
+            pressure_mass: component(1),
+            interpolation: newtonian.interpolation.clone(),
+            vertex_stiffness: component(0),
+        })
+    }
+
+    /// What the derivative of the stress has in addition to the scalar matrix, over all nodes.
+    ///
+    /// ```text
+    /// ∫ η ∇w^T:∇v + (η' / g) (2 D:D(w)) (2 D:D(v))
+    /// ```
+    pub fn coupling(&self, space: &TaylorHood) -> Result<CoupledOperator, StokesError> {
+        let blocks: Csr33 = space.assemble(
+            self.mesh,
+            DEGREE,
+            |point, matrix: &mut [[Matrix3<f64>; 10]; 10]| {
+                let (twice, rate) = shear(&point.gradient(self.velocity));
+                let viscosity = point.weight * self.law.viscosity(rate);
+                let thinning = point.weight * thinning(self.law, rate);
+                let gradients = &point.quadratic_gradients();
+                let strained = gradients.map(|gradient| twice * gradient);
+                for ((row, gradient), strain) in matrix.iter_mut().zip(gradients).zip(&strained) {
+                    let (gradient, strain) = (gradient * viscosity, strain * thinning);
+                    for ((entry, b), s) in row.iter_mut().zip(gradients).zip(&strained) {
+                        *entry += b * gradient.transpose() + strain * s.transpose();
+                    }
+                }
+            },
+        )?;
+        Ok(CoupledOperator::new(blocks)?)
+    }
+
+    /// Forces on the nodes that complete a scalar matrix to this stress.
+    ///
+    /// ```text
+    /// f_i = -∫ (2 η D(u) - η_s ∇u') ∇N_i
+    /// ```
+    ///
+    /// with the viscosity `η_s` that `scalar` has. `disturbance` is `u'`, the velocity without the
+    /// background flow, which the scalar matrix multiplies.
+    pub fn forces(
+        &self,
+        scalar: &ViscousStress,
+        disturbance: &[Vector3<f64>],
+    ) -> Result<Vec<Vector3<f64>>, StokesError> {
+        let form = |point: &fem::PointValues<'_>, load: &mut [Vector3<f64>; 10]| {
+            let (twice, rate) = shear(&point.gradient(self.velocity));
+            let (_, rate_of_scalar) = shear(&point.gradient(scalar.velocity));
+            let missing = twice * self.law.viscosity(rate)
+                - point.gradient(disturbance) * scalar.law.viscosity(rate_of_scalar);
+            point.add_load(load, |v| -(missing * v.gradient));
+        };
+        Ok(fem::assemble_load(self.mesh, DEGREE, form)?)
+    }
+
+    /// Stiffness of the pressure in narrow gaps and channels with this permeability per cell, at
+    /// viscosity 1.
+    pub fn pressure_stiffness(
+        &self,
+        space: &TaylorHood,
+        permeability: &[f64],
+    ) -> Result<Csr, StokesError> {
+        let form = |point: &fem::PointValues<'_>, matrix: &mut [[f64; 4]; 4]| {
+            let (_, rate) = shear(&point.gradient(self.velocity));
+            let mobility = permeability[point.cell] / self.law.viscosity(rate);
+            point.add(matrix, |q, p| mobility * q.gradient.dot(&p.gradient));
+        };
+        Ok(space.assemble(self.mesh, PRECONDITIONER_DEGREE, form)?)
+    }
+
+    /// Mean viscosity `∫ η g^2 / ∫ g^2`; the viscosity at rest where nothing moves.
+    pub fn mean_viscosity(&self) -> Result<f64, StokesError> {
+        let [weighted, weight] = fem::integrate(self.mesh, PRECONDITIONER_DEGREE, |point| {
+            let (_, rate) = shear(&point.gradient(self.velocity));
+            [self.law.viscosity(rate) * rate * rate, rate * rate]
+        })?;
+        Ok(if weight > 0.0 {
+            weighted / weight
+        } else {
+            self.law.viscosity(0.0)
+        })
+    }
+
+    /// Derivatives of `∫ W(g) - ∫ p ∇·u` along `change` at this velocity and at its end.
+    ///
+    /// `W` is the potential of the law, whose derivative is the stress.
+    pub fn slopes(
+        &self,
+        change: &[Vector3<f64>],
+        pressure: &[f64],
+        step: f64,
+    ) -> Result<[f64; 2], StokesError> {
+        Ok(fem::integrate(self.mesh, DEGREE, |point| {
+            let (start, change) = (point.gradient(self.velocity), point.gradient(change));
+            let (twice_change, _) = shear(&change);
+            let source = point.value(pressure) * change.trace();
+            [0.0, step].map(|step| {
+                let (twice, rate) = shear(&(start + change * step));
+                0.5 * self.law.viscosity(rate) * twice.dot(&twice_change) - source
+            })
+        })?)
+    }
+
+    /// Change of `∫ W(g) - ∫ p ∇·u` over `step` times `change`.
+    pub fn change_of_energy(
+        &self,
+        change: &[Vector3<f64>],
+        pressure: &[f64],
+        step: f64,
+    ) -> Result<f64, StokesError> {
+        Ok(fem::integrate(self.mesh, DEGREE, |point| {
+            let (start, change) = (point.gradient(self.velocity), point.gradient(change));
+            let [before, after] = [start, start + change * step]
+                .map(|gradient| self.law.potential(shear(&gradient).1));
+            after - before - step * point.value(pressure) * change.trace()
+        })?)
+    }
+
+    /// Mean of `|d log η / d log g|`, weighted by the dissipation: zero for a Newtonian fluid.
+    pub fn mean_exponent(&self) -> Result<f64, StokesError> {
+        let [weighted, weight] = fem::integrate(self.mesh, PRECONDITIONER_DEGREE, |point| {
+            let (_, rate) = shear(&point.gradient(self.velocity));
+            let square = rate * rate;
+            let slope = thinning(self.law, rate).abs() * square * square;
+            [slope, self.law.viscosity(rate) * square]
+        })?;
+        Ok(if weight > 0.0 { weighted / weight } else { 0.0 })
+    }
+
+    /// Dissipation `∫ η g^2` in the part of the fluid that the mesh covers.
+    pub fn dissipation(&self) -> Result<f64, StokesError> {
+        Ok(fem::integrate(self.mesh, DEGREE, |point| {
+            let (_, rate) = shear(&point.gradient(self.velocity));
+            self.law.viscosity(rate) * rate * rate
+        })?)
+    }
+
+    /// Power of the stress in the motion `test` of the boundary, `∫ 2 η D(u):D(v) - ∫ p ∇·v`.
+    pub fn power(&self, pressure: &[f64], test: &[Vector3<f64>]) -> Result<f64, StokesError> {
+        Ok(self.slopes(test, pressure, 0.0)?[0])
+    }
+
+    /// Force of a body on the fluid by the integral of the stress over its facets.
+    ///
+    /// `pressure` is without that of the background flow, which has no force.
+    pub fn force(&self, tag: u16, pressure: &[f64]) -> Result<Vector3<f64>, StokesError> {
+        Ok(fem::integrate_facets(self.mesh, tag, DEGREE, |facet| {
+            let (twice, rate) = shear(&facet.point.gradient(self.velocity));
+            let traction = twice * facet.normal * self.law.viscosity(rate);
+            traction - facet.normal * facet.point.value(pressure)
+        })?)
+    }
+}
