@@ -63,6 +63,7 @@ pub fn connection(
     shape: &[f64],
 ) -> Result<Connection, DesignError> {
     check_model(scene, model)?;
+    DesignError::check_rheology(scene)?;
     let set = scene.articulation();
     if !scene.is_free() {
         return Err(DesignError::not_applicable(

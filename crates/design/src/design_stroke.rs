@@ -79,6 +79,7 @@ pub fn design_stroke(
     out: &Path,
     progress: &mut dyn DesignProgress,
 ) -> Result<DesignedStroke, DesignError> {
+    DesignError::check_rheology(scene)?;
     let options = scene.optimise();
     let limits = StrokeLimits::from_scene(scene)?;
     let scene = &scene.with_tolerance(scene.model().tolerance.min(options.tolerance))?;

@@ -100,6 +100,7 @@ pub fn tabulate(
     (folder, part): (Option<&Folder>, TablePart),
     progress: &mut dyn DesignProgress,
 ) -> Result<StrokeTable, DesignError> {
+    DesignError::check_rheology(scene)?;
     if !scene.is_driven_by_shape() {
         return Err(DesignError::not_applicable(
             scene,

@@ -12,6 +12,7 @@ use crate::response::{BodySolution, HoldingLoad, Response};
 use crate::solution::Stresslets;
 use crate::units::Scale;
 use scene::Scene;
+use scene::rheology::Law;
 
 /// Bodies, joints and loads of a scene in scaled units.
 #[derive(Clone)]
@@ -135,6 +136,29 @@ impl ScaledScene {
         };
         let loads = self.scene.loads(time, poses).into_iter();
         loads.map(in_frame).collect()
+    }
+
+    /// Scaled viscosity law that the flow follows; none at constant viscosity.
+    pub fn law(&self) -> Option<Law> {
+        let rheology = self.scene.rheology().filter(|rheology| rheology.is_kept());
+        rheology.map(|rheology| self.scale.law(rheology.law))
+    }
+
+    /// Refuses a viscosity that depends on the shear rate.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] with the place of the key.
+    pub fn check_constant_viscosity(&self, what: &str) -> Result<(), ModelError> {
+        match self.law() {
+            None => Ok(()),
+            Some(_) => Err(ModelError::unsupported(
+                format!(
+                    "{}: {what} of a fluid whose viscosity depends on the shear rate",
+                    self.scene.place("fluid.law")
+                ),
+                "set fluid.rheology = \"newtonian\"",
+            )),
+        }
     }
 
     /// Poses of all bodies in a configuration.

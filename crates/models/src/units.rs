@@ -9,6 +9,7 @@ use rigid::{
     ExternalLoad, Joint, JointDrive, JointLoad, PassiveDrive, State, StateVelocity, Twist,
 };
 
+use scene::rheology::Law;
 use scene::{Background, Scene, Shape};
 
 /// Conversion between the units of a scene and scaled units.
@@ -213,6 +214,11 @@ impl Scale {
     /// Scaled density, `ρ' = ρ L^2 / μ`: the ratio of inertia to viscosity per time.
     pub fn density(&self, density: f64) -> f64 {
         density * self.length * self.length / self.viscosity
+    }
+
+    /// Scaled viscosity law of the scene: viscosities over that of the scale, times as they are.
+    pub fn law(&self, law: Law) -> Law {
+        law.scaled(1.0 / self.viscosity)
     }
 
     /// Pressure in the scene of a scaled pressure.

@@ -451,6 +451,9 @@ impl Scene {
 
     /// Whether the motion depends on the values that the gait prescribes and on the place of the
     /// swimmer alone: as [`Scene::is_free`], in any domain.
+    ///
+    /// Not if the viscosity depends on the shear rate: then the motion depends on the times of the
+    /// gait too.
     pub fn is_driven_by_shape(&self) -> bool {
         !self.has_loads()
             && !self.has_held_bodies()
@@ -458,6 +461,7 @@ impl Scene {
             && self.articulation.linkages().len() == 1
             && !self.has_passive_joints()
             && !self.has_masses()
+            && !self.rheology.is_some_and(|rheology| rheology.is_kept())
     }
 
     /// The first key in which another scene has a different flow problem; `None` if it has the

@@ -25,6 +25,12 @@ pub enum StokesError {
     /// A failure of an [`Engine`](crate::Engine).
     #[error(transparent)]
     Engine(Box<dyn std::error::Error + Send + Sync>),
+    /// A law whose viscosity is not positive.
+    #[error("the viscosity of the fluid is {viscosity} at the shear rate 1; it must be positive")]
+    Viscosity {
+        /// The viscosity.
+        viscosity: f64,
+    },
     /// Newton's method did not converge.
     #[error(
         "the flow of the generalised Newtonian fluid did not converge in {steps} Newton steps: \
@@ -73,6 +79,6 @@ pub enum StokesError {
 
 /// What to do if Newton's method fails.
 fn remedy() -> &'static str {
-    "increase the regularisation, the infinite-shear viscosity or the index of the fluid, or relax \
-     the tolerance of the solver"
+    "the stress must increase with the shear rate; increase the regularisation, the infinite-shear \
+     viscosity or the index of the fluid, or relax the tolerance of the solver"
 }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use fem::{StokesMatrices, SurplusSpace, TaylorHood, VaryingViscosity};
-use linalg::{ERROR_OVER_RESIDUAL, LinearOperator, Preconditioner, WarmStart};
+use linalg::{ERROR_OVER_RESIDUAL, LinalgError, LinearOperator, Preconditioner, WarmStart};
 use nalgebra::{DVector, Vector3};
 use rheology::ViscosityLaw;
 use rigid::{
@@ -11,6 +11,7 @@ use rigid::{
 };
 
 use crate::StokesError;
+use crate::adjoint::ADJOINT_RTOL;
 use crate::equations::Equations;
 use crate::linear::{Solver, preconditioner, solve_near};
 use crate::linearised::{Linearised, VaryingFlow};
@@ -43,6 +44,9 @@ const MAX_HALVINGS: usize = 30;
 
 /// Slope of the energy along a step, relative to the dissipation, below which it is rounding.
 const SLOPE_OF_ROUNDING: f64 = 1e-11;
+
+/// Relative residual above which an earlier solution is no better start than a Newtonian flow.
+const MAX_WARM_RESIDUAL: f64 = 0.5;
 
 /// Ratio of viscosities from which on the first Newtonian flow is repeated, if loads move bodies.
 const VISCOSITY_RATIO: f64 = 2.0;
@@ -192,6 +196,9 @@ impl Newton<'_> {
             || constraints.joint_damping.iter().any(|d| *d != 0.0);
         // at a rate of one per time unit, until a flow is known
         let mut viscosity = self.law.viscosity(1.0);
+        if !(viscosity > 0.0 && viscosity.is_finite()) {
+            return Err(StokesError::Viscosity { viscosity });
+        }
         let (mut flows, mut iterations) = (0, 0);
         loop {
             let system = self.newtonian_system(viscosity)?;
@@ -310,9 +317,11 @@ impl Newton<'_> {
             .generalised
             .dot(&self.drive.damping_times(&change.generalised)?);
         let mut of_loads = (damped - &self.loads).dot(&change.generalised) / parts;
-        if !to.joint_loads.is_empty() {
-            let constraints = &self.drive.constraints.matrix * &change.generalised;
-            of_loads -= to.joint_loads.dot(&constraints) / parts;
+        // On symmetry planes there are loads of other constraints, which linear solves satisfy.
+        let constraints = &self.drive.constraints.matrix;
+        if to.joint_loads.len() == constraints.nrows() {
+            let of_joints = constraints * &change.generalised;
+            of_loads -= to.joint_loads.dot(&of_joints) / parts;
         }
         let stress = self.stress(&from.whole);
         let slopes = |length: f64| -> Result<[f64; 2], StokesError> {
@@ -368,14 +377,19 @@ pub(crate) struct Converged {
 
 impl Newton<'_> {
     fn solve(&self, warm: &mut WarmStart) -> Result<Converged, StokesError> {
-        let (mut iterate, first_iterations) = self.start(warm)?;
+        let (target, solver) = (self.options.rtol, self.options.solver);
+        let (mut iterate, mut first_iterations) = self.start(warm)?;
+        let mut linearised = self.linearised(iterate.whole.clone())?;
+        let mut residual = self.residual(&linearised, &iterate)?;
+        if first_iterations == 0 && residual.largest() > MAX_WARM_RESIDUAL {
+            (iterate, first_iterations) = self.start(&WarmStart::new(0))?;
+            linearised = self.linearised(iterate.whole.clone())?;
+            residual = self.residual(&linearised, &iterate)?;
+        }
         let mut report = NewtonReport {
             steps: Vec::new(),
             first_iterations,
         };
-        let (target, solver) = (self.options.rtol, self.options.solver);
-        let mut linearised = self.linearised(iterate.whole.clone())?;
-        let mut residual = self.residual(&linearised, &iterate)?;
         let (mut forcing, mut last) = (MAX_FORCING, None);
         while residual.largest() > target {
             let relative = residual.largest();
@@ -396,7 +410,17 @@ impl Newton<'_> {
             let mut x = vec![0.0; residual.rows.len()];
             let vectors = (residual.rows.as_slice(), x.as_mut_slice());
             let method = (solver, rtol);
-            let solved = solve_near(&linearised, &mut **preconditioner, vectors, method)?;
+            let solved = solve_near(&linearised, &mut **preconditioner, vectors, method);
+            let solved = solved.map_err(|error| match error {
+                LinalgError::NotConverged { .. } | LinalgError::Stagnated { .. } => {
+                    StokesError::NewtonNotConverged {
+                        steps,
+                        residual: relative,
+                        target,
+                    }
+                }
+                other => other.into(),
+            })?;
             let towards = |length: f64| {
                 let x = x
                     .iter()
@@ -434,6 +458,36 @@ impl Newton<'_> {
             relative_residual: residual.relative,
             report,
         })
+    }
+}
+
+impl Newton<'_> {
+    /// First-order change of the converged flow by the part of the stress that the law lacks because
+    /// of its regularisation; none if it has none.
+    fn regularisation(
+        &self,
+        at: &Linearised,
+        whole: &[Vector3<f64>],
+        preconditioner: &mut dyn Preconditioner,
+    ) -> Result<Option<FlowSolution>, StokesError> {
+        let forces = self.stress(whole).forces_of(&|rate| {
+            let missing = self.law.unregularised_viscosity(rate) - self.law.viscosity(rate);
+            // The stress is what is bounded at rest, where a power law has no viscosity.
+            if rate > 0.0 && missing.is_finite() {
+                missing
+            } else {
+                0.0
+            }
+        })?;
+        if forces.iter().all(|force| *force == Vector3::zeros()) {
+            return Ok(None);
+        }
+        let no_sources = vec![0.0; at.system.system.pressure_range().len()];
+        let rhs = at.system.rhs_of_forces(&forces, &no_sources)?;
+        let mut x = vec![0.0; rhs.len()];
+        let method = (Solver::Block, ADJOINT_RTOL);
+        solve_near(at, preconditioner, (&rhs, &mut x), method)?;
+        Ok(Some(at.change(&x, &forces, self.drive.set)?))
     }
 }
 
@@ -520,7 +574,7 @@ impl Problem<'_> {
             None => 0.0,
         };
         let mut flows = vec![flow];
-        let mut estimates = Vec::new();
+        let (mut estimates, mut regularisation) = (Vec::new(), None);
         if let Some(space) = surplus {
             let of_rate = |rate: f64| [law.viscosity(rate), thinning(law, rate)];
             let viscosity = VaryingViscosity::new(self.mesh, &whole, &of_rate)?;
@@ -539,6 +593,7 @@ impl Problem<'_> {
             let solvers: Solvers = (&mut *block, &mut guesses.adjoints);
             let rtol = options.estimate_rtol;
             estimates = self.estimates(drive, &flows, surfaces, equations, solvers, rtol)?;
+            regularisation = newton.regularisation(&linearised, &whole, &mut *block)?;
         }
         let (estimate, checks) = estimates.pop().unzip();
         let flow = flows.swap_remove(0);
@@ -550,6 +605,7 @@ impl Problem<'_> {
             flow,
             estimate,
             checks,
+            regularisation,
             dofs: Dofs::of(&linearised.system),
             solver: SolverReport::new(options.formulation, name, iterations, residual),
             algebraic_error: ERROR_OVER_RESIDUAL * weighted,

@@ -77,6 +77,7 @@ impl Problem<'_> {
             flow,
             estimate: None,
             checks: None,
+            regularisation: None,
             dofs: Dofs::of(&system.system),
             solver: SolverReport::new(options.formulation, name, report.iterations, residual),
             algebraic_error: report.error_estimate(),

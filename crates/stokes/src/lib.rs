@@ -22,6 +22,7 @@ mod solution;
 mod solve;
 mod surface_flow;
 mod surface_power;
+mod viscosity_change;
 mod viscous_stress;
 
 pub use checks::Checks;
@@ -39,6 +40,7 @@ pub use problem::{Problem, fluid_matrices};
 pub use solution::{Dofs, Seconds, Solution, SolvedBatch, SolverReport};
 pub use solve::InitialGuesses;
 pub use surface_flow::SurfaceFlow;
+pub use viscosity_change::ViscosityChange;
 
 // Types of these crates are part of the interface.
 pub use fem;

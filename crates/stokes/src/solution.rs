@@ -17,6 +17,9 @@ pub struct Solution {
     pub estimate: Option<Estimate>,
     /// Comparison with independent computations of forces and power, if estimates were requested.
     pub checks: Option<Checks>,
+    /// First-order change of the flow if the viscosity law had no regularisation; none if it has
+    /// none, or if estimates were not requested.
+    pub regularisation: Option<FlowSolution>,
     /// Numbers of degrees of freedom.
     pub dofs: Dofs,
     /// How the linear system was solved.

@@ -240,6 +240,7 @@ impl Problem<'_> {
                 flow,
                 estimate,
                 checks,
+                regularisation: None,
                 dofs: batch.dofs,
                 solver,
                 algebraic_error,

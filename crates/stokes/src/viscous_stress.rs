@@ -13,7 +13,7 @@ use crate::StokesError;
 ///
 /// Viscosities are no polynomials. Both sides of the momentum equation have the same rule, so that
 /// the iteration converges for any; the degree decides the error that remains.
-const DEGREE: usize = 6;
+pub const DEGREE: usize = 6;
 
 /// Degree for the matrices of the preconditioner alone.
 const PRECONDITIONER_DEGREE: usize = 2;
@@ -203,6 +203,20 @@ impl ViscousStress<'_> {
                 .map(|gradient| self.law.potential(shear(&gradient).1));
             after - before - step * point.value(pressure) * change.trace()
         })?)
+    }
+
+    /// Root of the mean square of the shear rate, weighted by its square.
+    pub fn root_mean_square_rate(&self) -> Result<f64, StokesError> {
+        let [weighted, weight] = fem::integrate(self.mesh, PRECONDITIONER_DEGREE, |point| {
+            let (_, rate) = shear(&point.gradient(self.velocity));
+            let square = rate * rate;
+            [square * square, square]
+        })?;
+        Ok(if weight > 0.0 {
+            (weighted / weight).sqrt()
+        } else {
+            0.0
+        })
     }
 
     /// Mean of `|d log η / d log g|`, weighted by the dissipation: zero for a Newtonian fluid.

@@ -79,6 +79,7 @@ impl Rewards {
 /// missing; errors of the model; [`DesignError::Stopped`].
 pub fn rewards(scene: &Scene, progress: &mut dyn DesignProgress) -> Result<Rewards, DesignError> {
     let refuse = |key: &str, problem: &str| DesignError::not_applicable(scene, key, problem);
+    DesignError::check_rheology(scene)?;
     if !scene.is_free() {
         return Err(refuse(
             "learn",

@@ -91,6 +91,7 @@ pub fn best_sizes(
     scene: &Scene,
     progress: &mut dyn DesignProgress,
 ) -> Result<BestSizes, DesignError> {
+    DesignError::check_rheology(scene)?;
     let mut search = Search::new(scene, progress)?;
     let found = search.best(&search.space.start())?;
     let Search {

@@ -3,6 +3,7 @@
 mod examples;
 mod learned;
 mod optimal;
+mod rheology;
 mod sensitivities;
 mod sizes;
 mod speed;

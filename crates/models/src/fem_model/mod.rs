@@ -276,7 +276,7 @@ impl Hydrodynamics for FemModel {
             has_mesh: true,
             // Loads in a moving frame change the model itself.
             solves_together: self.engine.is_none() && !MovingFrame::serves(&self.scaled.scene),
-            follows_rheology: false,
+            follows_rheology: true,
             controls_error: false,
         }
     }
@@ -351,6 +351,8 @@ impl Resistances for FemModel {
         &mut self,
         configuration: Configuration<'_>,
     ) -> Result<SceneResistance, ModelError> {
+        self.scaled
+            .check_constant_viscosity("a resistance matrix")?;
         let (PlacedMesh { mesh, .. }, poses) = self.placed_mesh(configuration)?;
         let (rtol, corrected) = (
             self.options.rtol,

@@ -63,6 +63,7 @@ impl FemModel {
     /// Refuses scenes to which no first-order change by inertia belongs.
     fn check_inertia(&self) -> Result<(), ModelError> {
         let scene = &self.scaled.scene;
+        (self.scaled).check_constant_viscosity("the effect of neglected inertia")?;
         let refused = |what: &str, instead: &str| {
             let what = format!("the effect of neglected inertia {what}");
             Err(ModelError::unsupported(what, instead))

@@ -9,6 +9,7 @@ use mesh::{NamedSurface, Surface, TetMesh};
 use nalgebra::{Isometry3, Vector3};
 use rayon::prelude::*;
 use rigid::{Constraints, Drive, ExternalLoad};
+use scene::rheology::Law;
 use stokes::{Estimate, InitialGuesses, Options, Problem, Solution, SurfaceFlow};
 
 use super::far_field::{self, FixedBodies};
@@ -270,6 +271,7 @@ impl FemModel {
             problem = problem.with_surface_flow(flows);
         }
         let has_fixed = self.scaled.set.held_translation().contains(&true);
+        let law = self.law_in_domain(has_fixed)?;
         let mut constraints = Cow::Borrowed(&query.constraints);
         if let (Some(far), true) = (self.meshes.far_field(), has_fixed) {
             let fixed = FixedBodies {
@@ -285,8 +287,43 @@ impl FemModel {
         let drive = |constraints| self.drive(constraints, &query.loads);
         let drives: Vec<Drive> = constraints.iter().map(drive).collect();
         let surplus = query.surplus.as_deref();
-        let solved = problem.solve_all(&drives, options, guesses, surplus)?;
+        let solved = match &law {
+            None => problem.solve_all(&drives, options, guesses, surplus)?,
+            Some(law) => {
+                let solve = |drive| -> Result<Solution, ModelError> {
+                    let flow = (problem)
+                        .solve_generalised_newtonian(drive, law, options, guesses, surplus)?;
+                    Ok(flow.solution)
+                };
+                drives.iter().map(solve).collect::<Result<_, _>>()?
+            }
+        };
         Ok((solved, flows.map(|flows| flows.motion)))
+    }
+
+    /// The scaled viscosity law of the scene.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] in unbounded fluid for a law that is not Newtonian far away, and
+    /// for held bodies, whose force a fluid at rest far away does not balance linearly.
+    fn law_in_domain(&self, has_fixed: bool) -> Result<Option<Law>, ModelError> {
+        let law = self.scaled.law();
+        let is_newtonian_at_rest = !matches!(
+            law,
+            Some(Law::PowerLaw { .. } | Law::HerschelBulkley { .. })
+        );
+        let is_unbounded = self.meshes.far_field().is_some();
+        if law.is_some() && is_unbounded && (has_fixed || !is_newtonian_at_rest) {
+            let what = match has_fixed {
+                true => "held bodies in unbounded fluid with a viscosity law",
+                false => "unbounded fluid with a power law, which has no viscosity at rest",
+            };
+            return Err(ModelError::unsupported(
+                format!("{}: {what}", self.scaled.scene.place("fluid.law")),
+                "set domain.kind = \"ball\" with a large radius",
+            ));
+        }
+        Ok(law)
     }
 
     /// The map from a moving frame to the laboratory, in scaled units.

@@ -89,6 +89,21 @@ impl ToScene<'_> {
         Ok(answer)
     }
 
+    /// The largest effects of a change of a flow.
+    ///
+    /// # Errors
+    /// A change for another set of bodies.
+    fn effects(&self, change: &FlowSolution) -> Result<Effects, ModelError> {
+        let change = ScaledResponse::of_flow(change, 0.0, &self.scaled.set)?;
+        let bodies = self.scaled.change_to_scene(change).bodies;
+        Ok(Effects {
+            speed: largest_norm(bodies.iter().map(|b| b.velocity)),
+            spin: largest_norm(bodies.iter().map(|b| b.angular_velocity)),
+            force: largest_norm(bodies.iter().map(|b| b.force)),
+            torque: largest_norm(bodies.iter().map(|b| b.torque)),
+        })
+    }
+
     /// Converts a solution with `flow` and `slip_power` in place of its own.
     fn convert(
         &self,
@@ -121,27 +136,48 @@ impl ToScene<'_> {
             ],
         };
         let power = response.power().abs();
-        let bars = |size: f64| ErrorEstimate {
+        // The equations have no approximation but the regularisation of a viscosity law.
+        let effects = (solution.regularisation.as_ref())
+            .map(|change| self.effects(change))
+            .transpose()?
+            .unwrap_or_default();
+        let bars = |size: f64, effect: f64| ErrorEstimate {
             container: Some(self.container_error * size),
-            // The equations are those of Stokes flow without approximation.
-            model: Some(0.0),
+            model: Some(effect),
             algebraic: Some(solution.algebraic_error * size),
             ..ErrorEstimate::default()
         };
         Ok(InstantaneousSolution {
             stresslets: Some(self.scaled.stresslets_to_scene(&flow.stresslets)),
             dofs: solution.dofs,
-            error_estimate: bars(speed),
-            angular_velocity_error: bars(spin),
-            force_error: bars(force),
-            torque_error: bars(torque),
-            power_error: bars(power),
+            error_estimate: bars(speed, effects.speed),
+            angular_velocity_error: bars(spin, effects.spin),
+            force_error: bars(force, effects.force),
+            torque_error: bars(torque, effects.torque),
+            // A change of the power is at most that of the forces, in proportion.
+            power_error: bars(
+                power,
+                if force > 0.0 {
+                    power * effects.force / force
+                } else {
+                    0.0
+                },
+            ),
             checks: solution.checks,
             solver: solution.solver.clone(),
             seconds: solution.seconds,
             ..response.into()
         })
     }
+}
+
+/// Largest changes of velocities and forces of bodies, in the units of the scene.
+#[derive(Default)]
+struct Effects {
+    speed: f64,
+    spin: f64,
+    force: f64,
+    torque: f64,
 }
 
 /// Adds a velocity to that of all bodies and of the fluid, which changes no force.

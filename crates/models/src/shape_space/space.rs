@@ -372,7 +372,8 @@ fn varying_joints(
     if !scene.is_driven_by_shape() {
         return refuse(
             "tables require a motion that the joints determine: one linkage without external \
-             loads, masses, slip, background flow and passive joints",
+             loads, masses, slip, background flow and passive joints, in a fluid of constant \
+             viscosity",
         );
     }
     let set = scene.articulation();

@@ -15,4 +15,5 @@ mod surface_files;
 mod table_errors;
 mod tables;
 mod tabulated;
+mod thinning;
 mod units;

@@ -411,9 +411,18 @@ fn laws_without_a_flow_are_refused() {
         .err()
         .unwrap()
     };
-    println!("{}", refused(&Decreasing));
+    let error = refused(&Decreasing);
+    assert!(
+        matches!(
+            error,
+            StokesError::NewtonNotConverged { .. } | StokesError::EnergyNotDecreasing { .. }
+        ),
+        "{error}"
+    );
+    assert!(error.to_string().contains("must increase"), "{error}");
     let nan = Law::Newtonian {
         viscosity: f64::NAN,
     };
-    println!("{}", refused(&nan));
+    let error = refused(&nan);
+    assert!(matches!(error, StokesError::Viscosity { .. }), "{error}");
 }

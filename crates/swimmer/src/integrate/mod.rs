@@ -1,9 +1,9 @@
 //! Integration of the motion along the phase spans of a gait.
 //!
-//! Without inertia the velocity is linear in the rates of the joints, so the displacement over a
-//! phase span depends on the path through shape space and not on the speed. [`Method::Collocation`]
-//! solves at a few Gauss points of the phase span; where the motion does not depend on the
-//! position, this is Gauss quadrature of a line integral.
+//! In a Newtonian fluid without inertia the velocity is linear in the rates of the joints, so the
+//! displacement over a phase span depends on the path through shape space and not on the speed.
+//! [`Method::Collocation`] solves at a few Gauss points of the phase span, at the rates there; where
+//! the motion does not depend on the position, this is Gauss quadrature of a line integral.
 
 mod collocation;
 mod euler;

@@ -6,7 +6,7 @@ mod target;
 mod trial;
 
 use models::{AxisymmetricModel, FemModel, Hydrodynamics, ModelError, SphereModel, SpheresModel};
-use scene::{DomainKind, ModelKind, Scene, Shape};
+use scene::{DomainKind, ModelKind, Rheology, RheologyKind, Scene, Shape};
 
 use crate::integrate::velocity_tolerance;
 use sphere_model::{ModelForSpheres, choose_for_spheres, expansion_for_tolerance};
@@ -41,6 +41,7 @@ impl Choice {
 /// ([`choose_for_run`]).
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     check_no_inertia(scene)?;
+    check_rheology(scene)?;
     let choice = choose_unchecked(scene)?;
     (choice.model.capabilities()).check_rheology(scene, choice.model.name())?;
     Ok(choice)
@@ -76,6 +77,14 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
             reasons: requested(),
         }),
         ModelKind::Fem => elements(scene, requested()),
+        ModelKind::Auto if scene.rheology().is_some_and(Rheology::is_kept) => {
+            let reasons = vec![
+                scene.describe_arrangement(),
+                "the viscosity of the fluid depends on the shear rate".to_owned(),
+                "chosen: finite elements in three dimensions".to_owned(),
+            ];
+            elements(scene, reasons)
+        }
         ModelKind::Auto if AxisymmetricModel::suits(scene) => {
             let mut model = axisymmetric()?;
             let unsupported = match scene.first_nonspherical() {
@@ -145,6 +154,21 @@ pub fn choose_for_run(scene: &Scene) -> Result<Choice, ModelError> {
         "chosen: finite elements in three dimensions".to_owned(),
     ];
     Ok(Choice::new(Box::new(FemModel::new(scene)?), reasons))
+}
+
+/// Refuses a decision about the viscosity law, for which its effect on a run is not computed.
+fn check_rheology(scene: &Scene) -> Result<(), ModelError> {
+    let kind = scene.rheology().map(|rheology| rheology.kind);
+    match kind == Some(RheologyKind::Auto) {
+        false => Ok(()),
+        true => Err(ModelError::Unsupported {
+            what: format!(
+                "{}: the choice between a Newtonian fluid and its viscosity law",
+                scene.place("fluid.rheology")
+            ),
+            instead: "set fluid.rheology = \"full\" or \"newtonian\"".to_owned(),
+        }),
+    }
 }
 
 /// Refuses a fluid with inertia where one instant is asked for.

@@ -1,0 +1,116 @@
+//! Elements in a fluid whose viscosity depends on the shear rate: units, refusals.
+
+use models::{FemModel, Hydrodynamics, InstantaneousSolution, PathPoint};
+use scene::Scene;
+use testkit::{SceneText, contains, within};
+
+use crate::scenes::solve_at_start;
+
+/// A pair of spheres with a slide, in units of this length.
+fn pair(length: f64, fluid: &str) -> SceneText {
+    let at = |x: f64| [x * length, 0.0, 0.0];
+    SceneText::new()
+        .sphere("a", length, at(-1.6))
+        .sphere("b", length, at(1.6))
+        .slide("arm", "b", "a")
+        .with("fluid", format!("{{ {fluid} }}"))
+        .elements(1.2 * length)
+}
+
+fn in_ball(length: f64, fluid: &str) -> Scene {
+    pair(length, fluid).ball(5.0 * length).scene()
+}
+
+fn carreau(viscosity: f64) -> String {
+    format!(
+        "law = \"carreau\", zero_shear_viscosity = {viscosity:?}, relaxation_time = 3, index = 0.5"
+    )
+}
+
+const POWER_LAW: &str = "law = \"power-law\", consistency = 1, index = 0.5";
+
+fn solution(scene: &Scene, rate: f64) -> InstantaneousSolution {
+    solve_at_start(&mut FemModel::new(scene).unwrap(), &[rate])
+}
+
+/// Rates stay in the time of the scene: lengths and viscosities alone are scaled.
+#[test]
+fn thinning_is_the_same_in_other_units() {
+    let (length, viscosity) = (1.0 / 1024.0, 4.0);
+    let reference = solution(&in_ball(1.0, &carreau(1.0)), 0.7);
+    let other = solution(&in_ball(length, &carreau(viscosity)), 0.7 * length);
+    let force = viscosity * length * length;
+    for (found, reference) in other.bodies.iter().zip(&reference.bodies) {
+        let difference = found.force / force - reference.force;
+        within(
+            difference.norm(),
+            1e-7 * reference.force.norm(),
+            "the tolerance of the solver",
+        );
+    }
+    let power = other.power() / (force * length) / reference.power() - 1.0;
+    within(power, 1e-7, "the tolerance of the solver");
+    // It thins: at the half rate the force is more than a half.
+    let half = solution(&in_ball(1.0, &carreau(1.0)), 0.35);
+    let ratio = half.bodies[1].force.x / reference.bodies[1].force.x;
+    assert!((0.55..0.75).contains(&ratio), "{ratio}");
+}
+
+/// The bar is the change by the regularisation to first order.
+#[test]
+fn the_effect_of_the_regularisation_is_a_bar() {
+    let bar = |regularisation: f64| {
+        let scene = in_ball(
+            1.0,
+            &format!("{POWER_LAW}, regularisation = {regularisation}"),
+        );
+        let solution = solution(&scene, 1.0);
+        (
+            solution.bodies[1].force.x,
+            solution.force_error.model.unwrap(),
+        )
+    };
+    let [(coarse, bar_of_coarse), (fine, bar_of_fine)] = [0.1, 1e-3].map(bar);
+    let difference = (coarse - fine).abs();
+    assert!(bar_of_fine < 0.1 * bar_of_coarse);
+    let ratio = bar_of_coarse / difference;
+    assert!(
+        (0.5..2.0).contains(&ratio),
+        "{bar_of_coarse:e} {difference:e}"
+    );
+}
+
+#[test]
+fn what_needs_a_linear_flow_is_refused_with_its_key() {
+    let scene = in_ball(1.0, &carreau(1.0));
+    let state = scene.initial_state();
+    let configuration = testkit::at(&state, scene.articulation().initial_shape());
+    let mut model = FemModel::new(&scene).unwrap();
+    let refusal = model.resistances().unwrap().resistance(configuration);
+    contains(
+        "refusal",
+        &refusal.unwrap_err().to_string(),
+        &["fluid.law", "newtonian"],
+    );
+    let refusal = model.neglected_inertia().unwrap().change(&PathPoint {
+        configuration,
+        rates: &[1.0],
+        accelerations: &[0.0],
+    });
+    contains(
+        "refusal",
+        &refusal.unwrap_err().to_string(),
+        &["fluid.law", "inertia"],
+    );
+    let scene = pair(1.0, POWER_LAW).scene();
+    let state = scene.initial_state();
+    let configuration = testkit::at(&state, scene.articulation().initial_shape());
+    let refusal = FemModel::new(&scene)
+        .unwrap()
+        .solve_one(configuration, &[1.0]);
+    contains(
+        "refusal",
+        &refusal.unwrap_err().to_string(),
+        &["fluid.law", "ball"],
+    );
+}
