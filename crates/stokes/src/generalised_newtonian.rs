@@ -331,11 +331,11 @@ impl Newton<'_> {
                 end + of_loads + length * curvature / parts,
             ])
         };
+        let rounding = SLOPE_OF_ROUNDING * stress.dissipation()?;
         let mut length = 1.0;
         for _ in 0..MAX_HALVINGS {
             let [start, end] = slopes(length)?;
             // The energy is convex: it has decreased if it still decreases at the end.
-            let rounding = SLOPE_OF_ROUNDING * stress.dissipation()?;
             if end <= 0.0 || start.abs() <= rounding {
                 return Ok((length, [start, end]));
             }

@@ -12,8 +12,9 @@ use crate::StokesError;
 /// Degree of the quadrature of the stress.
 ///
 /// Viscosities are no polynomials. Both sides of the momentum equation have the same rule, so that
-/// the iteration converges for any; the degree decides the error that remains.
-pub const DEGREE: usize = 6;
+/// the iteration converges for any; the degree decides the error that remains. It is the rule of
+/// the error estimates, whose residuals then contain no error of the quadrature.
+pub const DEGREE: usize = 5;
 
 /// Degree for the matrices of the preconditioner alone.
 const PRECONDITIONER_DEGREE: usize = 2;
@@ -108,11 +109,17 @@ impl ViscousStress<'_> {
                 let thinning = point.weight * thinning(self.law, rate);
                 let gradients = &point.quadratic_gradients();
                 let strained = gradients.map(|gradient| twice * gradient);
-                for ((row, gradient), strain) in matrix.iter_mut().zip(gradients).zip(&strained) {
-                    let (gradient, strain) = (gradient * viscosity, strain * thinning);
-                    for ((entry, b), s) in row.iter_mut().zip(gradients).zip(&strained) {
-                        *entry += b * gradient.transpose() + strain * s.transpose();
+                // Block (j, i) is the transpose of block (i, j).
+                for i in 0..10 {
+                    let (gradient, strain) = (gradients[i] * viscosity, strained[i] * thinning);
+                    for j in 0..i {
+                        let block =
+                            gradients[j] * gradient.transpose() + strain * strained[j].transpose();
+                        matrix[i][j] += block;
+                        matrix[j][i] += block.transpose();
                     }
+                    matrix[i][i] +=
+                        gradients[i] * gradient.transpose() + strain * strained[i].transpose();
                 }
             },
         )?;
@@ -252,5 +259,132 @@ impl ViscousStress<'_> {
             let traction = twice * facet.normal * self.law.viscosity(rate);
             traction - facet.normal * facet.point.value(pressure)
         })?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use linalg::LinearOperator;
+    use mesh::LinearTets;
+    use rheology::Law;
+
+    use super::*;
+
+    fn laws() -> [Law; 6] {
+        [
+            Law::Newtonian { viscosity: 2.0 },
+            Law::Carreau {
+                zero_shear_viscosity: 1.0,
+                infinite_shear_viscosity: 0.1,
+                relaxation_time: 2.0,
+                index: 0.4,
+            },
+            Law::CarreauYasuda {
+                zero_shear_viscosity: 1.0,
+                infinite_shear_viscosity: 0.0,
+                relaxation_time: 2.0,
+                index: 0.4,
+                transition: 1.2,
+            },
+            Law::Cross {
+                zero_shear_viscosity: 1.0,
+                infinite_shear_viscosity: 0.1,
+                relaxation_time: 2.0,
+                index: 0.3,
+            },
+            Law::PowerLaw {
+                consistency: 1.5,
+                index: 1.6,
+                regularisation: 1e-2,
+            },
+            Law::HerschelBulkley {
+                yield_stress: 0.3,
+                consistency: 1.0,
+                index: 0.6,
+                regularisation: 0.1,
+            },
+        ]
+    }
+
+    /// Scalar matrix and coupling together are the derivative of the stress, whose forces are the
+    /// derivative of the energy.
+    #[test]
+    fn matrices_are_derivatives_of_the_stress_and_forces_of_the_energy() {
+        let mesh = &TetMesh::straight(LinearTets::cube(1)).unwrap();
+        let space = TaylorHood::new(mesh).unwrap();
+        let newtonian = space.matrices(mesh).unwrap();
+        let field = |seed: f64| -> Vec<Vector3<f64>> {
+            let value = |x: &Vector3<f64>| {
+                let phase = x.x + 2.3 * x.y - 1.7 * x.z + seed;
+                Vector3::new(
+                    phase.sin(),
+                    (1.3 * phase).cos(),
+                    (0.7 * phase + x.x * x.z).sin(),
+                )
+            };
+            mesh.points().iter().map(value).collect()
+        };
+        let (velocity, change) = (field(0.0), field(1.0));
+        let moved = |step: f64| -> Vec<Vector3<f64>> {
+            velocity
+                .iter()
+                .zip(&change)
+                .map(|(u, w)| u + step * w)
+                .collect()
+        };
+        let no_pressure = vec![0.0; mesh.n_vertices()];
+        for law in laws() {
+            let stress = |velocity| ViscousStress {
+                mesh,
+                law: &law,
+                velocity,
+            };
+            let forces = |velocity: &[Vector3<f64>]| {
+                stress(velocity)
+                    .forces_of(&|rate| law.viscosity(rate))
+                    .unwrap()
+            };
+            let at = stress(velocity.as_slice());
+            let matrices = at.isotropic_matrices(&space, &newtonian).unwrap();
+            let coupling = at.coupling(&space).unwrap();
+            assert!(coupling.is_symmetric());
+            let flat: Vec<f64> = change.iter().flatten().copied().collect();
+            let mut product = vec![0.0; flat.len()];
+            coupling.apply(&flat, &mut product);
+            // The error of the central difference is of the order of the square of the step.
+            let step = 1e-4;
+            let [before, after] = [-step, step].map(moved);
+            let pairs = forces(&after).into_iter().zip(forces(&before));
+            let mut largest = 0.0_f64;
+            for (node, ((after, before), coupled)) in
+                pairs.zip(product.as_chunks::<3>().0).enumerate()
+            {
+                let row = matrices.stiffness.outer_view(node).unwrap();
+                let scalar: Vector3<f64> = row.iter().map(|(j, k)| *k * change[j]).sum();
+                let derivative = scalar + Vector3::from(*coupled);
+                let difference = (before - after) / (2.0 * step);
+                largest = largest.max((derivative - difference).norm());
+            }
+            assert!(largest < 1e-6, "{law:?}: {largest:e}");
+            // the energy, and its slope at both ends
+            let change_of_energy =
+                |step: f64| at.change_of_energy(&change, &no_pressure, step).unwrap();
+            let difference = (change_of_energy(step) - change_of_energy(-step)) / (2.0 * step);
+            let [slope, _] = at.slopes(&change, &no_pressure, 1.0).unwrap();
+            assert!(
+                (difference - slope).abs() < 1e-6,
+                "{law:?}: {difference} {slope}"
+            );
+            let on_nodes = forces(&velocity);
+            let power: f64 = on_nodes.iter().zip(&change).map(|(f, w)| -f.dot(w)).sum();
+            assert!(
+                (power - slope).abs() < 1e-12 * power.abs().max(1.0),
+                "{law:?}"
+            );
+            // convex: it lies above its tangent, and the slope increases
+            assert!(change_of_energy(1.0) > slope, "{law:?}");
+            let [start, end] = at.slopes(&change, &no_pressure, 1.0).unwrap();
+            assert!(end > start, "{law:?}");
+        }
     }
 }
