@@ -1,9 +1,16 @@
-//! Discretisation errors accumulated along a stroke.
+//! Errors of the discretisation, of the model or of the integration, accumulated along a stroke.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::response::{BodySolution, HoldingLoad};
 use crate::solution::InstantaneousSolution;
+
+/// Uncertainty of the sum of a model's errors along a stroke, relative to the sum of their sizes.
+///
+/// Estimates of truncation are several times too large, by a factor that changes slowly with the
+/// shape, so that they cancel along a stroke nearly as the errors do.
+const MODEL_UNCERTAINTY: f64 = 0.1;
 
 /// Error of the configuration along a part of a stroke, computed minus exact, to first order.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -29,6 +36,12 @@ pub struct AccumulatedError {
     /// Largest relative uncertainty of the parts.
     #[serde(default)]
     pub relative_uncertainty: f64,
+    /// Errors of the impulses of the loads that hold or drive bodies.
+    #[serde(default)]
+    pub holding: Vec<HoldingLoad>,
+    /// Uncertainties of the errors of these impulses: of forces and of torques.
+    #[serde(default)]
+    pub holding_uncertainty: [f64; 2],
 }
 
 impl AccumulatedError {
@@ -47,9 +60,31 @@ impl AccumulatedError {
         (self.relative_uncertainty * self.largest_rotation()).hypot(self.rotation_uncertainty)
     }
 
+    /// The largest error of the displacement of a frame.
+    pub fn largest_displacement(&self) -> f64 {
+        largest(&self.displacement)
+    }
+
     /// The largest error of the rotation of a frame.
     pub fn largest_rotation(&self) -> f64 {
-        self.rotation.iter().map(Vector3::norm).fold(0.0, f64::max)
+        largest(&self.rotation)
+    }
+
+    /// Error bars of values from which the error was not subtracted: of a displacement whose
+    /// largest error is `displacement`, of the rotation, the work, and the impulses that hold
+    /// bodies.
+    pub fn uncorrected_error_bars(&self, displacement: f64) -> UncorrectedBars {
+        let largest = |part: fn(&HoldingLoad) -> &Vector3<f64>| {
+            let norms = self.holding.iter().map(|load| part(load).norm());
+            norms.fold(0.0, f64::max)
+        };
+        let holding = [largest(|load| &load.force), largest(|load| &load.torque)];
+        UncorrectedBars {
+            displacement: displacement.hypot(self.uncertainty),
+            rotation: self.largest_rotation().hypot(self.rotation_uncertainty),
+            work: self.work.hypot(self.work_uncertainty),
+            holding: std::array::from_fn(|k| holding[k].hypot(self.holding_uncertainty[k])),
+        }
     }
 
     /// Adds the error that was subtracted from a solution, times its quadrature weight `time`.
@@ -68,6 +103,8 @@ impl AccumulatedError {
             work: (solution.uncorrected_power() - solution.power()) * time,
             work_uncertainty: error.uncertainty.power * time.abs(),
             relative_uncertainty: error.uncertainty.relative,
+            holding: Vec::new(),
+            holding_uncertainty: [0.0; 2],
         };
         let frames = solution.motion.frames.iter();
         let displacement: Vec<_> = frames.map(|f| f.linear * time).collect();
@@ -78,10 +115,59 @@ impl AccumulatedError {
         self.rotation_uncertainty += error.uncertainty.angular_velocity * time;
     }
 
+    /// Adds the error by the model in a solution, times its quadrature weight `time`.
+    ///
+    /// What has no sign, of the error bars of the solution, is uncertainty.
+    pub fn add_model_error(&mut self, time: f64, solution: &InstantaneousSolution) {
+        let error = solution.model_error.as_ref();
+        let size = |part: fn(&BodySolution) -> &Vector3<f64>| {
+            let bodies = error.into_iter().flat_map(|error| &error.bodies);
+            bodies.fold(0.0_f64, |most, body| most.max(part(body).norm()))
+        };
+        // Values of passive joints have no sum with a sign.
+        let relative = match solution.motion.joints.is_empty() {
+            true => MODEL_UNCERTAINTY,
+            false => 1.0,
+        };
+        let uncertainty = |bar: Option<f64>, size: f64| {
+            let unsigned = (bar.unwrap_or(0.0) - size).max(0.0);
+            time * (unsigned + relative * size)
+        };
+        let power = error.map_or(0.0, |error| {
+            solution.power() - (&solution.response - error).power()
+        });
+        let frames = || error.into_iter().flat_map(|error| &error.motion.frames);
+        let step = Self {
+            displacement: frames().map(|frame| frame.linear * time).collect(),
+            rotation: frames().map(|frame| frame.angular * time).collect(),
+            uncertainty: uncertainty(solution.error_estimate.model, size(|body| &body.velocity)),
+            rotation_uncertainty: uncertainty(
+                solution.angular_velocity_error.model,
+                size(|body| &body.angular_velocity),
+            ),
+            work: power * time,
+            work_uncertainty: uncertainty(solution.power_error.model, power.abs()),
+            ..Self::default()
+        };
+        let motion = solution.motion.frames.iter();
+        let displacement: Vec<_> = motion.map(|frame| frame.linear * time).collect();
+        self.append_correlated(&step, &displacement);
+    }
+
     /// Appends a later part of the stroke, in which the frames move by `frame_displacements`.
     ///
-    /// An error of the rotation before changes the direction of these displacements.
+    /// An error of the rotation before changes the direction of these displacements. The errors of
+    /// the two parts are independent, as on different meshes, so the squares of their uncertainties
+    /// are summed.
     pub fn append(&mut self, later: &Self, frame_displacements: &[Vector3<f64>]) {
+        let [displacement, rotation] = [self.uncertainty, self.rotation_uncertainty];
+        self.append_correlated(later, frame_displacements);
+        self.uncertainty = displacement.hypot(later.uncertainty);
+        self.rotation_uncertainty = rotation.hypot(later.rotation_uncertainty);
+    }
+
+    /// The same where the errors are correlated, so that their uncertainties are summed.
+    pub fn append_correlated(&mut self, later: &Self, frame_displacements: &[Vector3<f64>]) {
         // A sum without frames has no error yet.
         for (sum, later) in [
             (&mut self.displacement, &later.displacement),
@@ -99,10 +185,19 @@ impl AccumulatedError {
         }
         self.work += later.work;
         self.work_uncertainty += later.work_uncertainty;
-        // On different meshes the errors are independent, so the squares of their uncertainties
-        // are summed.
-        self.uncertainty = self.uncertainty.hypot(later.uncertainty);
-        self.rotation_uncertainty = self.rotation_uncertainty.hypot(later.rotation_uncertainty);
+        self.uncertainty += later.uncertainty;
+        self.rotation_uncertainty += later.rotation_uncertainty;
+        if self.holding.is_empty() {
+            self.holding.clone_from(&later.holding);
+        } else {
+            for (sum, later) in self.holding.iter_mut().zip(&later.holding) {
+                sum.force += later.force;
+                sum.torque += later.torque;
+            }
+        }
+        for (sum, later) in (self.holding_uncertainty.iter_mut()).zip(later.holding_uncertainty) {
+            *sum += later;
+        }
         self.relative_uncertainty = self.relative_uncertainty.max(later.relative_uncertainty);
     }
 
@@ -115,13 +210,32 @@ impl AccumulatedError {
     }
 }
 
+fn largest(vectors: &[Vector3<f64>]) -> f64 {
+    vectors.iter().map(Vector3::norm).fold(0.0, f64::max)
+}
+
+/// Error bars that follow from an accumulated error
+/// ([`AccumulatedError::uncorrected_error_bars`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct UncorrectedBars {
+    /// Error bar of the displacement.
+    pub displacement: f64,
+    /// Error bar of the rotation vectors of the frames.
+    pub rotation: f64,
+    /// Error bar of the work.
+    pub work: f64,
+    /// Error bars of the impulses that hold bodies: of forces and of torques.
+    pub holding: [f64; 2],
+}
+
 #[cfg(test)]
 mod tests {
     use rigid::{StateVelocity, Twist};
 
     use super::*;
     use crate::discretisation_error::{DiscretisationError, Uncertainty};
-    use crate::response::{BodySolution, Response};
+    use crate::response::Response;
 
     #[test]
     fn opposite_errors_cancel_and_rotation_errors_change_later_displacements() {
@@ -193,6 +307,8 @@ mod tests {
         assert_eq!(
             names,
             [
+                "holding",
+                "holding_uncertainty",
                 "moved",
                 "relative_uncertainty",
                 "rotation_uncertainty",
