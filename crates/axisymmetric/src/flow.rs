@@ -42,6 +42,15 @@ pub struct BodyVelocity {
     pub modes: [f64; MODES],
 }
 
+impl BodyVelocity {
+    /// Velocity of the surface relative to the body, along the axis and away from it, at a point
+    /// relative to the centre of the body.
+    pub fn slip(&self, shape: &AxialSpheroid, from_centre: [f64; 2]) -> [f64; 2] {
+        let [z, r] = from_centre;
+        surface_velocity(shape, &Point::new(shape.centre + z, r), &self.modes)
+    }
+}
+
 /// Velocity and pressure at a point of the meridian half-plane, for the viscosity 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]

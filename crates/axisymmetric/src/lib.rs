@@ -28,9 +28,10 @@ mod system;
 pub use error::AxisymmetricError;
 pub use flow::{BodyVelocity, MeridianFlow, MeridianValue};
 pub use inertia::{
-    AxialBody, AxialForcing, AxialIntegrator, AxialMotion, AxialStep, Convection, Impedance,
-    ImpedanceParameters, Slip, SteadyDrive, SteadyParameters, SteadyState, TransientParameters,
-    impedance, steady_state,
+    AxialBody, AxialChange, AxialForceSolver, AxialForces, AxialForcing, AxialIntegrator,
+    AxialMotion, AxialStep, Convection, Impedance, ImpedanceParameters, LawChange, Slip,
+    SteadyDrive, SteadyParameters, SteadyState, TransientParameters, impedance, law_change,
+    steady_state,
 };
 pub use meridian::{MAX_ASPECT, Surroundings};
 pub use resistance::{AxialResistance, SurfaceResistance};
@@ -38,4 +39,4 @@ pub use solver::{ResistanceSolver, axial_resistance, spin_resistance};
 pub use spheroid::AxialSpheroid;
 pub use surface_modes::SurfaceMode;
 
-pub use nalgebra;
+pub use {nalgebra, rheology};

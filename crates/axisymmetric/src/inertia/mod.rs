@@ -1,18 +1,26 @@
 //! Fluids with inertia: steady states, oscillations and steps in time of bodies on one axis.
 
+mod axial_forces;
 mod bodies;
+mod energy;
 mod flow_system;
 mod forcing;
 mod impedance;
 mod integrator;
+mod law_change;
 mod mesh_motion;
 mod momentum;
 mod nested_condensation;
 mod orders;
+mod problem;
+mod response;
 mod steady;
+mod viscosity;
 
+pub use axial_forces::{AxialForceSolver, AxialForces};
 pub use bodies::{AxialBody, AxialMotion};
 pub use forcing::AxialForcing;
 pub use impedance::{Impedance, ImpedanceParameters, impedance};
 pub use integrator::{AxialIntegrator, AxialStep, Convection, TransientParameters};
+pub use law_change::{AxialChange, LawChange, law_change};
 pub use steady::{Slip, SteadyDrive, SteadyParameters, SteadyState, steady_state};

@@ -1,15 +1,10 @@
 //! Steady states by Newton's method and elements of increasing order.
 
-use nalgebra::DMatrix;
+use rheology::ViscosityLaw;
 
-use super::bodies::{AxialBody, check, check_growth, check_length, domain, motions};
-use super::flow_system::{Balance, BoundaryVelocity, Fields, FlowSystem, Terms};
-use super::momentum::Coefficients;
+use super::bodies::{AxialBody, check, check_growth};
 use super::orders::{GROWTH, raise_order};
-use crate::curve::Point;
-use crate::generate::generate;
-use crate::meridian::Meridian;
-use crate::surface_modes::normal;
+use super::problem::{Level, Problem, SHARE_OUTSIDE};
 use crate::{AxisymmetricError, Surroundings};
 
 /// The velocity of a surface relative to its body, along the axis and away from it, at a point
@@ -36,11 +31,13 @@ pub struct SteadyDrive<'a> {
 }
 
 /// Parameters of a steady state.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
-pub struct SteadyParameters {
-    /// Density of the fluid, at viscosity 1.
+pub struct SteadyParameters<'a> {
+    /// Density of the fluid.
     pub density: f64,
+    /// Law of the viscosity; without one the viscosity is 1.
+    pub law: Option<&'a dyn ViscosityLaw>,
     /// Largest estimated error of velocities and forces, relative to the largest ones.
     pub tolerance: f64,
     /// Edge length relative to the distance from the focus of the nearest body.
@@ -49,13 +46,23 @@ pub struct SteadyParameters {
     pub growth: f64,
 }
 
-impl SteadyParameters {
-    /// The Navier-Stokes equations with this density, to 1e-6.
+impl<'a> SteadyParameters<'a> {
+    /// The Navier-Stokes equations with this density and viscosity 1, to 1e-6.
     pub fn new(density: f64) -> Self {
         Self {
             density,
+            law: None,
             tolerance: 1e-6,
             growth: GROWTH,
+        }
+    }
+
+    /// The same with a viscosity that depends on the shear rate.
+    #[must_use]
+    pub fn with_law(self, law: &'a dyn ViscosityLaw) -> Self {
+        Self {
+            law: Some(law),
+            ..self
         }
     }
 
@@ -80,7 +87,12 @@ pub struct SteadyState {
     pub velocities: Vec<f64>,
     /// Force that each body exerts on the fluid.
     pub forces: Vec<f64>,
-    /// Estimated error of both, relative to the largest of each: the last change of the order.
+    /// Power of the surfaces of bodies and of the wall on the fluid.
+    pub power: f64,
+    /// Dissipation `∫ 2 η D:D` in the fluid that is meshed; without inertia it is the power.
+    pub dissipation: f64,
+    /// Estimated error of both, relative to the largest of each: the last change of the order, and
+    /// what the regularisation of a viscosity law and neglecting it far away change.
     pub relative_error: f64,
     /// Polynomial degree of the velocities.
     pub order: usize,
@@ -89,9 +101,6 @@ pub struct SteadyState {
     /// Iterations of Newton's method, of all orders.
     pub iterations: usize,
 }
-
-/// Relative change at which Newton's method ends; rounding is a hundredth of it.
-const NEWTON_TOLERANCE: f64 = 1e-11;
 
 /// Finds the steady flow around bodies on one axis in a container.
 ///
@@ -132,215 +141,20 @@ pub fn steady_state(
 ) -> Result<SteadyState, AxisymmetricError> {
     check("the density of the fluid", parameters.density)?;
     check_growth(parameters.growth)?;
-    let problem = Problem::new(bodies, surroundings, drive, parameters.density)?;
-    let solve = |order: usize, lower: Option<&Level>| {
-        let system = problem.system(parameters.growth, order)?;
-        let (fields, mut state) = problem.solve(&system, lower)?;
-        state.order = order;
-        state.iterations += lower.map_or(0, |level| level.state.iterations);
-        Ok(Level {
-            system,
-            fields,
-            state,
-        })
-    };
+    let mut problem = Problem::new(bodies, surroundings, drive, parameters)?;
+    problem.choose_open_radius(SHARE_OUTSIDE * parameters.tolerance)?;
+    let solve = |order: usize, lower: Option<&Level>| problem.solve(order, lower);
     let (level, error) = raise_order(parameters.tolerance, solve, |before, after| {
-        problem.difference(&before.state, &after.state, &after.fields)
+        problem.difference(before, after)
     })?;
     Ok(SteadyState {
-        relative_error: error,
-        ..level.state
+        velocities: level.velocities,
+        forces: level.forces,
+        power: level.power,
+        dissipation: level.dissipation,
+        relative_error: error + level.outside + level.regularised,
+        order: level.order,
+        dofs: level.dofs,
+        iterations: level.iterations,
     })
-}
-
-/// The steady state by elements of one order.
-struct Level {
-    system: FlowSystem,
-    fields: Fields,
-    state: SteadyState,
-}
-
-/// A steady flow, before it is discretised.
-struct Problem<'a> {
-    bodies: &'a [AxialBody],
-    drive: &'a SteadyDrive<'a>,
-    density: f64,
-    meridian: Meridian,
-    motions: Vec<Option<usize>>,
-    n_motions: usize,
-    velocities: Vec<f64>,
-    /// External forces on the free motions.
-    loads: Vec<f64>,
-}
-
-impl<'a> Problem<'a> {
-    fn new(
-        bodies: &'a [AxialBody],
-        surroundings: Surroundings,
-        drive: &'a SteadyDrive<'a>,
-        density: f64,
-    ) -> Result<Self, AxisymmetricError> {
-        let meridian = domain(bodies, surroundings)?;
-        let list = |what, given: &[f64]| {
-            if given.is_empty() {
-                return Ok(vec![0.0; bodies.len()]);
-            }
-            check_length(what, bodies.len(), given.len())?;
-            match given.iter().find(|value| !value.is_finite()) {
-                None => Ok(given.to_vec()),
-                Some(&value) => Err(AxisymmetricError::InvalidNumber {
-                    what,
-                    value,
-                    range: "finite",
-                }),
-            }
-        };
-        let velocities = list("velocities", drive.velocities)?;
-        let (motions, n_motions) = motions(bodies);
-        let mut loads = vec![0.0; n_motions];
-        for (motion, load) in motions.iter().zip(list("loads", drive.loads)?) {
-            if let Some(motion) = motion {
-                loads[*motion] += load;
-            }
-        }
-        Ok(Self {
-            bodies,
-            drive,
-            density,
-            meridian,
-            motions,
-            n_motions,
-            velocities,
-            loads,
-        })
-    }
-
-    fn system(&self, growth: f64, order: usize) -> Result<FlowSystem, AxisymmetricError> {
-        let mesh = generate(&self.meridian, growth)?;
-        let frame = match self.drive.moves_with_body {
-            true => self.motions[0],
-            false => None,
-        };
-        FlowSystem::new(mesh, order, self.motions.clone(), self.n_motions, frame)
-    }
-
-    /// The steady state by elements of one order, from that of a lower order or from Stokes flow.
-    fn solve(
-        &self,
-        system: &FlowSystem,
-        lower: Option<&Level>,
-    ) -> Result<(Fields, SteadyState), AxisymmetricError> {
-        let positions = system.positions();
-        let slip = match self.drive.slip {
-            Some(slip) => system.slip(&positions, |body, x| {
-                let shape = &self.bodies[body].shape;
-                let from_centre = [x.x - shape.centre, x.y];
-                [
-                    Point::from(slip(body, from_centre)),
-                    Point::from(normal(shape, x)),
-                ]
-            })?,
-            None => Vec::new(),
-        };
-        if let Some(value) = slip.iter().flatten().find(|value| !value.is_finite()) {
-            return Err(AxisymmetricError::InvalidNumber {
-                what: "the slip of a surface",
-                value: *value,
-                range: "finite",
-            });
-        }
-        let boundary = BoundaryVelocity {
-            bodies: self.velocities.clone(),
-            slip,
-            wall: self.drive.wall_velocity,
-        };
-        // the velocity of the frame that is not that of its free motion
-        let frame = match self.drive.moves_with_body {
-            true => self.velocities[0],
-            false => 0.0,
-        };
-        let mesh_velocity = vec![frame; positions.len()];
-        let balance = Balance {
-            matrix: DMatrix::zeros(self.n_motions, self.n_motions),
-            load: self.loads.clone(),
-        };
-        let terms = |density: f64| Terms {
-            coefficients: Coefficients {
-                convection: density,
-                mass: 0.0,
-            },
-            mesh_velocity: Some(&mesh_velocity),
-            history: None,
-        };
-        let (mut fields, mut reached) = match lower {
-            Some(level) => {
-                let start = system.interpolated(&level.system, &level.fields);
-                (start, self.density)
-            }
-            None => (system.rest(), 0.0),
-        };
-        system.set_boundary(&boundary, &mut fields);
-        let (mut iterations, mut step) = (0, self.density);
-        loop {
-            let mut found = fields.clone();
-            let mut factors = None;
-            let (count, change) = system.solve(
-                &positions,
-                &mut found,
-                &terms(reached),
-                &balance,
-                &mut factors,
-                NEWTON_TOLERANCE,
-            )?;
-            iterations += count;
-            let converged = change <= NEWTON_TOLERANCE;
-            if converged {
-                fields = found;
-                if reached == self.density {
-                    break;
-                }
-            } else {
-                reached -= step;
-                step *= 0.5;
-                // a step that is a hundredth of the density makes progress impossible
-                if lower.is_some() || step < 0.01 * self.density || reached < 0.0 {
-                    return Err(AxisymmetricError::NotSteady {
-                        density: self.density,
-                        reached: reached.max(0.0),
-                        change,
-                    });
-                }
-            }
-            reached = (reached + step).min(self.density);
-        }
-        let residual = system.residual(&positions, &fields, &terms(self.density))?;
-        let state = SteadyState {
-            velocities: system.body_velocities(&fields, &boundary),
-            forces: system.forces(&residual),
-            relative_error: f64::INFINITY,
-            order: 0,
-            dofs: system.n_dofs(),
-            iterations,
-        };
-        Ok((fields, state))
-    }
-
-    /// Difference of two states relative to the largest velocity of the fluid, and to the largest
-    /// force or the drag of the largest body at that velocity.
-    fn difference(&self, before: &SteadyState, after: &SteadyState, fields: &Fields) -> f64 {
-        let largest = |list: &mut dyn Iterator<Item = f64>| list.map(f64::abs).fold(0.0, f64::max);
-        let change = |a: &[f64], b: &[f64]| largest(&mut a.iter().zip(b).map(|(a, b)| a - b));
-        let speed = largest(&mut fields.velocity.iter().map(|u| u.amax()));
-        let size = largest(
-            &mut self
-                .bodies
-                .iter()
-                .map(|b| b.shape.axial.max(b.shape.equatorial)),
-        );
-        let drag = 6.0 * std::f64::consts::PI * size * speed;
-        let force = largest(&mut after.forces.iter().copied()).max(drag);
-        let relative = |change: f64, size: f64| if change > 0.0 { change / size } else { 0.0 };
-        relative(change(&before.velocities, &after.velocities), speed)
-            .max(relative(change(&before.forces, &after.forces), force))
-    }
 }
