@@ -10,7 +10,6 @@ use std::time::Instant as Clock;
 use axisymmetric::{AxialResistance, AxialSpheroid, ResistanceSolver, Surroundings};
 use mesh::TetMesh;
 use nalgebra::{DMatrix, Vector3};
-use rheology::Law;
 
 use self::axial_surfaces::{AxialResistances, AxialSurfaces, grand_resistance};
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
@@ -24,6 +23,7 @@ use crate::query::{Configuration, Query};
 use crate::response::BodySolution;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
+use scene::rheology::Law;
 use scene::{Arrangement, Domain, Scene, Shape};
 use stokes::Seconds;
 
@@ -451,6 +451,10 @@ impl Flows for AxisymmetricModel {
         rates: &[f64],
         points: &[Vector3<f64>],
     ) -> Result<Vec<Option<PointFlow>>, ModelError> {
+        if self.law.is_some() {
+            let what = "the flow of a fluid with a viscosity law by the model 'axisymmetric'";
+            return Err(ModelError::unsupported(what, "use model.kind = \"fem\""));
+        }
         self.flow_in_meridian_plane(configuration, rates, points)
     }
 }

@@ -4,8 +4,8 @@ use std::time::Instant as Clock;
 
 use axisymmetric::{AxialForceSolver, AxialForces, AxialSpheroid};
 use nalgebra::{DMatrix, DVector};
-use rheology::{Law, ViscosityLaw};
 use rigid::{Constraints, ExternalLoad};
+use scene::rheology::{Law, ViscosityLaw};
 use stokes::Seconds;
 
 use super::axial_surfaces::{AxialSurfaces, grand_resistance};

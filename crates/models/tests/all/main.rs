@@ -16,3 +16,4 @@ mod table_errors;
 mod tables;
 mod tabulated;
 mod units;
+mod viscosity_laws;

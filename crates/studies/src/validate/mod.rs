@@ -11,6 +11,7 @@ mod similar;
 mod spheres;
 mod summary;
 mod swimmer;
+mod thinning_meridian;
 
 use std::path::Path;
 use std::time::Instant;
@@ -31,7 +32,7 @@ type Part = (&'static str, fn(bool) -> Result<Vec<Row>>);
 pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
-    let parts: [Part; 12] = [
+    let parts: [Part; 13] = [
         ("sphere in a concentric ball", spheres::concentric),
         ("orders of convergence", similar::orders),
         ("two spheres", spheres::pairs),
@@ -47,6 +48,7 @@ pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
         ("hinges and springs", joints::rows),
         ("bodies of other shapes", shapes::rows),
         ("fluids with inertia", inertia::rows),
+        ("fluids that thin, meridian plane", thinning_meridian::rows),
     ];
     let is_asked = |name: &str| only.is_none_or(|only| name.contains(only));
     if !parts.iter().any(|(name, _)| is_asked(name)) {

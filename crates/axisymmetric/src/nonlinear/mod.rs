@@ -1,4 +1,4 @@
-//! Fluids with inertia: steady states, oscillations and steps in time of bodies on one axis.
+//! Flows that no resistance matrix describes: with inertia or with a viscosity law.
 
 mod axial_forces;
 mod bodies;
