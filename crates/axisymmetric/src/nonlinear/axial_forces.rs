@@ -4,9 +4,9 @@ use nalgebra::DMatrix;
 use rheology::ViscosityLaw;
 
 use super::bodies::AxialBody;
+use super::drive::{Slip, SteadyDrive, SteadyParameters};
 use super::orders::FIRST_ORDER;
 use super::problem::{Level, Problem, SHARE_OUTSIDE};
-use super::steady::{Slip, SteadyDrive, SteadyParameters};
 use crate::solver::MAX_ORDER;
 use crate::{AxialSpheroid, AxisymmetricError, Surroundings};
 
@@ -36,9 +36,9 @@ pub struct AxialForces {
 /// Forces on bodies in one configuration as functions of their velocities, in a fluid with a
 /// viscosity law and without inertia.
 ///
-/// There is no resistance matrix, as forces are not linear in velocities. Who knows the joints of the
-/// bodies finds velocities by Newton's method with the derivatives. Flows start from the one before,
-/// moved along its derivatives.
+/// There is no resistance matrix, as forces are not linear in velocities. Who knows the joints of
+/// the bodies finds velocities by Newton's method with the derivatives. Flows start from the one
+/// before, moved along its derivatives.
 ///
 /// ```
 /// use axisymmetric::{AxialForceSolver, AxialSpheroid, Surroundings};
@@ -100,9 +100,9 @@ impl<'a> AxialForceSolver<'a> {
     /// The forces for these velocities along the axis.
     ///
     /// # Errors
-    /// [`AxisymmetricError::LawNotSolved`], [`AxisymmetricError::NoPlateau`] for a viscosity that does
-    /// not reach that at rest, velocities that are not one finite number per body, domains that
-    /// cannot be meshed.
+    /// [`AxisymmetricError::LawNotSolved`], [`AxisymmetricError::NoPlateau`] for a viscosity that
+    /// does not reach that at rest, velocities that are not one finite number per body, domains
+    /// that cannot be meshed.
     pub fn solve(&mut self, velocities: &[f64]) -> Result<AxialForces, AxisymmetricError> {
         self.problem.set_velocities(velocities)?;
         let level = match self.level.take() {

@@ -92,14 +92,15 @@ impl FlowSystem {
 
     /// Finds the flow of least energy, without inertia, by Newton's method with backtracking.
     ///
-    /// The energy is convex in flows without divergence, so that the method decreases it from any of
-    /// them. Where the fluid hardly moves, the energy does not notice that Newton's method does not
-    /// converge: for a power law of index below a half it overshoots by more than the error. Steps
-    /// with frozen viscosity reduce the logarithm of every shear rate's error by the factor of one
-    /// minus the index; some are taken whenever a step does not halve the change.
+    /// The energy is convex in flows without divergence, so that the method decreases it from any
+    /// of them. Where the fluid hardly moves, the energy does not notice that Newton's method does
+    /// not converge: for a power law of index below a half it overshoots by more than the error.
+    /// Steps with frozen viscosity reduce the logarithm of every shear rate's error by the factor
+    /// of one minus the index; some are taken whenever a step does not halve the change.
     ///
     /// The first iteration removes the divergence of a flow that is not `solenoidal`, at full
-    /// length. Returns the number of iterations, the last change and the factors of the last matrix.
+    /// length. Returns the number of iterations, the last change and the factors of the last
+    /// matrix.
     ///
     /// # Errors
     /// Those of [`FlowSystem::iterate`].

@@ -3,15 +3,15 @@
 use rheology::ViscosityLaw;
 
 use super::bodies::AxialBody;
+use super::drive::{SteadyDrive, SteadyParameters};
 use super::orders::raise_order;
 use super::problem::{FirstOrderChange, Level, Problem, SHARE_OUTSIDE, check_plateau};
-use super::steady::{SteadyDrive, SteadyParameters};
 use crate::{AxisymmetricError, Surroundings};
 
 /// A Newtonian flow at the viscosity at rest, and the first-order changes by a viscosity law.
 ///
-/// The two forms of the change bracketed the true one in all squirmers in a fluid of Carreau that were
-/// tried; no theorem says that they must.
+/// The two forms of the change bracketed the true one in all squirmers in a fluid of Carreau that
+/// were tried; no theorem says that they must.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LawChange {
@@ -21,10 +21,11 @@ pub struct LawChange {
     pub forces: Vec<f64>,
     /// Changes of both by the viscosity at the shear rates of the Newtonian flow.
     pub by_viscosity: AxialChange,
-    /// Changes by the first term of the viscosity for small shear rates, `g^2`; none for laws without it.
+    /// Changes by the first term of the viscosity for small shear rates, `g^2`; none for laws
+    /// without it.
     pub by_square: Option<AxialChange>,
-    /// Estimated error of the Newtonian flow, relative to the largest velocity and force, and of the
-    /// changes by the viscosity, relative to the power that the viscosity changes.
+    /// Estimated error of the Newtonian flow, relative to the largest velocity and force, and of
+    /// the changes by the viscosity, relative to the power that the viscosity changes.
     pub relative_error: f64,
 }
 
@@ -40,9 +41,9 @@ pub struct AxialChange {
 
 /// The first-order change of a flow by a viscosity law, without inertia.
 ///
-/// `V_1 = -∫ 2 (η(g) - η_0) D(u):D(v)` with the Newtonian flow `u` at the viscosity `η_0` at rest and the
-/// flow `v` of a unit force (Lauga 2014, reciprocal theorem; Datt, Zhu, Elfring & Pak 2015). Cost: a Newtonian flow and
-/// two right-hand sides.
+/// `V_1 = -∫ 2 (η(g) - η_0) D(u):D(v)` with the Newtonian flow `u` at the viscosity `η_0` at rest
+/// and the flow `v` of a unit force (Lauga 2014, reciprocal theorem; Datt, Zhu, Elfring & Pak
+/// 2015). Cost: a Newtonian flow and two right-hand sides.
 ///
 /// ```
 /// use axisymmetric::{AxialBody, AxialSpheroid, SteadyDrive, Surroundings, law_change};

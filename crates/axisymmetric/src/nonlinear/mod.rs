@@ -2,6 +2,7 @@
 
 mod axial_forces;
 mod bodies;
+mod drive;
 mod energy;
 mod flow_system;
 mod forcing;
@@ -19,8 +20,10 @@ mod viscosity;
 
 pub use axial_forces::{AxialForceSolver, AxialForces};
 pub use bodies::{AxialBody, AxialMotion};
+pub use drive::{Slip, SteadyDrive, SteadyParameters};
 pub use forcing::AxialForcing;
 pub use impedance::{Impedance, ImpedanceParameters, impedance};
 pub use integrator::{AxialIntegrator, AxialStep, Convection, TransientParameters};
 pub use law_change::{AxialChange, LawChange, law_change};
-pub use steady::{Slip, SteadyDrive, SteadyParameters, SteadyState, steady_state};
+pub(crate) use problem::{TriangleValues, law_flow};
+pub use steady::{SteadyState, steady_state};

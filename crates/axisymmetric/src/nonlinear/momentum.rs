@@ -1,7 +1,7 @@
 //! The weak form of the Navier-Stokes equations without swirl on one element.
 //!
-//! With the notation of [`crate::forms`], the viscous form `s` of [`super::viscosity`], the density `ρ`
-//! and the velocity `w` of the mesh along the axis, the residuals of the equations are
+//! With the notation of [`crate::forms`], the viscous form `s` of [`super::viscosity`], the density
+//! `ρ` and the velocity `w` of the mesh along the axis, the residuals of the equations are
 //!
 //! ```text
 //! s(u, v) + b(v, p) + ∫ (α u + h + ρ ((u - w e_z) · ∇) u) · v,    b(u, q)

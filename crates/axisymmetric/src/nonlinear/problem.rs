@@ -6,13 +6,13 @@ use nalgebra::DMatrix;
 use rheology::{Law, ViscosityLaw};
 
 use super::bodies::{AxialBody, check_length, domain, motions, shapes};
+use super::drive::{SteadyDrive, SteadyParameters};
 use super::energy::ROUNDING;
 use super::flow_system::{Balance, BoundaryVelocity, Fields, FlowSystem, Terms};
 use super::momentum::Coefficients;
 use super::nested_condensation::CondensedFactors;
 use super::orders::FIRST_ORDER;
 use super::response::Responses;
-use super::steady::{SteadyDrive, SteadyParameters};
 use super::viscosity::Viscosity;
 use crate::curve::Point;
 use crate::generate::generate;
@@ -80,7 +80,37 @@ pub(super) struct Level {
     pub regularised: f64,
 }
 
+/// Values at the nodes of a triangle.
+pub(crate) struct TriangleValues {
+    pub positions: Vec<Point>,
+    pub velocities: Vec<Point>,
+    pub pressures: Vec<f64>,
+}
+
 impl Level {
+    /// The flow on each triangle.
+    fn triangles(&self) -> impl Iterator<Item = TriangleValues> + '_ {
+        let [velocities, pressures] = &self.system.spaces;
+        velocities
+            .nodes
+            .iter()
+            .zip(&pressures.nodes)
+            .map(|(u, p)| TriangleValues {
+                positions: u
+                    .iter()
+                    .map(|&node| self.positions[node as usize])
+                    .collect(),
+                velocities: u
+                    .iter()
+                    .map(|&node| self.fields.velocity[node as usize])
+                    .collect(),
+                pressures: p
+                    .iter()
+                    .map(|&node| self.fields.pressure[node as usize])
+                    .collect(),
+            })
+    }
+
     /// Largest component of a velocity of the fluid.
     pub fn largest_speed(&self) -> f64 {
         largest_speed(&self.fields)
@@ -137,8 +167,8 @@ impl<'a> Problem<'a> {
         Ok(())
     }
 
-    /// Enlarges the mesh of unbounded fluid until neglecting the law beyond it changes forces by this
-    /// part.
+    /// Enlarges the mesh of unbounded fluid until neglecting the law beyond it changes forces by
+    /// this part.
     ///
     /// # Errors
     /// Those of [`Problem::solve`]; [`AxisymmetricError::NoPlateau`].
@@ -146,8 +176,8 @@ impl<'a> Problem<'a> {
         self.enlarge_until(|level| level.outside <= tolerance)
     }
 
-    /// Enlarges the mesh of unbounded fluid until neglecting the change of the viscosity beyond it takes
-    /// this part of all of it.
+    /// Enlarges the mesh of unbounded fluid until neglecting the change of the viscosity beyond it
+    /// takes this part of all of it.
     ///
     /// # Errors
     /// As [`Problem::choose_open_radius`].
@@ -205,12 +235,12 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Changes of velocities and forces, to first order, if the viscosity of a Newtonian flow changes
-    /// to that of a law.
+    /// Changes of velocities and forces, to first order, if the viscosity of a Newtonian flow
+    /// changes to that of a law.
     ///
     /// The form `∫ 2 (η(g) - η_0) D(u):D(v)` of the Newtonian flow `u` is a load on the same linear
-    /// system. By the reciprocal theorem the change of a velocity is minus its value for the flow `v`
-    /// of a unit force in place of the motion; one solution for the load has all of them.
+    /// system. By the reciprocal theorem the change of a velocity is minus its value for the flow
+    /// `v` of a unit force in place of the motion; one solution for the load has all of them.
     ///
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`], [`AxisymmetricError::SingularElement`].
@@ -264,7 +294,8 @@ impl<'a> Problem<'a> {
         FlowSystem::new(mesh, order, motions, self.n_motions, frame, open_ball)
     }
 
-    /// The viscosity of the fluid; that at rest is its constant part where there is an open boundary.
+    /// The viscosity of the fluid; that at rest is its constant part where there is an open
+    /// boundary.
     fn viscosity(&self) -> Viscosity<'a> {
         let Some(law) = self.law else {
             return Viscosity::constant(self.constant);
@@ -279,12 +310,12 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The flow by elements of one order, from that of the same or a lower order or from a Newtonian
-    /// flow.
+    /// The flow by elements of one order, from that of the same or a lower order or from a
+    /// Newtonian flow.
     ///
     /// # Errors
-    /// [`AxisymmetricError::LawNotSolved`], [`AxisymmetricError::NotSteady`], slip that is not finite,
-    /// domains that cannot be meshed.
+    /// [`AxisymmetricError::LawNotSolved`], [`AxisymmetricError::NotSteady`], slip that is not
+    /// finite, domains that cannot be meshed.
     pub fn solve(&self, order: usize, lower: Option<&Level>) -> Result<Level, AxisymmetricError> {
         let system = self.system(order)?;
         let positions = system.positions();
@@ -510,8 +541,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The viscosity at the largest speed of a surface over the smallest semi-axis of a body, or at the
-    /// rate at which a sphere is driven by the loads.
+    /// The viscosity at the largest speed of a surface over the smallest semi-axis of a body, or at
+    /// the rate at which a sphere is driven by the loads.
     fn typical_viscosity(&self, boundary: &BoundaryVelocity) -> f64 {
         let Some(law) = self.law else {
             return self.constant;
@@ -584,6 +615,27 @@ impl<'a> Problem<'a> {
     pub fn typical_rate(&self, level: &Level) -> f64 {
         level.largest_speed() / self.size()
     }
+}
+
+/// The flow around bodies with given velocities and slip in a fluid with a viscosity law, on each
+/// triangle of a mesh, by elements of this order.
+///
+/// Unbounded fluid is meshed to `enlarged` times the radius of Stokes flow at least.
+///
+/// # Errors
+/// Those of [`Problem::solve`].
+pub(crate) fn law_flow(
+    bodies: &[AxialBody],
+    surroundings: Surroundings,
+    drive: &SteadyDrive,
+    parameters: &SteadyParameters,
+    order: usize,
+    enlarged: f64,
+) -> Result<Vec<TriangleValues>, AxisymmetricError> {
+    let mut problem = Problem::new(bodies, surroundings, drive, parameters)?;
+    problem.meridian = problem.meridian.enlarged(enlarged);
+    problem.choose_open_radius(SHARE_OUTSIDE * parameters.tolerance)?;
+    Ok(problem.solve(order, None)?.triangles().collect())
 }
 
 /// Largest component of a velocity of a flow.

@@ -115,8 +115,8 @@ impl FlowSystem {
         Ok(residuals)
     }
 
-    /// Power of the part of the viscosity that is not constant, in the fluid that is meshed, relative to
-    /// the Newtonian drag of a body of this size at this speed.
+    /// Power of the part of the viscosity that is not constant, in the fluid that is meshed,
+    /// relative to the Newtonian drag of a body of this size at this speed.
     ///
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`].
@@ -133,8 +133,8 @@ impl FlowSystem {
         Ok(if power > 0.0 { power / drag } else { 0.0 })
     }
 
-    /// Estimated change of a force by the varying viscosity beyond an open boundary, relative to the
-    /// Newtonian drag of a body of this size at this speed.
+    /// Estimated change of a force by the varying viscosity beyond an open boundary, relative to
+    /// the Newtonian drag of a body of this size at this speed.
     ///
     /// Only the viscosity `η_0` at rest is known there. Shear rates decay at least like those of a
     /// force, `g (R / r)^2` with the largest rate `g` on the boundary, so that

@@ -1,16 +1,17 @@
 //! Viscous stress of a generalised Newtonian fluid, and its exact derivative.
 //!
-//! A constant part `c` of the viscosity has the form of [`crate::forms`], the rest the symmetric one:
+//! A constant part `c` of the viscosity has the form of [`crate::forms`], the rest the symmetric
+//! one:
 //!
 //! ```text
 //! c a(u, v) + ∫ c (∇·u) (∇·v) + ∫ 2 (η(g) - c) D(u):D(v),    g^2 = 2 D:D
 //! ```
 //!
-//! with `D_zz = ∂u_z/∂z`, `D_rr = ∂u_r/∂r`, `D_θθ = u_r / r`, `2 D_zr = ∂u_z/∂r + ∂u_r/∂z`. The terms
-//! with `c` differ from `∫ 2 c D:D` by `∫ c (∇·u ∇·v - ∇u^T:∇v)`, which is an integral of tangential
-//! derivatives over the boundary: forces on surfaces that do not rotate are the same, and the form
-//! stays convex in flows whose divergence vanishes only weakly. The constant part is that of
-//! unbounded fluid, whose open boundary belongs to the form of [`crate::forms`].
+//! with `D_zz = ∂u_z/∂z`, `D_rr = ∂u_r/∂r`, `D_θθ = u_r / r`, `2 D_zr = ∂u_z/∂r + ∂u_r/∂z`. The
+//! terms with `c` differ from `∫ 2 c D:D` by `∫ c (∇·u ∇·v - ∇u^T:∇v)`, which is an integral of
+//! tangential derivatives over the boundary: forces on surfaces that do not rotate are the same,
+//! and the form stays convex in flows whose divergence vanishes only weakly. The constant part is
+//! that of unbounded fluid, whose open boundary belongs to the form of [`crate::forms`].
 
 use nalgebra::{DMatrix, DVector};
 use rheology::ViscosityLaw;

@@ -202,8 +202,8 @@ fn the_first_order_change_of_the_drag_is_the_exact_integral() {
     assert!((change / 3.9024794897 - 1.0).abs() < 1e-5, "{change}");
 }
 
-/// Three spheres whose left link becomes shorter at the rate 1: change of the velocity of the middle
-/// one, in units of `(n - 1) / 2 λ^2`.
+/// Three spheres whose left link becomes shorter at the rate 1: change of the velocity of the
+/// middle one, in units of `(n - 1) / 2 λ^2`.
 fn change_of_three_spheres(centres: [f64; 3], surroundings: Surroundings) -> [f64; 2] {
     let bodies = centres.map(|centre| AxialBody::free(AxialSpheroid::sphere(centre, 1.0), 0.0, 0));
     let drive = SteadyDrive {
@@ -238,13 +238,13 @@ fn first_order_changes_of_three_spheres_are_those_of_the_reciprocal_theorem() {
     }
 }
 
-/// The square stroke of the three-sphere swimmer between links of 10 and 6 in unbounded fluid, a unit
-/// of time per leg: the change of its displacement by each leg in units of `(n - 1) / 2 λ^2`, by the
-/// same independent program.
+/// The square stroke of the three-sphere swimmer between links of 10 and 6 in unbounded fluid, a
+/// unit of time per leg: the change of its displacement by each leg in units of `(n - 1) / 2 λ^2`,
+/// by the same independent program.
 ///
-/// A leg of the duration `T` has `T^-2` times the change. One link alone that closes in the time `T` and
-/// opens in the time `T'` therefore moves the swimmer by the sum for one leg times `1 / T'^2 - 1 / T^2`:
-/// strokes of one degree of freedom swim in this fluid.
+/// A leg of the duration `T` has `T^-2` times the change. One link alone that closes in the time
+/// `T` and opens in the time `T'` therefore moves the swimmer by the sum for one leg times `1 /
+/// T'^2 - 1 / T^2`: strokes of one degree of freedom swim in this fluid.
 #[test]
 #[ignore = "slow: 30 s"]
 fn legs_of_the_three_sphere_stroke_change_as_the_reciprocal_theorem_says() {
@@ -295,8 +295,8 @@ fn drags_in_power_laws_are_those_of_a_spectral_program() {
     }
 }
 
-/// In a large ball the drag is that in unbounded fluid, again by the spectral program; values of the
-/// literature (Dazhi & Tanner 1985) are up to 4 % smaller.
+/// In a large ball the drag is that in unbounded fluid, again by the spectral program; values of
+/// the literature (Dazhi & Tanner 1985) are up to 4 % smaller.
 #[test]
 #[ignore = "slow: 2 min"]
 fn drags_in_power_laws_without_a_container_are_those_of_a_spectral_program() {
@@ -318,8 +318,8 @@ fn drags_in_power_laws_without_a_container_are_those_of_a_spectral_program() {
     }
 }
 
-/// A fluid of Carreau with inertia: its first-order changes by inertia and by the law are those of each
-/// alone, and a law that is Newtonian changes nothing.
+/// A fluid of Carreau with inertia: its first-order changes by inertia and by the law are those of
+/// each alone, and a law that is Newtonian changes nothing.
 #[test]
 fn inertia_and_a_law_are_in_one_flow() {
     let body = AxialBody::prescribed(unit_sphere());
@@ -432,4 +432,33 @@ fn hard_laws_are_solved_or_refused() {
         .with_tolerance(1e-3);
     let found = steady_state(&[body], BALL, &SteadyDrive::default(), &parameters).expect("rest");
     assert_eq!(found.velocities, [0.0]);
+}
+
+/// The flow for pictures is that of the law: the velocity of a Newtonian fluid for a law without an
+/// effect, and force-free velocities of the surface of a squirmer.
+#[test]
+fn flows_for_pictures_follow_the_law() {
+    use axisymmetric::{BodyVelocity, MeridianFlow};
+    let moving = BodyVelocity {
+        axial: 1.0,
+        ..BodyVelocity::default()
+    };
+    let at = |law: &Law| {
+        let flow = MeridianFlow::with_law(
+            &[unit_sphere()],
+            Surroundings::Unbounded,
+            std::slice::from_ref(&moving),
+            law,
+        );
+        flow.expect("a flow")
+            .at(0.0, 2.0)
+            .expect("in the fluid")
+            .axial
+    };
+    let stokes = 0.75 / 2.0 + 0.25 / 8.0;
+    let newtonian = at(&Law::Newtonian { viscosity: 2.0 });
+    assert!((newtonian / stokes - 1.0).abs() < 5e-3, "{newtonian}");
+    // a fluid that thins yields near the sphere, so that it drags less fluid along
+    let thinning = at(&carreau(0.5, 1.0, 0.0));
+    assert!(thinning < 0.95 * stokes, "{thinning}");
 }

@@ -451,10 +451,6 @@ impl Flows for AxisymmetricModel {
         rates: &[f64],
         points: &[Vector3<f64>],
     ) -> Result<Vec<Option<PointFlow>>, ModelError> {
-        if self.law.is_some() {
-            let what = "the flow of a fluid with a viscosity law by the model 'axisymmetric'";
-            return Err(ModelError::unsupported(what, "use model.kind = \"fem\""));
-        }
         self.flow_in_meridian_plane(configuration, rates, points)
     }
 }

@@ -33,8 +33,8 @@ fn sphere_in_ball(radius: f64, keys: &str) -> SceneText {
         .shape("s", &keys, [0.0, 0.0, 0.0])
 }
 
-/// The speed and power of a squirmer in units of length and viscosity other than the scaled ones; by
-/// a spectral program in a ball of 10 radii, at the shear number `λ B_1 / a = 1`.
+/// The speed and power of a squirmer in units of length and viscosity other than the scaled ones;
+/// by a spectral program in a ball of 10 radii, at the shear number `λ B_1 / a = 1`.
 #[test]
 fn a_squirmer_in_a_fluid_of_carreau_has_the_speed_and_power_of_a_spectral_program() {
     let (radius, viscosity, b1) = (2.0, 3.0, 0.5);
@@ -75,8 +75,8 @@ fn a_sphere_that_a_force_drives_through_a_power_law_has_the_speed_of_a_spectral_
     );
 }
 
-/// Velocities in a power law are homogeneous of degree one in the rates, forces of the degree of the
-/// index; in a fluid of Carreau neither is.
+/// Velocities in a power law are homogeneous of degree one in the rates, forces of the degree of
+/// the index; in a fluid of Carreau neither is.
 #[test]
 fn rates_scale_velocities_in_power_laws_only() {
     let text = three_spheres().ball(30.0);
