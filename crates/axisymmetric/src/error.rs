@@ -189,6 +189,28 @@ pub enum AxisymmetricError {
         /// Relative change of the velocity in the last iteration.
         change: f64,
     },
+    /// Unbounded fluid whose viscosity far from the bodies is not known.
+    #[error(
+        "in unbounded fluid the viscosity far away must be that at rest, which is {viscosity} by \
+         this law, and the fluid must reach it; put the bodies into a ball, of 1e3 to 1e4 radii \
+         for the limit of unbounded fluid"
+    )]
+    NoPlateau {
+        /// Viscosity at zero shear rate.
+        viscosity: f64,
+    },
+    /// A flow that the viscosity law makes too stiff for Newton's method.
+    #[error(
+        "the flow of the viscosity law is not found: after {iterations} iterations of Newton's \
+         method velocities still change by {change:.3e} of the largest; raise the \
+         infinite-shear viscosity, the index or the regularisation of the law"
+    )]
+    LawNotSolved {
+        /// Iterations.
+        iterations: usize,
+        /// Relative change of the velocity in the last one.
+        change: f64,
+    },
     /// A flow with inertia whose estimated error is above the tolerance at the highest order.
     #[error(
         "the flow was requested to {tolerance:e}, but elements of the highest order {order} reach \

@@ -1,6 +1,7 @@
 //! The flow around bodies with given velocities, for pictures.
 
 use rayon::prelude::*;
+use rheology::ViscosityLaw;
 
 use crate::AxisymmetricError;
 use crate::collar::Motion;
@@ -10,6 +11,7 @@ use crate::generate::generate;
 use crate::geometry_map::node_positions;
 use crate::meridian::{Meridian, Surroundings};
 use crate::mesh::MeridianMesh;
+use crate::nonlinear::{AxialBody, SteadyDrive, SteadyParameters, TriangleValues, law_flow};
 use crate::open_boundary::{exterior_flow, exterior_swirl};
 use crate::space::Space;
 use crate::spheroid::AxialSpheroid;
@@ -27,6 +29,10 @@ const GROWTH: f64 = 0.3;
 /// the corners of a picture.
 const OPEN_RADIUS_FACTOR: f64 = 2.0;
 
+/// Error that a viscosity law may cause beyond an open boundary: a tenth of this, far below that of
+/// the elements.
+const LAW_TOLERANCE: f64 = 1e-3;
+
 /// Smallest barycentric coordinate of a point that belongs to a triangle, as curved edges are
 /// approximated by parabolas.
 const MIN_BARYCENTRIC: f64 = -0.01;
@@ -40,6 +46,15 @@ pub struct BodyVelocity {
     pub angular: f64,
     /// Amplitudes of the modes of the surface, in the order of [`crate::SurfaceMode`].
     pub modes: [f64; MODES],
+}
+
+impl BodyVelocity {
+    /// Velocity of the surface relative to the body, along the axis and away from it, at a point
+    /// relative to the centre of the body.
+    pub fn slip(&self, shape: &AxialSpheroid, from_centre: [f64; 2]) -> [f64; 2] {
+        let [z, r] = from_centre;
+        surface_velocity(shape, &Point::new(shape.centre + z, r), &self.modes)
+    }
 }
 
 /// Velocity and pressure at a point of the meridian half-plane, for the viscosity 1.
@@ -167,6 +182,50 @@ impl MeridianFlow {
         });
         Ok(Self {
             triangles: triangles.collect(),
+        })
+    }
+
+    /// The flow around bodies with these velocities in a fluid with a viscosity law.
+    ///
+    /// Angular velocities are not supported and have no effect. Unbounded fluid is known in a ball
+    /// of three times the radius of the bodies together, or more.
+    ///
+    /// # Errors
+    /// As [`crate::AxialForceSolver::solve`].
+    pub fn with_law(
+        bodies: &[AxialSpheroid],
+        surroundings: Surroundings,
+        velocities: &[BodyVelocity],
+        law: &dyn ViscosityLaw,
+    ) -> Result<Self, AxisymmetricError> {
+        let list: Vec<AxialBody> = bodies.iter().map(|b| AxialBody::prescribed(*b)).collect();
+        let at = |body: usize| velocities.get(body).cloned().unwrap_or_default();
+        let axial: Vec<f64> = (0..bodies.len()).map(|body| at(body).axial).collect();
+        let slip = |body: usize, x: [f64; 2]| at(body).slip(&bodies[body], x);
+        let drive = SteadyDrive {
+            velocities: &axial,
+            slip: Some(&slip),
+            ..SteadyDrive::default()
+        };
+        let parameters = SteadyParameters::new(0.0)
+            .with_law(law)
+            .with_growth(GROWTH)
+            .with_tolerance(LAW_TOLERANCE);
+        let factor = OPEN_RADIUS_FACTOR;
+        let values = law_flow(&list, surroundings, &drive, &parameters, ORDER, factor)?;
+        let triangle = |values: TriangleValues| {
+            let positions: [Point; 6] = std::array::from_fn(|k| values.positions[k]);
+            Triangle {
+                axial: std::array::from_fn(|k| values.velocities[k].x),
+                radial: std::array::from_fn(|k| values.velocities[k].y),
+                azimuthal: [0.0; 6],
+                pressure: std::array::from_fn(|k| values.pressures[k]),
+                bounds: bounds(&positions),
+                positions,
+            }
+        };
+        Ok(Self {
+            triangles: values.into_iter().map(triangle).collect(),
         })
     }
 

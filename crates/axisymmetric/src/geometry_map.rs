@@ -11,6 +11,8 @@ use crate::quadrature::{RulePoint, triangle_rule};
 /// The geometry map of a triangle at one quadrature point.
 #[derive(Clone, Copy)]
 pub(crate) struct MapPoint {
+    /// Position along the axis.
+    pub axial: f64,
     /// Distance from the axis.
     pub radius: f64,
     /// Volume weight: `2 π r` times the Jacobian determinant and the quadrature weight.
@@ -98,6 +100,7 @@ pub(crate) fn map_points(
             let (determinant, radius) = (jacobian.determinant(), at[(1, q)]);
             match jacobian.try_inverse() {
                 Some(inverse) if determinant > 0.0 && radius > 0.0 => Ok(MapPoint {
+                    axial: at[(0, q)],
                     radius,
                     measure: 2.0 * std::f64::consts::PI * radius * determinant * point.weight,
                     inverse: inverse.transpose(),

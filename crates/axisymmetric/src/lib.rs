@@ -11,9 +11,9 @@ mod flow;
 mod forms;
 mod generate;
 mod geometry_map;
-mod inertia;
 mod meridian;
 mod mesh;
+mod nonlinear;
 mod open_boundary;
 mod quadrature;
 mod resistance;
@@ -27,15 +27,16 @@ mod system;
 
 pub use error::AxisymmetricError;
 pub use flow::{BodyVelocity, MeridianFlow, MeridianValue};
-pub use inertia::{
-    AxialBody, AxialForcing, AxialIntegrator, AxialMotion, AxialStep, Convection, Impedance,
-    ImpedanceParameters, Slip, SteadyDrive, SteadyParameters, SteadyState, TransientParameters,
-    impedance, steady_state,
-};
 pub use meridian::{MAX_ASPECT, Surroundings};
+pub use nonlinear::{
+    AxialBody, AxialChange, AxialForceSolver, AxialForces, AxialForcing, AxialIntegrator,
+    AxialMotion, AxialStep, Convection, Impedance, ImpedanceParameters, LawChange, Slip,
+    SteadyDrive, SteadyParameters, SteadyState, TransientParameters, impedance, law_change,
+    steady_state,
+};
 pub use resistance::{AxialResistance, SurfaceResistance};
 pub use solver::{ResistanceSolver, axial_resistance, spin_resistance};
 pub use spheroid::AxialSpheroid;
 pub use surface_modes::SurfaceMode;
 
-pub use nalgebra;
+pub use {nalgebra, rheology};

@@ -222,12 +222,17 @@ impl Meridian {
             .filter_map(|((&given, &body), outline)| outline.map(|o| (given, body, o)))
     }
 
-    /// Radius of the sphere in unbounded fluid where the mesh ends.
-    pub fn open_radius(&self) -> Option<f64> {
+    /// Centre and radius of the sphere in unbounded fluid where the mesh ends.
+    pub fn open_ball(&self) -> Option<[f64; 2]> {
         match self.wall {
-            Wall::Open { radius, .. } => Some(radius),
+            Wall::Open { centre, radius } => Some([centre, radius]),
             _ => None,
         }
+    }
+
+    /// Radius of the sphere in unbounded fluid where the mesh ends.
+    pub fn open_radius(&self) -> Option<f64> {
+        self.open_ball().map(|[_, radius]| radius)
     }
 
     /// The closed boundary of the meridian domain, with the domain on its left.

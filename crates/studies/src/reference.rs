@@ -326,6 +326,61 @@ pub const FALLING_SPHERES: [(&str, f64, f64, f64, f64); 3] = [
     ("Re = 31.9", 9.60e-4, 0.058, 1.1, 122.6),
 ];
 
+/// Index, relaxation time, viscosity at infinite shear rate of a fluid of Carreau with the
+/// viscosity 1 at rest, Stokes drags `F / 6 π` of a unit sphere at speed 1 in a ball of radius 10,
+/// and their digits.
+///
+/// By a spectral Galerkin program in spherical coordinates.
+pub const CARREAU_SPHERES: [(f64, f64, f64, f64, f64); 5] = [
+    (0.5, 1.0, 0.0, 1.1827246, 5e-8),
+    (0.3, 1.0, 0.0, 1.1293781, 5e-8),
+    (0.5, 10.0, 0.0, 0.597988, 1e-6),
+    (0.3, 10.0, 0.0, 0.410398, 1.3e-6),
+    (0.3, 10.0, 0.01, 0.430480, 1.3e-6),
+];
+
+/// Speed over `2 B_1 / 3` and power over `16 π / 3` of the squirmer `u_θ = B_1 sin θ` with `B_1 =
+/// 1` in a ball of radius 10, in a fluid of Carreau with index 0.5 and relaxation time 1; the same
+/// program.
+pub const CARREAU_SQUIRMER: [f64; 2] = [0.9327406407, 0.7524060];
+
+/// Index, radius of the ball, `X` in `F = X 6 π K a^2 (U / a)^n 2^(1 - n)` of a sphere in a power
+/// law, and its digits; the same program.
+///
+/// The values of Dazhi & Tanner (1985) for unbounded fluid, here a ball of 1e4 radii, are up to 4 %
+/// smaller.
+pub const POWER_LAW_SPHERES: [(f64, f64, f64, f64); 7] = [
+    (0.8, 10.0, 1.3995224, 4e-8),
+    (0.5, 10.0, 1.499934, 4e-7),
+    (0.9, 1e4, 1.13815, 5e-6),
+    (0.8, 1e4, 1.25789, 5e-6),
+    (0.7, 1e4, 1.35560, 5e-6),
+    (0.6, 1e4, 1.42883, 5e-6),
+    (0.5, 1e4, 1.47592, 5e-6),
+];
+
+/// Positions of three unit spheres, radius of the ball (infinite for unbounded fluid), velocity of
+/// the middle one while the left link becomes shorter at the rate 1, and its first-order change in
+/// a fluid of Carreau in units of `(n - 1) / 2 λ^2`.
+///
+/// By the reciprocal theorem with multipoles.
+pub const CARREAU_THREE_SPHERES: [([f64; 3], f64, f64, f64); 3] = [
+    ([-10.0, 0.0, 10.0], 40.0, -0.3428979021, -0.022343595),
+    (
+        [-10.0, 0.0, 10.0],
+        f64::INFINITY,
+        -0.3431985147,
+        -0.021768092,
+    ),
+    ([-6.0, 0.0, 6.0], f64::INFINITY, -0.3513188138, -0.026939721),
+];
+
+/// First-order change of the speed of the squirmer `u_θ = 1.5 sin θ (1 + β cos θ)` in unbounded
+/// fluid of Carreau, in units of `(n - 1) / 2 λ^2`; exact integration of the reciprocal theorem.
+pub fn carreau_squirmer_slope(beta: f64) -> f64 {
+    72.0 / 65.0 + 12447.0 * beta * beta / 5005.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

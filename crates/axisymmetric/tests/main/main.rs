@@ -4,3 +4,4 @@ mod examples;
 mod hostile;
 mod inertia;
 mod resistance;
+mod thinning;

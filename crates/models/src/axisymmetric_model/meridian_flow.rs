@@ -29,7 +29,10 @@ impl AxisymmetricModel {
         let scale = self.scaled.scale;
         let velocities = self.body_velocities(&solution.bodies, surfaces.as_ref());
         let bodies = self.on_axis(configuration)?;
-        let flow = MeridianFlow::new(&bodies, self.surroundings, &velocities)?;
+        let flow = match &self.law {
+            Some(law) => MeridianFlow::with_law(&bodies, self.surroundings, &velocities, law)?,
+            None => MeridianFlow::new(&bodies, self.surroundings, &velocities)?,
+        };
         let origin = self.origin(&self.scaled.centres(configuration)?);
         let motion = SurfaceMotion::new(&self.scaled, &self.scaled.poses(configuration)?);
         // The position along the axis, the distance from it, and the unit vector away from it.

@@ -3,6 +3,7 @@
 mod axial_stresslets;
 mod axial_surfaces;
 mod meridian_flow;
+mod viscosity_law;
 
 use std::time::Instant as Clock;
 
@@ -22,6 +23,7 @@ use crate::query::{Configuration, Query};
 use crate::response::BodySolution;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
+use scene::rheology::Law;
 use scene::{Arrangement, Domain, Scene, Shape};
 use stokes::Seconds;
 
@@ -39,6 +41,8 @@ pub struct AxisymmetricModel {
     axis: Vector3<f64>,
     /// Whether torques or joints turn some body, so that the flow with swirl is computed.
     has_swirl: bool,
+    /// Viscosity law of the fluid in scaled units; none for a Newtonian fluid.
+    law: Option<Law>,
     /// Requested relative error of resistances.
     tolerance: f64,
     /// Keeps what successive configurations have in common.
@@ -123,7 +127,25 @@ impl AxisymmetricModel {
                  model.kind = \"auto\"",
             );
         };
+        let has_swirl = scene.bodies().iter().any(|body| {
+            body.torque != Vector3::zeros()
+                || body.driving_torque.is_some()
+                || body.held_twist().angular != Vector3::zeros()
+        }) || (scene.articulation().joints().iter())
+            .any(|joint| joint.kind.turns());
+        let law = (scene.rheology())
+            .filter(|rheology| rheology.is_kept())
+            .map(|rheology| rheology.law.scaled(1.0 / scene.viscosity()));
+        if law.is_some() && has_swirl {
+            return refuse(
+                "fluid.law",
+                "rotation about the axis in a fluid with a viscosity law".to_owned(),
+                "use model.kind = \"fem\"",
+            );
+        }
         Ok(Self {
+            law,
+            has_swirl,
             shapes: (scene.bodies().iter())
                 .filter_map(|body| match &body.shape {
                     Shape::Sphere(shape) => {
@@ -138,11 +160,6 @@ impl AxisymmetricModel {
                     _ => None,
                 })
                 .collect(),
-            has_swirl: scene.bodies().iter().any(|body| {
-                body.torque != Vector3::zeros()
-                    || body.driving_torque.is_some()
-                    || body.held_twist().angular != Vector3::zeros()
-            }) || (scene.articulation().joints().iter()).any(|joint| joint.kind.turns()),
             surroundings,
             axis,
             // The net displacement is a small difference of the displacements of the phase spans,
@@ -365,6 +382,11 @@ impl Hydrodynamics for AxisymmetricModel {
         let tolerance = (query.accuracy).map_or(self.tolerance, |accuracy| {
             self.tolerance.min(SHARE * accuracy).max(MIN_TOLERANCE)
         });
+        if let Some(law) = self.law {
+            return (query.rates.iter())
+                .map(|rates| self.law_solution(query, rates, &law, tolerance))
+                .collect();
+        }
         let resistances = self.resistances_at(query.configuration, tolerance)?;
         let mut solutions: Vec<_> = (query.rates.iter())
             .map(|rates| {
@@ -382,6 +404,7 @@ impl Hydrodynamics for AxisymmetricModel {
         Capabilities {
             error_estimates: ErrorEstimates::Always,
             controls_error: true,
+            follows_rheology: true,
             ..Capabilities::default()
         }
     }

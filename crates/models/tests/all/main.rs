@@ -17,3 +17,4 @@ mod tables;
 mod tabulated;
 mod thinning;
 mod units;
+mod viscosity_laws;

@@ -12,6 +12,7 @@ mod spheres;
 mod summary;
 mod swimmer;
 mod thinning;
+mod thinning_meridian;
 
 use std::path::Path;
 use std::time::Instant;
@@ -49,6 +50,7 @@ pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
         ("bodies of other shapes", shapes::rows),
         ("fluids with inertia", inertia::rows),
         ("fluids that thin", thinning::rows),
+        ("fluids that thin, meridian plane", thinning_meridian::rows),
     ];
     let is_asked = |name: &str| only.is_none_or(|only| name.contains(only));
     if !parts.iter().any(|(name, _)| is_asked(name)) {

@@ -17,6 +17,7 @@ const CASES: [(&str, &str); 9] = [
     ("J", "hinges, springs and flows"),
     ("K", "bodies of other shapes"),
     ("L", "fluids with inertia"),
+    ("M", "fluids whose viscosity depends on the shear rate"),
     ("order", "observed orders"),
 ];
 

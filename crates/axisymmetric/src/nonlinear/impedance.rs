@@ -97,7 +97,7 @@ pub fn impedance(
     let motions: Vec<Option<usize>> = (0..bodies.len()).map(Some).collect();
     let solve = |order: usize, _: Option<&Impedance>| {
         let mesh = generate(&meridian, parameters.growth)?;
-        let system = FlowSystem::new(mesh, order, motions.clone(), bodies.len(), None)?;
+        let system = FlowSystem::new(mesh, order, motions.clone(), bodies.len(), None, None)?;
         Ok(Impedance {
             matrix: of_system(&system, parameters.frequency)?,
             relative_error: f64::INFINITY,

@@ -4,7 +4,7 @@ use crate::AxisymmetricError;
 use crate::solver::MAX_ORDER;
 
 /// First order of the elements.
-const FIRST_ORDER: usize = 4;
+pub(super) const FIRST_ORDER: usize = 4;
 
 /// Smallest tolerance, ten times the error of the iterations.
 const MIN_TOLERANCE: f64 = 1e-10;

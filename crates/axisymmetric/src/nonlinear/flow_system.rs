@@ -12,6 +12,7 @@ use crate::curve::{BoundaryPart, Point};
 use crate::element::Lagrange;
 use crate::geometry_map::node_positions;
 use crate::mesh::MeridianMesh;
+use crate::open_boundary::exterior_flow;
 use crate::space::Space;
 
 impl From<Singular> for AxisymmetricError {
@@ -30,6 +31,38 @@ pub(crate) struct Fields {
     pub motions: Vec<f64>,
 }
 
+impl Fields {
+    /// Adds a multiple of a change.
+    pub fn add(&mut self, change: &Self, length: f64) {
+        for (u, change) in self.velocity.iter_mut().zip(&change.velocity) {
+            *u += length * change;
+        }
+        for (p, change) in self.pressure.iter_mut().zip(&change.pressure) {
+            *p += length * change;
+        }
+        for (motion, change) in self.motions.iter_mut().zip(&change.motions) {
+            *motion += length * change;
+        }
+    }
+
+    /// The largest velocity of this change relative to the largest one of a flow.
+    pub fn relative_to(&self, flow: &Self) -> f64 {
+        // the maximum of numbers ignores NaN
+        let largest_change = self
+            .velocity
+            .iter()
+            .fold(0.0, |largest: f64, u| match u.amax() {
+                size if size.is_finite() => largest.max(size),
+                _ => f64::INFINITY,
+            });
+        let largest = (flow.velocity.iter()).fold(0.0, |m: f64, u| m.max(u.amax()));
+        match largest_change == 0.0 {
+            true => 0.0,
+            false => largest_change / largest,
+        }
+    }
+}
+
 /// Prescribed velocities on the boundary.
 pub(crate) struct BoundaryVelocity {
     /// Velocity of each body, without that of its free motion.
@@ -43,7 +76,7 @@ pub(crate) struct BoundaryVelocity {
 /// Terms of the momentum equation: see [`super::momentum`].
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Terms<'a> {
-    pub coefficients: Coefficients,
+    pub coefficients: Coefficients<'a>,
     /// `w` at each node, without that of [`FlowSystem::frame`].
     pub mesh_velocity: Option<&'a [f64]>,
     /// `h` at each node.
@@ -55,6 +88,18 @@ pub(crate) struct Residual {
     /// Residual of the momentum equation; on a body the force that it exerts on the fluid there.
     pub momentum: Vec<Point>,
     pub continuity: Vec<f64>,
+}
+
+impl Residual {
+    /// Subtracts other residuals.
+    pub fn subtract(&mut self, other: &Self) {
+        for (own, other) in self.momentum.iter_mut().zip(&other.momentum) {
+            *own -= other;
+        }
+        for (own, other) in self.continuity.iter_mut().zip(&other.continuity) {
+            *own -= other;
+        }
+    }
 }
 
 /// The balance of forces of the free motions: `matrix U - load` is the part that is not exerted by
@@ -69,23 +114,47 @@ pub(crate) struct Balance {
 /// Unknowns are numbered: axial velocities of all nodes, radial velocities, pressures, velocities
 /// of free motions. The axial velocity of a node on a body is that of the body's motion.
 pub(crate) struct FlowSystem {
-    mesh: MeridianMesh,
+    pub(super) mesh: MeridianMesh,
     velocity: Lagrange,
     pressure: Lagrange,
     /// Of velocities and of pressures.
-    spaces: [Space; 2],
+    pub(super) spaces: [Space; 2],
     n_nodes: [usize; 2],
     /// Boundary part of the first velocity nodes, those on vertices and edges.
-    parts: Vec<Option<BoundaryPart>>,
-    /// A small rule for straight elements off the axis, and a large one for the others.
-    rules: [Rule; 2],
+    pub(super) parts: Vec<Option<BoundaryPart>>,
+    /// A small rule for straight elements off the axis, a large one for the others, and one for
+    /// viscosities that vary.
+    rules: [Rule; 3],
     /// Unknown that determines each value; `None` for prescribed values.
     roles: Vec<Option<u32>>,
     condensation: Arc<NestedCondensation>,
-    motions: Vec<Option<usize>>,
+    /// Unbounded fluid beyond the mesh, at viscosity 1.
+    pub(super) exterior: Option<Exterior>,
+    pub(super) motions: Vec<Option<usize>>,
     n_motions: usize,
     /// Free motion with which the whole mesh moves.
     frame: Option<usize>,
+}
+
+/// The flow beyond an open boundary: see [`crate::open_boundary`].
+pub(super) struct Exterior {
+    /// Radius of the boundary and position of its centre.
+    pub radius: f64,
+    pub centre: f64,
+    /// Nodes of the boundary from left to right.
+    nodes: Vec<u32>,
+    /// Of axial and then radial velocities.
+    matrix: DMatrix<f64>,
+}
+
+impl Exterior {
+    /// The tractions of velocities on the boundary, axial ones first, at viscosity 1.
+    pub fn tractions(&self, velocity: &[Point]) -> (DVector<f64>, DVector<f64>) {
+        let n = self.nodes.len();
+        let at = |i: usize| velocity[self.nodes[i % n] as usize][i / n];
+        let velocities = DVector::from_fn(2 * n, |i, _| at(i));
+        (&self.matrix * &velocities, velocities)
+    }
 }
 
 /// Reduction of the change per iteration above which the matrix is factorised again.
@@ -104,6 +173,7 @@ impl FlowSystem {
         motions: Vec<Option<usize>>,
         n_motions: usize,
         frame: Option<usize>,
+        open_ball: Option<[f64; 2]>,
     ) -> Result<Self, AxisymmetricError> {
         let [velocity, pressure] = [Lagrange::new(order)?, Lagrange::new(order - 1)?];
         let spaces = [Space::new(&mesh, &velocity), Space::new(&mesh, &pressure)];
@@ -124,8 +194,10 @@ impl FlowSystem {
             None => Some((n + node) as u32),
         });
         // The pressure is determined up to a constant; that of the first node is zero. Its
-        // equation follows from the others, because no fluid enters or leaves.
-        let pressures = (0..m).map(|node| (node > 0).then_some((2 * n + node) as u32));
+        // equation follows from the others, because no fluid enters or leaves. In unbounded fluid
+        // it is determined by its decay.
+        let first = usize::from(open_ball.is_none());
+        let pressures = (0..m).map(|node| (node >= first).then_some((2 * n + node) as u32));
         let all_motions = (0..n_motions).map(|g| Some(motion(g)));
         let roles: Vec<Option<u32>> = (axial.chain(radial).chain(pressures))
             .chain(all_motions.clone())
@@ -140,7 +212,20 @@ impl FlowSystem {
         // the balance of forces is one more element, with no place of its own
         unknowns.push(all_motions.collect());
         centres.push(Point::zeros());
-        let rules = [(3 * order).div_ceil(2) + 2, 2 * order + 1]
+        let exterior = open_ball.map(|[centre, radius]| Exterior {
+            radius,
+            centre,
+            nodes: (spaces[0].traces(&mesh, &velocity))
+                .remove(&BoundaryPart::Open)
+                .unwrap_or_default(),
+            matrix: exterior_flow(&mesh, order, radius),
+        });
+        if let Some(exterior) = &exterior {
+            let of = |first: usize| (exterior.nodes.iter()).map(move |&node| first + node as usize);
+            unknowns.push(of(0).chain(of(n)).map(|i| roles[i]).collect());
+            centres.push(Point::zeros());
+        }
+        let rules = [(3 * order).div_ceil(2) + 2, 2 * order + 1, 2 * order + 2]
             .map(|points| Rule::new(points, &velocity, &pressure));
         Ok(Self {
             condensation: Arc::new(NestedCondensation::new(
@@ -157,6 +242,7 @@ impl FlowSystem {
             parts,
             rules,
             roles,
+            exterior,
             motions,
             n_motions,
             frame,
@@ -285,13 +371,13 @@ impl FlowSystem {
     ///
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`].
-    pub fn element(
-        &self,
+    pub fn element<'a>(
+        &'a self,
         t: usize,
         positions: &[Point],
         fields: &Fields,
-        terms: &Terms,
-    ) -> Result<MomentumElement<'_>, AxisymmetricError> {
+        terms: &Terms<'a>,
+    ) -> Result<MomentumElement<'a>, AxisymmetricError> {
         let nodes = &self.spaces[0].nodes[t];
         let frame = self.frame.map_or(0.0, |g| fields.motions[g]);
         let local = LocalValues {
@@ -311,7 +397,10 @@ impl FlowSystem {
         let positions: Vec<Point> = nodes.iter().map(|&i| positions[i as usize]).collect();
         // corners are the first nodes; 1 / r is singular at those on the axis
         let needs_large_rule = self.mesh.is_curved(t) || (0..3).any(|k| positions[k].y == 0.0);
-        let rule = &self.rules[usize::from(needs_large_rule)];
+        let rule = match terms.coefficients.viscosity.law {
+            Some(_) => &self.rules[2],
+            None => &self.rules[usize::from(needs_large_rule)],
+        };
         MomentumElement::new(t, &positions, rule, terms.coefficients, &local)
     }
 
@@ -329,21 +418,40 @@ impl FlowSystem {
             .into_par_iter()
             .map(|t| Ok(self.element(t, positions, fields, terms)?.residual()))
             .collect::<Result<Vec<_>, AxisymmetricError>>()?;
-        let mut residual = Residual {
-            momentum: vec![Point::zeros(); self.n_nodes[0]],
-            continuity: vec![0.0; self.n_nodes[1]],
-        };
+        let mut residual = self.no_residual();
         for (t, local) in locals.iter().enumerate() {
-            let [velocities, pressures] = [0, 1].map(|k| &self.spaces[k].nodes[t]);
-            let n = velocities.len();
-            for (k, &node) in velocities.iter().enumerate() {
-                residual.momentum[node as usize] += Point::new(local[k], local[n + k]);
-            }
-            for (k, &node) in pressures.iter().enumerate() {
-                residual.continuity[node as usize] += local[2 * n + k];
+            self.add_local(t, local, &mut residual);
+        }
+        if let Some(exterior) = &self.exterior {
+            let constant = terms.coefficients.viscosity.constant;
+            let (tractions, _) = exterior.tractions(&fields.velocity);
+            let n = exterior.nodes.len();
+            for (k, &node) in exterior.nodes.iter().enumerate() {
+                residual.momentum[node as usize] +=
+                    constant * Point::new(tractions[k], tractions[n + k]);
             }
         }
         Ok(residual)
+    }
+
+    /// Residuals that are zero.
+    pub(super) fn no_residual(&self) -> Residual {
+        Residual {
+            momentum: vec![Point::zeros(); self.n_nodes[0]],
+            continuity: vec![0.0; self.n_nodes[1]],
+        }
+    }
+
+    /// Adds the residuals of one triangle.
+    pub(super) fn add_local(&self, t: usize, local: &DVector<f64>, residual: &mut Residual) {
+        let [velocities, pressures] = [0, 1].map(|k| &self.spaces[k].nodes[t]);
+        let n = velocities.len();
+        for (k, &node) in velocities.iter().enumerate() {
+            residual.momentum[node as usize] += Point::new(local[k], local[n + k]);
+        }
+        for (k, &node) in pressures.iter().enumerate() {
+            residual.continuity[node as usize] += local[2 * n + k];
+        }
     }
 
     /// Force that each body exerts on the fluid.
@@ -375,6 +483,23 @@ impl FlowSystem {
         factors: &mut Option<CondensedFactors>,
     ) -> Result<f64, AxisymmetricError> {
         let residual = self.residual(positions, fields, terms)?;
+        let factors = match factors {
+            Some(factors) => factors,
+            None => factors.insert(self.factor(positions, fields, terms, balance)?),
+        };
+        let change = self.change(fields, &residual, balance, factors);
+        fields.add(&change, 1.0);
+        Ok(change.relative_to(fields))
+    }
+
+    /// The change of a flow with these residuals by an iteration.
+    pub(super) fn change(
+        &self,
+        fields: &Fields,
+        residual: &Residual,
+        balance: &Balance,
+        factors: &CondensedFactors,
+    ) -> Fields {
         let [n, m] = self.n_nodes;
         let mut rhs = vec![0.0; self.roles.len()];
         let axial = residual.momentum.iter().map(|r| r.x);
@@ -391,36 +516,18 @@ impl FlowSystem {
         for (g, (momentum, load)) in momenta.iter().zip(&balance.load).enumerate() {
             rhs[2 * n + m + g] += load - momentum;
         }
-        let factors = match factors {
-            Some(factors) => factors,
-            None => factors.insert(self.factor(positions, fields, terms, balance)?),
-        };
         let x = factors.solve(&rhs);
         let change = |i: usize| self.roles[i].map_or(0.0, |role| x[role as usize]);
-        let [mut largest, mut largest_change] = [0.0_f64; 2];
-        for (node, u) in fields.velocity.iter_mut().enumerate() {
-            let change = Point::new(change(node), change(n + node));
-            *u += change;
-            largest = largest.max(u.amax());
-            // the maximum of numbers ignores NaN
-            largest_change = match change.amax() {
-                size if size.is_finite() => largest_change.max(size),
-                _ => f64::INFINITY,
-            };
+        Fields {
+            velocity: (0..n)
+                .map(|node| Point::new(change(node), change(n + node)))
+                .collect(),
+            pressure: (0..m).map(|node| change(2 * n + node)).collect(),
+            motions: (0..self.n_motions).map(|g| change(2 * n + m + g)).collect(),
         }
-        for (node, p) in fields.pressure.iter_mut().enumerate() {
-            *p += change(2 * n + node);
-        }
-        for (g, motion) in fields.motions.iter_mut().enumerate() {
-            *motion += change(2 * n + m + g);
-        }
-        Ok(match largest_change == 0.0 {
-            true => 0.0,
-            false => largest_change / largest,
-        })
     }
 
-    fn factor(
+    pub(super) fn factor(
         &self,
         positions: &[Point],
         fields: &Fields,
@@ -430,6 +537,13 @@ impl FlowSystem {
         self.condensation.factor(&|t| {
             if t == self.mesh.triangles.len() {
                 return Ok(balance.matrix.clone());
+            }
+            if let Some(exterior) = self
+                .exterior
+                .as_ref()
+                .filter(|_| t > self.mesh.triangles.len())
+            {
+                return Ok(&exterior.matrix * terms.coefficients.viscosity.constant);
             }
             let element = self.element(t, positions, fields, terms)?;
             let mut matrix = element.jacobian();

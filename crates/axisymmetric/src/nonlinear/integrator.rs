@@ -220,7 +220,14 @@ impl<'a> AxialIntegrator<'a> {
         }
         let mesh = generate(&domain(bodies, surroundings)?, parameters.growth)?;
         let (motions, n_motions) = motions(bodies);
-        let system = FlowSystem::new(mesh, parameters.order, motions.clone(), n_motions, None)?;
+        let system = FlowSystem::new(
+            mesh,
+            parameters.order,
+            motions.clone(),
+            n_motions,
+            None,
+            None,
+        )?;
         let start: Vec<f64> = (0..bodies.len())
             .map(|body| forcing.displacement(time, body))
             .collect();
@@ -370,6 +377,7 @@ impl<'a> AxialIntegrator<'a> {
                     Convection::Neglected => 0.0,
                 },
                 mass: density * newest,
+                ..Coefficients::default()
             },
             mesh_velocity: None,
             history: Some(&history),

@@ -1,0 +1,29 @@
+//! Flows that no resistance matrix describes: with inertia or with a viscosity law.
+
+mod axial_forces;
+mod bodies;
+mod drive;
+mod energy;
+mod flow_system;
+mod forcing;
+mod impedance;
+mod integrator;
+mod law_change;
+mod mesh_motion;
+mod momentum;
+mod nested_condensation;
+mod orders;
+mod problem;
+mod response;
+mod steady;
+mod viscosity;
+
+pub use axial_forces::{AxialForceSolver, AxialForces};
+pub use bodies::{AxialBody, AxialMotion};
+pub use drive::{Slip, SteadyDrive, SteadyParameters};
+pub use forcing::AxialForcing;
+pub use impedance::{Impedance, ImpedanceParameters, impedance};
+pub use integrator::{AxialIntegrator, AxialStep, Convection, TransientParameters};
+pub use law_change::{AxialChange, LawChange, law_change};
+pub(crate) use problem::{TriangleValues, law_flow};
+pub use steady::{SteadyState, steady_state};

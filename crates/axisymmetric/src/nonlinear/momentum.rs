@@ -1,0 +1,462 @@
+//! The weak form of the Navier-Stokes equations without swirl on one element.
+//!
+//! With the notation of [`crate::forms`], the viscous form `s` of [`super::viscosity`], the density
+//! `ρ` and the velocity `w` of the mesh along the axis, the residuals of the equations are
+//!
+//! ```text
+//! s(u, v) + b(v, p) + ∫ (α u + h + ρ ((u - w e_z) · ∇) u) · v,    b(u, q)
+//! ```
+//!
+//! `α u + h` is the density times the time derivative by a difference formula: `h` is known from
+//! earlier times.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::viscosity::{Strain, Viscosity, tangent};
+use crate::AxisymmetricError;
+use crate::curve::Point;
+use crate::element::{Lagrange, Table};
+use crate::forms::{ElementMatrices, derivatives, scaled};
+use crate::geometry_map::{MapPoint, map_points};
+use crate::quadrature::{RulePoint, triangle_rule};
+use crate::stokes::saddle_point_matrix;
+
+/// A quadrature rule with the basis functions at its points.
+pub(crate) struct Rule {
+    points: Vec<RulePoint>,
+    velocity: Table,
+    pressure: Table,
+}
+
+impl Rule {
+    pub fn new(points: usize, velocity: &Lagrange, pressure: &Lagrange) -> Self {
+        let points = triangle_rule(points);
+        Self {
+            velocity: velocity.tabulate(&points),
+            pressure: pressure.tabulate(&points),
+            points,
+        }
+    }
+}
+
+/// Coefficients of the momentum equation.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Coefficients<'a> {
+    /// The viscosity.
+    pub viscosity: Viscosity<'a>,
+    /// Density `ρ` in the convective term; zero without it.
+    pub convection: f64,
+    /// Coefficient `α`, the density over the time that the difference formula gives the new value.
+    pub mass: f64,
+}
+
+/// Nodal values on one element.
+pub(crate) struct LocalValues {
+    /// One node per row: axial and radial velocity, `w`, axial and radial part of `h`.
+    pub at_nodes: DMatrix<f64>,
+    pub pressure: DVector<f64>,
+}
+
+/// An element with its geometry and the flow at its quadrature points.
+pub(crate) struct MomentumElement<'a> {
+    rule: &'a Rule,
+    points: Vec<MapPoint>,
+    coefficients: Coefficients<'a>,
+    /// Per point and row of [`LocalValues::at_nodes`].
+    values: DMatrix<f64>,
+    /// `∂u_i/∂z` and `∂u_i/∂r`, per point, at `[i][derivative]`.
+    gradients: Vec<[[f64; 2]; 2]>,
+    pressure: DVector<f64>,
+}
+
+impl<'a> MomentumElement<'a> {
+    /// The element with these positions of its nodes.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`].
+    pub fn new(
+        triangle: usize,
+        positions: &[Point],
+        rule: &'a Rule,
+        coefficients: Coefficients<'a>,
+        local: &LocalValues,
+    ) -> Result<Self, AxisymmetricError> {
+        let points = map_points(triangle, positions, &rule.velocity, &rule.points)?;
+        let velocity = local.at_nodes.columns(0, 2);
+        let [by_x, by_y] = (rule.velocity.gradients.each_ref()).map(|g| g.tr_mul(&velocity));
+        let gradients = (points.iter().enumerate())
+            .map(|(q, point)| {
+                [0, 1].map(|i| {
+                    [0, 1].map(|d| {
+                        point.inverse[(d, 0)] * by_x[(q, i)] + point.inverse[(d, 1)] * by_y[(q, i)]
+                    })
+                })
+            })
+            .collect();
+        Ok(Self {
+            values: rule.velocity.values.tr_mul(&local.at_nodes),
+            pressure: rule.pressure.values.tr_mul(&local.pressure),
+            rule,
+            points,
+            coefficients,
+            gradients,
+        })
+    }
+
+    /// Velocity relative to the mesh at a point.
+    fn relative(&self, q: usize) -> [f64; 2] {
+        [
+            self.values[(q, 0)] - self.values[(q, 2)],
+            self.values[(q, 1)],
+        ]
+    }
+
+    /// Stretching of circles around the axis, `u_r / r`.
+    fn hoop(&self, q: usize) -> f64 {
+        self.values[(q, 1)] / self.points[q].radius
+    }
+
+    fn strain(&self, q: usize) -> Strain {
+        Strain::new(&self.gradients[q], self.hoop(q))
+    }
+
+    /// Residuals of the axial and the radial momentum and of the continuity equation.
+    pub fn residual(&self) -> DVector<f64> {
+        let m = self.points.len();
+        // factors of the derivatives of a test function in the reference triangle, of its value,
+        // and of a test function of the pressure
+        let [mut by_x, mut by_y, mut by_value] = [0; 3].map(|_| DMatrix::zeros(m, 2));
+        let mut by_pressure = DVector::zeros(m);
+        for (q, point) in self.points.iter().enumerate() {
+            let weight = point.measure;
+            let [to_z, to_r] = self.relative(q);
+            let gradient = &self.gradients[q];
+            let hoop = self.hoop(q);
+            let viscosity = &self.coefficients.viscosity;
+            let divergence = gradient[0][0] + gradient[1][1] + hoop;
+            let constant = viscosity.constant;
+            let (excess, pressure) = match viscosity.law {
+                Some(_) => (
+                    viscosity.excess(self.strain(q).rate()),
+                    self.pressure[q] - constant * divergence,
+                ),
+                None => (0.0, self.pressure[q]),
+            };
+            for i in 0..2 {
+                let mut flux = [0, 1].map(|d| {
+                    constant * gradient[i][d] + excess * (gradient[i][d] + gradient[d][i])
+                });
+                flux[i] -= pressure;
+                let convection = to_z * gradient[i][0] + to_r * gradient[i][1];
+                let mut value = self.coefficients.mass * self.values[(q, i)]
+                    + self.values[(q, 3 + i)]
+                    + self.coefficients.convection * convection;
+                if i == 1 {
+                    value += ((constant + 2.0 * excess) * hoop - pressure) / point.radius;
+                }
+                let inverse = &point.inverse;
+                by_x[(q, i)] = weight * (inverse[(0, 0)] * flux[0] + inverse[(1, 0)] * flux[1]);
+                by_y[(q, i)] = weight * (inverse[(0, 1)] * flux[0] + inverse[(1, 1)] * flux[1]);
+                by_value[(q, i)] = weight * value;
+            }
+            by_pressure[q] = -weight * divergence;
+        }
+        let velocity = &self.rule.velocity;
+        let momentum = &velocity.gradients[0] * by_x
+            + &velocity.gradients[1] * by_y
+            + &velocity.values * by_value;
+        let continuity = &self.rule.pressure.values * by_pressure;
+        let (n, k) = (momentum.nrows(), continuity.nrows());
+        DVector::from_iterator(2 * n + k, momentum.iter().chain(continuity.iter()).copied())
+    }
+
+    /// Derivatives of the residuals by the nodal values of the velocities and the pressure.
+    pub fn jacobian(&self) -> DMatrix<f64> {
+        let (velocity, pressure) = (&self.rule.velocity, &self.rule.pressure);
+        let Coefficients {
+            viscosity,
+            convection,
+            mass,
+        } = self.coefficients;
+        let mut matrices = ElementMatrices::new(&self.points, velocity, pressure);
+        matrices.axial *= viscosity.constant;
+        matrices.radial *= viscosity.constant;
+        let mut matrix = saddle_point_matrix(&matrices);
+        if viscosity.law.is_some() {
+            let strains: Vec<Strain> = (0..self.points.len()).map(|q| self.strain(q)).collect();
+            let rest = tangent(&viscosity, &self.points, velocity, &strains);
+            let mut block = matrix.view_mut((0, 0), rest.shape());
+            block += rest;
+        }
+        if convection == 0.0 && mass == 0.0 {
+            return matrix;
+        }
+        let (n, values) = (velocity.values.nrows(), &velocity.values);
+        let weighted = scaled(values, |q| self.points[q].measure);
+        let [by_z, by_r] = derivatives(&self.points, velocity);
+        let mut transported = mass * values;
+        for (q, mut column) in transported.column_iter_mut().enumerate() {
+            let [to_z, to_r] = self.relative(q);
+            column.axpy(convection * to_z, &by_z.column(q), 1.0);
+            column.axpy(convection * to_r, &by_r.column(q), 1.0);
+        }
+        let common = &weighted * transported.transpose();
+        for i in 0..2 {
+            let mut own = matrix.view_mut((i * n, i * n), (n, n));
+            own += &common;
+        }
+        if convection != 0.0 {
+            for i in 0..2 {
+                for j in 0..2 {
+                    let by_gradient = scaled(values, |q| convection * self.gradients[q][i][j]);
+                    let mut block = matrix.view_mut((i * n, j * n), (n, n));
+                    block += &weighted * by_gradient.transpose();
+                }
+            }
+        }
+        matrix
+    }
+
+    /// Energy whose derivative is the viscous form, the potential of the stress.
+    pub fn energy(&self) -> f64 {
+        let Viscosity { constant, law, .. } = self.coefficients.viscosity;
+        let at = |q: usize| {
+            let squares = self.gradients[q].iter().flatten().map(|g| g * g);
+            let form = 0.5 * constant * (squares.sum::<f64>() + self.hoop(q).powi(2));
+            let rate = self.strain(q).rate();
+            let gradient = &self.gradients[q];
+            let divergence = gradient[0][0] + gradient[1][1] + self.hoop(q);
+            form + law.map_or(0.0, |law| {
+                law.potential(rate) + 0.5 * constant * (divergence * divergence - rate * rate)
+            })
+        };
+        (self.points.iter().enumerate())
+            .map(|(q, point)| point.measure * at(q))
+            .sum()
+    }
+
+    /// Positions of the quadrature points with the shear rates there.
+    pub fn shear_rates(&self) -> impl Iterator<Item = (Point, f64)> + '_ {
+        (self.points.iter().enumerate())
+            .map(|(q, point)| (Point::new(point.axial, point.radius), self.strain(q).rate()))
+    }
+
+    /// Dissipation `∫ 2 η D:D`.
+    pub fn dissipation(&self) -> f64 {
+        let viscosity = &self.coefficients.viscosity;
+        (self.points.iter().enumerate())
+            .map(|(q, point)| {
+                let rate = self.strain(q).rate();
+                point.measure * viscosity.at(rate) * rate * rate
+            })
+            .sum()
+    }
+
+    /// Power `∫ |η - c| g^2` of the part of the viscosity that is not constant.
+    pub fn excess(&self) -> f64 {
+        let viscosity = &self.coefficients.viscosity;
+        (self.points.iter().enumerate())
+            .map(|(q, point)| {
+                let rate = self.strain(q).rate();
+                point.measure * viscosity.excess(rate).abs() * rate * rate
+            })
+            .sum()
+    }
+
+    /// Power `∫ |η_0 - η| g^2` of what the regularisation of the viscosity law changes.
+    pub fn regularised(&self) -> f64 {
+        let Some(law) = self.coefficients.viscosity.law else {
+            return 0.0;
+        };
+        let at = |rate: f64| match rate > 0.0 {
+            true => (law.unregularised_viscosity(rate) - law.viscosity(rate)).abs() * rate * rate,
+            false => 0.0,
+        };
+        (self.points.iter().enumerate())
+            .map(|(q, point)| point.measure * at(self.strain(q).rate()))
+            .sum()
+    }
+
+    /// The matrix `∫ u v` of one component of the velocity.
+    pub fn mass(&self) -> DMatrix<f64> {
+        let values = &self.rule.velocity.values;
+        scaled(values, |q| self.points[q].measure) * values.transpose()
+    }
+
+    /// Derivative of the residuals by the velocity of the mesh, if it is the same everywhere.
+    pub fn by_mesh_velocity(&self) -> DVector<f64> {
+        let (n, k) = (
+            self.rule.velocity.values.nrows(),
+            self.rule.pressure.values.nrows(),
+        );
+        let factors = DMatrix::from_fn(self.points.len(), 2, |q, i| {
+            -self.points[q].measure * self.coefficients.convection * self.gradients[q][i][0]
+        });
+        let momentum = &self.rule.velocity.values * factors;
+        let mut column = DVector::zeros(2 * n + k);
+        column
+            .rows_mut(0, 2 * n)
+            .copy_from_slice(momentum.as_slice());
+        column
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An element with polynomial values at its nodes.
+    struct Sample {
+        rule: Rule,
+        positions: Vec<Point>,
+        local: LocalValues,
+    }
+
+    impl Sample {
+        fn new() -> Self {
+            let [velocity, pressure] = [3, 2].map(|k| Lagrange::new(k).expect("low order"));
+            let corners = [(0.2, 0.1), (1.1, 0.3), (0.5, 0.9)].map(|(z, r)| Point::new(z, r));
+            Self {
+                rule: Rule::new(7, &velocity, &pressure),
+                positions: (velocity.nodes.iter())
+                    .map(|l| corners[0] * l[0] + corners[1] * l[1] + corners[2] * l[2])
+                    .collect(),
+                local: LocalValues {
+                    at_nodes: DMatrix::from_fn(velocity.len(), 5, |i, j| {
+                        ((3 * i + 7 * j) as f64).sin()
+                    }),
+                    pressure: DVector::from_fn(pressure.len(), |i, _| (i as f64).cos()),
+                },
+            }
+        }
+
+        fn element<'a>(
+            &'a self,
+            coefficients: Coefficients<'a>,
+            local: &LocalValues,
+        ) -> MomentumElement<'a> {
+            MomentumElement::new(0, &self.positions, &self.rule, coefficients, local)
+                .expect("not inverted")
+        }
+
+        /// The element after a change.
+        fn changed<'a>(
+            &'a self,
+            coefficients: Coefficients<'a>,
+            change: &dyn Fn(&mut LocalValues),
+        ) -> MomentumElement<'a> {
+            let mut local = LocalValues {
+                at_nodes: self.local.at_nodes.clone(),
+                pressure: self.local.pressure.clone(),
+            };
+            change(&mut local);
+            self.element(coefficients, &local)
+        }
+
+        /// Central differences of the residual and of the energy by each nodal value.
+        fn differences(
+            &self,
+            coefficients: Coefficients,
+            step: f64,
+        ) -> (DMatrix<f64>, DVector<f64>) {
+            let (n, k) = (self.local.at_nodes.nrows(), self.local.pressure.len());
+            let change = |column: usize, step: f64| {
+                move |local: &mut LocalValues| match column < 2 * n {
+                    true => local.at_nodes[(column % n, column / n)] += step,
+                    false => local.pressure[column - 2 * n] += step,
+                }
+            };
+            let at = |column: usize, step: f64| {
+                let element = self.changed(coefficients, &change(column, step));
+                (element.residual(), element.energy())
+            };
+            let mut jacobian = DMatrix::zeros(2 * n + k, 2 * n + k);
+            let mut forces = DVector::zeros(2 * n + k);
+            for column in 0..2 * n + k {
+                let [(above, higher), (below, lower)] = [step, -step].map(|s| at(column, s));
+                jacobian.set_column(column, &((above - below) / (2.0 * step)));
+                forces[column] = (higher - lower) / (2.0 * step);
+            }
+            (jacobian, forces)
+        }
+    }
+
+    /// The Jacobian is the derivative of the residual: central differences of a quadratic function
+    /// are exact up to rounding.
+    #[test]
+    fn the_jacobian_differentiates_the_residual() {
+        let sample = Sample::new();
+        let coefficients = Coefficients {
+            convection: 1.7,
+            mass: 0.6,
+            ..Coefficients::default()
+        };
+        let element = sample.element(coefficients, &sample.local);
+        let jacobian = element.jacobian();
+        let (found, _) = sample.differences(coefficients, 1.0);
+        let error = (found - &jacobian).amax();
+        assert!(error < 1e-12 * jacobian.amax(), "{error:e}");
+        let frame = element.by_mesh_velocity();
+        let residual = |step: f64| {
+            let change =
+                |local: &mut LocalValues| local.at_nodes.column_mut(2).add_scalar_mut(step);
+            sample.changed(coefficients, &change).residual()
+        };
+        let found = 0.5 * (residual(1.0) - residual(-1.0));
+        assert!((found - &frame).amax() < 1e-12 * frame.amax());
+    }
+
+    /// The stress of every law is the derivative of its potential, and the Jacobian that of the
+    /// stress, with a constant part of the viscosity or without.
+    #[test]
+    fn the_jacobian_of_every_law_differentiates_the_residual_and_that_the_energy() {
+        use rheology::Law;
+        let sample = Sample::new();
+        let laws = [
+            Law::Carreau {
+                zero_shear_viscosity: 1.3,
+                infinite_shear_viscosity: 0.1,
+                relaxation_time: 2.0,
+                index: 0.4,
+            },
+            Law::Cross {
+                zero_shear_viscosity: 1.0,
+                infinite_shear_viscosity: 0.0,
+                relaxation_time: 0.5,
+                index: 0.3,
+            },
+            Law::PowerLaw {
+                consistency: 2.0,
+                index: 0.6,
+                regularisation: 1e-3,
+            },
+            Law::HerschelBulkley {
+                yield_stress: 0.7,
+                consistency: 1.0,
+                index: 1.5,
+                regularisation: 1e-2,
+            },
+        ];
+        for (law, constant) in laws.iter().zip([0.0, 1.0, 0.0, 0.4]) {
+            let coefficients = Coefficients {
+                viscosity: Viscosity {
+                    law: Some(law),
+                    ..Viscosity::constant(constant)
+                },
+                ..Coefficients::default()
+            };
+            let element = sample.element(coefficients, &sample.local);
+            let (jacobian, forces) = sample.differences(coefficients, 1e-5);
+            let exact = element.jacobian();
+            // the square of the step over that of the velocities, and rounding over the step
+            let error = (jacobian - &exact).amax() / exact.amax();
+            assert!(error < 1e-8, "{law:?}: {error:e}");
+            // without the pressure, which does not depend on the energy
+            let n = sample.local.at_nodes.nrows();
+            let no_pressure = |local: &mut LocalValues| local.pressure.fill(0.0);
+            let viscous = sample.changed(coefficients, &no_pressure).residual();
+            let error = (forces.rows(0, 2 * n) - viscous.rows(0, 2 * n)).amax() / viscous.amax();
+            assert!(error < 1e-8, "{law:?}: {error:e}");
+        }
+    }
+}

@@ -1,0 +1,280 @@
+//! Motions along the axis in a fluid whose viscosity depends on the shear rate.
+
+use std::time::Instant as Clock;
+
+use axisymmetric::{AxialForceSolver, AxialForces, AxialSpheroid};
+use nalgebra::{DMatrix, DVector};
+use rigid::{Constraints, ExternalLoad};
+use scene::rheology::{Law, ViscosityLaw};
+use stokes::Seconds;
+
+use super::axial_surfaces::{AxialSurfaces, grand_resistance};
+use super::{AxisymmetricModel, LOWEST_ACCURACY};
+use crate::discretisation_error::{DiscretisationError, Uncertainty};
+use crate::error::ModelError;
+use crate::mobility::MobilitySolution;
+use crate::query::Query;
+use crate::response::{BodySolution, Response};
+use crate::solution::InstantaneousSolution;
+use crate::surface_motion::SurfaceEffect;
+
+/// Error of the highest order, relative to its difference from the order before.
+///
+/// Orders divide differences by two (indices of 0.3 at large shear rates) to ten; a geometric
+/// series with the ratio of a half has the difference as its remainder.
+const UNCERTAINTY: f64 = 1.0;
+
+/// Largest number of linearised balances of forces for one set of rates.
+const MAX_BALANCES: usize = 40;
+
+/// A linearised balance of the forces: what moves the bodies, and the loads in their joints.
+struct Balance<'a> {
+    constraints: &'a Constraints,
+    loads: &'a [ExternalLoad],
+}
+
+impl AxisymmetricModel {
+    /// The solution for one set of rates.
+    ///
+    /// Forces depend on velocities nonlinearly: Newton's method finds the velocities for which the
+    /// forces and the loads on the joints balance, from those in a Newtonian fluid. The order of
+    /// the elements is raised until velocities and forces change by less than the tolerance.
+    ///
+    /// # Errors
+    /// Bodies that left the axis; flows that Newton's method does not find.
+    pub(super) fn law_solution(
+        &mut self,
+        query: &Query,
+        rates: &[f64],
+        law: &Law,
+        tolerance: f64,
+    ) -> Result<InstantaneousSolution, ModelError> {
+        let clock = Clock::now();
+        let configuration = query.configuration;
+        let bodies = self.on_axis(configuration)?;
+        // the start of Newton's method needs no accuracy
+        let resistances = self.resistances_at(configuration, LOWEST_ACCURACY)?;
+        let loads = &self.scaled.loads(configuration, query.inertia)?;
+        let constraints = &self.scaled.query_constraints(query, rates)?;
+        let balance = Balance { constraints, loads };
+        let surfaces = AxialSurfaces::new(&self.scaled, configuration, &resistances, &self.axis)?;
+        let at_rest: Vec<_> = (0..bodies.len())
+            .map(|body| surfaces.as_ref().map(|s| s.of_body(body, 0.0)))
+            .collect();
+        let slip = |body: usize, x: [f64; 2]| {
+            at_rest[body]
+                .as_ref()
+                .map_or([0.0, 0.0], |surface| surface.slip(&bodies[body], x))
+        };
+        let resistance = resistances.axial.matrix();
+        let n = bodies.len();
+        let along = resistance.view((0, 0), (n, n)).into_owned();
+        let effect = surfaces
+            .as_ref()
+            .map(|s| s.effect(resistance))
+            .transpose()?;
+        let mut velocities = self.newtonian_velocities(law, &along, &balance, effect.as_ref())?;
+        let mut solver = AxialForceSolver::new(
+            &bodies,
+            self.surroundings,
+            surfaces.is_some().then_some(&slip),
+            law,
+            tolerance,
+        )?;
+        let mut before: Option<Balanced> = None;
+        loop {
+            let last = self.balanced(&mut solver, &balance, &mut velocities, tolerance)?;
+            let is_accurate =
+                (before.as_ref()).is_some_and(|before| last.change_from(before) <= tolerance);
+            let is_highest = !solver.raise_order();
+            if let Some(before) = before.filter(|_| is_accurate || is_highest) {
+                let error = self.error_of(&before.response, &last);
+                let total = clock.elapsed().as_secs_f64();
+                let (dofs, residual) = (last.forces.dofs, last.residual);
+                let mut solution = InstantaneousSolution {
+                    seconds: Seconds {
+                        solve: total,
+                        total,
+                        ..Seconds::default()
+                    },
+                    ..InstantaneousSolution::solved_directly(before.response, dofs, residual)
+                };
+                solution.solver.iterations = last.forces.iterations;
+                solution.correct(error);
+                return Ok(solution);
+            }
+            before = Some(last);
+        }
+    }
+
+    /// Velocities for which forces and loads balance, by elements of one order.
+    fn balanced(
+        &self,
+        solver: &mut AxialForceSolver,
+        balance: &Balance,
+        velocities: &mut Vec<f64>,
+        tolerance: f64,
+    ) -> Result<Balanced, ModelError> {
+        let mut change = f64::INFINITY;
+        for _ in 0..MAX_BALANCES {
+            let forces = solver.solve(velocities)?;
+            let solved = self.linearised(&forces, velocities, balance)?;
+            let next = self.along_axis(
+                &solved
+                    .generalised
+                    .select_rows(&self.scaled.set.surface_velocities()),
+            );
+            let largest = (next.iter().zip(velocities.iter()))
+                .map(|(new, old)| (new - old).abs())
+                .fold(0.0, f64::max);
+            let speed = forces.largest_speed.max(largest);
+            *velocities = next;
+            change = if largest > 0.0 { largest / speed } else { 0.0 };
+            // What the next balance changes is of the order of the square.
+            if change <= (0.1 * tolerance).sqrt() {
+                return Ok(Balanced {
+                    response: solved.response(&self.scaled, balance.constraints, balance.loads)?,
+                    velocities: velocities.clone(),
+                    on_fluid: self.along_axis(&solved.forces),
+                    forces,
+                    residual: solved.residual,
+                });
+            }
+        }
+        Err(ModelError::unsupported(
+            format!(
+                "the balance of forces in a fluid with this viscosity law, whose velocities still \
+                 change by {change:.1e} of the largest after {MAX_BALANCES} iterations,"
+            ),
+            "raise fluid.index or fluid.infinite_shear_viscosity",
+        ))
+    }
+
+    /// The balance with forces `F + J (U - U_old)`.
+    fn linearised(
+        &self,
+        forces: &AxialForces,
+        velocities: &[f64],
+        balance: &Balance,
+    ) -> Result<MobilitySolution, ModelError> {
+        let factor = forces.derivatives.clone().cholesky().ok_or_else(|| {
+            let name = "derivative of the forces by the velocities";
+            let remedy = "raise fluid.index or fluid.infinite_shear_viscosity";
+            ModelError::not_positive_definite(name, &forces.derivatives, remedy)
+        })?;
+        let change = factor.solve(&DVector::from_column_slice(&forces.forces));
+        let force_free = DVector::from_column_slice(velocities) - change;
+        let spatial = self.spatial(&force_free);
+        let effect = SurfaceEffect {
+            of_slip: DVector::zeros(spatial.len()),
+            velocities: spatial,
+            slip_power: forces.slip_power,
+        };
+        self.mobility(&forces.derivatives, balance, Some(&effect))
+    }
+
+    /// The solution of a balance with a resistance to motions along the axis.
+    fn mobility(
+        &self,
+        along: &DMatrix<f64>,
+        balance: &Balance,
+        effect: Option<&SurfaceEffect>,
+    ) -> Result<MobilitySolution, ModelError> {
+        let matrix = grand_resistance(&self.shapes, &self.axis, along, None);
+        let Balance { constraints, loads } = balance;
+        MobilitySolution::new(&matrix, &self.scaled.set, constraints, loads, effect)
+    }
+
+    /// Velocities in a Newtonian fluid whose viscosity is that of the law at the speed over the
+    /// smallest semi-axis.
+    fn newtonian_velocities(
+        &self,
+        law: &Law,
+        along: &DMatrix<f64>,
+        balance: &Balance,
+        effect: Option<&SurfaceEffect>,
+    ) -> Result<Vec<f64>, ModelError> {
+        /// Steps to a viscosity of which Newton's method needs the magnitude only.
+        const STEPS: usize = 20;
+        let smallest = (self.shapes.iter())
+            .map(|shape: &AxialSpheroid| shape.axial.min(shape.equatorial))
+            .fold(f64::INFINITY, f64::min);
+        let mut viscosity = 1.0;
+        let mut velocities = Vec::new();
+        for _ in 0..STEPS {
+            let solved = self.mobility(&(along * viscosity), balance, effect)?;
+            let rows = self.scaled.set.surface_velocities();
+            velocities = self.along_axis(&solved.generalised.select_rows(&rows));
+            let speed = velocities.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+            let next = law.viscosity(speed / smallest);
+            let ratio = next / viscosity;
+            if !(next > 0.0 && next.is_finite()) || (0.8..1.25).contains(&ratio) {
+                break;
+            }
+            viscosity = next;
+        }
+        Ok(velocities)
+    }
+
+    /// Components along the axis of velocities or forces of the bodies with surfaces.
+    fn along_axis(&self, spatial: &DVector<f64>) -> Vec<f64> {
+        (0..self.shapes.len())
+            .map(|body| spatial.fixed_rows::<3>(6 * body).dot(&self.axis))
+            .collect()
+    }
+
+    /// Velocities along the axis as velocities of bodies in space.
+    fn spatial(&self, along: &DVector<f64>) -> DVector<f64> {
+        let mut velocities = DVector::zeros(6 * along.len());
+        for (body, speed) in along.iter().enumerate() {
+            velocities
+                .fixed_rows_mut::<3>(6 * body)
+                .copy_from(&(self.axis * *speed));
+        }
+        velocities
+    }
+
+    /// Error of the response by the order before, with the bars of the last one.
+    fn error_of(&self, before: &Response, last: &Balanced) -> DiscretisationError {
+        let response = &last.response;
+        let largest = |of: fn(&BodySolution) -> f64| {
+            (response.bodies.iter()).fold(0.0, |m: f64, body| m.max(of(body)))
+        };
+        let of_law = last.forces.error_of_law;
+        let uncertainty = Uncertainty {
+            relative: UNCERTAINTY,
+            velocity: of_law * largest(|body| body.velocity.norm()),
+            angular_velocity: 0.0,
+            force: of_law * largest(|body| body.force.norm()),
+            power: of_law * response.power().abs(),
+        };
+        DiscretisationError::between(before, response, uncertainty)
+    }
+}
+
+/// A motion whose forces balance, by elements of one order.
+struct Balanced {
+    response: Response,
+    /// Velocities along the axis.
+    velocities: Vec<f64>,
+    /// Forces on the fluid along the axis.
+    on_fluid: Vec<f64>,
+    forces: AxialForces,
+    residual: f64,
+}
+
+impl Balanced {
+    /// Largest change of a velocity or a force relative to the largest one, or to the drag at the
+    /// largest velocity.
+    fn change_from(&self, before: &Self) -> f64 {
+        let change = |a: &[f64], b: &[f64]| {
+            (a.iter().zip(b)).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+        };
+        let speed = self.forces.largest_speed;
+        let drag = speed * self.forces.derivatives.diagonal().amax();
+        let ratio = |change: f64, size: f64| if change > 0.0 { change / size } else { 0.0 };
+        let force = self.on_fluid.iter().fold(drag, |m, f| m.max(f.abs()));
+        ratio(change(&self.velocities, &before.velocities), speed)
+            .max(ratio(change(&self.on_fluid, &before.on_fluid), force))
+    }
+}

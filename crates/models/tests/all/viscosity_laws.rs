@@ -1,0 +1,170 @@
+//! Bodies on one axis in fluids whose viscosity depends on the shear rate.
+
+use std::f64::consts::PI;
+
+use models::{AxisymmetricModel, Hydrodynamics, InstantaneousSolution};
+use testkit::{SceneText, within};
+
+use crate::scenes::{solve_at_start, three_spheres};
+
+const CARREAU: [&str; 4] = [
+    "fluid.law=\"carreau\"",
+    "fluid.zero_shear_viscosity=1",
+    "fluid.relaxation_time=1",
+    "fluid.index=0.5",
+];
+
+const POWER_LAW: [&str; 4] = [
+    "fluid.law=\"power-law\"",
+    "fluid.consistency=1",
+    "fluid.index=0.8",
+    "fluid.regularisation=1e-9",
+];
+
+fn solve(text: &SceneText, accuracy: f64, rates: &[f64]) -> InstantaneousSolution {
+    let model = AxisymmetricModel::new(&text.scene()).unwrap();
+    solve_at_start(&mut model.with_accuracy(accuracy), rates)
+}
+
+fn sphere_in_ball(radius: f64, keys: &str) -> SceneText {
+    let keys = format!("radius = {radius}, {keys}");
+    SceneText::new()
+        .ball(10.0 * radius)
+        .shape("s", &keys, [0.0, 0.0, 0.0])
+}
+
+/// The speed and power of a squirmer in units of length and viscosity other than the scaled ones;
+/// by a spectral program in a ball of 10 radii, at the shear number `λ B_1 / a = 1`.
+#[test]
+fn a_squirmer_in_a_fluid_of_carreau_has_the_speed_and_power_of_a_spectral_program() {
+    let (radius, viscosity, b1) = (2.0, 3.0, 0.5);
+    let slip = format!("slip = {{ b1 = {b1}, axis = [-1, 0, 0] }}");
+    let text = sphere_in_ball(radius, &slip)
+        .set(&CARREAU)
+        .with("fluid.zero_shear_viscosity", viscosity)
+        .with("fluid.relaxation_time", radius / b1);
+    let found = solve(&text, 1e-5, &[]);
+    let speed = -found.bodies[0].velocity.x / (2.0 / 3.0 * b1);
+    let bar = found.error_estimate.total() / (2.0 / 3.0 * b1);
+    assert!(bar < 2e-5, "{bar:e}");
+    within(speed - 0.9327406407, bar, "the error bar");
+    let unit = 16.0 / 3.0 * PI * viscosity * radius * b1 * b1;
+    let power = found.power() / unit;
+    let bar = found.power_error.total() / unit;
+    within(
+        power - 0.7524060,
+        bar + 1e-7,
+        "the error bar and the last digit",
+    );
+    assert!(found.bodies[0].force.norm() < 1e-9 * unit);
+}
+
+/// A sphere that a force drives: Newton's method finds the speed 1 that belongs to the force
+/// `X 6 π K a^2 (U / a)^n 2^(1 - n)`, with `X` by a spectral program.
+#[test]
+fn a_sphere_that_a_force_drives_through_a_power_law_has_the_speed_of_a_spectral_program() {
+    let force = 1.3995224 * 6.0 * PI * 2.0_f64.powf(0.2);
+    let text = sphere_in_ball(1.0, &format!("force = [{force}, 0, 0]")).set(&POWER_LAW);
+    let found = solve(&text, 1e-5, &[]);
+    let bar = found.error_estimate.total();
+    assert!(bar < 1e-4, "{bar:e}");
+    within(
+        found.bodies[0].velocity.x - 1.0,
+        bar + 1e-7,
+        "the error bar",
+    );
+}
+
+/// Velocities in a power law are homogeneous of degree one in the rates, forces of the degree of
+/// the index; in a fluid of Carreau neither is.
+#[test]
+fn rates_scale_velocities_in_power_laws_only() {
+    let text = three_spheres().ball(30.0);
+    let rates = |factor: f64| [-4.0 * factor, 1.0 * factor];
+    let speed = |laws: &[&str], factor: f64| {
+        let found = solve(&text.clone().set(laws), 1e-4, &rates(factor));
+        (found.bodies[0].velocity.x, found.bodies[0].force.x)
+    };
+    let [(slow, weak), (fast, strong)] = [1.0, 8.0].map(|factor| speed(&POWER_LAW, factor));
+    // the flows are the same up to Newton's method and the regularisation
+    within(fast / slow - 8.0, 1e-6, "homogeneous of degree one");
+    within(
+        strong / weak - 8.0_f64.powf(0.8),
+        1e-6,
+        "homogeneous of the index",
+    );
+    let [(slow, _), (fast, _)] = [0.2, 1.6].map(|factor| speed(&CARREAU, factor));
+    assert!((fast / slow - 8.0).abs() > 1e-2, "{}", fast / slow);
+}
+
+/// A law without an effect: the model is that of a Newtonian fluid.
+#[test]
+fn a_law_with_relaxation_time_zero_is_newtonian() {
+    let text = three_spheres().ball(30.0);
+    let newtonian = solve(&text, 1e-6, &[-4.0, 1.0]);
+    let law = text.set(&CARREAU).with("fluid.relaxation_time", 0);
+    let found = solve(&law, 1e-6, &[-4.0, 1.0]);
+    let bar = found.error_estimate.total() + newtonian.error_estimate.total();
+    for (a, b) in found.bodies.iter().zip(&newtonian.bodies) {
+        within((a.velocity - b.velocity).norm(), bar, "both error bars");
+    }
+    let bar = found.force_error.total() + newtonian.force_error.total();
+    for (a, b) in found.joint_loads.iter().zip(&newtonian.joint_loads) {
+        within((a.force - b.force).norm(), bar, "both error bars");
+    }
+}
+
+/// Velocities of three spheres at the shear numbers 0.1 and 0.2: their first order, by Richardson's
+/// extrapolation, is that of the reciprocal theorem with multipoles.
+#[test]
+#[ignore = "slow: 40 s"]
+fn three_spheres_have_the_first_order_of_the_reciprocal_theorem() {
+    let text = three_spheres().ball(40.0);
+    let speed = |time: f64| {
+        let law = text
+            .clone()
+            .set(&CARREAU)
+            .with("fluid.relaxation_time", time);
+        solve(&law, 1e-8, &[-1.0, 0.0]).bodies[1].velocity.x
+    };
+    let at_rest = speed(0.0);
+    within(
+        at_rest.abs() - 0.3428979021,
+        1e-7,
+        "the accuracy, relative to the rate 1",
+    );
+    let [one, two] = [0.1, 0.2].map(|time| (speed(time) - at_rest) / (-0.25 * time * time));
+    let first = (4.0 * one - two) / 3.0;
+    // 1e-8 over the factor 2.5e-3, and the next term, of the fourth order of 0.2
+    within(
+        first.abs() - 0.022343595,
+        4e-5,
+        "accuracy and extrapolation",
+    );
+    assert!(first * at_rest > 0.0);
+}
+
+#[test]
+fn rotation_and_unbounded_power_laws_are_refused() {
+    let text = sphere_in_ball(1.0, "torque = [1, 0, 0]").set(&CARREAU);
+    let refused = AxisymmetricModel::new(&text.scene())
+        .err()
+        .unwrap()
+        .to_string();
+    testkit::contains(
+        "rotation",
+        &refused,
+        &["fluid.law", "rotation about the axis"],
+    );
+    let text = SceneText::new()
+        .shape("s", "radius = 1, force = [1, 0, 0]", [0.0, 0.0, 0.0])
+        .set(&POWER_LAW);
+    let mut model = AxisymmetricModel::new(&text.scene()).unwrap();
+    let state = text.scene().initial_state();
+    let refused = model
+        .solve_one(testkit::at(&state, &[]), &[])
+        .err()
+        .unwrap()
+        .to_string();
+    testkit::contains("unbounded", &refused, &["unbounded fluid", "ball"]);
+}
