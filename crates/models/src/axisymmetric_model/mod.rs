@@ -133,9 +133,7 @@ impl AxisymmetricModel {
                 || body.held_twist().angular != Vector3::zeros()
         }) || (scene.articulation().joints().iter())
             .any(|joint| joint.kind.turns());
-        let law = (scene.rheology())
-            .filter(|rheology| rheology.is_kept())
-            .map(|rheology| rheology.law.scaled(1.0 / scene.viscosity()));
+        let law = scaled.law();
         if law.is_some() && has_swirl {
             return refuse(
                 "fluid.law",

@@ -78,12 +78,21 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         }),
         ModelKind::Fem => elements(scene, requested()),
         ModelKind::Auto if scene.rheology().is_some_and(Rheology::is_kept) => {
-            let reasons = vec![
-                scene.describe_arrangement(),
-                "the viscosity of the fluid depends on the shear rate".to_owned(),
-                "chosen: finite elements in three dimensions".to_owned(),
-            ];
-            elements(scene, reasons)
+            let reasons = |elements: &str| {
+                vec![
+                    scene.describe_arrangement(),
+                    "the viscosity of the fluid depends on the shear rate".to_owned(),
+                    format!("chosen: finite elements in {elements}"),
+                ]
+            };
+            match AxisymmetricModel::supports(scene).then(axisymmetric) {
+                Some(Ok(model)) => Ok(Choice {
+                    model: Box::new(model),
+                    reasons: reasons("the meridian plane"),
+                }),
+                // Rotation about the axis is unsupported there.
+                _ => elements(scene, reasons("three dimensions")),
+            }
         }
         ModelKind::Auto if AxisymmetricModel::suits(scene) => {
             let mut model = axisymmetric()?;
