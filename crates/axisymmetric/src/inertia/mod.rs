@@ -2,6 +2,7 @@
 
 mod bodies;
 mod flow_system;
+mod flow_transfer;
 mod forcing;
 mod impedance;
 mod integrator;

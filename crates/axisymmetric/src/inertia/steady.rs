@@ -80,14 +80,23 @@ pub struct SteadyState {
     pub velocities: Vec<f64>,
     /// Force that each body exerts on the fluid.
     pub forces: Vec<f64>,
-    /// Estimated error of both, relative to the largest of each: the last change of the order.
+    /// Power of the slip of all surfaces on the fluid.
+    pub slip_power: f64,
+    /// Estimated error of velocities and forces, relative to `speed` and `force`: the last change
+    /// of the order.
     pub relative_error: f64,
+    /// Largest velocity of the fluid.
+    pub speed: f64,
+    /// Largest force, or the drag of the largest body at that velocity if that is larger.
+    pub force: f64,
     /// Polynomial degree of the velocities.
     pub order: usize,
     /// Number of unknowns.
     pub dofs: usize,
     /// Iterations of Newton's method, of all orders.
     pub iterations: usize,
+    /// Relative change of the velocity in the last of them.
+    pub change: f64,
 }
 
 /// Relative change at which Newton's method ends; rounding is a hundredth of it.
@@ -145,7 +154,7 @@ pub fn steady_state(
         })
     };
     let (level, error) = raise_order(parameters.tolerance, solve, |before, after| {
-        problem.difference(&before.state, &after.state, &after.fields)
+        difference(&before.state, &after.state)
     })?;
     Ok(SteadyState {
         relative_error: error,
@@ -281,7 +290,7 @@ impl<'a> Problem<'a> {
         };
         system.set_boundary(&boundary, &mut fields);
         let (mut iterations, mut step) = (0, self.density);
-        loop {
+        let last_change = loop {
             let mut found = fields.clone();
             let mut factors = None;
             let (count, change) = system.solve(
@@ -297,7 +306,7 @@ impl<'a> Problem<'a> {
             if converged {
                 fields = found;
                 if reached == self.density {
-                    break;
+                    break change;
                 }
             } else {
                 reached -= step;
@@ -312,35 +321,39 @@ impl<'a> Problem<'a> {
                 }
             }
             reached = (reached + step).min(self.density);
-        }
+        };
         let residual = system.residual(&positions, &fields, &terms(self.density))?;
+        let forces = system.forces(&residual);
+        let speed = largest(fields.velocity.iter().map(|u| u.amax()));
+        let sizes = self.bodies.iter();
+        let size = largest(sizes.map(|b| b.shape.axial.max(b.shape.equatorial)));
+        let drag = 6.0 * std::f64::consts::PI * size * speed;
         let state = SteadyState {
             velocities: system.body_velocities(&fields, &boundary),
-            forces: system.forces(&residual),
+            slip_power: (boundary.slip.iter().zip(&residual.momentum))
+                .map(|(slip, force)| slip.dot(force))
+                .sum(),
             relative_error: f64::INFINITY,
+            speed,
+            force: largest(forces.iter().copied()).max(drag),
+            forces,
             order: 0,
             dofs: system.n_dofs(),
             iterations,
+            change: last_change,
         };
         Ok((fields, state))
     }
+}
 
-    /// Difference of two states relative to the largest velocity of the fluid, and to the largest
-    /// force or the drag of the largest body at that velocity.
-    fn difference(&self, before: &SteadyState, after: &SteadyState, fields: &Fields) -> f64 {
-        let largest = |list: &mut dyn Iterator<Item = f64>| list.map(f64::abs).fold(0.0, f64::max);
-        let change = |a: &[f64], b: &[f64]| largest(&mut a.iter().zip(b).map(|(a, b)| a - b));
-        let speed = largest(&mut fields.velocity.iter().map(|u| u.amax()));
-        let size = largest(
-            &mut self
-                .bodies
-                .iter()
-                .map(|b| b.shape.axial.max(b.shape.equatorial)),
-        );
-        let drag = 6.0 * std::f64::consts::PI * size * speed;
-        let force = largest(&mut after.forces.iter().copied()).max(drag);
-        let relative = |change: f64, size: f64| if change > 0.0 { change / size } else { 0.0 };
-        relative(change(&before.velocities, &after.velocities), speed)
-            .max(relative(change(&before.forces, &after.forces), force))
-    }
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.map(f64::abs).fold(0.0, f64::max)
+}
+
+/// Difference of the velocities and forces of two states, relative to the sizes of the second.
+fn difference(before: &SteadyState, after: &SteadyState) -> f64 {
+    let change = |a: &[f64], b: &[f64]| largest(a.iter().zip(b).map(|(a, b)| a - b));
+    let relative = |change: f64, size: f64| if change > 0.0 { change / size } else { 0.0 };
+    relative(change(&before.velocities, &after.velocities), after.speed)
+        .max(relative(change(&before.forces, &after.forces), after.force))
 }
