@@ -114,9 +114,9 @@ pub struct StepTooShort {
 /// let mut steps = StepControl::new(0.4, 1e-12);
 /// // The end is 0.5 away: two equal steps instead of a rest of 0.1.
 /// assert_eq!(steps.next(0.5), 0.25);
-/// // The error of a step of 0.4 is 27 / 64 of what is allowed, so the next may be 1.2 times longer.
-/// assert!(steps.accepts(0.0, 0.4, 27.0, 64.0)?);
-/// assert!((steps.next(10.0) - 0.48).abs() < 1e-15);
+/// // The error of a step of 0.4 is 1 / 8 of what is allowed, so the next may be 1.8 times longer.
+/// assert!(steps.accepts(0.0, 0.4, 1.0, 8.0)?);
+/// assert!((steps.next(10.0) - 0.72).abs() < 1e-15);
 /// # Ok::<(), linalg::StepTooShort>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,6 +128,9 @@ pub struct StepControl {
 /// Part of the length of a step above which it says how long the next one may be; a shorter one
 /// ends where the motion does.
 const WHOLE: f64 = 0.99;
+
+/// Factor below which a longer step is not worth a new matrix, which depends on the length.
+const WORTHWHILE: f64 = 1.2;
 
 impl StepControl {
     /// Begins with steps of the length `first`; none is shorter than `least`.
@@ -174,7 +177,7 @@ impl StepControl {
     ) -> Result<bool, StepTooShort> {
         let factor = step_factor(tolerance, error);
         if !error.is_finite() || error <= tolerance {
-            if step >= WHOLE * self.length {
+            if step >= WHOLE * self.length && !(1.0..WORTHWHILE).contains(&factor) {
                 self.length = factor.max(0.5) * step;
             }
             return Ok(true);

@@ -474,7 +474,10 @@ fn a_new_mesh_in_mid_flight_changes_the_motion_by_the_error_of_the_elements() {
     let jump = renewed[0].momentum_jump.expect("a new mesh");
     // Per volume of the sphere it is a velocity.
     assert!(jump.abs() < 1e-5 * 4.0 / 3.0 * PI, "momentum: {jump:.2e}");
-    assert_eq!((renewed[1].momentum_jump, kept[0].momentum_jump), (None, None));
+    assert_eq!(
+        (renewed[1].momentum_jump, kept[0].momentum_jump),
+        (None, None)
+    );
 }
 
 /// A sphere that is driven across a ball at a constant velocity.
@@ -521,7 +524,10 @@ fn a_start_from_stokes_flow_has_its_velocities() {
     // of elements of order six
     assert!((run.velocities()[0] / exact - 1.0).abs() < 1e-6);
     let wrong = run.start_from_stokes(&[0.0, 1.0]);
-    assert!(matches!(wrong, Err(axisymmetric::AxisymmetricError::Length { .. })));
+    assert!(matches!(
+        wrong,
+        Err(axisymmetric::AxisymmetricError::Length { .. })
+    ));
 }
 
 #[test]

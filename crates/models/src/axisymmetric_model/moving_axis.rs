@@ -94,8 +94,9 @@ impl MovingAxis {
             None => Ok(()),
             Some((_, key, obstacle)) => {
                 let place = scene.place(key);
-                let what =
-                    format!("{place}: {obstacle} in the meridian plane of a fluid with inertia");
+                let what = format!(
+                    "{place}: {key}: {obstacle} in the meridian plane of a fluid with inertia"
+                );
                 let instead = "set model.kind = \"fem\" or \"auto\"";
                 Err(ModelError::unsupported(what, instead))
             }

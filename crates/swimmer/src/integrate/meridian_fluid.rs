@@ -17,6 +17,8 @@ pub(super) struct MeridianScene {
     moving: MovingAxis,
     /// Polynomial degree of the velocities.
     order: usize,
+    /// Relative error of the nonlinear iteration of a step.
+    tolerance: f64,
     /// The phase span that is integrated; none before the first.
     span: RwLock<Option<PhaseSpan>>,
 }
@@ -27,6 +29,17 @@ const ERRORS: [f64; 6] = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5];
 /// Polynomial degree that the first of these errors belongs to.
 const FIRST_ORDER: usize = 4;
 
+/// Error of the nonlinear iteration over that of velocities which the tolerance allows.
+///
+/// A short step may use a fortieth of the latter, and its error is estimated by a difference.
+const ITERATION_SHARE: f64 = 0.005;
+
+/// Largest error of the iteration.
+const MAX_TOLERANCE: f64 = 1e-6;
+
+/// Smallest error of the iteration; rounding is a hundredth of it.
+const MIN_TOLERANCE: f64 = 1e-10;
+
 impl MeridianScene {
     /// A scene with elements of the order that its tolerance needs, and of the order below.
     ///
@@ -36,14 +49,16 @@ impl MeridianScene {
         let tolerance = velocity_tolerance(scene);
         let enough = ERRORS.iter().position(|error| *error <= tolerance);
         let order = FIRST_ORDER + enough.unwrap_or(ERRORS.len() - 1);
-        let order = std::env::var("ORDER").map_or(order, |o| o.parse().unwrap());
-        Ok([Self::new(scene, order)?, Self::new(scene, order - 1)?])
+        let iteration = (ITERATION_SHARE * tolerance).clamp(MIN_TOLERANCE, MAX_TOLERANCE);
+        let of_order = |order| Self::new(scene, order, iteration);
+        Ok([of_order(order)?, of_order(order - 1)?])
     }
 
-    fn new(scene: &Scene, order: usize) -> Result<Self, ModelError> {
+    fn new(scene: &Scene, order: usize, tolerance: f64) -> Result<Self, ModelError> {
         Ok(Self {
             moving: MovingAxis::new(scene)?,
             order,
+            tolerance,
             span: RwLock::new(None),
         })
     }
@@ -92,8 +107,6 @@ impl<'a> MeridianFluid<'a> {
     /// # Errors
     /// Bodies around which no mesh can be generated.
     pub fn at_rest(scene: &'a MeridianScene) -> Result<Self, SwimError> {
-        /// Relative error of the nonlinear iteration: below that of elements of the highest order.
-        const TOLERANCE: f64 = 1e-7;
         let moving = &scene.moving;
         let convection = match moving.scene().inertia().kind {
             InertiaKind::Full => Convection::Full,
@@ -102,7 +115,7 @@ impl<'a> MeridianFluid<'a> {
         let parameters = TransientParameters::new(moving.density())
             .with_convection(convection)
             .with_order(scene.order)
-            .with_tolerance(TOLERANCE);
+            .with_tolerance(scene.tolerance);
         let (bodies, walls) = (moving.bodies(), moving.surroundings());
         let integrator = AxialIntegrator::from_rest(bodies, walls, scene, parameters, 0.0);
         Ok(Self {

@@ -166,7 +166,7 @@ pub(crate) struct UnsteadyFlow<'a> {
 ///
 /// The flow grows like `t^(1/2)` there. Steps double until their error limits them, so a shorter
 /// first step costs one step per factor of two.
-const FIRST_STEP: f64 = 1e-4;
+const FIRST_STEP: f64 = 1e-5;
 
 /// Difference of rates between phases, relative to the largest, that is no corner of the gait.
 const CORNER: f64 = 1e-6;
@@ -179,6 +179,10 @@ const LEAST_STEP: f64 = 1e-9;
 /// Steps of equal length that use all they may have errors `σ (τ / T)^(1/2)` and add up to `σ
 /// n^(1/2)`, with 16 to 64 steps in a phase.
 const STEP_SHARE: f64 = 0.25;
+
+/// Length relative to the phase below which all steps may use the same: those after a jump double,
+/// so that they are few.
+const SHORT_STEP: f64 = 1e-2;
 
 impl<'a> UnsteadyFlow<'a> {
     /// Fluid and bodies at rest at the start of the gait.
@@ -298,7 +302,7 @@ fn integrate(
         let step = flow.step(wanted, least)?;
         let taken = step.length;
         if fixed.is_none() {
-            let share = STEP_SHARE * (taken / span.duration).sqrt();
+            let share = STEP_SHARE * (taken / span.duration).max(SHORT_STEP).sqrt();
             let allowed = share * tolerance / flow.weight(taken);
             let error = step.velocity_error;
             let accepted = steps.accepts(time, taken, error, allowed);

@@ -85,9 +85,10 @@ fn a_released_sphere_has_the_exact_speeds() {
 #[test]
 #[ignore = "slow: 60 s"]
 fn a_three_sphere_stroke_with_inertia_is_the_same_in_both_models() {
-    let text = SWIMMER
-        .replace("density = 1e-6", "density = 1")
-        .replace("estimates = \"off\", size_factor = 1.75", "size_factor = 1.2");
+    let text = SWIMMER.replace("density = 1e-6", "density = 1").replace(
+        "estimates = \"off\", size_factor = 1.75",
+        "size_factor = 1.2",
+    );
     let in_plane = text.replace("kind = \"fem\"", "kind = \"axisymmetric\"");
     let [a, b] = [text, in_plane].map(|text| outcome(&text));
     let bars = a.error_estimate.total() + b.error_estimate.total();
