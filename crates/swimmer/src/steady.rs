@@ -211,6 +211,13 @@ fn check(scene: &Scene) -> Result<bool, SwimError> {
              gives Stokes flow",
         );
     }
+    if scene.rheology().is_some_and(scene::Rheology::is_kept) {
+        return refuse(
+            "fluid.law",
+            "steady states with inertia are those of a Newtonian fluid; set fluid.rheology = \
+             \"newtonian\"",
+        );
+    }
     if scene.background().is_some() {
         return refuse(
             "background",

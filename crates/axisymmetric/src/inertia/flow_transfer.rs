@@ -30,13 +30,15 @@ pub(crate) struct FlowTransfer<'a> {
     factors: CondensedFactors,
 }
 
-/// Coefficient `κ` of the mass matrix in units of the viscous term at the size of the smallest body.
+/// Coefficient `κ` of the mass matrix, in units of the viscous term at the size of the smallest
+/// body.
 ///
-/// Components of the length `κ^(-1/2)`, that of small elements on a body, count alike in both terms.
+/// Components of the length `κ^(-1/2)`, that of small elements on a body, count alike in both
+/// terms.
 const PROJECTION_COEFFICIENT: f64 = 1e2;
 
-/// Solves by which the divergence vanishes on the mesh of an earlier time too, by the factors of the
-/// present one: each reduces it by the relative change of the mesh between both.
+/// Solves by which the divergence vanishes on the mesh of an earlier time too, by the factors of
+/// the present one: each reduces it by the relative change of the mesh between both.
 const SOLVES: usize = 3;
 
 impl<'a> FlowTransfer<'a> {

@@ -443,8 +443,8 @@ fn without_inertia_steps_are_stokes_flow_at_the_positions_reached() {
     }
 }
 
-/// The flow of a sphere that is released goes on across a new mesh, which no motion makes necessary:
-/// velocities change by the error of elements of order six, momentum is kept.
+/// The flow of a sphere that is released goes on across a new mesh, which no motion makes
+/// necessary: velocities change by the error of elements of order six, momentum is kept.
 #[test]
 fn a_new_mesh_in_mid_flight_changes_the_motion_by_the_error_of_the_elements() {
     let run = |renews: bool| {

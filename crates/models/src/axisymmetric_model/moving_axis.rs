@@ -1,4 +1,5 @@
-//! A scene on one axis in scaled units for integrations in time that keep the velocity of the fluid.
+//! A scene on one axis in scaled units, for integrations in time that keep the velocity of the
+//! fluid.
 
 use axisymmetric::{AxialBody, AxialMotion, AxialStep, Surroundings};
 use nalgebra::{DVector, Vector3};

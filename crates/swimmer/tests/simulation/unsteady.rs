@@ -217,8 +217,8 @@ fn what_does_not_know_of_inertia_refuses_it() {
     assert_eq!(error.exit_code(), 2, "{error}");
 }
 
-/// A sphere that is held at a velocity, and squirmers, in a ball that moves along; exact values by a
-/// spectral Galerkin method.
+/// A sphere that is held at a velocity, and squirmers, in a ball that moves along; exact values by
+/// a spectral Galerkin method.
 #[test]
 fn steady_states_are_exact_within_their_bars() {
     steady_states("fem", 3e-2);
