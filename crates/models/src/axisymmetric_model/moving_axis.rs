@@ -333,6 +333,8 @@ impl MovingAxis {
             (response.bodies.iter()).fold(0.0_f64, |m, body| m.max(of(body).norm()))
         };
         let bars = |size: f64| ErrorEstimate {
+            // The walls and the equations are those of the scene.
+            container: Some(0.0),
             model: Some(0.0),
             algebraic: Some(tolerance * size),
             ..ErrorEstimate::default()
