@@ -237,21 +237,29 @@ pub enum AxisymmetricError {
         /// Relative change in the last iteration.
         change: f64,
     },
-    /// An adaptive step that would have to be shorter than rounding allows.
+    /// A step along which no mesh can follow the bodies.
     #[error(
-        "at time {time} a step of {step:.3e} still has the error {error:.3e} of {tolerance:.3e}; \
-         is there a jump in the motion that is not a restart? Raise the tolerance or restart there"
+        "at time {time} even a new mesh cannot follow the bodies over a step of {step:.3e}; take a \
+         shorter one"
     )]
-    StepTooShort {
+    MeshLost {
         /// Time before the step.
         time: f64,
         /// Length of the step.
         step: f64,
-        /// Its relative error.
-        error: f64,
-        /// Relative tolerance.
-        tolerance: f64,
     },
+    /// A point of a new mesh outside the old one.
+    #[error(
+        "the point ({:.6}, {:.6}) of a new mesh is outside the old one of the same domain",
+        at[0], at[1]
+    )]
+    OutsideMesh {
+        /// The point.
+        at: [f64; 2],
+    },
+    /// An adaptive step that would have to be shorter than rounding allows.
+    #[error(transparent)]
+    StepTooShort(#[from] linalg::StepTooShort),
     /// A factorisation or a solve that failed.
     #[error(transparent)]
     Linalg(#[from] linalg::LinalgError),

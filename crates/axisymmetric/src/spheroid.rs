@@ -24,6 +24,11 @@ impl AxialSpheroid {
         }
     }
 
+    /// Volume of the body.
+    pub fn volume(&self) -> f64 {
+        4.0 / 3.0 * std::f64::consts::PI * self.axial * self.equatorial.powi(2)
+    }
+
     /// The same spheroid with its centre at the origin.
     pub(crate) fn centred(self) -> Self {
         Self {

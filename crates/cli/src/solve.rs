@@ -88,6 +88,7 @@ pub fn solve_steady_state(
     let scene = arguments.read()?;
     let steady = with_progress("iterating to the steady state", || solve_steady(&scene))?;
     let SteadySolution {
+        model,
         solution,
         reynolds,
         iterations,
@@ -95,15 +96,18 @@ pub fn solve_steady_state(
         ..
     } = &steady;
     let written = match (flow, &solution.flow) {
-        (Some(path), Some(flow)) => flow
-            .field()
-            .map_err(SwimError::from)
-            .and_then(|field| write_flow(field, path)),
-        _ => Ok(()),
+        (Some(path), Some(flow)) => (flow.field().map_err(SwimError::from))
+            .and_then(|field| write_flow(field, path))
+            .map_err(CliError::from),
+        (Some(_), None) => Err(CliError::NotApplicable {
+            place: "--flow".to_owned(),
+            problem: "a flow in the meridian plane has no mesh in space; set model.kind = \"fem\""
+                .to_owned(),
+        }),
+        (None, _) => Ok(()),
     };
-    let written = written.map_err(CliError::from);
     if json {
-        let mut answer = solution_json(&scene, "fem", solution);
+        let mut answer = solution_json(&scene, model, solution);
         answer["steady"] = serde_json::json!({
             "reynolds": reynolds,
             "iterations": iterations,
@@ -112,7 +116,7 @@ pub fn solve_steady_state(
         return and_then(format!("{answer}\n"), written);
     }
     let mut text = entry("scene", scene.name());
-    text += &entry("model", "fem");
+    text += &entry("model", model);
     text += &entry("inertia", format!("steady, Reynolds number {reynolds:.4}"));
     text += "\n";
     text += &motion(&scene, solution);

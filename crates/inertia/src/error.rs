@@ -40,20 +40,8 @@ pub enum InertiaError {
         found: usize,
     },
     /// An adaptive step that would have to be shorter than rounding allows.
-    #[error(
-        "at time {time} a step of {step:.3e} still has the error {error:.3e} of {tolerance:.3e}; \
-         is there a jump in the motion that is not a restart? Raise the tolerance or restart there"
-    )]
-    StepTooShort {
-        /// Time before the step.
-        time: f64,
-        /// Length of the step.
-        step: f64,
-        /// Its relative error.
-        error: f64,
-        /// Relative tolerance.
-        tolerance: f64,
-    },
+    #[error(transparent)]
+    StepTooShort(#[from] linalg::StepTooShort),
     /// A fixed-point iteration for a steady state that does not converge.
     #[error(
         "no steady state at density {density}: after {iterations} iterations the velocity still \

@@ -1,7 +1,7 @@
 //! Steps in time of bodies in a fluid with inertia.
 
 use fem::TaylorHood;
-use linalg::{TimeDerivative, WarmStart, extrapolation, step_factor};
+use linalg::{StepControl, TimeDerivative, WarmStart, extrapolation};
 use mesh::TetMesh;
 use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
 use rigid::{BodyKind, Drive, State, StateVelocity};
@@ -45,6 +45,9 @@ pub struct Integrator<'a> {
     largest: [f64; 2],
     pub(crate) jump: Option<ProjectionJump>,
 }
+
+/// Shortest step relative to the times of an integration: rounding.
+const LEAST_STEP: f64 = 1e-12;
 
 /// Levels that BDF2 and its error estimate need.
 const LEVELS: usize = 3;
@@ -634,40 +637,13 @@ impl<'a> Integrator<'a> {
         first: f64,
         mut observe: impl FnMut(&Step),
     ) -> Result<(), InertiaError> {
-        let mut length = first;
-        // two levels are needed before an error is known
-        let mut unchecked = 2usize.saturating_sub(self.levels.len());
+        let mut steps = StepControl::new(first, LEAST_STEP * end.abs().max(end - self.time()));
         while self.time() < end {
-            let left = end - self.time();
-            // no rest that is shorter than half a step
-            let taken = if left < 1.5 * length && left > length {
-                0.5 * left
-            } else {
-                length
-            };
-            let taken = taken.min(left);
+            let taken = steps.next(end - self.time());
             let step = self.try_step(taken)?;
-            let accepted = step.error <= tolerance || unchecked > 0;
-            let factor = step_factor(tolerance, step.error);
-            if accepted {
-                unchecked = unchecked.saturating_sub(1);
+            if steps.accepts(self.time(), taken, step.error, tolerance)? {
                 observe(&step);
                 self.accept(step)?;
-                length = if taken < length {
-                    length
-                } else {
-                    factor.max(0.5) * taken
-                };
-            } else {
-                length = factor.min(0.9) * taken;
-                if length <= 1e-12 * end.abs().max(left) {
-                    return Err(InertiaError::StepTooShort {
-                        time: self.time(),
-                        step: taken,
-                        error: step.error,
-                        tolerance,
-                    });
-                }
             }
         }
         Ok(())

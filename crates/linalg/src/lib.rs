@@ -87,5 +87,5 @@ pub use saddle::SaddleSystem;
 pub use schwarz::{BorderPlacement, Schwarz, SchwarzParams};
 pub use smoothed_aggregation::{Aggregates, Coarsening};
 pub use submatrix::{OMITTED, submatrix};
-pub use time_derivative::{TimeDerivative, extrapolation, step_factor};
+pub use time_derivative::{StepControl, StepTooShort, TimeDerivative, extrapolation};
 pub use warm_start::WarmStart;

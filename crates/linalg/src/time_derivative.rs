@@ -82,10 +82,116 @@ pub fn extrapolation(step: f64, before: &[f64]) -> Vec<f64> {
 /// The local error is of third order. 0.9 leaves a reserve; steps at most double, below the ratio
 /// `1 + 2^(1/2)` up to which BDF2 with variable steps is stable (Grigorieff 1983). Without an
 /// estimate, which is infinite, the length stays.
-pub fn step_factor(tolerance: f64, error: f64) -> f64 {
+fn step_factor(tolerance: f64, error: f64) -> f64 {
     match error.is_finite() {
         true => (0.9 * (tolerance / error).cbrt()).clamp(0.2, 2.0),
         false => 1.0,
+    }
+}
+
+/// An adaptive step that would have to be shorter than rounding allows.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "at time {time} a step of {step:.3e} still has the error {error:.3e} of {tolerance:.3e}; is \
+     there a jump in the motion that is not a restart? Raise the tolerance or restart there"
+)]
+pub struct StepTooShort {
+    /// Time before the step.
+    pub time: f64,
+    /// Length of the step.
+    pub step: f64,
+    /// Its error.
+    pub error: f64,
+    /// Largest error allowed.
+    pub tolerance: f64,
+}
+
+/// Lengths of steps whose errors stay below a tolerance.
+///
+/// ```
+/// use linalg::StepControl;
+///
+/// let mut steps = StepControl::new(0.4, 1e-12);
+/// // The end is 0.5 away: two equal steps instead of a rest of 0.1.
+/// assert_eq!(steps.next(0.5), 0.25);
+/// // The error of a step of 0.4 is 1 / 8 of what is allowed, so the next may be 1.8 times longer.
+/// assert!(steps.accepts(0.0, 0.4, 1.0, 8.0)?);
+/// assert!((steps.next(10.0) - 0.72).abs() < 1e-15);
+/// # Ok::<(), linalg::StepTooShort>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepControl {
+    length: f64,
+    least: f64,
+}
+
+/// Part of the length of a step above which it says how long the next one may be; a shorter one
+/// ends where the motion does.
+const WHOLE: f64 = 0.99;
+
+/// Factor below which a longer step is not worth a new matrix, which depends on the length.
+const WORTHWHILE: f64 = 1.2;
+
+impl StepControl {
+    /// Begins with steps of the length `first`; none is shorter than `least`.
+    pub fn new(first: f64, least: f64) -> Self {
+        Self {
+            length: first,
+            least,
+        }
+    }
+
+    /// Length of the next step, `left` before the end.
+    ///
+    /// No rest is left that is shorter than half a step.
+    pub fn next(&self, left: f64) -> f64 {
+        match left < 1.5 * self.length && left > self.length * (1.0 + 1e-9) {
+            true => 0.5 * left,
+            false => self.length.min(left),
+        }
+    }
+
+    /// The length that the error of the last step allows, without regard to the end.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Continues with steps that are at most this long.
+    pub fn shorten(&mut self, length: f64) {
+        self.length = self.length.min(length);
+    }
+
+    /// Whether a step from `time` with this error is accepted; chooses the length of the next.
+    ///
+    /// The error is infinite where too few levels are known for an estimate; such a step is
+    /// accepted.
+    ///
+    /// # Errors
+    /// [`StepTooShort`] for a step that would have to be repeated with less than the least length.
+    pub fn accepts(
+        &mut self,
+        time: f64,
+        step: f64,
+        error: f64,
+        tolerance: f64,
+    ) -> Result<bool, StepTooShort> {
+        let factor = step_factor(tolerance, error);
+        if !error.is_finite() || error <= tolerance {
+            if step >= WHOLE * self.length && !(1.0..WORTHWHILE).contains(&factor) {
+                self.length = factor.max(0.5) * step;
+            }
+            return Ok(true);
+        }
+        self.length = factor.min(0.9) * step;
+        match self.length <= self.least {
+            false => Ok(false),
+            true => Err(StepTooShort {
+                time,
+                step,
+                error,
+                tolerance,
+            }),
+        }
     }
 }
 
@@ -111,6 +217,20 @@ mod tests {
         assert_eq!(step_factor(1e-6, f64::INFINITY), 1.0);
         assert_eq!(step_factor(1e-6, 0.0), 2.0);
         assert!((step_factor(1e-6, 8e-6) - 0.45).abs() < 1e-15);
+    }
+
+    #[test]
+    fn steps_are_repeated_until_they_are_too_short() {
+        let mut steps = StepControl::new(1.0, 0.05);
+        assert_eq!(steps.accepts(2.0, 1.0, f64::INFINITY, 1e-3), Ok(true));
+        assert_eq!(steps.accepts(2.0, 1.0, 1.0, 1e-3), Ok(false));
+        assert_eq!(steps.next(9.0), 0.2);
+        let short = steps.accepts(2.0, 0.2, 1.0, 1e-3).unwrap_err();
+        assert_eq!((short.time, short.step), (2.0, 0.2));
+        // the last step before the end says nothing about the next
+        let mut steps = StepControl::new(1.0, 0.0);
+        assert_eq!(steps.accepts(0.0, 0.1, 1e-9, 1e-3), Ok(true));
+        assert_eq!(steps.length(), 1.0);
     }
 
     #[test]

@@ -195,6 +195,18 @@ impl ModelError {
         )
     }
 
+    /// Whether bodies come too close, or move too far, for a mesh of the meridian plane over a step
+    /// in time, so that a shorter one may do.
+    pub fn is_lost_mesh(&self) -> bool {
+        use axisymmetric::AxisymmetricError as Axial;
+        matches!(
+            self,
+            Self::Axisymmetric(
+                Axial::MeshLost { .. } | Axial::BodiesTooClose { .. } | Axial::WallTooClose { .. }
+            )
+        )
+    }
+
     /// Whether the error is due to the scene or its mesh file, not to the computation.
     pub fn is_bad_input(&self) -> bool {
         use mesh::MeshError as Mesh;

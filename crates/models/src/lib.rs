@@ -22,7 +22,7 @@ mod surface_motion;
 mod units;
 
 pub use accumulated_error::{AccumulatedError, UncorrectedBars};
-pub use axisymmetric_model::AxisymmetricModel;
+pub use axisymmetric_model::{AxialFlow, AxisymmetricModel, MovingAxis};
 pub use discretisation_error::{DiscretisationError, Uncertainty};
 pub use error::ModelError;
 pub use fem_model::{FemModel, MovingMeshes, MovingScene};

@@ -220,6 +220,15 @@ impl SwimError {
         }
     }
 
+    /// Whether no mesh can follow the bodies over a step in time, so that a shorter one may do.
+    pub(crate) fn is_lost_mesh(&self) -> bool {
+        match self {
+            Self::Inertia(error) => matches!(error, InertiaError::NoMesh { .. }),
+            Self::Model(error) => error.is_lost_mesh(),
+            _ => false,
+        }
+    }
+
     /// Whether the motion up to the error is a result: the motion itself ended, by contact or where
     /// it could not be computed any further.
     pub(crate) fn ends_motion(&self) -> bool {

@@ -38,10 +38,9 @@ impl AxialBody {
 
     /// A homogeneous body of this density that moves freely as a part of swimmer `swimmer`.
     pub fn free(shape: AxialSpheroid, density: f64, swimmer: usize) -> Self {
-        let volume = 4.0 / 3.0 * std::f64::consts::PI * shape.axial * shape.equatorial.powi(2);
         Self {
             shape,
-            mass: density * volume,
+            mass: density * shape.volume(),
             motion: AxialMotion::Free(swimmer),
         }
     }

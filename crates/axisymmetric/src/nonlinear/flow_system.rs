@@ -13,6 +13,7 @@ use crate::element::Lagrange;
 use crate::geometry_map::node_positions;
 use crate::mesh::MeridianMesh;
 use crate::open_boundary::exterior_flow;
+use crate::quadrature::RulePoint;
 use crate::space::Space;
 
 impl From<Singular> for AxisymmetricError {
@@ -114,7 +115,7 @@ pub(crate) struct Balance {
 /// Unknowns are numbered: axial velocities of all nodes, radial velocities, pressures, velocities
 /// of free motions. The axial velocity of a node on a body is that of the body's motion.
 pub(crate) struct FlowSystem {
-    pub(super) mesh: MeridianMesh,
+    pub(super) mesh: Arc<MeridianMesh>,
     velocity: Lagrange,
     pressure: Lagrange,
     /// Of velocities and of pressures.
@@ -157,6 +158,94 @@ impl Exterior {
     }
 }
 
+/// A point in a triangle, with the values of the basis functions there.
+pub(crate) struct Place {
+    triangle: usize,
+    weights: Vec<f64>,
+}
+
+/// Finds points in a mesh.
+pub(crate) struct Locator<'a> {
+    triangles: Vec<LocatedTriangle>,
+    element: &'a Lagrange,
+}
+
+struct LocatedTriangle {
+    nodes: Vec<Point>,
+    /// Bounds of the triangle, enlarged.
+    bounds: [Point; 2],
+}
+
+/// Smallest barycentric coordinate of a point in a mesh of the same domain: the curved edges of
+/// both are polynomials that differ.
+const MIN_BARYCENTRIC: f64 = -0.02;
+
+impl Locator<'_> {
+    /// The place of a point: of the triangle in which it is deepest.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::OutsideMesh`].
+    pub fn locate(&self, x: &Point) -> Result<Place, AxisymmetricError> {
+        let inside = |triangle: &LocatedTriangle| {
+            let [low, high] = &triangle.bounds;
+            (0..2).all(|d| low[d] <= x[d] && x[d] <= high[d])
+        };
+        let candidates = (self.triangles.iter().enumerate()).filter(|(_, t)| inside(t));
+        let depth = |l: &[f64; 3]| l[0].min(l[1]).min(l[2]);
+        let deepest = candidates
+            .filter_map(|(t, triangle)| Some((t, self.barycentric(triangle, x)?)))
+            .max_by(|(_, a), (_, b)| depth(a).total_cmp(&depth(b)));
+        match deepest {
+            Some((triangle, l)) if depth(&l) >= MIN_BARYCENTRIC => Ok(Place {
+                triangle,
+                weights: self.weights(&l).iter().copied().collect(),
+            }),
+            _ => Err(AxisymmetricError::OutsideMesh { at: [x.x, x.y] }),
+        }
+    }
+
+    fn weights(&self, l: &[f64; 3]) -> DMatrix<f64> {
+        self.element.tabulate(&[at_point(l)]).values
+    }
+
+    /// Barycentric coordinates by Newton's method, those of the straight triangle at first; `None`
+    /// if it does not converge.
+    fn barycentric(&self, triangle: &LocatedTriangle, x: &Point) -> Option<[f64; 3]> {
+        /// Three are enough for curved triangles next to which the point is.
+        const STEPS: usize = 8;
+        let nodes = &triangle.nodes;
+        let size = (nodes[1] - nodes[0]).norm();
+        let sides = [nodes[1] - nodes[0], nodes[2] - nodes[0]];
+        let first = nalgebra::Matrix2::from_columns(&sides).try_inverse()? * (x - nodes[0]);
+        let mut l = [1.0 - first.x - first.y, first.x, first.y];
+        for _ in 0..STEPS {
+            // far outside polynomials of high degree are of no use
+            if l.iter().any(|l| *l < -1.0) {
+                return None;
+            }
+            let table = self.element.tabulate(&[at_point(&l)]);
+            let sum = |values: &DMatrix<f64>| -> Point {
+                (nodes.iter().zip(values.iter())).map(|(x, n)| x * *n).sum()
+            };
+            let residual = x - sum(&table.values);
+            if residual.norm() <= 1e-14 * size {
+                break;
+            }
+            let columns = table.gradients.each_ref().map(sum);
+            let step = nalgebra::Matrix2::from_columns(&columns).try_inverse()? * residual;
+            l = [l[0] - step.x - step.y, l[1] + step.x, l[2] + step.y];
+        }
+        l.iter().all(|l| l.is_finite()).then_some(l)
+    }
+}
+
+fn at_point(barycentric: &[f64; 3]) -> RulePoint {
+    RulePoint {
+        barycentric: *barycentric,
+        weight: 0.0,
+    }
+}
+
 /// Reduction of the change per iteration above which the matrix is factorised again.
 ///
 /// A factorisation costs about as much as five evaluations of the residual.
@@ -168,13 +257,14 @@ impl FlowSystem {
     /// # Errors
     /// [`AxisymmetricError::NoNodalBasis`].
     pub fn new(
-        mesh: MeridianMesh,
+        mesh: impl Into<Arc<MeridianMesh>>,
         order: usize,
         motions: Vec<Option<usize>>,
         n_motions: usize,
         frame: Option<usize>,
         open_ball: Option<[f64; 2]>,
     ) -> Result<Self, AxisymmetricError> {
+        let mesh = mesh.into();
         let [velocity, pressure] = [Lagrange::new(order)?, Lagrange::new(order - 1)?];
         let spaces = [Space::new(&mesh, &velocity), Space::new(&mesh, &pressure)];
         let n_nodes = [(&spaces[0], &velocity), (&spaces[1], &pressure)].map(|(space, element)| {
@@ -587,17 +677,113 @@ impl FlowSystem {
         Ok((0, 0.0))
     }
 
+    /// The same unknowns but for the motions of the bodies, which are all prescribed.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::NoNodalBasis`].
+    pub fn held(&self) -> Result<Self, AxisymmetricError> {
+        let (mesh, order) = (Arc::clone(&self.mesh), self.velocity.order());
+        Self::new(mesh, order, vec![None; self.motions.len()], 0, None, None)
+    }
+
+    /// Factors of Stokes flow with the mass matrix times `coefficient`.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`], [`AxisymmetricError::SingularElement`].
+    pub fn factor_projection(
+        &self,
+        positions: &[Point],
+        coefficient: f64,
+    ) -> Result<CondensedFactors, AxisymmetricError> {
+        let terms = Terms {
+            coefficients: Coefficients {
+                mass: coefficient,
+                ..Coefficients::default()
+            },
+            ..Terms::default()
+        };
+        let balance = Balance {
+            matrix: DMatrix::zeros(self.n_motions, self.n_motions),
+            load: vec![0.0; self.n_motions],
+        };
+        self.factor(positions, &self.rest(), &terms, &balance)
+    }
+
+    /// Adds the velocity that removes the divergence of a flow, by factors of
+    /// [`FlowSystem::factor_projection`].
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`].
+    pub fn remove_divergence(
+        &self,
+        positions: &[Point],
+        fields: &mut Fields,
+        factors: &CondensedFactors,
+    ) -> Result<(), AxisymmetricError> {
+        let residual = self.residual(positions, fields, &Terms::default())?;
+        let n = self.n_nodes[0];
+        let mut rhs = vec![0.0; self.roles.len()];
+        for (role, value) in self.roles[2 * n..].iter().zip(&residual.continuity) {
+            if let Some(row) = role {
+                rhs[*row as usize] -= value;
+            }
+        }
+        let x = factors.solve(&rhs);
+        let change = |i: usize| self.roles[i].map_or(0.0, |role| x[role as usize]);
+        for (node, u) in fields.velocity.iter_mut().enumerate() {
+            *u += Point::new(change(node), change(n + node));
+        }
+        Ok(())
+    }
+
+    /// The momentum of a flow along the axis over the density, `∫ u_z`.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`].
+    pub fn momentum(&self, positions: &[Point], fields: &Fields) -> Result<f64, AxisymmetricError> {
+        let terms = Terms::default();
+        let parts = (0..self.mesh.triangles.len())
+            .into_par_iter()
+            .map(|t| Ok(self.element(t, positions, fields, &terms)?.momentum()))
+            .collect::<Result<Vec<_>, AxisymmetricError>>()?;
+        Ok(parts.iter().sum())
+    }
+
+    /// The value at a place of a field at the velocity nodes.
+    pub fn value(&self, place: &Place, field: &[Point]) -> Point {
+        let nodes = self.spaces[0].nodes[place.triangle].iter();
+        nodes
+            .zip(&place.weights)
+            .map(|(&node, weight)| *weight * field[node as usize])
+            .sum()
+    }
+
+    /// Finds points in the mesh whose velocity nodes have these positions.
+    pub fn locator<'a>(&'a self, positions: &[Point]) -> Locator<'a> {
+        let triangles = self.spaces[0].nodes.iter().map(|nodes| {
+            let nodes: Vec<Point> = nodes.iter().map(|&n| positions[n as usize]).collect();
+            let infinite = Point::repeat(f64::INFINITY);
+            let [low, high] = (nodes.iter()).fold([infinite, -infinite], |[low, high], x| {
+                [low.inf(x), high.sup(x)]
+            });
+            // an edge bends beyond its nodes by less than its height
+            let margin = 0.1 * (high - low);
+            LocatedTriangle {
+                nodes,
+                bounds: [low - margin, high + margin],
+            }
+        });
+        Locator {
+            triangles: triangles.collect(),
+            element: &self.velocity,
+        }
+    }
+
     /// The flow of another order on the same mesh, interpolated.
     pub fn interpolated(&self, from: &Self, fields: &Fields) -> Fields {
         let mut result = self.rest();
         result.motions.clone_from(&fields.motions);
-        let points = |nodes: &[[f64; 3]]| -> Vec<_> {
-            let point = |barycentric: &[f64; 3]| crate::quadrature::RulePoint {
-                barycentric: *barycentric,
-                weight: 0.0,
-            };
-            nodes.iter().map(point).collect()
-        };
+        let points = |nodes: &[[f64; 3]]| -> Vec<_> { nodes.iter().map(at_point).collect() };
         let velocity = from.velocity.tabulate(&points(&self.velocity.nodes)).values;
         let pressure = from.pressure.tabulate(&points(&self.pressure.nodes)).values;
         for t in 0..self.mesh.triangles.len() {

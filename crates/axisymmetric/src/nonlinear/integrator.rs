@@ -1,12 +1,13 @@
 //! Steps in time of bodies on the axis of a fluid with inertia.
 
-use linalg::{TimeDerivative, extrapolation, step_factor};
+use linalg::{StepControl, TimeDerivative, extrapolation};
 use nalgebra::DMatrix;
 
-use super::bodies::{AxialBody, check, check_growth, domain, motions, shapes};
+use super::bodies::{AxialBody, check, check_growth, check_length, domain, motions, shapes};
 use super::flow_system::{
     Balance, BoundaryVelocity, Fields, FlowSystem, MAX_CHORD_REDUCTION, Terms,
 };
+use super::flow_transfer::FlowTransfer;
 use super::forcing::AxialForcing;
 use super::mesh_motion::MeshMotion;
 use super::momentum::Coefficients;
@@ -99,17 +100,17 @@ impl TransientParameters {
 
 /// What is known at one time.
 #[derive(Clone, Debug)]
-struct Level {
+pub(super) struct Level {
     time: f64,
     /// Positions of the nodes, and the flow there.
-    nodes: Vec<Point>,
-    fields: Fields,
-    /// Displacements of the free motions.
+    pub(super) nodes: Vec<Point>,
+    pub(super) fields: Fields,
+    /// Displacements of the free motions since the mesh was generated.
     displacements: Vec<f64>,
     /// Displacements that the forcing gives to the bodies.
     given: Vec<f64>,
     /// Velocities of the bodies.
-    velocities: Vec<f64>,
+    pub(super) velocities: Vec<f64>,
 }
 
 /// A step, before it is accepted.
@@ -126,9 +127,19 @@ pub struct AxialStep {
     pub velocities: Vec<f64>,
     /// Force that each body exerts on the fluid, with the inertia of the fluid in it.
     pub forces: Vec<f64>,
+    /// Rate of change of the momentum of each body, its mass times its acceleration by the
+    /// difference formula.
+    pub momentum_rates: Vec<f64>,
+    /// Power of the slip of all surfaces on the fluid.
+    pub slip_power: f64,
     /// Estimated error of the velocities in this step, relative to the largest velocity so far;
     /// infinite if there are too few levels for an estimate.
     pub error: f64,
+    /// Estimated error of the velocities of bodies in this step; infinite as `error`.
+    pub velocity_error: f64,
+    /// Change of the momentum of the fluid over its density by a new mesh before this step, an
+    /// error of the projection; none on the mesh of the step before.
+    pub momentum_jump: Option<f64>,
     /// Iterations of the step.
     pub iterations: usize,
     level: Level,
@@ -168,6 +179,7 @@ pub struct AxialStep {
 /// # Ok::<(), axisymmetric::AxisymmetricError>(())
 /// ```
 pub struct AxialIntegrator<'a> {
+    /// The bodies where they were when the mesh was generated.
     bodies: Vec<AxialBody>,
     surroundings: Surroundings,
     forcing: &'a dyn AxialForcing,
@@ -176,14 +188,20 @@ pub struct AxialIntegrator<'a> {
     motion: MeshMotion,
     motions: Vec<Option<usize>>,
     n_motions: usize,
-    /// Displacements given at the start.
+    /// Displacements given when the mesh was generated.
     start: Vec<f64>,
     /// The newest first, three at most.
     levels: Vec<Level>,
     factors: Option<CondensedFactors>,
     /// Largest velocity of the fluid so far.
     largest: f64,
+    /// That of the projection onto the present mesh, until a step is accepted on it.
+    momentum_jump: Option<f64>,
+    meshes: usize,
 }
+
+/// Shortest step relative to the times of an integration: rounding.
+const LEAST_STEP: f64 = 1e-12;
 
 /// Levels that BDF2 and its error estimate need.
 const LEVELS: usize = 3;
@@ -218,16 +236,8 @@ impl<'a> AxialIntegrator<'a> {
                 range: "between 2 and 10",
             });
         }
-        let mesh = generate(&domain(bodies, surroundings)?, parameters.growth)?;
         let (motions, n_motions) = motions(bodies);
-        let system = FlowSystem::new(
-            mesh,
-            parameters.order,
-            motions.clone(),
-            n_motions,
-            None,
-            None,
-        )?;
+        let system = system_around(bodies, surroundings, &parameters)?;
         let start: Vec<f64> = (0..bodies.len())
             .map(|body| forcing.displacement(time, body))
             .collect();
@@ -252,7 +262,48 @@ impl<'a> AxialIntegrator<'a> {
             levels: vec![level],
             factors: None,
             largest: 0.0,
+            momentum_jump: None,
+            meshes: 1,
         })
+    }
+
+    /// Replaces the velocity at the present time by that without inertia of fluid and bodies,
+    /// Stokes flow with these rates of the given displacements. Earlier levels are forgotten.
+    ///
+    /// # Errors
+    /// A list of the wrong length, those of a step.
+    pub fn start_from_stokes(&mut self, rates: &[f64]) -> Result<(), AxisymmetricError> {
+        check_length("rates of displacements", self.bodies.len(), rates.len())?;
+        self.restart();
+        let time = self.time();
+        let boundary = BoundaryVelocity {
+            bodies: rates.to_vec(),
+            slip: self.slip(time)?,
+            wall: self.forcing.wall_velocity(time),
+        };
+        let mut balance = self.no_balance();
+        for (number, g) in self.motions.iter().enumerate() {
+            if let Some(g) = g {
+                balance.load[*g] += self.forcing.load(time, number);
+            }
+        }
+        let mut fields = self.system.rest();
+        self.system.set_boundary(&boundary, &mut fields);
+        let (nodes, tolerance) = (&self.levels[0].nodes, self.parameters.tolerance);
+        let terms = Terms::default();
+        let (_, change) =
+            (self.system).solve(nodes, &mut fields, &terms, &balance, &mut None, tolerance)?;
+        if change > tolerance {
+            return Err(AxisymmetricError::StepFailed {
+                time,
+                step: 0.0,
+                change,
+            });
+        }
+        let level = &mut self.levels[0];
+        level.velocities = self.system.body_velocities(&fields, &boundary);
+        level.fields = fields;
+        Ok(())
     }
 
     /// Forgets all levels but the present one: for corners of a motion, after which derivatives
@@ -271,12 +322,29 @@ impl<'a> AxialIntegrator<'a> {
         self.centres(&self.levels[0].displacements, &self.levels[0].given)
     }
 
+    /// Number of meshes so far.
+    pub fn meshes(&self) -> usize {
+        self.meshes
+    }
+
+    /// Number of unknowns of a step.
+    pub fn dofs(&self) -> usize {
+        self.system.n_dofs()
+    }
+
     /// Present velocities of the bodies.
     pub fn velocities(&self) -> &[f64] {
         &self.levels[0].velocities
     }
 
-    /// Displacements of the bodies from where they started.
+    /// Smallest semi-axis of a body.
+    fn smallest(&self) -> f64 {
+        (self.bodies.iter())
+            .map(|body| body.shape.axial.min(body.shape.equatorial))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Displacements of the bodies from where they were when the mesh was generated.
     fn displacements(&self, free: &[f64], given: &[f64]) -> Vec<f64> {
         let of_motion = |g: &Option<usize>| g.map_or(0.0, |g| free[g]);
         (self.motions.iter().zip(given).zip(&self.start))
@@ -324,9 +392,11 @@ impl<'a> AxialIntegrator<'a> {
 
     /// Takes a step of this length from the present time, without accepting it.
     ///
+    /// Where the mesh cannot follow the bodies any further, there is a new one.
+    ///
     /// # Errors
-    /// [`AxisymmetricError::StepFailed`], a length that is not positive, bodies that meet or that
-    /// the mesh cannot follow.
+    /// [`AxisymmetricError::StepFailed`], a length that is not positive, bodies that meet, a step
+    /// so long that a new mesh cannot follow it ([`AxisymmetricError::MeshLost`]).
     pub fn try_step(&mut self, length: f64) -> Result<AxialStep, AxisymmetricError> {
         if !(length > 0.0 && length.is_finite()) {
             return Err(AxisymmetricError::InvalidNumber {
@@ -335,6 +405,25 @@ impl<'a> AxialIntegrator<'a> {
                 range: "positive",
             });
         }
+        let is_lost = |error: &AxisymmetricError| {
+            use AxisymmetricError::{InvertedTriangle, MeshLost};
+            matches!(error, MeshLost { .. } | InvertedTriangle { .. })
+        };
+        match self.step_on_mesh(length) {
+            Err(error) if is_lost(&error) => self.renew_mesh()?,
+            result => return result,
+        }
+        match self.step_on_mesh(length) {
+            Err(error) if is_lost(&error) => Err(AxisymmetricError::MeshLost {
+                time: self.time(),
+                step: length,
+            }),
+            result => result,
+        }
+    }
+
+    /// A step on the present mesh.
+    fn step_on_mesh(&mut self, length: f64) -> Result<AxialStep, AxisymmetricError> {
         let before = self.steps_before();
         let formula = TimeDerivative::new(length, &before);
         let (time, newest) = (self.time() + length, formula.newest());
@@ -365,6 +454,7 @@ impl<'a> AxialIntegrator<'a> {
             motions: self.sum(&weights, |level| level.fields.motions.clone()),
             pressure: self.levels[0].fields.pressure.clone(),
         };
+        let predicted_velocities = self.sum(&weights, |level| level.velocities.clone());
         let boundary = BoundaryVelocity {
             bodies: rates,
             slip: self.slip(time)?,
@@ -392,13 +482,11 @@ impl<'a> AxialIntegrator<'a> {
         self.system.set_boundary(&boundary, &mut fields);
         let mut displacements = displaced(&fields);
         let (mut last, mut iterations) = (f64::INFINITY, 0);
-        let smallest = (self.bodies.iter())
-            .map(|body| body.shape.axial.min(body.shape.equatorial))
-            .fold(f64::INFINITY, f64::min);
+        let smallest = self.smallest();
         let (nodes, mesh_velocity) = loop {
             let nodes = match self.parameters.frozen {
                 true => self.levels[0].nodes.clone(),
-                false => self.nodes(&displacements, &given)?,
+                false => self.nodes(length, &displacements, &given)?,
             };
             let mesh_velocity: Vec<f64> = match self.parameters.frozen {
                 true => vec![0.0; nodes.len()],
@@ -453,13 +541,28 @@ impl<'a> AxialIntegrator<'a> {
             (_, 0.0) => 0.0,
             (factor, difference) => factor * difference / largest,
         };
+        let of_bodies = (velocities.iter().zip(&predicted_velocities))
+            .map(|(u, p)| (u - p).abs())
+            .fold(0.0, f64::max);
+        let known_velocities = self.known(&formula, |level| level.velocities.clone());
+        let momentum_rates = (self.bodies.iter().zip(&velocities).zip(known_velocities))
+            .map(|((body, u), known)| body.mass * (newest * u + known));
         Ok(AxialStep {
             time,
             length,
             positions: self.centres(&displacements, &given),
             velocities: velocities.clone(),
             forces: self.system.forces(&residual),
+            momentum_rates: momentum_rates.collect(),
+            slip_power: (boundary.slip.iter().zip(&residual.momentum))
+                .map(|(slip, force)| slip.dot(force))
+                .sum(),
             error,
+            velocity_error: match formula.error_factor {
+                0.0 => f64::INFINITY,
+                factor => factor * of_bodies,
+            },
+            momentum_jump: self.momentum_jump,
             iterations,
             level: Level {
                 time,
@@ -472,12 +575,16 @@ impl<'a> AxialIntegrator<'a> {
         })
     }
 
-    /// The balance of forces of the free motions: `m (c_0 U + known) / Δt - load`.
-    fn balance(&self, formula: &TimeDerivative, time: f64, rates: &[f64]) -> Balance {
-        let mut balance = Balance {
+    fn no_balance(&self) -> Balance {
+        Balance {
             matrix: DMatrix::zeros(self.n_motions, self.n_motions),
             load: vec![0.0; self.n_motions],
-        };
+        }
+    }
+
+    /// The balance of forces of the free motions: `m (c_0 U + known) / Δt - load`.
+    fn balance(&self, formula: &TimeDerivative, time: f64, rates: &[f64]) -> Balance {
+        let mut balance = self.no_balance();
         let known = self.known(formula, |level| level.velocities.clone());
         for (number, body) in self.bodies.iter().enumerate() {
             let Some(g) = self.motions[number] else {
@@ -490,12 +597,73 @@ impl<'a> AxialIntegrator<'a> {
         balance
     }
 
-    /// Positions of the nodes around displaced bodies.
-    fn nodes(&self, free: &[f64], given: &[f64]) -> Result<Vec<Point>, AxisymmetricError> {
+    /// Positions of the nodes around displaced bodies, in a step of this length.
+    fn nodes(
+        &self,
+        step: f64,
+        free: &[f64],
+        given: &[f64],
+    ) -> Result<Vec<Point>, AxisymmetricError> {
         let moved = self.moved_shapes(free, given);
         // bodies that meet are an error of their own, before the mesh is inverted
         Meridian::new(&moved, self.surroundings)?;
-        Ok(self.motion.positions(&self.displacements(free, given)))
+        let positions = self.motion.positions(&self.displacements(free, given));
+        match self.motion.quality(&positions) >= MIN_QUALITY {
+            true => Ok(positions),
+            false => Err(AxisymmetricError::MeshLost {
+                time: self.time(),
+                step,
+            }),
+        }
+    }
+
+    /// Replaces the mesh by a new one around the bodies at their present positions.
+    ///
+    /// Velocities of all levels are carried to it by [`FlowTransfer`], earlier positions of its
+    /// nodes are those of the old mesh at the same places. [`AxialStep::momentum_jump`] of the next
+    /// step has the change of the momentum.
+    ///
+    /// # Errors
+    /// Domains that cannot be meshed; those of the projection.
+    pub fn renew_mesh(&mut self) -> Result<(), AxisymmetricError> {
+        let present = self.levels[0].clone();
+        let centres = self.positions();
+        let mut bodies = self.bodies.clone();
+        for (body, centre) in bodies.iter_mut().zip(centres) {
+            body.shape.centre = centre;
+        }
+        let system = system_around(&bodies, self.surroundings, &self.parameters)?;
+        let slip = |time| match self.forcing.has_slip() {
+            false => Ok(Vec::new()),
+            true => system.slip(&system.positions(), |number, x| {
+                let shape = &bodies[number].shape;
+                let slip = (self.forcing).slip(time, number, [x.x - shape.centre, x.y]);
+                [Point::from(slip), Point::from(normal(shape, x))]
+            }),
+        };
+        let size = self.smallest();
+        let transfer = FlowTransfer::new((&self.system, &present.nodes), &system, size)?;
+        let mut levels = self.levels.clone();
+        for (number, level) in levels.iter_mut().enumerate() {
+            let boundary = BoundaryVelocity {
+                bodies: level.velocities.clone(),
+                slip: slip(level.time)?,
+                wall: self.forcing.wall_velocity(level.time),
+            };
+            let jump = transfer.carry(level, &present, &boundary)?;
+            if number == 0 {
+                self.momentum_jump = Some(self.momentum_jump.unwrap_or(0.0) + jump);
+            }
+            for (displacement, now) in level.displacements.iter_mut().zip(&present.displacements) {
+                *displacement -= now;
+            }
+        }
+        self.motion = MeshMotion::new(&system, bodies.len())?;
+        (self.system, self.levels, self.bodies) = (system, levels, bodies);
+        self.start = present.given;
+        self.factors = None;
+        self.meshes += 1;
+        Ok(())
     }
 
     fn moved_shapes(&self, free: &[f64], given: &[f64]) -> Vec<AxialSpheroid> {
@@ -530,6 +698,7 @@ impl<'a> AxialIntegrator<'a> {
     pub fn accept(&mut self, step: AxialStep) {
         let speeds = step.level.fields.velocity.iter().map(|u| u.amax());
         self.largest = speeds.fold(self.largest, f64::max);
+        self.momentum_jump = None;
         self.levels.insert(0, step.level);
         self.levels.truncate(LEVELS);
     }
@@ -558,33 +727,13 @@ impl<'a> AxialIntegrator<'a> {
         first: f64,
         mut observe: impl FnMut(&AxialStep),
     ) -> Result<(), AxisymmetricError> {
-        let mut length = first;
-        // two levels are needed before an error is known
-        let mut unchecked = 2_usize.saturating_sub(self.levels.len());
+        let mut steps = StepControl::new(first, LEAST_STEP * end.abs().max(end - self.time()));
         while self.time() < end {
-            let left = end - self.time();
-            // no rest that is shorter than half a step
-            let split = left < 1.5 * length && left > length;
-            let taken = if split { 0.5 * left } else { length.min(left) };
+            let taken = steps.next(end - self.time());
             let step = self.try_step(taken)?;
-            let factor = step_factor(tolerance, step.error);
-            if step.error <= tolerance || unchecked > 0 {
-                unchecked = unchecked.saturating_sub(1);
+            if steps.accepts(self.time(), taken, step.error, tolerance)? {
                 observe(&step);
                 self.accept(step);
-                if taken >= length {
-                    length = factor.max(0.5) * taken;
-                }
-                continue;
-            }
-            length = factor.min(0.9) * taken;
-            if length <= 1e-12 * end.abs().max(left) {
-                return Err(AxisymmetricError::StepTooShort {
-                    time: self.time(),
-                    step: taken,
-                    error: step.error,
-                    tolerance,
-                });
             }
         }
         Ok(())
@@ -593,3 +742,20 @@ impl<'a> AxialIntegrator<'a> {
 
 /// Iterations after which a step has failed; most take four.
 const MAX_ITERATIONS: usize = 30;
+
+/// Smallest quality of a triangle relative to its own when the mesh was generated, below which
+/// there is a new mesh.
+///
+/// Constants of interpolation grow as the inverse of the quality.
+const MIN_QUALITY: f64 = 0.4;
+
+/// The unknowns on a new mesh around bodies.
+fn system_around(
+    bodies: &[AxialBody],
+    surroundings: Surroundings,
+    parameters: &TransientParameters,
+) -> Result<FlowSystem, AxisymmetricError> {
+    let mesh = generate(&domain(bodies, surroundings)?, parameters.growth)?;
+    let (motions, n_motions) = motions(bodies);
+    FlowSystem::new(mesh, parameters.order, motions, n_motions, None, None)
+}

@@ -23,6 +23,8 @@ pub(crate) struct MeshMotion {
     reference: Vec<Point>,
     /// `ψ_b` at the nodes, for each body.
     weights: Vec<Vec<f64>>,
+    /// Corners of the triangles, which are nodes of the same numbers.
+    triangles: Vec<[usize; 3]>,
 }
 
 impl MeshMotion {
@@ -68,7 +70,23 @@ impl MeshMotion {
         Ok(Self {
             reference: system.positions(),
             weights: weights.collect(),
+            triangles: mesh.triangles.clone(),
         })
+    }
+
+    /// Smallest quality of a triangle relative to its own without displacements; negative if one is
+    /// inverted.
+    ///
+    /// The quality is the area over the sum of the squares of the edges.
+    pub fn quality(&self, positions: &[Point]) -> f64 {
+        let of = |corners: &[usize; 3], positions: &[Point]| {
+            let [a, b, c] = corners.map(|v| positions[v]);
+            let [u, v, w] = [b - a, c - b, a - c];
+            (b - a).perp(&(c - a)) / (u.norm_squared() + v.norm_squared() + w.norm_squared())
+        };
+        (self.triangles.iter())
+            .map(|corners| of(corners, positions) / of(corners, &self.reference))
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Positions of the nodes for these displacements of the bodies.

@@ -5,6 +5,7 @@ mod bodies;
 mod drive;
 mod energy;
 mod flow_system;
+mod flow_transfer;
 mod forcing;
 mod impedance;
 mod integrator;

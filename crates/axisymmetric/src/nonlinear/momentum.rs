@@ -283,6 +283,14 @@ impl<'a> MomentumElement<'a> {
         scaled(values, |q| self.points[q].measure) * values.transpose()
     }
 
+    /// The momentum along the axis over the density, `∫ u_z`.
+    pub fn momentum(&self) -> f64 {
+        let points = self.points.iter().enumerate();
+        points
+            .map(|(q, point)| point.measure * self.values[(q, 0)])
+            .sum()
+    }
+
     /// Derivative of the residuals by the velocity of the mesh, if it is the same everywhere.
     pub fn by_mesh_velocity(&self) -> DVector<f64> {
         let (n, k) = (

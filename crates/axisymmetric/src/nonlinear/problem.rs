@@ -64,13 +64,18 @@ pub(super) struct Level {
     pub velocities: Vec<f64>,
     pub forces: Vec<f64>,
     pub power: f64,
+    pub slip_power: f64,
     pub dissipation: f64,
+    /// Largest component of a velocity of the fluid.
+    pub speed: f64,
+    /// Largest force, or the drag of the largest body at that velocity if that is larger.
+    pub force: f64,
     pub order: usize,
     pub dofs: usize,
     /// Iterations of this and all lower orders.
     pub iterations: usize,
-    /// A viscosity that is typical of the flow.
-    viscosity: f64,
+    /// Relative change of the velocity in the last iteration.
+    pub change: f64,
     /// Estimated relative error by the viscosity of the fluid outside the mesh.
     pub outside: f64,
     /// Power of what the law changes about the viscosity at rest, relative to a drag; zero in
@@ -109,11 +114,6 @@ impl Level {
                     .map(|&node| self.fields.pressure[node as usize])
                     .collect(),
             })
-    }
-
-    /// Largest component of a velocity of the fluid.
-    pub fn largest_speed(&self) -> f64 {
-        largest_speed(&self.fields)
     }
 }
 
@@ -275,7 +275,7 @@ impl<'a> Problem<'a> {
             .map(|motion| motion.map_or(0.0, |g| change.motions[g]))
             .collect();
         let forces = own.iter().zip(of_change).map(|(a, b)| a + b).collect();
-        let (size, speed) = (self.size(), level.largest_speed());
+        let (size, speed) = (self.size(), level.speed);
         Ok(FirstOrderChange {
             velocities,
             forces,
@@ -442,7 +442,7 @@ impl<'a> Problem<'a> {
         let from_rest = start.is_none();
         let mut fields = start.unwrap_or_else(|| system.rest());
         system.set_boundary(&boundary, &mut fields);
-        let mut factors = None;
+        let (mut factors, mut last_change) = (None, 0.0);
         if self.law.is_some() && (self.density == 0.0 || from_rest) {
             if from_rest {
                 let newtonian = terms(Viscosity::constant(typical), 0.0);
@@ -463,7 +463,7 @@ impl<'a> Problem<'a> {
                     change,
                 });
             }
-            factors = Some(last);
+            (factors, last_change) = (Some(last), change);
         }
         let terms = |density: f64| terms(self.viscosity(), density);
         if self.law.is_none() || self.density > 0.0 {
@@ -479,14 +479,23 @@ impl<'a> Problem<'a> {
                     NEWTON_TOLERANCE,
                 )
             };
-            iterations += self.raise_density(from_rest, &mut fields, solve)?;
+            let (count, change) = self.raise_density(from_rest, &mut fields, solve)?;
+            iterations += count;
+            last_change = change;
         }
         let terms = terms(self.density);
         let residual = system.residual(&positions, &fields, &terms)?;
         let (size, speed) = (self.size(), largest_speed(&fields));
+        let forces = system.forces(&residual);
+        let drag = 6.0 * PI * typical * size * speed;
         Ok(Level {
             velocities: system.body_velocities(&fields, &boundary),
-            forces: system.forces(&residual),
+            slip_power: (boundary.slip.iter().zip(&residual.momentum))
+                .map(|(slip, force)| slip.dot(force))
+                .sum(),
+            speed,
+            force: forces.iter().fold(drag, |m, f| m.max(f.abs())),
+            forces,
             power: system.boundary_power(&residual, &fields),
             dissipation: system.dissipation(&positions, &fields, &terms)?,
             excess: match self.meridian.open_radius() {
@@ -498,7 +507,7 @@ impl<'a> Problem<'a> {
             order,
             dofs: system.n_dofs(),
             iterations,
-            viscosity: typical,
+            change: last_change,
             system,
             positions,
             fields,
@@ -507,13 +516,13 @@ impl<'a> Problem<'a> {
     }
 
     /// Solves at the density of the fluid, by steps of the density from rest where that is needed;
-    /// returns the number of iterations.
+    /// returns the number of iterations and the change in the last one.
     fn raise_density(
         &self,
         from_rest: bool,
         fields: &mut Fields,
         solve: impl Fn(f64, &mut Fields) -> Result<(usize, f64), AxisymmetricError>,
-    ) -> Result<usize, AxisymmetricError> {
+    ) -> Result<(usize, f64), AxisymmetricError> {
         let mut reached = if from_rest { 0.0 } else { self.density };
         let (mut step, mut iterations) = (self.density, 0);
         loop {
@@ -523,7 +532,7 @@ impl<'a> Problem<'a> {
             if change <= NEWTON_TOLERANCE {
                 *fields = found;
                 if reached == self.density {
-                    return Ok(iterations);
+                    return Ok((iterations, change));
                 }
             } else {
                 reached -= step;
@@ -604,16 +613,13 @@ impl<'a> Problem<'a> {
             let pairs = before[k].iter().zip(&after[k]);
             largest(&mut pairs.map(|(a, b)| a - b))
         };
-        let speed = flow.largest_speed();
-        let drag = 6.0 * PI * flow.viscosity * self.size() * speed;
-        let force = largest(&mut flow.forces.iter().copied()).max(drag);
         let relative = |change: f64, size: f64| if change > 0.0 { change / size } else { 0.0 };
-        relative(change(0), speed).max(relative(change(1), force))
+        relative(change(0), flow.speed).max(relative(change(1), flow.force))
     }
 
     /// Largest velocity of a flow over the largest semi-axis.
     pub fn typical_rate(&self, level: &Level) -> f64 {
-        level.largest_speed() / self.size()
+        level.speed / self.size()
     }
 }
 

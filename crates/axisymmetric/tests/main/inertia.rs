@@ -443,6 +443,93 @@ fn without_inertia_steps_are_stokes_flow_at_the_positions_reached() {
     }
 }
 
+/// The flow of a sphere that is released goes on across a new mesh, which no motion makes
+/// necessary: velocities change by the error of elements of order six, momentum is kept.
+#[test]
+fn a_new_mesh_in_mid_flight_changes_the_motion_by_the_error_of_the_elements() {
+    let run = |renews: bool| {
+        let sphere = AxialBody::free(AxialSpheroid::sphere(-1.0, 1.0), 2.0, 0);
+        let ball = Surroundings::Ball { radius: 5.0 };
+        let parameters = TransientParameters::new(1.0);
+        let mut run = AxialIntegrator::from_rest(&[sphere], ball, &Pull, parameters, 0.0)
+            .expect("a start from rest");
+        for _ in 0..6 {
+            run.step(0.1).expect("a step");
+        }
+        if renews {
+            run.renew_mesh().expect("a new mesh");
+        }
+        assert_eq!(run.meshes(), 1 + usize::from(renews));
+        [0.01, 0.1].map(|length| run.step(length).expect("a step"))
+    };
+    let (kept, renewed) = (run(false), run(true));
+    for (kept, renewed) in kept.iter().zip(&renewed) {
+        // Elements of order six have errors of 1e-6 of the velocity in steady flow at these
+        // Reynolds numbers; layers that are 0.5 thick after 0.6 are as well resolved.
+        let error = (kept.velocities[0] - renewed.velocities[0]).abs();
+        assert!(error < 1e-5 * kept.velocities[0], "velocity: {error:.2e}");
+        let error = (kept.positions[0] - renewed.positions[0]).abs();
+        assert!(error < 1e-6, "position: {error:.2e}");
+    }
+    let jump = renewed[0].momentum_jump.expect("a new mesh");
+    // Per volume of the sphere it is a velocity.
+    assert!(jump.abs() < 1e-5 * 4.0 / 3.0 * PI, "momentum: {jump:.2e}");
+    assert_eq!(
+        (renewed[1].momentum_jump, kept[0].momentum_jump),
+        (None, None)
+    );
+}
+
+/// A sphere that is driven across a ball at a constant velocity.
+struct Crossing;
+
+impl AxialForcing for Crossing {
+    fn displacement(&self, time: f64, _: usize) -> f64 {
+        time
+    }
+}
+
+/// A stroke of four radii is longer than any mesh can follow. Without density a step is Stokes flow
+/// where it ends, so that the force tells whether the mesh there is a good one.
+#[test]
+fn a_long_way_takes_several_meshes() {
+    let sphere = AxialBody::prescribed(AxialSpheroid::sphere(-2.0, 1.0));
+    let ball = Surroundings::Ball { radius: 5.0 };
+    let parameters = TransientParameters::new(0.0).with_order(5);
+    let mut run = AxialIntegrator::from_rest(&[sphere], ball, &Crossing, parameters, 0.0)
+        .expect("a start from rest");
+    for _ in 0..8 {
+        let step = run.step(0.5).expect("a step");
+        let at = AxialSpheroid::sphere(step.positions[0], 1.0);
+        let resistance = axial_resistance(&[at], ball, 1e-7).expect("Stokes flow");
+        let error = step.forces[0] / resistance.matrix()[(0, 0)] - 1.0;
+        // Forces are of twice the order of velocities, 1e-4 on a mesh whose quality has halved.
+        assert!(error.abs() < 1e-5, "{:?}: {error:.2e}", step.positions);
+    }
+    assert!(run.meshes() > 1, "{}", run.meshes());
+}
+
+/// Stokes flow at the start is that of the resistance.
+#[test]
+fn a_start_from_stokes_flow_has_its_velocities() {
+    let ball = Surroundings::Ball { radius: 5.0 };
+    let sphere = AxialSpheroid::sphere(1.0, 1.0);
+    let body = AxialBody::free(sphere, 2.0, 0);
+    let parameters = TransientParameters::new(1.0);
+    let mut run = AxialIntegrator::from_rest(&[body], ball, &Pull, parameters, 0.0)
+        .expect("a start from rest");
+    run.start_from_stokes(&[0.0]).expect("Stokes flow");
+    let resistance = axial_resistance(&[sphere], ball, 1e-8).expect("Stokes flow");
+    let exact = 6.0 * PI / resistance.matrix()[(0, 0)];
+    // of elements of order six
+    assert!((run.velocities()[0] / exact - 1.0).abs() < 1e-6);
+    let wrong = run.start_from_stokes(&[0.0, 1.0]);
+    assert!(matches!(
+        wrong,
+        Err(axisymmetric::AxisymmetricError::Length { .. })
+    ));
+}
+
 #[test]
 fn invalid_flows_with_inertia_are_refused() {
     use axisymmetric::AxisymmetricError as Error;

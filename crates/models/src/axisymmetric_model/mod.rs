@@ -3,7 +3,10 @@
 mod axial_stresslets;
 mod axial_surfaces;
 mod meridian_flow;
+mod moving_axis;
 mod viscosity_law;
+
+pub use moving_axis::{AxialFlow, MovingAxis};
 
 use std::time::Instant as Clock;
 
@@ -127,12 +130,7 @@ impl AxisymmetricModel {
                  model.kind = \"auto\"",
             );
         };
-        let has_swirl = scene.bodies().iter().any(|body| {
-            body.torque != Vector3::zeros()
-                || body.driving_torque.is_some()
-                || body.held_twist().angular != Vector3::zeros()
-        }) || (scene.articulation().joints().iter())
-            .any(|joint| joint.kind.turns());
+        let has_swirl = Self::has_swirl(scene);
         let law = scaled.law();
         if law.is_some() && has_swirl {
             return refuse(
@@ -195,6 +193,15 @@ impl AxisymmetricModel {
                 Domain::Unbounded | Domain::Ball { .. } | Domain::Cylinder { .. }
             )
             && scene.arrangement() == Arrangement::Axisymmetric
+    }
+
+    /// Whether torques, joints or given velocities turn some body.
+    fn has_swirl(scene: &Scene) -> bool {
+        scene.bodies().iter().any(|body| {
+            body.torque != Vector3::zeros()
+                || body.driving_torque.is_some()
+                || body.held_twist().angular != Vector3::zeros()
+        }) || (scene.articulation().joints().iter()).any(|joint| joint.kind.turns())
     }
 
     /// Cost and error of the initial configuration in words.
@@ -408,6 +415,14 @@ impl Hydrodynamics for AxisymmetricModel {
     }
 
     fn flows(&mut self) -> Result<&mut dyn Flows, ModelError> {
+        let scene = &self.scaled.scene;
+        if scene.inertia().is_kept() {
+            let what = format!(
+                "{}: the flow at points of a fluid with inertia in the meridian plane",
+                scene.place("fluid.inertia")
+            );
+            return Err(ModelError::unsupported(what, "use model.kind = \"fem\""));
+        }
         Ok(self)
     }
 

@@ -6,10 +6,12 @@
 //! the motion does not depend on the position, this is Gauss quadrature of a line integral.
 
 mod collocation;
+mod companion;
 mod euler;
 mod inertia;
 mod inverse_dexp;
 mod masses;
+mod meridian_fluid;
 mod order_errors;
 mod passive_joints;
 mod piece;
@@ -18,10 +20,12 @@ mod radau;
 mod result;
 mod runge_kutta;
 mod span_evaluator;
+mod spatial_fluid;
 mod step_size;
 mod unsteady;
 
 pub(crate) use collocation::TABLE_SHARE;
+pub(crate) use companion::COARSER;
 use inertia::Scheme;
 pub(crate) use masses::relaxation_time;
 use masses::{Velocities, at_rest};

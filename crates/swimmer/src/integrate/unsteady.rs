@@ -1,108 +1,158 @@
 //! Phase spans in a fluid with inertia: steps in time of fluid and bodies together.
+//!
+//! [`MovingFluid`] is the seam between this loop and what takes the steps: three-dimensional meshes
+//! ([`super::spatial_fluid`]), the meridian plane ([`super::meridian_fluid`]), and two of them that
+//! move side by side to estimate the error of the mesh ([`super::companion`]).
 
 use std::f64::consts::PI;
-use std::sync::{PoisonError, RwLock};
 
-use inertia::linalg::step_factor;
-use inertia::{
-    Bodies, BodyMass, Convection, Forcing, InertiaError, Integrator, Meshes, Parameters, Step,
-};
-use mesh::TetMesh;
-use models::{InstantaneousSolution, ModelError, MovingMeshes, MovingScene};
-use nalgebra::{Isometry3, Vector3};
-use rigid::{Constraints, ExternalLoad, RigidError, State};
-use scene::{InertiaKind, PhaseSpan, Scene, StartKind};
+use inertia::linalg::StepControl;
+use models::{AccumulatedError, InstantaneousSolution, ModelError};
+use rigid::{State, StateVelocity};
+use scene::{PhaseSpan, Scene, StartKind};
 
+use super::companion::WithCompanion;
+use super::meridian_fluid::{MeridianFluid, MeridianScene};
 use super::piece::PathPiece;
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
+use super::spatial_fluid::{SpatialFluid, SpatialScene};
 use crate::error::SwimError;
+use crate::planning::{Discretisation, discretisation};
+
+/// A fluid that remembers its velocity, and the bodies in it, which take steps in time together.
+///
+/// All numbers are in the units of the scene. It begins at rest at the time zero.
+pub(super) trait MovingFluid {
+    /// The present time.
+    fn time(&self) -> f64;
+
+    /// Continues along a phase span.
+    fn enter(&mut self, span: &PhaseSpan);
+
+    /// Replaces the velocity by that without inertia, with the rates of a phase span at its start.
+    ///
+    /// # Errors
+    /// Those of assembly and linear solve.
+    fn start_from_stokes(&mut self, span: &PhaseSpan) -> Result<(), SwimError>;
+
+    /// Forgets all but the present velocity, after which derivatives may jump.
+    fn restart(&mut self);
+
+    /// Takes a step of this length without accepting it.
+    ///
+    /// # Errors
+    /// [`SwimError::is_lost_mesh`] if no mesh can follow a step of this length; those of the solve.
+    fn try_step(&mut self, length: f64) -> Result<TriedStep, SwimError>;
+
+    /// The solution at the end of the step that was tried last, with its flow if that is known on a
+    /// mesh in space.
+    ///
+    /// # Errors
+    /// [`SwimError::NoFlow`] before a step.
+    fn solution(&mut self, with_flow: bool) -> Result<InstantaneousSolution, SwimError>;
+
+    /// Accepts the step that was tried last.
+    ///
+    /// # Errors
+    /// [`SwimError::NoFlow`] before a step.
+    fn accept(&mut self) -> Result<(), SwimError>;
+}
+
+/// A step in time, before it is accepted.
+pub(super) struct TriedStep {
+    pub length: f64,
+    /// The change of the state.
+    pub increment: StateVelocity,
+    /// Estimated error of this change by the mesh, which was subtracted from it.
+    pub mesh_error: Option<StateVelocity>,
+    /// Estimated error of the velocities by the step, relative to the largest ones; infinite where
+    /// nothing is known of it.
+    pub error: f64,
+    /// Estimated error of the velocities of surfaces by the step; infinite as `error`.
+    pub velocity_error: f64,
+    /// Error of the velocities of bodies by a new mesh at the start of the step.
+    pub jump: f64,
+}
 
 /// Bodies, loads and slip of a scene whose fluid has inertia, along its gait.
 pub struct UnsteadyScene {
-    moving: MovingScene,
-    /// The phase span that is integrated; none before the first.
-    span: RwLock<Option<PhaseSpan>>,
+    scene: Scene,
+    finest: ForcedScene,
+    /// With fewer unknowns, for an estimate of the error of the mesh.
+    coarse: Option<ForcedScene>,
+}
+
+/// A scene in one discretisation.
+enum ForcedScene {
+    Spatial(Box<SpatialScene>),
+    Meridian(Box<MeridianScene>),
 }
 
 impl UnsteadyScene {
     /// Prepares a scene; `None` if its fluid has no inertia.
     ///
     /// # Errors
-    /// Those of [`MovingScene::new`].
+    /// Joints or fixed bodies that contradict each other; a mesh file that cannot be read.
     pub fn new(scene: &Scene) -> Result<Option<Self>, ModelError> {
         if !scene.inertia().is_kept() {
             return Ok(None);
         }
+        let (finest, coarse) = match discretisation(scene)? {
+            Discretisation::Meridian => {
+                let [finest, coarse] = MeridianScene::pair(scene)?.map(Box::new);
+                (
+                    ForcedScene::Meridian(finest),
+                    Some(ForcedScene::Meridian(coarse)),
+                )
+            }
+            Discretisation::Spatial => {
+                let coarse = SpatialScene::coarser(scene)?.map(Box::new);
+                (
+                    ForcedScene::Spatial(Box::new(SpatialScene::new(scene)?)),
+                    coarse.map(ForcedScene::Spatial),
+                )
+            }
+        };
         Ok(Some(Self {
-            moving: MovingScene::new(scene)?,
-            span: RwLock::new(None),
+            scene: scene.clone(),
+            finest,
+            coarse,
         }))
     }
 
-    /// Replaces the phase span, and returns the one before.
-    fn enter(&self, span: &PhaseSpan) -> Option<PhaseSpan> {
-        // No value is half written if a thread panics here.
-        let mut present = self.span.write().unwrap_or_else(PoisonError::into_inner);
-        present.replace(span.clone())
-    }
-}
-
-impl Forcing for UnsteadyScene {
-    fn shape(&self, time: f64) -> Vec<f64> {
-        let span = self.span.read().unwrap_or_else(PoisonError::into_inner);
-        match &*span {
-            Some(span) => self.moving.shape(&span.shape(position(span, time))),
-            None => {
-                let set = self.moving.scene().articulation();
-                self.moving.shape(set.initial_shape())
+    /// Fluid and bodies at rest at the start of the gait.
+    fn at_rest(&self) -> Result<Box<dyn MovingFluid + '_>, SwimError> {
+        let finest = self.finest.at_rest()?;
+        // Where there is no mesh for the estimate, there is no estimate.
+        let coarse = self.coarse.as_ref().map(ForcedScene::at_rest);
+        Ok(match (coarse, &self.finest) {
+            (Some(Ok(coarse)), ForcedScene::Spatial(_)) => {
+                Box::new(WithCompanion::of_space(finest, coarse))
             }
-        }
-    }
-
-    fn loads(&self, time: f64, poses: &[Isometry3<f64>]) -> Vec<ExternalLoad> {
-        self.moving.loads(time, poses)
-    }
-
-    fn constraints(&self, time: f64, joints: Constraints) -> Result<Constraints, RigidError> {
-        self.moving.constraints(time, joints)
-    }
-
-    fn has_slip(&self) -> bool {
-        self.moving.has_slip()
-    }
-
-    fn slip(&self, _: f64, body: usize, x: &Vector3<f64>) -> Vector3<f64> {
-        self.moving.slip(body, x)
+            (Some(Ok(coarse)), ForcedScene::Meridian(_)) => {
+                Box::new(WithCompanion::of_meridian_plane(finest, coarse))
+            }
+            _ => finest,
+        })
     }
 }
 
-/// Position on a phase span at a time.
-fn position(span: &PhaseSpan, time: f64) -> f64 {
-    ((time - span.start) / span.duration).clamp(0.0, 1.0)
-}
-
-/// Meshes of a scene for an integrator in time.
-struct SceneMeshes(MovingMeshes);
-
-impl Meshes for SceneMeshes {
-    fn mesh(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
-        self.0.moved(poses).map_err(supplied)
-    }
-
-    fn renew(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
-        self.0.renewed(poses).map(Some).map_err(supplied)
+impl ForcedScene {
+    fn at_rest(&self) -> Result<Box<dyn MovingFluid + '_>, SwimError> {
+        Ok(match self {
+            Self::Spatial(scene) => Box::new(SpatialFluid::at_rest(scene)?),
+            Self::Meridian(scene) => Box::new(MeridianFluid::at_rest(scene)?),
+        })
     }
 }
 
-fn supplied(error: ModelError) -> InertiaError {
-    InertiaError::Supplier(Box::new(error))
-}
-
-/// The motion of fluid and bodies up to the present time.
+/// Fluid and bodies up to the present time, with what chooses the next step.
 pub(crate) struct UnsteadyFlow<'a> {
-    scene: &'a UnsteadyScene,
-    integrator: Integrator<'a>,
+    scene: &'a Scene,
+    fluid: Box<dyn MovingFluid + 'a>,
+    /// The phase span that is integrated; none before the first.
+    span: Option<PhaseSpan>,
     /// Length of the last step that its error chose; none before the first.
     length: Option<f64>,
     /// Estimated error of the velocities of surfaces so far, in the units of the scene: those of
@@ -116,7 +166,7 @@ pub(crate) struct UnsteadyFlow<'a> {
 ///
 /// The flow grows like `t^(1/2)` there. Steps double until their error limits them, so a shorter
 /// first step costs one step per factor of two.
-const FIRST_STEP: f64 = 1e-4;
+const FIRST_STEP: f64 = 1e-5;
 
 /// Difference of rates between phases, relative to the largest, that is no corner of the gait.
 const CORNER: f64 = 1e-6;
@@ -130,36 +180,23 @@ const LEAST_STEP: f64 = 1e-9;
 /// n^(1/2)`, with 16 to 64 steps in a phase.
 const STEP_SHARE: f64 = 0.25;
 
+/// Length relative to the phase below which all steps may use the same: those after a jump double,
+/// so that they are few.
+const SHORT_STEP: f64 = 1e-2;
+
 impl<'a> UnsteadyFlow<'a> {
     /// Fluid and bodies at rest at the start of the gait.
     ///
     /// # Errors
     /// Bodies around which no mesh can be generated.
     pub fn new(scene: &'a UnsteadyScene) -> Result<Self, SwimError> {
-        let moving = &scene.moving;
-        let masses = moving.masses().into_iter();
-        let bodies = Bodies {
-            set: moving.set(),
-            masses: masses
-                .map(|(mass, inertia)| BodyMass { mass, inertia })
-                .collect(),
-            surfaces: moving.surface_names().to_vec(),
-            walls: moving.walls().to_vec(),
-        };
-        let convection = match moving.scene().inertia().kind {
-            InertiaKind::Full => Convection::Full,
-            _ => Convection::Neglected,
-        };
-        let parameters = Parameters::new(moving.density())
-            .with_convection(convection)
-            .with_options(moving.options());
-        let meshes = Box::new(SceneMeshes(moving.meshes()?));
         Ok(Self {
-            integrator: Integrator::from_rest(bodies, scene, meshes, parameters, 0.0)?,
-            scene,
+            fluid: scene.at_rest()?,
+            scene: &scene.scene,
+            span: None,
             length: None,
             velocity_error: 0.0,
-            memory: memory(moving.scene()),
+            memory: memory(&scene.scene),
         })
     }
 
@@ -170,17 +207,15 @@ impl<'a> UnsteadyFlow<'a> {
 
     /// Enters a phase span; whether velocities jump at its start.
     fn enter(&mut self, span: &PhaseSpan) -> Result<bool, SwimError> {
-        let before = self.scene.enter(span);
-        let rates = span.rates(0.0);
-        let Some(before) = before else {
-            if self.scene.moving.scene().inertia().start == StartKind::Stokes {
-                let scaled = self.scene.moving.shape(&rates);
-                self.integrator.start_from_stokes(&scaled)?;
+        self.fluid.enter(span);
+        let Some(before) = self.span.replace(span.clone()) else {
+            if self.scene.inertia().start == StartKind::Stokes {
+                self.fluid.start_from_stokes(span)?;
                 return Ok(false);
             }
             return Ok(true);
         };
-        let last = before.rates(1.0);
+        let (rates, last) = (span.rates(0.0), before.rates(1.0));
         let largest = rates
             .iter()
             .chain(&last)
@@ -188,20 +223,25 @@ impl<'a> UnsteadyFlow<'a> {
         let differ = |(a, b): (&f64, &f64)| (a - b).abs() > CORNER * largest;
         let jumps = rates.iter().zip(&last).any(differ);
         if jumps {
-            self.integrator.restart();
+            self.fluid.restart();
         }
         Ok(jumps)
     }
 
     /// A step of this length, or of less where the mesh cannot follow a longer one.
-    fn step(&mut self, mut length: f64, least: f64) -> Result<Step, SwimError> {
+    fn step(&mut self, mut length: f64, least: f64) -> Result<TriedStep, SwimError> {
         loop {
-            match self.integrator.try_step(length) {
-                Err(InertiaError::NoMesh { .. }) if length > least => length *= 0.5,
-                result => return Ok(result?),
+            match self.fluid.try_step(length) {
+                Err(error) if error.is_lost_mesh() && length > least => length *= 0.5,
+                result => return result,
             }
         }
     }
+}
+
+/// Position on a phase span at a time.
+pub(super) fn position(span: &PhaseSpan, time: f64) -> f64 {
+    ((time - span.start) / span.duration).clamp(0.0, 1.0)
 }
 
 /// Time after which the velocity of the slowest body does not know any more how it began.
@@ -248,52 +288,44 @@ fn integrate(
         .unwrap_or_else(|| fallback_tolerance(evaluator));
     let fixed = scene.inertia().time_step;
     // Until the first step after a jump, nothing is known of errors.
-    let mut length = match (fixed, jumps, flow.length) {
+    let first = match (fixed, jumps, flow.length) {
         (Some(fixed), ..) => span.duration / (span.duration / fixed).ceil(),
         (None, false, Some(length)) => length,
         (None, ..) => FIRST_STEP * span.duration,
     };
+    let mut steps = StepControl::new(first, least);
     let mut forgets = jumps && fixed.is_none();
     let end = span.start + span.duration;
     let mut last: Option<SpanSolution> = None;
-    while end - flow.integrator.time() > least {
-        let left = end - flow.integrator.time();
-        // No rest that is shorter than half a step.
-        let taken = match left < 1.5 * length && left > length * (1.0 + 1e-9) {
-            true => 0.5 * left,
-            false => length.min(left),
-        };
-        let step = flow.step(taken, least)?;
+    while end - flow.fluid.time() > least {
+        let (time, wanted) = (flow.fluid.time(), steps.next(end - flow.fluid.time()));
+        let step = flow.step(wanted, least)?;
         let taken = step.length;
-        let share = STEP_SHARE * (taken / span.duration).sqrt();
-        let allowed = share * tolerance / flow.weight(taken);
-        let error = flow.scene.moving.length_to_scene(step.velocity_error);
-        // After a jump nothing is known of the error.
-        if fixed.is_none() && error.is_finite() && error > allowed {
-            length = taken * step_factor(allowed, error).min(0.9);
-            if length <= least {
-                return Err(evaluator.not_integrated(error * taken, tolerance, usize::MAX));
+        if fixed.is_none() {
+            let share = STEP_SHARE * (taken / span.duration).max(SHORT_STEP).sqrt();
+            let allowed = share * tolerance / flow.weight(taken);
+            let error = step.velocity_error;
+            let accepted = steps.accepts(time, taken, error, allowed);
+            let short = |_| evaluator.not_integrated(error * taken, tolerance, usize::MAX);
+            if !accepted.map_err(short)? {
+                continue;
             }
-            continue;
-        }
-        let is_shorter = taken < 0.99 * length;
-        if fixed.is_none() && error.is_finite() && !is_shorter {
-            length = taken * step_factor(allowed, error);
-        } else if is_shorter && fixed.is_none() && taken < 0.4 * length && left > length {
-            // The mesh could not follow the step.
-            length = taken;
+            if taken < wanted {
+                // The mesh could not follow the step.
+                steps.shorten(taken);
+            }
         }
         match append(evaluator, flow, result, step, last.as_ref()) {
             Err(error) if error.is_overshoot() && taken > least && fixed.is_none() => {
-                length = 0.5 * taken;
+                steps.shorten(0.5 * taken);
                 continue;
             }
             solution => last = Some(solution?),
         }
-        flow.length = Some(length);
+        flow.length = Some(steps.length());
         if std::mem::take(&mut forgets) {
             // The level before the jump has other velocities.
-            flow.integrator.restart();
+            flow.fluid.restart();
         }
     }
     Ok(())
@@ -304,25 +336,24 @@ fn append(
     evaluator: &mut SpanEvaluator,
     flow: &mut UnsteadyFlow,
     result: &mut SpanResult,
-    mut step: Step,
+    step: TriedStep,
     last: Option<&SpanSolution>,
 ) -> Result<SpanSolution, SwimError> {
-    let (span, moving) = (evaluator.span, &flow.scene.moving);
-    let set = evaluator.scene.articulation();
-    let part = (
-        position(span, step.time - step.length),
-        position(span, step.time),
-    );
-    let increment = step
-        .increment()
-        .map(|increment| moving.motion_to_scene(increment));
-    let rates = increment.into_iter().collect();
-    let piece = PathPiece::new(set, &result.end, part, rates)?;
+    let (span, set) = (evaluator.span, evaluator.scene.articulation());
+    let start = flow.fluid.time();
+    let part = (position(span, start), position(span, start + step.length));
+    let TriedStep {
+        length,
+        increment,
+        mesh_error,
+        error,
+        velocity_error,
+        jump,
+    } = step;
+    let piece = PathPiece::new(set, &result.end, part, vec![increment])?;
     evaluator.check_path(&piece)?;
-    let solution = answer(evaluator, flow, &mut step)?;
-    let (relative, error) = (step.error, moving.length_to_scene(step.velocity_error));
-    let (length, smallest) = (step.length, 1.0 / moving.length(1.0));
-    flow.integrator.accept(step)?;
+    let solution = flow.fluid.solution(evaluator.flows)?;
+    flow.fluid.accept()?;
     let recorded = evaluator.record(part.1, &piece.state(set, part.1)?, solution)?;
     // Where nothing is known of the error of a step, it is smaller than the change in it, or in the
     // next step.
@@ -334,23 +365,33 @@ fn append(
     });
     let kept = (-length / flow.memory).exp();
     flow.velocity_error *= kept;
-    flow.velocity_error += if error.is_finite() { error } else { change };
+    flow.velocity_error += jump;
+    flow.velocity_error += match velocity_error.is_finite() {
+        true => velocity_error,
+        false => change,
+    };
     let displacement = length * flow.velocity_error;
     let powers = [last.unwrap_or(&recorded), &recorded].map(|at| at.solution.power());
     let trapezium = 0.5 * length * (powers[0] - powers[1]);
-    let error = IntegrationError {
+    let integration = IntegrationError {
         displacement,
-        rotation: displacement / smallest,
-        work: trapezium.abs() + length * powers[1].abs() * relative.min(1.0),
+        rotation: displacement / smallest_radius(evaluator.scene),
+        work: trapezium.abs() + length * powers[1].abs() * error.min(1.0),
         // As for the work, but without the better value by the trapezium.
         holding: holding_change(last.unwrap_or(&recorded), &recorded).map(|change| length * change),
     };
+    let accumulated = mesh_error.map(|error| of_mesh(&error, &recorded, length));
     let approximation = Approximation {
         piece,
         solutions: vec![recorded.clone()],
         weights: vec![1.0],
     };
-    result.append(evaluator, approximation, Some(error.unsigned()), None)?;
+    result.append(
+        evaluator,
+        approximation,
+        Some(integration.unsigned()),
+        accumulated.as_ref(),
+    )?;
     result.work += trapezium;
     let twists = recorded.solution.bodies.iter();
     result.velocities = twists
@@ -360,6 +401,28 @@ fn append(
     Ok(recorded)
 }
 
+/// The error by the mesh of a step, from that of the change of the state and of the solution at its
+/// end.
+fn of_mesh(error: &StateVelocity, recorded: &SpanSolution, length: f64) -> AccumulatedError {
+    let solution = &recorded.solution;
+    let estimated = solution.mesh_error.as_ref();
+    AccumulatedError {
+        displacement: error.frames.iter().map(|frame| frame.linear).collect(),
+        rotation: error.frames.iter().map(|frame| frame.angular).collect(),
+        work: (solution.uncorrected_power() - solution.power()) * length,
+        relative_uncertainty: estimated.map_or(0.0, |error| error.uncertainty.relative),
+        ..AccumulatedError::default()
+    }
+}
+
+/// The smallest radius of a body with a surface.
+fn smallest_radius(scene: &Scene) -> f64 {
+    let radii = scene.bodies().iter().map(scene::Body::bounding_radius);
+    radii
+        .filter(|radius| *radius > 0.0)
+        .fold(f64::INFINITY, f64::min)
+}
+
 /// Largest changes of the forces and torques that hold bodies.
 fn holding_change(from: &SpanSolution, to: &SpanSolution) -> [f64; 2] {
     let pairs = from.solution.holding.iter().zip(&to.solution.holding);
@@ -367,16 +430,6 @@ fn holding_change(from: &SpanSolution, to: &SpanSolution) -> [f64; 2] {
         let (f, t) = ((a.force - b.force).norm(), (a.torque - b.torque).norm());
         [force.max(f), torque.max(t)]
     })
-}
-
-/// The solution of a step in the units of the scene, with its flow if observers want it.
-fn answer(
-    evaluator: &SpanEvaluator,
-    flow: &UnsteadyFlow,
-    step: &mut Step,
-) -> Result<InstantaneousSolution, SwimError> {
-    let mesh = evaluator.flows.then(|| step.mesh().clone());
-    Ok((flow.scene.moving).answer(&mut step.solved, &step.poses, mesh)?)
 }
 
 /// Integration error of a phase span where the net displacement is not predicted: relative to the

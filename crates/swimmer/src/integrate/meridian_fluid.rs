@@ -1,0 +1,200 @@
+//! Steps in time of a fluid with inertia in the meridian plane of bodies on one axis.
+
+use std::sync::{PoisonError, RwLock};
+
+use axisymmetric::{
+    AxialForcing, AxialIntegrator, AxialStep, AxisymmetricError, Convection, TransientParameters,
+};
+use models::{InstantaneousSolution, ModelError, MovingAxis};
+use scene::{InertiaKind, PhaseSpan, Scene};
+
+use super::prediction::velocity_tolerance;
+use super::unsteady::{MovingFluid, TriedStep, position};
+use crate::error::SwimError;
+
+/// Bodies, loads and slip of a scene along its gait, in the meridian plane.
+pub(super) struct MeridianScene {
+    moving: MovingAxis,
+    /// Polynomial degree of the velocities.
+    order: usize,
+    /// Relative error of the nonlinear iteration of a step.
+    tolerance: f64,
+    /// The phase span that is integrated; none before the first.
+    span: RwLock<Option<PhaseSpan>>,
+}
+
+/// Allowed relative errors of velocities for which elements of the orders 4, 5, ... are enough.
+///
+/// Errors have signs and cancel along a stroke as velocities do, so that these are below those of
+/// single velocities: the error bar by the mesh of the first stroke of three spheres at a Reynolds
+/// number of 1 is 1e-3 of the net displacement by elements of order four. An order more reduces it
+/// by a factor of four at least. A run whose bar misses the tolerance is repeated with a smaller
+/// one.
+const ERRORS: [f64; 6] = [5e-5, 1.2e-5, 3e-6, 8e-7, 2e-7, 5e-8];
+
+/// Polynomial degree that the first of these errors belongs to.
+const FIRST_ORDER: usize = 4;
+
+/// Error of the nonlinear iteration over that of velocities which the tolerance allows.
+///
+/// A short step may use a fortieth of the latter, and its error is estimated by a difference.
+const ITERATION_SHARE: f64 = 0.005;
+
+/// Largest error of the iteration.
+const MAX_TOLERANCE: f64 = 1e-6;
+
+/// Smallest error of the iteration; rounding is a hundredth of it.
+const MIN_TOLERANCE: f64 = 1e-10;
+
+impl MeridianScene {
+    /// A scene with elements of the order that its tolerance needs, and of the order below.
+    ///
+    /// # Errors
+    /// Those of [`MovingAxis::new`].
+    pub fn pair(scene: &Scene) -> Result<[Self; 2], ModelError> {
+        let tolerance = velocity_tolerance(scene);
+        let enough = ERRORS.iter().position(|error| *error <= tolerance);
+        let order = FIRST_ORDER + enough.unwrap_or(ERRORS.len() - 1);
+        let iteration = (ITERATION_SHARE * tolerance).clamp(MIN_TOLERANCE, MAX_TOLERANCE);
+        let of_order = |order| Self::new(scene, order, iteration);
+        Ok([of_order(order)?, of_order(order - 1)?])
+    }
+
+    fn new(scene: &Scene, order: usize, tolerance: f64) -> Result<Self, ModelError> {
+        Ok(Self {
+            moving: MovingAxis::new(scene)?,
+            order,
+            tolerance,
+            span: RwLock::new(None),
+        })
+    }
+
+    /// Values of the joints at a time, in the units of the scene.
+    fn shape(&self, time: f64) -> Vec<f64> {
+        let span = self.span.read().unwrap_or_else(PoisonError::into_inner);
+        match &*span {
+            Some(span) => span.shape(position(span, time)),
+            None => self.moving.scene().articulation().initial_shape().to_vec(),
+        }
+    }
+}
+
+impl AxialForcing for MeridianScene {
+    fn displacement(&self, time: f64, body: usize) -> f64 {
+        self.moving.displacement(time, &self.shape(time), body)
+    }
+
+    fn load(&self, time: f64, body: usize) -> f64 {
+        self.moving.load(time, body)
+    }
+
+    fn has_slip(&self) -> bool {
+        self.moving.has_slip()
+    }
+
+    fn slip(&self, _: f64, body: usize, x: [f64; 2]) -> [f64; 2] {
+        self.moving.slip(body, x)
+    }
+}
+
+/// Fluid and bodies in the meridian plane.
+pub(super) struct MeridianFluid<'a> {
+    scene: &'a MeridianScene,
+    integrator: AxialIntegrator<'a>,
+    tried: Option<AxialStep>,
+    parameters: TransientParameters,
+    /// Volume of the bodies.
+    volume: f64,
+}
+
+impl<'a> MeridianFluid<'a> {
+    /// Fluid and bodies at rest.
+    ///
+    /// # Errors
+    /// Bodies around which no mesh can be generated.
+    pub fn at_rest(scene: &'a MeridianScene) -> Result<Self, SwimError> {
+        let moving = &scene.moving;
+        let convection = match moving.scene().inertia().kind {
+            InertiaKind::Full => Convection::Full,
+            _ => Convection::Neglected,
+        };
+        let parameters = TransientParameters::new(moving.density())
+            .with_convection(convection)
+            .with_order(scene.order)
+            .with_tolerance(scene.tolerance);
+        let (bodies, walls) = (moving.bodies(), moving.surroundings());
+        let integrator = AxialIntegrator::from_rest(bodies, walls, scene, parameters, 0.0);
+        Ok(Self {
+            integrator: integrator.map_err(failed)?,
+            scene,
+            tried: None,
+            parameters,
+            volume: bodies.iter().map(|body| body.shape.volume()).sum(),
+        })
+    }
+}
+
+fn failed(error: AxisymmetricError) -> SwimError {
+    ModelError::from(error).into()
+}
+
+impl MovingFluid for MeridianFluid<'_> {
+    fn time(&self) -> f64 {
+        self.integrator.time()
+    }
+
+    fn enter(&mut self, span: &PhaseSpan) {
+        // No value is half written if a thread panics here.
+        let mut present = self
+            .scene
+            .span
+            .write()
+            .unwrap_or_else(PoisonError::into_inner);
+        *present = Some(span.clone());
+    }
+
+    fn start_from_stokes(&mut self, span: &PhaseSpan) -> Result<(), SwimError> {
+        let moving = &self.scene.moving;
+        let (shape, rates) = (span.shape(0.0), span.rates(0.0));
+        let rates: Vec<f64> = (0..moving.bodies().len())
+            .map(|body| moving.displacement_rate(&shape, &rates, body))
+            .collect();
+        self.integrator.start_from_stokes(&rates).map_err(failed)
+    }
+
+    fn restart(&mut self) {
+        self.integrator.restart();
+    }
+
+    fn try_step(&mut self, length: f64) -> Result<TriedStep, SwimError> {
+        let step = self.integrator.try_step(length).map_err(failed)?;
+        let moving = &self.scene.moving;
+        let before = self.integrator.positions();
+        // Twice the impulse over the mass of the fluid that the bodies displace: their added mass
+        // is at least half of it.
+        let jump = 2.0 * step.momentum_jump.map_or(0.0, f64::abs) / self.volume;
+        let tried = TriedStep {
+            length: step.length,
+            increment: moving.increment(&before, &step.positions),
+            mesh_error: None,
+            error: step.error,
+            velocity_error: moving.length_to_scene(step.velocity_error),
+            jump: moving.length_to_scene(jump),
+        };
+        self.tried = Some(step);
+        Ok(tried)
+    }
+
+    fn solution(&mut self, _: bool) -> Result<InstantaneousSolution, SwimError> {
+        let step = self.tried.as_ref().ok_or(SwimError::NoFlow)?;
+        let numbers = (self.integrator.dofs(), self.parameters.tolerance);
+        let shape = self.scene.shape(step.time);
+        Ok(self.scene.moving.answer(&step.into(), &shape, numbers)?)
+    }
+
+    fn accept(&mut self) -> Result<(), SwimError> {
+        let step = self.tried.take().ok_or(SwimError::NoFlow)?;
+        self.integrator.accept(step);
+        Ok(())
+    }
+}

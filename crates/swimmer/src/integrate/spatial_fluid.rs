@@ -1,0 +1,213 @@
+//! Steps in time of a fluid with inertia on meshes in space.
+
+use std::sync::{PoisonError, RwLock};
+
+use inertia::{
+    Bodies, BodyMass, Convection, Forcing, InertiaError, Integrator, Meshes, Parameters,
+    ProjectionJump, Step,
+};
+use mesh::TetMesh;
+use models::{InstantaneousSolution, ModelError, MovingMeshes, MovingScene};
+use nalgebra::{Isometry3, Vector3};
+use rigid::{Constraints, ExternalLoad, RigidError};
+use scene::{Domain, EstimatesKind, InertiaKind, PhaseSpan, Scene};
+
+use super::companion::COARSER;
+use super::unsteady::{MovingFluid, TriedStep, position};
+use crate::error::SwimError;
+
+/// Bodies, loads and slip of a scene along its gait, on meshes in space.
+pub(super) struct SpatialScene {
+    moving: MovingScene,
+    /// The phase span that is integrated; none before the first.
+    span: RwLock<Option<PhaseSpan>>,
+}
+
+impl SpatialScene {
+    /// Prepares a scene.
+    ///
+    /// # Errors
+    /// Those of [`MovingScene::new`].
+    pub fn new(scene: &Scene) -> Result<Self, ModelError> {
+        Ok(Self {
+            moving: MovingScene::new(scene)?,
+            span: RwLock::new(None),
+        })
+    }
+
+    /// The scene on coarser meshes; none for the mesh of a file and without `fem.estimates`.
+    ///
+    /// # Errors
+    /// Those of [`MovingScene::new`].
+    pub fn coarser(scene: &Scene) -> Result<Option<Self>, ModelError> {
+        let is_file = matches!(scene.domain(), Domain::Mesh { .. });
+        if is_file || scene.fem().estimates == EstimatesKind::Off {
+            return Ok(None);
+        }
+        let factor = COARSER * scene.fem().size_factor.unwrap_or(1.0);
+        // A factor that is too large for the scene.
+        let coarser = scene.with_size_factor(Some(factor)).ok();
+        coarser.map(|coarser| Self::new(&coarser)).transpose()
+    }
+}
+
+impl Forcing for SpatialScene {
+    fn shape(&self, time: f64) -> Vec<f64> {
+        let span = self.span.read().unwrap_or_else(PoisonError::into_inner);
+        match &*span {
+            Some(span) => self.moving.shape(&span.shape(position(span, time))),
+            None => {
+                let set = self.moving.scene().articulation();
+                self.moving.shape(set.initial_shape())
+            }
+        }
+    }
+
+    fn loads(&self, time: f64, poses: &[Isometry3<f64>]) -> Vec<ExternalLoad> {
+        self.moving.loads(time, poses)
+    }
+
+    fn constraints(&self, time: f64, joints: Constraints) -> Result<Constraints, RigidError> {
+        self.moving.constraints(time, joints)
+    }
+
+    fn has_slip(&self) -> bool {
+        self.moving.has_slip()
+    }
+
+    fn slip(&self, _: f64, body: usize, x: &Vector3<f64>) -> Vector3<f64> {
+        self.moving.slip(body, x)
+    }
+}
+
+/// Meshes of a scene for an integrator in time.
+struct SceneMeshes(MovingMeshes);
+
+impl Meshes for SceneMeshes {
+    fn mesh(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
+        self.0.moved(poses).map_err(supplied)
+    }
+
+    fn renew(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
+        self.0.renewed(poses).map(Some).map_err(supplied)
+    }
+}
+
+fn supplied(error: ModelError) -> InertiaError {
+    InertiaError::Supplier(Box::new(error))
+}
+
+/// Fluid and bodies on meshes in space.
+pub(super) struct SpatialFluid<'a> {
+    scene: &'a SpatialScene,
+    integrator: Integrator<'a>,
+    tried: Option<Step>,
+    /// The jump by the last new mesh before the accepted steps.
+    seen: Option<ProjectionJump>,
+    /// Volume of the bodies.
+    volume: f64,
+}
+
+impl<'a> SpatialFluid<'a> {
+    /// Fluid and bodies at rest.
+    ///
+    /// # Errors
+    /// Bodies around which no mesh can be generated.
+    pub fn at_rest(scene: &'a SpatialScene) -> Result<Self, SwimError> {
+        let moving = &scene.moving;
+        let masses = moving.masses().into_iter();
+        let bodies = Bodies {
+            set: moving.set(),
+            masses: masses
+                .map(|(mass, inertia)| BodyMass { mass, inertia })
+                .collect(),
+            surfaces: moving.surface_names().to_vec(),
+            walls: moving.walls().to_vec(),
+        };
+        let convection = match moving.scene().inertia().kind {
+            InertiaKind::Full => Convection::Full,
+            _ => Convection::Neglected,
+        };
+        let parameters = Parameters::new(moving.density())
+            .with_convection(convection)
+            .with_options(moving.options());
+        let meshes = Box::new(SceneMeshes(moving.meshes()?));
+        let volumes = moving.scene().bodies().iter();
+        Ok(Self {
+            integrator: Integrator::from_rest(bodies, scene, meshes, parameters, 0.0)?,
+            scene,
+            tried: None,
+            seen: None,
+            volume: volumes.map(|body| body.shape.volume()).sum(),
+        })
+    }
+
+    /// Velocity of the bodies that a new mesh changes at most: twice the impulse over the mass of
+    /// the fluid that they displace, since their added mass is at least half of it.
+    fn jump(&self) -> f64 {
+        let jump = self.integrator.last_jump();
+        if jump == self.seen {
+            return 0.0;
+        }
+        let momentum = jump.map_or(0.0, |jump| jump.momentum.norm());
+        let planes = self.scene.moving.scene().fem_symmetry_planes();
+        let parts = planes.into_iter().filter(|plane| *plane).count() as i32;
+        let scale = self.scene.moving.length_to_scene(1.0);
+        2.0 * momentum * 2_f64.powi(parts) * scale.powi(4) / self.volume
+    }
+}
+
+impl MovingFluid for SpatialFluid<'_> {
+    fn time(&self) -> f64 {
+        self.integrator.time()
+    }
+
+    fn enter(&mut self, span: &PhaseSpan) {
+        // No value is half written if a thread panics here.
+        let mut present = self
+            .scene
+            .span
+            .write()
+            .unwrap_or_else(PoisonError::into_inner);
+        *present = Some(span.clone());
+    }
+
+    fn start_from_stokes(&mut self, span: &PhaseSpan) -> Result<(), SwimError> {
+        let rates = self.scene.moving.shape(&span.rates(0.0));
+        self.integrator.start_from_stokes(&rates)?;
+        Ok(())
+    }
+
+    fn restart(&mut self) {
+        self.integrator.restart();
+    }
+
+    fn try_step(&mut self, length: f64) -> Result<TriedStep, SwimError> {
+        let step = self.integrator.try_step(length)?;
+        let moving = &self.scene.moving;
+        let increment = step.increment().ok_or(SwimError::NoFlow)?;
+        let tried = TriedStep {
+            length: step.length,
+            increment: moving.motion_to_scene(increment),
+            mesh_error: None,
+            error: step.error,
+            velocity_error: moving.length_to_scene(step.velocity_error),
+            jump: self.jump(),
+        };
+        self.tried = Some(step);
+        Ok(tried)
+    }
+
+    fn solution(&mut self, with_flow: bool) -> Result<InstantaneousSolution, SwimError> {
+        let step = self.tried.as_mut().ok_or(SwimError::NoFlow)?;
+        let mesh = with_flow.then(|| step.mesh().clone());
+        let moving = &self.scene.moving;
+        Ok(moving.answer(&mut step.solved, &step.poses, mesh)?)
+    }
+
+    fn accept(&mut self) -> Result<(), SwimError> {
+        let step = self.tried.take().ok_or(SwimError::NoFlow)?;
+        self.seen = self.integrator.last_jump();
+        Ok(self.integrator.accept(step)?)
+    }
+}
