@@ -129,7 +129,7 @@ impl<'a> AxialForceSolver<'a> {
             derivatives: 0.5 * (&responses.forces + responses.forces.transpose()),
             slip_power: level.power - of_bodies,
             forces: level.forces.clone(),
-            largest_speed: level.largest_speed(),
+            largest_speed: level.speed,
             error_of_law: level.outside + level.regularised,
             order: level.order,
             dofs: level.dofs,
