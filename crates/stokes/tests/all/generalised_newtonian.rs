@@ -17,7 +17,7 @@ use stokes::{
     SurfaceFlow,
 };
 
-use crate::support::{SPHERE, sphere_in_ball};
+use crate::support::sphere_in_ball;
 
 type Vec3 = Vector3<f64>;
 

@@ -8,7 +8,7 @@ use crate::page::Page;
 use crate::table::{Cell, Table, count, exp, fixed, median, optional, signed};
 
 /// Names of the cases, in the order of the page.
-const CASES: [(&str, &str); 9] = [
+const CASES: [(&str, &str); 10] = [
     ("A", "one sphere in a concentric ball, and spheroids"),
     ("B", "two spheres"),
     ("D", "collinear spheres in a ball"),
@@ -17,6 +17,7 @@ const CASES: [(&str, &str); 9] = [
     ("J", "hinges, springs and flows"),
     ("K", "bodies of other shapes"),
     ("L", "fluids with inertia"),
+    ("M", "fluids that thin"),
     ("order", "observed orders"),
 ];
 
