@@ -49,6 +49,28 @@ impl CoupledOperator {
     /// # Errors
     /// [`LinalgError::NotFinite`].
     pub fn new(matrix: Csr33) -> Result<Self, LinalgError> {
+        Self::with_symmetry(matrix, is_symmetric)
+    }
+
+    /// As [`CoupledOperator::new`] for a matrix that is symmetric by construction, without the search
+    /// for the partner of each block.
+    ///
+    /// # Errors
+    /// Those of [`CoupledOperator::new`]; [`LinalgError::Shape`] for a matrix that is not square.
+    pub fn symmetric(matrix: Csr33) -> Result<Self, LinalgError> {
+        let rows = matrix.rows();
+        check_shape(
+            "symmetric matrix of 3 x 3 blocks",
+            matrix.shape(),
+            (rows, rows),
+        )?;
+        Self::with_symmetry(matrix, |_| true)
+    }
+
+    fn with_symmetry(
+        matrix: Csr33,
+        is_symmetric: impl Fn(&Csr33) -> bool,
+    ) -> Result<Self, LinalgError> {
         let values = matrix.data().as_flattened().as_flattened();
         check_finite("matrix of 3 x 3 blocks", values)?;
         let matrix = into_rows(matrix);

@@ -1,13 +1,15 @@
-//! N: fluids whose viscosity depends on the shear rate.
+//! M: fluids whose viscosity depends on the shear rate.
 
 use std::f64::consts::PI;
 use std::time::Instant;
 
 use anyhow::Result;
-use swimmer::{Scene, choose, solve_start};
+use swimmer::Scene;
+use swimmer::models::InstantaneousSolution;
 
 use super::row::{Basis, Cost, Estimated, Row};
 use crate::reference::{CARREAU_SPHERES, CARREAU_SQUIRMER, POWER_LAW_SPHERES};
+use crate::scenes::solve;
 
 /// Required of forces, speeds and powers by elements.
 const REQUIRED: f64 = 2e-3;
@@ -58,19 +60,18 @@ fn carreau(time: f64, index: f64, infinite: f64) -> String {
 }
 
 fn required(name: String, values: [f64; 2], cost: Cost) -> Row {
-    Row::relative("N", name, values, (REQUIRED, Basis::Required), cost)
+    Row::relative("M", name, values, (REQUIRED, Basis::Required), cost)
 }
 
 /// A unit sphere at the centre of a ball of radius 10, by elements in space.
-fn solved(fluid: &str, body: &str) -> Result<(swimmer::InstantaneousSolution, Cost)> {
+fn solved(fluid: &str, body: &str) -> Result<(InstantaneousSolution, Cost)> {
     let clock = Instant::now();
     let scene = Scene::parse(&format!(
         "fluid = {{ {fluid} }}\ndomain = {{ kind = \"ball\", radius = 10 }}\n\
          model.kind = \"fem\"\nfem.size_factor = 0.4\n\
          bodies = [{{ name = \"s\", radius = 1, position = [0, 0, 0], {body} }}]"
     ))?;
-    let mut model = choose(&scene)?.model;
-    let solution = solve_start(&scene, model.as_mut())?;
+    let solution = solve(&scene)?;
     let cost = Cost {
         seconds: clock.elapsed().as_secs_f64(),
         ..Cost::default()
