@@ -31,6 +31,7 @@ from random_scenes import (
 # corrected values, on an axis one for which more digits are cheap, that of strokes, and that of runs
 # whose own tolerance is at least a hundred times larger.
 EXACT, EXACT_ON_AXIS, EXACT_STROKE, EXACT_RUN = 1e-7, 1e-12, 1e-8, 1e-6
+EXACT_OF_RUNS = {"stroke": EXACT_STROKE, "line": EXACT_STROKE}
 # Tolerance of the meridian plane where expansions are compared with it.
 EXACT_MERIDIAN = 1e-8
 # Tolerance of elements in the meridian plane.
@@ -51,6 +52,7 @@ KINDS = {
     "lone": ("Lone bodies", ["velocity", "angular velocity"]),
     "gap": ("Slip in narrow gaps", ["velocity", "power", "stresslet", "link force"]),
     "stroke": ("Strokes", ["displacement", "rotation", "work"]),
+    "line": ("Strokes on a line", ["displacement", "work"]),
     "turn": ("Strokes that turn", ["displacement", "rotation", "work"]),
     "mass": ("Bodies with mass", ["displacement", "rotation", "work"]),
     "contact": ("Contacts", []),
@@ -207,22 +209,23 @@ def narrow_gaps(seed):
     yield from solved("gap", seed, drawn, ("axisymmetric", EXACT_MERIDIAN), models)
 
 
-def ran(kind, seed, drawn, model, tolerance, exact=None):
-    """A run against `exact`, or against one by multipoles; both are printed whatever their bars."""
-    out = ["--out", ROOT / "out" / "random"]
+def ran(kind, seed, drawn, models, exact=None):
+    """Runs by each of (model, tolerance) against `exact`, or against one by multipoles; all are printed
+    whatever their bars."""
+    out = ["--out", ROOT / "out" / f"random-{kind}"]
 
     def text(kind, tolerance):
         return (
             f'model = {{ kind = "{kind}", tolerance = {tolerance}, accept = "best" }}\n{drawn.text()}'
         )
 
-    case = {"kind": kind, "seed": seed, "model": model, "groups": drawn.groups()}
-    case |= {"gap": getattr(drawn, "gap", None), "drawn": drawn.description()}
+    head = {"kind": kind, "seed": seed, "gap": getattr(drawn, "gap", None)}
+    head["drawn"] = drawn.description()
     try:
-        accurate = EXACT_STROKE if model == "fem" else EXACT_RUN
-        exact = exact or swim("run", text("multipole", accurate), *out)
+        exact = exact or swim("run", text("multipole", EXACT_OF_RUNS.get(kind, EXACT_RUN)), *out)
     except Refused as error:
-        yield {**case, "groups": ["no exact value"], "refused": str(error)}
+        none = ["no exact value"]
+        yield {**head, "model": "multipole", "groups": none, "refused": str(error)}
         return
     displacement = list(exact["displacement"].values())
     net = norm([sum(x) / len(displacement) for x in zip(*displacement)])
@@ -231,24 +234,32 @@ def ran(kind, seed, drawn, model, tolerance, exact=None):
         "rotation": exact["rotation_error"]["total"] / (norm(exact["rotation"]) or 1e-300),
         "work": exact["work_error"]["total"] / abs(exact["work"]),
     }
-    yield compared(case, "run", text(model, tolerance), exact, bars, quantities_of_stroke, *out)
+    for model, tolerance in models:
+        case = {**head, "model": model, "groups": drawn.groups()}
+        yield compared(case, "run", text(model, tolerance), exact, bars, quantities_of_stroke, *out)
 
 
 def stroke(seed):
     """A stroke by elements."""
-    yield from ran("stroke", seed, Stroke(seed), "fem", 1e-3)
+    yield from ran("stroke", seed, Stroke(seed), [("fem", 1e-3)])
+
+
+def line(seed):
+    """A stroke on a line by multipoles and in the meridian plane, at the tolerance that was drawn."""
+    drawn = Stroke(seed, on_line=True)
+    yield from ran("line", seed, drawn, [(m, drawn.tolerance) for m in ("multipole", "axisymmetric")])
 
 
 def turn(seed):
     """A stroke that turns, by multipoles at the tolerance that was drawn."""
     drawn = Turn(seed)
-    yield from ran("turn", seed, drawn, "multipole", drawn.tolerance)
+    yield from ran("turn", seed, drawn, [("multipole", drawn.tolerance)])
 
 
 def massive(seed):
     """A body with mass, against the solution of its equation of motion."""
     drawn = Massive(seed)
-    yield from ran("mass", seed, drawn, "multipole", drawn.tolerance, drawn.exact())
+    yield from ran("mass", seed, drawn, [("multipole", drawn.tolerance)], drawn.exact())
 
 
 def path_of(folder, names):
@@ -299,6 +310,7 @@ DRAW = {
     "lone": lone,
     "gap": narrow_gaps,
     "stroke": stroke,
+    "line": line,
     "turn": turn,
     "mass": massive,
     "contact": contact,
@@ -433,7 +445,7 @@ def write(cases, chosen):
         "uncorrected: the value of the discrete problem; corrected: this value minus its estimated "
         "error. estimate / error: the signed estimate over the true error, projected on it. Exact "
         f"values: multipoles at a tolerance of {EXACT} (instants in three dimensions, lone bodies), "
-        f"{EXACT_ON_AXIS} (on an axis), {EXACT_STROKE} (strokes by elements) and {EXACT_RUN} (strokes "
+        f"{EXACT_ON_AXIS} (on an axis), {EXACT_STROKE} (strokes by elements and on a line) and {EXACT_RUN} (strokes "
         "that turn), the meridian plane at "
         f"{EXACT_MERIDIAN} (slip in narrow gaps), a closed formula (mass); {dropped} comparisons were "
         "dropped because their exact values have bars above 5 % of the error and of its bar. Elements "
@@ -444,7 +456,7 @@ def write(cases, chosen):
         "force and torque, gap 0.02 to 3 radii to a plane wall or a ball. Slip in narrow gaps: two "
         "squirmers on their line of centres, gap 0.001 to 0.02 radii, by multipoles. Strokes: three "
         "spheres, radii 0.6 to 1.6, arms 5 to 10, closing to gaps of 0.05 to 3 radii of the smaller "
-        "neighbour; strokes that turn: slides at an angle, or hinges, by multipoles at tolerances of "
+        "neighbour; those on a line by multipoles and in the meridian plane; strokes that turn: slides at an angle, or hinges, by multipoles at tolerances of "
         "1e-4 to 1e-2. Bodies with mass: a sphere from rest, relaxation times of 1e-3 to 1e3 of the "
         "duration, the same tolerances. Contacts: spheres pulled towards each other (Oseen, "
         "Rotne-Prager-Yamakawa), and a sphere on a hinge that sweeps past a post.",
@@ -489,6 +501,7 @@ def main():
         lones=(80, "number of bodies close to a wall"),
         gaps=(60, "number of solutions with slip in narrow gaps"),
         strokes=(20, "number of strokes by elements"),
+        lines=(40, "number of strokes on a line, by multipoles and in the meridian plane"),
         turns=(60, "number of strokes that turn, by multipoles"),
         masses=(60, "number of runs of bodies with mass"),
         contacts=(100, "number of runs of bodies that meet or pass"),

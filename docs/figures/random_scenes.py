@@ -242,9 +242,9 @@ class Stroke:
 
     SETUPS = {2: "ball", 5: "straight", 8: "two cycles", 11: "angle"}
 
-    def __init__(self, seed):
+    def __init__(self, seed, on_line=False):
         random = Random(seed)
-        self.setup = self.SETUPS.get(seed % 12, "plain")
+        self.setup = "plain" if on_line else self.SETUPS.get(seed % 12, "plain")
         while True:
             self.radii = [random.within(0.6, 1.6) for _ in range(3)]
             self.arms = [random.within(5, 10) for _ in range(2)]

@@ -1,8 +1,9 @@
-//! Discretisation errors accumulated along a stroke.
+//! Errors of the discretisation or of the integration, accumulated along a stroke.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::response::HoldingLoad;
 use crate::solution::InstantaneousSolution;
 
 /// Error of the configuration along a part of a stroke, computed minus exact, to first order.
@@ -29,6 +30,12 @@ pub struct AccumulatedError {
     /// Largest relative uncertainty of the parts.
     #[serde(default)]
     pub relative_uncertainty: f64,
+    /// Errors of the impulses of the loads that hold or drive bodies.
+    #[serde(default)]
+    pub holding: Vec<HoldingLoad>,
+    /// Uncertainties of the errors of these impulses: of forces and of torques.
+    #[serde(default)]
+    pub holding_uncertainty: [f64; 2],
 }
 
 impl AccumulatedError {
@@ -47,9 +54,30 @@ impl AccumulatedError {
         (self.relative_uncertainty * self.largest_rotation()).hypot(self.rotation_uncertainty)
     }
 
+    /// The largest error of the displacement of a frame.
+    pub fn largest_displacement(&self) -> f64 {
+        largest(&self.displacement)
+    }
+
     /// The largest error of the rotation of a frame.
     pub fn largest_rotation(&self) -> f64 {
-        self.rotation.iter().map(Vector3::norm).fold(0.0, f64::max)
+        largest(&self.rotation)
+    }
+
+    /// Error bars of values from which the error was not subtracted: of a displacement whose largest
+    /// error is `displacement`, of the rotation, the work, and the impulses that hold bodies.
+    pub fn uncorrected_error_bars(&self, displacement: f64) -> UncorrectedBars {
+        let largest = |part: fn(&HoldingLoad) -> &Vector3<f64>| {
+            let norms = self.holding.iter().map(|load| part(load).norm());
+            norms.fold(0.0, f64::max)
+        };
+        let holding = [largest(|load| &load.force), largest(|load| &load.torque)];
+        UncorrectedBars {
+            displacement: displacement.hypot(self.uncertainty),
+            rotation: self.largest_rotation().hypot(self.rotation_uncertainty),
+            work: self.work.hypot(self.work_uncertainty),
+            holding: std::array::from_fn(|k| holding[k].hypot(self.holding_uncertainty[k])),
+        }
     }
 
     /// Adds the error that was subtracted from a solution, times its quadrature weight `time`.
@@ -68,6 +96,8 @@ impl AccumulatedError {
             work: (solution.uncorrected_power() - solution.power()) * time,
             work_uncertainty: error.uncertainty.power * time.abs(),
             relative_uncertainty: error.uncertainty.relative,
+            holding: Vec::new(),
+            holding_uncertainty: [0.0; 2],
         };
         let frames = solution.motion.frames.iter();
         let displacement: Vec<_> = frames.map(|f| f.linear * time).collect();
@@ -80,8 +110,18 @@ impl AccumulatedError {
 
     /// Appends a later part of the stroke, in which the frames move by `frame_displacements`.
     ///
-    /// An error of the rotation before changes the direction of these displacements.
+    /// An error of the rotation before changes the direction of these displacements. The errors of
+    /// the two parts are independent, as on different meshes, so the squares of their uncertainties
+    /// are summed.
     pub fn append(&mut self, later: &Self, frame_displacements: &[Vector3<f64>]) {
+        let [displacement, rotation] = [self.uncertainty, self.rotation_uncertainty];
+        self.append_correlated(later, frame_displacements);
+        self.uncertainty = displacement.hypot(later.uncertainty);
+        self.rotation_uncertainty = rotation.hypot(later.rotation_uncertainty);
+    }
+
+    /// The same where the errors are correlated, so that their uncertainties are summed.
+    pub fn append_correlated(&mut self, later: &Self, frame_displacements: &[Vector3<f64>]) {
         // A sum without frames has no error yet.
         for (sum, later) in [
             (&mut self.displacement, &later.displacement),
@@ -99,10 +139,19 @@ impl AccumulatedError {
         }
         self.work += later.work;
         self.work_uncertainty += later.work_uncertainty;
-        // On different meshes the errors are independent, so the squares of their uncertainties
-        // are summed.
-        self.uncertainty = self.uncertainty.hypot(later.uncertainty);
-        self.rotation_uncertainty = self.rotation_uncertainty.hypot(later.rotation_uncertainty);
+        self.uncertainty += later.uncertainty;
+        self.rotation_uncertainty += later.rotation_uncertainty;
+        if self.holding.is_empty() {
+            self.holding.clone_from(&later.holding);
+        } else {
+            for (sum, later) in self.holding.iter_mut().zip(&later.holding) {
+                sum.force += later.force;
+                sum.torque += later.torque;
+            }
+        }
+        for (sum, later) in (self.holding_uncertainty.iter_mut()).zip(later.holding_uncertainty) {
+            *sum += later;
+        }
         self.relative_uncertainty = self.relative_uncertainty.max(later.relative_uncertainty);
     }
 
@@ -113,6 +162,25 @@ impl AccumulatedError {
             _ => Vector3::zeros(),
         }
     }
+}
+
+fn largest(vectors: &[Vector3<f64>]) -> f64 {
+    vectors.iter().map(Vector3::norm).fold(0.0, f64::max)
+}
+
+/// Error bars that follow from an accumulated error
+/// ([`AccumulatedError::uncorrected_error_bars`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct UncorrectedBars {
+    /// Error bar of the displacement.
+    pub displacement: f64,
+    /// Error bar of the rotation vectors of the frames.
+    pub rotation: f64,
+    /// Error bar of the work.
+    pub work: f64,
+    /// Error bars of the impulses that hold bodies: of forces and of torques.
+    pub holding: [f64; 2],
 }
 
 #[cfg(test)]
@@ -193,6 +261,8 @@ mod tests {
         assert_eq!(
             names,
             [
+                "holding",
+                "holding_uncertainty",
                 "moved",
                 "relative_uncertainty",
                 "rotation_uncertainty",

@@ -21,7 +21,7 @@ mod superposition;
 mod surface_motion;
 mod units;
 
-pub use accumulated_error::AccumulatedError;
+pub use accumulated_error::{AccumulatedError, UncorrectedBars};
 pub use axisymmetric_model::AxisymmetricModel;
 pub use discretisation_error::{DiscretisationError, Uncertainty};
 pub use error::ModelError;

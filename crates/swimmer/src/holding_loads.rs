@@ -58,13 +58,6 @@ impl HoldingLoads {
         self.torque_error.accumulate(weight, &other.torque_error);
     }
 
-    /// Enters the errors of the integration of the forces and of the torques.
-    pub(crate) fn with_integration_errors(mut self, [force, torque]: [f64; 2]) -> Self {
-        self.force_error.integration = Some(force);
-        self.torque_error.integration = Some(torque);
-        self
-    }
-
     /// Sizes of the largest force and of the largest torque.
     pub(crate) fn largest(&self) -> [f64; 2] {
         (self.bodies.iter()).fold([0.0; 2], |[force, torque]: [f64; 2], load| {
@@ -72,11 +65,16 @@ impl HoldingLoads {
         })
     }
 
-    /// Largest differences of the forces and of the torques on a body.
-    pub(crate) fn largest_differences(&self, other: &Self) -> [f64; 2] {
+    /// Differences from other loads of the same bodies; their error bars have no meaning.
+    pub(crate) fn minus(&self, other: &Self) -> Self {
         let mut difference = self.clone();
         difference.accumulate(-1.0, other);
-        difference.largest()
+        difference
+    }
+
+    /// Largest differences of the forces and of the torques on a body.
+    pub(crate) fn largest_differences(&self, other: &Self) -> [f64; 2] {
+        self.minus(other).largest()
     }
 
     /// The means of impulses over a time.

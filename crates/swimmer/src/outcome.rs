@@ -1,6 +1,6 @@
 //! The outcome of a gait.
 
-use models::{AccumulatedError, BodySolution, ErrorEstimate, NewMesh, Seconds};
+use models::{AccumulatedError, BodySolution, ErrorEstimate, NewMesh, Seconds, UncorrectedBars};
 use nalgebra::{Isometry3, Vector3};
 use rigid::{Articulation, State};
 use scene::{PhaseSpan, Scene};
@@ -64,7 +64,8 @@ pub struct Outcome {
     /// estimate.
     #[serde(rename = "drift")]
     pub accumulated_error: Option<AccumulatedError>,
-    /// Accumulated integration error, for methods that estimate it with its sign.
+    /// Accumulated integration error, computed minus exact; its uncertainty is all that is known
+    /// where methods estimate a size. None where a phase span has no estimate.
     #[serde(default, rename = "integration_drift")]
     pub accumulated_integration_error: Option<AccumulatedError>,
     /// The error bar that `model.tolerance` limits, at the end of the gait; none if the integration
@@ -471,20 +472,28 @@ impl Outcome {
             lookups: result.lookups,
             error_estimate: ErrorEstimate {
                 mesh: mesh.map(|error| corrected_bar(set, error, after)),
-                integration: (integration.map(|error| integration_bar(set, error, after)))
-                    .or(result.error_estimate.integration),
+                integration: integration.map(|error| integration_bars(set, error, after).displacement),
                 ..result.error_estimate
             },
             displacement,
         });
-        let appended = |sum: Option<AccumulatedError>, of_span: Option<&AccumulatedError>| {
-            let (mut sum, of_span) = sum.zip(of_span)?;
-            sum.append(of_span, &of_roots);
+        type Append = fn(&mut AccumulatedError, &AccumulatedError, &[Vector3<f64>]);
+        let appended = |sum: &mut Option<AccumulatedError>, of_span, append: Append| {
+            let (mut sum, of_span) = sum.take().zip(of_span)?;
+            append(&mut sum, of_span, &of_roots);
             Some(sum)
         };
-        self.accumulated_error = appended(self.accumulated_error.take(), mesh);
-        self.accumulated_integration_error =
-            appended(self.accumulated_integration_error.take(), integration);
+        self.accumulated_error = appended(
+            &mut self.accumulated_error,
+            mesh,
+            AccumulatedError::append,
+        );
+        // Phases, and cycles even more, have similar errors.
+        self.accumulated_integration_error = appended(
+            &mut self.accumulated_integration_error,
+            integration,
+            AccumulatedError::append_correlated,
+        );
     }
 
     /// Adds what is a sum over phase spans.
@@ -509,11 +518,14 @@ impl Outcome {
         self.error_estimate.mesh = accumulated.map(|error| corrected_bar(set, error, positions));
         self.rotation_error.mesh = accumulated.map(AccumulatedError::rotation_error_bar);
         self.work_error.mesh = accumulated.map(AccumulatedError::work_error_bar);
-        if let Some(error) = &self.accumulated_integration_error {
-            self.error_estimate.integration = Some(integration_bar(set, error, positions));
-            let rotation = error.largest_rotation().hypot(error.rotation_uncertainty);
-            self.rotation_error.integration = Some(rotation);
-        }
+        let integration = self.accumulated_integration_error.as_ref();
+        let bars = integration.map(|error| integration_bars(set, error, positions));
+        self.error_estimate.integration = bars.map(|bars| bars.displacement);
+        self.rotation_error.integration = bars.map(|bars| bars.rotation);
+        self.work_error.integration = bars.map(|bars| bars.work);
+        let of_holding = bars.filter(|_| !self.holding.bodies.is_empty());
+        self.holding.force_error.integration = of_holding.map(|bars| bars.holding[0]);
+        self.holding.torque_error.integration = of_holding.map(|bars| bars.holding[1]);
     }
 }
 
@@ -530,13 +542,13 @@ fn corrected_bar(set: &Articulation, error: &AccumulatedError, positions: &[Vect
     error.displacement_error_bar(largest_error(set, error, positions))
 }
 
-/// Error bar of displacements by the integration, whose errors are not subtracted.
-fn integration_bar(
+/// Error bars by the integration, whose errors are not subtracted.
+fn integration_bars(
     set: &Articulation,
     error: &AccumulatedError,
     positions: &[Vector3<f64>],
-) -> f64 {
-    largest_error(set, error, positions).hypot(error.uncertainty)
+) -> UncorrectedBars {
+    error.uncorrected_error_bars(largest_error(set, error, positions))
 }
 
 fn largest_error(set: &Articulation, error: &AccumulatedError, positions: &[Vector3<f64>]) -> f64 {

@@ -9,15 +9,15 @@
 //! the positions at once, and the change of the step measures the error of both. Along a table,
 //! steps go over many rows where the splines through them are as smooth as the tolerance needs.
 
-use models::{DiscretisationError, ErrorEstimates};
+use models::{AccumulatedError, DiscretisationError, ErrorEstimates, HoldingLoad};
 use nalgebra::Vector3;
 use rigid::{State, StateVelocity};
 use scene::AcceptKind;
 
 use super::inverse_dexp::coordinate_rate;
-use super::order_errors::{expected_error, is_smooth, is_stalled, remaining_error, reported_error};
+use super::order_errors::{SignedError, expected_error, is_smooth, is_stalled, remaining_error};
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
+use super::result::{Approximation, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
     MAX_PARTS, expected_ratio, first_parts, largest_displacement, largest_rotation, rounding,
@@ -25,6 +25,7 @@ use super::step_size::{
 };
 use crate::error::SwimError;
 use crate::gauss::{Gauss, lagrange};
+use crate::holding_loads::HoldingLoads;
 
 /// Number of points whose solutions have corrections that serve all higher orders.
 ///
@@ -109,12 +110,8 @@ fn in_parts(
         if let Some(accumulated) = &mut accumulated {
             accumulated.uncertainty += step.mesh_change;
         }
-        let error = IntegrationError {
-            displacement: step.error + unseen_displacement(evaluator, span),
-            rotation: step.rotation_error,
-            work: step.work_error,
-            holding: step.holding_errors,
-        };
+        let mut error = step.integration_error;
+        error.uncertainty += unseen_displacement(evaluator, span);
         let approximation = step.approximation;
         result.append(evaluator, approximation, Some(error), accumulated.as_ref())?;
     }
@@ -136,14 +133,10 @@ pub(super) fn fixed_order(
 /// One part of a phase span at the highest order tried.
 struct Step {
     approximation: Approximation,
-    /// Estimated integration error of the displacement.
+    /// Upper bound of the integration error of the displacement, which decides on the step.
     error: f64,
-    /// Estimated integration error of the rotation.
-    rotation_error: f64,
-    /// Estimated integration error of the work.
-    work_error: f64,
-    /// Estimated integration errors of the impulses that hold bodies.
-    holding_errors: [f64; 2],
+    /// Estimated integration errors.
+    integration_error: AccumulatedError,
     /// Largest error of the displacement allowed.
     tolerance: f64,
     /// Change of the step by another mesh, an uncertainty of the discretisation.
@@ -165,17 +158,16 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
     let mut previous = collocate(evaluator, start, &guess, 1, Corrections::None)?;
     // The first solution may change the mesh; later changes are counted from here.
     let mesh_changes = evaluator.mesh_changes;
-    let [mut changes, mut rotation_changes, mut work_changes] = [const { Vec::new() }; 3];
-    let mut holding_changes = [const { Vec::new() }; 2];
+    let mut all = Changes::default();
     let on_request = evaluator.capabilities().error_estimates == ErrorEstimates::OnRequest;
     let mut interpolant = None;
     let mut points = 2;
     loop {
         let left = TABLE_SHARE * previous.table_error_bar(duration);
         let tolerance = step_tolerance(evaluator, &previous.piece.step(), width).max(left);
-        let may_suffice = expected_error(&changes, ratio) <= MAY_SUFFICE * tolerance;
+        let may_suffice = expected_error(&all.displacements, ratio) <= MAY_SUFFICE * tolerance;
         let has_new_mesh = evaluator.mesh_changes > mesh_changes;
-        let corrections = match (is_smooth(&changes, ratio) && !has_new_mesh, &interpolant) {
+        let corrections = match (is_smooth(&all.displacements, ratio) && !has_new_mesh, &interpolant) {
             (true, Some(interpolant)) => Corrections::Interpolated(interpolant),
             (true, None) if on_request => Corrections::Computed,
             (false, _) if points > CORRECTED && (may_suffice || has_new_mesh) => {
@@ -189,16 +181,15 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         let [last, before] = both.map(|approximation| approximation.uncorrected_step(duration));
         let difference = &last + &(&before * -1.0);
         let change = largest_displacement(evaluator, &difference);
-        changes.push(change);
-        rotation_changes.push(largest_rotation(&difference));
-        let error = remaining_error(&changes, ratio);
         let [last, before] = both.map(|approximation| approximation.uncorrected_work(duration));
-        work_changes.push((last - before).abs());
+        let work = last - before;
         let [last, before] = both.map(|approximation| approximation.uncorrected_holding(duration));
-        let differences = last.largest_differences(&before);
-        (holding_changes.iter_mut().zip(differences)).for_each(|(all, new)| all.push(new));
+        let holding = last.minus(&before);
+        all.push(change, difference, work, holding);
+        let error = remaining_error(&all.displacements, ratio);
         let mut accepted = (error <= tolerance).then_some((error, 0.0));
-        let stalled = matches!(changes[..], [.., before, last] if is_stalled(before, last));
+        let stalled = matches!(all.displacements[..], [.., a, b] if is_stalled(a, b));
+        let is_converged = accepted.is_some();
         if accepted.is_none() && stalled {
             let has_new_mesh = evaluator.mesh_changes > mesh_changes;
             accepted = explained_stall(evaluator, both, change, duration, has_new_mesh);
@@ -206,7 +197,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         let is_accepted = accepted.is_some();
         // If this order changed the mesh, the next order decides, with corrections.
         let has_new_mesh = evaluator.mesh_changes > mesh_changes;
-        let is_smooth = is_smooth(&changes, ratio) && !has_new_mesh;
+        let is_smooth = is_smooth(&all.displacements, ratio) && !has_new_mesh;
         let are_final = match corrections {
             Corrections::None => !on_request,
             Corrections::Computed => true,
@@ -218,12 +209,14 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
                 current = collocate(evaluator, start, path, points, Corrections::Computed)?;
             }
             let (error, mesh_change) = accepted.unwrap_or((error.max(change), 0.0));
+            let of_displacement = match is_converged {
+                true => SignedError::new(&all.displacements, ratio),
+                false => SignedError::unsigned(error),
+            };
             return Ok(Step {
                 approximation: current,
                 error,
-                rotation_error: reported_error(&rotation_changes, ratio),
-                work_error: reported_error(&work_changes, ratio),
-                holding_errors: holding_changes.map(|changes| reported_error(&changes, ratio)),
+                integration_error: all.error(evaluator, of_displacement, ratio),
                 tolerance,
                 mesh_change,
                 is_accepted,
@@ -234,6 +227,76 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         }
         previous = current;
         points += 1;
+    }
+}
+
+/// Changes of a step from each order to the next one.
+#[derive(Default)]
+struct Changes {
+    displacements: Vec<f64>,
+    rotations: Vec<f64>,
+    works: Vec<f64>,
+    forces: Vec<f64>,
+    torques: Vec<f64>,
+    /// The last change of the motion, of the work and of the impulses that hold bodies.
+    last: Option<(StateVelocity, f64, HoldingLoads)>,
+}
+
+impl Changes {
+    fn push(&mut self, displacement: f64, motion: StateVelocity, work: f64, holding: HoldingLoads) {
+        let [force, torque] = holding.largest();
+        self.displacements.push(displacement);
+        self.rotations.push(largest_rotation(&motion));
+        self.works.push(work.abs());
+        self.forces.push(force);
+        self.torques.push(torque);
+        self.last = Some((motion, work, holding));
+    }
+
+    /// The error of the last order, with that of the displacement as it was estimated.
+    fn error(
+        &self,
+        evaluator: &SpanEvaluator,
+        of_displacement: SignedError,
+        least_ratio: f64,
+    ) -> AccumulatedError {
+        let Some((motion, work, holding)) = &self.last else {
+            return AccumulatedError::default();
+        };
+        let estimates = [&self.rotations, &self.works, &self.forces, &self.torques];
+        let [of_rotation, of_work, of_force, of_torque] =
+            estimates.map(|changes| SignedError::new(changes, least_ratio));
+        // Attitudes of single bodies and values of passive joints have no sum with a sign.
+        let set = evaluator.scene.articulation();
+        let has_joints = set.passive_joints().next().is_some();
+        let has_attitudes = (0..motion.spins.len()).any(|body| set.has_own_attitude(body));
+        let uncertainty = |estimate: SignedError, changes: &[f64], has_more: bool| match has_more {
+            true => estimate.size(changes),
+            false => estimate.uncertainty,
+        };
+        let error_of_load = |load: &HoldingLoad| HoldingLoad {
+            body: load.body,
+            force: of_force.ratio * load.force,
+            torque: of_torque.ratio * load.torque,
+        };
+        let frames = motion.frames.iter();
+        AccumulatedError {
+            displacement: (frames.clone())
+                .map(|frame| of_displacement.ratio * frame.linear)
+                .collect(),
+            rotation: frames.map(|frame| of_rotation.ratio * frame.angular).collect(),
+            uncertainty: uncertainty(of_displacement, &self.displacements, has_joints),
+            rotation_uncertainty: uncertainty(
+                of_rotation,
+                &self.rotations,
+                has_joints || has_attitudes,
+            ),
+            work: of_work.ratio * work,
+            work_uncertainty: of_work.uncertainty,
+            holding: holding.bodies.iter().map(error_of_load).collect(),
+            holding_uncertainty: [of_force.uncertainty, of_torque.uncertainty],
+            ..AccumulatedError::default()
+        }
     }
 }
 

@@ -13,29 +13,6 @@ const SURE_RATIO: f64 = 0.1;
 /// a bound of the sum of all later changes. If the changes stop decreasing, it is twice the larger
 /// of the last two.
 pub(super) fn remaining_error(changes: &[f64], least_ratio: f64) -> f64 {
-    let ratio_at = |k: usize| changes[k] / changes[k - 1];
-    error_by_ratios(changes, least_ratio, ratio_at)
-}
-
-/// The error as in [`remaining_error`], for a quantity on which no step depends, such as the work.
-///
-/// After a change that is small by chance the ratio of the next one is large. Carried on from the
-/// first order, a single ratio of 0.49 made the bar of a smooth gait's work 4e-4 where the error
-/// was 2e-10. Here the ratio over two orders counts where it is smaller. Decisions about steps keep
-/// the more cautious ratio.
-pub(super) fn reported_error(changes: &[f64], least_ratio: f64) -> f64 {
-    let ratio_at = |k: usize| {
-        let ratio = changes[k] / changes[k - 1];
-        match k {
-            1 => ratio,
-            k => ratio.min((changes[k] / changes[k - 2]).sqrt()),
-        }
-    };
-    error_by_ratios(changes, least_ratio, ratio_at)
-}
-
-/// The error of the last order, with the ratio that `ratio_at` gives for each change but the first.
-fn error_by_ratios(changes: &[f64], least_ratio: f64, ratio_at: impl Fn(usize) -> f64) -> f64 {
     match *changes {
         // Near contact a single change may be small by chance.
         [_] if least_ratio > SURE_RATIO => return f64::INFINITY,
@@ -43,10 +20,83 @@ fn error_by_ratios(changes: &[f64], least_ratio: f64, ratio_at: impl Fn(usize) -
         [.., before, last] if is_stalled(before, last) => return 2.0 * before.max(last),
         _ => {}
     }
-    let decreasing = (1..changes.len()).filter(|&k| !is_stalled(changes[k - 1], changes[k]));
-    let ratio = decreasing.fold(least_ratio, |ratio, k| ratio.max(ratio_at(k)));
+    let pairs = changes.windows(2);
+    let decreasing = pairs.filter(|pair| !is_stalled(pair[0], pair[1]));
+    let ratio = decreasing.fold(least_ratio, |ratio, pair| ratio.max(pair[1] / pair[0]));
     let largest = |error: f64, &change: &f64| ratio * error.max(change);
     changes.iter().fold(0.0, largest) / (1.0 - ratio)
+}
+
+/// Share of the ratio that contact causes below which no ratio of errors is trusted.
+///
+/// Lubrication is a weak singularity: the errors of few points decrease faster than those of many.
+/// Bars of 600 random strokes of three spheres, with singularities of lubrication added to the
+/// mobility of Rotne, Prager and Yamakawa, held in 99 % with this share and in 95 % with 0.3.
+const CONTACT_SHARE: f64 = 0.7;
+
+/// Uncertainty of a [`SignedError`], relative to it: with 0.3 bars of the same strokes held in 97 %.
+const RELATIVE_UNCERTAINTY: f64 = 0.5;
+
+/// Estimated error of the last of several orders, as a multiple of the last change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SignedError {
+    /// The error, computed minus exact, over the last change.
+    pub ratio: f64,
+    /// Uncertainty of the error.
+    pub uncertainty: f64,
+}
+
+impl SignedError {
+    /// The error from the sizes of the changes between successive orders.
+    ///
+    /// It is what bars report; whether a step is accepted is decided by the more cautious
+    /// [`remaining_error`]. That bound carries the largest ratio of changes on from the first order,
+    /// and has no sign, although errors of opposite phases of a stroke cancel: its sum over a stroke
+    /// was 400 times the error.
+    ///
+    /// All further changes are expected to have the sign of the last one, as they have for a
+    /// singularity beside the step (the remainder of Gauss quadrature is a derivative of even order),
+    /// and to decrease by the last ratio `r`: the error is `-r / (1 - r)` times the last change `c`.
+    /// In its place is `r c'` with the ratio and the change before, if that is larger: single changes
+    /// are small by chance where they change their sign. A single change, or changes that stop to
+    /// decrease, leave a size without a sign.
+    pub fn new(changes: &[f64], least_ratio: f64) -> Self {
+        let (before, last) = match *changes {
+            [] => return Self::unsigned(0.0),
+            [change] => return Self::unsigned(change),
+            [.., before, last] if is_stalled(before, last) => {
+                return Self::unsigned(2.0 * before.max(last));
+            }
+            [.., before, last] => (before, last),
+        };
+        let ratio = (last / before).max(CONTACT_SHARE * least_ratio);
+        let typical = match *changes {
+            [.., first, _, _] if first > 0.0 => before * (before / first).min(0.5),
+            _ => 0.0,
+        };
+        let error = last.max(typical) * ratio / (1.0 - ratio);
+        match last > 0.0 {
+            true => Self {
+                ratio: -error / last,
+                uncertainty: RELATIVE_UNCERTAINTY * error,
+            },
+            false => Self::unsigned(error),
+        }
+    }
+
+    /// An error of this size at most.
+    pub fn unsigned(size: f64) -> Self {
+        Self {
+            ratio: 0.0,
+            uncertainty: size,
+        }
+    }
+
+    /// Size of the error without regard to its sign.
+    pub fn size(&self, changes: &[f64]) -> f64 {
+        let last = changes.last().copied().unwrap_or(0.0);
+        self.uncertainty.max(self.ratio.abs() * last)
+    }
 }
 
 /// Error expected of the order after the last one, if the changes go on to decrease as before.
@@ -95,7 +145,8 @@ mod tests {
             for points in 3..=8 {
                 changes.push((work(points) - work(points - 1)).abs());
                 let error = (work(points) - exact).abs();
-                let bar = reported_error(&changes, 0.05);
+                let estimate = SignedError::new(&changes, 0.05);
+                let bar = (estimate.ratio * changes[points - 2]).hypot(estimate.uncertainty);
                 assert!(
                     error <= bar + 1e-15,
                     "{quarter} {points}: {error:e} {bar:e}"

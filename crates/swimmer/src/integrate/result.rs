@@ -23,7 +23,7 @@ pub(super) struct Approximation {
     pub weights: Vec<f64>,
 }
 
-/// Estimated integration errors of a part of a phase span.
+/// Estimated sizes of the integration errors of a part of a phase span.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct IntegrationError {
     /// Error of the displacement.
@@ -34,6 +34,19 @@ pub(super) struct IntegrationError {
     pub work: f64,
     /// Errors of the impulses of the forces and of the torques that hold bodies.
     pub holding: [f64; 2],
+}
+
+impl IntegrationError {
+    /// The errors as an accumulated error without a sign.
+    pub fn unsigned(&self) -> AccumulatedError {
+        AccumulatedError {
+            uncertainty: self.displacement,
+            rotation_uncertainty: self.rotation,
+            work_uncertainty: self.work,
+            holding_uncertainty: self.holding,
+            ..AccumulatedError::default()
+        }
+    }
 }
 
 impl AddAssign for IntegrationError {
@@ -68,8 +81,8 @@ pub struct SpanResult {
     /// Accumulated discretisation error that was subtracted, and its uncertainty; none where a part
     /// of the phase span has no estimate.
     pub accumulated_error: Option<AccumulatedError>,
-    /// Accumulated error of the integration, for methods that estimate it with its sign; other
-    /// methods enter its size in [`ErrorEstimate::integration`].
+    /// Accumulated error of the integration; without a sign, as uncertainty alone, for methods that
+    /// estimate its size. None where a part of the phase span has no estimate.
     pub accumulated_integration_error: Option<AccumulatedError>,
     /// Work of the bodies on the fluid.
     pub work: f64,
@@ -223,7 +236,7 @@ impl SpanResult {
             error_estimate: ErrorEstimate::default(),
             rotation_error: ErrorEstimate::default(),
             accumulated_error: Some(AccumulatedError::default()),
-            accumulated_integration_error: None,
+            accumulated_integration_error: Some(AccumulatedError::default()),
             work: 0.0,
             work_error: ErrorEstimate::default(),
             holding: HoldingLoads::default(),
@@ -242,24 +255,20 @@ impl SpanResult {
 
     /// Appends an accepted approximation of the next part of the phase span.
     ///
-    /// `integration_error` are its estimated integration errors, `accumulated` its accumulated
+    /// `integration_error` is its estimated integration error, `accumulated` its accumulated
     /// discretisation error; each is none where the method has no estimate.
     pub(super) fn append(
         &mut self,
         evaluator: &SpanEvaluator,
         approximation: Approximation,
-        integration_error: Option<IntegrationError>,
+        integration_error: Option<AccumulatedError>,
         accumulated: Option<&AccumulatedError>,
     ) -> Result<(), SwimError> {
         let duration =
             evaluator.span.duration * (approximation.piece.to - approximation.piece.from);
         self.work += approximation.work(duration);
-        let holding = approximation.holding(duration);
-        let holding = match &integration_error {
-            Some(error) => holding.with_integration_errors(error.holding),
-            None => holding,
-        };
-        self.holding.accumulate(1.0, &holding);
+        self.holding
+            .accumulate(1.0, &approximation.holding(duration));
         let Approximation {
             piece,
             solutions,
@@ -289,20 +298,19 @@ impl SpanResult {
                 sum.accumulate(time, &without_mesh(bars));
             }
         }
-        if let Some(error) = integration_error {
-            for (sum, error) in [
-                (&mut self.error_estimate, error.displacement),
-                (&mut self.rotation_error, error.rotation),
-                (&mut self.work_error, error.work),
-            ] {
-                let integration = Some(error);
-                let bar = ErrorEstimate {
-                    integration,
-                    ..ErrorEstimate::default()
-                };
-                sum.accumulate(1.0, &bar);
-            }
-        }
+        self.accumulated_integration_error =
+            match (self.accumulated_integration_error.take(), integration_error) {
+                (Some(mut sum), Some(part)) => {
+                    sum.append_correlated(&part, &displacement);
+                    Some(sum)
+                }
+                _ => None,
+            };
+        let bars = (self.accumulated_integration_error.as_ref())
+            .map(|error| error.uncorrected_error_bars(error.largest_displacement()));
+        self.error_estimate.integration = bars.map(|bars| bars.displacement);
+        self.rotation_error.integration = bars.map(|bars| bars.rotation);
+        self.work_error.integration = bars.map(|bars| bars.work);
         let set = evaluator.scene.articulation();
         let end = piece.state(set, piece.to)?;
         self.end = set.closed(&end, &evaluator.span.shape(piece.to))?;

@@ -136,7 +136,7 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
             work: step.work_error,
             holding: step.holding_errors,
         };
-        result.append(evaluator, approximation, Some(error), None)?;
+        result.append(evaluator, approximation, Some(error.unsigned()), None)?;
         (s, width) = (end, factor * (end - s));
     }
     Ok(result.with_totals(evaluator))

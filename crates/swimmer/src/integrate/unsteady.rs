@@ -350,7 +350,7 @@ fn append(
         solutions: vec![recorded.clone()],
         weights: vec![1.0],
     };
-    result.append(evaluator, approximation, Some(error), None)?;
+    result.append(evaluator, approximation, Some(error.unsigned()), None)?;
     result.work += trapezium;
     let twists = recorded.solution.bodies.iter();
     result.velocities = twists
