@@ -31,7 +31,6 @@ from random_scenes import (
 # corrected values, on an axis one for which more digits are cheap, that of strokes, and that of runs
 # whose own tolerance is at least a hundred times larger.
 EXACT, EXACT_ON_AXIS, EXACT_STROKE, EXACT_RUN = 1e-7, 1e-12, 1e-8, 1e-6
-EXACT_OF_RUNS = {"stroke": EXACT_STROKE, "line": EXACT_STROKE}
 # Tolerance of the meridian plane where expansions are compared with it.
 EXACT_MERIDIAN = 1e-8
 # Tolerance of elements in the meridian plane.
@@ -222,7 +221,7 @@ def ran(kind, seed, drawn, models, exact=None):
     head = {"kind": kind, "seed": seed, "gap": getattr(drawn, "gap", None)}
     head["drawn"] = drawn.description()
     try:
-        exact = exact or swim("run", text("multipole", EXACT_OF_RUNS.get(kind, EXACT_RUN)), *out)
+        exact = exact or swim("run", text("multipole", EXACT_STROKE if kind == "stroke" else EXACT_RUN), *out)
     except Refused as error:
         none = ["no exact value"]
         yield {**head, "model": "multipole", "groups": none, "refused": str(error)}
@@ -445,8 +444,8 @@ def write(cases, chosen):
         "uncorrected: the value of the discrete problem; corrected: this value minus its estimated "
         "error. estimate / error: the signed estimate over the true error, projected on it. Exact "
         f"values: multipoles at a tolerance of {EXACT} (instants in three dimensions, lone bodies), "
-        f"{EXACT_ON_AXIS} (on an axis), {EXACT_STROKE} (strokes by elements and on a line) and {EXACT_RUN} (strokes "
-        "that turn), the meridian plane at "
+        f"{EXACT_ON_AXIS} (on an axis), {EXACT_STROKE} (strokes by elements) and {EXACT_RUN} (strokes on "
+        "a line and strokes that turn), the meridian plane at "
         f"{EXACT_MERIDIAN} (slip in narrow gaps), a closed formula (mass); {dropped} comparisons were "
         "dropped because their exact values have bars above 5 % of the error and of its bar. Elements "
         f"have their default sizes; in the meridian plane the tolerance is {MERIDIAN_TOLERANCE}.",

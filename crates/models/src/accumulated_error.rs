@@ -1,10 +1,16 @@
-//! Errors of the discretisation or of the integration, accumulated along a stroke.
+//! Errors of the discretisation, of the model or of the integration, accumulated along a stroke.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::response::HoldingLoad;
+use crate::response::{BodySolution, HoldingLoad};
 use crate::solution::InstantaneousSolution;
+
+/// Uncertainty of the sum of a model's errors along a stroke, relative to the sum of their sizes.
+///
+/// Estimates of truncation are several times too large, by a factor that changes slowly with the
+/// shape, so that they cancel along a stroke nearly as the errors do.
+const MODEL_UNCERTAINTY: f64 = 0.1;
 
 /// Error of the configuration along a part of a stroke, computed minus exact, to first order.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -64,8 +70,9 @@ impl AccumulatedError {
         largest(&self.rotation)
     }
 
-    /// Error bars of values from which the error was not subtracted: of a displacement whose largest
-    /// error is `displacement`, of the rotation, the work, and the impulses that hold bodies.
+    /// Error bars of values from which the error was not subtracted: of a displacement whose
+    /// largest error is `displacement`, of the rotation, the work, and the impulses that hold
+    /// bodies.
     pub fn uncorrected_error_bars(&self, displacement: f64) -> UncorrectedBars {
         let largest = |part: fn(&HoldingLoad) -> &Vector3<f64>| {
             let norms = self.holding.iter().map(|load| part(load).norm());
@@ -106,6 +113,45 @@ impl AccumulatedError {
         // their uncertainties are summed.
         self.uncertainty += error.uncertainty.velocity * time;
         self.rotation_uncertainty += error.uncertainty.angular_velocity * time;
+    }
+
+    /// Adds the error by the model in a solution, times its quadrature weight `time`.
+    ///
+    /// What has no sign, of the error bars of the solution, is uncertainty.
+    pub fn add_model_error(&mut self, time: f64, solution: &InstantaneousSolution) {
+        let error = solution.model_error.as_ref();
+        let size = |part: fn(&BodySolution) -> &Vector3<f64>| {
+            let bodies = error.into_iter().flat_map(|error| &error.bodies);
+            bodies.fold(0.0_f64, |most, body| most.max(part(body).norm()))
+        };
+        // Values of passive joints have no sum with a sign.
+        let relative = match solution.motion.joints.is_empty() {
+            true => MODEL_UNCERTAINTY,
+            false => 1.0,
+        };
+        let uncertainty = |bar: Option<f64>, size: f64| {
+            let unsigned = (bar.unwrap_or(0.0) - size).max(0.0);
+            time * (unsigned + relative * size)
+        };
+        let power = error.map_or(0.0, |error| {
+            solution.power() - (&solution.response - error).power()
+        });
+        let frames = || error.into_iter().flat_map(|error| &error.motion.frames);
+        let step = Self {
+            displacement: frames().map(|frame| frame.linear * time).collect(),
+            rotation: frames().map(|frame| frame.angular * time).collect(),
+            uncertainty: uncertainty(solution.error_estimate.model, size(|body| &body.velocity)),
+            rotation_uncertainty: uncertainty(
+                solution.angular_velocity_error.model,
+                size(|body| &body.angular_velocity),
+            ),
+            work: power * time,
+            work_uncertainty: uncertainty(solution.power_error.model, power.abs()),
+            ..Self::default()
+        };
+        let motion = solution.motion.frames.iter();
+        let displacement: Vec<_> = motion.map(|frame| frame.linear * time).collect();
+        self.append_correlated(&step, &displacement);
     }
 
     /// Appends a later part of the stroke, in which the frames move by `frame_displacements`.
@@ -189,7 +235,7 @@ mod tests {
 
     use super::*;
     use crate::discretisation_error::{DiscretisationError, Uncertainty};
-    use crate::response::{BodySolution, Response};
+    use crate::response::Response;
 
     #[test]
     fn opposite_errors_cancel_and_rotation_errors_change_later_displacements() {

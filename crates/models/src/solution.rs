@@ -41,6 +41,9 @@ pub struct InstantaneousSolution {
     pub power_error: ErrorEstimate,
     /// The estimated discretisation error that was subtracted, if estimates were requested.
     pub mesh_error: Option<DiscretisationError>,
+    /// The estimated error by the model, computed minus exact, where it has a sign: of expansions
+    /// that are truncated. It is not subtracted; the error bars contain its size.
+    pub model_error: Option<Response>,
     /// Comparison with independent computations, if estimates were requested.
     pub checks: Option<Checks>,
     /// Why this solution has a new mesh, or one moved by another method than before; `None` if a
@@ -90,6 +93,7 @@ impl From<Response> for InstantaneousSolution {
             torque_error: ErrorEstimate::default(),
             power_error: ErrorEstimate::default(),
             mesh_error: None,
+            model_error: None,
             checks: None,
             remeshed: None,
             flow: None,
@@ -179,6 +183,9 @@ impl InstantaneousSolution {
         }
         if let Some(error) = &mut self.mesh_error {
             error.response.rotate(rotation);
+        }
+        if let Some(error) = &mut self.model_error {
+            error.rotate(rotation);
         }
     }
 

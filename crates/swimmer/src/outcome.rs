@@ -64,6 +64,10 @@ pub struct Outcome {
     /// estimate.
     #[serde(rename = "drift")]
     pub accumulated_error: Option<AccumulatedError>,
+    /// Accumulated error by the model, computed minus exact; without a sign where solutions have
+    /// none.
+    #[serde(default)]
+    pub accumulated_model_error: AccumulatedError,
     /// Accumulated integration error, computed minus exact; its uncertainty is all that is known
     /// where methods estimate a size. None where a phase span has no estimate.
     #[serde(default, rename = "integration_drift")]
@@ -472,7 +476,11 @@ impl Outcome {
             lookups: result.lookups,
             error_estimate: ErrorEstimate {
                 mesh: mesh.map(|error| corrected_bar(set, error, after)),
-                integration: integration.map(|error| integration_bars(set, error, after).displacement),
+                model: (result.error_estimate.model).map(|_| {
+                    uncorrected_bars(set, &result.accumulated_model_error, after).displacement
+                }),
+                integration: integration
+                    .map(|error| uncorrected_bars(set, error, after).displacement),
                 ..result.error_estimate
             },
             displacement,
@@ -483,12 +491,11 @@ impl Outcome {
             append(&mut sum, of_span, &of_roots);
             Some(sum)
         };
-        self.accumulated_error = appended(
-            &mut self.accumulated_error,
-            mesh,
-            AccumulatedError::append,
-        );
+        self.accumulated_error =
+            appended(&mut self.accumulated_error, mesh, AccumulatedError::append);
         // Phases, and cycles even more, have similar errors.
+        (self.accumulated_model_error)
+            .append_correlated(&result.accumulated_model_error, &of_roots);
         self.accumulated_integration_error = appended(
             &mut self.accumulated_integration_error,
             integration,
@@ -518,8 +525,16 @@ impl Outcome {
         self.error_estimate.mesh = accumulated.map(|error| corrected_bar(set, error, positions));
         self.rotation_error.mesh = accumulated.map(AccumulatedError::rotation_error_bar);
         self.work_error.mesh = accumulated.map(AccumulatedError::work_error_bar);
+        let of_model = uncorrected_bars(set, &self.accumulated_model_error, positions);
+        for (bars, bar) in [
+            (&mut self.error_estimate, of_model.displacement),
+            (&mut self.rotation_error, of_model.rotation),
+            (&mut self.work_error, of_model.work),
+        ] {
+            bars.model = bars.model.map(|_| bar);
+        }
         let integration = self.accumulated_integration_error.as_ref();
-        let bars = integration.map(|error| integration_bars(set, error, positions));
+        let bars = integration.map(|error| uncorrected_bars(set, error, positions));
         self.error_estimate.integration = bars.map(|bars| bars.displacement);
         self.rotation_error.integration = bars.map(|bars| bars.rotation);
         self.work_error.integration = bars.map(|bars| bars.work);
@@ -542,8 +557,8 @@ fn corrected_bar(set: &Articulation, error: &AccumulatedError, positions: &[Vect
     error.displacement_error_bar(largest_error(set, error, positions))
 }
 
-/// Error bars by the integration, whose errors are not subtracted.
-fn integration_bars(
+/// Error bars by the model or the integration, whose errors are not subtracted.
+fn uncorrected_bars(
     set: &Articulation,
     error: &AccumulatedError,
     positions: &[Vector3<f64>],

@@ -119,9 +119,13 @@ impl Arrangement<'_> {
     fn with_narrow_gaps(&self, narrow: &[NarrowGap]) -> Result<Reached, HydroError> {
         let size = 6 * self.radii.len();
         let mut of_gaps = DMatrix::zeros(size, size);
+        // Higher orders of the expansions leave less to the sum over pairs; those of gaps do not.
+        let mut of_pairs = of_gaps.clone();
         let [matrix, lowered] = match self.gaps_eliminated(narrow) {
             // Among three spheres close to each other the sum over the gaps may eliminate too much.
-            Err(HydroError::FactorisationFailed { .. }) => self.gaps_added(narrow, &mut of_gaps)?,
+            Err(HydroError::FactorisationFailed { .. }) => {
+                self.gaps_added(narrow, &mut of_pairs)?
+            }
             other => other?,
         };
         for gap in narrow {
@@ -145,9 +149,10 @@ impl Arrangement<'_> {
         let of_expansions = new(matrix, lowered, tail);
         let matrix = of_expansions.matrix();
         let change = (matrix - of_expansions.coarser()) * tail;
-        let coarser = matrix - change - &of_gaps;
+        let coarser = matrix - change - &of_gaps - &of_pairs;
         Ok(Reached {
-            expansions: of_expansions.truncation_error(),
+            expansions: of_expansions.truncation_error()
+                + of_expansions.relative_difference(&(matrix + of_pairs)),
             gaps: of_expansions.relative_difference(&(matrix + of_gaps)),
             resistance: new(matrix.clone(), coarser, 1.0),
         })
@@ -181,11 +186,11 @@ impl Arrangement<'_> {
     }
 
     /// The same by adding what the orders miss of the resistances of two surfaces; its uncertainty
-    /// is added to `of_gaps`.
+    /// is added to `of_pairs`.
     fn gaps_added(
         &self,
         narrow: &[NarrowGap],
-        of_gaps: &mut DMatrix<f64>,
+        of_pairs: &mut DMatrix<f64>,
     ) -> Result<[DMatrix<f64>; 2], HydroError> {
         let scaled = self.mobility()?;
         let mut matrices = [self.invert(&scaled.full)?, self.invert(&scaled.lower)?];
@@ -194,7 +199,7 @@ impl Arrangement<'_> {
             for (matrix, missed) in matrices.iter_mut().zip(&missed) {
                 gap.add(matrix, missed);
             }
-            gap.add(of_gaps, &(&missed[0] * PAIR_UNCERTAINTY));
+            gap.add(of_pairs, &(&missed[0] * PAIR_UNCERTAINTY));
         }
         Ok(matrices)
     }

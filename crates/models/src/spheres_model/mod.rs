@@ -18,6 +18,7 @@ use crate::hydrodynamics::{
 };
 use crate::mobility::{self, LargestDifferences, MobilitySolution};
 use crate::query::{Configuration, Query};
+use crate::response::Response;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
@@ -288,15 +289,24 @@ impl SpheresModel {
             power_error += factor * (from.power(set) - to.power(set)).abs();
         };
         let mut previous = solved.clone();
+        let response = |of: &MobilitySolution| of.response(&self.scaled, &constraints, loads);
+        let mut model_error: Option<Response> = None;
         for (reference, factor) in &resistances.references {
             let reference = by(reference, effect)?;
             add(*factor, &previous, &reference);
+            let error = &(&response(&previous)? - &response(&reference)?) * *factor;
+            model_error = Some(match model_error {
+                Some(sum) => sum + &error,
+                None => error,
+            });
             previous = reference;
         }
         // The errors of the effects have factors of their own.
         for (reference, factor) in surfaces.iter().flat_map(|effects| &effects.references) {
             add(*factor, &solved, &by(&resistances.matrix, Some(reference))?);
         }
+        // Those of slip and background flow have no sign.
+        let model_error = model_error.filter(|_| surfaces.is_none());
         if matches!(self.kind, SphereModel::Multipole(_)) {
             // Between two orders a rotation may change little by chance: its error was 2.5 times
             // its change. An error of the velocities may turn a linkage about its farthest point.
@@ -310,6 +320,7 @@ impl SpheresModel {
         };
         Ok(InstantaneousSolution {
             stresslets,
+            model_error,
             seconds: Seconds {
                 assembly,
                 solve: total - assembly,
@@ -322,7 +333,7 @@ impl SpheresModel {
             torque_error: ErrorEstimate::of_model(scale.torque_to_scene(errors.torque)),
             power_error: ErrorEstimate::of_model(scale.power_to_scene(power_error)),
             ..InstantaneousSolution::solved_directly(
-                solved.response(&self.scaled, &constraints, loads)?,
+                response(&solved)?,
                 resistances.dofs,
                 solved.residual,
             )

@@ -20,8 +20,8 @@ use super::piece::{PathPiece, combination};
 use super::result::{Approximation, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
-    MAX_PARTS, expected_ratio, first_parts, largest_displacement, largest_rotation, rounding,
-    step_tolerance, unseen_displacement,
+    MAX_PARTS, allowed_load_errors, expected_ratio, first_parts, largest_displacement,
+    largest_rotation, rounding, step_tolerance, unseen_displacement,
 };
 use crate::error::SwimError;
 use crate::gauss::{Gauss, lagrange};
@@ -161,13 +161,19 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
     let mut all = Changes::default();
     let on_request = evaluator.capabilities().error_estimates == ErrorEstimates::OnRequest;
     let mut interpolant = None;
+    let holds_bodies = evaluator.scene.has_held_bodies();
+    // Errors of a lower order that were accepted, while those of loads are not yet small.
+    let mut settled = None;
     let mut points = 2;
     loop {
         let left = TABLE_SHARE * previous.table_error_bar(duration);
         let tolerance = step_tolerance(evaluator, &previous.piece.step(), width).max(left);
         let may_suffice = expected_error(&all.displacements, ratio) <= MAY_SUFFICE * tolerance;
         let has_new_mesh = evaluator.mesh_changes > mesh_changes;
-        let corrections = match (is_smooth(&all.displacements, ratio) && !has_new_mesh, &interpolant) {
+        let corrections = match (
+            is_smooth(&all.displacements, ratio) && !has_new_mesh,
+            &interpolant,
+        ) {
             (true, Some(interpolant)) => Corrections::Interpolated(interpolant),
             (true, None) if on_request => Corrections::Computed,
             (false, _) if points > CORRECTED && (may_suffice || has_new_mesh) => {
@@ -194,6 +200,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
             let has_new_mesh = evaluator.mesh_changes > mesh_changes;
             accepted = explained_stall(evaluator, both, change, duration, has_new_mesh);
         }
+        accepted = accepted.or(settled);
         let is_accepted = accepted.is_some();
         // If this order changed the mesh, the next order decides, with corrections.
         let has_new_mesh = evaluator.mesh_changes > mesh_changes;
@@ -203,13 +210,21 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
             Corrections::Computed => true,
             Corrections::Interpolated(_) => is_smooth,
         };
-        if is_accepted || (stalled && (are_final || !has_new_mesh)) || points == MAX_POINTS {
+        let improves_loads = is_accepted && holds_bodies && {
+            let allowed = allowed_load_errors(evaluator, &current.holding(duration));
+            all.loads_may_improve(allowed, ratio)
+        };
+        let is_last = match is_accepted {
+            true => !improves_loads,
+            false => stalled && (are_final || !has_new_mesh),
+        };
+        if is_last || points == MAX_POINTS {
             if is_accepted && !are_final {
                 let path = &previous.piece;
                 current = collocate(evaluator, start, path, points, Corrections::Computed)?;
             }
             let (error, mesh_change) = accepted.unwrap_or((error.max(change), 0.0));
-            let of_displacement = match is_converged {
+            let of_displacement = match is_converged || settled.is_some() {
                 true => SignedError::new(&all.displacements, ratio),
                 false => SignedError::unsigned(error),
             };
@@ -222,6 +237,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
                 is_accepted,
             });
         }
+        settled = accepted;
         if points == CORRECTED && is_smooth {
             interpolant = ErrorInterpolant::new(&current.solutions).filter(|_| on_request);
         }
@@ -251,6 +267,17 @@ impl Changes {
         self.forces.push(force);
         self.torques.push(torque);
         self.last = Some((motion, work, holding));
+    }
+
+    /// Whether errors of the loads that hold bodies exceed those `allowed` and still decrease.
+    fn loads_may_improve(&self, allowed: [f64; 2], least_ratio: f64) -> bool {
+        [&self.forces, &self.torques]
+            .iter()
+            .zip(allowed)
+            .any(|(changes, allowed)| {
+                let stalled = matches!(changes[..], [.., a, b] if is_stalled(a, b));
+                !stalled && SignedError::new(changes, least_ratio).size(changes) > allowed
+            })
     }
 
     /// The error of the last order, with that of the displacement as it was estimated.
@@ -284,7 +311,9 @@ impl Changes {
             displacement: (frames.clone())
                 .map(|frame| of_displacement.ratio * frame.linear)
                 .collect(),
-            rotation: frames.map(|frame| of_rotation.ratio * frame.angular).collect(),
+            rotation: frames
+                .map(|frame| of_rotation.ratio * frame.angular)
+                .collect(),
             uncertainty: uncertainty(of_displacement, &self.displacements, has_joints),
             rotation_uncertainty: uncertainty(
                 of_rotation,

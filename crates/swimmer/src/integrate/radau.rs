@@ -214,7 +214,12 @@ impl Run {
                 work: error.work / count,
                 holding: error.holding.map(|error| error / count),
             };
-            result.append(evaluator, step, Some(share.unsigned()), accumulated.as_ref())?;
+            result.append(
+                evaluator,
+                step,
+                Some(share.unsigned()),
+                accumulated.as_ref(),
+            )?;
             result.work += missing_work;
         }
         result.velocities = numbers_of(&self.velocities);

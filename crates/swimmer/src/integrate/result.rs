@@ -81,6 +81,8 @@ pub struct SpanResult {
     /// Accumulated discretisation error that was subtracted, and its uncertainty; none where a part
     /// of the phase span has no estimate.
     pub accumulated_error: Option<AccumulatedError>,
+    /// Accumulated error by the model; without a sign where solutions have none.
+    pub accumulated_model_error: AccumulatedError,
     /// Accumulated error of the integration; without a sign, as uncertainty alone, for methods that
     /// estimate its size. None where a part of the phase span has no estimate.
     pub accumulated_integration_error: Option<AccumulatedError>,
@@ -236,6 +238,7 @@ impl SpanResult {
             error_estimate: ErrorEstimate::default(),
             rotation_error: ErrorEstimate::default(),
             accumulated_error: Some(AccumulatedError::default()),
+            accumulated_model_error: AccumulatedError::default(),
             accumulated_integration_error: Some(AccumulatedError::default()),
             work: 0.0,
             work_error: ErrorEstimate::default(),
@@ -290,6 +293,7 @@ impl SpanResult {
         for (span_solution, weight) in solutions.iter().zip(weights) {
             let solution = &span_solution.solution;
             let time = weight * duration;
+            self.accumulated_model_error.add_model_error(time, solution);
             for (sum, bars) in [
                 (&mut self.error_estimate, &solution.error_estimate),
                 (&mut self.rotation_error, &solution.angular_velocity_error),

@@ -8,6 +8,7 @@ use scene::DrivingLoad;
 use super::piece::PathPiece;
 use super::span_evaluator::SpanEvaluator;
 use crate::error::SwimError;
+use crate::holding_loads::HoldingLoads;
 
 /// Tolerance for the error of a phase span whose net displacement is not predicted, as a fraction
 /// of the scene's tolerance, relative to the displacement in the phase span or the change of
@@ -30,6 +31,9 @@ const MAX_RATIO: f64 = 0.5;
 /// Steps towards a gap of `1e-4` of the length of the phase span have that length. Shorter steps
 /// mean that something else than the step size is wrong.
 pub(super) const MAX_PARTS: usize = 1 << 14;
+
+/// Part of the error bar of the model's loads to which their impulses are integrated at most.
+const BAR_SHARE: f64 = 0.1;
 
 /// Part of the tolerance of a step that features of a table may have which its points do not see.
 const UNSEEN_SHARE: f64 = 0.1;
@@ -86,6 +90,25 @@ pub(super) fn step_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, wi
             evaluator.scene.working_tolerance() * SPAN_TOLERANCE_SHARE * scale
         }
     }
+}
+
+/// Errors of the impulses of the force and of the torque that hold bodies, which the scene's
+/// tolerance allows for a step with these impulses.
+///
+/// Mean loads are small differences of those of the phases, as displacements are. An error that is
+/// small compared with that of the model makes the whole error bar no smaller.
+pub(super) fn allowed_load_errors(evaluator: &SpanEvaluator, step: &HoldingLoads) -> [f64; 2] {
+    let bodies = evaluator.scene.bodies().iter();
+    let size = bodies.fold(longest_joint(evaluator), |size, body| {
+        size.max(body.bounding_radius())
+    });
+    let share = evaluator.scene.working_tolerance() * SPAN_TOLERANCE_SHARE;
+    let [force, torque] = step.largest();
+    let bars = [&step.force_error, &step.torque_error].map(|bars| BAR_SHARE * bars.total());
+    [
+        (share * force).max(bars[0]),
+        (share * torque.max(force * size)).max(bars[1]),
+    ]
 }
 
 /// Ratio of the errors of successive orders of Gauss quadrature that contact causes.

@@ -450,6 +450,33 @@ fn the_mean_thrust_of_a_pump_is_that_of_a_reference_within_its_bar() {
     }
 }
 
+/// The steps were as long as the motion allowed, which the joints prescribe: the bar was 0.14 of
+/// 2.48 at every tolerance.
+#[test]
+fn bug_no_tolerance_changed_the_bars_of_the_mean_loads_on_a_pump() {
+    let pump = include_str!("../../../../scenes/tethered-pump.toml");
+    let mean = |tolerance: f64| {
+        let text = format!("model = {{ kind = \"multipole\", tolerance = {tolerance:e} }}\n{pump}");
+        let outcome = run_without_files(parsed(&text), &mut ()).unwrap().outcome;
+        let means = outcome.mean_holding().expect("a held body");
+        (means.bodies[0].force.x, means.force_error.total())
+    };
+    let (exact, exact_bar) = mean(1e-6);
+    for tolerance in [1e-2, 1e-3] {
+        let (found, bar) = mean(tolerance);
+        within(
+            found - exact,
+            bar + exact_bar,
+            format!("the bars: {tolerance}"),
+        );
+        within(
+            bar,
+            tolerance * exact.abs(),
+            format!("the tolerance: {tolerance}"),
+        );
+    }
+}
+
 /// What moves forth and back along the same shapes exerts no mean force.
 #[test]
 fn a_reciprocal_pump_has_no_mean_thrust() {
