@@ -36,6 +36,10 @@ const CORRECTED: usize = 2;
 /// requested with corrections. Corrections in vain cost less than the same points once more.
 const MAY_SUFFICE: f64 = 2.0;
 
+/// Part of the tolerance of a step below which a single change between orders says nothing of the
+/// error: it may be small by chance, as where it turns its sign.
+const SINGLE_CHANGE_SHARE: f64 = 0.1;
+
 /// Largest number of points: beyond it, halving the step gains more.
 const MAX_POINTS: usize = 8;
 
@@ -225,6 +229,9 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
             }
             let (error, mesh_change) = accepted.unwrap_or((error.max(change), 0.0));
             let of_displacement = match is_converged || settled.is_some() {
+                true if points == 2 && change > rounding(evaluator, &current.piece.step()) => {
+                    SignedError::unsigned(change.max(SINGLE_CHANGE_SHARE * tolerance))
+                }
                 true => SignedError::new(&all.displacements, ratio),
                 false => SignedError::unsigned(error),
             };
