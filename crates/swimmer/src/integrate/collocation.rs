@@ -232,7 +232,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
                 true if points == 2 && change > rounding(evaluator, &current.piece.step()) => {
                     SignedError::unsigned(change.max(SINGLE_CHANGE_SHARE * tolerance))
                 }
-                true => SignedError::new(&all.displacements, ratio),
+                true => SignedError::of_motion(&all.displacements, ratio),
                 false => SignedError::unsigned(error),
             };
             return Ok(Step {
@@ -283,7 +283,7 @@ impl Changes {
             .zip(allowed)
             .any(|(changes, allowed)| {
                 let stalled = matches!(changes[..], [.., a, b] if is_stalled(a, b));
-                !stalled && SignedError::new(changes, least_ratio).size(changes) > allowed
+                !stalled && SignedError::of_load(changes, least_ratio).size(changes) > allowed
             })
     }
 
@@ -297,9 +297,10 @@ impl Changes {
         let Some((motion, work, holding)) = &self.last else {
             return AccumulatedError::default();
         };
-        let estimates = [&self.rotations, &self.works, &self.forces, &self.torques];
-        let [of_rotation, of_work, of_force, of_torque] =
-            estimates.map(|changes| SignedError::new(changes, least_ratio));
+        let of_rotation = SignedError::of_motion(&self.rotations, least_ratio);
+        let loads = [&self.works, &self.forces, &self.torques];
+        let [of_work, of_force, of_torque] =
+            loads.map(|changes| SignedError::of_load(changes, least_ratio));
         // Attitudes of single bodies and values of passive joints have no sum with a sign.
         let set = evaluator.scene.articulation();
         let has_joints = set.passive_joints().next().is_some();
