@@ -232,7 +232,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
                 true if points == 2 && change > rounding(evaluator, &current.piece.step()) => {
                     SignedError::unsigned(change.max(SINGLE_CHANGE_SHARE * tolerance))
                 }
-                true => SignedError::new(&all.displacements, ratio),
+                true => SignedError::of_motion(&all.displacements, ratio),
                 false => SignedError::unsigned(error),
             };
             return Ok(Step {
@@ -261,8 +261,8 @@ struct Changes {
     works: Vec<f64>,
     forces: Vec<f64>,
     torques: Vec<f64>,
-    /// The last change of the motion, of the work and of the impulses that hold bodies.
-    last: Option<(StateVelocity, f64, HoldingLoads)>,
+    /// The last change of the motion and of the impulses that hold bodies.
+    last: Option<(StateVelocity, HoldingLoads)>,
 }
 
 impl Changes {
@@ -273,7 +273,7 @@ impl Changes {
         self.works.push(work.abs());
         self.forces.push(force);
         self.torques.push(torque);
-        self.last = Some((motion, work, holding));
+        self.last = Some((motion, holding));
     }
 
     /// Whether errors of the loads that hold bodies exceed those `allowed` and still decrease.
@@ -283,7 +283,7 @@ impl Changes {
             .zip(allowed)
             .any(|(changes, allowed)| {
                 let stalled = matches!(changes[..], [.., a, b] if is_stalled(a, b));
-                !stalled && SignedError::new(changes, least_ratio).size(changes) > allowed
+                !stalled && SignedError::of_load(changes, least_ratio).size(changes) > allowed
             })
     }
 
@@ -294,12 +294,14 @@ impl Changes {
         of_displacement: SignedError,
         least_ratio: f64,
     ) -> AccumulatedError {
-        let Some((motion, work, holding)) = &self.last else {
+        let Some((motion, holding)) = &self.last else {
             return AccumulatedError::default();
         };
-        let estimates = [&self.rotations, &self.works, &self.forces, &self.torques];
-        let [of_rotation, of_work, of_force, of_torque] =
-            estimates.map(|changes| SignedError::new(changes, least_ratio));
+        let of_rotation = SignedError::of_motion(&self.rotations, least_ratio);
+        let [of_force, of_torque] =
+            [&self.forces, &self.torques].map(|changes| SignedError::of_load(changes, least_ratio));
+        // With signs, the bars of random works held in 85 % only.
+        let of_work = SignedError::unsigned(remaining_error(&self.works, least_ratio));
         // Attitudes of single bodies and values of passive joints have no sum with a sign.
         let set = evaluator.scene.articulation();
         let has_joints = set.passive_joints().next().is_some();
@@ -327,7 +329,6 @@ impl Changes {
                 &self.rotations,
                 has_joints || has_attitudes,
             ),
-            work: of_work.ratio * work,
             work_uncertainty: of_work.uncertainty,
             holding: holding.bodies.iter().map(error_of_load).collect(),
             holding_uncertainty: [of_force.uncertainty, of_torque.uncertainty],

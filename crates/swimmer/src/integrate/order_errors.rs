@@ -40,9 +40,13 @@ fn largest_ratio(changes: &[f64], least_ratio: f64) -> f64 {
 /// and error, and in 98 % with 0.5 (7.1). Single errors were up to 1.2 and 1.8 bars.
 const CONTACT_SHARE: f64 = 0.7;
 
-/// Uncertainty of a [`SignedError`], relative to it: with 0.3 bars of the same strokes held in 98
-/// %.
-const RELATIVE_UNCERTAINTY: f64 = 0.5;
+/// Uncertainty of the error of a motion, relative to it: with 0.3 bars of the same strokes held in
+/// 98 %.
+const MOTION_UNCERTAINTY: f64 = 0.5;
+
+/// Uncertainty of the error of works and loads, which are singular at contact: with 1, three errors
+/// of eleven works of random strokes were up to 1.4 bars.
+const LOAD_UNCERTAINTY: f64 = 2.0;
 
 /// Estimated error of the last of several orders, as a multiple of the last change.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +71,7 @@ impl SignedError {
     /// the last change. Where that is small by chance, as where changes turn their sign, the change
     /// before counts, times its ratio to the one before. A single change, or changes that stop to
     /// decrease, leave a size without a sign.
-    pub fn new(changes: &[f64], least_ratio: f64) -> Self {
+    fn new(changes: &[f64], least_ratio: f64, relative_uncertainty: f64) -> Self {
         let (before, last) = match *changes {
             [] => return Self::unsigned(0.0),
             [change] => return Self::unsigned(change),
@@ -76,7 +80,7 @@ impl SignedError {
             }
             [.., before, last] => (before, last),
         };
-        let ratio = largest_ratio(changes, CONTACT_SHARE * least_ratio);
+        let ratio = largest_ratio(changes, least_ratio);
         let typical = match *changes {
             [.., first, _, _] if first > 0.0 => before * (before / first).min(0.5),
             _ => 0.0,
@@ -85,10 +89,20 @@ impl SignedError {
         match last > 0.0 {
             true => Self {
                 ratio: -error / last,
-                uncertainty: RELATIVE_UNCERTAINTY * error,
+                uncertainty: relative_uncertainty * error,
             },
             false => Self::unsigned(error),
         }
+    }
+
+    /// The error of a displacement or rotation, for the ratio that contact causes.
+    pub fn of_motion(changes: &[f64], least_ratio: f64) -> Self {
+        Self::new(changes, CONTACT_SHARE * least_ratio, MOTION_UNCERTAINTY)
+    }
+
+    /// The error of a work or load, which grows without bound towards contact.
+    pub fn of_load(changes: &[f64], least_ratio: f64) -> Self {
+        Self::new(changes, least_ratio, LOAD_UNCERTAINTY)
     }
 
     /// An error of this size at most.
@@ -152,7 +166,7 @@ mod tests {
             for points in 3..=8 {
                 changes.push((work(points) - work(points - 1)).abs());
                 let error = (work(points) - exact).abs();
-                let estimate = SignedError::new(&changes, 0.05);
+                let estimate = SignedError::of_load(&changes, 0.05);
                 let bar = (estimate.ratio * changes[points - 2]).hypot(estimate.uncertainty);
                 assert!(
                     error <= bar + 1e-15,
