@@ -14,8 +14,8 @@ use crate::{InertiaError, Integrator};
 impl Integrator<'_> {
     /// Velocities of a level at the nodes of bodies and walls of another mesh; zero at other nodes.
     ///
-    /// Slip and arms of all levels are those at the present poses: only then has no level a net flux
-    /// through the surfaces of the new mesh.
+    /// Slip and arms of all levels are those at the present poses: only then has no level a net
+    /// flux through the surfaces of the new mesh.
     fn boundary_velocity(
         &self,
         mesh: &TetMesh,

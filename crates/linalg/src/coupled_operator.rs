@@ -52,8 +52,8 @@ impl CoupledOperator {
         Self::with_symmetry(matrix, is_symmetric)
     }
 
-    /// As [`CoupledOperator::new`] for a matrix that is symmetric by construction, without the search
-    /// for the partner of each block.
+    /// As [`CoupledOperator::new`] for a matrix that is symmetric by construction, without the
+    /// search for the partner of each block.
     ///
     /// # Errors
     /// Those of [`CoupledOperator::new`]; [`LinalgError::Shape`] for a matrix that is not square.

@@ -6,8 +6,8 @@ use crate::potential::carreau_yasuda_potential;
 
 /// Viscosity laws with the usual names of their parameters.
 ///
-/// Viscosities have the unit of a stress times a time, shear rates that of one over a time. An index
-/// below 1 is a fluid that thins, above 1 one that thickens, 1 a Newtonian one.
+/// Viscosities have the unit of a stress times a time, shear rates that of one over a time. An
+/// index below 1 is a fluid that thins, above 1 one that thickens, 1 a Newtonian one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Law {
@@ -37,7 +37,8 @@ pub enum Law {
         relaxation_time: f64,
         /// Power-law index `n`.
         index: f64,
-        /// Exponent `a`; 2 is the law of Carreau, larger values change over a smaller range of rates.
+        /// Exponent `a`; 2 is the law of Carreau, larger values change over a smaller range of
+        /// rates.
         transition: f64,
     },
     /// Cross (1965): `inf + (zero - inf) / (1 + (t g)^(1 - n))`.
@@ -272,7 +273,8 @@ struct Plateaus {
 }
 
 impl Law {
-    /// Laws with two plateaus as one: that of Cross is Yasuda's with `a = 1 - n`, and `(1 + x^a)^-1`.
+    /// Laws with two plateaus as one: that of Cross is Yasuda's with `a = 1 - n`, and `(1 +
+    /// x^a)^-1`.
     fn plateaus(&self) -> Option<Plateaus> {
         let (zero, inf, time, transition, exponent) = match *self {
             Self::Carreau {

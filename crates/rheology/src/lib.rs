@@ -10,11 +10,12 @@ pub use law::Law;
 
 use std::fmt::Debug;
 
-/// Viscosity `eta` of a generalised Newtonian fluid as a function of the shear rate `g = sqrt(2 D:D)`.
+/// Viscosity `eta` of a generalised Newtonian fluid as a function of the shear rate `g = sqrt(2
+/// D:D)`.
 ///
 /// The stress of shear, `eta(g) g`, must increase with `g` for all `g > 0`: the potential is then
-/// convex, and the flow exists and is unique (Baranger & Najib 1990). A law that decreases somewhere has no
-/// unique flow, and solvers stop with an error.
+/// convex, and the flow exists and is unique (Baranger & Najib 1990). A law that decreases
+/// somewhere has no unique flow, and solvers stop with an error.
 ///
 /// ```
 /// use rheology::ViscosityLaw;

@@ -12,10 +12,10 @@ const GAUSS: [(f64, f64); 4] = [
 
 /// Integral of `s (1 + s^a)^b` over `s` from 0 to `x`.
 ///
-/// The substitution `s = exp(y)` makes the integrand `exp(2 y) (1 + exp(a y))^b`, which is analytic in a
-/// strip of half-width `pi / a` around the axis. It falls at least like `exp((2 + a b) y)` towards small
-/// `y`, which says where the tail is below rounding. Panels of 8 points are at most 1 long and at most half as
-/// long as the half-width: their error is below `8^-16`.
+/// The substitution `s = exp(y)` makes the integrand `exp(2 y) (1 + exp(a y))^b`, which is analytic
+/// in a strip of half-width `pi / a` around the axis. It falls at least like `exp((2 + a b) y)`
+/// towards small `y`, which says where the tail is below rounding. Panels of 8 points are at most 1
+/// long and at most half as long as the half-width: their error is below `8^-16`.
 pub(crate) fn carreau_yasuda_potential(x: f64, a: f64, b: f64) -> f64 {
     if x <= 0.0 {
         return 0.0;

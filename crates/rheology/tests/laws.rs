@@ -60,8 +60,8 @@ proptest! {
         let h = 1e-4 * g;
         let central = |f: &dyn Fn(f64) -> f64| (f(g + h) - f(g - h)) / (2.0 * h);
         let viscosity = law.viscosity(g);
-        // relative error (h / g)^2 / 6 times the third derivative, at most about 60 = 3 4 5 times the
-        // value, and the rounding of 1e-16 / 1e-4
+        // relative error (h / g)^2 / 6 times the third derivative, at most about 60 = 3 4 5 times
+        // the value, and the rounding of 1e-16 / 1e-4
         let bound = 1e-7 * viscosity / g;
         prop_assert!((central(&|g| law.viscosity(g)) - law.derivative(g)).abs() < bound);
         let bound = 1e-7 * law.potential(g) / g;

@@ -329,32 +329,6 @@ fn between(folder: &Path, file: &Path) -> PathBuf {
     up.chain(file.components().skip(common)).collect()
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn files_are_seen_from_folders_above_beside_and_below() {
-        let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        std::fs::create_dir_all(at("out/deep")).unwrap();
-        for (from, file, name) in [
-            ("out", "x.stl", "../x.stl"),
-            ("out/deep", "x.stl", "../../x.stl"),
-            ("out", "out/x.csv", "x.csv"),
-            ("out", "out/deep/x.csv", "deep/x.csv"),
-            ("out/deep", "out/../x.stl", "../../x.stl"),
-        ] {
-            let found = seen_from(&at(from), &at(file));
-            assert_eq!(PathBuf::from(found), PathBuf::from(name), "{from} {file}");
-        }
-        // Relative to the working directory, which is another one.
-        let found = seen_from(folder.path(), Path::new("Cargo.toml"));
-        let again = std::fs::canonicalize(folder.path().join(found)).unwrap();
-        assert_eq!(again, std::fs::canonicalize("Cargo.toml").unwrap());
-    }
-}
-
 /// The keys of a law.
 fn law_file(rheology: Option<&Rheology>) -> FluidFile {
     let Some(Rheology { law, kind }) = rheology else {
@@ -419,4 +393,30 @@ fn law_file(rheology: Option<&Rheology>) -> FluidFile {
         _ => {}
     }
     file
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_seen_from_folders_above_beside_and_below() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir_all(at("out/deep")).unwrap();
+        for (from, file, name) in [
+            ("out", "x.stl", "../x.stl"),
+            ("out/deep", "x.stl", "../../x.stl"),
+            ("out", "out/x.csv", "x.csv"),
+            ("out", "out/deep/x.csv", "deep/x.csv"),
+            ("out/deep", "out/../x.stl", "../../x.stl"),
+        ] {
+            let found = seen_from(&at(from), &at(file));
+            assert_eq!(PathBuf::from(found), PathBuf::from(name), "{from} {file}");
+        }
+        // Relative to the working directory, which is another one.
+        let found = seen_from(folder.path(), Path::new("Cargo.toml"));
+        let again = std::fs::canonicalize(folder.path().join(found)).unwrap();
+        assert_eq!(again, std::fs::canonicalize("Cargo.toml").unwrap());
+    }
 }

@@ -57,9 +57,10 @@ const WALL_UNCERTAINTY: f64 = 0.5;
 /// Relative uncertainty of a correction in a fluid whose viscosity varies, divided by the mean of
 /// `|d log η / d log g|`.
 ///
-/// Viscosities are less smooth than the flow, so cubic elements resolve less of its error. Of the drag
-/// of a sphere they leave 0.7 to 2.5 times this mean of the correction, for the laws of Carreau and
-/// power laws with indices of 0.3 to 0.8, shear numbers of 1 and 10 and edges of 0.6 to 0.2 radii.
+/// Viscosities are less smooth than the flow, so cubic elements resolve less of its error. Of the
+/// drag of a sphere they leave 0.7 to 2.5 times this mean of the correction, for the laws of
+/// Carreau and power laws with indices of 0.3 to 0.8, shear numbers of 1 and 10 and edges of 0.6 to
+/// 0.2 radii.
 const VISCOSITY_UNCERTAINTY: f64 = 3.0;
 
 /// Estimated discretisation error of one solution, in scaled units.

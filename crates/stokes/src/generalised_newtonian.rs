@@ -295,9 +295,10 @@ impl Newton<'_> {
 
     /// Fraction of the step to `to`, and the slopes of the energy at its start and its end.
     ///
-    /// The energy is `∫ W(g) - F·q + q·Dq / 2`, with the loads `F` and the dashpots `D`. The pressure
-    /// and the loads of the joints after the step multiply the divergence and the constraints, so
-    /// that the energy decreases along the step also where linear solves leave a part of them.
+    /// The energy is `∫ W(g) - F·q + q·Dq / 2`, with the loads `F` and the dashpots `D`. The
+    /// pressure and the loads of the joints after the step multiply the divergence and the
+    /// constraints, so that the energy decreases along the step also where linear solves leave a
+    /// part of them.
     fn length(
         &self,
         from: &Iterate,
@@ -462,8 +463,8 @@ impl Newton<'_> {
 }
 
 impl Newton<'_> {
-    /// First-order change of the converged flow by the part of the stress that the law lacks because
-    /// of its regularisation; none if it has none.
+    /// First-order change of the converged flow by the part of the stress that the law lacks
+    /// because of its regularisation; none if it has none.
     fn regularisation(
         &self,
         at: &Linearised,
@@ -510,12 +511,12 @@ impl Problem<'_> {
     /// ```
     ///
     /// The flow is the minimum of the convex energy `∫ W(g) - F·q` over velocities free of
-    /// divergence that satisfy the joints, with the potential `W` of the law. Newton's method starts
-    /// from a Newtonian flow or from the newest of `guesses`; a step is shortened until it decreases
-    /// the energy. Linear systems are solved as accurately as the convergence is quadratic (Eisenstat
-    /// & Walker 1996), with the preconditioner of the isotropic part. `options.rtol` bounds the
-    /// residual of the nonlinear equations, over the right-hand side. Forces are residuals of the
-    /// momentum equation with the stress of the law.
+    /// divergence that satisfy the joints, with the potential `W` of the law. Newton's method
+    /// starts from a Newtonian flow or from the newest of `guesses`; a step is shortened until it
+    /// decreases the energy. Linear systems are solved as accurately as the convergence is
+    /// quadratic (Eisenstat & Walker 1996), with the preconditioner of the isotropic part.
+    /// `options.rtol` bounds the residual of the nonlinear equations, over the right-hand side.
+    /// Forces are residuals of the momentum equation with the stress of the law.
     ///
     /// Cost: per step an assembly of 3 x 3 blocks, and 2 to 20 iterations.
     ///

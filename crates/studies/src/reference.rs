@@ -249,30 +249,6 @@ pub fn torus_drag(ratio: f64) -> (f64, f64) {
     (drag, ratio * ratio * logarithm)
 }
 
-/// Drag `F / (6π μ_0 a U)` of a sphere in a concentric ball of ten radii with the law of Carreau:
-/// `(λ U / a, n, μ_inf / μ_0, drag)` with the viscosity `μ_0` at rest.
-///
-/// By a spectral Galerkin method in spherical coordinates, to the last digit; the two forms of its
-/// first-order change agree with the closed form of an unbounded fluid.
-pub const CARREAU_SPHERES: [(f64, f64, f64, f64); 5] = [
-    (1.0, 0.5, 0.0, 1.1827246),
-    (10.0, 0.5, 0.0, 0.597988),
-    (1.0, 0.3, 0.0, 1.1293781),
-    (10.0, 0.3, 0.0, 0.410398),
-    (10.0, 0.3, 0.01, 0.430480),
-];
-
-/// Drag `F / (6π K a^2 (U / a)^n 2^(1 - n))` of a sphere in such a ball with a power law: `(n, drag)`.
-///
-/// By the same method.
-pub const POWER_LAW_SPHERES: [(f64, f64); 2] = [(0.8, 1.3995224), (0.5, 1.499934)];
-
-/// Speed `U / (2 B_1 / 3)` and power `P / (16π μ_0 a B_1^2 / 3)` of a neutral squirmer in such a ball with
-/// the law of Carreau, `n = 1/2` and `λ B_1 / a = 1`.
-///
-/// By the same method.
-pub const CARREAU_SQUIRMER: [f64; 2] = [0.9327406407, 0.7524060];
-
 /// Reynolds number `2 a U / ν` and force over `6 π μ a U` of a fixed sphere of radius 1 in the
 /// uniform stream `U` on a concentric ball of radius 10.
 ///

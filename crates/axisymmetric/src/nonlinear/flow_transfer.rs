@@ -3,10 +3,24 @@
 use rayon::prelude::*;
 
 use super::flow_system::{BoundaryVelocity, Fields, FlowSystem, Place};
-use super::integrator::Level;
 use super::nested_condensation::CondensedFactors;
 use crate::AxisymmetricError;
 use crate::curve::Point;
+
+/// What is known at one time.
+#[derive(Clone, Debug)]
+pub(super) struct Level {
+    pub(super) time: f64,
+    /// Positions of the nodes, and the flow there.
+    pub(super) nodes: Vec<Point>,
+    pub(super) fields: Fields,
+    /// Displacements of the free motions since the mesh was generated.
+    pub(super) displacements: Vec<f64>,
+    /// Displacements that the forcing gives to the bodies.
+    pub(super) given: Vec<f64>,
+    /// Velocities of the bodies.
+    pub(super) velocities: Vec<f64>,
+}
 
 /// Carries flows from the mesh of one system to that of another one.
 ///

@@ -7,7 +7,7 @@ use super::bodies::{AxialBody, check, check_growth, check_length, domain, motion
 use super::flow_system::{
     Balance, BoundaryVelocity, Fields, FlowSystem, MAX_CHORD_REDUCTION, Terms,
 };
-use super::flow_transfer::FlowTransfer;
+use super::flow_transfer::{FlowTransfer, Level};
 use super::forcing::AxialForcing;
 use super::mesh_motion::MeshMotion;
 use super::momentum::Coefficients;
@@ -96,21 +96,6 @@ impl TransientParameters {
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }
     }
-}
-
-/// What is known at one time.
-#[derive(Clone, Debug)]
-pub(super) struct Level {
-    time: f64,
-    /// Positions of the nodes, and the flow there.
-    pub(super) nodes: Vec<Point>,
-    pub(super) fields: Fields,
-    /// Displacements of the free motions since the mesh was generated.
-    displacements: Vec<f64>,
-    /// Displacements that the forcing gives to the bodies.
-    given: Vec<f64>,
-    /// Velocities of the bodies.
-    pub(super) velocities: Vec<f64>,
 }
 
 /// A step, before it is accepted.

@@ -394,7 +394,7 @@ fn forces_have_the_derivatives_that_the_solver_returns() {
     for (one, other) in again.forces.iter().zip(&found.forces) {
         assert!((one - other).abs() < 1e-9 * found.derivatives.amax());
     }
-    assert!(!solver.solve(&[1.0]).is_ok());
+    assert!(solver.solve(&[1.0]).is_err());
 }
 
 /// Laws that are hard or without meaning: an answer, or an error that names the remedy.
@@ -460,8 +460,8 @@ fn flows_for_pictures_follow_the_law() {
     let stokes = 0.75 / 2.0 + 0.25 / 8.0;
     let newtonian = at(&Law::Newtonian { viscosity: 2.0 });
     assert!((newtonian / stokes - 1.0).abs() < 5e-3, "{newtonian}");
-    // a fluid that thins yields near the sphere, so that it drags less fluid along, by more than the
-    // error of the elements
+    // a fluid that thins yields near the sphere, so that it drags less fluid along, by more than
+    // the error of the elements
     let thinning = at(&carreau(0.5, 1.0, 0.0));
     assert!(thinning < 0.99 * stokes, "{thinning}");
 }

@@ -264,10 +264,10 @@ fn bug_tabulated_swimmers_by_elements_wrote_no_flows() {
 
 #[test]
 fn a_collision_names_bodies_and_time_and_the_completed_phases_are_kept() {
-    // A stone is pulled towards a swimmer at rest, along its axis, where the expansions that estimate
-    // the error of the model near contact are cheap. By Stokes' law it covers the distance of six
-    // radii in at least 6 * 6 pi / 40 = 2.8 units of time, so the first phases are completed and a
-    // later one ends the run.
+    // A stone is pulled towards a swimmer at rest, along its axis, where the expansions that
+    // estimate the error of the model near contact are cheap. By Stokes' law it covers the distance
+    // of six radii in at least 6 * 6 pi / 40 = 2.8 units of time, so the first phases are completed
+    // and a later one ends the run.
     let keys = "model = { kind = \"rpy\", tolerance = 1e-2 }\ngait.cycles = 20";
     let text = SceneText::new()
         .sphere("a", 1.0, [-8, 0, 0])

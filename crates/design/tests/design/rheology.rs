@@ -1,4 +1,5 @@
-//! Designs that need motions linear in the rates refuse a fluid whose viscosity depends on the shear rate.
+//! Designs that need motions linear in the rates refuse a fluid whose viscosity depends on the
+//! shear rate.
 
 use design::learn::rewards;
 use design::{DesignError, best_sizes, connection, design_stroke};

@@ -12,6 +12,9 @@ use crate::quadrature::CellPoint;
 use crate::quantity::gradient_in_cell;
 use crate::taylor_hood::shape_gradients;
 
+/// Stress at a quadrature point of a cell with this velocity gradient.
+type StressAt<'a> = &'a dyn Fn(usize, &Matrix3<f64>) -> Matrix3<f64>;
+
 /// Geometry of a cell.
 enum Shape {
     Affine(Affine),
@@ -95,7 +98,7 @@ impl<'a> CellFlow<'a> {
     pub fn residuals(
         &self,
         pressure: &[f64],
-        stress: Option<&dyn Fn(usize, &Matrix3<f64>) -> Matrix3<f64>>,
+        stress: Option<StressAt>,
     ) -> Result<[Vec3; BUBBLES_PER_CELL], FemError> {
         let p: [f64; 4] = std::array::from_fn(|m| pressure[self.nodes[m] as usize]);
         let mut sums = [Vec3::zeros(); BUBBLES_PER_CELL];

@@ -473,7 +473,8 @@ impl CubicExtension<'_> {
     /// P = ∫ 2 η D(u):D(v) - ∫ p ∇·v
     /// ```
     ///
-    /// The viscosity is 1 unless it varies; the flow then includes the background flow. As [`power`](crate::power) for functions of the next degree; the pressures of `test` are not
+    /// The viscosity is 1 unless it varies; the flow then includes the background flow. As
+    /// [`power`](crate::power) for functions of the next degree; the pressures of `test` are not
     /// used. Cost: one pass over the cells at the boundary.
     ///
     /// # Errors

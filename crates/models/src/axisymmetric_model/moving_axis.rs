@@ -62,7 +62,6 @@ impl MovingAxis {
     /// [`ModelError::Unsupported`].
     pub fn check(scene: &Scene) -> Result<(), ModelError> {
         let bodies = || scene.bodies().iter();
-        let mut joints = scene.articulation().joints().iter();
         let is_ball = matches!(scene.domain(), Domain::Ball { .. });
         let obstacles = [
             (

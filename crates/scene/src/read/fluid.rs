@@ -8,8 +8,8 @@ use crate::keys::FluidFile;
 use crate::scene::Rheology;
 use crate::words::{InertiaKind, LawKind, RheologyKind};
 
-/// Default of `fluid.regularisation`: the rates of strokes with times of order 1 are a million times
-/// larger.
+/// Default of `fluid.regularisation`: the rates of strokes with times of order 1 are a million
+/// times larger.
 const REGULARISATION: f64 = 1e-6;
 
 /// The viscosity, which is that at rest or the consistency if there is a law, and the law.

@@ -33,7 +33,7 @@ type Part = (&'static str, fn(bool) -> Result<Vec<Row>>);
 pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
-    let parts: [Part; 13] = [
+    let parts: [Part; 14] = [
         ("sphere in a concentric ball", spheres::concentric),
         ("orders of convergence", similar::orders),
         ("two spheres", spheres::pairs),

@@ -4,7 +4,7 @@ use models::{DiscretisationError, InstantaneousSolution, Uncertainty};
 use rigid::StateVelocity;
 use scene::PhaseSpan;
 
-use super::unsteady::{MovingFluid, TriedStep};
+use super::moving_fluid::{MovingFluid, TriedStep};
 use crate::error::SwimError;
 
 /// Factor on the element sizes of a coarser mesh in space.

@@ -8,8 +8,8 @@ use axisymmetric::{
 use models::{InstantaneousSolution, ModelError, MovingAxis};
 use scene::{InertiaKind, PhaseSpan, Scene};
 
+use super::moving_fluid::{MovingFluid, TriedStep, position};
 use super::prediction::velocity_tolerance;
-use super::unsteady::{MovingFluid, TriedStep, position};
 use crate::error::SwimError;
 
 /// Bodies, loads and slip of a scene along its gait, in the meridian plane.

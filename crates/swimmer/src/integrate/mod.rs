@@ -2,8 +2,8 @@
 //!
 //! In a Newtonian fluid without inertia the velocity is linear in the rates of the joints, so the
 //! displacement over a phase span depends on the path through shape space and not on the speed.
-//! [`Method::Collocation`] solves at a few Gauss points of the phase span, at the rates there; where
-//! the motion does not depend on the position, this is Gauss quadrature of a line integral.
+//! [`Method::Collocation`] solves at a few Gauss points of the phase span, at the rates there;
+//! where the motion does not depend on the position, this is Gauss quadrature of a line integral.
 
 mod collocation;
 mod companion;
@@ -12,6 +12,7 @@ mod inertia;
 mod inverse_dexp;
 mod masses;
 mod meridian_fluid;
+mod moving_fluid;
 mod order_errors;
 mod passive_joints;
 mod piece;

@@ -13,7 +13,7 @@ use rigid::{Constraints, ExternalLoad, RigidError};
 use scene::{Domain, EstimatesKind, InertiaKind, PhaseSpan, Scene};
 
 use super::companion::COARSER;
-use super::unsteady::{MovingFluid, TriedStep, position};
+use super::moving_fluid::{MovingFluid, TriedStep, position};
 use crate::error::SwimError;
 
 /// Bodies, loads and slip of a scene along its gait, on meshes in space.

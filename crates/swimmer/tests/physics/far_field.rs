@@ -126,6 +126,7 @@ fn above_a_plane_wall_elements_agree_with_multipoles() {
 }
 
 #[test]
+#[ignore = "slow: 4 s"]
 fn the_resistance_above_a_plane_wall_is_that_of_multipoles() {
     let text = SceneText::new()
         .sphere("a", 1.0, [0, 0, 2])

@@ -73,6 +73,7 @@ fn largest(displacement: &[Vector3<f64>]) -> f64 {
 }
 
 #[test]
+#[ignore = "slow: 6 s"]
 fn a_stroke_and_its_reverse_cancel() {
     let [left_arm, right_arm] = arms();
     let stroke = [
@@ -118,6 +119,7 @@ fn a_reciprocal_stroke_has_no_net_displacement() {
 }
 
 #[test]
+#[ignore = "slow: 4 s"]
 fn displacements_do_not_depend_on_rate_or_viscosity() {
     let [left_arm, right_arm] = arms();
     let phases = |d: [f64; 4]| {

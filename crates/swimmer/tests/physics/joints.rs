@@ -28,6 +28,7 @@ fn purcells_swimmer_is_exact_within_its_bars() {
 /// All formulations impose hinges, screws, springs, dashpots and masses alike, with a direct
 /// solver.
 #[test]
+#[ignore = "slow: 6 s"]
 fn formulations_agree_for_hinges_and_springs() {
     let screw =
         "joint = \"screw\", pitch = 2, drive = \"spring\", stiffness = 3, rest = 0.4, damping = 2";

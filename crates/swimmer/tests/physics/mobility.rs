@@ -22,6 +22,7 @@ fn loaded(k: usize) -> SceneText {
 }
 
 #[test]
+#[ignore = "slow: 4 s"]
 fn mobility_is_symmetric_and_positive_definite() {
     let (mut mobility, mut correction) = (DMatrix::zeros(12, 12), DMatrix::zeros(12, 12));
     let mut tolerance = 0.0_f64;

@@ -55,6 +55,7 @@ fn scene_with(text: &str, model: &str, tolerance: f64) -> Scene {
 /// Among three surfaces expansions had errors of eight bars; in a ball and in a flow nothing was
 /// compared.
 #[test]
+#[ignore = "slow: 6 s"]
 fn bug_bars_of_slip_and_flow_in_narrow_gaps_were_too_small() {
     for (name, text) in COAXIAL {
         let solved = |model: &str| {

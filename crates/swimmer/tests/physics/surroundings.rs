@@ -190,6 +190,7 @@ fn a_distant_wall_has_no_effect_and_a_near_one_rotates_the_swimmer() {
 }
 
 #[test]
+#[ignore = "slow: 10 s"]
 fn a_reciprocal_stroke_has_no_net_displacement_near_walls_and_obstacles() {
     // One arm that opens and closes through the same shapes.
     let text = SceneText::new()

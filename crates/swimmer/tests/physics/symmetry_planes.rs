@@ -202,6 +202,7 @@ fn a_stroke_stays_on_its_symmetry_planes() {
 /// Two squirmers that turn each other in the plane z = 0 of a ball, where the rotations of their
 /// axes are rounded.
 #[test]
+#[ignore = "slow: 4 s"]
 fn squirmers_turn_in_their_symmetry_plane() {
     let text = SceneText::new()
         .shape(
@@ -234,6 +235,7 @@ fn squirmers_turn_in_their_symmetry_plane() {
 }
 
 #[test]
+#[ignore = "slow: 5 s"]
 fn the_flow_and_the_resistance_are_those_of_the_whole_fluid() {
     let scene = collinear()
         .elements(0.7)

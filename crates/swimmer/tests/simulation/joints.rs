@@ -29,6 +29,7 @@ fn dense_scallop(density: f64, mean: f64, amplitude: f64) -> SceneText {
 /// Net displacement per period, toward the small sphere, of quasi-steady drag with masses: exact
 /// multipoles, two integrators that agree in the digits given.
 #[test]
+#[ignore = "slow: 6 s"]
 fn a_dense_scallop_moves_by_its_inertia() {
     for (mean, amplitude, density, net_exact) in [
         (4.0, 1.0, 0.01, 0.000_278_923_8),

@@ -222,6 +222,7 @@ fn assert_small_strokes(domain: &[&str], centre: [f64; 3], axis: [f64; 3], seeds
 }
 
 #[test]
+#[ignore = "slow: 8 s"]
 fn small_random_strokes_meet_the_default_tolerance_in_all_domains_on_an_axis() {
     const X: [f64; 3] = [1.0, 0.0, 0.0];
     for (domain, centre, axis) in [
@@ -262,6 +263,7 @@ fn small_random_strokes_meet_the_default_tolerance_in_all_domains() {
 }
 
 #[test]
+#[ignore = "slow: 20 s"]
 fn bug_a_swimmer_in_a_narrow_tube_missed_every_tolerance() {
     // Its net displacement is a thirtieth of that without a tube.
     for tolerance in [1e-3, 1e-4, 1e-5] {

@@ -1,0 +1,67 @@
+//! The seam between phase spans in a fluid with inertia and what takes the steps.
+
+use models::InstantaneousSolution;
+use rigid::StateVelocity;
+use scene::PhaseSpan;
+
+use crate::error::SwimError;
+
+/// A fluid that remembers its velocity, and the bodies in it, which take steps in time together.
+///
+/// All numbers are in the units of the scene. It begins at rest at the time zero.
+pub(super) trait MovingFluid {
+    /// The present time.
+    fn time(&self) -> f64;
+
+    /// Continues along a phase span.
+    fn enter(&mut self, span: &PhaseSpan);
+
+    /// Replaces the velocity by that without inertia, with the rates of a phase span at its start.
+    ///
+    /// # Errors
+    /// Those of assembly and linear solve.
+    fn start_from_stokes(&mut self, span: &PhaseSpan) -> Result<(), SwimError>;
+
+    /// Forgets all but the present velocity, after which derivatives may jump.
+    fn restart(&mut self);
+
+    /// Takes a step of this length without accepting it.
+    ///
+    /// # Errors
+    /// [`SwimError::is_lost_mesh`] if no mesh can follow a step of this length; those of the solve.
+    fn try_step(&mut self, length: f64) -> Result<TriedStep, SwimError>;
+
+    /// The solution at the end of the step that was tried last, with its flow if that is known on a
+    /// mesh in space.
+    ///
+    /// # Errors
+    /// [`SwimError::NoFlow`] before a step.
+    fn solution(&mut self, with_flow: bool) -> Result<InstantaneousSolution, SwimError>;
+
+    /// Accepts the step that was tried last.
+    ///
+    /// # Errors
+    /// [`SwimError::NoFlow`] before a step.
+    fn accept(&mut self) -> Result<(), SwimError>;
+}
+
+/// A step in time, before it is accepted.
+pub(super) struct TriedStep {
+    pub length: f64,
+    /// The change of the state.
+    pub increment: StateVelocity,
+    /// Estimated error of this change by the mesh, which was subtracted from it.
+    pub mesh_error: Option<StateVelocity>,
+    /// Estimated error of the velocities by the step, relative to the largest ones; infinite where
+    /// nothing is known of it.
+    pub error: f64,
+    /// Estimated error of the velocities of surfaces by the step; infinite as `error`.
+    pub velocity_error: f64,
+    /// Error of the velocities of bodies by a new mesh at the start of the step.
+    pub jump: f64,
+}
+
+/// Position on a phase span at a time.
+pub(super) fn position(span: &PhaseSpan, time: f64) -> f64 {
+    ((time - span.start) / span.duration).clamp(0.0, 1.0)
+}
