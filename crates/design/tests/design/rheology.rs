@@ -7,10 +7,12 @@ use scene::Scene;
 use testkit::contains;
 
 fn thinning() -> Scene {
-    let fluid = "{ law = \"carreau\", zero_shear_viscosity = 1, relaxation_time = 1, index = 0.5 }";
     crate::two_arms(1e-3)
         .with("model.kind", "fem")
-        .with("fluid", fluid)
+        .with("fluid.law", "carreau")
+        .with("fluid.zero_shear_viscosity", 1)
+        .with("fluid.relaxation_time", 1)
+        .with("fluid.index", 0.5)
         .with("learn.contracted", 6)
         .scene()
 }
