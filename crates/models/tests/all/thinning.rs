@@ -90,7 +90,7 @@ fn what_needs_a_linear_flow_is_refused_with_its_key() {
     contains(
         "refusal",
         &refusal.unwrap_err().to_string(),
-        &["fluid.law", "newtonian"],
+        &["--set fluid=", "shear rate", "newtonian"],
     );
     let refusal = model.neglected_inertia().unwrap().change(&PathPoint {
         configuration,
@@ -100,7 +100,7 @@ fn what_needs_a_linear_flow_is_refused_with_its_key() {
     contains(
         "refusal",
         &refusal.unwrap_err().to_string(),
-        &["fluid.law", "inertia"],
+        &["--set fluid=", "inertia"],
     );
     let scene = pair(1.0, POWER_LAW).scene();
     let state = scene.initial_state();
@@ -111,6 +111,6 @@ fn what_needs_a_linear_flow_is_refused_with_its_key() {
     contains(
         "refusal",
         &refusal.unwrap_err().to_string(),
-        &["fluid.law", "ball"],
+        &["--set fluid=", "ball"],
     );
 }
