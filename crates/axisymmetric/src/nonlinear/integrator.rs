@@ -604,9 +604,9 @@ impl<'a> AxialIntegrator<'a> {
 
     /// Replaces the mesh by a new one around the bodies at their present positions.
     ///
-    /// Velocities of all levels are carried to it by [`FlowTransfer`], earlier positions of its
-    /// nodes are those of the old mesh at the same places. [`AxialStep::momentum_jump`] of the next
-    /// step has the change of the momentum.
+    /// Velocities of all levels are carried to it by an interpolation without divergence, earlier
+    /// positions of its nodes are those of the old mesh at the same places.
+    /// [`AxialStep::momentum_jump`] of the next step has the change of the momentum.
     ///
     /// # Errors
     /// Domains that cannot be meshed; those of the projection.
