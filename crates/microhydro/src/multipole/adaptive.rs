@@ -368,7 +368,7 @@ mod tests {
     /// The search took minutes: it raised the orders of the gaps for the error of the sum over
     /// pairs, which they do not change.
     #[test]
-    #[ignore = "slow: 30 s"]
+    #[ignore = "slow: 5 min"]
     fn bug_orders_of_gaps_were_raised_in_vain_among_three_close_spheres() {
         let distance = 2.002;
         let height = 0.75_f64.sqrt() * distance;

@@ -83,7 +83,7 @@ fn a_released_sphere_has_the_exact_speeds() {
 
 /// The net displacement at a Reynolds number of 1, within the bars of both.
 #[test]
-#[ignore = "slow: 60 s"]
+#[ignore = "slow: 5 min"]
 fn a_three_sphere_stroke_with_inertia_is_the_same_in_both_models() {
     let text = SWIMMER.replace("density = 1e-6", "density = 1").replace(
         "estimates = \"off\", size_factor = 1.75",
