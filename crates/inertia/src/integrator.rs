@@ -46,9 +46,6 @@ pub struct Integrator<'a> {
     pub(crate) jump: Option<ProjectionJump>,
 }
 
-/// Shortest step relative to the times of an integration: rounding.
-const LEAST_STEP: f64 = 1e-12;
-
 /// Levels that BDF2 and its error estimate need.
 const LEVELS: usize = 3;
 
@@ -637,7 +634,7 @@ impl<'a> Integrator<'a> {
         first: f64,
         mut observe: impl FnMut(&Step),
     ) -> Result<(), InertiaError> {
-        let mut steps = StepControl::new(first, LEAST_STEP * end.abs().max(end - self.time()));
+        let mut steps = StepControl::between(first, self.time(), end);
         while self.time() < end {
             let taken = steps.next(end - self.time());
             let step = self.try_step(taken)?;

@@ -125,6 +125,9 @@ pub struct StepControl {
     least: f64,
 }
 
+/// Shortest step relative to the times of an integration: rounding.
+const LEAST_STEP: f64 = 1e-12;
+
 /// Part of the length of a step above which it says how long the next one may be; a shorter one
 /// ends where the motion does.
 const WHOLE: f64 = 0.99;
@@ -139,6 +142,12 @@ impl StepControl {
             length: first,
             least,
         }
+    }
+
+    /// Begins at the time `start` with steps of the length `first`, until `end`; none is so short
+    /// that rounding of the times counts.
+    pub fn between(first: f64, start: f64, end: f64) -> Self {
+        Self::new(first, LEAST_STEP * end.abs().max(end - start))
     }
 
     /// Length of the next step, `left` before the end.

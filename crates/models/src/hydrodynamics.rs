@@ -229,8 +229,7 @@ impl Capabilities {
     /// # Errors
     /// [`ModelError::Unsupported`] with the place of the key.
     pub fn check_rheology(&self, scene: &Scene, model: &str) -> Result<(), ModelError> {
-        match scene.rheology().is_some_and(|rheology| rheology.is_kept()) && !self.follows_rheology
-        {
+        match scene.viscosity_law().is_some() && !self.follows_rheology {
             false => Ok(()),
             true => Err(ModelError::Unsupported {
                 what: format!(

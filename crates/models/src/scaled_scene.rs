@@ -140,8 +140,7 @@ impl ScaledScene {
 
     /// Scaled viscosity law that the flow follows; none at constant viscosity.
     pub fn law(&self) -> Option<Law> {
-        let rheology = self.scene.rheology().filter(|rheology| rheology.is_kept());
-        rheology.map(|rheology| self.scale.law(rheology.law))
+        self.scene.viscosity_law().map(|law| self.scale.law(*law))
     }
 
     /// Refuses a viscosity that depends on the shear rate.

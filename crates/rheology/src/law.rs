@@ -107,17 +107,8 @@ impl Law {
                 relaxation_time,
                 index,
                 ..
-            } => {
-                positive("zero_shear_viscosity", zero_shear_viscosity)?;
-                not_negative("infinite_shear_viscosity", infinite_shear_viscosity)?;
-                not_negative("relaxation_time", relaxation_time)?;
-                positive("index", index)?;
-                if let Self::CarreauYasuda { transition, .. } = *self {
-                    positive("transition", transition)?;
-                }
-                self.require_increasing_stress(relaxation_time)
             }
-            Self::Cross {
+            | Self::Cross {
                 zero_shear_viscosity,
                 infinite_shear_viscosity,
                 relaxation_time,
@@ -126,25 +117,21 @@ impl Law {
                 positive("zero_shear_viscosity", zero_shear_viscosity)?;
                 not_negative("infinite_shear_viscosity", infinite_shear_viscosity)?;
                 not_negative("relaxation_time", relaxation_time)?;
-                let range = "positive and below 1";
-                require("index", index, index > 0.0 && index < 1.0, range)?;
+                match *self {
+                    Self::Cross { .. } => {
+                        let range = "positive and below 1";
+                        require("index", index, index > 0.0 && index < 1.0, range)?;
+                    }
+                    _ => positive("index", index)?,
+                }
+                if let Self::CarreauYasuda { transition, .. } = *self {
+                    positive("transition", transition)?;
+                }
                 self.require_increasing_stress(relaxation_time)
             }
-            Self::PowerLaw {
-                consistency,
-                index,
-                regularisation,
-            } => {
-                positive("consistency", consistency)?;
-                positive("index", index)?;
-                positive("regularisation", regularisation)
-            }
-            Self::HerschelBulkley {
-                yield_stress,
-                consistency,
-                index,
-                regularisation,
-            } => {
+            Self::PowerLaw { .. } | Self::HerschelBulkley { .. } => {
+                let [yield_stress, consistency, index, regularisation] =
+                    self.power().unwrap_or_default();
                 not_negative("yield_stress", yield_stress)?;
                 positive("consistency", consistency)?;
                 positive("index", index)?;
@@ -194,37 +181,10 @@ impl Law {
 
     /// Whether the viscosity is the same at all shear rates, but for the regularisation.
     pub fn is_newtonian(&self) -> bool {
-        match *self {
-            Self::Newtonian { .. } => true,
-            Self::Carreau {
-                zero_shear_viscosity,
-                infinite_shear_viscosity,
-                relaxation_time,
-                index,
-            }
-            | Self::CarreauYasuda {
-                zero_shear_viscosity,
-                infinite_shear_viscosity,
-                relaxation_time,
-                index,
-                ..
-            } => {
-                zero_shear_viscosity == infinite_shear_viscosity
-                    || relaxation_time == 0.0
-                    || index == 1.0
-            }
-            Self::Cross {
-                zero_shear_viscosity,
-                infinite_shear_viscosity,
-                relaxation_time,
-                ..
-            } => zero_shear_viscosity == infinite_shear_viscosity || relaxation_time == 0.0,
-            Self::PowerLaw { index, .. } => index == 1.0,
-            Self::HerschelBulkley {
-                yield_stress,
-                index,
-                ..
-            } => yield_stress == 0.0 && index == 1.0,
+        match (self.plateaus(), self.power()) {
+            (Some(law), _) => law.zero == law.inf || law.time == 0.0 || law.exponent == 0.0,
+            (None, Some([yield_stress, _, index, _])) => yield_stress == 0.0 && index == 1.0,
+            (None, None) => true,
         }
     }
 

@@ -126,6 +126,12 @@ impl Scene {
         self.rheology.as_ref()
     }
 
+    /// Viscosity law that flows follow; `None` if they have a constant viscosity.
+    pub fn viscosity_law(&self) -> Option<&Law> {
+        let kept = self.rheology.as_ref().filter(|rheology| rheology.is_kept());
+        kept.map(|rheology| &rheology.law)
+    }
+
     /// Density of the fluid; zero by default.
     pub fn fluid_density(&self) -> f64 {
         self.density
@@ -461,7 +467,7 @@ impl Scene {
             && self.articulation.linkages().len() == 1
             && !self.has_passive_joints()
             && !self.has_masses()
-            && !self.rheology.is_some_and(|rheology| rheology.is_kept())
+            && self.viscosity_law().is_none()
     }
 
     /// The first key in which another scene has a different flow problem; `None` if it has the

@@ -211,7 +211,7 @@ fn check(scene: &Scene) -> Result<bool, SwimError> {
              gives Stokes flow",
         );
     }
-    if scene.rheology().is_some_and(scene::Rheology::is_kept) {
+    if scene.viscosity_law().is_some() {
         return refuse(
             "fluid.law",
             "steady states with inertia are those of a Newtonian fluid; set fluid.rheology = \

@@ -111,14 +111,15 @@ impl<'a> AxialForceSolver<'a> {
                     .choose_open_radius(SHARE_OUTSIDE * self.tolerance)?;
                 self.problem.solve(self.order, None)?
             }
-            Some(level) if level.order < self.order => {
+            Some(level) if level.state.order < self.order => {
                 self.problem.solve(self.order, Some(&level))?
             }
-            Some(level) if level.velocities == velocities => level,
+            Some(level) if level.state.velocities == velocities => level,
             Some(level) => self.problem.solve_again(level)?,
         };
         let responses = self.problem.responses(&level)?;
         let of_bodies: f64 = level
+            .state
             .forces
             .iter()
             .zip(velocities)
@@ -127,13 +128,13 @@ impl<'a> AxialForceSolver<'a> {
         let found = AxialForces {
             // symmetric up to rounding
             derivatives: 0.5 * (&responses.forces + responses.forces.transpose()),
-            slip_power: level.power - of_bodies,
-            forces: level.forces.clone(),
-            largest_speed: level.speed,
+            slip_power: level.state.power - of_bodies,
+            forces: level.state.forces.clone(),
+            largest_speed: level.state.speed,
             error_of_law: level.outside + level.regularised,
-            order: level.order,
-            dofs: level.dofs,
-            iterations: level.iterations,
+            order: level.state.order,
+            dofs: level.state.dofs,
+            iterations: level.state.iterations,
         };
         self.level = Some(level);
         Ok(found)

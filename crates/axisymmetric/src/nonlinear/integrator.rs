@@ -185,9 +185,6 @@ pub struct AxialIntegrator<'a> {
     meshes: usize,
 }
 
-/// Shortest step relative to the times of an integration: rounding.
-const LEAST_STEP: f64 = 1e-12;
-
 /// Levels that BDF2 and its error estimate need.
 const LEVELS: usize = 3;
 
@@ -312,7 +309,7 @@ impl<'a> AxialIntegrator<'a> {
         self.meshes
     }
 
-    /// Number of unknowns of a step.
+    /// Number of degrees of freedom of a step.
     pub fn dofs(&self) -> usize {
         self.system.n_dofs()
     }
@@ -618,21 +615,14 @@ impl<'a> AxialIntegrator<'a> {
             body.shape.centre = centre;
         }
         let system = system_around(&bodies, self.surroundings, &self.parameters)?;
-        let slip = |time| match self.forcing.has_slip() {
-            false => Ok(Vec::new()),
-            true => system.slip(&system.positions(), |number, x| {
-                let shape = &bodies[number].shape;
-                let slip = (self.forcing).slip(time, number, [x.x - shape.centre, x.y]);
-                [Point::from(slip), Point::from(normal(shape, x))]
-            }),
-        };
+        let (positions, placed) = (system.positions(), shapes(&bodies));
         let size = self.smallest();
         let transfer = FlowTransfer::new((&self.system, &present.nodes), &system, size)?;
         let mut levels = self.levels.clone();
         for (number, level) in levels.iter_mut().enumerate() {
             let boundary = BoundaryVelocity {
                 bodies: level.velocities.clone(),
-                slip: slip(level.time)?,
+                slip: self.slip_on(&system, &positions, &placed, level.time)?,
                 wall: self.forcing.wall_velocity(level.time),
             };
             let jump = transfer.carry(level, &present, &boundary)?;
@@ -663,16 +653,27 @@ impl<'a> AxialIntegrator<'a> {
 
     /// Slip at the nodes; empty without slip.
     fn slip(&self, time: f64) -> Result<Vec<Point>, AxisymmetricError> {
-        if !self.forcing.has_slip() {
-            return Ok(Vec::new());
-        }
         // nodes of a body move with it, so that those of any level serve
         let level = &self.levels[0];
         let shapes = match self.parameters.frozen {
             true => shapes(&self.bodies),
             false => self.moved_shapes(&level.displacements, &level.given),
         };
-        self.system.slip(&level.nodes, |body, x| {
+        self.slip_on(&self.system, &level.nodes, &shapes, time)
+    }
+
+    /// Slip at the nodes of a system, which are here, around these bodies; empty without slip.
+    fn slip_on(
+        &self,
+        system: &FlowSystem,
+        nodes: &[Point],
+        shapes: &[AxialSpheroid],
+        time: f64,
+    ) -> Result<Vec<Point>, AxisymmetricError> {
+        if !self.forcing.has_slip() {
+            return Ok(Vec::new());
+        }
+        system.slip(nodes, |body, x| {
             let shape = &shapes[body];
             let slip = self.forcing.slip(time, body, [x.x - shape.centre, x.y]);
             [Point::from(slip), Point::from(normal(shape, x))]
@@ -712,7 +713,7 @@ impl<'a> AxialIntegrator<'a> {
         first: f64,
         mut observe: impl FnMut(&AxialStep),
     ) -> Result<(), AxisymmetricError> {
-        let mut steps = StepControl::new(first, LEAST_STEP * end.abs().max(end - self.time()));
+        let mut steps = StepControl::between(first, self.time(), end);
         while self.time() < end {
             let taken = steps.next(end - self.time());
             let step = self.try_step(taken)?;
@@ -734,7 +735,7 @@ const MAX_ITERATIONS: usize = 30;
 /// Constants of interpolation grow as the inverse of the quality.
 const MIN_QUALITY: f64 = 0.4;
 
-/// The unknowns on a new mesh around bodies.
+/// The degrees of freedom on a new mesh around bodies.
 fn system_around(
     bodies: &[AxialBody],
     surroundings: Surroundings,

@@ -100,8 +100,8 @@ pub fn law_change(
         None => None,
     };
     Ok(LawChange {
-        velocities: level.velocities,
-        forces: level.forces,
+        velocities: level.state.velocities,
+        forces: level.state.forces,
         by_viscosity: named(change),
         by_square,
         relative_error: error + SHARE_OUTSIDE * tolerance,

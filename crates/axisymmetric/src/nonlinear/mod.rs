@@ -26,5 +26,6 @@ pub use forcing::AxialForcing;
 pub use impedance::{Impedance, ImpedanceParameters, impedance};
 pub use integrator::{AxialIntegrator, AxialStep, Convection, TransientParameters};
 pub use law_change::{AxialChange, LawChange, law_change};
+pub use problem::SteadyState;
 pub(crate) use problem::{TriangleValues, law_flow};
-pub use steady::{SteadyState, steady_state};
+pub use steady::steady_state;

@@ -54,6 +54,38 @@ pub(super) struct Problem<'a> {
     loads: Vec<f64>,
 }
 
+/// A steady state.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SteadyState {
+    /// Velocity of each body along the axis, in the laboratory.
+    pub velocities: Vec<f64>,
+    /// Force that each body exerts on the fluid.
+    pub forces: Vec<f64>,
+    /// Power of the surfaces of bodies and of the wall on the fluid.
+    pub power: f64,
+    /// Power of the slip of all surfaces on the fluid.
+    pub slip_power: f64,
+    /// Dissipation `∫ 2 η D:D` in the fluid that is meshed; without inertia it is the power.
+    pub dissipation: f64,
+    /// Estimated error of velocities and forces, relative to `speed` and `force`: the last change
+    /// of the order, and what the regularisation of a viscosity law and neglecting it far away
+    /// change.
+    pub relative_error: f64,
+    /// Largest velocity of the fluid.
+    pub speed: f64,
+    /// Largest force, or the drag of the largest body at that velocity if that is larger.
+    pub force: f64,
+    /// Polynomial degree of the velocities.
+    pub order: usize,
+    /// Number of degrees of freedom.
+    pub dofs: usize,
+    /// Iterations of Newton's method, of all orders.
+    pub iterations: usize,
+    /// Relative change of the velocity in the last of them.
+    pub change: f64,
+}
+
 /// A flow by elements of one order.
 pub(super) struct Level {
     system: FlowSystem,
@@ -61,21 +93,8 @@ pub(super) struct Level {
     fields: Fields,
     /// Factors of the last matrix, without inertia.
     factors: Option<CondensedFactors>,
-    pub velocities: Vec<f64>,
-    pub forces: Vec<f64>,
-    pub power: f64,
-    pub slip_power: f64,
-    pub dissipation: f64,
-    /// Largest component of a velocity of the fluid.
-    pub speed: f64,
-    /// Largest force, or the drag of the largest body at that velocity if that is larger.
-    pub force: f64,
-    pub order: usize,
-    pub dofs: usize,
-    /// Iterations of this and all lower orders.
-    pub iterations: usize,
-    /// Relative change of the velocity in the last iteration.
-    pub change: f64,
+    /// Velocities, forces and powers, without an error; iterations are those of all orders so far.
+    pub state: SteadyState,
     /// Estimated relative error by the viscosity of the fluid outside the mesh.
     pub outside: f64,
     /// Power of what the law changes about the viscosity at rest, relative to a drag; zero in
@@ -275,7 +294,7 @@ impl<'a> Problem<'a> {
             .map(|motion| motion.map_or(0.0, |g| change.motions[g]))
             .collect();
         let forces = own.iter().zip(of_change).map(|(a, b)| a + b).collect();
-        let (size, speed) = (self.size(), level.speed);
+        let (size, speed) = (self.size(), level.state.speed);
         Ok(FirstOrderChange {
             velocities,
             forces,
@@ -320,7 +339,7 @@ impl<'a> Problem<'a> {
         let system = self.system(order)?;
         let positions = system.positions();
         let start = lower.map(|level| system.interpolated(&level.system, &level.fields));
-        let iterations = lower.map_or(0, |level| level.iterations);
+        let iterations = lower.map_or(0, |level| level.state.iterations);
         self.solve_on(system, positions, start, false, order, iterations)
     }
 
@@ -332,11 +351,11 @@ impl<'a> Problem<'a> {
         let responses = self.responses(&from)?;
         let mut start = from.fields;
         for ((new, old), flow) in
-            (self.velocities.iter().zip(&from.velocities)).zip(&responses.flows)
+            (self.velocities.iter().zip(&from.state.velocities)).zip(&responses.flows)
         {
             start.add(flow, new - old);
         }
-        let (order, iterations) = (from.order, from.iterations);
+        let (order, iterations) = (from.state.order, from.state.iterations);
         self.solve_on(
             from.system,
             from.positions,
@@ -488,26 +507,30 @@ impl<'a> Problem<'a> {
         let (size, speed) = (self.size(), largest_speed(&fields));
         let forces = system.forces(&residual);
         let drag = 6.0 * PI * typical * size * speed;
-        Ok(Level {
+        let state = SteadyState {
             velocities: system.body_velocities(&fields, &boundary),
+            power: system.boundary_power(&residual, &fields),
             slip_power: (boundary.slip.iter().zip(&residual.momentum))
                 .map(|(slip, force)| slip.dot(force))
                 .sum(),
+            dissipation: system.dissipation(&positions, &fields, &terms)?,
+            relative_error: f64::INFINITY,
             speed,
             force: forces.iter().fold(drag, |m, f| m.max(f.abs())),
             forces,
-            power: system.boundary_power(&residual, &fields),
-            dissipation: system.dissipation(&positions, &fields, &terms)?,
+            order,
+            dofs: system.n_dofs(),
+            iterations,
+            change: last_change,
+        };
+        Ok(Level {
+            state,
             excess: match self.meridian.open_radius() {
                 Some(_) => system.relative_excess(&positions, &fields, &terms, size, speed)?,
                 None => 0.0,
             },
             outside: system.neglected_outside(&positions, &fields, &terms, size, speed)?,
             regularised: system.regularised(&positions, &fields, &terms)?,
-            order,
-            dofs: system.n_dofs(),
-            iterations,
-            change: last_change,
             system,
             positions,
             fields,
@@ -582,7 +605,7 @@ impl<'a> Problem<'a> {
     /// Difference of two states relative to the largest velocity of the fluid, and to the largest
     /// force or the drag of the largest body at that velocity.
     pub fn difference(&self, before: &Level, after: &Level) -> f64 {
-        let lists = |level: &Level| [level.velocities.clone(), level.forces.clone()];
+        let lists = |level: &Level| [level.state.velocities.clone(), level.state.forces.clone()];
         self.relative_difference(&lists(before), &lists(after), after)
     }
 
@@ -614,12 +637,12 @@ impl<'a> Problem<'a> {
             largest(&mut pairs.map(|(a, b)| a - b))
         };
         let relative = |change: f64, size: f64| if change > 0.0 { change / size } else { 0.0 };
-        relative(change(0), flow.speed).max(relative(change(1), flow.force))
+        relative(change(0), flow.state.speed).max(relative(change(1), flow.state.force))
     }
 
     /// Largest velocity of a flow over the largest semi-axis.
     pub fn typical_rate(&self, level: &Level) -> f64 {
-        level.speed / self.size()
+        level.state.speed / self.size()
     }
 }
 

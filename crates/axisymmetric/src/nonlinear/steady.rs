@@ -3,40 +3,8 @@
 use super::bodies::{AxialBody, check, check_growth};
 use super::drive::{SteadyDrive, SteadyParameters};
 use super::orders::raise_order;
-use super::problem::{Level, Problem, SHARE_OUTSIDE};
+use super::problem::{Level, Problem, SHARE_OUTSIDE, SteadyState};
 use crate::{AxisymmetricError, Surroundings};
-
-/// A steady state.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct SteadyState {
-    /// Velocity of each body along the axis, in the laboratory.
-    pub velocities: Vec<f64>,
-    /// Force that each body exerts on the fluid.
-    pub forces: Vec<f64>,
-    /// Power of the surfaces of bodies and of the wall on the fluid.
-    pub power: f64,
-    /// Power of the slip of all surfaces on the fluid.
-    pub slip_power: f64,
-    /// Dissipation `∫ 2 η D:D` in the fluid that is meshed; without inertia it is the power.
-    pub dissipation: f64,
-    /// Estimated error of velocities and forces, relative to `speed` and `force`: the last change
-    /// of the order, and what the regularisation of a viscosity law and neglecting it far away
-    /// change.
-    pub relative_error: f64,
-    /// Largest velocity of the fluid.
-    pub speed: f64,
-    /// Largest force, or the drag of the largest body at that velocity if that is larger.
-    pub force: f64,
-    /// Polynomial degree of the velocities.
-    pub order: usize,
-    /// Number of unknowns.
-    pub dofs: usize,
-    /// Iterations of Newton's method, of all orders.
-    pub iterations: usize,
-    /// Relative change of the velocity in the last of them.
-    pub change: f64,
-}
 
 /// Finds the steady flow around bodies on one axis in a container.
 ///
@@ -84,17 +52,7 @@ pub fn steady_state(
         problem.difference(before, after)
     })?;
     Ok(SteadyState {
-        velocities: level.velocities,
-        forces: level.forces,
-        power: level.power,
-        slip_power: level.slip_power,
-        dissipation: level.dissipation,
         relative_error: error + level.outside + level.regularised,
-        speed: level.speed,
-        force: level.force,
-        order: level.order,
-        dofs: level.dofs,
-        iterations: level.iterations,
-        change: level.change,
+        ..level.state
     })
 }

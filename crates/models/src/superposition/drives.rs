@@ -30,7 +30,7 @@ impl Drives {
         let turns_as_one = count == 1 || !(0..count).any(|body| set.has_own_attitude(body));
         // Only then the mesh of finite elements turns with the body.
         let keeps_mesh = scene.has_surface_velocity() || scene.gravity() != Vector3::zeros();
-        let is_linear = !scene.rheology().is_some_and(scene::Rheology::is_kept);
+        let is_linear = scene.viscosity_law().is_none();
         let is_alone = is_linear
             && *scene.domain() == Domain::Unbounded
             && keeps_mesh

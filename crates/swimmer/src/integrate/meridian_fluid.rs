@@ -1,14 +1,12 @@
 //! Steps in time of a fluid with inertia in the meridian plane of bodies on one axis.
 
-use std::sync::{PoisonError, RwLock};
-
 use axisymmetric::{
     AxialForcing, AxialIntegrator, AxialStep, AxisymmetricError, Convection, TransientParameters,
 };
 use models::{InstantaneousSolution, ModelError, MovingAxis};
 use scene::{InertiaKind, PhaseSpan, Scene};
 
-use super::moving_fluid::{MovingFluid, TriedStep, position};
+use super::moving_fluid::{MovingFluid, PresentSpan, TriedStep};
 use super::prediction::velocity_tolerance;
 use crate::error::SwimError;
 
@@ -19,8 +17,7 @@ pub(super) struct MeridianScene {
     order: usize,
     /// Relative error of the nonlinear iteration of a step.
     tolerance: f64,
-    /// The phase span that is integrated; none before the first.
-    span: RwLock<Option<PhaseSpan>>,
+    span: PresentSpan,
 }
 
 /// Allowed relative errors of velocities for which elements of the orders 4, 5, ... are enough.
@@ -65,17 +62,13 @@ impl MeridianScene {
             moving: MovingAxis::new(scene)?,
             order,
             tolerance,
-            span: RwLock::new(None),
+            span: PresentSpan::default(),
         })
     }
 
     /// Values of the joints at a time, in the units of the scene.
     fn shape(&self, time: f64) -> Vec<f64> {
-        let span = self.span.read().unwrap_or_else(PoisonError::into_inner);
-        match &*span {
-            Some(span) => span.shape(position(span, time)),
-            None => self.moving.scene().articulation().initial_shape().to_vec(),
-        }
+        self.span.shape(self.moving.scene(), time)
     }
 }
 
@@ -144,13 +137,7 @@ impl MovingFluid for MeridianFluid<'_> {
     }
 
     fn enter(&mut self, span: &PhaseSpan) {
-        // No value is half written if a thread panics here.
-        let mut present = self
-            .scene
-            .span
-            .write()
-            .unwrap_or_else(PoisonError::into_inner);
-        *present = Some(span.clone());
+        self.scene.span.enter(span);
     }
 
     fn start_from_stokes(&mut self, span: &PhaseSpan) -> Result<(), SwimError> {

@@ -1,8 +1,10 @@
 //! The seam between phase spans in a fluid with inertia and what takes the steps.
 
+use std::sync::{PoisonError, RwLock};
+
 use models::InstantaneousSolution;
 use rigid::StateVelocity;
-use scene::PhaseSpan;
+use scene::{PhaseSpan, Scene};
 
 use crate::error::SwimError;
 
@@ -64,4 +66,26 @@ pub(super) struct TriedStep {
 /// Position on a phase span at a time.
 pub(super) fn position(span: &PhaseSpan, time: f64) -> f64 {
     ((time - span.start) / span.duration).clamp(0.0, 1.0)
+}
+
+/// The phase span that is integrated; none before the first.
+#[derive(Default)]
+pub(super) struct PresentSpan(RwLock<Option<PhaseSpan>>);
+
+impl PresentSpan {
+    /// Continues along a phase span.
+    pub fn enter(&self, span: &PhaseSpan) {
+        // No value is half written if a thread panics here.
+        let mut present = self.0.write().unwrap_or_else(PoisonError::into_inner);
+        *present = Some(span.clone());
+    }
+
+    /// Values of the joints at a time; those at the start of the scene before the first span.
+    pub fn shape(&self, scene: &Scene, time: f64) -> Vec<f64> {
+        let span = self.0.read().unwrap_or_else(PoisonError::into_inner);
+        match &*span {
+            Some(span) => span.shape(position(span, time)),
+            None => scene.articulation().initial_shape().to_vec(),
+        }
+    }
 }

@@ -1,7 +1,5 @@
 //! Steps in time of a fluid with inertia on meshes in space.
 
-use std::sync::{PoisonError, RwLock};
-
 use inertia::{
     Bodies, BodyMass, Convection, Forcing, InertiaError, Integrator, Meshes, Parameters,
     ProjectionJump, Step,
@@ -13,14 +11,13 @@ use rigid::{Constraints, ExternalLoad, RigidError};
 use scene::{Domain, EstimatesKind, InertiaKind, PhaseSpan, Scene};
 
 use super::companion::COARSER;
-use super::moving_fluid::{MovingFluid, TriedStep, position};
+use super::moving_fluid::{MovingFluid, PresentSpan, TriedStep};
 use crate::error::SwimError;
 
 /// Bodies, loads and slip of a scene along its gait, on meshes in space.
 pub(super) struct SpatialScene {
     moving: MovingScene,
-    /// The phase span that is integrated; none before the first.
-    span: RwLock<Option<PhaseSpan>>,
+    span: PresentSpan,
 }
 
 impl SpatialScene {
@@ -31,7 +28,7 @@ impl SpatialScene {
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         Ok(Self {
             moving: MovingScene::new(scene)?,
-            span: RwLock::new(None),
+            span: PresentSpan::default(),
         })
     }
 
@@ -53,14 +50,8 @@ impl SpatialScene {
 
 impl Forcing for SpatialScene {
     fn shape(&self, time: f64) -> Vec<f64> {
-        let span = self.span.read().unwrap_or_else(PoisonError::into_inner);
-        match &*span {
-            Some(span) => self.moving.shape(&span.shape(position(span, time))),
-            None => {
-                let set = self.moving.scene().articulation();
-                self.moving.shape(set.initial_shape())
-            }
-        }
+        self.moving
+            .shape(&self.span.shape(self.moving.scene(), time))
     }
 
     fn loads(&self, time: f64, poses: &[Isometry3<f64>]) -> Vec<ExternalLoad> {
@@ -163,13 +154,7 @@ impl MovingFluid for SpatialFluid<'_> {
     }
 
     fn enter(&mut self, span: &PhaseSpan) {
-        // No value is half written if a thread panics here.
-        let mut present = self
-            .scene
-            .span
-            .write()
-            .unwrap_or_else(PoisonError::into_inner);
-        *present = Some(span.clone());
+        self.scene.span.enter(span);
     }
 
     fn start_from_stokes(&mut self, span: &PhaseSpan) -> Result<(), SwimError> {

@@ -25,7 +25,7 @@ use crate::planning::{Discretisation, discretisation};
 pub struct UnsteadyScene {
     scene: Scene,
     finest: ForcedScene,
-    /// With fewer unknowns, for an estimate of the error of the mesh.
+    /// With fewer degrees of freedom, for an estimate of the error of the mesh.
     coarse: Option<ForcedScene>,
 }
 

@@ -8,7 +8,7 @@ mod trial;
 use models::{
     AxisymmetricModel, FemModel, Hydrodynamics, ModelError, MovingAxis, SphereModel, SpheresModel,
 };
-use scene::{DomainKind, ModelKind, Rheology, RheologyKind, Scene, Shape};
+use scene::{DomainKind, ModelKind, RheologyKind, Scene, Shape};
 
 use crate::integrate::velocity_tolerance;
 use sphere_model::{ModelForSpheres, choose_for_spheres, expansion_for_tolerance};
@@ -79,7 +79,7 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
             reasons: requested(),
         }),
         ModelKind::Fem => elements(scene, requested()),
-        ModelKind::Auto if scene.rheology().is_some_and(Rheology::is_kept) => {
+        ModelKind::Auto if scene.viscosity_law().is_some() => {
             let reasons = |elements: &str| {
                 vec![
                     scene.describe_arrangement(),

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use models::{ModelError, Superposed, Tabulated};
-use scene::{Gait, Phase, Rheology, Scene, spans};
+use scene::{Gait, Phase, Scene, spans};
 
 use super::Choice;
 use crate::integrate::{TYPICAL_SOLVES_PER_SPAN, velocity_tolerance};
@@ -23,7 +23,7 @@ pub fn with_tables(scene: &Scene, choice: Choice) -> Result<Choice, ModelError> 
         // The flow depends on the past, not on the shape alone.
         return Ok(choice);
     }
-    if scene.rheology().is_some_and(Rheology::is_kept) {
+    if scene.viscosity_law().is_some() {
         // Velocities depend on the rates of the joints nonlinearly: tables and sums do not exist.
         return Ok(choice);
     }
