@@ -20,6 +20,8 @@ pub fn run() -> Result<()> {
     circles::run()?;
     architecture::run()?;
     links::run()?;
+    licences::run()?;
+    packages::run()?;
     cargo::run(
         &[
             "clippy",
@@ -33,8 +35,6 @@ pub fn run() -> Result<()> {
         &[],
     )?;
     documentation::run()?;
-    licences::run()?;
-    packages::run()?;
     readmes::run()?;
     packages::without_default_features()?;
     // The same command as in the README.
