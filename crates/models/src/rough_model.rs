@@ -1,12 +1,11 @@
 //! A cheap model without error bars, to predict the size of displacements.
 
-use microhydro::{Medium, Spheres, rpy};
-use nalgebra::DMatrix;
+use microhydro::{Medium, PointMobility, PointModel, Spheres};
 use rigid::StateVelocity;
 
 use crate::error::ModelError;
 use crate::hydrodynamics::Hydrodynamics;
-use crate::mobility::{self, MobilitySolution};
+use crate::linked_bodies::{self, LinkedBodies, MobilitySolution};
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
@@ -38,11 +37,23 @@ impl RoughModel {
         })
     }
 
-    fn resistance(&self, configuration: Configuration) -> Result<DMatrix<f64>, ModelError> {
-        let spheres = Spheres::new(self.scaled.centres(configuration)?, self.radii.clone())?;
-        Ok(rpy::resistance(&spheres, &Medium::Unbounded)?)
+    /// The spheres in a configuration.
+    fn spheres(&self, configuration: Configuration) -> Result<Spheres, ModelError> {
+        let centres = self.scaled.centres(configuration)?;
+        Ok(Spheres::new(centres, self.radii.clone())?)
     }
 }
+
+/// The solution by point forces in unbounded fluid.
+fn solve(linked: &LinkedBodies, spheres: &Spheres) -> Result<MobilitySolution, ModelError> {
+    let mobility = PointMobility::new(PointModel::Rpy, spheres, &Medium::Unbounded)?;
+    let all = linked.all();
+    let found = all.spheres(&mobility)?.solve(TOLERANCE)?;
+    all.solution(&found.coordinates, found.forces, found.residual, 0.0)
+}
+
+/// Residual of the solutions, whose digits do not matter.
+const TOLERANCE: f64 = 1e-10;
 
 impl Hydrodynamics for RoughModel {
     fn scene(&self) -> &Scene {
@@ -54,13 +65,10 @@ impl Hydrodynamics for RoughModel {
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        let loads = &self.scaled.loads(query.configuration, query.inertia)?;
-        let resistance = self.resistance(query.configuration)?;
+        let spheres = self.spheres(query.configuration)?;
         let solution = |rates: &Vec<f64>| {
-            let constraints = self.scaled.query_constraints(query, rates)?;
-            let set = &self.scaled.set;
-            let solved = MobilitySolution::new(&resistance, set, &constraints, loads, None)?;
-            Ok(solved.response(&self.scaled, &constraints, loads)?.into())
+            let linked = LinkedBodies::new(&self.scaled, query, rates)?;
+            Ok(linked.response(&solve(&linked, &spheres)?)?.into())
         };
         query.rates.iter().map(solution).collect()
     }
@@ -69,7 +77,8 @@ impl Hydrodynamics for RoughModel {
         &mut self,
         configuration: Configuration<'_>,
     ) -> Result<Option<Vec<StateVelocity>>, ModelError> {
-        let resistance = self.resistance(configuration)?;
-        mobility::joint_responses(&self.scaled, configuration, &resistance).map(Some)
+        let spheres = self.spheres(configuration)?;
+        let solve = |linked: &LinkedBodies| solve(linked, &spheres);
+        linked_bodies::joint_responses(&self.scaled, configuration, solve).map(Some)
     }
 }

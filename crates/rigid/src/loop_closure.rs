@@ -146,8 +146,11 @@ impl Articulation {
 
     /// Misfits of all joints outside the spanning trees, as lengths.
     fn misfits(&self, placement: &Placement, longest: f64) -> DVector<f64> {
-        let edges = || self.linkages().iter().flat_map(|linkage| &linkage.tree);
-        let outside = (0..self.joints().len()).filter(|&joint| !edges().any(|e| e.joint == joint));
+        let mut is_inside = vec![false; self.joints().len()];
+        for edge in self.linkages().iter().flat_map(|linkage| &linkage.tree) {
+            is_inside[edge.joint] = true;
+        }
+        let outside = (0..self.joints().len()).filter(|&joint| !is_inside[joint]);
         let misfits = outside.flat_map(|joint| {
             let [translation, rotation] = self.misfit(placement, joint);
             [translation, longest * rotation]

@@ -54,7 +54,7 @@ pub use wall_facets::WallFacets;
 pub use words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FlowsKind, FormulationKind,
     GaitKind, GeometryKind, InertiaKind, InterpolationKind, LawKind, LearnKind, MeshMotionKind,
-    MesherKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind, SolverKind, StartKind,
+    MesherKind, ModelEstimatesKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind, SolverKind, StartKind,
     StrokeStart, SurfaceKind, SymmetryKind,
 };
 

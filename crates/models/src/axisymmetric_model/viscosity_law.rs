@@ -4,7 +4,6 @@ use std::time::Instant as Clock;
 
 use axisymmetric::{AxialForceSolver, AxialForces, AxialSpheroid};
 use nalgebra::{DMatrix, DVector};
-use rigid::{Constraints, ExternalLoad};
 use scene::rheology::{Law, ViscosityLaw};
 use stokes::Seconds;
 
@@ -12,7 +11,7 @@ use super::axial_surfaces::{AxialSurfaces, grand_resistance};
 use super::{AxisymmetricModel, LOWEST_ACCURACY};
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
-use crate::mobility::MobilitySolution;
+use crate::linked_bodies::{LinkedBodies, MobilitySolution};
 use crate::query::Query;
 use crate::response::{BodySolution, Response};
 use crate::solution::InstantaneousSolution;
@@ -26,12 +25,6 @@ const UNCERTAINTY: f64 = 1.0;
 
 /// Largest number of linearised balances of forces for one set of rates.
 const MAX_BALANCES: usize = 40;
-
-/// A linearised balance of the forces: what moves the bodies, and the loads in their joints.
-struct Balance<'a> {
-    constraints: &'a Constraints,
-    loads: &'a [ExternalLoad],
-}
 
 impl AxisymmetricModel {
     /// The solution for one set of rates.
@@ -54,9 +47,7 @@ impl AxisymmetricModel {
         let bodies = self.on_axis(configuration)?;
         // the start of Newton's method needs no accuracy
         let resistances = self.resistances_at(configuration, LOWEST_ACCURACY)?;
-        let loads = &self.scaled.loads(configuration, query.inertia)?;
-        let constraints = &self.scaled.query_constraints(query, rates)?;
-        let balance = Balance { constraints, loads };
+        let linked = LinkedBodies::new(&self.scaled, query, rates)?;
         let surfaces = AxialSurfaces::new(&self.scaled, configuration, &resistances, &self.axis)?;
         let at_rest: Vec<_> = (0..bodies.len())
             .map(|body| surfaces.as_ref().map(|s| s.of_body(body, 0.0)))
@@ -73,7 +64,7 @@ impl AxisymmetricModel {
             .as_ref()
             .map(|s| s.effect(resistance))
             .transpose()?;
-        let mut velocities = self.newtonian_velocities(law, &along, &balance, effect.as_ref())?;
+        let mut velocities = self.newtonian_velocities(law, &along, &linked, effect.as_ref())?;
         let mut solver = AxialForceSolver::new(
             &bodies,
             self.surroundings,
@@ -83,7 +74,7 @@ impl AxisymmetricModel {
         )?;
         let mut before: Option<Balanced> = None;
         loop {
-            let last = self.balanced(&mut solver, &balance, &mut velocities, tolerance)?;
+            let last = self.balanced(&mut solver, &linked, &mut velocities, tolerance)?;
             let is_accurate =
                 (before.as_ref()).is_some_and(|before| last.change_from(before) <= tolerance);
             let is_highest = !solver.raise_order();
@@ -111,14 +102,14 @@ impl AxisymmetricModel {
     fn balanced(
         &self,
         solver: &mut AxialForceSolver,
-        balance: &Balance,
+        linked: &LinkedBodies,
         velocities: &mut Vec<f64>,
         tolerance: f64,
     ) -> Result<Balanced, ModelError> {
         let mut change = f64::INFINITY;
         for _ in 0..MAX_BALANCES {
             let forces = solver.solve(velocities)?;
-            let solved = self.linearised(&forces, velocities, balance)?;
+            let solved = self.linearised(&forces, velocities, linked)?;
             let next = self.along_axis(
                 &solved
                     .generalised
@@ -133,7 +124,7 @@ impl AxisymmetricModel {
             // What the next balance changes is of the order of the square.
             if change <= (0.1 * tolerance).sqrt() {
                 return Ok(Balanced {
-                    response: solved.response(&self.scaled, balance.constraints, balance.loads)?,
+                    response: linked.response(&solved)?,
                     velocities: velocities.clone(),
                     on_fluid: self.along_axis(&solved.forces),
                     forces,
@@ -155,7 +146,7 @@ impl AxisymmetricModel {
         &self,
         forces: &AxialForces,
         velocities: &[f64],
-        balance: &Balance,
+        linked: &LinkedBodies,
     ) -> Result<MobilitySolution, ModelError> {
         let factor = forces.derivatives.clone().cholesky().ok_or_else(|| {
             let name = "derivative of the forces by the velocities";
@@ -170,19 +161,18 @@ impl AxisymmetricModel {
             velocities: spatial,
             slip_power: forces.slip_power,
         };
-        self.mobility(&forces.derivatives, balance, Some(&effect))
+        self.mobility(&forces.derivatives, linked, Some(&effect))
     }
 
     /// The solution of a balance with a resistance to motions along the axis.
     fn mobility(
         &self,
         along: &DMatrix<f64>,
-        balance: &Balance,
+        linked: &LinkedBodies,
         effect: Option<&SurfaceEffect>,
     ) -> Result<MobilitySolution, ModelError> {
         let matrix = grand_resistance(&self.shapes, &self.axis, along, None);
-        let Balance { constraints, loads } = balance;
-        MobilitySolution::new(&matrix, &self.scaled.set, constraints, loads, effect)
+        linked.all().by_resistance(&matrix, effect)
     }
 
     /// Velocities in a Newtonian fluid whose viscosity is that of the law at the speed over the
@@ -191,7 +181,7 @@ impl AxisymmetricModel {
         &self,
         law: &Law,
         along: &DMatrix<f64>,
-        balance: &Balance,
+        linked: &LinkedBodies,
         effect: Option<&SurfaceEffect>,
     ) -> Result<Vec<f64>, ModelError> {
         /// Steps to a viscosity of which Newton's method needs the magnitude only.
@@ -202,7 +192,7 @@ impl AxisymmetricModel {
         let mut viscosity = 1.0;
         let mut velocities = Vec::new();
         for _ in 0..STEPS {
-            let solved = self.mobility(&(along * viscosity), balance, effect)?;
+            let solved = self.mobility(&(along * viscosity), linked, effect)?;
             let rows = self.scaled.set.surface_velocities();
             velocities = self.along_axis(&solved.generalised.select_rows(&rows));
             let speed = velocities.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
