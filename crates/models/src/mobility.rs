@@ -138,13 +138,14 @@ impl MobilitySolution {
         self.forces.dot(&velocities) + self.slip_power
     }
 
-    /// Motion and loads in the scene's units.
+    /// Motion and loads at a time, in the scene's units.
     ///
     /// # Errors
     /// Joints that contradict each other; a solution for another set of bodies.
     pub fn response(
         &self,
         scaled: &ScaledScene,
+        time: f64,
         constraints: &Constraints,
         loads: &[ExternalLoad],
     ) -> Result<Response, ModelError> {
@@ -154,14 +155,15 @@ impl MobilitySolution {
             constraints,
             loads,
         };
-        Ok(scaled.response_to_scene(ScaledResponse {
+        let response = ScaledResponse {
             motion: &set.state_velocity(self.generalised.as_slice())?,
             generalised: &self.generalised,
             forces: &self.forces,
             joint_loads: drive.joint_loads(&self.forces, &self.generalised)?,
             holding: self.holding.clone(),
             slip_power: self.slip_power,
-        }))
+        };
+        Ok(scaled.response_to_scene(time, response))
     }
 }
 
