@@ -33,6 +33,7 @@ struct MovingLinkage<'a> {
 /// costs `O(n)` for `n` linkages.
 pub(crate) struct LinkedBodies<'a> {
     scaled: &'a ScaledScene,
+    time: f64,
     linkages: Vec<MovingLinkage<'a>>,
 }
 
@@ -186,6 +187,7 @@ impl<'a> LinkedBodies<'a> {
         });
         Ok(Self {
             scaled,
+            time: query.configuration.time,
             linkages: linkages.collect::<Result<_, _>>()?,
         })
     }
@@ -221,6 +223,7 @@ impl<'a> LinkedBodies<'a> {
             });
         Ok(Self {
             scaled,
+            time: configuration.time,
             linkages: linkages.collect::<Result<_, _>>()?,
         })
     }
@@ -286,7 +289,7 @@ impl<'a> LinkedBodies<'a> {
                 joint_loads[joint] = load;
             }
         }
-        Ok(self.scaled.response_to_scene(ScaledResponse {
+        Ok(self.scaled.response_to_scene(self.time, ScaledResponse {
             motion: &set.state_velocity(solution.generalised.as_slice())?,
             generalised: &solution.generalised,
             forces: &solution.forces,

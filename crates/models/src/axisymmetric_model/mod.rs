@@ -200,7 +200,7 @@ impl AxisymmetricModel {
         scene.bodies().iter().any(|body| {
             body.torque != Vector3::zeros()
                 || body.driving_torque.is_some()
-                || body.held_twist().angular != Vector3::zeros()
+                || (body.held_angular_velocity()).is_some_and(|v| v.largest() != Vector3::zeros())
         }) || (scene.articulation().joints().iter()).any(|joint| joint.kind.turns())
     }
 
