@@ -93,20 +93,11 @@ impl Eliminated {
         check_entries("loads on coordinates", free, linkage.load.len())?;
         check_entries("rows of dashpots", free, linkage.damping.nrows())?;
         check_entries("columns of dashpots", free, linkage.damping.ncols())?;
-        // D = L L^T: the force of a dashpot is L^T v.
-        let dashpots = SymmetricEigen::new(linkage.damping.clone());
-        let largest = dashpots.eigenvalues.iter().fold(0.0_f64, |m, x| m.max(*x));
-        let acting: Vec<usize> = (0..free)
-            .filter(|&k| dashpots.eigenvalues[k] > NO_DASHPOT * largest)
-            .collect();
-        let all = rows + acting.len();
+        let dashpots = dashpots(&linkage.damping);
+        let all = rows + dashpots.nrows();
         let mut basis = DMatrix::zeros(all, all);
         basis.view_mut((0, 0), (rows, free)).copy_from(&linkage.basis);
-        for (row, &k) in acting.iter().enumerate() {
-            let column = dashpots.eigenvectors.column(k) * dashpots.eigenvalues[k].sqrt();
-            let mut entries = basis.view_mut((rows + row, 0), (1, free));
-            entries.copy_from(&column.transpose());
-        }
+        (basis.view_mut((rows, 0), dashpots.shape())).copy_from(&dashpots);
         // The other columns are zero: reflections of a square matrix give its whole orthogonal
         // factor.
         let decomposition = basis.qr();
@@ -138,6 +129,22 @@ impl Eliminated {
     fn rows(&self) -> usize {
         self.complement.nrows()
     }
+}
+
+/// `L^T` with `L L^T = D`: the rate of each dashpot by the coordinates, for a coefficient of one.
+fn dashpots(damping: &DMatrix<f64>) -> DMatrix<f64> {
+    // An empty matrix has no eigenvalues.
+    if damping.iter().all(|entry| *entry == 0.0) {
+        return DMatrix::zeros(0, damping.ncols());
+    }
+    let eigen = SymmetricEigen::new(damping.clone());
+    let largest = eigen.eigenvalues.amax();
+    let acting = (0..damping.ncols()).filter(|&k| eigen.eigenvalues[k] > NO_DASHPOT * largest);
+    let rows = acting.map(|k| {
+        let rate = eigen.eigenvectors.column(k) * eigen.eigenvalues[k].sqrt();
+        rate.transpose()
+    });
+    DMatrix::from_rows(&rows.collect::<Vec<_>>())
 }
 
 /// Forces of the spheres, and of the dashpots of each linkage.

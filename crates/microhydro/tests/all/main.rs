@@ -4,7 +4,6 @@ mod contract;
 mod exact;
 mod examples;
 mod hostile;
-mod many;
 mod properties;
 mod squirmers;
 mod stresslets;
