@@ -2,10 +2,10 @@
 #![forbid(unsafe_code)]
 
 mod error;
-pub mod multipole;
-pub mod oseen;
 mod linked;
+pub mod multipole;
 mod near_pairs;
+pub mod oseen;
 mod pair_mobility;
 mod pair_sums;
 mod point_mobility;
@@ -15,10 +15,10 @@ mod spheres;
 pub mod wall;
 
 pub use error::HydroError;
+pub use linked::{Linkage, LinkedMotion, LinkedSpheres};
 pub use multipole::Accuracy;
 /// The version of nalgebra whose vectors and matrices this crate takes and returns.
 pub use nalgebra;
-pub use linked::{LinkedMotion, LinkedSpheres, Linkage};
-pub use point_mobility::{PointModel, PointMobility};
+pub use point_mobility::{PointMobility, PointModel};
 pub use resistance::Resistance;
 pub use spheres::{Medium, Spheres};

@@ -96,7 +96,9 @@ impl Eliminated {
         let dashpots = dashpots(&linkage.damping);
         let all = rows + dashpots.nrows();
         let mut basis = DMatrix::zeros(all, all);
-        basis.view_mut((0, 0), (rows, free)).copy_from(&linkage.basis);
+        basis
+            .view_mut((0, 0), (rows, free))
+            .copy_from(&linkage.basis);
         (basis.view_mut((rows, 0), dashpots.shape())).copy_from(&dashpots);
         // The other columns are zero: reflections of a square matrix give its whole orthogonal
         // factor.
@@ -254,8 +256,7 @@ impl<'a> LinkedSpheres<'a> {
             if residual.norm() <= tolerance * scale {
                 break;
             }
-            iterations +=
-                self.iterate(&mut multipliers, residual.clone(), tolerance * scale)?;
+            iterations += self.iterate(&mut multipliers, residual.clone(), tolerance * scale)?;
             let all: Vec<DVector<f64>> = (self.linkages.iter().enumerate())
                 .map(|(k, one)| {
                     let of_linkage = self.of_linkage(&multipliers, k);

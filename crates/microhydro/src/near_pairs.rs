@@ -30,9 +30,9 @@ pub(crate) fn for_near_pairs(
         for (di, dj) in (-1..=1).flat_map(|di| (-1..=1).map(move |dj| (di, dj))) {
             let column = [i + di, j + dj];
             let from = start([column[0], column[1], k - 1]);
-            let near = sorted[from..].iter().take_while(|([a, b, c], _)| {
-                [*a, *b] == column && *c <= k + 1
-            });
+            let near = sorted[from..]
+                .iter()
+                .take_while(|([a, b, c], _)| [*a, *b] == column && *c <= k + 1);
             for &(_, other) in near.filter(|(_, other)| *other > point) {
                 found(point, other);
             }
@@ -48,7 +48,9 @@ mod tests {
     fn all_pairs_within_the_distance_are_found_once() {
         let mut state = 1_u64;
         let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
             (state >> 40) as f64 / (1 << 24) as f64
         };
         let points: Vec<_> = (0..300)

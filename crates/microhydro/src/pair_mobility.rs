@@ -79,7 +79,11 @@ pub(crate) fn apply(
     forces: &DVector<f64>,
     columns: &Columns,
 ) -> Result<DVector<f64>, HydroError> {
-    check_entries("forces and torques on the spheres", 6 * spheres.len(), forces.len())?;
+    check_entries(
+        "forces and torques on the spheres",
+        6 * spheres.len(),
+        forces.len(),
+    )?;
     check_finite("a force or torque on a sphere", forces)?;
     let mut product = columns.velocities(forces);
     for (k, a) in spheres.radii().iter().enumerate() {

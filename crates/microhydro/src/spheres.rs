@@ -82,11 +82,15 @@ impl Spheres {
         // Of the pairs that touch, the first one in the order of the spheres.
         let mut touching: Option<(usize, usize)> = None;
         let largest = spheres.radii.iter().copied().fold(0.0, f64::max);
-        for_near_pairs(&spheres.centres, 2.0 * largest * (1.0 + CONTACT_TOLERANCE), |i, j| {
-            if spheres.relative_gap(i, j) <= CONTACT_TOLERANCE {
-                touching = Some(touching.map_or((j, i), |found| found.min((j, i))));
-            }
-        });
+        for_near_pairs(
+            &spheres.centres,
+            2.0 * largest * (1.0 + CONTACT_TOLERANCE),
+            |i, j| {
+                if spheres.relative_gap(i, j) <= CONTACT_TOLERANCE {
+                    touching = Some(touching.map_or((j, i), |found| found.min((j, i))));
+                }
+            },
+        );
         match touching {
             None => Ok(spheres),
             Some((second, first)) => Err(HydroError::Touching {

@@ -1,6 +1,6 @@
 //! Velocities and forces of linked bodies, linkage by linkage.
 
-use microhydro::{LinkedSpheres, Linkage, PointMobility};
+use microhydro::{Linkage, LinkedSpheres, PointMobility};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 use rigid::{
@@ -112,7 +112,11 @@ impl LargestDifferences {
     pub fn over(mut self, others: &Self, largest: f64) -> Self {
         let mut others = *others;
         for (own, other) in self.numbers().into_iter().zip(others.numbers()) {
-            *own = if *other > 0.0 { (*own / *other).min(largest) } else { 0.0 };
+            *own = if *other > 0.0 {
+                (*own / *other).min(largest)
+            } else {
+                0.0
+            };
         }
         self
     }
@@ -174,11 +178,7 @@ impl<'a> LinkedBodies<'a> {
     ///
     /// # Errors
     /// Values of joints for which a loop does not close; joints that contradict each other.
-    pub fn new(
-        scaled: &'a ScaledScene,
-        query: &Query,
-        rates: &[f64],
-    ) -> Result<Self, ModelError> {
+    pub fn new(scaled: &'a ScaledScene, query: &Query, rates: &[f64]) -> Result<Self, ModelError> {
         let loads = scaled.loads(query.configuration, query.inertia)?;
         let constraints = scaled.part_constraints(query, rates)?;
         let parts = scaled.parts.par_iter().zip(constraints);
@@ -192,8 +192,8 @@ impl<'a> LinkedBodies<'a> {
         })
     }
 
-    /// The linkages at rest and without loads, but for a unit force on a passive joint, by its place
-    /// among these.
+    /// The linkages at rest and without loads, but for a unit force on a passive joint, by its
+    /// place among these.
     ///
     /// # Errors
     /// Those of [`LinkedBodies::new`].
@@ -205,22 +205,26 @@ impl<'a> LinkedBodies<'a> {
         let rates = [vec![0.0; scaled.set.joints().len()]];
         let query = Query::new(configuration, &rates);
         let parts = scaled.parts.iter();
-        let linkages = parts
-            .zip(scaled.part_constraints(&query, &rates[0])?)
-            .map(|(part, constraints)| {
-                let mut constraints = constraints?;
-                // All else is at rest, also bodies whose velocities are given.
-                constraints.rates.fill(0.0);
-                constraints.joint_forces.fill(0.0);
-                let own = part.passive_joints().iter().position(|&place| place == passive);
-                if let Some(own) = own
-                    && let Some(joint) = part.set().passive_joints().nth(own)
-                {
-                    constraints.joint_forces[own] = scaled.scale.joint_force(joint, 1.0);
-                }
-                let loads = vec![ExternalLoad::default(); part.bodies().len()];
-                MovingLinkage::new(part, constraints, loads)
-            });
+        let linkages =
+            parts
+                .zip(scaled.part_constraints(&query, &rates[0])?)
+                .map(|(part, constraints)| {
+                    let mut constraints = constraints?;
+                    // All else is at rest, also bodies whose velocities are given.
+                    constraints.rates.fill(0.0);
+                    constraints.joint_forces.fill(0.0);
+                    let own = part
+                        .passive_joints()
+                        .iter()
+                        .position(|&place| place == passive);
+                    if let Some(own) = own
+                        && let Some(joint) = part.set().passive_joints().nth(own)
+                    {
+                        constraints.joint_forces[own] = scaled.scale.joint_force(joint, 1.0);
+                    }
+                    let loads = vec![ExternalLoad::default(); part.bodies().len()];
+                    MovingLinkage::new(part, constraints, loads)
+                });
         Ok(Self {
             scaled,
             time: configuration.time,
@@ -239,7 +243,10 @@ impl<'a> LinkedBodies<'a> {
             let bodies = surfaced(one.set()).map(|own| numbers[one.part.bodies()[own]]);
             bodies.collect()
         });
-        let velocities = self.linkages.iter().map(|one| one.part.velocities().to_vec());
+        let velocities = self
+            .linkages
+            .iter()
+            .map(|one| one.part.velocities().to_vec());
         SomeLinkages {
             velocities: velocities.collect(),
             surfaces: surfaces.collect(),
@@ -261,10 +268,13 @@ impl<'a> LinkedBodies<'a> {
         let (mut first, mut surface) = (0, 0);
         for one in &some.linkages {
             let layout = one.set().velocity_layout();
-            some.bodies.extend(layout.bodies().iter().map(|k| first + k));
+            some.bodies
+                .extend(layout.bodies().iter().map(|k| first + k));
             let own = one.set().surface_velocities();
-            some.surface_velocities.extend(own.iter().map(|k| first + k));
-            some.velocities.push((first..first + layout.len()).collect());
+            some.surface_velocities
+                .extend(own.iter().map(|k| first + k));
+            some.velocities
+                .push((first..first + layout.len()).collect());
             let count = own.len() / 6;
             some.surfaces.push((surface..surface + count).collect());
             (first, surface) = (first + layout.len(), surface + count);
@@ -289,14 +299,17 @@ impl<'a> LinkedBodies<'a> {
                 joint_loads[joint] = load;
             }
         }
-        Ok(self.scaled.response_to_scene(self.time, ScaledResponse {
-            motion: &set.state_velocity(solution.generalised.as_slice())?,
-            generalised: &solution.generalised,
-            forces: &solution.forces,
-            joint_loads,
-            holding: solution.holding.clone(),
-            slip_power: solution.slip_power,
-        }))
+        Ok(self.scaled.response_to_scene(
+            self.time,
+            ScaledResponse {
+                motion: &set.state_velocity(solution.generalised.as_slice())?,
+                generalised: &solution.generalised,
+                forces: &solution.forces,
+                joint_loads,
+                holding: solution.holding.clone(),
+                slip_power: solution.slip_power,
+            },
+        ))
     }
 }
 
@@ -387,7 +400,9 @@ impl SomeLinkages<'_> {
         let mut first = 0;
         let own = self.linkages.iter().map(|one| {
             first += one.load.len();
-            coefficients.rows(first - one.load.len(), one.load.len()).into_owned()
+            coefficients
+                .rows(first - one.load.len(), one.load.len())
+                .into_owned()
         });
         let residual = if scale > 0.0 { residual / scale } else { 0.0 };
         let slip_power = effect.map_or(0.0, |effect| effect.power(&forces));
@@ -445,7 +460,10 @@ impl SomeLinkages<'_> {
             let (forces, velocities) = self.of(own, &solution);
             let loads = one.drive().holding_loads(&forces, &velocities)?;
             let bodies = one.part.bodies();
-            Ok(loads.into_iter().map(|(body, load)| (bodies[body], load)).collect())
+            Ok(loads
+                .into_iter()
+                .map(|(body, load)| (bodies[body], load))
+                .collect())
         });
         let holding: Vec<Vec<_>> = holding.collect::<Result<_, ModelError>>()?;
         solution.holding = holding.into_iter().flatten().collect();
@@ -478,13 +496,18 @@ impl SomeLinkages<'_> {
     /// The linkage whose velocities differ most between two solutions.
     pub fn farthest_change(&self, one: &MobilitySolution, other: &MobilitySolution) -> usize {
         let change = |linkage: &Vec<usize>| {
-            let changes = linkage.iter().map(|&k| one.generalised[k] - other.generalised[k]);
+            let changes = linkage
+                .iter()
+                .map(|&k| one.generalised[k] - other.generalised[k]);
             changes.map(|change| change * change).sum::<f64>()
         };
         let changes = self.velocities.iter().map(change).enumerate();
-        let most = changes.fold((0, -1.0), |most, found| {
-            if found.1 > most.1 { found } else { most }
-        });
+        let most = changes.fold(
+            (0, -1.0),
+            |most, found| {
+                if found.1 > most.1 { found } else { most }
+            },
+        );
         most.0
     }
 
@@ -540,7 +563,11 @@ pub(crate) fn joint_responses(
 ) -> Result<Vec<StateVelocity>, ModelError> {
     let passive = 0..scaled.set.passive_joints().count();
     let response = |joint: usize| {
-        let solved = solve(&LinkedBodies::with_unit_force(scaled, configuration, joint)?)?;
+        let solved = solve(&LinkedBodies::with_unit_force(
+            scaled,
+            configuration,
+            joint,
+        )?)?;
         let motion = scaled.set.state_velocity(solved.generalised.as_slice())?;
         Ok(scaled.motion_to_scene(&motion))
     };

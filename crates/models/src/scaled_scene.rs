@@ -218,7 +218,9 @@ impl ScaledScene {
         let mut constraints = self.constraints(query.configuration, rates)?;
         for (body, inertia) in query.inertia.into_iter().flatten().enumerate() {
             let damping = self.body_damping(body, inertia);
-            constraints.body_damping.extend(damping.map(|block| (body, block)));
+            constraints
+                .body_damping
+                .extend(damping.map(|block| (body, block)));
         }
         Ok(constraints)
     }
@@ -248,7 +250,8 @@ impl ScaledScene {
             let set = part.set();
             let mut constraints = set.constraints(&part.state(&state), &own_values, &own_rates)?;
             let sums = constraints.joint_forces.iter_mut();
-            for ((sum, joint), &place) in sums.zip(set.passive_joints()).zip(part.passive_joints()) {
+            for ((sum, joint), &place) in sums.zip(set.passive_joints()).zip(part.passive_joints())
+            {
                 let force = forces.as_ref().and_then(|forces| forces.get(place));
                 *sum += force.map_or(0.0, |force| self.scale.joint_force(joint, *force));
             }
@@ -259,7 +262,9 @@ impl ScaledScene {
             for (own, &body) in part.bodies().iter().enumerate() {
                 let inertia = query.inertia.and_then(|all| all.get(body));
                 let damping = inertia.and_then(|inertia| self.body_damping(body, inertia));
-                constraints.body_damping.extend(damping.map(|block| (own, block)));
+                constraints
+                    .body_damping
+                    .extend(damping.map(|block| (own, block)));
             }
             Ok(constraints)
         };
@@ -300,7 +305,8 @@ impl ScaledScene {
             }
         }
         for body in self.set.held_bodies() {
-            constraints = constraints.with_held_velocity(body, self.scaled_held_twist(time, body))?;
+            constraints =
+                constraints.with_held_velocity(body, self.scaled_held_twist(time, body))?;
         }
         Ok(constraints)
     }

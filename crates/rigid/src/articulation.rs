@@ -271,7 +271,12 @@ impl Articulation {
 
     /// The set of some bodies, ascending, with all of their joints; `own_joints` are these joints
     /// with the new numbers of the bodies.
-    pub(crate) fn subset(&self, bodies: &[usize], joints: &[usize], own_joints: Vec<Joint>) -> Self {
+    pub(crate) fn subset(
+        &self,
+        bodies: &[usize],
+        joints: &[usize],
+        own_joints: Vec<Joint>,
+    ) -> Self {
         let kinds = selected(&self.kinds, bodies);
         let held_translation = selected(&self.held_translation, bodies);
         let (linkages, frames) = find_linkages(&held_translation, &own_joints);

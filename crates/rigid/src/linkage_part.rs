@@ -55,7 +55,12 @@ impl LinkagePart {
     /// State of the part in a state of the whole set; numbers that the state lacks are left out.
     pub fn state(&self, whole: &State) -> State {
         State {
-            frames: whole.frames.get(self.linkage).into_iter().copied().collect(),
+            frames: whole
+                .frames
+                .get(self.linkage)
+                .into_iter()
+                .copied()
+                .collect(),
             attitudes: selected(&whole.attitudes, &self.bodies),
             joints: selected(&whole.joints, &self.passive),
         }

@@ -53,10 +53,7 @@ struct Solved<'a> {
 }
 
 impl<'a> Solved<'a> {
-    fn new(
-        linkages: &SomeLinkages,
-        mobility: &'a PointMobility<'a>,
-    ) -> Result<Self, ModelError> {
+    fn new(linkages: &SomeLinkages, mobility: &'a PointMobility<'a>) -> Result<Self, ModelError> {
         let system = linkages.spheres(mobility)?;
         let found = system.solve(RESIDUAL)?;
         let solution = linkages.solution(
@@ -114,7 +111,9 @@ impl SpheresModel {
         let is_whole = estimates == ModelEstimatesKind::Full
             || (estimates == ModelEstimatesKind::Sampled && spheres.len() <= NEIGHBOURHOOD);
         // They belong to the configuration, and not to the rates.
-        let resistances = is_whole.then(|| self.resistances_of(&spheres)).transpose()?;
+        let resistances = is_whole
+            .then(|| self.resistances_of(&spheres))
+            .transpose()?;
         let of_references = clock.elapsed().as_secs_f64();
         let linked = LinkedBodies::new(&self.scaled, query, rates)?;
         let mobility = PointMobility::new(model, &spheres, &self.medium)?;
@@ -269,8 +268,7 @@ impl SpheresModel {
         }
         // The expansions from which errors are estimated take almost all of the time.
         let mut sum = solve;
-        let needed =
-            multipole::predicted_order(spheres, &self.medium, super::POINT_FORCE_ERROR)?;
+        let needed = multipole::predicted_order(spheres, &self.medium, super::POINT_FORCE_ERROR)?;
         for order in super::REFERENCE_ORDERS {
             let accuracy = microhydro::Accuracy::order(order);
             sum += multipole::predicted_seconds(spheres, &self.medium, &accuracy, 0)?;
@@ -308,7 +306,9 @@ fn neighbourhoods(all: &SomeLinkages, spheres: &Spheres, far: usize) -> Vec<Vec<
     let lists = chosen.into_iter().map(|centre| {
         let own = all.spheres_of(&[centre]);
         let distance = |k: usize| {
-            let apart = own.iter().map(|&o| (x[o] - x[k]).norm() - spheres.radii()[k]);
+            let apart = own
+                .iter()
+                .map(|&o| (x[o] - x[k]).norm() - spheres.radii()[k]);
             apart.fold(f64::INFINITY, f64::min)
         };
         let mut nearest: Vec<(f64, usize)> = (0..x.len()).map(|k| (distance(k), k)).collect();

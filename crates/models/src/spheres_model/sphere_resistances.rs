@@ -50,8 +50,8 @@ impl SphereResistances {
         Self::within(f64::INFINITY, kind, spheres, medium)
     }
 
-    /// The same with references that take at most a few hundredths of a second, as predicted, if the
-    /// first of them does; the error of a reference counts.
+    /// The same with references that take at most a few hundredths of a second, as predicted; the
+    /// first one is of the lowest order. The error of a reference counts.
     ///
     /// # Errors
     /// As [`SphereResistances::new`].

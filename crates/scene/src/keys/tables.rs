@@ -11,8 +11,8 @@ use crate::joints::JointWord;
 use crate::words::{
     AcceptKind, ArmsKind, AxesKind, BackgroundKind, DomainKind, DriveKind, EstimatesKind,
     FlowsKind, FormulationKind, GaitKind, GeometryKind, InertiaKind, InterpolationKind, LawKind,
-    LearnKind, MeshMotionKind, MesherKind, ModelEstimatesKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind,
-    SolverKind, StartKind, StrokeStart, SurfaceKind, SymmetryKind,
+    LearnKind, MeshMotionKind, MesherKind, ModelEstimatesKind, ModelKind, ObjectiveKind,
+    RheologyKind, ShapeKind, SolverKind, StartKind, StrokeStart, SurfaceKind, SymmetryKind,
 };
 
 tables! {

@@ -94,12 +94,13 @@ impl<'a> Expansion<'a> {
         let values = document.values();
         let entry = list(values, "copies").and_then(|entries| entries.get(number));
         let entry = entry.cloned().unwrap_or(Value::Table(Table::new()));
-        let entry: CopiesFile = entry.try_into().map_err(|error: toml::de::Error| {
-            SceneError::Syntax {
-                place: document.place(&format!("copies[{number}]")),
-                message: error.message().to_owned(),
-            }
-        })?;
+        let entry: CopiesFile =
+            entry
+                .try_into()
+                .map_err(|error: toml::de::Error| SceneError::Syntax {
+                    place: document.place(&format!("copies[{number}]")),
+                    message: error.message().to_owned(),
+                })?;
         let of = checks.required(&key("of"), entry.of.clone(), ": name a body to copy")?;
         let empty = Vec::new();
         let bodies = list(values, "bodies").unwrap_or(&empty);
@@ -109,11 +110,14 @@ impl<'a> Expansion<'a> {
         let (members, links) = linkage(bodies, links, first);
         for &body in &members {
             if vector(bodies[body].get("position")).is_none() {
-                let problem = "names a linkage with a body without position, which no copy can have";
+                let problem =
+                    "names a linkage with a body without position, which no copy can have";
                 return Err(checks.bad_value(&key("of"), problem));
             }
         }
-        let has_file = values.get("gait").is_some_and(|gait| gait.get("file").is_some());
+        let has_file = values
+            .get("gait")
+            .is_some_and(|gait| gait.get("file").is_some());
         if has_file && !links.is_empty() {
             let problem = "copies links, which the table of gait.file does not have; write the \
                            gait as phases or harmonics";
@@ -157,9 +161,13 @@ impl<'a> Expansion<'a> {
             .collect();
         for (copy, pose) in poses.iter().enumerate() {
             let suffix = format!("-{}", copy + 2);
-            let bodies = originals.iter().map(|body| self.moved_body(body, pose, &suffix));
+            let bodies = originals
+                .iter()
+                .map(|body| self.moved_body(body, pose, &suffix));
             append(root, "bodies", bodies.collect());
-            let links = original_links.iter().map(|link| self.moved_link(link, pose, &suffix));
+            let links = original_links
+                .iter()
+                .map(|link| self.moved_link(link, pose, &suffix));
             append(root, "links", links.collect());
         }
         let names: Vec<&str> = (original_links.iter())
@@ -289,7 +297,11 @@ impl<'a> Expansion<'a> {
         if pose.rotation == UnitQuaternion::identity() {
             return Value::Table(body);
         }
-        let shape = body.get("shape").and_then(Value::as_str).unwrap_or("sphere").to_owned();
+        let shape = body
+            .get("shape")
+            .and_then(Value::as_str)
+            .unwrap_or("sphere")
+            .to_owned();
         let has = |name: &str| {
             let mut all = shape_keys().into_iter();
             all.any(|(kind, keys)| kind.word() == shape && keys.contains(&name))
@@ -393,8 +405,11 @@ fn copy_gait(gait: &mut Table, links: &[&str], copies: usize) {
             }
             if let Some(Value::Table(targets)) = phase.get_mut("targets") {
                 for &link in links {
-                    let Some(value) = targets.get(link).cloned() else { continue };
-                    let copied = suffixes().map(|suffix| (format!("{link}{suffix}"), value.clone()));
+                    let Some(value) = targets.get(link).cloned() else {
+                        continue;
+                    };
+                    let copied =
+                        suffixes().map(|suffix| (format!("{link}{suffix}"), value.clone()));
                     targets.extend(copied);
                 }
             }
@@ -433,7 +448,9 @@ struct Room {
 
 impl Room {
     fn new(gap: f64, spheres: &[(Vector3<f64>, f64)]) -> Self {
-        let largest = spheres.iter().fold(0.0_f64, |m, (_, radius)| m.max(*radius));
+        let largest = spheres
+            .iter()
+            .fold(0.0_f64, |m, (_, radius)| m.max(*radius));
         let mut room = Self {
             gap,
             // Points alone have no size.
@@ -451,7 +468,10 @@ impl Room {
 
     fn enter(&mut self, sphere: (Vector3<f64>, f64)) {
         if self.largest > 0.0 {
-            self.cells.entry(self.key(&sphere.0)).or_default().push(sphere);
+            self.cells
+                .entry(self.key(&sphere.0))
+                .or_default()
+                .push(sphere);
         }
     }
 
@@ -459,8 +479,12 @@ impl Room {
     fn take(&mut self, spheres: &[(Vector3<f64>, f64)]) -> bool {
         let is_free = |(x, radius): &(Vector3<f64>, f64)| {
             let [i, j, k] = self.key(x);
-            let around = (-1..=1).flat_map(|a| (-1..=1).map(move |b| (a, b)));
-            let around = around.flat_map(|(a, b)| (-1..=1).map(move |c| [i + a, j + b, k + c]));
+            // Far from all others, numbers of cells end.
+            let near = |k: i64| [-1, 0, 1].map(|step| k.saturating_add(step));
+            let around = near(i)
+                .into_iter()
+                .flat_map(|i| near(j).map(move |j| (i, j)));
+            let around = around.flat_map(|(i, j)| near(k).map(move |k| [i, j, k]));
             let mut others = around.filter_map(|key| self.cells.get(&key)).flatten();
             others.all(|(y, other)| (x - y).norm() >= radius + other + self.gap)
         };
