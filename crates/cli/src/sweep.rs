@@ -1,6 +1,6 @@
 //! `swim sweep`: runs of a scene with other values of some keys.
 
-use design::{RandomPoints, SweepOptions, SweepResult, VariedKey, sweep};
+use design::{RandomPoints, SweepOptions, SweepResult, SweepRow, VariedKey, sweep};
 use pictures::{SweptPoints, sweep_svg};
 use serde_json::json;
 
@@ -98,14 +98,19 @@ pub fn sweep_scene(arguments: SweepArguments, quiet: bool) -> Result<String, Cli
     }
     let mut text = entry("scene", scene.name())
         + &entry("points", found.rows.len())
-        + &entry("directory", folder.path().display())
-        + "\n"
-        + &entry(&found.keys.join(", "), "net displacement");
-    for row in found.rows.iter().take(PRINTED) {
-        let values = printable(&row.values.join(", "));
+        + &entry("results", folder.path().display())
+        + "\n";
+    let head = printable(&found.keys.join(", "));
+    let values = |row: &SweepRow| printable(&row.values.join(", "));
+    let printed = || found.rows.iter().take(PRINTED);
+    let width = printed().map(|row| values(row).chars().count());
+    let width = 2 + width.fold(head.chars().count(), usize::max);
+    text += &format!("{head:<width$}net displacement\n");
+    for row in printed() {
+        let values = format!("{:<width$}", values(row));
         let status = row.status();
         text += &match &row.result {
-            Err(_) => entry(&values, printable(&status)),
+            Err(_) => format!("{values}{}\n", printable(&status)),
             Ok(result) => {
                 let net = along(result);
                 let net = match result.displacement_error {
@@ -113,15 +118,15 @@ pub fn sweep_scene(arguments: SweepArguments, quiet: bool) -> Result<String, Cli
                     None => two_digits(net),
                 };
                 match status == "met" {
-                    true => entry(&values, net),
-                    false => entry(&values, format!("{net}, {}", printable(&status))),
+                    true => format!("{values}{net}\n"),
+                    false => format!("{values}{net}, {}\n", printable(&status)),
                 }
             }
         };
     }
     if found.rows.len() > PRINTED {
         let more = count(found.rows.len() - PRINTED, "more row");
-        text += &entry("...", format!("{more} in sweep.csv"));
+        text += &format!("{more} in sweep.csv\n");
     }
     Ok(text)
 }

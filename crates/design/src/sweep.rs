@@ -122,7 +122,7 @@ fn values_of(text: &str) -> Result<Values, String> {
             let last = (count - 1) as f64;
             let value = |k: usize| match (is_logarithmic, k == count - 1) {
                 (_, true) => to,
-                (true, _) => from * (to / from).powf(k as f64 / last),
+                (true, _) => rounded(from * (to / from).powf(k as f64 / last)),
                 (false, _) => (from * (last - k as f64) + to * k as f64) / last,
             };
             Ok(Values::List((0..count).map(|k| number(value(k))).collect()))
@@ -135,6 +135,11 @@ fn values_of(text: &str) -> Result<Values, String> {
 fn number(value: f64) -> String {
     let text = format!("{value:?}");
     text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
+}
+
+/// A number with six digits, which are as good as any and can be read.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// The parts of a list, which commas outside brackets and quotes separate.
@@ -242,10 +247,10 @@ impl Values {
                 is_logarithmic,
             } => {
                 let share = random.f64();
-                number(match is_logarithmic {
+                number(rounded(match is_logarithmic {
                     true => from * (to / from).powf(share),
                     false => from + share * (to - from),
-                })
+                }))
             }
         }
     }
