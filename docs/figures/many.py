@@ -5,6 +5,7 @@ all contract.
 """
 
 import math
+import os
 import time
 
 from figures import arguments, page, swim, table
@@ -95,7 +96,7 @@ def main():
         "first reflection and expansions in four neighbourhoods), and of the whole command with reading, "
         "checks and output; memory of the whole process; the error bar of the velocities relative to the "
         "largest one. Growth is fitted to the last three rows of a model; that of the solution contains "
-        "the error bar.",
+        f"the error bar. Other programs used the same cores: the load was {os.getloadavg()[0]:.0f}.",
         table(headings, lines),
     )
     (chosen.out / "many.md").write_text(text)

@@ -313,7 +313,8 @@ words! {
         Off,
         /// Up to 12 spheres as `full`. Beyond that errors of `oseen` and `rpy` are those of the
         /// first reflection between all spheres, compared with expansions in at most four
-        /// neighbourhoods of 12 spheres: at most half of the time of the solution, and a second.
+        /// neighbourhoods of 12 spheres. That costs two products with the mobility (four for
+        /// `oseen`), a solution to two digits, and a tenth of a second.
         Sampled,
         /// By expansions of all spheres, whose time grows with the cube of their number: 200
         /// spheres take tens of times as long as the solution.

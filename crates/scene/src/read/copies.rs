@@ -306,14 +306,12 @@ impl<'a> Expansion<'a> {
             let mut all = shape_keys().into_iter();
             all.any(|(kind, keys)| kind.word() == shape && keys.contains(&name))
         };
-        let (has_axis, has_orientation) = (has("axis"), has("orientation"));
-        if has_axis {
-            let axis = vector(body.get("axis")).unwrap_or(DEFAULT_AXIS.into());
-            body.insert("axis".to_owned(), value_of(&(pose.rotation * axis)));
-        }
-        if has_orientation {
-            let own = vector(body.get("orientation")).unwrap_or_default();
-            let turned = pose.rotation * UnitQuaternion::from_scaled_axis(own);
+        // A body has one of the two; an axis has a default.
+        let own = vector(body.get("orientation"));
+        if own.is_none() && has("axis") {
+            turn(&mut body, "axis", pose, Some(DEFAULT_AXIS.into()));
+        } else if has("orientation") {
+            let turned = pose.rotation * UnitQuaternion::from_scaled_axis(own.unwrap_or_default());
             body.insert("orientation".to_owned(), value_of(&turned.scaled_axis()));
         }
         turn(&mut body, "moment", pose, None);
