@@ -1,41 +1,37 @@
-//! Lines on what neglecting inertia costs, of `swim run` and `swim solve`.
+//! Lines on what neglected terms cost, of `swim run` and `swim solve`.
 
 use nalgebra::Vector3;
-use swimmer::models::InstantaneousSolution;
+use swimmer::models::{InstantaneousSolution, NeglectedTerm};
 use swimmer::scene::Domain;
-use swimmer::{InertiaNumbers, NeglectedInertia, Report, Scene, fastest_body, mean_effect};
+use swimmer::{InertiaNumbers, Neglected, Report, Scene, fastest_body, mean_effect};
 
 use super::text::{entry, percent, two_digits, warn};
 
-/// Relative effect of inertia above which Stokes flow is doubtful: at a Reynolds number of 0.5 the
+/// Relative effect above which flow without a term is doubtful: at a Reynolds number of 0.5 the
 /// first order overestimates effects of 10 % by a fifth to a half.
 const LARGE: f64 = 0.1;
 
-/// The lines of a run; empty for a fluid without density.
+/// The lines of a run; empty where nothing is neglected.
 pub fn of_run(report: &Report) -> String {
-    let Some(neglected) = &report.neglected_inertia else {
-        return String::new();
-    };
     let outcome = &report.outcome;
     let reference = Reference {
         name: "the net displacement",
         direction: outcome.net_vector(),
         size: outcome.resolved_net(),
     };
-    lines(&report.scene, neglected, &reference, |effect| {
-        mean_effect(outcome, effect)
-    })
+    let mean = |effect: &[Vector3<f64>]| mean_effect(outcome, effect);
+    let costs = report.neglected.iter();
+    costs
+        .map(|cost| lines(&report.scene, cost, &reference, mean))
+        .collect()
 }
 
-/// The lines of a solution, of the body that moves fastest; empty for a fluid without density.
+/// The lines of a solution, of the body that moves fastest; empty where nothing is neglected.
 pub fn of_solution(
     scene: &Scene,
-    neglected: Option<&NeglectedInertia>,
+    neglected: &[Neglected],
     solution: &InstantaneousSolution,
 ) -> String {
-    let Some(neglected) = neglected else {
-        return String::new();
-    };
     let body = fastest_body(&solution.bodies).unwrap_or(0);
     let velocity = solution.bodies.get(body).map(|body| body.velocity);
     let velocity = velocity.unwrap_or_default();
@@ -45,9 +41,11 @@ pub fn of_solution(
         direction: velocity,
         size: velocity.norm(),
     };
-    lines(scene, neglected, &reference, |effect| {
-        effect.get(body).copied().unwrap_or_default()
-    })
+    let of_body = |effect: &[Vector3<f64>]| effect.get(body).copied().unwrap_or_default();
+    let costs = neglected.iter();
+    costs
+        .map(|cost| lines(scene, cost, &reference, of_body))
+        .collect()
 }
 
 /// A vector to which effects are compared.
@@ -67,19 +65,25 @@ pub fn inertia_words(numbers: &InertiaNumbers) -> String {
     }
 }
 
-/// The numbers of the scene and the effects, along the reference and relative to it.
+/// What is neglected, and the effects along the reference and relative to it.
 fn lines(
     scene: &Scene,
-    neglected: &NeglectedInertia,
+    neglected: &Neglected,
     reference: &Reference,
     vector: impl Fn(&[Vector3<f64>]) -> Vector3<f64>,
 ) -> String {
-    let numbers = inertia_words(&neglected.numbers);
+    let is_inertia = neglected.term == NeglectedTerm::Inertia;
+    let label = match neglected.term {
+        NeglectedTerm::Inertia => "neglected inertia",
+        NeglectedTerm::Rheology => "neglected viscosity law",
+    };
+    let numbers = neglected.numbers.as_ref().map(inertia_words);
     let effect = match &neglected.effect {
         Ok(effect) => effect,
         Err(reason) => {
-            return entry("neglected inertia", numbers)
-                + &entry("  effect", expected(scene))
+            let order = entry("  effect", expected(scene));
+            return entry(label, numbers.unwrap_or_else(|| "effect not known".to_owned()))
+                + if is_inertia { &order } else { "" }
                 + &entry("  not computed", reason);
         }
     };
@@ -92,9 +96,10 @@ fn lines(
     };
     let direction = direction.try_normalize(0.0).unwrap_or_else(Vector3::x);
     let what = match is_resolved {
-        true => format!("{numbers}: change (relative to {})", reference.name),
-        false => format!("{numbers}: change of {}", reference.name),
+        true => format!("change (relative to {})", reference.name),
+        false => format!("change of {}", reference.name),
     };
+    let what = numbers.map_or(what.clone(), |numbers| format!("{numbers}: {what}"));
     let value = |v: &Vector3<f64>| {
         let along = v.dot(&direction);
         match is_resolved && along != 0.0 {
@@ -102,19 +107,33 @@ fn lines(
             false => format!("{along:.1e}"),
         }
     };
-    let mut text = entry("neglected inertia", what);
-    for (cause, vectors) in effect.causes() {
-        text += &entry(&format!("  {cause}"), value(&vector(vectors)));
+    let mut text = entry(label, what);
+    for (part, vectors) in effect.parts() {
+        let part = match part {
+            "viscosity" => "at its shear rates",
+            "second_order" => "second order in them",
+            other => other,
+        };
+        text += &entry(&format!("  {part}"), value(&vector(vectors)));
     }
-    text += &entry("  sum", value(&total));
-    if is_resolved && total.norm() > LARGE * reference.size {
-        warn(&format!(
-            "inertia would change {} by {} to first order, so that Stokes flow is no model of this \
-             scene; the density of the fluid is {}",
-            reference.name,
-            percent(total.norm() / reference.size),
-            scene.fluid_density(),
-        ));
+    if neglected.term.adds_up() {
+        text += &entry("  sum", value(&total));
+    }
+    let largest = effect.largest(vector);
+    if is_resolved && largest > LARGE * reference.size {
+        let size = percent(largest / reference.size);
+        let name = reference.name;
+        warn(&match neglected.term {
+            NeglectedTerm::Inertia => format!(
+                "inertia would change {name} by {size} to first order, so that Stokes flow is no \
+                 model of this scene; the density of the fluid is {}",
+                scene.fluid_density(),
+            ),
+            NeglectedTerm::Rheology => format!(
+                "the viscosity law would change {name} by {size} to first order, so that a \
+                 constant viscosity is no model of this scene; set fluid.rheology = \"full\""
+            ),
+        });
     }
     text
 }
