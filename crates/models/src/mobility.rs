@@ -138,17 +138,18 @@ impl MobilitySolution {
         self.forces.dot(&velocities) + self.slip_power
     }
 
-    /// Motion and loads in the scene's units.
+    /// Motion and loads at a time, in the scene's units.
     ///
     /// # Errors
     /// Joints that contradict each other; a solution for another set of bodies.
     pub fn response(
         &self,
         scaled: &ScaledScene,
+        time: f64,
         constraints: &Constraints,
         loads: &[ExternalLoad],
     ) -> Result<Response, ModelError> {
-        let to_scene = |response: ScaledResponse| scaled.response_to_scene(response);
+        let to_scene = |response: ScaledResponse| scaled.response_to_scene(time, response);
         self.converted(&scaled.set, constraints, loads, to_scene)
     }
 

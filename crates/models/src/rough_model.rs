@@ -60,7 +60,9 @@ impl Hydrodynamics for RoughModel {
             let constraints = self.scaled.query_constraints(query, rates)?;
             let set = &self.scaled.set;
             let solved = MobilitySolution::new(&resistance, set, &constraints, loads, None)?;
-            Ok(solved.response(&self.scaled, &constraints, loads)?.into())
+            let time = query.configuration.time;
+            let response = solved.response(&self.scaled, time, &constraints, loads)?;
+            Ok(response.into())
         };
         query.rates.iter().map(solution).collect()
     }
