@@ -150,7 +150,9 @@ impl AxisymmetricModel {
         let (n, resistance) = (bodies.len(), resistances.axial.matrix());
         let along = resistance.view((0, 0), (n, n)).into_owned();
         let effect = surfaces.map(|surfaces| surfaces.effect(resistance)).transpose()?;
+        let time = at.configuration.time;
         let balance = Balance {
+            time,
             constraints: &constraints,
             loads: &loads,
         };
@@ -186,6 +188,7 @@ impl AxisymmetricModel {
         let effect = self.force_free(along, &DVector::from_column_slice(&change.forces))?;
         let no_loads = vec![ExternalLoad::default(); self.scaled.set.kinds().len()];
         let balance = Balance {
+            time: 0.0,
             constraints: at_rest,
             loads: &no_loads,
         };
