@@ -42,9 +42,7 @@ pub(super) fn eliminate(
     if rows.iter().any(|value| !value.is_finite()) {
         return None;
     }
-    let schur = matrix
-        .view((inner, inner), (outer, outer))
-        .into_owned();
+    let schur = matrix.view((inner, inner), (outer, outer)).into_owned();
     let columns = matrix.remove_columns(inner, outer);
     let eliminated = Eliminated {
         columns,
@@ -65,7 +63,11 @@ impl Eliminated {
         for k in 0..inner {
             let value = values[k];
             let mut below = values.rows_range_mut(k + 1..);
-            below.axpy(-value, &self.columns.column(k).rows_range(k + 1..inner), 1.0);
+            below.axpy(
+                -value,
+                &self.columns.column(k).rows_range(k + 1..inner),
+                1.0,
+            );
         }
         self.columns.rows_range(inner..) * &*values
     }
@@ -99,8 +101,7 @@ fn factor_columns(
             if diagonal == 0.0 || !diagonal.is_finite() {
                 return None;
             }
-            let (mut own, mut later) =
-                matrix.columns_range_pair_mut(k..k + 1, k + 1..columns.end);
+            let (mut own, mut later) = matrix.columns_range_pair_mut(k..k + 1, k + 1..columns.end);
             let mut below = own.column_mut(0);
             let mut below = below.rows_range_mut(k + 1..);
             below /= diagonal;
@@ -121,7 +122,10 @@ fn factor_columns(
 fn update(matrix: &mut DMatrix<f64>, done: Range<usize>, later: Range<usize>) {
     let (factors, mut later) = matrix.columns_range_pair_mut(done.clone(), later);
     let (mut upper, mut lower) = later.rows_range_pair_mut(done.clone(), done.end..);
-    solve_unit_lower(factors.rows_range(done.clone()).as_view(), upper.as_view_mut());
+    solve_unit_lower(
+        factors.rows_range(done.clone()).as_view(),
+        upper.as_view_mut(),
+    );
     lower.gemm(-1.0, &factors.rows_range(done.end..), &upper, 1.0);
 }
 
@@ -143,7 +147,10 @@ fn solve_unit_lower(factor: DMatrixView<f64>, mut rhs: DMatrixViewMut<f64>) {
     solve_unit_lower(factor.view((0, 0), (middle, middle)), upper.as_view_mut());
     let rest = size - middle;
     lower.gemm(-1.0, &factor.view((middle, 0), (rest, middle)), &upper, 1.0);
-    solve_unit_lower(factor.view((middle, middle), (rest, rest)), lower.as_view_mut());
+    solve_unit_lower(
+        factor.view((middle, middle), (rest, rest)),
+        lower.as_view_mut(),
+    );
 }
 
 #[cfg(test)]

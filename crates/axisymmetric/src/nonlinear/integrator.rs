@@ -192,6 +192,8 @@ pub struct AxialIntegrator<'a> {
     /// The newest first, three at most.
     levels: Vec<Level>,
     factors: Option<CondensedFactors>,
+    /// Coefficient of the newest level in the difference formula of the factors.
+    factored_at: f64,
     /// Largest velocity of the fluid so far.
     largest: f64,
     /// That of the projection onto the present mesh, until a step is accepted on it.
@@ -257,6 +259,7 @@ impl<'a> AxialIntegrator<'a> {
             start,
             levels: vec![level],
             factors: None,
+            factored_at: 0.0,
             largest: 0.0,
             momentum_jump: None,
             meshes: 1,
@@ -287,8 +290,14 @@ impl<'a> AxialIntegrator<'a> {
         self.system.set_boundary(&boundary, &mut fields);
         let (nodes, tolerance) = (&self.levels[0].nodes, self.parameters.tolerance);
         let newtonian = Terms::default();
-        let (_, mut change) =
-            (self.system).solve(nodes, &mut fields, &newtonian, &balance, &mut None, tolerance)?;
+        let (_, mut change) = (self.system).solve(
+            nodes,
+            &mut fields,
+            &newtonian,
+            &balance,
+            &mut None,
+            tolerance,
+        )?;
         if self.parameters.law.is_some() {
             let terms = Terms {
                 coefficients: Coefficients {
@@ -484,7 +493,11 @@ impl<'a> AxialIntegrator<'a> {
             let motions = fields.motions.iter().zip(&known_displacements);
             motions.map(|(u, known)| (u - known) / newest).collect()
         };
-        let mut factors = self.factors.take();
+        let is_near = |at: f64| (newest / at).max(at / newest) <= MAX_COEFFICIENT_RATIO;
+        let mut factors = (self.factors.take()).filter(|_| is_near(self.factored_at));
+        if factors.is_none() {
+            self.factored_at = newest;
+        }
         let mut fields = predicted.clone();
         self.system.set_boundary(&boundary, &mut fields);
         let mut displacements = displaced(&fields);
@@ -514,9 +527,11 @@ impl<'a> AxialIntegrator<'a> {
                 .map(|(new, old)| (new - old).abs() / smallest)
                 .fold(0.0, f64::max);
             displacements = next;
-            if change <= self.parameters.tolerance
-                && (self.parameters.frozen || shift <= self.parameters.tolerance)
-            {
+            // What is left converges like this iteration at least (Hairer & Wanner 1996, IV.8).
+            let rate = if last.is_finite() { change / last } else { 1.0 };
+            let left = if rate < 0.5 { rate / (1.0 - rate) } else { 1.0 };
+            let tolerance = self.parameters.tolerance;
+            if left * change <= tolerance && (self.parameters.frozen || left * shift <= tolerance) {
                 break (nodes, mesh_velocity);
             }
             if !change.is_finite() || iterations == MAX_ITERATIONS {
@@ -528,6 +543,7 @@ impl<'a> AxialIntegrator<'a> {
             }
             if change > MAX_CHORD_REDUCTION * last {
                 factors = None;
+                self.factored_at = newest;
             }
             last = change;
         };
@@ -761,6 +777,10 @@ impl<'a> AxialIntegrator<'a> {
         Ok(())
     }
 }
+
+/// Ratio of the coefficients of the newest level above which factors of an earlier step do not serve:
+/// the iteration reduces its change by no more than one minus the inverse of it.
+const MAX_COEFFICIENT_RATIO: f64 = 1.3;
 
 /// Iterations after which a step has failed; most take four.
 const MAX_ITERATIONS: usize = 30;

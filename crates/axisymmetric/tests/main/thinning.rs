@@ -465,7 +465,10 @@ fn inertia_and_a_law_together_have_the_limits_of_each() {
     };
     let drag = |state: &SteadyState| -state.forces[0] / (6.0 * PI);
     let with_inertia = drag(&steady(0.5, &carreau(0.5, 0.0, 0.0)));
-    assert!((with_inertia / 1.312596826 - 1.0).abs() < 1e-6, "{with_inertia}");
+    assert!(
+        (with_inertia / 1.312596826 - 1.0).abs() < 1e-6,
+        "{with_inertia}"
+    );
     // in a ball the first order in the density vanishes by symmetry
     let law = carreau(0.5, 1.0, 0.0);
     let thinning = drag(&steady(1e-4, &law));
@@ -474,11 +477,14 @@ fn inertia_and_a_law_together_have_the_limits_of_each() {
     // Inertia adds more where the viscosity is smaller.
     let added = drag(&both) / thinning;
     assert!(added > with_inertia / 1.2861963385, "{added}");
-    let parameters = TransientParameters::new(0.5).with_law(&law).with_order(both.order);
+    let parameters = TransientParameters::new(0.5)
+        .with_law(&law)
+        .with_order(both.order);
     let body = AxialBody::prescribed(unit_sphere());
     let mut run = AxialIntegrator::from_rest(&[body], BALL, &MovingWall, parameters, 0.0)
         .expect("a start from rest");
-    run.start_from_stokes(&[0.0]).expect("a flow without inertia");
+    run.start_from_stokes(&[0.0])
+        .expect("a flow without inertia");
     // What is left after a step is the diffusion time of the ball, 50, over its length.
     let last = (0..3).map(|_| run.step(1e6).expect("a step")).last();
     let reached = last.expect("three steps").forces[0];
