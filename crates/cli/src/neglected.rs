@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 use swimmer::models::{InstantaneousSolution, NeglectedTerm};
 use swimmer::scene::Domain;
-use swimmer::{InertiaNumbers, Neglected, Report, Scene, fastest_body, mean_effect};
+use swimmer::{
+    InertiaNumbers, Neglected, Report, Scene, fastest_body, mean_effect, resolved_net,
+};
 
 use super::text::{entry, percent, two_digits, warn};
 
@@ -17,7 +19,7 @@ pub fn of_run(report: &Report) -> String {
     let reference = Reference {
         name: "the net displacement",
         direction: outcome.net_vector(),
-        size: outcome.resolved_net(),
+        size: resolved_net(outcome),
     };
     let mean = |effect: &[Vector3<f64>]| mean_effect(outcome, effect);
     let costs = report.neglected.iter();
@@ -52,7 +54,7 @@ pub fn of_solution(
 struct Reference<'a> {
     name: &'a str,
     direction: Vector3<f64>,
-    /// Its norm, zero if that is rounding.
+    /// Its norm, zero if that is rounding or below its error bar.
     size: f64,
 }
 

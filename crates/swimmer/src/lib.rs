@@ -35,7 +35,9 @@ pub use integrate::{
     TYPICAL_SOLVES_PER_SPAN, UnsteadyScene,
 };
 pub use models;
-pub use neglected::{Neglected, NeglectedEffect, fastest_body, mean_effect, start_neglected};
+pub use neglected::{
+    Neglected, NeglectedEffect, fastest_body, mean_effect, resolved_net, start_neglected,
+};
 pub use observer::{MissedTarget, Observer, Progress};
 pub use outcome::{Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions};
 pub use output::Folder;

@@ -54,7 +54,7 @@ pub struct Neglected {
     pub effect: Result<NeglectedEffect, String>,
     /// The effect along the result, relative to it: along the net displacement of a run, or along
     /// the velocity of the [`fastest_body`] of a solution. None if the effect is not known or the
-    /// result is zero.
+    /// result is zero or below its error bar.
     pub relative: Option<f64>,
 }
 
@@ -305,7 +305,7 @@ pub(crate) fn run_neglected(
     outcome: &Outcome,
     progress: &dyn Progress,
 ) -> Result<Vec<Neglected>, SwimError> {
-    let net = match outcome.resolved_net() > 0.0 {
+    let net = match resolved_net(outcome) > 0.0 {
         true => outcome.net_vector(),
         false => Vector3::zeros(),
     };
@@ -324,6 +324,16 @@ pub(crate) fn run_neglected(
     };
     let costs = NeglectedTerm::ALL.into_iter().map(of_term);
     costs.filter_map(Result::transpose).collect()
+}
+
+/// The net displacement to which effects are compared: zero if it is rounding, or below its error
+/// bar.
+pub fn resolved_net(outcome: &Outcome) -> f64 {
+    let net = outcome.resolved_net();
+    match net > outcome.error_estimate.total() {
+        true => net,
+        false => 0.0,
+    }
 }
 
 /// Adds the effect along the path of a run.
