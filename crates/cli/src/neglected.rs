@@ -3,9 +3,7 @@
 use nalgebra::Vector3;
 use swimmer::models::{InstantaneousSolution, NeglectedTerm};
 use swimmer::scene::Domain;
-use swimmer::{
-    InertiaNumbers, Neglected, Report, Scene, fastest_body, mean_effect, resolved_net,
-};
+use swimmer::{InertiaNumbers, Neglected, Report, Scene, fastest_body, mean_effect, resolved_net};
 
 use super::text::{entry, percent, two_digits, warn};
 
@@ -84,8 +82,10 @@ fn lines(
         Ok(effect) => effect,
         Err(reason) => {
             let order = entry("  effect", expected(scene));
-            return entry(label, numbers.unwrap_or_else(|| "effect not known".to_owned()))
-                + if is_inertia { &order } else { "" }
+            return entry(
+                label,
+                numbers.unwrap_or_else(|| "effect not known".to_owned()),
+            ) + if is_inertia { &order } else { "" }
                 + &entry("  not computed", reason);
         }
     };

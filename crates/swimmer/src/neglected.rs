@@ -71,7 +71,10 @@ impl NeglectedEffect {
         for (name, response) in &change.parts {
             let velocities = response.bodies.iter().map(|body| time * body.velocity);
             match self.parts.iter_mut().find(|(part, _)| part == name) {
-                Some((_, sums)) => sums.iter_mut().zip(velocities).for_each(|(sum, v)| *sum += v),
+                Some((_, sums)) => sums
+                    .iter_mut()
+                    .zip(velocities)
+                    .for_each(|(sum, v)| *sum += v),
                 None => self.parts.push((name, velocities.collect())),
             }
         }

@@ -141,15 +141,21 @@ impl AxisymmetricModel {
         let resistances = self.resistances_at(at.configuration, LOWEST_ACCURACY)?;
         let loads = self.scaled.loads(at.configuration, None)?;
         let mut constraints = self.scaled.constraints(at.configuration, at.rates)?;
-        let surfaces = AxialSurfaces::new(&self.scaled, at.configuration, &resistances, &self.axis)?;
-        let amplitudes: Option<Vec<_>> = (surfaces.as_ref())
-            .map(|surfaces| (0..bodies.len()).map(|body| surfaces.of_body(body, 0.0)).collect());
+        let surfaces =
+            AxialSurfaces::new(&self.scaled, at.configuration, &resistances, &self.axis)?;
+        let amplitudes: Option<Vec<_>> = (surfaces.as_ref()).map(|surfaces| {
+            (0..bodies.len())
+                .map(|body| surfaces.of_body(body, 0.0))
+                .collect()
+        });
         let slip = |body: usize, x: [f64; 2]| {
             (amplitudes.as_ref()).map_or([0.0; 2], |of| of[body].slip(&bodies[body], x))
         };
         let (n, resistance) = (bodies.len(), resistances.axial.matrix());
         let along = resistance.view((0, 0), (n, n)).into_owned();
-        let effect = surfaces.map(|surfaces| surfaces.effect(resistance)).transpose()?;
+        let effect = surfaces
+            .map(|surfaces| surfaces.effect(resistance))
+            .transpose()?;
         let time = at.configuration.time;
         let balance = Balance {
             time,
@@ -170,7 +176,10 @@ impl AxisymmetricModel {
         constraints.joint_forces.fill(0.0);
         let forms = [
             Some(("viscosity", &found.by_viscosity)),
-            found.by_square.as_ref().map(|change| ("second_order", change)),
+            found
+                .by_square
+                .as_ref()
+                .map(|change| ("second_order", change)),
         ];
         let parts = (forms.into_iter().flatten())
             .map(|(name, change)| Ok((name, self.balanced_change(&along, change, &constraints)?)))
@@ -252,9 +261,11 @@ impl AxisymmetricModel {
         balance: &Balance,
     ) -> Result<MobilitySolution, ModelError> {
         let derivatives = &forces.derivatives;
-        let of_forces = self.force_free(derivatives, &DVector::from_column_slice(&forces.forces))?;
+        let of_forces =
+            self.force_free(derivatives, &DVector::from_column_slice(&forces.forces))?;
         let effect = SurfaceEffect {
-            velocities: of_forces.velocities + self.spatial(&DVector::from_column_slice(velocities)),
+            velocities: of_forces.velocities
+                + self.spatial(&DVector::from_column_slice(velocities)),
             slip_power: forces.slip_power,
             ..of_forces
         };

@@ -1,6 +1,8 @@
 //! First-order effects of neglected terms: exact values, units, jumps of rates, refusals.
 
-use models::{AxisymmetricModel, FemModel, FirstOrderChange, Hydrodynamics, NeglectedTerm, PathPoint};
+use models::{
+    AxisymmetricModel, FemModel, FirstOrderChange, Hydrodynamics, NeglectedTerm, PathPoint,
+};
 use nalgebra::Vector3;
 use scene::Scene;
 use testkit::{SceneText, contains, within};
@@ -86,7 +88,11 @@ fn three_spheres_in_a_ball_by_the_reciprocal_theorem() {
 fn effects_of_inertia_have_the_units_of_the_scene() {
     let of = |scene: &Scene, rates: &[f64]| {
         let total = |change: FirstOrderChange| -> Vec<f64> {
-            change.parts.iter().map(|(_, r)| r.bodies[1].velocity.x).collect()
+            change
+                .parts
+                .iter()
+                .map(|(_, r)| r.bodies[1].velocity.x)
+                .collect()
         };
         let mut model = FemModel::new(scene).unwrap();
         total(change(&mut model, rates, &[0.3 * rates[0] * rates[0], 0.0]))
@@ -139,7 +145,11 @@ fn a_jump_of_the_rates_is_an_acceleration_for_a_short_time() {
     let jump = model.neglected(NeglectedTerm::Inertia).unwrap();
     let jump = jump.jump(configuration, &rates, &after).unwrap();
     let velocity = |change: &FirstOrderChange| -> Vec<f64> {
-        change.parts.iter().map(|(_, r)| r.bodies[1].velocity.x).collect()
+        change
+            .parts
+            .iter()
+            .map(|(_, r)| r.bodies[1].velocity.x)
+            .collect()
     };
     let [accelerated, steady, jump] = [&accelerated, &steady, &jump].map(velocity);
     assert_eq!(jump[1], 0.0);
@@ -173,7 +183,10 @@ fn a_squirmer_in_unbounded_fluid_in_its_moving_frame() {
     let change = change(&mut model, &[], &[]);
     let axis = Vector3::new(0.0, 0.6, 0.8);
     let expected = beta * (-0.15 + 0.570 / 60.0);
-    let parts = change.parts.iter().map(|(_, response)| response.bodies[0].velocity);
+    let parts = change
+        .parts
+        .iter()
+        .map(|(_, response)| response.bodies[0].velocity);
     let found: Vector3<f64> = parts.sum();
     // The effect is quadratic in the flow of the slip, as the power is.
     let bound = (solution.uncorrected_power() / solution.power() - 1.0).abs();
@@ -310,6 +323,10 @@ fn effects_of_a_law_have_the_units_of_the_scene() {
         );
         let expected = rate * viscosity * radius * scaled.bodies[1].force.x;
         let difference = found.bodies[1].force.x - expected;
-        within(difference, 1e-8 * expected.abs(), format!("{name}: rounding of forces"));
+        within(
+            difference,
+            1e-8 * expected.abs(),
+            format!("{name}: rounding of forces"),
+        );
     }
 }

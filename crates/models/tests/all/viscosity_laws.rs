@@ -233,16 +233,25 @@ fn a_load_below_the_yield_stress_moves_a_body_by_no_more_than_the_bar() {
             "{ law = \"herschel-bulkley\", consistency = 1, index = 0.5, yield_stress = 3, \
              regularisation = 1e-3 }",
         );
-    let mut model = AxisymmetricModel::new(&text.scene()).unwrap().with_accuracy(1e-3);
+    let mut model = AxisymmetricModel::new(&text.scene())
+        .unwrap()
+        .with_accuracy(1e-3);
     let state = text.scene().initial_state();
     match model.solve_one(testkit::at(&state, &[]), &[]) {
         Ok(found) => {
             let speed = found.bodies[0].velocity.x;
-            within(speed, found.error_estimate.total(), "speed below the yield stress");
+            within(
+                speed,
+                found.error_estimate.total(),
+                "speed below the yield stress",
+            );
         }
         Err(error) => {
             let message = error.to_string();
-            assert!(!error.is_bad_input() && message.contains("fluid."), "{message}");
+            assert!(
+                !error.is_bad_input() && message.contains("fluid."),
+                "{message}"
+            );
         }
     }
 }

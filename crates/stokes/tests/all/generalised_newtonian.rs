@@ -9,8 +9,8 @@ use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use rheology::{Law, ViscosityLaw};
 use rigid::{
-    Arms, Articulation, BodyKind, Constraints, DirectRows, Drive, Eliminated, ExternalLoad, Formulation,
-    Lagrange, Twist,
+    Arms, Articulation, BodyKind, Constraints, DirectRows, Drive, Eliminated, ExternalLoad,
+    Formulation, Lagrange, Twist,
 };
 use stokes::{
     GeneralisedNewtonianSolution, InitialGuesses, Options, Problem, Solver, StokesError,
@@ -423,7 +423,10 @@ fn the_first_order_change_by_a_law_is_the_derivative_of_full_solves() {
         for (found, difference) in [
             (&found.bodies, &full.bodies - &newtonian.bodies),
             (&found.forces, &full.forces - &newtonian.forces),
-            (&found.joint_loads, &full.joint_loads - &newtonian.joint_loads),
+            (
+                &found.joint_loads,
+                &full.joint_loads - &newtonian.joint_loads,
+            ),
         ] {
             let error = (found - &difference).amax() / difference.amax();
             assert!(error < bound, "{label}: {error:e}");

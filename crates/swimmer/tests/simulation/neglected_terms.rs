@@ -5,12 +5,13 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use models::{
-    BodySolution, Configuration, FirstOrderChange, Hydrodynamics, InstantaneousSolution, ModelError,
-    NeglectedTerm, NeglectedTerms, PathPoint, Query, Response, SphereModel, SpheresModel,
+    BodySolution, Configuration, FirstOrderChange, Hydrodynamics, InstantaneousSolution,
+    ModelError, NeglectedTerm, NeglectedTerms, PathPoint, Query, Response, SphereModel,
+    SpheresModel,
 };
 use nalgebra::{Complex, Vector3};
-use swimmer::models;
 use scene::RheologyKind;
+use swimmer::models;
 use swimmer::{
     Choice, NeglectedEffect, Scene, choose, run_with, run_without_files, solve_start_with_terms,
 };
@@ -270,7 +271,11 @@ fn thinning_squirmer(time: f64, rheology: &str) -> Scene {
          rheology = \"{rheology}\" }}"
     );
     (SceneText::new())
-        .shape("s", "radius = 1, slip = { b1 = 1.5, axis = [1, 0, 0] }", [0; 3])
+        .shape(
+            "s",
+            "radius = 1, slip = { b1 = 1.5, axis = [1, 0, 0] }",
+            [0; 3],
+        )
         .phase("duration = 2")
         .with("fluid", law)
         .scene()
@@ -281,7 +286,11 @@ fn thinning_squirmer(time: f64, rheology: &str) -> Scene {
 fn a_run_at_constant_viscosity_tells_what_its_law_would_change() {
     let time = 1e-2;
     let report = run_without_files(thinning_squirmer(time, "newtonian"), &mut ()).unwrap();
-    within(report.outcome.displacement[0].x - 2.0, 2e-4, "model.tolerance");
+    within(
+        report.outcome.displacement[0].x - 2.0,
+        2e-4,
+        "model.tolerance",
+    );
     let [neglected] = report.neglected.as_slice() else {
         panic!("{:?}", report.neglected);
     };
@@ -294,7 +303,11 @@ fn a_run_at_constant_viscosity_tells_what_its_law_would_change() {
         let bound = 3e-3 * exact.abs();
         within(vectors[0].x / 2.0 - exact, bound, name);
     }
-    within(neglected.relative.unwrap() - exact, 3e-3 * exact.abs(), "relative to the speed");
+    within(
+        neglected.relative.unwrap() - exact,
+        3e-3 * exact.abs(),
+        "relative to the speed",
+    );
     let summary = report.summary();
     let written = &summary["neglected_rheology"];
     assert_eq!(written["relative"].as_f64(), neglected.relative);
@@ -314,7 +327,11 @@ fn auto_keeps_a_viscosity_law_where_it_matters() {
         let start = solve_start_with_terms(thinning_squirmer(time, "auto"), &choose).unwrap();
         let decision = start.decision.unwrap();
         let word = if is_neglected { "neglected" } else { "kept" };
-        contains("decision", &decision, &[word, "the largest velocity", "leaves"]);
+        contains(
+            "decision",
+            &decision,
+            &[word, "the largest velocity", "leaves"],
+        );
         let speed = start.solution.bodies[0].velocity.x;
         let run = report.outcome.displacement[0].x / 2.0;
         within(speed - run, 2e-4, "model.tolerance of both");
@@ -379,5 +396,8 @@ fn unequal_times_move_a_reciprocal_stroke_in_a_fluid_that_thins() {
     // `(1 + s)^(-1/4) = 1 - s / 4 (1 - 5 s / 8 + ..)` with `s = (λ g)^2` and shear rates up to
     // 1.5 times the speed, 4, of a sphere: the series alternates.
     let next = 0.625 * (1.5 * 4.0 * time).powi(2);
-    assert!(found < first + bar && found > (1.0 - next) * first - bar, "{found:e} {first:e}");
+    assert!(
+        found < first + bar && found > (1.0 - next) * first - bar,
+        "{found:e} {first:e}"
+    );
 }

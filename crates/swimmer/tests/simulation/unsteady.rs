@@ -294,7 +294,9 @@ fn inertia_together_with_a_law_has_the_units_of_the_scene() {
         wall_velocity: -1.0,
         ..SteadyDrive::default()
     };
-    let parameters = SteadyParameters::new(0.5).with_law(&law).with_tolerance(1e-6);
+    let parameters = SteadyParameters::new(0.5)
+        .with_law(&law)
+        .with_tolerance(1e-6);
     let body = AxialBody::prescribed(AxialSpheroid::sphere(0.0, 1.0));
     let ball = Surroundings::Ball { radius: 10.0 };
     let unit = axisymmetric::steady_state(&[body], ball, &drive, &parameters).unwrap();
@@ -319,7 +321,10 @@ fn inertia_together_with_a_law_has_the_units_of_the_scene() {
     let found = steady.solution.bodies[0].velocity.x;
     within(found - speed, 1e-6 * speed, "speed under that force");
     let refused = solve_steady(&scene("fem", held)).unwrap_err().to_string();
-    assert!(refused.contains("fluid.inertia: inertia of a fluid"), "{refused}");
+    assert!(
+        refused.contains("fluid.inertia: inertia of a fluid"),
+        "{refused}"
+    );
 }
 
 /// A law that hardly thins changes nothing, and one that thins lets a sphere fall further.
@@ -341,10 +346,17 @@ fn a_released_sphere_falls_further_in_a_fluid_that_thins() {
     let newtonian = fall("");
     let same = fall(&carreau(1e-4));
     // η - 1 is 1e-8
-    within(newtonian.0 - same.0, 1e-6 * newtonian.0, "a law without an effect");
+    within(
+        newtonian.0 - same.0,
+        1e-6 * newtonian.0,
+        "a law without an effect",
+    );
     let thinning = fall(&carreau(3.0));
     let bars = newtonian.1 + thinning.1;
-    assert!(thinning.0 - newtonian.0 > 3.0 * bars, "{thinning:?} {newtonian:?}");
+    assert!(
+        thinning.0 - newtonian.0 > 3.0 * bars,
+        "{thinning:?} {newtonian:?}"
+    );
 }
 
 #[test]
