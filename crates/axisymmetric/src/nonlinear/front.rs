@@ -5,9 +5,9 @@
 //! [A_oi A_oo]  = P^T[W    I] [0    S]
 //! ```
 //!
-//! with partial pivoting `P` in the rows of `A_ii`. Columns are halved recursively (Toledo 1997), so
-//! that almost all operations are products of large blocks, ten times as fast as updates by single
-//! columns.
+//! with partial pivoting `P` in the rows of `A_ii`. Columns are halved recursively (Toledo 1997),
+//! so that almost all operations are products of large blocks, which are faster than updates by
+//! single columns.
 
 use std::ops::Range;
 

@@ -55,7 +55,8 @@ pub struct TransientParameters<'a> {
 }
 
 impl<'a> TransientParameters<'a> {
-    /// The Navier-Stokes equations with this density and viscosity 1, on a mesh that follows the bodies.
+    /// The Navier-Stokes equations with this density and viscosity 1, on a mesh that follows the
+    /// bodies.
     pub fn new(density: f64) -> Self {
         Self {
             density,
@@ -778,8 +779,8 @@ impl<'a> AxialIntegrator<'a> {
     }
 }
 
-/// Ratio of the coefficients of the newest level above which factors of an earlier step do not serve:
-/// the iteration reduces its change by no more than one minus the inverse of it.
+/// Ratio of the coefficients of the newest level above which factors of an earlier step do not
+/// serve: the iteration reduces its change by no more than one minus the inverse of it.
 const MAX_COEFFICIENT_RATIO: f64 = 1.3;
 
 /// Iterations after which a step has failed; most take four.

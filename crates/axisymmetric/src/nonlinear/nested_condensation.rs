@@ -2,8 +2,9 @@
 //!
 //! Elements are merged in pairs, along a binary tree of geometric bisections. As soon as all
 //! elements of a degree of freedom are merged, it is eliminated by a dense LU factorisation with
-//! partial pivoting ([`super::front`]; the multifrontal method, Duff & Reid 1983, on the tree of nested dissection,
-//! George 1973). For `N` unknowns in the plane this takes `N^1.5` time and `N log N` memory.
+//! partial pivoting ([`super::front`]; the multifrontal method, Duff & Reid 1983, on the tree of
+//! nested dissection, George 1973). For `N` unknowns in the plane this takes `N^1.5` time and `N
+//! log N` memory.
 //!
 //! The block that is eliminated belongs to velocities and pressures in the interior of a union of
 //! triangles. Pressures in the interior vanish on the boundary of the union, so that no constant is
