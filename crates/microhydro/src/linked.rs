@@ -269,7 +269,8 @@ impl<'a> LinkedSpheres<'a> {
         }
         let reached = residual.norm();
         // Restarts reach rounding; an error of the recursion that is left is within a factor.
-        if !(reached <= 10.0 * tolerance * scale) {
+        let is_reached = reached <= 10.0 * tolerance * scale;
+        if !is_reached {
             return Err(HydroError::NotConverged {
                 iterations,
                 residual: reached,

@@ -192,15 +192,15 @@ impl<'a> LinkedBodies<'a> {
         })
     }
 
-    /// The linkages at rest and without loads, but for a unit force on a passive joint, by its
-    /// place among these.
+    /// The linkages at rest and without loads, but for a unit force on one passive joint, if there
+    /// is one, by its place among these.
     ///
     /// # Errors
     /// Those of [`LinkedBodies::new`].
-    pub fn with_unit_force(
+    pub fn at_rest(
         scaled: &'a ScaledScene,
         configuration: Configuration,
-        passive: usize,
+        unit_force: Option<usize>,
     ) -> Result<Self, ModelError> {
         let rates = [vec![0.0; scaled.set.joints().len()]];
         let query = Query::new(configuration, &rates);
@@ -216,7 +216,7 @@ impl<'a> LinkedBodies<'a> {
                     let own = part
                         .passive_joints()
                         .iter()
-                        .position(|&place| place == passive);
+                        .position(|&place| Some(place) == unit_force);
                     if let Some(own) = own
                         && let Some(joint) = part.set().passive_joints().nth(own)
                     {
@@ -287,6 +287,24 @@ impl<'a> LinkedBodies<'a> {
     /// # Errors
     /// Joints that contradict each other.
     pub fn response(&self, solution: &MobilitySolution) -> Result<Response, ModelError> {
+        self.converted(solution, |scaled| {
+            self.scaled.response_to_scene(self.time, scaled)
+        })
+    }
+
+    /// Change of motion and loads in the scene's units, of a solution for all linkages at rest.
+    ///
+    /// # Errors
+    /// As [`LinkedBodies::response`].
+    pub fn change(&self, solution: &MobilitySolution) -> Result<Response, ModelError> {
+        self.converted(solution, |scaled| self.scaled.change_to_scene(scaled))
+    }
+
+    fn converted(
+        &self,
+        solution: &MobilitySolution,
+        to_scene: impl FnOnce(ScaledResponse) -> Response,
+    ) -> Result<Response, ModelError> {
         let set = &self.scaled.set;
         let all = self.all();
         let mut joint_loads = vec![JointLoad::default(); set.joints().len()];
@@ -299,17 +317,14 @@ impl<'a> LinkedBodies<'a> {
                 joint_loads[joint] = load;
             }
         }
-        Ok(self.scaled.response_to_scene(
-            self.time,
-            ScaledResponse {
-                motion: &set.state_velocity(solution.generalised.as_slice())?,
-                generalised: &solution.generalised,
-                forces: &solution.forces,
-                joint_loads,
-                holding: solution.holding.clone(),
-                slip_power: solution.slip_power,
-            },
-        ))
+        Ok(to_scene(ScaledResponse {
+            motion: &set.state_velocity(solution.generalised.as_slice())?,
+            generalised: &solution.generalised,
+            forces: &solution.forces,
+            joint_loads,
+            holding: solution.holding.clone(),
+            slip_power: solution.slip_power,
+        }))
     }
 }
 
@@ -563,11 +578,7 @@ pub(crate) fn joint_responses(
 ) -> Result<Vec<StateVelocity>, ModelError> {
     let passive = 0..scaled.set.passive_joints().count();
     let response = |joint: usize| {
-        let solved = solve(&LinkedBodies::with_unit_force(
-            scaled,
-            configuration,
-            joint,
-        )?)?;
+        let solved = solve(&LinkedBodies::at_rest(scaled, configuration, Some(joint))?)?;
         let motion = scaled.set.state_velocity(solved.generalised.as_slice())?;
         Ok(scaled.motion_to_scene(&motion))
     };

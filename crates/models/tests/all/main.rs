@@ -6,7 +6,7 @@ mod flows;
 mod history;
 mod many_swimmers;
 mod mesh_files;
-mod neglected_inertia;
+mod neglected_terms;
 mod query;
 mod remeshed_files;
 mod scenes;
