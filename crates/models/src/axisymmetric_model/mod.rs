@@ -104,6 +104,7 @@ impl AxisymmetricModel {
                 "use model.kind = \"fem\", or spheres and spheroids",
             );
         }
+        Capabilities::default().check_deformations(scene, "axisymmetric")?;
         let scaled = ScaledScene::new(scene)?;
         let scale = scaled.scale;
         let surroundings = match *scene.domain() {
@@ -188,6 +189,7 @@ impl AxisymmetricModel {
     /// Whether the model supports the domain, the shapes and the arrangement of a scene.
     pub fn supports(scene: &Scene) -> bool {
         scene.first_not_spheroidal().is_none()
+            && !scene.deforms()
             && matches!(
                 scene.domain(),
                 Domain::Unbounded | Domain::Ball { .. } | Domain::Cylinder { .. }

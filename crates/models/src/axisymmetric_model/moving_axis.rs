@@ -327,6 +327,7 @@ impl MovingAxis {
             joint_loads: drive.joint_loads(&forces, &generalised)?,
             holding: drive.holding_loads(&forces, &generalised)?,
             slip_power: step.slip_power,
+            amplitudes: Vec::new(),
         });
         let largest = |of: fn(&BodySolution) -> Vector3<f64>| {
             (response.bodies.iter()).fold(0.0_f64, |m, body| m.max(of(body).norm()))

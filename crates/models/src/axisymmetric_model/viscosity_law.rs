@@ -166,9 +166,10 @@ impl AxisymmetricModel {
         let force_free = DVector::from_column_slice(velocities) - change;
         let spatial = self.spatial(&force_free);
         let effect = SurfaceEffect {
-            of_slip: DVector::zeros(spatial.len()),
+            of_parts: DMatrix::zeros(spatial.len(), 1),
             velocities: spatial,
-            slip_power: forces.slip_power,
+            powers: DVector::from_element(1, forces.slip_power),
+            rates: Vec::new(),
         };
         self.mobility(&forces.derivatives, balance, Some(&effect))
     }

@@ -228,7 +228,7 @@ impl FemModel {
         let drive = self.drive(&at_rest, &loads);
         let change = problem.inertial_change(&drive, &flow, density, &options)?;
         let response = |flow: &FlowSolution| {
-            let scaled_response = ScaledResponse::of_flow(flow, 0.0, &scaled.set)?;
+            let scaled_response = ScaledResponse::of_flow(flow, 0.0, Vec::new(), &scaled.set)?;
             let mut response = scaled.change_to_scene(scaled_response);
             if let Some(frame) = &query.frame {
                 response.rotate(&frame.rotation());

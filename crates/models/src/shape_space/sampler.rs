@@ -90,6 +90,7 @@ impl<'a> Sampler<'a> {
         Layout {
             bodies: self.scene.bodies().len(),
             joints: self.ranges.len(),
+            deforms: self.scene.deforms(),
             mesh_errors: self.solved.mesh_errors,
         }
     }

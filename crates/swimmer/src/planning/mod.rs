@@ -8,7 +8,7 @@ mod trial;
 use models::{
     AxisymmetricModel, FemModel, Hydrodynamics, ModelError, MovingAxis, SphereModel, SpheresModel,
 };
-use scene::{DomainKind, ModelKind, RheologyKind, Scene, Shape};
+use scene::{Body, DomainKind, ModelKind, RheologyKind, Scene, Shape};
 
 use crate::integrate::velocity_tolerance;
 use sphere_model::{ModelForSpheres, choose_for_spheres, expansion_for_tolerance};
@@ -45,7 +45,9 @@ pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     check_no_inertia(scene)?;
     check_rheology(scene)?;
     let choice = choose_unchecked(scene)?;
-    (choice.model.capabilities()).check_rheology(scene, choice.model.name())?;
+    let capabilities = choice.model.capabilities();
+    capabilities.check_deformations(scene, choice.model.name())?;
+    capabilities.check_rheology(scene, choice.model.name())?;
     Ok(choice)
 }
 
@@ -54,6 +56,12 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         scene.domain().kind(),
         DomainKind::Unbounded | DomainKind::Ball | DomainKind::Wall
     );
+    // Sources have no image in a plane wall here.
+    let has_sources = |body: &Body| {
+        let size = body.deformation.as_ref().and_then(|of| of.size);
+        size.is_some() && scene.domain().kind() == DomainKind::Wall
+    };
+    let is_mesh_free = is_mesh_free && !scene.bodies().iter().any(has_sources);
     let requested = || {
         vec![
             "given by model.kind".to_owned(),
@@ -99,6 +107,9 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         ModelKind::Auto if AxisymmetricModel::suits(scene) => {
             let mut model = axisymmetric()?;
             let unsupported = match scene.first_nonspherical() {
+                Some(body) if scene.bodies()[body].deformation.is_some() => {
+                    "modes that change the shape of a sphere".to_owned()
+                }
                 Some(_) => "shape = \"spheroid\"".to_owned(),
                 None => format!("domain.kind = \"{}\"", scene.domain().kind().word()),
             };
@@ -126,6 +137,9 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         }
         ModelKind::Auto => {
             let (key, word) = match scene.first_nonspherical() {
+                Some(body) if scene.bodies()[body].deformation.is_some() => {
+                    ("deformation.kind", "modes")
+                }
                 Some(body) => ("shape", scene.bodies()[body].shape.kind().word()),
                 None => ("domain.kind", scene.domain().kind().word()),
             };
