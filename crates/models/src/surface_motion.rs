@@ -141,6 +141,16 @@ impl SurfaceMotion {
         (deformation.filter(moves)).map_or_else(Vector3::zeros, velocity)
     }
 
+    /// Rate of the volume of a body for a rate of one of an amplitude.
+    pub fn volume_rate(&self, body: usize, joint: usize) -> f64 {
+        let deformation = self.deformations.get(body).and_then(Option::as_ref);
+        let moves = |of: &&PosedDeformation| of.deformation.joints().any(|own| own == joint);
+        deformation.filter(moves).map_or(0.0, |of| {
+            let rate = of.deformation.volume_rate(&of.values, joint);
+            rate * of.unit.powi(3) / of.rates[joint]
+        })
+    }
+
     /// Velocity of the deforming surface of a body at `x` for scaled rates of all joints.
     pub fn of_deformation(&self, body: usize, x: &Vector3<f64>, rates: &[f64]) -> Vector3<f64> {
         let moving = self.amplitudes.iter().filter(|joint| rates[**joint] != 0.0);
