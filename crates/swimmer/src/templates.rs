@@ -8,9 +8,10 @@ macro_rules! templates {
 }
 
 /// Names and texts of the example scenes.
-pub const TEMPLATES: [(&str, &str); 14] = templates! {
+pub const TEMPLATES: [(&str, &str); 16] = templates! {
     "three-sphere" "smooth" "chain" "planar" "tetrahedral" "purcell" "scallop" "elastic-arm"
-    "corkscrew" "squirmer" "jeffery" "settling" "optimal-stroke" "learning"
+    "corkscrew" "squirmer" "jeffery" "settling" "optimal-stroke" "learning" "pushmepullyou"
+    "amoeba"
 };
 
 #[cfg(test)]
