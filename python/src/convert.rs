@@ -7,7 +7,7 @@ use swimmer::models::mesh::TetMesh;
 use swimmer::models::nalgebra::{DMatrix, Matrix3, Vector3};
 use swimmer::models::rigid::JointLoad;
 use swimmer::models::{BodySolution, ErrorEstimate, FlowField, InstantaneousSolution, Seconds};
-use swimmer::{Outcome, Report, Scene};
+use swimmer::{Outcome, Report, Sample, Scene};
 
 /// A two-dimensional array from its rows.
 pub fn rows<'py, T: Element, const N: usize>(
@@ -211,6 +211,25 @@ fn trajectory(py: Python<'_>, outcome: &Outcome, dict: &Bound<'_, PyDict>) -> Py
     };
     dict.set_item("positions", shaped(places, samples.len(), 3)?)?;
     dict.set_item("quaternions", shaped(turns, samples.len(), 4)?)?;
+    // NaN where the velocities were not computed.
+    let of_bodies = |of: fn(&BodySolution) -> Vector3<f64>| -> Vec<f64> {
+        let of_sample = |sample: &Sample| match &sample.bodies {
+            Some(known) => known.iter().map(|body| of(body).into()).collect(),
+            None => vec![[f64::NAN; 3]; bodies],
+        };
+        samples.iter().flat_map(of_sample).flatten().collect()
+    };
+    for (name, flat) in [
+        ("velocities", of_bodies(|body| body.velocity)),
+        (
+            "angular_velocities",
+            of_bodies(|body| body.angular_velocity),
+        ),
+        ("forces", of_bodies(|body| body.force)),
+        ("torques", of_bodies(|body| body.torque)),
+    ] {
+        dict.set_item(name, shaped(flat, samples.len(), 3)?)?;
+    }
     let curve = &outcome.curve;
     let times: Vec<f64> = curve.iter().map(|(time, _)| *time).collect();
     let places = curve.iter().flat_map(|(_, places)| places);

@@ -1,10 +1,16 @@
-//! Optimal strokes, and the rewards of steps between shapes.
+//! Optimal strokes, rewards of steps between shapes, sweeps, sensitivities, best frequencies and
+//! sizes.
 
 use std::path::PathBuf;
 
-use ::design::{DesignedStroke, design_stroke, learn};
+use ::design::{
+    DesignedStroke, RandomPoints, SweepOptions, Values, VariedKey, best_frequency, best_sizes,
+    design_stroke, learn, sensitivities, sweep,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde_json::{Value, json};
+use swimmer::output::Folder;
 use swimmer::{Scene, SwimError};
 
 use crate::convert::{array, estimate, joint_names, table};
@@ -75,4 +81,105 @@ pub fn rewards<'py>(
         .map(|state| (0..joints).map(|joint| found.of(state, joint)).collect())
         .collect();
     Ok((table(py, &rows)?, found.names, found.error, found.model))
+}
+
+/// The values of a key: as the command line has them, or a list.
+#[derive(FromPyObject)]
+pub enum Vary {
+    /// `from:to:count`, `from:to` or a list with commas.
+    Text(String),
+    /// Values as they are written in a scene.
+    List(Vec<String>),
+}
+
+/// What a sweep is asked for besides its keys.
+pub struct SweepRequest {
+    pub random: Option<usize>,
+    pub seed: u64,
+    pub jobs: usize,
+    pub out: Option<PathBuf>,
+    pub resume: bool,
+}
+
+/// The rows of a sweep.
+pub fn sweep_rows(
+    py: Python<'_>,
+    scene: Scene,
+    vary: Vec<(String, Vary)>,
+    request: SweepRequest,
+    report: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    let key = |(key, values): (String, Vary)| match values {
+        Vary::Text(text) => format!("{key}={text}").parse(),
+        Vary::List(list) => Ok(VariedKey {
+            key,
+            values: Values::List(list),
+        }),
+    };
+    let keys: Vec<VariedKey> =
+        (vary.into_iter().map(key).collect::<Result<_, _>>()).map_err(crate::errors::exception)?;
+    let found = job::run(py, report, move |mut watch| {
+        let folder = request.out.map(Folder::create).transpose()?;
+        let _lock = folder.as_ref().map(Folder::lock).transpose()?;
+        let seed = request.seed;
+        let random = request.random.map(|count| RandomPoints { count, seed });
+        let options = SweepOptions {
+            jobs: request.jobs,
+            folder: folder.as_ref(),
+            resume: request.resume,
+        };
+        sweep(&scene, &keys, random, options, &mut watch)
+    })?;
+    let rows = found.rows.iter().map(|row| {
+        json!({ "values": row.values, "status": row.status(), "result": row.result.as_ref().ok() })
+    });
+    Ok(json!({ "keys": found.keys, "rows": rows.collect::<Vec<_>>() }).to_string())
+}
+
+/// Derivatives of the net displacement.
+pub fn sensitivity_list(
+    py: Python<'_>,
+    scene: Scene,
+    report: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    let found = job::run(py, report, move |mut watch| {
+        sensitivities::sensitivities(&scene, &mut watch)
+    })?;
+    Ok(json!(found).to_string())
+}
+
+/// The frequency of the largest net displacement per cycle.
+pub fn frequency(py: Python<'_>, scene: Scene, report: Option<Py<PyAny>>) -> PyResult<String> {
+    let found = job::run(py, report, move |mut watch| {
+        best_frequency(&scene, &mut watch)
+    })?;
+    let run = |run: &::design::FrequencyRun| [run.frequency, run.displacement, run.error];
+    let runs: Vec<Value> = found.runs.iter().map(|r| json!(run(r))).collect();
+    Ok(json!({
+        "frequency": found.best.frequency,
+        "frequency_error": found.frequency_error,
+        "displacement": found.best.displacement,
+        "displacement_error": found.best.error,
+        "runs": runs,
+    })
+    .to_string())
+}
+
+/// The best radii and arm lengths.
+pub fn sizes(py: Python<'_>, scene: Scene, report: Option<Py<PyAny>>) -> PyResult<String> {
+    let found = job::run(py, report, move |mut watch| best_sizes(&scene, &mut watch))?;
+    let names = found.parameters.iter().map(|p| &p.name).collect::<Vec<_>>();
+    let before = found.parameters.iter().map(|p| p.value).collect::<Vec<_>>();
+    let toml = found.scene.to_toml().map_err(crate::errors::exception)?;
+    Ok(json!({
+        "names": names,
+        "values": found.values,
+        "errors": found.errors,
+        "values_before": before,
+        "at_limits": found.at_limits,
+        "best": found.best,
+        "before": found.before,
+        "toml": toml,
+    })
+    .to_string())
 }

@@ -318,6 +318,44 @@ impl PyScene {
         design::optimise(py, self.scene.clone(), out, report)
     }
 
+    /// The rows of a sweep as JSON: `keys`, and `rows` with `values`, `status`, `result`.
+    #[allow(clippy::too_many_arguments)]
+    fn sweep(
+        &self,
+        py: Python<'_>,
+        vary: Vec<(String, design::Vary)>,
+        random: Option<usize>,
+        seed: u64,
+        jobs: usize,
+        out: Option<PathBuf>,
+        resume: bool,
+        report: Option<Py<PyAny>>,
+    ) -> PyResult<String> {
+        let request = design::SweepRequest {
+            random,
+            seed,
+            jobs,
+            out,
+            resume,
+        };
+        design::sweep_rows(py, self.scene.clone(), vary, request, report)
+    }
+
+    /// Derivatives of the net displacement as JSON.
+    fn sensitivities(&self, py: Python<'_>, report: Option<Py<PyAny>>) -> PyResult<String> {
+        design::sensitivity_list(py, self.scene.clone(), report)
+    }
+
+    /// The best frequency as JSON.
+    fn best_frequency(&self, py: Python<'_>, report: Option<Py<PyAny>>) -> PyResult<String> {
+        design::frequency(py, self.scene.clone(), report)
+    }
+
+    /// The best sizes as JSON.
+    fn best_sizes(&self, py: Python<'_>, report: Option<Py<PyAny>>) -> PyResult<String> {
+        design::sizes(py, self.scene.clone(), report)
+    }
+
     /// Rewards of all steps between contracted and extended joints: table, names of the joints,
     /// error bar, model.
     #[allow(clippy::type_complexity)]

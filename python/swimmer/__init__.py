@@ -20,6 +20,8 @@ from ._swimmer import (
 from .environment import Swimmer
 from .fields import Flow, Mesh, PointFlow
 from .results import (
+    BestFrequency,
+    BestSizes,
     Connection,
     ErrorBars,
     Metric,
@@ -28,11 +30,15 @@ from .results import (
     Phase,
     Resistance,
     Run,
+    Sensitivity,
     Solution,
+    Sweep,
 )
 from .scene import Scene, templates
 
 __all__ = [
+    "BestFrequency",
+    "BestSizes",
     "Connection",
     "ErrorBars",
     "Flow",
@@ -48,8 +54,10 @@ __all__ = [
     "RunStopped",
     "Scene",
     "SceneError",
+    "Sensitivity",
     "Solution",
     "SolveError",
+    "Sweep",
     "Swimmer",
     "ToleranceMissed",
     "__version__",

@@ -10,6 +10,8 @@ import numpy as np
 from ._display import Result, Row, largest, vector, with_error
 
 __all__ = [
+    "BestFrequency",
+    "BestSizes",
     "Connection",
     "ErrorBars",
     "Metric",
@@ -18,8 +20,19 @@ __all__ = [
     "Phase",
     "Resistance",
     "Run",
+    "Sensitivity",
     "Solution",
+    "Sweep",
 ]
+
+
+def _data_frame(columns: dict[str, Any]) -> Any:
+    """A frame of pandas, which is imported for it only."""
+    try:
+        import pandas
+    except ImportError as error:
+        raise ImportError("to_dataframe needs pandas: pip install pandas") from error
+    return pandas.DataFrame(columns)
 
 
 def frozen(value: Any) -> Any:
@@ -247,6 +260,9 @@ class Run(Result):
     times, lengths, positions, quaternions : numpy.ndarray
         The trajectory at the solves and the ends of the phases: values of the links, centres
         `(time, body, xyz)`, attitudes `(time, body, xyzw)`.
+    velocities, angular_velocities, forces, torques : numpy.ndarray
+        Those of the bodies at these times, `(time, body, xyz)`; NaN at the ends of phases, where
+        they are not computed.
     curve_times, curve_positions : numpy.ndarray
         Centres on a finer grid, for plots.
     model : str
@@ -281,6 +297,10 @@ class Run(Result):
     lengths: np.ndarray
     positions: np.ndarray
     quaternions: np.ndarray
+    velocities: np.ndarray
+    angular_velocities: np.ndarray
+    forces: np.ndarray
+    torques: np.ndarray
     curve_times: np.ndarray
     curve_positions: np.ndarray
     solves: int
@@ -298,6 +318,29 @@ class Run(Result):
         bars = {name: ErrorBars(**raw[name]) for name in names}
         phases = tuple(Phase._from_raw(phase) for phase in raw["phases"])
         return _from_raw(cls, raw, phases=phases, **bars)
+
+    def to_dataframe(self) -> Any:
+        """The trajectory as a `pandas.DataFrame`.
+
+        One row per time; columns `time`, the names of the links, and for each body `NAME.x` to
+        `.z`, `.qx` to `.qw`, `.vx`, `.wx` (velocity, angular velocity), `.fx`, `.tx` (force and
+        torque on the fluid) and so on.
+        """
+        columns: dict[str, Any] = {"time": self.times}
+        columns |= {link: self.lengths[:, number] for number, link in enumerate(self.links)}
+        for number, body in enumerate(self.bodies):
+            for prefix, array in [
+                ("", self.positions),
+                ("q", self.quaternions),
+                ("v", self.velocities),
+                ("w", self.angular_velocities),
+                ("f", self.forces),
+                ("t", self.torques),
+            ]:
+                names = "xyzw"[: array.shape[-1]]
+                parts = zip(names, array[:, number].T, strict=True)
+                columns |= {f"{body}.{prefix}{name}": part for name, part in parts}
+        return _data_frame(columns)
 
     @property
     def net_error(self) -> float:
@@ -553,3 +596,180 @@ class Optimum(Result):
             ("last refinement", f"{self.refinement_error:.2g}"),
             ("at the limits", "yes" if self.at_limits else "no"),
         ]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Sweep(Result):
+    """Runs of a scene with other values of some keys, one row each.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        The keys that vary.
+    values : tuple of tuple
+        Their values in each row: numbers, or text as it is written in a scene.
+    status : tuple of str
+        `"met"`, `"tolerance missed"`, or why the run stopped or failed.
+    model : tuple of str
+        The model of each run.
+    displacement, rotation : numpy.ndarray
+        Net displacement and rotation vector, one row each; NaN for a run that failed.
+    displacement_error, rotation_error, work, work_error, seconds : numpy.ndarray
+        Error bars, work on the fluid, and wall-clock time.
+    """
+
+    keys: tuple[str, ...]
+    values: tuple[tuple[Any, ...], ...]
+    status: tuple[str, ...]
+    model: tuple[str, ...]
+    displacement: np.ndarray
+    displacement_error: np.ndarray
+    rotation: np.ndarray
+    rotation_error: np.ndarray
+    work: np.ndarray
+    work_error: np.ndarray
+    seconds: np.ndarray
+
+    @classmethod
+    def _from_raw(cls, raw: dict[str, Any]) -> Sweep:
+        rows = raw["rows"]
+        results = [row["result"] or {} for row in rows]
+
+        def numbers(name: str, missing: Any = np.nan) -> np.ndarray:
+            found = [result.get(name) for result in results]
+            shape = (-1, *np.shape(missing))
+            values = [missing if value is None else value for value in found]
+            return frozen(np.array(values, dtype=float).reshape(shape))
+
+        vectors, scalars = ("displacement", "rotation"), ("work", "seconds")
+        arrays = {name: numbers(name, [np.nan] * 3) for name in vectors}
+        arrays |= {name: numbers(name) for name in scalars}
+        arrays |= {f"{name}_error": numbers(f"{name}_error") for name in (*vectors, "work")}
+        return cls(
+            keys=tuple(raw["keys"]),
+            values=tuple(tuple(map(_number_or_text, row["values"])) for row in rows),
+            status=tuple(row["status"] for row in rows),
+            model=tuple(result.get("model", "") for result in results),
+            **arrays,
+        )
+
+    def to_dataframe(self) -> Any:
+        """The rows as a `pandas.DataFrame`."""
+        columns: dict[str, Any] = {
+            key: [row[number] for row in self.values] for number, key in enumerate(self.keys)
+        }
+        columns |= {"model": self.model, "status": self.status}
+        for name in ("displacement", "rotation"):
+            parts = zip("xyz", getattr(self, name).T, strict=True)
+            columns |= {f"{name}_{axis}": part for axis, part in parts}
+            columns[f"{name}_error"] = getattr(self, f"{name}_error")
+        columns |= {name: getattr(self, name) for name in ("work", "work_error", "seconds")}
+        return _data_frame(columns)
+
+    def _rows(self) -> list[Row]:
+        rows = [("keys", ", ".join(self.keys)), ("points", str(len(self.values)))]
+        for number, values in enumerate(self.values[:20]):
+            size = float(np.linalg.norm(self.displacement[number]))
+            found = with_error(size, float(self.displacement_error[number]))
+            is_met = self.status[number] == "met"
+            rows.append((", ".join(map(str, values)), found if is_met else self.status[number]))
+        return rows
+
+
+def _number_or_text(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text.strip('"')
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Sensitivity(Result):
+    """Derivative of the net displacement along its direction by one number of the scene.
+
+    Attributes
+    ----------
+    name : str
+        The parameter, in words.
+    value : float
+        Its value in the scene.
+    derivative, error : float
+        The derivative and its error bar.
+    """
+
+    name: str
+    value: float
+    derivative: float
+    error: float
+
+    def _rows(self) -> list[Row]:
+        return [(f"by {self.name}", with_error(self.derivative, self.error))]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class BestFrequency(Result):
+    """The frequency at which a gait moves farthest per cycle.
+
+    Attributes
+    ----------
+    frequency, frequency_error : float
+        Cycles per time.
+    displacement, displacement_error : float
+        Net displacement per cycle there.
+    runs : numpy.ndarray
+        Frequency, displacement and error bar of all runs, one row each.
+    """
+
+    frequency: float
+    frequency_error: float
+    displacement: float
+    displacement_error: float
+    runs: np.ndarray
+
+    @classmethod
+    def _from_raw(cls, raw: dict[str, Any]) -> BestFrequency:
+        return cls(**(raw | {"runs": frozen(np.array(raw["runs"]))}))
+
+    def _rows(self) -> list[Row]:
+        return [
+            ("frequency", with_error(self.frequency, self.frequency_error)),
+            ("net displacement", with_error(self.displacement, self.displacement_error)),
+            ("runs", str(len(self.runs))),
+        ]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class BestSizes(Result):
+    """The best radii and arm lengths for the gait of a scene.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The sizes, in words.
+    values, errors, values_before : numpy.ndarray
+        Best values with error bars (zero at a limit), and the values of the scene.
+    at_limits : tuple of str
+        Limits that are active.
+    best, before : dict
+        Displacement, work and efficiency with error bars, at the best sizes and in the scene.
+    toml : str
+        The scene with the best sizes.
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    errors: np.ndarray
+    values_before: np.ndarray
+    at_limits: tuple[str, ...]
+    best: dict[str, float]
+    before: dict[str, float]
+    toml: str
+
+    @classmethod
+    def _from_raw(cls, raw: dict[str, Any]) -> BestSizes:
+        arrays = ("values", "errors", "values_before")
+        return _from_raw(cls, raw, **{name: frozen(np.array(raw[name])) for name in arrays})
+
+    def _rows(self) -> list[Row]:
+        sizes = zip(self.names, self.values, self.errors, strict=True)
+        return [(name, with_error(float(value), float(error))) for name, value, error in sizes]

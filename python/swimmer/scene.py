@@ -13,7 +13,20 @@ from . import _swimmer
 from ._display import Result, Row, vector
 from ._progress import Report, reporter
 from .fields import Flow, Mesh, PointFlow
-from .results import Connection, Metric, Mobility, Optimum, Resistance, Run, Solution, frozen
+from .results import (
+    BestFrequency,
+    BestSizes,
+    Connection,
+    Metric,
+    Mobility,
+    Optimum,
+    Resistance,
+    Run,
+    Sensitivity,
+    Solution,
+    Sweep,
+    frozen,
+)
 
 __all__ = ["Scene", "templates"]
 
@@ -53,6 +66,10 @@ class Scene(Result):
         if not isinstance(scene, _swimmer.Scene):
             raise TypeError("use Scene.from_file, from_dict, from_toml or from_template")
         self._scene = scene
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickles the scene as its text: a file that it names must exist where it is loaded."""
+        return (_scene_of_text, (self.to_toml(), f"{self.name}.toml"))
 
     @classmethod
     def from_file(cls, path: Path, values: Mapping[str, Any] | None = None) -> Scene:
@@ -279,6 +296,78 @@ class Scene(Result):
         with reporter(progress, f"optimise {self.name}") as report:
             return Optimum._from_raw(self._scene.optimise(folder, report))
 
+    def sweep(
+        self,
+        vary: Mapping[str, str | Sequence[Any] | np.ndarray],
+        *,
+        random: int | None = None,
+        seed: int = 1,
+        jobs: int | None = None,
+        out: Path | None = None,
+        resume: bool = False,
+        progress: bool | Report = True,
+    ) -> Sweep:
+        """Runs with other values of some keys; a run that fails is a row with its reason.
+
+        Parameters
+        ----------
+        vary : mapping
+            Keys with their values, of which all combinations are run: a sequence, or text as for
+            `swim sweep --vary`, such as `"0.5:2:7"` or `"1:100:3:log"`.
+        random : int, optional
+            Number of random points instead; then `"0.5:2"` are the ends of a range.
+        seed : int
+            Seed of the random points.
+        jobs : int, optional
+            Number of runs at the same time, by default that of the processors.
+        out : str or os.PathLike, optional
+            Folder for `sweep.csv`; with `resume=True` an interrupted sweep there continues.
+        progress : bool or callable
+            As for `run`.
+
+        Examples
+        --------
+        Stokes drag:
+
+        >>> ball = {"name": "a", "radius": 1, "position": [0, 0, 0], "force": [6 * np.pi, 0, 0]}
+        >>> scene = Scene.from_dict({"bodies": [ball], "gait": {"phases": [{"duration": 1}]}})
+        >>> found = scene.sweep({"bodies.a.radius": [1, 2, 4]}, progress=False)
+        >>> found.displacement[:, 0].round(9).tolist()
+        [1.0, 0.5, 0.25]
+        """
+        keys = [
+            (key, values if isinstance(values, str) else [_toml_value(value) for value in values])
+            for key, values in vary.items()
+        ]
+        folder = None if out is None else os.fspath(out)
+        at_once = jobs or os.cpu_count() or 1
+        with reporter(progress, f"sweep {self.name}") as report:
+            raw = self._scene.sweep(keys, random, seed, at_once, folder, resume, report)
+        return Sweep._from_raw(json.loads(raw))
+
+    def sensitivities(self, *, progress: bool | Report = True) -> tuple[Sensitivity, ...]:
+        """Derivatives of the net displacement by radii, lengths, amplitudes and springs.
+
+        Four runs each. `progress` is as for `run`.
+        """
+        with reporter(progress, f"sensitivities of {self.name}") as report:
+            raw = self._scene.sensitivities(report)
+        found = ((entry.pop("parameter"), entry) for entry in json.loads(raw))
+        return tuple(Sensitivity(name=name, **entry) for name, entry in found)
+
+    def best_frequency(self, *, progress: bool | Report = True) -> BestFrequency:
+        """The frequency of the largest net displacement per cycle; `progress` is as for `run`."""
+        with reporter(progress, f"frequency of {self.name}") as report:
+            return BestFrequency._from_raw(json.loads(self._scene.best_frequency(report)))
+
+    def best_sizes(self, *, progress: bool | Report = True) -> BestSizes:
+        """The best radii and arm lengths, `optimise.radii` and `optimise.arms` of the scene.
+
+        `progress` is as for `run`.
+        """
+        with reporter(progress, f"sizes of {self.name}") as report:
+            return BestSizes._from_raw(json.loads(self._scene.best_sizes(report)))
+
     def mesh(self) -> Mesh:
         """The mesh at the start, for finite elements."""
         return Mesh._from_raw(self._scene.mesh())
@@ -326,6 +415,10 @@ class Scene(Result):
         if self.links:
             rows += [("links", ", ".join(self.links)), ("shape", vector(self.shape))]
         return rows
+
+
+def _scene_of_text(text: str, path: str) -> Scene:
+    return Scene.from_toml(text, path=path)
 
 
 def _assignments(values: Mapping[str, Any] | None) -> list[str]:

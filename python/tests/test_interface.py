@@ -259,3 +259,60 @@ def test_the_environment_passes_the_checks_of_gymnasium():
 
     scene = Scene.from_template("three-sphere", {"learn.contracted": 6})
     check_env(swimmer.Swimmer(scene, progress=False), skip_render_check=True)
+
+
+DRAGGED = {
+    "bodies": [dict(name="a", radius=1, position=[0, 0, 0], force=[6 * np.pi, 0, 0])],
+    "gait": {"phases": [{"duration": 1}]},
+}
+
+
+def test_a_sweep_has_a_row_for_each_point_and_reasons_for_failures(tmp_path):
+    scene = Scene.from_dict(DRAGGED)
+    vary = {"fluid.viscosity": [1, 2, -1], "bodies.a.radius": "0.5:1:2"}
+    found = scene.sweep(vary, jobs=2, out=tmp_path, progress=False)
+    assert found.keys == ("fluid.viscosity", "bodies.a.radius")
+    assert found.values[1] == (1.0, 1.0)
+    assert found.status[:4] == ("met",) * 4
+    assert all("fluid.viscosity" in status for status in found.status[4:])
+    np.testing.assert_allclose(found.displacement[:4, 0], [2, 1, 1, 0.5], rtol=1e-9)
+    assert np.isnan(found.displacement[4:]).all()
+    again = scene.sweep(vary, out=tmp_path, resume=True, progress=False)
+    assert again.seconds.tolist()[:4] == found.seconds.tolist()[:4]
+    points = scene.sweep({"bodies.a.radius": "1:2"}, random=3, seed=5, progress=False)
+    assert all(1 <= radius <= 2 for (radius,) in points.values)
+    with pytest.raises(swimmer.SceneError, match="has no count"):
+        scene.sweep({"bodies.a.radius": "1:2"}, progress=False)
+
+
+def test_trajectories_have_velocities_and_forces_and_become_frames():
+    run = Scene.from_dict(DRAGGED).run(progress=False)
+    known = ~np.isnan(run.forces[:, 0, 0])
+    assert known.any()
+    np.testing.assert_allclose(run.forces[known, 0, 0], 6 * np.pi, rtol=1e-9)
+    np.testing.assert_allclose(run.velocities[known, 0, 0], 1, rtol=1e-9)
+    if importlib.util.find_spec("pandas") is None:
+        with pytest.raises(ImportError, match="pip install pandas"):
+            run.to_dataframe()
+        return
+    frame = run.to_dataframe()
+    assert len(frame) == len(run.times)
+    assert {"time", "a.x", "a.qw", "a.vx", "a.wz", "a.fx", "a.tz"} <= set(frame.columns)
+
+
+def test_a_scene_is_pickled_as_its_text():
+    import pickle
+
+    scene = Scene.from_template("three-sphere", {"bodies.left.radius": 0.5})
+    again = pickle.loads(pickle.dumps(scene))
+    assert again.to_toml() == scene.to_toml()
+    assert again.name == scene.name
+
+
+def test_sensitivities_of_a_dragged_sphere_are_those_of_stokes():
+    [found] = [
+        entry
+        for entry in Scene.from_dict(DRAGGED).sensitivities(progress=False)
+        if "radius" in entry.name
+    ]
+    assert found.derivative == pytest.approx(-1, abs=max(found.error, 1e-9))

@@ -21,7 +21,6 @@ pub fn run() -> Result<()> {
     architecture::run()?;
     links::run()?;
     licences::run()?;
-    packages::run()?;
     cargo::run(
         &[
             "clippy",
@@ -34,6 +33,7 @@ pub fn run() -> Result<()> {
         ],
         &[],
     )?;
+    packages::run()?;
     documentation::run()?;
     readmes::run()?;
     packages::without_default_features()?;

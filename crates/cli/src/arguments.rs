@@ -76,19 +76,24 @@ pub enum Command {
     /// Learn a stroke by reinforcement; compare it with the best possible one
     #[command(after_help = help::LEARN)]
     Learn(DesignArguments),
+    /// Run the scene with other values of some keys; write sweep.csv and sweep.svg
+    #[command(after_help = help::SWEEP)]
+    Sweep(SweepArguments),
     /// Check the scene; print the model that would be chosen and its cost
     #[command(after_help = help::CHECK)]
     Check {
         #[command(flatten)]
         scene: SceneArguments,
     },
-    /// Write an example scene, such as three-sphere, purcell or squirmer; an unknown name lists all
-    /// of them
+    /// Write an example scene, such as three-sphere, purcell or squirmer
     #[command(after_help = help::NEW)]
     New {
         /// Name of the example
-        #[arg(value_name = "NAME")]
-        name: String,
+        #[arg(value_name = "NAME", required_unless_present = "list")]
+        name: Option<String>,
+        /// Print the names of all examples
+        #[arg(long, conflicts_with_all = ["name", "out"])]
+        list: bool,
         /// The scene file [default: NAME.toml]
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
@@ -152,6 +157,36 @@ pub struct DesignArguments {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Print the result as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `swim sweep`.
+#[derive(Args)]
+pub struct SweepArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// A key and its values: key=from:to:count, also with :log for equal ratios, or
+    /// key=value,value,...; all combinations are run
+    #[arg(long, value_name = "KEY=VALUES", required = true)]
+    pub vary: Vec<String>,
+    /// Run this number of random points instead; the values are key=from:to, also with :log, or
+    /// key=value,value,...
+    #[arg(long, value_name = "COUNT")]
+    pub random: Option<usize>,
+    /// Seed of the random points
+    #[arg(long, value_name = "SEED", default_value_t = 1, requires = "random")]
+    pub seed: u64,
+    /// Number of runs at the same time [default: number of processors]
+    #[arg(long, value_name = "COUNT")]
+    pub jobs: Option<usize>,
+    /// Continue an interrupted sweep in the folder
+    #[arg(long)]
+    pub resume: bool,
+    /// Folder for the results [default: out/NAME, the name of the scene]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print the rows as one JSON object
     #[arg(long)]
     pub json: bool,
 }

@@ -111,6 +111,24 @@ fn describe(scene: &Scene) -> Result<String, CliError> {
     Ok(text)
 }
 
+/// The names of the example scenes, each with the first sentence of its file.
+pub fn examples() -> String {
+    let describe = |(name, text): &(&str, &str)| {
+        let comment = text.lines().take_while(|line| line.starts_with('#'));
+        let words: Vec<&str> = comment
+            .map(|line| line.trim_start_matches(['#', ' ']))
+            .collect();
+        let words = words.join(" ");
+        // A sentence ends where a capital letter follows: not at "et al. (2010)".
+        let end = words.match_indices(". ").map(|(at, _)| at + 1);
+        let end = end
+            .filter(|&at| words[at..].trim_start().starts_with(char::is_uppercase))
+            .next();
+        entry(name, &words[..end.unwrap_or(words.len())])
+    };
+    TEMPLATES.iter().map(describe).collect()
+}
+
 /// Writes an example scene to a file that must not exist yet.
 pub fn new(name: &str, out: Option<PathBuf>) -> Result<String, CliError> {
     let Some((_, text)) = TEMPLATES.iter().find(|(known, _)| *known == name) else {

@@ -73,6 +73,12 @@ pub const SIZES: &str = examples! {
     "swim run out/three-sphere/optimum.toml"
 };
 
+pub const SWEEP: &str = examples! {
+    "swim new three-sphere"
+    "swim sweep three-sphere.toml --set model.kind=rpy --vary bodies.centre.radius=0.5:2:7"
+    "swim sweep three-sphere.toml --set model.kind=rpy --vary 'bodies.left.radius=0.5:2' --random 9"
+};
+
 pub const LEARN: &str = examples! {
     "swim new learning"
     "swim learn learning.toml"
@@ -86,6 +92,7 @@ pub const CHECK: &str = examples! {
 };
 
 pub const NEW: &str = examples! {
+    "swim new --list"
     "swim new three-sphere"
     "swim new purcell --out hinges.toml"
 };

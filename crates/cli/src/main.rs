@@ -17,6 +17,7 @@ mod progress;
 mod run;
 mod sizes;
 mod solve;
+mod sweep;
 mod text;
 mod view;
 
@@ -75,11 +76,15 @@ fn execute(Arguments { quiet, command }: Arguments) -> Result<String, CliError> 
             picture.as_deref(),
         ),
         Command::Check { scene } => check::check(&scene),
-        Command::New { name, out } => check::new(&name, out),
+        Command::New { name, out, .. } => match name {
+            Some(name) => check::new(&name, out),
+            None => Ok(check::examples()),
+        },
         Command::Map(design) => map::map(design, quiet),
         Command::Optimise(design) => optimise::optimise(design, quiet),
         Command::Frequency(design) => frequency::frequency(design, quiet),
         Command::Sizes(design) => sizes::sizes(design, quiet),
+        Command::Sweep(arguments) => sweep::sweep_scene(arguments, quiet),
         Command::Learn(design) => learn::learn_strokes(design, quiet),
         Command::Mesh { scene, out } => mesh::mesh(&scene, &out),
         Command::Completions { shell } => Ok(completions(shell)),

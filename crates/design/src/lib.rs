@@ -36,6 +36,7 @@ mod sizes;
 mod speed;
 mod starts;
 mod stroke_path;
+mod sweep;
 mod table;
 mod timing;
 mod totals;
@@ -55,6 +56,10 @@ pub use sizes::{BestSizes, SizeRun, SizeSlice, best_sizes, size_slices};
 pub use speed::fastest_stroke;
 pub use starts::small_stroke_cost;
 pub use stroke_path::{SampledPath, Series, StrokeCurve};
+pub use sweep::{
+    RandomPoints, Sweep, SweepOptions, SweepResult, SweepRow, Values, VariedKey, sweep,
+    sweep_points,
+};
 pub use table::{StrokeTable, tabulate};
 pub use timing::{MotionBounds, Peaks, Timing};
 pub use totals::{Stroke, StrokeTotals};

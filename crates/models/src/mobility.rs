@@ -147,13 +147,14 @@ impl MobilitySolution {
         self.forces.dot(&velocities) + self.slip_power + of_deformation
     }
 
-    /// Motion and loads in the scene's units.
+    /// Motion and loads at a time, in the scene's units.
     ///
     /// # Errors
     /// Joints that contradict each other; a solution for another set of bodies.
     pub fn response(
         &self,
         scaled: &ScaledScene,
+        time: f64,
         constraints: &Constraints,
         loads: &[ExternalLoad],
     ) -> Result<Response, ModelError> {
@@ -163,7 +164,7 @@ impl MobilitySolution {
             constraints,
             loads,
         };
-        Ok(scaled.response_to_scene(ScaledResponse {
+        let response = ScaledResponse {
             motion: &set.state_velocity(self.generalised.as_slice())?,
             generalised: &self.generalised,
             forces: &self.forces,
@@ -171,7 +172,8 @@ impl MobilitySolution {
             holding: self.holding.clone(),
             slip_power: self.slip_power,
             amplitudes: self.amplitudes.clone(),
-        }))
+        };
+        Ok(scaled.response_to_scene(time, response))
     }
 }
 

@@ -103,7 +103,9 @@ impl Hydrodynamics for RoughModel {
             let effect = self.of_sources(query.configuration, rates)?;
             let solved =
                 MobilitySolution::new(&resistance, set, &constraints, loads, effect.as_ref())?;
-            Ok(solved.response(&self.scaled, &constraints, loads)?.into())
+            let time = query.configuration.time;
+            let response = solved.response(&self.scaled, time, &constraints, loads)?;
+            Ok(response.into())
         };
         query.rates.iter().map(solution).collect()
     }

@@ -295,7 +295,7 @@ impl ScaledScene {
             }
         }
         for body in self.set.held_bodies() {
-            let twist = self.held_twist(body);
+            let twist = self.held_twist(time, body);
             let scaled = Twist {
                 linear: self.scale.length(twist.linear),
                 ..twist
@@ -305,9 +305,9 @@ impl ScaledScene {
         Ok(constraints)
     }
 
-    /// Given velocity of a body in the frame, in the units of the scene.
-    fn held_twist(&self, body: usize) -> Twist {
-        let twist = self.scene.bodies()[body].held_twist();
+    /// Given velocity of a body at a time in the frame, in the units of the scene.
+    fn held_twist(&self, time: f64, body: usize) -> Twist {
+        let twist = self.scene.bodies()[body].held_twist(time);
         Twist {
             linear: self.to_frame * twist.linear,
             angular: self.to_frame * twist.angular,
@@ -347,10 +347,10 @@ impl ScaledScene {
         self.scaled_loads(time, &poses.iter().map(in_scene).collect::<Vec<_>>())
     }
 
-    /// Motion and loads in the units of the scene.
-    pub fn response_to_scene(&self, scaled: ScaledResponse) -> Response {
+    /// Motion and loads at a time, in the units of the scene.
+    pub fn response_to_scene(&self, time: f64, scaled: ScaledResponse) -> Response {
         let mut response = self.change_to_scene(scaled);
-        self.enter_held_velocities(&mut response);
+        self.enter_held_velocities(time, &mut response);
         response
     }
 
@@ -399,10 +399,10 @@ impl ScaledScene {
     }
 
     /// Enters the given velocities, which solutions have up to the error of the solver alone.
-    fn enter_held_velocities(&self, response: &mut Response) {
+    fn enter_held_velocities(&self, time: f64, response: &mut Response) {
         let (set, motion) = (&self.set, &mut response.motion);
         for body in set.held_bodies() {
-            let twist = self.held_twist(body);
+            let twist = self.held_twist(time, body);
             let linkage = set.linkage_of()[body];
             let is_root = set.linkages()[linkage].root == body;
             if set.held_translation()[body] {

@@ -5,7 +5,7 @@ use rigid::Joint;
 
 use crate::body::Body;
 use crate::domain::Domain;
-use crate::loads::DrivingLoad;
+use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::scene::Scene;
 use crate::words::{GeometryKind, MeshMotionKind, SolverKind, SymmetryKind};
 
@@ -87,7 +87,7 @@ impl Scene {
                 let is_in_plane = |v: &Vector3<f64>| v[axis] == 0.0;
                 let is_normal =
                     |v: &Vector3<f64>| (0..3).all(|other| other == axis || v[other] == 0.0);
-                let twist = body.held_twist();
+                let twist = body.largest_held_twist();
                 let in_field = body.moment == Vector3::zeros()
                     || (is_in_plane(&body.moment)
                         && self.field.is_none_or(|field| is_in_plane(&field.largest())));
@@ -170,20 +170,18 @@ impl Scene {
         }
         let (origin, axis, tolerance) = (self.bodies[0].position, line.axis, line.tolerance);
         let is_along = |v: &Vector3<f64>| v.cross(&axis).norm() <= 1e-9 * v.norm();
-        let drive_along = |drive: Option<DrivingLoad>| {
-            drive.is_none_or(|DrivingLoad { vector, .. }| {
-                is_along(&vector.mean) && is_along(&vector.amplitude)
-            })
+        let vector_along = |given: Option<VectorOscillation>| {
+            given.is_none_or(|v| is_along(&v.mean) && is_along(&v.amplitude))
         };
+        let drive_along = |drive: Option<DrivingLoad>| vector_along(drive.map(|d| d.vector));
         let loads_along = self.bodies.iter().all(|body| {
-            let twist = body.held_twist();
             is_along(&body.total_force())
                 && is_along(&body.torque)
                 && drive_along(body.driving_force)
                 && drive_along(body.driving_torque)
                 && body.moment == Vector3::zeros()
-                && is_along(&twist.linear)
-                && is_along(&twist.angular)
+                && vector_along(body.velocity)
+                && vector_along(body.angular_velocity)
         });
         let shapes_along = self.bodies.iter().all(|body| match body.shape.axis() {
             Some(own) => is_along(&own),
@@ -241,7 +239,7 @@ impl Scene {
         let body = &self.bodies[0];
         let own = body.shape.axis().unwrap_or_default();
         let slip = body.slip.map(|slip| slip.axis).unwrap_or_default();
-        let twist = body.held_twist();
+        let twist = body.largest_held_twist();
         let candidates = [
             own,
             slip,

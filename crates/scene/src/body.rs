@@ -8,7 +8,7 @@ use rigid::{Articulation, BodyKind, Constraints, RigidError, Twist};
 
 use crate::deformation::Deformation;
 use crate::flow::Slip;
-use crate::loads::DrivingLoad;
+use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::shape::Shape;
 use crate::words::AxesKind;
 
@@ -40,9 +40,9 @@ pub struct Body {
     /// Whether the body is fixed in space: its velocity and angular velocity are zero.
     pub fixed: bool,
     /// Given velocity of the centre; `None` if the flow determines it, or for a fixed body.
-    pub velocity: Option<Vector3<f64>>,
+    pub velocity: Option<VectorOscillation>,
     /// Given angular velocity; `None` if the flow determines it, or for a fixed body.
-    pub angular_velocity: Option<Vector3<f64>>,
+    pub angular_velocity: Option<VectorOscillation>,
     /// Density, for the weight; `None` if the body has the density of the fluid.
     pub density: Option<f64>,
     /// Tangential velocity of the surface.
@@ -80,20 +80,30 @@ impl Body {
     }
 
     /// The velocity of the centre, if it is given: zero for a fixed body.
-    pub fn held_velocity(&self) -> Option<Vector3<f64>> {
-        self.velocity.or(self.fixed.then(Vector3::zeros))
+    pub fn held_velocity(&self) -> Option<VectorOscillation> {
+        self.velocity.or(self.fixed.then(at_rest))
     }
 
     /// The angular velocity, if it is given: zero for a fixed body.
-    pub fn held_angular_velocity(&self) -> Option<Vector3<f64>> {
-        self.angular_velocity.or(self.fixed.then(Vector3::zeros))
+    pub fn held_angular_velocity(&self) -> Option<VectorOscillation> {
+        self.angular_velocity.or(self.fixed.then(at_rest))
     }
 
-    /// Given velocity and angular velocity; zero for what is not given.
-    pub fn held_twist(&self) -> Twist {
+    /// Given velocity and angular velocity at a time; zero for what is not given.
+    pub fn held_twist(&self, time: f64) -> Twist {
+        let at = |given: Option<VectorOscillation>| given.unwrap_or_else(at_rest).at(time);
         Twist {
-            linear: self.held_velocity().unwrap_or_default(),
-            angular: self.held_angular_velocity().unwrap_or_default(),
+            linear: at(self.held_velocity()),
+            angular: at(self.held_angular_velocity()),
+        }
+    }
+
+    /// Upper bounds of the size of each component of the given velocities.
+    pub(crate) fn largest_held_twist(&self) -> Twist {
+        let largest = |given: Option<VectorOscillation>| given.unwrap_or_else(at_rest).largest();
+        Twist {
+            linear: largest(self.held_velocity()),
+            angular: largest(self.held_angular_velocity()),
         }
     }
 
@@ -202,7 +212,11 @@ pub(crate) fn volume_rates(bodies: &[Body], values: &[f64], rates: &[f64]) -> (f
     sums
 }
 
-/// The constraints of a set with the given velocities of its bodies.
+fn at_rest() -> VectorOscillation {
+    VectorOscillation::constant(Vector3::zeros())
+}
+
+/// The constraints of a set with the given velocities of its bodies at a time.
 ///
 /// # Errors
 /// Those of [`Constraints::with_held_velocity`].
@@ -210,9 +224,10 @@ pub(crate) fn with_held_velocities(
     mut constraints: Constraints,
     set: &Articulation,
     bodies: &[Body],
+    time: f64,
 ) -> Result<Constraints, RigidError> {
     for body in set.held_bodies() {
-        constraints = constraints.with_held_velocity(body, bodies[body].held_twist())?;
+        constraints = constraints.with_held_velocity(body, bodies[body].held_twist(time))?;
     }
     Ok(constraints)
 }

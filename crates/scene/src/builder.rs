@@ -298,8 +298,12 @@ impl SceneBuilder {
             match setting {
                 BodySetting::Force(force) => body.force = LoadFile::Constant(force),
                 BodySetting::Torque(torque) => body.torque = Some(LoadFile::Constant(torque)),
-                BodySetting::Velocity(velocity) => body.velocity = Some(velocity),
-                BodySetting::AngularVelocity(velocity) => body.angular_velocity = Some(velocity),
+                BodySetting::Velocity(velocity) => {
+                    body.velocity = Some(LoadFile::Constant(velocity));
+                }
+                BodySetting::AngularVelocity(velocity) => {
+                    body.angular_velocity = Some(LoadFile::Constant(velocity));
+                }
                 BodySetting::Fixed => body.fixed = true,
                 BodySetting::Surface(surface) => body.surface = Some(surface),
                 BodySetting::Mass { mass, inertia } => {

@@ -24,6 +24,22 @@ pub struct VectorOscillation {
 }
 
 impl VectorOscillation {
+    /// A vector that does not depend on the time.
+    pub fn constant(mean: Vector3<f64>) -> Self {
+        Self {
+            mean,
+            amplitude: Vector3::zeros(),
+            phase: Vector3::zeros(),
+            order: 1,
+            period: 1.0,
+        }
+    }
+
+    /// Whether the vector depends on the time.
+    pub fn oscillates(&self) -> bool {
+        self.amplitude != Vector3::zeros()
+    }
+
     /// The vector at a time.
     ///
     /// ```
@@ -40,12 +56,27 @@ impl VectorOscillation {
     /// assert!((rotating.at(0.5) - Vector3::new(0.0, 3.0, 0.0)).norm() < 1e-15);
     /// ```
     pub fn at(&self, time: f64) -> Vector3<f64> {
-        if self.amplitude == Vector3::zeros() {
+        if !self.oscillates() {
             return self.mean;
         }
         let periods = time / self.period;
         let sine = |phase: f64| angle(self.order, periods, phase).sin();
         self.mean + self.amplitude.component_mul(&self.phase.map(sine))
+    }
+
+    /// The integral of the vector from the time zero: a displacement, if it is a velocity.
+    pub fn integral(&self, time: f64) -> Vector3<f64> {
+        let mean = time * self.mean;
+        if !self.oscillates() {
+            return mean;
+        }
+        let [start, end] = [0.0, time / self.period];
+        let cosine = |periods: f64| {
+            self.phase
+                .map(|phase| angle(self.order, periods, phase).cos())
+        };
+        let frequency = 2.0 * std::f64::consts::PI * f64::from(self.order) / self.period;
+        mean + self.amplitude.component_mul(&(cosine(start) - cosine(end))) / frequency
     }
 
     /// Upper bound of the size of each component.

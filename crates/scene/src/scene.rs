@@ -461,7 +461,7 @@ impl Scene {
         loads
     }
 
-    /// The constraints of the joints in a state, with the given velocities of bodies.
+    /// The constraints of the joints in a state, with the given velocities of bodies at a time.
     ///
     /// # Errors
     /// Those of [`Articulation::constraints`].
@@ -470,9 +470,11 @@ impl Scene {
         state: &State,
         shape: &[f64],
         rates: &[f64],
+        time: f64,
     ) -> Result<Constraints, RigidError> {
         let set = &self.articulation;
-        with_held_velocities(set.constraints(state, shape, rates)?, set, &self.bodies)
+        let joints = set.constraints(state, shape, rates)?;
+        with_held_velocities(joints, set, &self.bodies, time)
     }
 
     /// Whether [`Scene::loads`] depend on the poses of the bodies.
@@ -480,25 +482,29 @@ impl Scene {
         self.repulsion.is_some() || self.bodies.iter().any(Body::has_turning_load)
     }
 
-    /// Shortest period of the forces on joints, the loads on bodies and the magnetic field; `None`
-    /// if none of them depends on the time.
+    /// Shortest period of the forces on joints, the loads on bodies, their given velocities and the
+    /// magnetic field; `None` if none of them depends on the time.
     pub fn shortest_period(&self) -> Option<f64> {
         let of_vector = |vector: &VectorOscillation| {
-            let oscillates = vector.amplitude != Vector3::zeros();
-            oscillates.then(|| vector.period / f64::from(vector.order))
+            (vector.oscillates()).then(|| vector.period / f64::from(vector.order))
         };
         let drives = (self.bodies.iter())
             .flat_map(|body| [&body.driving_force, &body.driving_torque])
+            .flatten();
+        let given = (self.bodies.iter())
+            .flat_map(|body| [&body.velocity, &body.angular_velocity])
             .flatten();
         let of_joints = self.joint_forces.iter();
         of_joints
             .map(|force| force.period / f64::from(force.sine.order))
             .chain(drives.filter_map(|drive| of_vector(&drive.vector)))
+            .chain(given.filter_map(of_vector))
             .chain(self.field.as_ref().and_then(of_vector))
             .reduce(f64::min)
     }
 
-    /// Whether forces on joints, loads on bodies or the magnetic field depend on the time.
+    /// Whether forces on joints, loads on bodies, given velocities or the magnetic field depend on
+    /// the time.
     pub fn depends_on_time(&self) -> bool {
         self.shortest_period().is_some()
     }

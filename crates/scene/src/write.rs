@@ -21,7 +21,7 @@ use crate::keys::{
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::scene::{Rheology, Scene};
 use crate::shape_path::{ShapePath, Sine};
-use crate::words::{DeformationWord, DriveKind, GaitKind, LawKind, RheologyKind};
+use crate::words::{AxesKind, DeformationWord, DriveKind, GaitKind, LawKind, RheologyKind};
 
 impl Scene {
     /// The scene as TOML with every key written out, overrides and defaults included.
@@ -260,8 +260,8 @@ fn body_file(body: &Body, joints: &[Joint]) -> BodyFile {
             .filter(|_| body.shape.has_surface()),
         moment: body.moment.into(),
         fixed: body.fixed,
-        velocity: body.velocity.map(Into::into),
-        angular_velocity: body.angular_velocity.map(Into::into),
+        velocity: body.velocity.as_ref().map(velocity_file),
+        angular_velocity: body.angular_velocity.as_ref().map(velocity_file),
         mass: body.mass,
         inertia: body.inertia,
         density: body.density,
@@ -303,6 +303,14 @@ fn deformation_file(
         kind,
         ..DeformationFile::default()
     })
+}
+
+fn velocity_file(velocity: &VectorOscillation) -> LoadFile {
+    let given = DrivingLoad {
+        vector: *velocity,
+        axes: AxesKind::Laboratory,
+    };
+    load_file(&velocity.mean, velocity.oscillates().then_some(&given))
 }
 
 fn load_file(constant: &Vector3<f64>, driving: Option<&DrivingLoad>) -> LoadFile {

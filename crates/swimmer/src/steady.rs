@@ -129,7 +129,7 @@ fn in_meridian_plane(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimE
     let at_rest = vec![0.0; shape.len()];
     let numbers = || 0..bodies.len();
     let velocities: Vec<f64> = numbers()
-        .map(|body| moving.displacement_rate(shape, &at_rest, body))
+        .map(|body| moving.displacement_rate(0.0, shape, &at_rest, body))
         .collect();
     let loads: Vec<f64> = numbers().map(|body| moving.load(0.0, body)).collect();
     let slip = |body: usize, x: [f64; 2]| moving.slip(body, x);
@@ -216,6 +216,13 @@ fn check(scene: &Scene) -> Result<bool, SwimError> {
             "fluid.law",
             "steady states with inertia are those of a Newtonian fluid; set fluid.rheology = \
              \"newtonian\"",
+        );
+    }
+    if scene.depends_on_time() {
+        return refuse(
+            "bodies",
+            "a force, torque or velocity oscillates, so that there is no steady state; make it \
+             constant",
         );
     }
     if scene.background().is_some() {
@@ -313,7 +320,7 @@ fn on_mesh(scene: &Scene, moves_with_body: bool) -> Result<SteadySolution, SwimE
         Err(InertiaError::NotSteady { .. } | InertiaError::Stokes(_)) => solve(STAGES[1])?,
         first => first?,
     };
-    let solution = moving.answer(&mut found.solved, &poses, Some(mesh))?;
+    let solution = moving.answer(&mut found.solved, &poses, 0.0, Some(mesh))?;
     Ok(SteadySolution {
         model: "fem",
         reynolds: reynolds(scene, &solution),

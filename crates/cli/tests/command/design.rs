@@ -274,3 +274,56 @@ fn bug_designs_wrote_into_a_folder_in_which_another_process_writes() {
     let entries = std::fs::read_dir(out.path()).unwrap();
     assert_eq!(entries.count(), 0);
 }
+
+/// Stokes drag: the displacement is `F t / (6 π μ a)`.
+#[test]
+fn a_sweep_writes_a_table_and_a_picture_and_continues() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let scene = "model.kind = \"multipole\"\nbodies = [{ name = \"a\", radius = 1, position = [0, 0, 0], \
+                 force = [1, 0, 0] }]\ngait.phases = [{ duration = 1 }]\n";
+    std::fs::write(folder.join("scene.toml"), scene).unwrap();
+    let sweep = [
+        "sweep",
+        "scene.toml",
+        "--vary",
+        "bodies.a.radius=0.5:2:4:log",
+        "--vary",
+        "fluid.viscosity=1,2,-2",
+        "--out",
+        "out",
+    ];
+    let output = swim(folder, &sweep);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("4 of 12 runs failed"));
+    assert!(text(&output.stdout).contains("failed: "), "the reason");
+    let table = std::fs::read_to_string(folder.join("out/sweep.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = table
+        .lines()
+        .map(|line| line.split(',').collect())
+        .collect();
+    assert_eq!(rows.len(), 13);
+    assert_eq!(
+        rows[0][..4],
+        ["bodies.a.radius", "fluid.viscosity", "model", "status"]
+    );
+    let met: Vec<_> = rows[1..].iter().filter(|row| row[3] == "met").collect();
+    assert_eq!(met.len(), 8);
+    for row in met {
+        let [radius, viscosity, found] = [0, 1, 4].map(|k| row[k].parse::<f64>().unwrap());
+        let exact = 1.0 / (6.0 * std::f64::consts::PI * radius * viscosity);
+        assert!((found - exact).abs() < 1e-12 * exact, "{row:?}");
+    }
+    assert!(folder.join("out/sweep.svg").exists());
+    // All rows are known.
+    let mut arguments = sweep.to_vec();
+    arguments.extend(["--resume", "--json"]);
+    let again = json(folder, &arguments);
+    assert_eq!(again["rows"].as_array().unwrap().len(), 12);
+    let after = std::fs::read_to_string(folder.join("out/sweep.csv")).unwrap();
+    assert_eq!(table, after, "with the times of the first runs");
+    let unknown = ["sweep", "scene.toml", "--vary", "fluid.colour=1,2"];
+    assert!(refused(folder, &unknown).contains("fluid.colour"));
+    let bare = ["sweep", "scene.toml", "--vary", "fluid.viscosity=1:2"];
+    assert!(refused(folder, &bare).contains("has no count"));
+}

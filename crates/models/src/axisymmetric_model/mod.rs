@@ -227,7 +227,7 @@ impl AxisymmetricModel {
         scene.bodies().iter().any(|body| {
             body.torque != Vector3::zeros()
                 || body.driving_torque.is_some()
-                || body.held_twist().angular != Vector3::zeros()
+                || (body.held_angular_velocity()).is_some_and(|v| v.largest() != Vector3::zeros())
         }) || (scene.articulation().joints().iter()).any(|joint| joint.kind.turns())
     }
 
@@ -367,7 +367,8 @@ impl AxisymmetricModel {
             let along = along.view((0, 0), (n, n)).into_owned();
             let matrix = grand_resistance(&self.shapes, &self.axis, &along, spin.map(of).as_ref());
             let solved = MobilitySolution::new(&matrix, set, &constraints, loads, effect.as_ref())?;
-            let response = solved.response(&self.scaled, &constraints, loads)?;
+            let time = configuration.time;
+            let response = solved.response(&self.scaled, time, &constraints, loads)?;
             Ok::<_, ModelError>((response, solved.residual))
         };
         let (computed, residual) = solve(|resistance| resistance.matrix().clone())?;

@@ -10,7 +10,7 @@ use crate::error::ModelError;
 use crate::response::BodySolution;
 use crate::scaled_scene::{ScaledResponse, ScaledScene};
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
-use scene::{Domain, Scene};
+use scene::{Domain, Scene, VectorOscillation};
 
 /// Bodies, loads and slip of a scene on one axis, for an integration in time of fluid and bodies
 /// together in the meridian plane.
@@ -192,28 +192,25 @@ impl MovingAxis {
         let Ok(poses) = set.place(&set.initial_state(), &self.scaled.values(shape)) else {
             return f64::NAN;
         };
-        poses[body].translation.vector.dot(&self.axis) + self.given_velocity(body) * time
+        poses[body].translation.vector.dot(&self.axis)
+            + self.given(body, |velocity| velocity.integral(time))
     }
 
     /// Rate of the displacement of a body with these rates of the joints.
-    pub fn displacement_rate(&self, shape: &[f64], rates: &[f64], body: usize) -> f64 {
+    pub fn displacement_rate(&self, time: f64, shape: &[f64], rates: &[f64], body: usize) -> f64 {
         // Displacements on a line are linear in the values of slides.
         let changed: Vec<f64> = shape.iter().zip(rates).map(|(q, rate)| q + rate).collect();
         let of = |shape: &[f64]| self.displacement(0.0, shape, body);
-        of(&changed) - of(shape) + self.given_velocity(body)
+        of(&changed) - of(shape) + self.given(body, |velocity| velocity.at(time))
     }
 
-    /// Velocity of the root of a body's linkage if it is given, else zero.
-    fn given_velocity(&self, body: usize) -> f64 {
+    /// Component along the axis of what `of` takes from the velocity of the root of a body's
+    /// linkage, if it is given; else zero.
+    fn given(&self, body: usize, of: impl Fn(&VectorOscillation) -> Vector3<f64>) -> f64 {
         let set = self.set();
         let root = set.linkages()[set.linkage_of()[body]].root;
-        match set.held_translation()[root] {
-            true => {
-                let twist = self.scene().bodies()[root].held_twist();
-                self.scaled.scale.length(twist.linear.dot(&self.axis))
-            }
-            false => 0.0,
-        }
+        let velocity = self.scene().bodies()[root].held_velocity();
+        velocity.map_or(0.0, |v| self.scaled.scale.length(of(&v).dot(&self.axis)))
     }
 
     /// External force along the axis on a body at a time.
@@ -320,15 +317,18 @@ impl MovingAxis {
             constraints: &constraints,
             loads: &loads,
         };
-        let response = self.scaled.response_to_scene(ScaledResponse {
-            motion: &set.state_velocity(generalised.as_slice())?,
-            generalised: &generalised,
-            forces: &forces,
-            joint_loads: drive.joint_loads(&forces, &generalised)?,
-            holding: drive.holding_loads(&forces, &generalised)?,
-            slip_power: step.slip_power,
-            amplitudes: Vec::new(),
-        });
+        let response = self.scaled.response_to_scene(
+            step.time,
+            ScaledResponse {
+                motion: &set.state_velocity(generalised.as_slice())?,
+                generalised: &generalised,
+                forces: &forces,
+                joint_loads: drive.joint_loads(&forces, &generalised)?,
+                holding: drive.holding_loads(&forces, &generalised)?,
+                slip_power: step.slip_power,
+                amplitudes: Vec::new(),
+            },
+        );
         let largest = |of: fn(&BodySolution) -> Vector3<f64>| {
             (response.bodies.iter()).fold(0.0_f64, |m, body| m.max(of(body).norm()))
         };

@@ -29,6 +29,7 @@ const MAX_BALANCES: usize = 40;
 
 /// A linearised balance of the forces: what moves the bodies, and the loads in their joints.
 struct Balance<'a> {
+    time: f64,
     constraints: &'a Constraints,
     loads: &'a [ExternalLoad],
 }
@@ -56,7 +57,11 @@ impl AxisymmetricModel {
         let resistances = self.resistances_at(configuration, LOWEST_ACCURACY)?;
         let loads = &self.scaled.loads(configuration, query.inertia)?;
         let constraints = &self.scaled.query_constraints(query, rates)?;
-        let balance = Balance { constraints, loads };
+        let balance = Balance {
+            time: configuration.time,
+            constraints,
+            loads,
+        };
         let surfaces = AxialSurfaces::new(&self.scaled, configuration, &resistances, &self.axis)?;
         let at_rest: Vec<_> = (0..bodies.len())
             .map(|body| surfaces.as_ref().map(|s| s.of_body(body, 0.0)))
@@ -133,7 +138,12 @@ impl AxisymmetricModel {
             // What the next balance changes is of the order of the square.
             if change <= (0.1 * tolerance).sqrt() {
                 return Ok(Balanced {
-                    response: solved.response(&self.scaled, balance.constraints, balance.loads)?,
+                    response: solved.response(
+                        &self.scaled,
+                        balance.time,
+                        balance.constraints,
+                        balance.loads,
+                    )?,
                     velocities: velocities.clone(),
                     on_fluid: self.along_axis(&solved.forces),
                     forces,
@@ -182,7 +192,9 @@ impl AxisymmetricModel {
         effect: Option<&SurfaceEffect>,
     ) -> Result<MobilitySolution, ModelError> {
         let matrix = grand_resistance(&self.shapes, &self.axis, along, None);
-        let Balance { constraints, loads } = balance;
+        let Balance {
+            constraints, loads, ..
+        } = balance;
         MobilitySolution::new(&matrix, &self.scaled.set, constraints, loads, effect)
     }
 

@@ -146,7 +146,7 @@ impl MovingScene {
         solver_options(self.scene().fem())
     }
 
-    /// A solution in the units of the scene; with its flow if there is a mesh of it.
+    /// A solution at a time in the units of the scene; with its flow if there is a mesh of it.
     ///
     /// `poses` are those of the bodies, in scaled units.
     ///
@@ -156,10 +156,12 @@ impl MovingScene {
         &self,
         solved: &mut Solution,
         poses: &[Isometry3<f64>],
+        time: f64,
         mesh: Option<TetMesh>,
     ) -> Result<InstantaneousSolution, ModelError> {
         let converter = ToScene {
             scaled: &self.scaled,
+            time,
             far_field: None,
             container_error: 0.0,
         };

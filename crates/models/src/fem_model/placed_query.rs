@@ -27,6 +27,7 @@ use crate::surface_motion::SurfaceMotion;
 pub(super) struct PlacedQuery {
     pub placed: PlacedMesh,
     pub poses: Vec<Isometry3<f64>>,
+    time: f64,
     pub space: Arc<TaylorHood>,
     /// Space for error estimates, if they are requested.
     surplus: Option<Arc<SurplusSpace>>,
@@ -129,6 +130,7 @@ impl FemModel {
             flows: query.flows,
             placed,
             poses,
+            time: configuration.time,
             seconds: clock.elapsed().as_secs_f64(),
         })
     }
@@ -206,6 +208,7 @@ impl FemModel {
         let PlacedQuery {
             placed,
             poses,
+            time,
             frame,
             ..
         } = query;
@@ -217,6 +220,7 @@ impl FemModel {
         }
         let converter = ToScene {
             scaled: &self.scaled,
+            time,
             far_field: self.meshes.far_field(),
             container_error: query.container_error,
         };

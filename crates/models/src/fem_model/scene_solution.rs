@@ -28,6 +28,8 @@ const STRESSLET_UNCERTAINTY: f64 = 0.15;
 /// What the conversion of a solution to the scene's units needs.
 pub struct ToScene<'a> {
     pub scaled: &'a ScaledScene,
+    /// Time of the solution, on which given velocities of bodies depend.
+    pub time: f64,
     /// The ball that replaces unbounded fluid.
     pub far_field: Option<FarField>,
     /// Relative error of velocities caused by the container.
@@ -113,7 +115,7 @@ impl ToScene<'_> {
     ) -> Result<InstantaneousSolution, ModelError> {
         let (scale, set) = (&self.scaled.scale, &self.scaled.set);
         let scaled = ScaledResponse::of_flow(flow, slip_power, Vec::new(), set)?;
-        let response = self.scaled.response_to_scene(scaled);
+        let response = self.scaled.response_to_scene(self.time, scaled);
         let bodies = &response.bodies;
         let holding = || response.holding.iter();
         let mut speed = largest_norm(bodies.iter().map(|b| b.velocity));

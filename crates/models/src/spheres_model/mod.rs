@@ -327,7 +327,9 @@ impl SpheresModel {
             power_error += factor * (from.power(set) - to.power(set)).abs();
         };
         let mut previous = solved.clone();
-        let response = |of: &MobilitySolution| of.response(&self.scaled, &constraints, loads);
+        let response = |of: &MobilitySolution| {
+            of.response(&self.scaled, configuration.time, &constraints, loads)
+        };
         let mut model_error: Option<Response> = None;
         for (reference, factor) in &resistances.references {
             let reference = by(reference, effect)?;

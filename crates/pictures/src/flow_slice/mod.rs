@@ -5,9 +5,11 @@ mod grid;
 mod plane;
 mod section;
 mod streamlines;
+mod walls;
 
 pub use body_surface::body_surface;
 pub use grid::{FlowSlice, start_slice};
 pub use plane::{SliceFrame, SlicePlane};
 pub use section::section;
 pub use streamlines::{Streamline, streamlines};
+pub use walls::{hatched, walls};

@@ -9,7 +9,9 @@ use scene::Scene;
 use super::canvas::{self, Raster};
 use super::style::{Area, GRID_COLOUR, INK, at, direction_name, font, px, short, viridis};
 use crate::error::PictureError;
-use crate::flow_slice::{FlowSlice, SlicePlane, Streamline, body_surface, section, streamlines};
+use crate::flow_slice::{
+    FlowSlice, SlicePlane, Streamline, body_surface, hatched, section, streamlines, walls,
+};
 
 /// Width of the picture in pixels.
 const WIDTH: u32 = 960;
@@ -125,6 +127,10 @@ fn draw_window(
         if let Some(head) = arrow_head(&line, plane) {
             chart.draw_series([Polygon::new(head.map(place).to_vec(), LINE_COLOUR.filled())])?;
         }
+    }
+    for piece in hatched(&walls(scene.domain(), plane), plane) {
+        let line = LineSeries::new(piece.map(place), INK.stroke_width(px(2)));
+        chart.draw_series(line)?;
     }
     for (body, pose) in scene.bodies().iter().zip(poses) {
         let Some(surface) = body_surface(&body.shape) else {

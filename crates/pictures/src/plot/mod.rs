@@ -11,6 +11,7 @@ mod quantity;
 mod sizes;
 mod snapshots;
 mod style;
+mod sweep;
 
 pub use flow_picture::flow_svg;
 pub use height_map::height_map_svg;
@@ -20,6 +21,7 @@ pub(crate) use quantity::Quantity;
 pub use sizes::{SliceCurve, size_slices_svg};
 pub(crate) use snapshots::nearest_in_time;
 pub(crate) use style::body_colour;
+pub use sweep::{SweptPoints, sweep_svg};
 
 use scene::Scene;
 

@@ -1,7 +1,7 @@
 //! What the upper half of the plot shows, and the plane of the lower half.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use scene::{Scene, Shape};
+use scene::{Domain, Scene, Shape};
 
 use swimmer::{Outcome, Sample};
 
@@ -190,6 +190,11 @@ fn side_axis(scene: &Scene, outcome: &Outcome, axis: &Vector3<f64>) -> Vector3<f
         .flat_map(|(body, pose)| elongations(&body.shape).map(|e| pose.rotation * e));
     let moved = outcome.displacement.iter().copied();
     let across = |e: Vector3<f64>| e - axis * e.dot(axis);
+    let up = across(Vector3::z());
+    // A wall is to be seen from the side.
+    if matches!(scene.domain(), Domain::Wall) && up.norm() > 0.5 {
+        return up.normalize();
+    }
     for vectors in [
         &mut apart.map(across) as &mut dyn Iterator<Item = Vector3<f64>>,
         &mut long.map(across),

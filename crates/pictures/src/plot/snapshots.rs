@@ -7,6 +7,7 @@ use swimmer::{Outcome, Sample};
 
 use super::quantity::Quantity;
 use super::style::{Area, COLOURS, GREY, INK, at, font, px, short};
+use crate::flow_slice::{SlicePlane, hatched, walls};
 
 /// Largest number of snapshots: more would be too small.
 const MAX_SNAPSHOTS: usize = 5;
@@ -31,6 +32,12 @@ pub(super) fn draw(
             (left, right) = (left.min(x - r), right.max(x + r));
             (low, high) = (low.min(y - r), high.max(y + r));
         }
+    }
+    let walls = walls_around(scene, &shots, &plane, [[left, right], [low, high]]);
+    for x in walls.iter().flatten() {
+        let (x, y) = flat(x);
+        (left, right) = (left.min(x), right.max(x));
+        (low, high) = (low.min(y), high.max(y));
     }
     let (width, height) = area.dim_in_pixel();
     let (top, label) = (f64::from(px(34)), f64::from(px(24)));
@@ -69,6 +76,20 @@ pub(super) fn draw(
         let (x, y) = at(14, 4);
         let place = (corner.0 as i32 + x, corner.1 as i32 + y);
         area.draw(&Text::new(name.clone(), place, font(13, &GREY)))?;
+        for piece in &walls {
+            let ends = [pixel(&piece[0]), pixel(&piece[1])];
+            area.draw(&PathElement::new(ends, INK.stroke_width(px(1))))?;
+        }
+        for body in 0..scene.bodies().len() {
+            let path = outcome
+                .curve
+                .iter()
+                .take_while(|(time, _)| *time <= sample.time);
+            let path = path.filter_map(|(_, centres)| Some(pixel(centres.get(body)?)));
+            let colour = COLOURS[body % COLOURS.len()].mix(0.5);
+            let path: Vec<_> = path.collect();
+            area.draw(&PathElement::new(path, colour.stroke_width(px(1))))?;
+        }
         draw_shot(area, scene, sample, &plane, scale, pixel)?;
     }
     Ok(())
@@ -108,7 +129,49 @@ fn draw_shot(
             disc(pixel(&(pose * Point3::from(x)).coords), shape.size_radius())?;
         }
     }
+    for (body, pose) in scene.bodies().iter().zip(&sample.poses) {
+        let Some(slip) = &body.slip else { continue };
+        // The axis of a squirmer, to the end at which it swims without others.
+        let end = pose.rotation * slip.axis * (0.8 * slip.b1.signum() * body.shape.size_radius());
+        let [from, to] = [-end, end].map(|x| pixel(&(pose.translation.vector + x)));
+        let style = WHITE.stroke_width(px(2));
+        area.draw(&PathElement::new([from, to], style))?;
+        area.draw(&Circle::new(to, px(3) as i32, WHITE.filled()))?;
+    }
     Ok(())
+}
+
+/// Pieces of the walls of the domain beside the bodies, within a length of the rectangle
+/// `[[left, right], [low, high]]` around them, in space.
+fn walls_around(
+    scene: &Scene,
+    shots: &[(String, &Sample)],
+    [right, up]: &[Vector3<f64>; 2],
+    [[left, end], [low, high]]: [[f64; 2]; 2],
+) -> Vec<[Vector3<f64>; 2]> {
+    let poses = shots.iter().flat_map(|(_, sample)| &sample.poses);
+    let (count, sum) = poses.fold((0.0, Vector3::zeros()), |(count, sum), pose| {
+        (count + 1.0, sum + pose.translation.vector)
+    });
+    let normal = right.cross(up);
+    let depth = (sum / f64::max(count, 1.0)).dot(&normal);
+    let margin = 0.5 * (end - left).max(high - low);
+    let plane = SlicePlane {
+        centre: 0.5 * (left + end) * right + 0.5 * (low + high) * up + depth * normal,
+        right: *right,
+        up: *up,
+        width: end - left + 2.0 * margin,
+        height: high - low + 2.0 * margin,
+    };
+    let in_space = |[a, b]: [f64; 2]| {
+        let [a, b] = [(a - 0.5) * plane.width, (b - 0.5) * plane.height];
+        plane.centre + a * right + b * up
+    };
+    let pieces = hatched(&walls(scene.domain(), &plane), &plane);
+    pieces
+        .into_iter()
+        .map(|piece| piece.map(in_space))
+        .collect()
 }
 
 /// Names and samples: the start, the ends of the first phases and the end, or, for a single phase,

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::record::RunRecord;
 use super::track::Track;
 use crate::error::PictureError;
-use crate::flow_slice::{SliceFrame, body_surface, section, streamlines};
+use crate::flow_slice::{SliceFrame, body_surface, hatched, section, streamlines, walls};
 use crate::flow_slices::StoredSlice;
 use crate::packed;
 use crate::plot::{Quantity, body_colour, nearest_in_time};
@@ -214,6 +214,7 @@ fn slice(
             outlines.push(json!({ "body": number, "points": packed::floats(curve) }));
         }
     }
+    let walls = hatched(&walls(record.scene.domain(), &stored.plane), &stored.plane);
     Some(json!({
         "time": stored.time,
         "plane": stored.plane,
@@ -225,6 +226,7 @@ fn slice(
         "pressure": stored.pressure,
         "lines": lines,
         "outlines": outlines,
+        "walls": packed::floats(walls.into_iter().flatten().flatten()),
     }))
 }
 

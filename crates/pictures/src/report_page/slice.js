@@ -13,6 +13,7 @@ const slices = run.slices.map((data) => {
   return {
     ...data, speed, pressure,
     lines: data.lines.map(shares),
+    walls: unpacked(data.walls, Float32Array),
     outlines: data.outlines.map(({ body, points }) => ({ body, points: unpacked(points, Float32Array) })),
     images: {},
   };
@@ -94,6 +95,14 @@ function drawSlice(context, slice, name, x, y, width, height, pixel) {
     context.stroke();
     drawArrow(context, at, line, 4 * pixel);
   }
+  context.strokeStyle = styleColour("--ink");
+  context.lineWidth = 1.5 * pixel;
+  context.beginPath();
+  for (let k = 0; k < slice.walls.length; k += 4) {
+    context.moveTo(...at(slice.walls, k));
+    context.lineTo(...at(slice.walls, k + 2));
+  }
+  context.stroke();
   context.strokeStyle = "#ffffff";
   context.lineWidth = 1.25 * pixel;
   for (const { body, points } of slice.outlines) {

@@ -4,7 +4,7 @@ use toml::{Table, Value};
 
 use super::places::Places;
 use crate::error::{SceneError, one_line};
-use crate::keys::{self, Key, KeyType, Kind, Words, join, without_indices};
+use crate::keys::{self, KeyType, Kind, Words, join, without_indices};
 use crate::nearest::nearest;
 use crate::words::AxesKind;
 
@@ -67,7 +67,56 @@ pub(super) fn check_value(places: &Places, value: &Value, path: &str) -> Result<
     }
 }
 
-/// Suggests a key of the same group, or else the key of this name in another group.
+/// Words of quantities that no key has, in lower case without separators, with what exists.
+const QUANTITIES: [(&str, &str); 13] = [
+    (
+        "reynolds",
+        "it follows from fluid.density, fluid.viscosity and the gait; fluid.inertia = \"full\" keeps \
+         inertia",
+    ),
+    (
+        "inertial",
+        "fluid.inertia = \"full\" with fluid.density keeps inertia",
+    ),
+    (
+        "shearthinning",
+        "fluid.law = \"carreau\" and others make the viscosity depend on the shear rate",
+    ),
+    ("temperature", "thermal motion is not modelled"),
+    ("thermal", "thermal motion is not modelled"),
+    ("brownian", "thermal motion is not modelled"),
+    (
+        "elastic",
+        "bodies are rigid; links[].drive = \"spring\" makes a link elastic",
+    ),
+    (
+        "young",
+        "bodies are rigid; links[].drive = \"spring\" makes a link elastic",
+    ),
+    (
+        "flexible",
+        "bodies are rigid; links[].drive = \"spring\" makes a link elastic",
+    ),
+    (
+        "bending",
+        "bodies are rigid; links[].drive = \"spring\" makes a link elastic",
+    ),
+    (
+        "stiffness",
+        "links[].stiffness is that of a link with drive = \"spring\"",
+    ),
+    (
+        "slipvelocity",
+        "bodies[].slip is the tangential velocity of a squirmer",
+    ),
+    (
+        "timestep",
+        "steps follow from model.tolerance; fluid.time_step fixes them with inertia",
+    ),
+];
+
+/// Suggests a key of the same group, or else what is known of the quantity, or else the keys of
+/// this name in other groups.
 fn unknown_key(places: &Places, path: &str) -> SceneError {
     let schema = without_indices(path);
     let (group, last) = schema.rsplit_once('.').unwrap_or(("", &schema));
@@ -79,11 +128,20 @@ fn unknown_key(places: &Places, path: &str) -> SceneError {
         };
         below.split(['.', '[']).next()
     });
-    let same_name = |key: &&Key| key.path.rsplit('.').next() == Some(last);
+    let elsewhere: Vec<String> = keys::all()
+        .filter(|key| key.path.rsplit('.').next() == Some(last))
+        .map(|key| format!("'{}'", key.path))
+        .collect();
+    let plain: String = (last.chars().filter(char::is_ascii_alphabetic))
+        .map(|c| c.to_ascii_lowercase())
+        .collect();
+    let quantity = (QUANTITIES.iter()).find(|(word, _)| plain.contains(word));
     let remedy = if let Some(near) = nearest(last, here.clone()) {
         format!("did you mean '{}'?", join(group, near))
-    } else if let Some(elsewhere) = keys::all().find(same_name) {
-        format!("did you mean '{}'?", elsewhere.path)
+    } else if let (true, Some((_, remedy))) = (elsewhere.is_empty(), quantity) {
+        (*remedy).to_owned()
+    } else if !elsewhere.is_empty() {
+        format!("did you mean {}?", elsewhere.join(" or "))
     } else {
         let mut known: Vec<&str> = here.collect();
         known.dedup();

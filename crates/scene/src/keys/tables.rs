@@ -209,12 +209,14 @@ tables! {
         /// results.
         #[serde(skip_serializing_if = "is_default")]
         fixed: bool,
-        /// Given velocity of the centre, constant in the laboratory. The force that drives the body
-        /// is a result; it rotates freely unless `angular_velocity` is given too.
-        velocity: Option<[f64; 3]> | "none: the flow determines it",
-        /// Given angular velocity, constant in the laboratory. The torque that drives the body is a
-        /// result; its centre moves freely unless `velocity` is given too.
-        angular_velocity: Option<[f64; 3]> | "none: the flow determines it",
+        /// Given velocity of the centre in the laboratory: constant, or a table as for `force`,
+        /// without `axes`. The force that drives the body is a result; it rotates freely unless
+        /// `angular_velocity` is given too.
+        velocity: Option<LoadFile> | "none: the flow determines it",
+        /// Given angular velocity in the laboratory: constant, or a table as for `force`, without
+        /// `axes`. The torque that drives the body is a result; its centre moves freely unless
+        /// `velocity` is given too.
+        angular_velocity: Option<LoadFile> | "none: the flow determines it",
         /// Mass; without masses there is no inertia. With gravity its weight is that of the mass
         /// minus that of the displaced fluid. Give mass or density, not both.
         mass: f64 [NonNegative] = 0.0,

@@ -1,6 +1,5 @@
 //! The joints of a scene file, and the articulation of its bodies and joints.
 
-use nalgebra::Vector3;
 use rigid::{
     Articulation, Freedom, Joint, JointDrive, JointKind, PassiveDrive, Reduction, RigidError,
 };
@@ -11,6 +10,7 @@ use crate::error::SceneError;
 use crate::gait::{Gait, spans};
 use crate::joints::{JointKeys, JointWord};
 use crate::keys::{ForceFile, JointFile};
+use crate::loads::VectorOscillation;
 use crate::shape_path::{JointForce, Sine};
 use crate::words::{ArmsKind, DriveKind};
 
@@ -113,7 +113,7 @@ pub(super) fn articulation(
             return Err(checks.bad_value(&format!("bodies[{number}]"), problem));
         }
     }
-    let held = |velocity: fn(&Body) -> Option<Vector3<f64>>| -> Vec<usize> {
+    let held = |velocity: fn(&Body) -> Option<VectorOscillation>| -> Vec<usize> {
         (0..bodies.len())
             .filter(|&body| velocity(&bodies[body]).is_some())
             .collect()
@@ -177,12 +177,22 @@ pub(super) fn check_held(
     let at_rest = (shape.to_vec(), vec![0.0; shape.len()]);
     let phases = spans(gait, shape)?.take(gait.phases.len());
     let moments = phases.map(|span| (span.shape(0.5), span.rates(0.5)));
-    for (shape, rates) in std::iter::once(at_rest).chain(moments) {
-        let Ok(constraints) = set.constraints(&set.initial_state(), &shape, &rates) else {
+    let moments: Vec<_> = std::iter::once(at_rest).chain(moments).collect();
+    // What oscillates contradicts at nearly all times, if it contradicts at all.
+    let periods = bodies.iter().flat_map(|body| {
+        let given = [body.velocity, body.angular_velocity];
+        (given.into_iter().flatten()).filter_map(|v| v.oscillates().then_some(v.period))
+    });
+    let times: Vec<f64> = std::iter::once(0.0)
+        .chain(periods.flat_map(|period| [0.19 * period, 0.37 * period]))
+        .collect();
+    let at = |time| moments.iter().map(move |moment| (time, moment));
+    for (time, (shape, rates)) in times.into_iter().flat_map(at) {
+        let Ok(constraints) = set.constraints(&set.initial_state(), shape, rates) else {
             // A loop that does not close is refused elsewhere.
             continue;
         };
-        let constraints = with_held_velocities(constraints, set, bodies)
+        let constraints = with_held_velocities(constraints, set, bodies, time)
             .map_err(|error| checks.bad_value("bodies", error.to_string()))?;
         if let Err(error) = Reduction::new(set, &constraints) {
             let body = &bodies[held];

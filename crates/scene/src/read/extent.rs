@@ -187,7 +187,7 @@ impl Unplaced<'_> {
         for (number, body) in self.bodies.iter().enumerate() {
             let force = body.force.abs() + largest(body.driving_force);
             let torque = body.torque.abs() + largest(body.driving_torque);
-            let twist = body.held_twist();
+            let twist = body.largest_held_twist();
             for (name, radii) in [
                 ("force", distance(&force, unit)),
                 ("density", distance(&body.weight, unit)),

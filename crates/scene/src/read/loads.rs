@@ -11,7 +11,7 @@ use crate::keys::{BodyFile, ContactFile, DriveFile, FieldFile, LoadFile, PhaseAn
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::words::AxesKind;
 
-/// Enters force and torque of a body, and refuses loads and velocities that contradict each other.
+/// Enters force, torque and given velocities of a body, and refuses loads and velocities that contradict each other.
 ///
 /// Periods are that of the gait unless they are given.
 pub(super) fn enter(
@@ -31,6 +31,25 @@ pub(super) fn enter(
     };
     (body.force, body.driving_force) = read("force", file.force)?;
     (body.torque, body.driving_torque) = read("torque", file.torque.unwrap_or_default())?;
+    let given = |name: &str, file: Option<LoadFile>| {
+        let (constant, oscillating) = match file {
+            None => return Ok(None),
+            Some(file) => read(name, file)?,
+        };
+        match oscillating {
+            None => Ok(Some(VectorOscillation::constant(constant))),
+            Some(DrivingLoad {
+                vector,
+                axes: AxesKind::Laboratory,
+            }) => Ok(Some(vector)),
+            Some(_) => {
+                let problem = "is given in the axes of the laboratory; remove axes";
+                Err(checks.bad_value(&format!("bodies[{number}].{name}"), problem))
+            }
+        }
+    };
+    body.velocity = given("velocity", file.velocity)?;
+    body.angular_velocity = given("angular_velocity", file.angular_velocity)?;
     check(body)
         .map_err(|(name, problem)| checks.bad_value(&format!("bodies[{number}].{name}"), problem))
 }

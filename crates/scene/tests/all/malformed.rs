@@ -64,6 +64,8 @@ viscosity = inf -> fluid.viscosity | not inf
 radius = 40\nradius = 41 -> scene.toml:7 | duplicate key
 radius = 4O -> scene.toml:6 | not valid TOML
 temperature = 3\nradius = 40
+    -> scene.toml:6 | thermal motion is not modelled
+colour = 3\nradius = 40
     -> scene.toml:6 | domain has kind, radius, size, file, surface_kind, scale, walls
 radius = -40 -> scene.toml:6 | domain.radius must be a number greater than zero
  -> scene.toml:4 | domain.radius is missing: a ball needs a radius
@@ -71,14 +73,18 @@ radius = -40 -> scene.toml:6 | domain.radius must be a number greater than zero
 \0 -> not valid TOML
 == viscosity
 viscocity -> scene.toml:2 | 'fluid.viscocity' | did you mean 'fluid.viscosity'?
+Reynolds = 1\nviscosity -> fluid.density | fluid.inertia = "full" keeps inertia
+shear_thinning = true\nviscosity -> fluid.law = "carreau"
 == cycles
 cycle -> scene.toml:24 | did you mean 'gait.cycles'?
+radius = 3\ncycles -> scene.toml:24 | did you mean 'domain.radius' or 'bodies[].radius'?
 == [fem]
 rtol = 1e-3\n[fem] -> 'model.rtol' | did you mean 'fem.rtol'?
 == kind = "fem"
 kind.fem = 1 -> scene.toml:37 | model.kind must be one of auto, oseen | not a table
 kind = "magic" -> model.kind cannot be "magic"; it is one of auto, oseen, rpy
 == name = "arm"
+name = "arm"\nbending_stiffness = 3 -> links[].drive = "spring" makes a link elastic
 name = "arm"\nlenght = 3 -> scene.toml:20 | 'links[0].lenght' | has name, body, to
 == position = [0, 0, 0]
 position = [0, 0] -> scene.toml:16 | bodies[1].position must be three numbers
@@ -229,7 +235,7 @@ fn deep_nesting_is_refused() {
 #[test]
 fn malformed_scenes_are_refused_with_place_and_remedy() {
     let cases = cases();
-    assert_eq!(cases.len(), 96);
+    assert_eq!(cases.len(), 101);
     for (part, by, fragments) in cases {
         assert!(VALID.contains(&part), "no such part: {part}");
         let text = VALID.replacen(&part, &by, 1);

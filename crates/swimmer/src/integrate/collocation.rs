@@ -493,9 +493,9 @@ fn fixed_centroids(
     let after = set.place(start, &evaluator.span.shape(span.1))?;
     let mut guess = combination(std::iter::empty(), start);
     for (frame, linkage) in guess.frames.iter_mut().zip(set.linkages()) {
-        if set.held_translation()[linkage.root] {
-            let velocity = evaluator.scene.bodies()[linkage.root].held_twist().linear;
-            frame.linear = velocity * (evaluator.span.duration * (span.1 - span.0));
+        if let Some(velocity) = evaluator.scene.bodies()[linkage.root].held_velocity() {
+            let [from, to] = [span.0, span.1].map(|s| evaluator.span.time(s));
+            frame.linear = velocity.integral(to) - velocity.integral(from);
             continue;
         }
         let shift =

@@ -101,13 +101,12 @@ fn explicit_step(
     let scene = evaluator.scene;
     let set = scene.articulation();
     let (shape, rates) = (evaluator.span.shape(s), evaluator.span.rates(s));
-    let mut constraints = scene.constraints(state, &shape, &rates)?;
-    let oscillating = scene
-        .joint_forces(evaluator.span.time(s))
-        .unwrap_or_default();
+    let time = evaluator.span.time(s);
+    let mut constraints = scene.constraints(state, &shape, &rates, time)?;
+    let oscillating = scene.joint_forces(time).unwrap_or_default();
     (constraints.joint_forces.iter_mut().zip(oscillating)).for_each(|(sum, force)| *sum += force);
     let reduction = Reduction::new(set, &constraints)?;
-    let loads = scene.loads(evaluator.span.time(s), &set.place(state, &shape)?);
+    let loads = scene.loads(time, &set.place(state, &shape)?);
     let drive = Drive {
         set,
         constraints: &constraints,

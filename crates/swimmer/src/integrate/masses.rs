@@ -110,7 +110,10 @@ pub(super) fn after_impulse(
 ) -> Result<Velocities, SwimError> {
     let set = evaluator.scene.articulation();
     let (shape, rates) = (evaluator.span.shape(0.0), evaluator.span.rates(0.0));
-    let constraints = evaluator.scene.constraints(state, &shape, &rates)?;
+    let constraints =
+        evaluator
+            .scene
+            .constraints(state, &shape, &rates, evaluator.span.time(0.0))?;
     let reduction = Reduction::new(set, &constraints)?;
     let masses = mass_matrices(evaluator, 0.0, state)?;
     let surfaced: Vec<usize> = (0..masses.len())

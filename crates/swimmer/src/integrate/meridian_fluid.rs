@@ -144,7 +144,7 @@ impl MovingFluid for MeridianFluid<'_> {
         let moving = &self.scene.moving;
         let (shape, rates) = (span.shape(0.0), span.rates(0.0));
         let rates: Vec<f64> = (0..moving.bodies().len())
-            .map(|body| moving.displacement_rate(&shape, &rates, body))
+            .map(|body| moving.displacement_rate(span.time(0.0), &shape, &rates, body))
             .collect();
         self.integrator.start_from_stokes(&rates).map_err(failed)
     }

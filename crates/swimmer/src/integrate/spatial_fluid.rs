@@ -186,8 +186,9 @@ impl MovingFluid for SpatialFluid<'_> {
     fn solution(&mut self, with_flow: bool) -> Result<InstantaneousSolution, SwimError> {
         let step = self.tried.as_mut().ok_or(SwimError::NoFlow)?;
         let mesh = with_flow.then(|| step.mesh().clone());
+        let time = self.integrator.time() + step.length;
         let moving = &self.scene.moving;
-        Ok(moving.answer(&mut step.solved, &step.poses, mesh)?)
+        Ok(moving.answer(&mut step.solved, &step.poses, time, mesh)?)
     }
 
     fn accept(&mut self) -> Result<(), SwimError> {

@@ -1,0 +1,141 @@
+//! `swim sweep`: runs of a scene with other values of some keys.
+
+use design::{RandomPoints, SweepOptions, SweepResult, SweepRow, VariedKey, sweep};
+use pictures::{SweptPoints, sweep_svg};
+use serde_json::json;
+
+use super::arguments::SweepArguments;
+use super::design_files::{folder_of, write};
+use super::error::CliError;
+use super::progress::DesignSpinner;
+use super::text::{count, entry, printable, two_digits, warn, with_uncertainty};
+
+/// Number of rows that are printed.
+const PRINTED: usize = 20;
+
+pub fn sweep_scene(arguments: SweepArguments, quiet: bool) -> Result<String, CliError> {
+    let scene = arguments.scene.read()?;
+    let keys: Vec<VariedKey> = (arguments.vary.iter())
+        .map(|text| text.parse())
+        .collect::<Result<_, _>>()?;
+    let (folder, _lock) = folder_of(&scene, arguments.out)?;
+    let random = arguments.random.map(|count| RandomPoints {
+        count,
+        seed: arguments.seed,
+    });
+    let options = SweepOptions {
+        jobs: arguments.jobs.unwrap_or_else(threads),
+        folder: Some(&folder),
+        resume: arguments.resume,
+    };
+    let found = sweep(
+        &scene,
+        &keys,
+        random,
+        options,
+        &mut DesignSpinner::new(quiet),
+    )?;
+    let results: Vec<(&[String], &SweepResult)> = (found.rows.iter())
+        .filter_map(|row| Some((&row.values[..], row.result.as_ref().ok()?)))
+        .collect();
+    let failed = found.failed().count();
+    if let (Some(row), true) = (found.failed().next(), results.is_empty()) {
+        let problem = format!("no run has a result; the first one: {}", row.status());
+        return Err(CliError::NotApplicable {
+            place: folder.path().join("sweep.csv").display().to_string(),
+            problem,
+        });
+    }
+    // The plot has the component along the largest displacement.
+    let size = |(_, result): &&(&[String], &SweepResult)| norm(&result.displacement);
+    let largest = results.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
+    let direction = largest.map_or([1.0, 0.0, 0.0], |(_, result)| {
+        let length = norm(&result.displacement);
+        match length > 0.0 {
+            true => result.displacement.map(|x| x / length),
+            false => [1.0, 0.0, 0.0],
+        }
+    });
+    let along = |result: &SweepResult| -> f64 {
+        (result.displacement.iter().zip(direction))
+            .map(|(x, e)| x * e)
+            .sum()
+    };
+    let points = SweptPoints {
+        keys: &found.keys,
+        points: results.iter().map(|(values, _)| *values).collect(),
+        results: results.iter().map(|(_, result)| along(result)).collect(),
+        bars: (results.iter())
+            .map(|(_, result)| result.displacement_error.unwrap_or(0.0))
+            .collect(),
+        label: format!(
+            "net displacement along ({:.2}, {:.2}, {:.2})",
+            direction[0], direction[1], direction[2]
+        ),
+    };
+    match sweep_svg(&points) {
+        Ok(picture) => write(&folder, "sweep.svg", &picture)?,
+        // Keys without numbers have no axis.
+        Err(reason) => warn(&format!("no picture: {reason}")),
+    }
+    if failed > 0 {
+        warn(&format!(
+            "{failed} of {} runs failed; their reasons are in the column status of sweep.csv",
+            found.rows.len()
+        ));
+    }
+    if arguments.json {
+        let rows: Vec<_> = (found.rows.iter())
+            .map(|row| {
+                json!({
+                    "values": row.values,
+                    "status": row.status(),
+                    "result": row.result.as_ref().ok(),
+                })
+            })
+            .collect();
+        return Ok(format!("{}\n", json!({ "keys": found.keys, "rows": rows })));
+    }
+    let mut text = entry("scene", scene.name())
+        + &entry("points", found.rows.len())
+        + &entry("results", folder.path().display())
+        + "\n";
+    let head = printable(&found.keys.join(", "));
+    let values = |row: &SweepRow| printable(&row.values.join(", "));
+    let printed = || found.rows.iter().take(PRINTED);
+    let width = printed().map(|row| values(row).chars().count());
+    let width = 2 + width.fold(head.chars().count(), usize::max);
+    text += &format!("{head:<width$}net displacement\n");
+    for row in printed() {
+        let values = format!("{:<width$}", values(row));
+        let status = row.status();
+        text += &match &row.result {
+            Err(_) => format!("{values}{}\n", printable(&status)),
+            Ok(result) => {
+                let net = along(result);
+                let net = match result.displacement_error {
+                    Some(bar) => with_uncertainty(net, bar),
+                    None => two_digits(net),
+                };
+                match status == "met" {
+                    true => format!("{values}{net}\n"),
+                    false => format!("{values}{net}, {}\n", printable(&status)),
+                }
+            }
+        };
+    }
+    if found.rows.len() > PRINTED {
+        let more = count(found.rows.len() - PRINTED, "more row");
+        text += &format!("{more} in sweep.csv\n");
+    }
+    Ok(text)
+}
+
+fn norm(v: &[f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Number of threads of this process.
+fn threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}

@@ -1,0 +1,751 @@
+//! Runs of a scene with other values of some keys: all combinations of them, or random ones.
+
+use std::str::FromStr;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+use fastrand::Rng;
+use scene::{Document, Scene, SourceFile};
+use serde::{Deserialize, Serialize};
+use swimmer::output::{Folder, read_sealed, write_sealed};
+use swimmer::{SwimError, mean_of_moving};
+
+use crate::error::{DesignError, DesignProgress};
+use crate::sensitivities::with_keys;
+
+/// Name of the file from which an interrupted sweep continues.
+const FILE: &str = "sweep.json";
+
+/// Version of its format.
+const VERSION: u32 = 1;
+
+/// Largest number of points: the rows of a million take about a gigabyte.
+const MAX_POINTS: usize = 1_000_000;
+
+/// Time between two looks at interruptions, and the shortest one between two writes of the rows.
+const TICK: Duration = Duration::from_millis(100);
+const WRITE_INTERVAL: Duration = Duration::from_secs(2);
+
+/// A key of a scene with the values that it takes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VariedKey {
+    /// The key, as for `--set`: `links.left-arm.length`, `fluid.viscosity`.
+    pub key: String,
+    /// Its values.
+    pub values: Values,
+}
+
+/// The values of a key.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// These, each as it is written in a scene.
+    List(Vec<String>),
+    /// Random ones between two numbers.
+    Between {
+        /// Smallest value.
+        from: f64,
+        /// Largest value.
+        to: f64,
+        /// Whether the logarithm is distributed evenly.
+        is_logarithmic: bool,
+    },
+}
+
+/// Reads `KEY=FROM:TO:COUNT`, `KEY=FROM:TO` (for random points), each with `:log` for equal ratios,
+/// or `KEY=VALUE,VALUE,...`.
+///
+/// ```
+/// use design::{Values, VariedKey};
+/// let varied: VariedKey = "fluid.viscosity=1:100:3:log".parse()?;
+/// assert_eq!(varied.values, Values::List(["1", "10", "100"].map(str::to_owned).to_vec()));
+/// # Ok::<(), design::DesignError>(())
+/// ```
+impl FromStr for VariedKey {
+    type Err = DesignError;
+
+    fn from_str(text: &str) -> Result<Self, DesignError> {
+        let refuse = |problem: &str| DesignError::NotApplicable {
+            place: format!("vary {text}"),
+            problem: problem.to_owned(),
+        };
+        let (key, values) = (text.split_once('='))
+            .filter(|(key, values)| !key.trim().is_empty() && !values.trim().is_empty())
+            .ok_or_else(|| {
+                refuse("has no values; write key=from:to:count or key=value,value,...")
+            })?;
+        Ok(Self {
+            key: key.trim().to_owned(),
+            values: values_of(values.trim()).map_err(|problem| refuse(&problem))?,
+        })
+    }
+}
+
+/// The values of a range or a list.
+fn values_of(text: &str) -> Result<Values, String> {
+    let (range, is_logarithmic) = match text.strip_suffix(":log") {
+        Some(range) => (range, true),
+        None => (text, false),
+    };
+    let parts: Vec<&str> = range.split(':').collect();
+    let ends: Vec<Option<f64>> = (parts.iter().take(2))
+        .map(|end| end.trim().parse().ok())
+        .collect();
+    let (Some(from), Some(to)) = (
+        ends.first().copied().flatten(),
+        ends.get(1).copied().flatten(),
+    ) else {
+        return match is_logarithmic {
+            true => Err("is no range of numbers; write key=from:to:count:log".to_owned()),
+            false => Ok(Values::List(entries(text))),
+        };
+    };
+    if !(from.is_finite() && to.is_finite() && (to - from).is_finite()) {
+        return Err("has an end that is not finite; give two numbers".to_owned());
+    }
+    if is_logarithmic && !(from > 0.0 && to > 0.0) {
+        return Err("has ends without a logarithm; give positive numbers".to_owned());
+    }
+    match parts[2..] {
+        [] => Ok(Values::Between {
+            from: from.min(to),
+            to: from.max(to),
+            is_logarithmic,
+        }),
+        [count] => {
+            let count: usize = count.trim().parse().unwrap_or(0);
+            if !(2..=MAX_POINTS).contains(&count) {
+                return Err(format!(
+                    "has a count that is no number from 2 to {MAX_POINTS}"
+                ));
+            }
+            let last = (count - 1) as f64;
+            let value = |k: usize| match (is_logarithmic, k == count - 1) {
+                (_, true) => to,
+                (true, _) => rounded(from * (to / from).powf(k as f64 / last)),
+                (false, _) => (from * (last - k as f64) + to * k as f64) / last,
+            };
+            Ok(Values::List((0..count).map(|k| number(value(k))).collect()))
+        }
+        _ => Err("has too many parts; write key=from:to:count".to_owned()),
+    }
+}
+
+/// A number as it is written in a scene: a whole one without a point, as counts need it.
+fn number(value: f64) -> String {
+    let text = format!("{value:?}");
+    text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
+}
+
+/// A number with six digits, which are as good as any and can be read.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+/// The parts of a list, which commas outside brackets and quotes separate.
+fn entries(text: &str) -> Vec<String> {
+    let (mut depth, mut quote) = (0_i32, None);
+    let mut list = vec![String::new()];
+    for c in text.chars() {
+        match (c, quote) {
+            ('"' | '\'', None) => quote = Some(c),
+            (_, Some(open)) if c == open => quote = None,
+            ('[' | '{', None) => depth += 1,
+            (']' | '}', None) => depth -= 1,
+            (',', None) if depth == 0 => {
+                list.push(String::new());
+                continue;
+            }
+            _ => {}
+        }
+        if let Some(last) = list.last_mut() {
+            last.push(c);
+        }
+    }
+    list.iter().map(|entry| entry.trim().to_owned()).collect()
+}
+
+/// Random points instead of all combinations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RandomPoints {
+    /// Number of points.
+    pub count: usize,
+    /// Seed: the same points for the same seed.
+    pub seed: u64,
+}
+
+/// The values of all keys at each point.
+///
+/// All combinations, of which the last key changes fastest, or random points: each value of a list
+/// is as likely as the others, numbers between two ends are distributed evenly.
+///
+/// # Errors
+/// [`DesignError::NotApplicable`] without keys, for a key that is varied twice, for more than a
+/// million points, and for a range without a count where the points are not random.
+pub fn sweep_points(
+    keys: &[VariedKey],
+    random: Option<RandomPoints>,
+) -> Result<Vec<Vec<String>>, DesignError> {
+    let refuse = |place: &str, problem: String| {
+        Err(DesignError::NotApplicable {
+            place: place.to_owned(),
+            problem,
+        })
+    };
+    if keys.is_empty() {
+        let problem = "a sweep needs keys that vary: --vary key=from:to:count".to_owned();
+        return refuse("vary", problem);
+    }
+    for (number, varied) in keys.iter().enumerate() {
+        if keys[..number].iter().any(|other| other.key == varied.key) {
+            let problem = "is varied twice; give all values once".to_owned();
+            return refuse(&varied.key, problem);
+        }
+    }
+    if let Some(RandomPoints { count, seed }) = random {
+        if !(1..=MAX_POINTS).contains(&count) {
+            let problem = format!("{count} points; give a number from 1 to {MAX_POINTS}");
+            return refuse("random", problem);
+        }
+        let mut random = Rng::with_seed(seed);
+        let point = |_| {
+            keys.iter()
+                .map(|key| key.values.random(&mut random))
+                .collect()
+        };
+        return Ok((0..count).map(point).collect());
+    }
+    let mut points = vec![Vec::new()];
+    for varied in keys {
+        let Values::List(values) = &varied.values else {
+            let problem = "has no count; write key=from:to:count, or ask for random points";
+            return refuse(&varied.key, problem.to_owned());
+        };
+        if points.len().saturating_mul(values.len()) > MAX_POINTS {
+            let problem = format!("makes more than {MAX_POINTS} combinations; give fewer values");
+            return refuse(&varied.key, problem);
+        }
+        let with = |point: &Vec<String>, value: &String| {
+            let mut point = point.clone();
+            point.push(value.clone());
+            point
+        };
+        points = (points.iter())
+            .flat_map(|point| values.iter().map(move |value| with(point, value)))
+            .collect();
+    }
+    Ok(points)
+}
+
+impl Values {
+    fn random(&self, random: &mut Rng) -> String {
+        match self {
+            Self::List(values) => values[random.usize(0..values.len())].clone(),
+            Self::Between {
+                from,
+                to,
+                is_logarithmic,
+            } => {
+                let share = random.f64();
+                number(rounded(match is_logarithmic {
+                    true => from * (to / from).powf(share),
+                    false => from + share * (to - from),
+                }))
+            }
+        }
+    }
+}
+
+/// The result of one point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct SweepRow {
+    /// Number of the point.
+    pub number: usize,
+    /// Values of the keys.
+    pub values: Vec<String>,
+    /// Files that the scene of the point names.
+    files: Vec<SourceFile>,
+    /// What the run gave, or why there is none.
+    pub result: Result<SweepResult, String>,
+}
+
+/// The numbers of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct SweepResult {
+    /// Name of the model.
+    pub model: String,
+    /// Whether the error bar is within `model.tolerance`.
+    pub tolerance_met: bool,
+    /// Why the run stopped before its end, such as contact.
+    pub stopped: Option<String>,
+    /// Net displacement.
+    pub displacement: [f64; 3],
+    /// Its error bar.
+    pub displacement_error: Option<f64>,
+    /// Rotation vector in radians.
+    pub rotation: [f64; 3],
+    /// Its error bar.
+    pub rotation_error: Option<f64>,
+    /// Work of the bodies on the fluid.
+    pub work: f64,
+    /// Its error bar.
+    pub work_error: Option<f64>,
+    /// Wall-clock time in seconds.
+    pub seconds: f64,
+}
+
+/// The results of a sweep.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Sweep {
+    /// The keys that vary.
+    pub keys: Vec<String>,
+    /// Results of all points, in their order.
+    pub rows: Vec<SweepRow>,
+    /// Number of results that are those of an earlier, interrupted sweep.
+    pub kept: usize,
+}
+
+/// What is read again after an interruption.
+#[derive(Serialize, Deserialize)]
+struct Stored {
+    version: u32,
+    program: String,
+    scene: String,
+    keys: Vec<String>,
+    rows: Vec<SweepRow>,
+}
+
+/// How the points of a sweep are computed.
+#[derive(Clone, Copy, Debug)]
+pub struct SweepOptions<'a> {
+    /// Number of runs at the same time.
+    pub jobs: usize,
+    /// Folder for the rows; without one an interrupted sweep is lost.
+    pub folder: Option<&'a Folder>,
+    /// Whether to continue an interrupted sweep in this folder.
+    pub resume: bool,
+}
+
+/// Runs a scene at all points; a run that fails is a row with its reason.
+///
+/// The rows do not depend on the number of jobs. With a folder they are written to `sweep.csv`, and
+/// to `sweep.json` to continue from.
+///
+/// # Errors
+/// A scene without a gait, a key that it does not have, a sweep of another scene in the folder,
+/// [`DesignError::Stopped`].
+pub fn sweep(
+    scene: &Scene,
+    keys: &[VariedKey],
+    random: Option<RandomPoints>,
+    options: SweepOptions,
+    progress: &mut dyn DesignProgress,
+) -> Result<Sweep, DesignError> {
+    scene.require_gait()?;
+    let points = sweep_points(keys, random)?;
+    let keys: Vec<String> = keys.iter().map(|varied| varied.key.clone()).collect();
+    let mut document = Document::parse(&scene.to_toml()?, "scene")?;
+    for assignment in assignments(&keys, &points[0]) {
+        document.set(&assignment)?;
+    }
+    let mut stored = Stored {
+        version: VERSION,
+        program: env!("CARGO_PKG_VERSION").to_owned(),
+        scene: scene.to_toml()?,
+        keys,
+        rows: Vec::new(),
+    };
+    if let (Some(folder), true) = (options.folder, options.resume) {
+        stored.rows = stored.kept_rows(folder, scene, &points)?;
+    }
+    let kept = stored.rows.len();
+    let is_known = |number: usize| stored.rows.iter().any(|row| row.number == number);
+    let todo: Vec<usize> = (0..points.len()).filter(|&k| !is_known(k)).collect();
+    let (next, is_interrupted) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let (sender, receiver) = channel();
+    let names = stored.keys.clone();
+    let run_points = || {
+        let sender = sender.clone();
+        let (keys, todo, points) = (&names, &todo, &points);
+        let (next, is_interrupted) = (&next, &is_interrupted);
+        move || {
+            while let Some(&number) = todo.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let row = row(scene, keys, number, &points[number], is_interrupted);
+                if is_interrupted.load(Ordering::Relaxed) || sender.send(row).is_err() {
+                    return;
+                }
+            }
+        }
+    };
+    let jobs = options.jobs.clamp(1, todo.len().max(1));
+    let workers: Vec<_> = (0..jobs).map(|_| run_points()).collect();
+    drop(sender);
+    let (started, mut written, mut stopped) = (Instant::now(), Instant::now(), false);
+    std::thread::scope(|scope| {
+        for worker in workers {
+            scope.spawn(worker);
+        }
+        // Also if a file cannot be written, the other runs end.
+        let stop = StopOnDrop(&is_interrupted);
+        loop {
+            match receiver.recv_timeout(TICK) {
+                Ok(row) => stored.rows.push(row),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            if progress.is_interrupted() {
+                stopped = true;
+                break;
+            }
+            if written.elapsed() > WRITE_INTERVAL {
+                stored.write(options.folder)?;
+                written = Instant::now();
+                let (done, all) = (stored.rows.len(), points.len());
+                let per_point = started.elapsed().as_secs_f64() / (done - kept).max(1) as f64;
+                progress.begins(&format!(
+                    "{done} of {all} points, {:.0} s remaining",
+                    per_point * (all - done) as f64
+                ));
+            }
+        }
+        drop(stop);
+        Ok::<_, SwimError>(())
+    })?;
+    stored.write(options.folder)?;
+    if stopped {
+        let (done, all) = (stored.rows.len(), points.len());
+        return Err(DesignError::Stopped {
+            what: format!("{done} of {all} points"),
+        });
+    }
+    let Stored { keys, rows, .. } = stored;
+    Ok(Sweep { keys, rows, kept })
+}
+
+/// The keys with the values of a point.
+fn assignments(keys: &[String], values: &[String]) -> Vec<String> {
+    let pairs = keys.iter().zip(values);
+    pairs.map(|(key, value)| format!("{key}={value}")).collect()
+}
+
+/// Stops the runs that are left.
+struct StopOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for StopOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// A flag that stops runs.
+struct Flag<'a>(&'a AtomicBool);
+
+impl swimmer::Progress for Flag<'_> {
+    fn is_interrupted(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// The run of one point.
+fn row(
+    scene: &Scene,
+    keys: &[String],
+    number: usize,
+    values: &[String],
+    is_interrupted: &AtomicBool,
+) -> SweepRow {
+    let started = Instant::now();
+    let mut files = Vec::new();
+    let mut run = || -> Result<SweepResult, DesignError> {
+        let scene = with_keys(scene, &assignments(keys, values))?;
+        files = scene.source_files();
+        let report = swimmer::run_without_files(scene, &mut Flag(is_interrupted))?;
+        let outcome = &report.outcome;
+        Ok(SweepResult {
+            model: report.model.to_owned(),
+            tolerance_met: outcome.tolerance_met,
+            stopped: report.stopped.as_ref().map(ToString::to_string),
+            displacement: mean_of_moving(&outcome.displacement).into(),
+            displacement_error: outcome.error_estimate.estimated(),
+            rotation: outcome.rotation.into(),
+            rotation_error: outcome.rotation_error.estimated(),
+            work: outcome.work,
+            work_error: outcome.work_error.estimated(),
+            seconds: started.elapsed().as_secs_f64(),
+        })
+    };
+    let result = run().map_err(|error| error.to_string());
+    SweepRow {
+        number,
+        values: values.to_vec(),
+        files,
+        result,
+    }
+}
+
+impl Stored {
+    /// Writes the rows, in the order of their points.
+    fn write(&mut self, folder: Option<&Folder>) -> Result<(), SwimError> {
+        self.rows.sort_by_key(|row| row.number);
+        let Some(folder) = folder else { return Ok(()) };
+        write_sealed(folder, FILE, self)?;
+        let text = csv(&self.keys, &self.rows);
+        folder
+            .write("sweep.csv", |file| file.write_all(text.as_bytes()))
+            .map(drop)
+    }
+
+    /// The rows of an earlier sweep of the same scene, keys and files.
+    fn kept_rows(
+        &self,
+        folder: &Folder,
+        scene: &Scene,
+        points: &[Vec<String>],
+    ) -> Result<Vec<SweepRow>, DesignError> {
+        let path = folder.path().join(FILE);
+        let place = path.display().to_string();
+        let before: Self = read_sealed(&path).map_err(|source| SwimError::Read { path, source })?;
+        for (what, is_same) in [
+            ("format", before.version == self.version),
+            ("version of the program", before.program == self.program),
+            ("scene", before.scene == self.scene),
+            ("list of keys", before.keys == self.keys),
+        ] {
+            if !is_same {
+                return Err(DesignError::NotApplicable {
+                    place,
+                    problem: format!(
+                        "is of another {what}; choose another folder, or leave out --resume"
+                    ),
+                });
+            }
+        }
+        let is_kept = |row: &SweepRow| {
+            let files = || {
+                with_keys(scene, &assignments(&self.keys, &row.values))
+                    .map_or_else(|_| Vec::new(), |scene| scene.source_files())
+            };
+            points.get(row.number) == Some(&row.values) && row.files == files()
+        };
+        Ok(before.rows.into_iter().filter(is_kept).collect())
+    }
+}
+
+impl Sweep {
+    /// Rows whose runs failed.
+    pub fn failed(&self) -> impl Iterator<Item = &SweepRow> {
+        self.rows.iter().filter(|row| row.result.is_err())
+    }
+
+    /// The rows as comma-separated values below a header.
+    pub fn csv(&self) -> String {
+        csv(&self.keys, &self.rows)
+    }
+}
+
+impl SweepRow {
+    /// What became of the run, in words: `met`, `tolerance missed`, or the reason why it stopped or
+    /// failed.
+    pub fn status(&self) -> String {
+        match &self.result {
+            Err(reason) => format!("failed: {reason}"),
+            Ok(SweepResult {
+                stopped: Some(reason),
+                ..
+            }) => format!("stopped: {reason}"),
+            Ok(result) if result.tolerance_met => "met".to_owned(),
+            Ok(_) => "tolerance missed".to_owned(),
+        }
+    }
+}
+
+/// The columns after those of the keys.
+const COLUMNS: &str = "model,status,displacement_x,displacement_y,displacement_z,\
+    displacement_error,rotation_x,rotation_y,rotation_z,rotation_error,work,work_error,seconds";
+
+fn csv(keys: &[String], rows: &[SweepRow]) -> String {
+    let quoted = |text: &String| match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.clone(),
+    };
+    let optional = |value: Option<f64>| value.map_or(String::new(), |x| format!("{x:?}"));
+    let line = |row: &SweepRow| {
+        let mut fields: Vec<String> = row.values.iter().map(quoted).collect();
+        let result = row.result.as_ref().ok();
+        fields.push(result.map_or(String::new(), |result| result.model.clone()));
+        fields.push(quoted(&row.status()));
+        let empty = COLUMNS.split(',').count() - 2;
+        match result {
+            None => fields.extend(std::iter::repeat_n(String::new(), empty)),
+            Some(found) => {
+                fields.extend(found.displacement.map(|x| format!("{x:?}")));
+                fields.push(optional(found.displacement_error));
+                fields.extend(found.rotation.map(|x| format!("{x:?}")));
+                fields.push(optional(found.rotation_error));
+                fields.push(format!("{:?}", found.work));
+                fields.push(optional(found.work_error));
+                fields.push(format!("{:?}", found.seconds));
+            }
+        }
+        fields.join(",") + "\n"
+    };
+    let head: Vec<String> = keys.iter().map(quoted).collect();
+    format!(
+        "{},{COLUMNS}\n{}",
+        head.join(","),
+        rows.iter().map(line).collect::<String>()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn list(values: &[&str]) -> Values {
+        Values::List(values.iter().map(|v| (*v).to_owned()).collect())
+    }
+
+    #[test]
+    fn ranges_lists_and_nonsense_are_read_or_refused() {
+        let read = |text: &str| text.parse::<VariedKey>().map(|varied| varied.values);
+        assert_eq!(read("a.b=1:2:3").unwrap(), list(&["1", "1.5", "2"]));
+        assert_eq!(read("a=3:1:3").unwrap(), list(&["3", "2", "1"]));
+        assert_eq!(read("a=oseen, rpy").unwrap(), list(&["oseen", "rpy"]));
+        assert_eq!(
+            read("a=[0, 1],[2, 3]").unwrap(),
+            list(&["[0, 1]", "[2, 3]"])
+        );
+        assert_eq!(read("a=7").unwrap(), list(&["7"]));
+        let between = Values::Between {
+            from: 1.0,
+            to: 4.0,
+            is_logarithmic: true,
+        };
+        assert_eq!(read("a=4:1:log").unwrap(), between);
+        for nonsense in [
+            "a",
+            "=1:2:3",
+            "a=",
+            "a=1:2:1",
+            "a=1:2:x",
+            "a=1:2:3:4",
+            "a=0:1:3:log",
+            "a=1:inf:3",
+            "a=-1e308:1e308:3",
+            "a=b:log",
+        ] {
+            assert!(read(nonsense).is_err(), "{nonsense}");
+        }
+    }
+
+    #[test]
+    fn points_are_all_combinations_or_random_ones_of_a_seed() {
+        let key = |text: &str| text.parse::<VariedKey>().unwrap();
+        let keys = [key("a=1,2"), key("b=x,y,z")];
+        let points = sweep_points(&keys, None).unwrap();
+        assert_eq!(points.len(), 6);
+        assert_eq!(points[1], ["1", "y"]);
+        let keys = [key("a=2:8"), key("b=x,y")];
+        assert!(sweep_points(&keys, None).is_err(), "no count");
+        let of_seed = |seed| sweep_points(&keys, Some(RandomPoints { count: 50, seed })).unwrap();
+        assert_eq!(of_seed(1), of_seed(1));
+        assert_ne!(of_seed(1), of_seed(2));
+        for point in of_seed(3) {
+            let value: f64 = point[0].parse().unwrap();
+            assert!((2.0..8.0).contains(&value) && ["x", "y"].contains(&&point[1][..]));
+        }
+        let twice = [key("a=1,2"), key("a=3,4")];
+        assert!(sweep_points(&twice, None).is_err());
+        let many = [key("a=1:2:2000"), key("b=1:2:2000")];
+        assert!(sweep_points(&many, None).is_err());
+    }
+
+    /// Without a fluid between them, a sphere under a force moves at `F / (6 π μ a)`; the third
+    /// viscosity is refused, and its row says so.
+    #[test]
+    fn rows_are_those_of_single_runs_for_any_number_of_jobs() {
+        let scene = Scene::parse(
+            "bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0], force = [1, 0, 0] }]\n\
+             gait.phases = [{ duration = 1 }]\nmodel.kind = \"multipole\"",
+        )
+        .unwrap();
+        let keys =
+            ["fluid.viscosity=1,2,-1", "bodies.a.radius=0.5:1:2"].map(|k| k.parse().unwrap());
+        let of_jobs = |jobs| {
+            let options = SweepOptions {
+                jobs,
+                folder: None,
+                resume: false,
+            };
+            sweep(&scene, &keys, None, options, &mut ()).unwrap()
+        };
+        let found = of_jobs(1);
+        assert_eq!(found.rows.len(), 6);
+        for row in &found.rows {
+            let [viscosity, radius] = [0, 1].map(|k| row.values[k].parse::<f64>().unwrap());
+            let Ok(result) = &row.result else {
+                assert_eq!(viscosity, -1.0);
+                assert!(row.status().contains("fluid.viscosity"), "{}", row.status());
+                continue;
+            };
+            let exact = 1.0 / (6.0 * std::f64::consts::PI * viscosity * radius);
+            assert!((result.displacement[0] - exact).abs() < 1e-12 * exact);
+        }
+        let numbers = |sweep: &Sweep| -> Vec<_> {
+            let of_row = |row: &SweepRow| row.result.as_ref().ok().map(|r| r.displacement);
+            sweep.rows.iter().map(of_row).collect()
+        };
+        assert_eq!(numbers(&found), numbers(&of_jobs(3)));
+        assert_eq!(found.csv().lines().count(), 7);
+        let unknown = ["fluid.colour=1,2".parse().unwrap()];
+        let options = SweepOptions {
+            jobs: 1,
+            folder: None,
+            resume: false,
+        };
+        let error = sweep(&scene, &unknown, None, options, &mut ()).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+    }
+
+    /// Interrupts after some rows.
+    struct Impatient(std::cell::Cell<usize>);
+
+    impl DesignProgress for Impatient {
+        fn is_interrupted(&self) -> bool {
+            self.0.set(self.0.get().saturating_sub(1));
+            self.0.get() == 0
+        }
+    }
+
+    #[test]
+    fn an_interrupted_sweep_continues_and_refuses_another_scene() {
+        let text = "bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0], \
+                    force = [1, 0, 0] }]\ngait.phases = [{ duration = 1 }]\n\
+                    model.kind = \"multipole\"";
+        let scene = Scene::parse(text).unwrap();
+        let keys = ["fluid.viscosity=1:9:9".parse().unwrap()];
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = Folder::create(temporary.path()).unwrap();
+        let options = |resume| SweepOptions {
+            jobs: 1,
+            folder: Some(&folder),
+            resume,
+        };
+        let mut impatient = Impatient(4.into());
+        let stopped = sweep(&scene, &keys, None, options(false), &mut impatient).unwrap_err();
+        assert_eq!(stopped.exit_code(), 130, "{stopped}");
+        let resumed = sweep(&scene, &keys, None, options(true), &mut ()).unwrap();
+        assert!((1..9).contains(&resumed.kept), "{}", resumed.kept);
+        assert_eq!(resumed.rows.len(), 9);
+        let numbers: Vec<usize> = resumed.rows.iter().map(|row| row.number).collect();
+        assert_eq!(numbers, (0..9).collect::<Vec<_>>());
+        let table = std::fs::read_to_string(temporary.path().join("sweep.csv")).unwrap();
+        assert_eq!(table, resumed.csv());
+        let other = Scene::parse(&text.replace("radius = 1", "radius = 2")).unwrap();
+        let error = sweep(&other, &keys, None, options(true), &mut ()).unwrap_err();
+        assert!(error.to_string().contains("another scene"), "{error}");
+    }
+}

@@ -1,0 +1,119 @@
+//! Walls of the domain in a plane.
+
+use nalgebra::Vector3;
+use scene::Domain;
+
+use super::plane::SlicePlane;
+
+/// Number of cells of the grid along each side of the window on which walls are found.
+const CELLS: usize = 96;
+
+/// Piece of a wall in coordinates of the window, from 0 to 1, with the fluid on its right.
+pub type WallPiece = [[f64; 2]; 2];
+
+/// The straight pieces in which the plane cuts the walls of a domain, within the window.
+///
+/// They are where the depth below the wall, interpolated between the points of a grid, is zero. A
+/// domain from a file has none here.
+pub fn walls(domain: &Domain, plane: &SlicePlane) -> Vec<WallPiece> {
+    let place = |k: usize| k as f64 / CELLS as f64;
+    let mut depths = Vec::with_capacity((CELLS + 1) * (CELLS + 1));
+    for row in 0..=CELLS {
+        for column in 0..=CELLS {
+            let right = (place(column) - 0.5) * plane.width * plane.right;
+            let x = plane.centre + right + (place(row) - 0.5) * plane.height * plane.up;
+            let Some(depth) = depth(domain, &x) else {
+                return Vec::new();
+            };
+            depths.push(depth);
+        }
+    }
+    let mut pieces = Vec::new();
+    for (row, column) in (0..CELLS).flat_map(|row| (0..CELLS).map(move |column| (row, column))) {
+        // The corners of a cell, anticlockwise.
+        let corners = [(0, 0), (0, 1), (1, 1), (1, 0)].map(|(up, right)| {
+            let (row, column) = (row + up, column + right);
+            let depth = depths[row * (CELLS + 1) + column];
+            ([place(column), place(row)], depth)
+        });
+        // Anticlockwise around the fluid, so that the wall is left where it is entered last.
+        let (mut into, mut out) = (Vec::new(), Vec::new());
+        for k in 0..4 {
+            let ((a, from), (b, to)) = (corners[k], corners[(k + 1) % 4]);
+            if (from > 0.0) == (to > 0.0) {
+                continue;
+            }
+            let share = from / (from - to);
+            let crossing = [0, 1].map(|c| a[c] + share * (b[c] - a[c]));
+            match to > 0.0 {
+                true => into.push(crossing),
+                false => out.push(crossing),
+            }
+        }
+        pieces.extend(into.into_iter().zip(out).map(|(into, out)| [into, out]));
+    }
+    pieces
+}
+
+/// The pieces of walls with short strokes on the side without fluid, as drawings have them.
+pub fn hatched(pieces: &[WallPiece], plane: &SlicePlane) -> Vec<WallPiece> {
+    /// Length of a stroke relative to the width of the window.
+    const LENGTH: f64 = 0.018;
+    let strokes = pieces.iter().step_by(2).filter_map(|[a, b]| {
+        let along = [(b[0] - a[0]) * plane.width, (b[1] - a[1]) * plane.height];
+        let norm = along[0].hypot(along[1]);
+        // To the left and back.
+        let [x, y] = [-along[0] - along[1], along[0] - along[1]].map(|c| c / norm);
+        let end = [
+            a[0] + LENGTH * x,
+            a[1] + LENGTH * y * plane.width / plane.height,
+        ];
+        (norm > 0.0).then_some([*a, end])
+    });
+    pieces.iter().copied().chain(strokes).collect()
+}
+
+/// Distance from the wall into the fluid, negative outside it; none without a formula.
+fn depth(domain: &Domain, x: &Vector3<f64>) -> Option<f64> {
+    Some(match domain {
+        Domain::Unbounded => f64::INFINITY,
+        Domain::Wall => x.z,
+        Domain::Ball { radius } => radius - x.norm(),
+        Domain::Cylinder { radius } => radius - x.yz().norm(),
+        Domain::Box { size } => (0.5 * size - x.abs()).min(),
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plane(centre: Vector3<f64>) -> SlicePlane {
+        SlicePlane {
+            centre,
+            right: Vector3::x(),
+            up: Vector3::z(),
+            width: 4.0,
+            height: 2.0,
+        }
+    }
+
+    /// Twice the area to the right of the pieces of a closed curve is the sum of their cross
+    /// products; the interpolation of a circle is short by the square of the size of a cell.
+    #[test]
+    fn walls_have_the_fluid_on_their_right() {
+        let wall = walls(&Domain::Wall, &plane(Vector3::new(7.0, 0.0, 0.5)));
+        assert_eq!(wall.len(), CELLS);
+        for [from, to] in wall {
+            assert!((from[1] - 0.25).abs() < 1e-12 && (to[1] - 0.25).abs() < 1e-12);
+            assert!(from[0] > to[0], "the fluid is above");
+        }
+        let ball = walls(&Domain::Ball { radius: 0.8 }, &plane(Vector3::zeros()));
+        let twice: f64 = (ball.iter()).map(|[a, b]| b[0] * a[1] - a[0] * b[1]).sum();
+        let area = 0.5 * twice * 8.0;
+        let exact = std::f64::consts::PI * 0.64;
+        assert!((area / exact - 1.0).abs() < 1e-2, "{area} {exact}");
+        assert!(walls(&Domain::Unbounded, &plane(Vector3::zeros())).is_empty());
+    }
+}
