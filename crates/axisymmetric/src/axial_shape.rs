@@ -126,7 +126,11 @@ impl AxialShape {
         match &self.deformed {
             None => focal,
             Some(sphere) => {
-                let size: f64 = sphere.amplitudes.iter().map(|amplitude| amplitude.abs()).sum();
+                let size: f64 = sphere
+                    .amplitudes
+                    .iter()
+                    .map(|amplitude| amplitude.abs())
+                    .sum();
                 focal / (1.0 + SHRINKAGE * size)
             }
         }

@@ -40,9 +40,7 @@ impl Motion {
     ) -> Result<System, AxisymmetricError> {
         match self {
             Self::Translation => stokes(mesh, order, None),
-            Self::Surfaces => {
-                stokes(mesh, order, Some((bodies.len(), &SpheroidModes(bodies))))
-            }
+            Self::Surfaces => stokes(mesh, order, Some((bodies.len(), &SpheroidModes(bodies)))),
             Self::Rotation => swirl(mesh, order),
         }
     }

@@ -1,8 +1,8 @@
 //! The meridian domain: bodies, wall, distances to them and the target element size.
 
 use crate::AxisymmetricError;
-use crate::curve::{BoundaryPart, Curve, MIN_CURVED_EDGES, Point};
 use crate::axial_shape::AxialShape;
+use crate::curve::{BoundaryPart, Curve, MIN_CURVED_EDGES, Point};
 use crate::spheroid::AxialSpheroid;
 
 /// The container around the bodies, if any.
@@ -340,11 +340,10 @@ impl Meridian {
     pub fn contains(&self, x: &Point) -> bool {
         x.y > 0.0
             && self.distance_to_wall(x) > 0.0
-            && (self.bodies.iter().zip(&self.outlines))
-                .all(|(body, outline)| match outline {
-                    Some(outline) => outline.distance(x) > 0.0,
-                    None => body.distance(x) > 0.0,
-                })
+            && (self.bodies.iter().zip(&self.outlines)).all(|(body, outline)| match outline {
+                Some(outline) => outline.distance(x) > 0.0,
+                None => body.distance(x) > 0.0,
+            })
     }
 
     fn distance_to_wall(&self, x: &Point) -> f64 {

@@ -351,7 +351,6 @@ impl Discretisation<'_> {
         }
         Ok(solution)
     }
-
 }
 
 /// Refuses tolerances that no order meets.
@@ -367,11 +366,7 @@ pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), AxisymmetricError> {
 
 /// The last of three solutions of successive orders on a mesh of some triangles, with its estimated
 /// error.
-pub(crate) fn estimated(
-    order: usize,
-    solutions: &[Solution],
-    triangles: usize,
-) -> AxialResistance {
+pub(crate) fn estimated(order: usize, solutions: &[Solution], triangles: usize) -> AxialResistance {
     let [first, second, last] = [0, 1, 2].map(|k| &solutions[k]);
     let change_before = distance(&first.resistance, &second.resistance);
     let change = distance(&second.resistance, &last.resistance);

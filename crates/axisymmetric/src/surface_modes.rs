@@ -177,7 +177,7 @@ impl<'a> SurfaceVelocities<'a> {
                         - r * matrices.divergence_radial.column(node).sum()
                 };
                 match surface {
-                    Surface::Wall => of_wall += flux(found.from_centre(&x)),
+                    Surface::Wall => of_wall += flux(found.out_of_wall(&x)),
                     Surface::Body(body) => {
                         of_directions[body] += flux(columns.outwards(body, &x));
                         for (column, velocity) in columns.at(body, &x) {
@@ -205,7 +205,7 @@ impl<'a> SurfaceVelocities<'a> {
     }
 
     /// The direction from the centre of the wall.
-    fn from_centre(&self, x: &Point) -> [f64; 2] {
+    fn out_of_wall(&self, x: &Point) -> [f64; 2] {
         let arm = x - Point::new(self.centre, 0.0);
         let length = arm.norm().max(f64::MIN_POSITIVE);
         [arm.x / length, arm.y / length]
@@ -232,7 +232,7 @@ impl<'a> SurfaceVelocities<'a> {
     fn at(&self, surface: Surface, x: &Point) -> Vec<(usize, [f64; 2])> {
         match surface {
             Surface::Wall => {
-                let outwards = self.from_centre(x);
+                let outwards = self.out_of_wall(x);
                 let columns = self.of_wall.iter().enumerate();
                 let moving = columns.filter(|(_, factor)| **factor != 0.0);
                 moving
@@ -295,7 +295,11 @@ impl<'a> SurfaceVelocities<'a> {
         extended
             .view_mut((old, old), corner.shape())
             .copy_from(&corner);
-        dofs.extend(present.into_iter().map(|column| Dof::Body(self.bodies + column)));
+        dofs.extend(
+            present
+                .into_iter()
+                .map(|column| Dof::Body(self.bodies + column)),
+        );
         (dofs, extended)
     }
 }

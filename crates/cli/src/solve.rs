@@ -367,7 +367,11 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
             }
         }
     }
-    let joints = scene.articulation().joints().iter().zip(&solution.joint_loads);
+    let joints = scene
+        .articulation()
+        .joints()
+        .iter()
+        .zip(&solution.joint_loads);
     // Their forces are not on one body; the JSON has them.
     let joints = joints.filter(|(joint, _)| !joint.kind.is_deformation());
     for (joint, load) in joints {

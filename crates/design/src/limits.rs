@@ -125,7 +125,11 @@ fn largest_radius(scene: &Scene, body: usize, ranges: &[(f64, f64)]) -> Option<f
         }
         deformation.bounding_radius(&values)
     };
-    Some((0..1_usize << joints.len()).map(at_corner).fold(0.0, f64::max))
+    Some(
+        (0..1_usize << joints.len())
+            .map(at_corner)
+            .fold(0.0, f64::max),
+    )
 }
 
 /// The gap `optimise.gap` between spheres that a slide connects, by default a tenth of the smallest

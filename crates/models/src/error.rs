@@ -16,7 +16,7 @@ pub enum ModelError {
     },
     /// Values or rates of the joints that the bodies of the scene do not allow.
     #[error(transparent)]
-    Scene(#[from] scene::SceneError),
+    Scene(#[from] Box<scene::SceneError>),
     /// Bodies and joints that contradict each other.
     #[error(transparent)]
     Rigid(#[from] rigid::RigidError),

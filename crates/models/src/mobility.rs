@@ -143,7 +143,11 @@ impl MobilitySolution {
     /// Power of the bodies, their deformation and their slip on the fluid.
     pub fn power(&self, set: &Articulation) -> f64 {
         let velocities = self.generalised.select_rows(&set.surface_velocities());
-        let of_deformation: f64 = self.amplitudes.iter().map(|(rate, drive)| rate * drive).sum();
+        let of_deformation: f64 = self
+            .amplitudes
+            .iter()
+            .map(|(rate, drive)| rate * drive)
+            .sum();
         self.forces.dot(&velocities) + self.slip_power + of_deformation
     }
 

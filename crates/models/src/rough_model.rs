@@ -35,12 +35,17 @@ impl RoughModel {
 
     fn resistance(&self, configuration: Configuration) -> Result<DMatrix<f64>, ModelError> {
         let values = configuration.shape;
-        let surfaced = self.scaled.surfaced().map(|body| &self.scaled.scene.bodies()[body]);
+        let surfaced = self
+            .scaled
+            .surfaced()
+            .map(|body| &self.scaled.scene.bodies()[body]);
         let radii = surfaced.map(|body| match &body.deformation {
             Some(deformation) => deformation.sphere_radius(values),
             None => body.shape.mean_radius(),
         });
-        let radii = radii.map(|radius| self.scaled.scale.length(radius)).collect();
+        let radii = radii
+            .map(|radius| self.scaled.scale.length(radius))
+            .collect();
         let spheres = Spheres::new(self.scaled.centres(configuration)?, radii)?;
         Ok(rpy::resistance(&spheres, &Medium::Unbounded)?)
     }
@@ -68,8 +73,8 @@ impl RoughModel {
             .collect();
         let mut velocities = DVector::zeros(6 * centres.len());
         for (number, x) in centres.iter().enumerate() {
-            let others = (centres.iter().zip(&strengths).enumerate())
-                .filter(|(other, _)| *other != number);
+            let others =
+                (centres.iter().zip(&strengths).enumerate()).filter(|(other, _)| *other != number);
             for (_, (source, strength)) in others {
                 let arm = x - source;
                 let mut velocity = velocities.fixed_rows_mut::<3>(6 * number);

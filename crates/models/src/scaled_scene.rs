@@ -179,7 +179,7 @@ impl ScaledScene {
     /// # Errors
     /// Values of the joints at which a body cannot be.
     pub fn sphere_radii(&self, values: &[f64]) -> Result<Vec<f64>, ModelError> {
-        self.scene.check_deformations(values)?;
+        self.scene.check_deformations(values).map_err(Box::new)?;
         let radius = |body: usize| {
             let body = &self.scene.bodies()[body];
             let radius = match &body.deformation {
@@ -195,8 +195,13 @@ impl ScaledScene {
     ///
     /// # Errors
     /// [`ModelError::Scene`] with the rate.
-    pub fn check_volume(&self, configuration: Configuration, rates: &[f64]) -> Result<(), ModelError> {
-        Ok(self.scene.check_volume_rate(configuration.shape, rates)?)
+    pub fn check_volume(
+        &self,
+        configuration: Configuration,
+        rates: &[f64],
+    ) -> Result<(), ModelError> {
+        let checked = self.scene.check_volume_rate(configuration.shape, rates);
+        Ok(checked.map_err(Box::new)?)
     }
 
     /// Poses of all bodies in a configuration.

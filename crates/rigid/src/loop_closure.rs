@@ -149,9 +149,7 @@ impl Articulation {
     fn misfits(&self, placement: &Placement, longest: f64) -> DVector<f64> {
         let edges = || self.linkages().iter().flat_map(|linkage| &linkage.tree);
         let outside = (self.joints().iter().enumerate())
-            .filter(|(joint, of)| {
-                !of.kind.is_deformation() && !edges().any(|e| e.joint == *joint)
-            })
+            .filter(|(joint, of)| !of.kind.is_deformation() && !edges().any(|e| e.joint == *joint))
             .map(|(joint, _)| joint);
         let misfits = outside.flat_map(|joint| {
             let [translation, rotation] = self.misfit(placement, joint);

@@ -155,7 +155,9 @@ impl RadialProfile {
 
     /// Smallest value of `1 + Σ a_n P_n / p`; the surface is that of a body if it is positive.
     fn smallest_base(&self) -> f64 {
-        cosines().map(|x| self.base(x)).fold(f64::INFINITY, f64::min)
+        cosines()
+            .map(|x| self.base(x))
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Largest distance of the surface from the centre.
@@ -222,8 +224,7 @@ impl Deformation {
 
     /// Radius `R` at these values of all joints, that of the surface if it is a sphere.
     pub fn sphere_radius(&self, values: &[f64]) -> f64 {
-        self.size
-            .map_or(self.radius, |size| size.radius(values))
+        self.size.map_or(self.radius, |size| size.radius(values))
     }
 
     /// The radial function; that of a sphere for tangential modes.
@@ -301,9 +302,8 @@ impl Deformation {
                 (smallest, "would fold")
             }
         };
-        (smallest.is_nan() || smallest <= 0.0).then(|| {
-            format!("has a surface that {what}; use smaller amplitudes of its modes")
-        })
+        (smallest.is_nan() || smallest <= 0.0)
+            .then(|| format!("has a surface that {what}; use smaller amplitudes of its modes"))
     }
 
     /// Position relative to the centre of the material point in the direction `n`, a unit vector,
@@ -417,10 +417,8 @@ fn at_angle(angle: f64, axis: &Vector3<f64>, across: &Vector3<f64>) -> Vector3<f
 
 /// A unit vector perpendicular to an axis.
 fn any_normal(axis: &Vector3<f64>) -> Vector3<f64> {
-    let turn = UnitQuaternion::rotation_between_axis(
-        &Vector3::x_axis(),
-        &Unit::new_unchecked(*axis),
-    );
+    let turn =
+        UnitQuaternion::rotation_between_axis(&Vector3::x_axis(), &Unit::new_unchecked(*axis));
     // Opposite axes have the same normals.
     turn.unwrap_or_else(UnitQuaternion::identity) * Vector3::y()
 }

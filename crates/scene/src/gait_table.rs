@@ -55,7 +55,9 @@ const ROUNDING: f64 = 1e-13;
 impl GaitTable {
     /// Names of the columns of a file but for the time; none of a file that cannot be read.
     pub fn columns(file: &Path) -> Option<Vec<String>> {
-        let text = (InputFile::read(file, MAX_TEXT_FILE).ok()?).into_text().ok()?;
+        let text = (InputFile::read(file, MAX_TEXT_FILE).ok()?)
+            .into_text()
+            .ok()?;
         let mut lines = text.lines().map(str::trim);
         let header = lines.find(|line| !line.is_empty() && !line.starts_with('#'))?;
         let names = header.split(',').skip(1);

@@ -237,7 +237,10 @@ impl Search<'_> {
                     false => from.values[joint].min(to.values[joint]) - excess(joint),
                 };
             }
-            let modes = deformation.modes.iter().flat_map(|modes| &modes.coordinates);
+            let modes = deformation
+                .modes
+                .iter()
+                .flat_map(|modes| &modes.coordinates);
             let of_modes: f64 = modes.map(|(_, joint)| excess(*joint)).sum();
             deformation.bounding_radius(&values) + deformation.sphere_radius(&values) * of_modes
         });
@@ -347,9 +350,8 @@ impl Search<'_> {
                 return false;
             };
             let largest = self.largest_radius(body, from, to);
-            let [start, end] = [from, to].map(|placed| {
-                self.clearance(body, placed) + self.radius(body, placed) - largest
-            });
+            let [start, end] = [from, to]
+                .map(|placed| self.clearance(body, placed) + self.radius(body, placed) - largest);
             return match self.path.domain {
                 // The distance from a wall of any shape changes by the path of the body at most.
                 Some(Domain::Surface(_) | Domain::Mesh { .. }) => {
@@ -471,10 +473,7 @@ impl Search<'_> {
 }
 
 /// Shapes with their rotations.
-fn placed_shapes<'p>(
-    shapes: &'p [Cow<'_, Shape>; 2],
-    poses: &'p [Isometry3<f64>; 2],
-) -> Pair<'p> {
+fn placed_shapes<'p>(shapes: &'p [Cow<'_, Shape>; 2], poses: &'p [Isometry3<f64>; 2]) -> Pair<'p> {
     [0, 1].map(|k| (&*shapes[k], &poses[k].rotation))
 }
 

@@ -6,9 +6,7 @@ use nalgebra::{Isometry3, Vector3};
 use rheology::Law;
 use rigid::{Articulation, Constraints, ExternalLoad, JointDrive, JointKind, RigidError, State};
 
-use crate::body::{
-    Body, ROUNDING_FLUX, VOLUME_REMEDY, volume_rates, with_held_velocities,
-};
+use crate::body::{Body, ROUNDING_FLUX, VOLUME_REMEDY, volume_rates, with_held_velocities};
 use crate::contact::Repulsion;
 use crate::document::Document;
 use crate::domain::Domain;

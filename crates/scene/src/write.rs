@@ -14,9 +14,9 @@ use crate::flow::Background;
 use crate::gait::Phase;
 use crate::joints::JointKeys;
 use crate::keys::{
-    BackgroundFile, BodyFile, ContactFile, DeformationFile, DomainFile, DriveFile, FieldFile, FluidFile, ForceFile,
-    GaitFile, HarmonicFile, HarmonicForceFile, JointFile, LoadFile, PhaseAngles, PhaseFile,
-    SceneFile, SlipFile,
+    BackgroundFile, BodyFile, ContactFile, DeformationFile, DomainFile, DriveFile, FieldFile,
+    FluidFile, ForceFile, GaitFile, HarmonicFile, HarmonicForceFile, JointFile, LoadFile,
+    PhaseAngles, PhaseFile, SceneFile, SlipFile,
 };
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::scene::{Rheology, Scene};

@@ -139,8 +139,7 @@ impl SlipExpansion {
                             highest,
                         });
                     }
-                    sources.strengths[(sphere, column)] =
-                        radii[sphere].powi(2) * of.fluxes[column];
+                    sources.strengths[(sphere, column)] = radii[sphere].powi(2) * of.fluxes[column];
                 }
                 if remainder > MAX_REMAINDER {
                     return Err(HydroError::SlipNotResolved {
@@ -167,8 +166,8 @@ impl SlipExpansion {
         let of_spheres = (self.spheres.iter().zip(&of_sources))
             .map(|(of, of_sources)| of.modes.order.max(*of_sources) + margin);
         let of_container = of_sources.last().copied().unwrap_or_default();
-        let highest = (of_spheres.clone())
-            .fold((SLIP_ORDERS[0]).max(of_container) + margin, usize::max);
+        let highest =
+            (of_spheres.clone()).fold((SLIP_ORDERS[0]).max(of_container) + margin, usize::max);
         Orders {
             spheres: of_spheres.collect(),
             ..Orders::all(self.spheres.len(), medium, highest)

@@ -66,21 +66,22 @@ impl Sources {
         let needed = |ratio: f64| {
             let degrees = (NEGLECTED.ln() / ratio.ln()).ceil();
             // `W_l` and `V_l` have the orders l and l + 2.
-            (degrees.clamp(0.0, MAX_ORDER_OFF_AXIS as f64) as usize + 2)
-                .min(MAX_ORDER_OFF_AXIS - 2)
+            (degrees.clamp(0.0, MAX_ORDER_OFF_AXIS as f64) as usize + 2).min(MAX_ORDER_OFF_AXIS - 2)
         };
         let on_sphere = |sphere: usize| {
             let others = self.active().filter(|&k| k != sphere);
-            let ratio = |k: usize| {
-                self.radii[sphere] / (self.centres[k] - self.centres[sphere]).norm()
-            };
+            let ratio =
+                |k: usize| self.radii[sphere] / (self.centres[k] - self.centres[sphere]).norm();
             needed(others.map(ratio).fold(0.0, f64::max))
         };
         let container = self.container.map(|radius| {
             let ratio = |k: usize| self.centres[k].norm() / radius;
             needed(self.active().map(ratio).fold(0.0, f64::max))
         });
-        (0..self.radii.len()).map(on_sphere).chain(container).collect()
+        (0..self.radii.len())
+            .map(on_sphere)
+            .chain(container)
+            .collect()
     }
 
     /// Subtracts the velocities of the sources on all other surfaces from coefficients in scaled

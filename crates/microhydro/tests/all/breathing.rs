@@ -19,8 +19,7 @@ impl Exchange {
     fn new(radii: [f64; 2], distance: f64, medium: &Medium) -> Self {
         let centres = [-0.5, 0.5].map(|s| Vec3::x() * (s * distance)).to_vec();
         let spheres = Spheres::new(centres, radii.to_vec()).unwrap();
-        let found =
-            multipole::resistance(&spheres, medium, &Accuracy::relative(1e-12)).unwrap();
+        let found = multipole::resistance(&spheres, medium, &Accuracy::relative(1e-12)).unwrap();
         let rates = [1.0, -1.0].map(|rate| rate / (4.0 * PI));
         let exchange = move |sphere: usize, n: &Vec3| n * (rates[sphere] / radii[sphere].powi(2));
         let flow = multipole::surface_flow(&spheres, medium, found.orders(), &[&exchange]);
@@ -82,11 +81,17 @@ fn a_breathing_sphere_has_the_power_of_a_source() {
 /// of any motion is positive.
 #[test]
 fn powers_of_motion_and_exchange_are_positive() {
-    for medium in [Medium::Unbounded, Medium::Ball { centre: Vec3::zeros(), radius: 5.0 }] {
+    for medium in [
+        Medium::Unbounded,
+        Medium::Ball {
+            centre: Vec3::zeros(),
+            radius: 5.0,
+        },
+    ] {
         let pair = Exchange::new([1.0, 1.3], 2.9, &medium);
         // The quadratic form over the velocities along x and the exchange: F = R (U - U_0 v) and
         // P = F·U + (P_0 v - F·U_0) v.
-        let mut form = DMatrix::zeros(3, 3);
+        let mut form = DMatrix::<f64>::zeros(3, 3);
         let free = [0, 1].map(|i| pair.flow.velocities[(6 * i, 0)]);
         for i in 0..2 {
             for j in 0..2 {

@@ -46,11 +46,7 @@ impl AxialRates {
     ///
     /// # Errors
     /// [`ModelError::Singular`].
-    pub fn effect(
-        &self,
-        power: &DMatrix<f64>,
-        rates: &[f64],
-    ) -> Result<SurfaceEffect, ModelError> {
+    pub fn effect(&self, power: &DMatrix<f64>, rates: &[f64]) -> Result<SurfaceEffect, ModelError> {
         let amplitudes = self.motion.amplitudes();
         let rates: Vec<f64> = amplitudes.iter().map(|&joint| rates[joint]).collect();
         let (count, bodies) = (rates.len(), power.nrows() - rates.len());
@@ -71,10 +67,14 @@ impl AxialRates {
         };
         let given = DVector::from_column_slice(&rates);
         let speeds = &force_free * &given;
-        let forces = coupling.tr_mul(&speeds)
-            + power.view((bodies, bodies), (count, count)) * &given;
+        let forces =
+            coupling.tr_mul(&speeds) + power.view((bodies, bodies), (count, count)) * &given;
         let mut parts = vec![DVector::zeros(6 * bodies)];
-        parts.extend(force_free.column_iter().map(|column| along(column.into_owned())));
+        parts.extend(
+            force_free
+                .column_iter()
+                .map(|column| along(column.into_owned())),
+        );
         Ok(SurfaceEffect {
             velocities: along(speeds),
             of_parts: DMatrix::from_columns(&parts),
@@ -115,7 +115,9 @@ impl AxisymmetricModel {
         tolerance: f64,
     ) -> Result<AxialResistance, ModelError> {
         let scene = &self.scaled.scene;
-        scene.check_deformations(configuration.shape)?;
+        scene
+            .check_deformations(configuration.shape)
+            .map_err(Box::new)?;
         let positions = self.on_axis(configuration)?;
         let surfaced = self.scaled.surfaced().map(|body| &scene.bodies()[body]);
         let sphere = |(body, position): (&scene::Body, &axisymmetric::AxialSpheroid)| {

@@ -466,7 +466,10 @@ impl Hydrodynamics for AxisymmetricModel {
         let scene = &self.scaled.scene;
         if scene.deforms() {
             let what = "the flow at points around bodies that deform in the meridian plane";
-            return Err(ModelError::unsupported(what, "use model.kind = \"multipole\""));
+            return Err(ModelError::unsupported(
+                what,
+                "use model.kind = \"multipole\"",
+            ));
         }
         if scene.inertia().is_kept() {
             let what = format!(

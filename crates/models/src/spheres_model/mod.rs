@@ -170,7 +170,8 @@ impl SpheresModel {
     /// Spheres that are too close.
     pub fn predicted_seconds(&self, configuration: Configuration) -> Result<f64, ModelError> {
         let spheres = self.spheres(configuration)?;
-        let columns = match self.scaled.scene.has_surface_velocity() || self.scaled.scene.deforms() {
+        let columns = match self.scaled.scene.has_surface_velocity() || self.scaled.scene.deforms()
+        {
             // Slip, the background flow and each amplitude.
             true => 2 + self.scaled.amplitudes().count(),
             false => 0,
@@ -247,7 +248,11 @@ impl SpheresModel {
         columns.extend(amplitudes.iter().map(|velocity| velocity as &SphereSlip));
         let flow = multipole::surface_flow(&spheres, &self.medium, orders, &columns)?;
         let rates = self.scaled.values(rates);
-        let rates: Vec<f64> = motion.amplitudes().iter().map(|&joint| rates[joint]).collect();
+        let rates: Vec<f64> = motion
+            .amplitudes()
+            .iter()
+            .map(|&joint| rates[joint])
+            .collect();
         // The traction of the background flow on a sphere is that of the flow inside with its
         // velocity on the surface.
         let of_flow = flow.inner_powers.column(1).into_owned();
@@ -355,9 +360,7 @@ impl SpheresModel {
         }
         let total = clock.elapsed().as_secs_f64();
         let stresslets = match query.stresslets {
-            true => {
-                self.stresslets((configuration, rates), &resistances, &solved.generalised)?
-            }
+            true => self.stresslets((configuration, rates), &resistances, &solved.generalised)?,
             false => None,
         };
         Ok(InstantaneousSolution {

@@ -102,11 +102,9 @@ pub(super) fn articulation(
         }
     }
     for (number, body) in bodies.iter().enumerate() {
-        let joint = joints
-            .iter()
-            .find(|joint| {
-                !joint.kind.is_deformation() && (joint.body == number || joint.to == number)
-            });
+        let joint = joints.iter().find(|joint| {
+            !joint.kind.is_deformation() && (joint.body == number || joint.to == number)
+        });
         if !body.shape.has_surface() && joint.is_none() {
             let problem = "is a point that no link holds, so nothing determines its velocity; \
                            link it or remove it";

@@ -34,7 +34,13 @@ pub(super) fn enter(
     enter_exchanges(checks, file, bodies, joints)?;
     let names = names(checks, file);
     for number in 0..bodies.len() {
-        enter_size(checks, (number, &file.bodies[number]), &names, bodies, joints)?;
+        enter_size(
+            checks,
+            (number, &file.bodies[number]),
+            &names,
+            bodies,
+            joints,
+        )?;
         enter_modes(checks, number, &file.bodies[number], bodies, joints)?;
     }
     check_names(checks, &names, bodies, joints)?;
@@ -72,18 +78,30 @@ fn check_names(
         };
         let known = joints.iter().map(|joint| &joint.name[..]);
         let mut coordinates: Vec<String> = known
-            .filter(|known| known.strip_prefix(&body.name[..]).is_some_and(|r| r.starts_with('.')))
+            .filter(|known| {
+                known
+                    .strip_prefix(&body.name[..])
+                    .is_some_and(|r| r.starts_with('.'))
+            })
             .map(str::to_owned)
             .collect();
         if body.shape.sphere_radius().is_some() {
             let others = OF_SPHERES.map(|(word, _)| format!("{}.{word}", body.name));
-            coordinates.extend(others.into_iter().filter(|o| !coordinates.contains(o)).collect::<Vec<_>>());
+            coordinates.extend(
+                others
+                    .into_iter()
+                    .filter(|o| !coordinates.contains(o))
+                    .collect::<Vec<_>>(),
+            );
         }
         let remedy = match coordinates.is_empty() {
             true => "which has none".to_owned(),
             false => format!("which has {}", coordinates.join(", ")),
         };
-        let problem = format!("names \"{name}\", no shape coordinate of '{}', {remedy}", body.name);
+        let problem = format!(
+            "names \"{name}\", no shape coordinate of '{}', {remedy}",
+            body.name
+        );
         return Err(checks.bad_value(key, problem));
     }
     Ok(())
@@ -147,7 +165,11 @@ fn names(checks: &Checks, file: &SceneFile) -> Names {
         let path = super::gait::table_path(checks, table);
         // What is wrong with the file is reported when it is read.
         let columns = GaitTable::columns(&path).unwrap_or_default();
-        names.extend(columns.into_iter().map(|name| ("gait.file".to_owned(), name)));
+        names.extend(
+            columns
+                .into_iter()
+                .map(|name| ("gait.file".to_owned(), name)),
+        );
     }
     for (key, values) in [
         ("optimise.lower", &file.optimise.lower),
@@ -256,7 +278,10 @@ fn enter_modes(
             ("motion", file.motion.is_some(), has_modes),
             ("axis", file.axis.is_some(), has_modes),
         ],
-        &format!("does not belong to kind = \"{}\"; remove it", file.kind.word()),
+        &format!(
+            "does not belong to kind = \"{}\"; remove it",
+            file.kind.word()
+        ),
     )?;
     if !has_modes {
         return Ok(());
@@ -276,7 +301,10 @@ fn enter_modes(
             format!("cannot be named \"{name}\", which every sphere has; choose another name")
         } else if degree.fract() != 0.0 || !limits.contains(&degree) {
             format!("must have a whole degree from 1 to {MAX_MODE_DEGREE}, not {degree}")
-        } else if coordinates.iter().any(|(other, _)| *other == degree as usize) {
+        } else if coordinates
+            .iter()
+            .any(|(other, _)| *other == degree as usize)
+        {
             format!("have the degree {degree} twice; a degree has one amplitude")
         } else {
             coordinates.push((degree as usize, joints.len()));
@@ -374,7 +402,10 @@ pub(super) fn initial_values(bodies: &[Body]) -> Vec<(usize, f64)> {
             Some(SizeCoordinate::Volume(joint)) => values.push((joint, body.shape.volume())),
             Some(SizeCoordinate::Remainder { .. }) | None => {}
         }
-        let modes = deformation.modes.iter().flat_map(|modes| &modes.coordinates);
+        let modes = deformation
+            .modes
+            .iter()
+            .flat_map(|modes| &modes.coordinates);
         values.extend(modes.map(|(_, joint)| (*joint, 0.0)));
     }
     values
@@ -413,8 +444,10 @@ pub(super) fn check_gait(
         let refuse = |s: f64, problem: String| {
             let key = span_key(checks, table, &span);
             let part = (100.0 * s).round();
-            let problem =
-                format!("is impossible in phase {} at {part} % of it: {problem}", span.phase + 1);
+            let problem = format!(
+                "is impossible in phase {} at {part} % of it: {problem}",
+                span.phase + 1
+            );
             Err(checks.bad_value(&key, problem))
         };
         for k in 0..=PARTS {

@@ -47,7 +47,10 @@ fn radius_and_volume_are_shape_coordinates_beside_the_joints() {
     let volume = 4.0 / 3.0 * PI * 1.5_f64.powi(3);
     assert_eq!(scene.articulation().initial_shape()[..2], [4.0, 1.0]);
     assert!((scene.articulation().initial_shape()[2] - volume).abs() < 1e-14);
-    let span = spans(scene.gait(), scene.articulation().initial_shape()).unwrap().next().unwrap();
+    let span = spans(scene.gait(), scene.articulation().initial_shape())
+        .unwrap()
+        .next()
+        .unwrap();
     assert_eq!(span.to, [5.0, 1.2, 10.0]);
     // What is written reads back, also without the gait that names the coordinates.
     let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
@@ -88,7 +91,11 @@ fn an_exchange_keeps_the_sum_of_the_volumes() {
 fn nonsense_is_refused_with_its_place() {
     let phase = |target: &str| format!("[[gait.phases]]\ntargets = {{ {target} }}");
     refused(ARM, &phase(r#""left.radus" = 2"#), "left.radius");
-    refused(ARM, &phase(r#""left.radius" = 2, "left.volume" = 9"#), "use one of them");
+    refused(
+        ARM,
+        &phase(r#""left.radius" = 2, "left.volume" = 9"#),
+        "use one of them",
+    );
     refused(ARM, &phase(r#""left.radius" = -1"#), "greater than zero");
     refused(ARM, &phase(r#""left.volume" = 0"#), "greater than zero");
     // The spheres touch where 4 = r + 1.5.
@@ -122,8 +129,17 @@ fn modes_are_read_and_those_that_fold_are_refused() {
         "gait.phases = [{ targets = { \"a.p2\" = 0.1, \"a.p3\" = -0.2 } }]",
     )
     .unwrap();
-    let modes = scene.bodies()[0].deformation.as_ref().unwrap().modes.as_ref().unwrap();
-    assert_eq!((modes.motion, modes.axis), (ModeMotion::Isochoric, Vector3::z()));
+    let modes = scene.bodies()[0]
+        .deformation
+        .as_ref()
+        .unwrap()
+        .modes
+        .as_ref()
+        .unwrap();
+    assert_eq!(
+        (modes.motion, modes.axis),
+        (ModeMotion::Isochoric, Vector3::z())
+    );
     assert_eq!(modes.coordinates, [(2, 0), (3, 1)]);
     let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
     assert_eq!(again.differing_key(&scene), None);
@@ -132,11 +148,23 @@ fn modes_are_read_and_those_that_fold_are_refused() {
         ("{ modes = { p = 40 } }", 0.1, "whole degree"),
         ("{ modes = {} }", 0.1, "is missing"),
         ("{ modes = { radius = 2 } }", 0.1, "every sphere has"),
-        ("{ modes = { p = 2 }, axis = [0, 0, 0] }", 0.1, "no direction"),
-        ("{ kind = \"radius\", motion = \"radial\" }", 0.1, "does not belong"),
+        (
+            "{ modes = { p = 2 }, axis = [0, 0, 0] }",
+            0.1,
+            "no direction",
+        ),
+        (
+            "{ kind = \"radius\", motion = \"radial\" }",
+            0.1,
+            "does not belong",
+        ),
         // r = 1 + 2.1 P_2 at the equator is -0.05; the angle turns back where 1 < 2 * 0.6.
         ("{ modes = { p = 2 } }", 2.1, "reach its centre"),
-        ("{ modes = { p = 2 }, motion = \"tangential\" }", 0.6, "fold"),
+        (
+            "{ modes = { p = 2 }, motion = \"tangential\" }",
+            0.6,
+            "fold",
+        ),
     ] {
         let gait = format!("gait.phases = [{{ targets = {{ \"a.p\" = {amplitude} }} }}]");
         let error = sphere_with(deformation, &gait).unwrap_err();

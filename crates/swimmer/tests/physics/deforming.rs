@@ -56,7 +56,12 @@ fn along_x(outcome: &Outcome) -> (Vec<f64>, f64) {
 const STROKES: [([f64; 2], [f64; 4], f64); 4] = [
     (
         [4.0, 8.0],
-        [-2.318327258642, 0.005133570513, 1.681672741358, -0.018642480032],
+        [
+            -2.318327258642,
+            0.005133570513,
+            1.681672741358,
+            -0.018642480032,
+        ],
         -0.650163426803,
     ),
     (
@@ -66,7 +71,12 @@ const STROKES: [([f64; 2], [f64; 4], f64); 4] = [
     ),
     (
         [8.0, 16.0],
-        [-4.537541389440, 0.001299730572, 3.462458610560, -0.005133570513],
+        [
+            -4.537541389440,
+            0.001299730572,
+            3.462458610560,
+            -0.005133570513,
+        ],
         -1.078916618821,
     ),
     // The gap is 0.14.
@@ -83,7 +93,11 @@ fn the_pushmepullyou_by_multipoles() {
         let settings = "model = { kind = \"multipole\", tolerance = 1e-8 }";
         let (found, total) = along_x(&run(&pushmepullyou(lengths, settings)));
         for (found, exact) in found.iter().zip(phases) {
-            within(found - exact, 1e-8, "the tolerance, and the digits of the exact values");
+            within(
+                found - exact,
+                1e-8,
+                "the tolerance, and the digits of the exact values",
+            );
         }
         within(total - net, 5e-8, "the digits of the exact value");
     }
@@ -94,7 +108,12 @@ fn the_pushmepullyou_in_a_ball() {
     let settings = "domain = { kind = \"ball\", radius = 10 }\n\
                     model = { kind = \"multipole\", tolerance = 1e-8 }";
     let (found, net) = along_x(&run(&pushmepullyou([4.0, 8.0], settings)));
-    let phases = [-2.33738968936, 0.018183029467, 1.62666103194, -0.025291920546];
+    let phases = [
+        -2.33738968936,
+        0.018183029467,
+        1.62666103194,
+        -0.025291920546,
+    ];
     for (found, exact) in found.iter().zip(phases) {
         within(found - exact, 1e-8, "the tolerance");
     }
@@ -117,7 +136,11 @@ fn energy_of_the_pushmepullyou() {
             length += weight / 180.0 * solution.power().sqrt();
         }
     }
-    within(length * length / 1324.39538651 - 1.0, 1e-5, "the rule, and the tolerance");
+    within(
+        length * length / 1324.39538651 - 1.0,
+        1e-5,
+        "the rule, and the tolerance",
+    );
 }
 
 #[test]
@@ -185,9 +208,8 @@ fn radial_waves_in_the_meridian_plane() {
         (0.1, "radial", None, -2.624476269e-3),
         (0.2, "radial", None, -9.7485466e-3),
     ] {
-        let domain = ball.map(|radius: f64| {
-            format!("domain = {{ kind = \"ball\", radius = {radius} }}\n")
-        });
+        let domain =
+            ball.map(|radius: f64| format!("domain = {{ kind = \"ball\", radius = {radius} }}\n"));
         let settings = "model = { kind = \"axisymmetric\", tolerance = 1e-5 }";
         let settings = format!("{}{settings}", domain.unwrap_or_default());
         let outcome = run(&two_modes(eps, motion, &settings));
@@ -207,7 +229,11 @@ fn small_radial_waves_have_the_displacement_of_second_order() {
     let outcome = run(&two_modes(eps, "isochoric", settings));
     let second_order = -3.0 * PI / 35.0 * eps * eps;
     // -6.71008102e-4 at 0.05 is 0.32 % below: 0.05 % here.
-    within(outcome.displacement[0].z / second_order - 1.0, 2.5e-3, "higher orders, the tolerance");
+    within(
+        outcome.displacement[0].z / second_order - 1.0,
+        2.5e-3,
+        "higher orders, the tolerance",
+    );
 }
 
 /// Two spheres with a volume, a radius and an arm between them, turned as a whole.
@@ -294,7 +320,11 @@ fn strokes_of_one_coordinate_lead_nowhere() {
         let outcome = run(&Scene::parse(&text).unwrap());
         let there = outcome.spans[0].displacement[0].x;
         assert!(there.abs() > 1e-2, "{there}");
-        within(outcome.displacement[0].x, 1e-6 * there.abs(), "the tolerance");
+        within(
+            outcome.displacement[0].x,
+            1e-6 * there.abs(),
+            "the tolerance",
+        );
     }
 }
 
@@ -310,10 +340,22 @@ fn formulations_agree_for_spheres_that_breathe() {
     };
     let [one, other] = ["multipole", "axisymmetric"].map(solve);
     for (one, other) in one.bodies.iter().zip(&other.bodies) {
-        within(one.velocity.x - other.velocity.x, 1e-5, "the accuracy of the meridian plane");
+        within(
+            one.velocity.x - other.velocity.x,
+            1e-5,
+            "the accuracy of the meridian plane",
+        );
     }
-    within(one.power() / other.power() - 1.0, 1e-4, "the accuracy of the meridian plane");
+    within(
+        one.power() / other.power() - 1.0,
+        1e-4,
+        "the accuracy of the meridian plane",
+    );
     for (one, other) in one.joint_loads.iter().zip(&other.joint_loads) {
-        within((one.drive - other.drive) / one.power(), 1e-4, "the accuracy of the plane");
+        within(
+            (one.drive - other.drive) / one.power(),
+            1e-4,
+            "the accuracy of the plane",
+        );
     }
 }
