@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 
-use crate::axial_shape::DeformedSphere;
+use crate::deformed_sphere::DeformedSphere;
 
 /// A point `(z, r)` of the meridian half-plane: position along the axis and distance from it.
 pub(crate) type Point = Vector2<f64>;

@@ -6,8 +6,9 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::AxisymmetricError;
-use crate::axial_shape::{AxialShape, DeformedSphere};
+use crate::axial_shape::AxialShape;
 use crate::curve::{BoundaryPart, Point};
+use crate::deformed_sphere::DeformedSphere;
 use crate::generate::generate;
 use crate::meridian::{GROWTH, Meridian, Surroundings};
 use crate::open_boundary::exterior_flow;
@@ -61,7 +62,8 @@ impl SurfaceColumns for Columns<'_> {
     }
 }
 
-/// Intervals of the angle for integrals over a surface, whose midpoint rule converges geometrically.
+/// Intervals of the angle for integrals over a surface, whose midpoint rule converges
+/// geometrically.
 const INTERVALS: usize = 2000;
 
 /// Step of central differences in the angle: its fourth power and rounding over it are below 1e-11.
@@ -135,9 +137,9 @@ impl Columns<'_> {
 ///
 /// The matrix has one row for the velocity of each sphere, then one for each column of the `rates`.
 /// It is the bilinear form of the power `2 ∫ D:D`: its product with velocities and rates are the
-/// forces on the fluid that are conjugate to them. In a container the wall moves so that it lets out
-/// what a column displaces; only sums of columns that keep the volume have the flow of a wall at
-/// rest. Viscosity 1.
+/// forces on the fluid that are conjugate to them. In a container the wall moves so that it lets
+/// out what a column displaces; only sums of columns that keep the volume have the flow of a wall
+/// at rest. Viscosity 1.
 ///
 /// If the tolerance is out of reach, the result has the highest order and its error estimate.
 ///

@@ -5,6 +5,7 @@ mod axial_shape;
 mod canonical;
 mod collar;
 mod curve;
+mod deformed_sphere;
 mod deforming;
 mod delaunay;
 mod element;
@@ -27,7 +28,7 @@ mod surface_modes;
 mod swirl;
 mod system;
 
-pub use axial_shape::{DeformedSphere, RADIAL_DEGREES};
+pub use deformed_sphere::{DeformedSphere, RADIAL_DEGREES};
 pub use deforming::{DeformationRates, deforming_resistance};
 pub use error::AxisymmetricError;
 pub use flow::{BodyVelocity, MeridianFlow, MeridianValue};

@@ -108,8 +108,8 @@ pub(super) fn sphere_radius(scene: &Scene, body: usize) -> Option<f64> {
     scene.bodies()[body].shape.sphere_radius()
 }
 
-/// The largest radius of a body that is a sphere, or of the ball around one that deforms, with joints
-/// in these ranges.
+/// The largest radius of a body that is a sphere, or of the ball around one that deforms, with
+/// joints in these ranges.
 fn largest_radius(scene: &Scene, body: usize, ranges: &[(f64, f64)]) -> Option<f64> {
     let body = &scene.bodies()[body];
     let Some(deformation) = &body.deformation else {

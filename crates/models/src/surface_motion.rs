@@ -70,8 +70,9 @@ impl SurfaceEffect {
     /// The effect from columns: slip, minus the background flow, then a rate of one of each
     /// amplitude.
     ///
-    /// `powers` are those of all columns on the flows of all columns, `of_flow` those on the flow in
-    /// the absence of the bodies, whose traction is that of the flow with minus its velocity inside.
+    /// `powers` are those of all columns on the flows of all columns, `of_flow` those on the flow
+    /// in the absence of the bodies, whose traction is that of the flow with minus its velocity
+    /// inside.
     pub fn from_columns(
         velocities: &DMatrix<f64>,
         powers: &DMatrix<f64>,
@@ -132,8 +133,8 @@ impl SurfaceMotion {
         &self.amplitudes
     }
 
-    /// Velocity of the surface of a body at `x`, a position on it relative to its centre, for a rate
-    /// of one of an amplitude; relative to the motion of the body.
+    /// Velocity of the surface of a body at `x`, a position on it relative to its centre, for a
+    /// rate of one of an amplitude; relative to the motion of the body.
     pub fn of_amplitude(&self, body: usize, x: &Vector3<f64>, joint: usize) -> Vector3<f64> {
         let deformation = self.deformations.get(body).and_then(Option::as_ref);
         let moves = |of: &&PosedDeformation| of.deformation.joints().any(|own| own == joint);

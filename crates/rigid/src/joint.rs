@@ -215,7 +215,8 @@ pub enum JointKind {
     ///
     /// [`Articulation::with_initial_values`]: crate::Articulation::with_initial_values
     Deformation {
-        /// Power of a length that is the unit of the amplitude: three of a volume, zero of a number.
+        /// Power of a length that is the unit of the amplitude: three of a volume, zero of a
+        /// number.
         length_power: i32,
     },
 }
@@ -256,8 +257,8 @@ impl JointKind {
         }
     }
 
-    /// Whether values may have any sign: angles and amplitudes that are numbers; lengths and volumes
-    /// are positive.
+    /// Whether values may have any sign: angles and amplitudes that are numbers; lengths and
+    /// volumes are positive.
     pub fn is_signed(&self) -> bool {
         self.length_power() == 0
     }

@@ -199,8 +199,8 @@ pub(crate) fn volume_rates(bodies: &[Body], values: &[f64], rates: &[f64]) -> (f
         for joint in deformation.joints().filter(|joint| rates[*joint] != 0.0) {
             let rate = rates[joint] * deformation.volume_rate(values, joint);
             sums.0 += rate;
-            // Modes that keep the volume have the rounding of integrals over their surface, on which
-            // points move at about the radius times the rate.
+            // Modes that keep the volume have the rounding of integrals over their surface, on
+            // which points move at about the radius times the rate.
             let is_mode = deformation.size.is_none_or(|size| size.joint() != joint);
             let of_mode = 4.0 * PI * deformation.bounding_radius(values).powi(3);
             sums.1 += match is_mode {

@@ -109,7 +109,8 @@ words! {
 
     /// How modes move the material points of a sphere of radius R, with the angle θ from the axis.
     pub enum ModeMotion = Radial {
-        /// Along the radius to R (1 + a P(cos θ) + ..), with the Legendre polynomial P of each mode.
+        /// Along the radius to R (1 + a P(cos θ) + ..), with the Legendre polynomial P of each
+        /// mode.
         Radial,
         /// Along the radius to R (1 + 3 a P(cos θ) + ..)^(1/3), which keeps the volume.
         Isochoric,

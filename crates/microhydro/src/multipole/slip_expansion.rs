@@ -30,9 +30,9 @@ use crate::{HydroError, Medium, Spheres};
 ///
 /// A net flux through a sphere that exceeds the remainder and `1e-12` is that of a sphere whose
 /// radius changes: the flow has a source at its centre, `Q x / |x|^3` with `Q = a^2` times the mean
-/// normal component. Beside a plane wall it is refused ([`HydroError::NetFlux`]). In a container the
-/// wall lets out the sum of all fluxes uniformly, so that sums of velocities for which it vanishes
-/// have the flow of a wall at rest.
+/// normal component. Beside a plane wall it is refused ([`HydroError::NetFlux`]). In a container
+/// the wall lets out the sum of all fluxes uniformly, so that sums of velocities for which it
+/// vanishes have the flow of a wall at rest.
 ///
 /// Cost: the lowest order takes 384 evaluations per sphere and represents polynomials up to degree
 /// three; the highest takes 16224 evaluations and tenths of a second.

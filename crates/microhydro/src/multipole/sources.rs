@@ -1,10 +1,10 @@
 //! Sources at the centres of spheres whose radii change, and their velocities on other surfaces.
 //!
 //! The flow around a sphere of radius `a` that grows at the rate `a'` is that of a source,
-//! `Q x / |x|^3` with `Q = a^2 a'`. It has no pressure, and on the sphere exactly the velocity of the
-//! surface. The flow around several surfaces is the sum `S` of all sources and a rest `w`, which has
-//! the velocity of each surface minus those of all sources but its own: without flux, so that the
-//! expansions represent it.
+//! `Q x / |x|^3` with `Q = a^2 a'`. It has no pressure, and on the sphere exactly the velocity of
+//! the surface. The flow around several surfaces is the sum `S` of all sources and a rest `w`,
+//! which has the velocity of each surface minus those of all sources but its own: without flux, so
+//! that the expansions represent it.
 //!
 //! On a sphere with a source at `d` from its centre, and on a container about the origin with a
 //! source at `x`, the velocities are

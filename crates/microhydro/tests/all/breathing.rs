@@ -29,8 +29,8 @@ impl Exchange {
         }
     }
 
-    /// Velocities along x of spheres at a constant distance, or that move apart at the rate `apart`,
-    /// without forces from outside.
+    /// Velocities along x of spheres at a constant distance, or that move apart at the rate
+    /// `apart`, without forces from outside.
     fn velocities(&self, apart: f64, exchange: f64) -> [f64; 2] {
         let r = |i: usize, j: usize| self.resistance[(6 * i, 6 * j)];
         let free = [0, 1].map(|i| exchange * self.flow.velocities[(6 * i, 0)]);
@@ -76,9 +76,9 @@ fn a_breathing_sphere_has_the_power_of_a_source() {
     assert!(flow.velocities.amax() < 1e-14);
 }
 
-/// The power of an exchange of volume is that of the forces by the reciprocal theorem: the flow of a
-/// stroke and the same stroke traversed in the opposite direction have the same power, and the power
-/// of any motion is positive.
+/// The power of an exchange of volume is that of the forces by the reciprocal theorem: the flow of
+/// a stroke and the same stroke traversed in the opposite direction have the same power, and the
+/// power of any motion is positive.
 #[test]
 fn powers_of_motion_and_exchange_are_positive() {
     for medium in [

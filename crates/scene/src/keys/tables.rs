@@ -244,11 +244,12 @@ tables! {
         axis: [f64; 3] = [1.0, 0.0, 0.0],
     }
 
-    /// Deformation of a sphere about its centre, by shape coordinates that the gait changes like the
-    /// values of joints: targets = { arm = 8, "BODY.MODE" = 0.1 }. Every sphere has the coordinates
-    /// BODY.radius and BODY.volume, of which a scene uses one; a volume that changes at a constant
-    /// rate has a constant flux. Modes have the amplitudes BODY.MODE, numbers that are zero at the
-    /// start unless the gait gives others. In a container the sum of the volumes must stay.
+    /// Deformation of a sphere about its centre, by shape coordinates that the gait changes like
+    /// the values of joints: targets = { arm = 8, "BODY.MODE" = 0.1 }. Every sphere has the
+    /// coordinates BODY.radius and BODY.volume, of which a scene uses one; a volume that changes
+    /// at a constant rate has a constant flux. Modes have the amplitudes BODY.MODE, numbers that
+    /// are zero at the start unless the gait gives others. In a container the sum of the volumes
+    /// must stay.
     pub(crate) struct DeformationFile in "bodies[].deformation." {
         /// How the surface deforms.
         kind: DeformationWord,

@@ -1,8 +1,8 @@
 //! Bodies that deform, against exact values and by several formulations.
 //!
 //! The values of the pushmepullyou were computed for this project by Lamb's solution with point
-//! sources and by the reciprocal theorem, which agree to 1e-13 (1e-10 at the distance 2.6), those of
-//! single spheres by Lamb's solution and by rings of fundamental solutions.
+//! sources and by the reciprocal theorem, which agree to 1e-13 (1e-10 at the distance 2.6), those
+//! of single spheres by Lamb's solution and by rings of fundamental solutions.
 
 use std::f64::consts::PI;
 
@@ -121,7 +121,8 @@ fn the_pushmepullyou_in_a_ball() {
 }
 
 /// Energy times duration at constant power: the square of the length of the stroke in the metric,
-/// the integral of the root of the power. Boole's rule on eight intervals, whose error is below 1e-6.
+/// the integral of the root of the power. Boole's rule on eight intervals, whose error is below
+/// 1e-6.
 #[test]
 fn energy_of_the_pushmepullyou() {
     const WEIGHTS: [f64; 9] = [7.0, 32.0, 12.0, 32.0, 14.0, 32.0, 12.0, 32.0, 7.0];
@@ -221,7 +222,8 @@ fn radial_waves_in_the_meridian_plane() {
     }
 }
 
-/// To second order a period moves a sphere by `-3π/35 eps^2`, with a relative error of order `eps^2`.
+/// To second order a period moves a sphere by `-3π/35 eps^2`, with a relative error of order
+/// `eps^2`.
 #[test]
 fn small_radial_waves_have_the_displacement_of_second_order() {
     let eps = 0.02;
