@@ -239,7 +239,9 @@ impl Capabilities {
                     "{}: a body that deforms, by the model {model}",
                     scene.place(&format!("bodies[{number}]"))
                 ),
-                instead: "set model.kind = \"auto\"".to_owned(),
+                instead: "put spheres into unbounded fluid or a ball, or with their modes on one axis, for \
+                          model.kind = \"multipole\" or \"axisymmetric\""
+                    .to_owned(),
             }),
         }
     }

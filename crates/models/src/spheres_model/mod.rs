@@ -104,7 +104,7 @@ impl SpheresModel {
             return refuse(
                 &format!("bodies[{number}].deformation"),
                 "a body whose modes change its shape, for models of spheres",
-                "use model.kind = \"axisymmetric\" or \"fem\", or tangential modes",
+                "use model.kind = \"axisymmetric\", or tangential modes",
             );
         }
         let changes_size = |body: &Body| {
@@ -116,7 +116,7 @@ impl SpheresModel {
             return refuse(
                 &format!("bodies[{number}]"),
                 "a sphere whose radius changes above a plane wall, for models of spheres",
-                "use model.kind = \"fem\"",
+                "use domain.kind = \"unbounded\" or \"ball\"",
             );
         }
         if (scene.has_surface_velocity() || scene.deforms())

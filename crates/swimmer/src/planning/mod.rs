@@ -8,7 +8,7 @@ mod trial;
 use models::{
     AxisymmetricModel, FemModel, Hydrodynamics, ModelError, MovingAxis, SphereModel, SpheresModel,
 };
-use scene::{Body, DomainKind, ModelKind, RheologyKind, Scene, Shape};
+use scene::{DomainKind, ModelKind, RheologyKind, Scene, Shape};
 
 use crate::integrate::velocity_tolerance;
 use sphere_model::{ModelForSpheres, choose_for_spheres, expansion_for_tolerance};
@@ -56,12 +56,6 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         scene.domain().kind(),
         DomainKind::Unbounded | DomainKind::Ball | DomainKind::Wall
     );
-    // Sources have no image in a plane wall here.
-    let has_sources = |body: &Body| {
-        let size = body.deformation.as_ref().and_then(|of| of.size);
-        size.is_some() && scene.domain().kind() == DomainKind::Wall
-    };
-    let is_mesh_free = is_mesh_free && !scene.bodies().iter().any(has_sources);
     let requested = || {
         vec![
             "given by model.kind".to_owned(),
