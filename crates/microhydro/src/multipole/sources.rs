@@ -32,8 +32,8 @@ use super::vector_harmonics::VectorHarmonics;
 
 /// Velocity of a source on another surface that is neglected, relative to the velocity of its own.
 ///
-/// A high degree acts on other spheres by as much as it is part of the velocity of a source, so that
-/// errors of motions and powers are of the size of its square.
+/// A high degree acts on other spheres by as much as it is part of the velocity of a source, so
+/// that errors of motions and powers are of the size of its square.
 const NEGLECTED: f64 = 1e-7;
 
 /// Sources at the centres of spheres, in the frame of the expansions.

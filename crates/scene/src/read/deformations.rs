@@ -17,8 +17,8 @@ use crate::keys::{BodyFile, JointValues, SceneFile};
 use crate::phase_span::PhaseSpan;
 use crate::words::{DeformationWord, InertiaKind, LawKind};
 
-/// The coordinates that every sphere offers, with the power of a length that is their unit.
-const OF_SPHERES: [(&str, i32); 2] = [("radius", 1), ("volume", 3)];
+/// The coordinates that every sphere offers.
+const OF_SPHERES: [&str; 2] = ["radius", "volume"];
 
 /// Enters the deformations of the bodies, and their coordinates after the joints between bodies.
 ///
@@ -86,7 +86,7 @@ fn check_names(
             .map(str::to_owned)
             .collect();
         if body.shape.sphere_radius().is_some() {
-            let others = OF_SPHERES.map(|(word, _)| format!("{}.{word}", body.name));
+            let others = OF_SPHERES.map(|word| format!("{}.{word}", body.name));
             coordinates.extend(
                 others
                     .into_iter()
@@ -207,7 +207,7 @@ fn enter_size(
         let Some(coordinate) = name.strip_prefix(&prefix).filter(|_| !is_known) else {
             continue;
         };
-        let Some(&(word, _)) = OF_SPHERES.iter().find(|(word, _)| *word == coordinate) else {
+        let Some(word) = OF_SPHERES.into_iter().find(|word| *word == coordinate) else {
             continue;
         };
         let refuse = |problem: String| {
@@ -297,7 +297,7 @@ fn enter_modes(
     for (name, &degree) in modes {
         let of_mode = format!("{}.{name}", body.name);
         let limits = 1.0..=MAX_MODE_DEGREE as f64;
-        let problem = if OF_SPHERES.iter().any(|(word, _)| word == name) {
+        let problem = if OF_SPHERES.contains(&&name[..]) {
             format!("cannot be named \"{name}\", which every sphere has; choose another name")
         } else if degree.fract() != 0.0 || !limits.contains(&degree) {
             format!("must have a whole degree from 1 to {MAX_MODE_DEGREE}, not {degree}")
