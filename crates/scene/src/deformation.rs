@@ -268,12 +268,9 @@ impl Deformation {
             x.norm_squared() * self.velocity(n, values, joint).dot(n)
         };
         if self.is_sphere() {
-            let axis = Vector3::x();
-            let radial = self.velocity(&axis, values, joint).dot(&axis);
-            return match self.size.is_some_and(|size| size.joint() == joint) {
-                true => 4.0 * PI * self.sphere_radius(values).powi(2) * radial,
-                false => 0.0,
-            };
+            let area = 4.0 * PI * self.sphere_radius(values).powi(2);
+            let size = self.size.filter(|size| size.joint() == joint);
+            return size.map_or(0.0, |size| area * size.radius_rate(values));
         }
         let axis = self.axis().unwrap_or_else(Vector3::x);
         let across = any_normal(&axis);

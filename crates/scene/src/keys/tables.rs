@@ -254,7 +254,7 @@ tables! {
         /// How the surface deforms.
         kind: DeformationWord,
         /// Degree of each mode by its name, from 1 to 12, such as { p2 = 2, p3 = 3 }.
-        modes: Option<BTreeMap<String, f64>> | "required for modes",
+        modes: Option<BTreeMap<String, f64>> | "none",
         /// How the modes move material points.
         motion: Option<ModeMotion>; radial,
         /// Direction of the axis of the modes in the initial configuration. It turns with the body.

@@ -286,11 +286,14 @@ fn enter_modes(
     if !has_modes {
         return Ok(());
     }
-    let modes = checks.required(
-        &key("modes"),
-        file.modes.as_ref().filter(|modes| !modes.is_empty()),
-        ": give the degree of each mode by its name, such as { p2 = 2, p3 = 3 }",
-    )?;
+    let Some(modes) = &file.modes else {
+        return Ok(());
+    };
+    if modes.is_empty() {
+        let problem =
+            "is empty; give the degree of each mode by its name, such as { p2 = 2, p3 = 3 }";
+        return Err(checks.bad_value(&key("modes"), problem));
+    }
     let axis = Vector3::from(file.axis.unwrap_or([1.0, 0.0, 0.0])).try_normalize(0.0);
     let zero = || checks.bad_value(&key("axis"), "has no direction");
     let mut coordinates = Vec::new();

@@ -146,7 +146,7 @@ fn modes_are_read_and_those_that_fold_are_refused() {
     for (deformation, amplitude, part) in [
         ("{ modes = { p = 2.5 } }", 0.1, "whole degree"),
         ("{ modes = { p = 40 } }", 0.1, "whole degree"),
-        ("{ modes = {} }", 0.1, "is missing"),
+        ("{ modes = {} }", 0.1, "is empty"),
         ("{ modes = { radius = 2 } }", 0.1, "every sphere has"),
         (
             "{ modes = { p = 2 }, axis = [0, 0, 0] }",
