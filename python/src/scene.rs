@@ -14,7 +14,7 @@ use swimmer::models::rigid::Twist;
 use swimmer::models::{Configuration, Hydrodynamics, PointFlow};
 use swimmer::scene::Document;
 use swimmer::{
-    Choice, Scene, SceneError, choose, run_without_files, solve_start, start_flow, start_flow_at,
+    Choice, Scene, SceneError, choose, run_without_files, solve_start_with_terms, start_flow, start_flow_at,
     start_resistance, start_resistance_errors,
 };
 
@@ -183,11 +183,8 @@ impl PyScene {
 
     fn solve<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let scene = self.scene.clone();
-        let (name, solution) = job::run(py, None, move |_| {
-            let mut model = choose(&scene)?.model;
-            Ok((model.name(), solve_start(&scene, model.as_mut())?))
-        })?;
-        solution_dict(py, &self.scene, name, &solution)
+        let start = job::run(py, None, move |_| Ok(solve_start_with_terms(scene, &choose)?))?;
+        solution_dict(py, &start.scene, start.model.name(), &start.solution)
     }
 
     /// Names of the bodies, grand resistance matrix, its error bars or None, model.

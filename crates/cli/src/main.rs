@@ -11,7 +11,7 @@ mod help;
 mod learn;
 mod map;
 mod mesh;
-mod neglected_inertia;
+mod neglected;
 mod optimise;
 mod progress;
 mod run;

@@ -111,10 +111,10 @@ impl swimmer::Progress for RunBar {
         ));
     }
 
-    fn keeps_inertia(&mut self, reason: &str) {
+    fn keeps_term(&mut self, reason: &str) {
         self.finish();
         self.line(&format!(
-            "{reason}; once more with inertia, {} elapsed",
+            "{reason}; once more with it, {} elapsed",
             self.elapsed()
         ));
     }

@@ -13,7 +13,7 @@ use super::arguments::RunArguments;
 use super::design_files::{path_of, write};
 use super::displacements::displacement_table;
 use super::error::CliError;
-use super::neglected_inertia::{self, inertia_words};
+use super::neglected::{self, inertia_words};
 use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
     duration, entry, error, error_estimates, measured, open_gait, print, rotation_entry,
@@ -196,7 +196,7 @@ fn describe(report: &Report, out: &Path) -> String {
         )
         + &mean_holding(&report.scene, outcome)
         + &tolerance
-        + &neglected_inertia::of_run(report)
+        + &neglected::of_run(report)
         + &stopped
         + &entry("cost", cost)
         + &entry("results", out.display())

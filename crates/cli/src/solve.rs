@@ -8,13 +8,13 @@ use swimmer::models::{BodySolution, ErrorEstimate, Hydrodynamics, InstantaneousS
 use swimmer::output::{ALL_ERRORS, matrix_json, peak_rss_mib, solution_json, write_flow};
 use swimmer::scene::AcceptKind;
 use swimmer::{
-    Scene, SteadySolution, SwimError, choose, solve_start, solve_steady, start_flow,
-    start_neglected_inertia, start_resistance,
+    Scene, StartSolution, SteadySolution, SwimError, choose, solve_start_with_terms, solve_steady,
+    start_flow, start_neglected, start_resistance,
 };
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
-use super::neglected_inertia;
+use super::neglected;
 use super::progress::with_progress;
 use super::text::{
     NO_ESTIMATE, count, duration, entry, error, error_estimates, measured, percent, print,
@@ -31,15 +31,20 @@ pub fn solve(
     if let Some(path) = picture {
         require_svg(path)?;
     }
-    let scene = arguments.read()?;
-    let mut model = with_progress("choosing the model", || choose(&scene))?.model;
-    let solution = solve_start(&scene, model.as_mut())?;
+    let given = arguments.read()?;
+    let choose = |scene: &Scene| with_progress("choosing the model", || choose(scene));
+    let StartSolution {
+        scene,
+        mut model,
+        solution,
+        decision,
+    } = solve_start_with_terms(given, &choose)?;
     // What fails after the solution does not lose its numbers.
     let written = write_files(&scene, model.as_mut(), flow, picture);
     let resistance = resistance
         .then(|| start_resistance(&scene, model.as_mut()))
         .transpose()?;
-    let neglected = start_neglected_inertia(&scene, model.as_mut(), &solution.bodies)?;
+    let neglected = start_neglected(&scene, model.as_mut(), &solution.bodies)?;
     warn_about_target(&scene, &solution);
     let comparison = Comparison::new(&scene, model.as_ref(), &solution);
     let written = written.and(comparison.check(&scene));
@@ -51,8 +56,11 @@ pub fn solve(
             true => ALL_ERRORS.into(),
             false => "the error of the integration".into(),
         };
-        if let Some(neglected) = &neglected {
-            answer["neglected_inertia"] = neglected.json(&scene);
+        for neglected in &neglected {
+            answer[neglected.key()] = neglected.json(&scene);
+        }
+        if let Some(decision) = decision {
+            answer["decision"] = decision.into();
         }
         if let Some(resistance) = &resistance {
             answer["resistance"] = matrix_json(resistance);
@@ -66,7 +74,8 @@ pub fn solve(
     text += "\n";
     text += &accuracy(&scene, &solution);
     text += &comparison.line();
-    text += &neglected_inertia::of_solution(&scene, neglected.as_ref(), &solution);
+    text += &decision.map_or(String::new(), |decision| entry("decision", decision));
+    text += &neglected::of_solution(&scene, &neglected, &solution);
     text += &cost(&solution);
     if let Some(resistance) = resistance {
         text += "\ngrand resistance matrix: rows (F, T) of each body, columns (U, omega)\n";

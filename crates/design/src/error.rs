@@ -1,7 +1,7 @@
 //! Errors of designs, and the callbacks that stop them.
 
 use models::ModelError;
-use scene::{Scene, SceneError};
+use scene::{RheologyKind, Scene, SceneError};
 use swimmer::SwimError;
 
 /// A design that is not possible or that failed, with the place and the remedy.
@@ -60,9 +60,10 @@ impl DesignError {
     /// Refuses a fluid whose viscosity depends on the shear rate, where motions must be linear in
     /// the rates.
     pub(crate) fn check_rheology(scene: &Scene) -> Result<(), Self> {
-        match scene.viscosity_law() {
-            None => Ok(()),
-            Some(_) => Err(Self::not_applicable(
+        let kind = scene.rheology().map(|rheology| rheology.kind);
+        match kind.unwrap_or(RheologyKind::Newtonian) {
+            RheologyKind::Newtonian => Ok(()),
+            RheologyKind::Auto | RheologyKind::Full => Err(Self::not_applicable(
                 scene,
                 "fluid.law",
                 "the viscosity depends on the shear rate, so that the motion depends on the times of \

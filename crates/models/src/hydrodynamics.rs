@@ -10,7 +10,7 @@ use stokes::Dofs;
 
 use crate::error::ModelError;
 use crate::flow_field::{FlowField, PointFlow};
-use crate::neglected_inertia::NeglectedInertia;
+use crate::neglected_terms::{NeglectedTerm, NeglectedTerms};
 use crate::query::{Configuration, Query};
 use crate::solution::InstantaneousSolution;
 
@@ -148,14 +148,15 @@ pub trait Hydrodynamics: Send {
         self.inner_mut().ok_or(unsupported)?.resistances()
     }
 
-    /// What inertia would change about the velocities of configurations.
+    /// What a neglected term would change about the velocities of configurations.
     ///
     /// # Errors
     /// [`ModelError::Unsupported`] for models that do not compute it.
-    fn neglected_inertia(&mut self) -> Result<&mut dyn NeglectedInertia, ModelError> {
-        let what = format!("the effect of inertia by the model '{}'", self.name());
+    fn neglected(&mut self, term: NeglectedTerm) -> Result<&mut dyn NeglectedTerms, ModelError> {
+        let (term_name, model) = (term.name(), self.name());
+        let what = format!("the effect of {term_name} by the model '{model}'");
         let unsupported = ModelError::unsupported(what, "use model.kind = \"fem\"");
-        self.inner_mut().ok_or(unsupported)?.neglected_inertia()
+        self.inner_mut().ok_or(unsupported)?.neglected(term)
     }
 
     /// Velocities for a unit force on each passive joint, all else at rest and without loads.

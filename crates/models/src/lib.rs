@@ -9,7 +9,7 @@ mod fem_model;
 mod flow_field;
 mod hydrodynamics;
 mod mobility;
-mod neglected_inertia;
+mod neglected_terms;
 mod query;
 mod response;
 mod rough_model;
@@ -31,7 +31,7 @@ pub use hydrodynamics::{
     Capabilities, ErrorEstimates, Flows, History, Hydrodynamics, PredictedCost, Resistances,
     SceneResistance,
 };
-pub use neglected_inertia::{InertialChange, NeglectedInertia, PathPoint};
+pub use neglected_terms::{FirstOrderChange, NeglectedTerm, NeglectedTerms, PathPoint};
 pub use query::{BodyInertia, Configuration, Query};
 pub use response::{BodySolution, HoldingLoad, Response};
 pub use rough_model::RoughModel;

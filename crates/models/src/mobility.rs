@@ -162,13 +162,37 @@ impl MobilitySolution {
         constraints: &Constraints,
         loads: &[ExternalLoad],
     ) -> Result<Response, ModelError> {
-        let set = &scaled.set;
+        let to_scene = |response: ScaledResponse| scaled.response_to_scene(time, response);
+        self.converted(&scaled.set, constraints, loads, to_scene)
+    }
+
+    /// Change of motion and loads without external loads, in the scene's units.
+    ///
+    /// # Errors
+    /// As [`MobilitySolution::response`].
+    pub fn change(
+        &self,
+        scaled: &ScaledScene,
+        constraints: &Constraints,
+    ) -> Result<Response, ModelError> {
+        let no_loads = vec![ExternalLoad::default(); scaled.set.kinds().len()];
+        let to_scene = |response: ScaledResponse| scaled.change_to_scene(response);
+        self.converted(&scaled.set, constraints, &no_loads, to_scene)
+    }
+
+    fn converted(
+        &self,
+        set: &Articulation,
+        constraints: &Constraints,
+        loads: &[ExternalLoad],
+        to_scene: impl FnOnce(ScaledResponse) -> Response,
+    ) -> Result<Response, ModelError> {
         let drive = Drive {
             set,
             constraints,
             loads,
         };
-        let response = ScaledResponse {
+        Ok(to_scene(ScaledResponse {
             motion: &set.state_velocity(self.generalised.as_slice())?,
             generalised: &self.generalised,
             forces: &self.forces,
@@ -176,8 +200,7 @@ impl MobilitySolution {
             holding: self.holding.clone(),
             slip_power: self.slip_power,
             amplitudes: self.amplitudes.clone(),
-        };
-        Ok(scaled.response_to_scene(time, response))
+        }))
     }
 }
 

@@ -148,6 +148,19 @@ impl ScaledScene {
         self.scene.viscosity_law().map(|law| self.scale.law(*law))
     }
 
+    /// Scaled viscosity law of the scene, whether the flow follows it or not.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] for a Newtonian fluid.
+    pub fn neglected_law(&self) -> Result<Law, ModelError> {
+        let rheology = self.scene.rheology();
+        let law = rheology.map(|rheology| self.scale.law(rheology.law));
+        law.ok_or_else(|| {
+            let what = "the effect of a viscosity law on a fluid without one";
+            ModelError::unsupported(what, "set fluid.law")
+        })
+    }
+
     /// Refuses a viscosity that depends on the shear rate.
     ///
     /// # Errors

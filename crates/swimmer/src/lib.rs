@@ -2,12 +2,13 @@
 #![forbid(unsafe_code)]
 
 pub mod checkpoint;
+mod decision;
 mod error;
 mod gauss;
 mod holding_loads;
 mod inertia_numbers;
 mod integrate;
-mod neglected_inertia;
+mod neglected;
 mod observer;
 mod outcome;
 pub mod output;
@@ -24,6 +25,7 @@ mod threads;
 mod turning;
 
 pub use checkpoint::Checkpoint;
+pub use decision::{StartSolution, solve_start_with_terms};
 pub use error::SwimError;
 pub use gauss::{Gauss, lagrange};
 pub use holding_loads::HoldingLoads;
@@ -33,15 +35,17 @@ pub use integrate::{
     TYPICAL_SOLVES_PER_SPAN, UnsteadyScene,
 };
 pub use models;
-pub use neglected_inertia::{
-    InertialEffect, NeglectedInertia, fastest_body, mean_effect, start_neglected_inertia,
+pub use neglected::{
+    Neglected, NeglectedEffect, fastest_body, mean_effect, resolved_net, start_neglected,
 };
 pub use observer::{MissedTarget, Observer, Progress};
 pub use outcome::{Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions};
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
-pub use planning::{Choice, SizeSearch, choose, choose_for_run, simulate_to_target, with_tables};
-pub use run::{ModelOfScene, run, run_with, run_without_files};
+pub use planning::{
+    Choice, ModelOfScene, SizeSearch, choose, choose_for_run, simulate_to_target, with_tables,
+};
+pub use run::{run, run_with, run_without_files};
 pub use run_files::RunFiles;
 pub use run_report::Report;
 pub use scene::{self, Gait, Phase, PhaseSpan, Scene, SceneError, spans};

@@ -94,9 +94,9 @@ pub trait Progress {
     /// `model.tolerance_factor`.
     fn missed_tolerance(&mut self, error: f64, allowed: f64, tolerance_factor: f64) {}
 
-    /// The gait is done in Stokes flow, which is not enough for this reason; it is repeated in a
-    /// fluid with inertia.
-    fn keeps_inertia(&mut self, reason: &str) {}
+    /// The gait is done without a term of the equations, which is not enough for this reason; it is
+    /// repeated with it.
+    fn keeps_term(&mut self, reason: &str) {}
 
     /// The gait begins, or continues after `done` phases of an earlier run.
     fn begins(&mut self, scene: &Scene, done: usize) {}

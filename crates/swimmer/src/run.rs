@@ -3,18 +3,18 @@
 use std::path::Path;
 use std::time::Instant;
 
-use models::{FemModel, Hydrodynamics, ModelError};
-use scene::{AcceptKind, InertiaKind, Scene};
+use models::{Hydrodynamics, ModelError, NeglectedTerm};
+use scene::{AcceptKind, Scene};
 
 use crate::checkpoint::{self, Checkpoint};
+use crate::decision::Decision;
 use crate::error::SwimError;
 use crate::integrate::{Method, SpanSolution};
-use crate::neglected_inertia::{NeglectedInertia, mean_effect, run_neglected_inertia};
+use crate::neglected::{is_automatic, run_neglected, with_term};
 use crate::observer::Progress;
-use crate::outcome::Outcome;
 use crate::output::Folder;
 use crate::periodic::start_of_gait;
-use crate::planning::{Choice, SizeSearch, choose_for_run, with_tables};
+use crate::planning::{Choice, ModelOfScene, SizeSearch, choose_for_run, with_tables};
 use crate::run_files::{Files, Output, RunFiles};
 use crate::run_report::Report;
 use crate::simulate::continue_from;
@@ -47,9 +47,6 @@ pub fn run(
     let model = &choose_with_tables;
     run_with(scene, model, out, resume, true, files, progress)
 }
-
-/// How a run gets the model of a scene.
-pub type ModelOfScene<'a> = &'a dyn Fn(&Scene) -> Result<Choice, ModelError>;
 
 /// Runs the gait of a scene as [`run`] does, with a model of the caller's choice.
 ///
@@ -129,7 +126,7 @@ fn run_to_target(
             Some((folder, files)) => Some((folder, &mut **files)),
             None => None,
         };
-        let (report, model_of_run) =
+        let (report, mut model_of_run) =
             run_once(sized, model, reborrowed, checkpoint.take(), progress)?;
         let completed = report.stopped.is_none();
         let missed = (search.as_mut())
@@ -147,20 +144,27 @@ fn run_to_target(
             continue;
         }
         let Some(missed) = missed else {
-            let neglected_inertia = neglected_inertia(&report, model_of_run, progress)?;
+            let outcome = &report.outcome;
+            let neglected = run_neglected(&report.scene, model_of_run.as_mut(), outcome, progress)?;
             let mut reasons = report.reasons;
-            if scene.inertia().kind == InertiaKind::Auto && completed {
-                let decision = Decision::new(neglected_inertia.as_ref(), &report.outcome);
-                if decision.keeps_inertia {
-                    progress.keeps_inertia(&decision.reason);
-                    scene = scene.with_inertia(InertiaKind::Full)?;
-                    continue;
+            let automatic = NeglectedTerm::ALL.into_iter().filter(|_| completed);
+            let mut kept = None;
+            for term in automatic.filter(|term| is_automatic(&scene, *term)) {
+                let decision = Decision::after_run(term, &neglected, outcome);
+                if decision.keeps {
+                    progress.keeps_term(&decision.reason);
+                    kept = Some(term);
+                    break;
                 }
                 reasons.push(decision.reason);
             }
+            if let Some(term) = kept {
+                scene = with_term(&scene, term)?;
+                continue;
+            }
             let report = Report {
                 reasons,
-                neglected_inertia,
+                neglected,
                 seconds: started.elapsed().as_secs_f64(),
                 ..report
             };
@@ -170,61 +174,6 @@ fn run_to_target(
             return Ok(report);
         };
         progress.missed_target(&missed);
-    }
-}
-
-/// What neglecting inertia costs in a run; by elements where `fluid.inertia` asks and the model of
-/// the run cannot tell.
-fn neglected_inertia(
-    report: &Report,
-    mut model: Box<dyn Hydrodynamics>,
-    progress: &dyn Progress,
-) -> Result<Option<NeglectedInertia>, SwimError> {
-    let (scene, outcome) = (&report.scene, &report.outcome);
-    let is_asked = scene.inertia().kind == InertiaKind::Auto;
-    if is_asked && model.neglected_inertia().is_err() {
-        model = Box::new(FemModel::new(scene)?);
-    }
-    run_neglected_inertia(scene, model.as_mut(), outcome, progress)
-}
-
-/// Whether `fluid.inertia = "auto"` keeps the inertia of the fluid.
-struct Decision {
-    keeps_inertia: bool,
-    reason: String,
-}
-
-/// Largest Reynolds number at which the first-order effect of inertia is trusted: of squirmers it
-/// is within 5 % of the true one at 0.1, and within a factor of 1.7 at 1.
-const MAX_REYNOLDS: f64 = 0.5;
-
-impl Decision {
-    /// The decision after a completed run in Stokes flow.
-    fn new(neglected: Option<&NeglectedInertia>, outcome: &Outcome) -> Self {
-        let left = outcome.allowed_error - outcome.limited_error.unwrap_or(0.0);
-        let (keeps_inertia, reason) = match neglected.map(|n| (&n.effect, n.numbers.reynolds)) {
-            Some((Ok(effect), reynolds)) => {
-                let change = mean_effect(outcome, &effect.total()).norm();
-                let words = format!(
-                    "inertia would change the net displacement by {change:.1e} to first order, the \
-                     tolerance leaves {left:.1e}, Re = {reynolds:.1e}"
-                );
-                (change > left || reynolds > MAX_REYNOLDS, words)
-            }
-            Some((Err(unknown), _)) => (
-                true,
-                format!("the effect of inertia is not known: {unknown}"),
-            ),
-            None => (false, "the fluid has no density".to_owned()),
-        };
-        let decision = match keeps_inertia {
-            true => "kept",
-            false => "neglected",
-        };
-        Self {
-            keeps_inertia,
-            reason: format!("inertia {decision}: {reason}"),
-        }
     }
 }
 
@@ -369,7 +318,7 @@ fn run_once(
         scene: scene.clone(),
         reasons,
         outcome,
-        neglected_inertia: None,
+        neglected: Vec::new(),
         stopped,
         seconds: 0.0,
     };

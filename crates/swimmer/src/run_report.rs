@@ -4,7 +4,7 @@ use scene::{AcceptKind, Scene};
 use serde_json::Value;
 
 use crate::error::SwimError;
-use crate::neglected_inertia::NeglectedInertia;
+use crate::neglected::Neglected;
 use crate::outcome::Outcome;
 use crate::output::summary_json;
 
@@ -20,8 +20,8 @@ pub struct Report {
     pub reasons: Vec<String>,
     /// Outcome of the gait, or of its part before `stopped`.
     pub outcome: Outcome,
-    /// What neglecting inertia costs; none for a fluid without density.
-    pub neglected_inertia: Option<NeglectedInertia>,
+    /// What neglecting inertia or the viscosity law costs, where it is neglected.
+    pub neglected: Vec<Neglected>,
     /// The error that ended the motion, such as contact; none for a completed run.
     pub stopped: Option<SwimError>,
     /// Wall-clock time of the whole run in seconds.
@@ -38,8 +38,8 @@ impl Report {
             &self.outcome,
             self.seconds,
         );
-        if let Some(neglected) = &self.neglected_inertia {
-            summary["neglected_inertia"] = neglected.json(&self.scene);
+        for neglected in &self.neglected {
+            summary[neglected.key()] = neglected.json(&self.scene);
         }
         summary
     }
@@ -94,7 +94,7 @@ mod tests {
             model: "rpy",
             reasons: Vec::new(),
             outcome,
-            neglected_inertia: None,
+            neglected: Vec::new(),
             stopped: None,
             seconds: 0.0,
         }

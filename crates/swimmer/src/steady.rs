@@ -143,7 +143,10 @@ fn in_meridian_plane(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimE
     let clock = Instant::now();
     let solve = |tolerance: f64| {
         let parameters = axisymmetric::SteadyParameters::new(moving.density());
-        let parameters = parameters.with_tolerance(tolerance);
+        let mut parameters = parameters.with_tolerance(tolerance);
+        if let Some(law) = moving.law() {
+            parameters = parameters.with_law(law);
+        }
         axisymmetric::steady_state(bodies, moving.surroundings(), &drive, &parameters)
     };
     let mut tolerances = TOLERANCES.into_iter();
@@ -209,13 +212,6 @@ fn check(scene: &Scene) -> Result<bool, SwimError> {
             "fluid.density",
             "a steady state in a fluid with inertia needs its density; without it `swim solve` \
              gives Stokes flow",
-        );
-    }
-    if scene.viscosity_law().is_some() {
-        return refuse(
-            "fluid.law",
-            "steady states with inertia are those of a Newtonian fluid; set fluid.rheology = \
-             \"newtonian\"",
         );
     }
     if scene.depends_on_time() {

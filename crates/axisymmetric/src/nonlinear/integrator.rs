@@ -2,6 +2,7 @@
 
 use linalg::{StepControl, TimeDerivative, extrapolation};
 use nalgebra::DMatrix;
+use rheology::ViscosityLaw;
 
 use super::bodies::{AxialBody, check, check_growth, check_length, domain, motions, shapes};
 use super::flow_system::{
@@ -13,6 +14,7 @@ use super::mesh_motion::MeshMotion;
 use super::momentum::Coefficients;
 use super::nested_condensation::CondensedFactors;
 use super::orders::GROWTH;
+use super::viscosity::Viscosity;
 use crate::curve::Point;
 use crate::generate::generate;
 use crate::meridian::Meridian;
@@ -31,11 +33,13 @@ pub enum Convection {
 }
 
 /// Parameters of steps in time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
-pub struct TransientParameters {
-    /// Density of the fluid, at viscosity 1.
+pub struct TransientParameters<'a> {
+    /// Density of the fluid.
     pub density: f64,
+    /// Law of the viscosity; without one the viscosity is 1.
+    pub law: Option<&'a dyn ViscosityLaw>,
     /// Terms of the momentum equation.
     pub convection: Convection,
     /// Whether displacements are small: then neither bodies nor mesh move, whatever their
@@ -50,17 +54,28 @@ pub struct TransientParameters {
     pub tolerance: f64,
 }
 
-impl TransientParameters {
-    /// The Navier-Stokes equations with this density, on a mesh that follows the bodies.
+impl<'a> TransientParameters<'a> {
+    /// The Navier-Stokes equations with this density and viscosity 1, on a mesh that follows the
+    /// bodies.
     pub fn new(density: f64) -> Self {
         Self {
             density,
+            law: None,
             convection: Convection::Full,
             frozen: false,
             // steady flows up to a Reynolds number of 5 have errors of about 1e-6
             order: 6,
             growth: GROWTH,
             tolerance: 1e-9,
+        }
+    }
+
+    /// The same with a viscosity that depends on the shear rate.
+    #[must_use]
+    pub fn with_law(self, law: &'a dyn ViscosityLaw) -> Self {
+        Self {
+            law: Some(law),
+            ..self
         }
     }
 
@@ -168,7 +183,7 @@ pub struct AxialIntegrator<'a> {
     bodies: Vec<AxialBody>,
     surroundings: Surroundings,
     forcing: &'a dyn AxialForcing,
-    parameters: TransientParameters,
+    parameters: TransientParameters<'a>,
     system: FlowSystem,
     motion: MeshMotion,
     motions: Vec<Option<usize>>,
@@ -178,6 +193,8 @@ pub struct AxialIntegrator<'a> {
     /// The newest first, three at most.
     levels: Vec<Level>,
     factors: Option<CondensedFactors>,
+    /// Coefficient of the newest level in the difference formula of the factors.
+    factored_at: f64,
     /// Largest velocity of the fluid so far.
     largest: f64,
     /// That of the projection onto the present mesh, until a step is accepted on it.
@@ -199,7 +216,7 @@ impl<'a> AxialIntegrator<'a> {
         bodies: &[AxialBody],
         surroundings: Surroundings,
         forcing: &'a dyn AxialForcing,
-        parameters: TransientParameters,
+        parameters: TransientParameters<'a>,
         time: f64,
     ) -> Result<Self, AxisymmetricError> {
         check("the density of the fluid", parameters.density)?;
@@ -243,6 +260,7 @@ impl<'a> AxialIntegrator<'a> {
             start,
             levels: vec![level],
             factors: None,
+            factored_at: 0.0,
             largest: 0.0,
             momentum_jump: None,
             meshes: 1,
@@ -272,9 +290,26 @@ impl<'a> AxialIntegrator<'a> {
         let mut fields = self.system.rest();
         self.system.set_boundary(&boundary, &mut fields);
         let (nodes, tolerance) = (&self.levels[0].nodes, self.parameters.tolerance);
-        let terms = Terms::default();
-        let (_, change) =
-            (self.system).solve(nodes, &mut fields, &terms, &balance, &mut None, tolerance)?;
+        let newtonian = Terms::default();
+        let (_, mut change) = (self.system).solve(
+            nodes,
+            &mut fields,
+            &newtonian,
+            &balance,
+            &mut None,
+            tolerance,
+        )?;
+        if self.parameters.law.is_some() {
+            let terms = Terms {
+                coefficients: Coefficients {
+                    viscosity: self.viscosity(),
+                    ..Coefficients::default()
+                },
+                ..newtonian
+            };
+            (_, change, _) =
+                (self.system).minimise(nodes, &mut fields, &terms, &balance, true, tolerance)?;
+        }
         if change > tolerance {
             return Err(AxisymmetricError::StepFailed {
                 time,
@@ -449,7 +484,7 @@ impl<'a> AxialIntegrator<'a> {
                     Convection::Neglected => 0.0,
                 },
                 mass: density * newest,
-                ..Coefficients::default()
+                viscosity: self.viscosity(),
             },
             mesh_velocity: None,
             history: Some(&history),
@@ -459,7 +494,11 @@ impl<'a> AxialIntegrator<'a> {
             let motions = fields.motions.iter().zip(&known_displacements);
             motions.map(|(u, known)| (u - known) / newest).collect()
         };
-        let mut factors = self.factors.take();
+        let is_near = |at: f64| (newest / at).max(at / newest) <= MAX_COEFFICIENT_RATIO;
+        let mut factors = (self.factors.take()).filter(|_| is_near(self.factored_at));
+        if factors.is_none() {
+            self.factored_at = newest;
+        }
         let mut fields = predicted.clone();
         self.system.set_boundary(&boundary, &mut fields);
         let mut displacements = displaced(&fields);
@@ -489,9 +528,11 @@ impl<'a> AxialIntegrator<'a> {
                 .map(|(new, old)| (new - old).abs() / smallest)
                 .fold(0.0, f64::max);
             displacements = next;
-            if change <= self.parameters.tolerance
-                && (self.parameters.frozen || shift <= self.parameters.tolerance)
-            {
+            // What is left converges like this iteration at least (Hairer & Wanner 1996, IV.8).
+            let rate = if last.is_finite() { change / last } else { 1.0 };
+            let left = if rate < 0.5 { rate / (1.0 - rate) } else { 1.0 };
+            let tolerance = self.parameters.tolerance;
+            if left * change <= tolerance && (self.parameters.frozen || left * shift <= tolerance) {
                 break (nodes, mesh_velocity);
             }
             if !change.is_finite() || iterations == MAX_ITERATIONS {
@@ -503,6 +544,7 @@ impl<'a> AxialIntegrator<'a> {
             }
             if change > MAX_CHORD_REDUCTION * last {
                 factors = None;
+                self.factored_at = newest;
             }
             last = change;
         };
@@ -555,6 +597,17 @@ impl<'a> AxialIntegrator<'a> {
                 velocities,
             },
         })
+    }
+
+    /// The viscosity of the fluid, which is enclosed.
+    fn viscosity(&self) -> Viscosity<'a> {
+        match self.parameters.law {
+            Some(law) => Viscosity {
+                law: Some(law),
+                ..Viscosity::constant(0.0)
+            },
+            None => Viscosity::default(),
+        }
     }
 
     fn no_balance(&self) -> Balance {
@@ -725,6 +778,10 @@ impl<'a> AxialIntegrator<'a> {
         Ok(())
     }
 }
+
+/// Ratio of the coefficients of the newest level above which factors of an earlier step do not
+/// serve: the iteration reduces its change by no more than one minus the inverse of it.
+const MAX_COEFFICIENT_RATIO: f64 = 1.3;
 
 /// Iterations after which a step has failed; most take four.
 const MAX_ITERATIONS: usize = 30;

@@ -7,6 +7,7 @@ mod energy;
 mod flow_system;
 mod flow_transfer;
 mod forcing;
+mod front;
 mod impedance;
 mod integrator;
 mod law_change;

@@ -2,8 +2,9 @@
 //!
 //! Elements are merged in pairs, along a binary tree of geometric bisections. As soon as all
 //! elements of a degree of freedom are merged, it is eliminated by a dense LU factorisation with
-//! partial pivoting (the multifrontal method, Duff & Reid 1983, on the tree of nested dissection,
-//! George 1973). For `N` unknowns in the plane this takes `N^1.5` time and `N log N` memory.
+//! partial pivoting ([`super::front`]; the multifrontal method, Duff & Reid 1983, on the tree of
+//! nested dissection, George 1973). For `N` unknowns in the plane this takes `N^1.5` time and `N
+//! log N` memory.
 //!
 //! The block that is eliminated belongs to velocities and pressures in the interior of a union of
 //! triangles. Pressures in the interior vanish on the boundary of the union, so that no constant is
@@ -11,8 +12,9 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, Dyn, LU};
+use nalgebra::{DMatrix, DVector};
 
+use super::front::{Eliminated, eliminate};
 use crate::curve::Point;
 
 /// The unknown of each row of an element matrix; `None` for rows and columns that are left out.
@@ -45,15 +47,11 @@ pub(crate) struct CondensedFactors {
     root: Factor,
 }
 
-/// The elimination of the inner unknowns `i` of a branch, next to its outer unknowns `o`.
+/// The elimination of the inner unknowns of a branch.
 struct Factor {
     halves: Option<Box<[Factor; 2]>>,
-    /// Factors of `A_ii`; `None` if there are no inner unknowns.
-    inner: Option<LU<f64, Dyn, Dyn>>,
-    /// `A_ii^-1 A_io`.
-    solved: DMatrix<f64>,
-    /// `A_oi`.
-    coupling: DMatrix<f64>,
+    /// `None` if there are no inner unknowns.
+    eliminated: Option<Eliminated>,
 }
 
 /// A singular block of the elements around this one.
@@ -190,32 +188,20 @@ impl Branch {
                 Some(Box::new([first, second]))
             }
         };
-        let (i, o) = (self.inner.len(), self.outer.len());
-        let mut outer = sum.view((i, i), (o, o)).into_owned();
-        let (coupling, mut solved) = (
-            sum.view((i, 0), (o, i)).into_owned(),
-            sum.view((0, i), (i, o)).into_owned(),
-        );
-        let inner = match i {
-            0 => None,
-            _ => {
-                let lu = sum.view((0, 0), (i, i)).into_owned().lu();
-                let regular = lu.solve_mut(&mut solved);
-                if !regular || solved.iter().any(|v| !v.is_finite()) {
-                    return Err(Singular {
-                        element: self.first_element(),
-                    }
-                    .into());
-                }
-                outer.gemm(-1.0, &coupling, &solved, 1.0);
-                Some(lu)
-            }
+        if self.inner.is_empty() {
+            let factor = Factor {
+                halves,
+                eliminated: None,
+            };
+            return Ok((factor, sum));
+        }
+        let Some((eliminated, outer)) = eliminate(sum, self.inner.len()) else {
+            let element = self.first_element();
+            return Err(Singular { element }.into());
         };
         let factor = Factor {
             halves,
-            inner,
-            solved,
-            coupling,
+            eliminated: Some(eliminated),
         };
         Ok((factor, outer))
     }
@@ -260,11 +246,11 @@ impl Factor {
                 factor.forward(branch, rhs, x);
             }
         }
-        let Some(lu) = &self.inner else { return };
+        let Some(eliminated) = &self.eliminated else {
+            return;
+        };
         let mut values = gather(&branch.inner, rhs);
-        // the factors are regular: `factor` has checked it
-        lu.solve_mut(&mut values);
-        let change = &self.coupling * &values;
+        let change = eliminated.forward(&mut values);
         for (id, value) in branch.outer.iter().zip(change.iter()) {
             rhs[*id as usize] -= value;
         }
@@ -275,10 +261,11 @@ impl Factor {
 
     /// Inserts the outer unknowns.
     fn backward(&self, branch: &Branch, x: &mut [f64]) {
-        if self.inner.is_some() {
-            let change = &self.solved * gather(&branch.outer, x);
-            for (id, value) in branch.inner.iter().zip(change.iter()) {
-                x[*id as usize] -= value;
+        if let Some(eliminated) = &self.eliminated {
+            let mut values = gather(&branch.inner, x);
+            eliminated.backward(&mut values, &gather(&branch.outer, x));
+            for (id, value) in branch.inner.iter().zip(values.iter()) {
+                x[*id as usize] = *value;
             }
         }
         if let (Some(factors), Part::Halves(branches)) = (&self.halves, &branch.part) {

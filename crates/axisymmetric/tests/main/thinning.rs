@@ -3,7 +3,10 @@
 use std::f64::consts::PI;
 
 use axisymmetric::rheology::{Law, ViscosityLaw};
-use axisymmetric::{AxialBody, AxialForceSolver, AxialSpheroid, AxisymmetricError, Surroundings};
+use axisymmetric::{
+    AxialBody, AxialForceSolver, AxialForcing, AxialIntegrator, AxialSpheroid, AxisymmetricError,
+    Surroundings, TransientParameters,
+};
 use axisymmetric::{
     LawChange, SteadyDrive, SteadyParameters, SteadyState, law_change, steady_state,
 };
@@ -434,6 +437,59 @@ fn hard_laws_are_solved_or_refused() {
         .with_tolerance(1e-3);
     let found = steady_state(&[body], BALL, &SteadyDrive::default(), &parameters).expect("rest");
     assert_eq!(found.velocities, [0.0]);
+}
+
+/// A wall that moves at the speed 1 along the axis.
+struct MovingWall;
+
+impl AxialForcing for MovingWall {
+    fn wall_velocity(&self, _: f64) -> f64 {
+        1.0
+    }
+}
+
+/// A fixed sphere in a ball on which the velocity is one, `Re = 2 ρ` at the viscosity at rest: the
+/// drag without thinning and that without inertia are exact values of two spectral programs, and
+/// long steps in time reach the steady state, by another Newton's method.
+#[test]
+fn inertia_and_a_law_together_have_the_limits_of_each() {
+    let steady = |density: f64, law: &Law| {
+        let drive = SteadyDrive {
+            wall_velocity: 1.0,
+            ..SteadyDrive::default()
+        };
+        let parameters = SteadyParameters::new(density).with_law(law);
+        let parameters = parameters.with_tolerance(1e-6);
+        let body = AxialBody::prescribed(unit_sphere());
+        steady_state(&[body], BALL, &drive, &parameters).expect("a steady flow")
+    };
+    let drag = |state: &SteadyState| -state.forces[0] / (6.0 * PI);
+    let with_inertia = drag(&steady(0.5, &carreau(0.5, 0.0, 0.0)));
+    assert!(
+        (with_inertia / 1.312596826 - 1.0).abs() < 1e-6,
+        "{with_inertia}"
+    );
+    // in a ball the first order in the density vanishes by symmetry
+    let law = carreau(0.5, 1.0, 0.0);
+    let thinning = drag(&steady(1e-4, &law));
+    assert!((thinning / 1.1827246 - 1.0).abs() < 1.1e-6, "{thinning}");
+    let both = steady(0.5, &law);
+    // Inertia adds more where the viscosity is smaller.
+    let added = drag(&both) / thinning;
+    assert!(added > with_inertia / 1.2861963385, "{added}");
+    let parameters = TransientParameters::new(0.5)
+        .with_law(&law)
+        .with_order(both.order);
+    let body = AxialBody::prescribed(unit_sphere());
+    let mut run = AxialIntegrator::from_rest(&[body], BALL, &MovingWall, parameters, 0.0)
+        .expect("a start from rest");
+    run.start_from_stokes(&[0.0])
+        .expect("a flow without inertia");
+    // What is left after a step is the diffusion time of the ball, 50, over its length.
+    let last = (0..3).map(|_| run.step(1e6).expect("a step")).last();
+    let reached = last.expect("three steps").forces[0];
+    let difference = reached / both.forces[0] - 1.0;
+    assert!(difference.abs() < 1e-8, "{reached}: {difference:e}");
 }
 
 /// The flow for pictures is that of the law: the velocity of a Newtonian fluid for a law without an

@@ -24,6 +24,7 @@ use crate::hydrodynamics::{
     Capabilities, ErrorEstimates, Flows, Hydrodynamics, PredictedCost, Resistances,
 };
 use crate::mobility::MobilitySolution;
+use crate::neglected_terms::{FirstOrderChange, NeglectedTerm, NeglectedTerms, PathPoint};
 use crate::query::{Configuration, Query};
 use crate::response::BodySolution;
 use crate::scaled_scene::ScaledScene;
@@ -462,6 +463,13 @@ impl Hydrodynamics for AxisymmetricModel {
         }
     }
 
+    fn neglected(&mut self, term: NeglectedTerm) -> Result<&mut dyn NeglectedTerms, ModelError> {
+        match term {
+            NeglectedTerm::Rheology => Ok(self),
+            NeglectedTerm::Inertia => Err(no_inertia()),
+        }
+    }
+
     fn flows(&mut self) -> Result<&mut dyn Flows, ModelError> {
         let scene = &self.scaled.scene;
         if scene.deforms() {
@@ -506,6 +514,34 @@ impl Hydrodynamics for AxisymmetricModel {
             mib: MIB_PER_DOF * solution.dofs.total as f64,
         })
     }
+}
+
+impl NeglectedTerms for AxisymmetricModel {
+    fn change(
+        &mut self,
+        term: NeglectedTerm,
+        at: &PathPoint<'_>,
+    ) -> Result<FirstOrderChange, ModelError> {
+        match term {
+            NeglectedTerm::Rheology => self.law_change(at),
+            NeglectedTerm::Inertia => Err(no_inertia()),
+        }
+    }
+
+    fn jump(
+        &mut self,
+        _: Configuration<'_>,
+        _: &[f64],
+        _: &[f64],
+    ) -> Result<FirstOrderChange, ModelError> {
+        Err(no_inertia())
+    }
+}
+
+/// The refusal of the effect of inertia.
+fn no_inertia() -> ModelError {
+    let what = "the effect of inertia by the model 'axisymmetric'";
+    ModelError::unsupported(what, "use model.kind = \"fem\"")
 }
 
 impl Flows for AxisymmetricModel {

@@ -10,6 +10,7 @@ use crate::error::ModelError;
 use crate::response::BodySolution;
 use crate::scaled_scene::{ScaledResponse, ScaledScene};
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
+use scene::rheology::Law;
 use scene::{Domain, Scene, VectorOscillation};
 
 /// Bodies, loads and slip of a scene on one axis, for an integration in time of fluid and bodies
@@ -21,6 +22,7 @@ pub struct MovingAxis {
     scaled: ScaledScene,
     axis: Vector3<f64>,
     surroundings: Surroundings,
+    law: Option<Law>,
     bodies: Vec<AxialBody>,
     /// Positions along the axis at the start.
     start: Vec<f64>,
@@ -114,6 +116,7 @@ impl MovingAxis {
             shapes,
             surroundings,
             axis,
+            law,
             ..
         } = AxisymmetricModel::new(scene)?;
         let set = &scaled.set;
@@ -141,6 +144,7 @@ impl MovingAxis {
             scaled,
             axis,
             surroundings,
+            law,
         })
     }
 
@@ -162,6 +166,11 @@ impl MovingAxis {
     /// Density of the fluid, `ρ L² / μ`, as in [`MovingScene`](crate::MovingScene).
     pub fn density(&self) -> f64 {
         self.scaled.scale.density(self.scene().fluid_density())
+    }
+
+    /// Viscosity law of the fluid; none for a Newtonian fluid.
+    pub fn law(&self) -> Option<&Law> {
+        self.law.as_ref()
     }
 
     /// A length or velocity in the units of the scene.

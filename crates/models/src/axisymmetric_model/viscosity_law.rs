@@ -2,7 +2,9 @@
 
 use std::time::Instant as Clock;
 
-use axisymmetric::{AxialForceSolver, AxialForces, AxialSpheroid};
+use axisymmetric::{
+    AxialBody, AxialChange, AxialForceSolver, AxialForces, AxialSpheroid, SteadyDrive, law_change,
+};
 use nalgebra::{DMatrix, DVector};
 use rigid::{Constraints, ExternalLoad};
 use scene::rheology::{Law, ViscosityLaw};
@@ -13,6 +15,7 @@ use super::{AxisymmetricModel, LOWEST_ACCURACY};
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
 use crate::mobility::MobilitySolution;
+use crate::neglected_terms::{FirstOrderChange, PathPoint};
 use crate::query::Query;
 use crate::response::{BodySolution, Response};
 use crate::solution::InstantaneousSolution;
@@ -26,6 +29,9 @@ const UNCERTAINTY: f64 = 1.0;
 
 /// Largest number of linearised balances of forces for one set of rates.
 const MAX_BALANCES: usize = 40;
+
+/// Relative error of a first-order change by the law: more is lost by the terms of second order.
+const CHANGE_TOLERANCE: f64 = 1e-3;
 
 /// A linearised balance of the forces: what moves the bodies, and the loads in their joints.
 struct Balance<'a> {
@@ -112,6 +118,93 @@ impl AxisymmetricModel {
         }
     }
 
+    /// The first-order change by the law that the flow neglects.
+    ///
+    /// The law changes the forces on the bodies at their velocities in the Newtonian fluid, and the
+    /// velocities change so that the forces balance again.
+    ///
+    /// # Errors
+    /// Bodies that left the axis; rotation about the axis; a law without a viscosity at rest.
+    pub(super) fn law_change(
+        &mut self,
+        at: &PathPoint<'_>,
+    ) -> Result<FirstOrderChange, ModelError> {
+        let law = self.scaled.neglected_law()?;
+        if self.has_swirl {
+            return Err(ModelError::unsupported(
+                "the effect of neglecting the viscosity law with rotation about the axis in the \
+                 meridian plane",
+                "use model.kind = \"fem\"",
+            ));
+        }
+        let bodies = self.on_axis(at.configuration)?;
+        let resistances = self.resistances_at(at.configuration, LOWEST_ACCURACY)?;
+        let loads = self.scaled.loads(at.configuration, None)?;
+        let mut constraints = self.scaled.constraints(at.configuration, at.rates)?;
+        let surfaces =
+            AxialSurfaces::new(&self.scaled, at.configuration, &resistances, &self.axis)?;
+        let amplitudes: Option<Vec<_>> = (surfaces.as_ref()).map(|surfaces| {
+            (0..bodies.len())
+                .map(|body| surfaces.of_body(body, 0.0))
+                .collect()
+        });
+        let slip = |body: usize, x: [f64; 2]| {
+            (amplitudes.as_ref()).map_or([0.0; 2], |of| of[body].slip(&bodies[body], x))
+        };
+        let (n, resistance) = (bodies.len(), resistances.axial.matrix());
+        let along = resistance.view((0, 0), (n, n)).into_owned();
+        let effect = surfaces
+            .map(|surfaces| surfaces.effect(resistance))
+            .transpose()?;
+        let time = at.configuration.time;
+        let balance = Balance {
+            time,
+            constraints: &constraints,
+            loads: &loads,
+        };
+        let newtonian = self.mobility(&along, &balance, effect.as_ref())?;
+        let rows = self.scaled.set.surface_velocities();
+        let velocities = self.along_axis(&newtonian.generalised.select_rows(&rows));
+        let moving: Vec<_> = bodies.iter().copied().map(AxialBody::prescribed).collect();
+        let drive = SteadyDrive {
+            velocities: &velocities,
+            slip: amplitudes.is_some().then_some(&slip),
+            ..SteadyDrive::default()
+        };
+        let found = law_change(&moving, self.surroundings, &drive, &law, CHANGE_TOLERANCE)?;
+        constraints.rates.fill(0.0);
+        constraints.joint_forces.fill(0.0);
+        let forms = [
+            Some(("viscosity", &found.by_viscosity)),
+            found
+                .by_square
+                .as_ref()
+                .map(|change| ("second_order", change)),
+        ];
+        let parts = (forms.into_iter().flatten())
+            .map(|(name, change)| Ok((name, self.balanced_change(&along, change, &constraints)?)))
+            .collect::<Result<_, ModelError>>()?;
+        Ok(FirstOrderChange { parts })
+    }
+
+    /// The change of motion and loads by a change of the forces at the same velocities.
+    fn balanced_change(
+        &self,
+        along: &DMatrix<f64>,
+        change: &AxialChange,
+        at_rest: &Constraints,
+    ) -> Result<Response, ModelError> {
+        let effect = self.force_free(along, &DVector::from_column_slice(&change.forces))?;
+        let no_loads = vec![ExternalLoad::default(); self.scaled.set.kinds().len()];
+        let balance = Balance {
+            time: 0.0,
+            constraints: at_rest,
+            loads: &no_loads,
+        };
+        let solved = self.mobility(along, &balance, Some(&effect))?;
+        solved.change(&self.scaled, at_rest)
+    }
+
     /// Velocities for which forces and loads balance, by elements of one order.
     fn balanced(
         &self,
@@ -167,21 +260,36 @@ impl AxisymmetricModel {
         velocities: &[f64],
         balance: &Balance,
     ) -> Result<MobilitySolution, ModelError> {
-        let factor = forces.derivatives.clone().cholesky().ok_or_else(|| {
+        let derivatives = &forces.derivatives;
+        let of_forces =
+            self.force_free(derivatives, &DVector::from_column_slice(&forces.forces))?;
+        let effect = SurfaceEffect {
+            velocities: of_forces.velocities
+                + self.spatial(&DVector::from_column_slice(velocities)),
+            powers: DVector::from_element(1, forces.slip_power),
+            ..of_forces
+        };
+        self.mobility(derivatives, balance, Some(&effect))
+    }
+
+    /// The effect of forces on bodies with a resistance: the velocities at which they vanish.
+    fn force_free(
+        &self,
+        along: &DMatrix<f64>,
+        forces: &DVector<f64>,
+    ) -> Result<SurfaceEffect, ModelError> {
+        let factor = along.clone().cholesky().ok_or_else(|| {
             let name = "derivative of the forces by the velocities";
             let remedy = "raise fluid.index or fluid.infinite_shear_viscosity";
-            ModelError::not_positive_definite(name, &forces.derivatives, remedy)
+            ModelError::not_positive_definite(name, along, remedy)
         })?;
-        let change = factor.solve(&DVector::from_column_slice(&forces.forces));
-        let force_free = DVector::from_column_slice(velocities) - change;
-        let spatial = self.spatial(&force_free);
-        let effect = SurfaceEffect {
-            of_parts: DMatrix::zeros(spatial.len(), 1),
-            velocities: spatial,
-            powers: DVector::from_element(1, forces.slip_power),
+        let velocities = self.spatial(&-factor.solve(forces));
+        Ok(SurfaceEffect {
+            of_parts: DMatrix::zeros(velocities.len(), 1),
+            velocities,
+            powers: DVector::zeros(1),
             rates: Vec::new(),
-        };
-        self.mobility(&forces.derivatives, balance, Some(&effect))
+        })
     }
 
     /// The solution of a balance with a resistance to motions along the axis.

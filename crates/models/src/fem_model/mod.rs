@@ -8,7 +8,7 @@ mod mesh_generator;
 mod meshes;
 mod moving_frame;
 mod moving_scene;
-mod neglected_inertia;
+mod neglected_terms;
 mod placed_query;
 mod reference_mesh;
 mod scene_solution;
@@ -30,7 +30,7 @@ use crate::hydrodynamics::{
     Capabilities, ErrorEstimates, Flows, History, Hydrodynamics, PredictedCost, Resistances,
     SceneResistance,
 };
-use crate::neglected_inertia::NeglectedInertia;
+use crate::neglected_terms::{NeglectedTerm, NeglectedTerms};
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
@@ -291,7 +291,7 @@ impl Hydrodynamics for FemModel {
         Ok(self)
     }
 
-    fn neglected_inertia(&mut self) -> Result<&mut dyn NeglectedInertia, ModelError> {
+    fn neglected(&mut self, _: NeglectedTerm) -> Result<&mut dyn NeglectedTerms, ModelError> {
         Ok(self)
     }
 

@@ -5,7 +5,7 @@ mod examples;
 mod flows;
 mod history;
 mod mesh_files;
-mod neglected_inertia;
+mod neglected_terms;
 mod query;
 mod remeshed_files;
 mod scenes;

@@ -1,6 +1,6 @@
 //! Elements in a fluid whose viscosity depends on the shear rate: units, refusals.
 
-use models::{FemModel, Hydrodynamics, InstantaneousSolution, PathPoint};
+use models::{FemModel, Hydrodynamics, InstantaneousSolution, NeglectedTerm, PathPoint};
 use scene::Scene;
 use testkit::{SceneText, contains, within};
 
@@ -92,11 +92,13 @@ fn what_needs_a_linear_flow_is_refused_with_its_key() {
         &refusal.unwrap_err().to_string(),
         &["--set fluid=", "shear rate", "newtonian"],
     );
-    let refusal = model.neglected_inertia().unwrap().change(&PathPoint {
+    let at = PathPoint {
         configuration,
         rates: &[1.0],
         accelerations: &[0.0],
-    });
+    };
+    let inertia = NeglectedTerm::Inertia;
+    let refusal = (model.neglected(inertia).unwrap()).change(inertia, &at);
     contains(
         "refusal",
         &refusal.unwrap_err().to_string(),

@@ -6,7 +6,7 @@ use crate::checks::Checks;
 use crate::error::SceneError;
 use crate::keys::FluidFile;
 use crate::scene::Rheology;
-use crate::words::{InertiaKind, LawKind, RheologyKind};
+use crate::words::{LawKind, RheologyKind};
 
 /// Default of `fluid.regularisation`: the rates of strokes with times of order 1 are a million
 /// times larger.
@@ -128,12 +128,6 @@ pub(super) fn viscosity(
             "fluid.rheology",
             "must be \"full\" for a power law, which has no Newtonian limit; use a law with \
              zero_shear_viscosity",
-        );
-    }
-    if file.inertia != InertiaKind::None {
-        return refuse(
-            "fluid.inertia",
-            "is unsupported with fluid.law; remove one of them",
         );
     }
     if has_background {

@@ -11,7 +11,8 @@ use crate::keys::{BodyFile, ContactFile, DriveFile, FieldFile, LoadFile, PhaseAn
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::words::AxesKind;
 
-/// Enters force, torque and given velocities of a body, and refuses loads and velocities that contradict each other.
+/// Enters force, torque and given velocities of a body, and refuses loads and velocities that
+/// contradict each other.
 ///
 /// Periods are that of the gait unless they are given.
 pub(super) fn enter(

@@ -72,10 +72,6 @@ fn laws_without_meaning_are_refused_with_their_key() {
             "law = \"power-law\", consistency = 2, index = 0.5, rheology = \"auto\"",
             "fluid.rheology",
         ),
-        (
-            "law = \"power-law\", consistency = 2, index = 0.5, density = 1, inertia = \"full\"",
-            "fluid.inertia",
-        ),
     ] {
         let message = scene(fluid).unwrap_err().to_string();
         assert!(message.contains(&format!("{key} ")), "{fluid}: {message}");

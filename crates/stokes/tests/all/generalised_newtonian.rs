@@ -9,8 +9,8 @@ use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use rheology::{Law, ViscosityLaw};
 use rigid::{
-    Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, Formulation,
-    Lagrange, Twist,
+    Arms, Articulation, BodyKind, Constraints, DirectRows, Drive, Eliminated, ExternalLoad,
+    Formulation, Lagrange, Twist,
 };
 use stokes::{
     GeneralisedNewtonianSolution, InitialGuesses, Options, Problem, Solver, StokesError,
@@ -211,24 +211,29 @@ impl Pair {
         }
     }
 
-    /// Two spheres that a slide joins, under a load on the first one, turned by `rotation`.
+    /// Both spheres with a slide between them.
+    fn articulation(&self) -> Articulation {
+        let joint = rigid::Joint::slide("arm", 0, 1);
+        let kinds = [BodyKind::Rigid; 2];
+        Articulation::new(&kinds, vec![joint], Arms::Free, &self.centres).unwrap()
+    }
+
+    fn constraints(&self, set: &Articulation, rate: f64) -> Constraints {
+        let distance = (self.centres[1] - self.centres[0]).norm();
+        (set.constraints(&set.initial_state(), &[distance], &[rate])).unwrap()
+    }
+
+    /// Two spheres that a slide joins, under a load on the first one.
     fn solve(
         &self,
         law: &dyn ViscosityLaw,
         (rate, load): (f64, ExternalLoad),
         options: &Options,
     ) -> Result<GeneralisedNewtonianSolution, StokesError> {
-        let joint = rigid::Joint::slide("arm", 0, 1);
-        let set = Articulation::new(
-            &[BodyKind::Rigid; 2],
-            vec![joint],
-            Arms::Free,
-            &self.centres,
-        )?;
-        let distance = (self.centres[1] - self.centres[0]).norm();
+        let set = self.articulation();
         let drive = Drive {
             set: &set,
-            constraints: &set.constraints(&set.initial_state(), &[distance], &[rate])?,
+            constraints: &self.constraints(&set, rate),
             loads: &[load, ExternalLoad::default()],
         };
         let bodies = [("first", self.centres[0]), ("second", self.centres[1])];
@@ -379,6 +384,69 @@ fn warm_starts_save_steps_and_change_nothing() {
     assert!((warm_force / cold_force - 1.0).abs() < 1e-7);
     assert!(warm.newton.steps.len() < first.newton.steps.len());
     assert!(warm.newton.iterations() < cold.newton.iterations());
+}
+
+/// The derivative of velocities and forces by the law is that of full solves: for a relaxation time
+/// `λ` the terms of the fourth order are `(λ g)^2` of it.
+#[test]
+fn the_first_order_change_by_a_law_is_the_derivative_of_full_solves() {
+    let pair = Pair::new();
+    let options = Options::default().with_rtol(1e-12);
+    let load = ExternalLoad {
+        force: Vec3::new(3.0, -2.0, 5.0),
+        torque: Vec3::new(1.0, 0.5, -2.0),
+    };
+    let flow = |law: &dyn ViscosityLaw| {
+        let solved = pair.solve(law, (0.7, load), &options).unwrap();
+        solved.solution.flow
+    };
+    let newtonian = flow(&Law::Newtonian { viscosity: 1.0 });
+    let time = 0.02;
+    let law = carreau(time, 0.4, 0.0);
+    let bodies = [("first", pair.centres[0]), ("second", pair.centres[1])];
+    let problem = Problem::new(&pair.mesh, &bodies, &[Container::TAG]).unwrap();
+    let set = pair.articulation();
+    let constraints = pair.constraints(&set, 0.0);
+    let drive = Drive {
+        set: &set,
+        constraints: &constraints,
+        loads: &[ExternalLoad::default(); 2],
+    };
+    let change = problem
+        .viscosity_change(&drive, &newtonian.velocity, &law, &options)
+        .unwrap();
+    let full = flow(&law);
+    let square = change.second_order.unwrap();
+    // Largest shear rates are about 3; a difference of flows has rounding of 1e-12 over its size.
+    let bound = (3.0 * time).powi(2);
+    for (found, label) in [(&change.full, "viscosity"), (&square, "second order")] {
+        for (found, difference) in [
+            (&found.bodies, &full.bodies - &newtonian.bodies),
+            (&found.forces, &full.forces - &newtonian.forces),
+            (
+                &found.joint_loads,
+                &full.joint_loads - &newtonian.joint_loads,
+            ),
+        ] {
+            let error = (found - &difference).amax() / difference.amax();
+            assert!(error < bound, "{label}: {error:e}");
+        }
+    }
+    // The forces on a free linkage balance the same loads.
+    for axis in 0..3 {
+        let total = change.full.forces[axis] + change.full.forces[6 + axis];
+        assert!(total.abs() < 1e-8 * change.full.forces.amax());
+    }
+    let cross = Law::Cross {
+        zero_shear_viscosity: 1.0,
+        infinite_shear_viscosity: 0.0,
+        relaxation_time: time,
+        index: 0.5,
+    };
+    let change = problem
+        .viscosity_change(&drive, &newtonian.velocity, &cross, &options)
+        .unwrap();
+    assert!(change.second_order.is_none(), "it begins with g^(1/2)");
 }
 
 /// A fluid whose stress decreases has no unique flow; a viscosity that is not finite is refused.

@@ -95,7 +95,7 @@ pub(super) struct MeridianFluid<'a> {
     scene: &'a MeridianScene,
     integrator: AxialIntegrator<'a>,
     tried: Option<AxialStep>,
-    parameters: TransientParameters,
+    parameters: TransientParameters<'a>,
     /// Volume of the bodies.
     volume: f64,
 }
@@ -111,10 +111,13 @@ impl<'a> MeridianFluid<'a> {
             InertiaKind::Full => Convection::Full,
             _ => Convection::Neglected,
         };
-        let parameters = TransientParameters::new(moving.density())
+        let mut parameters = TransientParameters::new(moving.density())
             .with_convection(convection)
             .with_order(scene.order)
             .with_tolerance(scene.tolerance);
+        if let Some(law) = moving.law() {
+            parameters = parameters.with_law(law);
+        }
         let (bodies, walls) = (moving.bodies(), moving.surroundings());
         let integrator = AxialIntegrator::from_rest(bodies, walls, scene, parameters, 0.0);
         Ok(Self {

@@ -39,7 +39,8 @@ pub const ALL_ERRORS: &str = "all errors";
 /// - `cycles`, `duration`, `meshes`, `seconds`, `peak_rss_mib`.
 ///
 /// [`Report::summary`](crate::Report::summary) adds `neglected_inertia` for a fluid with a density
-/// ([`NeglectedInertia::json`](crate::NeglectedInertia::json)).
+/// and `neglected_rheology` for one whose viscosity law is neglected
+/// ([`Neglected::json`](crate::Neglected::json)).
 ///
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the
 /// solves, which may run at the same time.

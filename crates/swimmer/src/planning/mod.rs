@@ -8,7 +8,7 @@ mod trial;
 use models::{
     AxisymmetricModel, FemModel, Hydrodynamics, ModelError, MovingAxis, SphereModel, SpheresModel,
 };
-use scene::{DomainKind, ModelKind, RheologyKind, Scene, Shape};
+use scene::{DomainKind, ModelKind, Scene, Shape};
 
 use crate::integrate::velocity_tolerance;
 use sphere_model::{ModelForSpheres, choose_for_spheres, expansion_for_tolerance};
@@ -24,6 +24,9 @@ pub struct Choice {
     /// Properties of the scene and conclusions from them, one sentence each.
     pub reasons: Vec<String>,
 }
+
+/// How a run or a solution gets the model of a scene.
+pub type ModelOfScene<'a> = &'a dyn Fn(&Scene) -> Result<Choice, ModelError>;
 
 impl Choice {
     /// The choice of a model, for one sentence per reason.
@@ -43,7 +46,6 @@ impl Choice {
 /// ([`choose_for_run`]).
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     check_no_inertia(scene)?;
-    check_rheology(scene)?;
     let choice = choose_unchecked(scene)?;
     let capabilities = choice.model.capabilities();
     capabilities.check_deformations(scene, choice.model.name())?;
@@ -191,11 +193,22 @@ pub(crate) enum Discretisation {
 ///
 /// # Errors
 /// [`ModelError::Unsupported`] for a model without the inertia of the fluid, or that does not have
-/// the scene.
+/// the scene; for a viscosity law in space.
 pub(crate) fn discretisation(scene: &Scene) -> Result<Discretisation, ModelError> {
     match (scene.model().kind, MovingAxis::check(scene)) {
         (ModelKind::Auto | ModelKind::Axisymmetric, Ok(())) => Ok(Discretisation::Meridian),
         (ModelKind::Axisymmetric, Err(error)) => Err(error),
+        (ModelKind::Auto | ModelKind::Fem, _) if scene.viscosity_law().is_some() => {
+            Err(ModelError::Unsupported {
+                what: format!(
+                    "{}: inertia of a fluid with a viscosity law by elements in space",
+                    scene.place("fluid.inertia")
+                ),
+                instead: "put spheres or spheroids on an axis of a ball, or set fluid.rheology = \
+                          \"newtonian\" or fluid.inertia = \"none\""
+                    .to_owned(),
+            })
+        }
         (ModelKind::Auto | ModelKind::Fem, _) => Ok(Discretisation::Spatial),
         (kind, _) => Err(ModelError::Unsupported {
             what: format!(
@@ -204,21 +217,6 @@ pub(crate) fn discretisation(scene: &Scene) -> Result<Discretisation, ModelError
                 kind.word()
             ),
             instead: "set model.kind = \"fem\", \"axisymmetric\" or \"auto\"".to_owned(),
-        }),
-    }
-}
-
-/// Refuses a decision about the viscosity law, for which its effect on a run is not computed.
-fn check_rheology(scene: &Scene) -> Result<(), ModelError> {
-    let kind = scene.rheology().map(|rheology| rheology.kind);
-    match kind == Some(RheologyKind::Auto) {
-        false => Ok(()),
-        true => Err(ModelError::Unsupported {
-            what: format!(
-                "{}: the choice between a Newtonian fluid and its viscosity law",
-                scene.place("fluid.rheology")
-            ),
-            instead: "set fluid.rheology = \"full\" or \"newtonian\"".to_owned(),
         }),
     }
 }

@@ -20,7 +20,7 @@ mod integrators;
 mod joints;
 mod loops;
 mod many_cycles;
-mod neglected_inertia;
+mod neglected_terms;
 mod paths;
 mod reports;
 mod strokes;

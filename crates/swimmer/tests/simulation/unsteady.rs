@@ -279,6 +279,86 @@ fn steady_states(kind: &str, accuracy: f64) {
     }
 }
 
+/// A sphere in a ball of ten radii at `Re = 2 ρ a U / μ = 1` in a fluid of Carreau with `λ U / a =
+/// 1`, in other units than the library: the force at a given speed, and the speed under that force.
+#[test]
+fn inertia_together_with_a_law_has_the_units_of_the_scene() {
+    use axisymmetric::{AxialBody, AxialSpheroid, SteadyDrive, SteadyParameters, Surroundings};
+    let law = scene::rheology::Law::Carreau {
+        zero_shear_viscosity: 1.0,
+        infinite_shear_viscosity: 0.0,
+        relaxation_time: 1.0,
+        index: 0.5,
+    };
+    let drive = SteadyDrive {
+        wall_velocity: -1.0,
+        ..SteadyDrive::default()
+    };
+    let parameters = SteadyParameters::new(0.5)
+        .with_law(&law)
+        .with_tolerance(1e-6);
+    let body = AxialBody::prescribed(AxialSpheroid::sphere(0.0, 1.0));
+    let ball = Surroundings::Ball { radius: 10.0 };
+    let unit = axisymmetric::steady_state(&[body], ball, &drive, &parameters).unwrap();
+    let (radius, viscosity, speed) = (2.0, 3.0, 0.5);
+    let scene = |kind: &str, body: &str| {
+        parsed(&format!(
+            "fluid = {{ law = \"carreau\", zero_shear_viscosity = 3, relaxation_time = 4, \
+             index = 0.5, density = 1.5 }}\ndomain = {{ kind = \"ball\", radius = 20 }}\n\
+             model.kind = \"{kind}\"\n\
+             bodies = [{{ name = \"s\", radius = 2, position = [0, 0, 0], {body} }}]"
+        ))
+    };
+    let held = "velocity = [0.5, 0, 0], angular_velocity = [0, 0, 0]";
+    let steady = solve_steady(&scene("auto", held)).unwrap();
+    let force = steady.solution.bodies[0].force.x;
+    let exact = unit.forces[0] * viscosity * radius * speed;
+    let bar = steady.solution.force_error.total() + 1e-6 * exact;
+    within(force - exact, bar, "force at a given speed");
+    within(steady.reynolds - 0.5, 1e-12, "ρ a U / μ");
+    let driven = format!("force = [{force:?}, 0, 0]");
+    let steady = solve_steady(&scene("axisymmetric", &driven)).unwrap();
+    let found = steady.solution.bodies[0].velocity.x;
+    within(found - speed, 1e-6 * speed, "speed under that force");
+    let refused = solve_steady(&scene("fem", held)).unwrap_err().to_string();
+    assert!(
+        refused.contains("fluid.inertia: inertia of a fluid"),
+        "{refused}"
+    );
+}
+
+/// A law that hardly thins changes nothing, and one that thins lets a sphere fall further.
+#[test]
+fn a_released_sphere_falls_further_in_a_fluid_that_thins() {
+    let fall = |law: &str| {
+        let text = RELEASED
+            .replace("density = 1,", &format!("density = 1, {law}"))
+            .replace("4.5e-3", "4.5")
+            .replace("model.tolerance = 1e-2", "model.tolerance = 3e-2");
+        let outcome = outcome(&text);
+        (outcome.displacement[0].z, outcome.error_estimate.total())
+    };
+    let carreau = |time: f64| {
+        format!(
+            "law = \"carreau\", zero_shear_viscosity = 1, relaxation_time = {time:?}, index = 0.5,"
+        )
+    };
+    let newtonian = fall("");
+    let same = fall(&carreau(1e-4));
+    // η - 1 is 1e-8
+    within(
+        newtonian.0 - same.0,
+        1e-6 * newtonian.0,
+        "a law without an effect",
+    );
+    let thinning = fall(&carreau(3.0));
+    let bars = newtonian.1 + thinning.1;
+    assert!(
+        thinning.0 - newtonian.0 > 3.0 * bars,
+        "{thinning:?} {newtonian:?}"
+    );
+}
+
 #[test]
 fn scenes_without_a_steady_state_are_refused() {
     let free = "bodies = [{ name = \"s\", radius = 1, position = [0, 0, 0], force = [1, 0, 0] }]";

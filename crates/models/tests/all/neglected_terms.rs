@@ -1,14 +1,26 @@
-//! The first-order effect of neglected inertia: exact values, units, jumps of rates, refusals.
+//! First-order effects of neglected terms: exact values, units, jumps of rates, refusals.
 
-use models::{FemModel, Hydrodynamics, InertialChange, PathPoint};
+use models::{
+    AxisymmetricModel, FemModel, FirstOrderChange, Hydrodynamics, NeglectedTerm, PathPoint,
+};
 use nalgebra::Vector3;
 use scene::Scene;
 use testkit::{SceneText, contains, within};
 
 use crate::scenes::{solve_at_start, three_spheres};
 
-/// The effect at the start of a scene.
-fn change(model: &mut FemModel, rates: &[f64], accelerations: &[f64]) -> InertialChange {
+/// The effect of inertia at the start of a scene.
+fn change(model: &mut FemModel, rates: &[f64], accelerations: &[f64]) -> FirstOrderChange {
+    change_by(NeglectedTerm::Inertia, model, rates, accelerations)
+}
+
+/// The effect of a term at the start of a scene.
+fn change_by(
+    term: NeglectedTerm,
+    model: &mut dyn Hydrodynamics,
+    rates: &[f64],
+    accelerations: &[f64],
+) -> FirstOrderChange {
     let scene = model.scene().clone();
     let state = scene.initial_state();
     let point = PathPoint {
@@ -16,7 +28,7 @@ fn change(model: &mut FemModel, rates: &[f64], accelerations: &[f64]) -> Inertia
         rates,
         accelerations,
     };
-    model.neglected_inertia().unwrap().change(&point).unwrap()
+    model.neglected(term).unwrap().change(term, &point).unwrap()
 }
 
 /// Three spheres in the middle of a ball of 20 radii, with these densities.
@@ -56,7 +68,7 @@ fn three_spheres_in_a_ball_by_the_reciprocal_theorem() {
         let bound = 3.0 * (computed / corrected - 1.0).abs();
         within(bound, 0.01, "the bound says something");
         let change = change(&mut model, &rates, &[0.0; 2]);
-        for ((cause, found), exact) in change.causes().into_iter().zip(CHANGES) {
+        for ((cause, found), exact) in change.parts.iter().zip(CHANGES) {
             for body in &found.bodies {
                 within(
                     body.velocity.x - side * exact,
@@ -67,7 +79,7 @@ fn three_spheres_in_a_ball_by_the_reciprocal_theorem() {
             // The forces of a free swimmer sum to minus the rate of its momentum, which is that of
             // the bodies alone.
             let sum: Vector3<f64> = found.bodies.iter().map(|body| body.force).sum();
-            assert_eq!(cause == "bodies", sum.norm() > 1e-3, "{cause}: {sum}");
+            assert_eq!(*cause == "bodies", sum.norm() > 1e-3, "{cause}: {sum}");
         }
     }
 }
@@ -75,7 +87,13 @@ fn three_spheres_in_a_ball_by_the_reciprocal_theorem() {
 #[test]
 fn effects_of_inertia_have_the_units_of_the_scene() {
     let of = |scene: &Scene, rates: &[f64]| {
-        let total = |change: InertialChange| change.causes().map(|(_, r)| r.bodies[1].velocity.x);
+        let total = |change: FirstOrderChange| -> Vec<f64> {
+            change
+                .parts
+                .iter()
+                .map(|(_, r)| r.bodies[1].velocity.x)
+                .collect()
+        };
         let mut model = FemModel::new(scene).unwrap();
         total(change(&mut model, rates, &[0.3 * rates[0] * rates[0], 0.0]))
     };
@@ -99,8 +117,8 @@ fn effects_of_inertia_have_the_units_of_the_scene() {
     let scene = coarse(text);
     let mut model = FemModel::new(&scene).unwrap();
     let found = change(&mut model, &[-rate, 0.0], &[acceleration(rate), 0.0]);
-    for (k, (cause, response)) in found.causes().into_iter().enumerate() {
-        let density = if cause == "bodies" {
+    for (k, (cause, response)) in found.parts.iter().enumerate() {
+        let density = if *cause == "bodies" {
             of_bodies
         } else {
             density
@@ -124,9 +142,15 @@ fn a_jump_of_the_rates_is_an_acceleration_for_a_short_time() {
     let state = scene.initial_state();
     let configuration = testkit::at(&state, scene.articulation().initial_shape());
     let after = [0, 1].map(|joint| rates[joint] + acceleration[joint]);
-    let jump = model.neglected_inertia().unwrap();
+    let jump = model.neglected(NeglectedTerm::Inertia).unwrap();
     let jump = jump.jump(configuration, &rates, &after).unwrap();
-    let velocity = |change: &InertialChange| change.causes().map(|(_, r)| r.bodies[1].velocity.x);
+    let velocity = |change: &FirstOrderChange| -> Vec<f64> {
+        change
+            .parts
+            .iter()
+            .map(|(_, r)| r.bodies[1].velocity.x)
+            .collect()
+    };
     let [accelerated, steady, jump] = [&accelerated, &steady, &jump].map(velocity);
     assert_eq!(jump[1], 0.0);
     for k in [0, 2] {
@@ -159,7 +183,11 @@ fn a_squirmer_in_unbounded_fluid_in_its_moving_frame() {
     let change = change(&mut model, &[], &[]);
     let axis = Vector3::new(0.0, 0.6, 0.8);
     let expected = beta * (-0.15 + 0.570 / 60.0);
-    let found = change.total().bodies[0].velocity;
+    let parts = change
+        .parts
+        .iter()
+        .map(|(_, response)| response.bodies[0].velocity);
+    let found: Vector3<f64> = parts.sum();
     // The effect is quadratic in the flow of the slip, as the power is.
     let bound = (solution.uncorrected_power() / solution.power() - 1.0).abs();
     within(bound, 0.02, "the bound says something");
@@ -172,7 +200,7 @@ fn a_squirmer_in_unbounded_fluid_in_its_moving_frame() {
     // times mass over drag.
     let spin = solution.uncorrected().bodies[0].angular_velocity.norm();
     within(
-        change.bodies.bodies[0].velocity.norm(),
+        change.part("bodies").unwrap().bodies[0].velocity.norm(),
         1.1 * spin * 2.0 / 9.0,
         "4π/3 over 6π, with a tenth for the mesh error of the drag",
     );
@@ -193,11 +221,8 @@ fn effects_of_inertia_that_are_not_of_first_order_are_refused() {
             rates: &[],
             accelerations: &[],
         };
-        let refused = model
-            .neglected_inertia()
-            .unwrap()
-            .change(&point)
-            .unwrap_err();
+        let term = NeglectedTerm::Inertia;
+        let refused = (model.neglected(term).unwrap().change(term, &point)).unwrap_err();
         assert!(refused.is_bad_input());
         refused.to_string()
     };
@@ -212,4 +237,96 @@ fn effects_of_inertia_that_are_not_of_first_order_are_refused() {
     let wind = "background = { kind = \"uniform\", velocity = [1, 0, 0] }";
     let wind = sphere("slip = { b1 = 1 }").set(&[wind]);
     contains("a background flow", &refusal(wind), &["background flow"]);
+}
+
+/// The three spheres in a ball of 40 radii whose fluid neglects a law of Carreau.
+fn carreau_in_ball(time: f64) -> SceneText {
+    let law = format!(
+        "{{ law = \"carreau\", zero_shear_viscosity = 1, relaxation_time = {time:?}, index = 0.5, \
+         rheology = \"newtonian\" }}"
+    );
+    three_spheres().ball(40.0).with("fluid", law)
+}
+
+/// Change of the velocity of the centre sphere at -10, 0, 10 in a ball of 40 radii while the left
+/// arm closes at the rate 1, in units of `(n - 1) / 2 λ^2` (reciprocal theorem with multipole
+/// expansions over the whole fluid, two resolutions equal to the last digit).
+const CARREAU_SLOPE: f64 = -0.022343595;
+
+#[test]
+fn a_law_of_carreau_changes_three_spheres_as_by_the_reciprocal_theorem() {
+    let (time, term) = (1e-2, NeglectedTerm::Rheology);
+    let exact = -0.25 * time * time * CARREAU_SLOPE;
+    let scene = carreau_in_ball(time).scene();
+    let mut plane = AxisymmetricModel::new(&scene).unwrap();
+    let in_plane = change_by(term, &mut plane, &[-1.0, 0.0], &[0.0; 2]);
+    // λ^2 times three quarters of the squared shear rates, of about one, is left of the viscosity.
+    for (name, bound) in [("viscosity", 2e-3), ("second_order", 1e-3)] {
+        let found = in_plane.part(name).unwrap().bodies[1].velocity.x;
+        within(
+            found - exact,
+            bound * exact.abs(),
+            format!("{name}: tolerance of the change"),
+        );
+    }
+    let mut space = FemModel::new(&scene).unwrap();
+    let solution = solve_at_start(&mut space, &[-1.0, 0.0]);
+    let in_space = change_by(term, &mut space, &[-1.0, 0.0], &[0.0; 2]);
+    // Cubic in the shear rates and linear in the adjoint flow, whose strengths have the relative
+    // error of the forces.
+    let [computed, corrected] =
+        [&solution.uncorrected(), &solution].map(|solution| solution.bodies[0].force.x);
+    let bound = 4.0 * (computed / corrected - 1.0).abs();
+    within(bound, 0.02, "the bound says something");
+    for (name, response) in &in_space.parts {
+        let found = response.bodies[1].velocity.x;
+        within(
+            found - exact,
+            bound * exact.abs(),
+            format!("{name}: four times the error of the forces"),
+        );
+        let sum: Vector3<f64> = response.bodies.iter().map(|body| body.force).sum();
+        within(sum.norm(), 1e-6 * exact.abs(), "no total force");
+    }
+}
+
+/// Velocities are `λ^2 w^3 / L^2` times numbers, in units of the scene.
+#[test]
+fn effects_of_a_law_have_the_units_of_the_scene() {
+    let term = NeglectedTerm::Rheology;
+    let of = |scene: &Scene, rate: f64| {
+        let mut model = AxisymmetricModel::new(scene).unwrap();
+        change_by(term, &mut model, &[-rate, 0.0], &[0.0; 2])
+    };
+    let scaled = of(&carreau_in_ball(0.3).scene(), 1.0);
+    let (radius, viscosity, rate) = (2.0, 3.0, 4.0);
+    let mut text = SceneText::new();
+    for (name, x) in [("left", -10.0), ("centre", 0.0), ("right", 10.0)] {
+        text = text.sphere(name, radius, [radius * x, 0.0, 0.0]);
+    }
+    let law = format!(
+        "{{ law = \"carreau\", zero_shear_viscosity = {viscosity:?}, relaxation_time = 0.15, \
+         index = 0.5, rheology = \"auto\" }}"
+    );
+    // The shear rate is twice as large, and the relaxation time half as long.
+    let text = (text.slide("left-arm", "left", "centre"))
+        .slide("right-arm", "right", "centre")
+        .ball(40.0 * radius)
+        .with("fluid", law);
+    let found = of(&text.scene(), rate);
+    for ((name, scaled), (_, found)) in scaled.parts.iter().zip(&found.parts) {
+        let expected = rate * scaled.bodies[1].velocity.x;
+        within(
+            found.bodies[1].velocity.x - expected,
+            1e-9 * expected.abs(),
+            format!("{name}: rounding"),
+        );
+        let expected = rate * viscosity * radius * scaled.bodies[1].force.x;
+        let difference = found.bodies[1].force.x - expected;
+        within(
+            difference,
+            1e-8 * expected.abs(),
+            format!("{name}: rounding of forces"),
+        );
+    }
 }

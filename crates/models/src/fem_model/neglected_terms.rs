@@ -1,7 +1,8 @@
-//! The first-order change by inertia, from finite-element flows beside each other on a path.
+//! First-order changes by neglected terms: by inertia from finite-element flows beside each other
+//! on a path, by a viscosity law from one flow.
 
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
-use rigid::{BodyKind, ExternalLoad, FlowSolution, StateVelocity, Twist};
+use rigid::{BodyKind, Constraints, ExternalLoad, FlowSolution, StateVelocity, Twist};
 use scene::Domain;
 use stokes::{ChangingFlow, InitialGuesses};
 
@@ -10,8 +11,9 @@ use super::meshes::Meshes;
 use super::placed_query::PlacedQuery;
 use super::{FemModel, MeshAt, NAME};
 use crate::error::ModelError;
-use crate::neglected_inertia::{InertialChange, NeglectedInertia, PathPoint};
+use crate::neglected_terms::{FirstOrderChange, NeglectedTerm, NeglectedTerms, PathPoint};
 use crate::query::{Configuration, Query};
+use crate::response::Response;
 use crate::scaled_scene::ScaledResponse;
 
 /// Distance in time over which flows are differenced, relative to that of the motion.
@@ -60,13 +62,13 @@ struct Accelerations {
 }
 
 impl FemModel {
-    /// Refuses scenes to which no first-order change by inertia belongs.
-    fn check_inertia(&self) -> Result<(), ModelError> {
+    /// Refuses scenes to which no first-order change by a term belongs.
+    fn check_neglected(&self, term: NeglectedTerm) -> Result<(), ModelError> {
         let scene = &self.scaled.scene;
-        (self.scaled).check_constant_viscosity("the effect of neglected inertia")?;
+        let effect = format!("the effect of neglecting {}", term.name());
+        self.scaled.check_constant_viscosity(&effect)?;
         let refused = |what: &str, instead: &str| {
-            let what = format!("the effect of neglected inertia {what}");
-            Err(ModelError::unsupported(what, instead))
+            Err(ModelError::unsupported(format!("{effect} {what}"), instead))
         };
         if scene.background().is_some() {
             return refused("in a background flow", "let the fluid be at rest");
@@ -99,19 +101,24 @@ impl FemModel {
         }
         let options = self.solver_options().with_rtol(DIFFERENCE_RTOL);
         let (solutions, _) = self.flows(&query, &options, guesses)?;
-        let flows: Vec<_> = solutions.into_iter().map(|solved| solved.flow).collect();
+        let flows = solutions.into_iter().map(|solved| solved.flow).collect();
+        Ok(Solved { query, flows })
+    }
+
+    /// Refuses a total force on unbounded fluid, in which inertia has an effect of lower order.
+    fn check_total_force(&self, solved: &Solved) -> Result<(), ModelError> {
         let is_unbounded = *self.scaled.scene.domain() == Domain::Unbounded;
-        for flow in flows.iter().filter(|_| is_unbounded) {
+        for flow in solved.flows.iter().filter(|_| is_unbounded) {
             let speed = flow.velocity.iter().map(Vector3::norm).fold(0.0, f64::max);
             if total_force(flow).norm() > FORCE_ROUNDING * flow.forces.amax().max(speed) {
                 return Err(ModelError::unsupported(
-                    "the effect of neglected inertia on unbounded fluid with a total force",
+                    "the effect of neglecting inertia on unbounded fluid with a total force",
                     "enclose the fluid: without walls the effect is of the order sqrt(S), of the \
                      frequency parameter S, and far away of that of Oseen",
                 ));
             }
         }
-        Ok(Solved { query, flows })
+        Ok(())
     }
 
     /// Scaled masses of all bodies; none for points.
@@ -199,20 +206,40 @@ impl FemModel {
         RELATIVE_STEP * if time.is_finite() { time } else { 1.0 }
     }
 
+    /// Constraints of a query with all rates and forces on joints zero.
+    fn at_rest(query: &PlacedQuery) -> Result<Constraints, ModelError> {
+        // a query has rates
+        let mut at_rest = query.constraints.first().ok_or(ModelError::NoMesh)?.clone();
+        at_rest.rates.fill(0.0);
+        at_rest.joint_forces.fill(0.0);
+        Ok(at_rest)
+    }
+
+    /// A part of a change in the units of the scene and the laboratory frame.
+    fn part_to_scene(
+        &self,
+        query: &PlacedQuery,
+        flow: &FlowSolution,
+    ) -> Result<Response, ModelError> {
+        let scaled_response = ScaledResponse::of_flow(flow, 0.0, Vec::new(), &self.scaled.set)?;
+        let mut response = self.scaled.change_to_scene(scaled_response);
+        if let Some(frame) = &query.frame {
+            response.rotate(&frame.rotation());
+        }
+        Ok(response)
+    }
+
     /// The changes by accelerations of the flow of a query, in the units of the scene and the
     /// laboratory frame.
     fn change_by(
         &self,
         query: &PlacedQuery,
         accelerations: &Accelerations,
-    ) -> Result<InertialChange, ModelError> {
+    ) -> Result<FirstOrderChange, ModelError> {
         let (scaled, mesh) = (&self.scaled, &query.placed.mesh);
         let surfaces = self.meshes.boundary_surfaces(&query.poses);
         let problem = (self.problem(mesh, &query.poses, &surfaces)?).with_space(&query.space);
-        // a query has rates
-        let mut at_rest = query.constraints.first().ok_or(ModelError::NoMesh)?.clone();
-        at_rest.rates.fill(0.0);
-        at_rest.joint_forces.fill(0.0);
+        let at_rest = Self::at_rest(query)?;
         let load = |rate: &Vector6<f64>| ExternalLoad {
             force: -rate.fixed_rows::<3>(0).into_owned(),
             torque: -rate.fixed_rows::<3>(3).into_owned(),
@@ -227,30 +254,24 @@ impl FemModel {
         let options = self.solver_options().with_rtol(CHANGE_RTOL);
         let drive = self.drive(&at_rest, &loads);
         let change = problem.inertial_change(&drive, &flow, density, &options)?;
-        let response = |flow: &FlowSolution| {
-            let scaled_response = ScaledResponse::of_flow(flow, 0.0, Vec::new(), &scaled.set)?;
-            let mut response = scaled.change_to_scene(scaled_response);
-            if let Some(frame) = &query.frame {
-                response.rotate(&frame.rotation());
-            }
-            Ok::<_, ModelError>(response)
-        };
-        Ok(InertialChange {
-            unsteady: response(&change.unsteady)?,
-            convective: response(&change.convective)?,
-            bodies: response(&change.bodies)?,
-        })
+        let part = |name, flow| Ok((name, self.part_to_scene(query, flow)?));
+        let parts = [
+            part("unsteady", &change.unsteady),
+            part("convective", &change.convective),
+            part("bodies", &change.bodies),
+        ];
+        let parts = parts.into_iter().collect::<Result<_, ModelError>>()?;
+        Ok(FirstOrderChange { parts })
     }
-}
 
-impl NeglectedInertia for FemModel {
-    fn change(&mut self, at: &PathPoint<'_>) -> Result<InertialChange, ModelError> {
-        self.check_inertia()?;
+    /// The change by inertia at a point of a path.
+    fn inertial_change(&mut self, at: &PathPoint<'_>) -> Result<FirstOrderChange, ModelError> {
         let masses = self.masses()?;
         // two, so that the last solve starts from an extrapolation
         let mut guesses = InitialGuesses::new(2);
         let rates = [at.rates.to_vec()];
         let now = self.solved(at.configuration, &rates, Meshes::at, &mut guesses)?;
+        self.check_total_force(&now)?;
         let (flow, frame) = (now.flow()?, now.query.frame);
         let mut motion = self.scaled.motion_to_scene(&flow.state);
         if let Some(frame) = &frame {
@@ -287,17 +308,58 @@ impl NeglectedInertia for FemModel {
         self.change_by(&now.query, &accelerations)
     }
 
+    /// The change by the viscosity law that the flow neglects.
+    fn law_change(&mut self, at: &PathPoint<'_>) -> Result<FirstOrderChange, ModelError> {
+        let law = self.scaled.neglected_law()?;
+        let (rates, mut guesses) = ([at.rates.to_vec()], InitialGuesses::new(0));
+        let now = self.solved(at.configuration, &rates, Meshes::at, &mut guesses)?;
+        let query = &now.query;
+        let surfaces = self.meshes.boundary_surfaces(&query.poses);
+        let problem = self.problem(&query.placed.mesh, &query.poses, &surfaces)?;
+        let problem = problem.with_space(&query.space);
+        let (at_rest, loads) = (
+            Self::at_rest(query)?,
+            vec![ExternalLoad::default(); query.poses.len()],
+        );
+        let (drive, velocity) = (self.drive(&at_rest, &loads), &now.flow()?.velocity);
+        let options = self.solver_options().with_rtol(CHANGE_RTOL);
+        let change = problem.viscosity_change(&drive, velocity, &law, &options)?;
+        let forms = [
+            Some(("viscosity", &change.full)),
+            (change.second_order.as_ref()).map(|flow| ("second_order", flow)),
+        ];
+        let parts = (forms.into_iter().flatten())
+            .map(|(name, flow)| Ok((name, self.part_to_scene(query, flow)?)))
+            .collect::<Result<_, ModelError>>()?;
+        Ok(FirstOrderChange { parts })
+    }
+}
+
+impl NeglectedTerms for FemModel {
+    fn change(
+        &mut self,
+        term: NeglectedTerm,
+        at: &PathPoint<'_>,
+    ) -> Result<FirstOrderChange, ModelError> {
+        self.check_neglected(term)?;
+        match term {
+            NeglectedTerm::Inertia => self.inertial_change(at),
+            NeglectedTerm::Rheology => self.law_change(at),
+        }
+    }
+
     fn jump(
         &mut self,
         configuration: Configuration<'_>,
         before: &[f64],
         after: &[f64],
-    ) -> Result<InertialChange, ModelError> {
-        self.check_inertia()?;
+    ) -> Result<FirstOrderChange, ModelError> {
+        self.check_neglected(NeglectedTerm::Inertia)?;
         let masses = self.masses()?;
         let rates = [before.to_vec(), after.to_vec()];
         let mut guesses = InitialGuesses::new(0);
         let solved = self.solved(configuration, &rates, Meshes::at, &mut guesses)?;
+        self.check_total_force(&solved)?;
         let [before, after] = solved.flows.as_slice() else {
             return Err(ModelError::NoSolution { model: NAME });
         };
