@@ -357,40 +357,6 @@ pub fn carreau_squirmer_slope(beta: f64) -> f64 {
     72.0 / 65.0 + 12447.0 * beta * beta / 5005.0
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn closed_forms_agree_with_the_table() {
-        // Tabulated from an expansion in Lamb's solutions.
-        let table = [
-            (0.1, 1.2861963385482686, 1.001001001001001),
-            (0.2, 1.7558453237410072, 1.0080645161290323),
-            (0.5, 7.294117647058823, 1.1428571428571428),
-        ];
-        for (lambda, drag, torque) in table {
-            assert!((concentric_drag(lambda) / drag - 1.0).abs() < 1e-14);
-            assert!((concentric_torque(lambda) / torque - 1.0).abs() < 1e-14);
-        }
-    }
-
-    #[test]
-    fn copies_are_consistent() {
-        for case in &COLLINEAR {
-            let n = case.positions.len();
-            assert_eq!(case.radii.len(), n);
-            assert_eq!(case.resistance.len(), n * (n + 1) / 2);
-        }
-        for instant in &INSTANTANEOUS {
-            assert!(instant.forces.iter().sum::<f64>().abs() < 1e-12);
-        }
-        for stroke in &STROKES {
-            assert!((stroke.steps.iter().sum::<f64>() - stroke.net).abs() < 1e-12);
-        }
-    }
-}
-
 /// A stroke of the pushmepullyou: spheres of the radii 1 and 2^(1/3) that move apart, exchange
 /// their volumes, come together and exchange them back.
 pub struct Pushmepullyou {
@@ -454,3 +420,37 @@ pub const TANGENTIAL_WAVES: [ShapeWave; 2] = [
     ShapeWave { amplitude: 0.05, motion: "tangential", ball: None, net: 0.01316158783268, digits: 1e-12 },
     ShapeWave { amplitude: 0.1, motion: "tangential", ball: None, net: 0.05260820650118, digits: 1e-12 },
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closed_forms_agree_with_the_table() {
+        // Tabulated from an expansion in Lamb's solutions.
+        let table = [
+            (0.1, 1.2861963385482686, 1.001001001001001),
+            (0.2, 1.7558453237410072, 1.0080645161290323),
+            (0.5, 7.294117647058823, 1.1428571428571428),
+        ];
+        for (lambda, drag, torque) in table {
+            assert!((concentric_drag(lambda) / drag - 1.0).abs() < 1e-14);
+            assert!((concentric_torque(lambda) / torque - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn copies_are_consistent() {
+        for case in &COLLINEAR {
+            let n = case.positions.len();
+            assert_eq!(case.radii.len(), n);
+            assert_eq!(case.resistance.len(), n * (n + 1) / 2);
+        }
+        for instant in &INSTANTANEOUS {
+            assert!(instant.forces.iter().sum::<f64>().abs() < 1e-12);
+        }
+        for stroke in &STROKES {
+            assert!((stroke.steps.iter().sum::<f64>() - stroke.net).abs() < 1e-12);
+        }
+    }
+}
