@@ -120,10 +120,8 @@ pub fn examples() -> String {
             .collect();
         let words = words.join(" ");
         // A sentence ends where a capital letter follows: not at "et al. (2010)".
-        let end = words.match_indices(". ").map(|(at, _)| at + 1);
-        let end = end
-            .filter(|&at| words[at..].trim_start().starts_with(char::is_uppercase))
-            .next();
+        let mut ends = words.match_indices(". ").map(|(at, _)| at + 1);
+        let end = ends.find(|&at| words[at..].trim_start().starts_with(char::is_uppercase));
         entry(name, &words[..end.unwrap_or(words.len())])
     };
     TEMPLATES.iter().map(describe).collect()

@@ -272,7 +272,8 @@ fn a_law_of_carreau_changes_three_spheres_as_by_the_reciprocal_theorem() {
     let mut space = FemModel::new(&scene).unwrap();
     let solution = solve_at_start(&mut space, &[-1.0, 0.0]);
     let in_space = change_by(term, &mut space, &[-1.0, 0.0], &[0.0; 2]);
-    // The effect is an integral of products of gradients, which are of half the order of the forces.
+    // The effect is an integral of products of gradients, which are of half the order of the
+    // forces.
     let [computed, corrected] =
         [&solution.uncorrected(), &solution].map(|solution| solution.bodies[0].force.x);
     let bound = (computed / corrected - 1.0).abs().sqrt();
