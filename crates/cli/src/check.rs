@@ -102,7 +102,7 @@ fn describe(scene: &Scene) -> Result<String, CliError> {
         let poses = set
             .place(&scene.initial_state(), &span.to)
             .map_err(SwimError::from)?;
-        let contact = closest_contact(scene.bodies(), scene.domain(), &poses);
+        let contact = closest_contact(&scene.bodies_at(&span.to), scene.domain(), &poses);
         gap = gap.min(contact.map_or(gap, |contact| contact.gap));
     }
     if gap.is_finite() {
@@ -120,8 +120,8 @@ pub fn examples() -> String {
             .collect();
         let words = words.join(" ");
         // A sentence ends where a capital letter follows: not at "et al. (2010)".
-        let mut end = words.match_indices(". ").map(|(at, _)| at + 1);
-        let end = end.find(|&at| words[at..].trim_start().starts_with(char::is_uppercase));
+        let mut ends = words.match_indices(". ").map(|(at, _)| at + 1);
+        let end = ends.find(|&at| words[at..].trim_start().starts_with(char::is_uppercase));
         entry(name, &words[..end.unwrap_or(words.len())])
     };
     TEMPLATES.iter().map(describe).collect()

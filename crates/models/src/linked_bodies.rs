@@ -63,6 +63,8 @@ pub(crate) struct MobilitySolution {
     pub residual: f64,
     /// Power of the slip on the fluid.
     pub slip_power: f64,
+    /// Rates of the amplitudes of deformations, and the forces on them.
+    amplitudes: Vec<(f64, f64)>,
 }
 
 /// Largest differences between two solutions, or sums of them, in scaled units.
@@ -324,6 +326,7 @@ impl<'a> LinkedBodies<'a> {
             joint_loads,
             holding: solution.holding.clone(),
             slip_power: solution.slip_power,
+            amplitudes: solution.amplitudes.clone(),
         }))
     }
 }
@@ -420,8 +423,14 @@ impl SomeLinkages<'_> {
                 .into_owned()
         });
         let residual = if scale > 0.0 { residual / scale } else { 0.0 };
-        let slip_power = effect.map_or(0.0, |effect| effect.power(&forces));
-        self.solution(&own.collect::<Vec<_>>(), forces, residual, slip_power)
+        let powers = effect.map(|effect| effect.powers(&forces));
+        let mut solution = self.solution(&own.collect::<Vec<_>>(), forces, residual)?;
+        if let (Some(effect), Some(powers)) = (effect, powers) {
+            solution.slip_power = powers.as_slice().first().copied().unwrap_or_default();
+            let of_amplitudes = powers.iter().skip(1).copied();
+            solution.amplitudes = effect.rates.iter().copied().zip(of_amplitudes).collect();
+        }
+        Ok(solution)
     }
 
     /// The linked spheres of a model of point forces.
@@ -452,7 +461,6 @@ impl SomeLinkages<'_> {
         coefficients: &[DVector<f64>],
         forces: DVector<f64>,
         residual: f64,
-        slip_power: f64,
     ) -> Result<MobilitySolution, ModelError> {
         let count = self.velocities.iter().map(Vec::len).sum();
         let mut solution = MobilitySolution {
@@ -460,7 +468,8 @@ impl SomeLinkages<'_> {
             forces,
             holding: Vec::new(),
             residual,
-            slip_power,
+            slip_power: 0.0,
+            amplitudes: Vec::new(),
         };
         for (number, one) in self.linkages.iter().enumerate() {
             let own = one.reduction.velocities(&coefficients[number])?;
@@ -526,10 +535,12 @@ impl SomeLinkages<'_> {
         most.0
     }
 
-    /// Power of the bodies and their slip on the fluid.
+    /// Power of the bodies, their deformation and their slip on the fluid.
     pub fn power(&self, solution: &MobilitySolution) -> f64 {
         let velocities = solution.generalised.select_rows(&self.surface_velocities);
-        solution.forces.dot(&velocities) + solution.slip_power
+        let amplitudes = solution.amplitudes.iter();
+        let of_deformation: f64 = amplitudes.map(|(rate, drive)| rate * drive).sum();
+        solution.forces.dot(&velocities) + solution.slip_power + of_deformation
     }
 
     /// Largest differences between the motions and loads of a body in two solutions, and that of

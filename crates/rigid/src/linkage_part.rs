@@ -85,7 +85,10 @@ impl Articulation {
         let layout = self.velocity_layout();
         let mut joints = vec![Vec::new(); self.linkages().len()];
         for (number, joint) in self.joints().iter().enumerate() {
-            joints[self.linkage_of()[joint.body]].push(number);
+            // The amplitude of a deformation moves no body and belongs to no linkage.
+            if !joint.kind.is_deformation() {
+                joints[self.linkage_of()[joint.body]].push(number);
+            }
         }
         let mut places = vec![usize::MAX; self.joints().len()];
         for (place, (joint, _)) in self.passive_drives().enumerate() {

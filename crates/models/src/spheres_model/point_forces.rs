@@ -56,12 +56,8 @@ impl<'a> Solved<'a> {
     fn new(linkages: &SomeLinkages, mobility: &'a PointMobility<'a>) -> Result<Self, ModelError> {
         let system = linkages.spheres(mobility)?;
         let found = system.solve(RESIDUAL)?;
-        let solution = linkages.solution(
-            &found.coordinates,
-            found.forces.clone(),
-            found.residual,
-            0.0,
-        )?;
+        let solution =
+            linkages.solution(&found.coordinates, found.forces.clone(), found.residual)?;
         Ok(Self {
             mobility,
             system,
@@ -76,7 +72,7 @@ impl<'a> Solved<'a> {
         let change = self.system.change(&velocities, ESTIMATE_RESIDUAL)?;
         let coordinates = self.found.coordinates.iter().zip(&change.coordinates);
         let coordinates: Vec<_> = coordinates.map(|(v, change)| v + change).collect();
-        linkages.solution(&coordinates, &self.found.forces + change.forces, 0.0, 0.0)
+        linkages.solution(&coordinates, &self.found.forces + change.forces, 0.0)
     }
 }
 

@@ -4,6 +4,7 @@ mod built;
 mod contact_paths;
 mod copies;
 mod damaged;
+mod deformations;
 mod documented;
 mod edits;
 mod examples;
