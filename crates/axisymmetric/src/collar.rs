@@ -12,7 +12,7 @@ use crate::meridian::{GROWTH, Meridian};
 use crate::mesh::MeridianMesh;
 use crate::spheroid::AxialSpheroid;
 use crate::stokes::stokes;
-use crate::surface_modes::MODES;
+use crate::surface_modes::{MODES, SpheroidModes};
 use crate::swirl::swirl;
 use crate::system::System;
 
@@ -40,7 +40,7 @@ impl Motion {
     ) -> Result<System, AxisymmetricError> {
         match self {
             Self::Translation => stokes(mesh, order, None),
-            Self::Surfaces => stokes(mesh, order, Some(bodies)),
+            Self::Surfaces => stokes(mesh, order, Some((bodies.len(), &SpheroidModes(bodies)))),
             Self::Rotation => swirl(mesh, order),
         }
     }

@@ -4,6 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 
+use crate::deformed_sphere::DeformedSphere;
+
 /// A point `(z, r)` of the meridian half-plane: position along the axis and distance from it.
 pub(crate) type Point = Vector2<f64>;
 
@@ -23,6 +25,11 @@ pub(crate) enum Curve {
         equatorial: f64,
         /// Whether it runs from the right pole to the left one.
         leftward: bool,
+        part: BoundaryPart,
+    },
+    /// The upper half of a deformed sphere, from its left pole to its right one.
+    Radial {
+        sphere: DeformedSphere,
         part: BoundaryPart,
     },
 }
@@ -61,7 +68,9 @@ const RELATIVE_STEP: f64 = 0.05;
 impl Curve {
     pub fn part(&self) -> BoundaryPart {
         match self {
-            Self::Line { part, .. } | Self::HalfEllipse { part, .. } => *part,
+            Self::Line { part, .. }
+            | Self::HalfEllipse { part, .. }
+            | Self::Radial { part, .. } => *part,
         }
     }
 
@@ -85,12 +94,23 @@ impl Curve {
                 };
                 Point::new(centre + direction * axial * (PI * t).cos(), y)
             }
+            Self::Radial { sphere, .. } => {
+                let angle = PI * (1.0 - t);
+                let radius = sphere.radius_at(angle);
+                // sin(π) is not zero in floating point
+                let y = if t == 0.0 || t == 1.0 {
+                    0.0
+                } else {
+                    radius * angle.sin()
+                };
+                Point::new(sphere.centre + radius * angle.cos(), y)
+            }
         }
     }
 
     /// Whether the curve is not straight.
     pub fn is_curved(&self) -> bool {
-        matches!(self, Self::HalfEllipse { .. })
+        matches!(self, Self::HalfEllipse { .. } | Self::Radial { .. })
     }
 
     /// Points at equally spaced parameters, both ends included.
@@ -140,6 +160,10 @@ impl Curve {
             Self::HalfEllipse {
                 axial, equatorial, ..
             } => PI * (axial * (PI * t).sin()).hypot(equatorial * (PI * t).cos()),
+            Self::Radial { sphere, .. } => {
+                let [radius, slope] = sphere.with_slope(PI * (1.0 - t));
+                PI * radius.hypot(slope)
+            }
         }
     }
 }

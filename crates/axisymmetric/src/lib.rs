@@ -1,9 +1,12 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod axial_shape;
 mod canonical;
 mod collar;
 mod curve;
+mod deformed_sphere;
+mod deforming;
 mod delaunay;
 mod element;
 mod error;
@@ -25,6 +28,8 @@ mod surface_modes;
 mod swirl;
 mod system;
 
+pub use deformed_sphere::{DeformedSphere, RADIAL_DEGREES};
+pub use deforming::{DeformationRates, deforming_resistance};
 pub use error::AxisymmetricError;
 pub use flow::{BodyVelocity, MeridianFlow, MeridianValue};
 pub use meridian::{MAX_ASPECT, Surroundings};

@@ -1,6 +1,7 @@
 //! The meridian domain: bodies, wall, distances to them and the target element size.
 
 use crate::AxisymmetricError;
+use crate::axial_shape::AxialShape;
 use crate::curve::{BoundaryPart, Curve, MIN_CURVED_EDGES, Point};
 use crate::spheroid::AxialSpheroid;
 
@@ -62,7 +63,7 @@ const MAX_LENGTH_RATIO: f64 = 1e6;
 #[derive(Clone, Debug)]
 pub(crate) struct Meridian {
     /// Bodies from left to right.
-    bodies: Vec<AxialSpheroid>,
+    bodies: Vec<AxialShape>,
     /// Index of each body in the caller's list.
     given: Vec<usize>,
     /// Outer boundary of the collar of each body; `None` for a body whose surface is meshed.
@@ -92,10 +93,23 @@ impl Meridian {
         bodies: &[AxialSpheroid],
         surroundings: Surroundings,
     ) -> Result<Self, AxisymmetricError> {
+        let shapes: Vec<AxialShape> = bodies.iter().map(|body| (*body).into()).collect();
+        Self::around(&shapes, surroundings)
+    }
+
+    /// As [`Meridian::new`], for bodies of any shape.
+    ///
+    /// # Errors
+    /// Those of [`Meridian::new`].
+    pub fn around(
+        bodies: &[AxialShape],
+        surroundings: Surroundings,
+    ) -> Result<Self, AxisymmetricError> {
         if bodies.is_empty() {
             return Err(AxisymmetricError::NoBodies);
         }
-        for (i, body) in bodies.iter().enumerate() {
+        let spheroids: Vec<AxialSpheroid> = bodies.iter().map(|body| body.spheroid).collect();
+        for (i, body) in spheroids.iter().enumerate() {
             let semi_axes = [body.axial, body.equatorial];
             if !(body.centre.is_finite() && semi_axes.iter().all(|s| *s > 0.0 && s.is_finite())) {
                 return Err(AxisymmetricError::InvalidBody {
@@ -110,13 +124,14 @@ impl Meridian {
         {
             return Err(AxisymmetricError::InvalidWall { radius });
         }
-        check_sizes(bodies, surroundings)?;
+        check_sizes(&spheroids, surroundings)?;
         let mut given: Vec<usize> = (0..bodies.len()).collect();
-        given.sort_by(|&i, &j| bodies[i].centre.total_cmp(&bodies[j].centre));
-        let sorted: Vec<AxialSpheroid> = given.iter().map(|&i| bodies[i]).collect();
+        given.sort_by(|&i, &j| bodies[i].centre().total_cmp(&bodies[j].centre()));
+        let sorted: Vec<AxialShape> = given.iter().map(|&i| bodies[i]).collect();
         for (pair, numbers) in sorted.windows(2).zip(given.windows(2)) {
-            let gap = pair[1].centre - pair[1].axial - pair[0].centre - pair[0].axial;
-            if gap.is_nan() || gap < MIN_GAP * pair[0].equatorial.min(pair[1].equatorial) {
+            let gap = pair[1].left() - pair[0].right();
+            let [one, other] = [0, 1].map(|k| pair[k].spheroid.equatorial);
+            if gap.is_nan() || gap < MIN_GAP * one.min(other) {
                 return Err(AxisymmetricError::BodiesTooClose {
                     bodies: [numbers[0], numbers[1]],
                     gap,
@@ -124,9 +139,8 @@ impl Meridian {
                 });
             }
         }
-        let from = sorted[0].centre - sorted[0].axial;
-        let last = sorted[sorted.len() - 1];
-        let to = last.centre + last.axial;
+        let from = sorted[0].left();
+        let to = sorted[sorted.len() - 1].right();
         let wall = match surroundings {
             Surroundings::Unbounded => Wall::Open {
                 centre: 0.5 * (from + to),
@@ -154,7 +168,7 @@ impl Meridian {
                 .samples()
                 .map(|x| meridian.distance_to_wall(&x))
                 .fold(f64::INFINITY, f64::min);
-            if gap.is_nan() || gap < MIN_GAP * body.equatorial {
+            if gap.is_nan() || gap < MIN_GAP * body.spheroid.equatorial {
                 return Err(AxisymmetricError::WallTooClose {
                     body: *number,
                     gap,
@@ -176,7 +190,7 @@ impl Meridian {
     /// The domain between a body and the outline of its collar, both with their centre at zero.
     pub fn from_collar(body: AxialSpheroid, outline: AxialSpheroid) -> Self {
         Self {
-            bodies: vec![body.centred()],
+            bodies: vec![body.centred().into()],
             given: vec![0],
             outlines: vec![None],
             wall: Wall::Outline(outline.centred()),
@@ -193,8 +207,10 @@ impl Meridian {
             .map(|i| {
                 let mut outlines = (0..COLLAR_SIZES)
                     .rev()
-                    .map(|k| self.bodies[i].confocal_spheroid(collar_ratio(k)));
-                outlines.find(|outline| self.has_room_for(i, outline))
+                    .map(|k| self.bodies[i].spheroid.confocal_spheroid(collar_ratio(k)));
+                outlines
+                    .find(|outline| self.has_room_for(i, outline))
+                    .filter(|_| !self.bodies[i].is_deformed())
             })
             .collect();
         self
@@ -205,8 +221,8 @@ impl Meridian {
         let body = &self.bodies[i];
         let neighbours = [i.checked_sub(1), Some(i + 1)].into_iter().flatten();
         let clear_of_neighbours = neighbours.filter_map(|j| self.bodies.get(j)).all(|other| {
-            let gap = (other.centre - body.centre).abs() - other.axial - body.axial;
-            outline.axial - body.axial <= MAX_COLLAR_SHARE * gap
+            let gap = (other.left() - body.right()).max(body.left() - other.right());
+            outline.axial - body.spheroid.axial <= MAX_COLLAR_SHARE * gap
         });
         clear_of_neighbours
             && (outline.upper_half(BoundaryPart::Axis).samples()).all(|x| {
@@ -219,7 +235,7 @@ impl Meridian {
     /// Bodies with collars, from left to right: index in the caller's list, body and outline.
     pub fn collars(&self) -> impl Iterator<Item = (usize, AxialSpheroid, AxialSpheroid)> + '_ {
         (self.given.iter().zip(&self.bodies).zip(&self.outlines))
-            .filter_map(|((&given, &body), outline)| outline.map(|o| (given, body, o)))
+            .filter_map(|((&given, body), outline)| outline.map(|o| (given, body.spheroid, o)))
     }
 
     /// Centre and radius of the sphere in unbounded fluid where the mesh ends.
@@ -254,14 +270,14 @@ impl Meridian {
             let (shape, curve) = match outline {
                 Some(outline) => {
                     let curve = outline.upper_half(BoundaryPart::Interface(number));
-                    (outline, (curve, Some(outline_division(body, outline))))
+                    let division = outline_division(&body.spheroid, outline);
+                    (AxialShape::from(*outline), (curve, Some(division)))
                 }
-                None => (body, (body.upper_half(BoundaryPart::Body(number)), None)),
+                None => (*body, (body.upper_half(BoundaryPart::Body(number)), None)),
             };
-            let left = on_axis(shape.centre - shape.axial);
-            curves.push(line(at, left, BoundaryPart::Axis));
+            curves.push(line(at, on_axis(shape.left()), BoundaryPart::Axis));
             curves.push(curve);
-            at = on_axis(shape.centre + shape.axial);
+            at = on_axis(shape.right());
         }
         curves.push(line(at, on_axis(to), BoundaryPart::Axis));
         match self.wall {
@@ -274,7 +290,7 @@ impl Meridian {
                 curves.push((ball.upper_half_leftward(BoundaryPart::Open), None));
             }
             Wall::Outline(outline) => {
-                let division = outline_division(&self.bodies[0], &outline);
+                let division = outline_division(&self.bodies[0].spheroid, &outline);
                 let reversed = division.into_iter().rev().map(|t| 1.0 - t).collect();
                 let curve = outline.upper_half_leftward(BoundaryPart::Open);
                 curves.push((curve, Some(reversed)));
@@ -324,8 +340,10 @@ impl Meridian {
     pub fn contains(&self, x: &Point) -> bool {
         x.y > 0.0
             && self.distance_to_wall(x) > 0.0
-            && (self.bodies.iter().zip(&self.outlines))
-                .all(|(body, outline)| outline.as_ref().unwrap_or(body).distance(x) > 0.0)
+            && (self.bodies.iter().zip(&self.outlines)).all(|(body, outline)| match outline {
+                Some(outline) => outline.distance(x) > 0.0,
+                None => body.distance(x) > 0.0,
+            })
     }
 
     fn distance_to_wall(&self, x: &Point) -> f64 {
@@ -376,7 +394,7 @@ fn check_sizes(
 }
 
 /// Target edge length around a body alone, relative to [`GROWTH`].
-fn relative_size(body: &AxialSpheroid, x: &Point) -> f64 {
+fn relative_size(body: &AxialShape, x: &Point) -> f64 {
     let focal = body.focal_distance(x);
     focal.min(SIZE_AT_SURFACE * focal + GRADING * body.distance(x).max(0.0))
 }
@@ -386,6 +404,7 @@ fn relative_size(body: &AxialSpheroid, x: &Point) -> f64 {
 /// They are the same on both sides of the outline.
 fn outline_division(body: &AxialSpheroid, outline: &AxialSpheroid) -> Vec<f64> {
     let (body, outline) = (body.centred(), outline.centred());
+    let body = AxialShape::from(body);
     let size = |x: &Point| GROWTH * relative_size(&body, x);
     outline
         .upper_half(BoundaryPart::Axis)
@@ -393,8 +412,8 @@ fn outline_division(body: &AxialSpheroid, outline: &AxialSpheroid) -> Vec<f64> {
 }
 
 /// Radius of the smallest ball with this centre around bodies.
-fn enclosing_radius(bodies: &[AxialSpheroid], centre: f64) -> f64 {
-    let surface = |body: &AxialSpheroid| body.upper_half(BoundaryPart::Axis);
+fn enclosing_radius(bodies: &[AxialShape], centre: f64) -> f64 {
+    let surface = |body: &AxialShape| body.upper_half(BoundaryPart::Axis);
     (bodies.iter())
         .flat_map(|body| surface(body).samples().collect::<Vec<_>>())
         .map(|x| (x.x - centre).hypot(x.y))

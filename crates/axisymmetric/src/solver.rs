@@ -25,7 +25,7 @@ pub(crate) const MAX_ORDER: usize = 10;
 ///
 /// The error of order `k` is about `10^-(k + 1)`. The three orders are at least 3, 4, 5: from five
 /// on the error decreases regularly enough for the estimate.
-fn first_order(tolerance: f64) -> usize {
+pub(crate) fn first_order(tolerance: f64) -> usize {
     ((-tolerance.log10()).ceil() as usize - 1).clamp(5, MAX_ORDER) - 2
 }
 
@@ -249,12 +249,7 @@ impl ResistanceSolver {
         tolerance: f64,
         motion: Motion,
     ) -> Result<(AxialResistance, f64), AxisymmetricError> {
-        if !(MIN_TOLERANCE..1.0).contains(&tolerance) {
-            return Err(AxisymmetricError::InvalidTolerance {
-                tolerance,
-                limit: MIN_TOLERANCE,
-            });
-        }
+        check_tolerance(tolerance)?;
         // the message of an error names bodies and lengths of the caller
         Meridian::new(bodies, surroundings)?;
         let canonical = Canonical::new(bodies, surroundings);
@@ -302,7 +297,7 @@ impl ResistanceSolver {
         let mut last = solve(vec![first, first + 1, first + 2])?;
         let mut order = first + 2;
         loop {
-            let found = discretisation.estimated(order, &last);
+            let found = estimated(order, &last, mesh.triangles.len());
             if order == MAX_ORDER || found.relative_error() <= tolerance {
                 return Ok(found);
             }
@@ -356,26 +351,38 @@ impl Discretisation<'_> {
         }
         Ok(solution)
     }
+}
 
-    /// The last of three solutions of successive orders, with its estimated error.
-    fn estimated(&self, order: usize, solutions: &[Solution]) -> AxialResistance {
-        let [first, second, last] = [0, 1, 2].map(|k| &solutions[k]);
-        let change_before = distance(&first.resistance, &second.resistance);
-        let change = distance(&second.resistance, &last.resistance);
-        let reduction = (change / change_before).clamp(REDUCTION_BOUNDS[0], REDUCTION_BOUNDS[1]);
-        AxialResistance {
-            matrix: last.resistance.clone(),
-            lower_order: second.resistance.clone(),
-            // the remaining sum of the geometric series
-            error_factor: if reduction.is_nan() {
-                1.0
-            } else {
-                reduction / (1.0 - reduction)
-            },
-            dofs: last.n_dofs,
-            order,
-            triangles: self.mesh.triangles.len(),
-            residual: last.residual,
-        }
+/// Refuses tolerances that no order meets.
+pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), AxisymmetricError> {
+    match (MIN_TOLERANCE..1.0).contains(&tolerance) {
+        true => Ok(()),
+        false => Err(AxisymmetricError::InvalidTolerance {
+            tolerance,
+            limit: MIN_TOLERANCE,
+        }),
+    }
+}
+
+/// The last of three solutions of successive orders on a mesh of some triangles, with its estimated
+/// error.
+pub(crate) fn estimated(order: usize, solutions: &[Solution], triangles: usize) -> AxialResistance {
+    let [first, second, last] = [0, 1, 2].map(|k| &solutions[k]);
+    let change_before = distance(&first.resistance, &second.resistance);
+    let change = distance(&second.resistance, &last.resistance);
+    let reduction = (change / change_before).clamp(REDUCTION_BOUNDS[0], REDUCTION_BOUNDS[1]);
+    AxialResistance {
+        matrix: last.resistance.clone(),
+        lower_order: second.resistance.clone(),
+        // the remaining sum of the geometric series
+        error_factor: if reduction.is_nan() {
+            1.0
+        } else {
+            reduction / (1.0 - reduction)
+        },
+        dofs: last.n_dofs,
+        order,
+        triangles,
+        residual: last.residual,
     }
 }

@@ -13,8 +13,7 @@ use crate::geometry_map::{map_points, node_positions};
 use crate::mesh::MeridianMesh;
 use crate::quadrature::triangle_rule;
 use crate::space::Space;
-use crate::spheroid::AxialSpheroid;
-use crate::surface_modes::SurfaceModes;
+use crate::surface_modes::{SurfaceColumns, SurfaceVelocities};
 use crate::system::{Dof, Element, System, condensed, numbered_consecutively};
 
 /// Multiple of the pressure mass subtracted from the factorised matrix.
@@ -28,21 +27,23 @@ const SHIFT: f64 = 1e-8;
 /// elements, stable in two dimensions for `order >= 2` on three or more triangles, Boffi 1994).
 /// Degrees of freedom in the interior of triangles are eliminated by static condensation.
 ///
-/// With `surfaces`, the modes of their surfaces are prescribed velocities too ([`SurfaceModes`]).
+/// With `surfaces`, velocities of surfaces are prescribed too ([`SurfaceVelocities`]), beside those
+/// of a number of bodies.
 ///
 /// # Errors
 /// [`AxisymmetricError::InvertedTriangle`], [`AxisymmetricError::SingularElement`].
 pub(crate) fn stokes(
     mesh: &MeridianMesh,
     order: usize,
-    surfaces: Option<&[AxialSpheroid]>,
+    surfaces: Option<(usize, &dyn SurfaceColumns)>,
 ) -> Result<System, AxisymmetricError> {
     let (velocity, pressure) = (Lagrange::new(order)?, Lagrange::new(order - 1)?);
     let spaces = [Space::new(mesh, &velocity), Space::new(mesh, &pressure)];
     let numbering = Numbering::new(mesh, &spaces, [&velocity, &pressure]);
     let matrices = element_matrices(mesh, &velocity, &pressure)?;
-    let modes =
-        surfaces.map(|bodies| SurfaceModes::new(bodies, mesh, &velocity, &spaces[0], &matrices));
+    let surfaces = surfaces.map(|(bodies, columns)| {
+        SurfaceVelocities::new(columns, bodies, (mesh, &velocity, &spaces[0]), &matrices)
+    });
     let mut shift = vec![0.0; numbering.n_dofs];
     for (t, matrices) in matrices.iter().enumerate() {
         let shared = &spaces[1].nodes[t][..pressure.n_shared_nodes()];
@@ -63,8 +64,8 @@ pub(crate) fn stokes(
             let matrix = condensed(&saddle_point_matrix(&matrices), &inner)
                 .ok_or(AxisymmetricError::SingularElement { triangle: t })?;
             let dofs = numbering.dofs(nodes[0], nodes[1]);
-            let (dofs, matrix) = match &modes {
-                Some(modes) => modes.with_modes(t, dofs, matrix),
+            let (dofs, matrix) = match &surfaces {
+                Some(surfaces) => surfaces.with_columns(t, dofs, matrix),
                 None => (dofs, matrix),
             };
             Ok(Element { dofs, matrix })

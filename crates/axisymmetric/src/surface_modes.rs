@@ -70,11 +70,57 @@ pub(crate) fn surface_velocity(
     [0, 1].map(|k| modes.iter().zip(amplitudes).map(|(u, a)| u[k] * a).sum())
 }
 
-/// Modes at the nodes of the bodies, without flux.
-pub(crate) struct SurfaceModes<'a> {
-    bodies: &'a [AxialSpheroid],
-    /// For each body and mode, the multiple of the normal that is subtracted from its nodal values.
-    fluxes: Vec<[f64; MODES]>,
+/// Velocities of surfaces that are prescribed like those of bodies, one column each.
+pub(crate) trait SurfaceColumns: Sync {
+    /// Number of columns.
+    fn count(&self) -> usize;
+
+    /// The columns that move the surface of a body at a point, with their velocities along the axis
+    /// and away from it.
+    fn at(&self, body: usize, x: &Point) -> Vec<(usize, [f64; 2])>;
+
+    /// A direction out of a body at a point of its surface.
+    fn outwards(&self, body: usize, x: &Point) -> [f64; 2];
+
+    /// Flux of a column out of a body.
+    fn flux(&self, column: usize, body: usize) -> f64;
+}
+
+/// The modes of spheroids: those of the first body, then of the next.
+pub(crate) struct SpheroidModes<'a>(pub &'a [AxialSpheroid]);
+
+impl SurfaceColumns for SpheroidModes<'_> {
+    fn count(&self) -> usize {
+        MODES * self.0.len()
+    }
+
+    fn at(&self, body: usize, x: &Point) -> Vec<(usize, [f64; 2])> {
+        let of_mode = |(mode, velocity)| (MODES * body + mode, velocity);
+        let modes = velocities(&self.0[body], x).into_iter().enumerate();
+        modes.map(of_mode).collect()
+    }
+
+    fn outwards(&self, body: usize, x: &Point) -> [f64; 2] {
+        normal(&self.0[body], x)
+    }
+
+    fn flux(&self, _: usize, _: usize) -> f64 {
+        0.0
+    }
+}
+
+/// Prescribed velocities at the nodes of surfaces, with exact fluxes.
+pub(crate) struct SurfaceVelocities<'a> {
+    columns: &'a dyn SurfaceColumns,
+    /// Number of bodies.
+    bodies: usize,
+    /// For each column and body, the multiple of the outward directions that is subtracted from its
+    /// nodal values.
+    corrections: Vec<Vec<f64>>,
+    /// For each column, the multiple of the outward directions with which the wall moves.
+    of_wall: Vec<f64>,
+    /// Mean position of the nodes on the wall.
+    centre: f64,
     /// Boundary part of each node.
     parts: Vec<Option<BoundaryPart>>,
     velocity: &'a Lagrange,
@@ -82,89 +128,157 @@ pub(crate) struct SurfaceModes<'a> {
     space: &'a Space,
 }
 
-impl<'a> SurfaceModes<'a> {
-    /// The modes on a mesh with velocities of these elements.
+/// A surface on which nodes lie.
+#[derive(Clone, Copy, PartialEq)]
+enum Surface {
+    Body(usize),
+    Wall,
+}
+
+impl<'a> SurfaceVelocities<'a> {
+    /// The velocities on a mesh with velocities of these elements, around a number of bodies.
     ///
-    /// The flux of an interpolated mode is an interpolation error; in a container there would be no
-    /// flow with it. The nodal normals times the ratio of the fluxes are subtracted.
+    /// The flux of an interpolated velocity has an interpolation error; in a container there would
+    /// be no flow with it. The nodal outward directions times the ratio of the fluxes are
+    /// subtracted. The wall of a container lets out what bodies displace, so that each column has a
+    /// flow; sums of columns without a flux have that of a wall at rest.
     pub fn new(
-        bodies: &'a [AxialSpheroid],
-        mesh: &'a MeridianMesh,
-        velocity: &'a Lagrange,
-        space: &'a Space,
+        columns: &'a dyn SurfaceColumns,
+        bodies: usize,
+        (mesh, velocity, space): (&'a MeridianMesh, &'a Lagrange, &'a Space),
         matrices: &[ElementMatrices],
     ) -> Self {
-        let mut modes = Self {
+        let mut found = Self {
+            columns,
             bodies,
-            fluxes: vec![[0.0; MODES]; bodies.len()],
+            corrections: vec![vec![0.0; bodies]; columns.count()],
+            of_wall: vec![0.0; columns.count()],
+            centre: 0.0,
             parts: space.parts(mesh, velocity),
             velocity,
             mesh,
             space,
         };
-        let mut of_normals = vec![0.0; bodies.len()];
+        let on_wall: Vec<f64> = (0..matrices.len())
+            .flat_map(|t| found.nodes_on_surfaces(t))
+            .filter(|(_, surface, _)| *surface == Surface::Wall)
+            .map(|(.., x)| x.x)
+            .collect();
+        found.centre = match on_wall.len() {
+            0 => 0.0,
+            n => on_wall.iter().sum::<f64>() / n as f64,
+        };
+        let (mut of_directions, mut of_wall) = (vec![0.0; bodies], 0.0);
         for (t, matrices) in matrices.iter().enumerate() {
-            for (node, body, x) in modes.nodes_on_bodies(t) {
+            for (node, surface, x) in found.nodes_on_surfaces(t) {
+                // The divergence has the flux out of the fluid.
                 let flux = |[z, r]: [f64; 2]| {
-                    z * matrices.divergence_axial.column(node).sum()
-                        + r * matrices.divergence_radial.column(node).sum()
+                    -z * matrices.divergence_axial.column(node).sum()
+                        - r * matrices.divergence_radial.column(node).sum()
                 };
-                of_normals[body] += flux(normal(&bodies[body], &x));
-                let of_modes = velocities(&bodies[body], &x);
-                for (sum, velocity) in modes.fluxes[body].iter_mut().zip(of_modes) {
-                    *sum += flux(velocity);
+                match surface {
+                    Surface::Wall => of_wall += flux(found.out_of_wall(&x)),
+                    Surface::Body(body) => {
+                        of_directions[body] += flux(columns.outwards(body, &x));
+                        for (column, velocity) in columns.at(body, &x) {
+                            found.corrections[column][body] += flux(velocity);
+                        }
+                    }
                 }
             }
         }
-        for (fluxes, of_normal) in modes.fluxes.iter_mut().zip(of_normals) {
-            fluxes.iter_mut().for_each(|flux| *flux /= of_normal);
+        for column in 0..columns.count() {
+            let mut net = 0.0;
+            for (body, of_directions) in of_directions.iter().enumerate() {
+                // The divergence is that of its own sign convention for the outward directions.
+                let sign = of_directions.signum();
+                let exact = columns.flux(column, body);
+                net += exact;
+                let correction = &mut found.corrections[column][body];
+                *correction = (*correction - sign * exact) / of_directions;
+            }
+            if of_wall != 0.0 && net != 0.0 {
+                found.of_wall[column] = net / of_wall.abs();
+            }
         }
-        modes
+        found
     }
 
-    /// Local number, body and position of the nodes of a triangle that are on bodies.
-    fn nodes_on_bodies(&self, triangle: usize) -> Vec<(usize, usize, Point)> {
+    /// The direction from the centre of the wall.
+    fn out_of_wall(&self, x: &Point) -> [f64; 2] {
+        let arm = x - Point::new(self.centre, 0.0);
+        let length = arm.norm().max(f64::MIN_POSITIVE);
+        [arm.x / length, arm.y / length]
+    }
+
+    /// Local number, surface and position of the nodes of a triangle that are on surfaces.
+    fn nodes_on_surfaces(&self, triangle: usize) -> Vec<(usize, Surface, Point)> {
         let nodes = &self.space.nodes[triangle][..self.velocity.n_shared_nodes()];
-        let body = |(local, &node): (usize, &u32)| match self.parts[node as usize] {
-            Some(BoundaryPart::Body(body)) => Some((local, body)),
+        let surface = |(local, &node): (usize, &u32)| match self.parts[node as usize] {
+            Some(BoundaryPart::Body(body)) => Some((local, Surface::Body(body))),
+            Some(BoundaryPart::Wall) => Some((local, Surface::Wall)),
             _ => None,
         };
-        let found: Vec<(usize, usize)> = nodes.iter().enumerate().filter_map(body).collect();
+        let found: Vec<(usize, Surface)> = nodes.iter().enumerate().filter_map(surface).collect();
         if found.is_empty() {
             return Vec::new();
         }
         let positions = node_positions(self.mesh, triangle, self.velocity);
-        let with_position = |(local, body)| (local, body, positions[local]);
+        let with_position = |(local, surface)| (local, surface, positions[local]);
         found.into_iter().map(with_position).collect()
     }
 
-    /// The degrees of freedom and the matrix of a triangle with those of the modes on its bodies.
+    /// The columns that are not zero at a node, with its velocities.
+    fn at(&self, surface: Surface, x: &Point) -> Vec<(usize, [f64; 2])> {
+        match surface {
+            Surface::Wall => {
+                let outwards = self.out_of_wall(x);
+                let columns = self.of_wall.iter().enumerate();
+                let moving = columns.filter(|(_, factor)| **factor != 0.0);
+                moving
+                    .map(|(column, factor)| (column, outwards.map(|u| factor * u)))
+                    .collect()
+            }
+            Surface::Body(body) => {
+                let outwards = self.columns.outwards(body, x);
+                let corrected = |(column, velocity): (usize, [f64; 2])| {
+                    let correction = self.corrections[column][body];
+                    let velocity = [0, 1].map(|k| velocity[k] - correction * outwards[k]);
+                    (column, velocity)
+                };
+                let columns = self.columns.at(body, x).into_iter();
+                columns.map(corrected).collect()
+            }
+        }
+    }
+
+    /// The degrees of freedom and the matrix of a triangle with those of the columns on its
+    /// surfaces.
     ///
-    /// With the nodal values `s` of a mode, its column of the matrix `M` is `M s`.
-    pub fn with_modes(
+    /// With the nodal values `s` of a column, its column of the matrix `M` is `M s`.
+    pub fn with_columns(
         &self,
         triangle: usize,
         mut dofs: Vec<Dof>,
         matrix: DMatrix<f64>,
     ) -> (Vec<Dof>, DMatrix<f64>) {
-        let on_bodies = self.nodes_on_bodies(triangle);
-        let mut present: Vec<usize> = on_bodies.iter().map(|(_, body, _)| *body).collect();
+        let on_surfaces: Vec<_> = (self.nodes_on_surfaces(triangle).into_iter())
+            .map(|(local, surface, x)| (local, self.at(surface, &x)))
+            .collect();
+        let columns = on_surfaces.iter().flat_map(|(_, columns)| columns);
+        let mut present: Vec<usize> = columns.map(|(column, _)| *column).collect();
         present.sort_unstable();
         present.dedup();
         if present.is_empty() {
             return (dofs, matrix);
         }
         let (old, radial) = (matrix.nrows(), self.velocity.n_shared_nodes());
-        let mut values = DMatrix::zeros(old, MODES * present.len());
-        for (local, body, x) in on_bodies {
-            let place = present.binary_search(&body).unwrap_or_default();
-            let spheroid = &self.bodies[body];
-            let n = normal(spheroid, &x);
-            for (mode, velocity) in velocities(spheroid, &x).into_iter().enumerate() {
-                let flux = self.fluxes[body][mode];
-                let column = MODES * place + mode;
-                values[(local, column)] = velocity[0] - flux * n[0];
-                values[(radial + local, column)] = velocity[1] - flux * n[1];
+        let mut values = DMatrix::zeros(old, present.len());
+        for (local, columns) in on_surfaces {
+            for (column, [axial, away]) in columns {
+                let place = present.binary_search(&column).unwrap_or_default();
+                values[(local, place)] = axial;
+                values[(radial + local, place)] = away;
             }
         }
         let size = old + values.ncols();
@@ -181,9 +295,11 @@ impl<'a> SurfaceModes<'a> {
         extended
             .view_mut((old, old), corner.shape())
             .copy_from(&corner);
-        let first = |body: usize| self.bodies.len() + MODES * body;
-        let of_body = |body: usize| (first(body)..first(body) + MODES).map(Dof::Body);
-        dofs.extend(present.into_iter().flat_map(of_body));
+        dofs.extend(
+            present
+                .into_iter()
+                .map(|column| Dof::Body(self.bodies + column)),
+        );
         (dofs, extended)
     }
 }

@@ -102,7 +102,7 @@ fn describe(scene: &Scene) -> Result<String, CliError> {
         let poses = set
             .place(&scene.initial_state(), &span.to)
             .map_err(SwimError::from)?;
-        let contact = closest_contact(scene.bodies(), scene.domain(), &poses);
+        let contact = closest_contact(&scene.bodies_at(&span.to), scene.domain(), &poses);
         gap = gap.min(contact.map_or(gap, |contact| contact.gap));
     }
     if gap.is_finite() {

@@ -376,8 +376,14 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
             }
         }
     }
-    let joints = scene.articulation().joints().iter();
-    for (joint, load) in joints.zip(&solution.joint_loads) {
+    let joints = scene
+        .articulation()
+        .joints()
+        .iter()
+        .zip(&solution.joint_loads);
+    // Their forces are not on one body; the JSON has them.
+    let joints = joints.filter(|(joint, _)| !joint.kind.is_deformation());
+    for (joint, load) in joints {
         let body = &scene.bodies()[joint.body].name;
         text += &entry("link", &joint.name);
         let (force, torque) = (solution.force_error.total(), solution.torque_error.total());

@@ -96,12 +96,7 @@ pub fn connection(
         solution.check(model)?;
     }
     let n = solutions.len();
-    let power = |i: usize, j: usize| -> f64 {
-        let pairs = solutions[i].bodies.iter().zip(&solutions[j].bodies);
-        pairs
-            .map(|(a, b)| a.force.dot(&b.velocity) + a.torque.dot(&b.angular_velocity))
-            .sum()
-    };
+    let power = |i: usize, j: usize| solutions[i].response.power_in(&solutions[j].response);
     let power_error = |i: usize| solutions[i].power_error.total();
     let of_frame = |solution: &InstantaneousSolution| solution.motion.frames[0];
     Ok(Connection {
@@ -131,9 +126,9 @@ fn full_shape(scene: &Scene, variables: &[usize], shape: &[f64]) -> Result<Vec<f
     let mut full = set.initial_shape().to_vec();
     for (&number, &value) in variables.iter().zip(shape) {
         let joint = &set.joints()[number];
-        if !(value.is_finite() && (value > 0.0 || joint.kind.is_angle())) {
+        if !(value.is_finite() && (value > 0.0 || joint.kind.is_signed())) {
             let problem = format!(
-                "the value {value} of \"{}\" is no angle or positive length",
+                "the value {value} of \"{}\" is no angle, amplitude or positive length",
                 joint.name
             );
             let key = format!("links[{number}]");

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use rigid::Freedom;
 use scene::{Body, Gait, JointValues, Scene, spans};
 
 use crate::error::DesignError;
@@ -52,11 +53,12 @@ impl StrokeLimits {
         for (range, (lower, upper)) in ranges.iter_mut().zip(lower.into_iter().zip(upper)) {
             *range = (lower.unwrap_or(range.0), upper.unwrap_or(range.1));
         }
-        let radius = |body: usize| sphere_radius(scene, body);
         let gap = smallest_gap(scene);
+        let of_all = ranges.clone();
         for (joint, range) in set.joints().iter().zip(&mut ranges) {
+            let radius = |body: usize| largest_radius(scene, body, &of_all);
             if let (Some(a), Some(b)) = (radius(joint.body), radius(joint.to))
-                && !joint.kind.is_angle()
+                && joint.kind.freedom() == Freedom::Distance
                 && range.0 < range.1
             {
                 range.0 = range.0.max(a + b + gap);
@@ -104,6 +106,30 @@ impl StrokeLimits {
 /// The radius of a body that is a sphere.
 pub(super) fn sphere_radius(scene: &Scene, body: usize) -> Option<f64> {
     scene.bodies()[body].shape.sphere_radius()
+}
+
+/// The largest radius of a body that is a sphere, or of the ball around one that deforms, with
+/// joints in these ranges.
+fn largest_radius(scene: &Scene, body: usize, ranges: &[(f64, f64)]) -> Option<f64> {
+    let body = &scene.bodies()[body];
+    let Some(deformation) = &body.deformation else {
+        return body.shape.sphere_radius();
+    };
+    let joints: Vec<usize> = deformation.joints().collect();
+    let mut values: Vec<f64> = ranges.iter().map(|range| range.0).collect();
+    // Corners of the box: the radial function is largest at one of them.
+    let at_corner = |corner: usize| {
+        for (bit, &joint) in joints.iter().enumerate() {
+            let (low, high) = ranges[joint];
+            values[joint] = if corner >> bit & 1 == 1 { high } else { low };
+        }
+        deformation.bounding_radius(&values)
+    };
+    Some(
+        (0..1_usize << joints.len())
+            .map(at_corner)
+            .fold(0.0, f64::max),
+    )
 }
 
 /// The gap `optimise.gap` between spheres that a slide connects, by default a tenth of the smallest

@@ -171,11 +171,11 @@ pub enum HydroError {
         /// Largest remainder that is accepted.
         highest: f64,
     },
-    /// A surface velocity that pumps fluid out of a sphere or into it.
+    /// A surface velocity that changes the volume of a sphere beside a plane wall.
     #[error(
         "the surface velocity of sphere {sphere} has the net flux {flux:.3e} through it (mean normal \
-         component over root mean square; above {highest:.0e}), which the fluid inside cannot supply: \
-         subtract the mean normal component times the normal"
+         component over root mean square; above {highest:.0e}), for which expansions have no image in \
+         a plane wall: subtract the mean normal component times the normal"
     )]
     NetFlux {
         /// Index of the sphere.

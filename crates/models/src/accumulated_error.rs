@@ -264,6 +264,7 @@ mod tests {
                     joint_loads: vec![],
                     holding: vec![],
                     slip_power: 0.0,
+                    amplitude_rates: vec![],
                 },
                 uncertainty: Uncertainty {
                     relative: 0.1,

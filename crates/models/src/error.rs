@@ -14,6 +14,9 @@ pub enum ModelError {
         /// What to use instead.
         instead: String,
     },
+    /// Values or rates of the joints that the bodies of the scene do not allow.
+    #[error(transparent)]
+    Scene(#[from] Box<scene::SceneError>),
     /// Bodies and joints that contradict each other.
     #[error(transparent)]
     Rigid(#[from] rigid::RigidError),

@@ -222,9 +222,31 @@ pub struct Capabilities {
     /// Whether the fluid of the model follows the viscosity law of the scene
     /// ([`scene::Rheology`]): velocities then depend on rates and loads nonlinearly.
     pub follows_rheology: bool,
+    /// Whether surfaces deform as the scene says ([`Scene::deforms`]).
+    pub deforms: bool,
 }
 
 impl Capabilities {
+    /// Refuses a scene with bodies that deform, if the model does not deform them.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] with the place of the body.
+    pub fn check_deformations(&self, scene: &Scene, model: &str) -> Result<(), ModelError> {
+        let mut bodies = scene.bodies().iter();
+        match bodies.position(|body| body.deformation.is_some() && !self.deforms) {
+            None => Ok(()),
+            Some(number) => Err(ModelError::Unsupported {
+                what: format!(
+                    "{}: a body that deforms, by the model {model}",
+                    scene.place(&format!("bodies[{number}]"))
+                ),
+                instead: "put spheres into unbounded fluid or a ball, or with their modes on one axis, for \
+                          model.kind = \"multipole\" or \"axisymmetric\""
+                    .to_owned(),
+            }),
+        }
+    }
+
     /// Refuses a scene whose viscosity law the model does not follow.
     ///
     /// # Errors

@@ -22,6 +22,8 @@ pub(crate) struct MobilitySolution {
     pub residual: f64,
     /// Power of the slip on the fluid.
     pub slip_power: f64,
+    /// Rates of the amplitudes of deformations, and the forces on them.
+    amplitudes: Vec<(f64, f64)>,
 }
 
 /// Largest differences between two solutions, or sums of them, in scaled units.
@@ -96,9 +98,15 @@ impl MobilitySolution {
         let generalised = reduction.velocities(&coefficients)?;
         let velocities = generalised.select_rows(&set.surface_velocities());
         let forces = resistance * relative_to_fluid(&velocities);
+        let powers = surfaces.map(|surfaces| surfaces.powers(&forces));
+        let powers = powers.as_ref().map_or(&[][..], DVector::as_slice);
+        let rates = surfaces.iter().flat_map(|surfaces| &surfaces.rates);
         Ok(Self {
             holding: drive.holding_loads(&forces, &generalised)?,
-            slip_power: surfaces.map_or(0.0, |surfaces| surfaces.power(&forces)),
+            slip_power: powers.first().copied().unwrap_or_default(),
+            amplitudes: (rates.copied())
+                .zip(powers.iter().skip(1).copied())
+                .collect(),
             forces,
             generalised,
             residual: if scale > 0.0 { residual / scale } else { 0.0 },
@@ -132,10 +140,15 @@ impl MobilitySolution {
         }
     }
 
-    /// Power of the bodies and their slip on the fluid.
+    /// Power of the bodies, their deformation and their slip on the fluid.
     pub fn power(&self, set: &Articulation) -> f64 {
         let velocities = self.generalised.select_rows(&set.surface_velocities());
-        self.forces.dot(&velocities) + self.slip_power
+        let of_deformation: f64 = self
+            .amplitudes
+            .iter()
+            .map(|(rate, drive)| rate * drive)
+            .sum();
+        self.forces.dot(&velocities) + self.slip_power + of_deformation
     }
 
     /// Motion and loads at a time, in the scene's units.
@@ -186,6 +199,7 @@ impl MobilitySolution {
             joint_loads: drive.joint_loads(&self.forces, &self.generalised)?,
             holding: self.holding.clone(),
             slip_power: self.slip_power,
+            amplitudes: self.amplitudes.clone(),
         }))
     }
 }

@@ -26,12 +26,27 @@ pub struct Response {
     pub holding: Vec<HoldingLoad>,
     /// Power of the slip of the bodies on the fluid, in addition to that of their motion.
     pub slip_power: f64,
+    /// Rates of the amplitudes of deformations, one per joint of the scene and zero for joints that
+    /// move bodies; empty if no body deforms.
+    ///
+    /// The power of a deformation on the fluid is its rate times the drive of its joint.
+    pub amplitude_rates: Vec<f64>,
 }
 
 impl Response {
-    /// Power of the bodies on the fluid: of their motion and of their slip.
+    /// Power of the bodies on the fluid: of their motion, their deformation and their slip.
     pub fn power(&self) -> f64 {
-        self.bodies.iter().map(BodySolution::power).sum::<f64>() + self.slip_power
+        self.power_in(self) + self.slip_power
+    }
+
+    /// Power of the loads of the bodies on the fluid in another motion and deformation of them.
+    pub fn power_in(&self, motion: &Self) -> f64 {
+        let bodies = self.bodies.iter().zip(&motion.bodies);
+        let of_bodies = bodies.map(|(own, moving)| {
+            own.force.dot(&moving.velocity) + own.torque.dot(&moving.angular_velocity)
+        });
+        let rates = self.drives().zip(&motion.amplitude_rates);
+        of_bodies.sum::<f64>() + rates.map(|(drive, rate)| drive * rate).sum::<f64>()
     }
 
     /// Upper bound of the speed of the points of all bodies and frames within the distance `radius`
@@ -97,6 +112,7 @@ impl Response {
         self.vectors_mut().for_each(|v| v.apply(&f));
         self.motion.joints.iter_mut().for_each(&f);
         self.drives_mut().for_each(&f);
+        self.amplitude_rates.iter_mut().for_each(&f);
         f(&mut self.slip_power);
     }
 
@@ -108,6 +124,8 @@ impl Response {
         joints.for_each(|(a, b)| f(a, *b));
         let drives = self.drives_mut().zip(other.drives());
         drives.for_each(|(a, b)| f(a, b));
+        let rates = self.amplitude_rates.iter_mut().zip(&other.amplitude_rates);
+        rates.for_each(|(a, b)| f(a, *b));
         f(&mut self.slip_power, other.slip_power);
     }
 }
@@ -198,7 +216,7 @@ impl BodySolution {
         ]
     }
 
-    /// Power of the body on the fluid: `F · U + T · ω`.
+    /// Power of the motion of the body on the fluid: `F · U + T · ω`.
     pub fn power(&self) -> f64 {
         self.force.dot(&self.velocity) + self.torque.dot(&self.angular_velocity)
     }

@@ -1,7 +1,7 @@
 //! A cheap model without error bars, to predict the size of displacements.
 
 use microhydro::{Medium, Spheres, rpy};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rigid::StateVelocity;
 
 use crate::error::ModelError;
@@ -10,16 +10,18 @@ use crate::mobility::{self, MobilitySolution};
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
+use crate::surface_motion::SurfaceEffect;
 use scene::Scene;
 
 /// Spheres in unbounded fluid with the Rotne-Prager-Yamakawa mobility, whatever the scene has.
 ///
 /// Another shape is replaced by the sphere with the mean of its half extents as radius, and walls,
-/// slip and background flow are ignored. The displacements of a stroke have the right order of
-/// magnitude, which is what tolerances of its parts need. Cost: microseconds for a few bodies.
+/// slip and background flow are ignored, and so are modes of deformation. Spheres whose radii
+/// change push each other by the flow of their sources. The displacements of a stroke have the
+/// right order of magnitude, which is what tolerances of its parts need. Cost: microseconds for a
+/// few bodies.
 pub struct RoughModel {
     scaled: ScaledScene,
-    radii: Vec<f64>,
 }
 
 impl RoughModel {
@@ -29,18 +31,63 @@ impl RoughModel {
     /// Joints or fixed bodies that contradict each other.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let scaled = ScaledScene::new(scene)?;
-        let radii = (scene.bodies().iter())
-            .filter(|body| body.shape.has_surface())
-            .map(|body| body.shape.mean_radius());
-        Ok(Self {
-            radii: radii.map(|radius| scaled.scale.length(radius)).collect(),
-            scaled,
-        })
+        Ok(Self { scaled })
     }
 
     fn resistance(&self, configuration: Configuration) -> Result<DMatrix<f64>, ModelError> {
-        let spheres = Spheres::new(self.scaled.centres(configuration)?, self.radii.clone())?;
+        let values = configuration.shape;
+        let surfaced = self
+            .scaled
+            .surfaced()
+            .map(|body| &self.scaled.scene.bodies()[body]);
+        let radii = surfaced.map(|body| match &body.deformation {
+            Some(deformation) => deformation.sphere_radius(values),
+            None => body.shape.mean_radius(),
+        });
+        let radii = radii
+            .map(|radius| self.scaled.scale.length(radius))
+            .collect();
+        let spheres = Spheres::new(self.scaled.centres(configuration)?, radii)?;
         Ok(rpy::resistance(&spheres, &Medium::Unbounded)?)
+    }
+
+    /// Velocities of point-like spheres in the flow of the sources of all others.
+    fn of_sources(
+        &self,
+        configuration: Configuration,
+        rates: &[f64],
+    ) -> Result<Option<SurfaceEffect>, ModelError> {
+        let ScaledScene { scene, scale, .. } = &self.scaled;
+        if !scene.deforms() {
+            return Ok(None);
+        }
+        let centres = self.scaled.centres(configuration)?;
+        let unit = scale.length(1.0);
+        let strength = |body: usize| {
+            let size = scene.bodies()[body].deformation.as_ref()?.size?;
+            let values = configuration.shape;
+            let rate = rates[size.joint()] * size.radius_rate(values);
+            Some(size.radius(values).powi(2) * rate * unit.powi(3))
+        };
+        let strengths: Vec<f64> = (self.scaled.surfaced())
+            .map(|body| strength(body).unwrap_or_default())
+            .collect();
+        let mut velocities = DVector::zeros(6 * centres.len());
+        for (number, x) in centres.iter().enumerate() {
+            let others =
+                (centres.iter().zip(&strengths).enumerate()).filter(|(other, _)| *other != number);
+            for (_, (source, strength)) in others {
+                let arm = x - source;
+                let mut velocity = velocities.fixed_rows_mut::<3>(6 * number);
+                velocity += arm * (strength / arm.norm().powi(3));
+            }
+        }
+        Ok(Some(SurfaceEffect {
+            of_parts: DMatrix::zeros(velocities.len(), 1),
+            powers: DVector::zeros(1),
+            velocities,
+            rates: Vec::new(),
+        }))
     }
 }
 
@@ -59,7 +106,9 @@ impl Hydrodynamics for RoughModel {
         let solution = |rates: &Vec<f64>| {
             let constraints = self.scaled.query_constraints(query, rates)?;
             let set = &self.scaled.set;
-            let solved = MobilitySolution::new(&resistance, set, &constraints, loads, None)?;
+            let effect = self.of_sources(query.configuration, rates)?;
+            let solved =
+                MobilitySolution::new(&resistance, set, &constraints, loads, effect.as_ref())?;
             let time = query.configuration.time;
             let response = solved.response(&self.scaled, time, &constraints, loads)?;
             Ok(response.into())

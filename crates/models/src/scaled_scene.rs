@@ -44,6 +44,9 @@ pub(crate) struct ScaledResponse<'a> {
     /// Loads that hold bodies, with the indices of the bodies.
     pub holding: Vec<(usize, ExternalLoad)>,
     pub slip_power: f64,
+    /// Rates of the amplitudes of deformations and the forces on them, in the order of
+    /// [`ScaledScene::amplitudes`].
+    pub amplitudes: Vec<(f64, f64)>,
 }
 
 impl<'a> ScaledResponse<'a> {
@@ -54,6 +57,7 @@ impl<'a> ScaledResponse<'a> {
     pub fn of_flow(
         flow: &'a FlowSolution,
         slip_power: f64,
+        amplitudes: Vec<(f64, f64)>,
         set: &Articulation,
     ) -> Result<Self, ModelError> {
         Ok(Self {
@@ -65,6 +69,7 @@ impl<'a> ScaledResponse<'a> {
                 .collect::<Result<_, _>>()?,
             holding: flow.holding_loads(),
             slip_power,
+            amplitudes,
         })
     }
 }
@@ -171,6 +176,45 @@ impl ScaledScene {
                 "set fluid.rheology = \"newtonian\"",
             )),
         }
+    }
+
+    /// Joints that are amplitudes of deformations.
+    pub fn amplitudes(&self) -> impl Iterator<Item = usize> + '_ {
+        let joints = self.set.joints().iter().enumerate();
+        joints
+            .filter(|(_, joint)| joint.kind.is_deformation())
+            .map(|(number, _)| number)
+    }
+
+    /// Scaled radii of the bodies with surfaces, which are spheres or, if they deform, spheres of
+    /// the same size before their modes.
+    ///
+    /// # Errors
+    /// Values of the joints at which a body cannot be.
+    pub fn sphere_radii(&self, values: &[f64]) -> Result<Vec<f64>, ModelError> {
+        self.scene.check_deformations(values).map_err(Box::new)?;
+        let radius = |body: usize| {
+            let body = &self.scene.bodies()[body];
+            let radius = match &body.deformation {
+                Some(deformation) => deformation.sphere_radius(values),
+                None => body.shape.sphere_radius().unwrap_or(body.bounding_radius()),
+            };
+            self.scale.length(radius)
+        };
+        Ok(self.surfaced().map(radius).collect())
+    }
+
+    /// Refuses rates at which the volume of the bodies changes in a container.
+    ///
+    /// # Errors
+    /// [`ModelError::Scene`] with the rate.
+    pub fn check_volume(
+        &self,
+        configuration: Configuration,
+        rates: &[f64],
+    ) -> Result<(), ModelError> {
+        let checked = self.scene.check_volume_rate(configuration.shape, rates);
+        Ok(checked.map_err(Box::new)?)
     }
 
     /// Poses of all bodies in a configuration.
@@ -350,13 +394,23 @@ impl ScaledScene {
             force: scale.force_to_scene(load.force),
             torque: scale.torque_to_scene(load.torque),
         });
-        let joint_loads = self.set.joints().iter().zip(&scaled.joint_loads);
+        let joints = self.set.joints();
+        let mut joint_loads = scaled.joint_loads;
+        let mut amplitude_rates = match scaled.amplitudes.is_empty() {
+            true => Vec::new(),
+            false => vec![0.0; joints.len()],
+        };
+        for (joint, (rate, drive)) in self.amplitudes().zip(scaled.amplitudes) {
+            amplitude_rates[joint] = rate / scale.value(&joints[joint], 1.0);
+            joint_loads[joint].drive = drive;
+        }
         Response {
             motion: self.motion_to_scene(scaled.motion),
             bodies,
-            joint_loads: joint_loads
+            joint_loads: (joints.iter().zip(&joint_loads))
                 .map(|(joint, load)| scale.joint_load_to_scene(joint, load))
                 .collect(),
+            amplitude_rates,
             holding: holding.collect(),
             slip_power: scale.power_to_scene(scaled.slip_power),
         }

@@ -117,6 +117,7 @@ impl InstantaneousSolution {
             joint_loads,
             holding: Vec::new(),
             slip_power: 0.0,
+            amplitude_rates: Vec::new(),
         })
     }
 

@@ -1,19 +1,46 @@
-//! Slip of the bodies and background flow in one configuration, in scaled units.
+//! Motion of the surfaces of the bodies relative to the bodies, and background flow, in one
+//! configuration and in scaled units.
 
-use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Point3, Vector3};
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use rigid::BodyKind;
-use scene::{Background, Slip};
+use scene::{Background, Deformation, Slip};
 
 use crate::scaled_scene::ScaledScene;
 
-/// Slip of the bodies at their poses, and the background flow, in scaled units.
+/// Slip and deformation of the bodies at their poses, and the background flow, in scaled units.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SurfaceMotion {
     /// Slip of each body with a surface, with the axis at its pose.
     slips: Vec<Option<Slip>>,
+    /// Deformation of each body with a surface.
+    deformations: Vec<Option<PosedDeformation>>,
+    /// Joints that are amplitudes of deformations.
+    amplitudes: Vec<usize>,
     background: Option<Background>,
     /// Map to the frame in which the background flow is given.
     to_laboratory: Isometry3<f64>,
+}
+
+/// Deformation of a body with a rotation, at values of the joints in the units of the scene.
+#[derive(Clone, Debug, PartialEq)]
+struct PosedDeformation {
+    deformation: Deformation,
+    rotation: UnitQuaternion<f64>,
+    values: Vec<f64>,
+    /// Scaled length that is one in the scene.
+    unit: f64,
+    /// For each joint, the scaled rate of one in the scene.
+    rates: Vec<f64>,
+}
+
+impl PosedDeformation {
+    /// Velocity of the surface at `x`, relative to the centre, for a scaled rate of one.
+    fn velocity(&self, x: &Vector3<f64>, joint: usize) -> Vector3<f64> {
+        let own = self.rotation.inverse_transform_vector(x) / self.unit;
+        let n = self.deformation.material_direction(&own, &self.values);
+        let velocity = self.deformation.velocity(&n, &self.values, joint);
+        self.rotation * velocity * (self.unit / self.rates[joint])
+    }
 }
 
 /// Effect of surface velocities on bodies with the grand resistance `R`: `F = R (U - U_0)`.
@@ -21,56 +48,116 @@ pub(crate) struct SurfaceMotion {
 pub(crate) struct SurfaceEffect {
     /// Velocities `U_0` of force-free bodies.
     pub velocities: DVector<f64>,
-    /// Velocities of force-free bodies by the slip alone.
-    pub of_slip: DVector<f64>,
-    /// Power of the slip on the fluid around force-free bodies.
-    pub slip_power: f64,
+    /// Velocities of force-free bodies by the slip alone, then by a rate of one of each amplitude.
+    pub of_parts: DMatrix<f64>,
+    /// Powers of the slip on the fluid around force-free bodies, and of rates of one.
+    pub powers: DVector<f64>,
+    /// Rates of the amplitudes.
+    pub rates: Vec<f64>,
 }
 
 impl SurfaceEffect {
-    /// Power `∮ s · f dS` of the slip `s` while the bodies exert the forces `F` on the fluid.
+    /// Powers `∮ s · f dS` of the slip, and of rates of one of all amplitudes, while the bodies
+    /// exert the forces `F` on the fluid.
     ///
-    /// `P = P_0 - F · U_s`, with the power `P_0` of the slip of force-free bodies and their
-    /// velocities `U_s` due to the slip. The flow that the forces add is that of rigid bodies, and
-    /// the reciprocal theorem gives the power of the slip on it.
-    pub fn power(&self, forces: &DVector<f64>) -> f64 {
-        self.slip_power - self.of_slip.dot(forces)
+    /// `P = P_0 - F · U_s`, with the power `P_0` of the velocity `s` of the surfaces of force-free
+    /// bodies and their velocities `U_s` due to it. The flow that the forces add is that of rigid
+    /// bodies, and the reciprocal theorem gives the power of `s` on it.
+    pub fn powers(&self, forces: &DVector<f64>) -> DVector<f64> {
+        &self.powers - self.of_parts.tr_mul(forces)
     }
 
-    /// The effect from velocities and powers of two columns: slip, and minus the background flow.
+    /// The effect from columns: slip, minus the background flow, then a rate of one of each
+    /// amplitude.
     ///
-    /// `slip_power` is the power of the slip in the sum of both.
-    pub fn from_columns(velocities: &DMatrix<f64>, slip_power: f64) -> Self {
-        let of_slip = velocities.column(0).into_owned();
+    /// `powers` are those of all columns on the flows of all columns, `of_flow` those on the flow
+    /// in the absence of the bodies, whose traction is that of the flow with minus its velocity
+    /// inside.
+    pub fn from_columns(
+        velocities: &DMatrix<f64>,
+        powers: &DMatrix<f64>,
+        of_flow: &DVector<f64>,
+        rates: &[f64],
+    ) -> Self {
+        let amplitudes = [1.0, 1.0].iter().chain(rates).copied();
+        let amplitudes = DVector::from_iterator(2 + rates.len(), amplitudes);
         Self {
-            velocities: &of_slip + velocities.column(1),
-            of_slip,
-            slip_power,
+            velocities: velocities * &amplitudes,
+            of_parts: velocities.clone().remove_column(1),
+            powers: (powers * &amplitudes + of_flow).remove_row(1),
+            rates: rates.to_vec(),
         }
     }
 }
 
 impl SurfaceMotion {
     /// The motion in a configuration; none if all surfaces are rigid and the fluid is at rest.
-    pub fn new(scaled: &ScaledScene, poses: &[Isometry3<f64>]) -> Option<Self> {
+    ///
+    /// `values` are those of the joints, in the units of the scene.
+    pub fn new(scaled: &ScaledScene, poses: &[Isometry3<f64>], values: &[f64]) -> Option<Self> {
         let (scene, scale) = (&scaled.scene, &scaled.scale);
-        if !scene.has_surface_velocity() {
+        if !scene.has_surface_velocity() && !scene.deforms() {
             return None;
         }
+        let joints = scaled.set.joints();
+        let rates: Vec<f64> = joints.iter().map(|joint| scale.value(joint, 1.0)).collect();
         let surfaced = (scene.bodies().iter().zip(poses).zip(scaled.set.kinds()))
             .filter(|(_, kind)| **kind == BodyKind::Rigid);
-        let at_pose = |(slip, pose): (Slip, &Isometry3<f64>)| Slip {
+        let slip_at = |(slip, pose): (Slip, &Isometry3<f64>)| Slip {
             b1: scale.length(slip.b1),
             b2: scale.length(slip.b2),
             axis: pose.rotation * slip.axis,
         };
+        let deformation_at = |deformation: &Deformation, pose: &Isometry3<f64>| PosedDeformation {
+            deformation: deformation.clone(),
+            rotation: pose.rotation,
+            values: values.to_vec(),
+            unit: scale.length(1.0),
+            rates: rates.clone(),
+        };
         Some(Self {
-            slips: surfaced
-                .map(|((body, pose), _)| body.slip.map(|slip| at_pose((slip, pose))))
+            slips: (surfaced.clone())
+                .map(|((body, pose), _)| body.slip.map(|slip| slip_at((slip, pose))))
                 .collect(),
+            deformations: surfaced
+                .map(|((body, pose), _)| Some(deformation_at(body.deformation.as_ref()?, pose)))
+                .collect(),
+            amplitudes: scaled.amplitudes().collect(),
             background: scale.background(scene),
             to_laboratory: Isometry3::identity(),
         })
+    }
+
+    /// Joints that are amplitudes of deformations.
+    pub fn amplitudes(&self) -> &[usize] {
+        &self.amplitudes
+    }
+
+    /// Velocity of the surface of a body at `x`, a position on it relative to its centre, for a
+    /// rate of one of an amplitude; relative to the motion of the body.
+    pub fn of_amplitude(&self, body: usize, x: &Vector3<f64>, joint: usize) -> Vector3<f64> {
+        let deformation = self.deformations.get(body).and_then(Option::as_ref);
+        let moves = |of: &&PosedDeformation| of.deformation.joints().any(|own| own == joint);
+        let velocity = |of: &PosedDeformation| of.velocity(x, joint);
+        (deformation.filter(moves)).map_or_else(Vector3::zeros, velocity)
+    }
+
+    /// Rate of the volume of a body for a rate of one of an amplitude.
+    pub fn volume_rate(&self, body: usize, joint: usize) -> f64 {
+        let deformation = self.deformations.get(body).and_then(Option::as_ref);
+        let moves = |of: &&PosedDeformation| of.deformation.joints().any(|own| own == joint);
+        deformation.filter(moves).map_or(0.0, |of| {
+            let rate = of.deformation.volume_rate(&of.values, joint);
+            rate * of.unit.powi(3) / of.rates[joint]
+        })
+    }
+
+    /// Velocity of the deforming surface of a body at `x` for scaled rates of all joints.
+    pub fn of_deformation(&self, body: usize, x: &Vector3<f64>, rates: &[f64]) -> Vector3<f64> {
+        let moving = self.amplitudes.iter().filter(|joint| rates[**joint] != 0.0);
+        moving
+            .map(|&joint| rates[joint] * self.of_amplitude(body, x, joint))
+            .sum()
     }
 
     /// The motion in a frame with this map to the laboratory frame.

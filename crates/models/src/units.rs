@@ -124,12 +124,9 @@ impl Scale {
         }))
     }
 
-    /// Scaled force on a joint, a torque for joints that turn.
+    /// Scaled force on a joint, a torque for joints that turn: power per rate of the value.
     pub fn joint_force(&self, joint: &Joint, force: f64) -> f64 {
-        match joint.kind.is_angle() {
-            true => force / (self.force_unit() * self.length),
-            false => force / self.force_unit(),
-        }
+        force * self.value_unit(joint) / (self.force_unit() * self.length)
     }
 
     /// Load of a joint in the scene of a scaled one.
@@ -141,16 +138,13 @@ impl Scale {
         )
     }
 
-    /// Scaled value, or rate, of a joint: only lengths have a unit.
+    /// Scaled value, or rate, of a joint: a power of a length.
     pub fn value(&self, joint: &Joint, value: f64) -> f64 {
         value / self.value_unit(joint)
     }
 
     fn value_unit(&self, joint: &Joint) -> f64 {
-        match joint.kind.is_angle() {
-            true => 1.0,
-            false => self.length,
-        }
+        self.length.powi(joint.kind.length_power())
     }
 
     /// Scaled external load of a force and a torque of the scene.

@@ -135,7 +135,8 @@ pub struct JointLoad {
     pub torque: Vector3<f64>,
     /// Force or torque of the drive: its power on the bodies is `drive dv/dt` with the value `v` of
     /// the joint. Positive if it increases the value; for passive joints, that of the spring, the
-    /// dashpot and the given force together.
+    /// dashpot and the given force together. Zero for amplitudes of deformations, whose forces the
+    /// surfaces of the bodies have and not their motion.
     pub drive: f64,
 }
 
@@ -150,12 +151,14 @@ impl JointLoad {
     }
 }
 
-/// Rows of a joint in [`Constraints::matrix`].
+/// Rows of a joint in [`Constraints::matrix`]; none of an amplitude of a deformation.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct JointRows {
     /// The three rows from it belong to the force on `body`; for joints about an axis the next
     /// three belong to the torque about the pivot.
     pub first: usize,
+    /// Number of rows.
+    pub len: usize,
     /// `x_body - x_to`.
     ///
     /// It does not affect the loads, but distinguishes drives at different values: with
@@ -177,10 +180,13 @@ impl JointRows {
         loads: &DVector<f64>,
         joint: usize,
     ) -> Result<JointLoad, RigidError> {
-        let end = |rows: &&Self| rows.first + 3 + 3 * usize::from(rows.rotation.is_some());
-        let rows = all.get(joint).filter(|rows| end(rows) <= loads.len());
+        let is_known = |rows: &&Self| rows.first + rows.len <= loads.len();
+        let rows = all.get(joint).filter(is_known);
         let joints = all.len();
         let rows = rows.ok_or(RigidError::NoSuchJoint { joint, joints })?;
+        if rows.len == 0 {
+            return Ok(JointLoad::default());
+        }
         let force: Vector3<f64> = loads.fixed_rows::<3>(rows.first).into();
         let mut load = JointLoad {
             force,
@@ -299,6 +305,17 @@ impl Articulation {
     fn add_joint(&self, to: &mut Constraints, placement: &Placement, joint: usize, rate: f64) {
         let (number, joint) = (joint, &self.joints()[joint]);
         let row = to.labels.len();
+        let rows = joint.kind.rows();
+        if rows == 0 {
+            to.joint_rows.push(JointRows {
+                first: row,
+                len: rows,
+                vector: Vector3::zeros(),
+                translation: Vector3::zeros(),
+                rotation: None,
+            });
+            return;
+        }
         let layout = &to.layout;
         let direction = self.direction(placement, number);
         let [far, near] = [joint.body, joint.to].map(|body| placement.positions[body]);
@@ -322,6 +339,7 @@ impl Articulation {
         let (translation, rotation) = joint.kind.twist(direction);
         to.joint_rows.push(JointRows {
             first: row,
+            len: rows,
             vector: far - near,
             translation,
             rotation,

@@ -1,5 +1,7 @@
 //! Joints: the relative motions they allow (factors of a product of exponentials), drives and arms.
 //!
+//! Amplitudes of deformations are shape coordinates like the values of joints, and therefore joints
+//! that move no body relative to another.
 //! What depends on the kind of a joint stands here, in functions that list all kinds: a new kind
 //! that is forgotten in one of them does not compile.
 
@@ -67,13 +69,31 @@ impl Joint {
         }
     }
 
+    /// A shape coordinate that moves no body relative to another: the amplitude of a deformation,
+    /// whose unit has this power of a length.
+    ///
+    /// `body` and `to` are the bodies that it deforms, twice the same for one.
+    ///
+    /// ```
+    /// use rigid::{Freedom, Joint};
+    /// let volume = Joint::deformation("ball.volume", [0, 0], 3);
+    /// assert_eq!((volume.kind.freedom(), volume.kind.length_power()), (Freedom::Amplitude, 3));
+    /// ```
+    pub fn deformation(name: &str, [body, to]: [usize; 2], length_power: i32) -> Self {
+        Self::slide(name, body, to).with_kind(JointKind::Deformation { length_power })
+    }
+
     /// Refuses a kind or a drive that is not valid or that the arms do not allow.
     pub(crate) fn check(&self, arms: Arms) -> Result<(), RigidError> {
         let drive_is_valid = match &self.drive {
             JointDrive::Prescribed => true,
             JointDrive::Passive(drive) => drive.is_valid(),
         };
+        let deforms = self.kind.freedom() == Freedom::Amplitude;
         let problem = match (&self.kind, arms) {
+            _ if deforms && self.is_passive() => {
+                "is the amplitude of a deformation, which has to be prescribed"
+            }
             (kind, _) if !kind.is_valid() => {
                 "has an axis that is no unit vector or a number that is not finite"
             }
@@ -107,6 +127,7 @@ impl Joint {
         match &self.kind {
             JointKind::Turn { axis, pivot, .. } => Ok((to_pivot(*axis, pivot), 0.0)),
             JointKind::Ball { pivot } => Ok((to_pivot(Vector3::zeros(), pivot), 0.0)),
+            JointKind::Deformation { .. } => Ok((to_pivot(Vector3::zeros(), &near), 0.0)),
             JointKind::Slide | JointKind::Fixed => {
                 let distance = arm.norm();
                 check_finite("the distance between two linked bodies", [&distance])?;
@@ -188,6 +209,16 @@ pub enum JointKind {
         /// The point.
         pivot: Vector3<f64>,
     },
+    /// Neither a relative motion nor a constraint: the value is the amplitude of a deformation of
+    /// `body` and `to`, zero at the start unless [`Articulation::with_initial_values`] says
+    /// otherwise.
+    ///
+    /// [`Articulation::with_initial_values`]: crate::Articulation::with_initial_values
+    Deformation {
+        /// Power of a length that is the unit of the amplitude: three of a volume, zero of a
+        /// number.
+        length_power: i32,
+    },
 }
 
 /// The relative motion that a joint leaves free.
@@ -201,6 +232,8 @@ pub enum Freedom {
     Angle,
     /// The rotation, which is part of the state and no value of the joint.
     Rotation,
+    /// The amplitude of a deformation, which moves no body relative to another.
+    Amplitude,
 }
 
 impl JointKind {
@@ -211,7 +244,28 @@ impl JointKind {
             Self::Fixed => Freedom::Nothing,
             Self::Turn { .. } => Freedom::Angle,
             Self::Ball { .. } => Freedom::Rotation,
+            Self::Deformation { .. } => Freedom::Amplitude,
         }
+    }
+
+    /// Power of a length that is the unit of the value: one of slides, zero of angles.
+    pub fn length_power(&self) -> i32 {
+        match self {
+            Self::Slide => 1,
+            Self::Fixed | Self::Turn { .. } | Self::Ball { .. } => 0,
+            Self::Deformation { length_power } => *length_power,
+        }
+    }
+
+    /// Whether values may have any sign: angles and amplitudes that are numbers; lengths and
+    /// volumes are positive.
+    pub fn is_signed(&self) -> bool {
+        self.length_power() == 0
+    }
+
+    /// Whether the value is the amplitude of a deformation.
+    pub fn is_deformation(&self) -> bool {
+        self.freedom() == Freedom::Amplitude
     }
 
     /// Whether the value is an angle and not a length.
@@ -226,7 +280,7 @@ impl JointKind {
 
     /// Whether a gait or a drive can change the value.
     pub fn has_value(&self) -> bool {
-        matches!(self.freedom(), Freedom::Distance | Freedom::Angle)
+        !matches!(self.freedom(), Freedom::Nothing | Freedom::Rotation)
     }
 
     /// Whether the flow determines the relative rotation, which is then part of the state.
@@ -241,19 +295,23 @@ impl JointKind {
 
     /// Number of scalar constraints: three of the relative translation, three of the rotation.
     pub(crate) fn rows(&self) -> usize {
-        if self.constrains_rotation() { 6 } else { 3 }
+        match self.freedom() {
+            Freedom::Amplitude => 0,
+            Freedom::Angle => 6,
+            Freedom::Nothing | Freedom::Distance | Freedom::Rotation => 3,
+        }
     }
 
-    /// Whether the value can be reached: lengths are positive.
+    /// Whether the value can be reached: lengths and volumes are positive.
     pub(crate) fn admits(&self, value: f64) -> bool {
-        value.is_finite() && (value > 0.0 || self.freedom() != Freedom::Distance)
+        value.is_finite() && (value > 0.0 || self.is_signed() || !self.has_value())
     }
 
     /// The same joint in another unit of length: all lengths are multiplied by `factor`.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
         match &mut self {
-            Self::Slide | Self::Fixed => {}
+            Self::Slide | Self::Fixed | Self::Deformation { .. } => {}
             Self::Turn { pivot, advance, .. } => {
                 *pivot *= factor;
                 *advance *= factor;
@@ -267,7 +325,7 @@ impl JointKind {
     #[must_use]
     pub fn translated(mut self, shift: &Vector3<f64>) -> Self {
         match &mut self {
-            Self::Slide | Self::Fixed => {}
+            Self::Slide | Self::Fixed | Self::Deformation { .. } => {}
             Self::Turn { pivot, .. } | Self::Ball { pivot } => *pivot += shift,
         }
         self
@@ -277,7 +335,9 @@ impl JointKind {
     pub(crate) fn rotation(&self, value: f64) -> UnitQuaternion<f64> {
         match self {
             Self::Turn { axis, .. } => UnitQuaternion::from_scaled_axis(value * axis),
-            Self::Slide | Self::Fixed | Self::Ball { .. } => UnitQuaternion::identity(),
+            Self::Slide | Self::Fixed | Self::Ball { .. } | Self::Deformation { .. } => {
+                UnitQuaternion::identity()
+            }
         }
     }
 
@@ -285,7 +345,7 @@ impl JointKind {
     /// coordinate axis: joints that turn keep a plane if they turn within it.
     pub fn keeps_plane(&self, normal: usize) -> bool {
         match self {
-            Self::Slide | Self::Fixed => true,
+            Self::Slide | Self::Fixed | Self::Deformation { .. } => true,
             Self::Ball { pivot } => pivot[normal] == 0.0,
             Self::Turn {
                 axis,
@@ -309,7 +369,7 @@ impl JointKind {
         tolerance: f64,
     ) -> bool {
         match self {
-            Self::Slide | Self::Fixed => true,
+            Self::Slide | Self::Fixed | Self::Deformation { .. } => true,
             Self::Ball { .. } => false,
             Self::Turn { axis, pivot, .. } => {
                 let distance = (pivot - point).cross(direction).norm();
@@ -334,6 +394,7 @@ impl JointKind {
                 near * (vectors.near + advance * value * vectors.direction) - far * vectors.far
             }
             Self::Ball { .. } => near * vectors.near - far * vectors.far,
+            Self::Deformation { .. } => Vector3::zeros(),
         }
     }
 
@@ -342,7 +403,7 @@ impl JointKind {
     pub(crate) fn twist(&self, direction: Vector3<f64>) -> (Vector3<f64>, Option<Vector3<f64>>) {
         match self {
             Self::Slide => (direction, None),
-            Self::Fixed | Self::Ball { .. } => (Vector3::zeros(), None),
+            Self::Fixed | Self::Ball { .. } | Self::Deformation { .. } => (Vector3::zeros(), None),
             Self::Turn { advance, .. } => (*advance * direction, Some(direction)),
         }
     }
@@ -351,7 +412,7 @@ impl JointKind {
     pub(crate) fn arm_length(&self, value: f64, vectors: &ArmVectors) -> f64 {
         match self {
             Self::Slide => value.abs(),
-            Self::Fixed | Self::Turn { .. } | Self::Ball { .. } => {
+            Self::Fixed | Self::Turn { .. } | Self::Ball { .. } | Self::Deformation { .. } => {
                 vectors.near.norm() + vectors.far.norm()
             }
         }
@@ -364,14 +425,14 @@ impl JointKind {
             Self::Turn { advance, .. } => {
                 vectors.near.norm().max(vectors.far.norm()) + advance.abs()
             }
-            Self::Fixed | Self::Ball { .. } => 0.0,
+            Self::Fixed | Self::Ball { .. } | Self::Deformation { .. } => 0.0,
         }
     }
 
     /// Whether all numbers are finite and the axis is a unit vector.
     pub(crate) fn is_valid(&self) -> bool {
         match self {
-            Self::Slide | Self::Fixed => true,
+            Self::Slide | Self::Fixed | Self::Deformation { .. } => true,
             Self::Turn {
                 axis,
                 pivot,

@@ -37,6 +37,9 @@ pub(crate) fn find_linkages(held: &[bool], joints: &[Joint]) -> (Vec<Linkage>, F
     let bodies = held.len();
     let mut neighbours = vec![Vec::new(); bodies];
     for (number, joint) in joints.iter().enumerate() {
+        if joint.kind.is_deformation() {
+            continue;
+        }
         neighbours[joint.body].push((number, joint.to));
         neighbours[joint.to].push((number, joint.body));
     }

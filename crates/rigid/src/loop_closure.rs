@@ -107,7 +107,8 @@ impl Articulation {
     /// Refuses positions or rotations that do not fit a joint outside the spanning trees.
     fn check_loops(&self, placement: &Placement) -> Result<(), RigidError> {
         let longest = self.longest_arm(placement);
-        for (number, joint) in self.joints().iter().enumerate() {
+        let joints = self.joints().iter().enumerate();
+        for (number, joint) in joints.filter(|(_, joint)| !joint.kind.is_deformation()) {
             let [translation, rotation] = self.misfit(placement, number);
             // An angle counts like a distance at the longest arm.
             let gap = translation.norm().max(rotation.norm() * longest);
@@ -147,7 +148,9 @@ impl Articulation {
     /// Misfits of all joints outside the spanning trees, as lengths.
     fn misfits(&self, placement: &Placement, longest: f64) -> DVector<f64> {
         let edges = || self.linkages().iter().flat_map(|linkage| &linkage.tree);
-        let outside = (0..self.joints().len()).filter(|&joint| !edges().any(|e| e.joint == joint));
+        let outside = (self.joints().iter().enumerate())
+            .filter(|(joint, of)| !of.kind.is_deformation() && !edges().any(|e| e.joint == *joint))
+            .map(|(joint, _)| joint);
         let misfits = outside.flat_map(|joint| {
             let [translation, rotation] = self.misfit(placement, joint);
             [translation, longest * rotation]
@@ -162,7 +165,9 @@ impl Articulation {
         let has_loop = |body: usize| {
             let number = self.linkage_of()[body];
             let joints = self.joints().iter();
-            let joints = joints.filter(|joint| self.linkage_of()[joint.body] == number);
+            let joints = joints.filter(|joint| {
+                !joint.kind.is_deformation() && self.linkage_of()[joint.body] == number
+            });
             joints.count() > self.linkages()[number].tree.len()
         };
         for (place, (joint, _)) in self.passive_drives().enumerate() {

@@ -224,6 +224,8 @@ fn arm_bounds(
     match kind {
         JointKind::Slide => carried(value, near),
         JointKind::Fixed => constant(&vectors.near, near),
+        // It has no arm, and is no edge of a spanning tree.
+        JointKind::Deformation { .. } => DerivativeBounds::default(),
         JointKind::Ball { .. } => sum(constant(&vectors.near, near), constant(&vectors.far, far)),
         JointKind::Turn { advance, .. } => {
             let factor = advance.abs();

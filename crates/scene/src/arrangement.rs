@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use rigid::Joint;
 
+use crate::body::Body;
 use crate::domain::Domain;
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::scene::Scene;
@@ -100,6 +101,7 @@ impl Scene {
                     && is_normal(&twist.angular)
                     && body.shape.is_isotropic()
                     && body.slip.is_none_or(|slip| slip.is_symmetric(axis))
+                    && deformation_axis(body).is_none_or(|own| own[axis] == 0.0)
             })
         };
         let joints = self.articulation.joints();
@@ -188,10 +190,14 @@ impl Scene {
         let slip_along = (self.bodies.iter())
             .filter_map(|body| body.slip)
             .all(|slip| is_along(&slip.axis));
+        let deformation_along = (self.bodies.iter())
+            .filter_map(deformation_axis)
+            .all(|axis| is_along(&axis));
         let background = self.background.as_ref();
         loads_along
             && shapes_along
             && slip_along
+            && deformation_along
             && background.is_none_or(|flow| flow.is_axisymmetric(&origin, &axis))
             && match self.domain {
                 Domain::Unbounded => true,
@@ -237,6 +243,7 @@ impl Scene {
         let candidates = [
             own,
             slip,
+            deformation_axis(body).unwrap_or_default(),
             body.total_force(),
             body.torque,
             largest(body.driving_force),
@@ -250,6 +257,11 @@ impl Scene {
             .find_map(|v| v.try_normalize(0.0))
             .unwrap_or_else(Vector3::x)
     }
+}
+
+/// Axis of the deformation of a body; none if it has none, or is symmetric about every axis.
+fn deformation_axis(body: &Body) -> Option<Vector3<f64>> {
+    body.deformation.as_ref()?.axis()
 }
 
 /// Largest size of each component of a load; zero without one.

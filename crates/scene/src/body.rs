@@ -1,8 +1,12 @@
 //! A body of a scene.
 
+use std::borrow::Cow;
+use std::f64::consts::PI;
+
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rigid::{Articulation, BodyKind, Constraints, RigidError, Twist};
 
+use crate::deformation::Deformation;
 use crate::flow::Slip;
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::shape::Shape;
@@ -43,6 +47,8 @@ pub struct Body {
     pub density: Option<f64>,
     /// Tangential velocity of the surface.
     pub slip: Option<Slip>,
+    /// Deformation by shape coordinates; `shape` is the undeformed one.
+    pub deformation: Option<Deformation>,
     /// Mass; zero if inertia is neglected.
     pub mass: f64,
     /// Moment of inertia about the centre; zero if inertia is neglected.
@@ -106,6 +112,23 @@ impl Body {
         self.shape.bounding_radius()
     }
 
+    /// Radius of the ball about the centre that contains the body at these values of the joints.
+    pub fn bounding_radius_at(&self, values: &[f64]) -> f64 {
+        let deformation = self.deformation.as_ref();
+        deformation.map_or_else(|| self.bounding_radius(), |of| of.bounding_radius(values))
+    }
+
+    /// The body at these values of the joints; of one that deforms, the ball around it.
+    pub fn at(&self, values: &[f64]) -> Cow<'_, Self> {
+        match self.deformation {
+            None => Cow::Borrowed(self),
+            Some(_) => Cow::Owned(Self {
+                shape: Shape::sphere(self.bounding_radius_at(values)),
+                ..self.clone()
+            }),
+        }
+    }
+
     /// Mass and moments of inertia about the centre in the axes of the scene at the start; `None`
     /// for bodies without inertia.
     ///
@@ -159,6 +182,35 @@ impl Body {
 
 /// Distance of a centroid from the position, over the radius of the body, that is rounding.
 const CENTROID_ROUNDING: f64 = 1e-9;
+
+/// What to do about bodies whose volume changes in a container.
+pub(crate) const VOLUME_REMEDY: &str = "but a container is full of incompressible fluid; let \
+    spheres exchange volume (joint = \"exchange\", or the coordinates NAME.volume), or use motion = \
+    \"isochoric\"";
+
+/// Rate of the volume of all bodies, relative to [the sizes of the rates](volume_rates), that is
+/// rounding.
+pub(crate) const ROUNDING_FLUX: f64 = 1e-10;
+
+/// Sum of the rates of the volumes of all bodies, and of their sizes.
+pub(crate) fn volume_rates(bodies: &[Body], values: &[f64], rates: &[f64]) -> (f64, f64) {
+    let mut sums = (0.0, 0.0);
+    for deformation in bodies.iter().filter_map(|body| body.deformation.as_ref()) {
+        for joint in deformation.joints().filter(|joint| rates[*joint] != 0.0) {
+            let rate = rates[joint] * deformation.volume_rate(values, joint);
+            sums.0 += rate;
+            // Modes that keep the volume have the rounding of integrals over their surface, on
+            // which points move at about the radius times the rate.
+            let is_mode = deformation.size.is_none_or(|size| size.joint() != joint);
+            let of_mode = 4.0 * PI * deformation.bounding_radius(values).powi(3);
+            sums.1 += match is_mode {
+                true => of_mode * rates[joint].abs(),
+                false => rate.abs(),
+            };
+        }
+    }
+    sums
+}
 
 fn at_rest() -> VectorOscillation {
     VectorOscillation::constant(Vector3::zeros())

@@ -78,18 +78,22 @@ pub(crate) fn check_angle(checks: &Checks, key: &str, angle: f64) -> Result<(), 
     }
 }
 
-/// Refuses a length that is not positive; angles may have any sign.
+/// Refuses a length or a volume that is not positive; angles and amplitudes may have any sign.
 pub(crate) fn check_value(
     checks: &Checks,
     key: &str,
     joint: &Joint,
     value: f64,
 ) -> Result<(), SceneError> {
-    match joint.kind.is_angle() {
+    match joint.kind.is_signed() {
         true => check_angle(checks, key, value),
         false if value > 0.0 => Ok(()),
         false => {
-            let problem = format!("must be a length greater than zero, not {value}");
+            let what = match joint.kind.length_power() {
+                3 => "volume",
+                _ => "length",
+            };
+            let problem = format!("must be a {what} greater than zero, not {value}");
             Err(checks.bad_value(key, problem))
         }
     }

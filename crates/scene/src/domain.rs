@@ -66,6 +66,12 @@ impl Domain {
         }
     }
 
+    /// Whether the volume of the bodies in it must stay: in containers, and in a tube, in which an
+    /// endless column of fluid would have to move.
+    pub fn keeps_volume(&self) -> bool {
+        self.is_container() || matches!(self, Self::Cylinder { .. })
+    }
+
     /// Clearance between a body and the nearest wall, negative if the body crosses the wall.
     ///
     /// Exact for spheres, a lower bound for other shapes; in a surface from a file, the distance of

@@ -53,6 +53,17 @@ const PHASE_ROUGHNESS: f64 = 1e-3;
 const ROUNDING: f64 = 1e-13;
 
 impl GaitTable {
+    /// Names of the columns of a file but for the time; none of a file that cannot be read.
+    pub fn columns(file: &Path) -> Option<Vec<String>> {
+        let text = (InputFile::read(file, MAX_TEXT_FILE).ok()?)
+            .into_text()
+            .ok()?;
+        let mut lines = text.lines().map(str::trim);
+        let header = lines.find(|line| !line.is_empty() && !line.starts_with('#'))?;
+        let names = header.split(',').skip(1);
+        Some(names.map(|name| name.trim().to_owned()).collect())
+    }
+
     /// Reads a file.
     ///
     /// # Errors
@@ -139,9 +150,9 @@ impl GaitTable {
             return Err(format!("the time {time} is not after {before}"));
         }
         let is_bad =
-            |(joint, value): &(&usize, &f64)| **value <= 0.0 && !joints[**joint].kind.is_angle();
+            |(joint, value): &(&usize, &f64)| **value <= 0.0 && !joints[**joint].kind.is_signed();
         if let Some((_, length)) = self.joints.iter().zip(shape).find(is_bad) {
-            return Err(format!("the length {length} is not positive"));
+            return Err(format!("the value {length} is not positive"));
         }
         self.times.push(time);
         for (column, length) in self.shape.iter_mut().zip(shape) {
@@ -164,7 +175,7 @@ impl GaitTable {
     /// The largest length of a slide.
     pub fn largest(&self, joints: &[Joint]) -> f64 {
         (self.joints.iter().zip(&self.shape))
-            .filter(|(joint, _)| !joints[**joint].kind.is_angle())
+            .filter(|(joint, _)| joints[**joint].kind.length_power() == 1)
             .flat_map(|(_, column)| column)
             .fold(0.0, |largest, length| length.max(largest))
     }

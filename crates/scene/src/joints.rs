@@ -27,6 +27,8 @@ words! {
         Screw,
         /// No relative motion.
         Fixed,
+        /// Two spheres exchange volume; the sum of both stays. It does not hold them together.
+        Exchange,
     }
 }
 
@@ -34,7 +36,7 @@ impl JointWord {
     /// The keys that belong to the joint, in addition to those of all joints.
     fn keys(self) -> &'static [&'static str] {
         match self {
-            Self::Slide | Self::Fixed => &[],
+            Self::Slide | Self::Fixed | Self::Exchange => &[],
             Self::Hinge | Self::Rotor => &["axis", "pivot"],
             Self::Screw => &["axis", "pivot", "pitch"],
             Self::Ball => &["pivot"],
@@ -96,6 +98,7 @@ impl JointKeys {
         Ok(match self.word {
             JointWord::Slide => JointKind::Slide,
             JointWord::Fixed => JointKind::Fixed,
+            JointWord::Exchange => JointKind::Deformation { length_power: 3 },
             JointWord::Hinge => turn(axis(None)?, pivot(to), 0.0),
             JointWord::Rotor => turn(axis(line)?, pivot(body), 0.0),
             JointWord::Screw => {
@@ -113,6 +116,10 @@ impl JointKeys {
             JointKind::Slide => Self::default(),
             JointKind::Fixed => Self {
                 word: JointWord::Fixed,
+                ..Self::default()
+            },
+            JointKind::Deformation { .. } => Self {
+                word: JointWord::Exchange,
                 ..Self::default()
             },
             JointKind::Ball { pivot } => Self {

@@ -6,6 +6,7 @@ mod body;
 mod builder;
 mod checks;
 mod contact;
+mod deformation;
 mod document;
 mod domain;
 mod error;
@@ -35,6 +36,7 @@ pub use arrangement::Arrangement;
 pub use body::Body;
 pub use builder::SceneBuilder;
 pub use contact::{Contact, Repulsion, closest_contact, contacts};
+pub use deformation::{Deformation, MAX_MODE_DEGREE, RadialProfile, SizeCoordinate, SurfaceModes};
 pub use document::Document;
 pub use domain::Domain;
 pub use error::SceneError;
@@ -54,8 +56,8 @@ pub use wall_facets::WallFacets;
 pub use words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FlowsKind, FormulationKind,
     GaitKind, GeometryKind, InertiaKind, InterpolationKind, LawKind, LearnKind, MeshMotionKind,
-    MesherKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind, SolverKind, StartKind,
-    StrokeStart, SurfaceKind, SymmetryKind,
+    MesherKind, ModeMotion, ModelKind, ObjectiveKind, RheologyKind, ShapeKind, SolverKind,
+    StartKind, StrokeStart, SurfaceKind, SymmetryKind,
 };
 
 // joints, surfaces, viscosity laws and vectors are part of this crate's interface

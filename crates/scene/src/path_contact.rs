@@ -12,10 +12,15 @@
 //! - the clearance from a convex wall is at least the smaller one of the two positions, minus
 //!   `h² a / 8`.
 //!
+//! The radius of a body that deforms is a function of its amplitudes that is nowhere larger between
+//! two shapes than at one of them, and amplitudes deviate from lines like positions.
+//!
 //! Where this does not exclude contact the part of the path is halved (conservative advancement,
 //! Mirtich 1996, with a bound of second order, so that bodies that slide along each other in a
 //! narrow gap take few parts). Pairs of one linkage are seen from its frame: a swimmer that moves
 //! as a rigid body has no relative motion.
+
+use std::borrow::Cow;
 
 use nalgebra::{Isometry3, Vector3};
 use rigid::{Articulation, MotionBounds, RigidError, State, StateBounds};
@@ -24,6 +29,7 @@ use crate::body::Body;
 use crate::contact::{Contact, closest_approach};
 use crate::domain::Domain;
 use crate::hull_distance::{Pair, distance_along, separation};
+use crate::shape::Shape;
 
 /// Part of the path to which the place of a contact is found.
 const RESOLUTION: f64 = 1.0 / 1024.0;
@@ -35,7 +41,7 @@ const MAX_PLACEMENTS: usize = 8192;
 /// The bodies and the motion that they follow along a path with the parameter from 0 to 1.
 #[derive(Clone, Copy)]
 pub struct BodyPath<'a> {
-    /// The bodies.
+    /// The bodies. Those that deform count as the balls around them.
     pub bodies: &'a [Body],
     /// The bodies as an articulated set.
     pub set: &'a Articulation,
@@ -176,6 +182,7 @@ enum ContactPair {
 struct Placement {
     at: f64,
     state: State,
+    values: Vec<f64>,
     poses: Vec<Isometry3<f64>>,
 }
 
@@ -193,7 +200,61 @@ impl Search<'_> {
     fn place(&self, at: f64) -> Result<Placement, RigidError> {
         let (state, shape) = (self.path.at)(at)?;
         let poses = self.path.set.place(&state, &shape)?;
-        Ok(Placement { at, state, poses })
+        Ok(Placement {
+            at,
+            state,
+            values: shape,
+            poses,
+        })
+    }
+
+    /// Radius of the ball around a body.
+    fn radius(&self, body: usize, placed: &Placement) -> f64 {
+        self.path.bodies[body].bounding_radius_at(&placed.values)
+    }
+
+    /// Upper bound of the radius of the ball around a body between two positions.
+    ///
+    /// Amplitudes exceed those at the ends by at most `h² a'' / 8`, and radii by that of the radius
+    /// of the sphere and by its product with the amplitudes of the modes: where a mode that keeps
+    /// the volume is farthest from the centre, its radial function has at most the slope one.
+    fn largest_radius(&self, body: usize, from: &Placement, to: &Placement) -> f64 {
+        let body = &self.path.bodies[body];
+        let Some(deformation) = &body.deformation else {
+            return body.bounding_radius();
+        };
+        let width = to.at - from.at;
+        let excess = |joint: usize| {
+            let bounds = self.path.bounds.joints.get(joint);
+            bounds.map_or(0.0, |of| width * width / 8.0 * of.derivatives.second)
+        };
+        let ends = [from, to].map(|placed| {
+            let mut values = placed.values.clone();
+            if let Some(size) = deformation.size {
+                let joint = size.joint();
+                values[joint] = match size.grows_with_value() {
+                    true => from.values[joint].max(to.values[joint]) + excess(joint),
+                    false => from.values[joint].min(to.values[joint]) - excess(joint),
+                };
+            }
+            let modes = deformation
+                .modes
+                .iter()
+                .flat_map(|modes| &modes.coordinates);
+            let of_modes: f64 = modes.map(|(_, joint)| excess(*joint)).sum();
+            deformation.bounding_radius(&values) + deformation.sphere_radius(&values) * of_modes
+        });
+        ends[0].max(ends[1])
+    }
+
+    /// Sum over two bodies of what their largest radii between two positions exceed the smaller
+    /// ones there by.
+    fn swelling(&self, pair: ContactPair, from: &Placement, to: &Placement) -> f64 {
+        let of_body = |body: usize| {
+            let least = self.radius(body, from).min(self.radius(body, to));
+            self.largest_radius(body, from, to) - least
+        };
+        members(pair).map(of_body).sum()
     }
 
     /// Poses of two bodies, from their frame if they have the same.
@@ -216,7 +277,10 @@ impl Search<'_> {
             }
         };
         let gap = match self.poses(pair, placed) {
-            Some(poses) => self.separation(pair, &poses).0,
+            Some(poses) => {
+                let shapes = self.shapes(pair, |body| self.radius(body, placed));
+                separation(placed_shapes(&shapes, &poses), &offset(&poses)).0
+            }
             None => self.clearance(body, placed),
         };
         Contact { body, other, gap }
@@ -225,7 +289,8 @@ impl Search<'_> {
     /// The contact at a position, if the bodies touch there.
     fn touching(&self, pair: ContactPair, placed: &Placement) -> Option<PathContact> {
         let contact = self.contact(pair, placed);
-        contact.touches(self.size(pair)).then_some(PathContact {
+        let size = self.size(pair, |body| self.radius(body, placed));
+        contact.touches(size).then_some(PathContact {
             at: placed.at,
             contact,
             is_certain: true,
@@ -243,10 +308,12 @@ impl Search<'_> {
             return Ok(None);
         }
         let width = to.at - from.at;
-        let rounding = 1e-12 * self.size(pair);
+        let largest = self.size(pair, |body| self.largest_radius(body, from, to));
+        let rounding = 1e-12 * largest;
+        let swelling = self.swelling(pair, from, to);
         match self.touching(pair, to) {
             Some(found) if width <= RESOLUTION => return Ok(Some(found)),
-            None if self.deviation(pair, width) <= rounding => {
+            None if self.deviation(pair, width) + swelling <= rounding => {
                 if width <= RESOLUTION
                     && let Some(found) = self.contact_of_lines(pair, from, to)
                 {
@@ -264,7 +331,7 @@ impl Search<'_> {
             return Ok(Some(PathContact {
                 at: middle.at,
                 contact,
-                is_certain: contact.touches(self.size(pair)),
+                is_certain: contact.touches(largest),
             }));
         }
         self.placements = self.placements.saturating_sub(self.cost(pair));
@@ -282,7 +349,9 @@ impl Search<'_> {
             let ContactPair::Wall(body) = pair else {
                 return false;
             };
-            let [start, end] = [from, to].map(|placed| self.clearance(body, placed));
+            let largest = self.largest_radius(body, from, to);
+            let [start, end] = [from, to]
+                .map(|placed| self.clearance(body, placed) + self.radius(body, placed) - largest);
             return match self.path.domain {
                 // The distance from a wall of any shape changes by the path of the body at most.
                 Some(Domain::Surface(_) | Domain::Mesh { .. }) => {
@@ -295,16 +364,18 @@ impl Search<'_> {
         let centres = closest_approach(&offset_start, &offset_end).1;
         let bounds = self.bounds(pair);
         let of_centres = width * width / 8.0 * bounds.map(|b| b.linear.second).iter().sum::<f64>();
-        if centres - self.size(pair) > of_centres {
+        let size = self.size(pair, |body| self.largest_radius(body, from, to));
+        if centres - size > of_centres {
             return true;
         }
         if self.is_isotropic(pair) {
             return false;
         }
+        let shapes = self.shapes(pair, |body| self.largest_radius(body, from, to));
         [&start, &end].into_iter().any(|poses| {
-            let (gap, normal) = self.separation(pair, poses);
+            let (gap, normal) = separation(placed_shapes(&shapes, poses), &offset(poses));
             let along = |poses: &[Isometry3<f64>; 2]| {
-                distance_along(self.shapes(pair, poses), &offset(poses), &normal)
+                distance_along(placed_shapes(&shapes, poses), &offset(poses), &normal)
             };
             gap > deviation && along(&start).min(along(&end)) > deviation
         })
@@ -323,7 +394,7 @@ impl Search<'_> {
         let (start, end) = self.poses(pair, from).zip(self.poses(pair, to))?;
         let (s, distance) = closest_approach(&offset(&start), &offset(&end));
         let contact = Contact {
-            gap: distance - self.size(pair),
+            gap: distance - self.size(pair, |body| self.largest_radius(body, from, to)),
             ..self.contact(pair, from)
         };
         Some(PathContact {
@@ -365,15 +436,9 @@ impl Search<'_> {
         }
     }
 
-    /// Sum of the bounding radii.
-    fn size(&self, pair: ContactPair) -> f64 {
-        let radius = |body: usize| self.path.bodies[body].bounding_radius();
-        match pair {
-            ContactPair::Wall(body) => radius(body),
-            ContactPair::Within(one, other) | ContactPair::Between(one, other) => {
-                radius(one) + radius(other)
-            }
-        }
+    /// Sum of the radii of the balls around the bodies.
+    fn size(&self, pair: ContactPair, radius: impl Fn(usize) -> f64) -> f64 {
+        members(pair).map(radius).sum()
     }
 
     fn is_isotropic(&self, pair: ContactPair) -> bool {
@@ -383,17 +448,19 @@ impl Search<'_> {
 
     fn clearance(&self, body: usize, placed: &Placement) -> f64 {
         let domain = self.path.domain.unwrap_or(&Domain::Unbounded);
-        domain.clearance(&self.path.bodies[body], &placed.poses[body])
+        let at = self.path.bodies[body].at(&placed.values);
+        domain.clearance(&at, &placed.poses[body])
     }
 
-    fn shapes<'p>(&'p self, pair: ContactPair, poses: &'p [Isometry3<f64>; 2]) -> Pair<'p> {
-        let [one, other] = bodies(pair);
-        [(one, &poses[0]), (other, &poses[1])]
-            .map(|(body, pose)| (&self.path.bodies[body].shape, &pose.rotation))
-    }
-
-    fn separation(&self, pair: ContactPair, poses: &[Isometry3<f64>; 2]) -> (f64, Vector3<f64>) {
-        separation(self.shapes(pair, poses), &offset(poses))
+    /// Shapes of two bodies; those that deform are spheres of these radii.
+    fn shapes(&self, pair: ContactPair, radius: impl Fn(usize) -> f64) -> [Cow<'_, Shape>; 2] {
+        bodies(pair).map(|number| {
+            let body = &self.path.bodies[number];
+            match body.deformation {
+                None => Cow::Borrowed(&body.shape),
+                Some(_) => Cow::Owned(Shape::sphere(radius(number))),
+            }
+        })
     }
 
     /// Cost of one position, in placements: the distance from a wall given by a file takes long.
@@ -403,6 +470,20 @@ impl Search<'_> {
             _ => 1,
         }
     }
+}
+
+/// Shapes with their rotations.
+fn placed_shapes<'p>(shapes: &'p [Cow<'_, Shape>; 2], poses: &'p [Isometry3<f64>; 2]) -> Pair<'p> {
+    [0, 1].map(|k| (&*shapes[k], &poses[k].rotation))
+}
+
+/// The bodies, one or two.
+fn members(pair: ContactPair) -> impl Iterator<Item = usize> {
+    let count = match pair {
+        ContactPair::Wall(_) => 1,
+        ContactPair::Within(..) | ContactPair::Between(..) => 2,
+    };
+    bodies(pair).into_iter().take(count)
 }
 
 /// The bodies; twice the same for a body and a wall.

@@ -1,10 +1,12 @@
 //! A scene: fluid, domain, bodies, joints, gait, and the options of the computation.
 
+use std::borrow::Cow;
+
 use nalgebra::{Isometry3, Vector3};
 use rheology::Law;
 use rigid::{Articulation, Constraints, ExternalLoad, JointDrive, JointKind, RigidError, State};
 
-use crate::body::{Body, with_held_velocities};
+use crate::body::{Body, ROUNDING_FLUX, VOLUME_REMEDY, volume_rates, with_held_velocities};
 use crate::contact::Repulsion;
 use crate::document::Document;
 use crate::domain::Domain;
@@ -170,6 +172,60 @@ impl Scene {
         self.background.is_some() || self.bodies.iter().any(|body| body.slip.is_some())
     }
 
+    /// Whether some bodies deform.
+    ///
+    /// Velocities are then those of the rates of all shape coordinates, of joints and deformations.
+    pub fn deforms(&self) -> bool {
+        self.bodies.iter().any(|body| body.deformation.is_some())
+    }
+
+    /// The bodies at these values of the joints: of those that deform, the balls around them.
+    pub fn bodies_at(&self, values: &[f64]) -> Cow<'_, [Body]> {
+        if !self.deforms() {
+            return Cow::Borrowed(&self.bodies);
+        }
+        let at = |body: &Body| body.at(values).into_owned();
+        Cow::Owned(self.bodies.iter().map(at).collect())
+    }
+
+    /// Refuses values of the joints at which a body cannot be: a radius that is not positive, a
+    /// surface that folds.
+    ///
+    /// # Errors
+    /// [`SceneError::NotApplicable`] with the name of the body.
+    pub fn check_deformations(&self, values: &[f64]) -> Result<(), SceneError> {
+        for (number, body) in self.bodies.iter().enumerate() {
+            let deformation = body.deformation.as_ref();
+            if let Some(problem) = deformation.and_then(|of| of.problem(values)) {
+                return Err(SceneError::NotApplicable {
+                    place: self.place(&format!("bodies[{number}].deformation")),
+                    problem: format!("the body '{}' {problem}", body.name),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses rates of the joints at which the volume of the bodies changes in a container.
+    ///
+    /// # Errors
+    /// [`SceneError::NotApplicable`] with the rate.
+    pub fn check_volume_rate(&self, values: &[f64], rates: &[f64]) -> Result<(), SceneError> {
+        if !self.domain.keeps_volume() {
+            return Ok(());
+        }
+        let (excess, size) = volume_rates(&self.bodies, values, rates);
+        match excess.abs() <= ROUNDING_FLUX * size {
+            true => Ok(()),
+            false => Err(SceneError::NotApplicable {
+                place: self.place("domain.kind"),
+                problem: format!(
+                    "the volume of the bodies grows at the rate {excess:.3e}, {VOLUME_REMEDY}"
+                ),
+            }),
+        }
+    }
+
     /// Region that the fluid fills.
     pub fn domain(&self) -> &Domain {
         &self.domain
@@ -278,6 +334,7 @@ impl Scene {
                         (to - from - turns * std::f64::consts::TAU, to.abs().max(1.0))
                     }
                     JointKind::Turn { .. } => (to - from, to.abs().max(1.0)),
+                    _ if joint.kind.is_signed() => (to - from, to.abs().max(1.0)),
                     _ => (to - from, from.abs().max(to.abs())),
                 };
                 let is_change = !joint.is_passive() && change.abs() > ROUNDING * size;
@@ -331,9 +388,11 @@ impl Scene {
         self.articulation.initial_state()
     }
 
-    /// Number of the first body that is neither a sphere nor a point.
+    /// Number of the first body that is neither a sphere nor a point, or does not stay one.
     pub fn first_nonspherical(&self) -> Option<usize> {
-        self.bodies.iter().position(|b| !b.shape.is_isotropic())
+        let deforms = |body: &Body| body.deformation.as_ref().is_some_and(|of| !of.is_sphere());
+        let mut bodies = self.bodies.iter();
+        bodies.position(|body| !body.shape.is_isotropic() || deforms(body))
     }
 
     /// Number of the first body that is not a sphere, a spheroid or a point.
@@ -529,6 +588,7 @@ impl Scene {
                 ("moment", own.moment == other.moment),
                 ("density", own.weight == other.weight),
                 ("slip", own.slip == other.slip),
+                ("deformation", own.deformation == other.deformation),
                 ("fixed", own.fixed == other.fixed),
                 ("velocity", own.velocity == other.velocity),
                 (

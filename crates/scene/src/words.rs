@@ -97,6 +97,27 @@ words! {
         Mesh,
     }
 
+    /// How the surface of a body deforms.
+    pub enum DeformationWord = Modes {
+        /// By its radius, which every sphere offers without this table too.
+        Radius,
+        /// By its volume, which every sphere offers without this table too.
+        Volume,
+        /// By modes that are symmetric about an axis.
+        Modes,
+    }
+
+    /// How modes move the material points of a sphere of radius R, with the angle θ from the axis.
+    pub enum ModeMotion = Radial {
+        /// Along the radius to R (1 + a P(cos θ) + ..), with the Legendre polynomial P of each
+        /// mode.
+        Radial,
+        /// Along the radius to R (1 + 3 a P(cos θ) + ..)^(1/3), which keeps the volume.
+        Isochoric,
+        /// Along the surface to the angle θ + a sin(n θ) + .., with the degree n of each mode.
+        Tangential,
+    }
+
     /// Inertia of the fluid, and of the bodies that have a density.
     pub enum InertiaKind = None {
         /// Stokes flow: the fluid has no inertia.

@@ -4,23 +4,24 @@ use std::path::{Component, Path, PathBuf};
 
 use nalgebra::Vector3;
 use rheology::Law;
-use rigid::{Joint, JointDrive};
+use rigid::{Freedom, Joint, JointDrive};
 
 use crate::body::Body;
+use crate::deformation::{Deformation, SizeCoordinate};
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::flow::Background;
 use crate::gait::Phase;
 use crate::joints::JointKeys;
 use crate::keys::{
-    BackgroundFile, BodyFile, ContactFile, DomainFile, DriveFile, FieldFile, FluidFile, ForceFile,
-    GaitFile, HarmonicFile, HarmonicForceFile, JointFile, LoadFile, PhaseAngles, PhaseFile,
-    SceneFile, SlipFile,
+    BackgroundFile, BodyFile, ContactFile, DeformationFile, DomainFile, DriveFile, FieldFile,
+    FluidFile, ForceFile, GaitFile, HarmonicFile, HarmonicForceFile, JointFile, LoadFile,
+    PhaseAngles, PhaseFile, SceneFile, SlipFile,
 };
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::scene::{Rheology, Scene};
 use crate::shape_path::{ShapePath, Sine};
-use crate::words::{AxesKind, DriveKind, GaitKind, LawKind, RheologyKind};
+use crate::words::{AxesKind, DeformationWord, DriveKind, GaitKind, LawKind, RheologyKind};
 
 impl Scene {
     /// The scene as TOML with every key written out, overrides and defaults included.
@@ -84,10 +85,11 @@ fn scene_file(scene: &Scene) -> SceneFile {
             range: Some(repulsion.range),
             strength: Some(repulsion.strength),
         }),
-        bodies: scene.bodies.iter().map(body_file).collect(),
-        links: joints
-            .iter()
-            .enumerate()
+        bodies: (scene.bodies.iter())
+            .map(|body| body_file(body, joints))
+            .collect(),
+        links: (joints.iter().enumerate())
+            .filter(|(_, joint)| !joint.kind.is_deformation() || joint.body != joint.to)
             .map(|(number, joint)| {
                 let mut file = joint_file(joint);
                 (file.body, file.to) = (Some(name(joint.body)), Some(name(joint.to)));
@@ -154,8 +156,8 @@ fn gait_file(scene: &Scene) -> GaitFile {
                 };
                 let sine_file = |sine: &Sine| HarmonicFile {
                     link: Some(name(sine.joint)),
-                    // Slides start where the bodies are, joints that turn from their angles.
-                    mean: (joints[sine.joint].kind.is_angle()).then(|| {
+                    // Slides start where the bodies are, others from their values.
+                    mean: (joints[sine.joint].kind.freedom() != Freedom::Distance).then(|| {
                         scene.articulation.initial_shape()[sine.joint] - at_start(sine.joint)
                     }),
                     amplitude: Some(sine.amplitude),
@@ -246,8 +248,10 @@ pub(crate) fn domain_file(domain: &Domain) -> DomainFile {
     file
 }
 
-fn body_file(body: &Body) -> BodyFile {
+fn body_file(body: &Body, joints: &[Joint]) -> BodyFile {
     BodyFile {
+        deformation: (body.deformation.as_ref())
+            .and_then(|deformation| deformation_file(&body.name, deformation, joints)),
         name: Some(body.name.clone()),
         position: Some(body.position.into()),
         surface: body.surface.clone(),
@@ -268,6 +272,37 @@ fn body_file(body: &Body) -> BodyFile {
         }),
         ..body.shape.to_keys()
     }
+}
+
+/// The key `deformation` of a body; none for a volume that two bodies exchange.
+fn deformation_file(
+    body: &str,
+    deformation: &Deformation,
+    joints: &[Joint],
+) -> Option<DeformationFile> {
+    let prefix = format!("{body}.");
+    let degree = |&(degree, joint): &(usize, usize)| {
+        let name = joints.get(joint)?.name.strip_prefix(&prefix)?;
+        Some((name.to_owned(), degree as f64))
+    };
+    if let Some(modes) = &deformation.modes {
+        return Some(DeformationFile {
+            kind: DeformationWord::Modes,
+            modes: Some(modes.coordinates.iter().filter_map(degree).collect()),
+            motion: Some(modes.motion),
+            axis: Some(modes.axis.into()),
+        });
+    }
+    let (kind, joint) = match deformation.size? {
+        SizeCoordinate::Radius(joint) => (DeformationWord::Radius, joint),
+        SizeCoordinate::Volume(joint) => (DeformationWord::Volume, joint),
+        SizeCoordinate::Remainder { .. } => return None,
+    };
+    let is_own = joints.get(joint)?.body == joints.get(joint)?.to;
+    is_own.then(|| DeformationFile {
+        kind,
+        ..DeformationFile::default()
+    })
 }
 
 fn velocity_file(velocity: &VectorOscillation) -> LoadFile {

@@ -111,6 +111,10 @@ pub fn check_model(scene: &Scene, model: &dyn Hydrodynamics) -> Result<(), SwimE
             model: model.name(),
             key,
         }),
-        None => Ok((model.capabilities()).check_rheology(scene, model.name())?),
+        None => {
+            let capabilities = model.capabilities();
+            capabilities.check_deformations(scene, model.name())?;
+            Ok(capabilities.check_rheology(scene, model.name())?)
+        }
     }
 }

@@ -226,8 +226,9 @@ fn change_targets(scene: &Scene, keys: &mut Vec<String>, changes: &[JointChange]
         if changed == *targets {
             continue;
         }
+        let has_targets = scene.is_written(&format!("gait.phases[{number}].targets"));
         keys.push(match changed[..] {
-            [(_, target)] => format!("gait.phases[{number}].length={target:?}"),
+            [(_, target)] if !has_targets => format!("gait.phases[{number}].length={target:?}"),
             _ => {
                 let text = |&(k, target): &(usize, f64)| {
                     format!("{:?} = {target:?}", set.joints()[k].name)

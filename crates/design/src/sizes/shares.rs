@@ -1,6 +1,7 @@
 //! Sizes of a swimmer as shares of what is kept: the volume of its spheres, the length of its arms.
 
 use nalgebra::{DMatrix, DVector};
+use rigid::JointKind;
 use scene::Scene;
 
 use super::polytope::Polytope;
@@ -289,7 +290,7 @@ fn gaps(scene: &Scene, parameters: &[Parameter], ranges: &[(f64, f64)]) -> Vec<G
             let radii = ends.map(|body| number(Kind::Radius(body)));
             let arm = number(Kind::Length(k));
             let varies = arm.is_some() || radii.iter().any(Option::is_some);
-            (varies && !joint.kind.is_angle()).then_some(Gap {
+            (varies && joint.kind == JointKind::Slide).then_some(Gap {
                 arm,
                 radii,
                 excess: ranges[k].0 - a? - b? - wanted,

@@ -53,6 +53,7 @@ mod reflection;
 mod rotation;
 mod scaled;
 mod slip_expansion;
+mod sources;
 mod spatial;
 mod stresslet;
 mod surface_flow;

@@ -1,15 +1,17 @@
-//! Velocities of the surfaces of spheres in vector spherical harmonics: slip, background flow.
+//! Velocities of the surfaces of spheres in vector spherical harmonics: slip, background flow,
+//! changes of the radii.
 
 use faer::Mat;
 use nalgebra::{DVector, Vector3};
 
 use super::coupling::Expansion;
-use super::frame::Frame;
+use super::frame::{Frame, Surroundings};
 use super::memory;
 use super::modes::Modes;
 use super::orders::Orders;
 use super::rotation::AXIS_OF_M;
 use super::scaled::drag_units;
+use super::sources::Sources;
 use super::system::{MultiVector, System};
 use super::truncation::MAX_ORDER_OFF_AXIS;
 use super::vector_harmonics::{VectorHarmonics, quadrature, spiral};
@@ -24,8 +26,13 @@ use crate::{HydroError, Medium, Spheres};
 /// a relative remainder of `1e-8` if 26 orders suffice, as they do for smooth ones. The remainder
 /// is measured at twice as many points as the expansion uses, as a root mean square over the sphere
 /// relative to the largest root mean square of all spheres. Remainders above `1e-4` are refused
-/// ([`HydroError::SlipNotResolved`]), and so is a net flux through a sphere that exceeds the rest
-/// of the remainder and `1e-12` ([`HydroError::NetFlux`]).
+/// ([`HydroError::SlipNotResolved`]).
+///
+/// A net flux through a sphere that exceeds the remainder and `1e-12` is that of a sphere whose
+/// radius changes: the flow has a source at its centre, `Q x / |x|^3` with `Q = a^2` times the mean
+/// normal component. Beside a plane wall it is refused ([`HydroError::NetFlux`]). In a container
+/// the wall lets out the sum of all fluxes uniformly, so that sums of velocities for which it
+/// vanishes have the flow of a wall at rest.
 ///
 /// Cost: the lowest order takes 384 evaluations per sphere and represents polynomials up to degree
 /// three; the highest takes 16224 evaluations and tenths of a second.
@@ -68,6 +75,7 @@ pub(super) struct SlipExpansion {
     pub remainder: f64,
     /// Root mean square of the velocities on the sphere where it is largest, one for each column.
     pub speeds: Vec<f64>,
+    sources: Sources,
 }
 
 /// Slip velocities of one sphere, one column per velocity.
@@ -79,7 +87,7 @@ struct SlipOfSphere {
     squares: Vec<Vec<f64>>,
     /// Root mean square of the velocities.
     sizes: Vec<f64>,
-    /// Root mean square of what the expansion lacks.
+    /// Root mean square of what the expansion and the flux lack.
     remainders: Vec<f64>,
     /// Mean normal component.
     fluxes: Vec<f64>,
@@ -113,6 +121,7 @@ impl SlipExpansion {
                 spheres[sphere] = found.without_small_orders(&sizes);
             }
         }
+        let mut sources = Sources::new(frame, radii, slips.len());
         let mut largest: f64 = 0.0;
         for (sphere, of) in spheres.iter().enumerate() {
             for (column, &size) in sizes.iter().enumerate().filter(|(_, size)| **size > 0.0) {
@@ -121,14 +130,16 @@ impl SlipExpansion {
                 // What polynomials do not represent can also appear as a flux at the points of the
                 // quadrature.
                 let flux = of.fluxes[column] / size;
-                let rest = (remainder * remainder - flux * flux).max(0.0).sqrt();
-                let highest = ROUNDING_FLUX.max(rest);
+                let highest = ROUNDING_FLUX.max(remainder);
                 if flux.abs() > highest {
-                    return Err(HydroError::NetFlux {
-                        sphere,
-                        flux,
-                        highest,
-                    });
+                    if frame.surroundings == Surroundings::Wall {
+                        return Err(HydroError::NetFlux {
+                            sphere,
+                            flux,
+                            highest,
+                        });
+                    }
+                    sources.strengths[(sphere, column)] = radii[sphere].powi(2) * of.fluxes[column];
                 }
                 if remainder > MAX_REMAINDER {
                     return Err(HydroError::SlipNotResolved {
@@ -145,22 +156,45 @@ impl SlipExpansion {
             columns: slips.len(),
             remainder: largest,
             speeds: sizes,
+            sources,
         })
     }
 
     /// Lowest orders that contain the slip velocities, raised by `margin`.
     pub fn orders(&self, medium: &Medium, margin: usize) -> Orders {
-        let of_spheres = self.spheres.iter().map(|of| of.modes.order + margin);
-        let highest = of_spheres.clone().fold(SLIP_ORDERS[0] + margin, usize::max);
+        let of_sources = self.sources.orders();
+        let of_spheres = (self.spheres.iter().zip(&of_sources))
+            .map(|(of, of_sources)| of.modes.order.max(*of_sources) + margin);
+        let of_container = of_sources.last().copied().unwrap_or_default();
+        let highest =
+            (of_spheres.clone()).fold((SLIP_ORDERS[0]).max(of_container) + margin, usize::max);
         Orders {
             spheres: of_spheres.collect(),
             ..Orders::all(self.spheres.len(), medium, highest)
         }
     }
 
-    /// Coefficients of the velocities in scaled modes, one column per velocity.
+    /// Coefficients of the velocities in scaled modes without those of the sources, one column per
+    /// velocity: what the rest of the flow has on the surfaces.
     ///
     /// The container is at rest.
+    pub fn traces_of_rest(&self, system: &System) -> MultiVector {
+        let mut traces = self.traces(system);
+        self.sources.subtract(system, &mut traces);
+        traces
+    }
+
+    /// The sources at the centres of the spheres.
+    pub fn sources(&self) -> &Sources {
+        &self.sources
+    }
+
+    /// The sources alone.
+    pub fn into_sources(self) -> Sources {
+        self.sources
+    }
+
+    /// Coefficients of the velocities in scaled modes, one column per velocity.
     pub fn traces(&self, system: &System) -> MultiVector {
         let mut traces = system.zeros(self.columns);
         let expansions = system.expansions.iter().zip(&mut traces);
@@ -303,7 +337,8 @@ fn project(
                 let expanded: Vector3<f64> =
                     (values.iter().zip(coefficients)).map(|(v, c)| v * *c).sum();
                 sizes[index][column] += point.weight * value.norm_squared();
-                of.remainders[column] += point.weight * (value - expanded).norm_squared();
+                let rest = value - expanded - of.fluxes[column] * point.normal;
+                of.remainders[column] += point.weight * rest.norm_squared();
             }
         }
     }
@@ -354,7 +389,7 @@ pub(super) fn of_moving_spheres(
     check_entries("velocities of the spheres", expected, found)?;
     check_finite("a velocity of a sphere", velocities)?;
     let mut coefficients = match slip {
-        Some(slip) => slip.traces(system),
+        Some(slip) => slip.traces_of_rest(system),
         None => system.zeros(1),
     };
     let spheres = system.expansions.iter().take(system.spheres);

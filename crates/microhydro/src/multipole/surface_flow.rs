@@ -26,7 +26,8 @@ use crate::{HydroError, Medium, Spheres};
 ///
 /// on the fluid, where `U_i` are the velocities of force-free spheres with `s_i`. The powers are
 /// `P_ij = ∮ s_i · f_j dS` with the forces `f_j` of the surface on the fluid while the spheres move
-/// with `U_j`; the matrix is symmetric. Viscosity 1.
+/// with `U_j`; the matrix is symmetric. Viscosity 1. Spheres whose radii change have surface
+/// velocities with a flux, see [`SphereSlip`]; a single one of radius `a` dissipates `16π a a'^2`.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SurfaceFlow {
@@ -101,12 +102,13 @@ pub fn surface_flow(
         columns,
     };
     let found = orders.estimate(&|system, included, x| {
-        let traces = slip.traces(system);
+        let traces = slip.traces_of_rest(system);
         let target = slip_expansion::MAX_SURFACE_RESIDUAL * slip_expansion::largest(&traces);
         system.solve(&not_rigid(system, included), &traces, x, target)?;
-        let inner_powers = interior::powers(system, &traces);
+        let inner_powers = interior::powers(system, &slip.traces(system));
         let (velocities, powers) = motion(system, &frame, spheres, &traces, x);
-        Ok(vec![velocities, powers - &inner_powers, inner_powers])
+        let powers = powers - &inner_powers + slip.sources().powers();
+        Ok(vec![velocities, powers, inner_powers])
     })?;
     for matrix in found.values.iter().chain(&found.coarser) {
         check_finite("the velocity of a surface", matrix)?;

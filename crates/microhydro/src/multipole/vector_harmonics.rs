@@ -115,6 +115,39 @@ impl VectorHarmonics {
         vectors
     }
 
+    /// Real orthonormal harmonics `Y_lm` in a direction, `m = -l ..= l` of each degree `l >= 1`.
+    pub fn scalar(&self, direction: &Vector3<f64>) -> Vec<f64> {
+        let top = self.modes.order;
+        let mut harmonics = vec![0.0; top * (top + 2)];
+        let across = direction.xy().norm();
+        let (sin, cos) = across.atan2(direction.z).sin_cos();
+        let azimuth = direction.y.atan2(direction.x);
+        let mut start = 1.0;
+        for m in 0..=top {
+            if m > 0 {
+                start *= (2 * m - 1) as f64 * sin;
+            }
+            let (s, c) = (m as f64 * azimuth).sin_cos();
+            let (mut before, mut p) = (0.0, start);
+            for l in m..=top {
+                if l > m {
+                    let next = ((2 * l - 1) as f64 * cos * p - (l + m - 1) as f64 * before)
+                        / (l - m) as f64;
+                    (before, p) = (p, next);
+                }
+                if l == 0 {
+                    continue;
+                }
+                let value = self.norms[l - 1][m] * p;
+                harmonics[l * l - 1 + l + m] = value * c;
+                if m > 0 {
+                    harmonics[l * l - 1 + l - m] = value * s;
+                }
+            }
+        }
+        harmonics
+    }
+
     /// Real orthonormal harmonics `Y_lm` and their surface gradients: `m = -l ..= l` of each degree
     /// `l >= 1`; `m < 0` is the sine.
     fn scalar_at(&self, point: &SpherePoint) -> Vec<(f64, Vector3<f64>)> {

@@ -16,6 +16,7 @@ use super::modes::Family;
 use super::orders::Orders;
 use super::rotation::{AXIS_OF_M, Rotation, rotation_to_z};
 use super::slip_expansion::{self, SlipExpansion, SphereSlip};
+use super::sources::Sources;
 use super::system::System;
 use super::truncation::{self, GapCoordinates, MAX_ORDER_OFF_AXIS, MAX_ORDER_ON_CONTAINER};
 use super::wall_image::LambExpansion;
@@ -30,6 +31,8 @@ pub struct VelocityField {
     expansions: Vec<Expansion>,
     /// For each expansion, the coefficients of its own flow on its own surface.
     harmonics: Vec<Vec<f64>>,
+    /// Sources in spheres whose radii change.
+    sources: Option<Sources>,
     relative_error: f64,
     /// Order that the narrowest gap needs for the tolerance.
     needed: usize,
@@ -159,6 +162,7 @@ impl VelocityField {
             spheres: spheres.clone(),
             medium: *medium,
             frame,
+            sources: slip.map(SlipExpansion::into_sources),
             relative_error: relative_error.max(remainder),
             needed: needed.highest(),
         })
@@ -200,7 +204,9 @@ impl VelocityField {
             });
         }
         let local = self.frame.to_axes * (point - self.frame.origin);
-        let mut velocity = Vector3::zeros();
+        let sources = self.sources.as_ref();
+        let mut velocity =
+            sources.map_or_else(Vector3::zeros, |sources| sources.velocity(&local, 0));
         for (sphere, centre) in self.frame.centres.iter().enumerate() {
             let expansion = &self.expansions[sphere];
             let offset = local - centre;

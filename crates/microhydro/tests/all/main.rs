@@ -1,5 +1,6 @@
 //! Tests of the public interface, in one binary.
 
+mod breathing;
 mod contract;
 mod exact;
 mod examples;

@@ -79,7 +79,8 @@ impl<'a> AxialSurfaces<'a> {
         resistances: &'a AxialResistances,
         axis: &'a Vector3<f64>,
     ) -> Result<Option<Self>, ModelError> {
-        let motion = SurfaceMotion::new(scaled, &scaled.poses(configuration)?);
+        let poses = scaled.poses(configuration)?;
+        let motion = SurfaceMotion::new(scaled, &poses, configuration.shape);
         let (Some(motion), Some(surfaces)) = (motion, &resistances.surfaces) else {
             return Ok(None);
         };
@@ -160,8 +161,9 @@ impl<'a> AxialSurfaces<'a> {
         };
         Ok(SurfaceEffect {
             velocities: spatial(velocities),
-            of_slip: spatial(force_free(&self.of_slip)),
-            slip_power,
+            of_parts: DMatrix::from_columns(&[spatial(force_free(&self.of_slip))]),
+            powers: DVector::from_element(1, slip_power),
+            rates: Vec::new(),
         })
     }
 }

@@ -34,7 +34,11 @@ impl AxisymmetricModel {
             None => MeridianFlow::new(&bodies, self.surroundings, &velocities)?,
         };
         let origin = self.origin(&self.scaled.centres(configuration)?);
-        let motion = SurfaceMotion::new(&self.scaled, &self.scaled.poses(configuration)?);
+        let motion = SurfaceMotion::new(
+            &self.scaled,
+            &self.scaled.poses(configuration)?,
+            configuration.shape,
+        );
         // The position along the axis, the distance from it, and the unit vector away from it.
         let place = |x: &Vector3<f64>| {
             let arm = x - origin;

@@ -2,6 +2,7 @@
 
 mod axial_stresslets;
 mod axial_surfaces;
+mod deforming_bodies;
 mod meridian_flow;
 mod moving_axis;
 mod viscosity_law;
@@ -15,6 +16,7 @@ use mesh::TetMesh;
 use nalgebra::{DMatrix, Vector3};
 
 use self::axial_surfaces::{AxialResistances, AxialSurfaces, grand_resistance};
+use self::deforming_bodies::AxialRates;
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
 use crate::flow_field::{FlowField, PointFlow};
@@ -132,6 +134,25 @@ impl AxisymmetricModel {
             );
         };
         let has_swirl = Self::has_swirl(scene);
+        if scene.deforms() && (has_swirl || scene.has_surface_velocity()) {
+            return refuse(
+                "bodies",
+                "bodies that deform in a background flow, beside bodies with slip or with rotation \
+                 about the axis,"
+                    .to_owned(),
+                "use model.kind = \"multipole\" or \"auto\"",
+            );
+        }
+        if scene.deforms()
+            && let Some(number) = scene.bodies().iter().position(|b| !b.shape.is_isotropic())
+        {
+            let shape = scene.bodies()[number].shape.kind().word();
+            return refuse(
+                &format!("bodies[{number}].shape"),
+                format!("shape = \"{shape}\" beside bodies that deform"),
+                "use spheres",
+            );
+        }
         let law = scaled.law();
         if law.is_some() && has_swirl {
             return refuse(
@@ -188,7 +209,13 @@ impl AxisymmetricModel {
 
     /// Whether the model supports the domain, the shapes and the arrangement of a scene.
     pub fn supports(scene: &Scene) -> bool {
+        let can_deform = || {
+            !Self::has_swirl(scene)
+                && !scene.has_surface_velocity()
+                && scene.bodies().iter().all(|body| body.shape.is_isotropic())
+        };
         scene.first_not_spheroidal().is_none()
+            && (!scene.deforms() || can_deform())
             && matches!(
                 scene.domain(),
                 Domain::Unbounded | Domain::Ball { .. } | Domain::Cylinder { .. }
@@ -275,6 +302,13 @@ impl AxisymmetricModel {
         configuration: Configuration,
         tolerance: f64,
     ) -> Result<AxialResistances, ModelError> {
+        if let Some(rates) = AxialRates::new(&self.scaled, configuration, &self.axis)? {
+            return Ok(AxialResistances {
+                axial: self.deforming_resistance(configuration, &rates, tolerance)?,
+                surfaces: None,
+                spin: None,
+            });
+        }
         let bodies = self.on_axis(configuration)?;
         let surfaces = match self.scaled.scene.has_surface_velocity() {
             true => Some(
@@ -319,10 +353,18 @@ impl AxisymmetricModel {
         let loads = &self.scaled.loads(configuration, query.inertia)?;
         let constraints = (self.scaled).query_constraints(query, rates)?;
         let surfaces = AxialSurfaces::new(&self.scaled, configuration, resistances, &self.axis)?;
+        let deformation = AxialRates::new(&self.scaled, configuration, &self.axis)?;
+        if deformation.is_some() {
+            self.scaled.check_volume(configuration, rates)?;
+        }
+        let scaled_rates = self.scaled.values(rates);
         let n = self.shapes.len();
         let solve = |of: fn(&AxialResistance) -> DMatrix<f64>| {
             let along = of(axial);
-            let effect = surfaces.as_ref().map(|s| s.effect(&along)).transpose()?;
+            let effect = match (&deformation, &surfaces) {
+                (Some(deformation), _) => Some(deformation.effect(&along, &scaled_rates)?),
+                (None, surfaces) => surfaces.as_ref().map(|s| s.effect(&along)).transpose()?,
+            };
             let along = along.view((0, 0), (n, n)).into_owned();
             let matrix = grand_resistance(&self.shapes, &self.axis, &along, spin.map(of).as_ref());
             let solved = MobilitySolution::new(&matrix, set, &constraints, loads, effect.as_ref())?;
@@ -344,11 +386,15 @@ impl AxisymmetricModel {
             velocity: uncancelled(axial) * speed,
             angular_velocity: spin.map_or(0.0, uncancelled) * spin_speed,
             // Without joints the forces are the given loads.
-            force: match surfaces.is_some() && !set.joints().is_empty() {
+            force: match (surfaces.is_some() || deformation.is_some()) && !set.joints().is_empty() {
                 true => SLIP_FORCE_FACTOR * axial.relative_error() * largest(|body| body.force),
                 false => 0.0,
             },
-            power: axial.relative_error() * corrected.slip_power.abs(),
+            power: axial.relative_error()
+                * match deformation.is_some() {
+                    true => corrected.power().abs(),
+                    false => corrected.slip_power.abs(),
+                },
         };
         let error = DiscretisationError::between(&computed, &corrected, uncertainty);
         let total = clock.elapsed().as_secs_f64();
@@ -401,7 +447,7 @@ impl Hydrodynamics for AxisymmetricModel {
                 self.solution(query, rates, &resistances, begin)
             })
             .collect::<Result<_, _>>()?;
-        if query.stresslets {
+        if query.stresslets && !self.scaled.scene.deforms() {
             self.add_stresslets(query.configuration, &resistances, tolerance, &mut solutions)?;
         }
         Ok(solutions)
@@ -412,6 +458,7 @@ impl Hydrodynamics for AxisymmetricModel {
             error_estimates: ErrorEstimates::Always,
             controls_error: true,
             follows_rheology: true,
+            deforms: true,
             ..Capabilities::default()
         }
     }
@@ -425,6 +472,13 @@ impl Hydrodynamics for AxisymmetricModel {
 
     fn flows(&mut self) -> Result<&mut dyn Flows, ModelError> {
         let scene = &self.scaled.scene;
+        if scene.deforms() {
+            let what = "the flow at points around bodies that deform in the meridian plane";
+            return Err(ModelError::unsupported(
+                what,
+                "use model.kind = \"multipole\"",
+            ));
+        }
         if scene.inertia().is_kept() {
             let what = format!(
                 "{}: the flow at points of a fluid with inertia in the meridian plane",

@@ -335,6 +335,7 @@ impl MovingAxis {
                 joint_loads: drive.joint_loads(&forces, &generalised)?,
                 holding: drive.holding_loads(&forces, &generalised)?,
                 slip_power: step.slip_power,
+                amplitudes: Vec::new(),
             },
         );
         let largest = |of: fn(&BodySolution) -> Vector3<f64>| {

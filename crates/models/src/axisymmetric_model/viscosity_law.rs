@@ -266,7 +266,7 @@ impl AxisymmetricModel {
         let effect = SurfaceEffect {
             velocities: of_forces.velocities
                 + self.spatial(&DVector::from_column_slice(velocities)),
-            slip_power: forces.slip_power,
+            powers: DVector::from_element(1, forces.slip_power),
             ..of_forces
         };
         self.mobility(derivatives, balance, Some(&effect))
@@ -285,9 +285,10 @@ impl AxisymmetricModel {
         })?;
         let velocities = self.spatial(&-factor.solve(forces));
         Ok(SurfaceEffect {
-            of_slip: DVector::zeros(velocities.len()),
+            of_parts: DMatrix::zeros(velocities.len(), 1),
             velocities,
-            slip_power: 0.0,
+            powers: DVector::zeros(1),
+            rates: Vec::new(),
         })
     }
 

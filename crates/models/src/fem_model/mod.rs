@@ -95,6 +95,7 @@ impl FemModel {
     /// [`ModelError::Unsupported`] for domains, shapes and fixed bodies that are not supported; a
     /// mesh file that cannot be read.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
+        Capabilities::default().check_deformations(scene, NAME)?;
         let scaled = ScaledScene::new(scene)?;
         Ok(Self {
             meshes: Meshes::new(scene, &scaled.scale)?,
@@ -278,6 +279,7 @@ impl Hydrodynamics for FemModel {
             solves_together: self.engine.is_none() && !MovingFrame::serves(&self.scaled.scene),
             follows_rheology: true,
             controls_error: false,
+            deforms: false,
         }
     }
 

@@ -170,7 +170,7 @@ impl MovingScene {
             let flow = ScaledFlow {
                 mesh: Arc::new(mesh),
                 flow: solved.flow.clone(),
-                motion: SurfaceMotion::new(&self.scaled, poses),
+                motion: SurfaceMotion::new(&self.scaled, poses, &[]),
                 frame: None,
                 scale: self.scaled.scale,
             };

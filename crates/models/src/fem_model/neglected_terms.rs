@@ -221,7 +221,7 @@ impl FemModel {
         query: &PlacedQuery,
         flow: &FlowSolution,
     ) -> Result<Response, ModelError> {
-        let scaled_response = ScaledResponse::of_flow(flow, 0.0, &self.scaled.set)?;
+        let scaled_response = ScaledResponse::of_flow(flow, 0.0, Vec::new(), &self.scaled.set)?;
         let mut response = self.scaled.change_to_scene(scaled_response);
         if let Some(frame) = &query.frame {
             response.rotate(&frame.rotation());

@@ -267,7 +267,7 @@ impl FemModel {
         let surfaces = self.meshes.boundary_surfaces(poses);
         let mut problem = (self.problem(mesh, poses, &surfaces)?).with_space(&query.space);
         let to_laboratory = (query.frame).map(|frame| self.to_laboratory(frame));
-        let flows = SurfaceMotion::new(&self.scaled, poses).map(|motion| BodyFlows {
+        let flows = SurfaceMotion::new(&self.scaled, poses, &[]).map(|motion| BodyFlows {
             motion: motion.in_frame(to_laboratory),
             surfaces: &surfaces,
         });

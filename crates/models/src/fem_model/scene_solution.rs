@@ -96,7 +96,7 @@ impl ToScene<'_> {
     /// # Errors
     /// A change for another set of bodies.
     fn effects(&self, change: &FlowSolution) -> Result<Effects, ModelError> {
-        let change = ScaledResponse::of_flow(change, 0.0, &self.scaled.set)?;
+        let change = ScaledResponse::of_flow(change, 0.0, Vec::new(), &self.scaled.set)?;
         let bodies = self.scaled.change_to_scene(change).bodies;
         Ok(Effects {
             speed: largest_norm(bodies.iter().map(|b| b.velocity)),
@@ -114,7 +114,7 @@ impl ToScene<'_> {
         slip_power: f64,
     ) -> Result<InstantaneousSolution, ModelError> {
         let (scale, set) = (&self.scaled.scale, &self.scaled.set);
-        let scaled = ScaledResponse::of_flow(flow, slip_power, set)?;
+        let scaled = ScaledResponse::of_flow(flow, slip_power, Vec::new(), set)?;
         let response = self.scaled.response_to_scene(self.time, scaled);
         let bodies = &response.bodies;
         let holding = || response.holding.iter();

@@ -12,6 +12,8 @@ use crate::solution::InstantaneousSolution;
 pub struct Layout {
     pub bodies: usize,
     pub joints: usize,
+    /// Whether some joints are amplitudes of deformations.
+    pub deforms: bool,
     /// Whether records contain discretisation errors.
     pub mesh_errors: bool,
 }
@@ -32,7 +34,12 @@ impl Layout {
 
     /// Length of the numbers of one response.
     fn record(self) -> usize {
-        3 * (2 + 5 * self.bodies) + 7 * self.joints
+        3 * (2 + 5 * self.bodies) + 7 * self.joints + self.rates()
+    }
+
+    /// Number of rates of amplitudes.
+    fn rates(self) -> usize {
+        if self.deforms { self.joints } else { 0 }
     }
 }
 
@@ -52,7 +59,9 @@ impl Record {
                 // Bodies of free swimmers are not held.
                 holding: Vec::new(),
                 slip_power: 0.0,
+                amplitude_rates: numbers[numbers.len() - layout.rates()..].to_vec(),
             };
+            let numbers = &numbers[..numbers.len() - layout.rates()];
             let vectors = numbers.chunks_exact(3).map(Vector3::from_column_slice);
             let read = response.vectors_mut().zip(vectors);
             read.for_each(|(vector, number)| *vector = number);
@@ -69,13 +78,15 @@ impl Record {
     }
 }
 
-/// Numbers of a solution in the order of [`Record::new`]: three per vector, one per drive.
+/// Numbers of a solution in the order of [`Record::new`]: three per vector, one per drive, one per
+/// rate of an amplitude.
 pub fn numbers(solution: &InstantaneousSolution) -> Vec<f64> {
     let error = solution.mesh_error.as_ref().map(|error| &error.response);
     let responses = [Some(&solution.response), error].into_iter().flatten();
     let numbers = |response: &Response| -> Vec<f64> {
         let of_vectors = response.vectors().flatten().copied();
-        of_vectors.chain(response.drives()).collect()
+        let rates = response.amplitude_rates.iter().copied();
+        of_vectors.chain(response.drives()).chain(rates).collect()
     };
     responses.flat_map(numbers).collect()
 }
@@ -95,7 +106,8 @@ pub struct Scales {
 /// `values` are points of several records each, one per varying joint. Velocities are relative to
 /// the largest velocity and forces to the largest force. Angular velocities are multiplied, and
 /// torques divided, by the length `longest` of the longest joint. Drives have weight zero, because
-/// they are components of forces and torques that have weights.
+/// they are components of forces and torques that have weights, but where bodies deform: there they
+/// are relative to the largest one. Rates of amplitudes have weight zero, because they are given.
 ///
 /// Discretisation errors change from shape to shape, so the tolerance is at least the error bar of
 /// the mesh. Forces with a larger relative error bar have a smaller weight. The signed
@@ -115,15 +127,17 @@ pub fn scales(
         Force,
         Torque,
         Drive,
+        Rate,
         Discretisation,
     }
-    use Kind::{Angular, Discretisation, Drive, Force, Torque, Velocity};
+    use Kind::{Angular, Discretisation, Drive, Force, Rate, Torque, Velocity};
     let mut vectors = vec![Velocity, Angular];
     vectors.extend(vec![Angular; layout.bodies]);
     vectors.extend([Velocity, Angular, Force, Torque].repeat(layout.bodies));
     vectors.extend([Force, Torque].repeat(layout.joints));
     let mut kinds: Vec<Kind> = vectors.into_iter().flat_map(|kind| [kind; 3]).collect();
     kinds.extend(vec![Drive; layout.joints]);
+    kinds.extend(vec![Rate; layout.rates()]);
     if layout.mesh_errors {
         kinds.extend(vec![Discretisation; kinds.len()]);
     }
@@ -143,7 +157,8 @@ pub fn scales(
         Angular => longest / speed,
         Force => of_force,
         Torque => of_force / longest,
-        Drive | Discretisation => 0.0,
+        Drive if layout.deforms => of_force * force / largest(Drive),
+        Drive | Rate | Discretisation => 0.0,
     };
     Scales {
         weights: kinds.iter().map(weight).collect(),
@@ -162,6 +177,7 @@ mod tests {
         let layout = Layout {
             bodies: 2,
             joints: 1,
+            deforms: false,
             mesh_errors: true,
         };
         let written: Vec<f64> = (0..86).map(f64::from).collect();
@@ -182,6 +198,7 @@ mod tests {
         let layout = Layout {
             bodies: 2,
             joints: 1,
+            deforms: true,
             mesh_errors: true,
         };
         let values = vec![1.0; layout.numbers()];

@@ -90,6 +90,7 @@ impl<'a> Sampler<'a> {
         Layout {
             bodies: self.scene.bodies().len(),
             joints: self.ranges.len(),
+            deforms: self.scene.deforms(),
             mesh_errors: self.solved.mesh_errors,
         }
     }
@@ -272,11 +273,13 @@ impl<'a> Sampler<'a> {
     }
 }
 
-/// Largest length of the joints in a box.
+/// Largest length of the joints in a box, at least the radius of a body.
 pub fn longest_arm(scene: &Scene, ranges: &[(f64, f64)]) -> f64 {
     let arm =
         |(joint, range): (usize, &(f64, f64))| scene.articulation().arm_length(joint, range.1);
-    ranges.iter().enumerate().map(arm).fold(0.0, f64::max)
+    let radii = scene.bodies().iter().map(|body| body.bounding_radius());
+    let arms = ranges.iter().enumerate().map(arm);
+    arms.chain(radii).fold(0.0, f64::max)
 }
 
 /// Number of a grid point in the finest grid.

@@ -243,11 +243,8 @@ impl ShapeSpace {
         let records = self.records(shape)?;
         let n = records.len();
         Ok(DMatrix::from_fn(n, n, |i, j| {
-            let [a, b] = [i, j].map(|k| &records[k].response.bodies);
-            a.iter()
-                .zip(b)
-                .map(|(a, b)| a.force.dot(&b.velocity) + a.torque.dot(&b.angular_velocity))
-                .sum()
+            let [loads, motion] = [i, j].map(|k| &records[k].response);
+            loads.power_in(motion)
         }))
     }
 
@@ -288,7 +285,10 @@ impl ShapeSpace {
         let force = forces.fold(0.0, f64::max);
         // The error of a product of two interpolated numbers.
         let sizes = response.bodies.iter();
-        let product: f64 = sizes.map(|b| b.force.norm() * b.velocity.norm()).sum();
+        let of_bodies: f64 = sizes.map(|b| b.force.norm() * b.velocity.norm()).sum();
+        let rates = response.drives().zip(&response.amplitude_rates);
+        let of_deformations: f64 = rates.map(|(drive, rate)| (drive * rate).abs()).sum();
+        let product = of_bodies + of_deformations;
         let torques = response.bodies.iter().map(|b| b.torque.norm());
         let torque = torques.fold(force * self.longest, f64::max);
         let mesh_error = record.mesh_error.map(|response| DiscretisationError {
@@ -379,7 +379,7 @@ fn varying_joints(
     let set = scene.articulation();
     let joints = set.joints().len();
     let is_valid = |(range, joint): (&(f64, f64), &Joint)| {
-        let is_positive = 0.0 < range.0 || joint.kind.is_angle() || !joint.kind.has_value();
+        let is_positive = 0.0 < range.0 || joint.kind.is_signed();
         range.0.is_finite() && range.1.is_finite() && is_positive && range.0 <= range.1
     };
     if ranges.len() != joints || !ranges.iter().zip(set.joints()).all(is_valid) {

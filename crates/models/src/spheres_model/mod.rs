@@ -5,7 +5,8 @@ mod sphere_resistances;
 
 use std::time::Instant as Clock;
 
-use microhydro::{Accuracy, Medium, Spheres, multipole};
+use microhydro::multipole::{self, SphereSlip};
+use microhydro::{Accuracy, Medium, Spheres};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::StateVelocity;
 
@@ -22,7 +23,7 @@ use crate::response::Response;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
-use scene::{Domain, ModelKind, Scene};
+use scene::{Body, Domain, ModelKind, Scene};
 use stokes::{Dofs, Seconds};
 
 /// Approximation of the interactions between spheres.
@@ -71,7 +72,6 @@ pub struct SpheresModel {
     /// Whether the model was chosen such that its error meets the tolerance of the scene.
     controls_error: bool,
     scaled: ScaledScene,
-    radii: Vec<f64>,
     /// Names of the bodies with surfaces.
     names: Vec<String>,
     medium: Medium,
@@ -89,7 +89,7 @@ impl SpheresModel {
             let what = format!("{}: {what}", scene.place(key));
             Err(ModelError::unsupported(what, instead))
         };
-        if let Some(number) = scene.first_nonspherical() {
+        if let Some(number) = scene.bodies().iter().position(|b| !b.shape.is_isotropic()) {
             let word = scene.bodies()[number].shape.kind().word();
             return refuse(
                 &format!("bodies[{number}].shape"),
@@ -97,10 +97,34 @@ impl SpheresModel {
                 "use model.kind = \"fem\", or \"axisymmetric\" for spheroids on one axis",
             );
         }
-        if scene.has_surface_velocity() && !matches!(kind, SphereModel::Multipole(_)) {
+        let modes = |body: &Body| {
+            (body.deformation.as_ref()).is_some_and(|deformation| !deformation.is_sphere())
+        };
+        if let Some(number) = scene.bodies().iter().position(modes) {
+            return refuse(
+                &format!("bodies[{number}].deformation"),
+                "a body whose modes change its shape, for models of spheres",
+                "use model.kind = \"axisymmetric\", or tangential modes",
+            );
+        }
+        let changes_size = |body: &Body| {
+            (body.deformation.as_ref()).is_some_and(|deformation| deformation.size.is_some())
+        };
+        if *scene.domain() == Domain::Wall
+            && let Some(number) = scene.bodies().iter().position(changes_size)
+        {
+            return refuse(
+                &format!("bodies[{number}]"),
+                "a sphere whose radius changes above a plane wall, for models of spheres",
+                "use domain.kind = \"unbounded\" or \"ball\"",
+            );
+        }
+        if (scene.has_surface_velocity() || scene.deforms())
+            && !matches!(kind, SphereModel::Multipole(_))
+        {
             return refuse(
                 "model.kind",
-                "slip and background flow for models of point forces",
+                "slip, deformation and background flow for models of point forces",
                 "use model.kind = \"multipole\", or \"auto\"",
             );
         }
@@ -126,12 +150,6 @@ impl SpheresModel {
             kind,
             controls_error: matches!(kind, SphereModel::Multipole(_))
                 || scene.model().kind == ModelKind::Auto,
-            radii: scene
-                .bodies()
-                .iter()
-                // Other shapes are refused above.
-                .filter_map(|body| Some(scale.length(body.shape.sphere_radius()?)))
-                .collect(),
             names: scene
                 .bodies()
                 .iter()
@@ -152,11 +170,11 @@ impl SpheresModel {
     /// Spheres that are too close.
     pub fn predicted_seconds(&self, configuration: Configuration) -> Result<f64, ModelError> {
         let spheres = self.spheres(configuration)?;
-        // Slip, and the background flow.
-        let columns = if self.scaled.scene.has_surface_velocity() {
-            2
-        } else {
-            0
+        let columns = match self.scaled.scene.has_surface_velocity() || self.scaled.scene.deforms()
+        {
+            // Slip, the background flow and each amplitude.
+            true => 2 + self.scaled.amplitudes().count(),
+            false => 0,
         };
         let seconds = |accuracy: Accuracy| {
             multipole::predicted_seconds(&spheres, &self.medium, &accuracy, columns)
@@ -180,7 +198,8 @@ impl SpheresModel {
 
     fn spheres(&self, configuration: Configuration) -> Result<Spheres, ModelError> {
         let centres = self.scaled.centres(configuration)?;
-        Ok(Spheres::new(centres, self.radii.clone())?)
+        let radii = self.scaled.sphere_radii(configuration.shape)?;
+        Ok(Spheres::new(centres, radii)?)
     }
 
     /// Resistance of a configuration; that of the last configuration is stored.
@@ -199,13 +218,14 @@ impl SpheresModel {
         Ok(resistances)
     }
 
-    /// Effects of slip and background flow, with those from which their errors follow.
+    /// Effects of slip, deformation and background flow, with those from which their errors follow.
     fn surface_effects(
         &self,
-        configuration: Configuration,
+        (configuration, rates): (Configuration, &[f64]),
         resistances: &SphereResistances,
     ) -> Result<Option<SurfaceEffects>, ModelError> {
-        let motion = SurfaceMotion::new(&self.scaled, &self.scaled.poses(configuration)?);
+        let poses = self.scaled.poses(configuration)?;
+        let motion = SurfaceMotion::new(&self.scaled, &poses, configuration.shape);
         let (Some(motion), Some(orders)) = (motion, &resistances.orders) else {
             return Ok(None);
         };
@@ -215,13 +235,29 @@ impl SpheresModel {
         let background = |sphere: usize, n: &Vector3<f64>| {
             -motion.background(&(centres[sphere] + radii[sphere] * n))
         };
-        let flow = multipole::surface_flow(&spheres, &self.medium, orders, &[&slip, &background])?;
+        let of_amplitude = |joint: usize| {
+            let motion = &motion;
+            move |sphere: usize, n: &Vector3<f64>| {
+                motion.of_amplitude(sphere, &(radii[sphere] * n), joint)
+            }
+        };
+        let amplitudes: Vec<_> = (motion.amplitudes().iter())
+            .map(|&joint| of_amplitude(joint))
+            .collect();
+        let mut columns: Vec<&SphereSlip> = vec![&slip, &background];
+        columns.extend(amplitudes.iter().map(|velocity| velocity as &SphereSlip));
+        let flow = multipole::surface_flow(&spheres, &self.medium, orders, &columns)?;
+        let rates = self.scaled.values(rates);
+        let rates: Vec<f64> = motion
+            .amplitudes()
+            .iter()
+            .map(|&joint| rates[joint])
+            .collect();
         // The traction of the background flow on a sphere is that of the flow inside with its
         // velocity on the surface.
-        let of_background = flow.inner_powers[(0, 1)];
-        let effect = |velocities, powers: &DMatrix<f64>| {
-            let slip_power = powers[(0, 0)] + powers[(0, 1)] + of_background;
-            SurfaceEffect::from_columns(velocities, slip_power)
+        let of_flow = flow.inner_powers.column(1).into_owned();
+        let effect = |velocities: &DMatrix<f64>, powers: &DMatrix<f64>| {
+            SurfaceEffect::from_columns(velocities, powers, &of_flow, &rates)
         };
         Ok(Some(SurfaceEffects {
             computed: effect(&flow.velocities, &flow.powers),
@@ -245,22 +281,28 @@ impl SpheresModel {
         let set = &self.scaled.set;
         let loads = &self.scaled.loads(configuration, None)?;
         let constraints = self.scaled.constraints(configuration, rates)?;
-        let surfaces = self.surface_effects(configuration, &resistances)?;
+        let surfaces = self.surface_effects((configuration, rates), &resistances)?;
         let effect = surfaces.as_ref().map(|effects| &effects.computed);
         let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, effect)?;
-        self.placed(configuration, &solved.generalised)
+        self.placed(configuration, rates, &solved.generalised)
     }
 
     /// The spheres of a configuration with these generalised velocities.
     fn placed(
         &self,
         configuration: Configuration,
+        rates: &[f64],
         generalised: &DVector<f64>,
     ) -> Result<MovingSpheres, ModelError> {
         Ok(MovingSpheres {
             spheres: self.spheres(configuration)?,
             velocities: generalised.select_rows(&self.scaled.set.surface_velocities()),
-            surfaces: SurfaceMotion::new(&self.scaled, &self.scaled.poses(configuration)?),
+            surfaces: SurfaceMotion::new(
+                &self.scaled,
+                &self.scaled.poses(configuration)?,
+                configuration.shape,
+            ),
+            rates: self.scaled.values(rates),
         })
     }
 
@@ -277,7 +319,8 @@ impl SpheresModel {
         let ScaledScene { scale, set, .. } = &self.scaled;
         let loads = &self.scaled.loads(configuration, query.inertia)?;
         let constraints = (self.scaled).query_constraints(query, rates)?;
-        let surfaces = self.surface_effects(configuration, &resistances)?;
+        self.scaled.check_volume(configuration, rates)?;
+        let surfaces = self.surface_effects((configuration, rates), &resistances)?;
         let by = |matrix: &DMatrix<f64>, effect: Option<&SurfaceEffect>| {
             MobilitySolution::new(matrix, set, &constraints, loads, effect)
         };
@@ -317,7 +360,7 @@ impl SpheresModel {
         }
         let total = clock.elapsed().as_secs_f64();
         let stresslets = match query.stresslets {
-            true => self.stresslets(configuration, &resistances, &solved.generalised)?,
+            true => self.stresslets((configuration, rates), &resistances, &solved.generalised)?,
             false => None,
         };
         Ok(InstantaneousSolution {
@@ -365,6 +408,8 @@ impl Hydrodynamics for SpheresModel {
     fn capabilities(&self) -> Capabilities {
         Capabilities {
             controls_error: self.controls_error,
+            // Models of point forces refuse scenes that deform.
+            deforms: true,
             ..Capabilities::default()
         }
     }

@@ -30,6 +30,8 @@ pub(super) struct MovingSpheres {
     pub velocities: DVector<f64>,
     /// Motion of the surfaces relative to the spheres, and the background flow.
     pub surfaces: Option<SurfaceMotion>,
+    /// Scaled rates of the joints.
+    pub rates: Vec<f64>,
 }
 
 impl MovingSpheres {
@@ -37,7 +39,11 @@ impl MovingSpheres {
     pub fn surface_velocity(&self, sphere: usize, n: &Vector3<f64>) -> Vector3<f64> {
         let spheres = &self.spheres;
         let x = spheres.centres()[sphere] + spheres.radii()[sphere] * n;
-        let of = |motion: &SurfaceMotion| motion.slip(sphere, n) - motion.background(&x);
+        let arm = spheres.radii()[sphere] * n;
+        let of = |motion: &SurfaceMotion| {
+            motion.slip(sphere, n) + motion.of_deformation(sphere, &arm, &self.rates)
+                - motion.background(&x)
+        };
         self.surfaces.as_ref().map_or_else(Vector3::zeros, of)
     }
 
@@ -95,6 +101,7 @@ pub(super) fn flow_field(
         spheres,
         velocities,
         surfaces: motion,
+        ..
     } = moving;
     let surfaces: Vec<Sphere> = spheres
         .centres()
@@ -197,14 +204,14 @@ impl SpheresModel {
     /// An iteration that does not converge.
     pub(super) fn stresslets(
         &self,
-        configuration: Configuration,
+        (configuration, rates): (Configuration, &[f64]),
         resistances: &SphereResistances,
         generalised: &DVector<f64>,
     ) -> Result<Option<Stresslets>, ModelError> {
         let Some(orders) = &resistances.orders else {
             return Ok(None);
         };
-        let moving = self.placed(configuration, generalised)?;
+        let moving = self.placed(configuration, rates, generalised)?;
         let surface = |sphere: usize, n: &Vector3<f64>| moving.surface_velocity(sphere, n);
         let found = multipole::stresslets(
             &moving.spheres,

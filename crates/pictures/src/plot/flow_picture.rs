@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{Isometry3, Vector3};
 use plotters::prelude::*;
-use scene::Scene;
+use scene::{Body, Scene};
 
 use super::canvas::{self, Raster};
 use super::style::{Area, GRID_COLOUR, INK, at, direction_name, font, px, short, viridis};
@@ -31,6 +31,13 @@ const MAX_NAME_LENGTH: usize = 48;
 /// Colour of streamlines and their outlines.
 const LINE_COLOUR: RGBColor = RGBColor(255, 255, 255);
 
+/// Bodies with their shapes and poses at one time.
+#[derive(Clone, Copy)]
+pub struct PlacedBodies<'a> {
+    pub bodies: &'a [Body],
+    pub poses: &'a [Isometry3<f64>],
+}
+
 /// Draws the flow in a plane as SVG text: speed as colour, streamlines of the velocity in the
 /// plane, and the bodies at these poses.
 ///
@@ -43,7 +50,12 @@ pub fn flow_svg(
 ) -> Result<String, PictureError> {
     let (name, plane) = (shortened(scene.name()), plane_name(&slice.plane));
     let title = format!("{name}: flow at the start, plane {plane}");
-    flow_frame(scene, poses, slice, &title, slice.largest_speed())
+    let bodies = scene.bodies_at(scene.articulation().initial_shape());
+    let placed = PlacedBodies {
+        bodies: &bodies,
+        poses,
+    };
+    flow_frame(scene, placed, slice, &title, slice.largest_speed())
 }
 
 /// The same with another title, and the colours of speeds up to `largest`.
@@ -52,7 +64,7 @@ pub fn flow_svg(
 /// As [`flow_svg`].
 pub fn flow_frame(
     scene: &Scene,
-    poses: &[Isometry3<f64>],
+    placed: PlacedBodies,
     slice: &FlowSlice,
     title: &str,
     largest: f64,
@@ -64,7 +76,7 @@ pub fn flow_frame(
     let mut window = (0..1, 0..1);
     let svg = canvas::transparent_svg(size, |root| {
         let (left, right) = root.split_horizontally(px(WIDTH - SPACE[1]));
-        window = draw_window(&left, scene, poses, slice, title)?;
+        window = draw_window(&left, scene, placed, slice, title)?;
         draw_bar(&right, largest)
     })?;
     canvas::over_raster(&svg, &raster(slice, largest), window)
@@ -83,7 +95,7 @@ pub fn shortened(name: &str) -> String {
 fn draw_window(
     area: &Area,
     scene: &Scene,
-    poses: &[Isometry3<f64>],
+    placed: PlacedBodies,
     slice: &FlowSlice,
     title: &str,
 ) -> Result<(Range<i32>, Range<i32>), Box<dyn std::error::Error>> {
@@ -132,7 +144,7 @@ fn draw_window(
         let line = LineSeries::new(piece.map(place), INK.stroke_width(px(2)));
         chart.draw_series(line)?;
     }
-    for (body, pose) in scene.bodies().iter().zip(poses) {
+    for (body, pose) in placed.bodies.iter().zip(placed.poses) {
         let Some(surface) = body_surface(&body.shape) else {
             continue;
         };

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use nalgebra::Isometry3;
 use scene::Scene;
 
-use super::flow_picture::{flow_frame, shortened};
+use super::flow_picture::{PlacedBodies, flow_frame, shortened};
 use super::style::short;
 use crate::error::PictureError;
 use crate::flow_slice::FlowSlice;
@@ -18,6 +18,8 @@ pub struct MovieFrame {
     pub time: f64,
     pub poses: Vec<Isometry3<f64>>,
     pub slice: FlowSlice,
+    /// Values of the joints.
+    pub shape: Vec<f64>,
 }
 
 /// Draws frames as an SVG that shows one after the other, by rules of CSS and without a script.
@@ -40,7 +42,12 @@ pub fn movie_svg(
     let mut from = 0.0;
     for (k, frame) in frames.iter().enumerate() {
         let title = format!("{}: t = {}", shortened(name), short(frame.time));
-        let picture = flow_frame(scene, &frame.poses, &frame.slice, &title, largest)?;
+        let bodies = scene.bodies_at(&frame.shape);
+        let placed = PlacedBodies {
+            bodies: &bodies,
+            poses: &frame.poses,
+        };
+        let picture = flow_frame(scene, placed, &frame.slice, &title, largest)?;
         let to = match frames.get(k + 1) {
             Some(next) => 50.0 * (frame.time + next.time) / cycle,
             None => 100.0,

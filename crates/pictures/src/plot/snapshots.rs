@@ -27,7 +27,7 @@ pub(super) fn draw(
     // Bounding rectangle of the bodies in all snapshots.
     let (mut left, mut right, mut low, mut high) = (f64::MAX, f64::MIN, f64::MAX, f64::MIN);
     for (_, sample) in &shots {
-        for (body, pose) in scene.bodies().iter().zip(&sample.poses) {
+        for (body, pose) in scene.bodies_at(&sample.shape).iter().zip(&sample.poses) {
             let ((x, y), r) = (flat(&pose.translation.vector), body.bounding_radius());
             (left, right) = (left.min(x - r), right.max(x + r));
             (low, high) = (low.min(y - r), high.max(y + r));
@@ -109,7 +109,8 @@ fn draw_shot(
         let arm = [at(joint.body), at(joint.to)];
         area.draw(&PathElement::new(arm, GREY.stroke_width(px(2))))?;
     }
-    for (body, shape) in scene.bodies().iter().map(|body| &body.shape).enumerate() {
+    let bodies = scene.bodies_at(&sample.shape);
+    for (body, shape) in bodies.iter().map(|body| &body.shape).enumerate() {
         let colour = COLOURS[body % COLOURS.len()];
         let least = f64::from(px(2));
         let disc = |at: (i32, i32), radius: f64| {

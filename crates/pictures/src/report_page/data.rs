@@ -205,8 +205,10 @@ fn slice(
     let sample = nearest_in_time(&record.outcome.samples, stored.time)?;
     let mut outlines = Vec::new();
     for (number, (body, pose)) in record.scene.bodies().iter().zip(&sample.poses).enumerate() {
+        let deformed = body.deformation.as_ref();
+        let deformed = deformed.and_then(|_| body_surface(&body.at(&sample.shape).shape));
         let shape = shapes.iter().position(|known| **known == body.shape)?;
-        let Some(surface) = &surfaces[shape] else {
+        let Some(surface) = deformed.as_ref().or(surfaces[shape].as_ref()) else {
             continue;
         };
         for curve in section(surface, pose, &stored.plane) {

@@ -101,6 +101,7 @@ impl RunRecord {
                 time: stored.time,
                 poses: nearest.poses.clone(),
                 slice: stored.slice()?,
+                shape: nearest.shape.clone(),
             })
         };
         let frames: Vec<_> = self.slices.slices.iter().filter_map(frame).collect();

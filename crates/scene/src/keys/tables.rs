@@ -9,10 +9,11 @@ use serde::{Deserialize, Serialize};
 use super::key::{Key, KeyDefault, KeyTable, KeyType, Kind, tables};
 use crate::joints::JointWord;
 use crate::words::{
-    AcceptKind, ArmsKind, AxesKind, BackgroundKind, DomainKind, DriveKind, EstimatesKind,
-    FlowsKind, FormulationKind, GaitKind, GeometryKind, InertiaKind, InterpolationKind, LawKind,
-    LearnKind, MeshMotionKind, MesherKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind,
-    SolverKind, StartKind, StrokeStart, SurfaceKind, SymmetryKind,
+    AcceptKind, ArmsKind, AxesKind, BackgroundKind, DeformationWord, DomainKind, DriveKind,
+    EstimatesKind, FlowsKind, FormulationKind, GaitKind, GeometryKind, InertiaKind,
+    InterpolationKind, LawKind, LearnKind, MeshMotionKind, MesherKind, ModeMotion, ModelKind,
+    ObjectiveKind, RheologyKind, ShapeKind, SolverKind, StartKind, StrokeStart, SurfaceKind,
+    SymmetryKind,
 };
 
 tables! {
@@ -227,6 +228,8 @@ tables! {
         density: Option<f64> [NonNegative] | "that of the fluid: no weight",
         /// Tangential velocity of the surface.
         slip: Option<SlipFile>,
+        /// Deformation of the surface.
+        deformation: Option<DeformationFile>,
     }
 
     /// Tangential velocity `-(b1 + b2 n·k) (I - n n^T) k` of the surface of a body, a squirmer,
@@ -241,9 +244,26 @@ tables! {
         axis: [f64; 3] = [1.0, 0.0, 0.0],
     }
 
-    /// A joint between two bodies. The value of a slide is the distance of the centres; that of
-    /// other joints is the angle in radians from the pose of the file, counterclockwise about the
-    /// axis for `body`.
+    /// Deformation of a sphere about its centre, by shape coordinates that the gait changes like
+    /// the values of joints: targets = { arm = 8, "BODY.MODE" = 0.1 }. Every sphere has the
+    /// coordinates BODY.radius and BODY.volume, of which a scene uses one; a volume that changes
+    /// at a constant rate has a constant flux. Modes have the amplitudes BODY.MODE, numbers that
+    /// are zero at the start unless the gait gives others. In a container the sum of the volumes
+    /// must stay.
+    pub(crate) struct DeformationFile in "bodies[].deformation." {
+        /// How the surface deforms.
+        kind: DeformationWord,
+        /// Degree of each mode by its name, from 1 to 12, such as { p2 = 2, p3 = 3 }.
+        modes: Option<BTreeMap<String, f64>> | "none",
+        /// How the modes move material points.
+        motion: Option<ModeMotion>; radial,
+        /// Direction of the axis of the modes in the initial configuration. It turns with the body.
+        axis: Option<[f64; 3]>; [1.0, 0.0, 0.0],
+    }
+
+    /// A joint between two bodies. The value of a slide is the distance of the centres, that of an
+    /// exchange the volume of `body`; that of other joints is the angle in radians from the pose of
+    /// the file, counterclockwise about the axis for `body`.
     pub(crate) struct JointFile in "links[]." {
         /// Name of the link, unique.
         name: Option<String> | "required",
@@ -304,7 +324,8 @@ tables! {
     pub(crate) struct PhaseFile in "gait.phases[]." {
         /// Link whose value changes.
         link: Option<String> | "none: all joints are at rest",
-        /// Value of the link at the end of the phase: length of a slide, angle of other joints.
+        /// Value of the link at the end of the phase: length of a slide, angle of other joints,
+        /// volume of an exchange, or a shape coordinate of a body such as "BODY.radius".
         length: Option<f64> | "required with `link`",
         /// Values of several links at the end of the phase, by name. They change at the same time.
         targets: Option<BTreeMap<String, f64>> | "none; instead of `link` and `length`",

@@ -8,7 +8,7 @@ use crate::body::{Body, with_held_velocities};
 use crate::checks::{Checks, check_angle};
 use crate::error::SceneError;
 use crate::gait::{Gait, spans};
-use crate::joints::JointKeys;
+use crate::joints::{JointKeys, JointWord};
 use crate::keys::{ForceFile, JointFile};
 use crate::loads::VectorOscillation;
 use crate::shape_path::{JointForce, Sine};
@@ -43,7 +43,11 @@ pub(super) fn joints(
             );
             return Err(checks.bad_value(&key("to"), problem));
         }
-        let joins_same = |joint: &Joint| [(body, to), (to, body)].contains(&(joint.body, joint.to));
+        let exchanges = file.joint == JointWord::Exchange;
+        let joins_same = |joint: &Joint| {
+            joint.kind.is_deformation() == exchanges
+                && [(body, to), (to, body)].contains(&(joint.body, joint.to))
+        };
         if joints.iter().any(joins_same) {
             let problem = format!(
                 "links '{}' and '{}' a second time; remove one",
@@ -61,7 +65,7 @@ pub(super) fn joints(
             .map_err(|(name, problem)| checks.bad_value(&key(name), problem))?;
         let start = match kind.freedom() {
             Freedom::Distance => (bodies[body].position - bodies[to].position).norm(),
-            Freedom::Angle | Freedom::Rotation | Freedom::Nothing => 0.0,
+            Freedom::Angle | Freedom::Rotation | Freedom::Nothing | Freedom::Amplitude => 0.0,
         };
         let drive = drive(checks, number, file, (kind, start))?;
         joints.push(Joint {
@@ -79,7 +83,7 @@ pub(super) fn joints(
 ///
 /// Joints in `start` have other values at the start than in the pose of the file: bodies of slides
 /// are moved along the directions of the joints, with the pivots of their other joints; joints that
-/// turn start from their angles.
+/// turn start from their angles, amplitudes of deformations from theirs.
 pub(super) fn articulation(
     checks: &Checks,
     bodies: &mut [Body],
@@ -98,9 +102,9 @@ pub(super) fn articulation(
         }
     }
     for (number, body) in bodies.iter().enumerate() {
-        let joint = joints
-            .iter()
-            .find(|joint| joint.body == number || joint.to == number);
+        let joint = joints.iter().find(|joint| {
+            !joint.kind.is_deformation() && (joint.body == number || joint.to == number)
+        });
         if !body.shape.has_surface() && joint.is_none() {
             let problem = "is a point that no link holds, so nothing determines its velocity; \
                            link it or remove it";
@@ -124,15 +128,21 @@ pub(super) fn articulation(
     let mut lengths = set.initial_shape().to_vec();
     let mut angles = lengths.clone();
     for &(joint, value) in start {
+        let kind = &set.joints()[joint].kind;
         // A length that the positions give is not changed by their rounding.
-        if set.joints()[joint].kind.is_angle() {
+        if kind.is_deformation() {
+            (lengths[joint], angles[joint]) = (value, value);
+        } else if kind.is_angle() {
             angles[joint] = value;
         } else if (value - lengths[joint]).abs() > SAME_LENGTH * lengths[joint] {
             (lengths[joint], angles[joint]) = (value, value);
         }
     }
     let bad = |error: RigidError| checks.bad_value("gait", error.to_string());
-    let set = match lengths == set.initial_shape() {
+    let moves = |joint: usize| !set.joints()[joint].kind.is_deformation();
+    let are_moved = (0..lengths.len())
+        .any(|joint| moves(joint) && lengths[joint] != set.initial_shape()[joint]);
+    let set = match !are_moved {
         true => set,
         false => {
             let poses = set.place(&set.initial_state(), &lengths).map_err(bad)?;
@@ -211,10 +221,16 @@ fn drive(
     let kind = match (joint.freedom(), file.drive) {
         (Freedom::Distance | Freedom::Angle, kind) => kind.unwrap_or_default(),
         (Freedom::Rotation, None | Some(DriveKind::Free)) => DriveKind::Free,
-        (Freedom::Nothing, None) => DriveKind::Prescribed,
-        (Freedom::Rotation | Freedom::Nothing, Some(other)) => {
+        (Freedom::Nothing, None) | (Freedom::Amplitude, None | Some(DriveKind::Prescribed)) => {
+            DriveKind::Prescribed
+        }
+        (Freedom::Rotation | Freedom::Nothing | Freedom::Amplitude, Some(other)) => {
+            let why = match joint.freedom() {
+                Freedom::Amplitude => "is prescribed",
+                _ => "has no value",
+            };
             let problem = format!(
-                "cannot be \"{}\": a joint \"{}\" has no value; remove the key",
+                "cannot be \"{}\": a joint \"{}\" {why}; remove the key",
                 other.word(),
                 file.joint.word()
             );

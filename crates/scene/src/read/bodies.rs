@@ -102,6 +102,7 @@ fn body(
         angular_velocity: None,
         density: file.density,
         slip: flow::slip(checks, number, file, has_surface)?,
+        deformation: None,
         mass: file.mass,
         inertia: file.inertia,
     })

@@ -15,10 +15,11 @@ pub(super) fn check_initial(scene: &Scene) -> Result<(), SceneError> {
     let poses = scene
         .articulation
         .place(&scene.initial_state(), scene.articulation.initial_shape())?;
-    let Some(contact) = closest_contact(&scene.bodies, &scene.domain, &poses) else {
+    let bodies = scene.bodies_at(scene.articulation.initial_shape());
+    let Some(contact) = closest_contact(&bodies, &scene.domain, &poses) else {
         return Ok(());
     };
-    let size = scene.bodies[contact.body].bounding_radius();
+    let size = bodies[contact.body].bounding_radius();
     if !contact.touches(size) {
         return Ok(());
     }
@@ -61,10 +62,11 @@ pub(super) fn check_stroke(scene: &Scene) -> Result<(), SceneError> {
 fn prescribed_groups(set: &Articulation) -> Vec<usize> {
     let is_prescribed =
         |joint: &Joint| !joint.is_passive() && joint.kind.freedom() != Freedom::Rotation;
+    let holds = |joint: &&Joint| !joint.kind.is_deformation();
     let linkage_of = set.linkage_of();
     let mut groups: Vec<usize> = (0..linkage_of.len()).collect();
     for (number, linkage) in set.linkages().iter().enumerate() {
-        let joints = set.joints().iter();
+        let joints = set.joints().iter().filter(holds);
         let joints: Vec<&Joint> = joints
             .filter(|joint| linkage_of[joint.body] == number)
             .collect();
@@ -120,7 +122,8 @@ fn check_span(scene: &Scene, span: &PhaseSpan, groups: &[usize]) -> Result<(), S
     for k in 0..=REPORTED_POSITIONS {
         let s = f64::from(k) / f64::from(REPORTED_POSITIONS);
         let poses = set.place(&state, &span.shape(s)).map_err(fails)?;
-        let gap = contacts(&scene.bodies, &Domain::Unbounded, &poses)
+        let bodies = scene.bodies_at(&span.shape(s));
+        let gap = contacts(&bodies, &Domain::Unbounded, &poses)
             .find(|contact| contact.body == body && contact.other == other)
             .map_or(f64::INFINITY, |contact| contact.gap);
         if gap < deepest.1 {

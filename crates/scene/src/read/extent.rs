@@ -121,7 +121,7 @@ impl Unplaced<'_> {
     /// Checks the lengths of slides.
     fn check_gait(&self, smallest: f64) -> Result<(), SceneError> {
         let check = |key: &str, length: f64| self.check_length(key, length, smallest);
-        let is_length = |joint: usize| !self.joints[joint].kind.is_angle();
+        let is_length = |joint: usize| self.joints[joint].kind.length_power() == 1;
         if let Some(table) = self.gait_table {
             check("gait.file", table.largest(self.joints))?;
         }

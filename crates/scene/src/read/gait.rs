@@ -1,6 +1,6 @@
 //! The gait of a scene file.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rigid::{Articulation, Joint};
 
@@ -85,10 +85,16 @@ pub(super) fn gait(
     Ok((gait, None))
 }
 
+/// Path of the file of a table.
+pub(super) fn table_path(checks: &Checks, name: &str) -> PathBuf {
+    let folder = checks.0.path().parent().unwrap_or(Path::new(""));
+    folder.join(name)
+}
+
 fn table(checks: &Checks, file: &GaitFile, joints: &[Joint]) -> Result<GaitTable, SceneError> {
     let key = "gait.file";
     let name = checks.required(key, file.file.as_ref(), ": a table needs a file")?;
-    let path = checks.0.path().parent().unwrap_or(Path::new("")).join(name);
+    let path = table_path(checks, name);
     let interpolation = file.interpolation.unwrap_or_default();
     let table = GaitTable::read(&path, interpolation, joints)
         .map_err(|problem| checks.bad_value(key, problem))?;

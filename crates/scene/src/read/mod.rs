@@ -4,6 +4,7 @@ mod articulation;
 mod bodies;
 mod change;
 mod contacts;
+mod deformations;
 mod domain;
 mod extent;
 mod flow;
@@ -84,7 +85,9 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
     flow::enter_weights(&checks, &gravity, density, &mut bodies)?;
     let (viscosity, rheology) = fluid::viscosity(&checks, &file.fluid, has_background)?;
     let inertia = flow::inertia(&checks, &file, (&domain, has_background), &bodies)?;
-    let joints = articulation::joints(&checks, &file.links, &bodies)?;
+    let mut joints = articulation::joints(&checks, &file.links, &bodies)?;
+    deformations::enter(&checks, &file, &mut bodies, &mut joints)?;
+    deformations::check_bodies(&checks, &file, &domain, &bodies)?;
     let joint_forces = articulation::oscillating(&checks, &file.links, file.gait.period)?;
     let (gait, gait_table) = gait::gait(&checks, &file.gait, &joints)?;
     let unplaced = extent::Unplaced {
@@ -102,10 +105,12 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
     };
     unplaced.check_extent()?;
     let from = (&gait, gait_table.as_ref());
-    let start = gait::initial_shape(&checks, &file.gait, from, &joints)?;
+    let mut start = deformations::initial_values(&bodies);
+    start.extend(gait::initial_shape(&checks, &file.gait, from, &joints)?);
     let articulation =
         articulation::articulation(&checks, &mut bodies, joints, file.gait.arms, &start)?;
     articulation::check_held(&checks, &bodies, &articulation, &gait)?;
+    deformations::check_gait(&checks, (&domain, &bodies), from, &articulation)?;
     if file.gait.periodic {
         gait::check_periodic(&checks, &articulation)?;
     }

@@ -36,6 +36,9 @@ steps = 10; discount = 0.9; rate = 0.5; exploration = 0.1; seed = 1
 [[bodies]]; name = "spheroid"; shape = "spheroid"; radius = 1; half_length = 2
 axis = [0, 0, 1]; position = [1, 0, 0]; force = [1, 0, 0]
 
+[[bodies]]; name = "amoeba"; radius = 1; position = [1, 0, 0]
+[bodies.deformation]; modes = { p = 2 }; axis = [0, 0, 1]
+
 [[bodies]]; name = "ellipsoid"; shape = "ellipsoid"; semi_axes = [3, 2, 1]
 orientation = [0.1, 0.2, 0.3]; position = [1, 0, 0]
 [[bodies]]; name = "helix"; shape = "helix"; radius = 1; tube_radius = 0.2; pitch = 2
@@ -121,6 +124,7 @@ fn changed() -> impl Iterator<Item = (String, usize, &'static str, &'static str)
                     format!("{group}[].{name}")
                 }
                 "bodies.slip" => format!("bodies[].slip.{name}"),
+                "bodies.deformation" => format!("bodies[].deformation.{name}"),
                 group => format!("{group}.{name}"),
             };
             let key = find(&path).expect("a key");

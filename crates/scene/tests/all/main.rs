@@ -3,6 +3,7 @@
 mod built;
 mod contact_paths;
 mod damaged;
+mod deformations;
 mod documented;
 mod edits;
 mod examples;

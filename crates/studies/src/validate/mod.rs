@@ -1,6 +1,7 @@
 //! Comparison with exact values: every row has a tolerance with a source.
 
 mod axisymmetric;
+mod deforming;
 mod expected;
 mod inertia;
 mod joints;
@@ -33,7 +34,7 @@ type Part = (&'static str, fn(bool) -> Result<Vec<Row>>);
 pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
     let clock = Instant::now();
     let mut rows: Vec<Row> = Vec::new();
-    let parts: [Part; 14] = [
+    let parts: [Part; 15] = [
         ("sphere in a concentric ball", spheres::concentric),
         ("orders of convergence", similar::orders),
         ("two spheres", spheres::pairs),
@@ -51,6 +52,7 @@ pub fn run(quick: bool, only: Option<&str>, out: &Path) -> Result<()> {
         ("fluids with inertia", inertia::rows),
         ("fluids that thin", thinning::rows),
         ("fluids that thin, meridian plane", thinning_meridian::rows),
+        ("bodies that deform", deforming::rows),
     ];
     let is_asked = |name: &str| only.is_none_or(|only| name.contains(only));
     if !parts.iter().any(|(name, _)| is_asked(name)) {

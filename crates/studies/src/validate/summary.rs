@@ -8,7 +8,7 @@ use crate::page::Page;
 use crate::table::{Cell, Table, count, exp, fixed, median, optional, signed};
 
 /// Names of the cases, in the order of the page.
-const CASES: [(&str, &str); 10] = [
+const CASES: [(&str, &str); 11] = [
     ("A", "one sphere in a concentric ball, and spheroids"),
     ("B", "two spheres"),
     ("D", "collinear spheres in a ball"),
@@ -18,6 +18,7 @@ const CASES: [(&str, &str); 10] = [
     ("K", "bodies of other shapes"),
     ("L", "fluids with inertia"),
     ("M", "fluids whose viscosity depends on the shear rate"),
+    ("N", "bodies that deform"),
     ("order", "observed orders"),
 ];
 

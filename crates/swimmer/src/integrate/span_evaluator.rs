@@ -298,8 +298,10 @@ impl<'a> SpanEvaluator<'a> {
     /// All pairs of surfaces at the position `s` of a path, with their gaps.
     fn contacts(&self, path: &PathPiece, s: f64) -> Result<Vec<Contact>, SwimError> {
         let set = self.scene.articulation();
-        let poses = set.place(&path.state(set, s)?, &self.span.shape(s))?;
-        Ok(contacts(self.scene.bodies(), self.scene.domain(), &poses).collect())
+        let shape = self.span.shape(s);
+        let poses = set.place(&path.state(set, s)?, &shape)?;
+        let bodies = self.scene.bodies_at(&shape);
+        Ok(contacts(&bodies, self.scene.domain(), &poses).collect())
     }
 
     /// Refuses a step along which bodies or walls touch, at whatever place of it, or that
@@ -418,8 +420,8 @@ impl<'a> SpanEvaluator<'a> {
 
     fn check_clearance(&self, s: f64, state: &State, shape: &[f64]) -> Result<(), SwimError> {
         let poses = self.scene.articulation().place(state, shape)?;
-        let bodies = self.scene.bodies();
-        match closest_contact(bodies, self.scene.domain(), &poses) {
+        let bodies = self.scene.bodies_at(shape);
+        match closest_contact(&bodies, self.scene.domain(), &poses) {
             Some(contact) if contact.touches(bodies[contact.body].bounding_radius()) => {
                 Err(self.collision(s, &contact, true))
             }

@@ -47,7 +47,9 @@ impl Choice {
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     check_no_inertia(scene)?;
     let choice = choose_unchecked(scene)?;
-    (choice.model.capabilities()).check_rheology(scene, choice.model.name())?;
+    let capabilities = choice.model.capabilities();
+    capabilities.check_deformations(scene, choice.model.name())?;
+    capabilities.check_rheology(scene, choice.model.name())?;
     Ok(choice)
 }
 
@@ -101,6 +103,9 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         ModelKind::Auto if AxisymmetricModel::suits(scene) => {
             let mut model = axisymmetric()?;
             let unsupported = match scene.first_nonspherical() {
+                Some(body) if scene.bodies()[body].deformation.is_some() => {
+                    "modes that change the shape of a sphere".to_owned()
+                }
                 Some(_) => "shape = \"spheroid\"".to_owned(),
                 None => format!("domain.kind = \"{}\"", scene.domain().kind().word()),
             };
@@ -128,6 +133,9 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         }
         ModelKind::Auto => {
             let (key, word) = match scene.first_nonspherical() {
+                Some(body) if scene.bodies()[body].deformation.is_some() => {
+                    ("deformation.kind", "modes")
+                }
                 Some(body) => ("shape", scene.bodies()[body].shape.kind().word()),
                 None => ("domain.kind", scene.domain().kind().word()),
             };

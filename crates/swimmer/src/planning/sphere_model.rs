@@ -254,7 +254,7 @@ fn start<'a>(scene: &'a Scene, state: &'a rigid::State) -> Configuration<'a> {
 fn compare(scene: &Scene, allowed: f64) -> Result<Comparison, ModelError> {
     let tolerance = scene.working_tolerance();
     let state = scene.initial_state();
-    let has_surfaces = scene.has_surface_velocity();
+    let has_surfaces = scene.has_surface_velocity() || scene.deforms();
     let has_stroke =
         !scene.gait().phases.is_empty() && scene.bodies().len() <= MAX_BODIES_FOR_STROKE;
     let stroke = (has_stroke && !has_surfaces)

@@ -63,7 +63,8 @@ pub(super) fn stroke(scene: &Scene) -> Option<Scene> {
     };
     let gap = |shape: &[f64]| {
         let poses = set.place(&scene.initial_state(), shape).ok();
-        let contact = poses.and_then(|p| closest_contact(scene.bodies(), scene.domain(), &p));
+        let contact =
+            poses.and_then(|p| closest_contact(&scene.bodies_at(shape), scene.domain(), &p));
         contact.map_or(f64::INFINITY, |contact| contact.gap)
     };
     let mut kept = vec![by(&gap), last];

@@ -6,6 +6,7 @@
 mod axisymmetric;
 mod balance;
 mod cylinder;
+mod deforming;
 mod dragged;
 mod equivalence;
 mod error_bars;

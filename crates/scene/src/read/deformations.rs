@@ -1,0 +1,488 @@
+//! The shape coordinates of bodies that deform, and the checks of their values along the gait.
+
+use std::collections::BTreeSet;
+
+use nalgebra::Vector3;
+use rigid::{Articulation, Joint};
+
+use crate::body::{Body, ROUNDING_FLUX, VOLUME_REMEDY, volume_rates};
+use crate::checks::Checks;
+use crate::deformation::{Deformation, MAX_MODE_DEGREE, SizeCoordinate, SurfaceModes};
+use crate::domain::Domain;
+use crate::error::SceneError;
+use crate::gait::{Gait, spans};
+use crate::gait_table::GaitTable;
+use crate::joints::JointWord;
+use crate::keys::{BodyFile, JointValues, SceneFile};
+use crate::phase_span::PhaseSpan;
+use crate::words::{DeformationWord, InertiaKind, LawKind};
+
+/// The coordinates that every sphere offers.
+const OF_SPHERES: [&str; 2] = ["radius", "volume"];
+
+/// Enters the deformations of the bodies, and their coordinates after the joints between bodies.
+///
+/// These are all modes, the volumes that spheres exchange, and the radii and volumes that the gait
+/// or the design names.
+pub(super) fn enter(
+    checks: &Checks,
+    file: &SceneFile,
+    bodies: &mut [Body],
+    joints: &mut Vec<Joint>,
+) -> Result<(), SceneError> {
+    let between = joints.len();
+    enter_exchanges(checks, file, bodies, joints)?;
+    let names = names(checks, file);
+    for number in 0..bodies.len() {
+        enter_size(
+            checks,
+            (number, &file.bodies[number]),
+            &names,
+            bodies,
+            joints,
+        )?;
+        enter_modes(checks, number, &file.bodies[number], bodies, joints)?;
+    }
+    check_names(checks, &names, bodies, joints)?;
+    let (links, coordinates) = joints.split_at(between);
+    let is_link = |coordinate: &&Joint| links.iter().any(|link| link.name == coordinate.name);
+    if let Some(coordinate) = coordinates.iter().find(is_link) {
+        let number = links.iter().position(|link| link.name == coordinate.name);
+        let problem = format!(
+            "\"{}\" is the name of a shape coordinate of the body '{}' too; names must differ",
+            coordinate.name, bodies[coordinate.body].name
+        );
+        let key = format!("links[{}].name", number.unwrap_or_default());
+        return Err(checks.bad_value(&key, problem));
+    }
+    Ok(())
+}
+
+/// Refuses names of coordinates that the body before the dot does not have.
+fn check_names(
+    checks: &Checks,
+    names: &Names,
+    bodies: &[Body],
+    joints: &[Joint],
+) -> Result<(), SceneError> {
+    for (key, name) in names {
+        if joints.iter().any(|joint| joint.name == **name) {
+            continue;
+        }
+        let of = |body: &&Body| {
+            let rest = name.strip_prefix(&body.name[..]);
+            rest.is_some_and(|rest| rest.starts_with('.'))
+        };
+        let Some(body) = bodies.iter().find(of) else {
+            continue;
+        };
+        let known = joints.iter().map(|joint| &joint.name[..]);
+        let mut coordinates: Vec<String> = known
+            .filter(|known| {
+                known
+                    .strip_prefix(&body.name[..])
+                    .is_some_and(|r| r.starts_with('.'))
+            })
+            .map(str::to_owned)
+            .collect();
+        if body.shape.sphere_radius().is_some() {
+            let others = OF_SPHERES.map(|word| format!("{}.{word}", body.name));
+            coordinates.extend(
+                others
+                    .into_iter()
+                    .filter(|o| !coordinates.contains(o))
+                    .collect::<Vec<_>>(),
+            );
+        }
+        let remedy = match coordinates.is_empty() {
+            true => "which has none".to_owned(),
+            false => format!("which has {}", coordinates.join(", ")),
+        };
+        let problem = format!(
+            "names \"{name}\", no shape coordinate of '{}', {remedy}",
+            body.name
+        );
+        return Err(checks.bad_value(key, problem));
+    }
+    Ok(())
+}
+
+/// Volumes that two spheres exchange.
+fn enter_exchanges(
+    checks: &Checks,
+    file: &SceneFile,
+    bodies: &mut [Body],
+    joints: &[Joint],
+) -> Result<(), SceneError> {
+    for (number, (joint, file)) in joints.iter().zip(&file.links).enumerate() {
+        if file.joint != JointWord::Exchange {
+            continue;
+        }
+        for (end, body) in [("body", joint.body), ("to", joint.to)] {
+            let problem = match &bodies[body] {
+                body if body.shape.sphere_radius().is_none() => "is no sphere",
+                body if body.deformation.is_some() => "exchanges volume with another body already",
+                _ => continue,
+            };
+            let problem = format!("names '{}', which {problem}", bodies[body].name);
+            return Err(checks.bad_value(&format!("links[{number}].{end}"), problem));
+        }
+        let total = bodies[joint.body].shape.volume() + bodies[joint.to].shape.volume();
+        let remainder = SizeCoordinate::Remainder {
+            joint: number,
+            total,
+        };
+        let coordinates = [SizeCoordinate::Volume(number), remainder];
+        for (body, size) in [joint.body, joint.to].into_iter().zip(coordinates) {
+            let radius = bodies[body].shape.sphere_radius().unwrap_or_default();
+            bodies[body].deformation = Some(Deformation {
+                radius,
+                size: Some(size),
+                modes: None,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Keys of a scene that name shape coordinates, with these names.
+type Names = Vec<(String, String)>;
+
+/// The names of shape coordinates in the gait and the design.
+fn names(checks: &Checks, file: &SceneFile) -> Names {
+    let mut names = Names::new();
+    for (number, phase) in file.gait.phases.iter().flatten().enumerate() {
+        let key = |key: &str| format!("gait.phases[{number}].{key}");
+        let targets = phase.targets.iter().flat_map(|targets| targets.keys());
+        names.extend(targets.map(|name| (key("targets"), name.clone())));
+        names.extend(phase.link.iter().map(|name| (key("link"), name.clone())));
+    }
+    for (number, term) in file.gait.harmonics.iter().flatten().enumerate() {
+        let key = format!("gait.harmonics[{number}].link");
+        names.extend(term.link.iter().map(|name| (key.clone(), name.clone())));
+    }
+    if let Some(table) = &file.gait.file {
+        let path = super::gait::table_path(checks, table);
+        // What is wrong with the file is reported when it is read.
+        let columns = GaitTable::columns(&path).unwrap_or_default();
+        names.extend(
+            columns
+                .into_iter()
+                .map(|name| ("gait.file".to_owned(), name)),
+        );
+    }
+    for (key, values) in [
+        ("optimise.lower", &file.optimise.lower),
+        ("optimise.upper", &file.optimise.upper),
+        ("optimise.max_rate", &file.optimise.max_rate),
+        ("learn.contracted", &file.learn.contracted),
+        ("learn.extended", &file.learn.extended),
+    ] {
+        if let Some(JointValues::Named(values)) = values {
+            names.extend(values.keys().map(|name| (key.to_owned(), name.clone())));
+        }
+    }
+    names
+}
+
+/// The radius or the volume of a sphere, if the body or another key names one of them.
+fn enter_size(
+    checks: &Checks,
+    (number, file): (usize, &BodyFile),
+    names: &Names,
+    bodies: &mut [Body],
+    joints: &mut Vec<Joint>,
+) -> Result<(), SceneError> {
+    let body = &mut bodies[number];
+    let prefix = format!("{}.", body.name);
+    let declared = file.deformation.as_ref().map(|file| file.kind);
+    let declared = declared.filter(|kind| *kind != DeformationWord::Modes);
+    let declared = declared.map(|kind| {
+        let key = format!("bodies[{number}].deformation.kind");
+        (key, format!("{prefix}{}", kind.word()))
+    });
+    let mut found: BTreeSet<&str> = BTreeSet::new();
+    for (key, name) in declared.iter().chain(names) {
+        let is_known = joints.iter().any(|joint| joint.name == **name);
+        let Some(coordinate) = name.strip_prefix(&prefix).filter(|_| !is_known) else {
+            continue;
+        };
+        let Some(word) = OF_SPHERES.into_iter().find(|word| *word == coordinate) else {
+            continue;
+        };
+        let refuse = |problem: String| {
+            let problem = format!("names \"{name}\", {problem}");
+            Err(checks.bad_value(key, problem))
+        };
+        if body.shape.sphere_radius().is_none() {
+            let shape = body.shape.kind().word();
+            return refuse(format!("but '{}' is a {shape} and no sphere", body.name));
+        }
+        if body.deformation.is_some() {
+            return refuse("but a link determines the volume of the body".to_owned());
+        }
+        found.insert(word);
+        if found.len() > 1 {
+            return refuse(
+                "and the scene names the radius and the volume of this body; use one of them"
+                    .to_owned(),
+            );
+        }
+    }
+    let (Some(word), Some(radius)) = (found.into_iter().next(), body.shape.sphere_radius()) else {
+        return Ok(());
+    };
+    let joint = joints.len();
+    let (size, power) = match word {
+        "radius" => (SizeCoordinate::Radius(joint), 1),
+        _ => (SizeCoordinate::Volume(joint), 3),
+    };
+    joints.push(Joint::deformation(
+        &format!("{prefix}{word}"),
+        [number; 2],
+        power,
+    ));
+    body.deformation = Some(Deformation {
+        radius,
+        size: Some(size),
+        modes: None,
+    });
+    Ok(())
+}
+
+/// The modes of a body.
+fn enter_modes(
+    checks: &Checks,
+    number: usize,
+    file: &BodyFile,
+    bodies: &mut [Body],
+    joints: &mut Vec<Joint>,
+) -> Result<(), SceneError> {
+    let Some(file) = &file.deformation else {
+        return Ok(());
+    };
+    let body = &mut bodies[number];
+    let key = |key: &str| format!("bodies[{number}].deformation.{key}");
+    let Some(radius) = body.shape.sphere_radius() else {
+        let problem = format!(
+            "is unsupported for shape = \"{}\"; spheres deform",
+            body.shape.kind().word()
+        );
+        return Err(checks.bad_value(&format!("bodies[{number}].deformation"), problem));
+    };
+    let has_modes = file.kind == DeformationWord::Modes;
+    checks.refuse_strangers(
+        &format!("bodies[{number}].deformation"),
+        [
+            ("modes", file.modes.is_some(), has_modes),
+            ("motion", file.motion.is_some(), has_modes),
+            ("axis", file.axis.is_some(), has_modes),
+        ],
+        &format!(
+            "does not belong to kind = \"{}\"; remove it",
+            file.kind.word()
+        ),
+    )?;
+    if !has_modes {
+        return Ok(());
+    }
+    let Some(modes) = &file.modes else {
+        return Ok(());
+    };
+    if modes.is_empty() {
+        let problem =
+            "is empty; give the degree of each mode by its name, such as { p2 = 2, p3 = 3 }";
+        return Err(checks.bad_value(&key("modes"), problem));
+    }
+    let axis = Vector3::from(file.axis.unwrap_or([1.0, 0.0, 0.0])).try_normalize(0.0);
+    let zero = || checks.bad_value(&key("axis"), "has no direction");
+    let mut coordinates = Vec::new();
+    for (name, &degree) in modes {
+        let of_mode = format!("{}.{name}", body.name);
+        let limits = 1.0..=MAX_MODE_DEGREE as f64;
+        let problem = if OF_SPHERES.contains(&&name[..]) {
+            format!("cannot be named \"{name}\", which every sphere has; choose another name")
+        } else if degree.fract() != 0.0 || !limits.contains(&degree) {
+            format!("must have a whole degree from 1 to {MAX_MODE_DEGREE}, not {degree}")
+        } else if coordinates
+            .iter()
+            .any(|(other, _)| *other == degree as usize)
+        {
+            format!("have the degree {degree} twice; a degree has one amplitude")
+        } else {
+            coordinates.push((degree as usize, joints.len()));
+            joints.push(Joint::deformation(&of_mode, [number; 2], 0));
+            continue;
+        };
+        return Err(checks.bad_value(&key("modes"), problem));
+    }
+    let deformation = body.deformation.get_or_insert_with(|| Deformation {
+        radius,
+        ..Deformation::default()
+    });
+    deformation.modes = Some(SurfaceModes {
+        motion: file.motion.unwrap_or_default(),
+        axis: axis.ok_or_else(zero)?,
+        coordinates,
+    });
+    Ok(())
+}
+
+/// Refuses what a deformation does not go with.
+pub(super) fn check_bodies(
+    checks: &Checks,
+    file: &SceneFile,
+    domain: &Domain,
+    bodies: &[Body],
+) -> Result<(), SceneError> {
+    if bodies.iter().all(|body| body.deformation.is_none()) {
+        return Ok(());
+    }
+    let refuse = |key: String, problem: &str| Err(checks.bad_value(&key, problem));
+    if file.fluid.inertia != InertiaKind::None {
+        return refuse(
+            "fluid.inertia".to_owned(),
+            "is unsupported for bodies that deform; remove it, or the deformation",
+        );
+    }
+    if file.fluid.law != LawKind::Newtonian {
+        return refuse(
+            "fluid.law".to_owned(),
+            "is unsupported for bodies that deform; remove it, or the deformation",
+        );
+    }
+    if file.contact.is_some() {
+        return refuse(
+            "contact".to_owned(),
+            "is unsupported for bodies that deform; remove it, or the deformation",
+        );
+    }
+    if matches!(domain, Domain::Mesh { .. }) {
+        return refuse(
+            "domain.kind".to_owned(),
+            "\"mesh\" has bodies that cannot deform; use \"surface\", or remove the deformation",
+        );
+    }
+    for (number, body) in bodies.iter().enumerate() {
+        let key = |key: &str| format!("bodies[{number}].{key}");
+        if body.mass > 0.0 || body.inertia > 0.0 {
+            return refuse(
+                key("mass"),
+                "is unsupported in a scene with bodies that deform, whose inertia changes; \
+                 remove it",
+            );
+        }
+        if body.deformation.is_none() {
+            continue;
+        }
+        if body.density.is_some() {
+            return refuse(
+                key("density"),
+                "is unsupported for a body that deforms, whose buoyancy changes; remove it, or give \
+                 a force",
+            );
+        }
+        if body.slip.is_some() {
+            return refuse(
+                key("slip"),
+                "is unsupported for a body that deforms; use tangential modes, or remove one",
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Values of the coordinates at the start, unless the gait determines them: the sphere of the
+/// scene.
+pub(super) fn initial_values(bodies: &[Body]) -> Vec<(usize, f64)> {
+    let mut values = Vec::new();
+    for body in bodies {
+        let Some(deformation) = &body.deformation else {
+            continue;
+        };
+        match deformation.size {
+            Some(SizeCoordinate::Radius(joint)) => values.push((joint, deformation.radius)),
+            Some(SizeCoordinate::Volume(joint)) => values.push((joint, body.shape.volume())),
+            Some(SizeCoordinate::Remainder { .. }) | None => {}
+        }
+        let modes = deformation
+            .modes
+            .iter()
+            .flat_map(|modes| &modes.coordinates);
+        values.extend(modes.map(|(_, joint)| (*joint, 0.0)));
+    }
+    values
+}
+
+/// Number of parts of a phase span at whose ends deformations are checked.
+const PARTS: usize = 64;
+
+/// Refuses gaits along which bodies deform too much, or change their volume in a container.
+pub(super) fn check_gait(
+    checks: &Checks,
+    (domain, bodies): (&Domain, &[Body]),
+    (gait, table): (&Gait, Option<&GaitTable>),
+    set: &Articulation,
+) -> Result<(), SceneError> {
+    if bodies.iter().all(|body| body.deformation.is_none()) {
+        return Ok(());
+    }
+    let start = set.initial_shape();
+    let problem_of = |values: &[f64]| {
+        bodies.iter().find_map(|body| {
+            let problem = body.deformation.as_ref()?.problem(values)?;
+            Some(format!("'{}' {problem}", body.name))
+        })
+    };
+    if let Some(problem) = problem_of(start) {
+        return Err(checks.bad_value("gait", format!("is impossible at the start: {problem}")));
+    }
+    // All cycles after the second one repeat the shapes of the second one.
+    let gait = Gait {
+        cycles: gait.cycles.min(2),
+        phases: gait.phases.clone(),
+    };
+    let is_closed = domain.keeps_volume();
+    for span in spans(&gait, start)? {
+        let refuse = |s: f64, problem: String| {
+            let key = span_key(checks, table, &span);
+            let part = (100.0 * s).round();
+            let problem = format!(
+                "is impossible in phase {} at {part} % of it: {problem}",
+                span.phase + 1
+            );
+            Err(checks.bad_value(&key, problem))
+        };
+        for k in 0..=PARTS {
+            let s = k as f64 / PARTS as f64;
+            let values = span.shape(s);
+            if let Some(problem) = problem_of(&values) {
+                return refuse(s, problem);
+            }
+            if !is_closed {
+                continue;
+            }
+            let (excess, size) = volume_rates(bodies, &values, &span.rates(s));
+            if excess.abs() > ROUNDING_FLUX * size {
+                return refuse(
+                    s,
+                    format!(
+                        "the volume of the bodies grows at the rate {excess:.3e}, {VOLUME_REMEDY}"
+                    ),
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The key of a phase span.
+fn span_key(checks: &Checks, table: Option<&GaitTable>, span: &PhaseSpan) -> String {
+    let phase = |name: &str| format!("gait.phases[{}].{name}", span.phase);
+    match (table, span.is_linear()) {
+        (Some(_), _) => "gait.file".to_owned(),
+        (None, true) if checks.0.has(&phase("targets")) => phase("targets"),
+        (None, true) => phase("length"),
+        (None, false) => "gait.harmonics".to_owned(),
+    }
+}

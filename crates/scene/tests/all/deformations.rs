@@ -1,0 +1,223 @@
+//! Bodies that deform: their shape coordinates, and what is refused.
+
+use std::f64::consts::PI;
+
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use scene::{Deformation, ModeMotion, Scene, spans};
+
+/// Two spheres on an arm, with settings before the bodies and a gait after them.
+fn pair(before: &str, gait: &str) -> String {
+    format!(
+        r#"
+        {before}
+        bodies = [
+            {{ name = "left", radius = 1, position = [-2, 0, 0] }},
+            {{ name = "right", radius = 1.5, position = [2, 0, 0] }},
+        ]
+        {gait}
+        "#
+    )
+}
+
+const ARM: &str = r#"links = [{ name = "arm", body = "right", to = "left" }]"#;
+
+fn parse(before: &str, gait: &str) -> Result<Scene, String> {
+    Scene::parse(&pair(before, gait)).map_err(|error| error.to_string())
+}
+
+#[track_caller]
+fn refused(before: &str, gait: &str, part: &str) {
+    let error = parse(before, gait).unwrap_err();
+    assert!(error.contains(part), "{error}");
+    assert!(error.contains("scene.toml:"), "no place: {error}");
+}
+
+#[test]
+fn radius_and_volume_are_shape_coordinates_beside_the_joints() {
+    let gait = r#"
+        [[gait.phases]]
+        targets = { "left.radius" = 1.2, arm = 5, "right.volume" = 10.0 }
+    "#;
+    let scene = parse(ARM, gait).unwrap();
+    let names: Vec<_> = (scene.articulation().joints().iter())
+        .map(|joint| &joint.name[..])
+        .collect();
+    assert_eq!(names, ["arm", "left.radius", "right.volume"]);
+    let volume = 4.0 / 3.0 * PI * 1.5_f64.powi(3);
+    assert_eq!(scene.articulation().initial_shape()[..2], [4.0, 1.0]);
+    assert!((scene.articulation().initial_shape()[2] - volume).abs() < 1e-14);
+    let span = spans(scene.gait(), scene.articulation().initial_shape())
+        .unwrap()
+        .next()
+        .unwrap();
+    assert_eq!(span.to, [5.0, 1.2, 10.0]);
+    // What is written reads back, also without the gait that names the coordinates.
+    let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
+    assert_eq!(again.gait(), scene.gait());
+    assert_eq!(again.differing_key(&scene), None);
+    assert_eq!(again.bodies(), scene.bodies());
+}
+
+#[test]
+fn coordinates_that_nothing_names_are_absent() {
+    let scene = parse(ARM, "gait.phases = [{ link = \"arm\", length = 6 }]").unwrap();
+    assert_eq!(scene.articulation().joints().len(), 1);
+    assert!(!scene.deforms());
+}
+
+#[test]
+fn an_exchange_keeps_the_sum_of_the_volumes() {
+    let links = r#"links = [
+        { name = "arm", body = "right", to = "left" },
+        { name = "flow", body = "left", to = "right", joint = "exchange" },
+    ]
+    domain = { kind = "ball", radius = 9 }"#;
+    let scene = parse(links, "gait.phases = [{ targets = { flow = 9, arm = 6 } }]").unwrap();
+    let start = scene.articulation().initial_shape();
+    let total: f64 = scene.bodies().iter().map(|body| body.shape.volume()).sum();
+    let volume = |values: &[f64]| -> f64 {
+        let deformations = scene.bodies().iter().filter_map(|b| b.deformation.as_ref());
+        deformations.map(|of| of.volume(values)).sum()
+    };
+    for values in [start, &[6.0, 9.0]] {
+        assert!((volume(values) / total - 1.0).abs() < 1e-14);
+    }
+    let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
+    assert_eq!(again.differing_key(&scene), None);
+}
+
+#[test]
+fn nonsense_is_refused_with_its_place() {
+    let phase = |target: &str| format!("[[gait.phases]]\ntargets = {{ {target} }}");
+    refused(ARM, &phase(r#""left.radus" = 2"#), "left.radius");
+    refused(
+        ARM,
+        &phase(r#""left.radius" = 2, "left.volume" = 9"#),
+        "use one of them",
+    );
+    refused(ARM, &phase(r#""left.radius" = -1"#), "greater than zero");
+    refused(ARM, &phase(r#""left.volume" = 0"#), "greater than zero");
+    // The spheres touch where 4 = r + 1.5.
+    refused(ARM, &phase(r#""left.radius" = 2.6"#), "'left' and 'right'");
+    let ball = format!("{ARM}\ndomain = {{ kind = \"ball\", radius = 9 }}");
+    refused(&ball, &phase(r#""left.radius" = 1.1"#), "in phase 1 at 0 %");
+    // The sum of the volumes stays, but not of the radii on the way.
+    let radii = r#""left.radius" = 1.5, "right.radius" = 1.0"#;
+    refused(&ball, &phase(radii), "grows at the rate");
+    let density = "fluid.density = 1\ngravity = [0, 0, -1]";
+    let heavy = Scene::parse(&format!(
+        "{density}\nbodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0], density = 2 }}]\n\
+         {}",
+        phase(r#""a.radius" = 2"#)
+    ));
+    assert!(heavy.unwrap_err().to_string().contains("density"));
+}
+
+fn sphere_with(deformation: &str, gait: &str) -> Result<Scene, String> {
+    let text = format!(
+        "{gait}\n[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\n\
+         deformation = {deformation}\n"
+    );
+    Scene::parse(&text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn modes_are_read_and_those_that_fold_are_refused() {
+    let scene = sphere_with(
+        "{ modes = { p2 = 2, p3 = 3 }, motion = \"isochoric\", axis = [0, 0, 2] }",
+        "gait.phases = [{ targets = { \"a.p2\" = 0.1, \"a.p3\" = -0.2 } }]",
+    )
+    .unwrap();
+    let modes = scene.bodies()[0]
+        .deformation
+        .as_ref()
+        .unwrap()
+        .modes
+        .as_ref()
+        .unwrap();
+    assert_eq!(
+        (modes.motion, modes.axis),
+        (ModeMotion::Isochoric, Vector3::z())
+    );
+    assert_eq!(modes.coordinates, [(2, 0), (3, 1)]);
+    let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
+    assert_eq!(again.differing_key(&scene), None);
+    for (deformation, amplitude, part) in [
+        ("{ modes = { p = 2.5 } }", 0.1, "whole degree"),
+        ("{ modes = { p = 40 } }", 0.1, "whole degree"),
+        ("{ modes = {} }", 0.1, "is empty"),
+        ("{ modes = { radius = 2 } }", 0.1, "every sphere has"),
+        (
+            "{ modes = { p = 2 }, axis = [0, 0, 0] }",
+            0.1,
+            "no direction",
+        ),
+        (
+            "{ kind = \"radius\", motion = \"radial\" }",
+            0.1,
+            "does not belong",
+        ),
+        // r = 1 + 2.1 P_2 at the equator is -0.05; the angle turns back where 1 < 2 * 0.6.
+        ("{ modes = { p = 2 } }", 2.1, "reach its centre"),
+        (
+            "{ modes = { p = 2 }, motion = \"tangential\" }",
+            0.6,
+            "fold",
+        ),
+    ] {
+        let gait = format!("gait.phases = [{{ targets = {{ \"a.p\" = {amplitude} }} }}]");
+        let error = sphere_with(deformation, &gait).unwrap_err();
+        assert!(error.contains(part), "{deformation}: {error}");
+    }
+}
+
+fn deformation(motion: &str, size: bool) -> Deformation {
+    let target = if size { ", \"a.volume\" = 5" } else { "" };
+    let scene = sphere_with(
+        &format!("{{ modes = {{ p = 2, q = 3 }}, motion = \"{motion}\", axis = [1, 2, -2] }}"),
+        &format!("gait.phases = [{{ targets = {{ \"a.p\" = 0.1{target} }} }}]"),
+    );
+    scene.unwrap().bodies()[0].deformation.clone().unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    /// Velocities and rates of the volume are derivatives, by central differences whose error is
+    /// their step squared; material directions are inverse to points.
+    #[test]
+    fn velocities_are_derivatives_of_material_points(
+        motion in prop_oneof![Just("radial"), Just("isochoric"), Just("tangential")],
+        n in prop::array::uniform3(-1.0..1.0_f64).prop_filter("a direction", |n| {
+            Vector3::from(*n).norm() > 0.1
+        }),
+        amplitudes in prop::array::uniform2(-0.15..0.15_f64),
+        volume in 2.0..9.0_f64,
+    ) {
+        let n = Vector3::from(n).normalize();
+        let deformation = deformation(motion, true);
+        // The volume is the first coordinate of the body.
+        let values = [volume, amplitudes[0], amplitudes[1]];
+        prop_assert!(deformation.problem(&values).is_none());
+        let point = deformation.point(&n, &values);
+        let direction = deformation.material_direction(&point, &values);
+        prop_assert!((direction - n).norm() < 1e-12);
+        for joint in 0..3 {
+            const STEP: f64 = 1e-5;
+            let moved = |sign: f64| {
+                let mut values = values;
+                values[joint] += sign * STEP;
+                (deformation.point(&n, &values), deformation.volume(&values))
+            };
+            let [(before, less), (after, more)] = [moved(-1.0), moved(1.0)];
+            let velocity = deformation.velocity(&n, &values, joint);
+            prop_assert!((velocity - (after - before) / (2.0 * STEP)).norm() < 1e-8);
+            let rate = deformation.volume_rate(&values, joint);
+            prop_assert!((rate - (more - less) / (2.0 * STEP)).abs() < 1e-7);
+        }
+        if motion == "isochoric" {
+            prop_assert!((deformation.volume(&values) / volume - 1.0).abs() < 1e-13);
+        }
+    }
+}
