@@ -2,17 +2,23 @@
 #![forbid(unsafe_code)]
 
 mod error;
+mod linked;
 pub mod multipole;
+mod near_pairs;
 pub mod oseen;
 mod pair_mobility;
+mod pair_sums;
+mod point_mobility;
 mod resistance;
 pub mod rpy;
 mod spheres;
 pub mod wall;
 
 pub use error::HydroError;
+pub use linked::{Linkage, LinkedMotion, LinkedSpheres};
 pub use multipole::Accuracy;
 /// The version of nalgebra whose vectors and matrices this crate takes and returns.
 pub use nalgebra;
+pub use point_mobility::{PointMobility, PointModel};
 pub use resistance::Resistance;
 pub use spheres::{Medium, Spheres};

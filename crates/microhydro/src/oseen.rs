@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::pair_sums::Columns;
 use crate::{HydroError, Medium, Spheres, pair_mobility, wall};
 
 /// Mobility matrix of spheres that interact as point forces and point torques.
@@ -46,6 +47,11 @@ pub fn mobility(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, Hydr
     }
 }
 
+/// The spheres as points.
+pub(crate) fn columns(spheres: &Spheres) -> Columns {
+    Columns::new(spheres.centres(), spheres.radii().iter().map(|_| 0.0))
+}
+
 /// The error for a container.
 const BALL: HydroError = HydroError::Unsupported {
     model: "oseen",
@@ -68,7 +74,7 @@ pub fn apply(
     forces: &DVector<f64>,
 ) -> Result<DVector<f64>, HydroError> {
     spheres.check_inside(medium)?;
-    let mut velocities = pair_mobility::apply(spheres, forces, |_, _| 0.0)?;
+    let mut velocities = pair_mobility::apply(spheres, forces, &columns(spheres))?;
     match medium {
         Medium::Unbounded => Ok(velocities),
         Medium::Wall { point, normal } => {

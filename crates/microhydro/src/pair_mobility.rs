@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 
 use faer::{Mat, Side};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
-use rayon::prelude::*;
 
 use crate::error::{check_entries, check_finite};
 use crate::multipole::{self, check_spheres};
+use crate::pair_sums::Columns;
 use crate::{HydroError, Medium, Spheres};
 
 /// Velocity and angular velocity at `r` due to a force `F` and a torque `T` at the origin,
@@ -69,41 +69,30 @@ pub(crate) fn mobility(
 
 /// Product of [`mobility`] and forces, without the matrix.
 ///
-/// Shapes: six entries per sphere. `O(n²)` operations and `O(n)` numbers; each velocity is summed
-/// in the order of the spheres, so that it does not depend on the number of threads.
+/// `columns` have the radii of the model, zero for points. Shapes: six entries per sphere. `O(n²)`
+/// operations and `O(n)` numbers; the product does not depend on the number of threads.
 ///
 /// # Errors
 /// [`HydroError::Length`], [`HydroError::NotFinite`].
 pub(crate) fn apply(
     spheres: &Spheres,
     forces: &DVector<f64>,
-    s: impl Fn(f64, f64) -> f64 + Sync,
+    columns: &Columns,
 ) -> Result<DVector<f64>, HydroError> {
-    let n = spheres.len();
-    check_entries("forces and torques on the spheres", 6 * n, forces.len())?;
+    check_entries(
+        "forces and torques on the spheres",
+        6 * spheres.len(),
+        forces.len(),
+    )?;
     check_finite("a force or torque on a sphere", forces)?;
-    let (x, a) = (spheres.centres(), spheres.radii());
-    let mut product = DVector::zeros(6 * n);
-    let rows = product.as_mut_slice().par_chunks_mut(6).enumerate();
-    rows.for_each(|(i, rows)| {
-        let part = |j: usize, first: usize| forces.fixed_rows::<3>(6 * j + first).into_owned();
-        let mut velocity = part(i, 0) / (6.0 * PI * a[i]);
-        let mut angular = part(i, 3) / (8.0 * PI * a[i].powi(3));
-        for j in (0..n).filter(|&j| j != i) {
-            let (force, torque) = (part(j, 0), part(j, 3));
-            let r = x[i] - x[j];
-            let distance = r.norm();
-            let (unit, s) = (r / distance, s(a[i], a[j]) / (distance * distance));
-            let along = unit * unit.dot(&force);
-            velocity += (force * (1.0 + s / 3.0) + along * (1.0 - s)) / (8.0 * PI * distance);
-            velocity += torque.cross(&r) / (8.0 * PI * distance.powi(3));
-            angular += force.cross(&r) / (8.0 * PI * distance.powi(3));
-            let along = unit * unit.dot(&torque);
-            angular += (along * 3.0 - torque) / (16.0 * PI * distance.powi(3));
+    let mut product = columns.velocities(forces);
+    for (k, a) in spheres.radii().iter().enumerate() {
+        for axis in 0..3 {
+            let (row, turn) = (6 * k + axis, 6 * k + axis + 3);
+            product[row] += forces[row] / (6.0 * PI * a);
+            product[turn] += forces[turn] / (8.0 * PI * a.powi(3));
         }
-        rows[..3].copy_from_slice(velocity.as_slice());
-        rows[3..].copy_from_slice(angular.as_slice());
-    });
+    }
     check_finite("a velocity of a sphere", &product)?;
     Ok(product)
 }
@@ -127,7 +116,8 @@ pub(crate) fn resistance(
     }
 }
 
-fn not_positive_definite(
+/// The error for an approximate mobility that is not positive definite.
+pub(crate) fn not_positive_definite(
     mobility: &DMatrix<f64>,
     spheres: &Spheres,
     medium: &Medium,

@@ -5,6 +5,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::check_finite;
+use crate::pair_sums::Columns;
 use crate::{HydroError, Medium, Spheres, multipole, pair_mobility};
 
 /// Rotne-Prager-Yamakawa mobility matrix of spheres of any radii.
@@ -72,7 +73,7 @@ pub fn apply(
     forces: &DVector<f64>,
 ) -> Result<DVector<f64>, HydroError> {
     spheres.check_inside(medium)?;
-    let velocities = pair_mobility::apply(spheres, forces, |a, b| a * a + b * b)?;
+    let velocities = pair_mobility::apply(spheres, forces, &columns(spheres))?;
     match medium {
         Medium::Unbounded => Ok(velocities),
         Medium::Ball { .. } | Medium::Wall { .. } => {
@@ -81,6 +82,11 @@ pub fn apply(
             Ok(all)
         }
     }
+}
+
+/// The spheres with their radii.
+pub(crate) fn columns(spheres: &Spheres) -> Columns {
+    Columns::new(spheres.centres(), spheres.radii().iter().copied())
 }
 
 /// Grand resistance matrix of the spheres: the inverse of [`mobility`], in the same order of rows.

@@ -4,6 +4,7 @@ use nalgebra::{UnitVector3, Vector3};
 
 use crate::HydroError;
 use crate::error::{check_entries, check_finite};
+use crate::near_pairs::for_near_pairs;
 
 /// Rigid spheres of any radii that do not touch each other.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,19 +79,27 @@ impl Spheres {
             check_length("a sphere's radius", radius, LENGTH_RANGE.0)?;
         }
         let spheres = Self { centres, radii };
-        for second in 0..spheres.len() {
-            for first in 0..second {
-                let gap = spheres.relative_gap(first, second);
-                if gap <= CONTACT_TOLERANCE {
-                    return Err(HydroError::Touching {
-                        first,
-                        second,
-                        gap: gap * spheres.radii[first].min(spheres.radii[second]),
-                    });
+        // Of the pairs that touch, the first one in the order of the spheres.
+        let mut touching: Option<(usize, usize)> = None;
+        let largest = spheres.radii.iter().copied().fold(0.0, f64::max);
+        for_near_pairs(
+            &spheres.centres,
+            2.0 * largest * (1.0 + CONTACT_TOLERANCE),
+            |i, j| {
+                if spheres.relative_gap(i, j) <= CONTACT_TOLERANCE {
+                    touching = Some(touching.map_or((j, i), |found| found.min((j, i))));
                 }
-            }
+            },
+        );
+        match touching {
+            None => Ok(spheres),
+            Some((second, first)) => Err(HydroError::Touching {
+                first,
+                second,
+                gap: spheres.relative_gap(first, second)
+                    * spheres.radii[first].min(spheres.radii[second]),
+            }),
         }
-        Ok(spheres)
     }
 
     /// Number of spheres.
@@ -124,6 +133,27 @@ impl Spheres {
     fn relative_gap(&self, first: usize, second: usize) -> f64 {
         let (a, b) = (self.radii[first], self.radii[second]);
         ((self.centres[first] - self.centres[second]).norm() - a - b) / a.min(b)
+    }
+
+    /// The two spheres with the narrowest gap relative to the smaller radius among those that are
+    /// near each other; `None` for fewer than two spheres.
+    ///
+    /// Near are spheres whose centres are at most twice as far apart as those of some pair. Cost:
+    /// `O(n log n)` for spheres of similar sizes that are not crowded.
+    pub fn closest_pair(&self) -> Option<(usize, usize)> {
+        let largest = self.radii.iter().copied().fold(0.0, f64::max);
+        let mut reach = 4.0 * largest;
+        let mut closest: Option<(f64, usize, usize)> = None;
+        while self.len() > 1 && closest.is_none() && reach.is_finite() {
+            for_near_pairs(&self.centres, reach, |i, j| {
+                let found = (self.relative_gap(i, j), i, j);
+                if closest.is_none_or(|known| found < known) {
+                    closest = Some(found);
+                }
+            });
+            reach *= 2.0;
+        }
+        closest.map(|(_, first, second)| (first, second))
     }
 
     /// Narrowest gap of the arrangement: the two surfaces, in words, and their distance divided by

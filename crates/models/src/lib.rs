@@ -8,7 +8,7 @@ mod error;
 mod fem_model;
 mod flow_field;
 mod hydrodynamics;
-mod mobility;
+mod linked_bodies;
 mod neglected_terms;
 mod query;
 mod response;

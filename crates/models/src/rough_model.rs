@@ -1,12 +1,12 @@
 //! A cheap model without error bars, to predict the size of displacements.
 
-use microhydro::{Medium, Spheres, rpy};
+use microhydro::{Medium, PointMobility, PointModel, Spheres, rpy};
 use nalgebra::{DMatrix, DVector};
 use rigid::StateVelocity;
 
 use crate::error::ModelError;
 use crate::hydrodynamics::Hydrodynamics;
-use crate::mobility::{self, MobilitySolution};
+use crate::linked_bodies::{self, LinkedBodies, MobilitySolution};
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
@@ -34,7 +34,8 @@ impl RoughModel {
         Ok(Self { scaled })
     }
 
-    fn resistance(&self, configuration: Configuration) -> Result<DMatrix<f64>, ModelError> {
+    /// The spheres in a configuration.
+    fn spheres(&self, configuration: Configuration) -> Result<Spheres, ModelError> {
         let values = configuration.shape;
         let surfaced = self
             .scaled
@@ -47,8 +48,7 @@ impl RoughModel {
         let radii = radii
             .map(|radius| self.scaled.scale.length(radius))
             .collect();
-        let spheres = Spheres::new(self.scaled.centres(configuration)?, radii)?;
-        Ok(rpy::resistance(&spheres, &Medium::Unbounded)?)
+        Ok(Spheres::new(self.scaled.centres(configuration)?, radii)?)
     }
 
     /// Velocities of point-like spheres in the flow of the sources of all others.
@@ -91,6 +91,17 @@ impl RoughModel {
     }
 }
 
+/// The solution by point forces in unbounded fluid.
+fn solve(linked: &LinkedBodies, spheres: &Spheres) -> Result<MobilitySolution, ModelError> {
+    let mobility = PointMobility::new(PointModel::Rpy, spheres, &Medium::Unbounded)?;
+    let all = linked.all();
+    let found = all.spheres(&mobility)?.solve(TOLERANCE)?;
+    all.solution(&found.coordinates, found.forces, found.residual)
+}
+
+/// Residual of the solutions, whose digits do not matter.
+const TOLERANCE: f64 = 1e-10;
+
 impl Hydrodynamics for RoughModel {
     fn scene(&self) -> &Scene {
         &self.scaled.scene
@@ -101,17 +112,17 @@ impl Hydrodynamics for RoughModel {
     }
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
-        let loads = &self.scaled.loads(query.configuration, query.inertia)?;
-        let resistance = self.resistance(query.configuration)?;
+        let spheres = self.spheres(query.configuration)?;
         let solution = |rates: &Vec<f64>| {
-            let constraints = self.scaled.query_constraints(query, rates)?;
-            let set = &self.scaled.set;
-            let effect = self.of_sources(query.configuration, rates)?;
-            let solved =
-                MobilitySolution::new(&resistance, set, &constraints, loads, effect.as_ref())?;
-            let time = query.configuration.time;
-            let response = solved.response(&self.scaled, time, &constraints, loads)?;
-            Ok(response.into())
+            let linked = LinkedBodies::new(&self.scaled, query, rates)?;
+            let solved = match self.of_sources(query.configuration, rates)? {
+                None => solve(&linked, &spheres)?,
+                Some(effect) => {
+                    let resistance = rpy::resistance(&spheres, &Medium::Unbounded)?;
+                    linked.all().by_resistance(&resistance, Some(&effect))?
+                }
+            };
+            Ok(linked.response(&solved)?.into())
         };
         query.rates.iter().map(solution).collect()
     }
@@ -120,7 +131,8 @@ impl Hydrodynamics for RoughModel {
         &mut self,
         configuration: Configuration<'_>,
     ) -> Result<Option<Vec<StateVelocity>>, ModelError> {
-        let resistance = self.resistance(configuration)?;
-        mobility::joint_responses(&self.scaled, configuration, &resistance).map(Some)
+        let spheres = self.spheres(configuration)?;
+        let solve = |linked: &LinkedBodies| solve(linked, &spheres);
+        linked_bodies::joint_responses(&self.scaled, configuration, solve).map(Some)
     }
 }

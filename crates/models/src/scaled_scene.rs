@@ -1,9 +1,10 @@
 //! Bodies, joints and loads of a scene in scaled units: the input of every model.
 
 use nalgebra::{DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3};
+use rayon::prelude::*;
 use rigid::{
-    Arms, Articulation, BodyKind, Constraints, ExternalLoad, FlowSolution, JointLoad, RigidError,
-    State, StateVelocity, Twist,
+    Arms, Articulation, BodyKind, Constraints, ExternalLoad, FlowSolution, JointLoad, LinkagePart,
+    RigidError, State, StateVelocity, Twist,
 };
 
 use crate::error::ModelError;
@@ -22,6 +23,8 @@ pub(crate) struct ScaledScene {
     pub scale: Scale,
     /// Bodies and joints.
     pub set: Articulation,
+    /// The linkages of the set.
+    pub parts: Vec<LinkagePart>,
     /// External loads at the start, one per body, in a frame with the rotation `to_frame` from the
     /// laboratory; none if they depend on the time or on attitudes.
     constant_loads: Option<Vec<ExternalLoad>>,
@@ -116,6 +119,7 @@ impl ScaledScene {
         let mut scaled = Self {
             scene: scene.clone(),
             scale,
+            parts: set.parts(),
             set,
             constant_loads: None,
             to_frame: UnitQuaternion::identity(),
@@ -270,13 +274,58 @@ impl ScaledScene {
     ) -> Result<Constraints, ModelError> {
         let mut constraints = self.constraints(query.configuration, rates)?;
         for (body, inertia) in query.inertia.into_iter().flatten().enumerate() {
-            let has_surface = self.set.kinds().get(body) == Some(&BodyKind::Rigid);
-            if has_surface && inertia.damping != Matrix6::zeros() {
-                let damping = self.scale.body_resistance(&inertia.damping);
-                constraints.body_damping.push((body, damping));
-            }
+            let damping = self.body_damping(body, inertia);
+            constraints
+                .body_damping
+                .extend(damping.map(|block| (body, block)));
         }
         Ok(constraints)
+    }
+
+    /// Scaled resistance of a body to the time step of its inertia; none without one.
+    fn body_damping(&self, body: usize, inertia: &BodyInertia) -> Option<Matrix6<f64>> {
+        let has_surface = self.set.kinds().get(body) == Some(&BodyKind::Rigid);
+        let resists = has_surface && inertia.damping != Matrix6::zeros();
+        resists.then(|| self.scale.body_resistance(&inertia.damping))
+    }
+
+    /// [`ScaledScene::query_constraints`] of each linkage, one after the other.
+    ///
+    /// # Errors
+    /// A state that does not fit; in each linkage as [`ScaledScene::poses`].
+    pub fn part_constraints(
+        &self,
+        query: &Query,
+        rates: &[f64],
+    ) -> Result<Vec<Result<Constraints, ModelError>>, ModelError> {
+        let configuration = query.configuration;
+        let state = self.state(configuration);
+        let [values, rates] = [configuration.shape, rates].map(|list| self.values(list));
+        let forces = self.scene.joint_forces(configuration.time);
+        let of_part = |part: &LinkagePart| {
+            let (own_values, own_rates) = (part.of_joints(&values), part.of_joints(&rates));
+            let set = part.set();
+            let mut constraints = set.constraints(&part.state(&state), &own_values, &own_rates)?;
+            let sums = constraints.joint_forces.iter_mut();
+            for ((sum, joint), &place) in sums.zip(set.passive_joints()).zip(part.passive_joints())
+            {
+                let force = forces.as_ref().and_then(|forces| forces.get(place));
+                *sum += force.map_or(0.0, |force| self.scale.joint_force(joint, *force));
+            }
+            for own in set.held_bodies() {
+                let twist = self.scaled_held_twist(configuration.time, part.bodies()[own]);
+                constraints = constraints.with_held_velocity(own, twist)?;
+            }
+            for (own, &body) in part.bodies().iter().enumerate() {
+                let inertia = query.inertia.and_then(|all| all.get(body));
+                let damping = inertia.and_then(|inertia| self.body_damping(body, inertia));
+                constraints
+                    .body_damping
+                    .extend(damping.map(|block| (own, block)));
+            }
+            Ok(constraints)
+        };
+        Ok(self.parts.par_iter().map(of_part).collect())
     }
 
     /// Constraints of the joints in a configuration, for one rate per joint, with the given
@@ -313,14 +362,19 @@ impl ScaledScene {
             }
         }
         for body in self.set.held_bodies() {
-            let twist = self.held_twist(time, body);
-            let scaled = Twist {
-                linear: self.scale.length(twist.linear),
-                ..twist
-            };
-            constraints = constraints.with_held_velocity(body, scaled)?;
+            constraints =
+                constraints.with_held_velocity(body, self.scaled_held_twist(time, body))?;
         }
         Ok(constraints)
+    }
+
+    /// Scaled given velocity of a body at a time in the frame.
+    fn scaled_held_twist(&self, time: f64, body: usize) -> Twist {
+        let twist = self.held_twist(time, body);
+        Twist {
+            linear: self.scale.length(twist.linear),
+            ..twist
+        }
     }
 
     /// Given velocity of a body at a time in the frame, in the units of the scene.

@@ -37,6 +37,8 @@ pub struct Articulation {
     held_translation: Vec<bool>,
     /// For each body, whether its angular velocity is given.
     held_rotation: Vec<bool>,
+    /// Numbers of the bodies in messages: those of the whole set for a part of one.
+    body_numbers: Vec<usize>,
 }
 
 impl Articulation {
@@ -104,6 +106,7 @@ impl Articulation {
             initial_shape,
             held_translation: free.clone(),
             held_rotation: free,
+            body_numbers: (0..bodies).collect(),
         })
     }
 
@@ -266,10 +269,55 @@ impl Articulation {
         self.arms != Arms::Lab && linkage.bodies.len() > 1
     }
 
+    /// The set of some bodies, ascending, with all of their joints; `own_joints` are these joints
+    /// with the new numbers of the bodies.
+    pub(crate) fn subset(
+        &self,
+        bodies: &[usize],
+        joints: &[usize],
+        own_joints: Vec<Joint>,
+    ) -> Self {
+        let kinds = selected(&self.kinds, bodies);
+        let held_translation = selected(&self.held_translation, bodies);
+        let (linkages, frames) = find_linkages(&held_translation, &own_joints);
+        let mut linkage_of = vec![0; bodies.len()];
+        for (number, linkage) in linkages.iter().enumerate() {
+            for &body in &linkage.bodies {
+                linkage_of[body] = number;
+            }
+        }
+        Self {
+            own_attitude: own_attitudes(&kinds, &own_joints, self.arms, &linkages),
+            kinds,
+            joints: own_joints,
+            arms: self.arms,
+            arm_vectors: selected(&self.arm_vectors, joints),
+            linkages,
+            linkage_of,
+            frame_of: frames.of_body,
+            frames: frames.count,
+            initial_positions: selected(&self.initial_positions, bodies),
+            initial_shape: selected(&self.initial_shape, joints),
+            held_translation,
+            held_rotation: selected(&self.held_rotation, bodies),
+            body_numbers: selected(&self.body_numbers, bodies),
+        }
+    }
+
+    /// Number of a body in messages.
+    pub(crate) fn body_number(&self, body: usize) -> usize {
+        self.body_numbers[body]
+    }
+
     /// Number of frames, of bodies without joints too.
     pub(crate) fn frames(&self) -> usize {
         self.frames
     }
+}
+
+/// Some entries of a list; indices beyond its end are left out.
+pub(crate) fn selected<T: Clone>(all: &[T], some: &[usize]) -> Vec<T> {
+    some.iter().filter_map(|&k| all.get(k)).cloned().collect()
 }
 
 /// For each body, whether its attitude is part of the state ([`Articulation::has_own_attitude`]).

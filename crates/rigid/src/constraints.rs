@@ -282,7 +282,7 @@ impl Articulation {
                 Some(frame),
                 &-Matrix3::identity(),
             );
-            let label = format!("clamp of body {body}");
+            let label = format!("clamp of body {}", self.body_number(body));
             constraints.labels.extend(std::iter::repeat_n(label, 3));
         }
         for (body, is_rotation) in held {
@@ -295,7 +295,7 @@ impl Articulation {
             let column = constraints.layout.bodies()[body] + 3 * usize::from(is_rotation);
             let identity = Matrix3::identity();
             add_block(&mut constraints.matrix, row, Some(column), &identity);
-            let label = format!("held body {body}");
+            let label = format!("held body {}", self.body_number(body));
             constraints.labels.extend(std::iter::repeat_n(label, 3));
         }
         Ok(constraints)

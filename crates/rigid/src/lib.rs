@@ -14,6 +14,7 @@ mod formulations;
 mod joint;
 mod joint_loads;
 mod linkage;
+mod linkage_part;
 mod loop_closure;
 mod mesh_part;
 mod motion_bounds;
@@ -38,6 +39,7 @@ pub use fluid_matrices::{FluidMatrices, FluidNodes, Inertia, NodeRole, SurfaceBo
 pub use formulations::{DirectRows, Eliminated, Formulation, Independent, Lagrange};
 pub use joint::{Arms, Freedom, Joint, JointDrive, JointKind, PassiveDrive};
 pub use linkage::Linkage;
+pub use linkage_part::LinkagePart;
 pub use mesh_part::{MeshPart, SumOverParts, UpdateGhosts};
 pub use motion_bounds::{DerivativeBounds, MotionBounds, StateBounds, ValueBounds};
 pub use null_space::{NullSpace, Reduction};

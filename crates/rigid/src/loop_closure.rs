@@ -147,9 +147,12 @@ impl Articulation {
 
     /// Misfits of all joints outside the spanning trees, as lengths.
     fn misfits(&self, placement: &Placement, longest: f64) -> DVector<f64> {
-        let edges = || self.linkages().iter().flat_map(|linkage| &linkage.tree);
+        let mut is_inside = vec![false; self.joints().len()];
+        for edge in self.linkages().iter().flat_map(|linkage| &linkage.tree) {
+            is_inside[edge.joint] = true;
+        }
         let outside = (self.joints().iter().enumerate())
-            .filter(|(joint, of)| !of.kind.is_deformation() && !edges().any(|e| e.joint == *joint))
+            .filter(|(joint, of)| !of.kind.is_deformation() && !is_inside[*joint])
             .map(|(joint, _)| joint);
         let misfits = outside.flat_map(|joint| {
             let [translation, rotation] = self.misfit(placement, joint);

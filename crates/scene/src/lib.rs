@@ -56,8 +56,8 @@ pub use wall_facets::WallFacets;
 pub use words::{
     AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FlowsKind, FormulationKind,
     GaitKind, GeometryKind, InertiaKind, InterpolationKind, LawKind, LearnKind, MeshMotionKind,
-    MesherKind, ModeMotion, ModelKind, ObjectiveKind, RheologyKind, ShapeKind, SolverKind,
-    StartKind, StrokeStart, SurfaceKind, SymmetryKind,
+    MesherKind, ModeMotion, ModelEstimatesKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind,
+    SolverKind, StartKind, StrokeStart, SurfaceKind, SymmetryKind,
 };
 
 // joints, surfaces, viscosity laws and vectors are part of this crate's interface

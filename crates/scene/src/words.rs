@@ -328,6 +328,20 @@ words! {
         Auto,
     }
 
+    /// How the errors of models of spheres are estimated.
+    pub enum ModelEstimatesKind = Sampled {
+        /// Not at all.
+        Off,
+        /// Up to 12 spheres as `full`. Beyond that errors of `oseen` and `rpy` are those of the
+        /// first reflection between all spheres, compared with expansions in at most four
+        /// neighbourhoods of 12 spheres. That costs two products with the mobility (four for
+        /// `oseen`), a solution to two digits, and a tenth of a second.
+        Sampled,
+        /// By expansions of all spheres, whose time grows with the cube of their number: 200
+        /// spheres take tens of times as long as the solution.
+        Full,
+    }
+
     /// Whether discretisation errors are estimated.
     pub enum EstimatesKind = On {
         /// Errors are estimated for every reported result.

@@ -107,6 +107,8 @@ fn scene_file(scene: &Scene) -> SceneFile {
                 file
             })
             .collect(),
+        // Their bodies are written out.
+        copies: Vec::new(),
         gait: gait_file(scene),
         model: scene.model,
         fem: scene.fem,

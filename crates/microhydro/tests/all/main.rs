@@ -5,6 +5,7 @@ mod contract;
 mod exact;
 mod examples;
 mod hostile;
+mod many;
 mod properties;
 mod squirmers;
 mod stresslets;

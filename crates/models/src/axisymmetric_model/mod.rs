@@ -23,7 +23,7 @@ use crate::flow_field::{FlowField, PointFlow};
 use crate::hydrodynamics::{
     Capabilities, ErrorEstimates, Flows, Hydrodynamics, PredictedCost, Resistances,
 };
-use crate::mobility::MobilitySolution;
+use crate::linked_bodies::LinkedBodies;
 use crate::neglected_terms::{FirstOrderChange, NeglectedTerm, NeglectedTerms, PathPoint};
 use crate::query::{Configuration, Query};
 use crate::response::BodySolution;
@@ -350,8 +350,7 @@ impl AxisymmetricModel {
         let configuration = query.configuration;
         let (axial, spin) = (&resistances.axial, resistances.spin.as_ref());
         let set = &self.scaled.set;
-        let loads = &self.scaled.loads(configuration, query.inertia)?;
-        let constraints = (self.scaled).query_constraints(query, rates)?;
+        let linked = LinkedBodies::new(&self.scaled, query, rates)?;
         let surfaces = AxialSurfaces::new(&self.scaled, configuration, resistances, &self.axis)?;
         let deformation = AxialRates::new(&self.scaled, configuration, &self.axis)?;
         if deformation.is_some() {
@@ -367,10 +366,8 @@ impl AxisymmetricModel {
             };
             let along = along.view((0, 0), (n, n)).into_owned();
             let matrix = grand_resistance(&self.shapes, &self.axis, &along, spin.map(of).as_ref());
-            let solved = MobilitySolution::new(&matrix, set, &constraints, loads, effect.as_ref())?;
-            let time = configuration.time;
-            let response = solved.response(&self.scaled, time, &constraints, loads)?;
-            Ok::<_, ModelError>((response, solved.residual))
+            let solved = linked.all().by_resistance(&matrix, effect.as_ref())?;
+            Ok::<_, ModelError>((linked.response(&solved)?, solved.residual))
         };
         let (computed, residual) = solve(|resistance| resistance.matrix().clone())?;
         let (corrected, _) = solve(AxialResistance::extrapolated)?;

@@ -6,7 +6,6 @@ use axisymmetric::{
     AxialBody, AxialChange, AxialForceSolver, AxialForces, AxialSpheroid, SteadyDrive, law_change,
 };
 use nalgebra::{DMatrix, DVector};
-use rigid::{Constraints, ExternalLoad};
 use scene::rheology::{Law, ViscosityLaw};
 use stokes::Seconds;
 
@@ -14,7 +13,7 @@ use super::axial_surfaces::{AxialSurfaces, grand_resistance};
 use super::{AxisymmetricModel, LOWEST_ACCURACY};
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
-use crate::mobility::MobilitySolution;
+use crate::linked_bodies::{LinkedBodies, MobilitySolution};
 use crate::neglected_terms::{FirstOrderChange, PathPoint};
 use crate::query::Query;
 use crate::response::{BodySolution, Response};
@@ -32,13 +31,6 @@ const MAX_BALANCES: usize = 40;
 
 /// Relative error of a first-order change by the law: more is lost by the terms of second order.
 const CHANGE_TOLERANCE: f64 = 1e-3;
-
-/// A linearised balance of the forces: what moves the bodies, and the loads in their joints.
-struct Balance<'a> {
-    time: f64,
-    constraints: &'a Constraints,
-    loads: &'a [ExternalLoad],
-}
 
 impl AxisymmetricModel {
     /// The solution for one set of rates.
@@ -61,13 +53,7 @@ impl AxisymmetricModel {
         let bodies = self.on_axis(configuration)?;
         // the start of Newton's method needs no accuracy
         let resistances = self.resistances_at(configuration, LOWEST_ACCURACY)?;
-        let loads = &self.scaled.loads(configuration, query.inertia)?;
-        let constraints = &self.scaled.query_constraints(query, rates)?;
-        let balance = Balance {
-            time: configuration.time,
-            constraints,
-            loads,
-        };
+        let linked = LinkedBodies::new(&self.scaled, query, rates)?;
         let surfaces = AxialSurfaces::new(&self.scaled, configuration, &resistances, &self.axis)?;
         let at_rest: Vec<_> = (0..bodies.len())
             .map(|body| surfaces.as_ref().map(|s| s.of_body(body, 0.0)))
@@ -84,7 +70,7 @@ impl AxisymmetricModel {
             .as_ref()
             .map(|s| s.effect(resistance))
             .transpose()?;
-        let mut velocities = self.newtonian_velocities(law, &along, &balance, effect.as_ref())?;
+        let mut velocities = self.newtonian_velocities(law, &along, &linked, effect.as_ref())?;
         let mut solver = AxialForceSolver::new(
             &bodies,
             self.surroundings,
@@ -94,7 +80,7 @@ impl AxisymmetricModel {
         )?;
         let mut before: Option<Balanced> = None;
         loop {
-            let last = self.balanced(&mut solver, &balance, &mut velocities, tolerance)?;
+            let last = self.balanced(&mut solver, &linked, &mut velocities, tolerance)?;
             let is_accurate =
                 (before.as_ref()).is_some_and(|before| last.change_from(before) <= tolerance);
             let is_highest = !solver.raise_order();
@@ -139,8 +125,9 @@ impl AxisymmetricModel {
         }
         let bodies = self.on_axis(at.configuration)?;
         let resistances = self.resistances_at(at.configuration, LOWEST_ACCURACY)?;
-        let loads = self.scaled.loads(at.configuration, None)?;
-        let mut constraints = self.scaled.constraints(at.configuration, at.rates)?;
+        let rates = [at.rates.to_vec()];
+        let query = Query::new(at.configuration, &rates);
+        let linked = LinkedBodies::new(&self.scaled, &query, at.rates)?;
         let surfaces =
             AxialSurfaces::new(&self.scaled, at.configuration, &resistances, &self.axis)?;
         let amplitudes: Option<Vec<_>> = (surfaces.as_ref()).map(|surfaces| {
@@ -156,13 +143,7 @@ impl AxisymmetricModel {
         let effect = surfaces
             .map(|surfaces| surfaces.effect(resistance))
             .transpose()?;
-        let time = at.configuration.time;
-        let balance = Balance {
-            time,
-            constraints: &constraints,
-            loads: &loads,
-        };
-        let newtonian = self.mobility(&along, &balance, effect.as_ref())?;
+        let newtonian = self.mobility(&along, &linked, effect.as_ref())?;
         let rows = self.scaled.set.surface_velocities();
         let velocities = self.along_axis(&newtonian.generalised.select_rows(&rows));
         let moving: Vec<_> = bodies.iter().copied().map(AxialBody::prescribed).collect();
@@ -172,8 +153,7 @@ impl AxisymmetricModel {
             ..SteadyDrive::default()
         };
         let found = law_change(&moving, self.surroundings, &drive, &law, CHANGE_TOLERANCE)?;
-        constraints.rates.fill(0.0);
-        constraints.joint_forces.fill(0.0);
+        let at_rest = LinkedBodies::at_rest(&self.scaled, at.configuration, None)?;
         let forms = [
             Some(("viscosity", &found.by_viscosity)),
             found
@@ -182,7 +162,7 @@ impl AxisymmetricModel {
                 .map(|change| ("second_order", change)),
         ];
         let parts = (forms.into_iter().flatten())
-            .map(|(name, change)| Ok((name, self.balanced_change(&along, change, &constraints)?)))
+            .map(|(name, change)| Ok((name, self.balanced_change(&along, change, &at_rest)?)))
             .collect::<Result<_, ModelError>>()?;
         Ok(FirstOrderChange { parts })
     }
@@ -192,31 +172,24 @@ impl AxisymmetricModel {
         &self,
         along: &DMatrix<f64>,
         change: &AxialChange,
-        at_rest: &Constraints,
+        at_rest: &LinkedBodies,
     ) -> Result<Response, ModelError> {
         let effect = self.force_free(along, &DVector::from_column_slice(&change.forces))?;
-        let no_loads = vec![ExternalLoad::default(); self.scaled.set.kinds().len()];
-        let balance = Balance {
-            time: 0.0,
-            constraints: at_rest,
-            loads: &no_loads,
-        };
-        let solved = self.mobility(along, &balance, Some(&effect))?;
-        solved.change(&self.scaled, at_rest)
+        at_rest.change(&self.mobility(along, at_rest, Some(&effect))?)
     }
 
     /// Velocities for which forces and loads balance, by elements of one order.
     fn balanced(
         &self,
         solver: &mut AxialForceSolver,
-        balance: &Balance,
+        linked: &LinkedBodies,
         velocities: &mut Vec<f64>,
         tolerance: f64,
     ) -> Result<Balanced, ModelError> {
         let mut change = f64::INFINITY;
         for _ in 0..MAX_BALANCES {
             let forces = solver.solve(velocities)?;
-            let solved = self.linearised(&forces, velocities, balance)?;
+            let solved = self.linearised(&forces, velocities, linked)?;
             let next = self.along_axis(
                 &solved
                     .generalised
@@ -231,12 +204,7 @@ impl AxisymmetricModel {
             // What the next balance changes is of the order of the square.
             if change <= (0.1 * tolerance).sqrt() {
                 return Ok(Balanced {
-                    response: solved.response(
-                        &self.scaled,
-                        balance.time,
-                        balance.constraints,
-                        balance.loads,
-                    )?,
+                    response: linked.response(&solved)?,
                     velocities: velocities.clone(),
                     on_fluid: self.along_axis(&solved.forces),
                     forces,
@@ -258,7 +226,7 @@ impl AxisymmetricModel {
         &self,
         forces: &AxialForces,
         velocities: &[f64],
-        balance: &Balance,
+        linked: &LinkedBodies,
     ) -> Result<MobilitySolution, ModelError> {
         let derivatives = &forces.derivatives;
         let of_forces =
@@ -269,7 +237,7 @@ impl AxisymmetricModel {
             powers: DVector::from_element(1, forces.slip_power),
             ..of_forces
         };
-        self.mobility(derivatives, balance, Some(&effect))
+        self.mobility(derivatives, linked, Some(&effect))
     }
 
     /// The effect of forces on bodies with a resistance: the velocities at which they vanish.
@@ -296,14 +264,11 @@ impl AxisymmetricModel {
     fn mobility(
         &self,
         along: &DMatrix<f64>,
-        balance: &Balance,
+        linked: &LinkedBodies,
         effect: Option<&SurfaceEffect>,
     ) -> Result<MobilitySolution, ModelError> {
         let matrix = grand_resistance(&self.shapes, &self.axis, along, None);
-        let Balance {
-            constraints, loads, ..
-        } = balance;
-        MobilitySolution::new(&matrix, &self.scaled.set, constraints, loads, effect)
+        linked.all().by_resistance(&matrix, effect)
     }
 
     /// Velocities in a Newtonian fluid whose viscosity is that of the law at the speed over the
@@ -312,7 +277,7 @@ impl AxisymmetricModel {
         &self,
         law: &Law,
         along: &DMatrix<f64>,
-        balance: &Balance,
+        linked: &LinkedBodies,
         effect: Option<&SurfaceEffect>,
     ) -> Result<Vec<f64>, ModelError> {
         /// Steps to a viscosity of which Newton's method needs the magnitude only.
@@ -323,7 +288,7 @@ impl AxisymmetricModel {
         let mut viscosity = 1.0;
         let mut velocities = Vec::new();
         for _ in 0..STEPS {
-            let solved = self.mobility(&(along * viscosity), balance, effect)?;
+            let solved = self.mobility(&(along * viscosity), linked, effect)?;
             let rows = self.scaled.set.surface_velocities();
             velocities = self.along_axis(&solved.generalised.select_rows(&rows));
             let speed = velocities.iter().fold(0.0, |m: f64, u| m.max(u.abs()));

@@ -1,15 +1,17 @@
 //! Models of spheres without a mesh: Oseen, Rotne-Prager-Yamakawa, multipole expansions.
 
+mod point_forces;
 mod sphere_flow;
 mod sphere_resistances;
 
 use std::time::Instant as Clock;
 
 use microhydro::multipole::{self, SphereSlip};
-use microhydro::{Accuracy, Medium, Spheres};
+use microhydro::{Accuracy, Medium, PointModel, Spheres};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::StateVelocity;
 
+use self::point_forces::ModelErrors;
 use self::sphere_flow::MovingSpheres;
 use self::sphere_resistances::{REFERENCE_ORDERS, SphereResistances};
 use crate::error::ModelError;
@@ -17,13 +19,12 @@ use crate::flow_field::{FlowField, PointFlow};
 use crate::hydrodynamics::{
     Capabilities, Flows, Hydrodynamics, PredictedCost, Resistances, SceneResistance,
 };
-use crate::mobility::{self, LargestDifferences, MobilitySolution};
+use crate::linked_bodies::{self, LinkedBodies};
 use crate::query::{Configuration, Query};
-use crate::response::Response;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
-use scene::{Body, Domain, ModelKind, Scene};
+use scene::{Body, Domain, ModelEstimatesKind, ModelKind, Scene};
 use stokes::{Dofs, Seconds};
 
 /// Approximation of the interactions between spheres.
@@ -39,6 +40,15 @@ pub enum SphereModel {
 }
 
 impl SphereModel {
+    /// The model of point forces, if it is one.
+    fn point_model(self) -> Option<PointModel> {
+        match self {
+            Self::Oseen => Some(PointModel::Oseen),
+            Self::Rpy => Some(PointModel::Rpy),
+            Self::Multipole(_) => None,
+        }
+    }
+
     /// Name of the model, with its tolerance.
     pub fn describe(self) -> String {
         match self {
@@ -181,18 +191,7 @@ impl SpheresModel {
         };
         match self.kind {
             SphereModel::Multipole(tolerance) => Ok(seconds(Accuracy::relative(tolerance))?),
-            // The expansions from which their errors are estimated take almost all of the time.
-            SphereModel::Oseen | SphereModel::Rpy => {
-                let needed = multipole::predicted_order(&spheres, &self.medium, POINT_FORCE_ERROR)?;
-                let mut sum = 0.0;
-                for order in REFERENCE_ORDERS {
-                    sum += seconds(Accuracy::order(order))?;
-                    if order >= needed {
-                        break;
-                    }
-                }
-                Ok(sum)
-            }
+            SphereModel::Oseen | SphereModel::Rpy => self.predicted_point_seconds(&spheres),
         }
     }
 
@@ -208,13 +207,18 @@ impl SpheresModel {
         configuration: Configuration,
     ) -> Result<SphereResistances, ModelError> {
         let spheres = self.spheres(configuration)?;
+        self.resistances_of(&spheres)
+    }
+
+    /// Resistances of spheres; those of the last ones are stored.
+    fn resistances_of(&mut self, spheres: &Spheres) -> Result<SphereResistances, ModelError> {
         if let Some((known, resistances)) = &self.last
-            && *known == spheres
+            && known == spheres
         {
             return Ok(resistances.clone());
         }
-        let resistances = SphereResistances::new(self.kind, &spheres, &self.medium)?;
-        self.last = Some((spheres, resistances.clone()));
+        let resistances = SphereResistances::new(self.kind, spheres, &self.medium)?;
+        self.last = Some((spheres.clone(), resistances.clone()));
         Ok(resistances)
     }
 
@@ -277,13 +281,22 @@ impl SpheresModel {
         configuration: Configuration,
         rates: &[f64],
     ) -> Result<MovingSpheres, ModelError> {
-        let resistances = self.resistance_at(configuration)?;
-        let set = &self.scaled.set;
-        let loads = &self.scaled.loads(configuration, None)?;
-        let constraints = self.scaled.constraints(configuration, rates)?;
-        let surfaces = self.surface_effects((configuration, rates), &resistances)?;
-        let effect = surfaces.as_ref().map(|effects| &effects.computed);
-        let solved = MobilitySolution::new(&resistances.matrix, set, &constraints, loads, effect)?;
+        let all_rates = [rates.to_vec()];
+        let query = Query::new(configuration, &all_rates);
+        let solved = match self.kind.point_model() {
+            Some(model) => {
+                let spheres = self.spheres(configuration)?;
+                let linked = LinkedBodies::new(&self.scaled, &query, rates)?;
+                self.point_solution(model, &linked, &spheres)?
+            }
+            None => {
+                let resistances = self.resistance_at(configuration)?;
+                let surfaces = self.surface_effects((configuration, rates), &resistances)?;
+                let effect = surfaces.as_ref().map(|effects| &effects.computed);
+                let linked = LinkedBodies::new(&self.scaled, &query, rates)?;
+                linked.all().by_resistance(&resistances.matrix, effect)?
+            }
+        };
         self.placed(configuration, rates, &solved.generalised)
     }
 
@@ -312,77 +325,70 @@ impl SpheresModel {
         query: &Query,
         rates: &[f64],
     ) -> Result<InstantaneousSolution, ModelError> {
+        if let Some(model) = self.kind.point_model() {
+            return self.point_forces(model, query, rates);
+        }
         let configuration = query.configuration;
         let clock = Clock::now();
         let resistances = self.resistance_at(configuration)?;
         let assembly = clock.elapsed().as_secs_f64();
-        let ScaledScene { scale, set, .. } = &self.scaled;
-        let loads = &self.scaled.loads(configuration, query.inertia)?;
-        let constraints = (self.scaled).query_constraints(query, rates)?;
         self.scaled.check_volume(configuration, rates)?;
         let surfaces = self.surface_effects((configuration, rates), &resistances)?;
-        let by = |matrix: &DMatrix<f64>, effect: Option<&SurfaceEffect>| {
-            MobilitySolution::new(matrix, set, &constraints, loads, effect)
-        };
         let effect = surfaces.as_ref().map(|effects| &effects.computed);
-        let solved = by(&resistances.matrix, effect)?;
-        let (mut errors, mut power_error) = (LargestDifferences::default(), 0.0);
-        let mut add = |factor: f64, from: &MobilitySolution, to: &MobilitySolution| {
-            errors.add(factor, &from.largest_differences(to, set));
-            power_error += factor * (from.power(set) - to.power(set)).abs();
+        let linked = LinkedBodies::new(&self.scaled, query, rates)?;
+        let all = linked.all();
+        let solved = all.by_resistance(&resistances.matrix, effect)?;
+        let is_estimated = self.scaled.scene.model().estimates != ModelEstimatesKind::Off;
+        let mut errors = match is_estimated {
+            true => self.errors_by(&linked, &solved, (&resistances.references, effect))?,
+            false => ModelErrors::default(),
         };
-        let mut previous = solved.clone();
-        let response = |of: &MobilitySolution| {
-            of.response(&self.scaled, configuration.time, &constraints, loads)
-        };
-        let mut model_error: Option<Response> = None;
-        for (reference, factor) in &resistances.references {
-            let reference = by(reference, effect)?;
-            add(*factor, &previous, &reference);
-            let error = &(&response(&previous)? - &response(&reference)?) * *factor;
-            model_error = Some(match model_error {
-                Some(sum) => sum + &error,
-                None => error,
-            });
-            previous = reference;
-        }
-        // The errors of the effects have factors of their own.
-        for (reference, factor) in surfaces.iter().flat_map(|effects| &effects.references) {
-            add(*factor, &solved, &by(&resistances.matrix, Some(reference))?);
-        }
-        // Those of slip and background flow have no sign.
-        let model_error = model_error.filter(|_| surfaces.is_none());
-        if matches!(self.kind, SphereModel::Multipole(_)) {
+        if let Some(bars) = &mut errors.bars {
+            // The errors of the effects have factors of their own.
+            for (reference, factor) in surfaces.iter().flat_map(|effects| &effects.references) {
+                let reference = all.by_resistance(&resistances.matrix, Some(reference))?;
+                bars.add(*factor, &all.largest_differences(&solved, &reference));
+            }
             // Between two orders a rotation may change little by chance: its error was 2.5 times
             // its change. An error of the velocities may turn a linkage about its farthest point.
-            let of_velocity = errors.velocity / self.scaled.shortest_lever;
-            errors.angular_velocity = errors.angular_velocity.max(of_velocity);
+            let of_velocity = bars.velocity / self.scaled.shortest_lever;
+            bars.angular_velocity = bars.angular_velocity.max(of_velocity);
         }
+        // Errors of slip and background flow have no sign.
+        errors.signed = errors.signed.filter(|_| surfaces.is_none());
         let total = clock.elapsed().as_secs_f64();
         let stresslets = match query.stresslets {
             true => self.stresslets((configuration, rates), &resistances, &solved.generalised)?,
             false => None,
         };
-        Ok(InstantaneousSolution {
+        let mut solution = InstantaneousSolution {
             stresslets,
-            model_error,
             seconds: Seconds {
                 assembly,
                 solve: total - assembly,
                 total,
                 ..Seconds::default()
             },
-            error_estimate: ErrorEstimate::of_model(scale.length_to_scene(errors.velocity)),
-            angular_velocity_error: ErrorEstimate::of_model(errors.angular_velocity),
-            force_error: ErrorEstimate::of_model(scale.force_to_scene(errors.force)),
-            torque_error: ErrorEstimate::of_model(scale.torque_to_scene(errors.torque)),
-            power_error: ErrorEstimate::of_model(scale.power_to_scene(power_error)),
             ..InstantaneousSolution::solved_directly(
-                response(&solved)?,
+                linked.response(&solved)?,
                 resistances.dofs,
                 solved.residual,
             )
-        })
+        };
+        self.enter_errors(&mut solution, errors);
+        Ok(solution)
+    }
+
+    /// Enters the error bars of the model, in the units of the scene.
+    fn enter_errors(&self, solution: &mut InstantaneousSolution, errors: ModelErrors) {
+        solution.model_error = errors.signed;
+        let Some(bars) = errors.bars else { return };
+        let scale = &self.scaled.scale;
+        solution.error_estimate = ErrorEstimate::of_model(scale.length_to_scene(bars.velocity));
+        solution.angular_velocity_error = ErrorEstimate::of_model(bars.angular_velocity);
+        solution.force_error = ErrorEstimate::of_model(scale.force_to_scene(bars.force));
+        solution.torque_error = ErrorEstimate::of_model(scale.torque_to_scene(bars.torque));
+        solution.power_error = ErrorEstimate::of_model(scale.power_to_scene(bars.power));
     }
 }
 
@@ -455,8 +461,19 @@ impl Hydrodynamics for SpheresModel {
         &mut self,
         configuration: Configuration<'_>,
     ) -> Result<Option<Vec<StateVelocity>>, ModelError> {
-        let resistances = self.resistance_at(configuration)?;
-        mobility::joint_responses(&self.scaled, configuration, &resistances.matrix).map(Some)
+        let responses = match self.kind.point_model() {
+            Some(model) => {
+                let spheres = self.spheres(configuration)?;
+                let solve = |linked: &LinkedBodies| self.point_solution(model, linked, &spheres);
+                linked_bodies::joint_responses(&self.scaled, configuration, solve)
+            }
+            None => {
+                let matrix = self.resistance_at(configuration)?.matrix;
+                let solve = |linked: &LinkedBodies| linked.all().by_resistance(&matrix, None);
+                linked_bodies::joint_responses(&self.scaled, configuration, solve)
+            }
+        };
+        responses.map(Some)
     }
 }
 

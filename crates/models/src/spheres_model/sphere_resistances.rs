@@ -16,6 +16,9 @@ pub(super) const REFERENCE_ORDERS: [usize; 4] = [4, 8, 16, 28];
 /// Largest error of an accepted reference, relative to the error that it finds.
 const REFERENCE_ACCURACY: f64 = 0.3;
 
+/// Predicted seconds of a limited reference.
+const REFERENCE_SECONDS: f64 = 0.05;
+
 /// A grand resistance matrix, and reference matrices from which its error is estimated.
 #[derive(Clone)]
 pub(super) struct SphereResistances {
@@ -44,6 +47,28 @@ impl SphereResistances {
     /// # Errors
     /// Spheres that are too close, or too many.
     pub fn new(kind: SphereModel, spheres: &Spheres, medium: &Medium) -> Result<Self, ModelError> {
+        Self::within(f64::INFINITY, kind, spheres, medium)
+    }
+
+    /// The same with references that take at most a few hundredths of a second, as predicted; the
+    /// first one is of the lowest order. The error of a reference counts.
+    ///
+    /// # Errors
+    /// As [`SphereResistances::new`].
+    pub fn limited(
+        kind: SphereModel,
+        spheres: &Spheres,
+        medium: &Medium,
+    ) -> Result<Self, ModelError> {
+        Self::within(REFERENCE_SECONDS, kind, spheres, medium)
+    }
+
+    fn within(
+        seconds: f64,
+        kind: SphereModel,
+        spheres: &Spheres,
+        medium: &Medium,
+    ) -> Result<Self, ModelError> {
         let expansion = |accuracy: Accuracy| -> Result<Resistance, ModelError> {
             Ok(multipole::resistance(spheres, medium, &accuracy)?)
         };
@@ -66,7 +91,10 @@ impl SphereResistances {
         let mut reference = expansion(Accuracy::order(REFERENCE_ORDERS[0]))?;
         for &order in &REFERENCE_ORDERS[1..] {
             let difference = reference.relative_difference(&matrix);
-            if reference.relative_error() <= REFERENCE_ACCURACY * difference {
+            let accuracy = Accuracy::order(order);
+            if reference.relative_error() <= REFERENCE_ACCURACY * difference
+                || multipole::predicted_seconds(spheres, medium, &accuracy, 0)? > seconds
+            {
                 break;
             }
             match expansion(Accuracy::order(order)) {

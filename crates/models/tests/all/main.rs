@@ -4,6 +4,7 @@ mod bars;
 mod examples;
 mod flows;
 mod history;
+mod many_swimmers;
 mod mesh_files;
 mod neglected_terms;
 mod query;

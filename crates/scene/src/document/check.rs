@@ -223,6 +223,9 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
         Kind::Matrix => value.as_array().is_some_and(|rows| {
             rows.len() == 3 && rows.iter().all(|row| three_numbers(row, |_| true))
         }),
+        Kind::Vectors => value
+            .as_array()
+            .is_some_and(|list| list.iter().all(|v| three_numbers(v, |_| true))),
         Kind::PositiveVector => three_numbers(value, |x| x > 0.0),
         Kind::Range => value.as_array().is_some_and(|list| {
             let ends: Vec<Option<f64>> = list.iter().map(number).collect();

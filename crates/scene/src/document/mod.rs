@@ -257,6 +257,16 @@ impl Document {
         value.is_some()
     }
 
+    /// Replaces all values, for keys that stand for others.
+    pub(crate) fn replace_values(&mut self, values: Value) {
+        self.root = values;
+    }
+
+    /// Sets the place of a key or a group.
+    pub(crate) fn set_place(&mut self, path: String, place: String) {
+        self.places.set(path, place);
+    }
+
     /// The scene file.
     pub fn path(&self) -> &Path {
         &self.path

@@ -40,6 +40,8 @@ pub enum Kind {
     Load,
     /// Three finite numbers.
     Vector,
+    /// A list of three finite numbers each.
+    Vectors,
     /// Three rows of three finite numbers.
     Matrix,
     /// Three finite numbers greater than zero.
@@ -90,6 +92,7 @@ impl Kind {
             Self::Positive => "a number greater than zero",
             Self::NonNegative => "a number that is not negative",
             Self::Vector => "three numbers, such as [0, 0, 1]",
+            Self::Vectors => "a list of three numbers each, such as [[0, 0, 1], [2, 0, 0]]",
             Self::Matrix => {
                 "three rows of three numbers, such as [[0, 1, 0], [0, 0, 0], [0, 0, 0]]"
             }
@@ -145,6 +148,7 @@ macro_rules! key_types {
 key_types! {
     Number: f64;
     Vector: [f64; 3];
+    Vectors: Vec<[f64; 3]>;
     Matrix: [[f64; 3]; 3];
     Range: [f64; 2];
     NumbersByName: BTreeMap<String, f64>;

@@ -11,9 +11,9 @@ use crate::joints::JointWord;
 use crate::words::{
     AcceptKind, ArmsKind, AxesKind, BackgroundKind, DeformationWord, DomainKind, DriveKind,
     EstimatesKind, FlowsKind, FormulationKind, GaitKind, GeometryKind, InertiaKind,
-    InterpolationKind, LawKind, LearnKind, MeshMotionKind, MesherKind, ModeMotion, ModelKind,
-    ObjectiveKind, RheologyKind, ShapeKind, SolverKind, StartKind, StrokeStart, SurfaceKind,
-    SymmetryKind,
+    InterpolationKind, LawKind, LearnKind, MeshMotionKind, MesherKind, ModeMotion,
+    ModelEstimatesKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind, SolverKind, StartKind,
+    StrokeStart, SurfaceKind, SymmetryKind,
 };
 
 tables! {
@@ -37,6 +37,9 @@ tables! {
         /// The joints.
         #[serde(skip_serializing_if = "is_default")]
         links: Vec<JointFile>,
+        /// The copies.
+        #[serde(skip_serializing_if = "is_default")]
+        copies: Vec<CopiesFile>,
         /// The gait.
         gait: GaitFile,
         /// The model of the flow.
@@ -294,6 +297,30 @@ tables! {
         damping: Option<f64> [NonNegative] | "0, if not prescribed",
     }
 
+    /// Copies of a body with all bodies that links connect to it, at given or random places. The
+    /// copies of `left` are `left-2`, `left-3` and so on, those of links alike; they follow the
+    /// gait of their originals. Forces and torques keep their directions, axes turn.
+    pub(crate) struct CopiesFile in "copies[]." {
+        /// Name of the body whose place is given.
+        of: Option<String> | "required",
+        /// Positions of the copies of this body.
+        positions: Option<Vec<[f64; 3]>> | "random in a box",
+        /// Rotations of the copies about this body, as rotation vectors in radians.
+        orientations: Option<Vec<[f64; 3]>> | "none; with `positions`",
+        /// Number of copies at random places.
+        count: Option<u32> | "required without `positions`",
+        /// Edges of the box of random positions.
+        size: Option<[f64; 3]> [PositiveVector] | "required without `positions`",
+        /// Centre of the box.
+        centre: [f64; 3] = [0.0, 0.0, 0.0],
+        /// Whether random copies are turned at random, all rotations being alike.
+        isotropic: bool,
+        /// Smallest gap of random copies to all spheres before them.
+        gap: f64 [NonNegative] = 0.0,
+        /// Seed of the random numbers.
+        seed: u32 = 1,
+    }
+
     /// The values of the joints in time: phases, smooth oscillations or a table in a file. They are
     /// repeated `cycles` times.
     pub(crate) struct GaitFile in "gait." {
@@ -361,6 +388,8 @@ tables! {
         tolerance_factor: Option<f64> [Positive] | "1, or smaller where a run finds that it needs it",
         /// What a run does with a result whose error bar is larger than the tolerance.
         accept: AcceptKind,
+        /// How the errors of `oseen`, `rpy` and `multipole` are estimated.
+        estimates: ModelEstimatesKind,
     }
 
     /// Options of the finite-element model.

@@ -4,6 +4,7 @@ mod articulation;
 mod bodies;
 mod change;
 mod contacts;
+mod copies;
 mod deformations;
 mod domain;
 mod extent;
@@ -58,6 +59,7 @@ impl Scene {
 
 /// The scene of a document, before the check for bodies that touch.
 fn scene(mut document: Document) -> Result<Scene, SceneError> {
+    copies::expand(&mut document)?;
     let checks = Checks(&document);
     let file: SceneFile =
         document

@@ -13,6 +13,7 @@ bodies = [
     { name = "spheroid", shape = "spheroid", radius = 1, half_length = 2, position = [9, 0, 0] },
 ]
 links = [{ name = "arm", body = "sphere", to = "spheroid" }]
+copies = [{ of = "sphere", positions = [[0, 50, 0]] }]
 gait.phases = [{}]
 "#;
 

@@ -32,6 +32,10 @@ tolerance = 1e-3
 [learn]; contracted = 6; extended = { arm = 10 }; direction = [1, 0, 0]; episodes = 10
 steps = 10; discount = 0.9; rate = 0.5; exploration = 0.1; seed = 1
 
+[[bodies]]; name = "left"; radius = 1; position = [-10, 0, 0]
+[[copies]]; of = "left"; count = 3; size = [30, 20, 20]; centre = [1, 0, 0]; gap = 0.5; seed = 2
+[[copies]]; of = "left"; positions = [[0, 40, 0]]; orientations = [[0, 1, 0]]
+
 [domain]; kind = "box"; size = [30, 20, 20]
 [[bodies]]; name = "spheroid"; shape = "spheroid"; radius = 1; half_length = 2
 axis = [0, 0, 1]; position = [1, 0, 0]; force = [1, 0, 0]
@@ -120,7 +124,7 @@ fn changed() -> impl Iterator<Item = (String, usize, &'static str, &'static str)
             let (name, value) = line.split_once(" = ").expect("a key and its value");
             let path = match group.as_str() {
                 "" => name.to_owned(),
-                "bodies" | "links" | "gait.phases" | "gait.harmonics" => {
+                "bodies" | "links" | "copies" | "gait.phases" | "gait.harmonics" => {
                     format!("{group}[].{name}")
                 }
                 "bodies.slip" => format!("bodies[].slip.{name}"),

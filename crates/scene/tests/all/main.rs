@@ -2,6 +2,7 @@
 
 mod built;
 mod contact_paths;
+mod copies;
 mod damaged;
 mod deformations;
 mod documented;

@@ -1,0 +1,413 @@
+//! Motion of spheres that joints connect, by models of point forces: conjugate gradients without
+//! the mobility matrix.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
+use rayon::prelude::*;
+
+use crate::error::check_entries;
+use crate::{HydroError, PointMobility};
+
+/// Spheres that move together: their velocities are `U = S v + W` with free coordinates `v`.
+///
+/// Each sphere belongs to one linkage; a sphere without joints is a linkage with the identity as
+/// `S`.
+#[derive(Clone, Debug)]
+pub struct Linkage {
+    /// The spheres, by their indices.
+    pub spheres: Vec<usize>,
+    /// `S`, six rows per sphere, of full column rank.
+    pub basis: DMatrix<f64>,
+    /// `W`, six entries per sphere.
+    pub offset: DVector<f64>,
+    /// Loads `g` on the coordinates.
+    pub load: DVector<f64>,
+    /// Resistances `D` of dashpots to the coordinates: symmetric, positive semi-definite.
+    pub damping: DMatrix<f64>,
+}
+
+/// Motion and forces of linked spheres.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct LinkedMotion {
+    /// Forces and torques on the fluid, six entries per sphere. They balance the loads exactly.
+    pub forces: DVector<f64>,
+    /// The coordinates `v` of each linkage.
+    pub coordinates: Vec<DVector<f64>>,
+    /// Number of iterations.
+    pub iterations: usize,
+    /// Norm of the velocities that the joints do not allow, recomputed from the forces, relative to
+    /// that of what drives them.
+    pub residual: f64,
+}
+
+/// Linked spheres in a fluid, whose forces `f` and coordinates `v` satisfy
+///
+/// ```text
+/// M f = S v + W      S^T f + D v = g
+/// ```
+///
+/// with the mobility `M`. In each linkage the columns of `Z` span the forces that do no work on its
+/// motions (`S^T Z = 0`, orthonormal), so that with forces `f0` that balance the loads
+///
+/// ```text
+/// f = f0 + Z λ       Z^T M Z λ = Z^T (W - M f0)
+/// ```
+///
+/// The matrix is symmetric positive definite and is never formed: conjugate gradients apply `M`,
+/// preconditioned by the factorised blocks of the linkages alone. A dashpot is one more force, with
+/// its coefficient as mobility. Memory: `O(n)` for linkages of bounded size.
+pub struct LinkedSpheres<'a> {
+    mobility: &'a PointMobility<'a>,
+    linkages: Vec<Eliminated>,
+    /// Entry of the first multiplier of each linkage, and the number of all.
+    first: Vec<usize>,
+}
+
+/// A linkage whose loads are balanced.
+struct Eliminated {
+    linkage: Linkage,
+    /// Orthonormal columns that span `S` with the dashpots, and the triangular factor.
+    range: DMatrix<f64>,
+    triangle: DMatrix<f64>,
+    /// `Z`.
+    complement: DMatrix<f64>,
+    /// Cholesky factor of `Z^T M Z` for the linkage alone.
+    factor: Cholesky<f64, Dyn>,
+}
+
+/// Iterations between two computations of the true residual, and in all.
+const MAX_ITERATIONS: usize = 1000;
+
+/// Times that the iteration is started again from its result, if rounding separated the residual of
+/// its recursion from the true one.
+const MAX_STARTS: usize = 3;
+
+/// Eigenvalue of dashpots, relative to the largest one, below which there is none.
+const NO_DASHPOT: f64 = 1e-14;
+
+impl Eliminated {
+    fn new(linkage: Linkage, mobility: &PointMobility) -> Result<Self, HydroError> {
+        let (rows, free) = (6 * linkage.spheres.len(), linkage.basis.ncols());
+        check_entries("rows of a basis", rows, linkage.basis.nrows())?;
+        check_entries("velocities of a linkage", rows, linkage.offset.len())?;
+        check_entries("loads on coordinates", free, linkage.load.len())?;
+        check_entries("rows of dashpots", free, linkage.damping.nrows())?;
+        check_entries("columns of dashpots", free, linkage.damping.ncols())?;
+        let dashpots = dashpots(&linkage.damping);
+        let all = rows + dashpots.nrows();
+        let mut basis = DMatrix::zeros(all, all);
+        basis
+            .view_mut((0, 0), (rows, free))
+            .copy_from(&linkage.basis);
+        (basis.view_mut((rows, 0), dashpots.shape())).copy_from(&dashpots);
+        // The other columns are zero: reflections of a square matrix give its whole orthogonal
+        // factor.
+        let decomposition = basis.qr();
+        let orthogonal = decomposition.q();
+        let triangle = decomposition.r().view((0, 0), (free, free)).into_owned();
+        let complement = orthogonal.columns(free, all - free).into_owned();
+        let mut own = DMatrix::identity(all, all);
+        own.view_mut((0, 0), (rows, rows))
+            .copy_from(&mobility.block(&linkage.spheres));
+        let factor = Cholesky::new(complement.tr_mul(&(own * &complement)))
+            .ok_or_else(|| mobility.not_positive_definite())?;
+        Ok(Self {
+            linkage,
+            range: orthogonal.columns(0, free).into_owned(),
+            triangle,
+            complement,
+            factor,
+        })
+    }
+
+    /// Forces of spheres and dashpots that balance the loads, of the smallest norm.
+    fn balancing(&self) -> DVector<f64> {
+        let free = self.triangle.ncols();
+        let coefficients = self.triangle.tr_solve_upper_triangular(&self.linkage.load);
+        &self.range * coefficients.unwrap_or_else(|| DVector::zeros(free))
+    }
+
+    /// Number of rows: of forces and torques, and of dashpots.
+    fn rows(&self) -> usize {
+        self.complement.nrows()
+    }
+}
+
+/// `L^T` with `L L^T = D`: the rate of each dashpot by the coordinates, for a coefficient of one.
+fn dashpots(damping: &DMatrix<f64>) -> DMatrix<f64> {
+    // An empty matrix has no eigenvalues.
+    if damping.iter().all(|entry| *entry == 0.0) {
+        return DMatrix::zeros(0, damping.ncols());
+    }
+    let eigen = SymmetricEigen::new(damping.clone());
+    let largest = eigen.eigenvalues.amax();
+    let acting = (0..damping.ncols()).filter(|&k| eigen.eigenvalues[k] > NO_DASHPOT * largest);
+    let rows = acting.map(|k| {
+        let rate = eigen.eigenvectors.column(k) * eigen.eigenvalues[k].sqrt();
+        rate.transpose()
+    });
+    DMatrix::from_rows(&rows.collect::<Vec<_>>())
+}
+
+/// Forces of the spheres, and of the dashpots of each linkage.
+struct Forces {
+    spheres: DVector<f64>,
+    dashpots: Vec<DVector<f64>>,
+}
+
+impl<'a> LinkedSpheres<'a> {
+    /// Prepares linkages that consist of all spheres.
+    ///
+    /// Cost: for linkages of `k` spheres `O(k³)` each, in parallel.
+    ///
+    /// # Errors
+    /// [`HydroError::Length`] for lists of the wrong length and spheres that belong to no linkage
+    /// or to several; [`HydroError::NotPositiveDefinite`].
+    pub fn new(
+        mobility: &'a PointMobility<'a>,
+        linkages: Vec<Linkage>,
+    ) -> Result<Self, HydroError> {
+        let mut members: Vec<usize> = (linkages.iter())
+            .flat_map(|linkage| linkage.spheres.iter().copied())
+            .collect();
+        members.sort_unstable();
+        let once = members.iter().enumerate().take_while(|(k, m)| k == *m);
+        let count = mobility.spheres().len();
+        check_entries("spheres of one linkage each", count, once.count())?;
+        check_entries("spheres of one linkage each", count, members.len())?;
+        let linkages: Vec<Eliminated> = linkages
+            .into_par_iter()
+            .map(|linkage| Eliminated::new(linkage, mobility))
+            .collect::<Result<_, _>>()?;
+        let mut first = vec![0];
+        for linkage in &linkages {
+            first.push(first[first.len() - 1] + linkage.complement.ncols());
+        }
+        Ok(Self {
+            mobility,
+            linkages,
+            first,
+        })
+    }
+
+    /// Number of multipliers: of forces that do no work on the motions of their linkages.
+    pub fn multipliers(&self) -> usize {
+        self.first[self.linkages.len()]
+    }
+
+    /// Numbers in the matrices of all linkages: `O(n)` for linkages of bounded size.
+    pub fn stored_numbers(&self) -> usize {
+        let of_linkage = |one: &Eliminated| {
+            let Linkage { basis, damping, .. } = &one.linkage;
+            let matrices = [basis, damping, &one.range, &one.triangle, &one.complement];
+            let factor = one.factor.l_dirty().len();
+            matrices.iter().map(|m| m.len()).sum::<usize>() + factor
+        };
+        self.linkages.iter().map(of_linkage).sum()
+    }
+
+    /// Forces and coordinates to a relative residual of `tolerance`.
+    ///
+    /// # Errors
+    /// [`HydroError::NotConverged`]; [`HydroError::NotPositiveDefinite`] for point forces too close
+    /// to each other; [`HydroError::NotFinite`].
+    pub fn solve(&self, tolerance: f64) -> Result<LinkedMotion, HydroError> {
+        let balancing = self.linkages.iter().map(Eliminated::balancing).collect();
+        let offsets = self.linkages.iter().map(|one| &one.linkage.offset);
+        let offsets: Vec<DVector<f64>> = offsets.cloned().collect();
+        self.motion(balancing, &offsets, tolerance)
+    }
+
+    /// Change of forces and coordinates for a small change `δU` of the velocities by given forces:
+    /// `M δf + δU = S δv`, `S^T δf + D δv = 0`.
+    ///
+    /// # Errors
+    /// Those of [`LinkedSpheres::solve`]; [`HydroError::Length`].
+    pub fn change(
+        &self,
+        velocities: &DVector<f64>,
+        tolerance: f64,
+    ) -> Result<LinkedMotion, HydroError> {
+        let count = 6 * self.mobility.spheres().len();
+        check_entries("changes of velocities", count, velocities.len())?;
+        let balancing = self.linkages.iter().map(|one| DVector::zeros(one.rows()));
+        let offsets = self.linkages.iter().map(|one| {
+            let of_sphere = |&k: &usize| velocities.as_slice()[6 * k..6 * k + 6].iter().map(|u| -u);
+            let entries = one.linkage.spheres.iter().flat_map(of_sphere);
+            DVector::from_iterator(one.linkage.offset.len(), entries)
+        });
+        self.motion(balancing.collect(), &offsets.collect::<Vec<_>>(), tolerance)
+    }
+
+    fn motion(
+        &self,
+        balancing: Vec<DVector<f64>>,
+        offsets: &[DVector<f64>],
+        tolerance: f64,
+    ) -> Result<LinkedMotion, HydroError> {
+        let known = self.gathered(&balancing);
+        let mut velocities = self.velocities(&known)?;
+        let mut residual = self.unbalanced(&velocities, offsets);
+        let mut multipliers = DVector::zeros(self.multipliers());
+        let scale = residual.norm();
+        let mut iterations = 0;
+        let mut forces = known;
+        for _ in 0..MAX_STARTS {
+            if residual.norm() <= tolerance * scale {
+                break;
+            }
+            iterations += self.iterate(&mut multipliers, residual.clone(), tolerance * scale)?;
+            let all: Vec<DVector<f64>> = (self.linkages.iter().enumerate())
+                .map(|(k, one)| {
+                    let of_linkage = self.of_linkage(&multipliers, k);
+                    &balancing[k] + &one.complement * of_linkage
+                })
+                .collect();
+            forces = self.gathered(&all);
+            velocities = self.velocities(&forces)?;
+            residual = self.unbalanced(&velocities, offsets);
+        }
+        let reached = residual.norm();
+        // Restarts reach rounding; an error of the recursion that is left is within a factor.
+        let is_reached = reached <= 10.0 * tolerance * scale;
+        if !is_reached {
+            return Err(HydroError::NotConverged {
+                iterations,
+                residual: reached,
+                target: tolerance * scale,
+            });
+        }
+        let coordinates = (self.linkages.iter().zip(offsets)).enumerate();
+        let coordinates = coordinates.map(|(k, (one, offset))| {
+            let projected = one.range.tr_mul(&self.relative(&velocities, k, offset));
+            let free = projected.len();
+            let solved = one.triangle.solve_upper_triangular(&projected);
+            solved.unwrap_or_else(|| DVector::zeros(free))
+        });
+        Ok(LinkedMotion {
+            coordinates: coordinates.collect(),
+            forces: forces.spheres,
+            iterations,
+            residual: if scale > 0.0 { reached / scale } else { 0.0 },
+        })
+    }
+
+    /// Preconditioned conjugate gradients for the multipliers, from the residual of the present
+    /// ones; returns the number of iterations.
+    fn iterate(
+        &self,
+        multipliers: &mut DVector<f64>,
+        mut residual: DVector<f64>,
+        target: f64,
+    ) -> Result<usize, HydroError> {
+        let mut preconditioned = self.preconditioned(&residual);
+        let mut direction = preconditioned.clone();
+        let mut product = residual.dot(&preconditioned);
+        for iteration in 0..MAX_ITERATIONS {
+            if residual.norm() <= target {
+                return Ok(iteration);
+            }
+            let image = self.image(&direction)?;
+            let curvature = direction.dot(&image);
+            if curvature <= 0.0 {
+                return Err(self.mobility.not_positive_definite());
+            }
+            let step = product / curvature;
+            multipliers.axpy(step, &direction, 1.0);
+            residual.axpy(-step, &image, 1.0);
+            preconditioned = self.preconditioned(&residual);
+            let next = residual.dot(&preconditioned);
+            direction.axpy(1.0, &preconditioned, next / product);
+            product = next;
+        }
+        Err(HydroError::NotConverged {
+            iterations: MAX_ITERATIONS,
+            residual: residual.norm(),
+            target,
+        })
+    }
+
+    /// `Z^T M Z` times multipliers.
+    fn image(&self, multipliers: &DVector<f64>) -> Result<DVector<f64>, HydroError> {
+        let all: Vec<DVector<f64>> = (self.linkages.iter().enumerate())
+            .map(|(k, one)| &one.complement * self.of_linkage(multipliers, k))
+            .collect();
+        let velocities = self.velocities(&self.gathered(&all))?;
+        let mut image = DVector::zeros(multipliers.len());
+        for (k, one) in self.linkages.iter().enumerate() {
+            let mut rows = image.rows_mut(self.first[k], one.complement.ncols());
+            rows.gemv_tr(1.0, &one.complement, &self.own(&velocities, k), 0.0);
+        }
+        Ok(image)
+    }
+
+    fn preconditioned(&self, residual: &DVector<f64>) -> DVector<f64> {
+        let mut solved = residual.clone();
+        for (k, one) in self.linkages.iter().enumerate() {
+            let mut rows = solved.rows_mut(self.first[k], one.complement.ncols());
+            one.factor.solve_mut(&mut rows);
+        }
+        solved
+    }
+
+    /// `Z^T (W - U)` for velocities `U`, of dashpots too.
+    fn unbalanced(&self, velocities: &Forces, offsets: &[DVector<f64>]) -> DVector<f64> {
+        let mut slip = DVector::zeros(self.multipliers());
+        for (k, (one, offset)) in self.linkages.iter().zip(offsets).enumerate() {
+            let mut rows = slip.rows_mut(self.first[k], one.complement.ncols());
+            let relative = self.relative(velocities, k, offset);
+            rows.gemv_tr(-1.0, &one.complement, &relative, 0.0);
+        }
+        slip
+    }
+
+    /// Multipliers of a linkage.
+    fn of_linkage<'v>(
+        &self,
+        all: &'v DVector<f64>,
+        linkage: usize,
+    ) -> nalgebra::DVectorView<'v, f64> {
+        let columns = self.linkages[linkage].complement.ncols();
+        all.rows(self.first[linkage], columns)
+    }
+
+    /// Velocities of the spheres and dashpots of a linkage.
+    fn own(&self, velocities: &Forces, linkage: usize) -> DVector<f64> {
+        let spheres = &self.linkages[linkage].linkage.spheres;
+        let all = velocities.spheres.as_slice();
+        let of_spheres = spheres.iter().flat_map(|&k| &all[6 * k..6 * k + 6]);
+        let entries = of_spheres.chain(velocities.dashpots[linkage].iter());
+        DVector::from_iterator(self.linkages[linkage].rows(), entries.copied())
+    }
+
+    /// The same relative to given velocities of the spheres.
+    fn relative(&self, velocities: &Forces, linkage: usize, offset: &DVector<f64>) -> DVector<f64> {
+        let mut own = self.own(velocities, linkage);
+        let mut rows = own.rows_mut(0, offset.len());
+        rows -= offset;
+        own
+    }
+
+    /// Forces of all spheres from those of the linkages.
+    fn gathered(&self, linkages: &[DVector<f64>]) -> Forces {
+        let mut spheres = DVector::zeros(6 * self.mobility.spheres().len());
+        let mut dashpots = Vec::with_capacity(linkages.len());
+        for (one, forces) in self.linkages.iter().zip(linkages) {
+            for (number, &k) in one.linkage.spheres.iter().enumerate() {
+                let own = forces.rows(6 * number, 6);
+                spheres.rows_mut(6 * k, 6).copy_from(&own);
+            }
+            let count = 6 * one.linkage.spheres.len();
+            dashpots.push(forces.rows(count, forces.len() - count).into_owned());
+        }
+        Forces { spheres, dashpots }
+    }
+
+    /// Velocities by forces; the mobility of a dashpot is one.
+    fn velocities(&self, forces: &Forces) -> Result<Forces, HydroError> {
+        Ok(Forces {
+            spheres: self.mobility.apply(&forces.spheres)?,
+            dashpots: forces.dashpots.clone(),
+        })
+    }
+}

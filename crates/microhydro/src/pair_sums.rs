@@ -1,0 +1,322 @@
+//! Sums over all pairs of spheres without a matrix: velocities by forces, strain rates by forces,
+//! velocities by stresslets.
+//!
+//! At run time `pulp` selects the vector instructions of the processor. Each lane is one sphere at
+//! which the flow is summed, in the order of the sources, so that a sum depends neither on the
+//! number of lanes nor on that of threads.
+
+use std::f64::consts::PI;
+use std::marker::PhantomData;
+
+use nalgebra::{DVector, Vector3};
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+/// Spheres that a thread treats at a time: a multiple of the lanes of all processors.
+const BLOCK: usize = 32;
+
+/// Centres and squared radii as columns, padded to whole blocks.
+pub(crate) struct Columns {
+    count: usize,
+    /// Coordinates and squared radii.
+    columns: [Vec<f64>; 4],
+}
+
+/// The flow of a source at a sphere: adds to the sums.
+///
+/// `r` points from the source to the sphere, `inverse` is one over its length and zero for the
+/// sphere itself. The squared radii are those of the sphere and of the source.
+trait Flow {
+    fn add<S: Simd>(
+        simd: S,
+        r: [S::f64s; 3],
+        inverse: S::f64s,
+        squares: [S::f64s; 2],
+        source: [S::f64s; 6],
+        sums: &mut [S::f64s; 6],
+    );
+}
+
+/// A block of spheres and all sources.
+struct Block<'a, F> {
+    flow: PhantomData<F>,
+    spheres: [&'a [f64]; 4],
+    /// Coordinates and squared radii of the sources.
+    places: &'a [[f64; 4]],
+    sources: &'a [[f64; 6]],
+    /// Six columns of the block.
+    sums: &'a mut [f64],
+}
+
+impl<F: Flow> WithSimd for Block<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let [x, y, z, square] = self.spheres.map(|column| S::as_simd_f64s(column).0);
+        let lanes = size_of::<S::f64s>() / size_of::<f64>();
+        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
+        for k in 0..x.len() {
+            let mut sums = [zero; 6];
+            for (place, source) in self.places.iter().zip(self.sources) {
+                let r = [
+                    simd.sub_f64s(x[k], simd.splat_f64s(place[0])),
+                    simd.sub_f64s(y[k], simd.splat_f64s(place[1])),
+                    simd.sub_f64s(z[k], simd.splat_f64s(place[2])),
+                ];
+                let squared = dot(simd, &r, &r);
+                let inverse = simd.div_f64s(one, simd.sqrt_f64s(squared));
+                let apart = simd.greater_than_f64s(squared, zero);
+                let inverse = simd.select_f64s(apart, inverse, zero);
+                let mut of_source = [zero; 6];
+                for (lane, number) in of_source.iter_mut().zip(source) {
+                    *lane = simd.splat_f64s(*number);
+                }
+                let squares = [square[k], simd.splat_f64s(place[3])];
+                F::add(simd, r, inverse, squares, of_source, &mut sums);
+            }
+            for (component, sum) in sums.iter().enumerate() {
+                let first = component * BLOCK + k * lanes;
+                simd.partial_store_f64s(&mut self.sums[first..first + lanes], *sum);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn dot<S: Simd>(simd: S, a: &[S::f64s; 3], b: &[S::f64s; 3]) -> S::f64s {
+    let sum = simd.mul_f64s(a[0], b[0]);
+    let sum = simd.mul_add_f64s(a[1], b[1], sum);
+    simd.mul_add_f64s(a[2], b[2], sum)
+}
+
+#[inline(always)]
+fn cross<S: Simd>(simd: S, a: &[S::f64s; 3], b: &[S::f64s; 3]) -> [S::f64s; 3] {
+    [
+        simd.sub_f64s(simd.mul_f64s(a[1], b[2]), simd.mul_f64s(a[2], b[1])),
+        simd.sub_f64s(simd.mul_f64s(a[2], b[0]), simd.mul_f64s(a[0], b[2])),
+        simd.sub_f64s(simd.mul_f64s(a[0], b[1]), simd.mul_f64s(a[1], b[0])),
+    ]
+}
+
+/// Velocity and angular velocity by a force and a torque, times 8π.
+///
+/// ```text
+/// U = (1 + s/(3 d²)) F/d + (1 - s/d²) r (r·F)/d³ + T × r/d³
+/// ω = F × r/d³ + (3 r (r·T)/d⁵ - T/d³)/2
+/// ```
+struct Velocity;
+
+impl Flow for Velocity {
+    #[inline(always)]
+    fn add<S: Simd>(
+        simd: S,
+        r: [S::f64s; 3],
+        inverse: S::f64s,
+        squares: [S::f64s; 2],
+        [fx, fy, fz, tx, ty, tz]: [S::f64s; 6],
+        sums: &mut [S::f64s; 6],
+    ) {
+        let (force, torque) = ([fx, fy, fz], [tx, ty, tz]);
+        let second = simd.mul_f64s(inverse, inverse);
+        let third = simd.mul_f64s(second, inverse);
+        let s = simd.mul_f64s(simd.add_f64s(squares[0], squares[1]), second);
+        let one = simd.splat_f64s(1.0);
+        // (1 + s/(3 d²))/d, and (1 - s/d²) (r·F)/d³
+        let across = simd.mul_add_f64s(s, simd.splat_f64s(1.0 / 3.0), one);
+        let across = simd.mul_f64s(across, inverse);
+        let along = simd.mul_f64s(simd.sub_f64s(one, s), third);
+        let along = simd.mul_f64s(along, dot(simd, &r, &force));
+        // (3/2) (r·T)/d⁵, and -1/(2 d³)
+        let twist = simd.mul_f64s(simd.mul_f64s(third, second), dot(simd, &r, &torque));
+        let twist = simd.mul_f64s(twist, simd.splat_f64s(1.5));
+        let spin = simd.mul_f64s(third, simd.splat_f64s(-0.5));
+        let of_torque = cross(simd, &torque, &r);
+        let of_force = cross(simd, &force, &r);
+        for k in 0..3 {
+            let sum = simd.mul_add_f64s(across, force[k], sums[k]);
+            let sum = simd.mul_add_f64s(along, r[k], sum);
+            sums[k] = simd.mul_add_f64s(third, of_torque[k], sum);
+            let sum = simd.mul_add_f64s(third, of_force[k], sums[k + 3]);
+            let sum = simd.mul_add_f64s(twist, r[k], sum);
+            sums[k + 3] = simd.mul_add_f64s(spin, torque[k], sum);
+        }
+    }
+}
+
+/// Pairs of components of a symmetric tensor, in the order in which they are stored.
+const COMPONENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
+/// Strain rate by a force and a torque, times 8π, averaged over a sphere of the radius `a` for a
+/// sphere of the radius `b` as source.
+///
+/// With `c = a²/10 + b²/6` (Faxen's laws; Kim & Karrila 1991, section 3.2):
+///
+/// ```text
+/// E = (r·F) (I/d³ - 3 r r/d⁵) + c [30 r r (r·F)/d⁷ - 6 (F r + r F)/d⁵ - 6 I (r·F)/d⁵]
+///     - (3/2) [(T × r) r + r (T × r)]/d⁵
+/// ```
+struct StrainRate;
+
+impl Flow for StrainRate {
+    #[inline(always)]
+    fn add<S: Simd>(
+        simd: S,
+        r: [S::f64s; 3],
+        inverse: S::f64s,
+        squares: [S::f64s; 2],
+        [fx, fy, fz, tx, ty, tz]: [S::f64s; 6],
+        sums: &mut [S::f64s; 6],
+    ) {
+        let (force, torque) = ([fx, fy, fz], [tx, ty, tz]);
+        let second = simd.mul_f64s(inverse, inverse);
+        let third = simd.mul_f64s(second, inverse);
+        let fifth = simd.mul_f64s(third, second);
+        let along = dot(simd, &r, &force);
+        let c = simd.mul_f64s(squares[0], simd.splat_f64s(0.1));
+        let c = simd.mul_add_f64s(squares[1], simd.splat_f64s(1.0 / 6.0), c);
+        let dipole = simd.mul_f64s(simd.mul_f64s(c, fifth), simd.splat_f64s(-6.0));
+        // of I: (r·F) (1/d³ - 6 c/d⁵); of r r: (r·F) (-3/d⁵ + 30 c/d⁷)
+        let isotropic = simd.mul_f64s(along, simd.add_f64s(third, dipole));
+        let of_r = simd.mul_f64s(fifth, simd.splat_f64s(-3.0));
+        let of_r = simd.sub_f64s(
+            of_r,
+            simd.mul_f64s(simd.mul_f64s(dipole, second), simd.splat_f64s(5.0)),
+        );
+        let of_r = simd.mul_f64s(along, of_r);
+        let swirl = cross(simd, &torque, &r);
+        let rotlet = simd.mul_f64s(fifth, simd.splat_f64s(-1.5));
+        // v r + r v has both -6 c F/d⁵ and -(3/2) T × r/d⁵
+        let mut v = force;
+        for k in 0..3 {
+            v[k] = simd.mul_f64s(v[k], dipole);
+            v[k] = simd.mul_add_f64s(swirl[k], rotlet, v[k]);
+        }
+        for (sum, (i, j)) in sums.iter_mut().zip(COMPONENTS) {
+            let mut part = simd.mul_f64s(simd.mul_f64s(of_r, r[i]), r[j]);
+            part = simd.mul_add_f64s(v[i], r[j], part);
+            part = simd.mul_add_f64s(v[j], r[i], part);
+            if i == j {
+                part = simd.add_f64s(part, isotropic);
+            }
+            *sum = simd.add_f64s(*sum, part);
+        }
+    }
+}
+
+/// Velocity and angular velocity by a stresslet, times 8π: the adjoint of [`StrainRate`], for a
+/// sphere of the radius `a` and a source of the radius `b`.
+///
+/// With `q = r·S r` and `c = a²/6 + b²/10`:
+///
+/// ```text
+/// U = -3 r q/d⁵ + c [30 r q/d⁷ - 12 S r/d⁵]
+/// ω = -3 (S r) × r/d⁵
+/// ```
+struct StressletVelocity;
+
+impl Flow for StressletVelocity {
+    #[inline(always)]
+    fn add<S: Simd>(
+        simd: S,
+        r: [S::f64s; 3],
+        inverse: S::f64s,
+        squares: [S::f64s; 2],
+        [xx, yy, zz, xy, xz, yz]: [S::f64s; 6],
+        sums: &mut [S::f64s; 6],
+    ) {
+        let second = simd.mul_f64s(inverse, inverse);
+        let fifth = simd.mul_f64s(simd.mul_f64s(second, second), inverse);
+        let product = [
+            dot(simd, &[xx, xy, xz], &r),
+            dot(simd, &[xy, yy, yz], &r),
+            dot(simd, &[xz, yz, zz], &r),
+        ];
+        let q = dot(simd, &product, &r);
+        let c = simd.mul_f64s(squares[0], simd.splat_f64s(1.0 / 6.0));
+        let c = simd.mul_add_f64s(squares[1], simd.splat_f64s(0.1), c);
+        let dipole = simd.mul_f64s(simd.mul_f64s(c, fifth), simd.splat_f64s(-12.0));
+        let of_r = simd.mul_f64s(fifth, simd.splat_f64s(-3.0));
+        let of_r = simd.sub_f64s(
+            of_r,
+            simd.mul_f64s(simd.mul_f64s(dipole, second), simd.splat_f64s(2.5)),
+        );
+        let of_r = simd.mul_f64s(q, of_r);
+        let swirl = cross(simd, &product, &r);
+        let rotation = simd.mul_f64s(fifth, simd.splat_f64s(-3.0));
+        for k in 0..3 {
+            let sum = simd.mul_add_f64s(of_r, r[k], sums[k]);
+            sums[k] = simd.mul_add_f64s(dipole, product[k], sum);
+            sums[k + 3] = simd.mul_add_f64s(rotation, swirl[k], sums[k + 3]);
+        }
+    }
+}
+
+impl Columns {
+    /// The columns of spheres with these radii; zero radii make points of them.
+    pub fn new(centres: &[Vector3<f64>], radii: impl Iterator<Item = f64>) -> Self {
+        let count = centres.len();
+        let padded = count.next_multiple_of(BLOCK);
+        let column = |of: &dyn Fn(usize) -> f64| {
+            (0..padded)
+                .map(|k| if k < count { of(k) } else { 0.0 })
+                .collect()
+        };
+        let radii: Vec<f64> = radii.collect();
+        Self {
+            count,
+            columns: [
+                column(&|k| centres[k].x),
+                column(&|k| centres[k].y),
+                column(&|k| centres[k].z),
+                column(&|k| radii[k].powi(2)),
+            ],
+        }
+    }
+
+    /// Velocities and angular velocities by the forces and torques of all other spheres.
+    pub fn velocities(&self, forces: &DVector<f64>) -> DVector<f64> {
+        self.sums::<Velocity>(forces)
+    }
+
+    /// Strain rates by the forces and torques of all other spheres, as `xx, yy, zz, xy, xz, yz`.
+    pub fn strain_rates(&self, forces: &DVector<f64>) -> DVector<f64> {
+        self.sums::<StrainRate>(forces)
+    }
+
+    /// Velocities and angular velocities by the stresslets of all other spheres.
+    pub fn stresslet_velocities(&self, stresslets: &DVector<f64>) -> DVector<f64> {
+        self.sums::<StressletVelocity>(stresslets)
+    }
+
+    /// Sums of six numbers per sphere for six numbers per source: `O(n²)` operations in parallel,
+    /// `O(n)` numbers.
+    fn sums<F: Flow>(&self, sources: &DVector<f64>) -> DVector<f64> {
+        let [x, y, z, square] = &self.columns;
+        let places: Vec<[f64; 4]> = (0..self.count)
+            .map(|k| [x[k], y[k], z[k], square[k]])
+            .collect();
+        let sources: Vec<[f64; 6]> = (sources.as_slice().chunks_exact(6))
+            .map(|six| [six[0], six[1], six[2], six[3], six[4], six[5]])
+            .collect();
+        let mut result = DVector::zeros(6 * self.count);
+        let blocks = result.as_mut_slice().par_chunks_mut(6 * BLOCK).enumerate();
+        blocks.for_each(|(number, rows)| {
+            let range = number * BLOCK..(number + 1) * BLOCK;
+            let mut sums = [0.0; 6 * BLOCK];
+            Arch::new().dispatch(Block::<F> {
+                flow: PhantomData,
+                spheres: [x, y, z, square].map(|column| &column[range.clone()]),
+                places: &places,
+                sources: &sources,
+                sums: &mut sums,
+            });
+            for (k, row) in rows.chunks_exact_mut(6).enumerate() {
+                for (component, entry) in row.iter_mut().enumerate() {
+                    *entry = sums[component * BLOCK + k] / (8.0 * PI);
+                }
+            }
+        });
+        result
+    }
+}

@@ -1,0 +1,301 @@
+//! Many spheres: sums without a matrix, and linked spheres by conjugate gradients.
+
+use microhydro::nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use microhydro::{
+    Accuracy, HydroError, Linkage, LinkedMotion, LinkedSpheres, Medium, PointMobility, PointModel,
+    Spheres, multipole, oseen, rpy,
+};
+
+/// Numbers between 0 and 1.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = (self.0)
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn vector(&mut self, rows: usize) -> DVector<f64> {
+        DVector::from_fn(rows, |_, _| 2.0 * self.next() - 1.0)
+    }
+}
+
+/// Spheres of different radii on a disturbed lattice.
+fn lattice(count: usize, spacing: f64) -> Spheres {
+    let mut random = Random(7);
+    let edge = (count as f64).cbrt().ceil() as usize;
+    let centres = (0..count).map(|k| {
+        let cell = Vector3::new(
+            (k % edge) as f64,
+            (k / edge % edge) as f64,
+            (k / edge / edge) as f64,
+        );
+        spacing * cell + 0.3 * Vector3::new(random.next(), random.next(), random.next())
+    });
+    let radii = (0..count).map(|k| 1.0 - 0.1 * (k % 4) as f64);
+    Spheres::new(centres.collect(), radii.collect()).unwrap()
+}
+
+/// Rows of rigid motions of spheres about the centre of the first one.
+fn rigid(spheres: &Spheres, some: &[usize]) -> DMatrix<f64> {
+    let mut basis = DMatrix::zeros(6 * some.len(), 6);
+    for (number, &k) in some.iter().enumerate() {
+        let arm = spheres.centres()[k] - spheres.centres()[some[0]];
+        let identity = Matrix3::identity();
+        let mut put = |row, column, block: &Matrix3<f64>| {
+            (basis.fixed_view_mut::<3, 3>(6 * number + row, column)).copy_from(block);
+        };
+        put(0, 0, &identity);
+        put(0, 3, &-arm.cross_matrix());
+        put(3, 3, &identity);
+    }
+    basis
+}
+
+/// Swimmers of three spheres whose arms shrink, the last ones with a spring-like dashpot, then a
+/// held sphere and a lone one.
+fn swimmers(spheres: &Spheres) -> Vec<Linkage> {
+    let swimmers = (spheres.len() - 2) / 3;
+    let mut random = Random(3);
+    let mut linkages: Vec<Linkage> = (0..swimmers)
+        .map(|number| {
+            let some: Vec<usize> = (3 * number..3 * number + 3).collect();
+            let basis = rigid(spheres, &some);
+            let mut offset = DVector::zeros(18);
+            for (number, sign) in [(0, 1.0), (2, -1.0)] {
+                let x = spheres.centres();
+                let arm = (x[some[1]] - x[some[number]]).normalize();
+                let mut rows = offset.rows_mut(6 * number, 3);
+                rows += sign * random.next() * arm;
+            }
+            let mut damping = DMatrix::zeros(6, 6);
+            if number % 3 == 0 {
+                // A dashpot to the wall, in an oblique direction.
+                let direction = DVector::from_vec(vec![1.0, 2.0, -1.0, 0.5, 0.0, 1.0]);
+                damping = 5.0 * &direction * direction.transpose();
+            }
+            Linkage {
+                spheres: some,
+                basis,
+                offset,
+                load: random.vector(6),
+                damping,
+            }
+        })
+        .collect();
+    let held = spheres.len() - 2;
+    linkages.push(Linkage {
+        spheres: vec![held],
+        basis: DMatrix::zeros(6, 0),
+        offset: DVector::from_element(6, 0.1),
+        load: DVector::zeros(0),
+        damping: DMatrix::zeros(0, 0),
+    });
+    linkages.push(Linkage {
+        spheres: vec![held + 1],
+        basis: DMatrix::identity(6, 6),
+        offset: DVector::zeros(6),
+        load: random.vector(6),
+        damping: DMatrix::zeros(6, 6),
+    });
+    linkages
+}
+
+/// The same by the dense resistance matrix: forces and coordinates of all linkages.
+fn dense(resistance: &DMatrix<f64>, linkages: &[Linkage]) -> (DVector<f64>, DVector<f64>) {
+    let free: usize = linkages.iter().map(|one| one.load.len()).sum();
+    let rows = resistance.nrows();
+    let (mut s, mut w) = (DMatrix::zeros(rows, free), DVector::zeros(rows));
+    let (mut load, mut damping) = (DVector::zeros(free), DMatrix::zeros(free, free));
+    let mut first = 0;
+    for one in linkages {
+        let own = one.load.len();
+        for (number, &k) in one.spheres.iter().enumerate() {
+            s.view_mut((6 * k, first), (6, own))
+                .copy_from(&one.basis.rows(6 * number, 6));
+            w.rows_mut(6 * k, 6)
+                .copy_from(&one.offset.rows(6 * number, 6));
+        }
+        load.rows_mut(first, own).copy_from(&one.load);
+        (damping.view_mut((first, first), (own, own))).copy_from(&one.damping);
+        first += own;
+    }
+    let matrix = s.tr_mul(&(resistance * &s)) + damping;
+    let rhs = load - s.tr_mul(&(resistance * &w));
+    let v = matrix.cholesky().unwrap().solve(&rhs);
+    (resistance * (s * &v + w), v)
+}
+
+fn solve(model: PointModel, spheres: &Spheres, tolerance: f64) -> LinkedMotion {
+    let mobility = PointMobility::new(model, spheres, &Medium::Unbounded).unwrap();
+    let linked = LinkedSpheres::new(&mobility, swimmers(spheres)).unwrap();
+    linked.solve(tolerance).unwrap()
+}
+
+#[test]
+fn linked_spheres_move_as_by_the_dense_resistance() {
+    let spheres = lattice(32, 3.2);
+    let linkages = swimmers(&spheres);
+    let wall = Medium::wall(Vector3::new(0.0, 0.0, -2.5), Vector3::z()).unwrap();
+    for medium in [Medium::Unbounded, wall] {
+        for model in [PointModel::Oseen, PointModel::Rpy] {
+            let resistance = match model {
+                PointModel::Oseen => oseen::resistance(&spheres, &medium).unwrap(),
+                PointModel::Rpy => rpy::resistance(&spheres, &medium).unwrap(),
+            };
+            let (forces, coordinates) = dense(&resistance, &linkages);
+            let mobility = PointMobility::new(model, &spheres, &medium).unwrap();
+            let linked = LinkedSpheres::new(&mobility, linkages.clone()).unwrap();
+            let found = linked.solve(1e-12).unwrap();
+            assert!(found.residual <= 1e-11, "{}", found.residual);
+            let flat: Vec<f64> = (found.coordinates.iter())
+                .flat_map(|v| v.iter().copied())
+                .collect();
+            // The residual times the condition of the mobility, which is below 100 here.
+            let error = (DVector::from_vec(flat) - &coordinates).amax() / coordinates.amax();
+            assert!(
+                error < 1e-9,
+                "{model:?} {medium:?}: coordinates {error:.1e}"
+            );
+            let error = (&found.forces - &forces).amax() / forces.amax();
+            assert!(error < 1e-9, "{model:?} {medium:?}: forces {error:.1e}");
+            // Forces balance the loads to rounding, whatever the tolerance.
+            let rough = linked.solve(1e-2).unwrap();
+            let without_dashpots = linkages.iter().filter(|one| one.damping.amax() == 0.0);
+            for one in without_dashpots {
+                let of_spheres = one.spheres.iter().flat_map(|&k| 6 * k..6 * k + 6);
+                let own = rough.forces.select_rows(&of_spheres.collect::<Vec<_>>());
+                let balance = one.basis.tr_mul(&own) - &one.load;
+                // Sums of eighteen numbers, the arms among them.
+                assert!(balance.camax() <= 1e-12 * (1.0 + own.amax()));
+            }
+        }
+    }
+}
+
+#[test]
+fn mobilities_without_a_matrix_are_symmetric() {
+    let spheres = lattice(75, 2.9);
+    let mut random = Random(11);
+    let [x, y] = [0, 1].map(|_| random.vector(450));
+    for model in [PointModel::Oseen, PointModel::Rpy] {
+        let mobility = PointMobility::new(model, &spheres, &Medium::Unbounded).unwrap();
+        let [mx, my] = [&x, &y].map(|f| mobility.apply(f).unwrap());
+        let scale = mx.norm() * y.norm();
+        // Sums of 75 pairs in another order.
+        assert!((mx.dot(&y) - my.dot(&x)).abs() < 1e-12 * scale);
+        let [rx, ry] = [&x, &y].map(|f| mobility.first_reflection(f).unwrap());
+        assert!((rx.dot(&y) - ry.dot(&x)).abs() < 1e-12 * rx.norm() * y.norm());
+        let block: Vec<usize> = (0..75).collect();
+        let error = (mobility.block(&block) * &x - mx).amax();
+        assert!(error < 1e-13, "{error:.1e}");
+    }
+    // Rigid spheres dissipate more than force densities that ignore each other.
+    let mobility = PointMobility::new(PointModel::Rpy, &spheres, &Medium::Unbounded).unwrap();
+    assert!(mobility.first_reflection(&x).unwrap().dot(&x) < 0.0);
+}
+
+#[test]
+fn the_first_reflection_is_what_the_models_neglect_to_their_order() {
+    // Errors of the velocities of two spheres of different size, dragged and turned.
+    let errors = |distance: f64| {
+        let centres = vec![Vector3::zeros(), distance * Vector3::new(0.6, 0.0, 0.8)];
+        let pair = Spheres::new(centres, vec![1.0, 0.7]).unwrap();
+        let accuracy = Accuracy::relative(1e-12);
+        let exact = multipole::resistance(&pair, &Medium::Unbounded, &accuracy).unwrap();
+        let forces = Random(5).vector(12);
+        let exact = exact.matrix().clone().cholesky().unwrap().solve(&forces);
+        [PointModel::Oseen, PointModel::Rpy].map(|model| {
+            let mobility = PointMobility::new(model, &pair, &Medium::Unbounded).unwrap();
+            let found = mobility.apply(&forces).unwrap();
+            let reflected = &found + mobility.first_reflection(&forces).unwrap();
+            [(found - &exact).norm(), (reflected - &exact).norm()]
+        })
+    };
+    for (near, far) in errors(5.0).into_iter().zip(errors(10.0)) {
+        // What is left falls as (a/d)^6: forces by the quadrupoles that they induce.
+        let order = (near[1] / far[1]).log2();
+        assert!((5.5..7.5).contains(&order), "order {order:.2}");
+        assert!(
+            near[1] < 0.2 * near[0],
+            "{:.1e} of {:.1e}",
+            near[1],
+            near[0]
+        );
+    }
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let spheres = lattice(101, 3.0);
+    let by = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = pool.build().unwrap();
+        pool.install(|| solve(PointModel::Rpy, &spheres, 1e-9))
+    };
+    let (one, three) = (by(1), by(3));
+    assert_eq!(one.forces, three.forces);
+    assert_eq!(one.coordinates, three.coordinates);
+}
+
+#[test]
+fn iterations_hardly_grow_with_the_number_of_swimmers() {
+    // Figures of 26 November 2026, with a margin of two iterations.
+    for (spheres, most) in [(32, 22), (101, 26), (302, 30)] {
+        let found = solve(PointModel::Rpy, &lattice(spheres, 3.2), 1e-10);
+        let iterations = found.iterations;
+        assert!(iterations <= most, "{spheres} spheres: {iterations}");
+        assert!(found.residual <= 1e-9);
+    }
+}
+
+#[test]
+fn memory_grows_as_the_number_of_swimmers() {
+    let numbers = |count: usize| {
+        let spheres = lattice(count, 3.2);
+        let mobility = PointMobility::new(PointModel::Rpy, &spheres, &Medium::Unbounded).unwrap();
+        let linked = LinkedSpheres::new(&mobility, swimmers(&spheres)).unwrap();
+        linked.stored_numbers()
+    };
+    // Per swimmer 18 rows: bases of 6 and 12 columns, and a factor of 12; one row more by a
+    // dashpot.
+    let per_swimmer = (numbers(302) - numbers(32)) / 90;
+    assert!(
+        per_swimmer <= 2 * 18 * 6 + 19 * 13 + 13 * 13 + 3 * 36,
+        "{per_swimmer}"
+    );
+}
+
+#[test]
+fn spheres_of_no_linkage_or_of_two_are_refused() {
+    let spheres = lattice(32, 3.2);
+    let mobility = PointMobility::new(PointModel::Rpy, &spheres, &Medium::Unbounded).unwrap();
+    let mut linkages = swimmers(&spheres);
+    linkages.pop();
+    let refused = LinkedSpheres::new(&mobility, linkages.clone());
+    assert!(matches!(refused.err(), Some(HydroError::Length { .. })));
+    linkages.push(linkages[0].clone());
+    let refused = LinkedSpheres::new(&mobility, linkages);
+    assert!(matches!(refused.err(), Some(HydroError::Length { .. })));
+}
+
+#[test]
+fn the_closest_pair_is_found_and_touching_spheres_of_many_are_refused() {
+    let spheres = lattice(200, 3.0);
+    let pairs = (0..200).flat_map(|i| (i + 1..200).map(move |j| (i, j)));
+    let gap = |&(i, j): &(usize, usize)| spheres.gap(i, j).unwrap();
+    let closest = pairs.min_by(|a, b| gap(a).total_cmp(&gap(b)));
+    assert_eq!(spheres.closest_pair(), closest);
+    let mut centres = spheres.centres().to_vec();
+    centres[151] = centres[40] + Vector3::new(0.3, 1.2, -0.4);
+    let refused = Spheres::new(centres, spheres.radii().to_vec());
+    match refused {
+        Err(HydroError::Touching { first, second, gap }) => {
+            assert_eq!((first, second), (40, 151));
+            assert!(gap < 0.0);
+        }
+        other => panic!("{other:?}"),
+    }
+}

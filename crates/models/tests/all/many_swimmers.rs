@@ -1,0 +1,125 @@
+//! Many swimmers by models of point forces: without matrices over all spheres, with sampled bars.
+
+use models::{Hydrodynamics, InstantaneousSolution, ModelError, SphereModel, SpheresModel};
+use nalgebra::{DVector, Vector3};
+use scene::Scene;
+use testkit::within;
+
+use crate::scenes::solve_at_start;
+
+/// A swimmer of three spheres and copies of it at random places, with more keys.
+fn swarm(copies: usize, size: f64, keys: &str) -> Scene {
+    let text = format!(
+        "{keys}\n[[bodies]]\nname = \"l\"\nradius = 1\nposition = [-6, 0, 0]\n\
+         [[bodies]]\nname = \"c\"\nradius = 1\nposition = [0, 0, 0]\nforce = [0, 0, -0.5]\n\
+         [[bodies]]\nname = \"r\"\nradius = 1\nposition = [6, 0, 0]\n\
+         [[links]]\nname = \"a\"\nbody = \"l\"\nto = \"c\"\n\
+         [[links]]\nname = \"b\"\nbody = \"r\"\nto = \"c\"\n\
+         [[copies]]\nof = \"c\"\ncount = {copies}\nsize = [{size}, {size}, {size}]\n\
+         isotropic = true\ngap = 1\nseed = 5\n"
+    );
+    Scene::parse(&text).unwrap()
+}
+
+fn solve(scene: &Scene, kind: SphereModel) -> Result<InstantaneousSolution, ModelError> {
+    let rates = vec![-1.0; scene.articulation().joints().len()];
+    let mut model = SpheresModel::new(scene, kind)?;
+    Ok(solve_at_start(&mut model, &rates))
+}
+
+fn largest<T>(list: impl Iterator<Item = T>, of: impl Fn(T) -> Vector3<f64>) -> f64 {
+    list.map(of).fold(0.0, |most, v| most.max(v.norm()))
+}
+
+#[test]
+fn sampled_bars_contain_the_errors_of_many_swimmers() {
+    let scene = swarm(7, 24.0, "");
+    assert_eq!(scene.bodies().len(), 24);
+    let exact = solve(&scene, SphereModel::Multipole(1e-4)).unwrap();
+    for kind in [SphereModel::Oseen, SphereModel::Rpy] {
+        let found = solve(&scene, kind).unwrap();
+        let pairs = || found.bodies.iter().zip(&exact.bodies);
+        for (what, error, bar) in [
+            (
+                "velocity",
+                largest(pairs(), |(a, b)| a.velocity - b.velocity),
+                found.error_estimate,
+            ),
+            (
+                "angular velocity",
+                largest(pairs(), |(a, b)| a.angular_velocity - b.angular_velocity),
+                found.angular_velocity_error,
+            ),
+            (
+                "force",
+                largest(pairs(), |(a, b)| a.force - b.force),
+                found.force_error,
+            ),
+            (
+                "power",
+                (found.power() - exact.power()).abs(),
+                found.power_error,
+            ),
+        ] {
+            let what = format!("{kind:?}: {what}");
+            let bar = bar.model.unwrap();
+            within(error, bar, format!("the error bar: {what}"));
+            // The factor of the worst neighbourhood counts for all.
+            within(
+                bar,
+                10.0 * error,
+                format!("the bar is not too large: {what}"),
+            );
+        }
+    }
+}
+
+#[test]
+fn forces_of_linked_spheres_are_those_of_the_grand_resistance() {
+    let scene = swarm(7, 24.0, "");
+    for kind in [SphereModel::Oseen, SphereModel::Rpy] {
+        let mut model = SpheresModel::new(&scene, kind).unwrap();
+        let rates = vec![-1.0; scene.articulation().joints().len()];
+        let found = solve_at_start(&mut model, &rates);
+        assert!(found.solver.iterations > 1 && found.solver.iterations < 30);
+        assert!(found.solver.true_relative_residual < 1e-9);
+        let state = scene.initial_state();
+        let configuration = testkit::at(&state, scene.articulation().initial_shape());
+        let resistance = model
+            .resistances()
+            .unwrap()
+            .resistance(configuration)
+            .unwrap();
+        let rows = found.bodies.iter().flat_map(|body| {
+            let (u, w) = (body.velocity, body.angular_velocity);
+            [u.x, u.y, u.z, w.x, w.y, w.z]
+        });
+        let forces = resistance.matrix * DVector::from_iterator(6 * scene.bodies().len(), rows);
+        let size = largest(found.bodies.iter(), |body| body.force);
+        for (number, body) in found.bodies.iter().enumerate() {
+            let expected = forces.fixed_rows::<3>(6 * number).into_owned();
+            // The residual of the iteration, amplified by the condition of the mobility.
+            within((body.force - expected).norm(), 1e-8 * size, "residual");
+        }
+        // Each swimmer carries the load on its middle sphere.
+        for swimmer in found.bodies.chunks(3) {
+            let force: Vector3<f64> = swimmer.iter().map(|body| body.force).sum();
+            let load = Vector3::new(0.0, 0.0, -0.5);
+            within((force - load).norm(), 1e-12 * size, "rounding");
+        }
+    }
+}
+
+#[test]
+fn estimates_are_full_sampled_or_off() {
+    let bar = |keys: &str| {
+        let found = solve(&swarm(4, 24.0, keys), SphereModel::Rpy).unwrap();
+        found.error_estimate.model
+    };
+    let [full, sampled] =
+        ["full", "sampled"].map(|word| bar(&format!("model.estimates = \"{word}\"")).unwrap());
+    assert_eq!(bar("model.estimates = \"off\""), None);
+    assert_eq!(bar(""), Some(sampled));
+    let ratio = sampled / full;
+    assert!((0.7..5.0).contains(&ratio), "{ratio}");
+}
