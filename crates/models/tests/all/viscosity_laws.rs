@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use models::{AxisymmetricModel, Hydrodynamics, InstantaneousSolution};
+use models::{AxisymmetricModel, FemModel, Hydrodynamics, InstantaneousSolution};
 use testkit::{SceneText, within};
 
 use crate::scenes::{solve_at_start, three_spheres};
@@ -203,4 +203,21 @@ fn a_load_below_the_yield_stress_moves_a_body_by_no_more_than_the_bar() {
             );
         }
     }
+}
+
+/// At the index 0.1 the force was off by 3.7 bars.
+#[test]
+fn bug_bars_of_steep_power_laws_in_space_were_too_small() {
+    let scene = sphere_in_ball(1.0, "force = [1, 0, 0]")
+        .set(&POWER_LAW)
+        .set(&["fluid.index=0.1"])
+        .scene();
+    let mut model = FemModel::new(&scene).unwrap();
+    let state = scene.initial_state();
+    let refused = model
+        .solve_one(testkit::at(&state, &[]), &[])
+        .err()
+        .unwrap()
+        .to_string();
+    testkit::contains("steep", &refused, &["fluid.index", "0.3", "axisymmetric"]);
 }
