@@ -105,6 +105,12 @@ impl Quantity {
     /// Unit vectors to the right and upwards in pictures of the bodies.
     pub fn plane(&self, scene: &Scene, outcome: &Outcome) -> [Vector3<f64>; 2] {
         match self {
+            // A wall is seen from the side, below the bodies.
+            Quantity::Displacement(axis) if matches!(scene.domain(), Domain::Wall) => {
+                let along = Vector3::new(axis.x, axis.y, 0.0);
+                let right = along.try_normalize(MIN_DISPLACEMENT);
+                [right.unwrap_or_else(Vector3::x), Vector3::z()]
+            }
             Quantity::Displacement(axis) => [*axis, side_axis(scene, outcome, axis)],
             Quantity::Angle(axis) => {
                 let any = if axis.x.abs() < 0.9 {
@@ -190,11 +196,6 @@ fn side_axis(scene: &Scene, outcome: &Outcome, axis: &Vector3<f64>) -> Vector3<f
         .flat_map(|(body, pose)| elongations(&body.shape).map(|e| pose.rotation * e));
     let moved = outcome.displacement.iter().copied();
     let across = |e: Vector3<f64>| e - axis * e.dot(axis);
-    let up = across(Vector3::z());
-    // A wall is to be seen from the side.
-    if matches!(scene.domain(), Domain::Wall) && up.norm() > 0.5 {
-        return up.normalize();
-    }
     for vectors in [
         &mut apart.map(across) as &mut dyn Iterator<Item = Vector3<f64>>,
         &mut long.map(across),
