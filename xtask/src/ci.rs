@@ -34,6 +34,10 @@ pub fn run() -> Result<()> {
         &[],
     )?;
     packages::run()?;
+    // Workspaces of their own, whose lock files follow the dependencies of the crates.
+    for manifest in ["python/Cargo.toml", "crates/petsc/Cargo.toml"] {
+        cargo::run(&["fetch", "--locked", "--manifest-path", manifest], &[])?;
+    }
     documentation::run()?;
     readmes::run()?;
     packages::without_default_features()?;

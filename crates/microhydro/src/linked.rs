@@ -75,6 +75,9 @@ struct Eliminated {
     factor: Cholesky<f64, Dyn>,
 }
 
+/// Rounding of the difference of two velocities, relative to them: of sums over a few operations.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// Iterations between two computations of the true residual, and in all.
 const MAX_ITERATIONS: usize = 1000;
 
@@ -206,7 +209,8 @@ impl<'a> LinkedSpheres<'a> {
         self.linkages.iter().map(of_linkage).sum()
     }
 
-    /// Forces and coordinates to a relative residual of `tolerance`.
+    /// Forces and coordinates to a relative residual of `tolerance`, or to the rounding of the
+    /// velocities where these nearly cancel.
     ///
     /// # Errors
     /// [`HydroError::NotConverged`]; [`HydroError::NotPositiveDefinite`] for point forces too close
@@ -250,13 +254,19 @@ impl<'a> LinkedSpheres<'a> {
         let mut residual = self.unbalanced(&velocities, offsets);
         let mut multipliers = DVector::zeros(self.multipliers());
         let scale = residual.norm();
+        let given = offsets.iter().map(|w| w.norm_squared()).sum::<f64>().sqrt();
+        let target = |velocities: &Forces| {
+            let rounding = ROUNDING * (velocities.spheres.norm() + given);
+            rounding.max(tolerance * scale)
+        };
         let mut iterations = 0;
         let mut forces = known;
         for _ in 0..MAX_STARTS {
-            if residual.norm() <= tolerance * scale {
+            let target = target(&velocities);
+            if residual.norm() <= target {
                 break;
             }
-            iterations += self.iterate(&mut multipliers, residual.clone(), tolerance * scale)?;
+            iterations += self.iterate(&mut multipliers, residual.clone(), target)?;
             let all: Vec<DVector<f64>> = (self.linkages.iter().enumerate())
                 .map(|(k, one)| {
                     let of_linkage = self.of_linkage(&multipliers, k);
@@ -269,12 +279,13 @@ impl<'a> LinkedSpheres<'a> {
         }
         let reached = residual.norm();
         // Restarts reach rounding; an error of the recursion that is left is within a factor.
-        let is_reached = reached <= 10.0 * tolerance * scale;
+        let target = target(&velocities);
+        let is_reached = reached <= 10.0 * target;
         if !is_reached {
             return Err(HydroError::NotConverged {
                 iterations,
                 residual: reached,
-                target: tolerance * scale,
+                target,
             });
         }
         let coordinates = (self.linkages.iter().zip(offsets)).enumerate();
