@@ -263,6 +263,10 @@ fn enter_modes(
     };
     let body = &mut bodies[number];
     let key = |key: &str| format!("bodies[{number}].deformation.{key}");
+    let has_modes = file.kind == DeformationWord::Modes;
+    if has_modes && file.modes.is_none() && file.motion.is_none() && file.axis.is_none() {
+        return Ok(());
+    }
     let Some(radius) = body.shape.sphere_radius() else {
         let problem = format!(
             "is unsupported for shape = \"{}\"; spheres deform",
@@ -270,7 +274,6 @@ fn enter_modes(
         );
         return Err(checks.bad_value(&format!("bodies[{number}].deformation"), problem));
     };
-    let has_modes = file.kind == DeformationWord::Modes;
     checks.refuse_strangers(
         &format!("bodies[{number}].deformation"),
         [

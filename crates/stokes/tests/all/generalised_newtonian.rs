@@ -387,7 +387,8 @@ fn warm_starts_save_steps_and_change_nothing() {
 }
 
 /// The derivative of velocities and forces by the law is that of full solves: for a relaxation time
-/// `λ` the terms of the fourth order are `(λ g)^2` of it.
+/// `λ` and the largest shear rate `g` the terms of the fourth order are about `(λ g)^2` of it, and a
+/// quarter for half the time.
 #[test]
 fn the_first_order_change_by_a_law_is_the_derivative_of_full_solves() {
     let pair = Pair::new();
@@ -401,8 +402,6 @@ fn the_first_order_change_by_a_law_is_the_derivative_of_full_solves() {
         solved.solution.flow
     };
     let newtonian = flow(&Law::Newtonian { viscosity: 1.0 });
-    let time = 0.02;
-    let law = carreau(time, 0.4, 0.0);
     let bodies = [("first", pair.centres[0]), ("second", pair.centres[1])];
     let problem = Problem::new(&pair.mesh, &bodies, &[Container::TAG]).unwrap();
     let set = pair.articulation();
@@ -412,26 +411,32 @@ fn the_first_order_change_by_a_law_is_the_derivative_of_full_solves() {
         constraints: &constraints,
         loads: &[ExternalLoad::default(); 2],
     };
-    let change = problem
-        .viscosity_change(&drive, &newtonian.velocity, &law, &options)
-        .unwrap();
-    let full = flow(&law);
-    let square = change.second_order.unwrap();
-    // Largest shear rates are about 3; a difference of flows has rounding of 1e-12 over its size.
-    let bound = (3.0 * time).powi(2);
-    for (found, label) in [(&change.full, "viscosity"), (&square, "second order")] {
-        for (found, difference) in [
-            (&found.bodies, &full.bodies - &newtonian.bodies),
-            (&found.forces, &full.forces - &newtonian.forces),
-            (
-                &found.joint_loads,
-                &full.joint_loads - &newtonian.joint_loads,
-            ),
-        ] {
-            let error = (found - &difference).amax() / difference.amax();
-            assert!(error < bound, "{label}: {error:e}");
-        }
+    let change_by = |time: f64| {
+        let law = carreau(time, 0.4, 0.0);
+        (problem.viscosity_change(&drive, &newtonian.velocity, &law, &options)).unwrap()
+    };
+    // Errors of both forms of the change, relative to velocities, forces and loads of joints.
+    let errors = |time: f64| {
+        let (change, full) = (change_by(time), flow(&carreau(time, 0.4, 0.0)));
+        [change.full, change.second_order.unwrap()].map(|found| {
+            let pairs = [
+                (&found.bodies, &full.bodies - &newtonian.bodies),
+                (&found.forces, &full.forces - &newtonian.forces),
+                (
+                    &found.joint_loads,
+                    &full.joint_loads - &newtonian.joint_loads,
+                ),
+            ];
+            pairs.map(|(found, change)| (found - &change).amax() / change.amax())
+        })
+    };
+    let [coarse, fine] = [0.02, 0.01].map(errors);
+    for (coarse, fine) in coarse.iter().flatten().zip(fine.iter().flatten()) {
+        // A difference of flows has rounding of 1e-12 over its size, 1e-4.
+        assert!(*fine < 0.3 * coarse + 1e-7, "{coarse:e} {fine:e}");
+        assert!(*coarse < 0.05, "{coarse:e}");
     }
+    let change = change_by(0.02);
     // The forces on a free linkage balance the same loads.
     for axis in 0..3 {
         let total = change.full.forces[axis] + change.full.forces[6 + axis];

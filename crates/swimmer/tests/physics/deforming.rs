@@ -188,6 +188,7 @@ fn two_modes(eps: f64, motion: &str, settings: &str) -> Scene {
 
 /// `U = (1/2) ∫ Θ_t Θ_θ sin^2 Θ dθ` for `Θ = θ + eps (sin 2θ cos t + sin 3θ sin t)`, integrated.
 #[test]
+#[ignore = "slow: 10 min"]
 fn tangential_waves_by_multipoles() {
     for (eps, net) in [(0.05, 0.01316158783268), (0.1, 0.05260820650118)] {
         let settings = "model = { kind = \"multipole\", tolerance = 1e-8 }";
@@ -295,9 +296,12 @@ proptest! {
             prop_assert!((rotation * velocity - other.bodies[body].velocity).norm() < 1e-9);
             prop_assert!((velocity + back.bodies[body].velocity).norm() < 1e-9);
         }
+        // On a coordinate axis and off it, orders are chosen differently.
+        let bars = own.power_error.total() + other.power_error.total();
         let [own, back, other] = [own, back, other].map(|solution| solution.power());
         prop_assert!((own - back).abs() <= 1e-9 * own, "{own} {back}");
-        prop_assert!((own - other).abs() <= 1e-8 * own, "{own} {other}");
+        prop_assert!((own - other).abs() <= bars + 1e-9 * own, "{own} {other} {bars}");
+        prop_assert!(bars <= 1e-2 * own, "bars that say something: {bars} of {own}");
         let fastest = rates.iter().fold(0.0_f64, |m, rate| m.max(rate.abs()));
         prop_assert!(own > 0.0 || fastest < 1e-6, "{own}");
     }
