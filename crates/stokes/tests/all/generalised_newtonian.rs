@@ -387,8 +387,8 @@ fn warm_starts_save_steps_and_change_nothing() {
 }
 
 /// The derivative of velocities and forces by the law is that of full solves: for a relaxation time
-/// `λ` and the largest shear rate `g` the terms of the fourth order are about `(λ g)^2` of it, and a
-/// quarter for half the time.
+/// `λ` and the largest shear rate `g` the terms of the fourth order are about `(λ g)^2` of it, and
+/// for half the time a quarter.
 #[test]
 fn the_first_order_change_by_a_law_is_the_derivative_of_full_solves() {
     let pair = Pair::new();
