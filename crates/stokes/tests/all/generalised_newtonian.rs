@@ -445,7 +445,7 @@ fn the_first_order_change_by_a_law_is_the_derivative_of_full_solves() {
     let cross = Law::Cross {
         zero_shear_viscosity: 1.0,
         infinite_shear_viscosity: 0.0,
-        relaxation_time: time,
+        relaxation_time: 0.02,
         index: 0.5,
     };
     let change = problem
