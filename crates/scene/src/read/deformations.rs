@@ -264,7 +264,7 @@ fn enter_modes(
     let body = &mut bodies[number];
     let key = |key: &str| format!("bodies[{number}].deformation.{key}");
     let has_modes = file.kind == DeformationWord::Modes;
-    if has_modes && file.modes.is_none() && file.motion.is_none() && file.axis.is_none() {
+    if has_modes && file.modes.is_none() {
         return Ok(());
     }
     let Some(radius) = body.shape.sphere_radius() else {

@@ -291,12 +291,14 @@ proptest! {
         };
         let [own, back, other] = [solve(&at_rest, 1.0), solve(&at_rest, -1.0), solve(&turned, 1.0)];
         let rotation = nalgebra::UnitQuaternion::from_scaled_axis(turn);
+        // On a coordinate axis and off it, orders are chosen differently.
+        let bar = own.error_estimate.total() + other.error_estimate.total();
         for body in 0..2 {
             let velocity = own.bodies[body].velocity;
-            prop_assert!((rotation * velocity - other.bodies[body].velocity).norm() < 1e-9);
+            let difference = (rotation * velocity - other.bodies[body].velocity).norm();
+            prop_assert!(difference <= bar + 1e-9, "{difference} {bar}");
             prop_assert!((velocity + back.bodies[body].velocity).norm() < 1e-9);
         }
-        // On a coordinate axis and off it, orders are chosen differently.
         let bars = own.power_error.total() + other.power_error.total();
         let [own, back, other] = [own, back, other].map(|solution| solution.power());
         prop_assert!((own - back).abs() <= 1e-9 * own, "{own} {back}");
