@@ -96,7 +96,7 @@ pub enum Vary {
 pub struct SweepRequest {
     pub random: Option<usize>,
     pub seed: u64,
-    pub jobs: usize,
+    pub jobs: Option<usize>,
     pub out: Option<PathBuf>,
     pub resume: bool,
 }
@@ -130,10 +130,7 @@ pub fn sweep_rows(
         };
         sweep(&scene, &keys, random, options, &mut watch)
     })?;
-    let rows = found.rows.iter().map(|row| {
-        json!({ "values": row.values, "status": row.status(), "result": row.result.as_ref().ok() })
-    });
-    Ok(json!({ "keys": found.keys, "rows": rows.collect::<Vec<_>>() }).to_string())
+    Ok(found.json().to_string())
 }
 
 /// Derivatives of the net displacement.

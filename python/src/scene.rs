@@ -14,8 +14,8 @@ use swimmer::models::rigid::Twist;
 use swimmer::models::{Configuration, Hydrodynamics, PointFlow};
 use swimmer::scene::Document;
 use swimmer::{
-    Choice, Scene, SceneError, choose, run_without_files, solve_start_with_terms, start_flow, start_flow_at,
-    start_resistance, start_resistance_errors,
+    Choice, Scene, SceneError, choose, run_without_files, solve_start_with_terms, start_flow,
+    start_flow_at, start_resistance, start_resistance_errors,
 };
 
 use crate::convert::{
@@ -183,7 +183,9 @@ impl PyScene {
 
     fn solve<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let scene = self.scene.clone();
-        let start = job::run(py, None, move |_| Ok(solve_start_with_terms(scene, &choose)?))?;
+        let start = job::run(py, None, move |_| {
+            Ok(solve_start_with_terms(scene, &choose)?)
+        })?;
         solution_dict(py, &start.scene, start.model.name(), &start.solution)
     }
 
@@ -323,7 +325,7 @@ impl PyScene {
         vary: Vec<(String, design::Vary)>,
         random: Option<usize>,
         seed: u64,
-        jobs: usize,
+        jobs: Option<usize>,
         out: Option<PathBuf>,
         resume: bool,
         report: Option<Py<PyAny>>,

@@ -64,7 +64,7 @@ class Scene:
         vary: list[tuple[str, str | list[str]]],
         random: int | None,
         seed: int,
-        jobs: int,
+        jobs: int | None,
         out: str | None,
         resume: bool,
         report: _Report | None,

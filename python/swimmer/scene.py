@@ -319,7 +319,7 @@ class Scene(Result):
         seed : int
             Seed of the random points.
         jobs : int, optional
-            Number of runs at the same time, by default that of the processors.
+            Number of runs at the same time, by default that of the threads.
         out : str or os.PathLike, optional
             Folder for `sweep.csv`; with `resume=True` an interrupted sweep there continues.
         progress : bool or callable
@@ -340,9 +340,8 @@ class Scene(Result):
             for key, values in vary.items()
         ]
         folder = None if out is None else os.fspath(out)
-        at_once = jobs or os.cpu_count() or 1
         with reporter(progress, f"sweep {self.name}") as report:
-            raw = self._scene.sweep(keys, random, seed, at_once, folder, resume, report)
+            raw = self._scene.sweep(keys, random, seed, jobs, folder, resume, report)
         return Sweep._from_raw(json.loads(raw))
 
     def sensitivities(self, *, progress: bool | Report = True) -> tuple[Sensitivity, ...]:

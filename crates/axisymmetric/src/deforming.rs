@@ -13,9 +13,9 @@ use crate::generate::generate;
 use crate::meridian::{GROWTH, Meridian, Surroundings};
 use crate::open_boundary::exterior_flow;
 use crate::resistance::AxialResistance;
-use crate::solver::{MAX_ORDER, check_tolerance, estimated, first_order};
+use crate::solver::{check_tolerance, raised_orders};
 use crate::stokes::stokes;
-use crate::surface_modes::SurfaceColumns;
+use crate::surface_modes::{SurfaceColumns, direction_from};
 use crate::system::{Element, Solution};
 
 /// Velocities of the surfaces of spheres that deform.
@@ -52,9 +52,7 @@ impl SurfaceColumns for Columns<'_> {
     }
 
     fn outwards(&self, body: usize, x: &Point) -> [f64; 2] {
-        let arm = x - Point::new(self.bodies[body].centre, 0.0);
-        let length = arm.norm().max(f64::MIN_POSITIVE);
-        [arm.x / length, arm.y / length]
+        direction_from(self.bodies[body].centre, x)
     }
 
     fn flux(&self, column: usize, body: usize) -> f64 {
@@ -191,10 +189,12 @@ pub fn deforming_resistance(
         rates,
     };
     let n = spheres.len();
+    let of_bodies: Vec<_> = (0..n)
+        .into_par_iter()
+        .map(|body| columns.omitted_powers(body))
+        .collect();
     let mut omitted = DMatrix::zeros(rates.count(), rates.count());
-    for body in 0..n {
-        omitted += columns.omitted_powers(body);
-    }
+    of_bodies.iter().for_each(|powers| omitted += powers);
     let solve = |orders: Vec<usize>| -> Result<Vec<Solution>, AxisymmetricError> {
         let one = |order: usize| {
             let mut system = stokes(&mesh, order, Some((n, &columns)))?;
@@ -211,16 +211,5 @@ pub fn deforming_resistance(
         };
         orders.into_par_iter().map(one).collect()
     };
-    let first = first_order(tolerance);
-    let mut last = solve(vec![first, first + 1, first + 2])?;
-    let mut order = first + 2;
-    loop {
-        let found = estimated(order, &last, mesh.triangles.len());
-        if order == MAX_ORDER || found.relative_error() <= tolerance {
-            return Ok(found);
-        }
-        order += 1;
-        last.rotate_left(1);
-        last[2] = solve(vec![order])?.remove(0);
-    }
+    raised_orders(tolerance, mesh.triangles.len(), solve)
 }

@@ -25,7 +25,7 @@ pub(crate) const MAX_ORDER: usize = 10;
 ///
 /// The error of order `k` is about `10^-(k + 1)`. The three orders are at least 3, 4, 5: from five
 /// on the error decreases regularly enough for the estimate.
-pub(crate) fn first_order(tolerance: f64) -> usize {
+fn first_order(tolerance: f64) -> usize {
     ((-tolerance.log10()).ceil() as usize - 1).clamp(5, MAX_ORDER) - 2
 }
 
@@ -285,8 +285,7 @@ impl ResistanceSolver {
             bodies,
             motion,
         };
-        let first = first_order(tolerance);
-        let mut solve = |orders: Vec<usize>| -> Result<Vec<Solution>, AxisymmetricError> {
+        let solve = |orders: Vec<usize>| -> Result<Vec<Solution>, AxisymmetricError> {
             self.collars.provide(&meridian, motion, &orders)?;
             let collars = &self.collars;
             // each factorisation is too small for many threads, so orders are solved in parallel
@@ -294,17 +293,7 @@ impl ResistanceSolver {
                 .map(|order| discretisation.solve(order, collars))
                 .collect()
         };
-        let mut last = solve(vec![first, first + 1, first + 2])?;
-        let mut order = first + 2;
-        loop {
-            let found = estimated(order, &last, mesh.triangles.len());
-            if order == MAX_ORDER || found.relative_error() <= tolerance {
-                return Ok(found);
-            }
-            order += 1;
-            last.rotate_left(1);
-            last[2] = solve(vec![order])?.remove(0);
-        }
+        raised_orders(tolerance, mesh.triangles.len(), solve)
     }
 }
 
@@ -364,9 +353,33 @@ pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), AxisymmetricError> {
     }
 }
 
+/// Raises the order of elements on a mesh of some triangles until the estimated error is below
+/// `tolerance`, at most to [`MAX_ORDER`]; `solve` has the solutions of some orders.
+///
+/// # Errors
+/// Those of `solve`.
+pub(crate) fn raised_orders(
+    tolerance: f64,
+    triangles: usize,
+    mut solve: impl FnMut(Vec<usize>) -> Result<Vec<Solution>, AxisymmetricError>,
+) -> Result<AxialResistance, AxisymmetricError> {
+    let first = first_order(tolerance);
+    let mut last = solve(vec![first, first + 1, first + 2])?;
+    let mut order = first + 2;
+    loop {
+        let found = estimated(order, &last, triangles);
+        if order == MAX_ORDER || found.relative_error() <= tolerance {
+            return Ok(found);
+        }
+        order += 1;
+        last.rotate_left(1);
+        last[2] = solve(vec![order])?.remove(0);
+    }
+}
+
 /// The last of three solutions of successive orders on a mesh of some triangles, with its estimated
 /// error.
-pub(crate) fn estimated(order: usize, solutions: &[Solution], triangles: usize) -> AxialResistance {
+fn estimated(order: usize, solutions: &[Solution], triangles: usize) -> AxialResistance {
     let [first, second, last] = [0, 1, 2].map(|k| &solutions[k]);
     let change_before = distance(&first.resistance, &second.resistance);
     let change = distance(&second.resistance, &last.resistance);

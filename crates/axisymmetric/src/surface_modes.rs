@@ -70,6 +70,13 @@ pub(crate) fn surface_velocity(
     [0, 1].map(|k| modes.iter().zip(amplitudes).map(|(u, a)| u[k] * a).sum())
 }
 
+/// The unit vector from a centre on the axis to a point.
+pub(crate) fn direction_from(centre: f64, x: &Point) -> [f64; 2] {
+    let arm = x - Point::new(centre, 0.0);
+    let length = arm.norm().max(f64::MIN_POSITIVE);
+    [arm.x / length, arm.y / length]
+}
+
 /// Velocities of surfaces that are prescribed like those of bodies, one column each.
 pub(crate) trait SurfaceColumns: Sync {
     /// Number of columns.
@@ -206,9 +213,7 @@ impl<'a> SurfaceVelocities<'a> {
 
     /// The direction from the centre of the wall.
     fn out_of_wall(&self, x: &Point) -> [f64; 2] {
-        let arm = x - Point::new(self.centre, 0.0);
-        let length = arm.norm().max(f64::MIN_POSITIVE);
-        [arm.x / length, arm.y / length]
+        direction_from(self.centre, x)
     }
 
     /// Local number, surface and position of the nodes of a triangle that are on surfaces.

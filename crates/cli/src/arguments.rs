@@ -177,7 +177,7 @@ pub struct SweepArguments {
     /// Seed of the random points
     #[arg(long, value_name = "SEED", default_value_t = 1, requires = "random")]
     pub seed: u64,
-    /// Number of runs at the same time [default: number of processors]
+    /// Number of runs at the same time [default: number of threads]
     #[arg(long, value_name = "COUNT")]
     pub jobs: Option<usize>,
     /// Continue an interrupted sweep in the folder

@@ -37,6 +37,7 @@ pub fn solve(
         scene,
         mut model,
         solution,
+        neglected,
         decision,
     } = solve_start_with_terms(given, &choose)?;
     // What fails after the solution does not lose its numbers.
@@ -44,7 +45,10 @@ pub fn solve(
     let resistance = resistance
         .then(|| start_resistance(&scene, model.as_mut()))
         .transpose()?;
-    let neglected = start_neglected(&scene, model.as_mut(), &solution.bodies)?;
+    let neglected = match neglected {
+        Some(costs) => costs,
+        None => start_neglected(&scene, model.as_mut(), &solution.bodies)?,
+    };
     warn_about_target(&scene, &solution);
     let comparison = Comparison::new(&scene, model.as_ref(), &solution);
     let written = written.and(comparison.check(&scene));

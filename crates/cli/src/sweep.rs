@@ -2,7 +2,7 @@
 
 use design::{RandomPoints, SweepOptions, SweepResult, SweepRow, VariedKey, sweep};
 use pictures::{SweptPoints, sweep_svg};
-use serde_json::json;
+use swimmer::models::nalgebra::Vector3;
 
 use super::arguments::SweepArguments;
 use super::design_files::{folder_of, write};
@@ -24,7 +24,7 @@ pub fn sweep_scene(arguments: SweepArguments, quiet: bool) -> Result<String, Cli
         seed: arguments.seed,
     });
     let options = SweepOptions {
-        jobs: arguments.jobs.unwrap_or_else(threads),
+        jobs: arguments.jobs,
         folder: Some(&folder),
         resume: arguments.resume,
     };
@@ -47,20 +47,11 @@ pub fn sweep_scene(arguments: SweepArguments, quiet: bool) -> Result<String, Cli
         });
     }
     // The plot has the component along the largest displacement.
-    let size = |(_, result): &&(&[String], &SweepResult)| norm(&result.displacement);
-    let largest = results.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
-    let direction = largest.map_or([1.0, 0.0, 0.0], |(_, result)| {
-        let length = norm(&result.displacement);
-        match length > 0.0 {
-            true => result.displacement.map(|x| x / length),
-            false => [1.0, 0.0, 0.0],
-        }
-    });
-    let along = |result: &SweepResult| -> f64 {
-        (result.displacement.iter().zip(direction))
-            .map(|(x, e)| x * e)
-            .sum()
-    };
+    let displacements = results.iter().map(|(_, result)| result.displacement);
+    let largest = displacements.max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    let direction = largest.and_then(|d| d.try_normalize(0.0));
+    let direction = direction.unwrap_or_else(Vector3::x);
+    let along = |result: &SweepResult| result.displacement.dot(&direction);
     let points = SweptPoints {
         keys: &found.keys,
         points: results.iter().map(|(values, _)| *values).collect(),
@@ -85,16 +76,7 @@ pub fn sweep_scene(arguments: SweepArguments, quiet: bool) -> Result<String, Cli
         ));
     }
     if arguments.json {
-        let rows: Vec<_> = (found.rows.iter())
-            .map(|row| {
-                json!({
-                    "values": row.values,
-                    "status": row.status(),
-                    "result": row.result.as_ref().ok(),
-                })
-            })
-            .collect();
-        return Ok(format!("{}\n", json!({ "keys": found.keys, "rows": rows })));
+        return Ok(format!("{}\n", found.json()));
     }
     let mut text = entry("scene", scene.name())
         + &entry("points", found.rows.len())
@@ -129,13 +111,4 @@ pub fn sweep_scene(arguments: SweepArguments, quiet: bool) -> Result<String, Cli
         text += &format!("{more} in sweep.csv\n");
     }
     Ok(text)
-}
-
-fn norm(v: &[f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-/// Number of threads of this process.
-fn threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }

@@ -1,18 +1,20 @@
 //! Runs of a scene with other values of some keys: all combinations of them, or random ones.
 
+use std::collections::BTreeSet;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use fastrand::Rng;
+use nalgebra::Vector3;
 use scene::{Document, Scene, SourceFile};
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use swimmer::output::{Folder, read_sealed, write_sealed};
 use swimmer::{SwimError, mean_of_moving};
 
 use crate::error::{DesignError, DesignProgress};
-use crate::sensitivities::with_keys;
 
 /// Name of the file from which an interrupted sweep continues.
 const FILE: &str = "sweep.json";
@@ -281,11 +283,11 @@ pub struct SweepResult {
     /// Why the run stopped before its end, such as contact.
     pub stopped: Option<String>,
     /// Net displacement.
-    pub displacement: [f64; 3],
+    pub displacement: Vector3<f64>,
     /// Its error bar.
     pub displacement_error: Option<f64>,
     /// Rotation vector in radians.
-    pub rotation: [f64; 3],
+    pub rotation: Vector3<f64>,
     /// Its error bar.
     pub rotation_error: Option<f64>,
     /// Work of the bodies on the fluid.
@@ -321,8 +323,8 @@ struct Stored {
 /// How the points of a sweep are computed.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepOptions<'a> {
-    /// Number of runs at the same time.
-    pub jobs: usize,
+    /// Number of runs at the same time, by default that of the threads.
+    pub jobs: Option<usize>,
     /// Folder for the rows; without one an interrupted sweep is lost.
     pub folder: Option<&'a Folder>,
     /// Whether to continue an interrupted sweep in this folder.
@@ -346,44 +348,46 @@ pub fn sweep(
 ) -> Result<Sweep, DesignError> {
     scene.require_gait()?;
     let points = sweep_points(keys, random)?;
-    let keys: Vec<String> = keys.iter().map(|varied| varied.key.clone()).collect();
-    let mut document = Document::parse(&scene.to_toml()?, "scene")?;
-    for assignment in assignments(&keys, &points[0]) {
-        document.set(&assignment)?;
-    }
+    let text = scene.to_toml()?;
+    let varied = Varied {
+        document: Document::parse(&text, "scene")?,
+        keys: keys.iter().map(|varied| varied.key.clone()).collect(),
+    };
+    varied.document(&points[0])?;
     let mut stored = Stored {
         version: VERSION,
         program: env!("CARGO_PKG_VERSION").to_owned(),
-        scene: scene.to_toml()?,
-        keys,
+        scene: text,
+        keys: varied.keys.clone(),
         rows: Vec::new(),
     };
     if let (Some(folder), true) = (options.folder, options.resume) {
-        stored.rows = stored.kept_rows(folder, scene, &points)?;
+        stored.rows = stored.kept_rows(folder, &varied, &points)?;
     }
     let kept = stored.rows.len();
-    let is_known = |number: usize| stored.rows.iter().any(|row| row.number == number);
-    let todo: Vec<usize> = (0..points.len()).filter(|&k| !is_known(k)).collect();
+    let known: BTreeSet<usize> = stored.rows.iter().map(|row| row.number).collect();
+    let todo: Vec<usize> = (0..points.len()).filter(|k| !known.contains(k)).collect();
     let (next, is_interrupted) = (AtomicUsize::new(0), AtomicBool::new(false));
     let (sender, receiver) = channel();
-    let names = stored.keys.clone();
     let run_points = || {
         let sender = sender.clone();
-        let (keys, todo, points) = (&names, &todo, &points);
+        let (varied, todo, points) = (&varied, &todo, &points);
         let (next, is_interrupted) = (&next, &is_interrupted);
         move || {
             while let Some(&number) = todo.get(next.fetch_add(1, Ordering::Relaxed)) {
-                let row = row(scene, keys, number, &points[number], is_interrupted);
+                let row = varied.row(number, &points[number], is_interrupted);
                 if is_interrupted.load(Ordering::Relaxed) || sender.send(row).is_err() {
                     return;
                 }
             }
         }
     };
-    let jobs = options.jobs.clamp(1, todo.len().max(1));
+    let jobs = options.jobs.unwrap_or_else(rayon::current_num_threads);
+    let jobs = jobs.clamp(1, todo.len().max(1));
     let workers: Vec<_> = (0..jobs).map(|_| run_points()).collect();
     drop(sender);
     let (started, mut written, mut stopped) = (Instant::now(), Instant::now(), false);
+    let mut interval = WRITE_INTERVAL;
     std::thread::scope(|scope| {
         for worker in workers {
             scope.spawn(worker);
@@ -400,9 +404,12 @@ pub fn sweep(
                 stopped = true;
                 break;
             }
-            if written.elapsed() > WRITE_INTERVAL {
+            if written.elapsed() > interval {
+                let begun = Instant::now();
                 stored.write(options.folder)?;
                 written = Instant::now();
+                // All rows are written each time, which takes a tenth of the time at most.
+                interval = WRITE_INTERVAL.max(10 * begun.elapsed());
                 let (done, all) = (stored.rows.len(), points.len());
                 let per_point = started.elapsed().as_secs_f64() / (done - kept).max(1) as f64;
                 progress.begins(&format!(
@@ -425,12 +432,6 @@ pub fn sweep(
     Ok(Sweep { keys, rows, kept })
 }
 
-/// The keys with the values of a point.
-fn assignments(keys: &[String], values: &[String]) -> Vec<String> {
-    let pairs = keys.iter().zip(values);
-    pairs.map(|(key, value)| format!("{key}={value}")).collect()
-}
-
 /// Stops the runs that are left.
 struct StopOnDrop<'a>(&'a AtomicBool);
 
@@ -449,40 +450,55 @@ impl swimmer::Progress for Flag<'_> {
     }
 }
 
-/// The run of one point.
-fn row(
-    scene: &Scene,
-    keys: &[String],
-    number: usize,
-    values: &[String],
-    is_interrupted: &AtomicBool,
-) -> SweepRow {
-    let started = Instant::now();
-    let mut files = Vec::new();
-    let mut run = || -> Result<SweepResult, DesignError> {
-        let scene = with_keys(scene, &assignments(keys, values))?;
-        files = scene.source_files();
-        let report = swimmer::run_without_files(scene, &mut Flag(is_interrupted))?;
-        let outcome = &report.outcome;
-        Ok(SweepResult {
-            model: report.model.to_owned(),
-            tolerance_met: outcome.tolerance_met,
-            stopped: report.stopped.as_ref().map(ToString::to_string),
-            displacement: mean_of_moving(&outcome.displacement).into(),
-            displacement_error: outcome.error_estimate.estimated(),
-            rotation: outcome.rotation.into(),
-            rotation_error: outcome.rotation_error.estimated(),
-            work: outcome.work,
-            work_error: outcome.work_error.estimated(),
-            seconds: started.elapsed().as_secs_f64(),
-        })
-    };
-    let result = run().map_err(|error| error.to_string());
-    SweepRow {
-        number,
-        values: values.to_vec(),
-        files,
-        result,
+/// A scene whose keys vary.
+struct Varied {
+    document: Document,
+    keys: Vec<String>,
+}
+
+impl Varied {
+    /// The document at a point.
+    fn document(&self, values: &[String]) -> Result<Document, DesignError> {
+        let mut document = self.document.clone();
+        for (key, value) in self.keys.iter().zip(values) {
+            document.set(&format!("{key}={value}"))?;
+        }
+        Ok(document)
+    }
+
+    fn scene(&self, values: &[String]) -> Result<Scene, DesignError> {
+        Ok(Scene::from_document(self.document(values)?)?)
+    }
+
+    /// The run of one point.
+    fn row(&self, number: usize, values: &[String], is_interrupted: &AtomicBool) -> SweepRow {
+        let started = Instant::now();
+        let mut files = Vec::new();
+        let mut run = || -> Result<SweepResult, DesignError> {
+            let scene = self.scene(values)?;
+            files = scene.source_files();
+            let report = swimmer::run_without_files(scene, &mut Flag(is_interrupted))?;
+            let outcome = &report.outcome;
+            Ok(SweepResult {
+                model: report.model.to_owned(),
+                tolerance_met: outcome.tolerance_met,
+                stopped: report.stopped.as_ref().map(ToString::to_string),
+                displacement: mean_of_moving(&outcome.displacement),
+                displacement_error: outcome.error_estimate.estimated(),
+                rotation: outcome.rotation,
+                rotation_error: outcome.rotation_error.estimated(),
+                work: outcome.work,
+                work_error: outcome.work_error.estimated(),
+                seconds: started.elapsed().as_secs_f64(),
+            })
+        };
+        let result = run().map_err(|error| error.to_string());
+        SweepRow {
+            number,
+            values: values.to_vec(),
+            files,
+            result,
+        }
     }
 }
 
@@ -502,7 +518,7 @@ impl Stored {
     fn kept_rows(
         &self,
         folder: &Folder,
-        scene: &Scene,
+        varied: &Varied,
         points: &[Vec<String>],
     ) -> Result<Vec<SweepRow>, DesignError> {
         let path = folder.path().join(FILE);
@@ -525,8 +541,8 @@ impl Stored {
         }
         let is_kept = |row: &SweepRow| {
             let files = || {
-                with_keys(scene, &assignments(&self.keys, &row.values))
-                    .map_or_else(|_| Vec::new(), |scene| scene.source_files())
+                let scene = varied.scene(&row.values);
+                scene.map_or_else(|_| Vec::new(), |scene| scene.source_files())
             };
             points.get(row.number) == Some(&row.values) && row.files == files()
         };
@@ -538,6 +554,13 @@ impl Sweep {
     /// Rows whose runs failed.
     pub fn failed(&self) -> impl Iterator<Item = &SweepRow> {
         self.rows.iter().filter(|row| row.result.is_err())
+    }
+
+    /// The keys and rows for other programs: `keys`, and `rows` with `values`, `status` and
+    /// `result`, null for a run that failed.
+    pub fn json(&self) -> Value {
+        let row = |row: &SweepRow| json!({ "values": row.values, "status": row.status(), "result": row.result.as_ref().ok() });
+        json!({ "keys": self.keys, "rows": self.rows.iter().map(row).collect::<Vec<_>>() })
     }
 
     /// The rows as comma-separated values below a header.
@@ -581,9 +604,9 @@ fn csv(keys: &[String], rows: &[SweepRow]) -> String {
         match result {
             None => fields.extend(std::iter::repeat_n(String::new(), empty)),
             Some(found) => {
-                fields.extend(found.displacement.map(|x| format!("{x:?}")));
+                fields.extend(found.displacement.iter().map(|x| format!("{x:?}")));
                 fields.push(optional(found.displacement_error));
-                fields.extend(found.rotation.map(|x| format!("{x:?}")));
+                fields.extend(found.rotation.iter().map(|x| format!("{x:?}")));
                 fields.push(optional(found.rotation_error));
                 fields.push(format!("{:?}", found.work));
                 fields.push(optional(found.work_error));
@@ -676,7 +699,7 @@ mod tests {
             ["fluid.viscosity=1,2,-1", "bodies.a.radius=0.5:1:2"].map(|k| k.parse().unwrap());
         let of_jobs = |jobs| {
             let options = SweepOptions {
-                jobs,
+                jobs: Some(jobs),
                 folder: None,
                 resume: false,
             };
@@ -702,7 +725,7 @@ mod tests {
         assert_eq!(found.csv().lines().count(), 7);
         let unknown = ["fluid.colour=1,2".parse().unwrap()];
         let options = SweepOptions {
-            jobs: 1,
+            jobs: Some(1),
             folder: None,
             resume: false,
         };
@@ -730,7 +753,7 @@ mod tests {
         let temporary = tempfile::tempdir().unwrap();
         let folder = Folder::create(temporary.path()).unwrap();
         let options = |resume| SweepOptions {
-            jobs: 1,
+            jobs: Some(1),
             folder: Some(&folder),
             resume,
         };

@@ -49,22 +49,32 @@ pub(crate) fn mobility(
     s: impl Fn(f64, f64) -> f64,
 ) -> Result<DMatrix<f64>, HydroError> {
     check_spheres(spheres.len())?;
-    let (x, a) = (spheres.centres(), spheres.radii());
-    let n = spheres.len();
-    let mut matrix = DMatrix::zeros(6 * n, 6 * n);
-    for i in 0..n {
-        for k in 0..3 {
-            matrix[(6 * i + k, 6 * i + k)] = 1.0 / (6.0 * PI * a[i]);
-            matrix[(6 * i + 3 + k, 6 * i + 3 + k)] = 1.0 / (8.0 * PI * a[i].powi(3));
-        }
-        for j in (0..n).filter(|&j| j != i) {
-            matrix
-                .fixed_view_mut::<6, 6>(6 * i, 6 * j)
-                .copy_from(&pair_mobility(&(x[i] - x[j]), s(a[i], a[j])));
-        }
-    }
+    let all: Vec<usize> = (0..spheres.len()).collect();
+    let matrix = block(spheres, &all, s);
     check_finite("the mobility of the spheres", &matrix)?;
     Ok(matrix)
+}
+
+/// The block of [`mobility`] of some spheres, in their order.
+pub(crate) fn block(
+    spheres: &Spheres,
+    some: &[usize],
+    s: impl Fn(f64, f64) -> f64,
+) -> DMatrix<f64> {
+    let (x, a) = (spheres.centres(), spheres.radii());
+    let mut matrix = DMatrix::zeros(6 * some.len(), 6 * some.len());
+    for (i, &at) in some.iter().enumerate() {
+        for k in 0..3 {
+            matrix[(6 * i + k, 6 * i + k)] = 1.0 / (6.0 * PI * a[at]);
+            matrix[(6 * i + 3 + k, 6 * i + 3 + k)] = 1.0 / (8.0 * PI * a[at].powi(3));
+        }
+        for (j, &of) in some.iter().enumerate().filter(|&(j, _)| j != i) {
+            matrix
+                .fixed_view_mut::<6, 6>(6 * i, 6 * j)
+                .copy_from(&pair_mobility(&(x[at] - x[of]), s(a[at], a[of])));
+        }
+    }
+    matrix
 }
 
 /// Product of [`mobility`] and forces, without the matrix.

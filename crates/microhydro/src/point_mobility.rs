@@ -102,23 +102,10 @@ impl<'a> PointMobility<'a> {
             let rows: Vec<usize> = rows().collect();
             return matrix.select_rows(&rows).select_columns(&rows);
         }
-        let (x, radii) = (self.spheres.centres(), self.spheres.radii());
-        let mut block = DMatrix::zeros(6 * some.len(), 6 * some.len());
-        for (i, &at) in some.iter().enumerate() {
-            for k in 0..3 {
-                block[(6 * i + k, 6 * i + k)] = 1.0 / (6.0 * PI * radii[at]);
-                block[(6 * i + 3 + k, 6 * i + 3 + k)] = 1.0 / (8.0 * PI * radii[at].powi(3));
-            }
-            for (j, &of) in some.iter().enumerate().filter(|&(j, _)| j != i) {
-                let s = match self.model {
-                    PointModel::Oseen => 0.0,
-                    PointModel::Rpy => radii[at].powi(2) + radii[of].powi(2),
-                };
-                let pair = pair_mobility::pair_mobility(&(x[at] - x[of]), s);
-                block.fixed_view_mut::<6, 6>(6 * i, 6 * j).copy_from(&pair);
-            }
-        }
-        block
+        pair_mobility::block(self.spheres, some, |a, b| match self.model {
+            PointModel::Oseen => 0.0,
+            PointModel::Rpy => a * a + b * b,
+        })
     }
 
     /// Change of the velocities by the stresslets that rigid spheres have in the flow of the forces

@@ -1,6 +1,6 @@
 //! Velocities and forces of linked bodies, linkage by linkage.
 
-use microhydro::{Linkage, LinkedSpheres, PointMobility};
+use microhydro::{Linkage, LinkedMotion, LinkedSpheres, PointMobility};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 use rigid::{
@@ -66,6 +66,19 @@ pub(crate) struct MobilitySolution {
     /// Rates of the amplitudes of deformations, and the forces on them.
     amplitudes: Vec<(f64, f64)>,
 }
+
+/// A solution by point forces with the operators that it was found by.
+pub(crate) struct PointSolution<'a> {
+    pub mobility: &'a PointMobility<'a>,
+    pub system: LinkedSpheres<'a>,
+    pub found: LinkedMotion,
+    pub solution: MobilitySolution,
+}
+
+/// Residual of the velocities that the joints do not allow, relative to those that they impose.
+///
+/// Far below the errors of point forces, and above rounding for thousands of spheres.
+const RESIDUAL: f64 = 1e-10;
 
 /// Largest differences between two solutions, or sums of them, in scaled units.
 #[derive(Clone, Copy, Debug, Default)]
@@ -433,11 +446,30 @@ impl SomeLinkages<'_> {
         Ok(solution)
     }
 
+    /// The solution by a model of point forces.
+    ///
+    /// # Errors
+    /// Spheres too close for the model; joints that contradict each other.
+    pub fn by_point_forces<'m>(
+        &self,
+        mobility: &'m PointMobility<'m>,
+    ) -> Result<PointSolution<'m>, ModelError> {
+        let system = self.spheres(mobility)?;
+        let found = system.solve(RESIDUAL)?;
+        let solution = self.solution(&found.coordinates, found.forces.clone(), found.residual)?;
+        Ok(PointSolution {
+            mobility,
+            system,
+            found,
+            solution,
+        })
+    }
+
     /// The linked spheres of a model of point forces.
     ///
     /// # Errors
     /// Spheres too close for the model.
-    pub fn spheres<'m>(
+    fn spheres<'m>(
         &self,
         mobility: &'m PointMobility<'m>,
     ) -> Result<LinkedSpheres<'m>, ModelError> {

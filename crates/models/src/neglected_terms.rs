@@ -58,6 +58,22 @@ pub struct FirstOrderChange {
 }
 
 impl FirstOrderChange {
+    /// The two forms of the change by a viscosity law, each converted from what a model finds.
+    ///
+    /// # Errors
+    /// Those of `convert`.
+    pub(crate) fn by_law<T>(
+        viscosity: &T,
+        second_order: Option<&T>,
+        convert: impl Fn(&T) -> Result<Response, ModelError>,
+    ) -> Result<Self, ModelError> {
+        let mut parts = vec![("viscosity", convert(viscosity)?)];
+        if let Some(change) = second_order {
+            parts.push(("second_order", convert(change)?));
+        }
+        Ok(Self { parts })
+    }
+
     /// The change by one part; none if there is no such part.
     pub fn part(&self, name: &str) -> Option<&Response> {
         let found = self.parts.iter().find(|(part, _)| *part == name);

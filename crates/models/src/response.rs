@@ -215,9 +215,4 @@ impl BodySolution {
             &mut self.torque,
         ]
     }
-
-    /// Power of the motion of the body on the fluid: `F · U + T · ω`.
-    pub fn power(&self) -> f64 {
-        self.force.dot(&self.velocity) + self.torque.dot(&self.angular_velocity)
-    }
 }

@@ -1,12 +1,12 @@
 //! A cheap model without error bars, to predict the size of displacements.
 
 use microhydro::{Medium, PointMobility, PointModel, Spheres, rpy};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rigid::StateVelocity;
 
 use crate::error::ModelError;
 use crate::hydrodynamics::Hydrodynamics;
-use crate::linked_bodies::{self, LinkedBodies, MobilitySolution};
+use crate::linked_bodies::{self, LinkedBodies};
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
@@ -82,25 +82,9 @@ impl RoughModel {
                 velocity += arm * (strength / arm.norm().powi(3));
             }
         }
-        Ok(Some(SurfaceEffect {
-            of_parts: DMatrix::zeros(velocities.len(), 1),
-            powers: DVector::zeros(1),
-            velocities,
-            rates: Vec::new(),
-        }))
+        Ok(Some(SurfaceEffect::of_velocities(velocities)))
     }
 }
-
-/// The solution by point forces in unbounded fluid.
-fn solve(linked: &LinkedBodies, spheres: &Spheres) -> Result<MobilitySolution, ModelError> {
-    let mobility = PointMobility::new(PointModel::Rpy, spheres, &Medium::Unbounded)?;
-    let all = linked.all();
-    let found = all.spheres(&mobility)?.solve(TOLERANCE)?;
-    all.solution(&found.coordinates, found.forces, found.residual)
-}
-
-/// Residual of the solutions, whose digits do not matter.
-const TOLERANCE: f64 = 1e-10;
 
 impl Hydrodynamics for RoughModel {
     fn scene(&self) -> &Scene {
@@ -113,10 +97,11 @@ impl Hydrodynamics for RoughModel {
 
     fn solve(&mut self, query: &Query<'_>) -> Result<Vec<InstantaneousSolution>, ModelError> {
         let spheres = self.spheres(query.configuration)?;
+        let mobility = PointMobility::new(PointModel::Rpy, &spheres, &Medium::Unbounded)?;
         let solution = |rates: &Vec<f64>| {
             let linked = LinkedBodies::new(&self.scaled, query, rates)?;
             let solved = match self.of_sources(query.configuration, rates)? {
-                None => solve(&linked, &spheres)?,
+                None => linked.all().by_point_forces(&mobility)?.solution,
                 Some(effect) => {
                     let resistance = rpy::resistance(&spheres, &Medium::Unbounded)?;
                     linked.all().by_resistance(&resistance, Some(&effect))?
@@ -132,7 +117,8 @@ impl Hydrodynamics for RoughModel {
         configuration: Configuration<'_>,
     ) -> Result<Option<Vec<StateVelocity>>, ModelError> {
         let spheres = self.spheres(configuration)?;
-        let solve = |linked: &LinkedBodies| solve(linked, &spheres);
+        let mobility = PointMobility::new(PointModel::Rpy, &spheres, &Medium::Unbounded)?;
+        let solve = |linked: &LinkedBodies| Ok(linked.all().by_point_forces(&mobility)?.solution);
         linked_bodies::joint_responses(&self.scaled, configuration, solve).map(Some)
     }
 }

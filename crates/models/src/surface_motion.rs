@@ -57,6 +57,16 @@ pub(crate) struct SurfaceEffect {
 }
 
 impl SurfaceEffect {
+    /// The effect of velocities of force-free bodies that no slip and no deformation causes.
+    pub fn of_velocities(velocities: DVector<f64>) -> Self {
+        Self {
+            of_parts: DMatrix::zeros(velocities.len(), 1),
+            velocities,
+            powers: DVector::zeros(1),
+            rates: Vec::new(),
+        }
+    }
+
     /// Powers `∮ s · f dS` of the slip, and of rates of one of all amplitudes, while the bodies
     /// exert the forces `F` on the fluid.
     ///

@@ -184,16 +184,26 @@ impl Body {
 const CENTROID_ROUNDING: f64 = 1e-9;
 
 /// What to do about bodies whose volume changes in a container.
-pub(crate) const VOLUME_REMEDY: &str = "but a container is full of incompressible fluid; let \
+const VOLUME_REMEDY: &str = "but a container is full of incompressible fluid; let \
     spheres exchange volume (joint = \"exchange\", or the coordinates NAME.volume), or use motion = \
     \"isochoric\"";
 
 /// Rate of the volume of all bodies, relative to [the sizes of the rates](volume_rates), that is
 /// rounding.
-pub(crate) const ROUNDING_FLUX: f64 = 1e-10;
+const ROUNDING_FLUX: f64 = 1e-10;
+
+/// What is wrong with rates at which the volume of the bodies changes in a container; `None` if it
+/// stays.
+pub(crate) fn volume_problem(bodies: &[Body], values: &[f64], rates: &[f64]) -> Option<String> {
+    let (excess, size) = volume_rates(bodies, values, rates);
+    let stays = excess.abs() <= ROUNDING_FLUX * size;
+    (!stays).then(|| {
+        format!("the volume of the bodies grows at the rate {excess:.3e}, {VOLUME_REMEDY}")
+    })
+}
 
 /// Sum of the rates of the volumes of all bodies, and of their sizes.
-pub(crate) fn volume_rates(bodies: &[Body], values: &[f64], rates: &[f64]) -> (f64, f64) {
+fn volume_rates(bodies: &[Body], values: &[f64], rates: &[f64]) -> (f64, f64) {
     let mut sums = (0.0, 0.0);
     for deformation in bodies.iter().filter_map(|body| body.deformation.as_ref()) {
         for joint in deformation.joints().filter(|joint| rates[*joint] != 0.0) {
@@ -202,9 +212,8 @@ pub(crate) fn volume_rates(bodies: &[Body], values: &[f64], rates: &[f64]) -> (f
             // Modes that keep the volume have the rounding of integrals over their surface, on
             // which points move at about the radius times the rate.
             let is_mode = deformation.size.is_none_or(|size| size.joint() != joint);
-            let of_mode = 4.0 * PI * deformation.bounding_radius(values).powi(3);
             sums.1 += match is_mode {
-                true => of_mode * rates[joint].abs(),
+                true => 4.0 * PI * deformation.bounding_radius(values).powi(3) * rates[joint].abs(),
                 false => rate.abs(),
             };
         }

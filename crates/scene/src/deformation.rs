@@ -1,6 +1,7 @@
 //! Bodies that deform: shape coordinates of spheres, and the material points that they move.
 
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
@@ -169,7 +170,9 @@ impl RadialProfile {
     pub fn volume(&self) -> f64 {
         // The integrand is a polynomial of degree 3 * 12 of the cosine, or linear for p = 1/3:
         // the rule is exact up to degree 39.
-        let cubes = gauss_20().map(|(x, weight)| weight * self.at(x).powi(3));
+        let cubes = gauss_20()
+            .iter()
+            .map(|&(x, weight)| weight * self.at(x).powi(3));
         2.0 * PI / 3.0 * cubes.sum::<f64>()
     }
 }
@@ -180,9 +183,10 @@ fn cosines() -> impl Iterator<Item = f64> {
 }
 
 /// The Gauss-Legendre rule of twenty points on [-1, 1].
-fn gauss_20() -> impl Iterator<Item = (f64, f64)> {
+fn gauss_20() -> &'static [(f64, f64)] {
     const POINTS: usize = 20;
-    (0..POINTS).map(|k| {
+    static RULE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| (0..POINTS).map(point).collect());
+    fn point(k: usize) -> (f64, f64) {
         let n = POINTS as f64;
         let mut x = ((k as f64 + 0.75) / (n + 0.5) * PI).cos();
         let polynomials = |x: f64| {
@@ -200,7 +204,8 @@ fn gauss_20() -> impl Iterator<Item = (f64, f64)> {
         }
         let (_, slope) = polynomials(x);
         (x, 2.0 / ((1.0 - x * x) * slope * slope))
-    })
+    }
+    &RULE
 }
 
 impl Deformation {
@@ -262,23 +267,29 @@ impl Deformation {
 
     /// Derivative of the volume with respect to the value of a joint.
     pub fn volume_rate(&self, values: &[f64], joint: usize) -> f64 {
-        let flux = |n: &Vector3<f64>| {
-            let x = self.point(n, values);
-            // x^2 dr is the volume per solid angle, as points move along the radius.
-            x.norm_squared() * self.velocity(n, values, joint).dot(n)
-        };
         if self.is_sphere() {
             let area = 4.0 * PI * self.sphere_radius(values).powi(2);
             let size = self.size.filter(|size| size.joint() == joint);
             return size.map_or(0.0, |size| area * size.radius_rate(values));
         }
-        let axis = self.axis().unwrap_or_else(Vector3::x);
-        let across = any_normal(&axis);
-        let sum = gauss_20().map(|(x, weight)| {
-            let n = x * axis + (1.0 - x * x).max(0.0).sqrt() * across;
-            weight * flux(&n)
+        let profile = self.profile(values);
+        let size = self.size.filter(|size| size.joint() == joint);
+        // All lengths are proportional to R.
+        let of_size = size.map_or(0.0, |size| {
+            3.0 * profile.volume() * size.radius_rate(values) / profile.radius
         });
-        2.0 * PI * sum.sum::<f64>()
+        let modes = self.modes.iter().flat_map(|modes| &modes.coordinates);
+        let degrees = modes
+            .filter(|(_, of)| *of == joint)
+            .map(|(degree, _)| *degree);
+        // x^2 dr is the volume per solid angle, as points move along the radius.
+        let of_modes = degrees.map(|degree| {
+            let rule = gauss_20().iter();
+            let flux =
+                rule.map(|&(x, weight)| weight * profile.at(x).powi(2) * profile.rate(degree, x));
+            2.0 * PI * flux.sum::<f64>()
+        });
+        of_size + of_modes.sum::<f64>()
     }
 
     /// What is wrong with these values; `None` if the surface is that of a body.

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Vector3};
 use rheology::Law;
 use rigid::{Articulation, Constraints, ExternalLoad, JointDrive, JointKind, RigidError, State};
 
-use crate::body::{Body, ROUNDING_FLUX, VOLUME_REMEDY, volume_rates, with_held_velocities};
+use crate::body::{Body, volume_problem, with_held_velocities};
 use crate::contact::Repulsion;
 use crate::document::Document;
 use crate::domain::Domain;
@@ -214,14 +214,11 @@ impl Scene {
         if !self.domain.keeps_volume() {
             return Ok(());
         }
-        let (excess, size) = volume_rates(&self.bodies, values, rates);
-        match excess.abs() <= ROUNDING_FLUX * size {
-            true => Ok(()),
-            false => Err(SceneError::NotApplicable {
+        match volume_problem(&self.bodies, values, rates) {
+            None => Ok(()),
+            Some(problem) => Err(SceneError::NotApplicable {
                 place: self.place("domain.kind"),
-                problem: format!(
-                    "the volume of the bodies grows at the rate {excess:.3e}, {VOLUME_REMEDY}"
-                ),
+                problem,
             }),
         }
     }

@@ -89,6 +89,8 @@ pub struct StartSolution {
     pub model: Box<dyn Hydrodynamics>,
     /// The solution.
     pub solution: InstantaneousSolution,
+    /// What neglected terms cost, if the decision to neglect the law needed it.
+    pub neglected: Option<Vec<Neglected>>,
     /// Why `fluid.rheology = "auto"` kept or neglected the law; none for another value.
     pub decision: Option<String>,
 }
@@ -112,6 +114,7 @@ pub fn solve_start_with_terms(
             scene,
             model,
             solution,
+            neglected: None,
             decision,
         })
     };
@@ -126,6 +129,6 @@ pub fn solve_start_with_terms(
     if decision.keeps {
         return solve(with_term(&start.scene, term)?, Some(decision.reason));
     }
-    start.decision = Some(decision.reason);
+    (start.neglected, start.decision) = (Some(costs), Some(decision.reason));
     Ok(start)
 }

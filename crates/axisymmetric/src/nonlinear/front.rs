@@ -1,4 +1,4 @@
-//! Elimination of the leading unknowns of a dense matrix, by matrix products.
+//! Elimination of the leading dofs of a dense matrix, by matrix products.
 //!
 //! ```text
 //! [A_ii A_io]       [L    0] [U    V]
@@ -26,7 +26,7 @@ pub(super) struct Eliminated {
     pivots: Vec<usize>,
 }
 
-/// Eliminates the first `inner` unknowns of a matrix; returns the factors and the Schur complement
+/// Eliminates the first `inner` dofs of a matrix; returns the factors and the Schur complement
 /// `S = A_oo - A_oi A_ii^-1 A_io`. `None` if `A_ii` is singular or not finite.
 pub(super) fn eliminate(
     mut matrix: DMatrix<f64>,
@@ -53,7 +53,7 @@ pub(super) fn eliminate(
 }
 
 impl Eliminated {
-    /// Replaces the values of the inner unknowns by `L^-1 P` of them; returns `W` times that, which
+    /// Replaces the values of the inner dofs by `L^-1 P` of them; returns `W` times that, which
     /// is to be subtracted from the values of the outer ones.
     pub fn forward(&self, values: &mut DVector<f64>) -> DVector<f64> {
         let inner = self.pivots.len();
@@ -72,7 +72,7 @@ impl Eliminated {
         self.columns.rows_range(inner..) * &*values
     }
 
-    /// Replaces the values `y` of the inner unknowns by `U^-1 (y - V x)` with the outer ones `x`.
+    /// Replaces the values `y` of the inner dofs by `U^-1 (y - V x)` with the outer ones `x`.
     pub fn backward(&self, values: &mut DVector<f64>, outer: &DVector<f64>) {
         values.gemv(-1.0, &self.rows, outer, 1.0);
         for k in (0..self.pivots.len()).rev() {

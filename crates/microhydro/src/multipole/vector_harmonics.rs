@@ -122,29 +122,15 @@ impl VectorHarmonics {
         let across = direction.xy().norm();
         let (sin, cos) = across.atan2(direction.z).sin_cos();
         let azimuth = direction.y.atan2(direction.x);
-        let mut start = 1.0;
-        for m in 0..=top {
+        let turns = multiples(top, azimuth);
+        each_legendre(top, [cos, sin], |l, m, [_, p]| {
+            let (s, c) = turns[m];
+            let value = self.norms[l - 1][m] * p;
+            harmonics[l * l - 1 + l + m] = value * c;
             if m > 0 {
-                start *= (2 * m - 1) as f64 * sin;
+                harmonics[l * l - 1 + l - m] = value * s;
             }
-            let (s, c) = (m as f64 * azimuth).sin_cos();
-            let (mut before, mut p) = (0.0, start);
-            for l in m..=top {
-                if l > m {
-                    let next = ((2 * l - 1) as f64 * cos * p - (l + m - 1) as f64 * before)
-                        / (l - m) as f64;
-                    (before, p) = (p, next);
-                }
-                if l == 0 {
-                    continue;
-                }
-                let value = self.norms[l - 1][m] * p;
-                harmonics[l * l - 1 + l + m] = value * c;
-                if m > 0 {
-                    harmonics[l * l - 1 + l - m] = value * s;
-                }
-            }
-        }
+        });
         harmonics
     }
 
@@ -157,36 +143,49 @@ impl VectorHarmonics {
         let (s, c) = point.azimuth.sin_cos();
         let theta = Vector3::new(cos * c, cos * s, -sin);
         let phi = Vector3::new(-s, c, 0.0);
-        let mut start = 1.0;
-        for m in 0..=top {
+        let turns = multiples(top, point.azimuth);
+        each_legendre(top, point.polar, |l, m, [before, p]| {
+            let (s, c) = turns[m];
+            let by_theta = (l as f64 * cos * p - (l + m) as f64 * before) / sin;
+            let norm = self.norms[l - 1][m];
+            let mut put = |row: usize, value: f64, by_phi: f64| {
+                let gradient = theta * (by_theta * value) + phi * (p * by_phi / sin);
+                harmonics[l * l - 1 + row] = (norm * p * value, norm * gradient);
+            };
+            put(l + m, c, -(m as f64) * s);
             if m > 0 {
-                start *= (2 * m - 1) as f64 * sin;
+                put(l - m, s, m as f64 * c);
             }
-            let (s, c) = (m as f64 * point.azimuth).sin_cos();
-            // Legendre functions of the degrees `l - 1` and `l`.
-            let (mut before, mut p) = (0.0, start);
-            for l in m..=top {
-                if l > m {
-                    let next = ((2 * l - 1) as f64 * cos * p - (l + m - 1) as f64 * before)
-                        / (l - m) as f64;
-                    (before, p) = (p, next);
-                }
-                if l == 0 {
-                    continue;
-                }
-                let by_theta = (l as f64 * cos * p - (l + m) as f64 * before) / sin;
-                let norm = self.norms[l - 1][m];
-                let mut put = |row: usize, value: f64, by_phi: f64| {
-                    let gradient = theta * (by_theta * value) + phi * (p * by_phi / sin);
-                    harmonics[l * l - 1 + row] = (norm * p * value, norm * gradient);
-                };
-                put(l + m, c, -(m as f64) * s);
-                if m > 0 {
-                    put(l - m, s, m as f64 * c);
-                }
+        });
+        harmonics
+    }
+}
+
+/// Sines and cosines of the multiples `0 ..= top` of an angle.
+fn multiples(top: usize, angle: f64) -> Vec<(f64, f64)> {
+    (0..=top).map(|m| (m as f64 * angle).sin_cos()).collect()
+}
+
+/// Calls `visit` with `l`, `m` and the associated Legendre functions `P_(l-1)^m` and `P_l^m`,
+/// without the sign `(-1)^m`, at an angle of this cosine and sine: for `1 <= l <= top` and
+/// `0 <= m <= l`, by orders `m`.
+fn each_legendre(top: usize, [cos, sin]: [f64; 2], mut visit: impl FnMut(usize, usize, [f64; 2])) {
+    let mut start = 1.0;
+    for m in 0..=top {
+        if m > 0 {
+            start *= (2 * m - 1) as f64 * sin;
+        }
+        let (mut before, mut p) = (0.0, start);
+        for l in m..=top {
+            if l > m {
+                let next =
+                    ((2 * l - 1) as f64 * cos * p - (l + m - 1) as f64 * before) / (l - m) as f64;
+                (before, p) = (p, next);
+            }
+            if l > 0 {
+                visit(l, m, [before, p]);
             }
         }
-        harmonics
     }
 }
 

@@ -20,6 +20,21 @@ pub(super) struct AxialResistances {
     pub spin: Option<AxialResistance>,
 }
 
+/// Velocities or forces along the axis as those of bodies in space, six rows per body.
+pub(super) fn spatial(axis: &Vector3<f64>, along: &[f64]) -> DVector<f64> {
+    let mut vectors = DVector::zeros(6 * along.len());
+    for (body, value) in along.iter().enumerate() {
+        let mut rows = vectors.fixed_rows_mut::<3>(6 * body);
+        rows.copy_from(&(axis * *value));
+    }
+    vectors
+}
+
+/// A unit vector away from the axis.
+pub(super) fn across(axis: &Vector3<f64>) -> Vector3<f64> {
+    axis.cross(&Vector3::ith(axis.iamin(), 1.0)).normalize()
+}
+
 /// Grand resistance matrix from the resistances along and about the axis.
 ///
 /// For motions that are zero by symmetry it has the entries of single spheres.
@@ -150,15 +165,7 @@ impl<'a> AxialSurfaces<'a> {
         own += &velocities;
         let in_flow = self.surfaces.powers_in_flows() * &self.of_background;
         let slip_power = self.of_slip.dot(&(power * moving)) + self.of_slip.dot(&in_flow);
-        let spatial = |axial: DVector<f64>| {
-            let mut velocities = DVector::zeros(6 * bodies);
-            for (body, speed) in axial.iter().enumerate() {
-                velocities
-                    .fixed_rows_mut::<3>(6 * body)
-                    .copy_from(&(self.axis * *speed));
-            }
-            velocities
-        };
+        let spatial = |axial: DVector<f64>| spatial(&self.axis, axial.as_slice());
         Ok(SurfaceEffect {
             velocities: spatial(velocities),
             of_parts: DMatrix::from_columns(&[spatial(force_free(&self.of_slip))]),

@@ -4,6 +4,7 @@ use axisymmetric::{AxialResistance, DeformationRates, DeformedSphere, RADIAL_DEG
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::AxisymmetricModel;
+use super::axial_surfaces::{across, spatial};
 use crate::error::ModelError;
 use crate::query::Configuration;
 use crate::scaled_scene::ScaledScene;
@@ -32,12 +33,10 @@ impl AxialRates {
         }
         let poses = scaled.poses(configuration)?;
         let motion = SurfaceMotion::new(scaled, &poses, configuration.shape);
-        let smallest = axis.iamin();
-        let unit = Vector3::ith(smallest, 1.0);
         Ok(motion.map(|motion| Self {
             motion,
             axis: *axis,
-            across: axis.cross(&unit).normalize(),
+            across: across(axis),
         }))
     }
 
@@ -58,13 +57,7 @@ impl AxialRates {
         })?;
         // Force-free bodies move so that the forces of all rates on them vanish.
         let force_free = -factor.solve(&coupling);
-        let along = |speeds: DVector<f64>| {
-            let mut velocities = DVector::zeros(6 * bodies);
-            for (body, speed) in speeds.iter().enumerate() {
-                (velocities.fixed_rows_mut::<3>(6 * body)).copy_from(&(self.axis * *speed));
-            }
-            velocities
-        };
+        let along = |speeds: DVector<f64>| spatial(&self.axis, speeds.as_slice());
         let given = DVector::from_column_slice(&rates);
         let speeds = &force_free * &given;
         let forces =

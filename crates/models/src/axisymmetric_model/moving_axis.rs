@@ -2,10 +2,11 @@
 //! fluid.
 
 use axisymmetric::{AxialBody, AxialMotion, AxialStep, Surroundings};
-use nalgebra::{DVector, Vector3};
+use nalgebra::Vector3;
 use rigid::{Articulation, BodyKind, Drive, JointKind, Reduction, State, StateVelocity};
 
 use super::AxisymmetricModel;
+use super::axial_surfaces::{across, spatial};
 use crate::error::ModelError;
 use crate::response::BodySolution;
 use crate::scaled_scene::{ScaledResponse, ScaledScene};
@@ -247,8 +248,7 @@ impl MovingAxis {
 
     /// A unit vector away from the axis.
     fn radial(&self) -> Vector3<f64> {
-        let across = self.axis.cross(&Vector3::ith(self.axis.iamin(), 1.0));
-        across.normalize()
+        across(&self.axis)
     }
 
     /// The change of the state between positions of the bodies along the axis, in the units of the
@@ -298,14 +298,7 @@ impl MovingAxis {
         for (load, rate) in loads.iter_mut().zip(step.momentum_rates) {
             load.force -= self.axis * *rate;
         }
-        let spatial = |along: &[f64]| {
-            let mut vector = DVector::zeros(6 * along.len());
-            for (body, value) in along.iter().enumerate() {
-                let mut rows = vector.fixed_rows_mut::<3>(6 * body);
-                rows.copy_from(&(self.axis * *value));
-            }
-            vector
-        };
+        let spatial = |along: &[f64]| spatial(&self.axis, along);
         // The coefficients of the motions that the joints leave free, from the velocities.
         let reduction = Reduction::new(set, &constraints)?;
         let (basis, velocities) = (&reduction.surface_basis, spatial(step.velocities));

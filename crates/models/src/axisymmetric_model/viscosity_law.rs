@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use scene::rheology::{Law, ViscosityLaw};
 use stokes::Seconds;
 
-use super::axial_surfaces::{AxialSurfaces, grand_resistance};
+use super::axial_surfaces::{AxialSurfaces, grand_resistance, spatial};
 use super::{AxisymmetricModel, LOWEST_ACCURACY};
 use crate::discretisation_error::{DiscretisationError, Uncertainty};
 use crate::error::ModelError;
@@ -154,17 +154,8 @@ impl AxisymmetricModel {
         };
         let found = law_change(&moving, self.surroundings, &drive, &law, CHANGE_TOLERANCE)?;
         let at_rest = LinkedBodies::at_rest(&self.scaled, at.configuration, None)?;
-        let forms = [
-            Some(("viscosity", &found.by_viscosity)),
-            found
-                .by_square
-                .as_ref()
-                .map(|change| ("second_order", change)),
-        ];
-        let parts = (forms.into_iter().flatten())
-            .map(|(name, change)| Ok((name, self.balanced_change(&along, change, &at_rest)?)))
-            .collect::<Result<_, ModelError>>()?;
-        Ok(FirstOrderChange { parts })
+        let change = |change: &AxialChange| self.balanced_change(&along, change, &at_rest);
+        FirstOrderChange::by_law(&found.by_viscosity, found.by_square.as_ref(), change)
     }
 
     /// The change of motion and loads by a change of the forces at the same velocities.
@@ -232,8 +223,7 @@ impl AxisymmetricModel {
         let of_forces =
             self.force_free(derivatives, &DVector::from_column_slice(&forces.forces))?;
         let effect = SurfaceEffect {
-            velocities: of_forces.velocities
-                + self.spatial(&DVector::from_column_slice(velocities)),
+            velocities: of_forces.velocities + spatial(&self.axis, velocities),
             powers: DVector::from_element(1, forces.slip_power),
             ..of_forces
         };
@@ -251,13 +241,9 @@ impl AxisymmetricModel {
             let remedy = "raise fluid.index or fluid.infinite_shear_viscosity";
             ModelError::not_positive_definite(name, along, remedy)
         })?;
-        let velocities = self.spatial(&-factor.solve(forces));
-        Ok(SurfaceEffect {
-            of_parts: DMatrix::zeros(velocities.len(), 1),
-            velocities,
-            powers: DVector::zeros(1),
-            rates: Vec::new(),
-        })
+        let change = -factor.solve(forces);
+        let velocities = spatial(&self.axis, change.as_slice());
+        Ok(SurfaceEffect::of_velocities(velocities))
     }
 
     /// The solution of a balance with a resistance to motions along the axis.
@@ -307,17 +293,6 @@ impl AxisymmetricModel {
         (0..self.shapes.len())
             .map(|body| spatial.fixed_rows::<3>(6 * body).dot(&self.axis))
             .collect()
-    }
-
-    /// Velocities along the axis as velocities of bodies in space.
-    fn spatial(&self, along: &DVector<f64>) -> DVector<f64> {
-        let mut velocities = DVector::zeros(6 * along.len());
-        for (body, speed) in along.iter().enumerate() {
-            velocities
-                .fixed_rows_mut::<3>(6 * body)
-                .copy_from(&(self.axis * *speed));
-        }
-        velocities
     }
 
     /// Error of the response by the order before, with the bars of the last one.

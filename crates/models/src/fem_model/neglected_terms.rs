@@ -324,14 +324,8 @@ impl FemModel {
         let (drive, velocity) = (self.drive(&at_rest, &loads), &now.flow()?.velocity);
         let options = self.solver_options().with_rtol(CHANGE_RTOL);
         let change = problem.viscosity_change(&drive, velocity, &law, &options)?;
-        let forms = [
-            Some(("viscosity", &change.full)),
-            (change.second_order.as_ref()).map(|flow| ("second_order", flow)),
-        ];
-        let parts = (forms.into_iter().flatten())
-            .map(|(name, flow)| Ok((name, self.part_to_scene(query, flow)?)))
-            .collect::<Result<_, ModelError>>()?;
-        Ok(FirstOrderChange { parts })
+        let part = |flow: &FlowSolution| self.part_to_scene(query, flow);
+        FirstOrderChange::by_law(&change.full, change.second_order.as_ref(), part)
     }
 }
 

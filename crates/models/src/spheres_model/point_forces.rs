@@ -2,7 +2,7 @@
 
 use std::time::Instant as Clock;
 
-use microhydro::{LinkedMotion, LinkedSpheres, PointMobility, PointModel, Spheres, multipole};
+use microhydro::{PointMobility, PointModel, Spheres, multipole};
 use nalgebra::DMatrix;
 use scene::ModelEstimatesKind;
 use stokes::{Seconds, SolverReport};
@@ -10,18 +10,15 @@ use stokes::{Seconds, SolverReport};
 use super::SpheresModel;
 use super::sphere_resistances::SphereResistances;
 use crate::error::ModelError;
-use crate::linked_bodies::{LargestDifferences, LinkedBodies, MobilitySolution, SomeLinkages};
+use crate::linked_bodies::{
+    LargestDifferences, LinkedBodies, MobilitySolution, PointSolution, SomeLinkages,
+};
 use crate::query::Query;
 use crate::response::Response;
 use crate::solution::InstantaneousSolution;
 use crate::surface_motion::SurfaceEffect;
 
-/// Residual of the velocities that the joints do not allow, relative to those that they impose.
-///
-/// Far below the errors of point forces, and above rounding for thousands of spheres.
-const RESIDUAL: f64 = 1e-10;
-
-/// The same for changes from which errors are estimated: two digits.
+/// Residual of changes from which errors are estimated: two digits.
 const ESTIMATE_RESIDUAL: f64 = 1e-2;
 
 /// Largest number of spheres of a neighbourhood that is solved by expansions, and of a scene that
@@ -44,28 +41,7 @@ pub(super) struct ModelErrors {
     pub signed: Option<Response>,
 }
 
-/// A solution with the operators that it was found by.
-struct Solved<'a> {
-    mobility: &'a PointMobility<'a>,
-    system: LinkedSpheres<'a>,
-    found: LinkedMotion,
-    solution: MobilitySolution,
-}
-
-impl<'a> Solved<'a> {
-    fn new(linkages: &SomeLinkages, mobility: &'a PointMobility<'a>) -> Result<Self, ModelError> {
-        let system = linkages.spheres(mobility)?;
-        let found = system.solve(RESIDUAL)?;
-        let solution =
-            linkages.solution(&found.coordinates, found.forces.clone(), found.residual)?;
-        Ok(Self {
-            mobility,
-            system,
-            found,
-            solution,
-        })
-    }
-
+impl PointSolution<'_> {
     /// The solution with the stresslets that the spheres have in the flow of the forces.
     fn reflected(&self, linkages: &SomeLinkages) -> Result<MobilitySolution, ModelError> {
         let velocities = self.mobility.first_reflection(&self.found.forces)?;
@@ -88,7 +64,7 @@ impl SpheresModel {
         spheres: &Spheres,
     ) -> Result<MobilitySolution, ModelError> {
         let mobility = PointMobility::new(model, spheres, &self.medium)?;
-        Ok(Solved::new(&linked.all(), &mobility)?.solution)
+        Ok(linked.all().by_point_forces(&mobility)?.solution)
     }
 
     /// The solution for one set of rates by a model of point forces.
@@ -104,18 +80,16 @@ impl SpheresModel {
         let clock = Clock::now();
         let spheres = self.spheres(query.configuration)?;
         let estimates = self.scaled.scene.model().estimates;
-        let is_whole = estimates == ModelEstimatesKind::Full
-            || (estimates == ModelEstimatesKind::Sampled && spheres.len() <= NEIGHBOURHOOD);
         // They belong to the configuration, and not to the rates.
-        let resistances = is_whole
+        let resistances = self
+            .estimates_by_expansions(&spheres)
             .then(|| self.resistances_of(&spheres))
             .transpose()?;
         let of_references = clock.elapsed().as_secs_f64();
         let linked = LinkedBodies::new(&self.scaled, query, rates)?;
         let mobility = PointMobility::new(model, &spheres, &self.medium)?;
         let assembly = clock.elapsed().as_secs_f64();
-        let all = linked.all();
-        let solved = Solved::new(&all, &mobility)?;
+        let solved = linked.all().by_point_forces(&mobility)?;
         let solve = clock.elapsed().as_secs_f64() - assembly;
         let response = linked.response(&solved.solution)?;
         let errors = match &resistances {
@@ -195,7 +169,7 @@ impl SpheresModel {
         &self,
         linked: &LinkedBodies,
         spheres: &Spheres,
-        solved: &Solved,
+        solved: &PointSolution,
     ) -> Result<ModelErrors, ModelError> {
         let all = linked.all();
         let reflected = solved.reflected(&all)?;
@@ -236,7 +210,7 @@ impl SpheresModel {
             None => return Ok(None),
         };
         let mobility = PointMobility::new(model, &near, &self.medium)?;
-        let solved = Solved::new(&own, &mobility)?;
+        let solved = own.by_point_forces(&mobility)?;
         let reflected = solved.reflected(&own)?;
         let of_reflection = own.largest_differences(&solved.solution, &reflected);
         let references = match SphereResistances::limited(self.kind, &near, &self.medium) {
@@ -254,12 +228,20 @@ impl SpheresModel {
         Ok(Some((errors, of_reflection)))
     }
 
+    /// Whether errors are estimated by expansions over all spheres.
+    fn estimates_by_expansions(&self, spheres: &Spheres) -> bool {
+        match self.scaled.scene.model().estimates {
+            ModelEstimatesKind::Full => true,
+            ModelEstimatesKind::Sampled => spheres.len() <= NEIGHBOURHOOD,
+            ModelEstimatesKind::Off => false,
+        }
+    }
+
     /// Predicted seconds of a solution by point forces, on two cores.
     pub(super) fn predicted_point_seconds(&self, spheres: &Spheres) -> Result<f64, ModelError> {
         let pairs = (spheres.len() as f64).powi(2);
         let solve = EXPECTED_PRODUCTS * pairs * SECONDS_PER_PAIR;
-        let is_sampled = self.scaled.scene.model().estimates != ModelEstimatesKind::Full;
-        if is_sampled && spheres.len() > NEIGHBOURHOOD {
+        if !self.estimates_by_expansions(spheres) {
             return Ok(solve);
         }
         // The expansions from which errors are estimated take almost all of the time.

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 use scene::{Scene, ShapePath};
 
 use super::quantity::Quantity;
-use super::style::{Area, BAND, COLOURS, GREY, GRID_COLOUR, INK, at, font, px, short};
+use super::style::{Area, BAND, COLOURS, GREY, INK, at, font, grid_style, px, short};
 use crate::numbers::rounded;
 use swimmer::Outcome;
 
@@ -71,13 +71,9 @@ pub(super) fn draw(
         }
         phase_start = phase_end;
     }
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID_COLOUR.stroke_width(px(1)))
-        .axis_style(INK.stroke_width(px(1)))
-        .set_all_tick_mark_size(px(5))
-        .label_style(font(14, &INK))
+    let mut axes = chart.configure_mesh();
+    grid_style(&mut axes);
+    axes.set_all_tick_mark_size(px(5))
         .x_desc("time (the scene's unit)")
         .y_desc(quantity.label())
         .y_label_formatter(&|v| {

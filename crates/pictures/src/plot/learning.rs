@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use plotters::prelude::*;
 
 use super::canvas;
-use super::style::{Area, COLOURS, GREY, GRID_COLOUR, INK, SIZE, font, px};
+use super::style::{Area, COLOURS, GREY, INK, SIZE, font, grid_style, px};
 use crate::error::PictureError;
 
 /// Draws the mean reward of a step against the episode, with that of the best cycle.
@@ -25,13 +25,9 @@ pub fn learning_curve_svg(curve: &[f64], best: f64) -> Result<String, PictureErr
             .x_label_area_size(px(46))
             .y_label_area_size(px(80))
             .build_cartesian_2d(0.0..curve.len().max(1) as f64, low..high)?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(GRID_COLOUR.stroke_width(px(1)))
-            .axis_style(INK.stroke_width(px(1)))
-            .label_style(font(14, &INK))
-            .x_desc("episode")
+        let mut axes = chart.configure_mesh();
+        grid_style(&mut axes);
+        axes.x_desc("episode")
             .y_desc("displacement per step")
             .draw()?;
         let points = curve.iter().enumerate().map(|(k, y)| (k as f64 + 0.5, *y));

@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use super::canvas;
-use super::style::{Area, COLOURS, GRID_COLOUR, INK, SIZE, at, font, px, short};
+use super::style::{Area, COLOURS, INK, SIZE, at, font, grid_style, px, range, short};
 use crate::error::PictureError;
 
 /// Height of a panel in pixels.
@@ -54,13 +54,8 @@ fn draw(
     slices: &[&SliceCurve],
     objective: &str,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(v), high.max(v))
-        })
-    };
-    let (left, right) = range(&mut slices.iter().flat_map(|slice| slice.values.iter().copied()));
-    let (low, high) = range(&mut slices.iter().flat_map(|slice| {
+    let (left, right) = range(slices.iter().flat_map(|slice| slice.values.iter().copied()));
+    let (low, high) = range(slices.iter().flat_map(|slice| {
         let pairs = slice.objectives.iter().zip(slice.errors);
         pairs.flat_map(|(y, bar)| [y - bar, y + bar])
     }));
@@ -79,13 +74,9 @@ fn draw(
         .x_label_area_size(px(46))
         .y_label_area_size(px(100))
         .build_cartesian_2d(left - side..right + side, low - margin..high + 3.0 * margin)?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID_COLOUR.stroke_width(px(1)))
-        .axis_style(INK.stroke_width(px(1)))
-        .label_style(font(14, &INK))
-        .x_desc(kind)
+    let mut axes = chart.configure_mesh();
+    grid_style(&mut axes);
+    axes.x_desc(kind)
         .y_desc(objective)
         .y_label_formatter(&|y| short(*y))
         .draw()?;

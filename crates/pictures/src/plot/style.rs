@@ -1,7 +1,9 @@
 //! Colours, sizes and fonts of the plots, and names of directions.
 
 use nalgebra::Vector3;
+use plotters::chart::MeshStyle;
 use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 use crate::numbers::rounded;
@@ -51,6 +53,22 @@ pub const fn px(pixels: u32) -> u32 {
 /// The font with a size in pixels.
 pub fn font(pixels: u32, colour: &'static RGBColor) -> TextStyle<'static> {
     ("sans-serif", px(pixels)).into_font().color(colour)
+}
+
+/// Axes with labels and thin lines of a grid.
+pub fn grid_style(style: &mut MeshStyle<RangedCoordf64, RangedCoordf64, SVGBackend>) {
+    style
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(GRID_COLOUR.stroke_width(px(1)))
+        .axis_style(INK.stroke_width(px(1)))
+        .label_style(font(14, &INK));
+}
+
+/// Smallest and largest of some values.
+pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+        (low.min(v), high.max(v))
+    })
 }
 
 /// A number with at most five digits.

@@ -6,7 +6,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 use super::canvas;
-use super::style::{Area, COLOURS, GRID_COLOUR, INK, at, font, px, short, viridis};
+use super::style::{Area, COLOURS, INK, at, font, grid_style, px, range, short, viridis};
 use crate::error::PictureError;
 
 /// Size of a panel in pixels.
@@ -49,9 +49,9 @@ pub fn sweep_svg(swept: &SweptPoints) -> Result<String, PictureError> {
         .collect();
     if let [x, y] = &axes[..]
         && swept.keys.len() == 2
-        && x.levels > 1
-        && y.levels > 1
-        && x.levels * y.levels == swept.results.len()
+        && x.centres.len() > 1
+        && y.centres.len() > 1
+        && x.centres.len() * y.centres.len() == swept.results.len()
     {
         return canvas::svg(PANEL, |root| draw_map(root, swept, x, y));
     }
@@ -78,8 +78,8 @@ struct Axis<'a> {
     name: &'a str,
     /// Values on the axis: logarithms, if it is logarithmic.
     values: Vec<f64>,
-    /// Number of different values.
-    levels: usize,
+    /// The different values, in ascending order.
+    centres: Vec<f64>,
     is_logarithmic: bool,
 }
 
@@ -93,14 +93,14 @@ impl<'a> Axis<'a> {
         if is_logarithmic {
             values.iter_mut().for_each(|value| *value = value.log10());
         }
-        let mut sorted = values.clone();
-        sorted.sort_by(f64::total_cmp);
-        sorted.dedup();
+        let mut centres = values.clone();
+        centres.sort_by(f64::total_cmp);
+        centres.dedup();
         Some(Self {
             key,
             name: &swept.keys[key],
             values,
-            levels: sorted.len(),
+            centres,
             is_logarithmic,
         })
     }
@@ -132,9 +132,7 @@ impl<'a> Axis<'a> {
 
     /// Edges of cells around the different values: halfway between neighbours.
     fn edges(&self) -> Vec<f64> {
-        let mut centres = self.values.clone();
-        centres.sort_by(f64::total_cmp);
-        centres.dedup();
+        let centres = &self.centres;
         let (first, last) = (0, centres.len() - 1);
         let half = |k: usize| 0.5 * (centres[k + 1] - centres[k]);
         let inner = (0..last).map(|k| centres[k] + half(k));
@@ -143,12 +141,6 @@ impl<'a> Axis<'a> {
             .chain([centres[last] + half(last - 1)])
             .collect()
     }
-}
-
-fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-        (low.min(v), high.max(v))
-    })
 }
 
 /// A range around values, with a margin, that is not empty.
@@ -208,13 +200,9 @@ fn configure(
     y_label: &str,
     y_text: &dyn Fn(f64) -> String,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID_COLOUR.stroke_width(px(1)))
-        .axis_style(INK.stroke_width(px(1)))
-        .label_style(font(14, &INK))
-        .x_desc(x.name)
+    let mut axes = chart.configure_mesh();
+    grid_style(&mut axes);
+    axes.x_desc(x.name)
         .y_desc(y_label)
         .x_label_formatter(&|place| x.text(*place))
         .y_label_formatter(&|place| y_text(*place))

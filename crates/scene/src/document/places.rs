@@ -25,7 +25,7 @@ impl Places {
     /// The places of all keys of a parsed text.
     pub fn from_table(file: String, text: &str, table: &DeTable) -> Self {
         let mut of_keys = BTreeMap::new();
-        // Counting lines anew for each key of a long file takes longer than all else.
+        // Counting the lines again for each key of a long file takes longer than all else.
         let ends: Vec<usize> = (text.bytes().enumerate())
             .filter_map(|(at, byte)| (byte == b'\n').then_some(at))
             .collect();

@@ -6,9 +6,11 @@ use std::f64::consts::TAU;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use toml::{Table, Value};
 
+use super::gait::table_path;
 use crate::checks::Checks;
 use crate::document::Document;
 use crate::error::SceneError;
+use crate::gait_table::GaitTable;
 use crate::keys::{CopiesFile, DEFAULT_AXIS};
 use crate::shape::shape_keys;
 
@@ -115,12 +117,19 @@ impl<'a> Expansion<'a> {
                 return Err(checks.bad_value(&key("of"), problem));
             }
         }
-        let has_file = values
-            .get("gait")
-            .is_some_and(|gait| gait.get("file").is_some());
-        if has_file && !links.is_empty() {
-            let problem = "copies links, which the table of gait.file does not have; write the \
-                           gait as phases or harmonics";
+        let file = values.get("gait").and_then(|gait| text(gait, "file"));
+        let columns = file.and_then(|file| GaitTable::columns(&table_path(&checks, file)));
+        let is_driven = |&body: &usize| {
+            let name = text(&bodies[body], "name").unwrap_or("");
+            let mut columns = columns.iter().flatten();
+            columns.any(|column| {
+                let rest = column.strip_prefix(name);
+                rest.is_some_and(|rest| rest.starts_with('.'))
+            })
+        };
+        if file.is_some() && (!links.is_empty() || members.iter().any(is_driven)) {
+            let problem = "copies links or bodies, which the table of gait.file does not have; \
+                           write the gait as phases or harmonics";
             return Err(checks.bad_value(&key("of"), problem));
         }
         Ok(Self {
@@ -170,11 +179,13 @@ impl<'a> Expansion<'a> {
                 .map(|link| self.moved_link(link, pose, &suffix));
             append(root, "links", links.collect());
         }
-        let names: Vec<&str> = (original_links.iter())
-            .filter_map(|link| text(link, "name"))
-            .collect();
+        let [links, bodies] = [&original_links, &originals].map(|list| {
+            list.iter()
+                .filter_map(|entry| text(entry, "name"))
+                .collect()
+        });
         if let Some(Value::Table(gait)) = root.get_mut("gait") {
-            copy_gait(gait, &names, poses.len());
+            copy_gait(gait, &Coordinates { links, bodies }, poses.len());
         }
         Ok(values)
     }
@@ -318,6 +329,13 @@ impl<'a> Expansion<'a> {
         if let Some(Value::Table(slip)) = body.get_mut("slip") {
             turn(slip, "axis", pose, Some(DEFAULT_AXIS.into()));
         }
+        if let Some(Value::Table(deformation)) = body.get_mut("deformation") {
+            // Only modes have an axis.
+            let default = deformation
+                .contains_key("modes")
+                .then(|| DEFAULT_AXIS.into());
+            turn(deformation, "axis", pose, default);
+        }
         Value::Table(body)
     }
 
@@ -388,13 +406,33 @@ fn linkage(bodies: &[Value], links: &[Value], first: usize) -> (Vec<usize>, Vec<
     (members, own.collect())
 }
 
-/// Gives copies of links the targets and harmonics of their originals.
-fn copy_gait(gait: &mut Table, links: &[&str], copies: usize) {
+/// Names of the links and bodies of a linkage.
+struct Coordinates<'a> {
+    links: Vec<&'a str>,
+    bodies: Vec<&'a str>,
+}
+
+impl Coordinates<'_> {
+    /// The name that a copy gives to a link, or to the shape coordinate `BODY.NAME`; `None` for
+    /// those of other linkages.
+    fn copied(&self, name: &str, suffix: &str) -> Option<String> {
+        if self.links.contains(&name) {
+            return Some(format!("{name}{suffix}"));
+        }
+        self.bodies.iter().find_map(|body| {
+            let coordinate = name.strip_prefix(body)?.strip_prefix('.')?;
+            Some(format!("{body}{suffix}.{coordinate}"))
+        })
+    }
+}
+
+/// Gives copies of links and bodies the targets and harmonics of their originals.
+fn copy_gait(gait: &mut Table, own: &Coordinates, copies: usize) {
     let suffixes = || (2..copies + 2).map(|copy| format!("-{copy}"));
     if let Some(Value::Array(phases)) = gait.get_mut("phases") {
         for phase in phases.iter_mut().filter_map(Value::as_table_mut) {
-            let own = phase.get("link").and_then(Value::as_str).map(str::to_owned);
-            if let Some(link) = own.filter(|link| links.contains(&&link[..]))
+            let link = phase.get("link").and_then(Value::as_str).map(str::to_owned);
+            if let Some(link) = link.filter(|link| own.copied(link, "").is_some())
                 && let Some(length) = phase.remove("length")
             {
                 phase.remove("link");
@@ -402,28 +440,24 @@ fn copy_gait(gait: &mut Table, links: &[&str], copies: usize) {
                 phase.insert("targets".to_owned(), Value::Table(targets));
             }
             if let Some(Value::Table(targets)) = phase.get_mut("targets") {
-                for &link in links {
-                    let Some(value) = targets.get(link).cloned() else {
-                        continue;
-                    };
-                    let copied =
-                        suffixes().map(|suffix| (format!("{link}{suffix}"), value.clone()));
-                    targets.extend(copied);
-                }
+                let copied: Vec<(String, Value)> = (targets.iter())
+                    .flat_map(|(name, value)| {
+                        let copied = suffixes().filter_map(|suffix| own.copied(name, &suffix));
+                        copied.map(|name| (name, value.clone()))
+                    })
+                    .collect();
+                targets.extend(copied);
             }
         }
     }
     if let Some(Value::Array(harmonics)) = gait.get_mut("harmonics") {
-        let own: Vec<Value> = (harmonics.iter())
-            .filter(|term| text(term, "link").is_some_and(|link| links.contains(&link)))
-            .cloned()
-            .collect();
+        let originals = harmonics.clone();
         for suffix in suffixes() {
-            harmonics.extend(own.iter().cloned().map(|mut term| {
-                if let Value::Table(term) = &mut term {
-                    rename(term, "link", &suffix);
-                }
-                term
+            harmonics.extend(originals.iter().filter_map(|term| {
+                let copied = own.copied(text(term, "link")?, &suffix)?;
+                let mut term = term.as_table()?.clone();
+                term.insert("link".to_owned(), Value::String(copied));
+                Some(Value::Table(term))
             }));
         }
     }

@@ -132,3 +132,73 @@ fn copies_that_do_not_fit_are_refused_with_their_key() {
         );
     }
 }
+
+const AMOEBA: &str = "\
+[[bodies]]\nname = \"s\"\nradius = 1\nposition = [0, 0, 0]\n\
+deformation = { modes = { p2 = 2, p3 = 3 } }\n";
+
+/// The axis of the copy was that of the original.
+#[test]
+fn bug_axes_of_modes_did_not_turn_with_copies() {
+    let turn = [0.4, -1.1, 0.7];
+    let text = format!(
+        "{AMOEBA}[[copies]]\nof = \"s\"\npositions = [[9, 0, 0]]\norientations = [{turn:?}]\n"
+    );
+    let scene = Scene::parse(&text).unwrap();
+    let rotation = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
+    let axes = [0, 1].map(|k| scene.bodies()[k].deformation.as_ref().unwrap().axis());
+    let [own, copy] = axes.map(|axis| axis.unwrap());
+    assert!((rotation * own - copy).norm() < 1e-14);
+}
+
+/// The copies stayed as they were, without a word.
+#[test]
+fn bug_deformations_of_copies_did_not_follow_the_gait() {
+    let copies = "[[copies]]\nof = \"s\"\npositions = [[9, 0, 0], [0, 9, 0]]\n";
+    for gait in [
+        "[[gait.phases]]\ntargets = { \"s.p2\" = 0.1 }\n",
+        "[[gait.phases]]\nlink = \"s.p2\"\nlength = 0.1\n",
+    ] {
+        let scene = Scene::parse(&format!("{AMOEBA}{copies}{gait}")).unwrap();
+        let joints = scene.articulation().joints();
+        let span = scene::spans(scene.gait(), scene.articulation().initial_shape())
+            .unwrap()
+            .next()
+            .unwrap();
+        for (joint, value) in joints.iter().zip(&span.to) {
+            let expected = if joint.name.ends_with("p2") { 0.1 } else { 0.0 };
+            assert_eq!(*value, expected, "{}", joint.name);
+        }
+        assert_eq!(joints.len(), 6);
+    }
+    let waves = "[gait]\nperiod = 1\n[[gait.harmonics]]\nlink = \"s.p3\"\nmean = 0\n\
+                 amplitude = 0.1\n";
+    let scene = Scene::parse(&format!("{AMOEBA}{copies}{waves}")).unwrap();
+    let moving = scene::spans(scene.gait(), scene.articulation().initial_shape())
+        .unwrap()
+        .next()
+        .unwrap()
+        .joints
+        .len();
+    assert_eq!(moving, 3);
+}
+
+#[test]
+fn copies_of_what_a_table_drives_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("gait.csv"), "t,s.radius\n0,1\n1,1.1\n").unwrap();
+    let text = "[[bodies]]\nname = \"s\"\nradius = 1\nposition = [0, 0, 0]\n\
+                [[bodies]]\nname = \"other\"\nradius = 1\nposition = [0, 9, 0]\n\
+                [gait]\nfile = \"gait.csv\"\n[[copies]]\nof = \"NAME\"\npositions = [[9, 0, 0]]\n";
+    let read = |name: &str| {
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, text.replace("NAME", name)).unwrap();
+        Scene::read(&path, &[]).map_err(|error| error.to_string())
+    };
+    assert_eq!(read("other").unwrap().bodies().len(), 3);
+    let error = read("s").unwrap_err();
+    assert!(
+        error.contains("copies[0].of") && error.contains("gait.file"),
+        "{error}"
+    );
+}
