@@ -1,6 +1,6 @@
 //! Stokes flow around rigid bodies on one mesh, as a problem to assemble and solve.
 
-use fem::{CurvedBoundary, FacetGeometry, StokesMatrices, SurfaceVelocity, TaylorHood};
+use fem::{CurvedBoundary, FacetGeometry, StokesMatrices, TaylorHood};
 use mesh::{NamedSurface, Submesh, TetMesh};
 use nalgebra::Vector3;
 use rigid::{
@@ -11,7 +11,7 @@ use rigid::{
 use crate::StokesError;
 use crate::inertial_terms::InertialTerms;
 use crate::permeability::{permeability_of_channels, torsion};
-use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow, surface_velocity};
+use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow};
 
 /// Stokes flow around rigid bodies on one mesh, viscosity 1.
 ///
@@ -42,7 +42,7 @@ pub struct Problem<'a> {
     pub(crate) space: Option<&'a TaylorHood>,
     /// Boundary part and centre of each body.
     pub(crate) bodies: Vec<(u16, Vector3<f64>)>,
-    walls: Vec<u16>,
+    pub(crate) walls: Vec<u16>,
     curved: Vec<CurvedBoundary<'a>>,
     permeability: Option<Vec<f64>>,
     pub(crate) surface_flow: Option<&'a dyn SurfaceFlow>,
@@ -105,7 +105,7 @@ impl<'a> Problem<'a> {
     pub fn with_surfaces(mut self, parts: &[NamedSurface<'a>]) -> Result<Self, StokesError> {
         for &(name, surface) in parts {
             let tag = self.mesh.tag(name)?;
-            let is_wall = self.walls.contains(&tag);
+            let is_wall = self.is_wall(tag);
             self.curved.push(CurvedBoundary {
                 tag,
                 surface,
@@ -125,20 +125,28 @@ impl<'a> Problem<'a> {
         self
     }
 
-    /// Adds slip of the bodies and a background flow; solutions are then the disturbance flow.
+    /// Adds slip and deformation of the bodies and a background flow; solutions are then the disturbance flow.
     #[must_use]
     pub fn with_surface_flow(mut self, flow: &'a dyn SurfaceFlow) -> Self {
         self.surface_flow = Some(flow);
         self
     }
 
+    /// The body of a boundary part; none for all other parts.
+    pub(crate) fn body_of(&self, tag: u16) -> Option<usize> {
+        self.bodies.iter().position(|(body, _)| *body == tag)
+    }
+
+    /// Whether a boundary part is a wall.
+    pub(crate) fn is_wall(&self, tag: u16) -> bool {
+        self.walls.contains(&tag)
+    }
+
     /// Whether no fluid leaves: the boundary consists of walls, bodies and symmetry planes.
     pub fn is_closed(&self) -> bool {
         self.mesh.facets().iter().all(|facet| {
             let tag = facet.tag;
-            self.walls.contains(&tag)
-                || self.bodies.iter().any(|(body, _)| *body == tag)
-                || self.mesh.is_symmetry_plane(tag)
+            self.is_wall(tag) || self.body_of(tag).is_some() || self.mesh.is_symmetry_plane(tag)
         })
     }
 
@@ -220,21 +228,6 @@ impl<'a> Problem<'a> {
         Ok(FacetGeometry::new(self.mesh, &self.curved)?)
     }
 
-    /// `s - u_∞` on the facets of bodies; zero on all others.
-    pub(crate) fn surface_velocity(&self) -> Option<Box<SurfaceVelocity<'_>>> {
-        Some(surface_velocity(self.surface_flow?, &self.bodies))
-    }
-
-    /// Nodal values of the surface flow; none without one.
-    ///
-    /// # Errors
-    /// A velocity that is not finite.
-    pub(crate) fn nodal_surface_flow(&self) -> Result<Option<NodalSurfaceFlow>, StokesError> {
-        let flow = self.surface_flow;
-        flow.map(|flow| NodalSurfaceFlow::new(flow, self.mesh, &self.bodies))
-            .transpose()
-    }
-
     /// Assembles the system of one drive in a formulation, to be solved by the caller.
     ///
     /// Cost: one pass over the cells and three over the matrices.
@@ -283,7 +276,7 @@ impl<'a> Problem<'a> {
         let mut nodes = FluidNodes::new(mesh.points(), &roles)
             .with_symmetry_planes(mesh.nodes_on_symmetry_planes());
         if let Some(surfaces) = surfaces {
-            nodes = nodes.with_surface_velocity(&surfaces.velocity, &surfaces.moments);
+            nodes = surfaces.on_nodes(nodes, &surfaces.velocity);
         }
         let (mut fluid, forces) = match terms {
             None => {
@@ -350,7 +343,7 @@ impl<'a> Problem<'a> {
             .with_symmetry_planes(on_planes.collect())
             .with_part(part);
         if let (Some(surfaces), Some(velocity)) = (&surfaces, &velocity) {
-            nodes = nodes.with_surface_velocity(velocity, &surfaces.moments);
+            nodes = surfaces.on_nodes(nodes, velocity);
         }
         let matrices = TaylorHood::new(mesh)?.matrices(mesh)?;
         let fluid = RigidFluid::new(fluid_matrices(matrices), nodes, &self.surface_bodies()?)?;
