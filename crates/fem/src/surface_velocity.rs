@@ -37,7 +37,8 @@ const MAX_NORMAL_ROUNDING: f64 = 1e-9;
 ///
 /// Where symmetry planes cut the surface, the values are those on the whole surface, if the
 /// velocity is symmetric: its normal component on a plane is then zero, and set to zero if it is
-/// rounding.
+/// rounding. Nodes that another part of the boundary shares keep their values, which are those of
+/// both parts.
 ///
 /// # Errors
 /// No facet has the tag; a velocity that is not finite.
@@ -52,13 +53,24 @@ pub fn nodal_surface_velocity(
     let mut values: Vec<Vec3> = weights.iter().map(value).collect();
     check_vectors("the velocity of a surface", &values, weights.len())?;
     let normals: Vec<Vec3> = weights.iter().map(|(_, normal)| *normal).collect();
-    let planes = planes_through(mesh, weights.iter().map(|(node, _)| *node as usize));
+    let mut planes = planes_through(mesh, weights.iter().map(|(node, _)| *node as usize));
     let largest = values.iter().map(Vec3::amax).fold(0.0, f64::max);
     for (value, planes) in values.iter_mut().zip(&planes) {
         for axis in (0..3).filter(|&axis| planes[axis]) {
             if value[axis].abs() <= MAX_NORMAL_ROUNDING * largest {
                 value[axis] = 0.0;
             }
+        }
+    }
+    let mut is_shared = vec![false; mesh.n_points()];
+    let others = mesh.facets().iter().filter(|facet| facet.tag != tag);
+    for facet in others.filter(|facet| !mesh.is_symmetry_plane(facet.tag)) {
+        facet.nodes.iter().for_each(|&node| is_shared[node as usize] = true);
+    }
+    for ((node, _), planes) in weights.iter().zip(&mut planes) {
+        if is_shared[*node as usize] {
+            // No component is free.
+            *planes = [true; 3];
         }
     }
     // The weights have the normal out of the fluid.

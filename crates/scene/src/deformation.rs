@@ -149,9 +149,8 @@ impl RadialProfile {
     }
 
     /// Distance of the surface from the centre at an angle with the axis, and its first and second
-    /// derivatives with respect to the angle.
-    pub(crate) fn with_derivatives(&self, angle: f64) -> [f64; 3] {
-        let (sine, cosine) = angle.sin_cos();
+    /// derivatives with respect to the angle, from its sine and cosine.
+    pub(crate) fn with_derivatives(&self, (sine, cosine): (f64, f64)) -> [f64; 3] {
         // b = 1 + Σ a_n P_n / p, with P_n' = n P_(n-1) + x P_(n-1)'
         let polynomials = legendre(cosine);
         let (mut of_cosine, mut slope, mut curve) = ([0.0; 2], 0.0, 0.0);

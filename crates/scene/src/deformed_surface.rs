@@ -95,10 +95,7 @@ impl Revolved {
         let mut points = Vec::with_capacity(SAMPLES + 1);
         for k in 0..=SAMPLES {
             let angle = PI * k as f64 / SAMPLES as f64;
-            let mut point = surface.meridian(angle);
-            if k == 0 || k == SAMPLES {
-                point.at.y = 0.0;
-            }
+            let point = surface.meridian(angle);
             surface.samples.push((angle, point.at));
             points.push(point);
         }
@@ -124,11 +121,13 @@ impl Revolved {
 
     /// The point of the meridian at an angle with the axis.
     fn meridian(&self, angle: f64) -> MeridianPoint {
-        let [r, slope, curve] = self.profile.with_derivatives(angle);
-        let (out, along) = (
-            Point::new(angle.cos(), angle.sin()),
-            Point::new(-angle.sin(), angle.cos()),
-        );
+        // The poles are on the axis exactly, so that they stay on symmetry planes.
+        let (sine, cosine) = match angle < PI {
+            true => angle.sin_cos(),
+            false => (0.0, -1.0),
+        };
+        let [r, slope, curve] = self.profile.with_derivatives((sine, cosine));
+        let (out, along) = (Point::new(cosine, sine), Point::new(-sine, cosine));
         MeridianPoint {
             at: r * out,
             tangent: slope * out + r * along,
@@ -321,6 +320,19 @@ mod tests {
         // r = 1.3 (1 + 0.2 P_2), r'' = -3 * 0.2 * 1.3 at the poles
         let curvature: f64 = (1.2 + 0.6) / (1.3 * 1.2 * 1.2);
         assert!((surface.reach() * curvature - 1.0).abs() < 1e-3);
+    }
+
+    /// Poles and points of planes through the axis stay on the planes to the last bit.
+    #[test]
+    fn closest_points_stay_on_planes_through_the_axis() {
+        let mut deformation = deformation(ModeMotion::Isochoric);
+        deformation.modes.as_mut().unwrap().axis = Vector3::z();
+        let surface = deformation.surface(&[0.1, 0.2, 0.0], &Isometry3::identity(), 1.0);
+        for (x, z) in [(0.0, 2.0), (0.0, -2.0), (0.0, -0.9), (0.3, 1.0), (1e-17, -1.3)] {
+            let foot = surface.closest_point(Vector3::new(x, 0.0, z));
+            assert_eq!(foot.y, 0.0);
+            assert!(foot.x.abs() < 1e-15 || x > 1e-16);
+        }
     }
 
     /// Tangential modes leave a sphere, whatever their amplitudes.
