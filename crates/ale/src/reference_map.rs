@@ -212,7 +212,11 @@ impl ReferenceMap {
         let exact = |node: u32| displacement(&mesh.points()[node as usize]);
         let all = [(nodes.as_slice(), &exact as &dyn Fn(u32) -> Vec3)];
         let field = at_all_nodes(mesh, field.collect(), Vec3::zeros(), &all);
-        if field.iter().flatten().any(|component| !component.is_finite()) {
+        if field
+            .iter()
+            .flatten()
+            .any(|component| !component.is_finite())
+        {
             let what = "the displacement of the surface of body";
             return Err(AleError::NotFinite { what, index: body });
         }

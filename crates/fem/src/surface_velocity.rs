@@ -65,7 +65,10 @@ pub fn nodal_surface_velocity(
     let mut is_shared = vec![false; mesh.n_points()];
     let others = mesh.facets().iter().filter(|facet| facet.tag != tag);
     for facet in others.filter(|facet| !mesh.is_symmetry_plane(facet.tag)) {
-        facet.nodes.iter().for_each(|&node| is_shared[node as usize] = true);
+        facet
+            .nodes
+            .iter()
+            .for_each(|&node| is_shared[node as usize] = true);
     }
     for ((node, _), planes) in weights.iter().zip(&mut planes) {
         if is_shared[*node as usize] {

@@ -29,12 +29,7 @@ impl Deformation {
     /// The surface at these values of the joints, at a pose relative to the initial configuration.
     ///
     /// `unit` is the length in the surface that is one in the scene.
-    pub fn surface(
-        &self,
-        values: &[f64],
-        pose: &Isometry3<f64>,
-        unit: f64,
-    ) -> Box<dyn Surface> {
+    pub fn surface(&self, values: &[f64], pose: &Isometry3<f64>, unit: f64) -> Box<dyn Surface> {
         let mut profile = self.profile(values);
         profile.radius *= unit;
         match self.axis().filter(|_| !self.is_sphere()) {
@@ -328,7 +323,13 @@ mod tests {
         let mut deformation = deformation(ModeMotion::Isochoric);
         deformation.modes.as_mut().unwrap().axis = Vector3::z();
         let surface = deformation.surface(&[0.1, 0.2, 0.0], &Isometry3::identity(), 1.0);
-        for (x, z) in [(0.0, 2.0), (0.0, -2.0), (0.0, -0.9), (0.3, 1.0), (1e-17, -1.3)] {
+        for (x, z) in [
+            (0.0, 2.0),
+            (0.0, -2.0),
+            (0.0, -0.9),
+            (0.3, 1.0),
+            (1e-17, -1.3),
+        ] {
             let foot = surface.closest_point(Vector3::new(x, 0.0, z));
             assert_eq!(foot.y, 0.0);
             assert!(foot.x.abs() < 1e-15 || x > 1e-16);

@@ -117,7 +117,10 @@ impl Problem<'_> {
         let mut corrected = flow.clone();
         corrected.add(&change.flow)?;
         let (velocity, pressure) = nodal.whole(&corrected);
-        let (velocity, pressure) = (equations.restricted(&velocity), equations.restricted(&pressure));
+        let (velocity, pressure) = (
+            equations.restricted(&velocity),
+            equations.restricted(&pressure),
+        );
         let computed = nodal.whole(flow);
         let power = |(part, of_part): (usize, &Vec<Vector3<f64>>)| {
             let Some(own) = self.surface_part(part) else {

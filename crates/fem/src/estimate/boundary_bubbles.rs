@@ -6,9 +6,7 @@ use super::cubic::CubicExtension;
 use crate::error::{FemError, check_length};
 use crate::quadrature::{FacetPoint, facet_degree_6};
 use crate::surface::{facet_nodes, position_and_normal, tagged_facets};
-use crate::surface_velocity::{
-    SurfaceVelocity, facet_shape_functions, planes_through, set_flux,
-};
+use crate::surface_velocity::{SurfaceVelocity, facet_shape_functions, planes_through, set_flux};
 
 /// A bubble on the boundary, in the order of the bubbles of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -295,7 +295,10 @@ impl MeshGenerator {
             // walls in a file is not known.
             Source::Generated(_) | Source::Cylinder(_) | Source::File { .. } => None,
         };
-        let bodies = self.tags().zip(self.surfaces(placement)).zip(&self.surfaced);
+        let bodies = self
+            .tags()
+            .zip(self.surfaces(placement))
+            .zip(&self.surfaced);
         // Parts of a file's boundary have no other shape than the file's.
         let known = bodies.filter(|(_, s)| !s.shape.is_mesh_part());
         known.map(|(named, _)| named).chain(wall).collect()

@@ -169,7 +169,9 @@ impl FemModel {
         let drive = self.drive(&constraints, &loads);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
         let surfaces = self.meshes.boundary_surfaces(&placement);
-        let problem = self.problem(&mesh, &placement, &surfaces)?.with_space(&space);
+        let problem = self
+            .problem(&mesh, &placement, &surfaces)?
+            .with_space(&space);
         Ok(problem.assemble(&drive, formulation)?)
     }
 
@@ -216,7 +218,10 @@ fn check_deformations(scene: &Scene) -> Result<(), ModelError> {
     match scene.deforms() && matches!(scene.domain(), Domain::Mesh { .. }) {
         false => Ok(()),
         true => Err(ModelError::unsupported(
-            format!("{}: bodies that deform in the mesh of a file", scene.place("domain.file")),
+            format!(
+                "{}: bodies that deform in the mesh of a file",
+                scene.place("domain.file")
+            ),
             "set domain.kind = \"ball\", \"box\", \"cylinder\" or \"surface\"",
         )),
     }
@@ -394,7 +399,10 @@ impl Resistances for FemModel {
         let surfaces = self.meshes.boundary_surfaces(&placement);
         let grand = if mesh.symmetry_planes() == [false; 3] {
             let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-            condensed(self.problem(&mesh, &placement, &surfaces)?.with_space(&space))?
+            condensed(
+                self.problem(&mesh, &placement, &surfaces)?
+                    .with_space(&space),
+            )?
         } else {
             // A mesh that ends at symmetry planes admits only symmetric motions of the bodies.
             let mesh = mesh.unfolded()?.mesh;

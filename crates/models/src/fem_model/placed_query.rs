@@ -304,7 +304,13 @@ impl FemModel {
                 sources: self.meshes.generator.far_field,
                 centres: self.centres(placement),
             });
-            solved.extend(self.flows_of_rates(query, constraints, flows.as_ref(), options, guesses)?);
+            solved.extend(self.flows_of_rates(
+                query,
+                constraints,
+                flows.as_ref(),
+                options,
+                guesses,
+            )?);
         }
         Ok((solved, motion))
     }
@@ -492,7 +498,9 @@ impl SurfaceFlow for BodyFlows<'_> {
         };
         let of_body = |(body, centre): (usize, &Vector3<f64>)| {
             let rates = self.rates.iter().enumerate();
-            let flux: f64 = rates.map(|(k, rate)| rate * self.volume_rate(k, body)).sum();
+            let flux: f64 = rates
+                .map(|(k, rate)| rate * self.volume_rate(k, body))
+                .sum();
             if flux == 0.0 {
                 return Vector3::zeros();
             }

@@ -2,7 +2,8 @@
 
 use models::{FemModel, History, Hydrodynamics, ModelError};
 
-use testkit::solve_at;
+use scene::Scene;
+use testkit::{SceneText, solve_at};
 
 use crate::scenes::three_spheres_in_ball;
 
@@ -44,14 +45,12 @@ fn a_restored_model_continues_bitwise() {
 #[test]
 fn a_restored_model_of_bodies_that_deform_continues_bitwise() {
     let text = SceneText::new()
-        .shape("a", "radius = 1", [0; 3])
-        .shape("b", "radius = 0.8", [3, 0, 0])
-        .with("domain.kind", "ball")
-        .with("domain.radius", 6)
-        .with("fem.size_factor", 2)
-        .with("links", Value::Array(vec![exchange()]));
-    let scene = text.scene();
-    check_restored(&scene, [&[5.0], &[4.2]], &[1.0]);
+        .sphere("a", 1.0, [0; 3])
+        .sphere("b", 0.8, [3, 0, 0])
+        .joint("flow", "a", "b", "joint = \"exchange\"")
+        .ball(6.0)
+        .elements(1.2);
+    check_restored(&text.scene(), [&[5.0], &[4.2]], &[1.0]);
 }
 
 fn check_restored(scene: &Scene, [first, second]: [&[f64]; 2], rates: &[f64]) {
@@ -63,8 +62,7 @@ fn check_restored(scene: &Scene, [first, second]: [&[f64]; 2], rates: &[f64]) {
     model.restore(&history).unwrap();
     let mut other = FemModel::new(scene).unwrap();
     other.restore(&through_json(&history)).unwrap();
-    let [expected, found] =
-        [&mut model, &mut other].map(|m| solve_at(m, second, rates));
+    let [expected, found] = [&mut model, &mut other].map(|m| solve_at(m, second, rates));
     assert_eq!(found.bodies, expected.bodies);
     assert_eq!(found.joint_loads, expected.joint_loads);
     assert_eq!(found.motion, expected.motion);

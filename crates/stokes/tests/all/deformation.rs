@@ -58,9 +58,7 @@ fn solve(size: f64, symmetry_planes: [bool; 3], flow: &Growing) -> Solution {
         ..SPHERE
     };
     let problem = Problem::new(&mesh, &[("sphere", Vec3::zeros())], &[Container::TAG])
-        .and_then(|problem| {
-            problem.with_surfaces(&[("sphere", &SPHERE), (Container::TAG, &ball)])
-        })
+        .and_then(|problem| problem.with_surfaces(&[("sphere", &SPHERE), (Container::TAG, &ball)]))
         .unwrap()
         .with_surface_flow(flow);
     let set = Articulation::new(&[BodyKind::Rigid], vec![], Arms::Clamped, &[Vec3::zeros()]);
@@ -96,8 +94,15 @@ fn a_sphere_that_grows_has_the_power_of_a_source() {
             computed + change - exact,
             estimate.relative_uncertainty * change.abs(),
         );
-        println!("{size} {planes:?} {} {} {bar:e}", computed / exact - 1.0, error / exact);
-        assert!((computed - exact).abs() < largest * exact, "{computed} {exact}");
+        println!(
+            "{size} {planes:?} {} {} {bar:e}",
+            computed / exact - 1.0,
+            error / exact
+        );
+        assert!(
+            (computed - exact).abs() < largest * exact,
+            "{computed} {exact}"
+        );
         assert!(error.abs() < bar, "{error:e} {bar:e}");
         assert_eq!(solved.powers.slip, 0.0);
         let checks = solved.checks.unwrap();

@@ -50,7 +50,10 @@ pub fn rows(quick: bool) -> Result<Vec<Row>> {
         let plane = ("axisymmetric", IN_THE_PLANE, OF_WAVES);
         rows.push(shape_wave(wave, plane)?);
         if !quick {
-            rows.push(shape_wave(wave, ("fem", OF_INTEGRATION, WAVES_BY_ELEMENTS))?);
+            rows.push(shape_wave(
+                wave,
+                ("fem", OF_INTEGRATION, WAVES_BY_ELEMENTS),
+            )?);
         }
     }
     if !quick {
@@ -119,10 +122,7 @@ fn pushmepullyou(stroke: &Pushmepullyou, model: &str, tolerance: f64, allowed: f
 }
 
 /// The displacement of a sphere with two modes `eps cos t` and `eps sin t` in a period.
-fn shape_wave(
-    wave: &ShapeWave,
-    (model, tolerance, allowed): (&str, f64, f64),
-) -> Result<Row> {
+fn shape_wave(wave: &ShapeWave, (model, tolerance, allowed): (&str, f64, f64)) -> Result<Row> {
     let (eps, motion) = (wave.amplitude, wave.motion);
     let text = format!(
         r#"
