@@ -1,6 +1,6 @@
 //! Stokes flow around rigid bodies on one mesh, as a problem to assemble and solve.
 
-use fem::{CurvedBoundary, FacetGeometry, StokesMatrices, TaylorHood};
+use fem::{CurvedBoundary, FacetGeometry, StokesMatrices, SurfaceVelocity, TaylorHood};
 use mesh::{NamedSurface, Submesh, TetMesh};
 use nalgebra::Vector3;
 use rigid::{
@@ -11,7 +11,7 @@ use rigid::{
 use crate::StokesError;
 use crate::inertial_terms::InertialTerms;
 use crate::permeability::{permeability_of_channels, torsion};
-use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow};
+use crate::surface_flow::{BoundaryParts, NodalSurfaceFlow, SurfaceFlow};
 
 /// Stokes flow around rigid bodies on one mesh, viscosity 1.
 ///
@@ -42,7 +42,7 @@ pub struct Problem<'a> {
     pub(crate) space: Option<&'a TaylorHood>,
     /// Boundary part and centre of each body.
     pub(crate) bodies: Vec<(u16, Vector3<f64>)>,
-    pub(crate) walls: Vec<u16>,
+    walls: Vec<u16>,
     curved: Vec<CurvedBoundary<'a>>,
     permeability: Option<Vec<f64>>,
     pub(crate) surface_flow: Option<&'a dyn SurfaceFlow>,
@@ -105,7 +105,7 @@ impl<'a> Problem<'a> {
     pub fn with_surfaces(mut self, parts: &[NamedSurface<'a>]) -> Result<Self, StokesError> {
         for &(name, surface) in parts {
             let tag = self.mesh.tag(name)?;
-            let is_wall = self.is_wall(tag);
+            let is_wall = self.walls.contains(&tag);
             self.curved.push(CurvedBoundary {
                 tag,
                 surface,
@@ -125,28 +125,22 @@ impl<'a> Problem<'a> {
         self
     }
 
-    /// Adds slip and deformation of the bodies and a background flow; solutions are then the disturbance flow.
+    /// Adds slip and deformation of the bodies and a background flow.
+    ///
+    /// Solutions are then the disturbance flow.
     #[must_use]
     pub fn with_surface_flow(mut self, flow: &'a dyn SurfaceFlow) -> Self {
         self.surface_flow = Some(flow);
         self
     }
 
-    /// The body of a boundary part; none for all other parts.
-    pub(crate) fn body_of(&self, tag: u16) -> Option<usize> {
-        self.bodies.iter().position(|(body, _)| *body == tag)
-    }
-
-    /// Whether a boundary part is a wall.
-    pub(crate) fn is_wall(&self, tag: u16) -> bool {
-        self.walls.contains(&tag)
-    }
-
     /// Whether no fluid leaves: the boundary consists of walls, bodies and symmetry planes.
     pub fn is_closed(&self) -> bool {
         self.mesh.facets().iter().all(|facet| {
             let tag = facet.tag;
-            self.is_wall(tag) || self.body_of(tag).is_some() || self.mesh.is_symmetry_plane(tag)
+            self.walls.contains(&tag)
+                || self.bodies.iter().any(|(body, _)| *body == tag)
+                || self.mesh.is_symmetry_plane(tag)
         })
     }
 
@@ -226,6 +220,34 @@ impl<'a> Problem<'a> {
     /// The facets that approximate smooth surfaces.
     pub(crate) fn facet_geometry(&self) -> Result<FacetGeometry<'a>, StokesError> {
         Ok(FacetGeometry::new(self.mesh, &self.curved)?)
+    }
+
+    /// The surface flow with the parts that it is on.
+    fn boundary_parts(&self) -> Option<BoundaryParts<'_>> {
+        self.surface_flow.map(|flow| BoundaryParts {
+            flow,
+            bodies: &self.bodies,
+            walls: &self.walls,
+        })
+    }
+
+    /// Velocity of the boundary relative to rigid motions; none without a surface flow.
+    pub(crate) fn surface_velocity(&self) -> Option<Box<SurfaceVelocity<'_>>> {
+        self.boundary_parts().map(BoundaryParts::velocity)
+    }
+
+    /// A part of the velocity of bodies: the slip, or that of a coordinate after it.
+    pub(crate) fn surface_part(&self, part: usize) -> Option<Box<SurfaceVelocity<'_>>> {
+        Some(self.boundary_parts()?.part(part))
+    }
+
+    /// Nodal values of the surface flow; none without one.
+    ///
+    /// # Errors
+    /// A velocity that is not finite.
+    pub(crate) fn nodal_surface_flow(&self) -> Result<Option<NodalSurfaceFlow>, StokesError> {
+        let nodal = |parts| NodalSurfaceFlow::new(parts, self.mesh, 1.0 / self.parts());
+        self.boundary_parts().map(nodal).transpose()
     }
 
     /// Assembles the system of one drive in a formulation, to be solved by the caller.

@@ -2,11 +2,11 @@
 //! background flow.
 
 use fem::SurfaceVelocity;
+use mesh::TetMesh;
 use nalgebra::{Matrix3, Vector3};
 use rigid::{FlowSolution, FluidNodes};
 
 use crate::StokesError;
-use crate::problem::Problem;
 
 /// Slip and deformation of the surfaces of bodies, and the flow in the absence of the bodies.
 ///
@@ -78,48 +78,62 @@ pub(crate) struct NodalSurfaceFlow {
     pub background: (Vec<Vector3<f64>>, Vec<f64>),
 }
 
-impl<'a> Problem<'a> {
+/// A surface flow with the boundary parts of bodies and walls.
+pub(crate) struct BoundaryParts<'a> {
+    pub flow: &'a dyn SurfaceFlow,
+    /// Boundary part and centre of each body.
+    pub bodies: &'a [(u16, Vector3<f64>)],
+    pub walls: &'a [u16],
+}
+
+impl<'a> BoundaryParts<'a> {
+    /// The body of a boundary part; none for all other parts.
+    fn body_of(&self, tag: u16) -> Option<usize> {
+        self.bodies.iter().position(|(body, _)| *body == tag)
+    }
+
     /// `s + Σ a_k' d_k - u_∞` on the facets of bodies, `w` on those of walls; zero on all others.
-    pub(crate) fn surface_velocity(&self) -> Option<Box<SurfaceVelocity<'_>>> {
-        let flow = self.surface_flow?;
-        Some(Box::new(move |tag, x| match self.body_of(tag) {
-            Some(body) => {
-                let rates = flow.rates().iter().enumerate();
-                let of_rates = rates.map(|(k, rate)| *rate * flow.of_rate(k, body, &x));
-                let own = flow.slip(body, &x) + of_rates.sum::<Vector3<f64>>();
-                own - flow.background(&x)
+    pub fn velocity(self) -> Box<SurfaceVelocity<'a>> {
+        Box::new(move |tag, x| {
+            let flow = self.flow;
+            match self.body_of(tag) {
+                Some(body) => {
+                    let rates = flow.rates().iter().enumerate();
+                    let of_rates = rates.map(|(k, rate)| *rate * flow.of_rate(k, body, &x));
+                    let own = flow.slip(body, &x) + of_rates.sum::<Vector3<f64>>();
+                    own - flow.background(&x)
+                }
+                None if self.walls.contains(&tag) => flow.at_wall(&x),
+                None => Vector3::zeros(),
             }
-            None if self.is_wall(tag) => flow.at_wall(&x),
-            None => Vector3::zeros(),
-        }))
+        })
     }
 
-    /// A part of the velocity of surfaces: the slip, or that of a coordinate after it.
-    pub(crate) fn surface_part(&self, part: usize) -> Option<Box<SurfaceVelocity<'_>>> {
-        let flow = self.surface_flow?;
-        Some(Box::new(move |tag, x| match (self.body_of(tag), part) {
+    /// A part of the velocity of bodies: the slip, or that of a coordinate after it.
+    pub fn part(self, part: usize) -> Box<SurfaceVelocity<'a>> {
+        Box::new(move |tag, x| match (self.body_of(tag), part) {
             (None, _) => Vector3::zeros(),
-            (Some(body), 0) => flow.slip(body, &x),
-            (Some(body), coordinate) => flow.of_rate(coordinate - 1, body, &x),
-        }))
+            (Some(body), 0) => self.flow.slip(body, &x),
+            (Some(body), coordinate) => self.flow.of_rate(coordinate - 1, body, &x),
+        })
     }
+}
 
-    /// Nodal values of the surface flow; none without one.
+impl NodalSurfaceFlow {
+    /// Nodal values on a mesh with these boundary parts, of which symmetry planes leave a share.
     ///
     /// # Errors
     /// A velocity that is not finite.
-    pub(crate) fn nodal_surface_flow(&self) -> Result<Option<NodalSurfaceFlow>, StokesError> {
-        let (Some(flow), Some(velocity)) = (self.surface_flow, self.surface_velocity()) else {
-            return Ok(None);
-        };
-        let (mesh, share) = (self.mesh, 1.0 / self.parts());
+    pub fn new(parts: BoundaryParts<'_>, mesh: &TetMesh, share: f64) -> Result<Self, StokesError> {
+        let (flow, bodies, walls) = (parts.flow, parts.bodies, parts.walls);
+        let velocity = parts.velocity();
         let points = mesh.points();
         let zero = vec![Vector3::zeros(); points.len()];
         let mut nodal = NodalSurfaceFlow {
             velocity: zero.clone(),
             moves_walls: false,
-            tags: self.bodies.iter().map(|(tag, _)| *tag).collect(),
-            moments: Vec::with_capacity(self.bodies.len()),
+            tags: bodies.iter().map(|(tag, _)| *tag).collect(),
+            moments: Vec::with_capacity(bodies.len()),
             parts: vec![zero; 1 + flow.rates().len()],
             background: (
                 points.iter().map(|x| flow.background(x)).collect(),
@@ -129,7 +143,7 @@ impl<'a> Problem<'a> {
             ),
         };
         let mut outflow = 0.0;
-        for (body, &(tag, _)) in self.bodies.iter().enumerate() {
+        for (body, &(tag, _)) in bodies.iter().enumerate() {
             let mut flux = 0.0;
             for (coordinate, rate) in flow.rates().iter().enumerate() {
                 let own_flux = share * flow.volume_rate(coordinate, body);
@@ -148,7 +162,7 @@ impl<'a> Problem<'a> {
             nodal.moments.push(on_body.moment);
             outflow += flux;
         }
-        for &tag in &self.walls {
+        for &tag in walls {
             let nodes = mesh.nodes_on(tag);
             let moves = |node: &u32| velocity(tag, points[*node as usize]) != Vector3::zeros();
             if nodes.iter().any(moves) {
@@ -159,11 +173,9 @@ impl<'a> Problem<'a> {
                 nodal.moves_walls = true;
             }
         }
-        Ok(Some(nodal))
+        Ok(nodal)
     }
-}
 
-impl NodalSurfaceFlow {
     /// The nodes with the velocities of bodies and walls, `velocity` at the nodes of this process.
     pub fn on_nodes<'a>(
         &'a self,

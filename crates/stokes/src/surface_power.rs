@@ -73,8 +73,8 @@ impl Problem<'_> {
         })
     }
 
-    /// Powers of the slip, and of the deformation for a rate of one of each shape coordinate, on the
-    /// fluid: `∮ d · f dS` with the forces `f` of the whole flow.
+    /// Powers of the slip, and of the deformation for a rate of one of each shape coordinate, on
+    /// the fluid: `∮ d · f dS` with the forces `f` of the whole flow.
     ///
     /// # Errors
     /// A flow that is not finite.

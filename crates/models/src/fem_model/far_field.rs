@@ -93,11 +93,11 @@ impl FarField {
         force * self.mobility()
     }
 
-    /// Velocity at `x` on the wall of a source at `centre` with a flux, at first order in the height
-    /// of the source above a plane wall.
+    /// Velocity at `x` on the wall of a source at `centre` with a flux; above a plane wall at first
+    /// order in the height of the source.
     ///
-    /// With `r = x - centre`, `Q r / (4π |r|³)` in unbounded fluid. Above a plane wall, with `r` from
-    /// the centre of the half ball, `3 Q z² r / (2π |r|⁵)`: a Stokes flow with the flux `Q` that is
+    /// With `r = x - centre`, `Q r / (4π |r|³)` in unbounded fluid. Above a plane wall, with `r`
+    /// from the centre of the half ball, `3 Q z² r / (2π |r|⁵)`: a Stokes flow with the flux `Q` that is
     /// zero on the wall.
     pub fn flow_of_source(
         &self,

@@ -17,7 +17,7 @@ pub use self::moving_scene::{MovingMeshes, MovingScene};
 
 use mesh::TetMesh;
 use rigid::{Constrained, DirectRows, Eliminated, Formulation, Lagrange};
-use scene::{Domain, EstimatesKind, FemOptions, FormulationKind, Scene, SolverKind};
+use scene::{EstimatesKind, FemOptions, FormulationKind, Scene, SolverKind};
 use stokes::{Dofs, Engine, InitialGuesses, Options, Problem, Solver};
 
 use self::mesh_generator::Placement;
@@ -95,7 +95,6 @@ impl FemModel {
     /// [`ModelError::Unsupported`] for domains, shapes and fixed bodies that are not supported; a
     /// mesh file that cannot be read.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
-        check_deformations(scene)?;
         let scaled = ScaledScene::new(scene)?;
         Ok(Self {
             meshes: Meshes::new(scene, &scaled.scale)?,
@@ -210,20 +209,6 @@ impl FemModel {
         solved
             .pop()
             .ok_or(ModelError::NoSolution { model: self.name() })
-    }
-}
-
-/// Refuses bodies that deform in a mesh of a file, whose elements follow rigid bodies only.
-fn check_deformations(scene: &Scene) -> Result<(), ModelError> {
-    match scene.deforms() && matches!(scene.domain(), Domain::Mesh { .. }) {
-        false => Ok(()),
-        true => Err(ModelError::unsupported(
-            format!(
-                "{}: bodies that deform in the mesh of a file",
-                scene.place("domain.file")
-            ),
-            "set domain.kind = \"ball\", \"box\", \"cylinder\" or \"surface\"",
-        )),
     }
 }
 

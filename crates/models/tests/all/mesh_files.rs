@@ -61,21 +61,6 @@ pub fn solve(model: &mut FemModel, shape: [f64; 2]) -> InstantaneousSolution {
 }
 
 #[test]
-fn bodies_that_deform_in_the_mesh_of_a_file_are_refused() {
-    let (_folder, file) = file();
-    let text = three_spheres().joint("flow", "left", "right", "joint = \"exchange\"");
-    let named = |text: SceneText, part: &str| text.with(&format!("bodies.{part}.surface"), part);
-    let text = OWN_PARTS.into_iter().fold(text, named);
-    let refused = FemModel::new(&in_file(text, &file).scene()).map(|_| ());
-    let error = refused.unwrap_err().to_string();
-    assert!(
-        error.contains("bodies that deform in the mesh of a file"),
-        "{error}"
-    );
-    assert!(error.contains("set domain.kind"), "{error}");
-}
-
-#[test]
 fn the_mesh_of_a_file_depends_on_the_configuration_only() {
     let (_folder, file) = file();
     let scene = scene(&file, OWN_PARTS, &[]);

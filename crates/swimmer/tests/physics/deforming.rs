@@ -417,7 +417,8 @@ fn a_mode_in_a_box_leads_nowhere() {
 
 /// A source of the flux `Q` at the height `h` above a no-slip wall is pushed away from it at
 /// `3 Q / (16 π h²)`: by the reciprocal theorem this is `-Q` times the pressure of the images of a
-/// point force (Blake 1971). A sphere of radius `a` differs by `(a / h)²`, with a factor below a half.
+/// point force (Blake 1971). A sphere of radius `a` differs by `(a / h)²`, with a factor below a
+/// half.
 #[test]
 fn a_sphere_that_grows_moves_away_from_a_wall() {
     for height in [4.0, 8.0] {
