@@ -163,10 +163,10 @@ impl ReferenceMap {
 
     /// As [`moved`](Self::moved), with bodies whose surfaces are displaced in addition.
     ///
-    /// The displacement `s_i` of the surface of body `i` along the axes of the laboratory, after the
-    /// rigid motion, adds `Φ_i(X) s_i(X)` at the vertices. Nodes on the body move by `s_i` exactly,
-    /// so that they are on its true surface; `None` stands for a rigid body. Cost: one evaluation
-    /// per vertex and body that deforms.
+    /// The displacement `s_i` of the surface of body `i` along the axes of the laboratory, after
+    /// the rigid motion, adds `Φ_i(X) s_i(X)` at the vertices. Nodes on the body move by `s_i`
+    /// exactly, so that they are on its true surface; `None` stands for a rigid body. Cost: one
+    /// evaluation per vertex and body that deforms.
     ///
     /// # Errors
     /// As [`moved`](Self::moved); [`AleError::NotFinite`] for a displacement.

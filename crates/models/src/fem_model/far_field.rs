@@ -97,8 +97,8 @@ impl FarField {
     /// order in the height of the source.
     ///
     /// With `r = x - centre`, `Q r / (4π |r|³)` in unbounded fluid. Above a plane wall, with `r`
-    /// from the centre of the half ball, `3 Q z² r / (2π |r|⁵)`: a Stokes flow with the flux `Q` that is
-    /// zero on the wall.
+    /// from the centre of the half ball, `3 Q z² r / (2π |r|⁵)`: a Stokes flow with the flux `Q`
+    /// that is zero on the wall.
     pub fn flow_of_source(
         &self,
         flux: f64,
