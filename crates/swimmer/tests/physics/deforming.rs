@@ -250,7 +250,7 @@ fn radial_waves_in_the_meridian_plane() {
 
 /// The same by elements in space, within their error bars: meshes move with the surface.
 #[test]
-#[ignore = "slow: 60 s"]
+#[ignore = "slow: 2 min"]
 fn radial_waves_by_elements() {
     for (eps, motion, ball, net) in [
         (0.1, "isochoric", None, -2.658266882e-3),
