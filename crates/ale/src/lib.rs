@@ -18,7 +18,7 @@ pub use error::AleError;
 pub use harmonic::{Harmonic, Stiffening};
 pub use motion::{MeshMotion, MovingMesh};
 pub use rbf::{Kernel, Rbf};
-pub use reference_map::ReferenceMap;
+pub use reference_map::{ReferenceMap, SurfaceDisplacement};
 
 // meshes and isometries are part of this crate's interface
 pub use mesh;

@@ -38,7 +38,15 @@ pub struct ReferenceMap {
     iterations: usize,
     /// Per body: the field of its translation and, if it rotates, those of the columns of `Q - I`.
     influences: Vec<Vec<Influence>>,
+    /// Nodes on the surface of each body.
+    on_body: Vec<Vec<u32>>,
 }
+
+/// Displacement of the surface of a body relative to its rigid motion, at a point of the reference
+/// mesh.
+///
+/// It is evaluated at all vertices: away from the surface at any smooth continuation.
+pub type SurfaceDisplacement<'a> = dyn Fn(&Vec3) -> Vec3 + 'a;
 
 /// The displacement of each node caused by a unit vector of a body's motion.
 #[derive(Clone, Debug)]
@@ -126,6 +134,7 @@ impl ReferenceMap {
             mesh,
             iterations,
             influences,
+            on_body,
         })
     }
 
@@ -148,13 +157,71 @@ impl ReferenceMap {
     /// that do not fit; [`AleError::Invalid`] if an element, straight or curved, is inverted:
     /// remesh in this case.
     pub fn moved(&self, motions: &[Isometry3<f64>]) -> Result<TetMesh, AleError> {
+        let rigid = vec![None; self.influences.len()];
+        self.moved_and_deformed(motions, &rigid)
+    }
+
+    /// As [`moved`](Self::moved), with bodies whose surfaces are displaced in addition.
+    ///
+    /// The displacement `s_i` of the surface of body `i` along the axes of the laboratory, after
+    /// the rigid motion, adds `Φ_i(X) s_i(X)` at the vertices. Nodes on the body move by `s_i`
+    /// exactly, so that they are on its true surface; `None` stands for a rigid body. Cost: one
+    /// evaluation per vertex and body that deforms.
+    ///
+    /// # Errors
+    /// As [`moved`](Self::moved); [`AleError::NotFinite`] for a displacement.
+    pub fn moved_and_deformed(
+        &self,
+        motions: &[Isometry3<f64>],
+        displacements: &[Option<&SurfaceDisplacement<'_>>],
+    ) -> Result<TetMesh, AleError> {
         check_motions(self.influences.len(), motions)?;
+        if displacements.len() != motions.len() {
+            return Err(AleError::Length {
+                what: "displacements of surfaces",
+                expected: motions.len(),
+                found: displacements.len(),
+            });
+        }
         let mut points = self.mesh.points().to_vec();
         self.add(&mut points, |body| {
             let motion = &motions[body];
             (motion.translation.vector, rotation_increment(motion))
         });
+        for (body, displacement) in displacements.iter().enumerate() {
+            if let Some(displacement) = displacement {
+                self.add_displacement(&mut points, body, displacement)?;
+            }
+        }
         Ok(self.mesh.with_points(points)?)
+    }
+
+    /// Adds the displacement of the surface of a body, extended into the mesh.
+    fn add_displacement(
+        &self,
+        points: &mut [Vec3],
+        body: usize,
+        displacement: &SurfaceDisplacement<'_>,
+    ) -> Result<(), AleError> {
+        let (mesh, nodes) = (&self.mesh, &self.on_body[body]);
+        let Some(influence) = self.influences[body].first() else {
+            return Ok(());
+        };
+        let vertices = mesh.points()[..mesh.n_vertices()].iter().enumerate();
+        let field = vertices.map(|(vertex, x)| influence.at(vertex, &displacement(x)));
+        let exact = |node: u32| displacement(&mesh.points()[node as usize]);
+        let all = [(nodes.as_slice(), &exact as &dyn Fn(u32) -> Vec3)];
+        let field = at_all_nodes(mesh, field.collect(), Vec3::zeros(), &all);
+        if field
+            .iter()
+            .flatten()
+            .any(|component| !component.is_finite())
+        {
+            let what = "the displacement of the surface of body";
+            return Err(AleError::NotFinite { what, index: body });
+        }
+        points.iter_mut().zip(field).for_each(|(x, d)| *x += d);
+        Ok(())
     }
 
     /// Velocity of each node of the mesh [`moved`](Self::moved) by `motions` while the bodies move.
@@ -244,6 +311,14 @@ impl Condition {
 }
 
 impl Influence {
+    /// The displacement of a node caused by `vector`.
+    fn at(&self, node: usize, vector: &Vec3) -> Vec3 {
+        match self {
+            Self::Scalar(share) => share[node] * vector,
+            Self::Matrix(share) => share[node] * vector,
+        }
+    }
+
     /// Adds the displacement caused by `vector` to all points.
     fn add(&self, vector: &Vec3, points: &mut [Vec3]) {
         match self {

@@ -53,3 +53,25 @@ impl DeformedSphere {
         [radius, self.power * radius / base[0] * base[1]]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `r = 1 + 0.1 P_2 + 0.2 P_3` is 1.3 and 0.9 at the poles, where its slope vanishes.
+    #[test]
+    fn the_slope_vanishes_at_the_poles() {
+        let mut amplitudes = [0.0; RADIAL_DEGREES];
+        (amplitudes[2], amplitudes[3]) = (0.1, 0.2);
+        let sphere = DeformedSphere {
+            centre: 0.0,
+            radius: 1.0,
+            power: 1.0,
+            amplitudes,
+        };
+        for (angle, radius) in [(0.0, 1.3), (std::f64::consts::PI, 0.9)] {
+            let [found, slope] = sphere.with_slope(angle);
+            assert!((found - radius).abs() < 1e-14 && slope.abs() < 1e-14);
+        }
+    }
+}

@@ -74,17 +74,20 @@ fn newton(guess: f64, step: impl Fn(f64) -> f64) -> f64 {
     x
 }
 
-/// The Legendre polynomial of degree `n` and its first two derivatives at `x` in (-1, 1).
+/// The Legendre polynomial of degree `n` and its first two derivatives at `x` in [-1, 1].
 pub(crate) fn legendre(n: usize, x: f64) -> [f64; 3] {
-    let (mut previous, mut p) = (0.0, 1.0);
+    let (mut previous, mut p) = ([0.0; 3], [1.0, 0.0, 0.0]);
     for k in 0..n {
-        let next = ((2 * k + 1) as f64 * x * p - k as f64 * previous) / (k + 1) as f64;
+        // P_(k+1)' = P_(k-1)' + (2 k + 1) P_k, and its derivative, also at the ends
+        let factor = (2 * k + 1) as f64;
+        let next = [
+            (factor * x * p[0] - k as f64 * previous[0]) / (k + 1) as f64,
+            previous[1] + factor * p[0],
+            previous[2] + factor * p[1],
+        ];
         (previous, p) = (p, next);
     }
-    let n = n as f64;
-    let dp = n * (previous - x * p) / (1.0 - x * x);
-    // (1 - x^2) p'' = 2 x p' - n (n + 1) p
-    [p, dp, (2.0 * x * dp - n * (n + 1.0) * p) / (1.0 - x * x)]
+    p
 }
 
 #[cfg(test)]

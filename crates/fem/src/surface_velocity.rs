@@ -17,8 +17,8 @@ pub type SurfaceVelocity<'a> = dyn Fn(u16, Vec3) -> Vec3 + Sync + 'a;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct NodalSurfaceVelocity {
-    /// Node and velocity `s_j`, by ascending nodes. Their interpolant `s_h` has no flux:
-    /// `∮ s_h · n dS = 0`.
+    /// Node and velocity `s_j`, by ascending nodes. Their interpolant `s_h` has exactly the given
+    /// flux `∮ s_h · n dS`, with the normal into the fluid.
     pub values: Vec<(u32, Vec3)>,
     /// `∮ s_h n^T dS` with the normal into the fluid; that of the part in the mesh if symmetry
     /// planes cut the surface.
@@ -29,14 +29,16 @@ pub struct NodalSurfaceVelocity {
 /// of the surface: those of axes that turn within a plane by quaternions are a few 1e-16.
 const MAX_NORMAL_ROUNDING: f64 = 1e-9;
 
-/// Interpolates the velocity of the facets with `tag`, and removes its flux.
+/// Interpolates the velocity of the facets with `tag`, with a given flux into the fluid.
 ///
-/// The flux of the interpolant of a tangential velocity is an interpolation error. In a container
-/// the flow would have no solution, so the smallest nodal values with this flux are subtracted.
+/// `flux` is that of the part in the mesh: zero for slip, the rate of the volume for a body that
+/// grows. The interpolant has another flux by an interpolation error. In a container the flow would
+/// have no solution, so the smallest nodal values with the difference are subtracted.
 ///
 /// Where symmetry planes cut the surface, the values are those on the whole surface, if the
 /// velocity is symmetric: its normal component on a plane is then zero, and set to zero if it is
-/// rounding.
+/// rounding. Nodes that another part of the boundary shares keep their values, which are those of
+/// both parts.
 ///
 /// # Errors
 /// No facet has the tag; a velocity that is not finite.
@@ -44,13 +46,14 @@ pub fn nodal_surface_velocity(
     mesh: &TetMesh,
     tag: u16,
     velocity: &SurfaceVelocity<'_>,
+    flux: f64,
 ) -> Result<NodalSurfaceVelocity, FemError> {
     let weights = normal_weights(mesh, tag)?;
     let value = |&(node, _): &(u32, Vec3)| velocity(tag, mesh.points()[node as usize]);
     let mut values: Vec<Vec3> = weights.iter().map(value).collect();
     check_vectors("the velocity of a surface", &values, weights.len())?;
     let normals: Vec<Vec3> = weights.iter().map(|(_, normal)| *normal).collect();
-    let planes = planes_through(mesh, weights.iter().map(|(node, _)| *node as usize));
+    let mut planes = planes_through(mesh, weights.iter().map(|(node, _)| *node as usize));
     let largest = values.iter().map(Vec3::amax).fold(0.0, f64::max);
     for (value, planes) in values.iter_mut().zip(&planes) {
         for axis in (0..3).filter(|&axis| planes[axis]) {
@@ -59,8 +62,22 @@ pub fn nodal_surface_velocity(
             }
         }
     }
-    remove_flux(&mut values, &normals, &planes);
+    let mut is_shared = vec![false; mesh.n_points()];
+    let others = mesh.facets().iter().filter(|facet| facet.tag != tag);
+    for facet in others.filter(|facet| !mesh.is_symmetry_plane(facet.tag)) {
+        facet
+            .nodes
+            .iter()
+            .for_each(|&node| is_shared[node as usize] = true);
+    }
+    for ((node, _), planes) in weights.iter().zip(&mut planes) {
+        if is_shared[*node as usize] {
+            // No component is free.
+            *planes = [true; 3];
+        }
+    }
     // The weights have the normal out of the fluid.
+    set_flux(&mut values, &normals, &planes, -flux);
     let moment = -(normals.iter().zip(&values))
         .map(|(normal, value)| value * normal.transpose())
         .sum::<Matrix3<f64>>();
@@ -80,12 +97,12 @@ pub(crate) fn planes_through(mesh: &TetMesh, nodes: impl Iterator<Item = usize>)
         .collect()
 }
 
-/// Subtracts the smallest values for which `sum_j w_j · s_j = 0`.
+/// Subtracts the smallest values for which `sum_j w_j · s_j` becomes the given flux.
 ///
 /// `planes` are the normals of the symmetry planes on which the nodes lie. The values are the
 /// smallest ones on the whole surface, where a node on a plane has the tangential part of its
 /// weight twice, once from each side, and no normal one.
-pub(crate) fn remove_flux(values: &mut [Vec3], weights: &[Vec3], planes: &[[bool; 3]]) {
+pub(crate) fn set_flux(values: &mut [Vec3], weights: &[Vec3], planes: &[[bool; 3]], given: f64) {
     let of_whole = |(weight, planes): (&Vec3, &[bool; 3])| {
         let mut whole = *weight;
         for axis in (0..3).filter(|&axis| planes[axis]) {
@@ -99,9 +116,9 @@ pub(crate) fn remove_flux(values: &mut [Vec3], weights: &[Vec3], planes: &[[bool
         let pairs = vectors.iter().zip(weights);
         pairs.map(|(vector, weight)| vector.dot(weight)).sum()
     };
-    let (flux, size) = (sum(values), sum(&wholes));
+    let (excess, size) = (sum(values) - given, sum(&wholes));
     if size > 0.0 {
-        let factor = flux / size;
+        let factor = excess / size;
         (values.iter_mut().zip(&wholes)).for_each(|(value, whole)| *value -= factor * whole);
     }
 }
@@ -164,7 +181,7 @@ mod tests {
         let mesh = TetMesh::curved(tets.mesh, &[("sphere", &sphere)]).unwrap();
         let tag = mesh.tag("sphere").unwrap();
         let shear = |_: u16, x: Vec3| Vec3::new(2.0 * x.y, 0.0, x.x);
-        let nodal = nodal_surface_velocity(&mesh, tag, &shear).unwrap();
+        let nodal = nodal_surface_velocity(&mesh, tag, &shear, 0.0).unwrap();
         let volume = crate::surface_measures(&mesh, tag).unwrap().volume;
         let gradient = Matrix3::new(0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0);
         assert!((nodal.moment - volume * gradient).norm() < 1e-12);
@@ -172,12 +189,17 @@ mod tests {
             let x = mesh.points()[*node as usize];
             assert!((value - shear(tag, x)).norm() < 1e-13);
         }
-        // A source has a flux, which is removed.
-        let source = nodal_surface_velocity(&mesh, tag, &|_, x| x).unwrap();
+        // The flux of a source is that of the discrete body, 3 |B|, unless another one is given.
         let weights = normal_weights(&mesh, tag).unwrap();
-        let flux: f64 = (source.values.iter().zip(&weights))
-            .map(|((_, value), (_, weight))| value.dot(weight))
-            .sum();
-        assert!(flux.abs() < 1e-13);
+        for given in [0.0, 3.0 * volume, 7.0] {
+            let source = nodal_surface_velocity(&mesh, tag, &|_, x| x, given).unwrap();
+            let flux: f64 = -(source.values.iter().zip(&weights))
+                .map(|((_, value), (_, weight))| value.dot(weight))
+                .sum::<f64>();
+            assert!((flux - given).abs() < 1e-12);
+            if given == 3.0 * volume {
+                assert!((source.moment - volume * Matrix3::identity()).norm() < 1e-12);
+            }
+        }
     }
 }

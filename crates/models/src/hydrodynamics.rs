@@ -240,9 +240,7 @@ impl Capabilities {
                     "{}: a body that deforms, by the model {model}",
                     scene.place(&format!("bodies[{number}]"))
                 ),
-                instead: "put spheres into unbounded fluid or a ball, or with their modes on one axis, for \
-                          model.kind = \"multipole\" or \"axisymmetric\""
-                    .to_owned(),
+                instead: "set model.kind = \"fem\" or \"auto\"".to_owned(),
             }),
         }
     }

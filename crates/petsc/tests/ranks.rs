@@ -191,7 +191,7 @@ fn numbers(
     let solution = solve(&problem, &drive)?;
     let mut numbers = vec![of_flow(&solution.flow)];
     if case.has_slip {
-        numbers.push(vec![solution.slip_power]);
+        numbers.push(vec![solution.powers.slip]);
     }
     if let Some(estimate) = solution.estimate {
         let mut corrected = solution.flow.clone();
@@ -201,7 +201,7 @@ fn numbers(
             of_flow(&estimate.change),
             vec![estimate.uncertainty],
             vec![estimate.relative_uncertainty],
-            vec![estimate.slip_power],
+            vec![estimate.powers.slip],
         ]);
         let checks = solution.checks.ok_or("no checks")?;
         numbers.extend([vec![checks.force_by_stress], vec![checks.dissipation]]);

@@ -148,6 +148,32 @@ impl RadialProfile {
         self.radius * self.base(cosine).powf(self.power)
     }
 
+    /// Distance of the surface from the centre at an angle with the axis, and its first and second
+    /// derivatives with respect to the angle, from its sine and cosine.
+    pub(crate) fn with_derivatives(&self, (sine, cosine): (f64, f64)) -> [f64; 3] {
+        // b = 1 + Σ a_n P_n / p, with P_n' = n P_(n-1) + x P_(n-1)'
+        let polynomials = legendre(cosine);
+        let (mut of_cosine, mut slope, mut curve) = ([0.0; 2], 0.0, 0.0);
+        for (n, amplitude) in self.amplitudes.iter().enumerate().skip(1) {
+            let k = n as f64;
+            let [before, curve_before] = of_cosine;
+            of_cosine = [
+                k * polynomials[n - 1] + cosine * before,
+                (k + 1.0) * before + cosine * curve_before,
+            ];
+            slope += amplitude * of_cosine[0] / self.power;
+            curve += amplitude * of_cosine[1] / self.power;
+        }
+        let by_angle = [-sine * slope, sine * sine * curve - cosine * slope];
+        let (base, p) = (self.base(cosine), self.power);
+        let factor = self.radius * p * base.powf(p - 1.0);
+        [
+            self.at(cosine),
+            factor * by_angle[0],
+            factor * (by_angle[1] + (p - 1.0) * by_angle[0] * by_angle[0] / base),
+        ]
+    }
+
     /// Derivative of [`RadialProfile::at`] with respect to the amplitude of a degree.
     pub fn rate(&self, degree: usize, cosine: f64) -> f64 {
         let polynomial = legendre(cosine).get(degree).copied().unwrap_or(0.0);
@@ -424,7 +450,7 @@ fn at_angle(angle: f64, axis: &Vector3<f64>, across: &Vector3<f64>) -> Vector3<f
 }
 
 /// A unit vector perpendicular to an axis.
-fn any_normal(axis: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn any_normal(axis: &Vector3<f64>) -> Vector3<f64> {
     let turn =
         UnitQuaternion::rotation_between_axis(&Vector3::x_axis(), &Unit::new_unchecked(*axis));
     // Opposite axes have the same normals.

@@ -7,6 +7,7 @@ mod builder;
 mod checks;
 mod contact;
 mod deformation;
+mod deformed_surface;
 mod document;
 mod domain;
 mod error;

@@ -11,6 +11,7 @@ use crate::cubic::{Change, Correction};
 use crate::equations::Equations;
 use crate::problem::Problem;
 use crate::surface_flow::NodalSurfaceFlow;
+use crate::surface_power::SurfacePowers;
 use crate::viscous_stress::ViscousStress;
 
 /// Relative uncertainty of the contribution of one cell, independent of that of other cells.
@@ -68,8 +69,8 @@ const VISCOSITY_UNCERTAINTY: f64 = 3.0;
 pub struct Estimate {
     /// Change of the flow that removes the error: exact minus computed.
     pub change: FlowSolution,
-    /// Change of the power of the slip that removes its error.
-    pub slip_power: f64,
+    /// Changes of the powers of slip and deformation that remove their errors.
+    pub powers: SurfacePowers,
     /// Uncertainty of the linear velocities of the frames: the contributions of the cells are
     /// independent, so their squares are summed.
     pub uncertainty: f64,
@@ -237,7 +238,7 @@ impl Estimator<'_> {
     fn estimate(
         &self,
         error: Indicators,
-        (change, slip_power, of_facets): (FlowSolution, f64, f64),
+        (change, powers, of_facets): (FlowSolution, SurfacePowers, f64),
         responses: &[&Response],
     ) -> Result<Estimate, StokesError> {
         let (parts, equations) = (self.problem.parts(), &self.equations);
@@ -276,7 +277,7 @@ impl Estimator<'_> {
         let cells = self.facet_geometry.cells();
         Ok(Estimate {
             change,
-            slip_power,
+            powers,
             uncertainty: (of_one_cell * of_cells).hypot(of_walls),
             relative_uncertainty: error.relative_uncertainty,
             power_uncertainty: error.power_uncertainty,
@@ -311,15 +312,14 @@ impl Estimator<'_> {
             self.rtol,
         )?;
         let changes = correction.changes(flows, &mut *preconditioner)?;
-        let slip_power_change = |flow: &FlowSolution, change: &Change| match self.surfaces {
-            None => Ok(0.0),
-            Some((nodal, _)) => {
-                let corrected =
-                    (self.problem).corrected_slip_power(&correction, flow, change, nodal)?;
-                Ok::<_, StokesError>(
-                    corrected - self.problem.slip_power(flow, Some(nodal), self.stress())?,
-                )
-            }
+        let change_of_powers = |flow: &FlowSolution, change: &Change| {
+            let Some((nodal, _)) = self.surfaces else {
+                return Ok(SurfacePowers::default());
+            };
+            let problem = self.problem;
+            let mut powers = problem.corrected_surface_powers(&correction, flow, change, nodal)?;
+            powers.subtract(&problem.surface_powers(flow, Some(nodal), self.stress())?);
+            Ok::<_, StokesError>(powers)
         };
         let mut unit_loads = DistinctLoads::default();
         let loads_of_flows: Vec<Vec<usize>> = flows
@@ -340,7 +340,7 @@ impl Estimator<'_> {
         (flows.iter().zip(changes).zip(loads_of_flows))
             .map(|((flow, change), loads)| {
                 let responses: Vec<_> = loads.into_iter().map(|load| &responses[load]).collect();
-                let slip_power = slip_power_change(flow, &change)?;
+                let powers = change_of_powers(flow, &change)?;
                 let mut change = change.flow;
                 let mut of_facets = 0.0_f64;
                 let bodies = self.problem.bodies.iter();
@@ -353,7 +353,7 @@ impl Estimator<'_> {
                 }
                 self.estimate(
                     self.indicators(flow)?,
-                    (change, slip_power, of_facets),
+                    (change, powers, of_facets),
                     &responses,
                 )
             })

@@ -137,7 +137,7 @@ impl Newton<'_> {
         let nodes = FluidNodes::new(mesh.points(), &self.roles)
             .with_symmetry_planes(mesh.nodes_on_symmetry_planes());
         match &self.surfaces {
-            Some(surfaces) => nodes.with_surface_velocity(&surfaces.velocity, &surfaces.moments),
+            Some(surfaces) => surfaces.on_nodes(nodes, &surfaces.velocity),
             None => nodes,
         }
     }
@@ -570,10 +570,7 @@ impl Problem<'_> {
         let solved = clock.elapsed().as_secs_f64();
         let stress = newton.stress(&whole);
         let surfaces = newton.surfaces.as_ref();
-        let slip_power = match surfaces {
-            Some(surfaces) => self.parts() * stress.power(&flow.pressure, &surfaces.slip)?,
-            None => 0.0,
-        };
+        let powers = self.surface_powers(&flow, surfaces, Some(stress))?;
         let mut flows = vec![flow];
         let (mut estimates, mut regularisation) = (Vec::new(), None);
         if let Some(space) = surplus {
@@ -602,7 +599,7 @@ impl Problem<'_> {
         let (name, iterations) = (options.solver.name().to_owned(), report.iterations());
         let total = clock.elapsed().as_secs_f64();
         let solution = Solution {
-            slip_power,
+            powers,
             flow,
             estimate,
             checks,

@@ -14,6 +14,7 @@ use crate::options::Options;
 use crate::problem::Problem;
 use crate::solution::{Dofs, Seconds, Solution, SolverReport};
 use crate::surface_flow::NodalSurfaceFlow;
+use crate::surface_power::SurfacePowers;
 
 /// The assembled system of a problem with inertia; see [`Problem::assemble_inertial`].
 pub struct InertialSystem {
@@ -73,7 +74,10 @@ impl Problem<'_> {
         let surfaces = self.nodal_surface_flow()?;
         let (name, residual) = (options.solver.name().to_owned(), report.true_rel_residual);
         Ok(Solution {
-            slip_power: self.inertial_slip_power(&flow, surfaces.as_ref(), terms)?,
+            powers: SurfacePowers {
+                slip: self.inertial_slip_power(&flow, surfaces.as_ref(), terms)?,
+                ..SurfacePowers::default()
+            },
             flow,
             estimate: None,
             checks: None,
@@ -130,7 +134,7 @@ impl Problem<'_> {
         surfaces: Option<&NodalSurfaceFlow>,
         terms: &InertialTerms,
     ) -> Result<f64, StokesError> {
-        let Some(nodal) = surfaces else {
+        let Some(slip) = surfaces.and_then(|nodal| nodal.parts.first()) else {
             return Ok(0.0);
         };
         let u = flow.velocity.as_slice();
@@ -143,9 +147,9 @@ impl Problem<'_> {
             if let Some(force) = terms.force {
                 rate -= point.value(force);
             }
-            rate.dot(&point.value(nodal.slip.as_slice()))
+            rate.dot(&point.value(slip.as_slice()))
         })?;
-        let of_stress = self.slip_power(flow, surfaces, None)?;
+        let of_stress = self.surface_powers(flow, surfaces, None)?.slip;
         Ok(of_stress + self.parts() * inertia)
     }
 }

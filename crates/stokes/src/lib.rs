@@ -40,6 +40,7 @@ pub use problem::{Problem, fluid_matrices};
 pub use solution::{Dofs, Seconds, Solution, SolvedBatch, SolverReport};
 pub use solve::InitialGuesses;
 pub use surface_flow::SurfaceFlow;
+pub use surface_power::SurfacePowers;
 pub use viscosity_change::ViscosityChange;
 
 // Types of these crates are part of the interface.

@@ -11,7 +11,7 @@ use rigid::{
 use crate::StokesError;
 use crate::inertial_terms::InertialTerms;
 use crate::permeability::{permeability_of_channels, torsion};
-use crate::surface_flow::{NodalSurfaceFlow, SurfaceFlow, surface_velocity};
+use crate::surface_flow::{BoundaryParts, NodalSurfaceFlow, SurfaceFlow};
 
 /// Stokes flow around rigid bodies on one mesh, viscosity 1.
 ///
@@ -125,7 +125,9 @@ impl<'a> Problem<'a> {
         self
     }
 
-    /// Adds slip of the bodies and a background flow; solutions are then the disturbance flow.
+    /// Adds slip and deformation of the bodies and a background flow.
+    ///
+    /// Solutions are then the disturbance flow.
     #[must_use]
     pub fn with_surface_flow(mut self, flow: &'a dyn SurfaceFlow) -> Self {
         self.surface_flow = Some(flow);
@@ -220,9 +222,23 @@ impl<'a> Problem<'a> {
         Ok(FacetGeometry::new(self.mesh, &self.curved)?)
     }
 
-    /// `s - u_∞` on the facets of bodies; zero on all others.
+    /// The surface flow with the parts that it is on.
+    fn boundary_parts(&self) -> Option<BoundaryParts<'_>> {
+        self.surface_flow.map(|flow| BoundaryParts {
+            flow,
+            bodies: &self.bodies,
+            walls: &self.walls,
+        })
+    }
+
+    /// Velocity of the boundary relative to rigid motions; none without a surface flow.
     pub(crate) fn surface_velocity(&self) -> Option<Box<SurfaceVelocity<'_>>> {
-        Some(surface_velocity(self.surface_flow?, &self.bodies))
+        self.boundary_parts().map(BoundaryParts::velocity)
+    }
+
+    /// A part of the velocity of bodies: the slip, or that of a coordinate after it.
+    pub(crate) fn surface_part(&self, part: usize) -> Option<Box<SurfaceVelocity<'_>>> {
+        Some(self.boundary_parts()?.part(part))
     }
 
     /// Nodal values of the surface flow; none without one.
@@ -230,9 +246,8 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// A velocity that is not finite.
     pub(crate) fn nodal_surface_flow(&self) -> Result<Option<NodalSurfaceFlow>, StokesError> {
-        let flow = self.surface_flow;
-        flow.map(|flow| NodalSurfaceFlow::new(flow, self.mesh, &self.bodies))
-            .transpose()
+        let nodal = |parts| NodalSurfaceFlow::new(parts, self.mesh, 1.0 / self.parts());
+        self.boundary_parts().map(nodal).transpose()
     }
 
     /// Assembles the system of one drive in a formulation, to be solved by the caller.
@@ -283,7 +298,7 @@ impl<'a> Problem<'a> {
         let mut nodes = FluidNodes::new(mesh.points(), &roles)
             .with_symmetry_planes(mesh.nodes_on_symmetry_planes());
         if let Some(surfaces) = surfaces {
-            nodes = nodes.with_surface_velocity(&surfaces.velocity, &surfaces.moments);
+            nodes = surfaces.on_nodes(nodes, &surfaces.velocity);
         }
         let (mut fluid, forces) = match terms {
             None => {
@@ -350,7 +365,7 @@ impl<'a> Problem<'a> {
             .with_symmetry_planes(on_planes.collect())
             .with_part(part);
         if let (Some(surfaces), Some(velocity)) = (&surfaces, &velocity) {
-            nodes = nodes.with_surface_velocity(velocity, &surfaces.moments);
+            nodes = surfaces.on_nodes(nodes, velocity);
         }
         let matrices = TaylorHood::new(mesh)?.matrices(mesh)?;
         let fluid = RigidFluid::new(fluid_matrices(matrices), nodes, &self.surface_bodies()?)?;

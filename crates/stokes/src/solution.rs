@@ -5,14 +5,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::checks::Checks;
 use crate::estimate::Estimate;
+use crate::surface_power::SurfacePowers;
 
 /// Solution for one drive, at viscosity 1.
 #[non_exhaustive]
 pub struct Solution {
     /// Velocities, forces and pressure; the pressure has zero mean over the fluid.
     pub flow: FlowSolution,
-    /// Power of the slip on the fluid.
-    pub slip_power: f64,
+    /// Powers of slip and deformation on the fluid.
+    pub powers: SurfacePowers,
     /// Estimated discretisation errors, if requested.
     pub estimate: Option<Estimate>,
     /// Comparison with independent computations of forces and power, if estimates were requested.

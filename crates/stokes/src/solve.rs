@@ -236,7 +236,7 @@ impl Problem<'_> {
         let solution = |((flow, (solver, algebraic_error)), seconds)| {
             let (estimate, checks) = estimates.next().unzip();
             Ok(Solution {
-                slip_power: self.slip_power(&flow, surfaces, None)?,
+                powers: self.surface_powers(&flow, surfaces, None)?,
                 flow,
                 estimate,
                 checks,

@@ -1,4 +1,4 @@
-//! Power of slip and other prescribed velocities of surfaces, computed and corrected.
+//! Powers of slip, deformation and other prescribed velocities of surfaces, computed and corrected.
 
 use fem::{BoundaryFlow, CubicFlow, SurfaceVelocity};
 use nalgebra::Vector3;
@@ -9,6 +9,42 @@ use crate::cubic::{Change, Correction};
 use crate::problem::Problem;
 use crate::surface_flow::NodalSurfaceFlow;
 use crate::viscous_stress::ViscousStress;
+
+/// Powers of the velocities of surfaces on the fluid, in addition to those of rigid motions.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct SurfacePowers {
+    /// Power of the slip.
+    pub slip: f64,
+    /// Power of the deformation for a rate of one of each shape coordinate: the force on its
+    /// amplitude.
+    pub rates: Vec<f64>,
+}
+
+impl SurfacePowers {
+    /// The powers of the slip and each coordinate after it.
+    fn of_parts(mut powers: Vec<f64>) -> Self {
+        let rates = powers.split_off(powers.len().min(1));
+        Self {
+            slip: powers.first().copied().unwrap_or_default(),
+            rates,
+        }
+    }
+
+    /// Adds other powers.
+    pub fn add(&mut self, other: &Self) {
+        self.slip += other.slip;
+        let rates = self.rates.iter_mut().zip(&other.rates);
+        rates.for_each(|(own, other)| *own += other);
+    }
+
+    /// Subtracts other powers.
+    pub(crate) fn subtract(&mut self, other: &Self) {
+        self.slip -= other.slip;
+        let rates = self.rates.iter_mut().zip(&other.rates);
+        rates.for_each(|(own, other)| *own -= other);
+    }
+}
 
 impl Problem<'_> {
     /// Power of a disturbance flow in the prescribed velocities of surfaces.
@@ -37,74 +73,84 @@ impl Problem<'_> {
         })
     }
 
-    /// Power of the slip on the fluid, `∮ s · f dS` with the forces `f` of the whole flow.
+    /// Powers of the slip, and of the deformation for a rate of one of each shape coordinate, on
+    /// the fluid: `∮ d · f dS` with the forces `f` of the whole flow.
     ///
     /// # Errors
     /// A flow that is not finite.
-    pub(crate) fn slip_power(
+    pub(crate) fn surface_powers(
         &self,
         flow: &FlowSolution,
         surfaces: Option<&NodalSurfaceFlow>,
         stress: Option<ViscousStress>,
-    ) -> Result<f64, StokesError> {
+    ) -> Result<SurfacePowers, StokesError> {
         let Some(nodal) = surfaces else {
-            return Ok(0.0);
+            return Ok(SurfacePowers::default());
         };
-        if let Some(stress) = stress {
-            return Ok(self.parts() * stress.power(&flow.pressure, &nodal.slip)?);
-        }
         let (velocity, pressure) = nodal.whole(flow);
-        Ok(self.parts() * fem::power(self.mesh, &velocity, &pressure, &nodal.slip)?)
+        let power = |part: &Vec<Vector3<f64>>| -> Result<f64, StokesError> {
+            let power = match stress {
+                Some(stress) => stress.power(&flow.pressure, part)?,
+                None => fem::power(self.mesh, &velocity, &pressure, part)?,
+            };
+            Ok(self.parts() * power)
+        };
+        let powers = nodal.parts.iter().map(power);
+        Ok(SurfacePowers::of_parts(powers.collect::<Result<_, _>>()?))
     }
 
-    /// The power of slip of a corrected flow, in cubic elements and on the true surfaces.
+    /// The powers of surfaces on a corrected flow, in cubic elements and on the true surfaces.
     ///
-    /// `flow` is the computed disturbance, `change` its correction by `correction`. The slip, which
-    /// is the test function, is interpolated in cubic elements too.
+    /// `flow` is the computed disturbance, `change` its correction by `correction`. The velocities
+    /// of surfaces, which are the test functions, are interpolated in cubic elements too.
     ///
     /// # Errors
     /// A flow that is not finite.
-    pub(crate) fn corrected_slip_power(
+    pub(crate) fn corrected_surface_powers(
         &self,
         correction: &Correction<'_>,
         flow: &FlowSolution,
         change: &Change,
         nodal: &NodalSurfaceFlow,
-    ) -> Result<f64, StokesError> {
-        let Some(surface_flow) = self.surface_flow else {
-            return Ok(0.0);
-        };
-        let slip = |tag: u16, x: Vector3<f64>| {
-            let body = nodal.tags.iter().position(|body| *body == tag);
-            body.map_or_else(Vector3::zeros, |body| surface_flow.slip(body, &x))
-        };
-        let slip: &SurfaceVelocity<'_> = &slip;
-        let extension = &correction.extension;
-        let mut bubbles = vec![0.0; extension.len()];
-        correction.interpolate(nodal, slip, &nodal.slip, &mut bubbles)?;
+    ) -> Result<SurfacePowers, StokesError> {
+        let (extension, equations) = (&correction.extension, correction.equations);
         let mut corrected = flow.clone();
         corrected.add(&change.flow)?;
         let (velocity, pressure) = nodal.whole(&corrected);
-        let equations = correction.equations;
-        let power = extension.power(
-            CubicFlow {
-                velocity: &equations.restricted(&velocity),
-                pressure: &equations.restricted(&pressure),
-                extension: &change.extension,
-            },
-            CubicFlow {
-                velocity: &equations.restricted(&nodal.slip),
-                pressure: &[],
-                extension: &bubbles,
-            },
-        )?;
-        let (velocity, pressure) = nodal.whole(flow);
-        let with_slip = |velocity| BoundaryFlow {
-            velocity,
-            surface_velocity: Some(slip),
+        let (velocity, pressure) = (
+            equations.restricted(&velocity),
+            equations.restricted(&pressure),
+        );
+        let computed = nodal.whole(flow);
+        let power = |(part, of_part): (usize, &Vec<Vector3<f64>>)| {
+            let Some(own) = self.surface_part(part) else {
+                return Ok(0.0);
+            };
+            let own: &SurfaceVelocity<'_> = &*own;
+            let mut bubbles = vec![0.0; extension.len()];
+            correction.interpolate(nodal, own, of_part, &mut bubbles)?;
+            let power = extension.power(
+                CubicFlow {
+                    velocity: &velocity,
+                    pressure: &pressure,
+                    extension: &change.extension,
+                },
+                CubicFlow {
+                    velocity: &equations.restricted(of_part),
+                    pressure: &[],
+                    extension: &bubbles,
+                },
+            )?;
+            let on_surface = |velocity| BoundaryFlow {
+                velocity,
+                surface_velocity: Some(own),
+            };
+            let of_facets = (correction.geometry)
+                .power((on_surface(&computed.0), &computed.1), on_surface(of_part))?;
+            Ok(self.parts() * (power + of_facets))
         };
-        let of_facets = (correction.geometry)
-            .power((with_slip(&velocity), &pressure), with_slip(&nodal.slip))?;
-        Ok(self.parts() * (power + of_facets))
+        let powers = nodal.parts.iter().enumerate().map(power);
+        let powers = powers.collect::<Result<_, StokesError>>()?;
+        Ok(SurfacePowers::of_parts(powers))
     }
 }

@@ -56,6 +56,62 @@ fn bodies_move_exactly_and_the_wall_stays() {
     assert_eq!(map.moved(&motions).unwrap().points(), moved.points());
 }
 
+/// Spheres that move and grow at once: surfaces are the true spheres, for a scalar and for a
+/// coupled motion, and a displacement of the wrong kind is refused.
+#[test]
+fn surfaces_that_are_displaced_stay_true_surfaces() {
+    let pair = [-2.5, 2.5].map(|x| Sphere::new(Vec3::new(x, 0.0, 0.0), 1.0));
+    let surfaces = [("left", &pair[0] as &dyn Surface), ("right", &pair[1])];
+    let mesh = crate::mesh_around(&surfaces, 12.0, 0.8);
+    let bodies = moving(&pair).into_iter().zip(["left", "right"]);
+    let bodies: Vec<_> = bodies
+        .map(|(body, tag)| MovingBody {
+            tag: tag.to_owned(),
+            ..body
+        })
+        .collect();
+    let elastic = Elastic::default();
+    let methods: [&dyn MeshMotion; 2] = [&Harmonic(Stiffening::KanchiMasud), &elastic];
+    for method in methods {
+        let map = ReferenceMap::new(mesh.clone(), &bodies, method).unwrap();
+        let motions = [shift(0.3), shift(-0.2)];
+        let growth = |x: &Vec3| 0.3 * (x - pair[0].centre).normalize();
+        let moved = map
+            .moved_and_deformed(&motions, &[Some(&growth), None])
+            .unwrap();
+        for (name, sphere, motion, radius) in [
+            ("left", &pair[0], &motions[0], 1.3),
+            ("right", &pair[1], &motions[1], 1.0),
+        ] {
+            let centre = sphere.centre + motion.translation.vector;
+            for node in moved.nodes_on(moved.tag(name).unwrap()) {
+                let distance = (moved.points()[node as usize] - centre).norm();
+                assert!((distance - radius).abs() < 1e-13, "{distance}");
+            }
+        }
+        for node in mesh.nodes_on(mesh.tag(Container::TAG).unwrap()) {
+            assert_eq!(moved.points()[node as usize], mesh.points()[node as usize]);
+        }
+        let rigid = map.moved_and_deformed(&motions, &[None, None]).unwrap();
+        assert_eq!(rigid.points(), map.moved(&motions).unwrap().points());
+        let nowhere = |_: &Vec3| Vec3::repeat(f64::NAN);
+        assert!(matches!(
+            map.moved_and_deformed(&motions, &[None, Some(&nowhere)]),
+            Err(AleError::NotFinite { index: 1, .. })
+        ));
+        assert!(matches!(
+            map.moved_and_deformed(&motions, &[None]),
+            Err(AleError::Length { .. })
+        ));
+        // A surface that passes its centre inverts cells.
+        let inwards = |x: &Vec3| -2.5 * (x - pair[0].centre).normalize();
+        assert!(matches!(
+            map.moved_and_deformed(&motions, &[Some(&inwards), None]),
+            Err(AleError::Invalid(_))
+        ));
+    }
+}
+
 #[test]
 fn meshes_of_a_stroke_are_valid_with_stiffening_and_inverted_without() {
     // From the middle of the stroke each arm changes by two radii, and the swimmer translates.

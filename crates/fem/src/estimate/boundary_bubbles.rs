@@ -6,9 +6,7 @@ use super::cubic::CubicExtension;
 use crate::error::{FemError, check_length};
 use crate::quadrature::{FacetPoint, facet_degree_6};
 use crate::surface::{facet_nodes, position_and_normal, tagged_facets};
-use crate::surface_velocity::{
-    SurfaceVelocity, facet_shape_functions, planes_through, remove_flux,
-};
+use crate::surface_velocity::{SurfaceVelocity, facet_shape_functions, planes_through, set_flux};
 
 /// A bubble on the boundary, in the order of the bubbles of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -80,7 +78,7 @@ impl BoundaryBubbles {
             Place::Face(_) => usize::MAX,
         });
         let planes = planes_through(mesh, nodes);
-        remove_flux(&mut values, &weights, &planes);
+        set_flux(&mut values, &weights, &planes, 0.0);
         let places = groups.iter().map(|(place, ..)| *place);
         Ok(Self {
             values: places.zip(values).collect(),

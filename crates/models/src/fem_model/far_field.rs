@@ -93,6 +93,35 @@ impl FarField {
         force * self.mobility()
     }
 
+    /// Velocity at `x` on the wall of a source at `centre` with a flux; above a plane wall at first
+    /// order in the height of the source.
+    ///
+    /// With `r = x - centre`, `Q r / (4π |r|³)` in unbounded fluid. Above a plane wall, with `r`
+    /// from the centre of the half ball, `3 Q z² r / (2π |r|⁵)`: a Stokes flow with the flux `Q`
+    /// that is zero on the wall.
+    pub fn flow_of_source(
+        &self,
+        flux: f64,
+        centre: &Vector3<f64>,
+        x: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        match self.has_plane_wall {
+            false => {
+                let arm = x - centre;
+                flux / (4.0 * PI * arm.norm().powi(3)) * arm
+            }
+            true => {
+                let arm = x - self.ball.centre;
+                let size = arm.norm();
+                // The centre of the half ball is on the plane wall.
+                match size > 0.0 {
+                    true => 3.0 * flux * arm.z * arm.z / (2.0 * PI * size.powi(5)) * arm,
+                    false => Vector3::zeros(),
+                }
+            }
+        }
+    }
+
     /// Relative error of corrected velocities, for bodies with these centres and radii.
     pub fn relative_error(&self, bodies: impl Iterator<Item = (Vector3<f64>, f64)>) -> f64 {
         let extent = bodies

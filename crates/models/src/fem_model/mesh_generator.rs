@@ -5,6 +5,7 @@ use mesher::{
     BoxSurface, Capsule, Container, GenerateParams, MeshedBody, MovedBody, SizeMap, Sphere,
 };
 use nalgebra::{Isometry3, Translation3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::cylinder;
 use super::element_size::{ADAPTED_GROWTH, growth, surface_size};
@@ -12,7 +13,7 @@ use super::far_field::FarField;
 use super::mesh_file;
 use crate::ModelError;
 use crate::units::Scale;
-use scene::{Domain, GeometryKind, MesherKind, Scene, Shape};
+use scene::{Deformation, Domain, GeometryKind, MesherKind, Scene, Shape};
 
 /// Width of a gap, relative to the smaller radius, below which it counts as narrow.
 ///
@@ -41,8 +42,10 @@ pub(super) struct Surfaced {
     pub size: f64,
     /// The same relative to the radius on which sizes are based.
     pub relative_size: f64,
-    /// Shape in the units of the scene.
+    /// Shape in the units of the scene; the undeformed one of a body that deforms.
     pub shape: Shape,
+    /// Deformation in the units of the scene.
+    pub deformation: Option<Deformation>,
 }
 
 impl Surfaced {
@@ -51,15 +54,48 @@ impl Surfaced {
     /// Rotations do not change spheres, whose surface meshes are translated.
     fn motion(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
         let from = &self.pose;
-        match self.shape.is_isotropic() {
+        match self.is_isotropic() {
             true => Translation3::from(pose.translation.vector - from.translation.vector).into(),
             false => pose * from.inverse(),
         }
     }
+
+    /// Whether rotations do not change the surface, whatever the deformation.
+    pub fn is_isotropic(&self) -> bool {
+        let stays_sphere = |deformation: &Deformation| deformation.is_sphere();
+        self.shape.is_isotropic() && self.deformation.as_ref().is_none_or(stays_sphere)
+    }
+
+    /// Size of the body at these values of the joints, relative to that of the scene.
+    fn growth(&self, values: &[f64]) -> f64 {
+        let growth = |of: &Deformation| of.sphere_radius(values) / of.radius;
+        self.deformation.as_ref().map_or(1.0, growth)
+    }
+
+    /// Element size on the surface at these values of the joints.
+    fn size_at(&self, values: &[f64]) -> f64 {
+        self.size * self.growth(values)
+    }
 }
 
-/// Poses of all bodies with surfaces.
-pub(super) type Poses = [Isometry3<f64>];
+/// Poses of bodies, either of all or of those with surfaces, and what their shapes depend on.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct Placement {
+    /// Scaled poses.
+    pub poses: Vec<Isometry3<f64>>,
+    /// Values of all joints in the units of the scene; empty if no body deforms.
+    pub values: Vec<f64>,
+}
+
+impl Placement {
+    /// Poses of bodies that do not deform.
+    pub fn rigid(poses: &[Isometry3<f64>]) -> Self {
+        Self {
+            poses: poses.to_vec(),
+            values: Vec::new(),
+        }
+    }
+}
 
 /// Where meshes come from.
 pub(super) enum Source {
@@ -133,6 +169,8 @@ pub(super) struct MeshGenerator {
     pub surfaced: Vec<Surfaced>,
     /// Name of the boundary part of each body of the scene.
     pub tags: Vec<String>,
+    /// Number of joints, of a scene with bodies that deform; zero otherwise.
+    pub deforming_joints: usize,
     geometry: GeometryKind,
     mesher: MesherKind,
     /// For each axis, whether the plane normal to it is a symmetry plane; one side is meshed.
@@ -158,6 +196,7 @@ impl MeshGenerator {
                     size: scale.length(size),
                     relative_size: size / b.shape.size_radius(),
                     shape: b.shape.clone(),
+                    deformation: b.deformation.clone(),
                 }
             })
             .collect();
@@ -173,6 +212,10 @@ impl MeshGenerator {
             far_field: is_truncated.then(|| FarField::new(scene, scale)),
             surfaced,
             tags,
+            deforming_joints: match scene.deforms() {
+                true => scene.articulation().joints().len(),
+                false => 0,
+            },
             geometry: scene.fem().geometry,
             mesher: scene.fem().mesher,
             symmetry_planes: scene.fem_symmetry_planes(),
@@ -211,20 +254,38 @@ impl MeshGenerator {
         }
     }
 
-    /// Poses of the bodies with surfaces, from those of all bodies.
-    pub fn poses(&self, poses: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
-        self.surfaced.iter().map(|s| poses[s.body]).collect()
+    /// Placement of the bodies with surfaces, from that of all bodies.
+    pub fn placement(&self, all: &Placement) -> Placement {
+        Placement {
+            poses: self.surfaced.iter().map(|s| all.poses[s.body]).collect(),
+            values: all.values.clone(),
+        }
     }
 
     /// Surfaces of the bodies.
-    fn surfaces(&self, poses: &Poses) -> Vec<Box<dyn Surface>> {
-        (self.surfaced.iter().zip(poses))
-            .filter_map(|(s, pose)| self.scale.surface(&s.shape, pose))
-            .collect()
+    fn surfaces(&self, placement: &Placement) -> Vec<Box<dyn Surface>> {
+        let surface = |(s, pose): (&Surfaced, &Isometry3<f64>)| match &s.deformation {
+            None => self.scale.surface(&s.shape, pose),
+            Some(of) => Some(of.surface(&placement.values, pose, self.scale.length(1.0))),
+        };
+        let placed = self.surfaced.iter().zip(&placement.poses);
+        placed.filter_map(surface).collect()
+    }
+
+    /// Scaled distances of the surface of a body that deforms from its centre, along directions in
+    /// its axes.
+    pub fn distances<'d>(
+        &self,
+        deformation: &'d Deformation,
+        values: &[f64],
+    ) -> impl Fn(&Vector3<f64>) -> f64 + use<'d> {
+        let (profile, unit) = (deformation.profile(values), self.scale.length(1.0));
+        let axis = deformation.axis().unwrap_or_else(Vector3::x);
+        move |direction| unit * profile.at(direction.dot(&axis))
     }
 
     /// Smooth surfaces on the boundary of the fluid, with the names of their boundary parts.
-    pub fn boundary_surfaces(&self, poses: &Poses) -> Vec<(&str, Box<dyn Surface>)> {
+    pub fn boundary_surfaces(&self, placement: &Placement) -> Vec<(&str, Box<dyn Surface>)> {
         let wall: Option<(&str, Box<dyn Surface>)> = match &self.source {
             Source::Generated(Container::Ball(ball)) => Some((Container::TAG, Box::new(*ball))),
             Source::Generated(Container::Surface(surface)) => {
@@ -234,37 +295,41 @@ impl MeshGenerator {
             // walls in a file is not known.
             Source::Generated(_) | Source::Cylinder(_) | Source::File { .. } => None,
         };
-        let bodies = self.tags().zip(self.surfaces(poses)).zip(&self.surfaced);
+        let bodies = self
+            .tags()
+            .zip(self.surfaces(placement))
+            .zip(&self.surfaced);
         // Parts of a file's boundary have no other shape than the file's.
         let known = bodies.filter(|(_, s)| !s.shape.is_mesh_part());
         known.map(|(named, _)| named).chain(wall).collect()
     }
 
     /// Balls about the centres of the bodies that contain them.
-    pub fn bounding_balls(&self, poses: &Poses) -> Vec<Sphere> {
-        (self.surfaced.iter().zip(poses))
+    pub fn bounding_balls(&self, placement: &Placement) -> Vec<Sphere> {
+        let bounding = |of: &Deformation| self.scale.length(of.bounding_radius(&placement.values));
+        (self.surfaced.iter().zip(&placement.poses))
             .map(|(s, pose)| Sphere {
                 centre: pose.translation.vector,
-                radius: s.radius,
+                radius: s.deformation.as_ref().map_or(s.radius, bounding),
             })
             .collect()
     }
 
     /// Container of the fluid around the bodies; `None` for the mesh of a file.
-    fn container(&self, poses: &Poses) -> Option<Container> {
+    fn container(&self, placement: &Placement) -> Option<Container> {
         match &self.source {
             Source::Generated(container) => Some(container.clone()),
             Source::Cylinder(radius) => Some(Container::Capsule(cylinder::capsule_around(
                 *radius,
-                &self.bounding_balls(poses),
+                &self.bounding_balls(placement),
             ))),
             Source::File { .. } => None,
         }
     }
 
     /// The part of a cylinder that a new mesh around the bodies fills.
-    pub fn capsule(&self, poses: &Poses) -> Option<Capsule> {
-        match self.container(poses) {
+    pub fn capsule(&self, placement: &Placement) -> Option<Capsule> {
+        match self.container(placement) {
             Some(Container::Capsule(capsule)) => Some(capsule),
             _ => None,
         }
@@ -272,17 +337,17 @@ impl MeshGenerator {
 
     /// Prescribes element sizes for new meshes: edge lengths at positions.
     ///
-    /// The positions are those of a mesh with the bodies at `poses`. Equal bodies with equal
+    /// The positions are those of a mesh of a placement. Equal bodies with equal
     /// orientations get equal meshes: the sizes near one of them are prescribed at all of them.
     ///
     /// # Errors
     /// Sizes that are not positive.
     pub fn adapt(
         &mut self,
-        poses: &Poses,
+        placement: &Placement,
         mut sizes: Vec<(Vector3<f64>, f64)>,
     ) -> Result<(), ModelError> {
-        let placed: Vec<_> = self.surfaced.iter().zip(poses).collect();
+        let placed: Vec<_> = self.surfaced.iter().zip(&placement.poses).collect();
         for k in 0..sizes.len() {
             let (position, size) = sizes[k];
             for (s, pose) in &placed {
@@ -294,7 +359,8 @@ impl MeshGenerator {
                     let is_turned = pose.rotation != other_pose.rotation;
                     if other.body != s.body
                         && (&other.shape, other.size) == (&s.shape, s.size)
-                        && (s.shape.is_isotropic() || !is_turned)
+                        && other.deformation == s.deformation
+                        && (s.is_isotropic() || !is_turned)
                     {
                         sizes.push((position - centre + other_pose.translation.vector, size));
                     }
@@ -307,19 +373,19 @@ impl MeshGenerator {
 
     /// Largest length of cells in gaps, relative to the width of their gap
     /// ([`TetMesh::gap_ratio`]).
-    pub fn gap_ratio(&self, mesh: &TetMesh, poses: &Poses) -> f64 {
-        let surfaces = self.surfaces(poses);
+    pub fn gap_ratio(&self, mesh: &TetMesh, placement: &Placement) -> f64 {
+        let surfaces = self.surfaces(placement);
         let surfaces: Vec<&dyn Surface> = surfaces.iter().map(|s| &**s).collect();
-        let container = self.container(poses);
+        let container = self.container(placement);
         mesh.gap_ratio(&surfaces, container.as_ref().map(Container::surface))
     }
 
     /// Twice the permeability of each cell: `2 h^2 / 12` in a gap of width `h`.
     ///
-    /// `None` if no gap between the bodies at `poses`, or between a body and the wall, is narrow.
-    pub fn permeability(&self, mesh: &TetMesh, poses: &Poses) -> Option<Vec<f64>> {
-        let (surfaces, balls) = (self.surfaces(poses), self.bounding_balls(poses));
-        let container = self.container(poses);
+    /// `None` if no gap between the placed bodies, or between a body and the wall, is narrow.
+    pub fn permeability(&self, mesh: &TetMesh, placement: &Placement) -> Option<Vec<f64>> {
+        let (surfaces, balls) = (self.surfaces(placement), self.bounding_balls(placement));
+        let container = self.container(placement);
         let wall = container.as_ref().map(Container::surface);
         let narrow = |gap: f64, radius: f64| gap < NARROW_GAP * radius;
         // Gaps to the balls are lower bounds.
@@ -341,16 +407,16 @@ impl MeshGenerator {
         })
     }
 
-    /// Generates a mesh with the bodies at `poses`.
+    /// Generates a mesh around the placed bodies.
     ///
     /// # Errors
     /// Bodies around which no mesh can be generated.
-    pub fn generate(&self, poses: &Poses) -> Result<TetMesh, ModelError> {
-        let surfaces = self.surfaces(poses);
+    pub fn generate(&self, placement: &Placement) -> Result<TetMesh, ModelError> {
+        let surfaces = self.surfaces(placement);
         let in_scene = |error| self.scale.error_to_scene(error);
         if let Source::File { mesh, .. } = &self.source {
             let bodies = self.surfaced.iter().zip(self.tags());
-            let moved: Vec<_> = (bodies.zip(poses.iter().zip(&surfaces)))
+            let moved: Vec<_> = (bodies.zip(placement.poses.iter().zip(&surfaces)))
                 .map(|((body, name), (pose, surface))| MovedBody {
                     name,
                     motion: body.motion(pose),
@@ -360,7 +426,7 @@ impl MeshGenerator {
             let mesh = mesh_file::remesh(mesh, &moved, self.geometry, self.mesher);
             return Ok(mesh.map_err(in_scene)?);
         }
-        let Some(container) = &self.container(poses) else {
+        let Some(container) = &self.container(placement) else {
             return Err(ModelError::NoMesh);
         };
         let bodies: Vec<MeshedBody> = self
@@ -371,7 +437,7 @@ impl MeshGenerator {
             .map(|((s, name), surface)| MeshedBody {
                 name,
                 surface: &**surface,
-                size: s.size,
+                size: s.size_at(&placement.values),
             })
             .collect();
         let finest = self

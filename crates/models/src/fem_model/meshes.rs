@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::cylinder;
 use super::far_field::FarField;
-use super::mesh_generator::{MeshGenerator, Source};
+use super::mesh_generator::{MeshGenerator, Placement, Source};
 use super::reference_mesh::{ReferenceMesh, mesh_motions};
 use crate::units::Scale;
 use crate::{ModelError, Remesh};
@@ -71,26 +71,26 @@ impl Meshes {
 
     /// Smooth surfaces on the boundary of the fluid, with the names of their boundary parts.
     ///
-    /// The bodies of the scene are at `poses`.
-    pub fn boundary_surfaces(&self, poses: &[Isometry3<f64>]) -> Vec<(&str, Box<dyn Surface>)> {
+    /// `placement` is that of all bodies of the scene.
+    pub fn boundary_surfaces(&self, placement: &Placement) -> Vec<(&str, Box<dyn Surface>)> {
         self.generator
-            .boundary_surfaces(&self.generator.poses(poses))
+            .boundary_surfaces(&self.generator.placement(placement))
     }
 
     /// Relative error of velocities due to the container.
     ///
     /// Zero unless the container replaces unbounded fluid or an infinite cylinder.
-    pub fn container_error(&self, poses: &[Isometry3<f64>]) -> f64 {
-        let poses = self.generator.poses(poses);
+    pub fn container_error(&self, placement: &Placement) -> f64 {
+        let placement = self.generator.placement(placement);
         if let Some(far) = self.generator.far_field {
-            let bodies = self.generator.bounding_balls(&poses).into_iter();
+            let bodies = self.generator.bounding_balls(&placement).into_iter();
             return far.relative_error(bodies.map(|body| (body.centre, body.radius)));
         }
         let reference = self
             .current
             .and_then(|current| self.references.get(current));
         reference
-            .and_then(|reference| reference.end_distance(&self.generator, &poses))
+            .and_then(|reference| reference.end_distance(&self.generator, &placement))
             .map_or(0.0, cylinder::relative_error)
     }
 
@@ -121,7 +121,7 @@ impl Meshes {
         current.map_or(Ok(()), ReferenceMesh::prepare_estimates)
     }
 
-    /// The mesh with the bodies at `poses`, one per body of the scene.
+    /// The mesh of a placement of all bodies of the scene.
     ///
     /// It is moved from the oldest reference for which its cells remain good enough, or newly
     /// generated. Because of this order, once the references of a stroke exist, the mesh depends on
@@ -131,9 +131,9 @@ impl Meshes {
     ///
     /// # Errors
     /// Bodies around which no mesh can be generated; [`ModelError::MeshFileExhausted`].
-    pub fn at(&mut self, poses: &[Isometry3<f64>]) -> Result<PlacedMesh, ModelError> {
+    pub fn at(&mut self, placement: &Placement) -> Result<PlacedMesh, ModelError> {
         let mut too_poor = Vec::new();
-        let surfaced = self.generator.poses(poses);
+        let surfaced = self.generator.placement(placement);
         for number in 0..self.references.len() {
             match self.references[number].moved(&self.generator, &surfaced)? {
                 Ok(mesh) => {
@@ -151,7 +151,7 @@ impl Meshes {
                 Err(reason) => too_poor.push(reason),
             }
         }
-        if let Some(placed) = self.by_other_motion(poses, &surfaced, &mut too_poor)? {
+        if let Some(placed) = self.by_other_motion(placement, &surfaced, &mut too_poor)? {
             return Ok(placed);
         }
         let reason = match self.of_file {
@@ -161,7 +161,7 @@ impl Meshes {
             // Of several references the newest determines the reason.
             _ => too_poor.pop().unwrap_or(Remesh::First),
         };
-        let mesh = self.remesh(poses).map_err(|error| match error {
+        let mesh = self.remesh(placement).map_err(|error| match error {
             ModelError::Mesh(source) if self.is_from_file() => ModelError::MeshFileExhausted {
                 tried: self.tried(&too_poor),
                 source,
@@ -175,17 +175,18 @@ impl Meshes {
         })
     }
 
-    /// The current mesh with the bodies at `poses` close to the present ones, whatever becomes of
-    /// the quality of its cells: for derivatives along a path.
+    /// The current mesh in a placement close to the present one, whatever becomes of the quality of
+    /// its cells: for derivatives along a path.
     ///
     /// # Errors
     /// No current mesh; poses for which a cell would be inverted.
-    pub fn at_by_current(&mut self, poses: &[Isometry3<f64>]) -> Result<PlacedMesh, ModelError> {
+    pub fn at_by_current(&mut self, placement: &Placement) -> Result<PlacedMesh, ModelError> {
         let reference = self
             .current
             .and_then(|current| self.references.get(current));
         let reference = reference.ok_or(ModelError::NoMesh)?;
-        let mesh = reference.moved_anyway(&self.generator, &self.generator.poses(poses))?;
+        let surfaced = self.generator.placement(placement);
+        let mesh = reference.moved_anyway(&self.generator, &surfaced)?;
         Ok(PlacedMesh {
             mesh: Arc::new(mesh),
             remeshed: None,
@@ -193,7 +194,7 @@ impl Meshes {
         })
     }
 
-    /// The mesh of the file, moved to `poses` by the first method not in use yet that keeps its
+    /// The mesh of the file, moved to a placement by the first method not in use yet that keeps its
     /// cells good enough; none if there is no such method.
     ///
     /// `too_poor` has the reasons why the methods in use do not; those of the others are added.
@@ -202,11 +203,11 @@ impl Meshes {
     /// A mesh that is too large, or whose motion cannot be computed.
     fn by_other_motion(
         &mut self,
-        poses: &[Isometry3<f64>],
-        surfaced: &[Isometry3<f64>],
+        placement: &Placement,
+        surfaced: &Placement,
         too_poor: &mut Vec<Remesh>,
     ) -> Result<Option<PlacedMesh>, ModelError> {
-        while self.add_motion(poses)? {
+        while self.add_motion(placement)? {
             let number = self.references.len() - 1;
             let reference = &self.references[number];
             match reference.moved(&self.generator, surfaced)? {
@@ -244,7 +245,7 @@ impl Meshes {
     ///
     /// # Errors
     /// A mesh that is too large, or whose motion cannot be computed.
-    fn add_motion(&mut self, poses: &[Isometry3<f64>]) -> Result<bool, ModelError> {
+    fn add_motion(&mut self, placement: &Placement) -> Result<bool, ModelError> {
         let Source::File { mesh, .. } = &self.generator.source else {
             return Ok(false);
         };
@@ -254,15 +255,17 @@ impl Meshes {
                 return Ok(false);
             };
             let is_only = self.motions.len() == 1;
-            let start = (self.generator.surfaced.iter().map(|s| s.pose)).collect();
+            let start: Vec<_> = (self.generator.surfaced.iter().map(|s| s.pose)).collect();
+            let start = Placement::rigid(&start);
             // The first reference is in use from the start, not from a configuration on.
-            let poses = if self.references.is_empty() {
-                &[]
+            let at_start = Placement::default();
+            let placement = if self.references.is_empty() {
+                &at_start
             } else {
-                poses
+                placement
             };
             let motion = motion.as_ref();
-            match ReferenceMesh::new(&self.generator, motion, mesh.clone(), start, poses) {
+            match ReferenceMesh::new(&self.generator, motion, mesh.clone(), start, placement) {
                 Ok(reference) => {
                     self.references.push(reference);
                     self.of_file += 1;
@@ -282,17 +285,18 @@ impl Meshes {
         matches!(self.generator.source, Source::File { .. })
     }
 
-    /// Generates a reference mesh with the bodies at `poses`.
+    /// Generates a reference mesh in a placement of all bodies.
     ///
     /// If there are [`MAX_REFERENCES`] already, the oldest that was generated is discarded.
     ///
     /// # Errors
     /// Bodies around which no mesh can be generated.
-    fn remesh(&mut self, poses: &[Isometry3<f64>]) -> Result<TetMesh, ModelError> {
-        let surfaced = self.generator.poses(poses);
+    fn remesh(&mut self, placement: &Placement) -> Result<TetMesh, ModelError> {
+        let surfaced = self.generator.placement(placement);
         let mesh = self.generator.generate(&surfaced)?;
         let motion = self.motions[0].as_ref();
-        let reference = ReferenceMesh::new(&self.generator, motion, mesh.clone(), surfaced, poses)?;
+        let (generator, mesh_at) = (&self.generator, mesh.clone());
+        let reference = ReferenceMesh::new(generator, motion, mesh_at, surfaced, placement)?;
         if self.references.len() == self.of_file + MAX_REFERENCES {
             self.references.remove(self.of_file);
         }
@@ -301,7 +305,7 @@ impl Meshes {
         Ok(mesh)
     }
 
-    /// Replaces all references by an adapted mesh with the bodies at `poses`.
+    /// Replaces all references by an adapted mesh in a placement of all bodies.
     ///
     /// `sizes` are edge lengths at positions in the current mesh. Returns false if meshes cannot be
     /// generated because the mesh comes from a file.
@@ -310,37 +314,43 @@ impl Meshes {
     /// Sizes that are not positive, bodies around which no mesh can be generated.
     pub fn adapt(
         &mut self,
-        poses: &[Isometry3<f64>],
+        placement: &Placement,
         sizes: Vec<(Vector3<f64>, f64)>,
     ) -> Result<bool, ModelError> {
         if self.is_from_file() {
             return Ok(false);
         }
-        self.generator.adapt(&self.generator.poses(poses), sizes)?;
+        let surfaced = self.generator.placement(placement);
+        self.generator.adapt(&surfaced, sizes)?;
         // Earlier references have other element sizes.
         self.references.clear();
-        self.remesh(poses)?;
+        self.remesh(placement)?;
         self.current = None;
         Ok(true)
     }
 
-    /// Poses of all references, one reference after the other, for [`Meshes::restore`].
-    pub fn reference_poses(&self) -> Vec<Isometry3<f64>> {
-        self.references
-            .iter()
-            .flat_map(|reference| reference.poses.iter().copied())
-            .collect()
+    /// Poses of all references and the values of the joints, one reference after the other, for
+    /// [`Meshes::restore`].
+    pub fn reference_placements(&self) -> Placement {
+        let placements = self.references.iter().map(|reference| &reference.placement);
+        let mut all = Placement::default();
+        for placement in placements {
+            all.poses.extend(&placement.poses);
+            all.values.extend(&placement.values);
+        }
+        all
     }
 
     /// Generates the references of an earlier run again, bitwise the same.
     ///
     /// # Errors
-    /// Poses of another number of bodies, around which no mesh can be generated, or of more
-    /// references than there can be.
-    pub fn restore(&mut self, poses: &[Isometry3<f64>]) -> Result<(), ModelError> {
+    /// Poses of another number of bodies, or values of another number of joints, around which no
+    /// mesh can be generated, or of more references than there can be.
+    pub fn restore(&mut self, placements: &Placement) -> Result<(), ModelError> {
+        let Placement { poses, values } = placements;
         let bodies = self.generator.tags.len();
         // The references already exist.
-        if poses == self.reference_poses() {
+        if *placements == self.reference_placements() {
             return Ok(());
         }
         self.references.clear();
@@ -366,20 +376,34 @@ impl Meshes {
             .into());
         }
         if self.is_from_file() {
-            self.add_motion(&[])?;
+            self.add_motion(&Placement::default())?;
         }
-        for poses in poses.chunks(bodies) {
+        let count = poses.len() / bodies;
+        let joints = self.generator.deforming_joints;
+        if values.len() != count * joints {
+            return Err(rigid::RigidError::Length {
+                what: "values of the joints of the reference meshes",
+                expected: count * joints,
+                found: values.len(),
+            }
+            .into());
+        }
+        for (number, poses) in poses.chunks(bodies).enumerate() {
+            let placement = Placement {
+                poses: poses.to_vec(),
+                values: values[number * joints..(number + 1) * joints].to_vec(),
+            };
             // The mesh of a file was generated again only after all methods to move it were in use.
-            if !self.add_motion(poses)? {
-                self.remesh(poses)?;
+            if !self.add_motion(&placement)? {
+                self.remesh(&placement)?;
             }
         }
         Ok(())
     }
 
-    /// Permeability of each cell ([`MeshGenerator::permeability`]), with the bodies at `poses`.
-    pub fn permeability(&self, mesh: &TetMesh, poses: &[Isometry3<f64>]) -> Option<Vec<f64>> {
-        let poses = self.generator.poses(poses);
-        self.generator.permeability(mesh, &poses)
+    /// Permeability of each cell ([`MeshGenerator::permeability`]) in a placement of all bodies.
+    pub fn permeability(&self, mesh: &TetMesh, placement: &Placement) -> Option<Vec<f64>> {
+        let surfaced = self.generator.placement(placement);
+        self.generator.permeability(mesh, &surfaced)
     }
 }

@@ -16,11 +16,11 @@ mod scene_solution;
 pub use self::moving_scene::{MovingMeshes, MovingScene};
 
 use mesh::TetMesh;
-use nalgebra::Isometry3;
 use rigid::{Constrained, DirectRows, Eliminated, Formulation, Lagrange};
 use scene::{EstimatesKind, FemOptions, FormulationKind, Scene, SolverKind};
 use stokes::{Dofs, Engine, InitialGuesses, Options, Problem, Solver};
 
+use self::mesh_generator::Placement;
 use self::meshes::{Meshes, PlacedMesh};
 use self::moving_frame::MovingFrame;
 use self::placed_query::Adaptable;
@@ -73,8 +73,8 @@ const SECONDS_PER_DOF: f64 = 4e-6;
 /// Peak memory per degree of freedom in KiB, measured on the three-sphere scene.
 const KIB_PER_DOF: f64 = 1.2;
 
-/// A way to get the mesh for the poses of all bodies, such as [`Meshes::at`].
-type MeshAt = fn(&mut Meshes, &[Isometry3<f64>]) -> Result<PlacedMesh, ModelError>;
+/// A way to get the mesh of a placement of all bodies, such as [`Meshes::at`].
+type MeshAt = fn(&mut Meshes, &Placement) -> Result<PlacedMesh, ModelError>;
 
 impl FemModel {
     /// Factor on default element sizes for the coarsest mesh whose facets follow a sphere.
@@ -95,7 +95,6 @@ impl FemModel {
     /// [`ModelError::Unsupported`] for domains, shapes and fixed bodies that are not supported; a
     /// mesh file that cannot be read.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
-        Capabilities::default().check_deformations(scene, NAME)?;
         let scaled = ScaledScene::new(scene)?;
         Ok(Self {
             meshes: Meshes::new(scene, &scaled.scale)?,
@@ -125,24 +124,32 @@ impl FemModel {
         options
     }
 
-    /// Scaled mesh of a configuration, with the poses of all bodies.
+    /// Scaled mesh of a configuration, with the placement of all bodies.
     fn placed_mesh(
         &mut self,
         configuration: Configuration,
-    ) -> Result<(PlacedMesh, Vec<Isometry3<f64>>), ModelError> {
+    ) -> Result<(PlacedMesh, Placement), ModelError> {
         self.mesh_by(configuration, Meshes::at)
     }
 
-    /// Scaled mesh of a configuration by one of the ways to get it, with the poses of all bodies.
+    /// Scaled mesh of a configuration by one of the ways to get it, with the placement of all
+    /// bodies.
     fn mesh_by(
         &mut self,
         configuration: Configuration,
         mesh_at: MeshAt,
-    ) -> Result<(PlacedMesh, Vec<Isometry3<f64>>), ModelError> {
+    ) -> Result<(PlacedMesh, Placement), ModelError> {
+        let scene = &self.scaled.scene;
+        let values = match scene.deforms() {
+            true => configuration.shape.to_vec(),
+            false => Vec::new(),
+        };
+        scene.check_deformations(&values).map_err(Box::new)?;
         let mut poses = self.scaled.poses(configuration)?;
         self.meshes.generator.snap_to_symmetry_planes(&mut poses);
-        let placed = mesh_at(&mut self.meshes, &poses)?;
-        Ok((placed, poses))
+        let placement = Placement { poses, values };
+        let placed = mesh_at(&mut self.meshes, &placement)?;
+        Ok((placed, placement))
     }
 
     /// Assembled system of one configuration in scaled units, to be solved by the caller.
@@ -155,13 +162,15 @@ impl FemModel {
         rates: &[f64],
         formulation: &dyn Formulation,
     ) -> Result<Constrained, ModelError> {
-        let (PlacedMesh { mesh, .. }, poses) = self.placed_mesh(configuration)?;
+        let (PlacedMesh { mesh, .. }, placement) = self.placed_mesh(configuration)?;
         let constraints = self.scaled.constraints(configuration, rates)?;
         let loads = self.scaled.loads(configuration, None)?;
         let drive = self.drive(&constraints, &loads);
         let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-        let surfaces = self.meshes.boundary_surfaces(&poses);
-        let problem = self.problem(&mesh, &poses, &surfaces)?.with_space(&space);
+        let surfaces = self.meshes.boundary_surfaces(&placement);
+        let problem = self
+            .problem(&mesh, &placement, &surfaces)?
+            .with_space(&space);
         Ok(problem.assemble(&drive, formulation)?)
     }
 
@@ -187,7 +196,7 @@ impl FemModel {
                 .for_each(|(cell, share)| *cell += share);
         }
         let sizes = element_size::adapted_sizes(&last.mesh, &of_cells);
-        self.meshes.adapt(&last.poses, sizes)
+        self.meshes.adapt(&last.placement, sizes)
     }
 
     /// Solutions on the usual mesh of the configuration, or on that of the last adaptation.
@@ -279,7 +288,7 @@ impl Hydrodynamics for FemModel {
             solves_together: self.engine.is_none() && !MovingFrame::serves(&self.scaled.scene),
             follows_rheology: true,
             controls_error: false,
-            deforms: false,
+            deforms: true,
         }
     }
 
@@ -296,12 +305,20 @@ impl Hydrodynamics for FemModel {
     }
 
     fn history(&self) -> Result<History, ModelError> {
-        History::new(&self.meshes.reference_poses())
+        let placements = self.meshes.reference_placements();
+        match self.scaled.scene.deforms() {
+            true => History::new(&placements),
+            false => History::new(&placements.poses),
+        }
     }
 
     fn restore(&mut self, history: &History) -> Result<(), ModelError> {
         self.guesses.clear();
-        self.meshes.restore(&history.contents::<Vec<_>>()?)
+        let placements = match self.scaled.scene.deforms() && !history.is_empty() {
+            true => history.contents::<Placement>()?,
+            false => Placement::rigid(&history.contents::<Vec<_>>()?),
+        };
+        self.meshes.restore(&placements)
     }
 
     fn cost(&mut self, configuration: Configuration<'_>) -> Result<PredictedCost, ModelError> {
@@ -355,7 +372,7 @@ impl Resistances for FemModel {
     ) -> Result<SceneResistance, ModelError> {
         self.scaled
             .check_constant_viscosity("a resistance matrix")?;
-        let (PlacedMesh { mesh, .. }, poses) = self.placed_mesh(configuration)?;
+        let (PlacedMesh { mesh, .. }, placement) = self.placed_mesh(configuration)?;
         let (rtol, corrected) = (
             self.options.rtol,
             self.options.estimates == EstimatesKind::On,
@@ -364,14 +381,17 @@ impl Resistances for FemModel {
             true => problem.corrected_resistance(rtol),
             false => problem.resistance(rtol),
         };
-        let surfaces = self.meshes.boundary_surfaces(&poses);
+        let surfaces = self.meshes.boundary_surfaces(&placement);
         let grand = if mesh.symmetry_planes() == [false; 3] {
             let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
-            condensed(self.problem(&mesh, &poses, &surfaces)?.with_space(&space))?
+            condensed(
+                self.problem(&mesh, &placement, &surfaces)?
+                    .with_space(&space),
+            )?
         } else {
             // A mesh that ends at symmetry planes admits only symmetric motions of the bodies.
             let mesh = mesh.unfolded()?.mesh;
-            condensed(self.problem(&mesh, &poses, &surfaces)?)?
+            condensed(self.problem(&mesh, &placement, &surfaces)?)?
         };
         let resistance = match self.meshes.far_field() {
             Some(far) => far.corrected(grand.resistance)?,

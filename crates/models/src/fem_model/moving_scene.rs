@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use rigid::{Articulation, Constraints, ExternalLoad, RigidError, StateVelocity};
 use stokes::{Options, Solution};
 
-use super::mesh_generator::{MeshGenerator, Source};
+use super::mesh_generator::{MeshGenerator, Placement, Source};
 use super::reference_mesh::{ReferenceMesh, mesh_motions};
 use super::scene_solution::{ScaledFlow, ToScene};
 use super::solver_options;
@@ -165,7 +165,7 @@ impl MovingScene {
             far_field: None,
             container_error: 0.0,
         };
-        let mut answer = converter.answer(solved)?;
+        let mut answer = converter.answer(solved, &[])?;
         answer.flow = mesh.map(|mesh| {
             let flow = ScaledFlow {
                 mesh: Arc::new(mesh),
@@ -210,10 +210,10 @@ impl MovingMeshes {
     /// # Errors
     /// Bodies around which there is no first mesh; a motion that fails for another reason.
     pub fn moved(&mut self, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, ModelError> {
-        let poses = self.snapped(poses);
+        let placement = self.snapped(poses);
         match &self.reference {
-            Some(reference) => Ok(reference.moved(&self.generator, &poses)?.ok()),
-            None => self.new_mesh(&poses).map(Some),
+            Some(reference) => Ok(reference.moved(&self.generator, &placement)?.ok()),
+            None => self.new_mesh(placement).map(Some),
         }
     }
 
@@ -222,27 +222,27 @@ impl MovingMeshes {
     /// # Errors
     /// Bodies around which no mesh can be generated.
     pub fn renewed(&mut self, poses: &[Isometry3<f64>]) -> Result<TetMesh, ModelError> {
-        let poses = self.snapped(poses);
-        self.new_mesh(&poses)
+        self.new_mesh(self.snapped(poses))
     }
 
-    fn new_mesh(&mut self, poses: &[Isometry3<f64>]) -> Result<TetMesh, ModelError> {
+    fn new_mesh(&mut self, placement: Placement) -> Result<TetMesh, ModelError> {
         let mesh = match (&self.generator.source, &self.reference) {
             // The first mesh of a file is the file's.
             (Source::File { mesh, .. }, None) => mesh.clone(),
-            _ => self.generator.generate(poses)?,
+            _ => self.generator.generate(&placement)?,
         };
-        let (motion, at) = (self.motion.as_ref(), poses.to_vec());
         // The poses of all bodies would serve to restore a history, which a fluid's flow is not in.
-        let reference = ReferenceMesh::new(&self.generator, motion, mesh.clone(), at, &[])?;
+        let (motion, all) = (self.motion.as_ref(), Placement::default());
+        let reference = ReferenceMesh::new(&self.generator, motion, mesh.clone(), placement, &all)?;
         self.reference = Some(reference);
         Ok(mesh)
     }
 
-    /// The poses, with bodies on the symmetry planes that they are off by rounding.
-    fn snapped(&self, poses: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
-        let mut poses = poses.to_vec();
-        self.generator.snap_to_symmetry_planes(&mut poses);
-        poses
+    /// The placement at poses, with bodies on the symmetry planes that they are off by rounding.
+    fn snapped(&self, poses: &[Isometry3<f64>]) -> Placement {
+        let mut placement = Placement::rigid(poses);
+        let generator = &self.generator;
+        generator.snap_to_symmetry_planes(&mut placement.poses);
+        placement
     }
 }

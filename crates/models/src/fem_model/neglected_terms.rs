@@ -79,6 +79,12 @@ impl FemModel {
                 "give densities of bodies in place of their masses",
             );
         }
+        if scene.deforms() {
+            return refused(
+                "with bodies that deform",
+                "leave fluid.density and fluid.law out",
+            );
+        }
         if self.engine.is_some() {
             return refused("by an engine", "run it by `swim`");
         }
@@ -178,7 +184,7 @@ impl FemModel {
     ) -> Result<Moment, ModelError> {
         let (flow, query, rotation) = (solved.flow()?, &solved.query, to_frame.rotation);
         let points = query.placed.mesh.points().iter();
-        let momenta = self.momenta(masses, &query.poses, flow);
+        let momenta = self.momenta(masses, &query.placement.poses, flow);
         let turned = |momentum: &Vector6<f64>| {
             let [linear, angular] = [0, 3].map(|row| rotation * momentum.fixed_rows::<3>(row));
             joined(&linear, &angular)
@@ -237,8 +243,8 @@ impl FemModel {
         accelerations: &Accelerations,
     ) -> Result<FirstOrderChange, ModelError> {
         let (scaled, mesh) = (&self.scaled, &query.placed.mesh);
-        let surfaces = self.meshes.boundary_surfaces(&query.poses);
-        let problem = (self.problem(mesh, &query.poses, &surfaces)?).with_space(&query.space);
+        let surfaces = self.meshes.boundary_surfaces(&query.placement);
+        let problem = (self.problem(mesh, &query.placement, &surfaces)?).with_space(&query.space);
         let at_rest = Self::at_rest(query)?;
         let load = |rate: &Vector6<f64>| ExternalLoad {
             force: -rate.fixed_rows::<3>(0).into_owned(),
@@ -314,12 +320,12 @@ impl FemModel {
         let (rates, mut guesses) = ([at.rates.to_vec()], InitialGuesses::new(0));
         let now = self.solved(at.configuration, &rates, Meshes::at, &mut guesses)?;
         let query = &now.query;
-        let surfaces = self.meshes.boundary_surfaces(&query.poses);
-        let problem = self.problem(&query.placed.mesh, &query.poses, &surfaces)?;
+        let surfaces = self.meshes.boundary_surfaces(&query.placement);
+        let problem = self.problem(&query.placed.mesh, &query.placement, &surfaces)?;
         let problem = problem.with_space(&query.space);
         let (at_rest, loads) = (
             Self::at_rest(query)?,
-            vec![ExternalLoad::default(); query.poses.len()],
+            vec![ExternalLoad::default(); query.placement.poses.len()],
         );
         let (drive, velocity) = (self.drive(&at_rest, &loads), &now.flow()?.velocity);
         let options = self.solver_options().with_rtol(CHANGE_RTOL);
@@ -358,7 +364,7 @@ impl NeglectedTerms for FemModel {
             return Err(ModelError::NoSolution { model: NAME });
         };
         let [of_before, of_after] =
-            [before, after].map(|flow| self.momenta(&masses, &solved.query.poses, flow));
+            [before, after].map(|flow| self.momenta(&masses, &solved.query.placement.poses, flow));
         let at_rest = vec![Vector3::zeros(); after.velocity.len()];
         let accelerations = Accelerations {
             // a jump takes no time, in which nothing is convected

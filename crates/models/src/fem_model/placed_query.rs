@@ -12,7 +12,8 @@ use rigid::{Constraints, Drive, ExternalLoad};
 use scene::rheology::Law;
 use stokes::{Estimate, InitialGuesses, Options, Problem, Solution, SurfaceFlow};
 
-use super::far_field::{self, FixedBodies};
+use super::far_field::{self, FarField, FixedBodies};
+use super::mesh_generator::{Placement, Surfaced};
 use super::meshes::{Meshes, PlacedMesh};
 use super::moving_frame::MovingFrame;
 use super::scene_solution::{ScaledFlow, ToScene};
@@ -26,13 +27,15 @@ use crate::surface_motion::SurfaceMotion;
 /// A query with all that its solution needs besides the model, in scaled units.
 pub(super) struct PlacedQuery {
     pub placed: PlacedMesh,
-    pub poses: Vec<Isometry3<f64>>,
+    pub placement: Placement,
     time: f64,
     pub space: Arc<TaylorHood>,
     /// Space for error estimates, if they are requested.
     surplus: Option<Arc<SurplusSpace>>,
     /// One entry per set of rates.
     pub constraints: Vec<Constraints>,
+    /// Scaled rates of the amplitudes of deformations, one entry per set.
+    amplitude_rates: Vec<Vec<f64>>,
     loads: Vec<ExternalLoad>,
     pub frame: Option<MovingFrame>,
     container_error: f64,
@@ -42,11 +45,11 @@ pub(super) struct PlacedQuery {
     seconds: f64,
 }
 
-/// A mesh with bodies at `poses`, and the error estimate of the last solution on it until it is
+/// A mesh with placed bodies, and the error estimate of the last solution on it until it is
 /// used to adapt the mesh.
 pub(super) struct Adaptable {
     pub mesh: Arc<TetMesh>,
-    pub poses: Vec<Isometry3<f64>>,
+    pub placement: Placement,
     pub estimate: Option<Estimate>,
 }
 
@@ -115,13 +118,22 @@ impl FemModel {
             configuration,
             ..*query
         };
+        for rates in query.rates {
+            self.scaled.check_volume(configuration, rates)?;
+        }
+        let amplitude_rates = (query.rates.iter())
+            .map(|rates| {
+                let rates = self.scaled.values(rates);
+                self.scaled.amplitudes().map(|joint| rates[joint]).collect()
+            })
+            .collect();
         let constraints = (query.rates.iter())
             .map(|rates| (self.scaled).query_constraints(&turned, rates))
             .collect::<Result<_, _>>()?;
         if let Some(last) = &mut self.last {
             last.estimate = None;
         }
-        let (placed, poses) = self.mesh_by(configuration, mesh_at)?;
+        let (placed, placement) = self.mesh_by(configuration, mesh_at)?;
         let estimates = (self.capabilities().error_estimates).given(query.estimates);
         if estimates {
             self.meshes.prepare_estimates()?;
@@ -130,12 +142,13 @@ impl FemModel {
             space: self.meshes.space().ok_or(ModelError::NoMesh)?,
             surplus: self.meshes.surplus_space().filter(|_| estimates),
             constraints,
+            amplitude_rates,
             loads: self.scaled.loads(configuration, query.inertia)?,
             frame,
-            container_error: self.meshes.container_error(&poses),
+            container_error: self.meshes.container_error(&placement),
             flows: query.flows,
             placed,
-            poses,
+            placement,
             time: configuration.time,
             seconds: clock.elapsed().as_secs_f64(),
         })
@@ -213,9 +226,10 @@ impl FemModel {
         let (mut solved, motion) = self.flows(&query, &self.solver_options(), guesses)?;
         let PlacedQuery {
             placed,
-            poses,
+            placement,
             time,
             frame,
+            amplitude_rates,
             ..
         } = query;
         let (mesh, mut remeshed) = (placed.mesh, placed.remeshed);
@@ -232,8 +246,8 @@ impl FemModel {
         };
         let mut solutions = Vec::with_capacity(solved.len());
         let mut estimate = None;
-        for mut solved in solved {
-            let mut solution = converter.answer(&mut solved)?;
+        for (mut solved, rates) in solved.into_iter().zip(amplitude_rates) {
+            let mut solution = converter.answer(&mut solved, &rates)?;
             solution.remeshed = remeshed.take();
             if let Some(frame) = &frame {
                 solution.rotate(&frame.rotation());
@@ -253,7 +267,7 @@ impl FemModel {
         }
         let last = (!solutions.is_empty()).then_some(Adaptable {
             mesh,
-            poses,
+            placement,
             estimate,
         });
         Ok((solutions, last))
@@ -269,20 +283,68 @@ impl FemModel {
         options: &Options,
         guesses: &mut InitialGuesses,
     ) -> Result<(Vec<Solution>, Option<SurfaceMotion>), ModelError> {
-        let (mesh, poses) = (&query.placed.mesh, &query.poses);
-        let surfaces = self.meshes.boundary_surfaces(poses);
-        let mut problem = (self.problem(mesh, poses, &surfaces)?).with_space(&query.space);
+        let placement = &query.placement;
+        let surfaces = self.meshes.boundary_surfaces(placement);
         let to_laboratory = (query.frame).map(|frame| self.to_laboratory(frame));
-        let flows = SurfaceMotion::new(&self.scaled, poses, &[]).map(|motion| BodyFlows {
-            motion: motion.in_frame(to_laboratory),
-            surfaces: &surfaces,
-        });
-        if let Some(flows) = &flows {
+        let motion = SurfaceMotion::new(&self.scaled, &placement.poses, &placement.values);
+        let motion = motion.map(|motion| motion.in_frame(to_laboratory));
+        // Surfaces that deform have the velocities of one set of rates: each has a right-hand side
+        // of its own, and is solved by itself.
+        let at_once = match self.scaled.scene.deforms() {
+            true => 1,
+            false => query.constraints.len().max(1),
+        };
+        let mut solved = Vec::with_capacity(query.constraints.len());
+        let sets = query.constraints.chunks(at_once);
+        for (constraints, rates) in sets.zip(query.amplitude_rates.chunks(at_once)) {
+            let flows = motion.as_ref().map(|motion| BodyFlows {
+                motion,
+                rates: rates.first().map_or(&[][..], Vec::as_slice),
+                surfaces: &surfaces,
+                sources: self.meshes.generator.far_field,
+                centres: self.centres(placement),
+            });
+            solved.extend(self.flows_of_rates(
+                query,
+                constraints,
+                flows.as_ref(),
+                options,
+                guesses,
+            )?);
+        }
+        Ok((solved, motion))
+    }
+
+    /// Centres of the bodies with surfaces.
+    fn centres(&self, placement: &Placement) -> Vec<Vector3<f64>> {
+        let surfaced = self.meshes.generator.surfaced.iter();
+        let centre = |s: &Surfaced| placement.poses[s.body].translation.vector;
+        surfaced.map(centre).collect()
+    }
+
+    /// Flows for some rates of a query, with the same velocities of surfaces relative to the
+    /// bodies.
+    ///
+    /// # Errors
+    /// Those of [`Hydrodynamics::solve`].
+    fn flows_of_rates(
+        &self,
+        query: &PlacedQuery,
+        constraints: &[Constraints],
+        flows: Option<&BodyFlows<'_>>,
+        options: &Options,
+        guesses: &mut InitialGuesses,
+    ) -> Result<Vec<Solution>, ModelError> {
+        let mesh = &query.placed.mesh;
+        let surfaces = self.meshes.boundary_surfaces(&query.placement);
+        let mut problem =
+            (self.problem(mesh, &query.placement, &surfaces)?).with_space(&query.space);
+        if let Some(flows) = flows {
             problem = problem.with_surface_flow(flows);
         }
         let has_fixed = self.scaled.set.held_translation().contains(&true);
         let law = self.law_in_domain(has_fixed)?;
-        let mut constraints = Cow::Borrowed(&query.constraints);
+        let mut constraints = Cow::Borrowed(constraints);
         if let (Some(far), true) = (self.meshes.far_field(), has_fixed) {
             let fixed = FixedBodies {
                 problem: &problem,
@@ -297,7 +359,7 @@ impl FemModel {
         let drive = |constraints| self.drive(constraints, &query.loads);
         let drives: Vec<Drive> = constraints.iter().map(drive).collect();
         let surplus = query.surplus.as_deref();
-        let solved = match &law {
+        Ok(match &law {
             None => problem.solve_all(&drives, options, guesses, surplus)?,
             Some(law) => {
                 let solve = |drive| -> Result<Solution, ModelError> {
@@ -307,8 +369,7 @@ impl FemModel {
                 };
                 drives.iter().map(solve).collect::<Result<_, _>>()?
             }
-        };
-        Ok((solved, flows.map(|flows| flows.motion)))
+        })
     }
 
     /// The scaled viscosity law of the scene.
@@ -368,25 +429,22 @@ impl FemModel {
         }
     }
 
-    /// The problem on a mesh with the bodies at `poses`, in scaled units.
+    /// The problem on a mesh with placed bodies, in scaled units.
     ///
-    /// `surfaces` are those of `Meshes::boundary_surfaces` at the same poses.
+    /// `surfaces` are those of `Meshes::boundary_surfaces` in the same placement.
     pub(super) fn problem<'m>(
         &self,
         mesh: &'m TetMesh,
-        poses: &[Isometry3<f64>],
+        placement: &Placement,
         surfaces: &'m [(&str, Box<dyn Surface>)],
     ) -> Result<Problem<'m>, ModelError> {
-        let centres: Vec<_> = (self.meshes.generator.surfaced.iter())
-            .map(|s| poses[s.body].translation.vector)
-            .collect();
         let bodies: Vec<_> = (self.meshes.generator.tags())
-            .zip(centres.iter().copied())
+            .zip(self.centres(placement))
             .collect();
         let surfaces: Vec<NamedSurface> = surfaces.iter().map(|(name, s)| (*name, &**s)).collect();
         let problem = Problem::new(mesh, &bodies, &self.meshes.generator.wall_tags())?
             .with_surfaces(&surfaces)?;
-        Ok(match self.meshes.permeability(mesh, poses) {
+        Ok(match self.meshes.permeability(mesh, placement) {
             Some(permeability) => problem.with_permeability(permeability),
             None => problem,
         })
@@ -395,9 +453,15 @@ impl FemModel {
 
 /// The motion of surfaces with the surfaces that it is on.
 struct BodyFlows<'a> {
-    motion: SurfaceMotion,
+    motion: &'a SurfaceMotion,
+    /// Scaled rates of the amplitudes of deformations.
+    rates: &'a [f64],
     /// Surfaces of the bodies; those of walls after them are not used.
     surfaces: &'a [(&'a str, Box<dyn Surface>)],
+    /// The ball in place of unbounded fluid, through whose wall bodies that grow push fluid.
+    sources: Option<FarField>,
+    /// Centres of the bodies.
+    centres: Vec<Vector3<f64>>,
 }
 
 impl SurfaceFlow for BodyFlows<'_> {
@@ -408,6 +472,41 @@ impl SurfaceFlow for BodyFlows<'_> {
             }
             _ => Vector3::zeros(),
         }
+    }
+
+    fn rates(&self) -> &[f64] {
+        self.rates
+    }
+
+    fn of_rate(&self, coordinate: usize, body: usize, x: &Vector3<f64>) -> Vector3<f64> {
+        let Some((_, surface)) = self.surfaces.get(body) else {
+            return Vector3::zeros();
+        };
+        let joint = self.motion.amplitudes()[coordinate];
+        let arm = surface.closest_point(*x) - self.centres[body];
+        self.motion.of_amplitude(body, &arm, joint)
+    }
+
+    fn volume_rate(&self, coordinate: usize, body: usize) -> f64 {
+        let joint = self.motion.amplitudes()[coordinate];
+        self.motion.volume_rate(body, joint)
+    }
+
+    fn at_wall(&self, x: &Vector3<f64>) -> Vector3<f64> {
+        let Some(far) = &self.sources else {
+            return Vector3::zeros();
+        };
+        let of_body = |(body, centre): (usize, &Vector3<f64>)| {
+            let rates = self.rates.iter().enumerate();
+            let flux: f64 = rates
+                .map(|(k, rate)| rate * self.volume_rate(k, body))
+                .sum();
+            if flux == 0.0 {
+                return Vector3::zeros();
+            }
+            far.flow_of_source(flux, centre, x)
+        };
+        self.centres.iter().enumerate().map(of_body).sum()
     }
 
     fn background(&self, x: &Vector3<f64>) -> Vector3<f64> {

@@ -4,14 +4,15 @@ use std::sync::Arc;
 
 use ale::{
     Biharmonic, Elastic, Harmonic, Kernel, MeshMotion, MovingBody, Rbf, ReferenceMap, Stiffening,
+    SurfaceDisplacement,
 };
 use fem::{SurplusSpace, TaylorHood};
 use mesh::{Quality, TetMesh};
 use mesher::Capsule;
-use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::cylinder;
-use super::mesh_generator::{MeshGenerator, Poses};
+use super::mesh_generator::{MeshGenerator, Placement, Surfaced};
 use crate::{ModelError, Remesh};
 use scene::MeshMotionKind;
 
@@ -42,11 +43,11 @@ pub struct ReferenceMesh {
     pub space: Arc<TaylorHood>,
     /// Space for error estimates; created when estimates are first requested.
     pub surplus: Option<Arc<SurplusSpace>>,
-    /// Poses of the bodies with surfaces.
-    surfaced: Vec<Isometry3<f64>>,
-    /// Poses of all bodies of the scene for which the reference was needed; empty for the mesh of a
-    /// file, moved by the first method.
-    pub poses: Vec<Isometry3<f64>>,
+    /// Placement of the bodies with surfaces.
+    surfaced: Placement,
+    /// Placement of all bodies of the scene for which the reference was needed; empty for the mesh
+    /// of a file, moved by the first method.
+    pub placement: Placement,
     gap_ratio: f64,
     quality: Quality,
     /// The part of a cylinder that the mesh fills.
@@ -54,8 +55,8 @@ pub struct ReferenceMesh {
 }
 
 impl ReferenceMesh {
-    /// Prepares the motion of a mesh; `surfaced` are the poses of the bodies with surfaces, `poses`
-    /// those of all bodies.
+    /// Prepares the motion of a mesh; `surfaced` is the placement of the bodies with surfaces,
+    /// `placement` that of all bodies.
     ///
     /// # Errors
     /// A mesh that is too large, or whose motion cannot be computed.
@@ -63,18 +64,18 @@ impl ReferenceMesh {
         generator: &MeshGenerator,
         motion: &dyn MeshMotion,
         mesh: TetMesh,
-        surfaced: Vec<Isometry3<f64>>,
-        poses: &[Isometry3<f64>],
+        surfaced: Placement,
+        placement: &Placement,
     ) -> Result<Self, ModelError> {
         let space = Arc::new(TaylorHood::new(&mesh)?);
         let moving: Vec<MovingBody> = generator
             .tags()
-            .zip(generator.surfaced.iter().zip(&surfaced))
+            .zip(generator.surfaced.iter().zip(&surfaced.poses))
             .map(|(tag, (body, pose))| MovingBody {
                 tag: tag.to_owned(),
                 centre: pose.translation.vector,
                 // Rotations do not change spheres.
-                rotates: !body.shape.is_isotropic(),
+                rotates: !body.is_isotropic(),
             })
             .collect();
         let gap_ratio = generator.gap_ratio(&mesh, &surfaced);
@@ -89,7 +90,7 @@ impl ReferenceMesh {
             space,
             surplus: None,
             surfaced,
-            poses: poses.to_vec(),
+            placement: placement.clone(),
         })
     }
 
@@ -104,30 +105,30 @@ impl ReferenceMesh {
         Ok(())
     }
 
-    /// Distance from bodies at `poses` to the nearer end of a cylinder, in its radii.
-    pub fn end_distance(&self, generator: &MeshGenerator, poses: &Poses) -> Option<f64> {
+    /// Distance from placed bodies to the nearer end of a cylinder, in its radii.
+    pub fn end_distance(&self, generator: &MeshGenerator, placement: &Placement) -> Option<f64> {
         let capsule = self.capsule.as_ref()?;
         Some(cylinder::end_distance(
             capsule,
-            &generator.bounding_balls(poses),
+            &generator.bounding_balls(placement),
         ))
     }
 
-    /// The mesh moved to bodies at `poses`, or the reason why it becomes too poor.
+    /// The mesh moved to placed bodies, or the reason why it becomes too poor.
     ///
     /// # Errors
     /// A failed motion for another reason than a poor mesh.
     pub fn moved(
         &self,
         generator: &MeshGenerator,
-        poses: &Poses,
+        placement: &Placement,
     ) -> Result<Result<TetMesh, Remesh>, ModelError> {
-        if let Some(distance) = self.end_distance(generator, poses)
+        if let Some(distance) = self.end_distance(generator, placement)
             && cylinder::is_too_close(distance)
         {
             return Ok(Err(Remesh::End(distance)));
         }
-        let mesh = match self.moved_anyway(generator, poses) {
+        let mesh = match self.moved_anyway(generator, placement) {
             Ok(mesh) => mesh,
             Err(ale::AleError::Invalid(_)) => return Ok(Err(Remesh::Inverted)),
             Err(other) => return Err(other.into()),
@@ -142,35 +143,53 @@ impl ReferenceMesh {
         if quality.min_quality < MIN_QUALITY.min(ALWAYS_ALLOWED * reference.min_quality) {
             return Ok(Err(Remesh::Quality(quality.min_quality)));
         }
-        let gap_ratio = generator.gap_ratio(&mesh, poses);
+        let gap_ratio = generator.gap_ratio(&mesh, placement);
         if gap_ratio > MAX_GAP_RATIO.max(self.gap_ratio / ALWAYS_ALLOWED) {
             return Ok(Err(Remesh::Gap(gap_ratio)));
         }
         Ok(Ok(mesh))
     }
 
-    /// The mesh moved to bodies at `poses`, without limits of quality.
+    /// The mesh moved to placed bodies, without limits of quality.
+    ///
+    /// Nodes on a body that deforms move along their rays from its centre onto the surface of the
+    /// new shape, whatever the motion of material points.
     ///
     /// # Errors
     /// [`ale::AleError::Invalid`] if a cell is inverted.
     pub fn moved_anyway(
         &self,
         generator: &MeshGenerator,
-        poses: &Poses,
+        placement: &Placement,
     ) -> Result<TetMesh, ale::AleError> {
-        let bodies = generator.surfaced.iter().zip(poses).zip(&self.surfaced);
-        let motions: Vec<Isometry3<f64>> = bodies
-            .map(|((body, now), then)| {
-                let translation = now.translation.vector - then.translation.vector;
-                // Rotations do not change spheres, whose surface meshes are translated.
-                let rotation = match body.shape.is_isotropic() {
-                    true => UnitQuaternion::identity(),
-                    false => now.rotation * then.rotation.inverse(),
+        let poses = placement.poses.iter().zip(&self.surfaced.poses);
+        let bodies = || generator.surfaced.iter().zip(poses.clone());
+        let motion = |(body, (now, then)): (&Surfaced, (&Isometry3<f64>, &Isometry3<f64>))| {
+            let translation = now.translation.vector - then.translation.vector;
+            // Rotations do not change spheres, whose surface meshes are translated.
+            let rotation = match body.is_isotropic() {
+                true => UnitQuaternion::identity(),
+                false => now.rotation * then.rotation.inverse(),
+            };
+            Isometry3::from_parts(Translation3::from(translation), rotation)
+        };
+        let motions: Vec<Isometry3<f64>> = bodies().map(motion).collect();
+        let displacements: Vec<Option<Box<SurfaceDisplacement<'_>>>> = (bodies().zip(&motions))
+            .map(|((body, (_, then)), motion)| {
+                let deformation = body.deformation.as_ref()?;
+                let values = [&placement.values, &self.surfaced.values];
+                let [to, from] = values.map(|values| generator.distances(deformation, values));
+                let displacement = move |x: &Vector3<f64>| {
+                    let arm = x - then.translation.vector;
+                    let direction = arm.try_normalize(0.0).unwrap_or_default();
+                    let own = then.rotation.inverse() * direction;
+                    motion.rotation * direction * (to(&own) - from(&own))
                 };
-                Isometry3::from_parts(Translation3::from(translation), rotation)
+                Some(Box::new(displacement) as Box<SurfaceDisplacement<'_>>)
             })
             .collect();
-        self.map.moved(&motions)
+        let displacements: Vec<_> = displacements.iter().map(Option::as_deref).collect();
+        self.map.moved_and_deformed(&motions, &displacements)
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use mesh::TetMesh;
 use nalgebra::Vector3;
 use rigid::{Articulation, FlowSolution};
-use stokes::Solution;
+use stokes::{Solution, SurfacePowers};
 
 use super::far_field::{FarField, total_force};
 use super::moving_frame::MovingFrame;
@@ -39,11 +39,16 @@ pub struct ToScene<'a> {
 impl ToScene<'_> {
     /// Converts a solution: corrected, if errors were estimated, and with the far-field correction.
     ///
-    /// The flow of `solved` is replaced by the corrected one.
+    /// The flow of `solved` is replaced by the corrected one. `rates` are the scaled rates of the
+    /// amplitudes of deformations.
     ///
     /// # Errors
     /// A solution for another set of bodies.
-    pub fn answer(&self, solved: &mut Solution) -> Result<InstantaneousSolution, ModelError> {
+    pub fn answer(
+        &self,
+        solved: &mut Solution,
+        rates: &[f64],
+    ) -> Result<InstantaneousSolution, ModelError> {
         let set = &self.scaled.set;
         let far_field = |flow: &FlowSolution| {
             let velocity = |far: FarField| far.velocity_correction(total_force(flow));
@@ -52,7 +57,7 @@ impl ToScene<'_> {
         let before = far_field(&solved.flow);
         let unshifted = solved.estimate.as_ref().map(|_| solved.flow.clone());
         shift(set, before, &mut solved.flow);
-        let computed = self.convert(solved, &solved.flow, solved.slip_power)?;
+        let computed = self.convert(solved, &solved.flow, (&solved.powers, rates))?;
         let (Some(estimate), Some(mut corrected)) = (&solved.estimate, unshifted) else {
             return Ok(computed);
         };
@@ -63,8 +68,9 @@ impl ToScene<'_> {
         // part of the container error.
         let has_fixed = set.held_translation().contains(&true);
         shift(set, if has_fixed { before } else { after }, &mut corrected);
-        let slip_power = solved.slip_power + estimate.slip_power;
-        let mut answer = self.convert(solved, &corrected, slip_power)?;
+        let mut powers = solved.powers.clone();
+        powers.add(&estimate.powers);
+        let mut answer = self.convert(solved, &corrected, (&powers, rates))?;
         if let (true, Some(bar)) = (has_fixed, &mut answer.error_estimate.container) {
             *bar += self.scaled.scale.length_to_scene((after - before).norm());
         }
@@ -106,21 +112,22 @@ impl ToScene<'_> {
         })
     }
 
-    /// Converts a solution with `flow` and `slip_power` in place of its own.
+    /// Converts a solution with `flow` and `powers` in place of its own.
     fn convert(
         &self,
         solution: &Solution,
         flow: &FlowSolution,
-        slip_power: f64,
+        (powers, rates): (&SurfacePowers, &[f64]),
     ) -> Result<InstantaneousSolution, ModelError> {
         let (scale, set) = (&self.scaled.scale, &self.scaled.set);
-        let scaled = ScaledResponse::of_flow(flow, slip_power, Vec::new(), set)?;
+        let amplitudes = rates.iter().copied().zip(powers.rates.iter().copied());
+        let scaled = ScaledResponse::of_flow(flow, powers.slip, amplitudes.collect(), set)?;
         let response = self.scaled.response_to_scene(self.time, scaled);
         let bodies = &response.bodies;
         let holding = || response.holding.iter();
         let mut speed = largest_norm(bodies.iter().map(|b| b.velocity));
-        if self.scaled.scene.has_surface_velocity() {
-            // Bodies at rest disturb a background flow too.
+        if self.scaled.scene.has_surface_velocity() || self.scaled.scene.deforms() {
+            // Bodies at rest disturb a background flow too, and by their deformation.
             let fastest = largest_norm(flow.velocity.iter().copied());
             speed = speed.max(scale.length_to_scene(fastest));
         }

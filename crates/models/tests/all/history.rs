@@ -2,7 +2,8 @@
 
 use models::{FemModel, History, Hydrodynamics, ModelError};
 
-use testkit::solve_at;
+use scene::Scene;
+use testkit::{SceneText, solve_at};
 
 use crate::scenes::three_spheres_in_ball;
 
@@ -37,16 +38,31 @@ fn contents_of_another_type_are_refused() {
 #[test]
 fn a_restored_model_continues_bitwise() {
     let scene = three_spheres_in_ball();
-    let mut model = FemModel::new(&scene).unwrap();
-    solve_at(&mut model, &[10.0, 10.0], &[-1.0, 0.5]);
+    check_restored(&scene, [&[10.0, 10.0], &[9.5, 10.0]], &[-1.0, 0.5]);
+}
+
+/// The history has the shapes of the bodies around which meshes were generated.
+#[test]
+fn a_restored_model_of_bodies_that_deform_continues_bitwise() {
+    let text = SceneText::new()
+        .sphere("a", 1.0, [0; 3])
+        .sphere("b", 0.8, [3, 0, 0])
+        .joint("flow", "a", "b", "joint = \"exchange\"")
+        .ball(6.0)
+        .elements(1.2);
+    check_restored(&text.scene(), [&[5.0], &[4.2]], &[1.0]);
+}
+
+fn check_restored(scene: &Scene, [first, second]: [&[f64]; 2], rates: &[f64]) {
+    let mut model = FemModel::new(scene).unwrap();
+    solve_at(&mut model, first, rates);
     let history = model.history().unwrap();
 
     // Both forget their initial guesses; the mesh is that of the first configuration, moved.
     model.restore(&history).unwrap();
-    let mut other = FemModel::new(&scene).unwrap();
+    let mut other = FemModel::new(scene).unwrap();
     other.restore(&through_json(&history)).unwrap();
-    let [expected, found] =
-        [&mut model, &mut other].map(|m| solve_at(m, &[9.5, 10.0], &[-1.0, 0.5]));
+    let [expected, found] = [&mut model, &mut other].map(|m| solve_at(m, second, rates));
     assert_eq!(found.bodies, expected.bodies);
     assert_eq!(found.joint_loads, expected.joint_loads);
     assert_eq!(found.motion, expected.motion);

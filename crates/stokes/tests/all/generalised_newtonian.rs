@@ -164,11 +164,11 @@ fn speed_and_power_of_a_squirmer_are_within_their_bars() {
     let bar = (estimate.relative_uncertainty * change).hypot(estimate.uncertainty / (2.0 / 3.0));
     within(speed(&solution.flow), change, bar, 0.932_740_640_7);
     let unit = 16.0 * PI / 3.0;
-    let change = estimate.slip_power / unit;
+    let change = estimate.powers.slip / unit;
     let bar = (estimate.relative_uncertainty * change).abs();
-    within(solution.slip_power / unit, change, bar, 0.752_406_0);
+    within(solution.powers.slip / unit, change, bar, 0.752_406_0);
     assert!(steps <= 6, "{steps} steps");
-    assert!((solved.dissipation / solution.slip_power - 1.0).abs() < 1e-7);
+    assert!((solved.dissipation / solution.powers.slip - 1.0).abs() < 1e-7);
 }
 
 /// A mesh of two spheres in a ball, with their centres.

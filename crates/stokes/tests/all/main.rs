@@ -1,5 +1,6 @@
 //! The tests of this crate in one binary.
 
+mod deformation;
 mod examples;
 mod flow;
 mod generalised_newtonian;

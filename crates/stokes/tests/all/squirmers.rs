@@ -102,7 +102,7 @@ fn corrected_speeds_of_a_squirmer_in_a_ball_are_within_their_bars() {
             error.abs() < bar && bar < (computed - exact).abs(),
             "{error:e} {bar:e}"
         );
-        let (computed, change) = (solved.slip_power, estimate.slip_power);
+        let (computed, change) = (solved.powers.slip, estimate.powers.slip);
         let error = computed + change - exact_power;
         let bar = estimate.relative_uncertainty * change.abs();
         assert!(
@@ -237,12 +237,12 @@ fn a_squirmer_between_symmetry_planes_has_the_solution_on_the_reflected_mesh() {
         let close = |own: f64, all: f64, tolerance: f64| {
             assert!((own / all - 1.0).abs() < tolerance, "{own} {all}");
         };
-        close(own.slip_power, all.slip_power, 1e-9);
+        close(own.powers.slip, all.powers.slip, 1e-9);
         let [first, second] = [&own, &all].map(|s| s.checks.unwrap());
         close(1.0 + first.dissipation, 1.0 + second.dissipation, 1e-9);
         close(first.force_by_stress, second.force_by_stress, 1e-6);
         let [first, second] = [own, all].map(|s| s.estimate.unwrap());
-        close(first.slip_power, second.slip_power, 0.03);
+        close(first.powers.slip, second.powers.slip, 0.03);
         close(
             first.relative_uncertainty,
             second.relative_uncertainty,

@@ -17,6 +17,15 @@ const IN_THE_PLANE: f64 = 1e-6;
 const OF_STROKES: f64 = 5e-8;
 const OF_WAVES: f64 = 2e-6;
 
+/// Tolerance of strokes by elements in space, which limits the error of the integration alone.
+const OF_INTEGRATION: f64 = 1e-3;
+
+/// Promise for net displacements by elements in space, whose error bars are of this order.
+const BY_ELEMENTS: f64 = 2e-3;
+
+/// The same of waves, whose displacement is the small difference of large ones.
+const WAVES_BY_ELEMENTS: f64 = 2e-2;
+
 /// All rows; one stroke and one wave in the quick part.
 pub fn rows(quick: bool) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
@@ -34,14 +43,22 @@ pub fn rows(quick: bool) -> Result<Vec<Row>> {
             IN_THE_PLANE,
             IN_THE_PLANE,
         )?);
+        rows.push(pushmepullyou(stroke, "fem", OF_INTEGRATION, BY_ELEMENTS)?);
     }
     let waves = if quick { 1 } else { SHAPE_WAVES.len() };
     for wave in &SHAPE_WAVES[..waves] {
-        rows.push(shape_wave(wave, "axisymmetric", IN_THE_PLANE)?);
+        let plane = ("axisymmetric", IN_THE_PLANE, OF_WAVES);
+        rows.push(shape_wave(wave, plane)?);
+        if !quick {
+            rows.push(shape_wave(
+                wave,
+                ("fem", OF_INTEGRATION, WAVES_BY_ELEMENTS),
+            )?);
+        }
     }
     if !quick {
         for wave in &TANGENTIAL_WAVES {
-            rows.push(shape_wave(wave, "multipole", 1e-7)?);
+            rows.push(shape_wave(wave, ("multipole", 1e-7, OF_WAVES))?);
         }
     }
     Ok(rows)
@@ -105,7 +122,7 @@ fn pushmepullyou(stroke: &Pushmepullyou, model: &str, tolerance: f64, allowed: f
 }
 
 /// The displacement of a sphere with two modes `eps cos t` and `eps sin t` in a period.
-fn shape_wave(wave: &ShapeWave, model: &str, tolerance: f64) -> Result<Row> {
+fn shape_wave(wave: &ShapeWave, (model, tolerance, allowed): (&str, f64, f64)) -> Result<Row> {
     let (eps, motion) = (wave.amplitude, wave.motion);
     let text = format!(
         r#"
@@ -135,7 +152,7 @@ fn shape_wave(wave: &ShapeWave, model: &str, tolerance: f64) -> Result<Row> {
         "N",
         name,
         values,
-        (OF_WAVES, Basis::Promised),
+        (allowed, Basis::Promised),
         cost(&outcome),
     )
     .with(Estimated::bound(outcome.error_estimate.total()))

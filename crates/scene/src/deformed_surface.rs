@@ -1,0 +1,347 @@
+//! The true surfaces of bodies that deform, as the mesh generator sees them.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use mesh::{Surface, SurfaceMesh};
+use mesher::{Placed, Sphere};
+use nalgebra::{Isometry3, Vector2, Vector3};
+
+use crate::deformation::{Deformation, RadialProfile, any_normal};
+
+/// Angles at which a meridian is tabulated: the highest degree of a mode has twenty samples per
+/// wave.
+const SAMPLES: usize = 256;
+
+/// Largest length of the edges of a coarse triangulation, over the reach: half a radius of
+/// curvature, like the coarse triangulations of other shapes.
+const COARSE_EDGE: f64 = 0.5;
+
+/// Largest number of edges along a quarter of a meridian in a coarse triangulation.
+const MAX_COARSE_EDGES: f64 = 64.0;
+
+/// Steps of Newton's method for a closest point, more than it needs.
+const MAX_STEPS: usize = 60;
+
+/// A point of a meridian: the coordinates along the axis and across it.
+type Point = Vector2<f64>;
+
+impl Deformation {
+    /// The surface at these values of the joints, at a pose relative to the initial configuration.
+    ///
+    /// `unit` is the length in the surface that is one in the scene.
+    pub fn surface(&self, values: &[f64], pose: &Isometry3<f64>, unit: f64) -> Box<dyn Surface> {
+        let mut profile = self.profile(values);
+        profile.radius *= unit;
+        match self.axis().filter(|_| !self.is_sphere()) {
+            None => Box::new(Sphere::new(pose.translation.vector, profile.radius)),
+            Some(axis) => Box::new(Placed {
+                shape: Revolved::new(profile, axis),
+                pose: *pose,
+            }),
+        }
+    }
+}
+
+/// The surface of revolution of a radial function about an axis through the origin.
+struct Revolved {
+    profile: RadialProfile,
+    axis: Vector3<f64>,
+    /// A direction across the axis, for points on it.
+    across: Vector3<f64>,
+    /// Angles with the axis and points of the meridian.
+    samples: Vec<(f64, Point)>,
+    reach: f64,
+    is_convex: bool,
+}
+
+/// A point of the meridian with its derivatives with respect to the angle.
+struct MeridianPoint {
+    at: Point,
+    tangent: Point,
+    second: Point,
+}
+
+impl MeridianPoint {
+    /// The outward unit normal.
+    fn normal(&self) -> Point {
+        Point::new(self.tangent.y, -self.tangent.x).normalize()
+    }
+
+    /// Curvatures along the meridian and around the axis; positive where the surface is convex.
+    fn curvatures(&self) -> [f64; 2] {
+        let along = (self.tangent.y * self.second.x - self.tangent.x * self.second.y)
+            / -self.tangent.norm().powi(3);
+        let around = self.normal().y / self.at.y;
+        // At the poles both are equal.
+        [along, if around.is_finite() { around } else { along }]
+    }
+}
+
+impl Revolved {
+    fn new(profile: RadialProfile, axis: Vector3<f64>) -> Self {
+        let mut surface = Self {
+            profile,
+            axis,
+            across: any_normal(&axis),
+            samples: Vec::new(),
+            reach: 0.0,
+            is_convex: true,
+        };
+        let mut points = Vec::with_capacity(SAMPLES + 1);
+        for k in 0..=SAMPLES {
+            let angle = PI * k as f64 / SAMPLES as f64;
+            let point = surface.meridian(angle);
+            surface.samples.push((angle, point.at));
+            points.push(point);
+        }
+        let curvatures = || points.iter().flat_map(MeridianPoint::curvatures);
+        surface.is_convex = curvatures().all(|curvature| curvature >= 0.0);
+        let largest = curvatures().fold(0.0, |most: f64, own| most.max(own.abs()));
+        // Federer (1959): the reach is the infimum of |y - x|² / (2 |(y - x) · n(x)|). For two
+        // circles of latitude it is attained where the points are in one plane with the axis.
+        let mut ratio: f64 = 0.0;
+        for x in &points {
+            let normal = x.normal();
+            for (other, side) in points.iter().flat_map(|y| [(y, 1.0), (y, -1.0)]) {
+                let arm = Point::new(other.at.x, side * other.at.y) - x.at;
+                let squared = arm.norm_squared();
+                if squared > 0.0 {
+                    ratio = ratio.max(2.0 * arm.dot(&normal).abs() / squared);
+                }
+            }
+        }
+        surface.reach = 1.0 / largest.max(ratio);
+        surface
+    }
+
+    /// The point of the meridian at an angle with the axis.
+    fn meridian(&self, angle: f64) -> MeridianPoint {
+        // The poles are on the axis exactly, so that they stay on symmetry planes.
+        let (sine, cosine) = match angle < PI {
+            true => angle.sin_cos(),
+            false => (0.0, -1.0),
+        };
+        let [r, slope, curve] = self.profile.with_derivatives((sine, cosine));
+        let (out, along) = (Point::new(cosine, sine), Point::new(-sine, cosine));
+        MeridianPoint {
+            at: r * out,
+            tangent: slope * out + r * along,
+            second: (curve - r) * out + 2.0 * slope * along,
+        }
+    }
+
+    /// Coordinates along the axis and across it, and the direction across it.
+    fn coordinates(&self, x: &Vector3<f64>) -> (Point, Vector3<f64>) {
+        let along = x.dot(&self.axis);
+        let across = x - along * self.axis;
+        let direction = across.try_normalize(0.0).unwrap_or(self.across);
+        (Point::new(along, across.norm()), direction)
+    }
+
+    /// The point of the meridian closest to a point in its plane.
+    ///
+    /// Newton's method for `(p - x) · p' = 0` beside the closest sample, with bisection where it
+    /// leaves the bracket. Two samples are equally close only near the medial axis, farther from
+    /// the surface than its reach.
+    fn foot(&self, x: &Point) -> MeridianPoint {
+        let distance = |k: usize| (self.samples[k].1 - x).norm_squared();
+        let closest = (0..=SAMPLES).fold(0, |best, k| match distance(k) < distance(best) {
+            true => k,
+            false => best,
+        });
+        let mut low = self.samples[closest.saturating_sub(1)].0;
+        let mut high = self.samples[(closest + 1).min(SAMPLES)].0;
+        let mut angle = self.samples[closest].0;
+        let mut point = self.meridian(angle);
+        for _ in 0..MAX_STEPS {
+            let arm = point.at - x;
+            let slope = arm.dot(&point.tangent);
+            match slope > 0.0 {
+                true => high = angle,
+                false => low = angle,
+            }
+            let newton = angle - slope / (point.tangent.norm_squared() + arm.dot(&point.second));
+            let next = match newton >= low && newton <= high {
+                true => newton,
+                false => 0.5 * (low + high),
+            };
+            let change = (next - angle).abs();
+            angle = next;
+            point = self.meridian(angle);
+            if change <= 4.0 * f64::EPSILON {
+                break;
+            }
+        }
+        point
+    }
+
+    /// The octants of a sphere divided into triangles, at the distances of the surface.
+    ///
+    /// No triangle crosses a coordinate plane, which may be a symmetry plane.
+    fn octahedral(&self, divisions: usize) -> SurfaceMesh {
+        let mut mesh = SurfaceMesh::default();
+        let mut numbers = std::collections::HashMap::new();
+        let n = divisions as i64;
+        let mut vertex = |mesh: &mut SurfaceMesh, at: [i64; 3]| -> u32 {
+            *numbers.entry(at).or_insert_with(|| {
+                let direction = Vector3::from(at.map(|x| x as f64)).normalize();
+                let distance = self.profile.at(direction.dot(&self.axis));
+                mesh.points.push(distance * direction);
+                mesh.points.len() as u32 - 1
+            })
+        };
+        for octant in 0..8 {
+            let signs = [0, 1, 2].map(|axis| if octant >> axis & 1 == 0 { 1 } else { -1 });
+            // The orientation of an octant changes with each sign.
+            let flips = signs.iter().product::<i64>() < 0;
+            for i in 0..n {
+                for j in 0..n - i {
+                    let mut add = |corners: [[i64; 2]; 3]| {
+                        let mut triangle = corners.map(|[a, b]| {
+                            let at = [signs[0] * a, signs[1] * b, signs[2] * (n - a - b)];
+                            vertex(&mut mesh, at)
+                        });
+                        if flips {
+                            triangle.swap(1, 2);
+                        }
+                        mesh.triangles.push(triangle);
+                    };
+                    add([[i, j], [i + 1, j], [i, j + 1]]);
+                    if i + j + 2 <= n {
+                        add([[i + 1, j], [i + 1, j + 1], [i, j + 1]]);
+                    }
+                }
+            }
+        }
+        mesh
+    }
+}
+
+impl Surface for Revolved {
+    fn signed_distance(&self, point: Vector3<f64>) -> f64 {
+        let (x, _) = self.coordinates(&point);
+        let distance = (self.foot(&x).at - x).norm();
+        let norm = x.norm();
+        let is_inside = norm == 0.0 || norm < self.profile.at(x.x / norm);
+        if is_inside { -distance } else { distance }
+    }
+
+    fn closest_point(&self, point: Vector3<f64>) -> Vector3<f64> {
+        let (x, across) = self.coordinates(&point);
+        let foot = self.foot(&x).at;
+        foot.x * self.axis + foot.y * across
+    }
+
+    fn normal(&self, point: Vector3<f64>) -> Vector3<f64> {
+        let (x, across) = self.coordinates(&point);
+        let normal = self.foot(&x).normal();
+        normal.x * self.axis + normal.y * across
+    }
+
+    fn bounding_ball(&self) -> (Vector3<f64>, f64) {
+        let distances = self.samples.iter().map(|(_, x)| x.norm());
+        let largest = distances.fold(0.0, f64::max);
+        // Between samples the distance exceeds theirs by at most the sagitta of its curve.
+        let step = PI / SAMPLES as f64;
+        (Vector3::zeros(), largest * (1.0 + step * step))
+    }
+
+    fn volume(&self) -> f64 {
+        self.profile.volume()
+    }
+
+    fn is_convex(&self) -> bool {
+        self.is_convex
+    }
+
+    fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    fn inradius(&self) -> f64 {
+        let distances = self.samples.iter().map(|(_, x)| x.norm());
+        distances.fold(f64::INFINITY, f64::min)
+    }
+
+    fn triangulation(&self) -> Option<SurfaceMesh> {
+        if self.is_convex {
+            return None;
+        }
+        let (_, radius) = self.bounding_ball();
+        let edges = FRAC_PI_2 * radius / (COARSE_EDGE * self.reach);
+        Some(self.octahedral(edges.ceil().clamp(4.0, MAX_COARSE_EDGES) as usize))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::deformation::SurfaceModes;
+    use crate::words::ModeMotion;
+
+    fn deformation(motion: ModeMotion) -> Deformation {
+        Deformation {
+            radius: 1.3,
+            size: None,
+            modes: Some(SurfaceModes {
+                motion,
+                axis: Vector3::new(2.0, -1.0, 2.0) / 3.0,
+                coordinates: vec![(2, 0), (3, 1), (7, 2)],
+            }),
+        }
+    }
+
+    /// Distances, normals, volume and reach agree, at convex shapes and at others.
+    #[test]
+    fn surfaces_of_modes_pass_the_checks_of_surfaces() {
+        let pose = Isometry3::new(Vector3::new(0.3, -2.0, 1.0), Vector3::new(0.4, 1.0, -0.2));
+        for motion in [ModeMotion::Radial, ModeMotion::Isochoric] {
+            let deformation = deformation(motion);
+            for (values, is_convex) in [([0.1, -0.05, 0.0], true), ([0.2, 0.3, 0.05], false)] {
+                let surface = deformation.surface(&values, &pose, 0.5);
+                assert_eq!(surface.is_convex(), is_convex);
+                mesh::check_surface(&*surface).unwrap();
+                let volume = 0.125 * deformation.volume(&values);
+                assert!((surface.volume() / volume - 1.0).abs() < 1e-13);
+            }
+        }
+    }
+
+    /// The tips of a spheroid-like mode have the curvature `(r - r'') / r²`.
+    #[test]
+    fn the_reach_is_at_most_the_smallest_radius_of_curvature() {
+        let deformation = deformation(ModeMotion::Radial);
+        let surface = deformation.surface(&[0.2, 0.0, 0.0], &Isometry3::identity(), 1.0);
+        // r = 1.3 (1 + 0.2 P_2), r'' = -3 * 0.2 * 1.3 at the poles
+        let curvature: f64 = (1.2 + 0.6) / (1.3 * 1.2 * 1.2);
+        assert!((surface.reach() * curvature - 1.0).abs() < 1e-3);
+    }
+
+    /// Poles and points of planes through the axis stay on the planes to the last bit.
+    #[test]
+    fn closest_points_stay_on_planes_through_the_axis() {
+        let mut deformation = deformation(ModeMotion::Isochoric);
+        deformation.modes.as_mut().unwrap().axis = Vector3::z();
+        let surface = deformation.surface(&[0.1, 0.2, 0.0], &Isometry3::identity(), 1.0);
+        for (x, z) in [
+            (0.0, 2.0),
+            (0.0, -2.0),
+            (0.0, -0.9),
+            (0.3, 1.0),
+            (1e-17, -1.3),
+        ] {
+            let foot = surface.closest_point(Vector3::new(x, 0.0, z));
+            assert_eq!(foot.y, 0.0);
+            assert!(foot.x.abs() < 1e-15 || x > 1e-16);
+        }
+    }
+
+    /// Tangential modes leave a sphere, whatever their amplitudes.
+    #[test]
+    fn tangential_modes_leave_a_sphere() {
+        let deformation = deformation(ModeMotion::Tangential);
+        let surface = deformation.surface(&[0.1, 0.1, 0.02], &Isometry3::identity(), 2.0);
+        assert_eq!(surface.bounding_ball(), (Vector3::zeros(), 2.6));
+        assert_eq!(surface.reach(), 2.6);
+    }
+}
