@@ -2,8 +2,10 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
+use rayon::prelude::*;
 
+use crate::error::{check_entries, check_finite};
 use crate::pair_sums::Columns;
 use crate::{HydroError, Medium, Spheres, oseen, pair_mobility, rpy};
 
@@ -30,6 +32,9 @@ pub struct PointMobility<'a> {
 
 /// Number of spheres, of which an error message has the eigenvalues.
 const MAX_EIGENVALUE_SPHERES: usize = 100;
+
+/// Depth below the surface of a sphere, relative to its radius, that is rounding.
+const ON_SURFACE: f64 = 1e-12;
 
 impl<'a> PointMobility<'a> {
     /// The mobility of spheres in a medium.
@@ -60,6 +65,13 @@ impl<'a> PointMobility<'a> {
         })
     }
 
+    fn name(&self) -> &'static str {
+        match self.model {
+            PointModel::Oseen => "oseen",
+            PointModel::Rpy => "rpy",
+        }
+    }
+
     /// The spheres.
     pub fn spheres(&self) -> &Spheres {
         self.spheres
@@ -75,7 +87,7 @@ impl<'a> PointMobility<'a> {
         match &self.matrix {
             None => pair_mobility::apply(self.spheres, forces, &self.columns),
             Some(matrix) => {
-                crate::error::check_entries(
+                check_entries(
                     "forces and torques on the spheres",
                     matrix.ncols(),
                     forces.len(),
@@ -85,14 +97,73 @@ impl<'a> PointMobility<'a> {
         }
     }
 
+    /// Velocity of the fluid at points, by forces and torques on the spheres: the sum of the flows of
+    /// lone spheres, or of points; `None` for a point inside a sphere.
+    ///
+    /// It has the error of the model: on the surface of a sphere it differs from the velocity there
+    /// by what the other spheres' flows vary over it. Cost: `O(n)` operations per point, in
+    /// parallel.
+    ///
+    /// # Errors
+    /// [`HydroError::Unsupported`] in media with a boundary; [`HydroError::Length`],
+    /// [`HydroError::NotFinite`].
+    ///
+    /// ```
+    /// use microhydro::{Medium, PointMobility, PointModel, Spheres};
+    /// use nalgebra::{DVector, Vector3};
+    /// let one = Spheres::new(vec![Vector3::zeros()], vec![2.0])?;
+    /// let mobility = PointMobility::new(PointModel::Rpy, &one, &Medium::Unbounded)?;
+    /// let forces = DVector::from_column_slice(&[12.0 * std::f64::consts::PI, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    /// let at = [Vector3::new(0.0, 2.0, 0.0), Vector3::new(4.0, 0.0, 0.0), Vector3::x()];
+    /// let flow = mobility.flow(&forces, &at)?;
+    /// // Stokes (1851): the velocity of the sphere on its surface, 3/2 a/d - (a/d)³/2 of it ahead
+    /// assert!((flow[0].unwrap() - Vector3::x()).norm() < 1e-15);
+    /// assert!((flow[1].unwrap() - (0.75 - 0.0625) * Vector3::x()).norm() < 1e-15);
+    /// assert!(flow[2].is_none());
+    /// # Ok::<(), microhydro::HydroError>(())
+    /// ```
+    pub fn flow(
+        &self,
+        forces: &DVector<f64>,
+        points: &[Vector3<f64>],
+    ) -> Result<Vec<Option<Vector3<f64>>>, HydroError> {
+        let spheres = self.spheres;
+        if self.medium != Medium::Unbounded {
+            return Err(HydroError::Unsupported {
+                model: self.name(),
+                medium: "flow beside a wall or in a ball",
+                instead: "multipole",
+            });
+        }
+        check_entries(
+            "forces and torques on the spheres",
+            6 * spheres.len(),
+            forces.len(),
+        )?;
+        let found = self.columns.velocities_at(points, forces);
+        let is_inside = |x: &Vector3<f64>| {
+            let mut all = spheres.centres().iter().zip(spheres.radii());
+            all.any(|(centre, a)| (x - centre).norm_squared() < (a * (1.0 - ON_SURFACE)).powi(2))
+        };
+        let outside: Vec<bool> = points.par_iter().map(|x| !is_inside(x)).collect();
+        let velocity = |(k, outside): (usize, bool)| {
+            let velocity = outside.then(|| found.fixed_rows::<3>(6 * k).into_owned());
+            velocity.map_or(Ok(None), |u| {
+                check_finite("a velocity of the fluid", &u).map(|()| Some(u))
+            })
+        };
+        outside.into_iter().enumerate().map(velocity).collect()
+    }
+
     /// The error for spheres that are too close for the model.
     pub(crate) fn not_positive_definite(&self) -> HydroError {
-        let name = match self.model {
-            PointModel::Oseen => "oseen",
-            PointModel::Rpy => "rpy",
-        };
         let all: Vec<usize> = (0..self.spheres.len().min(MAX_EIGENVALUE_SPHERES)).collect();
-        pair_mobility::not_positive_definite(&self.block(&all), self.spheres, &self.medium, name)
+        pair_mobility::not_positive_definite(
+            &self.block(&all),
+            self.spheres,
+            &self.medium,
+            self.name(),
+        )
     }
 
     /// The block of the mobility matrix of some spheres, in their order.
@@ -137,7 +208,7 @@ impl<'a> PointMobility<'a> {
             rows *= 20.0 / 3.0 * PI * a.powi(3);
         }
         change += columns.stresslet_velocities(&stresslets);
-        crate::error::check_finite("a velocity of a sphere", &change)?;
+        check_finite("a velocity of a sphere", &change)?;
         Ok(change)
     }
 }

@@ -20,6 +20,7 @@ mod run_report;
 mod simulate;
 mod start;
 mod steady;
+mod swimmers;
 mod templates;
 mod threads;
 mod turning;
@@ -54,6 +55,7 @@ pub use start::{
     check_model, solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
 };
 pub use steady::{SteadySolution, solve_steady};
+pub use swimmers::SwimmerOutcome;
 pub use templates::TEMPLATES;
 pub use threads::check_threads;
 pub use turning::Turning;

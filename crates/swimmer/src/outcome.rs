@@ -98,6 +98,10 @@ pub struct Outcome {
     pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
     pub work: f64,
+    /// Work of the bodies of each linkage on the fluid; empty where it is known in total only
+    /// ([`SwimmerOutcome::work`](crate::SwimmerOutcome::work)).
+    #[serde(default)]
+    pub linkage_works: Vec<f64>,
     /// Error bars of the work.
     #[serde(default)]
     pub work_error: ErrorEstimate,
@@ -513,6 +517,7 @@ impl Outcome {
         self.error_estimate.accumulate(1.0, &result.error_estimate);
         self.rotation_error.accumulate(1.0, &result.rotation_error);
         self.work += result.work;
+        add_each(&mut self.linkage_works, &result.linkage_works);
         self.work_error.accumulate(1.0, &result.work_error);
         self.holding.accumulate(1.0, &result.holding);
         self.seconds += result.seconds;
@@ -542,6 +547,12 @@ impl Outcome {
         self.holding.force_error.integration = of_holding.map(|bars| bars.holding[0]);
         self.holding.torque_error.integration = of_holding.map(|bars| bars.holding[1]);
     }
+}
+
+/// Adds numbers to sums, of which there are none before the first.
+pub(crate) fn add_each(sums: &mut Vec<f64>, numbers: &[f64]) {
+    sums.resize(numbers.len(), 0.0);
+    sums.iter_mut().zip(numbers).for_each(|(sum, x)| *sum += x);
 }
 
 /// Values of the joints where a result ends.
