@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::error::{check_entries, check_finite};
 use crate::pair_sums::Columns;
+use crate::periodic::PeriodicSums;
 use crate::{HydroError, Medium, Spheres, oseen, pair_mobility, rpy};
 
 /// A model of spheres that act on each other as forces and torques alone.
@@ -28,6 +29,8 @@ pub struct PointMobility<'a> {
     columns: Columns,
     /// The matrix in media with a boundary.
     matrix: Option<DMatrix<f64>>,
+    /// Sums over images in a periodic box.
+    periodic: Option<PeriodicSums>,
 }
 
 /// Number of spheres, of which an error message has the eigenvalues.
@@ -62,7 +65,68 @@ impl<'a> PointMobility<'a> {
             medium: *medium,
             columns,
             matrix,
+            periodic: None,
         })
+    }
+
+    /// The mobility of spheres in a box with these edges that is repeated in all directions.
+    ///
+    /// The mean flow is zero: a pressure gradient balances the sum of the forces. Centres may be
+    /// anywhere, and only their places relative to the box count. Products cost `O(n^1.5)`
+    /// operations for spheres of a given concentration, to a relative error of about 1e-12.
+    ///
+    /// # Errors
+    /// [`HydroError::PeriodicBox`]; [`HydroError::Touching`] for a sphere and an image of itself or of
+    /// another one.
+    ///
+    /// ```
+    /// use microhydro::{PointMobility, PointModel, Spheres};
+    /// use nalgebra::{DVector, Vector3};
+    /// let one = Spheres::new(vec![Vector3::zeros()], vec![1.0])?;
+    /// let mobility = PointMobility::periodic(PointModel::Rpy, &one, &Vector3::repeat(20.0))?;
+    /// let mut force = DVector::zeros(6);
+    /// force[0] = 6.0 * std::f64::consts::PI;
+    /// let velocity = mobility.apply(&force)?[0];
+    /// // Hasimoto (1959): 1 - 1.7601 φ^(1/3) + φ for the volume fraction φ
+    /// let fraction = 4.0 / 3.0 * std::f64::consts::PI / 8000.0;
+    /// assert!((velocity - (1.0 - 1.7601 * fraction.cbrt() + fraction)).abs() < 1e-5);
+    /// # Ok::<(), microhydro::HydroError>(())
+    /// ```
+    pub fn periodic(
+        model: PointModel,
+        spheres: &'a Spheres,
+        size: &Vector3<f64>,
+    ) -> Result<Self, HydroError> {
+        Self::split_periodic(model, spheres, size, None)
+    }
+
+    /// The same with a given splitting of Ewald's sums, which does not change the result.
+    pub(crate) fn split_periodic(
+        model: PointModel,
+        spheres: &'a Spheres,
+        size: &Vector3<f64>,
+        splitting: Option<f64>,
+    ) -> Result<Self, HydroError> {
+        let radii = match model {
+            PointModel::Oseen => vec![0.0; spheres.len()],
+            PointModel::Rpy => spheres.radii().to_vec(),
+        };
+        let periodic = PeriodicSums::new(spheres, radii, size, splitting)?;
+        Ok(Self {
+            periodic: Some(periodic),
+            ..Self::new(model, spheres, &Medium::Unbounded)?
+        })
+    }
+
+    fn check_not_periodic(&self) -> Result<(), HydroError> {
+        match self.periodic {
+            None => Ok(()),
+            Some(_) => Err(HydroError::Unsupported {
+                model: self.name(),
+                medium: "periodic box, except for velocities of the spheres",
+                instead: "unbounded fluid",
+            }),
+        }
     }
 
     fn name(&self) -> &'static str {
@@ -84,8 +148,12 @@ impl<'a> PointMobility<'a> {
     /// # Errors
     /// [`HydroError::Length`], [`HydroError::NotFinite`].
     pub fn apply(&self, forces: &DVector<f64>) -> Result<DVector<f64>, HydroError> {
+        let sums = |forces: &DVector<f64>| match &self.periodic {
+            Some(periodic) => periodic.velocities(forces),
+            None => self.columns.velocities(forces),
+        };
         match &self.matrix {
-            None => pair_mobility::apply(self.spheres, forces, &self.columns),
+            None => pair_mobility::apply(self.spheres, forces, sums),
             Some(matrix) => {
                 check_entries(
                     "forces and torques on the spheres",
@@ -128,6 +196,7 @@ impl<'a> PointMobility<'a> {
         points: &[Vector3<f64>],
     ) -> Result<Vec<Option<Vector3<f64>>>, HydroError> {
         let spheres = self.spheres;
+        self.check_not_periodic()?;
         if self.medium != Medium::Unbounded {
             return Err(HydroError::Unsupported {
                 model: self.name(),
@@ -173,6 +242,9 @@ impl<'a> PointMobility<'a> {
             let rows: Vec<usize> = rows().collect();
             return matrix.select_rows(&rows).select_columns(&rows);
         }
+        if let Some(periodic) = &self.periodic {
+            return pair_mobility::periodic_block(self.spheres, some, periodic);
+        }
         pair_mobility::block(self.spheres, some, |a, b| match self.model {
             PointModel::Oseen => 0.0,
             PointModel::Rpy => a * a + b * b,
@@ -188,8 +260,10 @@ impl<'a> PointMobility<'a> {
     /// ignored. Cost: two or four products.
     ///
     /// # Errors
-    /// [`HydroError::Length`], [`HydroError::NotFinite`].
+    /// [`HydroError::Unsupported`] in a periodic box; [`HydroError::Length`],
+    /// [`HydroError::NotFinite`].
     pub fn first_reflection(&self, forces: &DVector<f64>) -> Result<DVector<f64>, HydroError> {
+        self.check_not_periodic()?;
         let spheres = self.spheres;
         let mut change = DVector::zeros(6 * spheres.len());
         let finite;
@@ -197,8 +271,11 @@ impl<'a> PointMobility<'a> {
             PointModel::Rpy => &self.columns,
             PointModel::Oseen => {
                 finite = rpy::columns(spheres);
-                change += pair_mobility::apply(spheres, forces, &finite)?;
-                change -= pair_mobility::apply(spheres, forces, &self.columns)?;
+                change +=
+                    pair_mobility::apply(spheres, forces, |forces| finite.velocities(forces))?;
+                change -= pair_mobility::apply(spheres, forces, |forces| {
+                    self.columns.velocities(forces)
+                })?;
                 &finite
             }
         };
