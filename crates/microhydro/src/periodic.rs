@@ -9,8 +9,8 @@
 //! ```
 //!
 //! Finite spheres (Beenakker 1986; Zuk, Wajnryb, Mizerski & Szymczak 2014) apply
-//! `(1 + a²∇²/6)(1 + b²∇²/6)` to both parts, torques and angular velocities half a curl. Without the
-//! wave `k = 0` the mean flow is zero: a pressure gradient balances the sum of the forces.
+//! `(1 + a²∇²/6)(1 + b²∇²/6)` to both parts, torques and angular velocities half a curl. Without
+//! the wave `k = 0` the mean flow is zero: a pressure gradient balances the sum of the forces.
 
 use std::f64::consts::PI;
 
@@ -59,8 +59,8 @@ struct Wave {
 struct Radial {
     /// Coefficients of `I` and of `n n` in the velocity by a force.
     force: [f64; 2],
-    /// Half of the derivative of `∇² f`: coefficients of `n ×` in the velocity by a torque and in the
-    /// angular velocity by a force.
+    /// Half of the derivative of `∇² f`: coefficients of `n ×` in the velocity by a torque and in
+    /// the angular velocity by a force.
     coupling: [f64; 2],
     /// Coefficients of `I` and of `n n` in the angular velocity by a torque.
     torque: [f64; 2],
@@ -72,8 +72,8 @@ impl PeriodicSums {
     ///
     /// # Errors
     /// [`HydroError::NotFinite`], [`HydroError::PeriodicBox`] for edges that are not positive, too
-    /// different or too large for the spheres; [`HydroError::Touching`] for a sphere that touches an
-    /// image.
+    /// different or too large for the spheres; [`HydroError::Touching`] for a sphere that touches
+    /// an image.
     pub fn new(
         spheres: &Spheres,
         radii: Vec<f64>,
@@ -439,9 +439,9 @@ mod tests {
         }
     }
 
-    /// Drag of cubic arrays: Hasimoto (1959) `1 - c φ^(1/3) + φ - ..` with the constants that Sangani
-    /// & Acrivos (1982) give to four decimals; of Rotne, Prager and Yamakawa the first three terms,
-    /// of points the first two.
+    /// Drag of cubic arrays: Hasimoto (1959) `1 - c φ^(1/3) + φ - ..` with the constants that
+    /// Sangani & Acrivos (1982) give to four decimals; of Rotne, Prager and Yamakawa the first
+    /// three terms, of points the first two.
     #[test]
     fn cubic_arrays_have_the_drag_of_hasimoto() {
         let half = 5.0;

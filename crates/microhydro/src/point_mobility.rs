@@ -76,8 +76,8 @@ impl<'a> PointMobility<'a> {
     /// operations for spheres of a given concentration, to a relative error of about 1e-12.
     ///
     /// # Errors
-    /// [`HydroError::PeriodicBox`]; [`HydroError::Touching`] for a sphere and an image of itself or of
-    /// another one.
+    /// [`HydroError::PeriodicBox`]; [`HydroError::Touching`] for a sphere and an image of itself or
+    /// of another one.
     ///
     /// ```
     /// use microhydro::{PointMobility, PointModel, Spheres};
@@ -165,8 +165,8 @@ impl<'a> PointMobility<'a> {
         }
     }
 
-    /// Velocity of the fluid at points, by forces and torques on the spheres: the sum of the flows of
-    /// lone spheres, or of points; `None` for a point inside a sphere.
+    /// Velocity of the fluid at points, by forces and torques on the spheres: the sum of the flows
+    /// of lone spheres, or of points; `None` for a point inside a sphere.
     ///
     /// It has the error of the model: on the surface of a sphere it differs from the velocity there
     /// by what the other spheres' flows vary over it. Cost: `O(n)` operations per point, in
@@ -181,7 +181,8 @@ impl<'a> PointMobility<'a> {
     /// use nalgebra::{DVector, Vector3};
     /// let one = Spheres::new(vec![Vector3::zeros()], vec![2.0])?;
     /// let mobility = PointMobility::new(PointModel::Rpy, &one, &Medium::Unbounded)?;
-    /// let forces = DVector::from_column_slice(&[12.0 * std::f64::consts::PI, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    /// let mut forces = DVector::zeros(6);
+    /// forces[0] = 12.0 * std::f64::consts::PI;
     /// let at = [Vector3::new(0.0, 2.0, 0.0), Vector3::new(4.0, 0.0, 0.0), Vector3::x()];
     /// let flow = mobility.flow(&forces, &at)?;
     /// // Stokes (1851): the velocity of the sphere on its surface, 3/2 a/d - (a/d)³/2 of it ahead

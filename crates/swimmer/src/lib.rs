@@ -8,6 +8,7 @@ mod gauss;
 mod holding_loads;
 mod inertia_numbers;
 mod integrate;
+mod linkage_works;
 mod neglected;
 mod observer;
 mod outcome;

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
 use crate::integrate::{SpanResult, TABLE_SHARE, enter_table};
+use crate::linkage_works::add_each;
 use crate::turning::Turning;
 
 /// Points of the curve per piece of a phase span: enough for a smooth plot.
@@ -547,12 +548,6 @@ impl Outcome {
         self.holding.force_error.integration = of_holding.map(|bars| bars.holding[0]);
         self.holding.torque_error.integration = of_holding.map(|bars| bars.holding[1]);
     }
-}
-
-/// Adds numbers to sums, of which there are none before the first.
-pub(crate) fn add_each(sums: &mut Vec<f64>, numbers: &[f64]) {
-    sums.resize(numbers.len(), 0.0);
-    sums.iter_mut().zip(numbers).for_each(|(sum, x)| *sum += x);
 }
 
 /// Values of the joints where a result ends.

@@ -1,6 +1,6 @@
 //! Results of each swimmer of a run with several.
 
-use models::{AccumulatedError, ErrorEstimate, Response};
+use models::{AccumulatedError, ErrorEstimate};
 use nalgebra::Vector3;
 use rigid::{Articulation, Linkage};
 use scene::Scene;
@@ -100,23 +100,4 @@ fn swims(scene: &Scene, linkage: &Linkage) -> bool {
             let body = &scene.bodies()[body];
             body.slip.is_some() || body.deformation.is_some()
         })
-}
-
-/// Whether the work of each linkage is the integral of [`linkage_powers`].
-pub(crate) fn has_linkage_works(scene: &Scene) -> bool {
-    let has_slip = scene.bodies().iter().any(|body| body.slip.is_some());
-    !has_slip && !scene.has_masses() && !scene.inertia().is_kept()
-}
-
-/// Power of the bodies of each linkage on the fluid, by motion and deformation.
-pub(crate) fn linkage_powers(set: &Articulation, response: &Response) -> Vec<f64> {
-    let mut powers = vec![0.0; set.linkages().len()];
-    for (body, &linkage) in response.bodies.iter().zip(set.linkage_of()) {
-        powers[linkage] += body.force.dot(&body.velocity) + body.torque.dot(&body.angular_velocity);
-    }
-    let loads = set.joints().iter().zip(&response.joint_loads);
-    for ((joint, load), rate) in loads.zip(&response.amplitude_rates) {
-        powers[set.linkage_of()[joint.body]] += load.drive * rate;
-    }
-    powers
 }

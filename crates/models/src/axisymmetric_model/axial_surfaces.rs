@@ -165,7 +165,7 @@ impl<'a> AxialSurfaces<'a> {
         own += &velocities;
         let in_flow = self.surfaces.powers_in_flows() * &self.of_background;
         let slip_power = self.of_slip.dot(&(power * moving)) + self.of_slip.dot(&in_flow);
-        let spatial = |axial: DVector<f64>| spatial(&self.axis, axial.as_slice());
+        let spatial = |axial: DVector<f64>| spatial(self.axis, axial.as_slice());
         Ok(SurfaceEffect {
             velocities: spatial(velocities),
             of_parts: DMatrix::from_columns(&[spatial(force_free(&self.of_slip))]),

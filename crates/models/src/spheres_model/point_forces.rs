@@ -67,8 +67,9 @@ impl SpheresModel {
         Ok(linked.all().by_point_forces(&mobility)?.solution)
     }
 
-    /// Velocities at points in scaled units by the forces of many spheres in unbounded fluid, `None`
-    /// inside them; none at all for other models, few spheres and walls, which expansions serve.
+    /// Velocities at points in scaled units by the forces of many spheres in unbounded fluid,
+    /// `None` inside them; none at all for other models, few spheres and walls, which expansions
+    /// serve.
     ///
     /// # Errors
     /// As [`SpheresModel::point_solution`].

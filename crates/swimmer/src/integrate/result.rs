@@ -12,8 +12,7 @@ use super::piece::PathPiece;
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
-use crate::outcome::add_each;
-use crate::swimmers::{has_linkage_works, linkage_powers};
+use crate::linkage_works::{add_each, has_linkage_works, linkage_powers};
 
 /// An approximation of the motion over a part of a phase span: one collocation order, or one step.
 pub(super) struct Approximation {

@@ -25,8 +25,8 @@ pub const ALL_ERRORS: &str = "all errors";
 /// - `shape_change`: null if the joints return to their values; otherwise the changes by `links`
 ///   and the `rigid_part` of the motion, that of the frame in which the shape is described (`body`,
 ///   `displacement`, `rotation`);
-/// - `swimmers`: null for one; otherwise, for each connected set of bodies that can move itself, its
-///   `name` (that of its first body), `bodies`, `displacement` (mean of its moving bodies),
+/// - `swimmers`: null for one; otherwise, for each connected set of bodies that can move itself,
+///   its `name` (that of its first body), `bodies`, `displacement` (mean of its moving bodies),
 ///   `rotation`, `work` (null where it is known in total only: with slip or inertia) and
 ///   `error_estimate` of the displacement;
 /// - `mean_holding`: null without bodies whose velocity is given; otherwise `bodies` (by body, the
