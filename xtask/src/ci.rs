@@ -13,9 +13,19 @@ use crate::{
 /// Stated time of the slow tests that are run: the fastest that fit in ten minutes.
 const SLOW_SECONDS: f64 = 600.0;
 
+/// Packages that are workspaces of their own.
+const OTHER_WORKSPACES: [&str; 3] = [
+    "python/Cargo.toml",
+    "crates/petsc/Cargo.toml",
+    "fuzz/Cargo.toml",
+];
+
 /// Runs every check in order and stops at the first that fails.
 pub fn run() -> Result<()> {
     cargo::run(&["fmt", "--all", "--check"], &[])?;
+    for manifest in OTHER_WORKSPACES {
+        cargo::run(&["fmt", "--manifest-path", manifest, "--check"], &[])?;
+    }
     style::run()?;
     circles::run()?;
     architecture::run()?;
@@ -34,8 +44,8 @@ pub fn run() -> Result<()> {
         &[],
     )?;
     packages::run()?;
-    // Workspaces of their own, whose lock files follow the dependencies of the crates.
-    for manifest in ["python/Cargo.toml", "crates/petsc/Cargo.toml"] {
+    // Lock files follow the dependencies of the crates; that of `fuzz` is not kept.
+    for manifest in &OTHER_WORKSPACES[..2] {
         cargo::run(&["fetch", "--locked", "--manifest-path", manifest], &[])?;
     }
     documentation::run()?;
