@@ -186,6 +186,19 @@ pub fn report_dict<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py,
         phases.append(phase)?;
     }
     dict.set_item("phases", phases)?;
+    let swimmers = PyList::empty(py);
+    for result in outcome.swimmers(scene) {
+        let swimmer = PyDict::new(py);
+        let bodies = result.bodies.iter().map(|&body| &scene.bodies()[body].name);
+        swimmer.set_item("name", result.name(scene))?;
+        swimmer.set_item("bodies", bodies.collect::<Vec<_>>())?;
+        swimmer.set_item("displacement", array(py, result.displacement.as_slice()))?;
+        swimmer.set_item("errors", estimate(py, &result.error_estimate)?)?;
+        swimmer.set_item("rotation", array(py, result.rotation.as_slice()))?;
+        swimmer.set_item("work", result.work)?;
+        swimmers.append(swimmer)?;
+    }
+    dict.set_item("swimmers", swimmers)?;
     trajectory(py, outcome, &dict)?;
     Ok(dict)
 }

@@ -33,6 +33,7 @@ from .results import (
     Sensitivity,
     Solution,
     Sweep,
+    SwimmerResult,
 )
 from .scene import Scene, templates
 
@@ -59,6 +60,7 @@ __all__ = [
     "SolveError",
     "Sweep",
     "Swimmer",
+    "SwimmerResult",
     "ToleranceMissed",
     "__version__",
     "templates",

@@ -23,6 +23,7 @@ __all__ = [
     "Sensitivity",
     "Solution",
     "Sweep",
+    "SwimmerResult",
 ]
 
 
@@ -234,6 +235,53 @@ class Phase(Result):
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
+class SwimmerResult(Result):
+    """One swimmer of a run with several, in the scene's units.
+
+    Attributes
+    ----------
+    name : str
+        Name of its first body.
+    bodies : tuple of str
+        Its bodies.
+    displacement : numpy.ndarray
+        Mean displacement of its moving bodies.
+    errors : ErrorBars
+        Error bars of the displacements of its bodies; `error` is their sum.
+    rotation : numpy.ndarray
+        Rotation vector of its first body, with full turns.
+    work : float or None
+        Work of its bodies on the fluid; None where it is known for all together only: with slip or
+        inertia.
+    """
+
+    name: str
+    bodies: tuple[str, ...]
+    displacement: np.ndarray
+    errors: ErrorBars
+    rotation: np.ndarray
+    work: float | None
+
+    @classmethod
+    def _from_raw(cls, raw: dict[str, Any]) -> SwimmerResult:
+        return _from_raw(cls, raw, errors=ErrorBars(**raw["errors"]))
+
+    @property
+    def error(self) -> float:
+        """Error bar of the displacement, the sum over the sources."""
+        return self.errors.total
+
+    def _rows(self) -> list[Row]:
+        rows = [
+            ("swimmer", self.name),
+            ("displacement", vector(self.displacement)),
+            ("error bar", f"{self.error:.2g}"),
+            ("rotation vector", vector(self.rotation)),
+        ]
+        return rows if self.work is None else [*rows, ("work", f"{self.work:.6g}")]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Run(Result):
     """A finished gait, in the scene's units.
 
@@ -257,6 +305,8 @@ class Run(Result):
         opposite.
     phases : tuple of Phase
         Displacement of each phase.
+    swimmers : tuple of SwimmerResult
+        Results of each connected set of bodies that can move itself; empty for a single one.
     times, lengths, positions, quaternions : numpy.ndarray
         The trajectory at the solves and the ends of the phases: values of the links, centres
         `(time, body, xyz)`, attitudes `(time, body, xyzw)`.
@@ -293,6 +343,7 @@ class Run(Result):
     tolerance: float
     tolerance_met: bool
     phases: tuple[Phase, ...]
+    swimmers: tuple[SwimmerResult, ...]
     times: np.ndarray
     lengths: np.ndarray
     positions: np.ndarray
@@ -317,7 +368,8 @@ class Run(Result):
         )
         bars = {name: ErrorBars(**raw[name]) for name in names}
         phases = tuple(Phase._from_raw(phase) for phase in raw["phases"])
-        return _from_raw(cls, raw, phases=phases, **bars)
+        swimmers = tuple(SwimmerResult._from_raw(swimmer) for swimmer in raw["swimmers"])
+        return _from_raw(cls, raw, phases=phases, swimmers=swimmers, **bars)
 
     def to_dataframe(self) -> Any:
         """The trajectory as a `pandas.DataFrame`.

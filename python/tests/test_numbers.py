@@ -231,3 +231,20 @@ def test_a_flow_by_finite_elements_is_interpolated_at_points():
     a, b, c = (mesh.points[mesh.facets[:, k]] for k in range(3))
     volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
     assert volume == pytest.approx(4 / 3 * np.pi * (4**3 - 1), rel=0.1)
+
+
+def test_each_swimmer_of_several_has_its_results():
+    assert Scene.from_template("three-sphere").run(progress=False).swimmers == ()
+    values = {
+        "domain.kind": "unbounded",
+        "model.kind": "rpy",
+        "copies": [{"of": "middle", "positions": [[0, 100, 0]], "orientations": [[0, 0, np.pi]]}],
+    }
+    run = Scene.from_template("three-sphere").with_values(values).run(progress=False)
+    first, second = run.swimmers
+    assert (first.name, second.name) == ("left", "left-2")
+    # The copy is turned by half a turn about z: the whole is symmetric under this rotation.
+    turned = first.displacement * [-1, -1, 1]
+    assert np.linalg.norm(second.displacement - turned) < first.error + second.error
+    assert first.work + second.work == pytest.approx(run.work, rel=1e-12)
+    assert "swimmer" in repr(first)

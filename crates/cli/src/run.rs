@@ -11,7 +11,7 @@ use swimmer::{Folder, InertiaNumbers, Outcome, Report, Scene};
 
 use super::arguments::RunArguments;
 use super::design_files::{path_of, write};
-use super::displacements::displacement_table;
+use super::displacements::{displacement_table, swimmer_table};
 use super::error::CliError;
 use super::neglected::{self, inertia_words};
 use super::progress::{DesignSpinner, RunBar, watch_signals};
@@ -177,6 +177,7 @@ fn describe(report: &Report, out: &Path) -> String {
         + &entry("model", report.model)
         + "\n"
         + &displacement_table(&report.scene, outcome)
+        + &swimmer_table(&report.scene, outcome)
         + "\n"
         + &measured("net displacement", net, bars.total())
         + &open

@@ -43,6 +43,14 @@ pub enum HydroError {
         /// Highest length.
         highest: f64,
     },
+    /// A periodic box in which no sums are computed.
+    #[error("periodic box with the edges {size:?}: {problem}")]
+    PeriodicBox {
+        /// Edges of the box.
+        size: [f64; 3],
+        /// What is wrong.
+        problem: &'static str,
+    },
     /// Two spheres that touch or overlap.
     #[error(
         "spheres {first} and {second} touch or overlap (gap {gap:.3e}); \

@@ -8,6 +8,7 @@ mod near_pairs;
 pub mod oseen;
 mod pair_mobility;
 mod pair_sums;
+mod periodic;
 mod point_mobility;
 mod resistance;
 pub mod rpy;

@@ -74,7 +74,7 @@ pub fn apply(
     forces: &DVector<f64>,
 ) -> Result<DVector<f64>, HydroError> {
     spheres.check_inside(medium)?;
-    let mut velocities = pair_mobility::apply(spheres, forces, &columns(spheres))?;
+    let mut velocities = pair_mobility::apply(spheres, forces, |f| columns(spheres).velocities(f))?;
     match medium {
         Medium::Unbounded => Ok(velocities),
         Medium::Wall { point, normal } => {

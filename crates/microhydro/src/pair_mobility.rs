@@ -4,11 +4,11 @@
 use std::f64::consts::PI;
 
 use faer::{Mat, Side};
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3, Vector6};
 
 use crate::error::{check_entries, check_finite};
 use crate::multipole::{self, check_spheres};
-use crate::pair_sums::Columns;
+use crate::periodic::PeriodicSums;
 use crate::{HydroError, Medium, Spheres};
 
 /// Velocity and angular velocity at `r` due to a force `F` and a torque `T` at the origin,
@@ -64,10 +64,8 @@ pub(crate) fn block(
     let (x, a) = (spheres.centres(), spheres.radii());
     let mut matrix = DMatrix::zeros(6 * some.len(), 6 * some.len());
     for (i, &at) in some.iter().enumerate() {
-        for k in 0..3 {
-            matrix[(6 * i + k, 6 * i + k)] = 1.0 / (6.0 * PI * a[at]);
-            matrix[(6 * i + 3 + k, 6 * i + 3 + k)] = 1.0 / (8.0 * PI * a[at].powi(3));
-        }
+        let mut own = matrix.fixed_view_mut::<6, 6>(6 * i, 6 * i);
+        own.set_diagonal(&lone(a[at]));
         for (j, &of) in some.iter().enumerate().filter(|&(j, _)| j != i) {
             matrix
                 .fixed_view_mut::<6, 6>(6 * i, 6 * j)
@@ -77,17 +75,45 @@ pub(crate) fn block(
     matrix
 }
 
-/// Product of [`mobility`] and forces, without the matrix.
+/// The block of the mobility in a periodic box of some spheres, in their order.
+pub(crate) fn periodic_block(
+    spheres: &Spheres,
+    some: &[usize],
+    periodic: &PeriodicSums,
+) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(6 * some.len(), 6 * some.len());
+    for (i, &at) in some.iter().enumerate() {
+        for (j, &of) in some.iter().enumerate().filter(|(j, _)| *j <= i) {
+            let mut pair = periodic.block(at, of);
+            if i == j {
+                pair += Matrix6::from_diagonal(&lone(spheres.radii()[at]));
+            }
+            let mut rows = matrix.fixed_view_mut::<6, 6>(6 * i, 6 * j);
+            rows.copy_from(&pair);
+            let mut columns = matrix.fixed_view_mut::<6, 6>(6 * j, 6 * i);
+            columns.copy_from(&pair.transpose());
+        }
+    }
+    matrix
+}
+
+/// Mobility of a lone sphere: three times that of its translation, and of its rotation.
+fn lone(a: f64) -> Vector6<f64> {
+    let [translation, rotation] = [1.0 / (6.0 * PI * a), 1.0 / (8.0 * PI * a.powi(3))];
+    Vector6::from_fn(|k, _| if k < 3 { translation } else { rotation })
+}
+
+/// Product of the mobility of spheres and forces, without the matrix.
 ///
-/// `columns` have the radii of the model, zero for points. Shapes: six entries per sphere. `O(n²)`
-/// operations and `O(n)` numbers; the product does not depend on the number of threads.
+/// `sums` gives the velocities by the forces of all other spheres. Shapes: six entries per sphere.
+/// The product does not depend on the number of threads if the sums do not.
 ///
 /// # Errors
 /// [`HydroError::Length`], [`HydroError::NotFinite`].
 pub(crate) fn apply(
     spheres: &Spheres,
     forces: &DVector<f64>,
-    columns: &Columns,
+    sums: impl FnOnce(&DVector<f64>) -> DVector<f64>,
 ) -> Result<DVector<f64>, HydroError> {
     check_entries(
         "forces and torques on the spheres",
@@ -95,13 +121,10 @@ pub(crate) fn apply(
         forces.len(),
     )?;
     check_finite("a force or torque on a sphere", forces)?;
-    let mut product = columns.velocities(forces);
+    let mut product = sums(forces);
     for (k, a) in spheres.radii().iter().enumerate() {
-        for axis in 0..3 {
-            let (row, turn) = (6 * k + axis, 6 * k + axis + 3);
-            product[row] += forces[row] / (6.0 * PI * a);
-            product[turn] += forces[turn] / (8.0 * PI * a.powi(3));
-        }
+        let mut rows = product.fixed_rows_mut::<6>(6 * k);
+        rows += lone(*a).component_mul(&forces.fixed_rows::<6>(6 * k));
     }
     check_finite("a velocity of a sphere", &product)?;
     Ok(product)

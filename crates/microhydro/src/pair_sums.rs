@@ -276,25 +276,32 @@ impl Columns {
 
     /// Velocities and angular velocities by the forces and torques of all other spheres.
     pub fn velocities(&self, forces: &DVector<f64>) -> DVector<f64> {
-        self.sums::<Velocity>(forces)
+        self.sums::<Velocity>(self, forces)
+    }
+
+    /// Velocities and angular velocities at points outside the spheres by their forces and torques,
+    /// six numbers per point.
+    pub fn velocities_at(&self, points: &[Vector3<f64>], forces: &DVector<f64>) -> DVector<f64> {
+        let targets = Self::new(points, points.iter().map(|_| 0.0));
+        targets.sums::<Velocity>(self, forces)
     }
 
     /// Strain rates by the forces and torques of all other spheres, as `xx, yy, zz, xy, xz, yz`.
     pub fn strain_rates(&self, forces: &DVector<f64>) -> DVector<f64> {
-        self.sums::<StrainRate>(forces)
+        self.sums::<StrainRate>(self, forces)
     }
 
     /// Velocities and angular velocities by the stresslets of all other spheres.
     pub fn stresslet_velocities(&self, stresslets: &DVector<f64>) -> DVector<f64> {
-        self.sums::<StressletVelocity>(stresslets)
+        self.sums::<StressletVelocity>(self, stresslets)
     }
 
-    /// Sums of six numbers per sphere for six numbers per source: `O(n²)` operations in parallel,
-    /// `O(n)` numbers.
-    fn sums<F: Flow>(&self, sources: &DVector<f64>) -> DVector<f64> {
+    /// Sums of six numbers per sphere for six numbers per source at `places`: `O(n²)` operations in
+    /// parallel, `O(n)` numbers.
+    fn sums<F: Flow>(&self, places: &Self, sources: &DVector<f64>) -> DVector<f64> {
         let [x, y, z, square] = &self.columns;
-        let places: Vec<[f64; 4]> = (0..self.count)
-            .map(|k| [x[k], y[k], z[k], square[k]])
+        let places: Vec<[f64; 4]> = (0..places.count)
+            .map(|k| places.columns.each_ref().map(|column| column[k]))
             .collect();
         let sources: Vec<[f64; 6]> = (sources.as_slice().chunks_exact(6))
             .map(|six| [six[0], six[1], six[2], six[3], six[4], six[5]])

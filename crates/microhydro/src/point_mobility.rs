@@ -2,9 +2,12 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
+use rayon::prelude::*;
 
+use crate::error::{check_entries, check_finite};
 use crate::pair_sums::Columns;
+use crate::periodic::PeriodicSums;
 use crate::{HydroError, Medium, Spheres, oseen, pair_mobility, rpy};
 
 /// A model of spheres that act on each other as forces and torques alone.
@@ -26,10 +29,15 @@ pub struct PointMobility<'a> {
     columns: Columns,
     /// The matrix in media with a boundary.
     matrix: Option<DMatrix<f64>>,
+    /// Sums over images in a periodic box.
+    periodic: Option<PeriodicSums>,
 }
 
 /// Number of spheres, of which an error message has the eigenvalues.
 const MAX_EIGENVALUE_SPHERES: usize = 100;
+
+/// Depth below the surface of a sphere, relative to its radius, that is rounding.
+const ON_SURFACE: f64 = 1e-12;
 
 impl<'a> PointMobility<'a> {
     /// The mobility of spheres in a medium.
@@ -57,7 +65,75 @@ impl<'a> PointMobility<'a> {
             medium: *medium,
             columns,
             matrix,
+            periodic: None,
         })
+    }
+
+    /// The mobility of spheres in a box with these edges that is repeated in all directions.
+    ///
+    /// The mean flow is zero: a pressure gradient balances the sum of the forces. Centres may be
+    /// anywhere, and only their places relative to the box count. Products cost `O(n^1.5)`
+    /// operations for spheres of a given concentration, to a relative error of about 1e-12.
+    ///
+    /// # Errors
+    /// [`HydroError::PeriodicBox`]; [`HydroError::Touching`] for a sphere and an image of itself or
+    /// of another one.
+    ///
+    /// ```
+    /// use microhydro::{PointMobility, PointModel, Spheres};
+    /// use nalgebra::{DVector, Vector3};
+    /// let one = Spheres::new(vec![Vector3::zeros()], vec![1.0])?;
+    /// let mobility = PointMobility::periodic(PointModel::Rpy, &one, &Vector3::repeat(20.0))?;
+    /// let mut force = DVector::zeros(6);
+    /// force[0] = 6.0 * std::f64::consts::PI;
+    /// let velocity = mobility.apply(&force)?[0];
+    /// // Hasimoto (1959): 1 - 1.7601 φ^(1/3) + φ for the volume fraction φ
+    /// let fraction = 4.0 / 3.0 * std::f64::consts::PI / 8000.0;
+    /// assert!((velocity - (1.0 - 1.7601 * fraction.cbrt() + fraction)).abs() < 1e-5);
+    /// # Ok::<(), microhydro::HydroError>(())
+    /// ```
+    pub fn periodic(
+        model: PointModel,
+        spheres: &'a Spheres,
+        size: &Vector3<f64>,
+    ) -> Result<Self, HydroError> {
+        Self::split_periodic(model, spheres, size, None)
+    }
+
+    /// The same with a given splitting of Ewald's sums, which does not change the result.
+    pub(crate) fn split_periodic(
+        model: PointModel,
+        spheres: &'a Spheres,
+        size: &Vector3<f64>,
+        splitting: Option<f64>,
+    ) -> Result<Self, HydroError> {
+        let radii = match model {
+            PointModel::Oseen => vec![0.0; spheres.len()],
+            PointModel::Rpy => spheres.radii().to_vec(),
+        };
+        let periodic = PeriodicSums::new(spheres, radii, size, splitting)?;
+        Ok(Self {
+            periodic: Some(periodic),
+            ..Self::new(model, spheres, &Medium::Unbounded)?
+        })
+    }
+
+    fn check_not_periodic(&self) -> Result<(), HydroError> {
+        match self.periodic {
+            None => Ok(()),
+            Some(_) => Err(HydroError::Unsupported {
+                model: self.name(),
+                medium: "periodic box, except for velocities of the spheres",
+                instead: "unbounded fluid",
+            }),
+        }
+    }
+
+    fn name(&self) -> &'static str {
+        match self.model {
+            PointModel::Oseen => "oseen",
+            PointModel::Rpy => "rpy",
+        }
     }
 
     /// The spheres.
@@ -72,10 +148,14 @@ impl<'a> PointMobility<'a> {
     /// # Errors
     /// [`HydroError::Length`], [`HydroError::NotFinite`].
     pub fn apply(&self, forces: &DVector<f64>) -> Result<DVector<f64>, HydroError> {
+        let sums = |forces: &DVector<f64>| match &self.periodic {
+            Some(periodic) => periodic.velocities(forces),
+            None => self.columns.velocities(forces),
+        };
         match &self.matrix {
-            None => pair_mobility::apply(self.spheres, forces, &self.columns),
+            None => pair_mobility::apply(self.spheres, forces, sums),
             Some(matrix) => {
-                crate::error::check_entries(
+                check_entries(
                     "forces and torques on the spheres",
                     matrix.ncols(),
                     forces.len(),
@@ -85,14 +165,75 @@ impl<'a> PointMobility<'a> {
         }
     }
 
+    /// Velocity of the fluid at points, by forces and torques on the spheres: the sum of the flows
+    /// of lone spheres, or of points; `None` for a point inside a sphere.
+    ///
+    /// It has the error of the model: on the surface of a sphere it differs from the velocity there
+    /// by what the other spheres' flows vary over it. Cost: `O(n)` operations per point, in
+    /// parallel.
+    ///
+    /// # Errors
+    /// [`HydroError::Unsupported`] in media with a boundary; [`HydroError::Length`],
+    /// [`HydroError::NotFinite`].
+    ///
+    /// ```
+    /// use microhydro::{Medium, PointMobility, PointModel, Spheres};
+    /// use nalgebra::{DVector, Vector3};
+    /// let one = Spheres::new(vec![Vector3::zeros()], vec![2.0])?;
+    /// let mobility = PointMobility::new(PointModel::Rpy, &one, &Medium::Unbounded)?;
+    /// let mut forces = DVector::zeros(6);
+    /// forces[0] = 12.0 * std::f64::consts::PI;
+    /// let at = [Vector3::new(0.0, 2.0, 0.0), Vector3::new(4.0, 0.0, 0.0), Vector3::x()];
+    /// let flow = mobility.flow(&forces, &at)?;
+    /// // Stokes (1851): the velocity of the sphere on its surface, 3/2 a/d - (a/d)³/2 of it ahead
+    /// assert!((flow[0].unwrap() - Vector3::x()).norm() < 1e-15);
+    /// assert!((flow[1].unwrap() - (0.75 - 0.0625) * Vector3::x()).norm() < 1e-15);
+    /// assert!(flow[2].is_none());
+    /// # Ok::<(), microhydro::HydroError>(())
+    /// ```
+    pub fn flow(
+        &self,
+        forces: &DVector<f64>,
+        points: &[Vector3<f64>],
+    ) -> Result<Vec<Option<Vector3<f64>>>, HydroError> {
+        let spheres = self.spheres;
+        self.check_not_periodic()?;
+        if self.medium != Medium::Unbounded {
+            return Err(HydroError::Unsupported {
+                model: self.name(),
+                medium: "flow beside a wall or in a ball",
+                instead: "multipole",
+            });
+        }
+        check_entries(
+            "forces and torques on the spheres",
+            6 * spheres.len(),
+            forces.len(),
+        )?;
+        let found = self.columns.velocities_at(points, forces);
+        let is_inside = |x: &Vector3<f64>| {
+            let mut all = spheres.centres().iter().zip(spheres.radii());
+            all.any(|(centre, a)| (x - centre).norm_squared() < (a * (1.0 - ON_SURFACE)).powi(2))
+        };
+        let outside: Vec<bool> = points.par_iter().map(|x| !is_inside(x)).collect();
+        let velocity = |(k, outside): (usize, bool)| {
+            let velocity = outside.then(|| found.fixed_rows::<3>(6 * k).into_owned());
+            velocity.map_or(Ok(None), |u| {
+                check_finite("a velocity of the fluid", &u).map(|()| Some(u))
+            })
+        };
+        outside.into_iter().enumerate().map(velocity).collect()
+    }
+
     /// The error for spheres that are too close for the model.
     pub(crate) fn not_positive_definite(&self) -> HydroError {
-        let name = match self.model {
-            PointModel::Oseen => "oseen",
-            PointModel::Rpy => "rpy",
-        };
         let all: Vec<usize> = (0..self.spheres.len().min(MAX_EIGENVALUE_SPHERES)).collect();
-        pair_mobility::not_positive_definite(&self.block(&all), self.spheres, &self.medium, name)
+        pair_mobility::not_positive_definite(
+            &self.block(&all),
+            self.spheres,
+            &self.medium,
+            self.name(),
+        )
     }
 
     /// The block of the mobility matrix of some spheres, in their order.
@@ -101,6 +242,9 @@ impl<'a> PointMobility<'a> {
         if let Some(matrix) = &self.matrix {
             let rows: Vec<usize> = rows().collect();
             return matrix.select_rows(&rows).select_columns(&rows);
+        }
+        if let Some(periodic) = &self.periodic {
+            return pair_mobility::periodic_block(self.spheres, some, periodic);
         }
         pair_mobility::block(self.spheres, some, |a, b| match self.model {
             PointModel::Oseen => 0.0,
@@ -117,8 +261,10 @@ impl<'a> PointMobility<'a> {
     /// ignored. Cost: two or four products.
     ///
     /// # Errors
-    /// [`HydroError::Length`], [`HydroError::NotFinite`].
+    /// [`HydroError::Unsupported`] in a periodic box; [`HydroError::Length`],
+    /// [`HydroError::NotFinite`].
     pub fn first_reflection(&self, forces: &DVector<f64>) -> Result<DVector<f64>, HydroError> {
+        self.check_not_periodic()?;
         let spheres = self.spheres;
         let mut change = DVector::zeros(6 * spheres.len());
         let finite;
@@ -126,8 +272,11 @@ impl<'a> PointMobility<'a> {
             PointModel::Rpy => &self.columns,
             PointModel::Oseen => {
                 finite = rpy::columns(spheres);
-                change += pair_mobility::apply(spheres, forces, &finite)?;
-                change -= pair_mobility::apply(spheres, forces, &self.columns)?;
+                change +=
+                    pair_mobility::apply(spheres, forces, |forces| finite.velocities(forces))?;
+                change -= pair_mobility::apply(spheres, forces, |forces| {
+                    self.columns.velocities(forces)
+                })?;
                 &finite
             }
         };
@@ -137,7 +286,7 @@ impl<'a> PointMobility<'a> {
             rows *= 20.0 / 3.0 * PI * a.powi(3);
         }
         change += columns.stresslet_velocities(&stresslets);
-        crate::error::check_finite("a velocity of a sphere", &change)?;
+        check_finite("a velocity of a sphere", &change)?;
         Ok(change)
     }
 }

@@ -73,7 +73,7 @@ pub fn apply(
     forces: &DVector<f64>,
 ) -> Result<DVector<f64>, HydroError> {
     spheres.check_inside(medium)?;
-    let velocities = pair_mobility::apply(spheres, forces, &columns(spheres))?;
+    let velocities = pair_mobility::apply(spheres, forces, |f| columns(spheres).velocities(f))?;
     match medium {
         Medium::Unbounded => Ok(velocities),
         Medium::Ball { .. } | Medium::Wall { .. } => {

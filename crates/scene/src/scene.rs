@@ -22,6 +22,10 @@ use crate::shape_path::JointForce;
 use crate::surface_shape::SourceFile;
 use crate::words::{InertiaKind, RheologyKind, StartKind};
 
+/// Largest number of joints that are named one by one, and number of the first ones of more.
+const MAX_NAMES: usize = 8;
+const FIRST_NAMES: usize = 3;
+
 /// Inertia of the fluid and of the bodies in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -256,15 +260,20 @@ impl Scene {
         )
     }
 
-    /// Names of joints, joined by ` + `; `constant lengths` without joints.
+    /// Names of joints, joined by ` + `, of many the first ones and the number of the others;
+    /// `constant lengths` without joints.
     pub fn joint_names(&self, joints: &[usize]) -> String {
         let all = self.articulation.joints();
         let names: Vec<&str> = (joints.iter().filter_map(|&joint| all.get(joint)))
             .map(|joint| &joint.name[..])
             .collect();
-        match names.is_empty() {
-            true => "constant lengths".to_owned(),
-            false => names.join(" + "),
+        match names.len() {
+            0 => "constant lengths".to_owned(),
+            1..=MAX_NAMES => names.join(" + "),
+            count => {
+                let first = names[..FIRST_NAMES].join(" + ");
+                format!("{first} + {} more", count - FIRST_NAMES)
+            }
         }
     }
 

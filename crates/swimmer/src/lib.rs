@@ -8,6 +8,7 @@ mod gauss;
 mod holding_loads;
 mod inertia_numbers;
 mod integrate;
+mod linkage_works;
 mod neglected;
 mod observer;
 mod outcome;
@@ -20,6 +21,7 @@ mod run_report;
 mod simulate;
 mod start;
 mod steady;
+mod swimmers;
 mod templates;
 mod threads;
 mod turning;
@@ -54,6 +56,7 @@ pub use start::{
     check_model, solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
 };
 pub use steady::{SteadySolution, solve_steady};
+pub use swimmers::SwimmerOutcome;
 pub use templates::TEMPLATES;
 pub use threads::check_threads;
 pub use turning::Turning;

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
 use crate::integrate::{SpanResult, TABLE_SHARE, enter_table};
+use crate::linkage_works::add_each;
 use crate::turning::Turning;
 
 /// Points of the curve per piece of a phase span: enough for a smooth plot.
@@ -98,6 +99,10 @@ pub struct Outcome {
     pub tolerance_met: bool,
     /// Work of the bodies on the fluid.
     pub work: f64,
+    /// Work of the bodies of each linkage on the fluid; empty where it is known in total only
+    /// ([`SwimmerOutcome::work`](crate::SwimmerOutcome::work)).
+    #[serde(default)]
+    pub linkage_works: Vec<f64>,
     /// Error bars of the work.
     #[serde(default)]
     pub work_error: ErrorEstimate,
@@ -513,6 +518,7 @@ impl Outcome {
         self.error_estimate.accumulate(1.0, &result.error_estimate);
         self.rotation_error.accumulate(1.0, &result.rotation_error);
         self.work += result.work;
+        add_each(&mut self.linkage_works, &result.linkage_works);
         self.work_error.accumulate(1.0, &result.work_error);
         self.holding.accumulate(1.0, &result.holding);
         self.seconds += result.seconds;

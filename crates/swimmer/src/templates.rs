@@ -8,10 +8,10 @@ macro_rules! templates {
 }
 
 /// Names and texts of the example scenes.
-pub const TEMPLATES: [(&str, &str); 18] = templates! {
+pub const TEMPLATES: [(&str, &str); 19] = templates! {
     "three-sphere" "smooth" "chain" "planar" "tetrahedral" "purcell" "scallop" "elastic-arm"
     "corkscrew" "squirmer" "jeffery" "settling" "optimal-stroke" "learning"
-    "thinning-squirmer" "thinning-stroke" "pushmepullyou" "amoeba"
+    "thinning-squirmer" "thinning-stroke" "pushmepullyou" "amoeba" "swarm"
 };
 
 #[cfg(test)]

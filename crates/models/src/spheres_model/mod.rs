@@ -517,10 +517,16 @@ impl Flows for SpheresModel {
         rates: &[f64],
         points: &[Vector3<f64>],
     ) -> Result<Vec<Option<PointFlow>>, ModelError> {
-        let moving = self.moving(configuration, rates)?;
         let scale = &self.scaled.scale;
         let scaled: Vec<_> = points.iter().map(|x| scale.length(*x)).collect();
-        let velocities = sphere_flow::velocities_at(&moving, &self.medium, &scaled)?;
+        let velocities = match self.flow_of_point_forces(configuration, rates, &scaled)? {
+            Some(velocities) => velocities,
+            None => {
+                let moving = self.moving(configuration, rates)?;
+                sphere_flow::velocities_at(&moving, &self.medium, &scaled)?
+            }
+        };
+        let scale = &self.scaled.scale;
         let in_scene = |velocity| PointFlow {
             velocity: scale.length_to_scene(velocity),
             pressure: None,

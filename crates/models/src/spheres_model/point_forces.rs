@@ -2,8 +2,8 @@
 
 use std::time::Instant as Clock;
 
-use microhydro::{PointMobility, PointModel, Spheres, multipole};
-use nalgebra::DMatrix;
+use microhydro::{Medium, PointMobility, PointModel, Spheres, multipole};
+use nalgebra::{DMatrix, Vector3};
 use scene::ModelEstimatesKind;
 use stokes::{Seconds, SolverReport};
 
@@ -13,7 +13,7 @@ use crate::error::ModelError;
 use crate::linked_bodies::{
     LargestDifferences, LinkedBodies, MobilitySolution, PointSolution, SomeLinkages,
 };
-use crate::query::Query;
+use crate::query::{Configuration, Query};
 use crate::response::Response;
 use crate::solution::InstantaneousSolution;
 use crate::surface_motion::SurfaceEffect;
@@ -65,6 +65,33 @@ impl SpheresModel {
     ) -> Result<MobilitySolution, ModelError> {
         let mobility = PointMobility::new(model, spheres, &self.medium)?;
         Ok(linked.all().by_point_forces(&mobility)?.solution)
+    }
+
+    /// Velocities at points in scaled units by the forces of many spheres in unbounded fluid,
+    /// `None` inside them; none at all for other models, few spheres and walls, which expansions
+    /// serve.
+    ///
+    /// # Errors
+    /// As [`SpheresModel::point_solution`].
+    pub(super) fn flow_of_point_forces(
+        &self,
+        configuration: Configuration,
+        rates: &[f64],
+        points: &[Vector3<f64>],
+    ) -> Result<Option<Vec<Option<Vector3<f64>>>>, ModelError> {
+        let spheres = self.spheres(configuration)?;
+        let model = match self.kind.point_model() {
+            Some(model) if spheres.len() > NEIGHBOURHOOD && self.medium == Medium::Unbounded => {
+                model
+            }
+            _ => return Ok(None),
+        };
+        let all_rates = [rates.to_vec()];
+        let query = Query::new(configuration, &all_rates);
+        let linked = LinkedBodies::new(&self.scaled, &query, rates)?;
+        let mobility = PointMobility::new(model, &spheres, &self.medium)?;
+        let solved = linked.all().by_point_forces(&mobility)?;
+        Ok(Some(mobility.flow(&solved.found.forces, points)?))
     }
 
     /// The solution for one set of rates by a model of point forces.

@@ -20,6 +20,9 @@ const LINE: u32 = 20;
 /// Largest number of lines of the legend; further bodies are counted only.
 const MAX_LINES: u32 = 2;
 
+/// Largest number of bodies whose curves have dots at the solves.
+const MAX_DOTTED: usize = 60;
+
 /// Draws the quantity for every body, under a title and a legend.
 pub(super) fn draw(
     area: &Area,
@@ -91,6 +94,9 @@ pub(super) fn draw(
             curve.iter().map(of_body),
             colour.stroke_width(px(2)),
         ))?;
+        if scene.bodies().len() > MAX_DOTTED {
+            continue;
+        }
         let points = points.iter().map(of_body);
         chart.draw_series(points.map(|at| Circle::new(at, px(3), colour.filled())))?;
     }

@@ -87,7 +87,8 @@ pub(super) fn draw(
                 .take_while(|(time, _)| *time <= sample.time);
             let path = path.filter_map(|(_, centres)| Some(pixel(centres.get(body)?)));
             let colour = COLOURS[body % COLOURS.len()].mix(0.5);
-            let path: Vec<_> = path.collect();
+            let mut path: Vec<_> = path.collect();
+            path.dedup();
             area.draw(&PathElement::new(path, colour.stroke_width(px(1))))?;
         }
         draw_shot(area, scene, sample, &plane, scale, pixel)?;

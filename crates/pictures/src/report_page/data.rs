@@ -25,6 +25,9 @@ const STRIDE: usize = 3;
 /// Largest number of phases with labels; with more phases none has a label.
 const MAX_LABELS: usize = 12;
 
+/// Largest number of curves in a plot: more cannot be told apart, and each has a name.
+const MAX_CURVES: usize = 24;
+
 /// All data of the page.
 ///
 /// Arrays are base64 (`packed.rs`). `meshes` have `Float32Array` points and `Uint32Array`
@@ -132,13 +135,14 @@ fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
     };
     let of_bodies = |quantity: Quantity| {
         let curve = quantity.curve(outcome);
-        let bodies = scene.bodies().iter().enumerate().map(|(k, body)| {
+        let shown = scene.bodies().iter().enumerate().take(MAX_CURVES);
+        let bodies = shown.map(|(k, body)| {
             let times = track.times.iter();
             let values = times.map(|time| interpolated(&curve, *time, k));
             series(&body.name, k, values.collect())
         });
         json!({
-            "title": capitalised(&quantity.title()),
+            "title": titled(&quantity.title(), scene.bodies().len()),
             "unit": quantity.label(),
             "series": bodies.collect::<Vec<_>>(),
         })
@@ -157,8 +161,10 @@ fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
         (true, "Angles of the joints", "angle (radians)"),
     ] {
         let joints = scene.articulation().joints().iter().enumerate();
+        let joints = joints.filter(|(k, joint)| joint.kind.turns() == turns && moving.contains(k));
+        let count = joints.clone().count();
         let of_joints: Vec<Value> = joints
-            .filter(|(k, joint)| joint.kind.turns() == turns && moving.contains(k))
+            .take(MAX_CURVES)
             .map(|(k, joint)| {
                 let values = track.joints.iter().map(|values| values[k]);
                 // Other colours than those of the first bodies.
@@ -166,7 +172,7 @@ fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
             })
             .collect();
         if !of_joints.is_empty() {
-            plots.push(json!({ "title": title, "unit": unit, "series": of_joints }));
+            plots.push(json!({ "title": titled(title, count), "unit": unit, "series": of_joints }));
         }
     }
     plots
@@ -230,6 +236,14 @@ fn slice(
         "outlines": outlines,
         "walls": packed::floats(walls.into_iter().flatten().flatten()),
     }))
+}
+
+/// The title of a plot of some things, of which it has the first [`MAX_CURVES`].
+fn titled(title: &str, count: usize) -> String {
+    match count > MAX_CURVES {
+        true => format!("{}, the first {MAX_CURVES} of {count}", capitalised(title)),
+        false => capitalised(title),
+    }
 }
 
 fn capitalised(text: &str) -> String {

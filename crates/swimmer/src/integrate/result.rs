@@ -12,6 +12,7 @@ use super::piece::PathPiece;
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
+use crate::linkage_works::{add_each, has_linkage_works, linkage_powers};
 
 /// An approximation of the motion over a part of a phase span: one collocation order, or one step.
 pub(super) struct Approximation {
@@ -88,6 +89,8 @@ pub struct SpanResult {
     pub accumulated_integration_error: Option<AccumulatedError>,
     /// Work of the bodies on the fluid.
     pub work: f64,
+    /// Work of the bodies of each linkage on the fluid; empty where it is known in total only.
+    pub linkage_works: Vec<f64>,
     /// Error bars of the work.
     pub work_error: ErrorEstimate,
     /// Impulses of the loads that hold or drive bodies.
@@ -241,6 +244,7 @@ impl SpanResult {
             accumulated_model_error: AccumulatedError::default(),
             accumulated_integration_error: Some(AccumulatedError::default()),
             work: 0.0,
+            linkage_works: Vec::new(),
             work_error: ErrorEstimate::default(),
             holding: HoldingLoads::default(),
             seconds: Seconds::default(),
@@ -270,6 +274,13 @@ impl SpanResult {
         let duration =
             evaluator.span.duration * (approximation.piece.to - approximation.piece.from);
         self.work += approximation.work(duration);
+        if has_linkage_works(evaluator.scene) {
+            let set = evaluator.scene.articulation();
+            for (solution, time) in approximation.with_times(duration) {
+                let powers = linkage_powers(set, solution).into_iter().map(|p| p * time);
+                add_each(&mut self.linkage_works, &powers.collect::<Vec<_>>());
+            }
+        }
         self.holding
             .accumulate(1.0, &approximation.holding(duration));
         let Approximation {

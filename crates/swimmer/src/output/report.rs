@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use crate::inertia_numbers::InertiaNumbers;
 use crate::outcome::Outcome;
+use crate::swimmers::SwimmerOutcome;
 
 /// The word of `tolerance_limits` in a summary for a model that controls its error.
 pub const ALL_ERRORS: &str = "all errors";
@@ -24,6 +25,10 @@ pub const ALL_ERRORS: &str = "all errors";
 /// - `shape_change`: null if the joints return to their values; otherwise the changes by `links`
 ///   and the `rigid_part` of the motion, that of the frame in which the shape is described (`body`,
 ///   `displacement`, `rotation`);
+/// - `swimmers`: null for one; otherwise, for each connected set of bodies that can move itself,
+///   its `name` (that of its first body), `bodies`, `displacement` (mean of its moving bodies),
+///   `rotation`, `work` (null where it is known in total only: with slip or inertia) and
+///   `error_estimate` of the displacement;
 /// - `mean_holding`: null without bodies whose velocity is given; otherwise `bodies` (by body, the
 ///   mean `force` and `torque` over the run that hold or drive it) with `force_error` and
 ///   `torque_error`;
@@ -107,8 +112,24 @@ pub fn summary_json(
             "torque_error": estimate(&means.torque_error),
         })
     });
+    let of_swimmer = |swimmer: &SwimmerOutcome| {
+        let names = swimmer
+            .bodies
+            .iter()
+            .map(|&body| &scene.bodies()[body].name);
+        json!({
+            "name": swimmer.name(scene),
+            "bodies": names.collect::<Vec<_>>(),
+            "displacement": vector(&swimmer.displacement),
+            "rotation": vector(&swimmer.rotation),
+            "work": swimmer.work,
+            "error_estimate": estimate(&swimmer.error_estimate),
+        })
+    };
+    let swimmers: Vec<Value> = outcome.swimmers(scene).iter().map(of_swimmer).collect();
     json!({
         "scene": scene.name(),
+        "swimmers": (!swimmers.is_empty()).then_some(swimmers),
         "mean_holding": mean_holding,
         "shape_change": shape_change,
         "displacement": by_body(&outcome.displacement),

@@ -25,5 +25,6 @@ mod paths;
 mod reports;
 mod strokes;
 mod support;
+mod swimmers;
 mod tolerances;
 mod unsteady;

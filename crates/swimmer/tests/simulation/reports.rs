@@ -212,6 +212,7 @@ fn the_summary_has_every_number_of_the_outcome() {
             "tolerance_met": false,
             "tolerance_limits": "the error of the integration",
             "allowed_error": 0.375,
+            "swimmers": null,
             "stopped": "where",
             "repulsion": null,
             "meshes": [{ "time": 0.75, "phase": 2, "reason": "a reason" }],

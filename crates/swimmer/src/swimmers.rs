@@ -1,0 +1,103 @@
+//! Results of each swimmer of a run with several.
+
+use models::{AccumulatedError, ErrorEstimate};
+use nalgebra::Vector3;
+use rigid::{Articulation, Linkage};
+use scene::Scene;
+
+use crate::outcome::{Outcome, mean_of_moving};
+
+/// The result of one swimmer: of a connected set of bodies that joints, deformations or slip move.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SwimmerOutcome {
+    /// Its bodies in the order of the scene; the first one gives it its name.
+    pub bodies: Vec<usize>,
+    /// Mean displacement of the centres of its moving bodies.
+    pub displacement: Vector3<f64>,
+    /// Error bars of the displacements of its bodies.
+    pub error_estimate: ErrorEstimate,
+    /// Rotation vector of its root (its first body, or the first one whose velocity is given) in
+    /// radians, with full turns ([`Turning::rotation_vector`](crate::Turning::rotation_vector)).
+    pub rotation: Vector3<f64>,
+    /// Work of its bodies on the fluid. The works of all bodies add up to that of the run.
+    ///
+    /// `None` with slip, and for bodies or fluids with inertia: their work is known in total.
+    pub work: Option<f64>,
+}
+
+impl SwimmerOutcome {
+    /// Name: that of its first body.
+    pub fn name<'s>(&self, scene: &'s Scene) -> &'s str {
+        &scene.bodies()[self.bodies[0]].name
+    }
+}
+
+impl Outcome {
+    /// Results of all swimmers, in the order of their first bodies; empty for a scene with a single
+    /// one, whose results are those of the run.
+    pub fn swimmers(&self, scene: &Scene) -> Vec<SwimmerOutcome> {
+        let set = scene.articulation();
+        let Some(last) = self.samples.last() else {
+            return Vec::new();
+        };
+        let all = set.linkages().iter().enumerate();
+        let swimming: Vec<_> = all.filter(|(_, linkage)| swims(scene, linkage)).collect();
+        if swimming.len() < 2 {
+            return Vec::new();
+        }
+        let positions: Vec<Vector3<f64>> = (last.poses.iter())
+            .map(|pose| pose.translation.vector)
+            .collect();
+        let result = |(number, linkage): (usize, &Linkage)| {
+            let mut bodies = linkage.bodies.clone();
+            bodies.sort_unstable();
+            let displacements: Vec<_> = bodies.iter().map(|&b| self.displacement[b]).collect();
+            let turning = last.turnings.get(linkage.root).copied().unwrap_or_default();
+            SwimmerOutcome {
+                displacement: mean_of_moving(&displacements),
+                error_estimate: self.error_of(set, number, &positions),
+                rotation: turning.rotation_vector(&last.poses[linkage.root].rotation),
+                work: self.linkage_works.get(number).copied(),
+                bodies,
+            }
+        };
+        swimming.into_iter().map(result).collect()
+    }
+
+    /// Error bars of the displacements of the bodies of one linkage.
+    fn error_of(
+        &self,
+        set: &Articulation,
+        number: usize,
+        positions: &[Vector3<f64>],
+    ) -> ErrorEstimate {
+        let linkage = &set.linkages()[number];
+        let largest = |error: &AccumulatedError| {
+            let arms = (linkage.bodies.iter()).map(|&b| positions[b] - positions[linkage.root]);
+            arms.fold(0.0_f64, |most, arm| {
+                most.max(error.of_body(number, &arm).norm())
+            })
+        };
+        let uncorrected =
+            |error: &AccumulatedError| error.uncorrected_error_bars(largest(error)).displacement;
+        let mesh = self.accumulated_error.as_ref();
+        let integration = self.accumulated_integration_error.as_ref();
+        let bars = &self.error_estimate;
+        ErrorEstimate {
+            mesh: mesh.map(|error| error.displacement_error_bar(largest(error))),
+            model: (bars.model).map(|_| uncorrected(&self.accumulated_model_error)),
+            integration: integration.map(uncorrected),
+            ..*bars
+        }
+    }
+}
+
+/// Whether a connected set of bodies can move itself: by joints, deformations or slip.
+fn swims(scene: &Scene, linkage: &Linkage) -> bool {
+    linkage.bodies.len() > 1
+        || linkage.bodies.iter().any(|&body| {
+            let body = &scene.bodies()[body];
+            body.slip.is_some() || body.deformation.is_some()
+        })
+}

@@ -1,0 +1,134 @@
+//! Results of each swimmer of a run with several.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use swimmer::output::summary_json;
+use swimmer::{Outcome, Scene};
+use testkit::{run, within};
+
+/// Three spheres on the x axis, whose arms contract one after the other, with more keys.
+fn three_spheres(model: &str, more: &str) -> Scene {
+    let text = format!(
+        "model.kind = \"{model}\"\n[[bodies]]\nname = \"left\"\nradius = 1\nposition = [-10, 0, 0]\n\
+         [[bodies]]\nname = \"middle\"\nradius = 1\nposition = [0, 0, 0]\n\
+         [[bodies]]\nname = \"right\"\nradius = 1\nposition = [10, 0, 0]\n\
+         [[links]]\nname = \"a\"\nbody = \"left\"\nto = \"middle\"\n\
+         [[links]]\nname = \"b\"\nbody = \"right\"\nto = \"middle\"\n\
+         [[gait.phases]]\nlink = \"a\"\nlength = 7\n[[gait.phases]]\nlink = \"b\"\nlength = 7\n\
+         [[gait.phases]]\nlink = \"a\"\nlength = 10\n[[gait.phases]]\nlink = \"b\"\nlength = 10\n\
+         {more}"
+    );
+    Scene::parse(&text).unwrap()
+}
+
+/// Distance of the copies, and what a swimmer moves another one by over a gait.
+///
+/// The sphere of an arm moves by three radii in a unit of time, with a force of at most 6π 3; the
+/// stresslet of both arms of ten radii is below 1131, its flow at D below 3 S/(8π D²) = 135/D², and
+/// the gait takes 4 units.
+const FAR: f64 = 1e4;
+const BY_OTHERS: f64 = 540.0 / (FAR * FAR);
+
+/// Two copies: turned by a right angle to the y axis, and by a third of a turn about (1, 1, 1).
+fn copies() -> (String, [UnitQuaternion<f64>; 2]) {
+    let vectors = [
+        Vector3::new(0.0, 0.0, std::f64::consts::FRAC_PI_2),
+        Vector3::repeat(std::f64::consts::TAU / 3.0 / 3_f64.sqrt()),
+    ];
+    let [a, b] = vectors.map(|v| format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z));
+    let text = format!(
+        "[[copies]]\nof = \"middle\"\npositions = [[{FAR:?}, 0, 0], [0, 0, {FAR:?}]]\n\
+         orientations = [{a}, {b}]\n"
+    );
+    (text, vectors.map(UnitQuaternion::from_scaled_axis))
+}
+
+fn works(outcome: &Outcome, scene: &Scene) -> Vec<f64> {
+    let swimmers = outcome.swimmers(scene).into_iter();
+    swimmers.map(|swimmer| swimmer.work.unwrap()).collect()
+}
+
+#[test]
+fn each_of_distant_swimmers_has_the_results_of_a_lone_one() {
+    let lone_scene = three_spheres("rpy", "");
+    let lone = run(&lone_scene);
+    assert!(lone.swimmers(&lone_scene).is_empty());
+    assert!(summary_json(&lone_scene, "rpy", &[], &lone, 0.0)["swimmers"].is_null());
+    let (copies, rotations) = copies();
+    // A passive sphere is no swimmer.
+    let sphere = format!("[[bodies]]\nname = \"stone\"\nradius = 1\nposition = [0, {FAR:?}, 0]\n");
+    let scene = three_spheres("rpy", &(copies + &sphere));
+    let outcome = run(&scene);
+    let swimmers = outcome.swimmers(&scene);
+    let names: Vec<&str> = swimmers
+        .iter()
+        .map(|swimmer| swimmer.name(&scene))
+        .collect();
+    assert_eq!(names, ["left", "left-2", "left-3"]);
+    let turns = [UnitQuaternion::identity(), rotations[0], rotations[1]];
+    for (swimmer, turn) in swimmers.iter().zip(turns) {
+        assert_eq!(swimmer.bodies.len(), 3);
+        let expected = turn * lone.net_vector();
+        let bar = swimmer.error_estimate.integration.unwrap();
+        let own = lone.error_estimate.integration.unwrap();
+        within(
+            (swimmer.displacement - expected).norm(),
+            BY_OTHERS + bar + own,
+            "flow of the others, and both integrations",
+        );
+        assert!(swimmer.rotation.norm() < BY_OTHERS);
+        // Flows of the others do work on the forces of the arms, at most 6π 3 on each sphere.
+        let change = 3.0 * 18.0 * std::f64::consts::PI * BY_OTHERS;
+        let bars = lone.work_error.integration.unwrap() + outcome.work_error.integration.unwrap();
+        within(
+            (swimmer.work.unwrap() - lone.work).abs(),
+            change + bars,
+            "work of a lone swimmer",
+        );
+        let total = swimmer.error_estimate.total();
+        assert!(total > 0.0 && total <= outcome.error_estimate.total());
+    }
+    let sum: f64 = works(&outcome, &scene).iter().sum();
+    within(
+        (sum - outcome.work).abs(),
+        1e-12 * outcome.work,
+        "rounding of sums: the stone does no work",
+    );
+    let json = summary_json(&scene, "rpy", &[], &outcome, 0.0);
+    let second = &json["swimmers"][1];
+    assert_eq!(second["name"], "left-2");
+    assert_eq!(
+        second["bodies"],
+        serde_json::json!(["left-2", "middle-2", "right-2"])
+    );
+    assert_eq!(second["work"], serde_json::json!(swimmers[1].work));
+    let y = second["displacement"][1].as_f64().unwrap();
+    assert_eq!(y, swimmers[1].displacement.y);
+}
+
+#[test]
+fn the_work_of_swimmers_with_slip_is_known_in_total_only() {
+    let scene = Scene::parse(
+        "gait.phases = [{ duration = 1 }]\n\
+         [[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 0]\nslip = { b1 = 1 }\n\
+         [[bodies]]\nname = \"b\"\nradius = 1\nposition = [0, 9, 0]\nslip = { b1 = -1 }\n",
+    )
+    .unwrap();
+    let outcome = run(&scene);
+    let swimmers = outcome.swimmers(&scene);
+    assert_eq!(swimmers.len(), 2);
+    assert!(swimmers.iter().all(|swimmer| swimmer.work.is_none()));
+    // They swim in opposite directions along x by 2/3 of B1, less what they move each other by.
+    let along = [0, 1].map(|k| swimmers[k].displacement.x);
+    assert!(along[0] > 0.6 && along[1] < -0.6, "{along:?}");
+}
+
+#[test]
+fn many_joints_are_named_by_the_first_and_their_number() {
+    let scene = three_spheres(
+        "rpy",
+        "[[copies]]\nof = \"middle\"\ncount = 9\nsize = [200, 200, 200]\ngap = 1\n",
+    );
+    let all: Vec<usize> = (0..scene.articulation().joints().len()).collect();
+    assert_eq!(scene.joint_names(&all), "a + b + a-2 + 17 more");
+    assert_eq!(scene.joint_names(&all[..2]), "a + b");
+}
