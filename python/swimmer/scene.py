@@ -425,7 +425,12 @@ def _assignments(values: Mapping[str, Any] | None) -> list[str]:
 
 
 def _toml_value(value: Any) -> str:
-    # JSON of numbers, texts, lists and truth values is TOML.
+    if isinstance(value, Mapping):
+        entries = (f"{json.dumps(key)} = {_toml_value(entry)}" for key, entry in value.items())
+        return f"{{ {', '.join(entries)} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_toml_value, value))}]"
+    # JSON of numbers, texts and truth values is TOML.
     return json.dumps(value, default=_plain, allow_nan=False)
 
 

@@ -60,7 +60,7 @@ def test_calls_that_do_not_fit_the_scene_say_what_does():
     with pytest.raises(swimmer.SceneError, match="the shape has 1 values, and 2 links"):
         scene.connection([10])
     for bad in ([10, np.nan], [10, -1], [np.inf, 10]):
-        with pytest.raises(swimmer.SceneError, match="no angle or positive length"):
+        with pytest.raises(swimmer.SceneError, match="no angle, amplitude or positive length"):
             scene.connection(bad)
     with pytest.raises(ValueError, match="could not convert"):
         scene.connection("ten")

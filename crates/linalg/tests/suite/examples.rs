@@ -1,7 +1,7 @@
 //! Runs the examples, which end with assertions.
 
-#[path = "../../examples/convection_diffusion.rs"]
-mod convection_diffusion;
+#[path = "../../examples/rotating_wind.rs"]
+mod rotating_wind;
 #[path = "../../examples/poisson.rs"]
 mod poisson;
 #[path = "../../examples/saddle_point.rs"]
@@ -10,8 +10,8 @@ mod saddle_point;
 mod staggered_stokes;
 
 #[test]
-fn convection_diffusion_runs() {
-    convection_diffusion::main().expect("the example runs");
+fn rotating_wind_runs() {
+    rotating_wind::main().expect("the example runs");
 }
 
 #[test]
