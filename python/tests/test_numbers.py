@@ -238,7 +238,7 @@ def test_each_swimmer_of_several_has_its_results():
     values = {
         "domain.kind": "unbounded",
         "model.kind": "rpy",
-        "copies": [{"of": "middle", "positions": [[0, 100, 0]], "orientations": [[0, 0, np.pi]]}],
+        "copies": [{"of": "centre", "positions": [[0, 100, 0]], "orientations": [[0, 0, np.pi]]}],
     }
     run = Scene.from_template("three-sphere").with_values(values).run(progress=False)
     first, second = run.swimmers
