@@ -130,7 +130,7 @@ class Arrangement:
         return slips
 
     def text(self, model, tolerance):
-        lines = [f'model = {{ kind = "{model}", tolerance = {tolerance} }}']
+        lines = [f'model = {{ kind = "{model}", tolerance = {tolerance}, accept = "best" }}']
         if self.container is not None:
             lines.append(f'domain = {{ kind = "ball", radius = {self.container} }}')
         if self.is_straight:
