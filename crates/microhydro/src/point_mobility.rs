@@ -187,7 +187,7 @@ impl<'a> PointMobility<'a> {
     /// let flow = mobility.flow(&forces, &at)?;
     /// // Stokes (1851): the velocity of the sphere on its surface, 3/2 a/d - (a/d)³/2 of it ahead
     /// assert!((flow[0].unwrap() - Vector3::x()).norm() < 1e-15);
-    /// assert!((flow[1].unwrap() - (0.75 - 0.0625) * Vector3::x()).norm() < 1e-15);
+    /// assert!((flow[1].unwrap() - Vector3::new(0.75 - 0.0625, 0.0, 0.0)).norm() < 1e-15);
     /// assert!(flow[2].is_none());
     /// # Ok::<(), microhydro::HydroError>(())
     /// ```

@@ -1,9 +1,9 @@
 //! Runs the examples, which end with assertions.
 
-#[path = "../../examples/rotating_wind.rs"]
-mod rotating_wind;
 #[path = "../../examples/poisson.rs"]
 mod poisson;
+#[path = "../../examples/rotating_wind.rs"]
+mod rotating_wind;
 #[path = "../../examples/saddle_point.rs"]
 mod saddle_point;
 #[path = "../../examples/staggered_stokes.rs"]

@@ -186,7 +186,11 @@ fn bug_deformations_of_copies_did_not_follow_the_gait() {
 #[test]
 fn copies_of_what_a_table_drives_are_refused() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("gait.csv"), "time,s.radius\n0,1\n1,1.1\n").unwrap();
+    std::fs::write(
+        folder.path().join("gait.csv"),
+        "time,s.radius\n0,1\n1,1.1\n",
+    )
+    .unwrap();
     let text = "[[bodies]]\nname = \"s\"\nradius = 1\nposition = [0, 0, 0]\n\
                 [[bodies]]\nname = \"other\"\nradius = 1\nposition = [0, 9, 0]\n\
                 [gait]\nfile = \"gait.csv\"\n[[copies]]\nof = \"NAME\"\npositions = [[9, 0, 0]]\n";
