@@ -114,7 +114,8 @@ fn pushmepullyou(stroke: &Pushmepullyou, model: &str, tolerance: f64, allowed: f
         "N",
         name,
         values,
-        (allowed, Basis::Promised),
+        // An exact value of few digits decides no more than they say.
+        (allowed + stroke.digits, Basis::Promised),
         cost(&outcome),
     )
     .with(Estimated::bound(outcome.error_estimate.total()))
