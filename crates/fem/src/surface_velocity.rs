@@ -101,7 +101,8 @@ pub(crate) fn planes_through(mesh: &TetMesh, nodes: impl Iterator<Item = usize>)
 ///
 /// `planes` are the normals of the symmetry planes on which the nodes lie. The values are the
 /// smallest ones on the whole surface, where a node on a plane has the tangential part of its
-/// weight twice, once from each side, and no normal one.
+/// weight twice, once from each side, and no normal one. Nodes on all three planes keep their
+/// values.
 pub(crate) fn set_flux(values: &mut [Vec3], weights: &[Vec3], planes: &[[bool; 3]], given: f64) {
     let of_whole = |(weight, planes): (&Vec3, &[bool; 3])| {
         let mut whole = *weight;

@@ -50,44 +50,20 @@ pub(crate) fn mobility(
 ) -> Result<DMatrix<f64>, HydroError> {
     check_spheres(spheres.len())?;
     let all: Vec<usize> = (0..spheres.len()).collect();
-    let matrix = block(spheres, &all, s);
+    let matrix = block(&all, unbounded(spheres, s));
     check_finite("the mobility of the spheres", &matrix)?;
     Ok(matrix)
 }
 
-/// The block of [`mobility`] of some spheres, in their order.
+/// The block of a mobility matrix of some spheres, in their order, from those of one sphere by one.
 pub(crate) fn block(
-    spheres: &Spheres,
     some: &[usize],
-    s: impl Fn(f64, f64) -> f64,
-) -> DMatrix<f64> {
-    let (x, a) = (spheres.centres(), spheres.radii());
-    let mut matrix = DMatrix::zeros(6 * some.len(), 6 * some.len());
-    for (i, &at) in some.iter().enumerate() {
-        let mut own = matrix.fixed_view_mut::<6, 6>(6 * i, 6 * i);
-        own.set_diagonal(&lone(a[at]));
-        for (j, &of) in some.iter().enumerate().filter(|&(j, _)| j != i) {
-            matrix
-                .fixed_view_mut::<6, 6>(6 * i, 6 * j)
-                .copy_from(&pair_mobility(&(x[at] - x[of]), s(a[at], a[of])));
-        }
-    }
-    matrix
-}
-
-/// The block of the mobility in a periodic box of some spheres, in their order.
-pub(crate) fn periodic_block(
-    spheres: &Spheres,
-    some: &[usize],
-    periodic: &PeriodicSums,
+    mobility: impl Fn(usize, usize) -> Matrix6<f64>,
 ) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(6 * some.len(), 6 * some.len());
     for (i, &at) in some.iter().enumerate() {
-        for (j, &of) in some.iter().enumerate().filter(|(j, _)| *j <= i) {
-            let mut pair = periodic.block(at, of);
-            if i == j {
-                pair += Matrix6::from_diagonal(&lone(spheres.radii()[at]));
-            }
+        for (j, &of) in some[..=i].iter().enumerate() {
+            let pair = mobility(at, of);
             let mut rows = matrix.fixed_view_mut::<6, 6>(6 * i, 6 * j);
             rows.copy_from(&pair);
             let mut columns = matrix.fixed_view_mut::<6, 6>(6 * j, 6 * i);
@@ -95,6 +71,29 @@ pub(crate) fn periodic_block(
         }
     }
     matrix
+}
+
+/// Mobilities of one sphere by one in unbounded fluid; `s` as in [`mobility`].
+pub(crate) fn unbounded<'s>(
+    spheres: &'s Spheres,
+    s: impl Fn(f64, f64) -> f64 + 's,
+) -> impl Fn(usize, usize) -> Matrix6<f64> + 's {
+    let (x, a) = (spheres.centres(), spheres.radii());
+    move |at, of| match at == of {
+        true => Matrix6::from_diagonal(&lone(a[at])),
+        false => pair_mobility(&(x[at] - x[of]), s(a[at], a[of])),
+    }
+}
+
+/// Mobilities of one sphere by one in a periodic box.
+pub(crate) fn periodic<'s>(
+    spheres: &'s Spheres,
+    sums: &'s PeriodicSums,
+) -> impl Fn(usize, usize) -> Matrix6<f64> + 's {
+    move |at, of| match at == of {
+        true => sums.block(at, of) + Matrix6::from_diagonal(&lone(spheres.radii()[at])),
+        false => sums.block(at, of),
+    }
 }
 
 /// Mobility of a lone sphere: three times that of its translation, and of its rotation.

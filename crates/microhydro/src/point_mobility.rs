@@ -244,12 +244,13 @@ impl<'a> PointMobility<'a> {
             return matrix.select_rows(&rows).select_columns(&rows);
         }
         if let Some(periodic) = &self.periodic {
-            return pair_mobility::periodic_block(self.spheres, some, periodic);
+            return pair_mobility::block(some, pair_mobility::periodic(self.spheres, periodic));
         }
-        pair_mobility::block(self.spheres, some, |a, b| match self.model {
+        let s = |a, b| match self.model {
             PointModel::Oseen => 0.0,
             PointModel::Rpy => a * a + b * b,
-        })
+        };
+        pair_mobility::block(some, pair_mobility::unbounded(self.spheres, s))
     }
 
     /// Change of the velocities by the stresslets that rigid spheres have in the flow of the forces

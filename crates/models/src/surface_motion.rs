@@ -146,17 +146,24 @@ impl SurfaceMotion {
     /// Velocity of the surface of a body at `x`, a position on it relative to its centre, for a
     /// rate of one of an amplitude; relative to the motion of the body.
     pub fn of_amplitude(&self, body: usize, x: &Vector3<f64>, joint: usize) -> Vector3<f64> {
-        let deformation = self.deformations.get(body).and_then(Option::as_ref);
-        let moves = |of: &&PosedDeformation| of.deformation.joints().any(|own| own == joint);
         let velocity = |of: &PosedDeformation| of.velocity(x, joint);
-        (deformation.filter(moves)).map_or_else(Vector3::zeros, velocity)
+        (self.deformed_by(body, joint)).map_or_else(Vector3::zeros, velocity)
+    }
+
+    /// Whether an amplitude deforms a body.
+    pub fn deforms(&self, body: usize, joint: usize) -> bool {
+        self.deformed_by(body, joint).is_some()
+    }
+
+    /// Deformation of a body, if the amplitude is one of its own.
+    fn deformed_by(&self, body: usize, joint: usize) -> Option<&PosedDeformation> {
+        let deformation = self.deformations.get(body).and_then(Option::as_ref);
+        deformation.filter(|of| of.deformation.joints().any(|own| own == joint))
     }
 
     /// Rate of the volume of a body for a rate of one of an amplitude.
     pub fn volume_rate(&self, body: usize, joint: usize) -> f64 {
-        let deformation = self.deformations.get(body).and_then(Option::as_ref);
-        let moves = |of: &&PosedDeformation| of.deformation.joints().any(|own| own == joint);
-        deformation.filter(moves).map_or(0.0, |of| {
+        self.deformed_by(body, joint).map_or(0.0, |of| {
             let rate = of.deformation.volume_rate(&of.values, joint);
             rate * of.unit.powi(3) / of.rates[joint]
         })

@@ -318,7 +318,8 @@ impl Estimator<'_> {
             };
             let problem = self.problem;
             let mut powers = problem.corrected_surface_powers(&correction, flow, change, nodal)?;
-            powers.subtract(&problem.surface_powers(flow, Some(nodal), self.stress())?);
+            let computed = problem.surface_powers(flow, Some(nodal), self.stress())?;
+            powers.accumulate(-1.0, &computed);
             Ok::<_, StokesError>(powers)
         };
         let mut unit_loads = DistinctLoads::default();

@@ -37,6 +37,7 @@ use crate::surface_flow::{BoundaryParts, NodalSurfaceFlow, SurfaceFlow};
 /// assert!((ratio / 1.286196 - 1.0).abs() < 0.02);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[derive(Clone)]
 pub struct Problem<'a> {
     pub(crate) mesh: &'a TetMesh,
     pub(crate) space: Option<&'a TaylorHood>,

@@ -31,18 +31,11 @@ impl SurfacePowers {
         }
     }
 
-    /// Adds other powers.
-    pub fn add(&mut self, other: &Self) {
-        self.slip += other.slip;
+    /// Adds other powers times a factor.
+    pub fn accumulate(&mut self, factor: f64, other: &Self) {
+        self.slip += factor * other.slip;
         let rates = self.rates.iter_mut().zip(&other.rates);
-        rates.for_each(|(own, other)| *own += other);
-    }
-
-    /// Subtracts other powers.
-    pub(crate) fn subtract(&mut self, other: &Self) {
-        self.slip -= other.slip;
-        let rates = self.rates.iter_mut().zip(&other.rates);
-        rates.for_each(|(own, other)| *own -= other);
+        rates.for_each(|(own, other)| *own += factor * other);
     }
 }
 
@@ -61,16 +54,26 @@ impl Problem<'_> {
         surfaces: Option<&NodalSurfaceFlow>,
         stress: Option<ViscousStress>,
     ) -> Result<f64, StokesError> {
-        Ok(match (surfaces, stress) {
-            (Some(nodal), Some(stress)) => {
-                self.parts() * stress.power(&flow.pressure, &nodal.velocity)?
-            }
-            (Some(nodal), None) => {
-                let (velocity, pressure) = (&flow.velocity, &flow.pressure);
-                self.parts() * fem::power(self.mesh, velocity, pressure, &nodal.velocity)?
-            }
-            (None, _) => 0.0,
+        surfaces.map_or(Ok(0.0), |nodal| {
+            self.power_in((&flow.velocity, &flow.pressure), stress, &nodal.velocity)
         })
+    }
+
+    /// Power of a flow in given velocities of surfaces, by `stress` if the viscosity varies.
+    ///
+    /// # Errors
+    /// A flow that is not finite.
+    fn power_in(
+        &self,
+        (velocity, pressure): (&[Vector3<f64>], &[f64]),
+        stress: Option<ViscousStress>,
+        of_surfaces: &[Vector3<f64>],
+    ) -> Result<f64, StokesError> {
+        let power = match stress {
+            Some(stress) => stress.power(pressure, of_surfaces)?,
+            None => fem::power(self.mesh, velocity, pressure, of_surfaces)?,
+        };
+        Ok(self.parts() * power)
     }
 
     /// Powers of the slip, and of the deformation for a rate of one of each shape coordinate, on
@@ -87,15 +90,16 @@ impl Problem<'_> {
         let Some(nodal) = surfaces else {
             return Ok(SurfacePowers::default());
         };
-        let (velocity, pressure) = nodal.whole(flow);
-        let power = |part: &Vec<Vector3<f64>>| -> Result<f64, StokesError> {
-            let power = match stress {
-                Some(stress) => stress.power(&flow.pressure, part)?,
-                None => fem::power(self.mesh, &velocity, &pressure, part)?,
-            };
-            Ok(self.parts() * power)
+        let whole;
+        let of_flow: (&[_], &[_]) = match stress {
+            // The stress is that of the whole flow already.
+            Some(_) => (&flow.velocity, &flow.pressure),
+            None => {
+                whole = nodal.whole(flow);
+                (&whole.0, &whole.1)
+            }
         };
-        let powers = nodal.parts.iter().map(power);
+        let powers = (nodal.parts.iter()).map(|part| self.power_in(of_flow, stress, part));
         Ok(SurfacePowers::of_parts(powers.collect::<Result<_, _>>()?))
     }
 

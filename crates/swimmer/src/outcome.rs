@@ -475,19 +475,13 @@ impl Outcome {
             .collect();
         let mesh = result.accumulated_error.as_ref();
         let integration = result.accumulated_integration_error.as_ref();
+        let largest = |error: &AccumulatedError| largest_error(set, error, after);
+        let accumulated = (mesh, &result.accumulated_model_error, integration);
         self.spans.push(SpanOutcome {
             joints: span.joints.clone(),
             solves: result.solves,
             lookups: result.lookups,
-            error_estimate: ErrorEstimate {
-                mesh: mesh.map(|error| corrected_bar(set, error, after)),
-                model: (result.error_estimate.model).map(|_| {
-                    uncorrected_bars(set, &result.accumulated_model_error, after).displacement
-                }),
-                integration: integration
-                    .map(|error| uncorrected_bars(set, error, after).displacement),
-                ..result.error_estimate
-            },
+            error_estimate: displacement_bars(&result.error_estimate, accumulated, largest),
             displacement,
         });
         type Append = fn(&mut AccumulatedError, &AccumulatedError, &[Vector3<f64>]);
@@ -558,6 +552,27 @@ fn end_of(span: &PhaseSpan, result: &SpanResult) -> Vec<f64> {
     }
 }
 
+/// Error bars of displacements by the accumulated errors of mesh, model and integration, of which
+/// `largest` is the largest of a body; other sources have their given bars.
+pub(crate) fn displacement_bars(
+    bars: &ErrorEstimate,
+    (mesh, model, integration): (
+        Option<&AccumulatedError>,
+        &AccumulatedError,
+        Option<&AccumulatedError>,
+    ),
+    largest: impl Fn(&AccumulatedError) -> f64,
+) -> ErrorEstimate {
+    let uncorrected =
+        |error: &AccumulatedError| error.uncorrected_error_bars(largest(error)).displacement;
+    ErrorEstimate {
+        mesh: mesh.map(|error| error.displacement_error_bar(largest(error))),
+        model: bars.model.map(|_| uncorrected(model)),
+        integration: integration.map(uncorrected),
+        ..*bars
+    }
+}
+
 /// Error bar of displacements from which an accumulated error was subtracted.
 fn corrected_bar(set: &Articulation, error: &AccumulatedError, positions: &[Vector3<f64>]) -> f64 {
     error.displacement_error_bar(largest_error(set, error, positions))
@@ -573,10 +588,21 @@ fn uncorrected_bars(
 }
 
 fn largest_error(set: &Articulation, error: &AccumulatedError, positions: &[Vector3<f64>]) -> f64 {
-    let errors = errors_of_bodies(set, error, positions);
-    errors
-        .iter()
-        .fold(0.0_f64, |largest, e| largest.max(e.norm()))
+    let linkages = 0..set.linkages().len();
+    linkages.fold(0.0, |largest, number| {
+        largest.max(largest_error_of(set, number, error, positions))
+    })
+}
+
+/// Largest error of the displacement of a body of a linkage.
+pub(crate) fn largest_error_of(
+    set: &Articulation,
+    number: usize,
+    error: &AccumulatedError,
+    positions: &[Vector3<f64>],
+) -> f64 {
+    let errors = errors_of_linkage(set, number, error, positions);
+    errors.fold(0.0, |largest, (_, error)| largest.max(error.norm()))
 }
 
 /// Errors of the displacements of the bodies, from the errors of the frames of their linkages.
@@ -586,12 +612,24 @@ fn errors_of_bodies(
     positions: &[Vector3<f64>],
 ) -> Vec<Vector3<f64>> {
     let mut errors = vec![Vector3::zeros(); positions.len()];
-    for (number, linkage) in set.linkages().iter().enumerate() {
-        for &body in &linkage.bodies {
-            errors[body] = error.of_body(number, &(positions[body] - positions[linkage.root]));
+    for number in 0..set.linkages().len() {
+        for (body, error) in errors_of_linkage(set, number, error, positions) {
+            errors[body] = error;
         }
     }
     errors
+}
+
+/// The bodies of a linkage with the errors of their displacements.
+fn errors_of_linkage<'a>(
+    set: &'a Articulation,
+    number: usize,
+    error: &'a AccumulatedError,
+    positions: &'a [Vector3<f64>],
+) -> impl Iterator<Item = (usize, Vector3<f64>)> + 'a {
+    let linkage = &set.linkages()[number];
+    let arm = move |body: usize| positions[body] - positions[linkage.root];
+    (linkage.bodies.iter()).map(move |&body| (body, error.of_body(number, &arm(body))))
 }
 
 /// Positions of all bodies.

@@ -1,11 +1,11 @@
 //! Results of each swimmer of a run with several.
 
-use models::{AccumulatedError, ErrorEstimate};
+use models::ErrorEstimate;
 use nalgebra::Vector3;
 use rigid::{Articulation, Linkage};
 use scene::Scene;
 
-use crate::outcome::{Outcome, mean_of_moving};
+use crate::outcome::{Outcome, displacement_bars, largest_error_of, mean_of_moving};
 
 /// The result of one swimmer: of a connected set of bodies that joints, deformations or slip move.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,24 +72,14 @@ impl Outcome {
         number: usize,
         positions: &[Vector3<f64>],
     ) -> ErrorEstimate {
-        let linkage = &set.linkages()[number];
-        let largest = |error: &AccumulatedError| {
-            let arms = (linkage.bodies.iter()).map(|&b| positions[b] - positions[linkage.root]);
-            arms.fold(0.0_f64, |most, arm| {
-                most.max(error.of_body(number, &arm).norm())
-            })
-        };
-        let uncorrected =
-            |error: &AccumulatedError| error.uncorrected_error_bars(largest(error)).displacement;
-        let mesh = self.accumulated_error.as_ref();
-        let integration = self.accumulated_integration_error.as_ref();
-        let bars = &self.error_estimate;
-        ErrorEstimate {
-            mesh: mesh.map(|error| error.displacement_error_bar(largest(error))),
-            model: (bars.model).map(|_| uncorrected(&self.accumulated_model_error)),
-            integration: integration.map(uncorrected),
-            ..*bars
-        }
+        let accumulated = (
+            self.accumulated_error.as_ref(),
+            &self.accumulated_model_error,
+            self.accumulated_integration_error.as_ref(),
+        );
+        displacement_bars(&self.error_estimate, accumulated, |error| {
+            largest_error_of(set, number, error, positions)
+        })
     }
 }
 

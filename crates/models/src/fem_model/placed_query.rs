@@ -285,6 +285,9 @@ impl FemModel {
     ) -> Result<(Vec<Solution>, Option<SurfaceMotion>), ModelError> {
         let placement = &query.placement;
         let surfaces = self.meshes.boundary_surfaces(placement);
+        let problem = self.problem(&query.placed.mesh, placement, &surfaces)?;
+        let problem = problem.with_space(&query.space);
+        let centres = self.centres(placement);
         let to_laboratory = (query.frame).map(|frame| self.to_laboratory(frame));
         let motion = SurfaceMotion::new(&self.scaled, &placement.poses, &placement.values);
         let motion = motion.map(|motion| motion.in_frame(to_laboratory));
@@ -302,15 +305,13 @@ impl FemModel {
                 rates: rates.first().map_or(&[][..], Vec::as_slice),
                 surfaces: &surfaces,
                 sources: self.meshes.generator.far_field,
-                centres: self.centres(placement),
+                centres: &centres,
             });
-            solved.extend(self.flows_of_rates(
-                query,
-                constraints,
-                flows.as_ref(),
-                options,
-                guesses,
-            )?);
+            let mut problem = problem.clone();
+            if let Some(flows) = &flows {
+                problem = problem.with_surface_flow(flows);
+            }
+            solved.extend(self.flows_of_rates(query, &problem, constraints, options, guesses)?);
         }
         Ok((solved, motion))
     }
@@ -322,33 +323,26 @@ impl FemModel {
         surfaced.map(centre).collect()
     }
 
-    /// Flows for some rates of a query, with the same velocities of surfaces relative to the
-    /// bodies.
+    /// Flows for some rates of a query, for which the surfaces of the problem have the same
+    /// velocities relative to the bodies.
     ///
     /// # Errors
     /// Those of [`Hydrodynamics::solve`].
     fn flows_of_rates(
         &self,
         query: &PlacedQuery,
+        problem: &Problem<'_>,
         constraints: &[Constraints],
-        flows: Option<&BodyFlows<'_>>,
         options: &Options,
         guesses: &mut InitialGuesses,
     ) -> Result<Vec<Solution>, ModelError> {
-        let mesh = &query.placed.mesh;
-        let surfaces = self.meshes.boundary_surfaces(&query.placement);
-        let mut problem =
-            (self.problem(mesh, &query.placement, &surfaces)?).with_space(&query.space);
-        if let Some(flows) = flows {
-            problem = problem.with_surface_flow(flows);
-        }
         let has_fixed = self.scaled.set.held_translation().contains(&true);
         let law = self.law_in_domain(has_fixed)?;
         let mut constraints = Cow::Borrowed(constraints);
         if let (Some(far), true) = (self.meshes.far_field(), has_fixed) {
             let fixed = FixedBodies {
-                problem: &problem,
-                symmetry_planes: mesh.symmetry_planes(),
+                problem,
+                symmetry_planes: query.placed.mesh.symmetry_planes(),
                 set: &self.scaled.set,
                 loads: &query.loads,
                 options,
@@ -461,7 +455,7 @@ struct BodyFlows<'a> {
     /// The ball in place of unbounded fluid, through whose wall bodies that grow push fluid.
     sources: Option<FarField>,
     /// Centres of the bodies.
-    centres: Vec<Vector3<f64>>,
+    centres: &'a [Vector3<f64>],
 }
 
 impl SurfaceFlow for BodyFlows<'_> {
@@ -479,10 +473,12 @@ impl SurfaceFlow for BodyFlows<'_> {
     }
 
     fn of_rate(&self, coordinate: usize, body: usize, x: &Vector3<f64>) -> Vector3<f64> {
-        let Some((_, surface)) = self.surfaces.get(body) else {
+        let joint = self.motion.amplitudes()[coordinate];
+        let Some((_, surface)) =
+            (self.surfaces.get(body)).filter(|_| self.motion.deforms(body, joint))
+        else {
             return Vector3::zeros();
         };
-        let joint = self.motion.amplitudes()[coordinate];
         let arm = surface.closest_point(*x) - self.centres[body];
         self.motion.of_amplitude(body, &arm, joint)
     }

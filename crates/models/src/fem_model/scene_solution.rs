@@ -69,7 +69,7 @@ impl ToScene<'_> {
         let has_fixed = set.held_translation().contains(&true);
         shift(set, if has_fixed { before } else { after }, &mut corrected);
         let mut powers = solved.powers.clone();
-        powers.add(&estimate.powers);
+        powers.accumulate(1.0, &estimate.powers);
         let mut answer = self.convert(solved, &corrected, (&powers, rates))?;
         if let (true, Some(bar)) = (has_fixed, &mut answer.error_estimate.container) {
             *bar += self.scaled.scale.length_to_scene((after - before).norm());

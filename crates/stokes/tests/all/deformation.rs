@@ -2,13 +2,10 @@
 
 use std::f64::consts::PI;
 
-use fem::SurplusSpace;
-use mesher::{Container, Sphere};
 use nalgebra::Vector3;
-use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad};
-use stokes::{InitialGuesses, Options, Problem, Solution, SurfaceFlow};
+use stokes::{Options, Solution, SurfaceFlow};
 
-use crate::support::{SPHERE, sphere_in_ball};
+use crate::support::{solve_free_sphere, sphere_in_ball};
 
 type Vec3 = Vector3<f64>;
 
@@ -53,25 +50,7 @@ impl SurfaceFlow for Growing {
 
 fn solve(size: f64, symmetry_planes: [bool; 3], flow: &Growing) -> Solution {
     let mesh = sphere_in_ball(size, WALL, symmetry_planes);
-    let ball = Sphere {
-        radius: WALL,
-        ..SPHERE
-    };
-    let problem = Problem::new(&mesh, &[("sphere", Vec3::zeros())], &[Container::TAG])
-        .and_then(|problem| problem.with_surfaces(&[("sphere", &SPHERE), (Container::TAG, &ball)]))
-        .unwrap()
-        .with_surface_flow(flow);
-    let set = Articulation::new(&[BodyKind::Rigid], vec![], Arms::Clamped, &[Vec3::zeros()]);
-    let set = set.unwrap();
-    let drive = Drive {
-        set: &set,
-        constraints: &set.constraints(&set.initial_state(), &[], &[]).unwrap(),
-        loads: &[ExternalLoad::default()],
-    };
-    let space = SurplusSpace::new(&mesh).unwrap();
-    let (options, mut guesses) = (Options::default(), InitialGuesses::new(0));
-    let mut solved = (problem.solve_all(&[drive], &options, &mut guesses, Some(&space))).unwrap();
-    solved.swap_remove(0)
+    solve_free_sphere(&mesh, WALL, flow, &Options::default()).unwrap()
 }
 
 /// A sphere that grows at the rate `a'` is a source, `u = a' a² x / |x|³` without pressure: the

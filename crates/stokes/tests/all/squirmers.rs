@@ -2,18 +2,13 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use fem::SurplusSpace;
 use mesh::TetMesh;
-use mesher::{Container, Sphere};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
-use rigid::{
-    Arms, Articulation, BodyKind, DirectRows, Drive, Eliminated, ExternalLoad, Formulation,
-    Lagrange,
-};
-use stokes::{InitialGuesses, Options, Problem, Solution, Solver, StokesError, SurfaceFlow};
+use rigid::{DirectRows, Eliminated, Formulation, Lagrange};
+use stokes::{Options, Solution, Solver, StokesError, SurfaceFlow};
 
-use crate::support::{SPHERE, sphere_in_ball};
+use crate::support::{solve_free_sphere, sphere_in_ball};
 
 type Vec3 = Vector3<f64>;
 
@@ -51,24 +46,7 @@ fn solve_on(
     flow: &dyn SurfaceFlow,
     options: &Options,
 ) -> Result<Solution, StokesError> {
-    let ball = Sphere {
-        radius: 2.0,
-        ..SPHERE
-    };
-    let problem = Problem::new(mesh, &[("sphere", Vec3::zeros())], &[Container::TAG])?
-        .with_surfaces(&[("sphere", &SPHERE), (Container::TAG, &ball)])?
-        .with_surface_flow(flow);
-    let set = Articulation::new(&[BodyKind::Rigid], vec![], Arms::Clamped, &[Vec3::zeros()]);
-    let set = set.unwrap();
-    let drive = Drive {
-        set: &set,
-        constraints: &set.constraints(&set.initial_state(), &[], &[]).unwrap(),
-        loads: &[ExternalLoad::default()],
-    };
-    let space = SurplusSpace::new(mesh).unwrap();
-    let mut guesses = InitialGuesses::new(0);
-    let mut solved = problem.solve_all(&[drive], options, &mut guesses, Some(&space))?;
-    Ok(solved.swap_remove(0))
+    solve_free_sphere(mesh, 2.0, flow, options)
 }
 
 /// The solution on a mesh of the whole fluid.

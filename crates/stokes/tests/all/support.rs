@@ -1,8 +1,11 @@
 //! A sphere in the middle of a ball of fluid.
 
+use fem::SurplusSpace;
 use mesh::TetMesh;
 use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
+use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad};
+use stokes::{InitialGuesses, Options, Problem, Solution, StokesError, SurfaceFlow};
 
 pub const SPHERE: Sphere = Sphere {
     centre: Vector3::new(0.0, 0.0, 0.0),
@@ -22,4 +25,28 @@ pub fn sphere_in_ball(size: f64, radius: f64, symmetry_planes: [bool; 3]) -> Tet
     parameters.symmetry_planes = symmetry_planes;
     let tets = generate(&[body], &Container::Ball(ball), &parameters).unwrap();
     TetMesh::curved(tets.mesh, &[("sphere", &SPHERE), (Container::TAG, &ball)]).unwrap()
+}
+
+/// The solution for the sphere, free of loads, on a mesh by [`sphere_in_ball`], with estimates.
+pub fn solve_free_sphere(
+    mesh: &TetMesh,
+    radius: f64,
+    flow: &dyn SurfaceFlow,
+    options: &Options,
+) -> Result<Solution, StokesError> {
+    let ball = Sphere { radius, ..SPHERE };
+    let problem = Problem::new(mesh, &[("sphere", Vector3::zeros())], &[Container::TAG])?
+        .with_surfaces(&[("sphere", &SPHERE), (Container::TAG, &ball)])?
+        .with_surface_flow(flow);
+    let centre = [Vector3::zeros()];
+    let set = Articulation::new(&[BodyKind::Rigid], vec![], Arms::Clamped, &centre).unwrap();
+    let drive = Drive {
+        set: &set,
+        constraints: &set.constraints(&set.initial_state(), &[], &[]).unwrap(),
+        loads: &[ExternalLoad::default()],
+    };
+    let space = SurplusSpace::new(mesh).unwrap();
+    let mut guesses = InitialGuesses::new(0);
+    let mut solved = problem.solve_all(&[drive], options, &mut guesses, Some(&space))?;
+    Ok(solved.swap_remove(0))
 }
