@@ -77,7 +77,10 @@ impl Scene {
     /// the plane.
     pub fn symmetry_planes(&self) -> [bool; 3] {
         let domain = match self.domain {
-            Domain::Unbounded | Domain::Ball { .. } | Domain::Box { .. } => [true; 3],
+            Domain::Unbounded
+            | Domain::Ball { .. }
+            | Domain::Box { .. }
+            | Domain::Periodic { .. } => [true; 3],
             // The wall is the plane z = 0.
             Domain::Wall => [true, true, false],
             Domain::Cylinder { .. } | Domain::Surface(_) | Domain::Mesh { .. } => [false; 3],
@@ -208,7 +211,10 @@ impl Scene {
                     axis.yz().norm() <= 1e-9 && origin.yz().norm() <= tolerance
                 }
                 Domain::Wall => axis.xy().norm() <= 1e-9,
-                Domain::Box { .. } | Domain::Surface(_) | Domain::Mesh { .. } => false,
+                Domain::Box { .. }
+                | Domain::Surface(_)
+                | Domain::Mesh { .. }
+                | Domain::Periodic { .. } => false,
             }
     }
 

@@ -1,19 +1,20 @@
 //! Gaps between bodies, and between bodies and walls.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 use rigid::ExternalLoad;
 
 use crate::body::Body;
 use crate::domain::Domain;
 use crate::hull_distance::{distance, separation};
 
-/// Gap between two bodies, or between a body and the nearest wall.
+/// Gap between two bodies, or between a body and the nearest wall; in a periodic box between the
+/// nearest images.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Contact {
     /// One body.
     pub body: usize,
-    /// The other body; `None` for the wall.
+    /// The other body, or the same one for its own periodic image; `None` for the wall.
     pub other: Option<usize>,
     /// Distance between the surfaces, negative if they overlap.
     pub gap: f64,
@@ -29,7 +30,8 @@ impl Contact {
     }
 }
 
-/// The smallest gap of a configuration; `None` if there is no pair (one body and no wall).
+/// The smallest gap of a configuration; `None` if there is no pair (one body, no wall and no
+/// periodic image).
 ///
 /// Points have no surface and touch nothing. Shapes other than spheres count as their convex hulls,
 /// and their gaps are lower bounds. A body without a pose, or with one that is not finite, has a
@@ -59,8 +61,10 @@ pub fn closest_contact(
     })
 }
 
-/// The gaps of all pairs of bodies, and of all bodies and the wall, in a fixed order.
+/// The gaps of all pairs of bodies, of all bodies and the wall, and of all bodies and their own
+/// periodic images, in a fixed order.
 ///
+/// In a periodic box pairs are those of the images with the nearest centres: exact for spheres.
 /// Points have no surface and are left out. Shapes other than spheres count as their convex hulls,
 /// and their gaps are lower bounds. Bodies without a pose are left out.
 pub fn contacts<'a>(
@@ -83,7 +87,7 @@ pub fn contacts<'a>(
         let pairs: Vec<Contact> = solid[..k]
             .iter()
             .map(|&other| {
-                let apart = centre(body) - centre(other);
+                let apart = domain.nearest_image(&(centre(body) - centre(other)));
                 let pair = [body, other].map(|b| (&bodies[b].shape, &poses[b].rotation));
                 Contact {
                     body: other,
@@ -92,7 +96,17 @@ pub fn contacts<'a>(
                 }
             })
             .collect();
-        to_wall.into_iter().chain(pairs)
+        let own_image = domain.period().map(|size| {
+            let own = (&bodies[body].shape, &poses[body].rotation);
+            let edges = Matrix3::from_diagonal(&size);
+            let gaps = edges.column_iter().map(|edge| distance([own; 2], &edge.into_owned()));
+            Contact {
+                body,
+                other: Some(body),
+                gap: gaps.fold(f64::INFINITY, f64::min),
+            }
+        });
+        to_wall.into_iter().chain(pairs).chain(own_image)
     })
 }
 
@@ -107,7 +121,7 @@ pub fn contacts<'a>(
 /// away from the other one along the line of the closest points of their convex hulls, and the same
 /// on a body away from a wall (Brady & Bossis 1985, J. Fluid Mech. 155, with `range = 1/τ` and
 /// `strength = F_0 τ`). Torques are those of the forces at these points. Surfaces that touch get no
-/// finite force.
+/// finite force. In a periodic box the nearest images of two bodies repel each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Repulsion {
@@ -157,6 +171,7 @@ impl Repulsion {
             }
             for &other in &solid[..k] {
                 let apart = poses[body].translation.vector - poses[other].translation.vector;
+                let apart = domain.nearest_image(&apart);
                 let pair = [body, other].map(|b| (&bodies[b].shape, &poses[b].rotation));
                 let (gap, normal) = separation(pair, &apart);
                 push(body, gap, normal);

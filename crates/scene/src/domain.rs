@@ -33,6 +33,11 @@ pub enum Domain {
     Wall,
     /// The inside of a closed surface from a file.
     Surface(SurfaceShape),
+    /// A box centred at the origin that is repeated with its bodies in all directions, without walls.
+    Periodic {
+        /// Edge lengths.
+        size: Vector3<f64>,
+    },
     /// The volume of a mesh.
     Mesh {
         /// Gmsh file; a relative path was resolved from the folder of the scene file.
@@ -55,6 +60,7 @@ impl Domain {
             Self::Wall => DomainKind::Wall,
             Self::Surface(_) => DomainKind::Surface,
             Self::Mesh { .. } => DomainKind::Mesh,
+            Self::Periodic { .. } => DomainKind::Periodic,
         }
     }
 
@@ -62,14 +68,38 @@ impl Domain {
     pub fn is_container(&self) -> bool {
         match self {
             Self::Ball { .. } | Self::Box { .. } | Self::Surface(_) | Self::Mesh { .. } => true,
-            Self::Unbounded | Self::Cylinder { .. } | Self::Wall => false,
+            Self::Unbounded | Self::Cylinder { .. } | Self::Wall | Self::Periodic { .. } => false,
         }
     }
 
-    /// Whether the volume of the bodies in it must stay: in containers, and in a tube, in which an
-    /// endless column of fluid would have to move.
+    /// Whether the volume of the bodies in it must stay: in containers, in a periodic box, and in a
+    /// tube, in which an endless column of fluid would have to move.
     pub fn keeps_volume(&self) -> bool {
-        self.is_container() || matches!(self, Self::Cylinder { .. })
+        self.is_container() || matches!(self, Self::Cylinder { .. } | Self::Periodic { .. })
+    }
+
+    /// The edge lengths of a periodic box.
+    pub fn period(&self) -> Option<Vector3<f64>> {
+        match self {
+            Self::Periodic { size } => Some(*size),
+            _ => None,
+        }
+    }
+
+    /// The shortest of a difference of two places and those of their periodic images; the
+    /// difference itself if the domain is not periodic.
+    ///
+    /// ```
+    /// use nalgebra::Vector3;
+    /// let domain = scene::Domain::Periodic { size: Vector3::new(10.0, 10.0, 20.0) };
+    /// let nearest = domain.nearest_image(&Vector3::new(9.0, -14.0, 9.0));
+    /// assert_eq!(nearest, Vector3::new(-1.0, -4.0, 9.0));
+    /// ```
+    pub fn nearest_image(&self, apart: &Vector3<f64>) -> Vector3<f64> {
+        match self {
+            Self::Periodic { size } => apart.zip_map(size, |r, edge| r - edge * (r / edge).round()),
+            _ => *apart,
+        }
     }
 
     /// Clearance between a body and the nearest wall, negative if the body crosses the wall.
@@ -99,7 +129,10 @@ impl Domain {
         let support = |direction: &Vector3<f64>| body.shape.support_distance(rotation, direction);
         let inwards = |v: Vector3<f64>| -v.try_normalize(0.0).unwrap_or_default();
         match self {
-            Self::Unbounded | Self::Mesh { .. } | Self::Surface(_) => Vec::new(),
+            Self::Unbounded
+            | Self::Mesh { .. }
+            | Self::Surface(_)
+            | Self::Periodic { .. } => Vec::new(),
             Self::Ball { radius } => {
                 let gap = radius - centre.norm() - body.bounding_radius();
                 vec![(gap, inwards(*centre))]

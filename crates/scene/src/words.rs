@@ -95,6 +95,8 @@ words! {
         Surface,
         /// The volume of a mesh file.
         Mesh,
+        /// A box that is repeated with its bodies in all directions; the mean flow is zero.
+        Periodic,
     }
 
     /// How the surface of a body deforms.

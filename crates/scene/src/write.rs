@@ -235,7 +235,7 @@ pub(crate) fn domain_file(domain: &Domain) -> DomainFile {
     match domain {
         Domain::Unbounded | Domain::Wall => {}
         Domain::Ball { radius } | Domain::Cylinder { radius } => file.radius = Some(*radius),
-        Domain::Box { size } => file.size = Some((*size).into()),
+        Domain::Box { size } | Domain::Periodic { size } => file.size = Some((*size).into()),
         Domain::Surface(shape) => {
             file.file = Some(shape.file.display().to_string());
             (file.surface_kind, file.scale) = (Some(shape.kind), Some(shape.scale));

@@ -58,6 +58,12 @@ pub(super) fn domain(
                 .required("domain.size", file.size, ": a box needs [x, y, z] lengths")?
                 .into(),
         },
+        DomainKind::Periodic => {
+            let why = ": a periodic box needs [x, y, z] lengths";
+            Domain::Periodic {
+                size: checks.required("domain.size", file.size, why)?.into(),
+            }
+        }
         DomainKind::Surface => {
             let keys = SurfaceKeys {
                 group: "domain",

@@ -104,7 +104,7 @@ impl Unplaced<'_> {
     fn check_lengths(&self, smallest: f64) -> Result<(), SceneError> {
         let (key, length) = match self.domain {
             Domain::Ball { radius } | Domain::Cylinder { radius } => ("domain.radius", *radius),
-            Domain::Box { size } => ("domain.size", size.amax()),
+            Domain::Box { size } | Domain::Periodic { size } => ("domain.size", size.amax()),
             Domain::Surface(shape) => ("domain.file", shape.bounding_radius()),
             Domain::Unbounded | Domain::Wall | Domain::Mesh { .. } => ("domain", 0.0),
         };
