@@ -64,6 +64,17 @@ pub enum HydroError {
         /// Distance between the surfaces; negative when the spheres overlap.
         gap: f64,
     },
+    /// A sphere that touches its own image in a periodic box.
+    #[error(
+        "sphere {sphere} touches its own periodic image (gap {gap:.3e}); enlarge the box or make the \
+         sphere smaller"
+    )]
+    TouchingImage {
+        /// Index of the sphere.
+        sphere: usize,
+        /// Distance between the surfaces; negative when they overlap.
+        gap: f64,
+    },
     /// A sphere that touches the container or the wall, or lies beyond it.
     #[error(
         "sphere {sphere} touches the {boundary} or lies beyond it (clearance {clearance:.3e}); \

@@ -76,8 +76,8 @@ impl<'a> PointMobility<'a> {
     /// operations for spheres of a given concentration, to a relative error of about 1e-12.
     ///
     /// # Errors
-    /// [`HydroError::PeriodicBox`]; [`HydroError::Touching`] for a sphere and an image of itself or
-    /// of another one.
+    /// [`HydroError::PeriodicBox`]; [`HydroError::Touching`] for a sphere and an image of another
+    /// one, [`HydroError::TouchingImage`] of itself.
     ///
     /// ```
     /// use microhydro::{PointMobility, PointModel, Spheres};
@@ -123,7 +123,7 @@ impl<'a> PointMobility<'a> {
             None => Ok(()),
             Some(_) => Err(HydroError::Unsupported {
                 model: self.name(),
-                medium: "periodic box, except for velocities of the spheres",
+                medium: "the reflections in a periodic box",
                 instead: "unbounded fluid",
             }),
         }
@@ -197,7 +197,6 @@ impl<'a> PointMobility<'a> {
         points: &[Vector3<f64>],
     ) -> Result<Vec<Option<Vector3<f64>>>, HydroError> {
         let spheres = self.spheres;
-        self.check_not_periodic()?;
         if self.medium != Medium::Unbounded {
             return Err(HydroError::Unsupported {
                 model: self.name(),
@@ -210,6 +209,19 @@ impl<'a> PointMobility<'a> {
             6 * spheres.len(),
             forces.len(),
         )?;
+        if let Some(periodic) = &self.periodic {
+            let solid: Vec<f64> = (spheres.radii().iter())
+                .map(|a| a * (1.0 - ON_SURFACE))
+                .collect();
+            let flows = periodic.flows(forces);
+            let velocity = |x: &Vector3<f64>| {
+                let velocity = periodic.flow_at(x, (forces, &flows), &solid);
+                velocity.map_or(Ok(None), |u| {
+                    check_finite("a velocity of the fluid", &u).map(|()| Some(u))
+                })
+            };
+            return points.par_iter().map(velocity).collect();
+        }
         let found = self.columns.velocities_at(points, forces);
         let is_inside = |x: &Vector3<f64>| {
             let mut all = spheres.centres().iter().zip(spheres.radii());

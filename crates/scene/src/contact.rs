@@ -99,7 +99,9 @@ pub fn contacts<'a>(
         let own_image = domain.period().map(|size| {
             let own = (&bodies[body].shape, &poses[body].rotation);
             let edges = Matrix3::from_diagonal(&size);
-            let gaps = edges.column_iter().map(|edge| distance([own; 2], &edge.into_owned()));
+            let gaps = edges
+                .column_iter()
+                .map(|edge| distance([own; 2], &edge.into_owned()));
             Contact {
                 body,
                 other: Some(body),

@@ -129,10 +129,9 @@ impl Domain {
         let support = |direction: &Vector3<f64>| body.shape.support_distance(rotation, direction);
         let inwards = |v: Vector3<f64>| -v.try_normalize(0.0).unwrap_or_default();
         match self {
-            Self::Unbounded
-            | Self::Mesh { .. }
-            | Self::Surface(_)
-            | Self::Periodic { .. } => Vec::new(),
+            Self::Unbounded | Self::Mesh { .. } | Self::Surface(_) | Self::Periodic { .. } => {
+                Vec::new()
+            }
             Self::Ball { radius } => {
                 let gap = radius - centre.norm() - body.bounding_radius();
                 vec![(gap, inwards(*centre))]

@@ -18,11 +18,12 @@
 //! Where this does not exclude contact the part of the path is halved (conservative advancement,
 //! Mirtich 1996, with a bound of second order, so that bodies that slide along each other in a
 //! narrow gap take few parts). Pairs of one linkage are seen from its frame: a swimmer that moves
-//! as a rigid body has no relative motion.
+//! as a rigid body has no relative motion. In a periodic box every image of a body that the other
+//! one can reach along the path counts as a body.
 
 use std::borrow::Cow;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Translation3, Vector3};
 use rigid::{Articulation, MotionBounds, RigidError, State, StateBounds};
 
 use crate::body::Body;
@@ -37,6 +38,10 @@ const RESOLUTION: f64 = 1.0 / 1024.0;
 /// Largest number of placements of the bodies along one path. A pair of unit spheres that circle
 /// about each other in a gap of 1e-6 needs a thousand.
 const MAX_PLACEMENTS: usize = 8192;
+
+/// Largest number of periodic images of a body that another one can reach along a path; with more,
+/// the path is too long to exclude contact.
+const MAX_IMAGES: f64 = 1000.0;
 
 /// The bodies and the motion that they follow along a path with the parameter from 0 to 1.
 #[derive(Clone, Copy)]
@@ -125,7 +130,7 @@ pub(crate) fn first_contact_among(
             if linkage[one] == linkage[other] {
                 pairs.push(ContactPair::Within(other, one));
             } else if path.domain.is_some() {
-                pairs.push(ContactPair::Between(other, one));
+                pairs.push(ContactPair::Between(other, one, Vector3::zeros()));
             }
         }
     }
@@ -141,6 +146,18 @@ pub(crate) fn first_contact_among(
         placements: MAX_PLACEMENTS,
     };
     let [start, end] = [search.place(0.0)?, search.place(1.0)?];
+    if let Some(size) = path.domain.and_then(Domain::period) {
+        match search.with_images(&pairs, &size, (&start, &end)) {
+            Ok(all) => pairs = all,
+            Err(contact) => {
+                return Ok(Some(PathContact {
+                    at: start.at,
+                    contact,
+                    is_certain: false,
+                }));
+            }
+        }
+    }
     let mut first: Option<PathContact> = None;
     for pair in pairs {
         if search.excludes(pair, &start, &end) {
@@ -163,7 +180,7 @@ pub(crate) fn first_contact_among(
 fn has_walls(domain: &Domain) -> bool {
     !matches!(
         domain,
-        Domain::Unbounded | Domain::Mesh { facets: None, .. }
+        Domain::Unbounded | Domain::Periodic { .. } | Domain::Mesh { facets: None, .. }
     )
 }
 
@@ -172,8 +189,9 @@ fn has_walls(domain: &Domain) -> bool {
 enum ContactPair {
     /// Two bodies of one linkage.
     Within(usize, usize),
-    /// Two bodies of different linkages.
-    Between(usize, usize),
+    /// Two bodies of different linkages, or a body and the image of another one that is shifted by
+    /// this vector.
+    Between(usize, usize, Vector3<f64>),
     /// A body and the wall.
     Wall(usize),
 }
@@ -206,6 +224,52 @@ impl Search<'_> {
             values: shape,
             poses,
         })
+    }
+
+    /// Pairs with the images that the bodies can reach along the path in a periodic box.
+    ///
+    /// Bodies keep their distance from images of their own.
+    ///
+    /// # Errors
+    /// The gap at the start of a pair that can reach too many.
+    fn with_images(
+        &self,
+        pairs: &[ContactPair],
+        size: &Vector3<f64>,
+        (start, end): (&Placement, &Placement),
+    ) -> Result<Vec<ContactPair>, Contact> {
+        let mut all = Vec::new();
+        for &pair in pairs {
+            let [one, other] = bodies(pair);
+            let is_within = matches!(pair, ContactPair::Within(..));
+            if is_within {
+                all.push(pair);
+            }
+            let free = ContactPair::Between(one, other, Vector3::zeros());
+            let reach = self.size(pair, |body| self.largest_radius(body, start, end))
+                + self.speed(free) * (end.at - start.at);
+            let apart = offset(&[one, other].map(|body| start.poses[body]));
+            let lowest = (apart.add_scalar(-reach)).zip_map(size, |x, edge| (x / edge).ceil());
+            let highest = (apart.add_scalar(reach)).zip_map(size, |x, edge| (x / edge).floor());
+            let counts = (highest - lowest).map(|count| (count + 1.0).max(0.0));
+            // The comparison also rejects bounds that are not numbers.
+            let is_few = counts.product() <= MAX_IMAGES;
+            if !is_few {
+                return Err(self.contact(free, start));
+            }
+            let [x, y, z] = [0, 1, 2].map(|k| (0..counts[k] as usize).map(move |n| n as f64));
+            for number in x.flat_map(|x| {
+                let (y, z) = (y.clone(), z.clone());
+                y.flat_map(move |y| z.clone().map(move |z| Vector3::new(x, y, z)))
+            }) {
+                let number = lowest + number;
+                if !(is_within && number == Vector3::zeros()) {
+                    let shift = number.component_mul(size);
+                    all.push(ContactPair::Between(one, other, shift));
+                }
+            }
+        }
+        Ok(all)
     }
 
     /// Radius of the ball around a body.
@@ -261,7 +325,10 @@ impl Search<'_> {
     fn poses(&self, pair: ContactPair, placed: &Placement) -> Option<[Isometry3<f64>; 2]> {
         match pair {
             ContactPair::Wall(_) => None,
-            ContactPair::Between(one, other) => Some([one, other].map(|body| placed.poses[body])),
+            ContactPair::Between(one, other, shift) => Some([
+                placed.poses[one],
+                Translation3::from(shift) * placed.poses[other],
+            ]),
             ContactPair::Within(one, other) => {
                 let frame = placed.state.frames[self.path.set.linkage_of()[one]].inverse();
                 Some([one, other].map(|body| frame * placed.poses[body]))
@@ -272,7 +339,7 @@ impl Search<'_> {
     fn contact(&self, pair: ContactPair, placed: &Placement) -> Contact {
         let (body, other) = match pair {
             ContactPair::Wall(body) => (body, None),
-            ContactPair::Within(one, other) | ContactPair::Between(one, other) => {
+            ContactPair::Within(one, other) | ContactPair::Between(one, other, _) => {
                 (one, Some(other))
             }
         };
@@ -431,7 +498,7 @@ impl Search<'_> {
     fn bounds(&self, pair: ContactPair) -> [MotionBounds; 2] {
         match pair {
             ContactPair::Within(one, other) => [one, other].map(|body| self.relative[body]),
-            ContactPair::Between(one, other) => [one, other].map(|body| self.lab[body]),
+            ContactPair::Between(one, other, _) => [one, other].map(|body| self.lab[body]),
             ContactPair::Wall(body) => [self.lab[body], MotionBounds::default()],
         }
     }
@@ -489,7 +556,7 @@ fn members(pair: ContactPair) -> impl Iterator<Item = usize> {
 /// The bodies; twice the same for a body and a wall.
 fn bodies(pair: ContactPair) -> [usize; 2] {
     match pair {
-        ContactPair::Within(one, other) | ContactPair::Between(one, other) => [one, other],
+        ContactPair::Within(one, other) | ContactPair::Between(one, other, _) => [one, other],
         ContactPair::Wall(body) => [body, body],
     }
 }

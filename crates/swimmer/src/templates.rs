@@ -8,10 +8,10 @@ macro_rules! templates {
 }
 
 /// Names and texts of the example scenes.
-pub const TEMPLATES: [(&str, &str); 19] = templates! {
+pub const TEMPLATES: [(&str, &str); 20] = templates! {
     "three-sphere" "smooth" "chain" "planar" "tetrahedral" "purcell" "scallop" "elastic-arm"
     "corkscrew" "squirmer" "jeffery" "settling" "optimal-stroke" "learning"
-    "thinning-squirmer" "thinning-stroke" "pushmepullyou" "amoeba" "swarm"
+    "thinning-squirmer" "thinning-stroke" "pushmepullyou" "amoeba" "swarm" "sediment"
 };
 
 #[cfg(test)]

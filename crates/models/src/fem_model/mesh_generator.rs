@@ -111,7 +111,7 @@ impl Source {
     /// Where the meshes of a scene come from; reads the mesh file if there is one.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// A file that cannot be read; a periodic box.
     fn new(
         scene: &Scene,
         scale: &Scale,
@@ -132,6 +132,12 @@ impl Source {
                     min: -half,
                     max: half,
                 }))
+            }
+            Domain::Periodic { .. } => {
+                let what = format!("{}: a periodic box by elements", scene.place("domain.kind"));
+                let instead =
+                    "use spheres with model.kind = \"rpy\" or \"oseen\", or the domain box";
+                return Err(ModelError::unsupported(what, instead));
             }
             Domain::Cylinder { radius } => Self::Cylinder(scale.length(*radius)),
             Domain::Surface(domain) => {

@@ -75,7 +75,7 @@ struct SurfaceEffects {
     references: [(SurfaceEffect, f64); 2],
 }
 
-/// Model of spheres in unbounded fluid, in a ball, or above a wall.
+/// Model of spheres in unbounded fluid, in a ball, above a wall, or in a periodic box.
 #[derive(Clone)]
 pub struct SpheresModel {
     kind: SphereModel,
@@ -85,6 +85,8 @@ pub struct SpheresModel {
     /// Names of the bodies with surfaces.
     names: Vec<String>,
     medium: Medium,
+    /// Edges of the box, in whose images the fluid is unbounded.
+    period: Option<Vector3<f64>>,
     /// The last configuration, whose resistance serves other rates of the joints.
     last: Option<(Spheres, SphereResistances)>,
 }
@@ -93,12 +95,35 @@ impl SpheresModel {
     /// Creates the model of a scene.
     ///
     /// # Errors
-    /// [`ModelError::Unsupported`] for shapes that are not spheres and for other domains.
+    /// [`ModelError::Unsupported`] for shapes that are not spheres and for other domains; in a
+    /// periodic box for all but rigid spheres by models of point forces.
     pub fn new(scene: &Scene, kind: SphereModel) -> Result<Self, ModelError> {
         let refuse = |key: &str, what: &str, instead: &str| {
             let what = format!("{}: {what}", scene.place(key));
             Err(ModelError::unsupported(what, instead))
         };
+        if scene.domain().period().is_some() {
+            let elsewhere = "use rigid spheres without slip or background flow, or domain.kind = \
+                             \"unbounded\"";
+            if let Some(number) = scene.first_nonspherical() {
+                let what = "bodies other than rigid spheres in a periodic box";
+                return refuse(&format!("bodies[{number}]"), what, elsewhere);
+            }
+            if scene.has_surface_velocity() || scene.deforms() {
+                let what = "slip, deformation and background flow in a periodic box";
+                return refuse("domain.kind", what, elsewhere);
+            }
+            if matches!(kind, SphereModel::Multipole(_)) {
+                let what = "domain.kind = \"periodic\" for multipole expansions";
+                let instead = "use model.kind = \"rpy\", \"oseen\" or \"auto\"";
+                return refuse("domain.kind", what, instead);
+            }
+            if scene.model().estimates == ModelEstimatesKind::Full {
+                let what = "model.estimates = \"full\" in a periodic box";
+                let instead = "use \"sampled\", which has the images nearest to some bodies";
+                return refuse("model.estimates", what, instead);
+            }
+        }
         if let Some(number) = scene.bodies().iter().position(|b| !b.shape.is_isotropic()) {
             let word = scene.bodies()[number].shape.kind().word();
             return refuse(
@@ -141,7 +166,7 @@ impl SpheresModel {
         let scaled = ScaledScene::new(scene)?;
         let scale = scaled.scale;
         let medium = match *scene.domain() {
-            Domain::Unbounded => Medium::Unbounded,
+            Domain::Unbounded | Domain::Periodic { .. } => Medium::Unbounded,
             Domain::Ball { radius } => Medium::Ball {
                 centre: Vector3::zeros(),
                 radius: scale.length(radius),
@@ -158,8 +183,9 @@ impl SpheresModel {
         };
         Ok(Self {
             kind,
+            // In a periodic box there is no other model to choose from.
             controls_error: matches!(kind, SphereModel::Multipole(_))
-                || scene.model().kind == ModelKind::Auto,
+                || (scene.model().kind == ModelKind::Auto && scene.domain().period().is_none()),
             names: scene
                 .bodies()
                 .iter()
@@ -167,6 +193,7 @@ impl SpheresModel {
                 .map(|body| body.name.clone())
                 .collect(),
             medium,
+            period: scene.domain().period().map(|size| scale.length(size)),
             scaled,
             last: None,
         })
@@ -192,6 +219,20 @@ impl SpheresModel {
         match self.kind {
             SphereModel::Multipole(tolerance) => Ok(seconds(Accuracy::relative(tolerance))?),
             SphereModel::Oseen | SphereModel::Rpy => self.predicted_point_seconds(&spheres),
+        }
+    }
+
+    /// Refuses what is not computed in a periodic box.
+    fn check_not_periodic(&self, what: &str) -> Result<(), ModelError> {
+        match self.period {
+            None => Ok(()),
+            Some(_) => Err(ModelError::unsupported(
+                format!(
+                    "{}: {what} in a periodic box",
+                    self.scaled.scene.place("domain.kind")
+                ),
+                "use domain.kind = \"unbounded\"",
+            )),
         }
     }
 
@@ -454,6 +495,7 @@ impl Hydrodynamics for SpheresModel {
     }
 
     fn resistances(&mut self) -> Result<&mut dyn Resistances, ModelError> {
+        self.check_not_periodic("resistance matrices")?;
         Ok(self)
     }
 
@@ -497,6 +539,7 @@ impl Flows for SpheresModel {
         configuration: Configuration<'_>,
         rates: &[f64],
     ) -> Result<FlowField, ModelError> {
+        self.check_not_periodic("the flow on a mesh")?;
         let moving = self.moving(configuration, rates)?;
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
         let (mesh, velocity) = sphere_flow::flow_field(&moving, &self.medium, &names)?;

@@ -7,6 +7,7 @@ mod history;
 mod many_swimmers;
 mod mesh_files;
 mod neglected_terms;
+mod periodic;
 mod query;
 mod remeshed_files;
 mod scenes;

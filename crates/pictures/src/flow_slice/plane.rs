@@ -249,6 +249,10 @@ fn domain_extent(domain: &Domain, e: &Vector3<f64>) -> (f64, f64) {
             let radius = shape.bounding_radius();
             (-radius, radius)
         }
-        Domain::Cylinder { .. } | Domain::Wall | Domain::Unbounded | Domain::Mesh { .. } => free,
+        Domain::Cylinder { .. }
+        | Domain::Wall
+        | Domain::Unbounded
+        | Domain::Periodic { .. }
+        | Domain::Mesh { .. } => free,
     }
 }

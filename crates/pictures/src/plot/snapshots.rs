@@ -22,7 +22,14 @@ pub(super) fn draw(
     let Some(shots) = shots(scene, outcome) else {
         return Ok(());
     };
-    let plane = quantity.plane(scene, outcome);
+    let plane = match scene.domain().period() {
+        Some(_) => along_edges(quantity.plane(scene, outcome)),
+        None => quantity.plane(scene, outcome),
+    };
+    let shots: Vec<(String, Sample)> = shots
+        .into_iter()
+        .map(|(name, sample)| (name, in_box(scene, sample)))
+        .collect();
     let flat = |x: &Vector3<f64>| (x.dot(&plane[0]), x.dot(&plane[1]));
     // Bounding rectangle of the bodies in all snapshots.
     let (mut left, mut right, mut low, mut high) = (f64::MAX, f64::MIN, f64::MAX, f64::MIN);
@@ -80,7 +87,12 @@ pub(super) fn draw(
             let ends = [pixel(&piece[0]), pixel(&piece[1])];
             area.draw(&PathElement::new(ends, INK.stroke_width(px(1))))?;
         }
-        for body in 0..scene.bodies().len() {
+        // In a periodic box the paths leave the picture.
+        let with_paths = match scene.domain().period() {
+            Some(_) => 0,
+            None => scene.bodies().len(),
+        };
+        for body in 0..with_paths {
             let path = outcome
                 .curve
                 .iter()
@@ -143,14 +155,45 @@ fn draw_shot(
     Ok(())
 }
 
-/// Pieces of the walls of the domain beside the bodies, within a length of the rectangle
+/// Coordinate axes near two directions, in the order of the directions.
+fn along_edges([right, up]: [Vector3<f64>; 2]) -> [Vector3<f64>; 2] {
+    let first = right.iamax();
+    let mut rest = up.abs();
+    rest[first] = -1.0;
+    [first, rest.imax()].map(|axis| Vector3::ith(axis, 1.0))
+}
+
+/// A sample with each linkage shifted such that its first body is in the periodic box.
+fn in_box(scene: &Scene, sample: &Sample) -> Sample {
+    let mut sample = sample.clone();
+    for linkage in scene.articulation().linkages() {
+        let Some(first) = linkage.bodies.first() else {
+            continue;
+        };
+        let place = sample.poses[*first].translation.vector;
+        let shift = scene.domain().nearest_image(&place) - place;
+        for &body in &linkage.bodies {
+            sample.poses[body].translation.vector += shift;
+        }
+    }
+    sample
+}
+
+/// Pieces of the walls of the domain, or the edges of a periodic box, beside the bodies, within a length of the rectangle
 /// `[[left, right], [low, high]]` around them, in space.
 fn walls_around(
     scene: &Scene,
-    shots: &[(String, &Sample)],
+    shots: &[(String, Sample)],
     [right, up]: &[Vector3<f64>; 2],
     [[left, end], [low, high]]: [[f64; 2]; 2],
 ) -> Vec<[Vector3<f64>; 2]> {
+    if let Some(size) = scene.domain().period() {
+        let [right, up] = [right, up].map(|e| 0.5 * size.component_mul(e));
+        let corners = [-right - up, right - up, right + up, up - right];
+        return [0, 1, 2, 3]
+            .map(|k| [corners[k], corners[(k + 1) % 4]])
+            .into();
+    }
     let poses = shots.iter().flat_map(|(_, sample)| &sample.poses);
     let (count, sum) = poses.fold((0.0, Vector3::zeros()), |(count, sum), pose| {
         (count + 1.0, sum + pose.translation.vector)

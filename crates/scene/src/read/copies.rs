@@ -13,6 +13,7 @@ use crate::error::SceneError;
 use crate::gait_table::GaitTable;
 use crate::keys::{CopiesFile, DEFAULT_AXIS};
 use crate::shape::shape_keys;
+use crate::words::DomainKind;
 
 /// Largest number of copies of one entry.
 const MAX_COPIES: u32 = 100_000;
@@ -262,7 +263,12 @@ impl<'a> Expansion<'a> {
         let own: Vec<(Vector3<f64>, f64)> = (self.members.iter())
             .map(|&body| (spheres[body].0 - self.origin, spheres[body].1))
             .collect();
-        let mut room = Room::new(entry.gap, &spheres);
+        let domain = self.values().get("domain");
+        let period = domain
+            .filter(|domain| text(domain, "kind") == Some(DomainKind::Periodic.word()))
+            .and_then(|domain| vector(domain.get("size")))
+            .filter(|size| size.min() > 0.0);
+        let mut room = Room::new(entry.gap, &spheres, period);
         let mut random = fastrand::Rng::with_seed(u64::from(entry.seed));
         let mut poses = Vec::with_capacity(count as usize);
         for copy in 0..count {
@@ -470,8 +476,10 @@ fn random_rotation([a, b, c]: [f64; 3]) -> UnitQuaternion<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(other * v, one * s, one * t, other * u))
 }
 
-/// Spheres on a grid, to find those that are too close to another one.
+/// Spheres on a grid, to find those that are too close to another one; in a periodic box with the
+/// images beside it.
 struct Room {
+    period: Option<Vector3<f64>>,
     gap: f64,
     cell: f64,
     largest: f64,
@@ -479,11 +487,12 @@ struct Room {
 }
 
 impl Room {
-    fn new(gap: f64, spheres: &[(Vector3<f64>, f64)]) -> Self {
+    fn new(gap: f64, spheres: &[(Vector3<f64>, f64)], period: Option<Vector3<f64>>) -> Self {
         let largest = spheres
             .iter()
             .fold(0.0_f64, |m, (_, radius)| m.max(*radius));
         let mut room = Self {
+            period,
             gap,
             // Points alone have no size.
             cell: (2.0 * largest + gap).max(f64::MIN_POSITIVE),
@@ -498,19 +507,43 @@ impl Room {
         (x / self.cell).map(|c| c.floor() as i64).into()
     }
 
-    fn enter(&mut self, sphere: (Vector3<f64>, f64)) {
-        if self.largest > 0.0 {
+    /// The image of a place in the periodic box.
+    fn in_box(&self, x: &Vector3<f64>) -> Vector3<f64> {
+        (self.period).map_or(*x, |size| {
+            x.zip_map(&size, |x, edge| x - edge * (x / edge).round())
+        })
+    }
+
+    fn enter(&mut self, (x, radius): (Vector3<f64>, f64)) {
+        if self.largest <= 0.0 {
+            return;
+        }
+        let x = self.in_box(&x);
+        let Some(size) = self.period else {
             self.cells
-                .entry(self.key(&sphere.0))
+                .entry(self.key(&x))
                 .or_default()
-                .push(sphere);
+                .push((x, radius));
+            return;
+        };
+        for image in 0..27 {
+            let number = [image % 3, image / 3 % 3, image / 9].map(|k| f64::from(k) - 1.0);
+            let x = x + Vector3::from(number).component_mul(&size);
+            let outside = (x.abs() - 0.5 * size).max();
+            if outside <= self.cell {
+                self.cells
+                    .entry(self.key(&x))
+                    .or_default()
+                    .push((x, radius));
+            }
         }
     }
 
     /// Enters spheres if they leave the gap to all others.
     fn take(&mut self, spheres: &[(Vector3<f64>, f64)]) -> bool {
         let is_free = |(x, radius): &(Vector3<f64>, f64)| {
-            let [i, j, k] = self.key(x);
+            let x = self.in_box(x);
+            let [i, j, k] = self.key(&x);
             // Far from all others, numbers of cells end.
             let near = |k: i64| [-1, 0, 1].map(|step| k.saturating_add(step));
             let around = near(i)

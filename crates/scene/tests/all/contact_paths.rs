@@ -205,3 +205,86 @@ fn walls_are_found_along_a_path() {
         }
     }
 }
+
+/// A sphere at rest and one that starts at `from`, with a radius of one, in a box of edges 10, 8, 9.
+fn periodic(from: &Vector3<f64>) -> Scene {
+    let [x, y, z] = [from.x, from.y, from.z];
+    let text = format!(
+        "domain = {{ kind = \"periodic\", size = [10, 8, 9] }}\n\
+         bodies = [{{ name = \"at rest\", radius = 1, position = [0, 0, 0] }},
+         {{ name = \"moving\", radius = 1, position = [{x}, {y}, {z}] }}]"
+    );
+    Scene::parse(&text).unwrap()
+}
+
+proptest! {
+    #[test]
+    fn images_in_a_periodic_box_are_met_where_dense_sampling_finds_them(
+        from in prop::array::uniform3(2.2..5.0_f64),
+        terms in prop::array::uniform3(prop::array::uniform3(-12.0..12.0_f64)),
+    ) {
+        let path = Path { from: from.into(), terms: terms.map(Vector3::from), turn: 0.0 };
+        let scene = periodic(&path.from);
+        let at = |t: f64| -> Result<_, RigidError> { Ok((path.state(&scene, t), Vec::new())) };
+        let bounds = path.bounds(&scene);
+        let domain = Some(scene.domain());
+        let set = scene.articulation();
+        let found = first_contact(&BodyPath { bodies: scene.bodies(), set, domain, at: &at, bounds: &bounds })
+            .unwrap();
+        let (smallest, first) = path.sampled(&scene);
+        match (found, first) {
+            (Some(found), Some(first)) if found.is_certain => {
+                // Two samples and the resolution of the search.
+                prop_assert!(found.at <= first + 2e-3, "{} {first}", found.at);
+            }
+            (Some(found), None) if found.is_certain => {
+                // Between two samples the gap changes by their distance times the speed.
+                prop_assert!(smallest < 60.0 / f64::from(SAMPLES), "{smallest}");
+            }
+            (None, first) => prop_assert!(first.is_none(), "{first:?} {smallest}"),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn an_arm_through_a_face_of_the_box_meets_the_image_of_its_own_swimmer() {
+    let text = "domain = { kind = \"periodic\", size = [10, 8, 9] }\n\
+        bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0] },
+        { name = \"b\", radius = 1, position = [5, 0, 0] }]\n\
+        links = [{ name = \"arm\", body = \"b\", to = \"a\" }]";
+    let scene = Scene::parse(text).unwrap();
+    let set = scene.articulation();
+    // From 5 to 9: at 8 the body meets the image at 10.
+    let at = |t: f64| -> Result<_, RigidError> { Ok((scene.initial_state(), vec![5.0 + 4.0 * t])) };
+    let rates = rigid::JointBounds {
+        values: (5.0, 9.0),
+        derivatives: rigid::DerivativeBounds {
+            first: 4.0,
+            second: 0.0,
+        },
+    };
+    let bounds = StateBounds::at_rest(set, vec![rates]);
+    let domain = Some(scene.domain());
+    let path = BodyPath {
+        bodies: scene.bodies(),
+        set,
+        domain,
+        at: &at,
+        bounds: &bounds,
+    };
+    let found = first_contact(&path).unwrap().unwrap();
+    assert!(
+        found.is_certain && (found.at - 0.75).abs() < 2e-3,
+        "{}",
+        found.at
+    );
+    assert_eq!(
+        first_contact(&BodyPath {
+            domain: Some(&scene::Domain::Unbounded),
+            ..path
+        })
+        .unwrap(),
+        None
+    );
+}

@@ -69,6 +69,11 @@ colour = 3\nradius = 40
     -> scene.toml:6 | domain has kind, radius, size, file, surface_kind, scale, walls
 radius = -40 -> scene.toml:6 | domain.radius must be a number greater than zero
  -> scene.toml:4 | domain.radius is missing: a ball needs a radius
+== kind = "ball"\nradius = 40
+kind = "periodic"\nsize = [30, 0, 20] -> domain.size | numbers greater than zero
+kind = "periodic" -> domain.size is missing: a periodic box needs [x, y, z] lengths
+kind = "periodic"\nsize = [30, 2, 20] -> 'left' and its own periodic image touch
+kind = "periodic"\nsize = [11, 9, 9] -> 'left' and 'centre' touch
 == [model]
 \0 -> not valid TOML
 == viscosity
@@ -235,7 +240,7 @@ fn deep_nesting_is_refused() {
 #[test]
 fn malformed_scenes_are_refused_with_place_and_remedy() {
     let cases = cases();
-    assert_eq!(cases.len(), 101);
+    assert_eq!(cases.len(), 105);
     for (part, by, fragments) in cases {
         assert!(VALID.contains(&part), "no such part: {part}");
         let text = VALID.replacen(&part, &by, 1);

@@ -413,6 +413,9 @@ impl<'a> SpanEvaluator<'a> {
     fn pair_name(&self, contact: &Contact) -> String {
         let name = |body: usize| &self.scene.bodies()[body].name;
         match contact.other {
+            Some(other) if other == contact.body => {
+                format!("body '{}' and its own periodic image", name(other))
+            }
             Some(other) => format!("bodies '{}' and '{}'", name(contact.body), name(other)),
             None => format!("body '{}' and the wall", name(contact.body)),
         }

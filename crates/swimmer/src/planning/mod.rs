@@ -120,6 +120,14 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
                 reasons,
             })
         }
+        ModelKind::Auto if scene.domain().period().is_some() => {
+            let reasons = vec![
+                scene.describe_arrangement(),
+                "in a periodic box models of point forces alone have images".to_owned(),
+                "chosen: rpy, at the cost of oseen with a smaller error".to_owned(),
+            ];
+            spheres(SphereModel::Rpy, reasons)
+        }
         ModelKind::Auto if is_mesh_free && scene.first_nonspherical().is_none() => {
             let choice = choose_for_spheres(scene)?;
             match choice.model {

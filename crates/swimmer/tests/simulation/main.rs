@@ -22,6 +22,7 @@ mod loops;
 mod many_cycles;
 mod neglected_terms;
 mod paths;
+mod periodic;
 mod reports;
 mod strokes;
 mod support;

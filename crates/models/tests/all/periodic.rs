@@ -1,0 +1,176 @@
+//! Periodic boxes by models of point forces.
+
+use std::f64::consts::PI;
+
+use models::{Hydrodynamics, InstantaneousSolution, ModelError, SphereModel, SpheresModel};
+use scene::Scene;
+use testkit::within;
+
+use crate::scenes::solve_at_start;
+
+/// Unit spheres at places in units of the edge of a cubic box, each with the force of Stokes for a
+/// unit velocity along x, and more keys.
+fn array(places: &[[f64; 3]], edge: f64, keys: &str) -> Scene {
+    let force = 6.0 * PI;
+    let body = |(number, [x, y, z]): (usize, &[f64; 3])| {
+        let position = [x * edge, y * edge, z * edge];
+        format!(
+            "[[bodies]]\nname = \"{number}\"\nradius = 1\nposition = {position:?}\n\
+             force = [{force:?}, 0, 0]\n"
+        )
+    };
+    let bodies: String = places.iter().enumerate().map(body).collect();
+    let domain = format!("{{ kind = \"periodic\", size = [{edge:?}, {edge:?}, {edge:?}] }}");
+    Scene::parse(&format!("domain = {domain}\n{keys}\n{bodies}")).unwrap()
+}
+
+fn solve(scene: &Scene, kind: SphereModel) -> InstantaneousSolution {
+    let rates = vec![0.0; scene.articulation().joints().len()];
+    solve_at_start(&mut SpheresModel::new(scene, kind).unwrap(), &rates)
+}
+
+const CORNER: [f64; 3] = [0.0; 3];
+
+/// Hasimoto (1959): `1 - c φ^(1/3) + φ - d φ²` with the constants of Sangani & Acrivos (1982) for
+/// `c`; of the simple lattice the terms up to `φ^(10/3)` are those of Sangani & Acrivos.
+#[test]
+fn bars_contain_the_drag_of_cubic_arrays() {
+    let (h, centre) = (0.5, [0.5; 3]);
+    let faces = [CORNER, [h, h, 0.0], [h, 0.0, h], [0.0, h, h]];
+    let lattices = [
+        (1.7601, 1.5593, &[CORNER][..]),
+        (1.7918, 0.329, &[CORNER, centre][..]),
+        (1.7917, 0.302, &faces[..]),
+    ];
+    for (first, second, places) in lattices {
+        for fraction in [0.001, 0.01, 0.05] {
+            let volume = places.len() as f64 * 4.0 / 3.0 * PI / fraction;
+            let scene = array(places, volume.cbrt(), "");
+            let cube = f64::cbrt(fraction);
+            let mut exact = 1.0 - first * cube + fraction - second * fraction.powi(2);
+            if places.len() == 1 {
+                exact += 3.9799 * cube.powi(8) - 3.0734 * cube.powi(10);
+            }
+            for kind in [SphereModel::Oseen, SphereModel::Rpy] {
+                let found = solve(&scene, kind);
+                let velocity = found.bodies[0].velocity.x;
+                let bar = found.error_estimate.model.unwrap();
+                // Half a digit of the constants, and terms of the next order.
+                let rounding = 0.5e-4 * cube + 4.0 * cube.powi(8);
+                within(
+                    velocity - exact,
+                    bar + rounding,
+                    format!("{kind:?} {} {fraction}", places.len()),
+                );
+                assert!(bar > 0.0 && bar < 0.5, "{bar}");
+            }
+        }
+    }
+}
+
+#[test]
+fn two_copies_in_a_box_of_twice_the_length_move_like_one() {
+    // Three linked spheres with a load, whose arm crosses a face of the box.
+    let swimmer = |name: &str, x: f64| {
+        format!(
+            "[[bodies]]\nname = \"a{name}\"\nradius = 1\nposition = [{:?}, 0.5, 0]\n\
+             [[bodies]]\nname = \"b{name}\"\nradius = 0.5\nposition = [{:?}, 0, 0.3]\n\
+             force = [0.3, 2, -1]\n\
+             [[links]]\nname = \"l{name}\"\nbody = \"a{name}\"\nto = \"b{name}\"\n",
+            x - 2.0,
+            x + 2.0
+        )
+    };
+    let scene = |length: f64, swimmers: &str| {
+        let domain = format!("domain = {{ kind = \"periodic\", size = [{length:?}, 9, 8] }}\n");
+        Scene::parse(&(domain + swimmers)).unwrap()
+    };
+    let one = scene(10.0, &swimmer("", 3.5));
+    let two = scene(20.0, &(swimmer("1", 3.5) + &swimmer("2", 13.5)));
+    for kind in [SphereModel::Oseen, SphereModel::Rpy] {
+        let [one, two] = [(&one, 1), (&two, 2)].map(|(scene, count)| {
+            let rates = vec![-1.0; count];
+            solve_at_start(&mut SpheresModel::new(scene, kind).unwrap(), &rates)
+        });
+        for (number, body) in two.bodies.iter().enumerate() {
+            let single = &one.bodies[number % 2];
+            // Ewald's sums to 1e-12 and the residual of the linear solve, 1e-10.
+            let why = "sums and residuals";
+            within((body.velocity - single.velocity).norm(), 1e-9, why);
+            within(
+                (body.angular_velocity - single.angular_velocity).norm(),
+                1e-9,
+                why,
+            );
+            within((body.force - single.force).norm(), 1e-8, why);
+        }
+    }
+}
+
+/// Hasimoto (1959): the drag differs from that in unbounded fluid by `2.837297 a/L`.
+#[test]
+fn a_large_box_approaches_unbounded_fluid_at_the_rate_of_hasimoto() {
+    for edge in [50.0, 400.0, 3200.0] {
+        let velocity = solve(&array(&[CORNER], edge, ""), SphereModel::Rpy).bodies[0]
+            .velocity
+            .x;
+        let cube = 4.0 / 3.0 * PI / f64::powi(edge, 3);
+        within(
+            (1.0 - velocity) * edge - 2.837297,
+            cube * edge + 1e-6,
+            "the volume fraction, and the digits of the constant",
+        );
+    }
+}
+
+#[test]
+fn the_flow_is_periodic_and_that_of_the_surface_beside_a_sphere() {
+    let scene = array(&[CORNER], 8.0, "model.kind = \"rpy\"");
+    let mut model = SpheresModel::new(&scene, SphereModel::Rpy).unwrap();
+    let state = scene.initial_state();
+    let configuration = models::Configuration::new(&state, &[]);
+    let x = nalgebra::Vector3::new(0.0, 1.0 + 1e-9, 0.0);
+    let points = [x, x + nalgebra::Vector3::new(8.0, -16.0, 24.0), 0.5 * x];
+    let flows = model.flows().unwrap();
+    let found = flows.flow_at(configuration, &[], &points).unwrap();
+    let [beside, image] = [0, 1].map(|k| found[k].as_ref().unwrap().velocity);
+    within((beside - image).norm(), 1e-12, "rounding of the sums");
+    assert!(found[2].is_none());
+    let velocity = solve(&scene, SphereModel::Rpy).bodies[0].velocity;
+    // Images differ over the surface by their second derivatives, 2 (a/L)^3 of each neighbour.
+    within(
+        (beside - velocity).norm(),
+        12.0 / f64::powi(8.0, 3),
+        "the flow of images varies over the sphere",
+    );
+    assert!(matches!(
+        flows.flow(configuration, &[]),
+        Err(ModelError::Unsupported { .. })
+    ));
+}
+
+#[test]
+fn what_a_periodic_box_does_not_have_is_refused_with_a_remedy() {
+    let refused = |keys: &str, kind: SphereModel, words: &str| {
+        let scene = array(&[CORNER], 8.0, keys);
+        match SpheresModel::new(&scene, kind) {
+            Err(ModelError::Unsupported { what, instead }) => {
+                let text = format!("{what}; {instead}");
+                assert!(text.contains(words), "{text}");
+            }
+            _ => panic!("{keys}"),
+        }
+    };
+    refused("", SphereModel::Multipole(1e-3), "use model.kind = \"rpy\"");
+    let full = "model.estimates = \"full\"";
+    refused(full, SphereModel::Rpy, "use \"sampled\"");
+    let flow = "background = { kind = \"uniform\", velocity = [1, 0, 0] }";
+    refused(flow, SphereModel::Rpy, "domain.kind = \"unbounded\"");
+    let scene = array(&[CORNER], 8.0, "");
+    assert!(models::FemModel::new(&scene).is_err_and(|error| {
+        let text = error.to_string();
+        text.contains("a periodic box by elements") && text.contains("model.kind = \"rpy\"")
+    }));
+    let mut model = SpheresModel::new(&scene, SphereModel::Rpy).unwrap();
+    assert!(model.resistances().is_err());
+}

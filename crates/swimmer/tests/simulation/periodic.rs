@@ -1,0 +1,105 @@
+//! Runs in periodic boxes.
+
+use scene::Scene;
+use swimmer::{SwimError, choose};
+use testkit::within;
+
+/// Four settling spheres of two sizes, one of them across a face of the box, all shifted.
+fn settling(shift: [f64; 3]) -> Scene {
+    let places = [
+        [0.0, 0.0, 0.0],
+        [2.5, 0.3, 1.0],
+        [4.4, 3.6, -0.5],
+        [-2.0, -3.0, 3.8],
+    ];
+    let bodies = places.iter().enumerate().map(|(number, place)| {
+        let radius = [1.0, 0.7, 0.9, 0.5][number];
+        let [x, y, z] = [0, 1, 2].map(|k| place[k] + shift[k]);
+        format!(
+            "[[bodies]]\nname = \"{number}\"\nradius = {radius:?}\n\
+             position = [{x:?}, {y:?}, {z:?}]\nforce = [0, 0, -10]\n"
+        )
+    });
+    let bodies: String = bodies.collect();
+    let text = format!(
+        "domain = {{ kind = \"periodic\", size = [9, 8, 10] }}\nmodel.kind = \"rpy\"\n\
+         gait.phases = [{{ duration = 4 }}]\n\
+         contact = {{ range = 0.05, strength = 5 }}\n{bodies}"
+    );
+    Scene::parse(&text).unwrap()
+}
+
+#[test]
+fn a_whole_run_does_not_depend_on_the_place_of_the_box() {
+    let run = |shift| {
+        let run = swimmer::run_without_files(settling(shift), &mut ()).unwrap();
+        run.outcome
+    };
+    let (there, here) = (run([123.4, -56.7, 0.89]), run([0.0; 3]));
+    // A sphere alone would sink by 10/(6π) 4 = 2.1 and more.
+    assert!(here.displacement.iter().all(|moved| moved.norm() > 0.5));
+    for (there, here) in there.displacement.iter().zip(&here.displacement) {
+        // Positions have 2e-14 of rounding, which differences of steps by their tolerance exceed.
+        within(
+            (there - here).norm(),
+            1e-8,
+            "rounding of positions, along the run",
+        );
+    }
+}
+
+#[test]
+fn a_sphere_that_meets_an_image_of_another_one_is_reported() {
+    // Towards -x, away from the fixed sphere and through the face to its image at -10.
+    let text = r#"
+        domain = { kind = "periodic", size = [10, 10, 10] }
+        model.kind = "rpy"
+        bodies = [
+            { name = "pulled", radius = 0.2, position = [-2, 0, 0], force = [-1, 0, 0] },
+            { name = "fixed", radius = 0.2, position = [2, 0, 0], fixed = true },
+        ]
+        gait.phases = [{ duration = 100 }]
+    "#;
+    let run = swimmer::run_without_files(Scene::parse(text).unwrap(), &mut ()).unwrap();
+    match run.completed() {
+        Err(SwimError::Collision { problem, .. }) => {
+            assert!(problem.contains("'pulled' and 'fixed' touch"), "{problem}");
+        }
+        other => panic!("{:?}", other.map(|run| run.outcome.displacement)),
+    }
+}
+
+#[test]
+fn auto_chooses_rpy_and_refuses_what_it_cannot_do() {
+    let scene = |shape: &str| {
+        let text = format!(
+            "domain = {{ kind = \"periodic\", size = [9, 9, 9] }}\n\
+             bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0], {shape} }}]"
+        );
+        Scene::parse(&text).unwrap()
+    };
+    assert_eq!(
+        choose(&scene("force = [1, 0, 0]")).unwrap().model.name(),
+        "rpy"
+    );
+    let squirmer = "slip = { b1 = 1, axis = [1, 0, 0] }";
+    let spheroid = "shape = \"spheroid\", half_length = 2, axis = [1, 0, 0]";
+    for (keys, words) in [(squirmer, "slip"), (spheroid, "other than rigid spheres")] {
+        let error = choose(&scene(keys)).err().unwrap().to_string();
+        assert!(
+            error.contains(words) && error.contains("unbounded"),
+            "{error}"
+        );
+    }
+    for kind in ["multipole", "axisymmetric", "fem"] {
+        let text = format!(
+            "domain = {{ kind = \"periodic\", size = [9, 9, 9] }}\nmodel.kind = \"{kind}\"\n\
+             bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0], force = [1, 0, 0] }}]"
+        );
+        let error = choose(&Scene::parse(&text).unwrap())
+            .err()
+            .unwrap()
+            .to_string();
+        assert!(error.contains("periodic"), "{kind}: {error}");
+    }
+}
