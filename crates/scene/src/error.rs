@@ -42,6 +42,19 @@ pub enum SceneError {
         /// The problem and its remedy.
         problem: String,
     },
+    /// A body that touches its own image in a periodic box.
+    #[error(
+        "{place}: body '{body}' touches its own image in the periodic box: gap {gap:.6}; enlarge \
+         domain.size or make it smaller"
+    )]
+    TouchingImage {
+        /// Place in the scene file.
+        place: String,
+        /// Name of the body.
+        body: String,
+        /// Distance between the surfaces; negative where they overlap.
+        gap: f64,
+    },
     /// Bodies that touch or overlap.
     #[error(
         "{place}: bodies '{first}' and '{second}' touch or overlap {when}: gap {gap:.6}; {remedy}"

@@ -267,3 +267,26 @@ pub fn nearest_in_time(samples: &[Sample], time: f64) -> Option<&Sample> {
     let samples = samples.iter();
     samples.min_by(|a, b| off(a).total_cmp(&off(b)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn linkages_are_shifted_into_a_periodic_box_as_wholes() {
+        let text = "domain = { kind = \"periodic\", size = [10, 20, 30] }\n\
+            bodies = [{ name = \"a\", radius = 1, position = [4, 0, 0] },\n\
+            { name = \"b\", radius = 1, position = [7, 0, 0] },\n\
+            { name = \"c\", radius = 1, position = [1, 11, -44] }]\n\
+            links = [{ name = \"arm\", body = \"b\", to = \"a\" }]\n\
+            gait.phases = [{ link = \"arm\", length = 3.1 }]";
+        let scene = Scene::parse(text).unwrap();
+        let run = swimmer::run_without_files(scene.clone(), &mut ()).unwrap();
+        let start = in_box(&scene, &run.outcome.samples[0]);
+        let x = start.poses.iter().map(|pose| pose.translation.vector);
+        let expected = [[4.0, 0.0, 0.0], [7.0, 0.0, 0.0], [1.0, -9.0, -14.0]];
+        assert_eq!(x.collect::<Vec<_>>(), expected.map(Vector3::from));
+        let oblique = [Vector3::new(0.1, -0.9, 0.4), Vector3::new(0.1, 0.8, 0.6)];
+        assert_eq!(along_edges(oblique), [Vector3::y(), Vector3::z()]);
+    }
+}

@@ -25,13 +25,10 @@ pub(super) fn check_initial(scene: &Scene) -> Result<(), SceneError> {
     }
     let name = |body: usize| scene.bodies[body].name.clone();
     Err(match contact.other {
-        Some(other) if other == contact.body => SceneError::Touching {
+        Some(other) if other == contact.body => SceneError::TouchingImage {
             place: scene.place(&format!("bodies[{other}].radius")),
-            first: name(other),
-            second: "its own periodic image".to_owned(),
-            when: "at the start".to_owned(),
+            body: name(other),
             gap: contact.gap,
-            remedy: "enlarge domain.size or make it smaller",
         },
         Some(other) => SceneError::Touching {
             place: scene.place(&format!("bodies[{other}].position")),

@@ -257,8 +257,8 @@ fn an_arm_through_a_face_of_the_box_meets_the_image_of_its_own_swimmer() {
     let set = scene.articulation();
     // From 5 to 9: at 8 the body meets the image at 10.
     let at = |t: f64| -> Result<_, RigidError> { Ok((scene.initial_state(), vec![5.0 + 4.0 * t])) };
-    let rates = rigid::JointBounds {
-        values: (5.0, 9.0),
+    let rates = rigid::ValueBounds {
+        size: 9.0,
         derivatives: rigid::DerivativeBounds {
             first: 4.0,
             second: 0.0,

@@ -72,7 +72,7 @@ radius = -40 -> scene.toml:6 | domain.radius must be a number greater than zero
 == kind = "ball"\nradius = 40
 kind = "periodic"\nsize = [30, 0, 20] -> domain.size | numbers greater than zero
 kind = "periodic" -> domain.size is missing: a periodic box needs [x, y, z] lengths
-kind = "periodic"\nsize = [30, 2, 20] -> 'left' and its own periodic image touch
+kind = "periodic"\nsize = [30, 2, 20] -> 'left' touches its own image
 kind = "periodic"\nsize = [11, 9, 9] -> 'left' and 'centre' touch
 == [model]
 \0 -> not valid TOML
