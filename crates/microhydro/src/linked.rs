@@ -111,7 +111,7 @@ impl Eliminated {
         let complement = orthogonal.columns(free, all - free).into_owned();
         let mut own = DMatrix::identity(all, all);
         own.view_mut((0, 0), (rows, rows))
-            .copy_from(&mobility.block(&linkage.spheres));
+            .copy_from(&mobility.block_without_images(&linkage.spheres));
         let factor = Cholesky::new(complement.tr_mul(&(own * &complement)))
             .ok_or_else(|| mobility.not_positive_definite())?;
         Ok(Self {

@@ -258,6 +258,15 @@ impl<'a> PointMobility<'a> {
         if let Some(periodic) = &self.periodic {
             return pair_mobility::block(some, pair_mobility::periodic(self.spheres, periodic));
         }
+        self.block_without_images(some)
+    }
+
+    /// The same without periodic images, as in unbounded fluid: an approximation for
+    /// preconditioners, where a block with images costs as much as products with all spheres.
+    pub(crate) fn block_without_images(&self, some: &[usize]) -> DMatrix<f64> {
+        if self.matrix.is_some() {
+            return self.block(some);
+        }
         let s = |a, b| match self.model {
             PointModel::Oseen => 0.0,
             PointModel::Rpy => a * a + b * b,
