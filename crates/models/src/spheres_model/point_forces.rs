@@ -363,7 +363,7 @@ const EXPECTED_PRODUCTS: f64 = 30.0;
 const SECONDS_PER_PAIR: f64 = 3e-9;
 
 /// Time of `n^1.5` spheres in a product with Ewald's sums, on two cores.
-const SECONDS_PER_EWALD_TERM: f64 = 1e-5;
+const SECONDS_PER_EWALD_TERM: f64 = 2e-5;
 
 /// A linkage of a neighbourhood, or an image of it.
 #[derive(Clone, Copy, PartialEq)]
