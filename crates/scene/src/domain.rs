@@ -33,7 +33,8 @@ pub enum Domain {
     Wall,
     /// The inside of a closed surface from a file.
     Surface(SurfaceShape),
-    /// A box centred at the origin that is repeated with its bodies in all directions, without walls.
+    /// A box without walls that is centred at the origin and repeated in all directions with its
+    /// bodies.
     Periodic {
         /// Edge lengths.
         size: Vector3<f64>,

@@ -179,7 +179,9 @@ fn in_box(scene: &Scene, sample: &Sample) -> Sample {
     sample
 }
 
-/// Pieces of the walls of the domain, or the edges of a periodic box, beside the bodies, within a length of the rectangle
+/// Pieces of the walls of the domain, or the edges of a periodic box.
+///
+/// The walls are those beside the bodies, within a length of the rectangle
 /// `[[left, right], [low, high]]` around them, in space.
 fn walls_around(
     scene: &Scene,

@@ -97,8 +97,8 @@ tables! {
         /// Radius of the ball or the cylinder.
         radius: Option<f64> [Positive] | "required for ball and cylinder",
         /// Edge lengths of the box, centred at the origin. The box of `periodic` is repeated in all
-        /// directions, for spheres by the models oseen and rpy: a uniform pressure gradient balances
-        /// the forces on the bodies such that the mean flow is zero.
+        /// directions, for spheres by the models oseen and rpy. Its mean flow is zero: a uniform
+        /// pressure gradient balances the forces on the bodies.
         size: Option<[f64; 3]> [PositiveVector] | "required for box and periodic",
         /// File of the mesh (Gmsh) or of the surface (STL, OBJ, Gmsh), whose coordinates are those
         /// of the scene. A relative path starts at the folder of the scene file.

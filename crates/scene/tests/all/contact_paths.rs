@@ -206,7 +206,7 @@ fn walls_are_found_along_a_path() {
     }
 }
 
-/// A sphere at rest and one that starts at `from`, with a radius of one, in a box of edges 10, 8, 9.
+/// A unit sphere at rest and one that starts at `from`, in a periodic box.
 fn periodic(from: &Vector3<f64>) -> Scene {
     let [x, y, z] = [from.x, from.y, from.z];
     let text = format!(
