@@ -14,7 +14,9 @@ use crate::error::SceneError;
 use crate::flow::Background;
 use crate::gait::Gait;
 use crate::gait_table::GaitTable;
-use crate::keys::{FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions};
+use crate::keys::{
+    FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions, OutputOptions,
+};
 use crate::loads::VectorOscillation;
 use crate::read::limits::by_joint;
 use crate::shape::Shape;
@@ -111,6 +113,7 @@ pub struct Scene {
     pub(crate) fem: FemOptions,
     pub(crate) optimise: OptimiseOptions,
     pub(crate) learn: LearnOptions,
+    pub(crate) output: OutputOptions,
     /// The surfaces and meshes that were read.
     pub(crate) sources: Vec<SourceFile>,
     pub(crate) document: Document,
@@ -310,6 +313,11 @@ impl Scene {
     /// Options of the learning of strokes.
     pub fn learn(&self) -> &LearnOptions {
         &self.learn
+    }
+
+    /// Options of the files of a run.
+    pub fn output(&self) -> &OutputOptions {
+        &self.output
     }
 
     /// Values in the order of the joints; none for joints without a value.
