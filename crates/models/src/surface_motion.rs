@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use rigid::BodyKind;
-use scene::{Background, Deformation, Slip};
+use scene::{Background, Deformation, DeformedBody, Slip};
 
 use crate::scaled_scene::ScaledScene;
 
@@ -25,6 +25,7 @@ pub(crate) struct SurfaceMotion {
 #[derive(Clone, Debug, PartialEq)]
 struct PosedDeformation {
     deformation: Deformation,
+    body: DeformedBody,
     rotation: UnitQuaternion<f64>,
     values: Vec<f64>,
     /// Scaled length that is one in the scene.
@@ -37,8 +38,7 @@ impl PosedDeformation {
     /// Velocity of the surface at `x`, relative to the centre, for a scaled rate of one.
     fn velocity(&self, x: &Vector3<f64>, joint: usize) -> Vector3<f64> {
         let own = self.rotation.inverse_transform_vector(x) / self.unit;
-        let n = self.deformation.material_direction(&own, &self.values);
-        let velocity = self.deformation.velocity(&n, &self.values, joint);
+        let velocity = self.body.velocity(&own, joint);
         self.rotation * velocity * (self.unit / self.rates[joint])
     }
 }
@@ -120,6 +120,7 @@ impl SurfaceMotion {
         };
         let deformation_at = |deformation: &Deformation, pose: &Isometry3<f64>| PosedDeformation {
             deformation: deformation.clone(),
+            body: deformation.at(values),
             rotation: pose.rotation,
             values: values.to_vec(),
             unit: scale.length(1.0),

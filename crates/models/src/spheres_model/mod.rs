@@ -24,7 +24,7 @@ use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
-use scene::{Body, Domain, ModelEstimatesKind, ModelKind, Scene};
+use scene::{Body, Deformation, Domain, ModelEstimatesKind, ModelKind, Scene};
 use stokes::{Dofs, Seconds};
 
 /// Approximation of the interactions between spheres.
@@ -118,7 +118,8 @@ impl SpheresModel {
             );
         }
         let changes_size = |body: &Body| {
-            (body.deformation.as_ref()).is_some_and(|deformation| deformation.size.is_some())
+            let sphere = body.deformation.as_ref().and_then(Deformation::sphere);
+            sphere.is_some_and(|sphere| sphere.size.is_some())
         };
         if *scene.domain() == Domain::Wall
             && let Some(number) = scene.bodies().iter().position(changes_size)

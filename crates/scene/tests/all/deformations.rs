@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use scene::{Deformation, ModeMotion, Scene, spans};
+use scene::{Deformation, ModeMotion, Scene, SphereDeformation, spans};
 
 /// Two spheres on an arm, with settings before the bodies and a gait after them.
 fn pair(before: &str, gait: &str) -> String {
@@ -78,7 +78,8 @@ fn an_exchange_keeps_the_sum_of_the_volumes() {
     let total: f64 = scene.bodies().iter().map(|body| body.shape.volume()).sum();
     let volume = |values: &[f64]| -> f64 {
         let deformations = scene.bodies().iter().filter_map(|b| b.deformation.as_ref());
-        deformations.map(|of| of.volume(values)).sum()
+        let spheres = deformations.filter_map(Deformation::sphere);
+        spheres.map(|of| of.volume(values)).sum()
     };
     for values in [start, &[6.0, 9.0]] {
         assert!((volume(values) / total - 1.0).abs() < 1e-14);
@@ -132,6 +133,7 @@ fn modes_are_read_and_those_that_fold_are_refused() {
     let modes = scene.bodies()[0]
         .deformation
         .as_ref()
+        .and_then(Deformation::sphere)
         .unwrap()
         .modes
         .as_ref()
@@ -172,13 +174,15 @@ fn modes_are_read_and_those_that_fold_are_refused() {
     }
 }
 
-fn deformation(motion: &str, size: bool) -> Deformation {
+fn deformation(motion: &str, size: bool) -> SphereDeformation {
     let target = if size { ", \"a.volume\" = 5" } else { "" };
     let scene = sphere_with(
         &format!("{{ modes = {{ p = 2, q = 3 }}, motion = \"{motion}\", axis = [1, 2, -2] }}"),
         &format!("gait.phases = [{{ targets = {{ \"a.p\" = 0.1{target} }} }}]"),
     );
-    scene.unwrap().bodies()[0].deformation.clone().unwrap()
+    let scene = scene.unwrap();
+    let deformation = scene.bodies()[0].deformation.as_ref();
+    deformation.and_then(Deformation::sphere).unwrap().clone()
 }
 
 proptest! {

@@ -103,7 +103,7 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         ModelKind::Auto if AxisymmetricModel::suits(scene) => {
             let mut model = axisymmetric()?;
             let unsupported = match scene.first_nonspherical() {
-                Some(body) if scene.bodies()[body].deformation.is_some() => {
+                Some(body) if scene.bodies()[body].shape.is_isotropic() => {
                     "modes that change the shape of a sphere".to_owned()
                 }
                 Some(_) => "shape = \"spheroid\"".to_owned(),
@@ -133,7 +133,7 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         }
         ModelKind::Auto => {
             let (key, word) = match scene.first_nonspherical() {
-                Some(body) if scene.bodies()[body].deformation.is_some() => {
+                Some(body) if scene.bodies()[body].shape.is_isotropic() => {
                     ("deformation.kind", "modes")
                 }
                 Some(body) => ("shape", scene.bodies()[body].shape.kind().word()),
