@@ -1,6 +1,7 @@
 //! Motion of the surfaces of the bodies relative to the bodies, and background flow, in one
 //! configuration and in scaled units.
 
+use mesh::Surface;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use rigid::BodyKind;
 use scene::{Background, Deformation, DeformedBody, Slip};
@@ -149,6 +150,16 @@ impl SurfaceMotion {
     pub fn of_amplitude(&self, body: usize, x: &Vector3<f64>, joint: usize) -> Vector3<f64> {
         let velocity = |of: &PosedDeformation| of.velocity(x, joint);
         (self.deformed_by(body, joint)).map_or_else(Vector3::zeros, velocity)
+    }
+
+    /// The point by which a deformation finds the material point near `x`: the closest one of the
+    /// surface, which tubes find by themselves.
+    pub fn on_surface(&self, body: usize, x: &Vector3<f64>, surface: &dyn Surface) -> Vector3<f64> {
+        let deformation = self.deformations.get(body).and_then(Option::as_ref);
+        match deformation.map(|of| &of.body) {
+            Some(DeformedBody::Tube(..)) => *x,
+            _ => surface.closest_point(*x),
+        }
     }
 
     /// Whether an amplitude deforms a body.

@@ -47,7 +47,8 @@ pub struct Body {
     pub density: Option<f64>,
     /// Tangential velocity of the surface.
     pub slip: Option<Slip>,
-    /// Deformation by shape coordinates; `shape` is the undeformed one.
+    /// Deformation by shape coordinates; `shape` is the undeformed one, of a tube that of the wave
+    /// that its keys give.
     pub deformation: Option<Deformation>,
     /// Mass; zero if inertia is neglected.
     pub mass: f64,

@@ -201,6 +201,18 @@ impl Bend {
         std::array::from_fn(|part| [y[part], z[part]])
     }
 
+    /// The unit tangent.
+    fn direction(&self, arc: f64, length: f64) -> Vector3<f64> {
+        if self.wave.kind == WaveKind::Curvature {
+            let (sin, cos) = self.angle(arc, length)[0].sin_cos();
+            return Vector3::new(cos, sin, 0.0);
+        }
+        let [y, z] = self.displacement(arc, length)[1];
+        let across = self.amplitude * Vector3::new(0.0, y, z);
+        across + Vector3::x() * (1.0 - across.norm_squared()).max(0.0).sqrt()
+    }
+
+    /// The unit tangent with its derivatives.
     fn tangent(&self, arc: f64, length: f64) -> Tangent {
         if self.wave.kind == WaveKind::Curvature {
             let [angle, slope, of_amplitude, of_phase] = self.angle(arc, length);
@@ -215,12 +227,12 @@ impl Bend {
         let [_, first, _, second, mixed] = self.displacement(arc, length);
         let a = self.amplitude;
         let across = |[y, z]: [f64; 2]| Vector3::new(0.0, y, z);
-        let at = a * across(first);
-        let along = (1.0 - at.norm_squared()).max(0.0).sqrt();
+        let at = self.direction(arc, length);
+        let along = at.x;
         // The tangent stays a unit vector.
         let turning = |across: Vector3<f64>| across - Vector3::x() * (at.dot(&across) / along);
         Tangent {
-            at: at + Vector3::x() * along,
+            at,
             curvature: turning(a * across(second)),
             rates: [turning(across(first)), turning(a * across(mixed))],
         }
@@ -280,11 +292,16 @@ impl BentLine {
         sums
     }
 
-    /// The point at a length of arc, with its derivatives with respect to amplitude and phase.
-    fn point(&self, bend: &Bend, arc: f64) -> [Vector3<f64>; 3] {
+    /// Number of the last node before a length of arc, and its own length of arc.
+    fn node(&self, arc: f64) -> (usize, f64) {
         let step = self.length / (self.nodes.len() - 1) as f64;
         let node = ((arc / step).max(0.0) as usize).min(self.nodes.len() - 2);
-        let from = node as f64 * step;
+        (node, node as f64 * step)
+    }
+
+    /// The point at a length of arc, with its derivatives with respect to amplitude and phase.
+    fn point(&self, bend: &Bend, arc: f64) -> [Vector3<f64>; 3] {
+        let (node, from) = self.node(arc);
         let part = self.integral(bend, from, arc - from);
         [0, 1, 2].map(|column| self.nodes[node][column] + part[column])
     }
@@ -361,7 +378,12 @@ impl Centreline for BentLine {
                 curvature: Vector3::zeros(),
             };
         };
-        let [point, ..] = self.point(bend, arc);
+        let (node, from) = self.node(arc);
+        let direction = |abscissa: f64| bend.direction(from + abscissa * (arc - from), self.length);
+        let part: Vector3<f64> = (GAUSS.iter())
+            .map(|&(abscissa, weight)| weight * direction(abscissa))
+            .sum();
+        let point = self.nodes[node][0] + (arc - from) * part;
         let tangent = bend.tangent(arc, self.length);
         let [one, other] = self.across(bend, &tangent.at);
         CurvePoint {

@@ -282,7 +282,9 @@ impl Circle {
     }
 
     fn squared_distance(&self, x: &Vec3) -> f64 {
-        let (along, off, _) = self.coordinates(x);
+        let arm = x - self.on_curve.point;
+        let along = arm.dot(&self.on_curve.axes[0]);
+        let off = (arm.norm_squared() - along * along).max(0.0).sqrt();
         along * along + (off - self.meridian.radius).powi(2)
     }
 
@@ -392,19 +394,13 @@ impl<C: Centreline> BentTube<C> {
             1.0 / circle.on_curve.curvature.norm() - circle.meridian.radius
         };
         let outside = self.samples.iter().map(bent).fold(f64::INFINITY, f64::min);
-        inside.min(outside).min(0.5 * self.self_distance(front))
+        inside.min(outside).min(0.5 * self.self_distance())
     }
 
     /// Smallest distance between parts of the tube past which it comes back to itself; infinite if
     /// it does not.
-    fn self_distance(&self, front: (f64, f64)) -> f64 {
-        let (arc, radius) = front;
-        let mut balls = vec![(self.curve.extended(arc.min(0.0)).point, radius)];
-        let inner = self.samples.iter().filter(|(_, circle)| {
-            let arc = circle.meridian.arc;
-            arc >= 0.0 && arc <= self.profile.length
-        });
-        balls.extend(inner.map(|(_, circle)| (circle.on_curve.point, circle.meridian.radius)));
+    fn self_distance(&self) -> f64 {
+        let balls = self.balls();
         let mut smallest = f64::INFINITY;
         for (number, (x, own)) in balls.iter().enumerate() {
             let (mut before, mut rising) = (0.0, true);
@@ -461,7 +457,7 @@ impl<C: Centreline> BentTube<C> {
             return high.2;
         }
         let mut side = 0;
-        let mut found = low.2;
+        let (mut before, mut found) = (low.0, low.2);
         for step in 0..MAX_STEPS {
             let secant = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             let is_between = secant > low.0 && secant < high.0 && step % 8 != 7;
@@ -471,7 +467,9 @@ impl<C: Centreline> BentTube<C> {
             };
             found = self.circle(at);
             let slope = found.slope(x);
-            if slope == 0.0 || high.0 - low.0 <= 4.0 * f64::EPSILON * high.0 {
+            let change = (at - before).abs();
+            before = at;
+            if slope == 0.0 || change <= 8.0 * f64::EPSILON * (1.0 + high.0) {
                 break;
             }
             if slope > 0.0 {
@@ -557,13 +555,16 @@ impl<C: Centreline> BentTube<C> {
         self.samples.iter().map(distance).fold(0.0, f64::max) + between
     }
 
-    /// Points of the centreline between its ends, and of the centre of the head.
-    pub fn centreline(&self) -> Vec<Vec3> {
+    /// Balls about points of the centreline between its ends, and the head.
+    pub fn balls(&self) -> Vec<(Vec3, f64)> {
+        let (arc, radius) = self.profile.end_balls()[0];
+        let mut balls = vec![(self.curve.extended(arc).point, radius)];
         let inner = self.samples.iter().filter(|(_, circle)| {
             let arc = circle.meridian.arc;
             arc >= 0.0 && arc <= self.profile.length
         });
-        inner.map(|(_, circle)| circle.on_curve.point).collect()
+        balls.extend(inner.map(|(_, circle)| (circle.on_curve.point, circle.meridian.radius)));
+        balls
     }
 }
 

@@ -16,8 +16,9 @@ use crate::joints::JointWord;
 use crate::keys::{BodyFile, JointValues, SceneFile};
 use crate::phase_span::PhaseSpan;
 use crate::shape::Shape;
+use crate::shapes::TubeShape;
 use crate::sphere_deformation::{MAX_MODE_DEGREE, SizeCoordinate, SphereDeformation, SurfaceModes};
-use crate::undulation::Wave;
+use crate::undulation::{Bend, Wave};
 use crate::words::{DeformationWord, InertiaKind, LawKind};
 
 /// The coordinates that every sphere offers.
@@ -378,19 +379,29 @@ fn enter_undulation(
         let problem = format!("must be from {} to {}", WAVES.start(), WAVES.end());
         return Err(checks.bad_value(&key("waves"), problem));
     }
-    let first = joints.len();
+    let wave = Wave {
+        kind: file.wave.unwrap_or_default(),
+        envelope: file.envelope.unwrap_or_default(),
+        waves,
+    };
+    let (start, first) = ([amplitude, file.phase.unwrap_or(0.0)], joints.len());
     for word in ["amplitude", "phase"] {
         let name = format!("{}.{word}", body.name);
         joints.push(Joint::deformation(&name, [number; 2], 0));
     }
+    let [amplitude, phase] = start;
+    body.shape = Shape::Tube(TubeShape {
+        bend: Some(Bend {
+            wave,
+            amplitude,
+            phase,
+        }),
+        ..tube
+    });
     body.deformation = Some(Deformation::Undulation(Undulation {
         tube,
-        wave: Wave {
-            kind: file.wave.unwrap_or_default(),
-            envelope: file.envelope.unwrap_or_default(),
-            waves,
-        },
-        start: [amplitude, file.phase.unwrap_or(0.0)],
+        wave,
+        start,
         joints: [first, first + 1],
     }));
     Ok(())

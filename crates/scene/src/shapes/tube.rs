@@ -137,9 +137,11 @@ impl Geometry for TubeShape {
         Vector3::x() * (moment / volume - 0.5 * self.length)
     }
 
-    fn centreline(&self) -> Vec<Vector3<f64>> {
-        let points = self.tube(1.0).centreline().into_iter();
-        points.map(|x| self.orientation() * x).collect()
+    fn centreline(&self) -> Vec<(Vector3<f64>, f64)> {
+        let balls = self.tube(1.0).balls().into_iter();
+        balls
+            .map(|(x, radius)| (self.orientation() * x, radius))
+            .collect()
     }
 
     fn support_point(&self, n: &Vector3<f64>) -> Vector3<f64> {
