@@ -66,6 +66,14 @@ impl Deformation {
         }
     }
 
+    /// The coordinate whose whole turns change no shape, the phase of a wave.
+    pub fn phase(&self) -> Option<usize> {
+        match self {
+            Self::Sphere(_) => None,
+            Self::Undulation(tube) => Some(tube.joints[1]),
+        }
+    }
+
     /// Whether the surface stays a sphere.
     pub fn is_sphere(&self) -> bool {
         self.sphere().is_some_and(SphereDeformation::is_sphere)

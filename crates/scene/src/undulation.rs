@@ -510,6 +510,24 @@ mod tests {
         }
     }
 
+    /// The phase of a helical wave turns the helix about -x, while cross-sections roll about the
+    /// tangent: `∂X/∂φ = -e_x × X + t × ρ` with the arm `ρ` from the centreline.
+    #[test]
+    fn phases_of_helical_waves_are_rotations_of_the_helix_and_rolling() {
+        let tube = tube(bend(WaveKind::Helix, EnvelopeKind::Uniform, 0.6, 0.4));
+        for arc in [-1.0, 0.0, 3.1, 9.4, 10.1] {
+            let at = TubePoint {
+                arc,
+                across: [0.2, -0.1],
+            };
+            let [_, velocity] = tube.curve().velocities(&at);
+            let CurvePoint { point, axes, .. } = tube.curve().extended(arc);
+            let x = tube.point(&at);
+            let expected = (x - point).cross(&axes[0]) + Vector3::x().cross(&x);
+            assert!((velocity + expected).norm() < 1e-12);
+        }
+    }
+
     #[test]
     fn bent_tubes_pass_the_checks_of_surfaces() {
         for kind in KINDS {

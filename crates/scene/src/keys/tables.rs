@@ -271,9 +271,9 @@ tables! {
         /// Direction of the axis of the modes in the initial configuration. It turns with the body.
         axis: Option<[f64; 3]>; [1.0, 0.0, 0.0],
         /// What the wave changes, for an undulation.
-        wave: Option<WaveKind>; curvature,
+        wave: Option<WaveKind> | "`curvature`, for an undulation",
         /// Envelope of the wave.
-        envelope: Option<EnvelopeKind>; uniform,
+        envelope: Option<EnvelopeKind> | "`uniform`, for an undulation",
         /// Number of waves on the length of the tube, from 0.1 to 20.
         waves: Option<f64> [Positive] | "1, for an undulation",
         /// Amplitude at the start: of the angle between the tube and its axis in radians, of
