@@ -249,7 +249,8 @@ class SwimmerResult(Result):
     errors : ErrorBars
         Error bars of the displacements of its bodies; `error` is their sum.
     rotation : numpy.ndarray
-        Rotation vector of its first body, with full turns.
+        Rotation vector of its root, with full turns: of its first body, or of the first one whose
+        velocity is given.
     work : float or None
         Work of its bodies on the fluid; None where it is known for all together only: with slip or
         inertia.

@@ -27,7 +27,7 @@ pub fn displacement_table(scene: &Scene, outcome: &Outcome) -> String {
         return format!("displacements of {count} bodies in summary.json\n");
     }
     let phase_names: Vec<String> = (outcome.spans.iter())
-        .map(|span| scene.joint_names(&span.joints))
+        .map(|span| scene.joint_label(&span.joints))
         .collect();
     let name_width = width_of(phase_names.iter().map(String::as_str));
     let numbers = Numbers::new(scene, outcome);
@@ -101,9 +101,7 @@ fn rows_of(scene: &Scene, outcome: &Outcome, swimmers: &[SwimmerOutcome]) -> Str
             swimmer.name(scene),
             numbers.row(&swimmer.displacement, bar),
             number(angle.unwrap_or(0.0)),
-            swimmer
-                .work
-                .map_or("-".to_owned(), |work| format!("{work:.4}")),
+            swimmer.work.map_or("-".to_owned(), five_digits),
         );
     }
     text
@@ -167,10 +165,42 @@ fn number(x: f64) -> String {
     }
 }
 
+/// A number with five significant digits.
+fn five_digits(x: f64) -> String {
+    match x.abs() {
+        size if (1e-2..1e5).contains(&size) => {
+            let decimals = (4.0 - size.log10().floor()).max(0.0) as usize;
+            format!("{x:.decimals$}")
+        }
+        0.0 => "0".to_owned(),
+        _ => format!("{x:.4e}"),
+    }
+}
+
 /// The exponent of the power of ten in which displacements are printed; 0 if they fit the columns.
 fn common_exponent(largest: f64) -> i32 {
     match largest {
         x if x == 0.0 || (1e-2..1e3).contains(&x) => 0,
         x => x.log10().floor() as i32,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Works were printed with four decimals: 0.0000 in SI units.
+    #[test]
+    fn bug_works_in_si_units_were_printed_as_zero() {
+        let works = [1.23456e-17, 0.0123456, 12.3456, -98_765.4, 1.23456e7, 0.0];
+        let text = [
+            "1.2346e-17",
+            "0.012346",
+            "12.346",
+            "-98765",
+            "1.2346e7",
+            "0",
+        ];
+        assert_eq!(works.map(five_digits), text);
     }
 }

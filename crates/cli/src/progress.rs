@@ -51,7 +51,7 @@ impl RunBar {
     }
 
     fn joint_name(&self, span: &PhaseSpan) -> String {
-        printable(&self.scene.joint_names(&span.joints))
+        printable(&self.scene.joint_label(&span.joints))
     }
 
     fn elapsed(&self) -> String {

@@ -119,7 +119,7 @@ fn full_shape(scene: &Scene, variables: &[usize], shape: &[f64]) -> Result<Vec<f
             "the shape has {} values, and {} links can change theirs ({}); give one value each",
             shape.len(),
             variables.len(),
-            scene.joint_names(variables)
+            scene.joint_label(variables)
         );
         return Err(DesignError::not_applicable(scene, "links", problem));
     }

@@ -150,7 +150,7 @@ pub fn tolerance_statement(outcome: &Outcome, tolerance: f64) -> String {
 pub fn open_gait(scene: &Scene, outcome: &Outcome) -> Option<[String; 2]> {
     let change = outcome.shape_change(scene)?;
     let joints: Vec<String> = (change.joints.iter())
-        .map(|(joint, by)| format!("{} {by:+.4}", scene.joint_names(&[*joint])))
+        .map(|(joint, by)| format!("{} {by:+.4}", scene.joint_label(&[*joint])))
         .collect();
     let shape = format!(
         "another one at the end ({}); the net displacement contains this change",

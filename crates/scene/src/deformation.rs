@@ -110,6 +110,12 @@ impl Deformation {
         }
     }
 
+    /// Whether the value of a joint changes the volume: a size, or a mode with radial motion.
+    pub fn changes_volume(&self, joint: usize) -> bool {
+        self.sphere()
+            .is_some_and(|sphere| sphere.changes_volume(joint))
+    }
+
     /// What is wrong with these values; `None` if the surface is that of a body.
     pub fn problem(&self, values: &[f64]) -> Option<String> {
         match self {

@@ -45,7 +45,9 @@ pub use domain::Domain;
 pub use error::SceneError;
 pub use flow::{Background, Slip};
 pub use gait::{Gait, Phase, spans};
-pub use keys::{FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions};
+pub use keys::{
+    FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions, OutputOptions,
+};
 pub use loads::{DrivingLoad, VectorOscillation};
 pub use path_contact::{BodyPath, PathContact, first_contact};
 pub use phase_span::PhaseSpan;

@@ -15,7 +15,9 @@ use crate::error::SceneError;
 use crate::flow::Background;
 use crate::gait::Gait;
 use crate::gait_table::GaitTable;
-use crate::keys::{FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions};
+use crate::keys::{
+    FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions, OutputOptions,
+};
 use crate::loads::VectorOscillation;
 use crate::read::limits::by_joint;
 use crate::shape::Shape;
@@ -112,6 +114,7 @@ pub struct Scene {
     pub(crate) fem: FemOptions,
     pub(crate) optimise: OptimiseOptions,
     pub(crate) learn: LearnOptions,
+    pub(crate) output: OutputOptions,
     /// The surfaces and meshes that were read.
     pub(crate) sources: Vec<SourceFile>,
     pub(crate) document: Document,
@@ -261,21 +264,26 @@ impl Scene {
         )
     }
 
-    /// Names of joints, joined by ` + `, of many the first ones and the number of the others;
-    /// `constant lengths` without joints.
+    /// Names of joints, joined by ` + `; `constant lengths` without joints.
     pub fn joint_names(&self, joints: &[usize]) -> String {
         let all = self.articulation.joints();
         let names: Vec<&str> = (joints.iter().filter_map(|&joint| all.get(joint)))
             .map(|joint| &joint.name[..])
             .collect();
-        match names.len() {
-            0 => "constant lengths".to_owned(),
-            1..=MAX_NAMES => names.join(" + "),
-            count => {
-                let first = names[..FIRST_NAMES].join(" + ");
-                format!("{first} + {} more", count - FIRST_NAMES)
-            }
+        match names.is_empty() {
+            true => "constant lengths".to_owned(),
+            false => names.join(" + "),
         }
+    }
+
+    /// [Names of joints](Self::joint_names) for a line of text: of many the first ones and the
+    /// number of the others. Labels of different joints may be equal.
+    pub fn joint_label(&self, joints: &[usize]) -> String {
+        if joints.len() <= MAX_NAMES {
+            return self.joint_names(joints);
+        }
+        let first = self.joint_names(&joints[..FIRST_NAMES]);
+        format!("{first} + {} more", joints.len() - FIRST_NAMES)
     }
 
     /// Gait: the change of the shape in time.
@@ -306,6 +314,11 @@ impl Scene {
     /// Options of the learning of strokes.
     pub fn learn(&self) -> &LearnOptions {
         &self.learn
+    }
+
+    /// Options of the files of a run.
+    pub fn output(&self) -> &OutputOptions {
+        &self.output
     }
 
     /// Values in the order of the joints; none for joints without a value.

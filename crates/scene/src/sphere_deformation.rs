@@ -318,6 +318,13 @@ impl SphereDeformation {
         of_size + of_modes.sum::<f64>()
     }
 
+    /// Whether the value of a joint changes the volume: a size, or a mode with radial motion.
+    pub(crate) fn changes_volume(&self, joint: usize) -> bool {
+        let of_size = self.size.is_some_and(|size| size.joint() == joint);
+        let modes = self.modes.as_ref();
+        of_size || modes.is_some_and(|modes| modes.motion == ModeMotion::Radial)
+    }
+
     /// What is wrong with these values; `None` if the surface is that of a body.
     pub fn problem(&self, values: &[f64]) -> Option<String> {
         let radius = self.sphere_radius(values);

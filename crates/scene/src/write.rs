@@ -115,6 +115,7 @@ fn scene_file(scene: &Scene) -> SceneFile {
         fem: scene.fem,
         optimise: scene.optimise.clone(),
         learn: scene.learn.clone(),
+        output: scene.output.clone(),
     }
 }
 

@@ -5,9 +5,34 @@ use rigid::Articulation;
 use scene::Scene;
 
 /// Whether the work of each linkage is the integral of [`linkage_powers`].
+///
+/// It is not where an exchange of volume couples two linkages, which share the work of its drive;
+/// and not where several linkages change their volumes in a container, whose pressure, and with it
+/// the work of each alone, is known up to a constant.
 pub(crate) fn has_linkage_works(scene: &Scene) -> bool {
     let has_slip = scene.bodies().iter().any(|body| body.slip.is_some());
-    !has_slip && !scene.has_masses() && !scene.inertia().is_kept()
+    !has_slip && !scene.has_masses() && !scene.inertia().is_kept() && !shares_volume(scene)
+}
+
+/// Whether linkages exchange volume, through a joint or through the fluid of a container.
+fn shares_volume(scene: &Scene) -> bool {
+    let set = scene.articulation();
+    let mut growing = Vec::new();
+    for (number, joint) in set.joints().iter().enumerate() {
+        if !joint.kind.is_deformation() {
+            continue;
+        }
+        let [of_body, of_other] = [joint.body, joint.to].map(|body| set.linkage_of()[body]);
+        if of_body != of_other {
+            return true;
+        }
+        // An exchange keeps the volume of its linkage.
+        let deformation = scene.bodies()[joint.body].deformation.as_ref();
+        if joint.body == joint.to && deformation.is_some_and(|of| of.changes_volume(number)) {
+            growing.push(of_body);
+        }
+    }
+    scene.domain().keeps_volume() && growing.iter().any(|linkage| *linkage != growing[0])
 }
 
 /// Power of the bodies of each linkage on the fluid, by motion and deformation.
@@ -23,8 +48,23 @@ pub(crate) fn linkage_powers(set: &Articulation, response: &Response) -> Vec<f64
     powers
 }
 
-/// Adds numbers to sums, of which there are none before the first.
+/// Adds numbers to sums; there are none of either before the first step of a span or a run.
 pub(crate) fn add_each(sums: &mut Vec<f64>, numbers: &[f64]) {
-    sums.resize(numbers.len(), 0.0);
+    sums.resize(sums.len().max(numbers.len()), 0.0);
     sums.iter_mut().zip(numbers).for_each(|(sum, x)| *sum += x);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bug_a_run_that_stops_early_lost_the_works_of_its_swimmers() {
+        let mut sums = Vec::new();
+        // A phase, and one that stops before its first step.
+        for works in [&[1.0, 2.0][..], &[]] {
+            add_each(&mut sums, works);
+        }
+        assert_eq!(sums, [1.0, 2.0]);
+    }
 }

@@ -119,6 +119,12 @@ pub struct Outcome {
     pub meshes: Vec<NewMesh>,
     /// The trajectory at the ends of phase spans and at the solves, in the order of time.
     pub samples: Vec<Sample>,
+    /// The trajectory at equal intervals of time, if the scene asks for it (`output.samples`).
+    ///
+    /// Loads are those of the polynomial through the solves of a step; at the end of a phase, where
+    /// rates jump, they are those before it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub uniform_samples: Vec<Sample>,
     /// Why the run stopped before its end, such as contact, in words; none for a completed run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stopped: Option<String>,
@@ -311,9 +317,27 @@ pub struct Sample {
     /// Rotation of every body since the start.
     #[serde(default)]
     pub turnings: Vec<Turning>,
-    /// Velocities and forces at a solve; none at the ends of phase spans.
+    /// Velocities and forces, if they are known at this time; none at the ends of phase spans.
     pub bodies: Option<Vec<BodySolution>>,
 }
+
+/// Positions on a phase span, up to `reached`, of the times at equal intervals that follow the
+/// first `known` ones; none unless the scene asks for them.
+fn uniform_times(scene: &Scene, span: &PhaseSpan, known: usize, reached: f64) -> Vec<f64> {
+    let Some(intervals) = scene.output().samples else {
+        return Vec::new();
+    };
+    let step = scene.gait().duration() / f64::from(intervals);
+    let position = |number: usize| (number as f64 * step - span.start) / span.duration;
+    (known..=intervals as usize)
+        .map(position)
+        .take_while(|s| *s <= reached + TIME_ROUNDING)
+        .map(|s| s.clamp(0.0, reached))
+        .collect()
+}
+
+/// Rounding of times, relative to the duration of a phase: starts of phases are sums.
+const TIME_ROUNDING: f64 = 1e-9;
 
 impl Interim {
     /// The state before the first phase span.
@@ -407,7 +431,8 @@ impl Outcome {
         let velocities =
             (bodies.map(|body| body.angular_velocity)).chain(frames.map(|frame| frame.angular));
         let fastest = velocities.fold(0.0, |most: f64, velocity| most.max(velocity.norm()));
-        let mut sample = |from: f64, s: f64, end: Option<&State>, bodies| {
+        let mut from = 0.0;
+        let mut sample = |s: f64, end: Option<&State>, bodies| {
             // Steps of half a radian, in which no turn is lost.
             let parts = (2.0 * fastest * span.duration * (s - from))
                 .ceil()
@@ -430,28 +455,32 @@ impl Outcome {
                 self.rotation = self.turning.rotation_vector(&(now * start.inverse()));
                 before = state;
             }
-            self.samples.push(Sample {
+            from = s;
+            Ok::<_, SwimError>(Sample {
                 time: span.time(s),
                 span: span.number,
                 shape: values,
                 poses: poses.clone(),
                 turnings: turnings.clone(),
                 bodies,
-            });
-            Ok::<_, SwimError>(())
+            })
         };
-        let mut from = 0.0;
-        for solution in &result.solutions {
-            sample(
-                from,
-                solution.s,
-                None,
-                Some(solution.solution.bodies.clone()),
-            )?;
-            from = solution.s;
-        }
         let reached = result.reached();
-        sample(from, reached, Some(&result.end), None)?;
+        let uniform = uniform_times(scene, span, self.uniform_samples.len(), reached);
+        let mut uniform = uniform.into_iter().peekable();
+        for solution in &result.solutions {
+            while let Some(s) = uniform.next_if(|s| *s < solution.s) {
+                self.uniform_samples
+                    .push(sample(s, None, result.bodies(s))?);
+            }
+            let bodies = Some(solution.solution.bodies.clone());
+            self.samples.push(sample(solution.s, None, bodies)?);
+        }
+        for s in uniform {
+            self.uniform_samples
+                .push(sample(s, None, result.bodies(s))?);
+        }
+        self.samples.push(sample(reached, Some(&result.end), None)?);
         let parts = CURVE_POINTS * result.pieces.len();
         for k in 1..=parts {
             let s = reached * (k as f64 / parts as f64);

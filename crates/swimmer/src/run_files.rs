@@ -139,7 +139,11 @@ impl<'a> Output<'a> {
     }
 
     fn write_trajectory(&mut self, scene: &Scene, so_far: &Outcome) -> Result<(), SwimError> {
-        let csv = trajectory_csv(scene, &so_far.samples);
+        let samples = match scene.output().samples {
+            Some(_) => &so_far.uniform_samples,
+            None => &so_far.samples,
+        };
+        let csv = trajectory_csv(scene, samples);
         (self.folder).write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
         self.files.write(so_far)
     }

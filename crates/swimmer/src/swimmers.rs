@@ -2,7 +2,7 @@
 
 use models::ErrorEstimate;
 use nalgebra::Vector3;
-use rigid::{Articulation, Linkage};
+use rigid::{Articulation, Freedom, Joint, Linkage};
 use scene::Scene;
 
 use crate::outcome::{Outcome, displacement_bars, largest_error_of, mean_of_moving};
@@ -22,7 +22,8 @@ pub struct SwimmerOutcome {
     pub rotation: Vector3<f64>,
     /// Work of its bodies on the fluid. The works of all bodies add up to that of the run.
     ///
-    /// `None` with slip, and for bodies or fluids with inertia: their work is known in total.
+    /// `None` where it is known in total only: with slip, for bodies or fluids with inertia, where
+    /// swimmers exchange volume, and where several change theirs in a container.
     pub work: Option<f64>,
 }
 
@@ -41,8 +42,9 @@ impl Outcome {
         let Some(last) = self.samples.last() else {
             return Vec::new();
         };
+        let swims = swimming(scene);
         let all = set.linkages().iter().enumerate();
-        let swimming: Vec<_> = all.filter(|(_, linkage)| swims(scene, linkage)).collect();
+        let swimming: Vec<_> = all.filter(|(number, _)| swims[*number]).collect();
         if swimming.len() < 2 {
             return Vec::new();
         }
@@ -83,11 +85,22 @@ impl Outcome {
     }
 }
 
-/// Whether a connected set of bodies can move itself: by joints, deformations or slip.
-fn swims(scene: &Scene, linkage: &Linkage) -> bool {
-    linkage.bodies.len() > 1
-        || linkage.bodies.iter().any(|&body| {
-            let body = &scene.bodies()[body];
-            body.slip.is_some() || body.deformation.is_some()
-        })
+/// Linkages that can move themselves: by joints or amplitudes that the gait or the flow changes, or
+/// by slip. Bodies that rest relative to each other are no swimmer.
+fn swimming(scene: &Scene) -> Vec<bool> {
+    let set = scene.articulation();
+    let mut swims = vec![false; set.linkages().len()];
+    let phases = scene.gait().phases.iter();
+    let driven = phases.flat_map(|phase| phase.path.joints());
+    let is_free = |joint: &&Joint| joint.is_passive() || joint.kind.freedom() == Freedom::Rotation;
+    let free = set.joints().iter().filter(is_free);
+    for joint in driven.map(|joint| &set.joints()[joint]).chain(free) {
+        for body in [joint.body, joint.to] {
+            swims[set.linkage_of()[body]] = true;
+        }
+    }
+    for (body, &linkage) in scene.bodies().iter().zip(set.linkage_of()) {
+        swims[linkage] |= body.slip.is_some();
+    }
+    swims
 }

@@ -3,7 +3,7 @@
 //! The vertices of the worst tets move to where the worst angle around them is best.
 
 use super::symmetry_planes::SymmetryPlanes;
-use mesh::{Grouped, TET_EDGES, Vec3};
+use mesh::{Grouped, TET_EDGES, Vec3, has_volume};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -129,6 +129,19 @@ impl<'a> HillClimbing<'a> {
             planes,
             sizes,
         }
+    }
+
+    /// Tets without volume and those whose curved edges invert them.
+    pub fn inverted(&self, points: &[Vec3]) -> impl Iterator<Item = &'a [u32; 4]> {
+        self.tets
+            .iter()
+            .zip(&self.curved)
+            .filter_map(|(tet, curved)| {
+                let x = tet.map(|v| points[v as usize]);
+                let is_valid = has_volume(x)
+                    && curved.is_none_or(|k| vertex_jacobian(x, &self.offsets[k as usize]) > 0.0);
+                (!is_valid).then_some(tet)
+            })
     }
 
     /// Quality of tet `t` with vertex `v` moved to `position`.

@@ -7,7 +7,7 @@ use super::symmetry_planes::SymmetryPlanes;
 use crate::GenerateError;
 use crate::delaunay::{FlipRules, circumcentre, insertion_order};
 use crate::surface::triangles;
-use mesh::{Surface, SurfaceMesh, TET_EDGES, Vec3, has_volume};
+use mesh::{Surface, SurfaceMesh, TET_EDGES, Vec3};
 use std::collections::{HashSet, VecDeque};
 use std::ops::Range;
 
@@ -148,11 +148,8 @@ impl<'a> Layout<'a> {
         self.free.resize(self.points.len(), free);
     }
 
-    /// The longest edge, between different parts, of a tet without volume.
-    pub fn edge_of_flat(&self, tet: &[u32; 4]) -> Option<[u32; 2]> {
-        if has_volume(self.corners(tet)) {
-            return None;
-        }
+    /// The longest edge of a tet between different parts.
+    pub fn longest_inner_edge(&self, tet: &[u32; 4]) -> Option<[u32; 2]> {
         let owner = |v: u32| self.owner[v as usize];
         let length = |[a, b]: &[u32; 2]| {
             let [a, b] = [a, b].map(|v| self.points[*v as usize]);

@@ -193,13 +193,14 @@ const MAX_CHANGES: usize = 40;
 /// One or two reach the target in most scenes, and later ones lower the mean quality.
 const ROUNDS: usize = 4;
 
-/// Largest number of edges that are divided because of tets without volume.
+/// Largest number of edges that are divided because of inverted tets.
 const MAX_DIVISIONS: usize = 50;
 
-/// Improves the worst tets, and divides edges of those that still have no volume.
+/// Improves the worst tets, and divides edges of those that still have no volume or are inverted by
+/// their curved edges.
 ///
-/// Several tets without volume at one vertex can be such that no move of a single vertex improves
-/// all of them; a new vertex in the middle of an edge can move out of their planes.
+/// Several such tets at one vertex can be such that no move of a single vertex improves all of
+/// them; a new vertex in the middle of an edge can move out of their planes.
 pub(crate) fn improve(
     layout: &mut Layout,
     mut tets: LinkedTets,
@@ -209,9 +210,10 @@ pub(crate) fn improve(
 ) -> LinkedTets {
     for _ in 0..MAX_DIVISIONS {
         (layout.points, tets) = climbed(layout, tets, &sizes, params);
-        let Some(edge) = (tets.tets().iter()).find_map(|tet| layout.edge_of_flat(tet)) else {
-            break;
-        };
+        let offsets = layout.midside_offsets(&tets.boundary_faces());
+        let cells = HillClimbing::new(tets.tets(), &layout.free, &offsets, layout.planes, &sizes);
+        let edge = (cells.inverted(&layout.points)).find_map(|tet| layout.longest_inner_edge(tet));
+        let Some(edge) = edge else { break };
         let middle = layout.divide(edge);
         sizes.push(field.at(layout.points[middle as usize]));
         let halves = |tet: &[u32; 4]| match edge.iter().all(|v| tet.contains(v)) {

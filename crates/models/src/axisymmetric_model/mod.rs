@@ -140,7 +140,7 @@ impl AxisymmetricModel {
                 "bodies that deform in a background flow, beside bodies with slip or with rotation \
                  about the axis,"
                     .to_owned(),
-                "use model.kind = \"multipole\" or \"auto\"",
+                "use model.kind = \"fem\" or \"auto\"",
             );
         }
         if scene.deforms()
@@ -150,7 +150,7 @@ impl AxisymmetricModel {
             return refuse(
                 &format!("bodies[{number}].shape"),
                 format!("shape = \"{shape}\" beside bodies that deform"),
-                "use spheres",
+                "use spheres, or model.kind = \"fem\"",
             );
         }
         let law = scaled.law();
@@ -473,7 +473,7 @@ impl Hydrodynamics for AxisymmetricModel {
             let what = "the flow at points around bodies that deform in the meridian plane";
             return Err(ModelError::unsupported(
                 what,
-                "use model.kind = \"multipole\"",
+                "use model.kind = \"fem\", or \"multipole\" for spheres",
             ));
         }
         if scene.inertia().is_kept() {

@@ -318,6 +318,11 @@ impl Hydrodynamics for FemModel {
             true => history.contents::<Placement>()?,
             false => Placement::rigid(&history.contents::<Vec<_>>()?),
         };
+        let joints = self.scaled.scene.articulation().joints().len().max(1);
+        for values in placements.values.chunks_exact(joints) {
+            let checked = self.scaled.scene.check_deformations(values);
+            checked.map_err(|error| ModelError::History(format!("is damaged: {error}")))?;
+        }
         self.meshes.restore(&placements)
     }
 

@@ -82,7 +82,7 @@ impl FemModel {
         if scene.deforms() {
             return refused(
                 "with bodies that deform",
-                "leave fluid.density and fluid.law out",
+                "its size is unknown; the results are those without the term",
             );
         }
         if self.engine.is_some() {

@@ -90,6 +90,16 @@ pub struct SpheresModel {
 }
 
 impl SpheresModel {
+    /// A sphere above a plane wall whose radius changes, which the model does not support.
+    pub fn changes_size_above_wall(scene: &Scene) -> Option<usize> {
+        let has_size = |body: &Body| {
+            let sphere = body.deformation.as_ref().and_then(Deformation::sphere);
+            sphere.is_some_and(|sphere| sphere.size.is_some())
+        };
+        let position = || scene.bodies().iter().position(has_size);
+        (*scene.domain() == Domain::Wall).then(position).flatten()
+    }
+
     /// Creates the model of a scene.
     ///
     /// # Errors
@@ -114,20 +124,14 @@ impl SpheresModel {
             return refuse(
                 &format!("bodies[{number}].deformation"),
                 "a body whose modes change its shape, for models of spheres",
-                "use model.kind = \"axisymmetric\", or tangential modes",
+                "use model.kind = \"fem\", or \"axisymmetric\" for spheres on one axis",
             );
         }
-        let changes_size = |body: &Body| {
-            let sphere = body.deformation.as_ref().and_then(Deformation::sphere);
-            sphere.is_some_and(|sphere| sphere.size.is_some())
-        };
-        if *scene.domain() == Domain::Wall
-            && let Some(number) = scene.bodies().iter().position(changes_size)
-        {
+        if let Some(number) = Self::changes_size_above_wall(scene) {
             return refuse(
                 &format!("bodies[{number}]"),
                 "a sphere whose radius changes above a plane wall, for models of spheres",
-                "use domain.kind = \"unbounded\" or \"ball\"",
+                "use model.kind = \"fem\"",
             );
         }
         if (scene.has_surface_velocity() || scene.deforms())

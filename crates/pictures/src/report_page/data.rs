@@ -111,7 +111,7 @@ fn phases(record: &RunRecord, track: &Track) -> Vec<Value> {
         let done = record.outcome.spans.get(span);
         let joints = done.map_or(&[][..], |span| &span.joints);
         let is_labelled = gait.phases.len() * track.cycles <= MAX_LABELS && !joints.is_empty();
-        let name = is_labelled.then(|| record.scene.joint_names(joints));
+        let name = is_labelled.then(|| record.scene.joint_label(joints));
         phases.push(json!({ "begin": begin, "end": end, "name": name }));
         begin = end;
     }

@@ -50,6 +50,8 @@ tables! {
         optimise: OptimiseOptions,
         /// The learning of strokes.
         learn: LearnOptions,
+        /// The files of a run.
+        output: OutputOptions,
     }
 
     /// The fluid: an incompressible liquid, whose viscosity may depend on the shear rate.
@@ -517,6 +519,13 @@ tables! {
         exploration: f64 [NonNegative] = 0.3,
         /// Seed of the random numbers.
         seed: u32 = 1,
+    }
+
+    /// Files that `swim run` writes.
+    pub struct OutputOptions in "output." {
+        /// Number of equal intervals of time, from the start to the end of the gait, at whose ends
+        /// `trajectory.csv` has rows, all with velocities, forces and torques.
+        samples: Option<u32> | "a row for each solve and each end of a phase",
     }
 }
 

@@ -4,11 +4,17 @@ use rigid::Joint;
 
 use crate::checks::{Checks, check_prescribed, check_value};
 use crate::error::SceneError;
-use crate::keys::{FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions};
+use crate::keys::{
+    FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions, OutputOptions,
+};
 use crate::nearest::find_name;
 
 /// Largest number of terms: more need more memory than a search can use.
 const MAX_TERMS: u32 = 128;
+
+/// Largest number of samples: their poses and loads are kept, 200 bytes a body, and written to
+/// checkpoints.
+const MAX_SAMPLES: u32 = 100_000;
 
 /// Refuses values of joints that do not fit the joints, and numbers outside their bounds.
 pub(super) fn check_design(
@@ -130,6 +136,17 @@ pub(super) fn check_fem(checks: &Checks, fem: &FemOptions) -> Result<(), SceneEr
             "fem.size_factor",
             format!("must be between 1e-3 and 10, not {factor}"),
         )),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses more samples than a run can keep.
+pub(super) fn check_output(checks: &Checks, output: &OutputOptions) -> Result<(), SceneError> {
+    match output.samples {
+        Some(count) if count > MAX_SAMPLES => {
+            let problem = format!("must be at most {MAX_SAMPLES}, not {count}");
+            Err(checks.bad_value("output.samples", problem))
+        }
         _ => Ok(()),
     }
 }

@@ -118,6 +118,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
     }
     limits::check_model(&checks, &file.model)?;
     limits::check_fem(&checks, &file.fem)?;
+    limits::check_output(&checks, &file.output)?;
     limits::check_design(&checks, &file.optimise, &file.learn, articulation.joints())?;
     let stem = document.path().file_stem();
     let name = stem.map(|stem| stem.to_string_lossy().into_owned());
@@ -145,6 +146,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
         fem: file.fem,
         optimise: file.optimise,
         learn: file.learn,
+        output: file.output,
         sources: surfaces.sources,
         document,
     })

@@ -19,6 +19,7 @@ const SCENES: &str = r#"
 fluid.viscosity = 1; model.tolerance = 1e-3; model.tolerance_factor = 0.5
 fem.rtol = 1e-8; fem.surface_size = 0.4
 fem.size_factor = 1; fem.target = 1e-2; fem.subdomains = 8; fem.overlap = 1
+output.samples = 100
 [domain]; kind = "ball"; radius = 40
 [[bodies]]; name = "left"; radius = 1; position = [-10, 0, 0]; force = [1, 0, 0]
 torque = [1, 0, 0]; mass = 1; inertia = 1

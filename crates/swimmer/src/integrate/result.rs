@@ -3,14 +3,17 @@
 use std::ops::AddAssign;
 
 use models::{
-    AccumulatedError, DiscretisationError, ErrorEstimate, InstantaneousSolution, Seconds,
+    AccumulatedError, BodySolution, DiscretisationError, ErrorEstimate, InstantaneousSolution,
+    Seconds,
 };
+use nalgebra::Vector3;
 use rigid::{Articulation, State, StateVelocity};
 
 use super::masses::{Velocities, numbers_of};
 use super::piece::PathPiece;
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use crate::error::SwimError;
+use crate::gauss::lagrange;
 use crate::holding_loads::HoldingLoads;
 use crate::linkage_works::{add_each, has_linkage_works, linkage_powers};
 
@@ -227,6 +230,34 @@ impl SpanResult {
             Some(piece) => Ok(piece.state(set, s)?),
             None => Ok(self.end.clone()),
         }
+    }
+
+    /// Velocities and forces of the bodies at the position `s`, by the polynomial through the
+    /// solutions of its step; none without solutions.
+    pub fn bodies(&self, s: f64) -> Option<Vec<BodySolution>> {
+        let contains = |piece: &&PathPiece| s <= piece.to;
+        let piece = self.pieces.iter().find(contains).or(self.pieces.last())?;
+        let is_of_step = |of: &&SpanSolution| (piece.from..=piece.to).contains(&of.s);
+        let mut of_step: Vec<_> = self.solutions.iter().filter(is_of_step).collect();
+        // Steps share the solution between them, and stages may be at the same time.
+        of_step.sort_by(|a, b| a.s.total_cmp(&b.s));
+        of_step.dedup_by(|later, earlier| later.s == earlier.s);
+        let nodes: Vec<f64> = of_step.iter().map(|solution| solution.s).collect();
+        let mut bodies = of_step.first()?.solution.bodies.clone();
+        for (body, sum) in bodies.iter_mut().enumerate() {
+            let weighted = |of: fn(&BodySolution) -> Vector3<f64>| -> Vector3<f64> {
+                let values = of_step
+                    .iter()
+                    .map(|solution| of(&solution.solution.bodies[body]));
+                let terms = values.enumerate().map(|(i, x)| lagrange(&nodes, i, s) * x);
+                terms.sum()
+            };
+            sum.velocity = weighted(|body| body.velocity);
+            sum.angular_velocity = weighted(|body| body.angular_velocity);
+            sum.force = weighted(|body| body.force);
+            sum.torque = weighted(|body| body.torque);
+        }
+        Some(bodies)
     }
 
     /// The result before the first step.

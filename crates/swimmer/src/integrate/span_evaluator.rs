@@ -270,7 +270,7 @@ impl<'a> SpanEvaluator<'a> {
 
     /// Names of the joints that change their values, for messages.
     pub fn joint_name(&self) -> String {
-        self.scene.joint_names(&self.span.joints)
+        self.scene.joint_label(&self.span.joints)
     }
 
     /// The error of a method whose smallest steps have too large an error.

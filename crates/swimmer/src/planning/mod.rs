@@ -120,7 +120,11 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
                 reasons,
             })
         }
-        ModelKind::Auto if is_mesh_free && scene.first_nonspherical().is_none() => {
+        ModelKind::Auto
+            if is_mesh_free
+                && scene.first_nonspherical().is_none()
+                && SpheresModel::changes_size_above_wall(scene).is_none() =>
+        {
             let choice = choose_for_spheres(scene)?;
             match choice.model {
                 ModelForSpheres::MeshFree(kind) => spheres(kind, choice.reasons),
@@ -132,16 +136,19 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
             }
         }
         ModelKind::Auto => {
-            let (key, word) = match scene.first_nonspherical() {
+            let unsupported = match scene.first_nonspherical() {
                 Some(body) if scene.bodies()[body].shape.is_isotropic() => {
-                    ("deformation.kind", "modes")
+                    "deformation.kind = \"modes\"".to_owned()
                 }
-                Some(body) => ("shape", scene.bodies()[body].shape.kind().word()),
-                None => ("domain.kind", scene.domain().kind().word()),
+                Some(body) => {
+                    format!("shape = \"{}\"", scene.bodies()[body].shape.kind().word())
+                }
+                None if is_mesh_free => "radii that change above a wall".to_owned(),
+                None => format!("domain.kind = \"{}\"", scene.domain().kind().word()),
             };
             let reasons = vec![
                 scene.describe_arrangement(),
-                format!("mesh-free models do not support {key} = \"{word}\""),
+                format!("mesh-free models do not support {unsupported}"),
                 "chosen: finite elements in three dimensions".to_owned(),
             ];
             elements(scene, reasons)

@@ -444,6 +444,25 @@ fn a_sphere_that_grows_moves_away_from_a_wall() {
     }
 }
 
+/// Models of spheres do not support it, and `auto` refused the scene with theirs.
+#[test]
+fn bug_a_sphere_that_grows_above_a_wall_was_refused_by_auto() {
+    let scene = Scene::parse(
+        r#"
+        domain.kind = "wall"
+        bodies = [{ name = "a", radius = 1, position = [0, 0, 4] }]
+        gait.phases = [{ targets = { "a.radius" = 1.5 } }]
+        "#,
+    );
+    let choice = swimmer::choose(&scene.unwrap()).unwrap();
+    assert_eq!(choice.model.name(), "fem");
+    assert!(
+        choice.reasons[1].contains("above a wall"),
+        "{:?}",
+        choice.reasons
+    );
+}
+
 /// Elements in space against multipoles, with three spheres that are not on a line: velocities,
 /// forces and the power within their bars, the forces on all amplitudes within those of the power.
 #[test]

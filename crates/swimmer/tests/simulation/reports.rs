@@ -432,3 +432,62 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
         }
     }
 }
+
+/// Rows at equal intervals of time lie on the path of the run: positions follow from velocities,
+/// and the forces on a free swimmer vanish in sum.
+#[test]
+fn the_trajectory_at_equal_times_has_motions_and_loads_in_every_row() {
+    let scene = SceneText::new()
+        .sphere("a", 1.0, [0; 3])
+        .sphere("b", 1.5, [5, 0, 0])
+        .slide("arm", "b", "a")
+        .phase("link = \"arm\", length = 4, duration = 0.5")
+        .phase("link = \"arm\", length = 5, duration = 1.5")
+        .with("gait.cycles", 2)
+        .with("output.samples", 400)
+        .model("rpy", 1e-4)
+        .scene();
+    let methods = [
+        Method::Collocation,
+        Method::RungeKutta,
+        Method::Euler { steps: 200 },
+    ];
+    for method in methods {
+        let mut model = TestModel::new(&scene, Tensor::Rpy);
+        let outcome = run_by(&mut model, method);
+        let rows = &outcome.uniform_samples;
+        assert_eq!(rows.len(), 401);
+        let step = scene.gait().duration() / 400.0;
+        for (number, row) in rows.iter().enumerate() {
+            within(row.time - number as f64 * step, 1e-12, "the time");
+            let bodies = row.bodies.as_ref().unwrap();
+            let force: Vector3<f64> = bodies.iter().map(|body| body.force).sum();
+            let largest = bodies
+                .iter()
+                .map(|body| body.force.norm())
+                .fold(0.0, f64::max);
+            within(
+                force.norm(),
+                1e-9 * largest,
+                "rounding of a sum that vanishes",
+            );
+        }
+        let (first, last) = (&rows[0], rows.last().unwrap());
+        assert_eq!(
+            first.poses[0].translation.vector,
+            scene.bodies()[0].position
+        );
+        let end = outcome.samples.last().unwrap();
+        let apart = (end.poses[1].translation.vector - last.poses[1].translation.vector).norm();
+        within(apart, 1e-12, "rounding of the end");
+        // Trapezoidal rule within phases, which end at rows: the second derivative of the velocity
+        // is below 1 (an arm of 4 to 5, a rate of 2), a twelfth of it over three units of time,
+        // times the square of the step.
+        for pair in rows.windows(2).filter(|pair| pair[0].span == pair[1].span) {
+            let velocity = |row: &swimmer::Sample| row.bodies.as_ref().unwrap()[1].velocity;
+            let moved = pair[1].poses[1].translation.vector - pair[0].poses[1].translation.vector;
+            let mean = 0.5 * (velocity(&pair[0]) + velocity(&pair[1]));
+            within((moved / step - mean).norm(), 1e-2, format!("{method:?}"));
+        }
+    }
+}

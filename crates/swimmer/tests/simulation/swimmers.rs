@@ -54,8 +54,13 @@ fn each_of_distant_swimmers_has_the_results_of_a_lone_one() {
     assert!(lone.swimmers(&lone_scene).is_empty());
     assert!(summary_json(&lone_scene, "rpy", &[], &lone, 0.0)["swimmers"].is_null());
     let (copies, rotations) = copies();
-    // A passive sphere is no swimmer.
-    let sphere = format!("[[bodies]]\nname = \"stone\"\nradius = 1\nposition = [0, {FAR:?}, 0]\n");
+    // Bodies that rest relative to each other are no swimmer.
+    let sphere = format!(
+        "[[bodies]]\nname = \"stone\"\nradius = 1\nposition = [0, {FAR:?}, 0]\n\
+         [[bodies]]\nname = \"other\"\nradius = 1\nposition = [0, {:?}, 0]\n\
+         [[links]]\nname = \"rod\"\nbody = \"other\"\nto = \"stone\"\n",
+        2.0 * FAR
+    );
     let scene = three_spheres("rpy", &(copies + &sphere));
     let outcome = run(&scene);
     let swimmers = outcome.swimmers(&scene);
@@ -129,6 +134,56 @@ fn many_joints_are_named_by_the_first_and_their_number() {
         "[[copies]]\nof = \"middle\"\ncount = 9\nsize = [200, 200, 200]\ngap = 1\n",
     );
     let all: Vec<usize> = (0..scene.articulation().joints().len()).collect();
-    assert_eq!(scene.joint_names(&all), "a + b + a-2 + 17 more");
-    assert_eq!(scene.joint_names(&all[..2]), "a + b");
+    assert_eq!(scene.joint_label(&all), "a + b + a-2 + 17 more");
+    assert_eq!(scene.joint_label(&all[..2]), "a + b");
+    // Two phases with the same label have different names.
+    assert!(scene.joint_names(&all).ends_with("a-10 + b-10"));
+}
+
+/// Two pairs of spheres in a ball, each with an arm; `volumes` says how they change their volumes.
+fn pairs_in_a_ball(volumes: &str, domain: &str) -> Scene {
+    let text = format!(
+        "model.kind = \"multipole\"\n{domain}{volumes}\
+         [[bodies]]\nname = \"a\"\nradius = 1\nposition = [-2, 4, 0]\n\
+         [[bodies]]\nname = \"b\"\nradius = 1\nposition = [2, 4, 0]\n\
+         [[bodies]]\nname = \"c\"\nradius = 1\nposition = [-2, -4, 0]\n\
+         [[bodies]]\nname = \"d\"\nradius = 1\nposition = [2, -4, 0]\n\
+         [[links]]\nname = \"upper\"\nbody = \"b\"\nto = \"a\"\n\
+         [[links]]\nname = \"lower\"\nbody = \"d\"\nto = \"c\"\n"
+    );
+    Scene::parse(&text).unwrap()
+}
+
+/// Works of swimmers that share a volume are not known apart: the drive of an exchange, or the
+/// pressure of a container up to a constant, works on both.
+#[test]
+fn bug_works_of_swimmers_that_share_a_volume_were_given() {
+    let exchange = |body: &str, to: &str| {
+        format!(
+            "gait.phases = [{{ targets = {{ flux = 4.5, upper = 3.9, lower = 3.9 }} }}]\n\
+             [[links]]\nname = \"flux\"\njoint = \"exchange\"\nbody = \"{body}\"\nto = \"{to}\"\n"
+        )
+    };
+    let volumes = |body: &str, to: &str| {
+        format!(
+            "gait.phases = [{{ targets = {{ \"{body}.volume\" = 4, \"{to}.volume\" = {:?}, \
+             upper = 3.9, lower = 3.9 }} }}]\n",
+            8.0 * std::f64::consts::PI / 3.0 - 4.0
+        )
+    };
+    let ball = "domain = { kind = \"ball\", radius = 12 }\n";
+    for (scene, is_known) in [
+        (pairs_in_a_ball(&exchange("a", "b"), ""), true),
+        (pairs_in_a_ball(&exchange("a", "c"), ""), false),
+        (pairs_in_a_ball(&volumes("a", "c"), ""), true),
+        (pairs_in_a_ball(&volumes("a", "b"), ball), true),
+        (pairs_in_a_ball(&volumes("a", "c"), ball), false),
+    ] {
+        let outcome = run(&scene);
+        let swimmers = outcome.swimmers(&scene);
+        assert_eq!(swimmers.len(), 2);
+        for swimmer in swimmers {
+            assert_eq!(swimmer.work.is_some(), is_known);
+        }
+    }
 }

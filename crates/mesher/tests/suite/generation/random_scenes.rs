@@ -54,3 +54,21 @@ fn bug_tets_without_volume_that_no_single_move_improves() {
     let (_, quality) = checked(&bodies(&shapes, 0.4754607427626072), &ball(12.0));
     assert!(quality.min_jacobian > 0.0, "{quality:?}");
 }
+
+/// A curved cell above a small sphere was inverted.
+#[test]
+fn bug_a_curved_cell_above_a_small_sphere_is_inverted() {
+    let shapes = [
+        Sphere::new(Vec3::new(0.0, 3.7653446046666494, 0.0), 1.4627935356254664),
+        Sphere::new(
+            Vec3::new(0.0, 0.4808863801593716, 2.6121337578295702),
+            0.9792807473036731,
+        ),
+        Sphere::new(
+            Vec3::new(-0.24890092627985383, -3.2461037874742686, 0.0),
+            0.3116591585338087,
+        ),
+    ];
+    let (_, quality) = checked(&bodies(&shapes, 0.5056949502229581), &ball(12.0));
+    assert!(quality.min_jacobian > 0.0, "{quality:?}");
+}
