@@ -31,6 +31,6 @@ pub use generate::{
 pub use mesh;
 pub use remesh::{MovedBody, remesh, remesh_by_gmsh};
 pub use surface::{
-    BoxSurface, Capsule, Disk, Ellipsoid, Helix, Placed, Sphere, Spheroid, Torus, TriangleKind,
-    TriangulatedSurface,
+    BentTube, BoxSurface, Capsule, Centreline, CurvePoint, Disk, Ellipsoid, Helix, Placed, Sphere,
+    Spheroid, Torus, TriangleKind, TriangulatedSurface, TubePoint, TubeProfile,
 };

@@ -11,12 +11,12 @@ use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
 use crate::surface_motion::SurfaceEffect;
-use scene::Scene;
+use scene::{Deformation, Scene};
 
 /// Spheres in unbounded fluid with the Rotne-Prager-Yamakawa mobility, whatever the scene has.
 ///
 /// Another shape is replaced by the sphere with the mean of its half extents as radius, and walls,
-/// slip and background flow are ignored, and so are modes of deformation. Spheres whose radii
+/// slip and background flow are ignored, and so are modes of deformation and undulations. Spheres whose radii
 /// change push each other by the flow of their sources. The displacements of a stroke have the
 /// right order of magnitude, which is what tolerances of its parts need. Cost: microseconds for a
 /// few bodies.
@@ -42,8 +42,8 @@ impl RoughModel {
             .surfaced()
             .map(|body| &self.scaled.scene.bodies()[body]);
         let radii = surfaced.map(|body| match &body.deformation {
-            Some(deformation) => deformation.sphere_radius(values),
-            None => body.shape.mean_radius(),
+            Some(Deformation::Sphere(sphere)) => sphere.sphere_radius(values),
+            Some(Deformation::Undulation(_)) | None => body.shape.mean_radius(),
         });
         let radii = radii
             .map(|radius| self.scaled.scale.length(radius))
@@ -64,7 +64,7 @@ impl RoughModel {
         let centres = self.scaled.centres(configuration)?;
         let unit = scale.length(1.0);
         let strength = |body: usize| {
-            let size = scene.bodies()[body].deformation.as_ref()?.size?;
+            let size = scene.bodies()[body].deformation.as_ref()?.sphere()?.size?;
             let values = configuration.shape;
             let rate = rates[size.joint()] * size.radius_rate(values);
             Some(size.radius(values).powi(2) * rate * unit.powi(3))

@@ -12,8 +12,8 @@ use crate::query::{BodyInertia, Configuration, Query};
 use crate::response::{BodySolution, HoldingLoad, Response};
 use crate::solution::Stresslets;
 use crate::units::Scale;
-use scene::Scene;
 use scene::rheology::Law;
+use scene::{Deformation, Scene};
 
 /// Bodies, joints and loads of a scene in scaled units.
 #[derive(Clone)]
@@ -199,8 +199,9 @@ impl ScaledScene {
         self.scene.check_deformations(values).map_err(Box::new)?;
         let radius = |body: usize| {
             let body = &self.scene.bodies()[body];
-            let radius = match &body.deformation {
-                Some(deformation) => deformation.sphere_radius(values),
+            let sphere = body.deformation.as_ref().and_then(Deformation::sphere);
+            let radius = match sphere {
+                Some(sphere) => sphere.sphere_radius(values),
                 None => body.shape.sphere_radius().unwrap_or(body.bounding_radius()),
             };
             self.scale.length(radius)

@@ -1,9 +1,10 @@
 //! Motion of the surfaces of the bodies relative to the bodies, and background flow, in one
 //! configuration and in scaled units.
 
+use mesh::Surface;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use rigid::BodyKind;
-use scene::{Background, Deformation, Slip};
+use scene::{Background, Deformation, DeformedBody, Slip};
 
 use crate::scaled_scene::ScaledScene;
 
@@ -25,6 +26,7 @@ pub(crate) struct SurfaceMotion {
 #[derive(Clone, Debug, PartialEq)]
 struct PosedDeformation {
     deformation: Deformation,
+    body: DeformedBody,
     rotation: UnitQuaternion<f64>,
     values: Vec<f64>,
     /// Scaled length that is one in the scene.
@@ -37,8 +39,7 @@ impl PosedDeformation {
     /// Velocity of the surface at `x`, relative to the centre, for a scaled rate of one.
     fn velocity(&self, x: &Vector3<f64>, joint: usize) -> Vector3<f64> {
         let own = self.rotation.inverse_transform_vector(x) / self.unit;
-        let n = self.deformation.material_direction(&own, &self.values);
-        let velocity = self.deformation.velocity(&n, &self.values, joint);
+        let velocity = self.body.velocity(&own, joint);
         self.rotation * velocity * (self.unit / self.rates[joint])
     }
 }
@@ -120,6 +121,7 @@ impl SurfaceMotion {
         };
         let deformation_at = |deformation: &Deformation, pose: &Isometry3<f64>| PosedDeformation {
             deformation: deformation.clone(),
+            body: deformation.at(values),
             rotation: pose.rotation,
             values: values.to_vec(),
             unit: scale.length(1.0),
@@ -148,6 +150,16 @@ impl SurfaceMotion {
     pub fn of_amplitude(&self, body: usize, x: &Vector3<f64>, joint: usize) -> Vector3<f64> {
         let velocity = |of: &PosedDeformation| of.velocity(x, joint);
         (self.deformed_by(body, joint)).map_or_else(Vector3::zeros, velocity)
+    }
+
+    /// The point by which a deformation finds the material point near `x`: the closest one of the
+    /// surface, which tubes find by themselves.
+    pub fn on_surface(&self, body: usize, x: &Vector3<f64>, surface: &dyn Surface) -> Vector3<f64> {
+        let deformation = self.deformations.get(body).and_then(Option::as_ref);
+        match deformation.map(|of| &of.body) {
+            Some(DeformedBody::Tube(..)) => *x,
+            _ => surface.closest_point(*x),
+        }
     }
 
     /// Whether an amplitude deforms a body.

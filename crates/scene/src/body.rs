@@ -47,7 +47,8 @@ pub struct Body {
     pub density: Option<f64>,
     /// Tangential velocity of the surface.
     pub slip: Option<Slip>,
-    /// Deformation by shape coordinates; `shape` is the undeformed one.
+    /// Deformation by shape coordinates; `shape` is the undeformed one, of a tube that of the wave
+    /// that its keys give.
     pub deformation: Option<Deformation>,
     /// Mass; zero if inertia is neglected.
     pub mass: f64,
@@ -112,18 +113,27 @@ impl Body {
         self.shape.bounding_radius()
     }
 
+    /// The same of a tube however a wave bends it.
+    pub(crate) fn largest_radius(&self) -> f64 {
+        let bent = match &self.deformation {
+            Some(Deformation::Undulation(tube)) => tube.wave.offset(tube.tube.length),
+            Some(Deformation::Sphere(_)) | None => 0.0,
+        };
+        self.bounding_radius() + bent
+    }
+
     /// Radius of the ball about the centre that contains the body at these values of the joints.
     pub fn bounding_radius_at(&self, values: &[f64]) -> f64 {
         let deformation = self.deformation.as_ref();
         deformation.map_or_else(|| self.bounding_radius(), |of| of.bounding_radius(values))
     }
 
-    /// The body at these values of the joints; of one that deforms, the ball around it.
+    /// The body at these values of the joints; of a sphere that deforms, the ball around it.
     pub fn at(&self, values: &[f64]) -> Cow<'_, Self> {
-        match self.deformation {
+        match &self.deformation {
             None => Cow::Borrowed(self),
-            Some(_) => Cow::Owned(Self {
-                shape: Shape::sphere(self.bounding_radius_at(values)),
+            Some(deformation) => Cow::Owned(Self {
+                shape: deformation.outline(values),
                 ..self.clone()
             }),
         }
@@ -205,7 +215,9 @@ pub(crate) fn volume_problem(bodies: &[Body], values: &[f64], rates: &[f64]) -> 
 /// Sum of the rates of the volumes of all bodies, and of their sizes.
 fn volume_rates(bodies: &[Body], values: &[f64], rates: &[f64]) -> (f64, f64) {
     let mut sums = (0.0, 0.0);
-    for deformation in bodies.iter().filter_map(|body| body.deformation.as_ref()) {
+    // Tubes that undulate keep their volume.
+    let deformations = bodies.iter().filter_map(|body| body.deformation.as_ref());
+    for deformation in deformations.filter_map(Deformation::sphere) {
         for joint in deformation.joints().filter(|joint| rates[*joint] != 0.0) {
             let rate = rates[joint] * deformation.volume_rate(values, joint);
             sums.0 += rate;

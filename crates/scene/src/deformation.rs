@@ -1,465 +1,235 @@
-//! Bodies that deform: shape coordinates of spheres, and the material points that they move.
+//! Bodies that deform by shape coordinates.
 
-use std::f64::consts::PI;
-use std::sync::LazyLock;
+use mesh::Surface;
+use nalgebra::{Isometry3, Vector3};
 
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use crate::shape::Shape;
+use crate::shapes::TubeShape;
+use crate::sphere_deformation::SphereDeformation;
+use crate::undulation::{Bend, Wave, WaveTube};
 
-use crate::words::ModeMotion;
-
-/// Highest degree of a mode.
-pub const MAX_MODE_DEGREE: usize = 12;
-
-/// Deformation of a sphere about its centre, by shape coordinates.
+/// Deformation of a body by shape coordinates, which are numbers of joints of the scene.
 ///
-/// The centre stays the origin of the body: the material point that was in the direction `n` is at
-/// `x_c + Q X(n; a)` with the rotation `Q` of the body, so that its velocity is
-/// `U + ω × (x - x_c) + Q Σ (∂X/∂a) da/dt`. Coordinates are numbers of joints of the scene, whose
-/// values are the amplitudes `a`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct Deformation {
-    /// Radius of the undeformed sphere.
-    pub radius: f64,
-    /// The coordinate that determines the radius; none if it is constant.
-    pub size: Option<SizeCoordinate>,
-    /// Modes of the surface; none without them.
-    pub modes: Option<SurfaceModes>,
+/// The position of the body stays the origin of its own axes, and its rotation turns them: the
+/// material point `X` of a shape with the amplitudes `a` is at `x_c + Q X(a)`, and its velocity is
+/// `U + ω × (x - x_c) + Q Σ (∂X/∂a) da/dt`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Deformation {
+    /// Of a sphere about its centre.
+    Sphere(SphereDeformation),
+    /// Of a tube by a wave along its centreline.
+    Undulation(Undulation),
 }
 
-/// A shape coordinate that determines the radius of a sphere, by the number of its joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SizeCoordinate {
-    /// The value is the radius.
-    Radius(usize),
-    /// The value is the volume of a sphere of the radius.
-    Volume(usize),
-    /// The volume is what remains of a constant one, which two spheres share.
-    Remainder {
-        /// The joint, whose value is the volume of the other sphere.
-        joint: usize,
-        /// The volume of both.
-        total: f64,
-    },
-}
-
-/// Modes of a sphere that are symmetric about an axis.
+/// A wave along the centreline of a tube, whose amplitude and phase are shape coordinates.
 ///
-/// With the radius `R`, the angle `θ` between the axis and the direction of a material point, and
-/// the Legendre polynomials `P_n`, material points are at
-///
-/// ```text
-/// radial      R (1 + Σ a_n P_n(cos θ)) at the angle θ
-/// isochoric   R (1 + 3 Σ a_n P_n(cos θ))^(1/3) at the angle θ, which keeps the volume
-/// tangential  R at the angle θ + Σ a_n sin(n θ)
-/// ```
+/// The volume of the tube is constant: centroids of the cross-sections are on the centreline.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct SurfaceModes {
-    /// How material points move.
-    pub motion: ModeMotion,
-    /// Axis in the initial configuration, a unit vector.
-    pub axis: Vector3<f64>,
-    /// Degree `n` of each mode, with the number of the joint whose value is its amplitude.
-    pub coordinates: Vec<(usize, usize)>,
+pub struct Undulation {
+    /// The tube before the wave bends it.
+    pub tube: TubeShape,
+    /// The wave.
+    pub wave: Wave,
+    /// Amplitude and phase at the start, unless the gait determines them.
+    pub start: [f64; 2],
+    /// Joints whose values are the amplitude and the phase.
+    pub joints: [usize; 2],
 }
 
-/// Radial function `R (1 + Σ a_n P_n / p)^p` of a sphere that its modes deform.
+/// A body at some values of its shape coordinates, with its material points.
+///
+/// Positions are relative to the position of the body, along the axes of the initial configuration.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct RadialProfile {
-    /// `R`.
-    pub radius: f64,
-    /// `p`: one, or a third for modes that keep the volume.
-    pub power: f64,
-    /// `a_n` for the degrees from zero to [`MAX_MODE_DEGREE`].
-    pub amplitudes: [f64; MAX_MODE_DEGREE + 1],
-}
-
-/// Number of angles at which a surface is examined; between them a mode of the highest degree
-/// changes by less than a thousandth of its amplitude.
-const SAMPLES: usize = 1024;
-
-/// Volume of the unit ball.
-const BALL: f64 = 4.0 / 3.0 * PI;
-
-/// Steps of Newton's method for the angle of a material point, more than it needs.
-const MAX_STEPS: usize = 50;
-
-impl SizeCoordinate {
-    /// Number of the joint.
-    pub fn joint(&self) -> usize {
-        match *self {
-            Self::Radius(joint) | Self::Volume(joint) | Self::Remainder { joint, .. } => joint,
-        }
-    }
-
-    /// Whether a larger value is a larger radius.
-    pub fn grows_with_value(&self) -> bool {
-        !matches!(self, Self::Remainder { .. })
-    }
-
-    /// Radius at these values of the joints; not a number for a negative volume.
-    pub fn radius(&self, values: &[f64]) -> f64 {
-        let value = value(values, self.joint());
-        match *self {
-            Self::Radius(_) => value,
-            Self::Volume(_) => (value / BALL).cbrt(),
-            Self::Remainder { total, .. } => ((total - value) / BALL).cbrt(),
-        }
-    }
-
-    /// Derivative of the radius with respect to the value.
-    pub fn radius_rate(&self, values: &[f64]) -> f64 {
-        let area = 4.0 * PI * self.radius(values).powi(2);
-        match self {
-            Self::Radius(_) => 1.0,
-            Self::Volume(_) => 1.0 / area,
-            Self::Remainder { .. } => -1.0 / area,
-        }
-    }
-}
-
-/// Value of a joint; not a number for one that does not exist.
-fn value(values: &[f64], joint: usize) -> f64 {
-    values.get(joint).copied().unwrap_or(f64::NAN)
-}
-
-/// Legendre polynomials `P_0 ..= P_12` at `x`.
-fn legendre(x: f64) -> [f64; MAX_MODE_DEGREE + 1] {
-    let mut p = [1.0; MAX_MODE_DEGREE + 1];
-    p[1] = x;
-    for n in 2..=MAX_MODE_DEGREE {
-        let k = n as f64;
-        p[n] = ((2.0 * k - 1.0) * x * p[n - 1] - (k - 1.0) * p[n - 2]) / k;
-    }
-    p
-}
-
-impl RadialProfile {
-    /// `1 + Σ a_n P_n / p` at the cosine of an angle.
-    fn base(&self, cosine: f64) -> f64 {
-        let terms = self.amplitudes.iter().zip(legendre(cosine));
-        1.0 + terms.map(|(a, p)| a * p).sum::<f64>() / self.power
-    }
-
-    /// Distance of the surface from the centre in the direction at the angle with this cosine.
-    pub fn at(&self, cosine: f64) -> f64 {
-        self.radius * self.base(cosine).powf(self.power)
-    }
-
-    /// Distance of the surface from the centre at an angle with the axis, and its first and second
-    /// derivatives with respect to the angle, from its sine and cosine.
-    pub(crate) fn with_derivatives(&self, (sine, cosine): (f64, f64)) -> [f64; 3] {
-        // b = 1 + Σ a_n P_n / p, with P_n' = n P_(n-1) + x P_(n-1)'
-        let polynomials = legendre(cosine);
-        let (mut of_cosine, mut slope, mut curve) = ([0.0; 2], 0.0, 0.0);
-        for (n, amplitude) in self.amplitudes.iter().enumerate().skip(1) {
-            let k = n as f64;
-            let [before, curve_before] = of_cosine;
-            of_cosine = [
-                k * polynomials[n - 1] + cosine * before,
-                (k + 1.0) * before + cosine * curve_before,
-            ];
-            slope += amplitude * of_cosine[0] / self.power;
-            curve += amplitude * of_cosine[1] / self.power;
-        }
-        let by_angle = [-sine * slope, sine * sine * curve - cosine * slope];
-        let (base, p) = (self.base(cosine), self.power);
-        let factor = self.radius * p * base.powf(p - 1.0);
-        [
-            self.at(cosine),
-            factor * by_angle[0],
-            factor * (by_angle[1] + (p - 1.0) * by_angle[0] * by_angle[0] / base),
-        ]
-    }
-
-    /// Derivative of [`RadialProfile::at`] with respect to the amplitude of a degree.
-    pub fn rate(&self, degree: usize, cosine: f64) -> f64 {
-        let polynomial = legendre(cosine).get(degree).copied().unwrap_or(0.0);
-        self.radius * self.base(cosine).powf(self.power - 1.0) * polynomial
-    }
-
-    /// Smallest value of `1 + Σ a_n P_n / p`; the surface is that of a body if it is positive.
-    fn smallest_base(&self) -> f64 {
-        cosines()
-            .map(|x| self.base(x))
-            .fold(f64::INFINITY, f64::min)
-    }
-
-    /// Largest distance of the surface from the centre.
-    fn largest(&self) -> f64 {
-        cosines().map(|x| self.at(x)).fold(0.0, f64::max)
-    }
-
-    /// Volume inside the surface.
-    pub fn volume(&self) -> f64 {
-        // The integrand is a polynomial of degree 3 * 12 of the cosine, or linear for p = 1/3:
-        // the rule is exact up to degree 39.
-        let cubes = gauss_20()
-            .iter()
-            .map(|&(x, weight)| weight * self.at(x).powi(3));
-        2.0 * PI / 3.0 * cubes.sum::<f64>()
-    }
-}
-
-/// Cosines of angles from zero to pi.
-fn cosines() -> impl Iterator<Item = f64> {
-    (0..=SAMPLES).map(|k| (PI * k as f64 / SAMPLES as f64).cos())
-}
-
-/// The Gauss-Legendre rule of twenty points on [-1, 1].
-fn gauss_20() -> &'static [(f64, f64)] {
-    const POINTS: usize = 20;
-    static RULE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| (0..POINTS).map(point).collect());
-    fn point(k: usize) -> (f64, f64) {
-        let n = POINTS as f64;
-        let mut x = ((k as f64 + 0.75) / (n + 0.5) * PI).cos();
-        let polynomials = |x: f64| {
-            let (mut before, mut last) = (1.0, x);
-            for degree in 2..=POINTS {
-                let d = degree as f64;
-                let next = ((2.0 * d - 1.0) * x * last - (d - 1.0) * before) / d;
-                (before, last) = (last, next);
-            }
-            (last, n * (before - x * last) / (1.0 - x * x))
-        };
-        for _ in 0..8 {
-            let (value, slope) = polynomials(x);
-            x -= value / slope;
-        }
-        let (_, slope) = polynomials(x);
-        (x, 2.0 / ((1.0 - x * x) * slope * slope))
-    }
-    &RULE
+pub enum DeformedBody {
+    /// A sphere at these values of all joints.
+    Sphere(SphereDeformation, Vec<f64>),
+    /// A bent tube in its own axes.
+    Tube(Box<WaveTube>, Undulation),
 }
 
 impl Deformation {
+    /// The deformation of a sphere; none of another body.
+    pub fn sphere(&self) -> Option<&SphereDeformation> {
+        match self {
+            Self::Sphere(sphere) => Some(sphere),
+            Self::Undulation(_) => None,
+        }
+    }
+
     /// The shape coordinates, by the numbers of their joints.
-    pub fn joints(&self) -> impl Iterator<Item = usize> + '_ {
-        let modes = self.modes.iter().flat_map(|modes| &modes.coordinates);
-        let size = self.size.map(|size| size.joint());
-        size.into_iter().chain(modes.map(|(_, joint)| *joint))
+    pub fn joints(&self) -> Box<dyn Iterator<Item = usize> + '_> {
+        match self {
+            Self::Sphere(sphere) => Box::new(sphere.joints()),
+            Self::Undulation(tube) => Box::new(tube.joints.iter().copied()),
+        }
+    }
+
+    /// The coordinate whose whole turns change no shape, the phase of a wave.
+    pub fn phase(&self) -> Option<usize> {
+        match self {
+            Self::Sphere(_) => None,
+            Self::Undulation(tube) => Some(tube.joints[1]),
+        }
     }
 
     /// Whether the surface stays a sphere.
     pub fn is_sphere(&self) -> bool {
-        (self.modes.as_ref()).is_none_or(|modes| modes.motion == ModeMotion::Tangential)
+        self.sphere().is_some_and(SphereDeformation::is_sphere)
     }
 
     /// Axis about which the deformation is symmetric, in the initial configuration; none if it is
-    /// about every axis.
+    /// about every axis or about none.
     pub fn axis(&self) -> Option<Vector3<f64>> {
-        self.modes.as_ref().map(|modes| modes.axis)
+        self.sphere()?.axis()
     }
 
-    /// Radius `R` at these values of all joints, that of the surface if it is a sphere.
-    pub fn sphere_radius(&self, values: &[f64]) -> f64 {
-        self.size.map_or(self.radius, |size| size.radius(values))
-    }
-
-    /// The radial function; that of a sphere for tangential modes.
-    pub fn profile(&self, values: &[f64]) -> RadialProfile {
-        let mut profile = RadialProfile {
-            radius: self.sphere_radius(values),
-            power: 1.0,
-            amplitudes: [0.0; MAX_MODE_DEGREE + 1],
-        };
-        if let Some(modes) = &self.modes {
-            match modes.motion {
-                ModeMotion::Tangential => return profile,
-                ModeMotion::Radial => {}
-                ModeMotion::Isochoric => profile.power = 1.0 / 3.0,
-            }
-            for &(degree, joint) in &modes.coordinates {
-                profile.amplitudes[degree] += value(values, joint);
-            }
-        }
-        profile
-    }
-
-    /// Radius of the smallest ball about the centre that contains the body.
+    /// Radius of a ball about the position of the body that contains it.
     pub fn bounding_radius(&self, values: &[f64]) -> f64 {
-        match self.is_sphere() {
-            true => self.sphere_radius(values),
-            false => self.profile(values).largest(),
+        match self {
+            Self::Sphere(sphere) => sphere.bounding_radius(values),
+            Self::Undulation(tube) => Shape::Tube(tube.at(values)).bounding_radius(),
         }
     }
 
-    /// Volume of the body.
-    pub fn volume(&self, values: &[f64]) -> f64 {
-        self.profile(values).volume()
+    /// Shape for distances from other bodies and walls: the ball around a sphere that deforms, the
+    /// bent tube.
+    pub fn outline(&self, values: &[f64]) -> Shape {
+        match self {
+            Self::Sphere(sphere) => Shape::sphere(sphere.bounding_radius(values)),
+            Self::Undulation(tube) => Shape::Tube(tube.at(values)),
+        }
     }
 
-    /// Derivative of the volume with respect to the value of a joint.
+    /// Rate of the volume of the body for a rate of one of a joint.
     pub fn volume_rate(&self, values: &[f64], joint: usize) -> f64 {
-        if self.is_sphere() {
-            let area = 4.0 * PI * self.sphere_radius(values).powi(2);
-            let size = self.size.filter(|size| size.joint() == joint);
-            return size.map_or(0.0, |size| area * size.radius_rate(values));
+        match self {
+            Self::Sphere(sphere) => sphere.volume_rate(values, joint),
+            Self::Undulation(_) => 0.0,
         }
-        let profile = self.profile(values);
-        let size = self.size.filter(|size| size.joint() == joint);
-        // All lengths are proportional to R.
-        let of_size = size.map_or(0.0, |size| {
-            3.0 * profile.volume() * size.radius_rate(values) / profile.radius
-        });
-        let modes = self.modes.iter().flat_map(|modes| &modes.coordinates);
-        let degrees = modes
-            .filter(|(_, of)| *of == joint)
-            .map(|(degree, _)| *degree);
-        // x^2 dr is the volume per solid angle, as points move along the radius.
-        let of_modes = degrees.map(|degree| {
-            let rule = gauss_20().iter();
-            let flux =
-                rule.map(|&(x, weight)| weight * profile.at(x).powi(2) * profile.rate(degree, x));
-            2.0 * PI * flux.sum::<f64>()
-        });
-        of_size + of_modes.sum::<f64>()
     }
 
     /// Whether the value of a joint changes the volume: a size, or a mode with radial motion.
     pub fn changes_volume(&self, joint: usize) -> bool {
-        let of_size = self.size.is_some_and(|size| size.joint() == joint);
-        let modes = self.modes.as_ref();
-        of_size || modes.is_some_and(|modes| modes.motion == ModeMotion::Radial)
+        self.sphere()
+            .is_some_and(|sphere| sphere.changes_volume(joint))
     }
 
     /// What is wrong with these values; `None` if the surface is that of a body.
     pub fn problem(&self, values: &[f64]) -> Option<String> {
-        let radius = self.sphere_radius(values);
-        if !(radius > 0.0 && radius.is_finite()) {
-            return Some(format!("has the radius {radius}, which must be positive"));
-        }
-        let modes = self.modes.as_ref()?;
-        let (smallest, what) = match modes.motion {
-            ModeMotion::Radial | ModeMotion::Isochoric => (
-                self.profile(values).smallest_base(),
-                "would reach its centre",
-            ),
-            ModeMotion::Tangential => {
-                let slope = |k: usize| modes.turned(PI * k as f64 / SAMPLES as f64, values).1;
-                let smallest = (0..=SAMPLES).map(slope).fold(f64::INFINITY, f64::min);
-                (smallest, "would fold")
-            }
-        };
-        (smallest.is_nan() || smallest <= 0.0)
-            .then(|| format!("has a surface that {what}; use smaller amplitudes of its modes"))
-    }
-
-    /// Position relative to the centre of the material point in the direction `n`, a unit vector,
-    /// both in the axes of the initial configuration.
-    pub fn point(&self, n: &Vector3<f64>, values: &[f64]) -> Vector3<f64> {
-        let Some(modes) = &self.modes else {
-            return self.sphere_radius(values) * n;
-        };
-        match modes.motion {
-            ModeMotion::Tangential => {
-                let (angle, across) = polar(n, &modes.axis);
-                let (turned, _) = modes.turned(angle, values);
-                self.sphere_radius(values) * at_angle(turned, &modes.axis, &across)
-            }
-            _ => self.profile(values).at(n.dot(&modes.axis)) * n,
+        match self {
+            Self::Sphere(sphere) => sphere.problem(values),
+            Self::Undulation(tube) => tube.problem(values),
         }
     }
 
-    /// Velocity of the material point in the direction `n` for a unit rate of one joint, relative
-    /// to the motion of the body.
-    pub fn velocity(&self, n: &Vector3<f64>, values: &[f64], joint: usize) -> Vector3<f64> {
-        let mut velocity = Vector3::zeros();
-        if let Some(size) = self.size.filter(|size| size.joint() == joint) {
-            // All lengths are proportional to R.
-            let point = self.point(n, values);
-            velocity += point * (size.radius_rate(values) / self.sphere_radius(values));
+    /// The surface at these values of the joints, at a pose relative to the initial configuration.
+    ///
+    /// `unit` is the length in the surface that is one in the scene.
+    pub fn surface(
+        &self,
+        values: &[f64],
+        pose: &Isometry3<f64>,
+        unit: f64,
+    ) -> Option<Box<dyn Surface>> {
+        match self {
+            Self::Sphere(sphere) => Some(sphere.surface(values, pose, unit)),
+            Self::Undulation(tube) => Shape::Tube(tube.at(values)).surface(pose, 1.0 / unit),
         }
-        let Some(modes) = &self.modes else {
-            return velocity;
-        };
-        let own = modes.coordinates.iter().filter(|(_, of)| *of == joint);
-        for &(degree, _) in own {
-            velocity += match modes.motion {
-                ModeMotion::Tangential => {
-                    let (angle, across) = polar(n, &modes.axis);
-                    let (turned, _) = modes.turned(angle, values);
-                    let along = at_angle(turned + 0.5 * PI, &modes.axis, &across);
-                    self.sphere_radius(values) * (degree as f64 * angle).sin() * along
-                }
-                _ => self.profile(values).rate(degree, n.dot(&modes.axis)) * n,
-            };
-        }
-        velocity
     }
 
-    /// Direction of the material point at `x`, a position relative to the centre on or near the
-    /// surface.
-    pub fn material_direction(&self, x: &Vector3<f64>, values: &[f64]) -> Vector3<f64> {
-        let n = x.try_normalize(0.0).unwrap_or_else(Vector3::x);
-        match &self.modes {
-            Some(modes) if modes.motion == ModeMotion::Tangential => {
-                let (angle, across) = polar(&n, &modes.axis);
-                at_angle(modes.material_angle(angle, values), &modes.axis, &across)
+    /// The body at these values of the joints.
+    pub fn at(&self, values: &[f64]) -> DeformedBody {
+        match self {
+            Self::Sphere(sphere) => DeformedBody::Sphere(sphere.clone(), values.to_vec()),
+            Self::Undulation(tube) => {
+                DeformedBody::Tube(Box::new(tube.at(values).tube(1.0)), tube.clone())
             }
-            _ => n,
         }
     }
 }
 
-impl SurfaceModes {
-    /// Angle to which tangential modes move the angle `θ`, and its derivative.
-    fn turned(&self, angle: f64, values: &[f64]) -> (f64, f64) {
-        let mut turned = (angle, 1.0);
-        for &(degree, joint) in &self.coordinates {
-            let (amplitude, n) = (value(values, joint), degree as f64);
-            turned.0 += amplitude * (n * angle).sin();
-            turned.1 += amplitude * n * (n * angle).cos();
+impl Undulation {
+    /// The tube at these values of the joints; not a number for those that do not exist.
+    pub fn at(&self, values: &[f64]) -> TubeShape {
+        let value = |joint: usize| values.get(joint).copied().unwrap_or(f64::NAN);
+        let [amplitude, phase] = self.joints.map(value);
+        TubeShape {
+            bend: Some(Bend {
+                wave: self.wave,
+                amplitude,
+                phase,
+            }),
+            ..self.tube
         }
-        turned
     }
 
-    /// The angle that tangential modes move to `turned`: Newton's method within an interval.
-    fn material_angle(&self, turned: f64, values: &[f64]) -> f64 {
-        let (mut low, mut high) = (0.0, PI);
-        let mut angle = turned;
-        for _ in 0..MAX_STEPS {
-            let (at, slope) = self.turned(angle, values);
-            let misfit = at - turned;
-            match misfit > 0.0 {
-                true => high = angle,
-                false => low = angle,
-            }
-            let next = angle - misfit / slope;
-            let next = match next > low && next < high {
-                true => next,
-                false => 0.5 * (low + high),
-            };
-            if (next - angle).abs() <= 1e-15 {
-                return next;
-            }
-            angle = next;
+    /// Largest speed of points for a rate of one of the amplitude, and of the phase, at amplitudes
+    /// up to a size.
+    pub(crate) fn speeds(&self, amplitude: f64) -> [f64; 2] {
+        let of_line = self.wave.speeds(self.tube.length, amplitude);
+        // Points off the centreline and beyond its ends turn with it.
+        let arm = self.tube.largest_extent() / (0.5 * self.tube.length);
+        of_line.map(|speed| 2.0 * arm * speed)
+    }
+
+    fn problem(&self, values: &[f64]) -> Option<String> {
+        let tube = self.at(values);
+        if let Some(problem) = tube.bend.as_ref().and_then(Bend::problem) {
+            return Some(problem);
         }
-        angle
+        let reach = tube.tube(1.0).reach();
+        let is_open = reach > MIN_REACH * self.tube.radius.min(self.tube.end_radius);
+        (!is_open).then(|| {
+            "folds or touches itself: its centreline bends more than its radius allows, or comes \
+             back to itself; use a smaller amplitude, fewer waves or a thinner tube"
+                .to_owned()
+        })
     }
 }
 
-/// Angle between a unit vector and the axis, and the unit vector across the axis in their plane.
-fn polar(n: &Vector3<f64>, axis: &Vector3<f64>) -> (f64, Vector3<f64>) {
-    let along = n.dot(axis);
-    let across = n - along * axis;
-    let direction = across
-        .try_normalize(0.0)
-        .unwrap_or_else(|| any_normal(axis));
-    (across.norm().atan2(along), direction)
-}
+/// Smallest radius of balls that fit to both sides of a bent tube, over its radius: below it cells
+/// on the inner side become too small for a mesh.
+const MIN_REACH: f64 = 0.05;
 
-/// The unit vector at an angle from the axis, in the plane of the axis and `across`.
-fn at_angle(angle: f64, axis: &Vector3<f64>, across: &Vector3<f64>) -> Vector3<f64> {
-    angle.cos() * axis + angle.sin() * across
-}
+impl DeformedBody {
+    /// Velocity of the material point at `x`, on or near the surface, for a rate of one of a joint.
+    pub fn velocity(&self, x: &Vector3<f64>, joint: usize) -> Vector3<f64> {
+        match self {
+            Self::Sphere(sphere, values) => {
+                let n = sphere.material_direction(x, values);
+                sphere.velocity(&n, values, joint)
+            }
+            Self::Tube(tube, undulation) => {
+                let turn = Shape::Tube(undulation.tube).orientation();
+                let at = tube.coordinates(&turn.inverse_transform_vector(x));
+                let velocities = tube.curve().velocities(&at);
+                let own = undulation.joints.iter().zip(velocities);
+                let moved = own.filter(|(own, _)| **own == joint);
+                turn * moved.map(|(_, velocity)| velocity).sum::<Vector3<f64>>()
+            }
+        }
+    }
 
-/// A unit vector perpendicular to an axis.
-pub(crate) fn any_normal(axis: &Vector3<f64>) -> Vector3<f64> {
-    let turn =
-        UnitQuaternion::rotation_between_axis(&Vector3::x_axis(), &Unit::new_unchecked(*axis));
-    // Opposite axes have the same normals.
-    turn.unwrap_or_else(UnitQuaternion::identity) * Vector3::y()
+    /// Displacement of the surface near `x` to the same body at other values, for the motion of a
+    /// mesh.
+    ///
+    /// Points of a sphere move along their rays, whatever the motion of material points; those of a
+    /// tube are material points.
+    pub fn displacement(&self, to: &Self, x: &Vector3<f64>) -> Vector3<f64> {
+        match (self, to) {
+            (Self::Sphere(own, from), Self::Sphere(other, to)) => {
+                let direction = x.try_normalize(0.0).unwrap_or_default();
+                let cosine = own.axis().unwrap_or_else(Vector3::x).dot(&direction);
+                direction * (other.profile(to).at(cosine) - own.profile(from).at(cosine))
+            }
+            (Self::Tube(own, undulation), Self::Tube(other, _)) => {
+                let turn = Shape::Tube(undulation.tube).orientation();
+                let at = own.coordinates(&turn.inverse_transform_vector(x));
+                turn * (other.point(&at) - own.point(&at))
+            }
+            _ => Vector3::zeros(),
+        }
+    }
 }

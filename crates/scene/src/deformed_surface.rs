@@ -1,4 +1,4 @@
-//! The true surfaces of bodies that deform, as the mesh generator sees them.
+//! The true surfaces of spheres that deform, as the mesh generator sees them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -6,7 +6,7 @@ use mesh::{Surface, SurfaceMesh};
 use mesher::{Placed, Sphere};
 use nalgebra::{Isometry3, Vector2, Vector3};
 
-use crate::deformation::{Deformation, RadialProfile, any_normal};
+use crate::sphere_deformation::{RadialProfile, SphereDeformation, any_normal};
 
 /// Angles at which a meridian is tabulated: the highest degree of a mode has twenty samples per
 /// wave.
@@ -25,7 +25,7 @@ const MAX_STEPS: usize = 60;
 /// A point of a meridian: the coordinates along the axis and across it.
 type Point = Vector2<f64>;
 
-impl Deformation {
+impl SphereDeformation {
     /// The surface at these values of the joints, at a pose relative to the initial configuration.
     ///
     /// `unit` is the length in the surface that is one in the scene.
@@ -276,11 +276,11 @@ impl Surface for Revolved {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::deformation::SurfaceModes;
+    use crate::sphere_deformation::SurfaceModes;
     use crate::words::ModeMotion;
 
-    fn deformation(motion: ModeMotion) -> Deformation {
-        Deformation {
+    fn deformation(motion: ModeMotion) -> SphereDeformation {
+        SphereDeformation {
             radius: 1.3,
             size: None,
             modes: Some(SurfaceModes {

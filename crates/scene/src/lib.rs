@@ -26,9 +26,11 @@ mod scene;
 mod shape;
 mod shape_path;
 mod shapes;
+mod sphere_deformation;
 mod spline;
 mod spline_path;
 mod surface_shape;
+mod undulation;
 mod wall_facets;
 mod words;
 mod write;
@@ -37,7 +39,7 @@ pub use arrangement::Arrangement;
 pub use body::Body;
 pub use builder::SceneBuilder;
 pub use contact::{Contact, Repulsion, closest_contact, contacts};
-pub use deformation::{Deformation, MAX_MODE_DEGREE, RadialProfile, SizeCoordinate, SurfaceModes};
+pub use deformation::{Deformation, DeformedBody, Undulation};
 pub use document::Document;
 pub use domain::Domain;
 pub use error::SceneError;
@@ -53,14 +55,19 @@ pub use scene::{FluidInertia, Rheology, Scene};
 pub use shape::Shape;
 pub use shape_path::{JointForce, JointPath, OwnPath, ShapePath, Sine};
 pub use shapes::*;
+pub use sphere_deformation::{
+    MAX_MODE_DEGREE, RadialProfile, SizeCoordinate, SphereDeformation, SurfaceModes,
+};
 pub use spline_path::SplinePath;
 pub use surface_shape::{SourceFile, SurfaceShape};
+pub use undulation::{Bend, BentLine, Wave};
 pub use wall_facets::WallFacets;
 pub use words::{
-    AcceptKind, ArmsKind, BackgroundKind, DomainKind, EstimatesKind, FlowsKind, FormulationKind,
-    GaitKind, GeometryKind, InertiaKind, InterpolationKind, LawKind, LearnKind, MeshMotionKind,
-    MesherKind, ModeMotion, ModelEstimatesKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind,
-    SolverKind, StartKind, StrokeStart, SurfaceKind, SymmetryKind,
+    AcceptKind, ArmsKind, BackgroundKind, DomainKind, EnvelopeKind, EstimatesKind, FlowsKind,
+    FormulationKind, GaitKind, GeometryKind, InertiaKind, InterpolationKind, LawKind, LearnKind,
+    MeshMotionKind, MesherKind, ModeMotion, ModelEstimatesKind, ModelKind, ObjectiveKind,
+    RheologyKind, ShapeKind, SolverKind, StartKind, StrokeStart, SurfaceKind, SymmetryKind,
+    WaveKind,
 };
 
 // joints, surfaces, viscosity laws and vectors are part of this crate's interface

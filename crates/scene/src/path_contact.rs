@@ -13,7 +13,9 @@
 //!   `h² a / 8`.
 //!
 //! The radius of a body that deforms is a function of its amplitudes that is nowhere larger between
-//! two shapes than at one of them, and amplitudes deviate from lines like positions.
+//! two shapes than at one of them, and amplitudes deviate from lines like positions. Tubes that
+//! undulate keep the shape of one position, and all distances are smaller by the longest way of
+//! their points.
 //!
 //! Where this does not exclude contact the part of the path is halved (conservative advancement,
 //! Mirtich 1996, with a bound of second order, so that bodies that slide along each other in a
@@ -28,6 +30,7 @@ use rigid::{Articulation, MotionBounds, RigidError, State, StateBounds};
 
 use crate::body::Body;
 use crate::contact::{Contact, closest_approach};
+use crate::deformation::Deformation;
 use crate::domain::Domain;
 use crate::hull_distance::{Pair, distance_along, separation};
 use crate::shape::Shape;
@@ -287,10 +290,13 @@ impl Search<'_> {
         let Some(deformation) = &body.deformation else {
             return body.bounding_radius();
         };
-        let width = to.at - from.at;
-        let excess = |joint: usize| {
-            let bounds = self.path.bounds.joints.get(joint);
-            bounds.map_or(0.0, |of| width * width / 8.0 * of.derivatives.second)
+        let excess = |joint: usize| self.excess(joint, from, to);
+        let deformation = match deformation {
+            Deformation::Sphere(sphere) => sphere,
+            Deformation::Undulation(_) => {
+                let ends = [from, to].map(|placed| body.bounding_radius_at(&placed.values));
+                return ends[0].max(ends[1]);
+            }
         };
         let ends = [from, to].map(|placed| {
             let mut values = placed.values.clone();
@@ -321,6 +327,32 @@ impl Search<'_> {
         members(pair).map(of_body).sum()
     }
 
+    /// Upper bound of the sum of the distances by which points of tubes that undulate move relative
+    /// to their bodies between two positions.
+    fn bending(&self, pair: ContactPair, from: &Placement, to: &Placement) -> f64 {
+        let of_body = |body: usize| {
+            let Some(Deformation::Undulation(tube)) = &self.path.bodies[body].deformation else {
+                return 0.0;
+            };
+            let [amplitude, phase] = tube.joints.map(|joint| {
+                let [start, end] = [from, to].map(|placed| placed.values[joint]);
+                let excess = self.excess(joint, from, to);
+                let largest = start.abs().max(end.abs()) + excess;
+                (largest, (end - start).abs() + 2.0 * excess)
+            });
+            let [of_amplitude, of_phase] = tube.speeds(amplitude.0);
+            of_amplitude * amplitude.1 + of_phase * phase.1
+        };
+        members(pair).map(of_body).sum()
+    }
+
+    /// Upper bound of the distance of a value between two positions from the line between its
+    /// values there.
+    fn excess(&self, joint: usize, from: &Placement, to: &Placement) -> f64 {
+        let (width, bounds) = (to.at - from.at, self.path.bounds.joints.get(joint));
+        bounds.map_or(0.0, |of| width * width / 8.0 * of.derivatives.second)
+    }
+
     /// Poses of two bodies, from their frame if they have the same.
     fn poses(&self, pair: ContactPair, placed: &Placement) -> Option<[Isometry3<f64>; 2]> {
         match pair {
@@ -345,7 +377,7 @@ impl Search<'_> {
         };
         let gap = match self.poses(pair, placed) {
             Some(poses) => {
-                let shapes = self.shapes(pair, |body| self.radius(body, placed));
+                let shapes = self.shapes(pair, placed, |body| self.radius(body, placed));
                 separation(placed_shapes(&shapes, &poses), &offset(&poses)).0
             }
             None => self.clearance(body, placed),
@@ -377,7 +409,7 @@ impl Search<'_> {
         let width = to.at - from.at;
         let largest = self.size(pair, |body| self.largest_radius(body, from, to));
         let rounding = 1e-12 * largest;
-        let swelling = self.swelling(pair, from, to);
+        let swelling = self.swelling(pair, from, to) + self.bending(pair, from, to);
         match self.touching(pair, to) {
             Some(found) if width <= RESOLUTION => return Ok(Some(found)),
             None if self.deviation(pair, width) + swelling <= rounding => {
@@ -411,7 +443,8 @@ impl Search<'_> {
     /// Whether the bounds exclude contact between two positions.
     fn excludes(&self, pair: ContactPair, from: &Placement, to: &Placement) -> bool {
         let width = to.at - from.at;
-        let deviation = self.deviation(pair, width);
+        let bending = self.bending(pair, from, to);
+        let deviation = self.deviation(pair, width) + bending;
         let Some((start, end)) = self.poses(pair, from).zip(self.poses(pair, to)) else {
             let ContactPair::Wall(body) = pair else {
                 return false;
@@ -422,9 +455,10 @@ impl Search<'_> {
             return match self.path.domain {
                 // The distance from a wall of any shape changes by the path of the body at most.
                 Some(Domain::Surface(_) | Domain::Mesh { .. }) => {
-                    start + end > width * self.speed(pair)
+                    start + end > width * self.speed(pair) + 2.0 * bending
                 }
-                _ => start.min(end) > deviation,
+                // The shape at one end is off by the bending at the other one.
+                _ => start.min(end) > deviation + bending,
             };
         };
         let [offset_start, offset_end] = [&start, &end].map(offset);
@@ -438,7 +472,7 @@ impl Search<'_> {
         if self.is_isotropic(pair) {
             return false;
         }
-        let shapes = self.shapes(pair, |body| self.largest_radius(body, from, to));
+        let shapes = self.shapes(pair, from, |body| self.largest_radius(body, from, to));
         [&start, &end].into_iter().any(|poses| {
             let (gap, normal) = separation(placed_shapes(&shapes, poses), &offset(poses));
             let along = |poses: &[Isometry3<f64>; 2]| {
@@ -479,7 +513,7 @@ impl Search<'_> {
             let shape = &self.path.bodies[body].shape;
             match shape.is_isotropic() {
                 true => bounds.linear.second,
-                false => bounds.acceleration(shape.bounding_radius()),
+                false => bounds.acceleration(self.path.bodies[body].largest_radius()),
             }
         };
         let accelerations = bounds.iter().zip(bodies(pair)).map(of_body);
@@ -488,7 +522,7 @@ impl Search<'_> {
 
     /// Largest speed of the points of the bodies relative to each other or to the wall.
     fn speed(&self, pair: ContactPair) -> f64 {
-        let radius = |body: usize| self.path.bodies[body].bounding_radius();
+        let radius = |body: usize| self.path.bodies[body].largest_radius();
         let speeds = (self.bounds(pair).into_iter().zip(bodies(pair)))
             .map(|(bounds, body)| bounds.speed(radius(body)));
         speeds.sum()
@@ -519,13 +553,19 @@ impl Search<'_> {
         domain.clearance(&at, &placed.poses[body])
     }
 
-    /// Shapes of two bodies; those that deform are spheres of these radii.
-    fn shapes(&self, pair: ContactPair, radius: impl Fn(usize) -> f64) -> [Cow<'_, Shape>; 2] {
+    /// Shapes of two bodies at a position; spheres that deform have these radii.
+    fn shapes(
+        &self,
+        pair: ContactPair,
+        placed: &Placement,
+        radius: impl Fn(usize) -> f64,
+    ) -> [Cow<'_, Shape>; 2] {
         bodies(pair).map(|number| {
             let body = &self.path.bodies[number];
-            match body.deformation {
+            match &body.deformation {
                 None => Cow::Borrowed(&body.shape),
-                Some(_) => Cow::Owned(Shape::sphere(radius(number))),
+                Some(Deformation::Sphere(_)) => Cow::Owned(Shape::sphere(radius(number))),
+                Some(tube) => Cow::Owned(tube.outline(&placed.values)),
             }
         })
     }

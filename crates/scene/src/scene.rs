@@ -8,6 +8,7 @@ use rigid::{Articulation, Constraints, ExternalLoad, JointDrive, JointKind, Rigi
 
 use crate::body::{Body, volume_problem, with_held_velocities};
 use crate::contact::Repulsion;
+use crate::deformation::Deformation;
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
@@ -338,17 +339,27 @@ impl Scene {
 
     /// The prescribed joints whose values differ between two shapes, with the changes.
     ///
-    /// Full turns about an axis without advance change no shape, nor does rounding.
+    /// Full turns about an axis without advance change no shape, nor do whole turns of the phase of a
+    /// wave, nor does rounding.
     pub fn shape_changes(&self, from: &[f64], to: &[f64]) -> Vec<(usize, f64)> {
         /// Values that are sines of times close up to rounding.
         const ROUNDING: f64 = 1e-9;
+        let is_phase = |joint: usize| {
+            let deformations = self
+                .bodies
+                .iter()
+                .filter_map(|body| body.deformation.as_ref());
+            let mut phases = deformations.filter_map(Deformation::phase);
+            phases.any(|phase| phase == joint)
+        };
         let joints = self.articulation.joints().iter().enumerate();
         let ends = from.iter().zip(to);
         let changes = joints
             .zip(ends)
             .filter_map(|((number, joint), (from, to))| {
+                let closes = matches!(joint.kind, JointKind::Turn { advance: 0.0, .. });
                 let (change, size) = match joint.kind {
-                    JointKind::Turn { advance: 0.0, .. } => {
+                    _ if closes || is_phase(number) => {
                         let turns = ((to - from) / std::f64::consts::TAU).round();
                         (to - from - turns * std::f64::consts::TAU, to.abs().max(1.0))
                     }

@@ -130,9 +130,10 @@ impl Shape {
         self.geometry().size_radius()
     }
 
-    /// Points in the middle of the tube of a torus or helix, in the initial configuration relative
-    /// to the position; they are closer to each other than a tube radius. Empty for other shapes.
-    pub fn centreline(&self) -> Vec<Vector3<f64>> {
+    /// Points in the middle of a tube, torus or helix with the radius there, in the initial
+    /// configuration relative to the position; they are closer to each other than a radius. Empty
+    /// for other shapes.
+    pub fn centreline(&self) -> Vec<(Vector3<f64>, f64)> {
         self.geometry().centreline()
     }
 

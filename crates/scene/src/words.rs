@@ -107,6 +107,28 @@ words! {
         Volume,
         /// By modes that are symmetric about an axis.
         Modes,
+        /// By a wave along the centreline of a tube.
+        Undulation,
+    }
+
+    /// What a wave changes along the centreline of a tube of the length L, with the length of arc s
+    /// from its front, the wave number k, the amplitude a, the phase φ and the envelope g.
+    pub enum WaveKind = Curvature {
+        /// The curvature a k g cos(k s - φ) in the tube's own plane of x and y.
+        Curvature,
+        /// The displacement (a / k) g sin(k s - φ) across the axis, along the tube's own y axis.
+        Displacement,
+        /// The displacements (a / k) g sin(k s - φ) along y and -(a / k) g cos(k s - φ) along z: a
+        /// right-handed helix.
+        Helix,
+    }
+
+    /// Envelope g of a wave along a tube.
+    pub enum EnvelopeKind = Uniform {
+        /// One along the whole length.
+        Uniform,
+        /// s / L: zero at the front, one at the end.
+        Linear,
     }
 
     /// How modes move the material points of a sphere of radius R, with the angle θ from the axis.

@@ -7,7 +7,7 @@ use rheology::Law;
 use rigid::{Freedom, Joint, JointDrive};
 
 use crate::body::Body;
-use crate::deformation::{Deformation, SizeCoordinate};
+use crate::deformation::Deformation;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::flow::Background;
@@ -21,6 +21,7 @@ use crate::keys::{
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::scene::{Rheology, Scene};
 use crate::shape_path::{ShapePath, Sine};
+use crate::sphere_deformation::SizeCoordinate;
 use crate::words::{AxesKind, DeformationWord, DriveKind, GaitKind, LawKind, RheologyKind};
 
 impl Scene {
@@ -283,6 +284,21 @@ fn deformation_file(
     deformation: &Deformation,
     joints: &[Joint],
 ) -> Option<DeformationFile> {
+    let deformation = match deformation {
+        Deformation::Sphere(sphere) => sphere,
+        Deformation::Undulation(tube) => {
+            let [amplitude, phase] = tube.start;
+            return Some(DeformationFile {
+                kind: DeformationWord::Undulation,
+                wave: Some(tube.wave.kind),
+                envelope: Some(tube.wave.envelope),
+                waves: Some(tube.wave.waves),
+                amplitude: Some(amplitude),
+                phase: Some(phase),
+                ..DeformationFile::default()
+            });
+        }
+    };
     let prefix = format!("{body}.");
     let degree = |&(degree, joint): &(usize, usize)| {
         let name = joints.get(joint)?.name.strip_prefix(&prefix)?;
@@ -294,6 +310,7 @@ fn deformation_file(
             modes: Some(modes.coordinates.iter().filter_map(degree).collect()),
             motion: Some(modes.motion),
             axis: Some(modes.axis.into()),
+            ..DeformationFile::default()
         });
     }
     let (kind, joint) = match deformation.size? {

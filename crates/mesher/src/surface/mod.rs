@@ -1,5 +1,6 @@
 //! Closed surfaces of bodies and containers.
 
+mod bent_tube;
 mod box_surface;
 mod capsule;
 mod disk;
@@ -14,6 +15,7 @@ pub(crate) mod triangles;
 mod triangulated;
 mod tube;
 
+pub use bent_tube::{BentTube, Centreline, CurvePoint, TubePoint, TubeProfile};
 pub use box_surface::BoxSurface;
 pub use capsule::Capsule;
 pub use disk::Disk;

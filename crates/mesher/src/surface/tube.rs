@@ -56,6 +56,13 @@ pub(super) fn open_tube(radius: f64, sections: &[Section]) -> SurfaceMesh {
     closed_by_poles(poles, circles)
 }
 
+/// The surface through circles of these radii, closed by its poles.
+pub(super) fn circles_with_poles(poles: [Vec3; 2], sections: &[(Section, f64)]) -> SurfaceMesh {
+    let circles = sections.iter().enumerate();
+    let circles = circles.map(|(k, (section, radius))| section.circle(*radius, 0.0, k % 2 == 0));
+    closed_by_poles(poles, circles.collect())
+}
+
 /// The sphere about the x axis with `circles` circles of latitude, stretched to the semi-axes.
 pub(super) fn stretched_sphere(semi_axes: Vec3, circles: usize) -> SurfaceMesh {
     let latitudes = (0..circles).map(|k| PI * (k + 1) as f64 / (circles + 1) as f64 - FRAC_PI_2);

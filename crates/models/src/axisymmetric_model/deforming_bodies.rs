@@ -2,6 +2,7 @@
 
 use axisymmetric::{AxialResistance, DeformationRates, DeformedSphere, RADIAL_DEGREES};
 use nalgebra::{DMatrix, DVector, Vector3};
+use scene::Deformation;
 
 use super::AxisymmetricModel;
 use super::axial_surfaces::{across, spatial};
@@ -120,7 +121,8 @@ impl AxisymmetricModel {
                 power: 1.0,
                 amplitudes: [0.0; RADIAL_DEGREES],
             };
-            if let Some(deformation) = &body.deformation {
+            // Tubes are refused.
+            if let Some(deformation) = body.deformation.as_ref().and_then(Deformation::sphere) {
                 let profile = deformation.profile(configuration.shape);
                 sphere.radius = self.scaled.scale.length(profile.radius);
                 sphere.power = profile.power;

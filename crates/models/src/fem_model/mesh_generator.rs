@@ -68,8 +68,8 @@ impl Surfaced {
 
     /// Size of the body at these values of the joints, relative to that of the scene.
     fn growth(&self, values: &[f64]) -> f64 {
-        let growth = |of: &Deformation| of.sphere_radius(values) / of.radius;
-        self.deformation.as_ref().map_or(1.0, growth)
+        let sphere = self.deformation.as_ref().and_then(Deformation::sphere);
+        sphere.map_or(1.0, |of| of.sphere_radius(values) / of.radius)
     }
 
     /// Element size on the surface at these values of the joints.
@@ -272,22 +272,24 @@ impl MeshGenerator {
     fn surfaces(&self, placement: &Placement) -> Vec<Box<dyn Surface>> {
         let surface = |(s, pose): (&Surfaced, &Isometry3<f64>)| match &s.deformation {
             None => self.scale.surface(&s.shape, pose),
-            Some(of) => Some(of.surface(&placement.values, pose, self.scale.length(1.0))),
+            Some(of) => of.surface(&placement.values, pose, self.scale.length(1.0)),
         };
         let placed = self.surfaced.iter().zip(&placement.poses);
         placed.filter_map(surface).collect()
     }
 
-    /// Scaled distances of the surface of a body that deforms from its centre, along directions in
-    /// its axes.
-    pub fn distances<'d>(
+    /// Scaled displacement of the surface of a body that deforms from its shape at some values of
+    /// the joints to that at others, near points relative to its centre and in its axes.
+    pub fn displacement(
         &self,
-        deformation: &'d Deformation,
-        values: &[f64],
-    ) -> impl Fn(&Vector3<f64>) -> f64 + use<'d> {
-        let (profile, unit) = (deformation.profile(values), self.scale.length(1.0));
-        let axis = deformation.axis().unwrap_or_else(Vector3::x);
-        move |direction| unit * profile.at(direction.dot(&axis))
+        deformation: &Deformation,
+        [from, to]: [&[f64]; 2],
+    ) -> impl Fn(&Vector3<f64>) -> Vector3<f64> + use<> {
+        let ([from, to], unit) = (
+            [from, to].map(|values| deformation.at(values)),
+            self.scale.length(1.0),
+        );
+        move |x| unit * from.displacement(&to, &(x / unit))
     }
 
     /// Smooth surfaces on the boundary of the fluid, with the names of their boundary parts.

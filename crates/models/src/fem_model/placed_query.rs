@@ -479,7 +479,7 @@ impl SurfaceFlow for BodyFlows<'_> {
         else {
             return Vector3::zeros();
         };
-        let arm = surface.closest_point(*x) - self.centres[body];
+        let arm = self.motion.on_surface(body, x, &**surface) - self.centres[body];
         self.motion.of_amplitude(body, &arm, joint)
     }
 

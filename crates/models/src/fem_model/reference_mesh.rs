@@ -152,8 +152,8 @@ impl ReferenceMesh {
 
     /// The mesh moved to placed bodies, without limits of quality.
     ///
-    /// Nodes on a body that deforms move along their rays from its centre onto the surface of the
-    /// new shape, whatever the motion of material points.
+    /// Nodes on a body that deforms move onto the surface of the new shape: on spheres along their
+    /// rays from the centre, on tubes as material points.
     ///
     /// # Errors
     /// [`ale::AleError::Invalid`] if a cell is inverted.
@@ -177,13 +177,12 @@ impl ReferenceMesh {
         let displacements: Vec<Option<Box<SurfaceDisplacement<'_>>>> = (bodies().zip(&motions))
             .map(|((body, (_, then)), motion)| {
                 let deformation = body.deformation.as_ref()?;
-                let values = [&placement.values, &self.surfaced.values];
-                let [to, from] = values.map(|values| generator.distances(deformation, values));
+                let values = [&self.surfaced.values[..], &placement.values];
+                let own = generator.displacement(deformation, values);
+                let turn = motion.rotation * then.rotation;
                 let displacement = move |x: &Vector3<f64>| {
                     let arm = x - then.translation.vector;
-                    let direction = arm.try_normalize(0.0).unwrap_or_default();
-                    let own = then.rotation.inverse() * direction;
-                    motion.rotation * direction * (to(&own) - from(&own))
+                    turn * own(&then.rotation.inverse_transform_vector(&arm))
                 };
                 Some(Box::new(displacement) as Box<SurfaceDisplacement<'_>>)
             })

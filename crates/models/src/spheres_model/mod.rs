@@ -24,7 +24,7 @@ use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
-use scene::{Body, Domain, ModelEstimatesKind, ModelKind, Scene};
+use scene::{Body, Deformation, Domain, ModelEstimatesKind, ModelKind, Scene};
 use stokes::{Dofs, Seconds};
 
 /// Approximation of the interactions between spheres.
@@ -95,9 +95,8 @@ impl SpheresModel {
     /// A sphere above a plane wall whose radius changes, which the model does not support.
     pub fn changes_size_above_wall(scene: &Scene) -> Option<usize> {
         let has_size = |body: &Body| {
-            body.deformation
-                .as_ref()
-                .is_some_and(|of| of.size.is_some())
+            let sphere = body.deformation.as_ref().and_then(Deformation::sphere);
+            sphere.is_some_and(|sphere| sphere.size.is_some())
         };
         let position = || scene.bodies().iter().position(has_size);
         (*scene.domain() == Domain::Wall).then(position).flatten()

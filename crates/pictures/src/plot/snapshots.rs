@@ -138,9 +138,8 @@ fn draw_shot(
             let corners: Vec<_> = outline.map(|x| pixel(&x)).collect();
             area.draw(&Polygon::new(corners, colour.filled()))?;
         }
-        for x in centreline {
-            // Tubes have the radius of the tube.
-            disc(pixel(&(pose * Point3::from(x)).coords), shape.size_radius())?;
+        for (x, radius) in centreline {
+            disc(pixel(&(pose * Point3::from(x)).coords), radius)?;
         }
     }
     for (body, pose) in scene.bodies().iter().zip(&sample.poses) {

@@ -10,10 +10,10 @@ use super::key::{Key, KeyDefault, KeyTable, KeyType, Kind, tables};
 use crate::joints::JointWord;
 use crate::words::{
     AcceptKind, ArmsKind, AxesKind, BackgroundKind, DeformationWord, DomainKind, DriveKind,
-    EstimatesKind, FlowsKind, FormulationKind, GaitKind, GeometryKind, InertiaKind,
+    EnvelopeKind, EstimatesKind, FlowsKind, FormulationKind, GaitKind, GeometryKind, InertiaKind,
     InterpolationKind, LawKind, LearnKind, MeshMotionKind, MesherKind, ModeMotion,
     ModelEstimatesKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind, SolverKind, StartKind,
-    StrokeStart, SurfaceKind, SymmetryKind,
+    StrokeStart, SurfaceKind, SymmetryKind, WaveKind,
 };
 
 tables! {
@@ -165,7 +165,7 @@ tables! {
         shape: ShapeKind,
         /// Radius: of a spheroid that of its equator, of a capsule that of its cylinder, of a disk
         /// that to its outer edge, of a torus or a helix that of the middle of the tube about the
-        /// axis.
+        /// axis, of a tube that at its front.
         radius: Option<f64> [Positive]
             | "required unless the shape is ellipsoid, surface, file or point",
         /// Semi-axes of an ellipsoid along x, y and z, before it is turned by `orientation`.
@@ -173,6 +173,12 @@ tables! {
         /// Half of the length along the axis of revolution: of a capsule with its round ends, of a
         /// disk half of its thickness.
         half_length: Option<f64> [Positive] | "required for spheroid, capsule and disk",
+        /// Length of the centreline of a tube, without its round ends and its head.
+        length: Option<f64> [Positive] | "required for tube",
+        /// Radius of a tube at its end, to which it tapers smoothly.
+        end_radius: Option<f64> [Positive] | "the radius, for a tube",
+        /// Radius of a ball in front of a tube, larger than that of the tube.
+        head_radius: Option<f64> [Positive] | "no head, for a tube",
         /// Radius of the tube.
         tube_radius: Option<f64> [Positive] | "required for torus and helix",
         /// Length of a helix along its axis per turn: positive if right-handed, negative if
@@ -251,12 +257,14 @@ tables! {
         axis: [f64; 3] = [1.0, 0.0, 0.0],
     }
 
-    /// Deformation of a sphere about its centre, by shape coordinates that the gait changes like
+    /// Deformation of a body, by shape coordinates that the gait changes like
     /// the values of joints: targets = { arm = 8, "BODY.MODE" = 0.1 }. Every sphere has the
     /// coordinates BODY.radius and BODY.volume, of which a scene uses one; a volume that changes
     /// at a constant rate has a constant flux. Modes have the amplitudes BODY.MODE, numbers that
-    /// are zero at the start unless the gait gives others. In a container the sum of the volumes
-    /// must stay.
+    /// are zero at the start unless the gait gives others. A tube that undulates has the
+    /// coordinates BODY.amplitude and BODY.phase, an angle in radians: waves travel from the front
+    /// to the end while the phase increases, and stand while the amplitude changes. In a container
+    /// the sum of the volumes must stay.
     pub(crate) struct DeformationFile in "bodies[].deformation." {
         /// How the surface deforms.
         kind: DeformationWord,
@@ -266,6 +274,17 @@ tables! {
         motion: Option<ModeMotion>; radial,
         /// Direction of the axis of the modes in the initial configuration. It turns with the body.
         axis: Option<[f64; 3]>; [1.0, 0.0, 0.0],
+        /// What the wave changes, for an undulation.
+        wave: Option<WaveKind> | "`curvature`, for an undulation",
+        /// Envelope of the wave.
+        envelope: Option<EnvelopeKind> | "`uniform`, for an undulation",
+        /// Number of waves on the length of the tube, from 0.1 to 20.
+        waves: Option<f64> [Positive] | "1, for an undulation",
+        /// Amplitude at the start: of the angle between the tube and its axis in radians, of
+        /// displacements the slope.
+        amplitude: Option<f64> | "required for an undulation",
+        /// Phase at the start in radians.
+        phase: Option<f64> | "0, for an undulation",
     }
 
     /// A joint between two bodies. The value of a slide is the distance of the centres, that of an

@@ -7,7 +7,7 @@ use rigid::{Articulation, Joint};
 
 use crate::body::{Body, volume_problem};
 use crate::checks::Checks;
-use crate::deformation::{Deformation, MAX_MODE_DEGREE, SizeCoordinate, SurfaceModes};
+use crate::deformation::{Deformation, Undulation};
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::gait::{Gait, spans};
@@ -15,6 +15,10 @@ use crate::gait_table::GaitTable;
 use crate::joints::JointWord;
 use crate::keys::{BodyFile, JointValues, SceneFile};
 use crate::phase_span::PhaseSpan;
+use crate::shape::Shape;
+use crate::shapes::TubeShape;
+use crate::sphere_deformation::{MAX_MODE_DEGREE, SizeCoordinate, SphereDeformation, SurfaceModes};
+use crate::undulation::{Bend, Wave};
 use crate::words::{DeformationWord, InertiaKind, LawKind};
 
 /// The coordinates that every sphere offers.
@@ -41,7 +45,9 @@ pub(super) fn enter(
             bodies,
             joints,
         )?;
-        enter_modes(checks, number, &file.bodies[number], bodies, joints)?;
+        let own = &file.bodies[number];
+        enter_modes(checks, number, own, bodies, joints)?;
+        enter_undulation(checks, number, own, &mut bodies[number], joints)?;
     }
     check_names(checks, &names, bodies, joints)?;
     let (links, coordinates) = joints.split_at(between);
@@ -135,11 +141,11 @@ fn enter_exchanges(
         let coordinates = [SizeCoordinate::Volume(number), remainder];
         for (body, size) in [joint.body, joint.to].into_iter().zip(coordinates) {
             let radius = bodies[body].shape.sphere_radius().unwrap_or_default();
-            bodies[body].deformation = Some(Deformation {
+            bodies[body].deformation = Some(Deformation::Sphere(SphereDeformation {
                 radius,
                 size: Some(size),
                 modes: None,
-            });
+            }));
         }
     }
     Ok(())
@@ -198,7 +204,8 @@ fn enter_size(
     let body = &mut bodies[number];
     let prefix = format!("{}.", body.name);
     let declared = file.deformation.as_ref().map(|file| file.kind);
-    let declared = declared.filter(|kind| *kind != DeformationWord::Modes);
+    let is_size = |kind: &DeformationWord| OF_SPHERES.contains(&kind.word());
+    let declared = declared.filter(is_size);
     let declared = declared.map(|kind| {
         let key = format!("bodies[{number}].deformation.kind");
         (key, format!("{prefix}{}", kind.word()))
@@ -246,11 +253,11 @@ fn enter_size(
         [number; 2],
         power,
     ));
-    body.deformation = Some(Deformation {
+    body.deformation = Some(Deformation::Sphere(SphereDeformation {
         radius,
         size: Some(size),
         modes: None,
-    });
+    }));
     Ok(())
 }
 
@@ -268,32 +275,36 @@ fn enter_modes(
     let body = &mut bodies[number];
     let key = |key: &str| format!("bodies[{number}].deformation.{key}");
     let has_modes = file.kind == DeformationWord::Modes;
-    if has_modes && file.modes.is_none() {
-        return Ok(());
-    }
-    let Some(radius) = body.shape.sphere_radius() else {
-        let problem = format!(
-            "is unsupported for shape = \"{}\"; spheres deform",
-            body.shape.kind().word()
-        );
-        return Err(checks.bad_value(&format!("bodies[{number}].deformation"), problem));
-    };
+    let undulates = file.kind == DeformationWord::Undulation;
     checks.refuse_strangers(
         &format!("bodies[{number}].deformation"),
         [
             ("modes", file.modes.is_some(), has_modes),
             ("motion", file.motion.is_some(), has_modes),
             ("axis", file.axis.is_some(), has_modes),
+            ("wave", file.wave.is_some(), undulates),
+            ("envelope", file.envelope.is_some(), undulates),
+            ("waves", file.waves.is_some(), undulates),
+            ("amplitude", file.amplitude.is_some(), undulates),
+            ("phase", file.phase.is_some(), undulates),
         ],
         &format!(
             "does not belong to kind = \"{}\"; remove it",
             file.kind.word()
         ),
     )?;
-    if !has_modes {
+    if undulates || (has_modes && file.modes.is_none()) {
         return Ok(());
     }
-    let Some(modes) = &file.modes else {
+    let Some(radius) = body.shape.sphere_radius() else {
+        let problem = format!(
+            "is unsupported for shape = \"{}\"; spheres deform, and shape = \"tube\" by kind = \
+             \"undulation\"",
+            body.shape.kind().word()
+        );
+        return Err(checks.bad_value(&format!("bodies[{number}].deformation"), problem));
+    };
+    let Some(modes) = file.modes.as_ref().filter(|_| has_modes) else {
         return Ok(());
     };
     if modes.is_empty() {
@@ -323,15 +334,76 @@ fn enter_modes(
         };
         return Err(checks.bad_value(&key("modes"), problem));
     }
-    let deformation = body.deformation.get_or_insert_with(|| Deformation {
-        radius,
-        ..Deformation::default()
-    });
-    deformation.modes = Some(SurfaceModes {
+    let modes = SurfaceModes {
         motion: file.motion.unwrap_or_default(),
         axis: axis.ok_or_else(zero)?,
         coordinates,
+    };
+    let of_size = body.deformation.as_ref().and_then(Deformation::sphere);
+    body.deformation = Some(Deformation::Sphere(SphereDeformation {
+        radius,
+        size: of_size.and_then(|sphere| sphere.size),
+        modes: Some(modes),
+    }));
+    Ok(())
+}
+
+/// Fewest and most waves on the length of a tube: below a tenth the wave is a bow, whose angles are
+/// differences of large numbers; no mesh follows more.
+const WAVES: std::ops::RangeInclusive<f64> = 0.1..=20.0;
+
+/// Amplitude and phase of the undulation of a tube.
+fn enter_undulation(
+    checks: &Checks,
+    number: usize,
+    file: &BodyFile,
+    body: &mut Body,
+    joints: &mut Vec<Joint>,
+) -> Result<(), SceneError> {
+    let given = file.deformation.as_ref();
+    let Some(file) = given.filter(|file| file.kind == DeformationWord::Undulation) else {
+        return Ok(());
+    };
+    let key = |key: &str| format!("bodies[{number}].deformation.{key}");
+    let Shape::Tube(tube) = body.shape else {
+        let problem = format!(
+            "= \"undulation\" is unsupported for shape = \"{}\"; use shape = \"tube\"",
+            body.shape.kind().word()
+        );
+        return Err(checks.bad_value(&key("kind"), problem));
+    };
+    let why = ": an undulation needs its amplitude at the start";
+    let amplitude = checks.required(&key("amplitude"), file.amplitude, why)?;
+    let waves = file.waves.unwrap_or(1.0);
+    if !WAVES.contains(&waves) {
+        let problem = format!("must be from {} to {}", WAVES.start(), WAVES.end());
+        return Err(checks.bad_value(&key("waves"), problem));
+    }
+    let wave = Wave {
+        kind: file.wave.unwrap_or_default(),
+        envelope: file.envelope.unwrap_or_default(),
+        waves,
+    };
+    let (start, first) = ([amplitude, file.phase.unwrap_or(0.0)], joints.len());
+    for word in ["amplitude", "phase"] {
+        let name = format!("{}.{word}", body.name);
+        joints.push(Joint::deformation(&name, [number; 2], 0));
+    }
+    let [amplitude, phase] = start;
+    body.shape = Shape::Tube(TubeShape {
+        bend: Some(Bend {
+            wave,
+            amplitude,
+            phase,
+        }),
+        ..tube
     });
+    body.deformation = Some(Deformation::Undulation(Undulation {
+        tube,
+        wave,
+        start,
+        joints: [first, first + 1],
+    }));
     Ok(())
 }
 
@@ -404,8 +476,13 @@ pub(super) fn check_bodies(
 pub(super) fn initial_values(bodies: &[Body]) -> Vec<(usize, f64)> {
     let mut values = Vec::new();
     for body in bodies {
-        let Some(deformation) = &body.deformation else {
-            continue;
+        let deformation = match &body.deformation {
+            None => continue,
+            Some(Deformation::Undulation(tube)) => {
+                values.extend(tube.joints.into_iter().zip(tube.start));
+                continue;
+            }
+            Some(Deformation::Sphere(sphere)) => sphere,
         };
         match deformation.size {
             Some(SizeCoordinate::Radius(joint)) => values.push((joint, deformation.radius)),

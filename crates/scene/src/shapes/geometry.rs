@@ -144,8 +144,8 @@ pub(crate) trait Geometry: ShapeFile {
         Vector3::zeros()
     }
 
-    /// Points in the middle of a tube; empty for other shapes.
-    fn centreline(&self) -> Vec<Vector3<f64>> {
+    /// Points in the middle of a tube with its radius there; empty for other shapes.
+    fn centreline(&self) -> Vec<(Vector3<f64>, f64)> {
         Vec::new()
     }
 
@@ -253,14 +253,15 @@ pub(super) fn outwards(n: &Vector3<f64>) -> Vector3<f64> {
 pub(super) fn helix_points(
     orientation: &UnitQuaternion<f64>,
     [radius, tube, pitch, turns]: [f64; 4],
-) -> Vec<Vector3<f64>> {
+) -> Vec<(Vector3<f64>, f64)> {
     let length = TAU.mul_add(radius, pitch.abs()) * turns;
     // A few thousand points are enough for any picture.
     let count = (2.0 * length / tube).clamp(48.0, 4096.0).ceil();
     let at = |k: f64| {
         let t = turns * (k / count - 0.5);
         let (sin, cos) = (TAU * t).sin_cos();
-        orientation * Vector3::new(pitch * t, radius * cos, radius * sin)
+        let point = Vector3::new(pitch * t, radius * cos, radius * sin);
+        (orientation * point, tube)
     };
     (0..=count as usize).map(|k| at(k as f64)).collect()
 }

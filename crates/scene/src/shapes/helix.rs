@@ -84,7 +84,7 @@ impl Geometry for HelixShape {
         Vector3::y() * ((of_tube + of_ends) / self.volume())
     }
 
-    fn centreline(&self) -> Vec<Vector3<f64>> {
+    fn centreline(&self) -> Vec<(Vector3<f64>, f64)> {
         helix_points(
             &self.orientation(),
             [self.radius, self.tube_radius, self.pitch, self.turns],

@@ -10,6 +10,7 @@ mod sphere;
 mod spheroid;
 mod surface;
 mod torus;
+mod tube;
 
 pub use capsule::CapsuleShape;
 pub use disk::DiskShape;
@@ -21,6 +22,7 @@ pub use sphere::SphereShape;
 pub use spheroid::SpheroidShape;
 pub use surface::{FileShape, PartShape};
 pub use torus::TorusShape;
+pub use tube::TubeShape;
 
 /// Passes the list of all shapes to a macro: the word (in kebab case) and the struct of each, with
 /// its meaning in `docs/scene.md`.
@@ -41,6 +43,8 @@ macro_rules! list {
             Torus TorusShape,
             /// A tube with round ends along a helix about the x axis, before the rotation.
             Helix HelixShape,
+            /// A tube with round ends along x, before the rotation, which may have a head and undulate.
+            Tube TubeShape,
             /// A closed surface in a file of its own.
             Surface FileShape,
             /// The part of the boundary of the domain's mesh that `surface` names, as it is.

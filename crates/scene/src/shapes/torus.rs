@@ -49,7 +49,7 @@ impl Geometry for TorusShape {
         TAU * PI * self.radius * self.tube_radius * self.tube_radius
     }
 
-    fn centreline(&self) -> Vec<Vector3<f64>> {
+    fn centreline(&self) -> Vec<(Vector3<f64>, f64)> {
         helix_points(
             &self.orientation(),
             [self.radius, self.tube_radius, 0.0, 1.0],

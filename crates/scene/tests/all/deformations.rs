@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use scene::{Deformation, ModeMotion, Scene, spans};
+use scene::{Deformation, ModeMotion, Scene, SphereDeformation, spans};
 
 /// Two spheres on an arm, with settings before the bodies and a gait after them.
 fn pair(before: &str, gait: &str) -> String {
@@ -78,7 +78,8 @@ fn an_exchange_keeps_the_sum_of_the_volumes() {
     let total: f64 = scene.bodies().iter().map(|body| body.shape.volume()).sum();
     let volume = |values: &[f64]| -> f64 {
         let deformations = scene.bodies().iter().filter_map(|b| b.deformation.as_ref());
-        deformations.map(|of| of.volume(values)).sum()
+        let spheres = deformations.filter_map(Deformation::sphere);
+        spheres.map(|of| of.volume(values)).sum()
     };
     for values in [start, &[6.0, 9.0]] {
         assert!((volume(values) / total - 1.0).abs() < 1e-14);
@@ -132,6 +133,7 @@ fn modes_are_read_and_those_that_fold_are_refused() {
     let modes = scene.bodies()[0]
         .deformation
         .as_ref()
+        .and_then(Deformation::sphere)
         .unwrap()
         .modes
         .as_ref()
@@ -172,13 +174,15 @@ fn modes_are_read_and_those_that_fold_are_refused() {
     }
 }
 
-fn deformation(motion: &str, size: bool) -> Deformation {
+fn deformation(motion: &str, size: bool) -> SphereDeformation {
     let target = if size { ", \"a.volume\" = 5" } else { "" };
     let scene = sphere_with(
         &format!("{{ modes = {{ p = 2, q = 3 }}, motion = \"{motion}\", axis = [1, 2, -2] }}"),
         &format!("gait.phases = [{{ targets = {{ \"a.p\" = 0.1{target} }} }}]"),
     );
-    scene.unwrap().bodies()[0].deformation.clone().unwrap()
+    let scene = scene.unwrap();
+    let deformation = scene.bodies()[0].deformation.as_ref();
+    deformation.and_then(Deformation::sphere).unwrap().clone()
 }
 
 proptest! {
@@ -220,4 +224,93 @@ proptest! {
             prop_assert!((deformation.volume(&values) / volume - 1.0).abs() < 1e-13);
         }
     }
+}
+
+/// A worm with a deformation, in a domain and with a gait.
+fn worm(deformation: &str, before: &str, gait: &str) -> Result<Scene, String> {
+    let text = format!(
+        r#"
+        {before}
+        [[bodies]]
+        name = "worm"
+        shape = "tube"
+        length = 10
+        radius = 0.5
+        position = [0, 0, 0]
+        deformation = {{ kind = "undulation", {deformation} }}
+        [[gait.phases]]
+        targets = {{ {gait} }}
+        "#
+    );
+    Scene::parse(&text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn undulations_have_an_amplitude_and_a_phase_whose_turns_close() {
+    let wave = "wave = \"displacement\", envelope = \"linear\", amplitude = 0.4, waves = 1.5";
+    let scene = worm(wave, "", "\"worm.phase\" = 6.283185307179586").unwrap();
+    let joints = scene.articulation().joints();
+    let names: Vec<_> = joints.iter().map(|joint| &joint.name[..]).collect();
+    assert_eq!(names, ["worm.amplitude", "worm.phase"]);
+    assert_eq!(scene.articulation().initial_shape(), [0.4, 0.0]);
+    assert!(
+        scene
+            .shape_changes(&[0.4, 0.0], &[0.4, -4.0 * PI])
+            .is_empty()
+    );
+    assert_eq!(scene.shape_changes(&[0.4, 0.0], &[0.4, 1.0]), [(1, 1.0)]);
+    // The volume is that of a straight tube, at any amplitude.
+    let volume = PI * 0.25 * (10.0 + 4.0 / 3.0 * 0.5);
+    let deformation = scene.bodies()[0].deformation.as_ref().unwrap();
+    for values in [[0.4, 0.0], [0.7, 2.0]] {
+        assert!((deformation.outline(&values).volume() / volume - 1.0).abs() < 1e-14);
+    }
+    let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
+    assert_eq!(again.differing_key(&scene), None);
+    assert_eq!(again.bodies(), scene.bodies());
+}
+
+#[test]
+fn undulations_that_cannot_be_are_refused_with_place_and_time() {
+    let refused = |deformation: &str, before: &str, gait: &str, parts: &[&str]| {
+        let error = worm(deformation, before, gait).unwrap_err();
+        assert!(error.contains("scene.toml:"), "no place: {error}");
+        for part in parts {
+            assert!(error.contains(part), "{error}");
+        }
+    };
+    let turn = "\"worm.phase\" = 6.3";
+    let folds = ["phase 1 at", "folds or touches itself", "smaller amplitude"];
+    // Curvature 2 π a / 10 of the radius 0.5: folds at a = 3.2; before it the ends meet.
+    refused("amplitude = 1", "", "\"worm.amplitude\" = 3.4", &folds);
+    let bow = "amplitude = 1, waves = 0.5, phase = 1.5707963";
+    refused(bow, "", "\"worm.amplitude\" = 3.1", &folds);
+    refused("amplitude = 4", "", turn, &["at the start", "folds"]);
+    let stretches = ["would have to stretch", "slope 1.200"];
+    refused("wave = \"helix\", amplitude = 1.2", "", turn, &stretches);
+    refused(
+        "amplitude = 1, waves = 30",
+        "",
+        turn,
+        &["waves", "from 0.1 to 20"],
+    );
+    refused("waves = 1", "", turn, &["amplitude is missing"]);
+    refused(
+        "amplitude = 1, modes = { p = 2 }",
+        "",
+        turn,
+        &["does not belong"],
+    );
+    let channel = "domain = { kind = \"cylinder\", radius = 1.4 }";
+    refused("amplitude = 1.5", channel, turn, &["outside the domain"]);
+    let ball = "domain = { kind = \"ball\", radius = 5.4 }";
+    refused("amplitude = 0.1", ball, turn, &["outside the domain"]);
+    refused(
+        "amplitude = 0.1",
+        "fluid = { law = \"carreau\" }",
+        turn,
+        &["fluid."],
+    );
+    let error = sphere_with("{ kind = \"undulation\", amplitude = 1 }", "").unwrap_err();
+    assert!(error.contains("use shape = \"tube\""), "{error}");
 }

@@ -44,6 +44,10 @@ axis = [0, 0, 1]; position = [1, 0, 0]; force = [1, 0, 0]
 [[bodies]]; name = "amoeba"; radius = 1; position = [1, 0, 0]
 [bodies.deformation]; modes = { p = 2 }; axis = [0, 0, 1]
 
+[[bodies]]; name = "worm"; shape = "tube"; length = 8; radius = 0.5; end_radius = 0.4
+head_radius = 1; orientation = [0.1, 0.2, 0.3]; position = [1, 0, 0]
+[bodies.deformation]; kind = "undulation"; waves = 1.5; amplitude = 0.5; phase = 0.3
+
 [[bodies]]; name = "ellipsoid"; shape = "ellipsoid"; semi_axes = [3, 2, 1]
 orientation = [0.1, 0.2, 0.3]; position = [1, 0, 0]
 [[bodies]]; name = "helix"; shape = "helix"; radius = 1; tube_radius = 0.2; pitch = 2

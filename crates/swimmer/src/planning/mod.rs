@@ -103,7 +103,7 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         ModelKind::Auto if AxisymmetricModel::suits(scene) => {
             let mut model = axisymmetric()?;
             let unsupported = match scene.first_nonspherical() {
-                Some(body) if scene.bodies()[body].deformation.is_some() => {
+                Some(body) if scene.bodies()[body].shape.is_isotropic() => {
                     "modes that change the shape of a sphere".to_owned()
                 }
                 Some(_) => "shape = \"spheroid\"".to_owned(),
@@ -145,7 +145,7 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         }
         ModelKind::Auto => {
             let unsupported = match scene.first_nonspherical() {
-                Some(body) if scene.bodies()[body].deformation.is_some() => {
+                Some(body) if scene.bodies()[body].shape.is_isotropic() => {
                     "deformation.kind = \"modes\"".to_owned()
                 }
                 Some(body) => {

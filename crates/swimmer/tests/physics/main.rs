@@ -29,3 +29,4 @@ mod sphere_strokes;
 mod surroundings;
 mod symmetry_planes;
 mod target;
+mod undulating;

@@ -1,0 +1,761 @@
+//! Tubes of a varying radius along bent curves.
+
+use super::tube::{Section, circles_with_poles, intervals};
+use mesh::{Surface, SurfaceMesh, Vec3};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+
+/// Sample circles on an arc of the meridian, from which closest points are searched.
+const ARC_SAMPLES: usize = 12;
+
+/// Sample circles per length of the centreline over which it turns by one radian, at least.
+const SAMPLES_PER_RADIAN: f64 = 12.0;
+
+/// Largest number of sample circles along the centreline.
+const MAX_SAMPLES: f64 = 4096.0;
+
+/// Distance from the centreline, relative to the lengths from which it is computed, that is rounding.
+const AXIS_ROUNDING: f64 = 1e-13;
+
+/// Steps of the search for a root, more than it needs.
+const MAX_STEPS: usize = 80;
+
+/// A point of a curve with a length of arc as parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurvePoint {
+    /// Position.
+    pub point: Vec3,
+    /// The unit tangent, and two unit vectors across it that form a right-handed frame with it.
+    pub axes: [Vec3; 3],
+    /// Derivative of the tangent with respect to the length of arc.
+    pub curvature: Vec3,
+}
+
+/// A smooth curve of a finite length, which continues along its tangents beyond its ends.
+pub trait Centreline: Send + Sync {
+    /// Length of the curve.
+    fn length(&self) -> f64;
+
+    /// Least number of equal parts into which no part turns by more than about a radian.
+    fn parts(&self) -> f64;
+
+    /// The point at a length of arc from zero to [`Centreline::length`].
+    fn at(&self, arc: f64) -> CurvePoint;
+
+    /// The point at any length of arc, beyond the ends on the tangents there.
+    fn extended(&self, arc: f64) -> CurvePoint {
+        let inside = arc.clamp(0.0, self.length());
+        let mut found = self.at(inside);
+        if inside != arc {
+            found.point += (arc - inside) * found.axes[0];
+            found.curvature = Vec3::zeros();
+        }
+        found
+    }
+}
+
+/// Radius of a tube as a function of the length of arc of its centreline.
+///
+/// Between the ends of the curve the radius is `a + (b - a) (3 x² - 2 x³)`, with the share `x` of
+/// the length: it is constant at the ends, where the curvature jumps to zero, so that the surface is
+/// smooth. Half balls close the ends. With a head, a ball of its radius is in front of the curve, and a concave fillet of the radius
+/// of the tube joins them at its start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TubeProfile {
+    length: f64,
+    radii: [f64; 2],
+    head: Option<f64>,
+    pieces: Vec<Piece>,
+}
+
+/// A part of the meridian, in the half-plane of the length of arc and of the distance from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Piece {
+    /// A circle about a centre, with the angles of the outward normal at its ends. The radius is
+    /// negative where the surface is concave.
+    Arc {
+        centre: [f64; 2],
+        radius: f64,
+        angles: [f64; 2],
+    },
+    /// The radius along the curve of this length, with the radii at its ends.
+    Along { length: f64, radii: [f64; 2] },
+}
+
+/// A point of the meridian, with its derivative with respect to the parameter of the meridian.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct MeridianPoint {
+    arc: f64,
+    radius: f64,
+    derivative: [f64; 2],
+    /// Cosine and sine of the angle of the outward normal with minus the tangent.
+    normal: [f64; 2],
+}
+
+impl TubeProfile {
+    /// The profile of a tube along a curve of this length, with the radii at its start and at its
+    /// end, and the radius of the head.
+    ///
+    /// The radii differ by less than the length, and the head is larger than the start.
+    pub fn new(length: f64, radii: [f64; 2], head: Option<f64>) -> Self {
+        let [start, end] = radii;
+        let arc = |at: f64, radius: f64, angles: [f64; 2]| Piece::Arc {
+            centre: [at, 0.0],
+            radius,
+            angles,
+        };
+        let mut pieces = Vec::with_capacity(4);
+        match head {
+            None => pieces.push(arc(0.0, start, [0.0, FRAC_PI_2])),
+            Some(head) => {
+                // The centres of the head and of the fillet are the sum of their radii apart.
+                let (fillet, height) = (start, 2.0 * start);
+                let along = (head + fillet).powi(2) - height * height;
+                let along = along.max(0.0).sqrt();
+                let joint = FRAC_PI_2 + along.atan2(height);
+                pieces.push(arc(-along, head, [0.0, joint]));
+                pieces.push(Piece::Arc {
+                    centre: [0.0, height],
+                    radius: -fillet,
+                    angles: [joint, FRAC_PI_2],
+                });
+            }
+        }
+        pieces.push(Piece::Along { length, radii });
+        pieces.push(arc(length, end, [FRAC_PI_2, PI]));
+        Self {
+            length,
+            radii,
+            head,
+            pieces,
+        }
+    }
+
+    /// The point at a parameter between zero and the number of pieces.
+    fn at(&self, parameter: f64) -> MeridianPoint {
+        let last = self.pieces.len() - 1;
+        let number = (parameter.max(0.0) as usize).min(last);
+        let share = parameter - number as f64;
+        match self.pieces[number] {
+            Piece::Arc {
+                centre,
+                radius,
+                angles: [from, to],
+            } => {
+                let angle = from + share * (to - from);
+                // Poles are on the centreline exactly.
+                let (sin, cos) = match angle < PI {
+                    true => angle.sin_cos(),
+                    false => (0.0, -1.0),
+                };
+                let turned = radius * (to - from);
+                MeridianPoint {
+                    arc: centre[0] - radius * cos,
+                    radius: centre[1] + radius * sin,
+                    derivative: [turned * sin, turned * cos],
+                    normal: [cos, sin],
+                }
+            }
+            Piece::Along {
+                length,
+                radii: [start, end],
+            } => {
+                let change = end - start;
+                let derivative = [length, 6.0 * change * share * (1.0 - share)];
+                let speed = derivative[0].hypot(derivative[1]);
+                MeridianPoint {
+                    arc: share * length,
+                    radius: start + change * share * share * (3.0 - 2.0 * share),
+                    derivative,
+                    normal: [derivative[1] / speed, derivative[0] / speed],
+                }
+            }
+        }
+    }
+
+    /// Length of the curve.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// The balls at both ends: the length of arc of their centres, and their radii.
+    ///
+    /// The straight tube is in their convex hull.
+    pub fn end_balls(&self) -> [(f64, f64); 2] {
+        let ball = |piece: &Piece| match *piece {
+            Piece::Arc { centre, radius, .. } => (centre[0], radius),
+            Piece::Along { radii, .. } => (0.0, radii[0]),
+        };
+        let last = self.pieces.len() - 1;
+        [ball(&self.pieces[0]), ball(&self.pieces[last])]
+    }
+
+    /// Volume of the tube and first moment of its volume along the straight tube, `∫ π r² ds` and
+    /// `∫ π r² s ds`.
+    ///
+    /// The volume is that of the bent tube too, because the centroids of the cross-sections are on
+    /// the centreline (Pappus).
+    pub fn volume_and_moment(&self) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for piece in &self.pieces {
+            let of_piece = match *piece {
+                Piece::Along {
+                    length,
+                    radii: [a, b],
+                } => {
+                    // Integrals of 1, f and f² of f = 3 x² - 2 x³, and of x times them.
+                    let [one, two] = [2.0 * a * (b - a), (b - a).powi(2)];
+                    let area = a * a + one * 0.5 + two * 13.0 / 35.0;
+                    let moment = a * a * 0.5 + one * 7.0 / 20.0 + two * 2.0 / 7.0;
+                    [area * length, moment * length * length]
+                }
+                // r² = c² + 2 c R sin ν + R² sin² ν and s = s_0 - R cos ν.
+                Piece::Arc {
+                    centre: [at, c],
+                    radius,
+                    angles: [from, to],
+                } => {
+                    let primitive = |angle: f64| {
+                        let (sin, cos) = angle.sin_cos();
+                        let zeroth = -c * c * cos
+                            + c * radius * (angle - sin * cos)
+                            + radius * radius * (cos.powi(3) / 3.0 - cos);
+                        let first = 0.5 * c * c * sin * sin
+                            + 2.0 / 3.0 * c * radius * sin.powi(3)
+                            + 0.25 * radius * radius * sin.powi(4);
+                        [radius * zeroth, radius * (at * zeroth - radius * first)]
+                    };
+                    let [low, high] = [primitive(from), primitive(to)];
+                    [high[0] - low[0], high[1] - low[1]]
+                }
+            };
+            sums[0] += PI * of_piece[0];
+            sums[1] += PI * of_piece[1];
+        }
+        sums
+    }
+}
+
+/// A tube along a curve: circles across the curve, with the radii of a [`TubeProfile`].
+///
+/// The tube does not touch itself if [`Surface::reach`] is positive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BentTube<C> {
+    curve: C,
+    profile: TubeProfile,
+    /// Sample circles, with their parameters on the meridian.
+    samples: Vec<(f64, Circle)>,
+    /// Largest distance between neighbouring circles.
+    spacing: f64,
+    reach: f64,
+    ball: (Vec3, f64),
+}
+
+/// A cross-section of the tube.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Circle {
+    on_curve: CurvePoint,
+    meridian: MeridianPoint,
+}
+
+/// A point of the surface of a tube, by coordinates that move with the material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TubePoint {
+    /// Length of arc of the centreline.
+    pub arc: f64,
+    /// Components of the arm from the centreline along the two axes across it.
+    pub across: [f64; 2],
+}
+
+impl Circle {
+    /// The arm of a point, its part along the tangent, its distance from the tangent and the
+    /// direction of the rest.
+    fn coordinates(&self, x: &Vec3) -> (f64, f64, Vec3) {
+        let [tangent, across, _] = &self.on_curve.axes;
+        let arm = x - self.on_curve.point;
+        let along = arm.dot(tangent);
+        let rest = arm - along * tangent;
+        // From a point of the centreline all directions across it are equally short; next to it
+        // the rounding of the arm has any direction.
+        let rounding = AXIS_ROUNDING * (arm.norm() + self.meridian.radius);
+        let direction = rest.try_normalize(rounding).unwrap_or(*across);
+        (along, rest.norm(), direction)
+    }
+
+    fn squared_distance(&self, x: &Vec3) -> f64 {
+        let arm = x - self.on_curve.point;
+        let along = arm.dot(&self.on_curve.axes[0]);
+        let off = (arm.norm_squared() - along * along).max(0.0).sqrt();
+        along * along + (off - self.meridian.radius).powi(2)
+    }
+
+    /// Half of the derivative of the squared distance with respect to the parameter.
+    fn slope(&self, x: &Vec3) -> f64 {
+        let (along, off, direction) = self.coordinates(x);
+        let MeridianPoint {
+            radius, derivative, ..
+        } = self.meridian;
+        -derivative[0] * along * self.stretch(&direction) - derivative[1] * (off - radius)
+    }
+
+    /// Length along the surface per length of arc of the centreline, on one side of a cylinder.
+    fn stretch(&self, direction: &Vec3) -> f64 {
+        1.0 - self.meridian.radius * direction.dot(&self.on_curve.curvature)
+    }
+
+    fn foot(&self, x: &Vec3) -> Vec3 {
+        let (_, _, direction) = self.coordinates(x);
+        self.on_curve.point + self.meridian.radius * direction
+    }
+
+    fn normal(&self, x: &Vec3) -> Vec3 {
+        let (_, _, direction) = self.coordinates(x);
+        let [cos, sin] = self.meridian.normal;
+        (sin * self.stretch(&direction) * direction - cos * self.on_curve.axes[0]).normalize()
+    }
+}
+
+impl<C: Centreline> BentTube<C> {
+    /// The tube of a profile along a curve of its length.
+    pub fn new(curve: C, profile: TubeProfile) -> Self {
+        let mut tube = Self {
+            curve,
+            profile,
+            samples: Vec::new(),
+            spacing: 0.0,
+            reach: 0.0,
+            ball: (Vec3::zeros(), 0.0),
+        };
+        tube.samples = tube.sampled();
+        let pairs = tube.samples.windows(2);
+        let between = |pair: &[(f64, Circle)]| {
+            let [a, b] = [&pair[0].1, &pair[1].1];
+            let turn = (a.on_curve.axes[0] - b.on_curve.axes[0]).norm();
+            (a.on_curve.point - b.on_curve.point).norm()
+                + (a.meridian.radius - b.meridian.radius).abs()
+                + turn * a.meridian.radius.max(b.meridian.radius)
+        };
+        tube.spacing = pairs.map(between).fold(0.0, f64::max);
+        tube.ball = tube.around();
+        tube.reach = tube.smallest_ball();
+        tube
+    }
+
+    /// The tube with the cross-sections at samples of the meridian.
+    fn sampled(&self) -> Vec<(f64, Circle)> {
+        let mut samples = Vec::new();
+        for (number, piece) in self.profile.pieces.iter().enumerate() {
+            let count = match piece {
+                Piece::Arc { .. } => ARC_SAMPLES,
+                Piece::Along { .. } => {
+                    let radius = self.profile.radii[0].min(self.profile.radii[1]);
+                    let least = SAMPLES_PER_RADIAN * self.curve.parts();
+                    // A number that is not finite gives the smallest table.
+                    (self.profile.length / radius).max(least).min(MAX_SAMPLES) as usize + 4
+                }
+            };
+            let shares = (0..count).map(|k| number as f64 + k as f64 / count as f64);
+            samples.extend(shares.map(|at| (at, self.circle(at))));
+        }
+        let last = self.profile.pieces.len() as f64;
+        samples.push((last, self.circle(last)));
+        samples
+    }
+
+    fn circle(&self, parameter: f64) -> Circle {
+        let meridian = self.profile.at(parameter);
+        Circle {
+            on_curve: self.curve.extended(meridian.arc),
+            meridian,
+        }
+    }
+
+    /// A ball about the middle of the extents.
+    fn around(&self) -> (Vec3, f64) {
+        let start = [f64::INFINITY, f64::NEG_INFINITY].map(Vec3::repeat);
+        let points = self.samples.iter().map(|(_, circle)| circle.on_curve.point);
+        let [low, high] = points.fold(start, |[l, h], x| [l.inf(&x), h.sup(&x)]);
+        let centre = 0.5 * (low + high);
+        let distance = |(_, circle): &(f64, Circle)| {
+            (circle.on_curve.point - centre).norm() + circle.meridian.radius
+        };
+        let largest = self.samples.iter().map(distance).fold(0.0, f64::max);
+        (centre, largest + 0.5 * self.spacing)
+    }
+
+    /// Radius of the largest balls that fit to both sides of all points; negative if the tube
+    /// touches itself.
+    fn smallest_ball(&self) -> f64 {
+        let [front, end] = self.profile.end_balls();
+        let [start, last] = self.profile.radii;
+        // The largest second derivative of the radius is 6 |b - a| / L².
+        let of_taper = self.profile.length.powi(2) / (6.0 * (start - last).abs());
+        let inside = front.1.min(end.1).min(start).min(of_taper);
+        let bent = |(_, circle): &(f64, Circle)| {
+            1.0 / circle.on_curve.curvature.norm() - circle.meridian.radius
+        };
+        let outside = self.samples.iter().map(bent).fold(f64::INFINITY, f64::min);
+        inside.min(outside).min(0.5 * self.self_distance())
+    }
+
+    /// Smallest distance between parts of the tube past which it comes back to itself; infinite if
+    /// it does not.
+    fn self_distance(&self) -> f64 {
+        let balls = self.balls();
+        let mut smallest = f64::INFINITY;
+        for (number, (x, own)) in balls.iter().enumerate() {
+            let (mut before, mut rising) = (0.0, true);
+            for (y, other) in &balls[number + 1..] {
+                let distance = (x - y).norm();
+                rising &= distance >= before;
+                before = distance;
+                if !rising {
+                    smallest = smallest.min(distance - own - other);
+                }
+            }
+        }
+        smallest
+    }
+
+    /// The cross-section with the point of the surface closest to `x`.
+    fn closest(&self, x: &Vec3) -> Circle {
+        let distance = |k: usize| self.samples[k].1.squared_distance(x).sqrt();
+        let last = self.samples.len() - 1;
+        let distances: Vec<f64> = (0..=last).map(distance).collect();
+        let lowest = distances.iter().copied().fold(f64::INFINITY, f64::min);
+        // Between neighbours the distance changes by at most that of their circles.
+        let limit = lowest + self.spacing;
+        let (mut best, mut closest) = (f64::INFINITY, self.samples[0].1);
+        for (k, &here) in distances.iter().enumerate() {
+            let before = if k > 0 { distances[k - 1] } else { here };
+            let after = if k < last { distances[k + 1] } else { here };
+            if here <= before && here <= after && here <= limit {
+                let low = self.samples[k.saturating_sub(1)];
+                let high = self.samples[(k + 1).min(last)];
+                let circle = self.root(x, low, high);
+                let squared = circle.squared_distance(x);
+                if squared < best {
+                    (best, closest) = (squared, circle);
+                }
+            }
+        }
+        closest
+    }
+
+    /// The circle in an interval at which the distance from `x` is stationary, or its nearer end.
+    ///
+    /// False position with halved weights of an end that stays (Illinois), and bisection where this
+    /// does not divide the interval.
+    fn root(&self, x: &Vec3, low: (f64, Circle), high: (f64, Circle)) -> Circle {
+        let (mut low, mut high) = (
+            (low.0, low.1.slope(x), low.1),
+            (high.0, high.1.slope(x), high.1),
+        );
+        if low.1 >= 0.0 {
+            return low.2;
+        }
+        if high.1 <= 0.0 {
+            return high.2;
+        }
+        let mut side = 0;
+        let (mut before, mut found) = (low.0, low.2);
+        for step in 0..MAX_STEPS {
+            let secant = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+            let is_between = secant > low.0 && secant < high.0 && step % 8 != 7;
+            let at = match is_between {
+                true => secant,
+                false => 0.5 * (low.0 + high.0),
+            };
+            found = self.circle(at);
+            let slope = found.slope(x);
+            let change = (at - before).abs();
+            before = at;
+            if slope == 0.0 || change <= 8.0 * f64::EPSILON * (1.0 + high.0) {
+                break;
+            }
+            if slope > 0.0 {
+                high = (at, slope, found);
+                if side == 1 {
+                    low.1 *= 0.5;
+                }
+                side = 1;
+            } else {
+                low = (at, slope, found);
+                if side == -1 {
+                    high.1 *= 0.5;
+                }
+                side = -1;
+            }
+        }
+        found
+    }
+
+    /// The curve.
+    pub fn curve(&self) -> &C {
+        &self.curve
+    }
+
+    /// Coordinates of the point of the surface that is closest to `x`.
+    pub fn coordinates(&self, x: &Vec3) -> TubePoint {
+        let circle = self.closest(x);
+        let (_, _, direction) = circle.coordinates(x);
+        let [_, one, other] = &circle.on_curve.axes;
+        let radius = circle.meridian.radius;
+        TubePoint {
+            arc: circle.meridian.arc,
+            across: [radius * direction.dot(one), radius * direction.dot(other)],
+        }
+    }
+
+    /// The point with these coordinates.
+    pub fn point(&self, coordinates: &TubePoint) -> Vec3 {
+        let CurvePoint { point, axes, .. } = self.curve.extended(coordinates.arc);
+        point + coordinates.across[0] * axes[1] + coordinates.across[1] * axes[2]
+    }
+
+    /// The point of the surface farthest along a unit vector.
+    pub fn support_point(&self, n: &Vec3) -> Vec3 {
+        let distance = |circle: &Circle| {
+            let along = circle.on_curve.axes[0].dot(n);
+            let across = (1.0 - along * along).max(0.0).sqrt();
+            circle.on_curve.point.dot(n) + circle.meridian.radius * across
+        };
+        let mut best = (f64::NEG_INFINITY, 0);
+        for (k, (_, circle)) in self.samples.iter().enumerate() {
+            let found = distance(circle);
+            if found > best.0 {
+                best = (found, k);
+            }
+        }
+        // The distance has one maximum between the neighbours: thirds of the interval.
+        let mut low = self.samples[best.1.saturating_sub(1)].0;
+        let mut high = self.samples[(best.1 + 1).min(self.samples.len() - 1)].0;
+        for _ in 0..MAX_STEPS {
+            let third = (high - low) / 3.0;
+            let [one, two] = [low + third, high - third];
+            match distance(&self.circle(one)) < distance(&self.circle(two)) {
+                true => low = one,
+                false => high = two,
+            }
+        }
+        let circle = self.circle(0.5 * (low + high));
+        let [tangent, across, _] = circle.on_curve.axes;
+        let direction = (n - n.dot(&tangent) * tangent).try_normalize(0.0);
+        circle.on_curve.point + circle.meridian.radius * direction.unwrap_or(across)
+    }
+
+    /// Largest distance of the surface from the line through the origin along a unit vector, or
+    /// slightly more.
+    pub fn distance_from_axis(&self, n: &Vec3) -> f64 {
+        let distance = |(_, circle): &(f64, Circle)| {
+            let point = circle.on_curve.point;
+            (point - point.dot(n) * n).norm() + circle.meridian.radius
+        };
+        // Between samples the curve turns by at most 1 / SAMPLES_PER_RADIAN.
+        let between = 0.125 * self.spacing / SAMPLES_PER_RADIAN;
+        self.samples.iter().map(distance).fold(0.0, f64::max) + between
+    }
+
+    /// Balls about points of the centreline between its ends, and the head.
+    pub fn balls(&self) -> Vec<(Vec3, f64)> {
+        let (arc, radius) = self.profile.end_balls()[0];
+        let mut balls = vec![(self.curve.extended(arc).point, radius)];
+        let inner = self.samples.iter().filter(|(_, circle)| {
+            let arc = circle.meridian.arc;
+            arc >= 0.0 && arc <= self.profile.length
+        });
+        balls.extend(inner.map(|(_, circle)| (circle.on_curve.point, circle.meridian.radius)));
+        balls
+    }
+}
+
+impl<C: Centreline> Surface for BentTube<C> {
+    fn signed_distance(&self, point: Vec3) -> f64 {
+        let circle = self.closest(&point);
+        let arm = point - circle.foot(&point);
+        let outwards = arm.dot(&circle.normal(&point));
+        arm.norm().copysign(outwards)
+    }
+
+    fn closest_point(&self, point: Vec3) -> Vec3 {
+        self.closest(&point).foot(&point)
+    }
+
+    fn normal(&self, point: Vec3) -> Vec3 {
+        self.closest(&point).normal(&point)
+    }
+
+    fn bounding_ball(&self) -> (Vec3, f64) {
+        self.ball
+    }
+
+    fn volume(&self) -> f64 {
+        self.profile.volume_and_moment()[0]
+    }
+
+    fn is_convex(&self) -> bool {
+        false
+    }
+
+    fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    fn inradius(&self) -> f64 {
+        let [front, end] = self.profile.end_balls();
+        front.1.max(end.1)
+    }
+
+    fn triangulation(&self) -> Option<SurfaceMesh> {
+        let radius = self.profile.radii[0].min(self.profile.radii[1]);
+        // At least eight circles per turn of the curve.
+        let along = intervals(
+            self.profile.length,
+            radius,
+            (1.3 * self.curve.parts()).ceil() as usize,
+        );
+        let mut parameters = Vec::new();
+        for (number, piece) in self.profile.pieces.iter().enumerate() {
+            let count = match piece {
+                Piece::Arc { angles, .. } => {
+                    ((angles[1] - angles[0]).abs() / FRAC_PI_4).ceil().max(1.0) as usize
+                }
+                Piece::Along { .. } => along,
+            };
+            parameters.extend((0..count).map(|k| number as f64 + k as f64 / count as f64));
+        }
+        let last = self.profile.pieces.len() as f64;
+        let pole = |parameter: f64| self.circle(parameter).on_curve.point;
+        let section = |parameter: f64| {
+            let circle = self.circle(parameter);
+            let [_, one, other] = circle.on_curve.axes;
+            let section = Section {
+                centre: circle.on_curve.point,
+                across: [one, other],
+            };
+            (section, circle.meridian.radius)
+        };
+        // The first parameter is that of a pole.
+        let sections: Vec<_> = parameters.into_iter().skip(1).map(section).collect();
+        Some(circles_with_poles([pole(0.0), pole(last)], &sections))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An arc of a circle in the plane z = 0, from the origin along x.
+    #[derive(Clone, Debug)]
+    struct Bow {
+        length: f64,
+        curvature: f64,
+    }
+
+    impl Centreline for Bow {
+        fn length(&self) -> f64 {
+            self.length
+        }
+
+        fn parts(&self) -> f64 {
+            self.length * self.curvature
+        }
+
+        fn at(&self, arc: f64) -> CurvePoint {
+            let k = self.curvature;
+            let (sin, cos) = (k * arc).sin_cos();
+            let normal = Vec3::new(-sin, cos, 0.0);
+            CurvePoint {
+                point: Vec3::new(sin / k, (1.0 - cos) / k, 0.0),
+                axes: [Vec3::new(cos, sin, 0.0), normal, Vec3::z()],
+                curvature: k * normal,
+            }
+        }
+    }
+
+    fn bow(curvature: f64, radii: [f64; 2], head: Option<f64>) -> BentTube<Bow> {
+        let length = 8.0;
+        BentTube::new(
+            Bow { length, curvature },
+            TubeProfile::new(length, radii, head),
+        )
+    }
+
+    #[test]
+    fn tubes_pass_the_checks_of_surfaces() {
+        for curvature in [1e-3, 0.2, 0.5] {
+            for (radii, head) in [
+                ([0.4, 0.4], None),
+                ([0.5, 0.2], None),
+                ([0.3, 0.3], Some(1.0)),
+                ([0.4, 0.2], Some(0.8)),
+            ] {
+                let tube = bow(curvature, radii, head);
+                assert!(tube.reach() > 0.0);
+                mesh::check_surface(&tube).unwrap_or_else(|error| {
+                    panic!("{curvature}, {radii:?}, {head:?}: {error}");
+                });
+            }
+        }
+    }
+
+    /// The volume inside a fine triangulation, by the divergence theorem.
+    #[test]
+    fn the_volume_is_that_inside_the_surface() {
+        for (radii, head) in [([0.4, 0.4], None), ([0.4, 0.2], Some(0.8))] {
+            let tube = bow(0.4, radii, head);
+            let mesh = tube.triangulation().expect("a triangulation");
+            let corners = |triangle: &[u32; 3]| triangle.map(|v| mesh.points[v as usize]);
+            let mut triangles: Vec<[Vec3; 3]> = mesh.triangles.iter().map(corners).collect();
+            for _ in 0..4 {
+                let quarters = |[a, b, c]: [Vec3; 3]| {
+                    let middle = |x: Vec3, y: Vec3| tube.closest_point((x + y) * 0.5);
+                    let [d, e, f] = [middle(a, b), middle(b, c), middle(c, a)];
+                    [[a, d, f], [d, b, e], [f, e, c], [d, e, f]]
+                };
+                triangles = triangles.into_iter().flat_map(quarters).collect();
+            }
+            let part = |[a, b, c]: &[Vec3; 3]| a.dot(&b.cross(c)) / 6.0;
+            let volume: f64 = triangles.iter().map(part).sum();
+            // 128 facets around the tube lose (2π / 128)² / 6 of its volume, 4e-4, everywhere.
+            assert!((volume / tube.volume() - 1.0).abs() < 1e-3);
+        }
+    }
+
+    /// A tube of a constant radius is that of a capsule: `π a² L + 4/3 π a³`.
+    #[test]
+    fn straight_tubes_have_the_moments_of_capsules_and_cones() {
+        let [volume, moment] = TubeProfile::new(8.0, [0.5, 0.5], None).volume_and_moment();
+        let expected = PI * 0.25 * (8.0 + 4.0 / 3.0 * 0.5);
+        assert!((volume / expected - 1.0).abs() < 1e-14);
+        assert!((moment / volume - 4.0).abs() < 1e-14);
+    }
+
+    /// A ring that closes up to a gap of one radius; a tube bent beyond its radius.
+    #[test]
+    fn the_reach_is_half_the_gap_and_what_bending_leaves() {
+        // The ends of an arc of 5 radians about a circle of radius 1.6 are 2 · 1.6 sin(2.5) apart.
+        let ring = bow(5.0 / 8.0, [0.2, 0.2], None);
+        let gap = 3.2 * 2.5_f64.sin() - 0.4;
+        assert!(ring.reach() <= 0.5 * gap + 1e-12 || ring.reach() == 0.2);
+        assert!(bow(0.5, [1.5, 1.5], None).reach() <= 0.5 + 1e-12);
+        assert!(bow(0.7, [1.5, 1.5], None).reach() < 0.0);
+        // The tube has come round and covers its start.
+        assert!(bow(0.8, [0.2, 0.2], None).reach() < 0.0);
+    }
+
+    /// Points keep their coordinates while the curve bends.
+    #[test]
+    fn coordinates_are_those_of_the_point() {
+        let [straight, bent] = [1e-9, 0.4].map(|k| bow(k, [0.4, 0.2], Some(0.8)));
+        for arc in [-1.6, -0.5, 0.0, 3.0, 7.9, 8.1] {
+            let at = TubePoint {
+                arc,
+                across: [0.3, -0.2],
+            };
+            let foot = straight.coordinates(&straight.point(&at));
+            let again = bent.coordinates(&bent.point(&foot));
+            assert!((again.arc - foot.arc).abs() < 1e-9);
+            assert!((again.across[0] - foot.across[0]).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Tubes that undulate, against rigid bodies of the same shape and resistive-force theory.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{UnitQuaternion, Vector3};
+use swimmer::Scene;
+use swimmer::models::InstantaneousSolution;
+use testkit::{boxed, run, solve_at, within};
+
+/// A tube of length 6 and radius 0.3 with a wave, and other keys of the body and of the elements.
+fn tube(wave: &str, amplitude: f64, body: &str, size: f64) -> Scene {
+    let text = format!(
+        r#"
+        fem.surface_size = {size}
+        [[bodies]]
+        name = "worm"
+        shape = "tube"
+        length = 6
+        radius = 0.3
+        position = [0, 0, 0]
+        deformation = {{ kind = "undulation", wave = "{wave}", amplitude = {amplitude} }}
+        {body}
+        [[gait.phases]]
+        targets = {{ "worm.phase" = {TAU:?} }}
+        "#
+    );
+    Scene::parse(&text).unwrap()
+}
+
+/// The solution at a phase for a rate of one of the phase or none.
+fn solution(scene: &Scene, phase: f64, rate: f64) -> InstantaneousSolution {
+    let amplitude = scene.articulation().initial_shape()[0];
+    solve_at(boxed(scene).as_mut(), &[amplitude, phase], &[0.0, rate])
+}
+
+/// A helical wave that does not move is the rigid helix: with the slope a and the wave number
+/// k = 2 π / 6 its radius is a / k and its pitch 6 √(1 - a²). It starts at the angle 90 degrees.
+#[test]
+fn a_wave_at_rest_is_the_rigid_helix() {
+    let slope = 0.6_f64;
+    let loads = "force = [1, 2, 0]\ntorque = [0, 0.5, -1]";
+    let wave = tube("helix", slope, loads, 0.2);
+    let (radius, pitch) = (slope * 6.0 / TAU, 6.0 * (1.0 - slope * slope).sqrt());
+    let helix = Scene::parse(&format!(
+        r#"
+        fem.surface_size = 0.2
+        [[bodies]]
+        name = "worm"
+        shape = "helix"
+        radius = {radius:?}
+        tube_radius = 0.3
+        pitch = {pitch:?}
+        turns = 1
+        orientation = [{angle:?}, 0, 0]
+        position = [0, 0, 0]
+        {loads}
+        "#,
+        angle = 0.5 * PI,
+    ))
+    .unwrap();
+    let bent = solution(&wave, 0.0, 0.0);
+    let rigid = solve_at(boxed(&helix).as_mut(), &[], &[]);
+    let bar = bent.error_estimate.total() + rigid.error_estimate.total();
+    let difference = bent.bodies[0].velocity - rigid.bodies[0].velocity;
+    within(difference.norm(), bar, "the error bars");
+    within(
+        bar,
+        0.02 * rigid.bodies[0].velocity.norm(),
+        "the bar says something",
+    );
+}
+
+/// Speed along the axis of a helical wave that does not rotate, by resistive-force theory with the
+/// coefficients of Lighthill (1976).
+fn resistive_speed(slope: f64) -> f64 {
+    let (k, a) = (TAU / 6.0, 0.3);
+    let cosine = (1.0 - slope * slope).sqrt();
+    let logarithm = (0.18 * TAU / k / cosine / a).ln();
+    let (along, across) = (2.0 * PI / logarithm, 4.0 * PI / (logarithm + 0.5));
+    // The force along the axis of U e_x - e_x × X vanishes.
+    let excess = along - across;
+    excess * cosine * slope * slope / k / (across + excess * cosine * cosine)
+}
+
+/// A short tube that is held against rotation is within a factor of two of resistive-force theory, whose errors
+/// are of the order 1 / ln; the speed of small waves is quadratic in the slope up to the fourth
+/// power, and finer elements stay within the bar.
+#[test]
+fn helical_waves_swim_as_resistive_force_theory_says() {
+    let speed = |slope: f64, size: f64| {
+        let held = "angular_velocity = [0, 0, 0]";
+        let solved = solution(&tube("helix", slope, held, size), 0.0, 1.0);
+        (solved.bodies[0].velocity.x, solved.error_estimate.total())
+    };
+    let (found, bar) = speed(0.4, 0.3);
+    let ratio = found / resistive_speed(0.4);
+    assert!(
+        (0.5..2.0).contains(&ratio),
+        "{found} of {}",
+        resistive_speed(0.4)
+    );
+    let (finer, finer_bar) = speed(0.4, 0.22);
+    within(finer - found, bar + finer_bar, "the error bars");
+    within(bar, 0.1 * found.abs(), "the bar says something");
+    let (small, small_bar) = speed(0.2, 0.3);
+    let allowed = 0.25 * small.abs() * 4.0 + bar + 4.0 * small_bar;
+    within(
+        found - 4.0 * small,
+        allowed,
+        "slopes squared are small compared with one",
+    );
+}
+
+/// The velocities of a turned worm are turned.
+#[test]
+fn undulations_are_the_same_in_all_frames() {
+    let turn = Vector3::new(0.4, -0.9, 0.7);
+    let body = format!("orientation = [{}, {}, {}]", turn.x, turn.y, turn.z);
+    let [own, turned] =
+        ["", &body[..]].map(|body| solution(&tube("curvature", 0.8, body, 0.24), 0.7, 1.0));
+    let rotation = UnitQuaternion::from_scaled_axis(turn);
+    let difference = turned.bodies[0].velocity - rotation * own.bodies[0].velocity;
+    let bar = own.error_estimate.total() + turned.error_estimate.total();
+    within(difference.norm(), bar, "the error bars");
+    within(
+        bar,
+        0.02 * own.bodies[0].velocity.norm(),
+        "the bar says something",
+    );
+}
+
+/// A standing wave has one coordinate: it leads nowhere, by Purcell's theorem.
+#[test]
+#[ignore = "takes 2 min"]
+fn standing_waves_lead_nowhere() {
+    let text = r#"
+        fem.surface_size = 0.24
+        model.tolerance = 0.1
+        [[bodies]]
+        name = "worm"
+        shape = "tube"
+        length = 6
+        radius = 0.3
+        end_radius = 0.2
+        position = [0, 0, 0]
+        deformation = { kind = "undulation", envelope = "linear", amplitude = 0.2 }
+        [[gait.phases]]
+        targets = { "worm.amplitude" = 1 }
+        duration = 1
+        [[gait.phases]]
+        targets = { "worm.amplitude" = 0.2 }
+        duration = 3
+    "#;
+    let outcome = run(&Scene::parse(text).unwrap());
+    let there = outcome.spans[0].displacement[0].norm();
+    let bar = outcome.error_estimate.total();
+    within(outcome.displacement[0].norm(), bar, "the error bar");
+    within(bar, 0.5 * there, "the bar says something");
+}
+
+/// Models of spheres, of points and in the meridian plane refuse tubes with place and remedy.
+#[test]
+fn other_models_refuse_tubes() {
+    for kind in ["oseen", "rpy", "multipole", "axisymmetric"] {
+        let text = tube("curvature", 0.5, "", 0.3).to_toml().unwrap();
+        let scene = Scene::parse(&text.replace("kind = \"auto\"", &format!("kind = \"{kind}\"")));
+        let scene = scene.unwrap();
+        assert_eq!(format!("{:?}", scene.model().kind).to_lowercase(), kind);
+        let refused = swimmer::choose(&scene).map(|_| ()).unwrap_err().to_string();
+        assert!(
+            refused.contains("tube") || refused.contains("bodies"),
+            "{refused}"
+        );
+        assert!(refused.contains("model.kind"), "{refused}");
+    }
+}
