@@ -352,9 +352,11 @@ class Massive:
             relaxation = mass / drag
             x = self.duration / relaxation
             # t + tau (e^-x - 1), and the integral of (1 - e^(-s / tau))^2: series where they cancel.
-            if x < 1e-2:
-                path = relaxation * x**2 * (1 / 2 - x / 6 + x**2 / 24 - x**3 / 120)
-                squares = relaxation * x**3 * (1 / 3 - x / 4 + 7 * x**2 / 60 - x**3 / 24)
+            if x < 1e-1:
+                terms = [(-x) ** k / math.factorial(k) for k in range(2, 14)]
+                path = relaxation * sum(terms)
+                of_squares = [(2 - 2 ** (k - 1)) * term for k, term in enumerate(terms, 2)]
+                squares = relaxation * sum(of_squares)
             else:
                 path = relaxation * (x + math.expm1(-x))
                 squares = relaxation * (x + 2 * math.expm1(-x) - math.expm1(-2 * x) / 2)
