@@ -16,10 +16,10 @@ use scene::{Deformation, Scene};
 /// Spheres in unbounded fluid with the Rotne-Prager-Yamakawa mobility, whatever the scene has.
 ///
 /// Another shape is replaced by the sphere with the mean of its half extents as radius, and walls,
-/// slip and background flow are ignored, and so are modes of deformation and undulations. Spheres whose radii
-/// change push each other by the flow of their sources. The displacements of a stroke have the
-/// right order of magnitude, which is what tolerances of its parts need. Cost: microseconds for a
-/// few bodies.
+/// slip and background flow are ignored, and so are modes of deformation and undulations. Spheres
+/// whose radii change push each other by the flow of their sources. The displacements of a stroke
+/// have the right order of magnitude, which is what tolerances of its parts need. Cost:
+/// microseconds for a few bodies.
 pub struct RoughModel {
     scaled: ScaledScene,
 }

@@ -339,8 +339,8 @@ impl Scene {
 
     /// The prescribed joints whose values differ between two shapes, with the changes.
     ///
-    /// Full turns about an axis without advance change no shape, nor do whole turns of the phase of a
-    /// wave, nor does rounding.
+    /// Full turns about an axis without advance change no shape, nor do whole turns of the phase of
+    /// a wave, nor does rounding.
     pub fn shape_changes(&self, from: &[f64], to: &[f64]) -> Vec<(usize, f64)> {
         /// Values that are sines of times close up to rounding.
         const ROUNDING: f64 = 1e-9;

@@ -423,7 +423,8 @@ mod tests {
     }
 
     /// The curve is the integral of its tangent, the axes are orthonormal, the curvature is the
-    /// derivative of the tangent: by differences of fourth order, of the error h⁴ f⁽⁵⁾ / 30 = 1e-11.
+    /// derivative of the tangent: by differences of fourth order, whose error is
+    /// h⁴ f⁽⁵⁾ / 30 = 1e-11.
     #[test]
     fn curves_do_not_stretch_and_frames_are_orthonormal() {
         let h = 2e-3;
@@ -472,7 +473,7 @@ mod tests {
                     assert!((difference(&|x| point(x, 0.0)) - of_amplitude).norm() < 1e-9);
                     assert!((difference(&|x| point(0.0, x)) - of_phase).norm() < 1e-9);
                     let [amplitude, phase] = bend(kind, envelope, 0.6, 0.4).wave.speeds(10.0, 0.6);
-                    // Across the tube and beyond its end points move faster by the turn of the tangent.
+                    // Across the tube and beyond its end the turn of the tangent moves points.
                     assert!(of_amplitude.norm() < 1.5 * amplitude && of_phase.norm() < 1.5 * phase);
                 }
             }

@@ -13,7 +13,8 @@ const SAMPLES_PER_RADIAN: f64 = 12.0;
 /// Largest number of sample circles along the centreline.
 const MAX_SAMPLES: f64 = 4096.0;
 
-/// Distance from the centreline, relative to the lengths from which it is computed, that is rounding.
+/// Distance from the centreline, relative to the lengths from which it is computed, that is
+/// rounding.
 const AXIS_ROUNDING: f64 = 1e-13;
 
 /// Steps of the search for a root, more than it needs.
@@ -56,9 +57,9 @@ pub trait Centreline: Send + Sync {
 /// Radius of a tube as a function of the length of arc of its centreline.
 ///
 /// Between the ends of the curve the radius is `a + (b - a) (3 x² - 2 x³)`, with the share `x` of
-/// the length: it is constant at the ends, where the curvature jumps to zero, so that the surface is
-/// smooth. Half balls close the ends. With a head, a ball of its radius is in front of the curve, and a concave fillet of the radius
-/// of the tube joins them at its start.
+/// the length: it is constant at the ends, where the curvature jumps to zero, so that the surface
+/// is smooth. Half balls close the ends. With a head, a ball of its radius is in front of the
+/// curve, and a concave fillet of the radius of the tube joins them at its start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TubeProfile {
     length: f64,

@@ -43,7 +43,7 @@ macro_rules! list {
             Torus TorusShape,
             /// A tube with round ends along a helix about the x axis, before the rotation.
             Helix HelixShape,
-            /// A tube with round ends along x, before the rotation, which may have a head and undulate.
+            /// A tube with round ends along x, before the rotation, with or without a head.
             Tube TubeShape,
             /// A closed surface in a file of its own.
             Surface FileShape,

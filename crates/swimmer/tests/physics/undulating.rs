@@ -82,9 +82,9 @@ fn resistive_speed(slope: f64) -> f64 {
     excess * cosine * slope * slope / k / (across + excess * cosine * cosine)
 }
 
-/// A short tube that is held against rotation is within a factor of two of resistive-force theory, whose errors
-/// are of the order 1 / ln; the speed of small waves is quadratic in the slope up to the fourth
-/// power, and finer elements stay within the bar.
+/// A short tube that is held against rotation is within a factor of two of resistive-force theory,
+/// whose errors are of the order 1 / ln; the speed of small waves is quadratic in the slope up to
+/// the fourth power, and finer elements stay within the bar.
 #[test]
 fn helical_waves_swim_as_resistive_force_theory_says() {
     let speed = |slope: f64, size: f64| {
@@ -131,7 +131,7 @@ fn undulations_are_the_same_in_all_frames() {
 
 /// A standing wave has one coordinate: it leads nowhere, by Purcell's theorem.
 #[test]
-#[ignore = "takes 2 min"]
+#[ignore = "slow: 2 min"]
 fn standing_waves_lead_nowhere() {
     let text = r#"
         fem.surface_size = 0.24
