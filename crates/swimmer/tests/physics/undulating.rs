@@ -131,7 +131,7 @@ fn undulations_are_the_same_in_all_frames() {
 
 /// A standing wave has one coordinate: it leads nowhere, by Purcell's theorem.
 #[test]
-#[ignore = "slow: 2 min"]
+#[ignore = "slow: 40 s"]
 fn standing_waves_lead_nowhere() {
     let text = r#"
         fem.surface_size = 0.24
