@@ -1,6 +1,6 @@
 //! Sizes of steps, and the tolerances that they are compared with.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use rigid::StateVelocity;
 use scene::DrivingLoad;
@@ -39,14 +39,17 @@ const BAR_SHARE: f64 = 0.1;
 const UNSEEN_SHARE: f64 = 0.1;
 
 /// The parts of a phase span that are tried first, in reverse order: the whole, or quarters of the
-/// shortest period of loads, as for smooth gaits. Few points over whole periods would see nothing
-/// of them, at every order. For the same reason parts are divided at the rows of a table until what
+/// shortest period of loads and of the turns of waves, as for smooth gaits. Few points over whole
+/// periods would see nothing of them, at every order. For the same reason parts are divided at the rows of a table until what
 /// a few points do not see of it is small compared with the tolerance.
 pub(super) fn first_parts(evaluator: &SpanEvaluator) -> Vec<(f64, f64)> {
-    let parts = match evaluator.scene.shortest_period() {
-        Some(period) => (4.0 * evaluator.span.duration / period).ceil(),
-        None => 1.0,
-    };
+    let (span, scene) = (&evaluator.span, evaluator.scene);
+    let of_loads = (scene.shortest_period()).map_or(1.0, |period| 4.0 * span.duration / period);
+    let deformations = scene.bodies().iter().filter_map(|body| body.deformation.as_ref());
+    let of_waves = (deformations.filter_map(|deformation| deformation.phase()))
+        .map(|joint| (span.to[joint] - span.from[joint]).abs() / FRAC_PI_2);
+    // Turns are sums of decimal fractions, which exceed a quarter by rounding.
+    let parts = (of_waves.fold(of_loads, f64::max) - 1e-9).ceil();
     let parts = parts.clamp(1.0, MAX_PARTS as f64);
     let part = |k: usize| (k as f64 / parts, (k + 1) as f64 / parts);
     let mut todo: Vec<_> = (0..parts as usize).map(part).collect();
