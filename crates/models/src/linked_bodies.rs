@@ -551,20 +551,20 @@ impl SomeLinkages<'_> {
 
     /// The linkage whose velocities differ most between two solutions.
     pub fn farthest_change(&self, one: &MobilitySolution, other: &MobilitySolution) -> usize {
-        let change = |linkage: &Vec<usize>| {
-            let changes = linkage
-                .iter()
-                .map(|&k| one.generalised[k] - other.generalised[k]);
-            changes.map(|change| change * change).sum::<f64>()
-        };
-        let changes = self.velocities.iter().map(change).enumerate();
-        let most = changes.fold(
-            (0, -1.0),
-            |most, found| {
-                if found.1 > most.1 { found } else { most }
-            },
-        );
-        most.0
+        largest_of(&self.velocities, |k| {
+            one.generalised[k] - other.generalised[k]
+        })
+    }
+
+    /// The linkage with the largest velocities.
+    pub fn fastest(&self, solution: &MobilitySolution) -> usize {
+        largest_of(&self.velocities, |k| solution.generalised[k])
+    }
+
+    /// The linkage with the largest forces on the fluid.
+    pub fn strongest(&self, solution: &MobilitySolution) -> usize {
+        let force = |sphere: usize| solution.forces.fixed_rows::<3>(6 * sphere).norm();
+        largest_of(&self.surfaces, force)
     }
 
     /// Power of the bodies, their deformation and their slip on the fluid.
@@ -631,4 +631,18 @@ pub(crate) fn joint_responses(
 /// Three successive entries.
 fn vector(list: &DVector<f64>, first: usize) -> Vector3<f64> {
     list.fixed_rows::<3>(first).into_owned()
+}
+
+/// Number of the first group whose entries have the largest sum of squares.
+fn largest_of(groups: &[Vec<usize>], entry: impl Fn(usize) -> f64) -> usize {
+    let squares = groups
+        .iter()
+        .map(|group| group.iter().map(|&k| entry(k).powi(2)).sum::<f64>());
+    let largest = squares.enumerate().fold(
+        (0, -1.0),
+        |most, found| {
+            if found.1 > most.1 { found } else { most }
+        },
+    );
+    largest.0
 }

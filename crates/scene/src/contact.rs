@@ -133,6 +133,9 @@ pub struct Repulsion {
     pub strength: f64,
 }
 
+/// Gaps in units of the range at which the repulsion is below rounding, `e^-37`.
+const MAX_RANGES: f64 = 37.0;
+
 impl Repulsion {
     /// The force in a gap, not negative.
     ///
@@ -173,11 +176,16 @@ impl Repulsion {
             }
             for &other in &solid[..k] {
                 let apart = poses[body].translation.vector - poses[other].translation.vector;
-                let apart = domain.nearest_image(&apart);
+                let radii = bodies[body].bounding_radius() + bodies[other].bounding_radius();
                 let pair = [body, other].map(|b| (&bodies[b].shape, &poses[b].rotation));
-                let (gap, normal) = separation(pair, &apart);
-                push(body, gap, normal);
-                push(other, gap, -normal);
+                for apart in domain.images_near(&apart) {
+                    if apart.norm() - radii > MAX_RANGES * self.range && domain.period().is_some() {
+                        continue;
+                    }
+                    let (gap, normal) = separation(pair, &apart);
+                    push(body, gap, normal);
+                    push(other, gap, -normal);
+                }
             }
         }
     }

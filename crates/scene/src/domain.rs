@@ -103,6 +103,19 @@ impl Domain {
         }
     }
 
+    /// The [nearest image](Self::nearest_image) of a difference of two places and those around it;
+    /// the difference itself if the domain is not periodic.
+    pub fn images_near(&self, apart: &Vector3<f64>) -> Vec<Vector3<f64>> {
+        let Self::Periodic { size } = self else {
+            return vec![*apart];
+        };
+        let nearest = self.nearest_image(apart);
+        let steps = || [-1.0, 0.0, 1.0].into_iter();
+        let all = steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| [x, y, z])));
+        all.map(|step| nearest + Vector3::from(step).component_mul(size))
+            .collect()
+    }
+
     /// Clearance between a body and the nearest wall, negative if the body crosses the wall.
     ///
     /// Exact for spheres, a lower bound for other shapes; in a surface from a file, the distance of

@@ -293,9 +293,11 @@ impl Search<'_> {
         let excess = |joint: usize| self.excess(joint, from, to);
         let deformation = match deformation {
             Deformation::Sphere(sphere) => sphere,
-            Deformation::Undulation(_) => {
+            Deformation::Undulation(tube) => {
                 let ends = [from, to].map(|placed| body.bounding_radius_at(&placed.values));
-                return ends[0].max(ends[1]);
+                let [amplitude, _] = tube.joints;
+                let offset = tube.wave.offset(tube.tube.length);
+                return ends[0].max(ends[1]) + offset * excess(amplitude);
             }
         };
         let ends = [from, to].map(|placed| {

@@ -214,6 +214,12 @@ fn check(scene: &Scene) -> Result<bool, SwimError> {
              gives Stokes flow",
         );
     }
+    if scene.deforms() {
+        return refuse(
+            "bodies",
+            "a body deforms, so that there is no steady state; `swim solve` gives Stokes flow",
+        );
+    }
     if scene.depends_on_time() {
         return refuse(
             "bodies",

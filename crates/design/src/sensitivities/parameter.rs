@@ -65,6 +65,13 @@ pub fn parameters(scene: &Scene) -> Result<Vec<Parameter>, DesignError> {
     let from_file =
         (scene.gait().phases.iter()).any(|phase| matches!(phase.path, ShapePath::Spline(_)));
     let ranges = joint_ranges(scene)?;
+    let is_phase = |joint: usize| {
+        let mut deformations = scene
+            .bodies()
+            .iter()
+            .filter_map(|body| body.deformation.as_ref());
+        deformations.any(|of| of.phase() == Some(joint))
+    };
     for (number, joint) in joints.iter().enumerate() {
         match joint.drive {
             JointDrive::Passive(passive) if passive.stiffness > 0.0 => {
@@ -76,6 +83,8 @@ pub fn parameters(scene: &Scene) -> Result<Vec<Parameter>, DesignError> {
             }
             JointDrive::Passive(_) => {}
             _ if from_file => {}
+            // A gait turns the phase of a wave by whole turns, or does not close.
+            _ if is_phase(number) => {}
             _ => {
                 let of_joint = || sines(scene).iter().filter(|sine| sine.joint == number);
                 if joint.kind == JointKind::Slide {

@@ -180,7 +180,7 @@ impl TubeProfile {
 
     /// The balls at both ends: the length of arc of their centres, and their radii.
     ///
-    /// The straight tube is in their convex hull.
+    /// A straight tube of one radius is in their convex hull.
     pub fn end_balls(&self) -> [(f64, f64); 2] {
         let ball = |piece: &Piece| match *piece {
             Piece::Arc { centre, radius, .. } => (centre[0], radius),
@@ -553,7 +553,13 @@ impl<C: Centreline> BentTube<C> {
         };
         // Between samples the curve turns by at most 1 / SAMPLES_PER_RADIAN.
         let between = 0.125 * self.spacing / SAMPLES_PER_RADIAN;
-        self.samples.iter().map(distance).fold(0.0, f64::max) + between
+        // The equators of the balls at the ends are between samples.
+        let of_ends = self.profile.end_balls().map(|(arc, radius)| {
+            let point = self.curve.extended(arc).point;
+            (point - point.dot(n) * n).norm() + radius
+        });
+        let of_samples = self.samples.iter().map(distance);
+        of_samples.chain(of_ends).fold(0.0, f64::max) + between
     }
 
     /// Balls about points of the centreline between its ends, and the head.

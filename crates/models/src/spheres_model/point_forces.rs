@@ -27,7 +27,7 @@ const ESTIMATE_RESIDUAL: f64 = 1e-2;
 pub(super) const NEIGHBOURHOOD: usize = 12;
 
 /// Largest number of neighbourhoods of a sampled error bar.
-const SAMPLES: usize = 4;
+const SAMPLES: usize = 5;
 
 /// Largest factor from the first reflection to the error bar: where a neighbourhood asks for more,
 /// its own error is the bar.
@@ -229,7 +229,10 @@ impl SpheresModel {
         if let Some((first, _)) = spheres.closest_pair() {
             centres.insert(0, all.linkage_of_spheres()[first]);
         }
-        for members in neighbourhoods(&all, spheres, centres, None) {
+        for members in neighbourhoods(&all, spheres, centres, None)
+            .into_iter()
+            .flatten()
+        {
             // Spheres that expansions refuse leave the reflection, which has no order to lower.
             let found = self.neighbourhood((linked, spheres), &members, model)?;
             if let Some((found, reflected)) = found {
@@ -246,12 +249,12 @@ impl SpheresModel {
     }
 
     /// Errors in a periodic box: the largest ones by expansions in neighbourhoods of the linkages
-    /// with the narrowest gaps, which contain their nearest images, also those of the linkage
-    /// itself; none where no neighbourhood can be solved.
+    /// with the largest forces and velocities and with the narrowest gap, and of two more, with
+    /// their nearest neighbours and images, also those of the linkage itself; none where expansions
+    /// refuse a neighbourhood, or where it has no room for the nearest neighbour.
     ///
     /// What the model neglects decays like `(a/d)^4`, and so the neighbourhood has the most of it.
-    /// Its outer members have neighbours on one side only, which makes their errors larger than
-    /// those in the periodic box. The finite size of the spheres, which points lack, decays like
+    /// The finite size of the spheres, which points lack, decays like
     /// `(a/d)^3`: of these it is the difference from Rotne, Prager and Yamakawa, with all images.
     /// Cost: that of the expansions, for points a solution more.
     ///
@@ -265,19 +268,33 @@ impl SpheresModel {
         computed: &MobilitySolution,
     ) -> Result<ModelErrors, ModelError> {
         let all = linked.all();
-        let mut bars: Option<LargestDifferences> = None;
-        let closest = closest_among_images(&all, spheres, size);
-        for members in neighbourhoods(&all, spheres, closest, Some(size)) {
+        // Bodies that rest among themselves say nothing about those that move.
+        let mut centres = vec![all.strongest(computed), all.fastest(computed)];
+        centres.push(closest_among_images(&all, spheres, size));
+        centres.extend([all.count() / 3, 2 * all.count() / 3]);
+        let none = ModelErrors {
+            bars: None,
+            signed: None,
+        };
+        let mut bars = LargestDifferences::default();
+        for members in neighbourhoods(&all, spheres, centres, Some(size)) {
+            let Some(members) = members else {
+                return Ok(none);
+            };
             let found = self.neighbourhood((linked, spheres), &members, PointModel::Rpy)?;
-            if let Some((found, _)) = found {
-                bars.get_or_insert_default().raise(&found);
-            }
+            let Some((found, _)) = found else {
+                return Ok(none);
+            };
+            bars.raise(&found);
         }
-        if let (Some(bars), SphereModel::Oseen) = (&mut bars, self.kind) {
+        if self.kind == SphereModel::Oseen {
             let finite = self.point_solution(PointModel::Rpy, linked, spheres)?;
             bars.add(1.0, &all.largest_differences(computed, &finite));
         }
-        Ok(ModelErrors { bars, signed: None })
+        Ok(ModelErrors {
+            bars: Some(bars),
+            signed: None,
+        })
     }
 
     /// Errors by expansions in a neighbourhood, and by the first reflection; none if expansions
@@ -375,13 +392,13 @@ struct Member {
 
 /// Neighbourhoods that are solved by expansions: of the first [`SAMPLES`] different ones of these
 /// linkages. Each has at most [`NEIGHBOURHOOD`] spheres, the nearest linkages and images of those
-/// that fit.
+/// that fit; none of a linkage that is larger, or whose nearest one does not fit in a periodic box.
 fn neighbourhoods(
     all: &SomeLinkages,
     spheres: &Spheres,
     centres: Vec<usize>,
     period: Option<&Vector3<f64>>,
-) -> Vec<Vec<Member>> {
+) -> Vec<Option<Vec<Member>>> {
     let of_sphere = all.linkage_of_spheres();
     let mut chosen = Vec::new();
     for centre in centres {
@@ -395,10 +412,15 @@ fn neighbourhoods(
         let mut nearest: Vec<(f64, Member)> = Vec::new();
         for k in 0..x.len() {
             let linkage = of_sphere[k];
-            for shift in shifts_near(&(x[own[0]] - x[k]), period) {
-                let apart = own.iter().map(|&o| (x[o] - x[k] - shift).norm() - a[k]);
-                let distance = apart.fold(f64::INFINITY, f64::min);
-                nearest.push((distance, Member { linkage, shift }));
+            for &from in &own {
+                for shift in shifts_near(&(x[from] - x[k]), period) {
+                    let apart = own.iter().map(|&o| (x[o] - x[k] - shift).norm() - a[k]);
+                    let distance = apart.fold(f64::INFINITY, f64::min);
+                    nearest.push((distance, Member { linkage, shift }));
+                }
+                if period.is_none() {
+                    break;
+                }
             }
         }
         // Equal distances stay in the order of the spheres.
@@ -420,10 +442,10 @@ fn neighbourhoods(
             list.push(member);
             size += more;
         }
-        (size, list)
+        let has_neighbour = list.len() > 1 || period.is_none();
+        (size <= NEIGHBOURHOOD && has_neighbour).then_some(list)
     });
-    let fitting = lists.filter(|(size, _)| *size <= NEIGHBOURHOOD);
-    fitting.map(|(_, list)| list).collect()
+    lists.collect()
 }
 
 /// Shifts to the image nearest to a place at `apart`, and to those around it; none in unbounded
@@ -440,10 +462,10 @@ fn shifts_near(apart: &Vector3<f64>, period: Option<&Vector3<f64>>) -> Vec<Vecto
         .collect()
 }
 
-/// Linkages in the order of their smallest gaps, to images of their own too.
+/// The linkage with the smallest gap, to images of its own too.
 ///
 /// Cost: all pairs of spheres.
-fn closest_among_images(all: &SomeLinkages, spheres: &Spheres, size: &Vector3<f64>) -> Vec<usize> {
+fn closest_among_images(all: &SomeLinkages, spheres: &Spheres, size: &Vector3<f64>) -> usize {
     let (x, a) = (spheres.centres(), spheres.radii());
     let gap = |k: usize| {
         let to_others = (0..x.len()).filter(|&other| other != k).map(|other| {
@@ -453,8 +475,6 @@ fn closest_among_images(all: &SomeLinkages, spheres: &Spheres, size: &Vector3<f6
         to_others.fold((size.min() - 2.0 * a[k]) / a[k], f64::min)
     };
     let gaps: Vec<f64> = (0..x.len()).into_par_iter().map(gap).collect();
-    let mut order: Vec<usize> = (0..x.len()).collect();
-    order.sort_by(|&a, &b| gaps[a].total_cmp(&gaps[b]));
-    let of_sphere = all.linkage_of_spheres();
-    order.into_iter().map(|k| of_sphere[k]).collect()
+    let closest = (0..x.len()).min_by(|&a, &b| gaps[a].total_cmp(&gaps[b]));
+    closest.map_or(0, |k| all.linkage_of_spheres()[k])
 }

@@ -174,3 +174,41 @@ fn what_a_periodic_box_does_not_have_is_refused_with_a_remedy() {
     let mut model = SpheresModel::new(&scene, SphereModel::Rpy).unwrap();
     assert!(model.resistances().is_err());
 }
+
+/// One driven sphere beside passive pairs with narrower gaps: neighbourhoods of the narrowest gaps
+/// alone held nothing that moves, and the error bar was zero.
+#[test]
+fn bug_the_bar_was_zero_where_bodies_with_narrow_gaps_are_passive() {
+    let mut places = vec![CORNER];
+    for k in 0..7 {
+        let [x, y] = [0.3 + 0.06 * f64::from(k), 0.5];
+        places.push([x, y, 0.1 * f64::from(k)]);
+        places.push([x, y + 0.0201, 0.1 * f64::from(k)]);
+    }
+    let text = array(&places, 105.0, "").to_toml().unwrap();
+    // The force of the first sphere only.
+    let first = text.find("force = [").unwrap();
+    let (head, tail) = text.split_at(first + "force = [".len());
+    let tail = tail.replace("force = [", "# [");
+    let scene = Scene::parse(&(head.to_owned() + &tail)).unwrap();
+    let found = solve(&scene, SphereModel::Rpy);
+    let bar = found.error_estimate.model.unwrap();
+    // The sphere and its own images at the distance L change the velocity by (a/L)^4 and more.
+    assert!(bar > 105.0_f64.powi(-4), "{bar:e}");
+}
+
+/// A linkage that leaves no room for its nearest neighbour has no error bar: alone it has none.
+#[test]
+fn bug_the_bar_was_zero_where_no_neighbour_fits() {
+    let edge = 40.0;
+    let mut places: Vec<[f64; 3]> = (0..13).map(|k| [0.06 * f64::from(k), 0.0, 0.0]).collect();
+    places.push([0.0, 0.0513, 0.0]);
+    let links: String = (1..13)
+        .map(|k| {
+            format!("[[links]]\nname = \"l{k}\"\nbody = \"{k}\"\nto = \"0\"\njoint = \"fixed\"\n")
+        })
+        .collect();
+    let text = array(&places, edge, "").to_toml().unwrap() + &links;
+    let found = solve(&Scene::parse(&text).unwrap(), SphereModel::Rpy);
+    assert_eq!(found.error_estimate.model, None);
+}

@@ -521,6 +521,7 @@ pub(super) fn check_gait(
     if let Some(problem) = problem_of(start) {
         return Err(checks.bad_value("gait", format!("is impossible at the start: {problem}")));
     }
+    check_waves(checks, bodies, (gait, table), start)?;
     // All cycles after the second one repeat the shapes of the second one.
     let gait = Gait {
         cycles: gait.cycles.min(2),
@@ -546,6 +547,58 @@ pub(super) fn check_gait(
             if is_closed && let Some(problem) = volume_problem(bodies, &values, &span.rates(s)) {
                 return refuse(s, problem);
             }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses waves that stand still from the second cycle on, and amplitudes of the body that are
+/// not those at the start of the gait.
+fn check_waves(
+    checks: &Checks,
+    bodies: &[Body],
+    (gait, table): (&Gait, Option<&GaitTable>),
+    start: &[f64],
+) -> Result<(), SceneError> {
+    let one_cycle = Gait {
+        cycles: 1,
+        phases: gait.phases.clone(),
+    };
+    let last = spans(&one_cycle, start)?.last();
+    for (number, body) in bodies.iter().enumerate() {
+        let Some(Deformation::Undulation(tube)) = &body.deformation else {
+            continue;
+        };
+        let written = ["amplitude", "phase"].into_iter().zip(tube.start);
+        for ((word, given), joint) in written.zip(tube.joints) {
+            let key = format!("bodies[{number}].deformation.{word}");
+            let differs = (given - start[joint]).abs() > 1e-9 * start[joint].abs().max(1.0);
+            if checks.0.has(&key) && differs {
+                let problem = format!(
+                    "is {given}, and the gait starts at {}; give that, or change the gait",
+                    start[joint]
+                );
+                return Err(checks.bad_value(&key, problem));
+            }
+        }
+        let [_, phase] = tube.joints;
+        let Some(last) = last
+            .as_ref()
+            .filter(|last| gait.cycles > 1 && last.is_linear())
+        else {
+            continue;
+        };
+        if last.to[phase] != start[phase] {
+            let problem = format!(
+                "must be 1: the phase of '{}' ends a cycle at {}, where the next one would leave \
+                 it; turn it by more in one cycle",
+                body.name, last.to[phase]
+            );
+            let key = match table {
+                Some(_) => "gait.file",
+                None => "gait.cycles",
+            };
+            return Err(checks.bad_value(key, problem));
         }
     }
     Ok(())

@@ -145,7 +145,8 @@ impl Geometry for TubeShape {
     }
 
     fn support_point(&self, n: &Vector3<f64>) -> Vector3<f64> {
-        if self.bend.is_some() {
+        // A taper bulges out of the convex hull of the balls at its ends.
+        if self.bend.is_some() || self.radius != self.end_radius {
             return self.tube(1.0).support_point(n);
         }
         let balls = self.profile(1.0).end_balls();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use scene::{Deformation, ModeMotion, Scene, SphereDeformation, spans};
 
@@ -313,4 +313,76 @@ fn undulations_that_cannot_be_are_refused_with_place_and_time() {
     );
     let error = sphere_with("{ kind = \"undulation\", amplitude = 1 }", "").unwrap_err();
     assert!(error.contains("use shape = \"tube\""), "{error}");
+}
+
+/// Targets are absolute: from the second cycle on the wave stood still, without a word.
+#[test]
+fn bug_waves_rested_from_the_second_cycle_on() {
+    let text = |cycles: u32, target: f64, amplitude: f64| {
+        format!(
+            "[[bodies]]\nname = \"worm\"\nshape = \"tube\"\nlength = 10\nradius = 0.5\n\
+             position = [0, 0, 0]\n\
+             deformation = {{ kind = \"undulation\", amplitude = {amplitude} }}\n\
+             [gait]\ncycles = {cycles}\n\
+             [[gait.phases]]\ntargets = {{ \"worm.phase\" = {target:?} }}\n"
+        )
+    };
+    assert!(Scene::parse(&text(1, 4.0 * PI, 0.4)).is_ok());
+    let error = Scene::parse(&text(2, 2.0 * PI, 0.4))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("cycles") && error.contains("phase of 'worm'"),
+        "{error}"
+    );
+    // An amplitude of the body that the gait does not start from was ignored.
+    let harmonic = text(1, 2.0 * PI, 0.4).replace("[[gait.phases]]", "[[gait.harmonics]]");
+    let harmonic = harmonic.replace(
+        "targets = { \"worm.phase\" = 6.283185307179586 }",
+        "link = \"worm.amplitude\"\nmean = 0.3\namplitude = 0.1",
+    );
+    let error = Scene::parse(&harmonic.replace("cycles = 1", "period = 1")).unwrap_err();
+    assert!(
+        error.to_string().contains("the gait starts at 0.3"),
+        "{error}"
+    );
+}
+
+/// A taper bulges out of the convex hull of its end balls: gaps to walls were too large.
+#[test]
+fn bug_gaps_of_tapered_tubes_were_too_large() {
+    let text = "bodies = [{ name = \"t\", shape = \"tube\", length = 8, radius = 0.5, \
+                end_radius = 0.1, position = [0, 0, 0] }]";
+    let scene = Scene::parse(text).unwrap();
+    let shape = &scene.bodies()[0].shape;
+    let n = Vector3::new(0.0489, 0.0, 1.0).normalize();
+    let support = shape.support_point(&UnitQuaternion::identity(), &n).dot(&n);
+    // Points of the circles of the radius a + (b - a) (3 x² - 2 x³).
+    let of_circle = |k: u32| {
+        let x = f64::from(k) / 1000.0;
+        let radius = 0.5 - 0.4 * (3.0 * x * x - 2.0 * x * x * x);
+        (8.0 * x - 4.0) * n.x + radius * n.z
+    };
+    let most = (0..=1000).map(of_circle).fold(f64::NEG_INFINITY, f64::max);
+    assert!(support >= most - 1e-6, "{support} {most}");
+}
+
+/// Between two gaps of the same width through the faces of a box the repulsion of the nearest image
+/// alone was not zero, and jumped.
+#[test]
+fn bug_repulsion_knew_one_image() {
+    let scene = Scene::parse(
+        "domain = { kind = \"periodic\", size = [4.2, 9, 9] }\n\
+         contact = { range = 0.05, strength = 1 }\n\
+         bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0] }, \
+         { name = \"b\", radius = 1, position = [2.1, 0, 0] }]",
+    )
+    .unwrap();
+    let poses = scene
+        .articulation()
+        .place(&scene.initial_state(), &[])
+        .unwrap();
+    for load in scene.loads(0.0, &poses) {
+        assert!(load.force.norm() < 1e-12, "{}", load.force);
+    }
 }

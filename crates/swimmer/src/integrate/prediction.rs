@@ -56,11 +56,14 @@ const INTEGRATION_SHARE: f64 = 0.5;
 const MODEL_SHARE: f64 = 0.6;
 
 impl Prediction {
-    /// The prediction for a scene; none without a gait, with many bodies, slip or a background
-    /// flow, loads that vary, or if nothing moves.
+    /// The prediction for a scene; none without a gait, with many bodies, slip, a background
+    /// flow or periodic images, loads that vary, or if nothing moves.
     pub fn from_scene(scene: &Scene) -> Option<Self> {
-        // The rough model ignores slip and background flows, and its few points repulsion.
-        let is_smooth = !scene.has_surface_velocity() && scene.repulsion().is_none();
+        // The rough model ignores slip, background flows and periodic images, and its few points
+        // repulsion.
+        let is_smooth = !scene.has_surface_velocity()
+            && scene.repulsion().is_none()
+            && scene.domain().period().is_none();
         if scene.bodies().len() > MAX_BODIES || !is_smooth {
             return None;
         }
