@@ -40,8 +40,8 @@ const UNSEEN_SHARE: f64 = 0.1;
 
 /// The parts of a phase span that are tried first, in reverse order: the whole, or quarters of the
 /// shortest period of loads and of the turns of waves, as for smooth gaits. Few points over whole
-/// periods would see nothing of them, at every order. For the same reason parts are divided at the rows of a table until what
-/// a few points do not see of it is small compared with the tolerance.
+/// periods would see nothing of them, at every order. For the same reason parts are divided at the
+/// rows of a table until what a few points do not see of it is small compared with the tolerance.
 pub(super) fn first_parts(evaluator: &SpanEvaluator) -> Vec<(f64, f64)> {
     let (span, scene) = (&evaluator.span, evaluator.scene);
     let of_loads = (scene.shortest_period()).map_or(1.0, |period| 4.0 * span.duration / period);
