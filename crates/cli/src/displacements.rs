@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use nalgebra::Vector3;
+use pictures::numbers::with_digits;
 use swimmer::{Outcome, Scene, SwimmerOutcome};
 
 use super::text::{entry, rounded, two_digits, with_uncertainty};
@@ -12,6 +13,9 @@ const MAX_ROWS: usize = 24;
 
 /// Largest number of bodies in the table, of which each has three columns.
 const MAX_BODIES: usize = 12;
+
+/// Digits of the work of a swimmer, whose error bar is known of the run only.
+const WORK_DIGITS: i32 = 5;
 
 /// Rounding of displacements, relative to the size of the scene.
 const ROUNDING: f64 = 1e-14;
@@ -101,7 +105,7 @@ fn rows_of(scene: &Scene, outcome: &Outcome, swimmers: &[SwimmerOutcome]) -> Str
             swimmer.name(scene),
             numbers.row(&swimmer.displacement, bar),
             number(angle.unwrap_or(0.0)),
-            swimmer.work.map_or("-".to_owned(), five_digits),
+            (swimmer.work).map_or("-".to_owned(), |work| with_digits(work, WORK_DIGITS)),
         );
     }
     text
@@ -165,18 +169,6 @@ fn number(x: f64) -> String {
     }
 }
 
-/// A number with five significant digits.
-fn five_digits(x: f64) -> String {
-    match x.abs() {
-        size if (1e-2..1e5).contains(&size) => {
-            let decimals = (4.0 - size.log10().floor()).max(0.0) as usize;
-            format!("{x:.decimals$}")
-        }
-        0.0 => "0".to_owned(),
-        _ => format!("{x:.4e}"),
-    }
-}
-
 /// The exponent of the power of ten in which displacements are printed; 0 if they fit the columns.
 fn common_exponent(largest: f64) -> i32 {
     match largest {
@@ -201,6 +193,6 @@ mod tests {
             "1.2346e7",
             "0",
         ];
-        assert_eq!(works.map(five_digits), text);
+        assert_eq!(works.map(|work| with_digits(work, WORK_DIGITS)), text);
     }
 }

@@ -91,9 +91,16 @@ pub fn significant(value: f64, uncertainty: f64, rounding: f64) -> String {
         true => (first - magnitude(uncertainty) + 2).clamp(2, MAX_DIGITS),
         false => DIGITS,
     };
-    match first {
-        -4..6 => format!("{value:.*}", (digits - 1 - first).max(0) as usize),
-        _ => format!("{value:.*e}", (digits - 1) as usize),
+    with_digits(value, digits)
+}
+
+/// A number with this many significant digits, of one that is very large or small with its power
+/// of ten.
+pub fn with_digits(value: f64, digits: i32) -> String {
+    match magnitude(value.abs()) {
+        _ if value == 0.0 => "0".to_owned(),
+        first @ -4..6 => format!("{value:.*}", (digits - 1 - first).max(0) as usize),
+        _ => format!("{value:.*e}", (digits - 1).max(0) as usize),
     }
 }
 

@@ -178,7 +178,8 @@ impl Repulsion {
                 let apart = poses[body].translation.vector - poses[other].translation.vector;
                 let radii = bodies[body].bounding_radius() + bodies[other].bounding_radius();
                 let pair = [body, other].map(|b| (&bodies[b].shape, &poses[b].rotation));
-                for apart in domain.images_near(&apart) {
+                for shift in domain.shifts_near(&apart) {
+                    let apart = apart - shift;
                     if apart.norm() - radii > MAX_RANGES * self.range && domain.period().is_some() {
                         continue;
                     }

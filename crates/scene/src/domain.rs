@@ -103,16 +103,17 @@ impl Domain {
         }
     }
 
-    /// The [nearest image](Self::nearest_image) of a difference of two places and those around it;
-    /// the difference itself if the domain is not periodic.
-    pub fn images_near(&self, apart: &Vector3<f64>) -> Vec<Vector3<f64>> {
+    /// Shifts of the periodic box whose subtraction from a difference of two places gives the
+    /// [nearest image](Self::nearest_image) and the 26 around it; zero alone if the domain is not
+    /// periodic.
+    pub fn shifts_near(&self, apart: &Vector3<f64>) -> Vec<Vector3<f64>> {
         let Self::Periodic { size } = self else {
-            return vec![*apart];
+            return vec![Vector3::zeros()];
         };
-        let nearest = self.nearest_image(apart);
+        let nearest = apart.zip_map(size, |r, edge| (r / edge).round());
         let steps = || [-1.0, 0.0, 1.0].into_iter();
         let all = steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| [x, y, z])));
-        all.map(|step| nearest + Vector3::from(step).component_mul(size))
+        all.map(|step| (nearest + Vector3::from(step)).component_mul(size))
             .collect()
     }
 

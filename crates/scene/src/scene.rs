@@ -187,7 +187,17 @@ impl Scene {
         self.bodies.iter().any(|body| body.deformation.is_some())
     }
 
-    /// The bodies at these values of the joints: of those that deform, the balls around them.
+    /// The joints that are phases of waves, whose whole turns change no shape.
+    pub fn wave_phases(&self) -> impl Iterator<Item = usize> + '_ {
+        let deformations = self
+            .bodies
+            .iter()
+            .filter_map(|body| body.deformation.as_ref());
+        deformations.filter_map(Deformation::phase)
+    }
+
+    /// The bodies at these values of the joints: of those that deform, the
+    /// [outlines](Deformation::outline).
     pub fn bodies_at(&self, values: &[f64]) -> Cow<'_, [Body]> {
         if !self.deforms() {
             return Cow::Borrowed(&self.bodies);
@@ -344,14 +354,7 @@ impl Scene {
     pub fn shape_changes(&self, from: &[f64], to: &[f64]) -> Vec<(usize, f64)> {
         /// Values that are sines of times close up to rounding.
         const ROUNDING: f64 = 1e-9;
-        let is_phase = |joint: usize| {
-            let deformations = self
-                .bodies
-                .iter()
-                .filter_map(|body| body.deformation.as_ref());
-            let mut phases = deformations.filter_map(Deformation::phase);
-            phases.any(|phase| phase == joint)
-        };
+        let is_phase = |joint: usize| self.wave_phases().any(|phase| phase == joint);
         let joints = self.articulation.joints().iter().enumerate();
         let ends = from.iter().zip(to);
         let changes = joints

@@ -3,6 +3,7 @@
 use super::tube::{Section, circles_with_poles, intervals};
 use mesh::{Surface, SurfaceMesh, Vec3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+use std::sync::OnceLock;
 
 /// Sample circles on an arc of the meridian, from which closest points are searched.
 const ARC_SAMPLES: usize = 12;
@@ -239,7 +240,7 @@ impl TubeProfile {
 /// A tube along a curve: circles across the curve, with the radii of a [`TubeProfile`].
 ///
 /// The tube does not touch itself if [`Surface::reach`] is positive.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct BentTube<C> {
     curve: C,
     profile: TubeProfile,
@@ -247,8 +248,16 @@ pub struct BentTube<C> {
     samples: Vec<(f64, Circle)>,
     /// Largest distance between neighbouring circles.
     spacing: f64,
-    reach: f64,
+    /// [`Surface::reach`], which costs a comparison of all circles; known once it is asked for.
+    reach: OnceLock<f64>,
     ball: (Vec3, f64),
+}
+
+/// All else follows from the curve and the profile.
+impl<C: PartialEq> PartialEq for BentTube<C> {
+    fn eq(&self, other: &Self) -> bool {
+        self.curve == other.curve && self.profile == other.profile
+    }
 }
 
 /// A cross-section of the tube.
@@ -323,7 +332,7 @@ impl<C: Centreline> BentTube<C> {
             profile,
             samples: Vec::new(),
             spacing: 0.0,
-            reach: 0.0,
+            reach: OnceLock::new(),
             ball: (Vec3::zeros(), 0.0),
         };
         tube.samples = tube.sampled();
@@ -337,7 +346,6 @@ impl<C: Centreline> BentTube<C> {
         };
         tube.spacing = pairs.map(between).fold(0.0, f64::max);
         tube.ball = tube.around();
-        tube.reach = tube.smallest_ball();
         tube
     }
 
@@ -604,7 +612,7 @@ impl<C: Centreline> Surface for BentTube<C> {
     }
 
     fn reach(&self) -> f64 {
-        self.reach
+        *self.reach.get_or_init(|| self.smallest_ball())
     }
 
     fn inradius(&self) -> f64 {

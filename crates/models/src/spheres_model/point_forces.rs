@@ -5,7 +5,7 @@ use std::time::Instant as Clock;
 use microhydro::{Medium, PointMobility, PointModel, Spheres, multipole};
 use nalgebra::{DMatrix, Vector3};
 use rayon::prelude::*;
-use scene::ModelEstimatesKind;
+use scene::{Domain, ModelEstimatesKind};
 use stokes::{Seconds, SolverReport};
 
 use super::sphere_resistances::SphereResistances;
@@ -229,7 +229,7 @@ impl SpheresModel {
         if let Some((first, _)) = spheres.closest_pair() {
             centres.insert(0, all.linkage_of_spheres()[first]);
         }
-        for members in neighbourhoods(&all, spheres, centres, None)
+        for members in neighbourhoods(&all, spheres, centres, &Domain::Unbounded)
             .into_iter()
             .flatten()
         {
@@ -267,17 +267,17 @@ impl SpheresModel {
         size: &Vector3<f64>,
         computed: &MobilitySolution,
     ) -> Result<ModelErrors, ModelError> {
-        let all = linked.all();
+        let (all, domain) = (linked.all(), Domain::Periodic { size: *size });
         // Bodies that rest among themselves say nothing about those that move.
         let mut centres = vec![all.strongest(computed), all.fastest(computed)];
-        centres.push(closest_among_images(&all, spheres, size));
+        centres.push(closest_among_images(&all, spheres, &domain));
         centres.extend([all.count() / 3, 2 * all.count() / 3]);
         let none = ModelErrors {
             bars: None,
             signed: None,
         };
         let mut bars = LargestDifferences::default();
-        for members in neighbourhoods(&all, spheres, centres, Some(size)) {
+        for members in neighbourhoods(&all, spheres, centres, &domain) {
             let Some(members) = members else {
                 return Ok(none);
             };
@@ -397,7 +397,7 @@ fn neighbourhoods(
     all: &SomeLinkages,
     spheres: &Spheres,
     centres: Vec<usize>,
-    period: Option<&Vector3<f64>>,
+    domain: &Domain,
 ) -> Vec<Option<Vec<Member>>> {
     let of_sphere = all.linkage_of_spheres();
     let mut chosen = Vec::new();
@@ -413,12 +413,12 @@ fn neighbourhoods(
         for k in 0..x.len() {
             let linkage = of_sphere[k];
             for &from in &own {
-                for shift in shifts_near(&(x[from] - x[k]), period) {
+                for shift in domain.shifts_near(&(x[from] - x[k])) {
                     let apart = own.iter().map(|&o| (x[o] - x[k] - shift).norm() - a[k]);
                     let distance = apart.fold(f64::INFINITY, f64::min);
                     nearest.push((distance, Member { linkage, shift }));
                 }
-                if period.is_none() {
+                if domain.period().is_none() {
                     break;
                 }
             }
@@ -442,37 +442,24 @@ fn neighbourhoods(
             list.push(member);
             size += more;
         }
-        let has_neighbour = list.len() > 1 || period.is_none();
+        let has_neighbour = list.len() > 1 || domain.period().is_none();
         (size <= NEIGHBOURHOOD && has_neighbour).then_some(list)
     });
     lists.collect()
 }
 
-/// Shifts to the image nearest to a place at `apart`, and to those around it; none in unbounded
-/// fluid.
-fn shifts_near(apart: &Vector3<f64>, period: Option<&Vector3<f64>>) -> Vec<Vector3<f64>> {
-    let Some(size) = period else {
-        return vec![Vector3::zeros()];
-    };
-    let nearest = apart.zip_map(size, |r, edge| (r / edge).round());
-    let steps = || [-1.0, 0.0, 1.0].into_iter();
-    let around = steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| [x, y, z])));
-    around
-        .map(|step| (nearest + Vector3::from(step)).component_mul(size))
-        .collect()
-}
-
 /// The linkage with the smallest gap, to images of its own too.
 ///
 /// Cost: all pairs of spheres.
-fn closest_among_images(all: &SomeLinkages, spheres: &Spheres, size: &Vector3<f64>) -> usize {
+fn closest_among_images(all: &SomeLinkages, spheres: &Spheres, domain: &Domain) -> usize {
     let (x, a) = (spheres.centres(), spheres.radii());
+    let edge = domain.period().map_or(f64::INFINITY, |size| size.min());
     let gap = |k: usize| {
         let to_others = (0..x.len()).filter(|&other| other != k).map(|other| {
-            let apart = (x[other] - x[k]).zip_map(size, |r, edge| r - edge * (r / edge).round());
+            let apart = domain.nearest_image(&(x[other] - x[k]));
             (apart.norm() - a[other] - a[k]) / a[other].min(a[k])
         });
-        to_others.fold((size.min() - 2.0 * a[k]) / a[k], f64::min)
+        to_others.fold((edge - 2.0 * a[k]) / a[k], f64::min)
     };
     let gaps: Vec<f64> = (0..x.len()).into_par_iter().map(gap).collect();
     let closest = (0..x.len()).min_by(|&a, &b| gaps[a].total_cmp(&gaps[b]));

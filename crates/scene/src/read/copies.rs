@@ -9,6 +9,7 @@ use toml::{Table, Value};
 use super::gait::table_path;
 use crate::checks::Checks;
 use crate::document::Document;
+use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::gait_table::GaitTable;
 use crate::keys::{CopiesFile, DEFAULT_AXIS};
@@ -264,11 +265,12 @@ impl<'a> Expansion<'a> {
             .map(|&body| (spheres[body].0 - self.origin, spheres[body].1))
             .collect();
         let domain = self.values().get("domain");
-        let period = domain
+        let size_of_box = domain
             .filter(|domain| text(domain, "kind") == Some(DomainKind::Periodic.word()))
             .and_then(|domain| vector(domain.get("size")))
             .filter(|size| size.min() > 0.0);
-        let mut room = Room::new(entry.gap, &spheres, period);
+        let domain = size_of_box.map_or(Domain::Unbounded, |size| Domain::Periodic { size });
+        let mut room = Room::new(entry.gap, &spheres, domain);
         let mut random = fastrand::Rng::with_seed(u64::from(entry.seed));
         let mut poses = Vec::with_capacity(count as usize);
         for copy in 0..count {
@@ -479,7 +481,7 @@ fn random_rotation([a, b, c]: [f64; 3]) -> UnitQuaternion<f64> {
 /// Spheres on a grid, to find those that are too close to another one; in a periodic box with the
 /// images beside it.
 struct Room {
-    period: Option<Vector3<f64>>,
+    domain: Domain,
     gap: f64,
     cell: f64,
     largest: f64,
@@ -487,12 +489,12 @@ struct Room {
 }
 
 impl Room {
-    fn new(gap: f64, spheres: &[(Vector3<f64>, f64)], period: Option<Vector3<f64>>) -> Self {
+    fn new(gap: f64, spheres: &[(Vector3<f64>, f64)], domain: Domain) -> Self {
         let largest = spheres
             .iter()
             .fold(0.0_f64, |m, (_, radius)| m.max(*radius));
         let mut room = Self {
-            period,
+            domain,
             gap,
             // Points alone have no size.
             cell: (2.0 * largest + gap).max(f64::MIN_POSITIVE),
@@ -507,30 +509,17 @@ impl Room {
         (x / self.cell).map(|c| c.floor() as i64).into()
     }
 
-    /// The image of a place in the periodic box.
-    fn in_box(&self, x: &Vector3<f64>) -> Vector3<f64> {
-        (self.period).map_or(*x, |size| {
-            x.zip_map(&size, |x, edge| x - edge * (x / edge).round())
-        })
-    }
-
     fn enter(&mut self, (x, radius): (Vector3<f64>, f64)) {
         if self.largest <= 0.0 {
             return;
         }
-        let x = self.in_box(&x);
-        let Some(size) = self.period else {
-            self.cells
-                .entry(self.key(&x))
-                .or_default()
-                .push((x, radius));
-            return;
+        let outside = |x: &Vector3<f64>| {
+            let size = self.domain.period();
+            size.map_or(0.0, |size| (x.abs() - 0.5 * size).max())
         };
-        for image in 0..27 {
-            let number = [image % 3, image / 3 % 3, image / 9].map(|k| f64::from(k) - 1.0);
-            let x = x + Vector3::from(number).component_mul(&size);
-            let outside = (x.abs() - 0.5 * size).max();
-            if outside <= self.cell {
+        for shift in self.domain.shifts_near(&x) {
+            let x = x - shift;
+            if outside(&x) <= self.cell {
                 self.cells
                     .entry(self.key(&x))
                     .or_default()
@@ -542,7 +531,7 @@ impl Room {
     /// Enters spheres if they leave the gap to all others.
     fn take(&mut self, spheres: &[(Vector3<f64>, f64)]) -> bool {
         let is_free = |(x, radius): &(Vector3<f64>, f64)| {
-            let x = self.in_box(x);
+            let x = self.domain.nearest_image(x);
             let [i, j, k] = self.key(&x);
             // Far from all others, numbers of cells end.
             let near = |k: i64| [-1, 0, 1].map(|step| k.saturating_add(step));

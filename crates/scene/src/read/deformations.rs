@@ -560,11 +560,7 @@ fn check_waves(
     (gait, table): (&Gait, Option<&GaitTable>),
     start: &[f64],
 ) -> Result<(), SceneError> {
-    let one_cycle = Gait {
-        cycles: 1,
-        phases: gait.phases.clone(),
-    };
-    let last = spans(&one_cycle, start)?.last();
+    let last = spans(gait, start)?.nth(gait.phases.len().saturating_sub(1));
     for (number, body) in bodies.iter().enumerate() {
         let Some(Deformation::Undulation(tube)) = &body.deformation else {
             continue;

@@ -318,34 +318,25 @@ fn undulations_that_cannot_be_are_refused_with_place_and_time() {
 /// Targets are absolute: from the second cycle on the wave stood still, without a word.
 #[test]
 fn bug_waves_rested_from_the_second_cycle_on() {
-    let text = |cycles: u32, target: f64, amplitude: f64| {
-        format!(
-            "[[bodies]]\nname = \"worm\"\nshape = \"tube\"\nlength = 10\nradius = 0.5\n\
-             position = [0, 0, 0]\n\
-             deformation = {{ kind = \"undulation\", amplitude = {amplitude} }}\n\
-             [gait]\ncycles = {cycles}\n\
-             [[gait.phases]]\ntargets = {{ \"worm.phase\" = {target:?} }}\n"
-        )
+    let turns = |cycles: u32, target: f64| {
+        let gait = format!("\"worm.phase\" = {target:?}");
+        worm("amplitude = 0.4", &format!("gait.cycles = {cycles}"), &gait)
     };
-    assert!(Scene::parse(&text(1, 4.0 * PI, 0.4)).is_ok());
-    let error = Scene::parse(&text(2, 2.0 * PI, 0.4))
-        .unwrap_err()
-        .to_string();
+    assert!(turns(1, 4.0 * PI).is_ok());
+    let error = turns(2, 2.0 * PI).unwrap_err();
     assert!(
         error.contains("cycles") && error.contains("phase of 'worm'"),
         "{error}"
     );
     // An amplitude of the body that the gait does not start from was ignored.
-    let harmonic = text(1, 2.0 * PI, 0.4).replace("[[gait.phases]]", "[[gait.harmonics]]");
-    let harmonic = harmonic.replace(
-        "targets = { \"worm.phase\" = 6.283185307179586 }",
-        "link = \"worm.amplitude\"\nmean = 0.3\namplitude = 0.1",
+    let harmonic = Scene::parse(
+        "gait = { period = 1, harmonics = [{ link = \"worm.amplitude\", mean = 0.3, \
+         amplitude = 0.1 }] }\n\
+         [[bodies]]\nname = \"worm\"\nshape = \"tube\"\nlength = 10\nradius = 0.5\n\
+         position = [0, 0, 0]\ndeformation = { kind = \"undulation\", amplitude = 0.4 }\n",
     );
-    let error = Scene::parse(&harmonic.replace("cycles = 1", "period = 1")).unwrap_err();
-    assert!(
-        error.to_string().contains("the gait starts at 0.3"),
-        "{error}"
-    );
+    let error = harmonic.unwrap_err().to_string();
+    assert!(error.contains("the gait starts at 0.3"), "{error}");
 }
 
 /// A taper bulges out of the convex hull of its end balls: gaps to walls were too large.

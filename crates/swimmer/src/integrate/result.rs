@@ -225,32 +225,36 @@ impl SpanResult {
     /// None for the articulation that was integrated; for another one, those of
     /// [`Articulation::advance`].
     pub fn state(&self, set: &Articulation, s: f64) -> Result<State, SwimError> {
-        let contains = |piece: &&PathPiece| s <= piece.to;
-        match self.pieces.iter().find(contains).or(self.pieces.last()) {
+        match self.piece(s) {
             Some(piece) => Ok(piece.state(set, s)?),
             None => Ok(self.end.clone()),
         }
     }
 
+    /// The piece of the path at the position `s`; none before the first step.
+    fn piece(&self, s: f64) -> Option<&PathPiece> {
+        let mut pieces = self.pieces.iter();
+        pieces.find(|piece| s <= piece.to).or(self.pieces.last())
+    }
+
     /// Velocities and forces of the bodies at the position `s`, by the polynomial through the
     /// solutions of its step; none without solutions.
     pub fn bodies(&self, s: f64) -> Option<Vec<BodySolution>> {
-        let contains = |piece: &&PathPiece| s <= piece.to;
-        let piece = self.pieces.iter().find(contains).or(self.pieces.last())?;
+        let piece = self.piece(s)?;
         let is_of_step = |of: &&SpanSolution| (piece.from..=piece.to).contains(&of.s);
         let mut of_step: Vec<_> = self.solutions.iter().filter(is_of_step).collect();
         // Steps share the solution between them, and stages may be at the same time.
         of_step.sort_by(|a, b| a.s.total_cmp(&b.s));
         of_step.dedup_by(|later, earlier| later.s == earlier.s);
         let nodes: Vec<f64> = of_step.iter().map(|solution| solution.s).collect();
+        let weights: Vec<f64> = (0..nodes.len()).map(|i| lagrange(&nodes, i, s)).collect();
         let mut bodies = of_step.first()?.solution.bodies.clone();
         for (body, sum) in bodies.iter_mut().enumerate() {
             let weighted = |of: fn(&BodySolution) -> Vector3<f64>| -> Vector3<f64> {
                 let values = of_step
                     .iter()
-                    .map(|solution| of(&solution.solution.bodies[body]));
-                let terms = values.enumerate().map(|(i, x)| lagrange(&nodes, i, s) * x);
-                terms.sum()
+                    .map(|of_node| of(&of_node.solution.bodies[body]));
+                values.zip(&weights).map(|(x, weight)| *weight * x).sum()
             };
             sum.velocity = weighted(|body| body.velocity);
             sum.angular_velocity = weighted(|body| body.angular_velocity);

@@ -45,12 +45,8 @@ const UNSEEN_SHARE: f64 = 0.1;
 pub(super) fn first_parts(evaluator: &SpanEvaluator) -> Vec<(f64, f64)> {
     let (span, scene) = (&evaluator.span, evaluator.scene);
     let of_loads = (scene.shortest_period()).map_or(1.0, |period| 4.0 * span.duration / period);
-    let deformations = scene
-        .bodies()
-        .iter()
-        .filter_map(|body| body.deformation.as_ref());
-    let of_waves = (deformations.filter_map(|deformation| deformation.phase()))
-        .map(|joint| (span.to[joint] - span.from[joint]).abs() / FRAC_PI_2);
+    let of_waves =
+        (scene.wave_phases()).map(|joint| (span.to[joint] - span.from[joint]).abs() / FRAC_PI_2);
     // Turns are sums of decimal fractions, which exceed a quarter by rounding.
     let parts = (of_waves.fold(of_loads, f64::max) - 1e-9).ceil();
     let parts = parts.clamp(1.0, MAX_PARTS as f64);
