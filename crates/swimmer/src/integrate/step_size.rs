@@ -80,8 +80,8 @@ pub(super) fn unseen_displacement(evaluator: &SpanEvaluator, part: (f64, f64)) -
     displacements.fold(0.0, f64::max)
 }
 
-/// Tolerance for a step along which no joint moves, as a fraction of the scene's tolerance: no stroke
-/// returns, and the errors of steps add up as their displacements do.
+/// Tolerance for a step along which no joint moves, as a fraction of the scene's tolerance: no
+/// stroke returns, and the errors of steps add up as their displacements do.
 const SHARE_WITHOUT_STROKE: f64 = 1.0 / 4.0;
 
 /// Error that the scene's tolerance allows for a step of the Runge-Kutta pair over the part `width`
