@@ -165,8 +165,31 @@ impl<'a> PointMobility<'a> {
         }
     }
 
-    /// Velocities and angular velocities by the slip of all other spheres, and by that of images.
-    pub(crate) fn sums_by_slip(&self, squirmers: &[Squirmer]) -> Result<DVector<f64>, HydroError> {
+    /// Velocities and angular velocities of free spheres, six entries per sphere, by their slip.
+    ///
+    /// Each sphere moves by its own slip and with the flow of the others, averaged over its surface
+    /// (Faxén's laws): the order of Rotne, Prager and Yamakawa, with a relative error like
+    /// `(a/d)^5` for free squirmers. Forces add to it what [`PointMobility::apply`] gives.
+    /// Cost: that of a product.
+    ///
+    /// # Errors
+    /// [`HydroError::Unsupported`] for points and in media with a boundary;
+    /// [`HydroError::Length`], [`HydroError::NotFinite`].
+    ///
+    /// ```
+    /// use microhydro::{PointMobility, PointModel, Spheres, Squirmer};
+    /// use nalgebra::Vector3;
+    /// let one = Spheres::new(vec![Vector3::zeros()], vec![1.0])?;
+    /// let mobility = PointMobility::periodic(PointModel::Rpy, &one, &Vector3::repeat(8.0))?;
+    /// let squirmer = Squirmer { b1: 1.5, b2: 0.0, axis: Vector3::z() };
+    /// let velocity = mobility.by_slip(&[squirmer])?[2];
+    /// // in a cubic array slower by the volume fraction
+    /// let fraction = 4.0 / 3.0 * std::f64::consts::PI / 512.0;
+    /// assert!((velocity - (1.0 - fraction)).abs() < 1e-12);
+    /// # Ok::<(), microhydro::HydroError>(())
+    /// ```
+    pub fn by_slip(&self, squirmers: &[Squirmer]) -> Result<DVector<f64>, HydroError> {
+        check_entries("squirmers", self.spheres.len(), squirmers.len())?;
         let unsupported = |model: &'static str, medium: &'static str| HydroError::Unsupported {
             model,
             medium,
@@ -178,10 +201,16 @@ impl<'a> PointMobility<'a> {
         if self.medium != Medium::Unbounded {
             return Err(unsupported(self.name(), "slip beside a wall or in a ball"));
         }
-        Ok(match &self.periodic {
+        let mut velocities = match &self.periodic {
             Some(periodic) => periodic.velocities_by_slip(squirmers),
             None => self.columns.velocities_by_slip(self.spheres, squirmers),
-        })
+        };
+        for (k, squirmer) in squirmers.iter().enumerate() {
+            let mut own = velocities.fixed_rows_mut::<3>(6 * k);
+            own += squirmer.velocity();
+        }
+        check_finite("a velocity of a sphere", &velocities)?;
+        Ok(velocities)
     }
 
     /// Velocity of the fluid at points, by forces and torques on the spheres and by the slip of

@@ -5,8 +5,6 @@ use std::f64::consts::PI;
 use nalgebra::{DVector, Matrix3, Vector3};
 
 use crate::Spheres;
-use crate::error::{check_entries, check_finite};
-use crate::{HydroError, PointMobility};
 
 /// Slip of a sphere with the outward normal `n` and the unit axis `k` (Lighthill 1952; Blake
 /// 1971), relative to the motion of the sphere:
@@ -67,43 +65,6 @@ impl Squirmer {
     }
 }
 
-impl PointMobility<'_> {
-    /// Velocities and angular velocities of free spheres, six entries per sphere, by their slip.
-    ///
-    /// Each sphere moves by its own slip and with the flow of the others, averaged over its surface
-    /// (Faxén's laws): the order of Rotne, Prager and Yamakawa, with a relative error like
-    /// `(a/d)^5` for free squirmers. Forces add to it what [`PointMobility::apply`] gives.
-    /// Cost: that of a product.
-    ///
-    /// # Errors
-    /// [`HydroError::Unsupported`] for points and in media with a boundary;
-    /// [`HydroError::Length`], [`HydroError::NotFinite`].
-    ///
-    /// ```
-    /// use microhydro::{PointMobility, PointModel, Spheres, Squirmer};
-    /// use nalgebra::Vector3;
-    /// let one = Spheres::new(vec![Vector3::zeros()], vec![1.0])?;
-    /// let mobility = PointMobility::periodic(PointModel::Rpy, &one, &Vector3::repeat(8.0))?;
-    /// let squirmer = Squirmer { b1: 1.5, b2: 0.0, axis: Vector3::z() };
-    /// let velocity = mobility.by_slip(&[squirmer])?[2];
-    /// // in a cubic array slower by the volume fraction
-    /// let fraction = 4.0 / 3.0 * std::f64::consts::PI / 512.0;
-    /// assert!((velocity - (1.0 - fraction)).abs() < 1e-12);
-    /// # Ok::<(), microhydro::HydroError>(())
-    /// ```
-    pub fn by_slip(&self, squirmers: &[Squirmer]) -> Result<DVector<f64>, HydroError> {
-        let spheres = self.spheres();
-        check_entries("squirmers", spheres.len(), squirmers.len())?;
-        let mut velocities = self.sums_by_slip(squirmers)?;
-        for (k, squirmer) in squirmers.iter().enumerate() {
-            let mut own = velocities.fixed_rows_mut::<3>(6 * k);
-            own += squirmer.velocity();
-        }
-        check_finite("a velocity of a sphere", &velocities)?;
-        Ok(velocities)
-    }
-}
-
 /// Dipoles and stresslets of squirmers, six numbers each.
 pub(crate) fn singularities(spheres: &Spheres, squirmers: &[Squirmer]) -> [DVector<f64>; 2] {
     let (mut dipoles, mut stresslets) = (Vec::new(), Vec::new());
@@ -119,7 +80,7 @@ pub(crate) fn singularities(spheres: &Spheres, squirmers: &[Squirmer]) -> [DVect
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Accuracy, Medium, PointModel, multipole};
+    use crate::{Accuracy, HydroError, Medium, PointMobility, PointModel, multipole};
 
     fn squirmer(b1: f64, b2: f64, axis: [f64; 3]) -> Squirmer {
         let axis = Vector3::from(axis).normalize();

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Vector3, Vector6};
 
-use super::{Source, six_of};
+use super::source::{Source, six_of};
 
 /// `D g, .., D⁴ g` with `D = (1/r) d/dr`.
 type Chain = [f64; 4];

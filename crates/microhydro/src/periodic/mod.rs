@@ -17,13 +17,15 @@
 //! `∇∇g = Dg I + D²g r r`, `∇²g = 3 Dg + r² D²g`.
 
 mod images;
+mod source;
 mod waves;
 
 use std::f64::consts::PI;
 
-use nalgebra::{DVector, Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{DVector, Matrix6, Vector3, Vector6};
 use rayon::prelude::*;
 
+use self::source::Source;
 use self::waves::{Flow, Phases, Placed, Waves};
 use crate::error::check_finite;
 use crate::{HydroError, Spheres, Squirmer};
@@ -53,29 +55,10 @@ pub(crate) struct PeriodicSums {
     phases: Vec<Phases>,
 }
 
-/// What a sphere does to the fluid.
-#[derive(Clone, Copy)]
-pub(crate) struct Source {
-    pub force: Vector3<f64>,
-    pub torque: Vector3<f64>,
-    /// Dipole and stresslet of a squirmer.
-    pub slip: Option<(Vector3<f64>, Matrix3<f64>)>,
-}
-
 /// Sources of all spheres with the flows of their waves.
 pub(crate) struct PeriodicFlow {
     sources: Vec<Source>,
     waves: Vec<Flow>,
-}
-
-impl Source {
-    fn of_load(load: &Vector6<f64>) -> Self {
-        Self {
-            force: load.fixed_rows::<3>(0).into_owned(),
-            torque: load.fixed_rows::<3>(3).into_owned(),
-            slip: None,
-        }
-    }
 }
 
 impl PeriodicSums {
@@ -270,13 +253,6 @@ impl PeriodicSums {
             }
         }
     }
-}
-
-fn six_of(velocity: Vector3<f64>, rotation: Vector3<f64>) -> Vector6<f64> {
-    let mut both = Vector6::zeros();
-    both.fixed_rows_mut::<3>(0).copy_from(&velocity);
-    both.fixed_rows_mut::<3>(3).copy_from(&rotation);
-    both
 }
 
 /// The shortest of a vector and its images, along each edge.

@@ -6,7 +6,7 @@ use nalgebra::{Complex, Vector3, Vector6};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::{Source, six_of};
+use super::source::{Source, six_of};
 
 /// Waves that are treated together by vector instructions; columns are padded to multiples of them.
 const LANES: usize = 8;
