@@ -287,7 +287,10 @@ impl BentLine {
         for k in 0..2 * half {
             let part = line.integral(&bend, k as f64 * step, step);
             let last = nodes[k].point;
-            nodes.push(node(k + 1, [0, 1, 2].map(|column| last[column] + part[column])));
+            nodes.push(node(
+                k + 1,
+                [0, 1, 2].map(|column| last[column] + part[column]),
+            ));
         }
         let (at_middle, middle) = (nodes[half].point, bend.middle(length));
         for node in &mut nodes {

@@ -427,12 +427,12 @@ impl<C: Centreline> BentTube<C> {
 
     /// The cross-section with the point of the surface closest to `x`.
     fn closest(&self, x: &Vec3) -> Circle {
-        let distance = |k: usize| self.samples[k].1.squared_distance(x).sqrt();
         let last = self.samples.len() - 1;
-        let distances: Vec<f64> = (0..=last).map(distance).collect();
+        let squares = self.samples.iter().map(|(_, c)| c.squared_distance(x));
+        let distances: Vec<f64> = squares.collect();
         let lowest = distances.iter().copied().fold(f64::INFINITY, f64::min);
         // Between neighbours the distance changes by at most that of their circles.
-        let limit = lowest + self.spacing;
+        let limit = (lowest.sqrt() + self.spacing).powi(2);
         let (mut best, mut closest) = (f64::INFINITY, self.samples[0].1);
         for (k, &here) in distances.iter().enumerate() {
             let before = if k > 0 { distances[k - 1] } else { here };
