@@ -758,6 +758,34 @@ mod tests {
         assert!(bow(0.8, [0.2, 0.2], None).reach() < 0.0);
     }
 
+    /// The head of a straight tube is the widest about its axis; about a line across it the end of
+    /// the head is, or that of the tube. It was left out between two samples.
+    #[test]
+    fn the_distance_from_an_axis_contains_the_head() {
+        let (head, radius) = (1.0, 0.3);
+        let tube = bow(1e-9, [radius, radius], Some(head));
+        let centre = ((head + radius) * (head + radius) - 4.0 * radius * radius).sqrt();
+        for (n, exact) in [
+            (Vec3::x(), head),
+            (Vec3::y(), (centre + head).max(8.0 + radius)),
+        ] {
+            let found = tube.distance_from_axis(&n);
+            assert!(found >= exact - 1e-9, "{found} of {exact}");
+            // The ball about each circle exceeds that about the end by (√2 - 1) radii at most.
+            assert!(found < exact + 0.5 * radius, "{found} of {exact}");
+        }
+        // All points of a bent one, by their support points along directions across the line.
+        let bent = bow(0.4, [radius, radius], Some(head));
+        let farthest = (0..360).map(|k| {
+            let (sin, cos) = (PI * f64::from(k) / 180.0).sin_cos();
+            let across = Vec3::new(0.0, cos, sin);
+            bent.support_point(&across).dot(&across)
+        });
+        let farthest = farthest.fold(0.0, f64::max);
+        let found = bent.distance_from_axis(&Vec3::x());
+        assert!(found >= farthest - 1e-9 && found < farthest + 0.5 * radius);
+    }
+
     /// Points keep their coordinates while the curve bends.
     #[test]
     fn coordinates_are_those_of_the_point() {
