@@ -152,6 +152,11 @@ pub(crate) trait Geometry: ShapeFile {
     /// The point farthest along the unit vector `n`, both in its own coordinates.
     fn support_point(&self, n: &Vector3<f64>) -> Vector3<f64>;
 
+    /// [`Geometry::support_point`] as a function, for many unit vectors.
+    fn support(&self) -> Box<dyn Fn(&Vector3<f64>) -> Vector3<f64> + '_> {
+        Box::new(move |n| self.support_point(n))
+    }
+
     /// Support distance along a unit vector after a rotation, if there is a shorter way than by the
     /// support point.
     fn support_distance(

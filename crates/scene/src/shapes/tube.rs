@@ -159,6 +159,17 @@ impl Geometry for TubeShape {
         }
     }
 
+    fn support(&self) -> Box<dyn Fn(&Vector3<f64>) -> Vector3<f64> + '_> {
+        // The circles of a bent tube are the same for all directions.
+        match self.bend {
+            None => Box::new(|n| self.support_point(n)),
+            Some(_) => {
+                let tube = self.tube(1.0);
+                Box::new(move |n| tube.support_point(n))
+            }
+        }
+    }
+
     fn transverse_support_distance(&self, n: &Vector3<f64>) -> f64 {
         self.tube(1.0).distance_from_axis(n)
     }

@@ -70,6 +70,23 @@ fn a_wave_at_rest_is_the_rigid_helix() {
     );
 }
 
+/// A phase turns a helical wave about -x, with all that it causes: exact kinematics.
+#[test]
+fn phases_of_helical_waves_turn_their_velocities() {
+    let phase = 1.1;
+    let wave = tube("helix", 0.6, "", 0.24);
+    let [start, later] = [0.0, phase].map(|phase| solution(&wave, phase, 1.0));
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -phase);
+    let [from, to] = [&start.bodies[0], &later.bodies[0]];
+    let bar = start.error_estimate.total() + later.error_estimate.total();
+    let difference = to.velocity - turn * from.velocity;
+    within(difference.norm(), bar, "the error bars");
+    within(bar, 0.05 * from.velocity.norm(), "the bar says something");
+    let bar = start.angular_velocity_error.total() + later.angular_velocity_error.total();
+    let difference = to.angular_velocity - turn * from.angular_velocity;
+    within(difference.norm(), bar, "the error bars");
+}
+
 /// Speed along the axis of a helical wave that does not rotate, by resistive-force theory with the
 /// coefficients of Lighthill (1976).
 fn resistive_speed(slope: f64) -> f64 {
