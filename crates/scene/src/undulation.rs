@@ -77,9 +77,11 @@ struct Tangent {
 /// Largest slope of a wave of displacement: the curve has to advance along its axis.
 const MAX_SLOPE: f64 = 0.99;
 
-/// Intervals of the table of a centreline per wave and radian of its amplitude, so that Gauss's rule and Hermite's interpolation
-/// are exact to rounding for slopes that are not close to one: the error of the latter is
-/// `(2π / 200)⁶ / 46080 = 2e-14` of a wave length times the sixth derivative in wave numbers.
+/// Intervals of the table of a centreline per wave and radian of its amplitude, so that Gauss's rule
+/// and Hermite's interpolation are exact to rounding for slopes that are not close to one.
+///
+/// The error of the latter is `(2π / 200)⁶ / 46080 = 2e-14` of a wave length times the sixth
+/// derivative in wave numbers.
 const INTERVALS_PER_WAVE: f64 = 200.0;
 
 /// Largest number of intervals of the table of a centreline.

@@ -18,6 +18,9 @@ const MAX_SAMPLES: f64 = 4096.0;
 /// rounding.
 const AXIS_ROUNDING: f64 = 1e-13;
 
+/// Width of an interval of the meridian across which a function changes at its maximum by rounding.
+const ROOT_OF_ROUNDING: f64 = 1e-9;
+
 /// Steps of the search for a root, more than it needs.
 const MAX_STEPS: usize = 80;
 
@@ -539,6 +542,10 @@ impl<C: Centreline> BentTube<C> {
         let mut low = self.samples[best.1.saturating_sub(1)].0;
         let mut high = self.samples[(best.1 + 1).min(self.samples.len() - 1)].0;
         for _ in 0..MAX_STEPS {
+            // The distance is off by the square of the width only.
+            if high - low < ROOT_OF_ROUNDING {
+                break;
+            }
             let third = (high - low) / 3.0;
             let [one, two] = [low + third, high - third];
             match distance(&self.circle(one)) < distance(&self.circle(two)) {

@@ -4,7 +4,7 @@ use mesh::Surface;
 use mesher::{BentTube, TubeProfile};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::geometry::{Geometry, ShapeFile, ShapeKeys, placed};
+use super::geometry::{Geometry, ShapeFile, ShapeKeys, Support, placed};
 use crate::error::SceneError;
 use crate::keys::BodyFile;
 use crate::undulation::{Bend, BentLine, WaveTube};
@@ -159,7 +159,7 @@ impl Geometry for TubeShape {
         }
     }
 
-    fn support(&self) -> Box<dyn Fn(&Vector3<f64>) -> Vector3<f64> + '_> {
+    fn support(&self) -> Box<Support<'_>> {
         // The circles of a bent tube are the same for all directions.
         match self.bend {
             None => Box::new(|n| self.support_point(n)),

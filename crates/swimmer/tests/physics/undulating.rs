@@ -183,9 +183,10 @@ fn the_sperm_swims_head_first() {
 /// Bodies that deform have no steady state: refused with the place, before a mesh is made.
 #[test]
 fn steady_states_refuse_bodies_that_deform() {
-    let text = tube("curvature", 0.5, "", 0.3).to_toml().unwrap();
-    let text = format!("fluid.density = 1\n{text}");
-    let scene = Scene::parse(&text).unwrap();
+    let text = "fluid.density = 1\n\
+        bodies = [{ name = \"worm\", shape = \"tube\", length = 6, radius = 0.3, \
+        position = [0, 0, 0], deformation = { kind = \"undulation\", amplitude = 0.5 } }]";
+    let scene = Scene::parse(text).unwrap();
     let refused = swimmer::solve_steady(&scene).map(|_| ()).unwrap_err();
     assert_eq!(refused.exit_code(), 2);
     let refused = refused.to_string();
