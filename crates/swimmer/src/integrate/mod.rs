@@ -61,7 +61,7 @@ pub enum Method {
     /// so the reversed stroke returns along the same path.
     Collocation,
     /// The Runge-Kutta pair of Dormand & Prince on the group of states, with step size control:
-    /// order 5, for comparison.
+    /// order 5.
     RungeKutta,
     /// Explicit Euler with a given number of steps per phase span: first order, for comparison.
     Euler {
@@ -91,11 +91,14 @@ pub enum Method {
 
 impl Method {
     /// The method for a scene: [`Method::Unsteady`] if the fluid has inertia, [`Method::Inertia`]
-    /// if bodies have mass, else [`Method::Collocation`].
+    /// if bodies have mass; [`Method::RungeKutta`] for many swimmers that repel each other, of
+    /// which some meet at any time, where orders above five gain nothing; else
+    /// [`Method::Collocation`].
     pub fn from_scene(scene: &Scene) -> Self {
         match (scene.inertia().is_kept(), scene.has_masses()) {
             (true, _) => Self::Unsteady,
             (false, true) => Self::Inertia,
+            (false, false) if is_repelling_swarm(scene) => Self::RungeKutta,
             (false, false) => Self::Collocation,
         }
     }
@@ -123,6 +126,18 @@ impl Method {
             _ => Ok(()),
         }
     }
+}
+
+/// Number of swimmers from which on some meet at any time.
+///
+/// Sixty spheres that settle take 53 solves by the Runge-Kutta pair and 115 by collocation to the
+/// same tolerance, sixty squirmers 438 and 2281.
+const MANY: usize = 10;
+
+/// Whether many swimmers repel each other, without springs between their bodies.
+fn is_repelling_swarm(scene: &Scene) -> bool {
+    let swimmers = scene.articulation().linkages().len();
+    scene.repulsion().is_some() && swimmers >= MANY && !scene.has_passive_joints()
 }
 
 /// Integrates the motion of a scene's bodies phase span by phase span.
