@@ -77,8 +77,8 @@ struct Tangent {
 /// Largest slope of a wave of displacement: the curve has to advance along its axis.
 const MAX_SLOPE: f64 = 0.99;
 
-/// Intervals of the table of a centreline per wave and radian of its amplitude, so that Gauss's rule
-/// and Hermite's interpolation are exact to rounding for slopes that are not close to one.
+/// Intervals of the table of a centreline per wave and radian of its amplitude, so that Gauss's
+/// rule and Hermite's interpolation are exact to rounding for slopes that are not close to one.
 ///
 /// The error of the latter is `(2π / 200)⁶ / 46080 = 2e-14` of a wave length times the sixth
 /// derivative in wave numbers.
