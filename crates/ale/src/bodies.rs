@@ -104,9 +104,13 @@ pub(crate) fn check_twists(expected: usize, twists: &[[Vec3; 2]]) -> Result<(), 
     }
 }
 
-/// `Q - I` for the rotation `Q` of a motion.
+/// `Q - I` for the rotation `Q` of a motion: `2 (w [v]× + [v]×²)` with the quaternion `(w, v)`.
+///
+/// The difference of the matrices would have rounding errors along the axis, which take nodes off
+/// symmetry planes.
 pub(crate) fn rotation_increment(motion: &Isometry3<f64>) -> Matrix3<f64> {
-    motion.rotation.to_rotation_matrix().into_inner() - Matrix3::identity()
+    let cross = motion.rotation.imag().cross_matrix();
+    2.0 * (motion.rotation.w * cross + cross * cross)
 }
 
 /// Nodes on a body and the values of a field there.

@@ -319,7 +319,7 @@ impl Unsolved {
 
     fn plane(&self, frame: &SliceFrame, scene: &Scene) -> Result<SlicePlane, PictureError> {
         let poses = scene.articulation().place(&self.state(), &self.shape)?;
-        Ok(frame.around(scene, &poses))
+        Ok(frame.around(scene, &self.shape, &poses))
     }
 
     /// The slice of a flow on a mesh.

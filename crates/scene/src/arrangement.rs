@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use rigid::Joint;
 
 use crate::body::Body;
+use crate::deformation::Deformation;
 use crate::domain::Domain;
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::scene::Scene;
@@ -72,7 +73,7 @@ impl Scene {
     /// Symmetry planes of the whole run, among the coordinate planes normal to x, y and z.
     ///
     /// All centres, forces and given velocities lie in such a plane, torques and given angular
-    /// velocities are normal to it, and the domain, the
+    /// velocities are normal to it, and the domain, the shapes, the
     /// slip of the bodies and the background flow are symmetric about it. No body can then leave
     /// the plane.
     pub fn symmetry_planes(&self) -> [bool; 3] {
@@ -102,9 +103,8 @@ impl Scene {
                     && in_field
                     && is_in_plane(&twist.linear)
                     && is_normal(&twist.angular)
-                    && body.shape.is_isotropic()
+                    && has_symmetric_shape(body, axis)
                     && body.slip.is_none_or(|slip| slip.is_symmetric(axis))
-                    && deformation_axis(body).is_none_or(|own| own[axis] == 0.0)
             })
         };
         let joints = self.articulation.joints();
@@ -262,6 +262,16 @@ impl Scene {
             .iter()
             .find_map(|v| v.try_normalize(0.0))
             .unwrap_or_else(Vector3::x)
+    }
+}
+
+/// Whether the plane through the position of a body normal to a coordinate axis is a symmetry plane
+/// of its shape, whatever the rotation about that axis and the deformation.
+fn has_symmetric_shape(body: &Body, axis: usize) -> bool {
+    let is_normal = |n: Vector3<f64>| (0..3).all(|other| other == axis || n[other] == 0.0);
+    match &body.deformation {
+        Some(Deformation::Undulation(tube)) => tube.plane_normal().is_some_and(is_normal),
+        _ => body.shape.is_isotropic() && deformation_axis(body).is_none_or(|own| own[axis] == 0.0),
     }
 }
 

@@ -7,6 +7,7 @@ use crate::shape::Shape;
 use crate::shapes::TubeShape;
 use crate::sphere_deformation::SphereDeformation;
 use crate::undulation::{Bend, Wave, WaveTube};
+use crate::words::WaveKind;
 
 /// Deformation of a body by shape coordinates, which are numbers of joints of the scene.
 ///
@@ -163,6 +164,13 @@ impl Undulation {
             }),
             ..self.tube
         }
+    }
+
+    /// Normal of the plane in which the wave bends the tube, in the initial configuration; none of
+    /// a helical one.
+    pub(crate) fn plane_normal(&self) -> Option<Vector3<f64>> {
+        let turn = Shape::Tube(self.tube).orientation();
+        (self.wave.kind != WaveKind::Helix).then(|| turn * Vector3::z())
     }
 
     /// Largest speed of points for a rate of one of the amplitude, and of the phase, at amplitudes

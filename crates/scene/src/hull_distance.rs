@@ -41,8 +41,9 @@ pub(crate) fn separation(bodies: Pair, apart: &Vector3<f64>) -> (f64, Vector3<f6
     if first.is_isotropic() && second.is_isotropic() {
         return (along_centres, start);
     }
+    let (near, far) = (first.support(of_first), second.support(of_second));
     search((along_centres, start), apart, |n| {
-        apart + first.support_point(of_first, &-n) - second.support_point(of_second, n)
+        apart + near(&-n) - far(n)
     })
 }
 
@@ -65,7 +66,8 @@ pub(crate) fn distance_from_triangle(
     };
     let start = apart.try_normalize(0.0).unwrap_or_else(Vector3::x);
     let along = start.dot(&(centre - farthest(&start))) - shape.support_distance(rotation, &-start);
-    let corner = |n: &Vector3<f64>| centre + shape.support_point(rotation, &-n) - farthest(n);
+    let support = shape.support(rotation);
+    let corner = |n: &Vector3<f64>| centre + support(&-n) - farthest(n);
     search((along, start), &apart, corner).0
 }
 

@@ -205,6 +205,16 @@ impl Shape {
         turn * self.geometry().support_point(&own)
     }
 
+    /// [`Shape::support_point`] at a rotation as a function, for many directions.
+    pub(crate) fn support(
+        &self,
+        rotation: &UnitQuaternion<f64>,
+    ) -> impl Fn(&Vector3<f64>) -> Vector3<f64> + '_ {
+        let turn = rotation * self.orientation();
+        let own = self.geometry().support();
+        move |direction| turn * own(&turn.inverse_transform_vector(direction))
+    }
+
     /// Largest support distance over all directions perpendicular to `direction`, a unit vector.
     ///
     /// An upper bound for a helix: that of the cylinder around it. `rotation` is relative to the

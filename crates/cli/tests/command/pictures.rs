@@ -182,12 +182,13 @@ fn compare(elements: &FlowSlice, multipoles: &FlowSlice, allowed: f64) {
 fn planes_contain_the_bodies_and_the_direction_of_motion() {
     let normal = |text: &SceneText| {
         let scene = text.scene();
+        let values = scene.articulation().initial_shape();
         let poses = (scene.articulation())
-            .place(&scene.initial_state(), scene.articulation().initial_shape())
+            .place(&scene.initial_state(), values)
             .unwrap();
         let plane = SliceFrame::from_scene(&scene)
             .unwrap()
-            .around(&scene, &poses);
+            .around(&scene, values, &poses);
         let normal = plane.normal();
         (normal * normal[normal.iamax()].signum(), plane)
     };

@@ -71,3 +71,22 @@ fn the_stiffness_of_a_spring_has_the_derivative_of_its_formula() {
     let why = "the formula neglects the square of the amplitude relative to that of the length";
     within(found.derivative / exact - 1.0, 1e-2, why);
 }
+
+/// A phase turns by whole turns, or its wave does not close: it is no parameter, amplitudes are.
+#[test]
+fn phases_of_waves_are_no_parameters() {
+    let names = |targets: &str| -> Vec<String> {
+        let text = format!(
+            "bodies = [{{ name = \"worm\", shape = \"tube\", length = 10, radius = 0.5, \
+             position = [0, 0, 0], deformation = {{ kind = \"undulation\", amplitude = 0.4 }} }}]\n\
+             [[gait.phases]]\ntargets = {{ {targets} }}\n"
+        );
+        let scene = swimmer::Scene::parse(&text).unwrap();
+        let all = parameters(&scene).unwrap().into_iter();
+        all.map(|parameter| parameter.name).collect()
+    };
+    let turn = format!("\"worm.phase\" = {TAU:?}");
+    assert!(names(&turn).is_empty());
+    let both = format!("{turn}, \"worm.amplitude\" = 0.6");
+    assert_eq!(names(&both), ["amplitude of \"worm.amplitude\""]);
+}

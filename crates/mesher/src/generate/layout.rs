@@ -148,8 +148,16 @@ impl<'a> Layout<'a> {
         self.free.resize(self.points.len(), free);
     }
 
-    /// The longest edge of a tet between different parts.
-    pub fn longest_inner_edge(&self, tet: &[u32; 4]) -> Option<[u32; 2]> {
+    /// The longest edge of a tet between different parts, or through the fluid between vertices of
+    /// one part; `boundary` has the edges of boundary faces, smaller numbers first.
+    ///
+    /// Where a surface is concave, a tet may have all vertices on it, and two faces that the curved
+    /// surface joins smoothly.
+    pub fn longest_inner_edge(
+        &self,
+        tet: &[u32; 4],
+        boundary: &HashSet<[u32; 2]>,
+    ) -> Option<[u32; 2]> {
         let owner = |v: u32| self.owner[v as usize];
         let length = |[a, b]: &[u32; 2]| {
             let [a, b] = [a, b].map(|v| self.points[*v as usize]);
@@ -157,7 +165,10 @@ impl<'a> Layout<'a> {
         };
         let edges = TET_EDGES.map(|[i, j]| [tet[i], tet[j]]);
         (edges.into_iter())
-            .filter(|&[a, b]| owner(a) != owner(b))
+            .filter(|&[a, b]| {
+                let is_inside = owner(a) != FLUID && !boundary.contains(&[a.min(b), a.max(b)]);
+                owner(a) != owner(b) || is_inside
+            })
             .max_by(|x, y| length(x).total_cmp(&length(y)))
     }
 

@@ -33,6 +33,7 @@ use layout::Layout;
 use mesh::{LinearTets, Vec3};
 use recovered_surfaces::Missing;
 use size_field::{Background, SizeField};
+use std::collections::HashSet;
 use std::time::Instant;
 use triangulations::Triangulations;
 
@@ -210,9 +211,13 @@ pub(crate) fn improve(
 ) -> LinkedTets {
     for _ in 0..MAX_DIVISIONS {
         (layout.points, tets) = climbed(layout, tets, &sizes, params);
-        let offsets = layout.midside_offsets(&tets.boundary_faces());
+        let faces = tets.boundary_faces();
+        let offsets = layout.midside_offsets(&faces);
         let cells = HillClimbing::new(tets.tets(), &layout.free, &offsets, layout.planes, &sizes);
-        let edge = (cells.inverted(&layout.points)).find_map(|tet| layout.longest_inner_edge(tet));
+        let edges = faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let boundary: HashSet<[u32; 2]> = edges.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+        let edge = (cells.inverted(&layout.points))
+            .find_map(|tet| layout.longest_inner_edge(tet, &boundary));
         let Some(edge) = edge else { break };
         let middle = layout.divide(edge);
         sizes.push(field.at(layout.points[middle as usize]));

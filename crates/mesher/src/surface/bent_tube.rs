@@ -18,6 +18,9 @@ const MAX_SAMPLES: f64 = 4096.0;
 /// rounding.
 const AXIS_ROUNDING: f64 = 1e-13;
 
+/// Width of an interval of the meridian across which a function changes at its maximum by rounding.
+const ROOT_OF_ROUNDING: f64 = 1e-9;
+
 /// Steps of the search for a root, more than it needs.
 const MAX_STEPS: usize = 80;
 
@@ -427,12 +430,12 @@ impl<C: Centreline> BentTube<C> {
 
     /// The cross-section with the point of the surface closest to `x`.
     fn closest(&self, x: &Vec3) -> Circle {
-        let distance = |k: usize| self.samples[k].1.squared_distance(x).sqrt();
         let last = self.samples.len() - 1;
-        let distances: Vec<f64> = (0..=last).map(distance).collect();
+        let squares = self.samples.iter().map(|(_, c)| c.squared_distance(x));
+        let distances: Vec<f64> = squares.collect();
         let lowest = distances.iter().copied().fold(f64::INFINITY, f64::min);
         // Between neighbours the distance changes by at most that of their circles.
-        let limit = lowest + self.spacing;
+        let limit = (lowest.sqrt() + self.spacing).powi(2);
         let (mut best, mut closest) = (f64::INFINITY, self.samples[0].1);
         for (k, &here) in distances.iter().enumerate() {
             let before = if k > 0 { distances[k - 1] } else { here };
@@ -539,6 +542,10 @@ impl<C: Centreline> BentTube<C> {
         let mut low = self.samples[best.1.saturating_sub(1)].0;
         let mut high = self.samples[(best.1 + 1).min(self.samples.len() - 1)].0;
         for _ in 0..MAX_STEPS {
+            // The distance is off by the square of the width only.
+            if high - low < ROOT_OF_ROUNDING {
+                break;
+            }
             let third = (high - low) / 3.0;
             let [one, two] = [low + third, high - third];
             match distance(&self.circle(one)) < distance(&self.circle(two)) {
@@ -756,6 +763,34 @@ mod tests {
         assert!(bow(0.7, [1.5, 1.5], None).reach() < 0.0);
         // The tube has come round and covers its start.
         assert!(bow(0.8, [0.2, 0.2], None).reach() < 0.0);
+    }
+
+    /// The head of a straight tube is the widest about its axis; about a line across it the end of
+    /// the head is, or that of the tube. It was left out between two samples.
+    #[test]
+    fn the_distance_from_an_axis_contains_the_head() {
+        let (head, radius) = (1.0, 0.3);
+        let tube = bow(1e-9, [radius, radius], Some(head));
+        let centre = ((head + radius) * (head + radius) - 4.0 * radius * radius).sqrt();
+        for (n, exact) in [
+            (Vec3::x(), head),
+            (Vec3::y(), (centre + head).max(8.0 + radius)),
+        ] {
+            let found = tube.distance_from_axis(&n);
+            assert!(found >= exact - 1e-9, "{found} of {exact}");
+            // The ball about each circle exceeds that about the end by (√2 - 1) radii at most.
+            assert!(found < exact + 0.5 * radius, "{found} of {exact}");
+        }
+        // All points of a bent one, by their support points along directions across the line.
+        let bent = bow(0.4, [radius, radius], Some(head));
+        let farthest = (0..360).map(|k| {
+            let (sin, cos) = (PI * f64::from(k) / 180.0).sin_cos();
+            let across = Vec3::new(0.0, cos, sin);
+            bent.support_point(&across).dot(&across)
+        });
+        let farthest = farthest.fold(0.0, f64::max);
+        let found = bent.distance_from_axis(&Vec3::x());
+        assert!(found >= farthest - 1e-9 && found < farthest + 0.5 * radius);
     }
 
     /// Points keep their coordinates while the curve bends.

@@ -19,15 +19,19 @@ impl Section {
         self.across[0].cross(&self.across[1])
     }
 
-    /// Circle of points with the given radius, shifted along the tube; every other one is turned
-    /// by half a step.
+    /// Circle of points with the given radius, shifted along the tube, from the first unit vector
+    /// on or turned by half a step.
+    ///
+    /// Points on the axes across the tube are there exactly, so that symmetry planes contain them.
     fn circle(&self, radius: f64, shift: f64, turned: bool) -> Vec<Vec3> {
         let centre = self.centre + shift * self.tangent();
         let [u, v] = self.across;
         let start = if turned { 0.5 } else { 0.0 };
         let point = |k: usize| {
             let angle = 2.0 * PI * (k as f64 + start) / POINTS_AROUND as f64;
-            centre + radius * (angle.cos() * u + angle.sin() * v)
+            let (sin, cos) = angle.sin_cos();
+            let [along, across] = [cos, sin].map(|x| if x.abs() < 1e-15 { 0.0 } else { x });
+            centre + radius * (along * u + across * v)
         };
         (0..POINTS_AROUND).map(point).collect()
     }
@@ -53,14 +57,15 @@ pub(super) fn open_tube(radius: f64, sections: &[Section]) -> SurfaceMesh {
         first.centre - radius * first.tangent(),
         last.centre + radius * last.tangent(),
     ];
-    closed_by_poles(poles, circles)
+    closed_by_poles(poles, circles, Turned::EveryOther)
 }
 
 /// The surface through circles of these radii, closed by its poles.
+///
+/// Its triangles do not cross the planes of the axes across the tube.
 pub(super) fn circles_with_poles(poles: [Vec3; 2], sections: &[(Section, f64)]) -> SurfaceMesh {
-    let circles = sections.iter().enumerate();
-    let circles = circles.map(|(k, (section, radius))| section.circle(*radius, 0.0, k % 2 == 0));
-    closed_by_poles(poles, circles.collect())
+    let circles = (sections.iter()).map(|(section, radius)| section.circle(*radius, 0.0, false));
+    closed_by_poles(poles, circles.collect(), Turned::None)
 }
 
 /// The sphere about the x axis with `circles` circles of latitude, stretched to the semi-axes.
@@ -73,15 +78,28 @@ pub(super) fn stretched_sphere(semi_axes: Vec3, circles: usize) -> SurfaceMesh {
     let circles = latitudes
         .enumerate()
         .map(|(k, latitude)| equator.circle(latitude.cos(), latitude.sin(), k % 2 == 0));
-    let mut mesh = closed_by_poles([-Vec3::x(), Vec3::x()], circles.collect());
+    let poles = [-Vec3::x(), Vec3::x()];
+    let mut mesh = closed_by_poles(poles, circles.collect(), Turned::EveryOther);
     for p in &mut mesh.points {
         p.component_mul_assign(&semi_axes);
     }
     mesh
 }
 
-/// Joins circles, of which the first and then every other one is turned, and closes both ends.
-fn closed_by_poles([start, end]: [Vec3; 2], circles: Vec<Vec<Vec3>>) -> SurfaceMesh {
+/// Circles that are turned by half a step.
+#[derive(Clone, Copy, PartialEq)]
+enum Turned {
+    None,
+    /// The first one, the third one and so on.
+    EveryOther,
+}
+
+/// Joins circles and closes both ends.
+fn closed_by_poles(
+    [start, end]: [Vec3; 2],
+    circles: Vec<Vec<Vec3>>,
+    turned: Turned,
+) -> SurfaceMesh {
     let mut mesh = SurfaceMesh::default();
     let count = circles.len();
     mesh.points.push(start);
@@ -95,7 +113,8 @@ fn closed_by_poles([start, end]: [Vec3; 2], circles: Vec<Vec<Vec3>>) -> SurfaceM
             .push([pole, at(count - 1, k), at(count - 1, k + 1)]);
     }
     for circle in 0..count - 1 {
-        join(&mut mesh, circle % 2 == 0, [circle, circle + 1], at);
+        let is_turned = turned == Turned::EveryOther && circle % 2 == 0;
+        join(&mut mesh, is_turned, [circle, circle + 1], at);
     }
     mesh
 }

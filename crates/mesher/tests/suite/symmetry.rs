@@ -2,7 +2,10 @@
 
 use crate::{ball, curved, on_threads};
 use mesh::{SYMMETRY_PLANE_TAGS, TetMesh, Vec3};
-use mesher::{BoxSurface, Capsule, Container, GenerateError, GenerateParams, MeshedBody, Sphere};
+use mesher::{
+    BentTube, BoxSurface, Capsule, Centreline, Container, CurvePoint, GenerateError,
+    GenerateParams, MeshedBody, Sphere, TubeProfile,
+};
 
 fn sphere(x: f64, y: f64, radius: f64) -> Sphere {
     Sphere::new(Vec3::new(x, y, 0.0), radius)
@@ -127,6 +130,71 @@ fn a_capsule_along_a_plane_is_meshed_beside_it() {
     refusal(0.9).unwrap();
     let refused = refusal(0.45);
     assert!(matches!(refused, Err(GenerateError::NotSymmetric { part, .. }) if part == "a"));
+}
+
+/// An arc of a circle in the plane z = 0, about the origin.
+struct Bow {
+    length: f64,
+    radius: f64,
+}
+
+impl Centreline for Bow {
+    fn length(&self) -> f64 {
+        self.length
+    }
+
+    fn parts(&self) -> f64 {
+        self.length / self.radius
+    }
+
+    fn at(&self, arc: f64) -> CurvePoint {
+        let (sin, cos) = ((arc - 0.5 * self.length) / self.radius).sin_cos();
+        let normal = Vec3::new(-sin, cos, 0.0);
+        CurvePoint {
+            point: self.radius * Vec3::new(sin, 1.0 - cos, 0.0),
+            axes: [Vec3::new(cos, sin, 0.0), normal, Vec3::z()],
+            curvature: normal / self.radius,
+        }
+    }
+}
+
+/// Bent tubes whose heads are joined by a concave fillet, where a tet between four vertices of the
+/// surface had two faces that the curved surface joins smoothly: it had no volume.
+#[test]
+fn bug_tets_in_concave_fillets_were_inverted() {
+    for (radius, size) in [
+        (4.0, 0.175),
+        (6.0, 0.175),
+        (20.0, 0.175),
+        (4.0, 0.22),
+        (9.0, 0.22),
+    ] {
+        let profile = TubeProfile::new(8.0, [0.5, 0.5], Some(1.0));
+        let tube = BentTube::new(
+            Bow {
+                length: 8.0,
+                radius,
+            },
+            profile,
+        );
+        let volumes = [false, true].map(|half| {
+            let mut params = GenerateParams::default();
+            params.symmetry_planes = [false, false, half];
+            let body = MeshedBody::new("tube", &tube, size);
+            let (_, mesh) = curved(&[body], &ball(40.0), &params).unwrap();
+            assert!(mesh.quality().min_jacobian > 0.0);
+            if half {
+                2.0 * mesh.volume()
+            } else {
+                mesh.volume()
+            }
+        });
+        // Curved boundaries of both meshes are of fourth order, the wall is the coarser one.
+        assert!(
+            (volumes[0] / volumes[1] - 1.0).abs() < 2e-3,
+            "{radius} {size}"
+        );
+    }
 }
 
 #[test]

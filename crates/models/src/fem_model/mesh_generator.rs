@@ -4,7 +4,7 @@ use mesh::{NamedSurface, SYMMETRY_PLANE_TAGS, Surface, TetMesh};
 use mesher::{
     BoxSurface, Capsule, Container, GenerateParams, MeshedBody, MovedBody, SizeMap, Sphere,
 };
-use nalgebra::{Isometry3, Translation3, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::cylinder;
@@ -229,14 +229,24 @@ impl MeshGenerator {
         })
     }
 
-    /// Moves bodies onto the symmetry planes that they are off by rounding errors only.
+    /// Moves and turns bodies onto the symmetry planes that they are off by rounding errors only.
     pub fn snap_to_symmetry_planes(&self, poses: &mut [Isometry3<f64>]) {
+        let snap = |x: &mut f64| {
+            if x.abs() <= PLANE_ROUNDING {
+                *x = 0.0;
+            }
+        };
         for pose in poses {
+            let rotation = pose.rotation.into_inner();
+            let mut snapped = rotation;
             for axis in (0..3).filter(|&axis| self.symmetry_planes[axis]) {
-                let x = &mut pose.translation.vector[axis];
-                if x.abs() <= PLANE_ROUNDING {
-                    *x = 0.0;
-                }
+                snap(&mut pose.translation.vector[axis]);
+                // Rotations keep the plane if they are about its normal.
+                let others = (0..3).filter(|other| *other != axis);
+                others.for_each(|other| snap(&mut snapped.coords[other]));
+            }
+            if snapped != rotation {
+                pose.rotation = UnitQuaternion::new_normalize(snapped);
             }
         }
     }

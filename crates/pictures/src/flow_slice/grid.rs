@@ -143,8 +143,9 @@ pub fn start_slice(
     points: usize,
 ) -> Result<FlowSlice, PictureError> {
     let set = scene.articulation();
-    let poses = set.place(&scene.initial_state(), set.initial_shape())?;
-    let plane = SliceFrame::from_scene(scene)?.around(scene, &poses);
+    let values = set.initial_shape();
+    let poses = set.place(&scene.initial_state(), values)?;
+    let plane = SliceFrame::from_scene(scene)?.around(scene, values, &poses);
     Ok(FlowSlice::sample(plane, points, |points| {
         start_flow_at(scene, model, points)
     })?)

@@ -1,7 +1,7 @@
 //! The plane of a slice and the window in it.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use scene::{Domain, Scene, spans};
+use scene::{Body, Domain, Scene, spans};
 use serde::{Deserialize, Serialize};
 
 use crate::error::PictureError;
@@ -55,17 +55,18 @@ impl SliceFrame {
     pub fn from_scene(scene: &Scene) -> Result<Self, PictureError> {
         let (set, state) = (scene.articulation(), scene.initial_state());
         let initial = set.initial_shape();
-        let mut shapes = vec![set.place(&state, initial)?];
+        let mut shapes = vec![initial.to_vec()];
         let phases = scene.gait().phases.len();
         for span in spans(scene.gait(), initial)?.take(phases) {
-            for s in POSITIONS {
-                shapes.push(set.place(&state, &span.shape(s))?);
-            }
+            shapes.extend(POSITIONS.map(|s| span.shape(s)));
         }
-        let [right, up] = directions(scene, &shapes);
+        let poses = shapes.iter().map(|shape| set.place(&state, shape));
+        let poses = poses.collect::<Result<Vec<_>, _>>()?;
+        let [right, up] = directions(scene, &poses);
         let (mut size, mut largest) = ([0.0_f64; 2], 0.0_f64);
-        for poses in &shapes {
-            let extents = [right, up].map(|e| extent(scene, poses, &e));
+        for (shape, poses) in shapes.iter().zip(&poses) {
+            let bodies = scene.bodies_at(shape);
+            let extents = [right, up].map(|e| extent(&bodies, poses, &e));
             for (size, (low, high)) in size.iter_mut().zip(extents) {
                 *size = size.max(high - low);
             }
@@ -89,10 +90,11 @@ impl SliceFrame {
         })
     }
 
-    /// The window around bodies at these poses.
+    /// The window around bodies at these values of the joints and poses.
     ///
     /// It is centred on their bounding rectangle, and shifted into the domain if it crosses a wall.
-    pub fn around(&self, scene: &Scene, poses: &[Isometry3<f64>]) -> SlicePlane {
+    pub fn around(&self, scene: &Scene, values: &[f64], poses: &[Isometry3<f64>]) -> SlicePlane {
+        let bodies = scene.bodies_at(values);
         let normal = self.right.cross(&self.up);
         let count = poses.len().max(1) as f64;
         let mean = poses
@@ -101,7 +103,7 @@ impl SliceFrame {
             .sum::<Vector3<f64>>()
             / count;
         let along = |e: &Vector3<f64>, side: f64| {
-            let (low, high) = extent(scene, poses, e);
+            let (low, high) = extent(&bodies, poses, e);
             let (from, to) = domain_extent(scene.domain(), e);
             let half = 0.5 * side;
             // A window is at most as large as the domain, so the bounds are in order.
@@ -222,8 +224,8 @@ fn aligned(right: Vector3<f64>, up: Vector3<f64>) -> [Vector3<f64>; 2] {
 }
 
 /// The bounds of all bodies along a unit vector.
-fn extent(scene: &Scene, poses: &[Isometry3<f64>], e: &Vector3<f64>) -> (f64, f64) {
-    let bounds = scene.bodies().iter().zip(poses).map(|(body, pose)| {
+fn extent(bodies: &[Body], poses: &[Isometry3<f64>], e: &Vector3<f64>) -> (f64, f64) {
+    let bounds = bodies.iter().zip(poses).map(|(body, pose)| {
         let x = (pose * Point3::origin()).coords.dot(e);
         let support = |n: &Vector3<f64>| body.shape.support_distance(&pose.rotation, n);
         (x - support(&-e), x + support(e))

@@ -181,7 +181,8 @@ fn positive(e: Vector3<f64>) -> Vector3<f64> {
     e.try_normalize(0.0).map_or(Vector3::x(), |e| sign * e)
 }
 
-/// A unit vector normal to the axis: the direction in which bodies are apart, long, or move.
+/// A unit vector normal to the axis: the direction in which bodies are apart, bend, are long, or
+/// move.
 fn side_axis(scene: &Scene, outcome: &Outcome, axis: &Vector3<f64>) -> Vector3<f64> {
     let start = &outcome.curve[0].1;
     let apart = start.iter().map(|x| x - start[0]);
@@ -194,10 +195,20 @@ fn side_axis(scene: &Scene, outcome: &Outcome, axis: &Vector3<f64>) -> Vector3<f
         .iter()
         .zip(poses)
         .flat_map(|(body, pose)| elongations(&body.shape).map(|e| pose.rotation * e));
+    let bent = outcome.samples.iter().flat_map(|sample| {
+        let bodies = scene.bodies_at(&sample.shape).into_owned().into_iter();
+        let bodies = bodies.zip(&sample.poses);
+        bodies.flat_map(|(body, pose)| {
+            let is_bent = body.deformation.is_some();
+            let line = is_bent.then(|| body.shape.centreline()).into_iter();
+            line.flatten().map(|(x, _)| pose.rotation * x)
+        })
+    });
     let moved = outcome.displacement.iter().copied();
     let across = |e: Vector3<f64>| e - axis * e.dot(axis);
     for vectors in [
         &mut apart.map(across) as &mut dyn Iterator<Item = Vector3<f64>>,
+        &mut bent.map(across),
         &mut long.map(across),
         &mut moved.map(across),
     ] {

@@ -55,7 +55,8 @@ pub fn page_data(record: &RunRecord) -> Result<Value, PictureError> {
             [x.x, x.y, x.z, q.x, q.y, q.z, q.w]
         })
     });
-    let view = SliceFrame::from_scene(scene)?.around(scene, &start_poses(record));
+    let values = scene.articulation().initial_shape();
+    let view = SliceFrame::from_scene(scene)?.around(scene, values, &start_poses(record));
     let joints = scene.articulation().joints().iter();
     let slices: Vec<Value> = (record.slices.slices.par_iter())
         .filter_map(|stored| slice(record, &shapes, &surfaces, stored))

@@ -105,6 +105,9 @@ macro_rules! shape_struct {
 
 pub(super) use shape_struct;
 
+/// A support point as a function of the unit vector along which it is farthest.
+pub(crate) type Support<'a> = dyn Fn(&Vector3<f64>) -> Vector3<f64> + 'a;
+
 /// A shape of bodies.
 ///
 /// Its own coordinates have the centre of the body as origin; [`ShapeFile::orientation`] rotates
@@ -151,6 +154,11 @@ pub(crate) trait Geometry: ShapeFile {
 
     /// The point farthest along the unit vector `n`, both in its own coordinates.
     fn support_point(&self, n: &Vector3<f64>) -> Vector3<f64>;
+
+    /// [`Geometry::support_point`] as a function, for many unit vectors.
+    fn support(&self) -> Box<Support<'_>> {
+        Box::new(move |n| self.support_point(n))
+    }
 
     /// Support distance along a unit vector after a rotation, if there is a shorter way than by the
     /// support point.

@@ -4,7 +4,7 @@ use mesh::Surface;
 use mesher::{BentTube, TubeProfile};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::geometry::{Geometry, ShapeFile, ShapeKeys, placed};
+use super::geometry::{Geometry, ShapeFile, ShapeKeys, Support, placed};
 use crate::error::SceneError;
 use crate::keys::BodyFile;
 use crate::undulation::{Bend, BentLine, WaveTube};
@@ -156,6 +156,17 @@ impl Geometry for TubeShape {
             end
         } else {
             front
+        }
+    }
+
+    fn support(&self) -> Box<Support<'_>> {
+        // The circles of a bent tube are the same for all directions.
+        match self.bend {
+            None => Box::new(|n| self.support_point(n)),
+            Some(_) => {
+                let tube = self.tube(1.0);
+                Box::new(move |n| tube.support_point(n))
+            }
         }
     }
 

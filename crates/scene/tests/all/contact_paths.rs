@@ -288,3 +288,44 @@ fn an_arm_through_a_face_of_the_box_meets_the_image_of_its_own_swimmer() {
         None
     );
 }
+
+/// A wave that turns once touches a ball beside it when its hump passes, though the shapes at both
+/// ends of the path are the same and far from it.
+#[test]
+fn the_hump_of_a_wave_meets_a_ball_beside_the_tube() {
+    let text = "bodies = [{ name = \"ball\", radius = 0.5, position = [0, 1.9, 0] },
+        { name = \"worm\", shape = \"tube\", length = 10, radius = 0.3, position = [0, 0, 0],
+        deformation = { kind = \"undulation\", wave = \"displacement\", waves = 0.5,
+        amplitude = 0.35, phase = 4.71238898038469 } }]";
+    let scene = Scene::parse(text).unwrap();
+    let set = scene.articulation();
+    let turn = std::f64::consts::TAU;
+    // The middle of the wave is at (a / k) cos φ, with k = 2 π 0.5 / 10: the phase starts at 3/4 of
+    // a turn, where it is zero, and half a turn later it is so again.
+    let values = |t: f64| vec![0.35, turn * (0.75 + 0.5 * t)];
+    let gap = |t: f64| {
+        let poses = set.place(&scene.initial_state(), &values(t)).unwrap();
+        let bodies = scene.bodies_at(&values(t));
+        closest_contact(&bodies, scene.domain(), &poses)
+            .unwrap()
+            .gap
+    };
+    assert!(gap(0.0) > 0.1 && gap(1.0) > 0.1 && gap(0.5) < -0.01);
+    let bound = |size: f64, first: f64| rigid::ValueBounds {
+        size,
+        derivatives: rigid::DerivativeBounds { first, second: 0.0 },
+    };
+    let bounds = StateBounds::at_rest(set, vec![bound(0.35, 0.0), bound(2.0 * turn, 0.5 * turn)]);
+    let at = |t: f64| -> Result<_, RigidError> { Ok((scene.initial_state(), values(t))) };
+    let path = BodyPath {
+        bodies: scene.bodies(),
+        set,
+        domain: Some(scene.domain()),
+        at: &at,
+        bounds: &bounds,
+    };
+    let found = first_contact(&path).unwrap().unwrap();
+    let first = (0..=SAMPLES).find(|k| gap(f64::from(*k) / f64::from(SAMPLES)) < 0.0);
+    let first = f64::from(first.unwrap()) / f64::from(SAMPLES);
+    assert!((found.at - first).abs() < 5e-3, "{} {first}", found.at);
+}

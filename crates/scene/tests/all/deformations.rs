@@ -315,6 +315,24 @@ fn undulations_that_cannot_be_are_refused_with_place_and_time() {
     assert!(error.contains("use shape = \"tube\""), "{error}");
 }
 
+/// A wave bends a tube in its plane of x and y, unless it is a helix or the tube is rolled.
+#[test]
+fn the_plane_of_a_wave_is_a_symmetry_plane() {
+    let planes = |deformation: &str, orientation: &str| {
+        let scene = Scene::parse(&format!(
+            "bodies = [{{ name = \"worm\", shape = \"tube\", length = 10, radius = 0.5, \
+             position = [0, 0, 0], orientation = {orientation}, \
+             deformation = {{ kind = \"undulation\", amplitude = 0.4, {deformation} }} }}]"
+        ));
+        scene.unwrap().fem_symmetry_planes()
+    };
+    let plane = [false, false, true];
+    assert_eq!(planes("wave = \"curvature\"", "[0, 0, 0]"), plane);
+    assert_eq!(planes("wave = \"displacement\"", "[0, 0, 0.7]"), plane);
+    assert_eq!(planes("wave = \"helix\"", "[0, 0, 0]"), [false; 3]);
+    assert_eq!(planes("wave = \"curvature\"", "[0.1, 0, 0]"), [false; 3]);
+}
+
 /// Targets are absolute: from the second cycle on the wave stood still, without a word.
 #[test]
 fn bug_waves_rested_from_the_second_cycle_on() {

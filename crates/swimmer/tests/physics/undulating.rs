@@ -70,6 +70,23 @@ fn a_wave_at_rest_is_the_rigid_helix() {
     );
 }
 
+/// A phase turns a helical wave about -x, with all that it causes: exact kinematics.
+#[test]
+fn phases_of_helical_waves_turn_their_velocities() {
+    let phase = 1.1;
+    let wave = tube("helix", 0.6, "", 0.24);
+    let [start, later] = [0.0, phase].map(|phase| solution(&wave, phase, 1.0));
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -phase);
+    let [from, to] = [&start.bodies[0], &later.bodies[0]];
+    let bar = start.error_estimate.total() + later.error_estimate.total();
+    let difference = to.velocity - turn * from.velocity;
+    within(difference.norm(), bar, "the error bars");
+    within(bar, 0.05 * from.velocity.norm(), "the bar says something");
+    let bar = start.angular_velocity_error.total() + later.angular_velocity_error.total();
+    let difference = to.angular_velocity - turn * from.angular_velocity;
+    within(difference.norm(), bar, "the error bars");
+}
+
 /// Speed along the axis of a helical wave that does not rotate, by resistive-force theory with the
 /// coefficients of Lighthill (1976).
 fn resistive_speed(slope: f64) -> f64 {
@@ -108,6 +125,74 @@ fn helical_waves_swim_as_resistive_force_theory_says() {
         found - 4.0 * small,
         allowed,
         "slopes squared are small compared with one",
+    );
+}
+
+/// One half of the fluid beside the plane of a wave is enough: motions, power and stresslet are
+/// those of the whole, also of a worm that has turned in the plane, on meshes that move.
+#[test]
+fn a_wave_in_a_plane_needs_half_of_the_fluid() {
+    let [half, whole] = ["auto", "off"].map(|symmetry| {
+        let text = tube("curvature", 0.8, "orientation = [0, 0, 0.4]", 0.24)
+            .to_toml()
+            .unwrap();
+        let set = format!("symmetry = \"{symmetry}\"");
+        let text = text.replace("symmetry = \"auto\"", &set);
+        let scene = Scene::parse(&text).unwrap();
+        assert_eq!(
+            scene.fem_symmetry_planes(),
+            [false, false, symmetry == "auto"]
+        );
+        let mut model = boxed(&scene);
+        [0.7, 0.75].map(|phase| solve_at(model.as_mut(), &[0.8, phase], &[0.0, 1.0]))
+    });
+    assert!(half[1].remeshed.is_none(), "the second mesh is moved");
+    for (half, whole) in half.iter().zip(&whole) {
+        assert!(2 * half.dofs.total < whole.dofs.total + whole.dofs.total / 4);
+        let bar = half.error_estimate.total() + whole.error_estimate.total();
+        let velocities = [half, whole].map(|solution| solution.bodies[0].velocity);
+        within(
+            (velocities[0] - velocities[1]).norm(),
+            bar,
+            "the error bars",
+        );
+        within(bar, 0.02 * velocities[1].norm(), "the bar says something");
+        let spins = [half, whole].map(|solution| solution.bodies[0].angular_velocity);
+        let bar = half.angular_velocity_error.total() + whole.angular_velocity_error.total();
+        within((spins[0] - spins[1]).norm(), bar, "the error bars");
+        let bar = half.power_error.total() + whole.power_error.total();
+        within(half.power() - whole.power(), bar, "the error bars");
+        within(bar, 0.05 * whole.power(), "the bar says something");
+    }
+}
+
+/// A beat of the template of the sperm, with the bar of its mesh against finer elements.
+#[test]
+#[ignore = "slow: 40 s"]
+fn the_sperm_swims_head_first() {
+    let scene = Scene::parse(include_str!("../../templates/sperm.toml")).unwrap();
+    let outcome = run(&scene);
+    let found = outcome.displacement[0];
+    // By elements of 0.25 in the whole fluid: (-0.09412, -0.00863), with the bar 7.4e-4.
+    let finer = Vector3::new(-0.094_12, -0.008_63, 0.0);
+    let bar = outcome.error_estimate.total();
+    within((found - finer).norm(), bar + 7.4e-4, "the error bars");
+    within(bar, 0.02 * found.norm(), "the bar says something");
+}
+
+/// Bodies that deform have no steady state: refused with the place, before a mesh is made.
+#[test]
+fn steady_states_refuse_bodies_that_deform() {
+    let text = "fluid.density = 1\n\
+        bodies = [{ name = \"worm\", shape = \"tube\", length = 6, radius = 0.3, \
+        position = [0, 0, 0], deformation = { kind = \"undulation\", amplitude = 0.5 } }]";
+    let scene = Scene::parse(text).unwrap();
+    let refused = swimmer::solve_steady(&scene).map(|_| ()).unwrap_err();
+    assert_eq!(refused.exit_code(), 2);
+    let refused = refused.to_string();
+    assert!(
+        refused.contains("bodies") && refused.contains("deforms"),
+        "{refused}"
     );
 }
 
