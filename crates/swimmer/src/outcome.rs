@@ -485,7 +485,9 @@ impl Outcome {
                 .push(sample(s, None, result.bodies(s))?);
         }
         self.samples.push(sample(reached, Some(&result.end), None)?);
-        let parts = CURVE_POINTS * result.pieces.len();
+        // Steps of thermal noise are short.
+        let points = scene.noise().map_or(CURVE_POINTS, |_| 1);
+        let parts = points * result.pieces.len();
         for k in 1..=parts {
             let s = reached * (k as f64 / parts as f64);
             let at = positions(set, &result.state(set, s)?, &span.shape(s))?;
