@@ -50,7 +50,7 @@ fn a_sphere_diffuses_as_by_stokes_and_einstein() {
         .samples
         .iter()
         .filter_map(|sample| sample.bodies.as_ref());
-    let (mut moved, mut turned, mut steps) = (0.0, 0.0, 0.0);
+    let (mut moved, mut turned, mut steps) = (0.0, 0.0, 0.0_f64);
     for bodies in velocities {
         moved += (bodies[0].velocity * 0.01).norm_squared();
         turned += (bodies[0].angular_velocity * 0.01).norm_squared();
