@@ -10,7 +10,7 @@ use swimmer::{
 };
 use testkit::within;
 
-/// A swimmer of three spheres above a wall and a lone sphere, over two cycles.
+/// A swimmer of three spheres above a wall and a lone sphere, in two phases.
 const SWIMMER: &str = r#"
 fluid = { thermal_energy = 0.2, seed = 5 }
 domain.kind = "wall"
@@ -28,8 +28,8 @@ links = [
 [model]
 kind = "rpy"
 [gait]
-cycles = 2
-phases = [{ link = "ab", length = 4, duration = 0.5 }, { link = "ab", length = 6, duration = 0.5 }]
+cycles = 1
+phases = [{ link = "ab", length = 4, duration = 0.2 }, { link = "ab", length = 6, duration = 0.2 }]
 "#;
 
 fn run(scene: Scene) -> Report {
