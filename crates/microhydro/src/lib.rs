@@ -14,6 +14,7 @@ mod point_mobility;
 mod resistance;
 pub mod rpy;
 mod spheres;
+mod squirmer;
 pub mod wall;
 
 pub use error::HydroError;
@@ -24,3 +25,4 @@ pub use nalgebra;
 pub use point_mobility::{PointMobility, PointModel};
 pub use resistance::Resistance;
 pub use spheres::{Medium, Spheres};
+pub use squirmer::Squirmer;

@@ -12,6 +12,9 @@ use nalgebra::{DVector, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
+use crate::Spheres;
+use crate::squirmer::{self, Squirmer};
+
 /// Spheres that a thread treats at a time: a multiple of the lanes of all processors.
 const BLOCK: usize = 32;
 
@@ -252,6 +255,33 @@ impl Flow for StressletVelocity {
     }
 }
 
+/// Velocity by a dipole of a potential flow, the first three numbers, times 8π:
+/// `U = 2 L/d³ - 6 r (r·L)/d⁵`, the same on average over a sphere.
+struct DipoleVelocity;
+
+impl Flow for DipoleVelocity {
+    #[inline(always)]
+    fn add<S: Simd>(
+        simd: S,
+        r: [S::f64s; 3],
+        inverse: S::f64s,
+        _: [S::f64s; 2],
+        [x, y, z, ..]: [S::f64s; 6],
+        sums: &mut [S::f64s; 6],
+    ) {
+        let dipole = [x, y, z];
+        let second = simd.mul_f64s(inverse, inverse);
+        let third = simd.mul_f64s(second, inverse);
+        let across = simd.add_f64s(third, third);
+        let along = simd.mul_f64s(simd.mul_f64s(third, second), simd.splat_f64s(-6.0));
+        let along = simd.mul_f64s(along, dot(simd, &r, &dipole));
+        for k in 0..3 {
+            let sum = simd.mul_add_f64s(across, dipole[k], sums[k]);
+            sums[k] = simd.mul_add_f64s(along, r[k], sum);
+        }
+    }
+}
+
 impl Columns {
     /// The columns of spheres with these radii; zero radii make points of them.
     pub fn new(centres: &[Vector3<f64>], radii: impl Iterator<Item = f64>) -> Self {
@@ -282,8 +312,7 @@ impl Columns {
     /// Velocities and angular velocities at points outside the spheres by their forces and torques,
     /// six numbers per point.
     pub fn velocities_at(&self, points: &[Vector3<f64>], forces: &DVector<f64>) -> DVector<f64> {
-        let targets = Self::new(points, points.iter().map(|_| 0.0));
-        targets.sums::<Velocity>(self, forces)
+        Self::of_points(points).sums::<Velocity>(self, forces)
     }
 
     /// Strain rates by the forces and torques of all other spheres, as `xx, yy, zz, xy, xz, yz`.
@@ -294,6 +323,22 @@ impl Columns {
     /// Velocities and angular velocities by the stresslets of all other spheres.
     pub fn stresslet_velocities(&self, stresslets: &DVector<f64>) -> DVector<f64> {
         self.sums::<StressletVelocity>(self, stresslets)
+    }
+
+    /// Velocities and angular velocities by the dipoles and stresslets of squirmers at other places.
+    ///
+    /// A squirmer's stresslet has `a²/6` in place of the `a²/10` of a rigid sphere in a strain.
+    pub fn velocities_by_slip(&self, spheres: &Spheres, squirmers: &[Squirmer]) -> DVector<f64> {
+        let [dipoles, stresslets] = squirmer::singularities(spheres, squirmers);
+        let widened = spheres.radii().iter().map(|a| a * (10.0_f64 / 6.0).sqrt());
+        let sources = Self::new(spheres.centres(), widened);
+        self.sums::<DipoleVelocity>(&sources, &dipoles)
+            + self.sums::<StressletVelocity>(&sources, &stresslets)
+    }
+
+    /// Columns of points.
+    pub fn of_points(points: &[Vector3<f64>]) -> Self {
+        Self::new(points, points.iter().map(|_| 0.0))
     }
 
     /// Sums of six numbers per sphere for six numbers per source at `places`: `O(n²)` operations in

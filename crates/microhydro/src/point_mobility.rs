@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::error::{check_entries, check_finite};
 use crate::pair_sums::Columns;
 use crate::periodic::PeriodicSums;
-use crate::{HydroError, Medium, Spheres, oseen, pair_mobility, rpy};
+use crate::{HydroError, Medium, Spheres, Squirmer, oseen, pair_mobility, rpy};
 
 /// A model of spheres that act on each other as forces and torques alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -165,8 +165,28 @@ impl<'a> PointMobility<'a> {
         }
     }
 
-    /// Velocity of the fluid at points, by forces and torques on the spheres: the sum of the flows
-    /// of lone spheres, or of points; `None` for a point inside a sphere.
+    /// Velocities and angular velocities by the slip of all other spheres, and by that of images.
+    pub(crate) fn sums_by_slip(&self, squirmers: &[Squirmer]) -> Result<DVector<f64>, HydroError> {
+        let unsupported = |model: &'static str, medium: &'static str| HydroError::Unsupported {
+            model,
+            medium,
+            instead: "multipole",
+        };
+        if self.model == PointModel::Oseen {
+            return Err(unsupported(self.name(), "slip of points"));
+        }
+        if self.medium != Medium::Unbounded {
+            return Err(unsupported(self.name(), "slip beside a wall or in a ball"));
+        }
+        Ok(match &self.periodic {
+            Some(periodic) => periodic.velocities_by_slip(squirmers),
+            None => self.columns.velocities_by_slip(self.spheres, squirmers),
+        })
+    }
+
+    /// Velocity of the fluid at points, by forces and torques on the spheres and by the slip of
+    /// squirmers, of all or of none: the sum of the flows of lone spheres, or of points; `None` for
+    /// a point inside a sphere.
     ///
     /// It has the error of the model: on the surface of a sphere it differs from the velocity there
     /// by what the other spheres' flows vary over it. Cost: `O(n)` operations per point, in
@@ -184,7 +204,7 @@ impl<'a> PointMobility<'a> {
     /// let mut forces = DVector::zeros(6);
     /// forces[0] = 12.0 * std::f64::consts::PI;
     /// let at = [Vector3::new(0.0, 2.0, 0.0), Vector3::new(4.0, 0.0, 0.0), Vector3::x()];
-    /// let flow = mobility.flow(&forces, &at)?;
+    /// let flow = mobility.flow(&forces, &[], &at)?;
     /// // Stokes (1851): the velocity of the sphere on its surface, 3/2 a/d - (a/d)³/2 of it ahead
     /// assert!((flow[0].unwrap() - Vector3::x()).norm() < 1e-15);
     /// assert!((flow[1].unwrap() - Vector3::new(0.75 - 0.0625, 0.0, 0.0)).norm() < 1e-15);
@@ -194,6 +214,7 @@ impl<'a> PointMobility<'a> {
     pub fn flow(
         &self,
         forces: &DVector<f64>,
+        squirmers: &[Squirmer],
         points: &[Vector3<f64>],
     ) -> Result<Vec<Option<Vector3<f64>>>, HydroError> {
         let spheres = self.spheres;
@@ -209,20 +230,26 @@ impl<'a> PointMobility<'a> {
             6 * spheres.len(),
             forces.len(),
         )?;
+        if !squirmers.is_empty() {
+            check_entries("squirmers", spheres.len(), squirmers.len())?;
+        }
         if let Some(periodic) = &self.periodic {
             let solid: Vec<f64> = (spheres.radii().iter())
                 .map(|a| a * (1.0 - ON_SURFACE))
                 .collect();
-            let flows = periodic.flows(forces);
+            let flow = periodic.flow(forces, squirmers);
             let velocity = |x: &Vector3<f64>| {
-                let velocity = periodic.flow_at(x, (forces, &flows), &solid);
+                let velocity = periodic.flow_at(x, &flow, &solid);
                 velocity.map_or(Ok(None), |u| {
                     check_finite("a velocity of the fluid", &u).map(|()| Some(u))
                 })
             };
             return points.par_iter().map(velocity).collect();
         }
-        let found = self.columns.velocities_at(points, forces);
+        let mut found = self.columns.velocities_at(points, forces);
+        if !squirmers.is_empty() {
+            found += Columns::of_points(points).velocities_by_slip(spheres, squirmers);
+        }
         let is_inside = |x: &Vector3<f64>| {
             let mut all = spheres.centres().iter().zip(spheres.radii());
             all.any(|(centre, a)| (x - centre).norm_squared() < (a * (1.0 - ON_SURFACE)).powi(2))

@@ -149,6 +149,19 @@ impl LargestDifferences {
     }
 }
 
+impl MobilitySolution {
+    /// The solution with the powers of slip and deformation.
+    fn with_powers(mut self, effect: Option<&SurfaceEffect>) -> Self {
+        if let Some(effect) = effect {
+            let powers = effect.powers(&self.forces);
+            self.slip_power += powers.as_slice().first().copied().unwrap_or_default();
+            let of_amplitudes = powers.iter().skip(1).copied();
+            self.amplitudes = effect.rates.iter().copied().zip(of_amplitudes).collect();
+        }
+        self
+    }
+}
+
 impl<'a> MovingLinkage<'a> {
     fn new(
         part: &'a LinkagePart,
@@ -430,14 +443,8 @@ impl SomeLinkages<'_> {
                 .into_owned()
         });
         let residual = if scale > 0.0 { residual / scale } else { 0.0 };
-        let powers = effect.map(|effect| effect.powers(&forces));
-        let mut solution = self.solution(&own.collect::<Vec<_>>(), forces, residual)?;
-        if let (Some(effect), Some(powers)) = (effect, powers) {
-            solution.slip_power += powers.as_slice().first().copied().unwrap_or_default();
-            let of_amplitudes = powers.iter().skip(1).copied();
-            solution.amplitudes = effect.rates.iter().copied().zip(of_amplitudes).collect();
-        }
-        Ok(solution)
+        let solution = self.solution(&own.collect::<Vec<_>>(), forces, residual)?;
+        Ok(solution.with_powers(effect))
     }
 
     /// `S`, `W` and `S^T (R + D) S`.
@@ -463,17 +470,21 @@ impl SomeLinkages<'_> {
         (s, w, matrix)
     }
 
-    /// The solution by a model of point forces.
+    /// The solution by a model of point forces, with the velocities of force-free bodies by their
+    /// `effect`.
     ///
     /// # Errors
     /// Spheres too close for the model; joints that contradict each other.
     pub fn by_point_forces<'m>(
         &self,
         mobility: &'m PointMobility<'m>,
+        effect: Option<&SurfaceEffect>,
     ) -> Result<PointSolution<'m>, ModelError> {
-        let system = self.spheres(mobility)?;
+        let system = self.spheres(mobility, effect)?;
         let found = system.solve(RESIDUAL)?;
-        let solution = self.solution(&found.coordinates, found.forces.clone(), found.residual)?;
+        let solution = self
+            .solution(&found.coordinates, found.forces.clone(), found.residual)?
+            .with_powers(effect);
         Ok(PointSolution {
             mobility,
             system,
@@ -489,14 +500,25 @@ impl SomeLinkages<'_> {
     fn spheres<'m>(
         &self,
         mobility: &'m PointMobility<'m>,
+        effect: Option<&SurfaceEffect>,
     ) -> Result<LinkedSpheres<'m>, ModelError> {
         let linkages = self.linkages.iter().zip(&self.surfaces);
-        let linkages = linkages.map(|(one, spheres)| Linkage {
-            spheres: spheres.clone(),
-            basis: one.reduction.surface_basis.clone(),
-            offset: one.reduction.surface_offset.clone(),
-            load: one.load.clone(),
-            damping: one.damping.clone(),
+        let linkages = linkages.map(|(one, spheres)| {
+            let mut offset = one.reduction.surface_offset.clone();
+            if let Some(effect) = effect {
+                // M f + U_0 = S v + W
+                for (own, &sphere) in spheres.iter().enumerate() {
+                    let mut rows = offset.rows_mut(6 * own, 6);
+                    rows -= effect.velocities.rows(6 * sphere, 6);
+                }
+            }
+            Linkage {
+                spheres: spheres.clone(),
+                basis: one.reduction.surface_basis.clone(),
+                offset,
+                load: one.load.clone(),
+                damping: one.damping.clone(),
+            }
         });
         Ok(LinkedSpheres::new(mobility, linkages.collect())?)
     }
@@ -579,7 +601,7 @@ impl SomeLinkages<'_> {
         mobility: &PointMobility,
         normal: &mut dyn FnMut() -> f64,
     ) -> Result<DVector<f64>, ModelError> {
-        self.on_state(&self.spheres(mobility)?.random_loads(normal)?)
+        self.on_state(&self.spheres(mobility, None)?.random_loads(normal)?)
     }
 
     /// Loads on the velocities of the state that do the work of loads on the coordinates of each

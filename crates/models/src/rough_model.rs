@@ -1,6 +1,6 @@
 //! A cheap model without error bars, to predict the size of displacements.
 
-use microhydro::{Medium, PointMobility, PointModel, Spheres, rpy};
+use microhydro::{Medium, PointMobility, PointModel, Spheres};
 use nalgebra::DVector;
 use rigid::StateVelocity;
 
@@ -100,14 +100,9 @@ impl Hydrodynamics for RoughModel {
         let mobility = PointMobility::new(PointModel::Rpy, &spheres, &Medium::Unbounded)?;
         let solution = |rates: &Vec<f64>| {
             let linked = LinkedBodies::new(&self.scaled, query, rates)?;
-            let solved = match self.of_sources(query.configuration, rates)? {
-                None => linked.all().by_point_forces(&mobility)?.solution,
-                Some(effect) => {
-                    let resistance = rpy::resistance(&spheres, &Medium::Unbounded)?;
-                    linked.all().by_resistance(&resistance, Some(&effect))?
-                }
-            };
-            Ok(linked.response(&solved)?.into())
+            let effect = self.of_sources(query.configuration, rates)?;
+            let solved = linked.all().by_point_forces(&mobility, effect.as_ref())?;
+            Ok(linked.response(&solved.solution)?.into())
         };
         query.rates.iter().map(solution).collect()
     }
@@ -118,7 +113,8 @@ impl Hydrodynamics for RoughModel {
     ) -> Result<Option<Vec<StateVelocity>>, ModelError> {
         let spheres = self.spheres(configuration)?;
         let mobility = PointMobility::new(PointModel::Rpy, &spheres, &Medium::Unbounded)?;
-        let solve = |linked: &LinkedBodies| Ok(linked.all().by_point_forces(&mobility)?.solution);
+        let solve =
+            |linked: &LinkedBodies| Ok(linked.all().by_point_forces(&mobility, None)?.solution);
         linked_bodies::joint_responses(&self.scaled, configuration, solve).map(Some)
     }
 }

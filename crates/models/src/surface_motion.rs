@@ -78,6 +78,16 @@ impl SurfaceEffect {
         &self.powers - self.of_parts.tr_mul(forces)
     }
 
+    /// The effect of slip alone: the velocities of force-free bodies, and its power around them.
+    pub fn of_slip(velocities: DVector<f64>, power: f64) -> Self {
+        Self {
+            of_parts: DMatrix::from_columns(std::slice::from_ref(&velocities)),
+            velocities,
+            powers: DVector::from_element(1, power),
+            rates: Vec::new(),
+        }
+    }
+
     /// The effect from columns: slip, minus the background flow, then a rate of one of each
     /// amplitude.
     ///

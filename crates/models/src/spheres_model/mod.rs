@@ -6,8 +6,8 @@ mod sphere_resistances;
 
 use std::time::Instant as Clock;
 
-use microhydro::multipole::{self, SphereSlip};
-use microhydro::{Accuracy, Medium, PointModel, Spheres};
+use microhydro::multipole::{self, Orders, SphereSlip};
+use microhydro::{Accuracy, Medium, PointModel, Spheres, Squirmer};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::StateVelocity;
 
@@ -19,12 +19,14 @@ use crate::flow_field::{FlowField, PointFlow};
 use crate::hydrodynamics::{
     Capabilities, Flows, Fluctuations, Hydrodynamics, PredictedCost, Resistances, SceneResistance,
 };
-use crate::linked_bodies::{self, LinkedBodies};
+use crate::linked_bodies::{
+    self, LargestDifferences, LinkedBodies, MobilitySolution, SomeLinkages,
+};
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
-use scene::{Body, Deformation, Domain, ModelEstimatesKind, ModelKind, Scene};
+use scene::{Body, Deformation, Domain, ModelEstimatesKind, ModelKind, Scene, Slip};
 use stokes::{Dofs, Seconds};
 
 /// Approximation of the interactions between spheres.
@@ -75,6 +77,53 @@ struct SurfaceEffects {
     references: [(SurfaceEffect, f64); 2],
 }
 
+impl SurfaceEffects {
+    /// The effects of slip, minus the background flow and the rates of amplitudes, one column each,
+    /// by expansions of these orders.
+    ///
+    /// # Errors
+    /// Those of [`multipole::surface_flow`].
+    fn by_expansions(
+        (spheres, medium): (&Spheres, &Medium),
+        orders: &Orders,
+        columns: &[&SphereSlip],
+        rates: &[f64],
+    ) -> Result<Self, ModelError> {
+        let flow = multipole::surface_flow(spheres, medium, orders, columns)?;
+        // The traction of the background flow on a sphere is that of the flow inside with its
+        // velocity on the surface.
+        let of_flow = flow.inner_powers.column(1).into_owned();
+        let effect = |velocities: &DMatrix<f64>, powers: &DMatrix<f64>| {
+            SurfaceEffect::from_columns(velocities, powers, &of_flow, rates)
+        };
+        Ok(Self {
+            computed: effect(&flow.velocities, &flow.powers),
+            references: [
+                (effect(&flow.rounded_velocities, &flow.rounded_powers), 1.0),
+                (
+                    effect(&flow.coarser_velocities, &flow.coarser_powers),
+                    flow.tail,
+                ),
+            ],
+        })
+    }
+
+    /// Errors by those of the effects, of a solution by this resistance and the computed effect.
+    fn errors(
+        &self,
+        all: &SomeLinkages,
+        resistance: &DMatrix<f64>,
+        solved: &MobilitySolution,
+    ) -> Result<LargestDifferences, ModelError> {
+        let mut errors = LargestDifferences::default();
+        for (reference, factor) in &self.references {
+            let reference = all.by_resistance(resistance, Some(reference))?;
+            errors.add(*factor, &all.largest_differences(solved, &reference));
+        }
+        Ok(errors)
+    }
+}
+
 /// Model of spheres in unbounded fluid, in a ball, above a wall, or in a periodic box.
 #[derive(Clone)]
 pub struct SpheresModel {
@@ -113,14 +162,14 @@ impl SpheresModel {
             Err(ModelError::unsupported(what, instead))
         };
         if scene.domain().period().is_some() {
-            let elsewhere = "use rigid spheres without slip or background flow, or domain.kind = \
+            let elsewhere = "use rigid spheres without background flow, or domain.kind = \
                              \"unbounded\"";
             if let Some(number) = scene.first_nonspherical() {
                 let what = "bodies other than rigid spheres in a periodic box";
                 return refuse(&format!("bodies[{number}]"), what, elsewhere);
             }
-            if scene.has_surface_velocity() || scene.deforms() {
-                let what = "slip, deformation and background flow in a periodic box";
+            if scene.background().is_some() || scene.deforms() {
+                let what = "deformation and background flow in a periodic box";
                 return refuse("domain.kind", what, elsewhere);
             }
             if matches!(kind, SphereModel::Multipole(_)) {
@@ -159,14 +208,23 @@ impl SpheresModel {
                 "use model.kind = \"fem\"",
             );
         }
-        if (scene.has_surface_velocity() || scene.deforms())
-            && !matches!(kind, SphereModel::Multipole(_))
-        {
-            return refuse(
-                "model.kind",
-                "slip, deformation and background flow for models of point forces",
-                "use model.kind = \"multipole\", or \"auto\"",
-            );
+        if kind.point_model().is_some() {
+            if scene.background().is_some() || scene.deforms() {
+                return refuse(
+                    "model.kind",
+                    "deformation and background flow for models of point forces",
+                    "use model.kind = \"multipole\", or \"auto\"",
+                );
+            }
+            let has_walls = matches!(scene.domain(), Domain::Ball { .. } | Domain::Wall);
+            if scene.has_surface_velocity() && (has_walls || kind == SphereModel::Oseen) {
+                return refuse(
+                    "model.kind",
+                    "slip of points, and slip by models of point forces in a ball or above a wall",
+                    "use model.kind = \"rpy\" in unbounded fluid or in a periodic box, or \
+                     \"multipole\" elsewhere",
+                );
+            }
         }
         let scaled = ScaledScene::new(scene)?;
         let scale = scaled.scale;
@@ -247,6 +305,22 @@ impl SpheresModel {
         Ok(Spheres::new(centres, radii)?)
     }
 
+    /// The spheres as squirmers; none if no body has slip.
+    fn squirmers(&self, configuration: Configuration) -> Result<Vec<Squirmer>, ModelError> {
+        let poses = self.scaled.poses(configuration)?;
+        let motion = SurfaceMotion::new(&self.scaled, &poses, configuration.shape);
+        let of_body = |motion: &SurfaceMotion, body: usize| {
+            let squirmer = |slip: &Slip| Squirmer {
+                b1: slip.b1,
+                b2: slip.b2,
+                axis: slip.axis,
+            };
+            motion.slip_of(body).map_or(Squirmer::NONE, squirmer)
+        };
+        let all = motion.map(|motion| (0..self.names.len()).map(move |k| of_body(&motion, k)));
+        Ok(all.into_iter().flatten().collect())
+    }
+
     /// Resistance of a configuration; that of the last configuration is stored.
     fn resistance_at(
         &mut self,
@@ -296,29 +370,14 @@ impl SpheresModel {
             .collect();
         let mut columns: Vec<&SphereSlip> = vec![&slip, &background];
         columns.extend(amplitudes.iter().map(|velocity| velocity as &SphereSlip));
-        let flow = multipole::surface_flow(&spheres, &self.medium, orders, &columns)?;
         let rates = self.scaled.values(rates);
         let rates: Vec<f64> = motion
             .amplitudes()
             .iter()
             .map(|&joint| rates[joint])
             .collect();
-        // The traction of the background flow on a sphere is that of the flow inside with its
-        // velocity on the surface.
-        let of_flow = flow.inner_powers.column(1).into_owned();
-        let effect = |velocities: &DMatrix<f64>, powers: &DMatrix<f64>| {
-            SurfaceEffect::from_columns(velocities, powers, &of_flow, &rates)
-        };
-        Ok(Some(SurfaceEffects {
-            computed: effect(&flow.velocities, &flow.powers),
-            references: [
-                (effect(&flow.rounded_velocities, &flow.rounded_powers), 1.0),
-                (
-                    effect(&flow.coarser_velocities, &flow.coarser_powers),
-                    flow.tail,
-                ),
-            ],
-        }))
+        let medium = &self.medium;
+        SurfaceEffects::by_expansions((&spheres, medium), orders, &columns, &rates).map(Some)
     }
 
     /// The spheres of a configuration with their velocities.
@@ -333,7 +392,8 @@ impl SpheresModel {
             Some(model) => {
                 let spheres = self.spheres(configuration)?;
                 let linked = LinkedBodies::new(&self.scaled, &query, rates)?;
-                self.point_solution(model, &linked, &spheres)?
+                let squirmers = self.squirmers(configuration)?;
+                self.point_solution(model, &linked, (&spheres, &squirmers))?
             }
             None => {
                 let resistances = self.resistance_at(configuration)?;
@@ -391,10 +451,8 @@ impl SpheresModel {
             false => ModelErrors::default(),
         };
         if let Some(bars) = &mut errors.bars {
-            // The errors of the effects have factors of their own.
-            for (reference, factor) in surfaces.iter().flat_map(|effects| &effects.references) {
-                let reference = all.by_resistance(&resistances.matrix, Some(reference))?;
-                bars.add(*factor, &all.largest_differences(&solved, &reference));
+            if let Some(effects) = &surfaces {
+                bars.add(1.0, &effects.errors(&all, &resistances.matrix, &solved)?);
             }
             // Between two orders a rotation may change little by chance: its error was 2.5 times
             // its change. An error of the velocities may turn a linkage about its farthest point.
@@ -517,7 +575,8 @@ impl Hydrodynamics for SpheresModel {
         let responses = match self.kind.point_model() {
             Some(model) => {
                 let spheres = self.spheres(configuration)?;
-                let solve = |linked: &LinkedBodies| self.point_solution(model, linked, &spheres);
+                let solve =
+                    |linked: &LinkedBodies| self.point_solution(model, linked, (&spheres, &[]));
                 linked_bodies::joint_responses(&self.scaled, configuration, solve)
             }
             None => {

@@ -2,14 +2,14 @@
 
 use std::time::Instant as Clock;
 
-use microhydro::{Medium, PointMobility, PointModel, Spheres, multipole};
+use microhydro::{Medium, PointMobility, PointModel, Spheres, Squirmer, multipole};
 use nalgebra::{DMatrix, Vector3};
 use rayon::prelude::*;
 use scene::{Domain, ModelEstimatesKind};
 use stokes::{Seconds, SolverReport};
 
 use super::sphere_resistances::SphereResistances;
-use super::{SphereModel, SpheresModel};
+use super::{SphereModel, SpheresModel, SurfaceEffects};
 use crate::error::ModelError;
 use crate::linked_bodies::{
     LargestDifferences, LinkedBodies, MobilitySolution, PointSolution, SomeLinkages,
@@ -49,7 +49,10 @@ impl PointSolution<'_> {
         let change = self.system.change(&velocities, ESTIMATE_RESIDUAL)?;
         let coordinates = self.found.coordinates.iter().zip(&change.coordinates);
         let coordinates: Vec<_> = coordinates.map(|(v, change)| v + change).collect();
-        linkages.solution(&coordinates, &self.found.forces + change.forces, 0.0)
+        let forces = &self.found.forces + change.forces;
+        let mut reflected = linkages.solution(&coordinates, forces, 0.0)?;
+        reflected.slip_power = self.solution.slip_power;
+        Ok(reflected)
     }
 }
 
@@ -69,6 +72,22 @@ impl SpheresModel {
         })
     }
 
+    /// The effect of slip in a model of point forces; none without.
+    ///
+    /// Its power is that of lone squirmers.
+    fn effect_of_slip(
+        mobility: &PointMobility,
+        squirmers: &[Squirmer],
+    ) -> Result<Option<SurfaceEffect>, ModelError> {
+        if squirmers.is_empty() {
+            return Ok(None);
+        }
+        let radii = mobility.spheres().radii().iter();
+        let power = squirmers.iter().zip(radii).map(|(own, &a)| own.power(a));
+        let velocities = mobility.by_slip(squirmers)?;
+        Ok(Some(SurfaceEffect::of_slip(velocities, power.sum())))
+    }
+
     /// The motion of all bodies by a model of point forces, without error bars.
     ///
     /// # Errors
@@ -77,10 +96,12 @@ impl SpheresModel {
         &self,
         model: PointModel,
         linked: &LinkedBodies,
-        spheres: &Spheres,
+        (spheres, squirmers): (&Spheres, &[Squirmer]),
     ) -> Result<MobilitySolution, ModelError> {
         let mobility = self.mobility(model, spheres)?;
-        Ok(linked.all().by_point_forces(&mobility)?.solution)
+        let effect = Self::effect_of_slip(&mobility, squirmers)?;
+        let solved = linked.all().by_point_forces(&mobility, effect.as_ref())?;
+        Ok(solved.solution)
     }
 
     /// Velocities at points in scaled units by the forces of many spheres in unbounded fluid, or of
@@ -104,9 +125,15 @@ impl SpheresModel {
         let all_rates = [rates.to_vec()];
         let query = Query::new(configuration, &all_rates);
         let linked = LinkedBodies::new(&self.scaled, &query, rates)?;
+        let squirmers = self.squirmers(configuration)?;
         let mobility = self.mobility(model, &spheres)?;
-        let solved = linked.all().by_point_forces(&mobility)?;
-        Ok(Some(mobility.flow(&solved.found.forces, points)?))
+        let effect = Self::effect_of_slip(&mobility, &squirmers)?;
+        let solved = linked.all().by_point_forces(&mobility, effect.as_ref())?;
+        Ok(Some(mobility.flow(
+            &solved.found.forces,
+            &squirmers,
+            points,
+        )?))
     }
 
     /// The solution for one set of rates by a model of point forces.
@@ -132,23 +159,34 @@ impl SpheresModel {
             .transpose()?;
         let of_references = clock.elapsed().as_secs_f64();
         let linked = LinkedBodies::new(&self.scaled, query, rates)?;
+        let squirmers = self.squirmers(query.configuration)?;
         let mobility = self.mobility(model, &spheres)?;
+        let effect = Self::effect_of_slip(&mobility, &squirmers)?;
         let assembly = clock.elapsed().as_secs_f64();
-        let solved = linked.all().by_point_forces(&mobility)?;
+        let solved = linked.all().by_point_forces(&mobility, effect.as_ref())?;
         let solve = clock.elapsed().as_secs_f64() - assembly;
         let response = linked.response(&solved.solution)?;
         let errors = match &resistances {
             Some(resistances) => {
-                let references = (&resistances.references[..], None);
-                self.errors_by(&linked, &solved.solution, references)?
+                let surfaces = self.effects_of_slip(resistances, &spheres, &squirmers)?;
+                let effect = surfaces.as_ref().map(|effects| &effects.computed);
+                let references = (&resistances.references[..], effect);
+                let mut errors = self.errors_by(&linked, &solved.solution, references)?;
+                if let (Some(effects), Some(bars)) = (&surfaces, &mut errors.bars) {
+                    let (all, finest) = (linked.all(), resistances.finest());
+                    let reference = all.by_resistance(finest, effect)?;
+                    bars.add(1.0, &effects.errors(&all, finest, &reference)?);
+                }
+                // Errors of slip have no sign.
+                errors.signed = errors.signed.filter(|_| surfaces.is_none());
+                errors
             }
             None if estimates == ModelEstimatesKind::Off => ModelErrors::default(),
-            None => match &self.period {
-                Some(size) => {
-                    self.errors_among_images(&linked, &spheres, size, &solved.solution)?
-                }
-                None => self.sampled_errors(model, (&linked, &spheres), &solved)?,
-            },
+            // The first reflection is one of forces, which free squirmers do not have.
+            None if self.period.is_some() || !squirmers.is_empty() => {
+                self.errors_among_neighbours(&linked, (&spheres, &squirmers), &solved.solution)?
+            }
+            None => self.sampled_errors(model, (&linked, &spheres), &solved)?,
         };
         let total = clock.elapsed().as_secs_f64();
         let mut solution = InstantaneousSolution {
@@ -237,10 +275,10 @@ impl SpheresModel {
             .flatten()
         {
             // Spheres that expansions refuse leave the reflection, which has no order to lower.
-            let found = self.neighbourhood((linked, spheres), &members, model)?;
-            if let Some((found, reflected)) = found {
-                bars.raise(&found);
-                factors.raise(&found.over(&reflected, LARGEST_FACTOR));
+            let found = self.neighbourhood((linked, spheres, &[]), &members, model)?;
+            if let Some(found) = found {
+                bars.raise(&found.errors);
+                factors.raise(&found.errors.over(&found.of_reflection, LARGEST_FACTOR));
             }
         }
         bars.raise(&of_reflection.times(&factors));
@@ -251,10 +289,11 @@ impl SpheresModel {
         })
     }
 
-    /// Errors in a periodic box: the largest ones by expansions in neighbourhoods of the linkages
-    /// with the largest forces and velocities and with the narrowest gap, and of two more, with
-    /// their nearest neighbours and images, also those of the linkage itself; none where expansions
-    /// refuse a neighbourhood, or where it has no room for the nearest neighbour.
+    /// Errors in a periodic box, or of squirmers: the largest ones by expansions in neighbourhoods
+    /// of the linkages with the largest forces and velocities and with the narrowest gap, and of
+    /// two more, with their nearest neighbours and images, also those of the linkage itself; none
+    /// where expansions refuse a neighbourhood, or where it has no room for the nearest neighbour
+    /// in a periodic box. The error of the power is the largest relative one of a neighbourhood.
     ///
     /// What the model neglects decays like `(a/d)^4`, and so the neighbourhood has the most of it.
     /// The finite size of the spheres, which points lack, decays like
@@ -263,14 +302,17 @@ impl SpheresModel {
     ///
     /// # Errors
     /// Those of the solutions.
-    fn errors_among_images(
+    fn errors_among_neighbours(
         &self,
         linked: &LinkedBodies,
-        spheres: &Spheres,
-        size: &Vector3<f64>,
+        (spheres, squirmers): (&Spheres, &[Squirmer]),
         computed: &MobilitySolution,
     ) -> Result<ModelErrors, ModelError> {
-        let (all, domain) = (linked.all(), Domain::Periodic { size: *size });
+        let all = linked.all();
+        let domain = match self.period {
+            Some(size) => Domain::Periodic { size },
+            None => Domain::Unbounded,
+        };
         // Bodies that rest among themselves say nothing about those that move.
         let mut centres = vec![all.strongest(computed), all.fastest(computed)];
         centres.push(closest_among_images(&all, spheres, &domain));
@@ -284,14 +326,19 @@ impl SpheresModel {
             let Some(members) = members else {
                 return Ok(none);
             };
-            let found = self.neighbourhood((linked, spheres), &members, PointModel::Rpy)?;
-            let Some((found, _)) = found else {
+            let members = &members[..];
+            let of_bodies = (linked, spheres, squirmers);
+            let Some(found) = self.neighbourhood(of_bodies, members, PointModel::Rpy)? else {
                 return Ok(none);
             };
-            bars.raise(&found);
+            let mut errors = found.errors;
+            if found.power != 0.0 {
+                errors.power *= (all.power(computed) / found.power).abs();
+            }
+            bars.raise(&errors);
         }
         if self.kind == SphereModel::Oseen {
-            let finite = self.point_solution(PointModel::Rpy, linked, spheres)?;
+            let finite = self.point_solution(PointModel::Rpy, linked, (spheres, squirmers))?;
             bars.add(1.0, &all.largest_differences(computed, &finite));
         }
         Ok(ModelErrors {
@@ -300,46 +347,83 @@ impl SpheresModel {
         })
     }
 
+    /// Effects of slip by expansions of the orders of the last reference; none without slip.
+    fn effects_of_slip(
+        &self,
+        resistances: &SphereResistances,
+        spheres: &Spheres,
+        squirmers: &[Squirmer],
+    ) -> Result<Option<SurfaceEffects>, ModelError> {
+        let Some(orders) = resistances
+            .orders
+            .as_ref()
+            .filter(|_| !squirmers.is_empty())
+        else {
+            return Ok(None);
+        };
+        let slip = |sphere: usize, n: &Vector3<f64>| squirmers[sphere].slip(n);
+        let rest = |_: usize, _: &Vector3<f64>| Vector3::zeros();
+        let place = (spheres, &self.medium);
+        SurfaceEffects::by_expansions(place, orders, &[&slip, &rest], &[]).map(Some)
+    }
+
     /// Errors by expansions in a neighbourhood, and by the first reflection; none if expansions
     /// refuse the spheres.
     fn neighbourhood(
         &self,
-        (linked, spheres): (&LinkedBodies, &Spheres),
+        (linked, spheres, squirmers): (&LinkedBodies, &Spheres, &[Squirmer]),
         members: &[Member],
         model: PointModel,
-    ) -> Result<Option<(LargestDifferences, LargestDifferences)>, ModelError> {
+    ) -> Result<Option<Neighbourhood>, ModelError> {
         let numbers: Vec<usize> = members.iter().map(|member| member.linkage).collect();
         let own = linked.some(&numbers);
-        let (mut centres, mut radii) = (Vec::new(), Vec::new());
+        let (mut centres, mut radii, mut of_near) = (Vec::new(), Vec::new(), Vec::new());
         for member in members {
             for k in linked.all().spheres_of(&[member.linkage]) {
                 centres.push(spheres.centres()[k] + member.shift);
                 radii.push(spheres.radii()[k]);
+                of_near.extend(squirmers.get(k).copied());
             }
         }
         let near = Spheres::new(centres, radii)?;
         // Images are members; the fluid around them is unbounded.
         let mobility = PointMobility::new(model, &near, &self.medium)?;
-        let solved = own.by_point_forces(&mobility)?;
+        let effect = Self::effect_of_slip(&mobility, &of_near)?;
+        let solved = own.by_point_forces(&mobility, effect.as_ref())?;
         let reflected = solved.reflected(&own)?;
         let of_reflection = own.largest_differences(&solved.solution, &reflected);
         let kind = match model {
             PointModel::Oseen => SphereModel::Oseen,
             PointModel::Rpy => SphereModel::Rpy,
         };
-        let references = match SphereResistances::limited(kind, &near, &self.medium) {
-            Ok(resistances) => resistances.references,
+        let found = SphereResistances::limited(kind, &near, &self.medium).and_then(|found| {
+            let surfaces = self.effects_of_slip(&found, &near, &of_near)?;
+            Ok((found, surfaces))
+        });
+        let (resistances, surfaces) = match found {
+            Ok(found) => found,
             Err(ModelError::Spheres(_)) => return Ok(None),
             Err(error) => return Err(error),
         };
+        let effect = surfaces.as_ref().map(|effects| &effects.computed);
         let mut errors = LargestDifferences::default();
+        let power = own.power(&solved.solution);
         let mut previous = solved.solution;
-        for (reference, factor) in references {
-            let reference = own.by_resistance(&reference, None)?;
-            errors.add(factor, &own.largest_differences(&previous, &reference));
+        for (reference, factor) in &resistances.references {
+            let reference = own.by_resistance(reference, effect)?;
+            errors.add(*factor, &own.largest_differences(&previous, &reference));
             previous = reference;
         }
-        Ok(Some((errors, of_reflection)))
+        if let Some(effects) = &surfaces {
+            let finest = resistances.finest();
+            let reference = own.by_resistance(finest, effect)?;
+            errors.add(1.0, &effects.errors(&own, finest, &reference)?);
+        }
+        Ok(Some(Neighbourhood {
+            errors,
+            of_reflection,
+            power,
+        }))
     }
 
     /// Whether errors are estimated by expansions over all spheres.
@@ -385,6 +469,16 @@ const SECONDS_PER_PAIR: f64 = 3e-9;
 
 /// Time of `n^1.5` spheres in a product with Ewald's sums, on two cores.
 const SECONDS_PER_EWALD_TERM: f64 = 2e-5;
+
+/// What expansions in a neighbourhood say.
+struct Neighbourhood {
+    /// Errors of the model there.
+    errors: LargestDifferences,
+    /// Those that the first reflection finds.
+    of_reflection: LargestDifferences,
+    /// Power of the bodies on the fluid.
+    power: f64,
+}
 
 /// A linkage of a neighbourhood, or an image of it.
 #[derive(Clone, Copy, PartialEq)]

@@ -28,7 +28,7 @@ pub(super) struct SphereResistances {
     /// The error of a quantity is the sum of the differences between successive matrices, starting
     /// with `matrix`, each multiplied by the factor of the later one.
     pub references: Vec<(DMatrix<f64>, f64)>,
-    /// Orders of multipole expansions.
+    /// Orders of the multipole expansion of the resistance, or of the last reference.
     pub orders: Option<Orders>,
     pub dofs: usize,
 }
@@ -108,9 +108,17 @@ impl SphereResistances {
         Ok(Self {
             matrix,
             references,
-            orders: None,
+            orders: Some(reference.orders().clone()),
             dofs,
         })
+    }
+
+    /// The most accurate of the matrices, of which the last but two are references.
+    pub fn finest(&self) -> &DMatrix<f64> {
+        match self.references.as_slice() {
+            [.., finest, _, _] => &finest.0,
+            _ => &self.matrix,
+        }
     }
 
     /// Error bars of the entries.

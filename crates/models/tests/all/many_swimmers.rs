@@ -31,6 +31,86 @@ fn largest<T>(list: impl Iterator<Item = T>, of: impl Fn(T) -> Vector3<f64>) -> 
     list.map(of).fold(0.0, |most, v| most.max(v.norm()))
 }
 
+/// Squirmers of several sizes and modes, some linked, some with forces.
+#[test]
+fn bars_of_squirmers_by_rotne_prager_and_yamakawa_contain_their_errors() {
+    let body = |name: &str, radius: f64, x: [f64; 3], keys: &str| {
+        format!("[[bodies]]\nname = \"{name}\"\nradius = {radius}\nposition = {x:?}\n{keys}\n")
+    };
+    let slip = |b1: f64, b2: f64, axis: [f64; 3]| {
+        format!("slip = {{ b1 = {b1:?}, b2 = {b2:?}, axis = {axis:?} }}")
+    };
+    let few = [
+        body("a", 1.0, [0.0; 3], &slip(1.5, 3.0, [1.0, 0.3, 0.0])),
+        body(
+            "b",
+            0.7,
+            [2.2, 1.0, 0.4],
+            &slip(1.0, -2.0, [-0.2, 1.0, 0.5]),
+        ),
+        body("c", 1.2, [-1.0, 3.0, 2.0], "force = [0, 3, -1]"),
+        body("d", 1.0, [0.5, -3.5, 1.0], &slip(0.0, 2.0, [0.0, 0.0, 1.0])),
+        "[[links]]\nname = \"arm\"\nbody = \"a\"\nto = \"d\"\n".to_owned(),
+    ]
+    .concat();
+    let many: String = (0..14)
+        .map(|k| {
+            let turn = f64::from(k);
+            let x = [
+                3.3 * f64::from(k % 3),
+                3.1 * f64::from(k / 3 % 3),
+                3.5 * f64::from(k / 9),
+            ];
+            let axis = [turn.sin(), turn.cos(), (2.0 * turn).sin()];
+            body(&format!("s{k}"), 1.0, x, &slip(1.0, 2.0 - 0.5 * turn, axis))
+        })
+        .collect();
+    for (text, rates) in [(few, vec![0.5]), (many, vec![])] {
+        let scene = Scene::parse(&text).unwrap();
+        let solve = |kind| solve_at_start(&mut SpheresModel::new(&scene, kind).unwrap(), &rates);
+        let exact = solve(SphereModel::Multipole(1e-6));
+        let found = solve(SphereModel::Rpy);
+        let pairs = || found.bodies.iter().zip(&exact.bodies);
+        let velocity = largest(pairs(), |(a, b)| a.velocity - b.velocity);
+        let spin = largest(pairs(), |(a, b)| a.angular_velocity - b.angular_velocity);
+        let force = largest(pairs(), |(a, b)| a.force - b.force);
+        let power = (found.power() - exact.power()).abs();
+        for (what, error, bar) in [
+            ("velocity", velocity, found.error_estimate),
+            ("angular velocity", spin, found.angular_velocity_error),
+            ("force", force, found.force_error),
+            ("power", power, found.power_error),
+        ] {
+            let bar = bar.model.unwrap();
+            assert!(error <= bar + 1e-9, "{what}: error {error:e}, bar {bar:e}");
+            // The speed of a squirmer alone is of order one.
+            assert!(what == "power" || bar < 1.0, "{what}: bar {bar:e}");
+        }
+        assert!(velocity > 1e-4, "{velocity:e}");
+    }
+}
+
+#[test]
+fn slip_by_models_of_point_forces_is_refused_where_it_is_not_computed() {
+    let body = "[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 3]\n\
+                slip = { b1 = 1, axis = [1, 0, 0] }\n";
+    let refused = |keys: &str, kind: SphereModel, words: &str| {
+        let scene = Scene::parse(&format!("{keys}\n{body}")).unwrap();
+        let error = SpheresModel::new(&scene, kind).err().unwrap().to_string();
+        assert!(error.contains(words), "{error}");
+    };
+    refused("", SphereModel::Oseen, "use model.kind = \"rpy\"");
+    refused(
+        "domain.kind = \"wall\"",
+        SphereModel::Rpy,
+        "\"multipole\" elsewhere",
+    );
+    let ball = "domain = { kind = \"ball\", radius = 9 }";
+    refused(ball, SphereModel::Rpy, "\"multipole\" elsewhere");
+    let flow = "background = { kind = \"uniform\", velocity = [1, 0, 0] }";
+    refused(flow, SphereModel::Rpy, "background flow");
+}
+
 #[test]
 fn sampled_bars_contain_the_errors_of_many_swimmers() {
     let scene = swarm(7, 24.0, "");

@@ -123,6 +123,30 @@ fn a_large_box_approaches_unbounded_fluid_at_the_rate_of_hasimoto() {
     }
 }
 
+/// The images of the dipole of a squirmer are a flow against its motion, of the volume fraction;
+/// those of its stresslet vanish by symmetry.
+#[test]
+fn squirmers_in_a_cubic_array_are_slower_by_the_volume_fraction() {
+    let slip = "slip = { b1 = 1.5, b2 = 3, axis = [0, 0, 1] }";
+    for edge in [4.0, 10.0] {
+        let text = format!(
+            "domain = {{ kind = \"periodic\", size = [{edge:?}, {edge:?}, {edge:?}] }}\n\
+             bodies = [{{ name = \"a\", radius = 1, position = [1, 2, 3], {slip} }}]"
+        );
+        let found = solve(&Scene::parse(&text).unwrap(), SphereModel::Rpy);
+        let fraction = 4.0 / 3.0 * PI / f64::powi(edge, 3);
+        within(
+            found.bodies[0].velocity.z - (1.0 - fraction),
+            1e-11,
+            "Ewald's sums",
+        );
+        // Blake (1971): 8π a (2 B1² + B2²)/3.
+        let power = 8.0 / 3.0 * PI * (2.0 * 2.25 + 9.0);
+        within(found.power() - power, 1e-9, "the slip of a lone squirmer");
+        assert!(found.error_estimate.model.unwrap() > 0.0);
+    }
+}
+
 #[test]
 fn the_flow_is_periodic_and_that_of_the_surface_beside_a_sphere() {
     let scene = array(&[CORNER], 8.0, "model.kind = \"rpy\"");

@@ -61,8 +61,8 @@ pub(super) fn expansion_for_tolerance(scene: &Scene) -> SphereModel {
 }
 
 /// The model of spheres for thermal noise, with the reason: expansions where a solution takes at
-/// most [`NOISE_SECONDS`], as a run has thousands, or where surfaces move; else
-/// Rotne-Prager-Yamakawa, whose mobility is positive definite at all distances.
+/// most [`NOISE_SECONDS`], as a run has thousands, and for surface velocities that they alone have;
+/// else Rotne-Prager-Yamakawa, whose mobility is positive definite at all distances.
 ///
 /// # Errors
 /// Spheres that are too close.
@@ -70,8 +70,11 @@ pub(super) fn model_for_noise(scene: &Scene) -> Result<(SphereModel, String), Mo
     let kind = expansion_for_tolerance(scene);
     let state = scene.initial_state();
     let seconds = SpheresModel::new(scene, kind)?.predicted_seconds(start(scene, &state))?;
-    let has_surfaces = scene.has_surface_velocity() || scene.deforms();
-    let kind = match has_surfaces || seconds <= NOISE_SECONDS {
+    let has_walls = matches!(scene.domain().kind(), DomainKind::Ball | DomainKind::Wall);
+    let needs_expansions = scene.background().is_some()
+        || scene.deforms()
+        || (scene.has_surface_velocity() && has_walls);
+    let kind = match needs_expansions || seconds <= NOISE_SECONDS {
         true => kind,
         false => SphereModel::Rpy,
     };

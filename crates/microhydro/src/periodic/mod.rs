@@ -9,22 +9,30 @@
 //! ```
 //!
 //! Finite spheres (Beenakker 1986; Zuk, Wajnryb, Mizerski & Szymczak 2014) apply
-//! `(1 + a²∇²/6)(1 + b²∇²/6)` to both parts, torques and angular velocities half a curl. Without
-//! the wave `k = 0` the mean flow is zero: a pressure gradient balances the sum of the forces.
+//! `(1 + a²∇²/6)(1 + b²∇²/6)` to both parts, torques and angular velocities half a curl; squirmers
+//! are stresslets `S : ∇G` and dipoles `∇²G L`. Without the wave `k = 0` the mean flow is zero: a
+//! pressure gradient balances the sum of the forces.
+//!
+//! Tensors of derivatives of a radial function follow from the powers of `D = (1/r) d/dr`:
+//! `∇∇g = Dg I + D²g r r`, `∇²g = 3 Dg + r² D²g`.
+
+mod images;
+mod waves;
 
 use std::f64::consts::PI;
 
-use nalgebra::{Complex, DVector, Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{DVector, Matrix3, Matrix6, Vector3, Vector6};
 use rayon::prelude::*;
 
+use self::waves::{Flow, Phases, Placed, Waves};
 use crate::error::check_finite;
-use crate::{HydroError, Spheres};
+use crate::{HydroError, Spheres, Squirmer};
 
 /// Argument of `erfc` and exponent of waves at which both sums end: `exp(-36) = 2e-16`.
 const CUTOFF: f64 = 6.0;
 
 /// Cost of a pair of spheres in the sum over images relative to a sphere and a wave.
-const PAIR_COST: f64 = 10.0;
+const PAIR_COST: f64 = 25.0;
 
 /// Largest number of waves, about two gigabytes.
 const MAX_WAVES: f64 = 2e7;
@@ -40,35 +48,34 @@ pub(crate) struct PeriodicSums {
     radii: Vec<f64>,
     /// `ξ`.
     splitting: f64,
-    waves: Vec<Wave>,
-    /// Images within the cutoff of spheres of the box.
-    images: [i32; 3],
-    /// Largest number of a wave along each axis.
-    most: [i32; 3],
+    waves: Waves,
     /// For each sphere.
     phases: Vec<Phases>,
 }
 
-/// `exp(i 2π m x / L)` for each axis and `m` from 0.
-type Phases = [Vec<Complex<f64>>; 3];
-
-/// A wave; its opposite is the complex conjugate.
-struct Wave {
-    number: [i32; 3],
-    k: Vector3<f64>,
-    /// `2 H(k) / (k² V)`, for both.
-    weight: f64,
+/// What a sphere does to the fluid.
+#[derive(Clone, Copy)]
+pub(crate) struct Source {
+    pub force: Vector3<f64>,
+    pub torque: Vector3<f64>,
+    /// Dipole and stresslet of a squirmer.
+    pub slip: Option<(Vector3<f64>, Matrix3<f64>)>,
 }
 
-/// Derivatives of a radial function, divided by the distance such that they multiply `I` and `r r`.
-struct Radial {
-    /// Coefficients of `I` and of `n n` in the velocity by a force.
-    force: [f64; 2],
-    /// Half of the derivative of `∇² f`: coefficients of `n ×` in the velocity by a torque and in
-    /// the angular velocity by a force.
-    coupling: [f64; 2],
-    /// Coefficients of `I` and of `n n` in the angular velocity by a torque.
-    torque: [f64; 2],
+/// Sources of all spheres with the flows of their waves.
+pub(crate) struct PeriodicFlow {
+    sources: Vec<Source>,
+    waves: Vec<Flow>,
+}
+
+impl Source {
+    fn of_load(load: &Vector6<f64>) -> Self {
+        Self {
+            force: load.fixed_rows::<3>(0).into_owned(),
+            torque: load.fixed_rows::<3>(3).into_owned(),
+            slip: None,
+        }
+    }
 }
 
 impl PeriodicSums {
@@ -104,44 +111,22 @@ impl PeriodicSums {
         let splitting =
             splitting.unwrap_or_else(|| PI.sqrt() * (count / (volume * volume)).powf(1.0 / 6.0));
         let largest = 2.0 * splitting * CUTOFF;
-        let most: [f64; 3] = [0, 1, 2].map(|axis| (largest * size[axis] / (2.0 * PI)).floor());
-        let images: [f64; 3] = [0, 1, 2].map(|axis| (CUTOFF / splitting / size[axis] + 0.5).ceil());
-        let boxes: f64 = most.iter().map(|m| 2.0 * m + 1.0).product();
-        if boxes.max(images.iter().product()) > MAX_WAVES {
+        let most = Waves::most(size, largest).map(|m| 2.0 * m + 1.0);
+        let images = size.map(|edge| 2.0 * CUTOFF / splitting / edge + 1.0);
+        if most.iter().product::<f64>().max(images.product()) > MAX_WAVES {
             return Err(problem(
                 "the box has too many waves for this number of spheres",
             ));
         }
-        let most = most.map(|m| m as i32);
-        let [x, y, z] = most;
-        let mut waves = Vec::new();
-        for (i, j, k) in (0..=x)
-            .flat_map(|i| (-y..=y).flat_map(move |j| (-z..=z).map(move |k| (i, j, k))))
-            .filter(|number| *number > (0, 0, 0))
-        {
-            let wave = Vector3::new(f64::from(i), f64::from(j), f64::from(k)).component_div(size)
-                * (2.0 * PI);
-            let squared = wave.norm_squared();
-            if squared > largest * largest {
-                continue;
-            }
-            let part = squared / (4.0 * splitting * splitting);
-            waves.push(Wave {
-                number: [i, j, k],
-                k: wave,
-                weight: 2.0 * (1.0 + part) * (-part).exp() / (squared * volume),
-            });
-        }
+        let waves = Waves::new(size, splitting, largest);
         let centres = spheres.centres().to_vec();
         Ok(Self {
             size: *size,
-            phases: centres.iter().map(|x| phases(x, size, most)).collect(),
-            most,
+            phases: centres.iter().map(|x| waves.phases(x)).collect(),
             centres,
             radii,
             splitting,
             waves,
-            images: images.map(|n| n as i32),
         })
     }
 
@@ -151,235 +136,147 @@ impl PeriodicSums {
     /// Cost: `O(n^1.5)` operations in parallel for spheres of a given concentration, and `O(n²)`
     /// distances.
     pub fn velocities(&self, forces: &DVector<f64>) -> DVector<f64> {
-        let flows = self.flows(forces);
+        self.sums(&self.flow(forces, &[]))
+    }
+
+    /// Velocities and angular velocities by squirmers and their images, without what each has in
+    /// unbounded fluid by its own.
+    pub fn velocities_by_slip(&self, squirmers: &[Squirmer]) -> DVector<f64> {
+        let forces = DVector::zeros(6 * self.centres.len());
+        self.sums(&self.flow(&forces, squirmers))
+    }
+
+    fn sums(&self, flow: &PeriodicFlow) -> DVector<f64> {
         let count = self.centres.len();
         let mut result = DVector::zeros(6 * count);
         let rows = result.as_mut_slice().par_chunks_mut(6).enumerate();
         rows.for_each(|(at, rows)| {
-            let mut sum = self.own(at) * six(forces, at);
+            let size = self.size_of(at);
+            let mut sum = images::own(self.splitting, self.radii[at], &flow.sources[at]);
             for of in 0..count {
-                self.for_images(at, of, |r| {
-                    sum += self.image(&r, self.radii[at], self.radii[of]) * six(forces, of);
-                });
+                sum += self.by_images(at, of, &flow.sources[of]);
             }
-            for (wave, flow) in self.waves.iter().zip(&flows) {
-                sum += self.at_sphere(wave, at, flow);
-            }
+            sum += self.waves.at(&self.phases[at], size, &flow.waves);
             rows.copy_from_slice(sum.as_slice());
         });
         result
     }
 
-    /// The same for one sphere by one: a block of the matrix.
+    /// The mobility of one sphere by one: a block of the matrix.
     pub fn block(&self, at: usize, of: usize) -> Matrix6<f64> {
-        let mut block = match at == of {
-            true => self.own(at),
-            false => Matrix6::zeros(),
-        };
-        self.for_images(at, of, |r| {
-            block += self.image(&r, self.radii[at], self.radii[of])
-        });
-        for wave in &self.waves {
-            for column in 0..6 {
-                let mut unit = Vector6::zeros();
-                unit[column] = 1.0;
-                let flow = wave.flow(self.source(wave, of, &unit));
-                let mut entries = block.column_mut(column);
-                entries += self.at_sphere(wave, at, &flow);
+        Matrix6::from_columns(&[0, 1, 2, 3, 4, 5].map(|column| {
+            let mut unit = Vector6::zeros();
+            unit[column] = 1.0;
+            let source = Source::of_load(&unit);
+            let mut sum = self.by_images(at, of, &source);
+            if at == of {
+                sum += images::own(self.splitting, self.radii[at], &source);
             }
+            let waves = self.waves.flows(&[self.placed(of, source)]);
+            sum + self.waves.at(&self.phases[at], self.size_of(at), &waves)
+        }))
+    }
+
+    /// Flow by forces and torques, and by squirmers, of all spheres or of none.
+    pub fn flow(&self, forces: &DVector<f64>, squirmers: &[Squirmer]) -> PeriodicFlow {
+        let source = |k: usize| {
+            let slip = squirmers.get(k).map(|own| {
+                let radius = self.radii[k];
+                (own.dipole(radius), own.stresslet(radius))
+            });
+            let load = forces.fixed_rows::<6>(6 * k).into_owned();
+            Source {
+                slip,
+                ..Source::of_load(&load)
+            }
+        };
+        let sources: Vec<Source> = (0..self.centres.len()).map(source).collect();
+        let placed: Vec<Placed> = (sources.iter().enumerate())
+            .map(|(of, source)| self.placed(of, *source))
+            .collect();
+        PeriodicFlow {
+            waves: self.waves.flows(&placed),
+            sources,
         }
-        block
     }
 
-    /// Flow of a wave, with its weight.
-    fn flow(&self, wave: &Wave, forces: &DVector<f64>) -> Vector3<Complex<f64>> {
-        let sources = (0..self.centres.len()).map(|of| self.source(wave, of, &six(forces, of)));
-        wave.flow(sources.sum())
-    }
-
-    /// Amplitude of the force density of one sphere: `exp(-ik·x) [(1 - a²k²/6) F + i k × T / 2]`.
-    fn source(&self, wave: &Wave, of: usize, load: &Vector6<f64>) -> Vector3<Complex<f64>> {
-        let (force, torque) = (load.fixed_rows::<3>(0), load.fixed_rows::<3>(3));
-        let real = force * wave.reduction(self.radii[of]);
-        let imaginary = wave.k.cross(&torque) * 0.5;
-        let phase = phase(&self.phases[of], wave).conj();
-        real.zip_map(&imaginary, |re, im| phase * Complex::new(re, im))
-    }
-
-    /// Velocity and angular velocity of a sphere in the flow of a wave.
-    fn at_sphere(&self, wave: &Wave, at: usize, flow: &Vector3<Complex<f64>>) -> Vector6<f64> {
-        let local = flow * phase(&self.phases[at], wave);
-        let velocity = local.map(|u| u.re) * wave.reduction(self.radii[at]);
-        // The real part of i k × u / 2.
-        let rotation = wave.k.cross(&local.map(|u| u.im)) * -0.5;
-        let mut both = Vector6::zeros();
-        both.fixed_rows_mut::<3>(0).copy_from(&velocity);
-        both.fixed_rows_mut::<3>(3).copy_from(&rotation);
-        both
-    }
-
-    /// Velocity of the fluid at a point by the forces and torques of all spheres and images; none
-    /// inside a sphere of one of these radii.
+    /// Velocity of the fluid at a point; none inside a sphere of one of these radii.
     ///
     /// Cost: `O(n)` terms of images, and `O(n^0.5)` waves.
     pub fn flow_at(
         &self,
         x: &Vector3<f64>,
-        (forces, flows): (&DVector<f64>, &[Vector3<Complex<f64>>]),
+        flow: &PeriodicFlow,
         solid: &[f64],
     ) -> Option<Vector3<f64>> {
-        let mut sum = Vector3::zeros();
-        for of in 0..self.centres.len() {
+        let mut sum = Vector6::zeros();
+        for (of, source) in flow.sources.iter().enumerate() {
             let apart = nearest_image(&(x - self.centres[of]), &self.size);
             if apart.norm() < solid[of] {
                 return None;
             }
-            let load = six(forces, of);
-            self.for_images_of(&apart, |_, r| {
+            self.for_images(&apart, |_, r| {
                 // The flow of a finite sphere at a point, which is one without a size.
-                let velocity = self.image(&r, 0.0, self.radii[of]) * load;
-                sum += velocity.fixed_rows::<3>(0);
+                sum += images::velocity(self.splitting, &r, [0.0, self.radii[of]], source);
             });
         }
-        let phases = phases(x, &self.size, self.most);
-        for (wave, flow) in self.waves.iter().zip(flows) {
-            sum += (flow * phase(&phases, wave)).map(|u| u.re);
+        sum += self.waves.at(&self.waves.phases(x), 0.0, &flow.waves);
+        Some(sum.fixed_rows::<3>(0).into_owned())
+    }
+
+    fn placed(&self, of: usize, source: Source) -> Placed<'_> {
+        Placed {
+            phases: &self.phases[of],
+            size: self.size_of(of),
+            source,
         }
-        Some(sum)
     }
 
-    /// Flows of all waves, with their weights.
-    pub fn flows(&self, forces: &DVector<f64>) -> Vec<Vector3<Complex<f64>>> {
-        let waves = self.waves.par_iter();
-        waves.map(|wave| self.flow(wave, forces)).collect()
+    /// The square of a radius over six.
+    fn size_of(&self, sphere: usize) -> f64 {
+        self.radii[sphere].powi(2) / 6.0
     }
 
-    /// Calls `found` with the vectors to a sphere from the images of another one within the cutoff.
-    fn for_images(&self, at: usize, of: usize, mut found: impl FnMut(Vector3<f64>)) {
-        let nearest = nearest_image(&(self.centres[at] - self.centres[of]), &self.size);
-        self.for_images_of(&nearest, |number, r| {
-            if at != of || number != [0; 3] {
-                found(r);
+    /// Velocity and angular velocity of a sphere by the images of a source within the cutoff.
+    fn by_images(&self, at: usize, of: usize, source: &Source) -> Vector6<f64> {
+        let apart = nearest_image(&(self.centres[at] - self.centres[of]), &self.size);
+        let radii = [self.radii[at], self.radii[of]];
+        let mut sum = Vector6::zeros();
+        self.for_images(&apart, |is_nearest, r| {
+            if at != of || !is_nearest {
+                sum += images::velocity(self.splitting, &r, radii, source);
             }
         });
+        sum
     }
 
-    /// Calls `found` with the numbers of the images within the cutoff of a place whose nearest
-    /// image is given, and with their vectors.
-    fn for_images_of(&self, nearest: &Vector3<f64>, mut found: impl FnMut([i32; 3], Vector3<f64>)) {
-        let cutoff = (CUTOFF / self.splitting).powi(2);
-        let [x, y, z] = self.images;
-        for i in -x..=x {
-            for j in -y..=y {
-                for k in -z..=z {
+    /// Calls `found` with the vectors to a place from the images within the cutoff of another one
+    /// whose nearest image is given, and whether it is that.
+    fn for_images(&self, nearest: &Vector3<f64>, mut found: impl FnMut(bool, Vector3<f64>)) {
+        let cutoff = CUTOFF / self.splitting;
+        let range = |axis: usize| {
+            let (x, edge) = (nearest[axis], self.size[axis]);
+            ((-cutoff - x) / edge).ceil() as i32..=((cutoff - x) / edge).floor() as i32
+        };
+        for i in range(0) {
+            for j in range(1) {
+                for k in range(2) {
                     let image = Vector3::new(f64::from(i), f64::from(j), f64::from(k));
                     let r = nearest + image.component_mul(&self.size);
-                    if r.norm_squared() < cutoff {
-                        found([i, j, k], r);
+                    if r.norm_squared() < cutoff * cutoff {
+                        found([i, j, k] == [0; 3], r);
                     }
                 }
             }
         }
     }
-
-    /// Mobility of a sphere at `r` from an image, of radii `a` and `b`.
-    fn image(&self, r: &Vector3<f64>, a: f64, b: f64) -> Matrix6<f64> {
-        let distance = r.norm();
-        let radial = Radial::new(self.splitting, distance, a, b);
-        let n = r / distance;
-        let (identity, along) = (Matrix3::identity(), n * n.transpose());
-        let [isotropic, axial] = radial.force;
-        let velocity = identity * isotropic + along * axial;
-        let coupling = radial.coupling.map(|factor| n.cross_matrix() * factor);
-        let [isotropic, axial] = radial.torque;
-        let rotation = identity * isotropic + along * axial;
-        let mut block = Matrix6::zeros();
-        block.fixed_view_mut::<3, 3>(0, 0).copy_from(&velocity);
-        block.fixed_view_mut::<3, 3>(0, 3).copy_from(&coupling[0]);
-        block.fixed_view_mut::<3, 3>(3, 0).copy_from(&coupling[1]);
-        block.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation);
-        block / (8.0 * PI)
-    }
-
-    /// What the waves contain of the flow of a sphere around itself in unbounded fluid, subtracted.
-    ///
-    /// With `f - r = -(ξ r² - ξ³ r⁴/6 + ξ⁵ r⁶/30 - ..)/√π` up to a constant, `G = 4 c I` for the
-    /// coefficient `c` of `r²`.
-    fn own(&self, sphere: usize) -> Matrix6<f64> {
-        let (xi, a) = (self.splitting, self.radii[sphere]);
-        let (first, second) = (a * a / 3.0, a.powi(4) / 36.0);
-        let cube = xi.powi(3) * 10.0 / 3.0;
-        let velocity = 4.0 * (-xi + first * cube - second * 28.0 * xi.powi(5));
-        let diagonal = [velocity, velocity, velocity, -cube, -cube, -cube];
-        Matrix6::from_diagonal(&(Vector6::from(diagonal) / (8.0 * PI * PI.sqrt())))
-    }
 }
 
-impl Wave {
-    /// Reduction of the force density, or of the mean velocity, over a sphere.
-    fn reduction(&self, radius: f64) -> f64 {
-        1.0 - radius * radius * self.k.norm_squared() / 6.0
-    }
-
-    /// The solenoidal part of a force density times the weight.
-    fn flow(&self, source: Vector3<Complex<f64>>) -> Vector3<Complex<f64>> {
-        let along = self.k.map(|k| Complex::new(k / self.k.norm_squared(), 0.0));
-        let divergence: Complex<f64> = (self.k.iter().zip(&source)).map(|(k, f)| f * *k).sum();
-        (source - along * divergence) * Complex::new(self.weight, 0.0)
-    }
-}
-
-impl Radial {
-    /// The part that is summed over images, for spheres of the radii `a` and `b`.
-    ///
-    /// `f' = erfc(ξ r)`; `h = ∇² f`, `q = ∇² h`, and the function of finite spheres is
-    /// `f + (a² + b²) h/6 + a² b² q/36`, of one that translates and one that turns `f + a² h/6`.
-    fn new(xi: f64, r: f64, a: f64, b: f64) -> Self {
-        let x = xi * r;
-        let erfc = libm::erfc(x);
-        let gauss = (-x * x).exp() / PI.sqrt();
-        let second = x * x;
-        let f = [erfc, -2.0 * xi * gauss];
-        let h = [
-            -2.0 * erfc / (r * r) + gauss * (4.0 * xi * xi * x - 4.0 * xi / r),
-            4.0 * erfc / r.powi(3) + gauss * xi.powi(3) * (8.0 / second + 12.0 - 8.0 * second),
-        ];
-        let q = [
-            gauss * xi.powi(4) * x * (16.0 * second - 56.0),
-            gauss * xi.powi(5) * (160.0 * second - 56.0 - 32.0 * second * second),
-        ];
-        let (c, d) = ((a * a + b * b) / 6.0, a * a * b * b / 36.0);
-        let [first, second] = [0, 1].map(|k| f[k] + c * h[k] + d * q[k]);
-        // ∇∇h - I ∇²h over four.
-        let slope = h[0] / r;
-        Self {
-            force: [second + first / r, first / r - second],
-            coupling: [a, b].map(|of_force| 0.5 * (h[0] + of_force * of_force * q[0] / 6.0)),
-            torque: [0.25 * (-slope - h[1]), 0.25 * (h[1] - slope)],
-        }
-    }
-}
-
-/// The phases of a place.
-fn phases(x: &Vector3<f64>, size: &Vector3<f64>, most: [i32; 3]) -> Phases {
-    [0, 1, 2].map(|axis| {
-        let angle = 2.0 * PI * (x[axis] / size[axis]).fract();
-        let powers = 0..=most[axis];
-        powers.map(|m| Complex::cis(f64::from(m) * angle)).collect()
-    })
-}
-
-/// `exp(ik·x)` of a wave at a place with these phases.
-fn phase(phases: &Phases, wave: &Wave) -> Complex<f64> {
-    let factors = phases.iter().zip(wave.number).map(|(table, number)| {
-        let factor = table[number.unsigned_abs() as usize];
-        if number < 0 { factor.conj() } else { factor }
-    });
-    factors.product()
-}
-
-fn six(forces: &DVector<f64>, sphere: usize) -> Vector6<f64> {
-    forces.fixed_rows::<6>(6 * sphere).into_owned()
+fn six_of(velocity: Vector3<f64>, rotation: Vector3<f64>) -> Vector6<f64> {
+    let mut both = Vector6::zeros();
+    both.fixed_rows_mut::<3>(0).copy_from(&velocity);
+    both.fixed_rows_mut::<3>(3).copy_from(&rotation);
+    both
 }
 
 /// The shortest of a vector and its images, along each edge.
@@ -560,7 +457,7 @@ mod tests {
         let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
         let around = axes.into_iter().flat_map(|e| [e, -e]);
         let points: Vec<_> = around.map(|e| one.centres()[0] + e + 3.0 * size).collect();
-        let flow = mobility.flow(&forces, &points).unwrap();
+        let flow = mobility.flow(&forces, &[], &points).unwrap();
         let mean = flow.iter().map(|u| u.unwrap()).sum::<Vector3<f64>>() / 6.0;
         let velocity = mobility.apply(&forces).unwrap();
         let difference = (mean - velocity.fixed_rows::<3>(0)).norm();
@@ -568,7 +465,9 @@ mod tests {
         let alone = 38f64.sqrt() / (6.0 * PI);
         let bound = 6.0 * 0.75 * 8f64.powi(-5) * alone;
         assert!(difference < bound, "{difference:e} {bound:e}");
-        let inside = mobility.flow(&forces, &[one.centres()[0] - size]).unwrap();
+        let inside = mobility
+            .flow(&forces, &[], &[one.centres()[0] - size])
+            .unwrap();
         assert_eq!(inside, [None]);
     }
 
