@@ -18,10 +18,10 @@ const BREAKDOWN: f64 = 1e-14;
 /// vectors; `None` for an operator that is not positive definite.
 ///
 /// With the orthonormal basis `V` of the Krylov space of `w` and `T = V^T A V`, tridiagonal, the
-/// result after each step is `|w| V T^(-1/2) e_1` (Chow & Saad 2014, SIAM J. Sci. Comput. 36, A588,
-/// equation (2.2); stopped as by Ando et al. 2012, J. Chem. Phys. 137, 064106). It converges like
-/// conjugate gradients. Cost of `m` steps: `m` products, `2 m²` products of vectors for a basis that
-/// stays orthogonal. Sums have a fixed order: the result does not depend on the number of threads.
+/// result after each step is `|w| V T^(-1/2) e_1` (Chow & Saad 2014, SIAM J. Sci. Comput. 36, A588;
+/// stopped as by Ando et al. 2012, J. Chem. Phys. 137, 064106). It converges like conjugate
+/// gradients. Cost of `m` steps: `m` products, `2 m²` products of vectors for a basis that stays
+/// orthogonal. Sums have a fixed order: the result does not depend on the number of threads.
 ///
 /// # Errors
 /// [`HydroError::NotConverged`]; those of `apply`.

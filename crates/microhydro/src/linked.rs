@@ -248,10 +248,10 @@ impl<'a> LinkedSpheres<'a> {
     /// independent standard normal numbers.
     ///
     /// They are `S^T f` for forces `f = G^T (G M G^T)^(-1/2) w` of covariance `M^-1`, where the
-    /// factorised blocks of the linkages alone are `G`, as preconditioner (Chow & Saad 2014, SIAM J.
-    /// Sci. Comput. 36, A588, section 3), and those of dashpots. Without other linkages this is a
-    /// Cholesky factorisation. The square root is that of
-    /// Lanczos, to a relative accuracy of 1e-6. Cost: one product with the mobility per step of it.
+    /// factorised blocks of the linkages alone are `G`, as preconditioner (Chow & Saad 2014, SIAM
+    /// J. Sci. Comput. 36, A588), and those of dashpots. Without other linkages this is
+    /// a Cholesky factorisation. The square root is that of Lanczos, to a relative accuracy of
+    /// 1e-6. Cost: one product with the mobility per step of it.
     ///
     /// # Errors
     /// [`HydroError::NotPositiveDefinite`] for point forces too close to each other;

@@ -79,7 +79,7 @@ impl Waves {
             let squares = |m: i32| k[0] * k[0] + k[1] * k[1] + (f64::from(m) * unit.z).powi(2);
             let mut inside = (lowest..=z).filter(|&m| squares(m) <= largest * largest);
             let first = inside.next()?;
-            let last = inside.last().unwrap_or(first);
+            let last = inside.next_back().unwrap_or(first);
             let count = (last - first + 1) as usize;
             let numbers = (first..).take(count.next_multiple_of(LANES));
             let squared: Vec<f64> = numbers.clone().map(squares).collect();

@@ -16,8 +16,7 @@
 //! ```
 //!
 //! The mean of the second velocity contains the drift `k_B T div N` (Fixman 1978, J. Chem. Phys.
-//! 69, 1527; Delong, Balboa Usabiaga & Donev 2015, J. Chem. Phys. 143, 144107, section II B). For
-//! this `Q` must be conjugate to coordinates whose meaning does not depend on `q`: forces on the
+//! 69, 1527; Delong, Balboa Usabiaga & Donev 2015, J. Chem. Phys. 143, 144107). For this `Q` must be conjugate to coordinates whose meaning does not depend on `q`: forces on the
 //! bodies of a linkage would be projected onto its motions twice, at different places, and leave a
 //! drift of their own. On rotations both steps are exponentials in the laboratory axes, to which
 //! div N refers. In equilibrium all positions, all attitudes and all values of joints are then
@@ -45,8 +44,8 @@ const MOTION_PART: f64 = 0.2;
 /// by a quarter of the square of that.
 const RELAXATION_PART: f64 = 0.1;
 
-/// Smallest number of steps in a phase, and in a period of loads, which the midpoint method follows with an error of the
-/// order two.
+/// Smallest number of steps in a phase, and in a period of loads, which the midpoint method follows
+/// with an error of the order two.
 const LEAST_STEPS: f64 = 20.0;
 
 /// Largest number of steps in a phase: each keeps about a kilobyte per body.

@@ -96,9 +96,9 @@ pub enum Method {
 
 impl Method {
     /// The method for a scene: [`Method::Unsteady`] if the fluid has inertia, [`Method::Inertia`]
-    /// if bodies have mass; [`Method::Brownian`] with thermal noise; [`Method::RungeKutta`] for many
-    /// swimmers that repel each other, of which some meet at any time, where orders above five gain
-    /// nothing; else [`Method::Collocation`].
+    /// if bodies have mass; [`Method::Brownian`] with thermal noise; [`Method::RungeKutta`] for
+    /// many swimmers that repel each other, of which some meet at any time, where orders above five
+    /// gain nothing; else [`Method::Collocation`].
     pub fn from_scene(scene: &Scene) -> Self {
         if scene.noise().is_some() {
             return Self::Brownian;

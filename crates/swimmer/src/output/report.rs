@@ -29,8 +29,8 @@ pub const ALL_ERRORS: &str = "all errors";
 /// - `swimmers`: null for one; otherwise, for each connected set of bodies that can move itself,
 ///   its `name` (that of its first body), `bodies`, `displacement` (mean of its moving bodies),
 ///   `rotation` (of its first body, or of the first one whose velocity is given), `work` (null
-///   where it is known in total only: with slip, inertia or thermal noise, or where swimmers share a volume) and
-///   `error_estimate` of the displacement;
+///   where it is known in total only: with slip, inertia or thermal noise, or where swimmers share
+///   a volume) and `error_estimate` of the displacement;
 /// - `mean_holding`: null without bodies whose velocity is given; otherwise `bodies` (by body, the
 ///   mean `force` and `torque` over the run that hold or drive it) with `force_error` and
 ///   `torque_error`;

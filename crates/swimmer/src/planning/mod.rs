@@ -42,8 +42,8 @@ impl Choice {
 ///
 /// # Errors
 /// [`ModelError::Unsupported`] for combinations of model, domain and options that are not
-/// supported, with the alternative; for a fluid with inertia or thermal noise, which has a motion in
-/// time only ([`choose_for_run`]).
+/// supported, with the alternative; for a fluid with inertia or thermal noise, which has a motion
+/// in time only ([`choose_for_run`]).
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     check_no_inertia(scene)?;
     check_no_noise(scene)?;
