@@ -325,7 +325,7 @@ impl Columns {
         self.sums::<StressletVelocity>(self, stresslets)
     }
 
-    /// Velocities and angular velocities by the dipoles and stresslets of squirmers at other places.
+    /// Velocities and angular velocities by dipoles and stresslets of squirmers at other places.
     ///
     /// A squirmer's stresslet has `a²/6` in place of the `a²/10` of a rigid sphere in a strain.
     pub fn velocities_by_slip(&self, spheres: &Spheres, squirmers: &[Squirmer]) -> DVector<f64> {

@@ -178,9 +178,10 @@ impl Repulsion {
                 let apart = poses[body].translation.vector - poses[other].translation.vector;
                 let radii = bodies[body].bounding_radius() + bodies[other].bounding_radius();
                 let pair = [body, other].map(|b| (&bodies[b].shape, &poses[b].rotation));
-                for shift in domain.shifts_near(&apart) {
+                let reach = radii + MAX_RANGES * self.range;
+                for shift in domain.shifts_within(&apart, reach) {
                     let apart = apart - shift;
-                    if apart.norm() - radii > MAX_RANGES * self.range && domain.period().is_some() {
+                    if apart.norm() > reach && domain.period().is_some() {
                         continue;
                     }
                     let (gap, normal) = separation(pair, &apart);

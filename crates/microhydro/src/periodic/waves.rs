@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Complex, Vector3, Vector6};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::{Source, six_of};
@@ -130,13 +130,11 @@ impl Waves {
     fn flow(&self, column: &Column, sources: &[Placed]) -> Flow {
         let count = column.along.len();
         let mut flow = vec![0.0; 6 * count];
-        Arch::new().dispatch(|| {
-            for placed in sources {
-                let amplitude = Amplitude::new(&placed.source, column.k);
-                let base = placed.phases.of_column(column).conj();
-                let along = self.of_column(placed.phases, column);
-                amplitude.add(base, along, placed.size, column, &mut flow);
-            }
+        Arch::new().dispatch(OfSources {
+            waves: self,
+            column,
+            sources,
+            sums: &mut flow,
         });
         // The solenoidal part times the weight.
         for entry in 0..count {
@@ -157,13 +155,11 @@ impl Waves {
     /// Velocity and angular velocity of a sphere at a place with these phases, with the square of
     /// its radius over six: the sum of `(1 - a²k²/6) Re u` and of `Re(i k × u)/2` for all waves.
     pub fn at(&self, phases: &Phases, size: f64, flows: &[Flow]) -> Vector6<f64> {
-        let mut lanes = [[0.0; LANES]; 6];
-        Arch::new().dispatch(|| {
-            for (column, flow) in self.columns.iter().zip(flows) {
-                let base = phases.of_column(column);
-                let along = self.of_column(phases, column);
-                column.sum(base, along, size, flow, &mut lanes);
-            }
+        let lanes = Arch::new().dispatch(AtPlace {
+            waves: self,
+            phases,
+            size,
+            flows,
         });
         let [ux, uy, uz, wx, wy, wz] = lanes.map(|lane| lane.iter().sum::<f64>());
         six_of(Vector3::new(ux, uy, uz), Vector3::new(wx, wy, wz) * -0.5)
@@ -174,6 +170,51 @@ impl Waves {
         let first = (column.first + self.most[2]) as usize;
         let part = |numbers: &'p Vec<f64>| &numbers[first..first + column.along.len()];
         phases.along.each_ref().map(part)
+    }
+}
+
+/// The sums of sources on a column, with the vector instructions of the processor.
+struct OfSources<'a> {
+    waves: &'a Waves,
+    column: &'a Column,
+    sources: &'a [Placed<'a>],
+    sums: &'a mut [f64],
+}
+
+impl WithSimd for OfSources<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for placed in self.sources {
+            let amplitude = Amplitude::new(&placed.source, self.column.k);
+            let base = placed.phases.of_column(self.column).conj();
+            let along = self.waves.of_column(placed.phases, self.column);
+            amplitude.add(base, along, placed.size, self.column, self.sums);
+        }
+    }
+}
+
+/// The sums of all waves at a place, in lanes.
+struct AtPlace<'a> {
+    waves: &'a Waves,
+    phases: &'a Phases,
+    size: f64,
+    flows: &'a [Flow],
+}
+
+impl WithSimd for AtPlace<'_> {
+    type Output = [[f64; LANES]; 6];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let mut lanes = [[0.0; LANES]; 6];
+        for (column, flow) in self.waves.columns.iter().zip(self.flows) {
+            let base = self.phases.of_column(column);
+            let along = self.waves.of_column(self.phases, column);
+            column.sum(base, along, self.size, flow, &mut lanes);
+        }
+        lanes
     }
 }
 

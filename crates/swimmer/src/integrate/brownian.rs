@@ -16,11 +16,12 @@
 //! ```
 //!
 //! The mean of the second velocity contains the drift `k_B T div N` (Fixman 1978, J. Chem. Phys.
-//! 69, 1527; Delong, Balboa Usabiaga & Donev 2015, J. Chem. Phys. 143, 144107). For this `Q` must be conjugate to coordinates whose meaning does not depend on `q`: forces on the
-//! bodies of a linkage would be projected onto its motions twice, at different places, and leave a
-//! drift of their own. On rotations both steps are exponentials in the laboratory axes, to which
-//! div N refers. In equilibrium all positions, all attitudes and all values of joints are then
-//! equally probable but for the Boltzmann factor of their energy.
+//! 69, 1527; Delong, Balboa Usabiaga & Donev 2015, J. Chem. Phys. 143, 144107). For this `Q` must
+//! be conjugate to coordinates whose meaning does not depend on `q`: forces on the bodies of a
+//! linkage would be projected onto its motions twice, at different places, and leave a drift of
+//! their own. On rotations both steps are exponentials in the laboratory axes, to which `div N`
+//! refers. In equilibrium all positions, all attitudes and all values of joints are then equally
+//! probable but for the Boltzmann factor of their energy.
 
 use std::f64::consts::PI;
 

@@ -13,7 +13,7 @@ use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
-    MAX_PARTS, largest_displacement, largest_rotation, step_tolerance, unseen_displacement,
+    MAX_PARTS, largest_displacement, largest_rotation, pair_tolerance, unseen_displacement,
 };
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
@@ -93,7 +93,7 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
             Err(error) => return Err(result.stopped(evaluator, error)),
             Ok(step) => step,
         };
-        let tolerance = step_tolerance(evaluator, &step.sigma, end - s);
+        let tolerance = pair_tolerance(evaluator, &step.sigma, end - s);
         // The step size for a local error of order five, changed by at most a factor of five
         // (Hairer, Nørsett & Wanner 1993, II.4).
         let factor = match step.error > 0.0 {

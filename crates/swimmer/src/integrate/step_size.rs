@@ -80,6 +80,20 @@ pub(super) fn unseen_displacement(evaluator: &SpanEvaluator, part: (f64, f64)) -
     displacements.fold(0.0, f64::max)
 }
 
+/// Tolerance for a step along which no joint moves, as a fraction of the scene's tolerance: no
+/// stroke returns, and the errors of steps add up as their displacements do.
+const SHARE_WITHOUT_STROKE: f64 = 1.0 / 4.0;
+
+/// Error that the scene's tolerance allows for a step of the Runge-Kutta pair over the part `width`
+/// of the phase span.
+pub(super) fn pair_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, width: f64) -> f64 {
+    let tolerance = step_tolerance(evaluator, step, width);
+    match largest_length_change(evaluator) == 0.0 && evaluator.tolerance.is_none() {
+        true => tolerance * SHARE_WITHOUT_STROKE / SPAN_TOLERANCE_SHARE,
+        false => tolerance,
+    }
+}
+
 /// Error that the scene's tolerance allows for a step over the part `width` of the phase span.
 pub(super) fn step_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, width: f64) -> f64 {
     match evaluator.tolerance {
