@@ -8,7 +8,8 @@ use std::path::PathBuf;
 use swimmer::models::Configuration;
 use swimmer::scene::closest_contact;
 use swimmer::{
-    Choice, Scene, SwimError, TEMPLATES, TYPICAL_SOLVES_PER_SPAN, choose_for_run, spans,
+    Choice, NoiseNumbers, Scene, SwimError, TEMPLATES, TYPICAL_SOLVES_PER_SPAN, choose_for_run,
+    spans,
 };
 
 use super::arguments::SceneArguments;
@@ -42,7 +43,16 @@ pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
         format!("{seconds}, {mib:.0} MiB (estimate)"),
     );
     let solves = TYPICAL_SOLVES_PER_SPAN * scene.gait().phases.len() * scene.gait().cycles as usize;
-    if scene.inertia().is_kept() {
+    if let Some(noise) = NoiseNumbers::new(&scene)? {
+        let NoiseNumbers {
+            steps, time_step, ..
+        } = noise;
+        // Two solutions and the random loads, which take about as long as one.
+        let seconds = duration(3.0 * cost.seconds * steps as f64);
+        let cost =
+            format!("{steps} steps of thermal noise of {time_step:.3e}, {seconds} (estimate)");
+        text += &entry("cost of the gait", cost);
+    } else if scene.inertia().is_kept() {
         let steps = "one solve per step in time, whose error decides on its length";
         text += &entry("cost of the gait", steps);
     } else if solves > 0 {

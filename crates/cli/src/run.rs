@@ -7,7 +7,7 @@ use pictures::RunPictures;
 use pictures::numbers::significant_vector;
 use serde_json::json;
 use swimmer::models::nalgebra::Vector3;
-use swimmer::{Folder, InertiaNumbers, Outcome, Report, Scene};
+use swimmer::{Folder, InertiaNumbers, NoiseNumbers, Outcome, Report, Scene};
 
 use super::arguments::RunArguments;
 use super::design_files::{path_of, write};
@@ -160,6 +160,19 @@ fn describe(report: &Report, out: &Path) -> String {
             format!("of surfaces that nearly touch, range {range}, strength {strength}"),
         )
     });
+    let noise = NoiseNumbers::new(&report.scene).ok().flatten();
+    let noise = noise.zip(report.scene.noise());
+    let noise = noise.map_or(String::new(), |(numbers, noise)| {
+        let (energy, seed, step) = (noise.energy, noise.seed, numbers.time_step);
+        let diffusion = numbers.diffusion;
+        entry(
+            "thermal noise",
+            format!(
+                "energy {energy}, seed {seed}, steps of {step:.3e}, diffusion of a sphere \
+                 {diffusion:.3e}; one realisation, whose spread no error bar contains"
+            ),
+        )
+    });
     let inertia = InertiaNumbers::new(&report.scene, outcome);
     let inertia = inertia.map_or(String::new(), |numbers| {
         let terms = report.scene.inertia().kind.word();
@@ -181,6 +194,7 @@ fn describe(report: &Report, out: &Path) -> String {
         + "\n"
         + &measured("net displacement", net, bars.total())
         + &open
+        + &noise
         + &repulsion
         + &inertia
         + &error_estimates("error estimate", bars, net, "the net displacement")

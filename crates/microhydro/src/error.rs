@@ -260,6 +260,19 @@ pub enum HydroError {
         /// Norm of the residual that was requested.
         target: f64,
     },
+    /// An inverse square root of the mobility that did not converge.
+    #[error(
+        "the inverse square root of the mobility still changes by {change:.1e} (relative) after \
+         {steps} steps, {target:.0e} was requested; widen the narrowest gap"
+    )]
+    RootNotConverged {
+        /// Number of steps.
+        steps: usize,
+        /// Relative change of the result by the last step.
+        change: f64,
+        /// The change that was requested.
+        target: f64,
+    },
 }
 
 /// Checks that numbers are neither NaN nor infinite.

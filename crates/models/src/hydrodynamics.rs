@@ -1,7 +1,7 @@
 //! The interface between scenes and models of the flow.
 
 use mesh::TetMesh;
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::StateVelocity;
 use scene::Scene;
 use serde::de::DeserializeOwned;
@@ -52,6 +52,8 @@ pub trait Hydrodynamics: Send {
         Capabilities {
             // The solutions of several queries pass through the wrapper one by one.
             solves_together: false,
+            // So do random loads.
+            fluctuates: false,
             ..(self.inner()).map_or_else(Capabilities::default, |inner| inner.capabilities())
         }
     }
@@ -148,6 +150,15 @@ pub trait Hydrodynamics: Send {
         self.inner_mut().ok_or(unsupported)?.resistances()
     }
 
+    /// The random loads of thermal noise.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] for models without it ([`Capabilities::fluctuates`]).
+    fn fluctuations(&mut self) -> Result<&mut dyn Fluctuations, ModelError> {
+        let what = format!("thermal noise by the model '{}'", self.name());
+        Err(ModelError::unsupported(what, SPHERES_FOR_NOISE))
+    }
+
     /// What a neglected term would change about the velocities of configurations.
     ///
     /// # Errors
@@ -224,7 +235,14 @@ pub struct Capabilities {
     pub follows_rheology: bool,
     /// Whether surfaces deform as the scene says ([`Scene::deforms`]).
     pub deforms: bool,
+    /// Whether the model has the random loads of thermal noise ([`Hydrodynamics::fluctuations`]).
+    pub fluctuates: bool,
 }
+
+/// What has thermal noise, in the words of a remedy.
+const SPHERES_FOR_NOISE: &str = "use spheres in unbounded fluid, in a ball, above a wall or in a \
+                                 periodic box, with model.kind = \"rpy\", \"multipole\", \"oseen\" \
+                                 or \"auto\"; or remove fluid.thermal_energy";
 
 impl Capabilities {
     /// Refuses a scene with bodies that deform, if the model does not deform them.
@@ -242,6 +260,23 @@ impl Capabilities {
                 ),
                 instead: "set model.kind = \"fem\" or \"auto\"".to_owned(),
             }),
+        }
+    }
+
+    /// Refuses a scene with thermal noise, if the model does not have it.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`] with the place of the key.
+    pub fn check_noise(&self, scene: &Scene, model: &str) -> Result<(), ModelError> {
+        match scene.noise().is_some() && !self.fluctuates {
+            false => Ok(()),
+            true => Err(ModelError::unsupported(
+                format!(
+                    "{}: thermal noise by the model {model}",
+                    scene.place("fluid.thermal_energy")
+                ),
+                SPHERES_FOR_NOISE,
+            )),
         }
     }
 
@@ -324,6 +359,34 @@ pub trait Resistances {
         &mut self,
         configuration: Configuration<'_>,
     ) -> Result<SceneResistance, ModelError>;
+}
+
+/// Models with thermal noise.
+pub trait Fluctuations {
+    /// Random loads conjugate to the generalised velocities ([`rigid::VelocityLayout`]), from the
+    /// independent standard normal numbers that `normal` returns.
+    ///
+    /// With the linear map `K` from the velocities by which the state changes
+    /// ([`rigid::Articulation::state_velocities`]) to those of the bodies, the grand resistance `R`
+    /// and the coefficients `D` of dashpots, their covariance is
+    ///
+    /// ```text
+    /// <Q Q^T> = power (K^T R K + D)
+    /// ```
+    ///
+    /// (fluctuation and dissipation: Ermak & McCammon 1978, J. Chem. Phys. 69, 1352). The loads are
+    /// those on these velocities; all other entries are zero. Loads of `power = 2 k_B T / dt`, an
+    /// energy over a time, give displacements in a time `dt` of the covariance `2 k_B T N dt` with
+    /// the mobility `N = (K^T R K + D)^-1`. Numbers are taken in a fixed order.
+    ///
+    /// # Errors
+    /// Those of [`Hydrodynamics::solve`].
+    fn random_loads(
+        &mut self,
+        configuration: Configuration<'_>,
+        power: f64,
+        normal: &mut dyn FnMut() -> f64,
+    ) -> Result<DVector<f64>, ModelError>;
 }
 
 /// Grand resistance matrix of bodies, with its error bars.

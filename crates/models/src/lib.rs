@@ -28,8 +28,8 @@ pub use error::ModelError;
 pub use fem_model::{FemModel, MovingMeshes, MovingScene};
 pub use flow_field::{FlowField, PointFlow, SolutionFlow};
 pub use hydrodynamics::{
-    Capabilities, ErrorEstimates, Flows, History, Hydrodynamics, PredictedCost, Resistances,
-    SceneResistance,
+    Capabilities, ErrorEstimates, Flows, Fluctuations, History, Hydrodynamics, PredictedCost,
+    Resistances, SceneResistance,
 };
 pub use neglected_terms::{FirstOrderChange, NeglectedTerm, NeglectedTerms, PathPoint};
 pub use query::{BodyInertia, Configuration, Query};

@@ -1,7 +1,7 @@
 //! Velocities and forces of linked bodies, linkage by linkage.
 
 use microhydro::{Linkage, LinkedMotion, LinkedSpheres, PointMobility};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 use rayon::prelude::*;
 use rigid::{
     Articulation, BodyKind, Constraints, Drive, ExternalLoad, JointLoad, LinkagePart, Reduction,
@@ -25,6 +25,8 @@ struct MovingLinkage<'a> {
     load: DVector<f64>,
     /// `B^T D B`.
     damping: DMatrix<f64>,
+    /// The part of the load that is random.
+    random: Option<DVector<f64>>,
 }
 
 /// All linkages of a scene in one configuration, for one set of rates.
@@ -61,7 +63,7 @@ pub(crate) struct MobilitySolution {
     holding: Vec<(usize, ExternalLoad)>,
     /// Residual of the equations, relative to the right-hand side.
     pub residual: f64,
-    /// Power of the slip on the fluid.
+    /// Power of the slip on the fluid, less that of random loads, which are the fluid's own.
     pub slip_power: f64,
     /// Rates of the amplitudes of deformations, and the forces on them.
     amplitudes: Vec<(f64, f64)>,
@@ -152,7 +154,7 @@ impl MobilitySolution {
     fn with_powers(mut self, effect: Option<&SurfaceEffect>) -> Self {
         if let Some(effect) = effect {
             let powers = effect.powers(&self.forces);
-            self.slip_power = powers.as_slice().first().copied().unwrap_or_default();
+            self.slip_power += powers.as_slice().first().copied().unwrap_or_default();
             let of_amplitudes = powers.iter().skip(1).copied();
             self.amplitudes = effect.rates.iter().copied().zip(of_amplitudes).collect();
         }
@@ -163,10 +165,21 @@ impl MobilitySolution {
 impl<'a> MovingLinkage<'a> {
     fn new(
         part: &'a LinkagePart,
-        constraints: Constraints,
+        mut constraints: Constraints,
         loads: Vec<ExternalLoad>,
     ) -> Result<Self, ModelError> {
         let reduction = Reduction::new(part.set(), &constraints)?;
+        if let Some(random) = &mut constraints.random_loads {
+            // The motions that no surface resists turn with the linkage.
+            let places = part.set().state_velocities();
+            let unresisted = &reduction.all.unresisted;
+            let power = unresisted.tr_mul(random);
+            let own = on_state(unresisted, &places, &power)?;
+            places
+                .iter()
+                .zip(own.iter())
+                .for_each(|(&k, load)| random[k] -= load);
+        }
         let drive = Drive {
             set: part.set(),
             constraints: &constraints,
@@ -178,8 +191,10 @@ impl<'a> MovingLinkage<'a> {
             all.basis.tr_mul(&acting),
             drive.damping_projected(&all.basis, &all.basis)?,
         );
+        let random = constraints.random_loads.as_ref();
         Ok(Self {
             part,
+            random: random.map(|random| reduction.all.basis.tr_mul(random)),
             reduction,
             load,
             damping,
@@ -403,40 +418,19 @@ impl SomeLinkages<'_> {
         resistance: &DMatrix<f64>,
         effect: Option<&SurfaceEffect>,
     ) -> Result<MobilitySolution, ModelError> {
-        let rows = self.surface_velocities.len();
-        let free: usize = self.linkages.iter().map(|one| one.load.len()).sum();
-        let (mut s, mut w) = (DMatrix::zeros(rows, free), DVector::zeros(rows));
-        let (mut load, mut matrix) = (DVector::zeros(free), DMatrix::zeros(free, free));
-        let mut first = 0;
-        for (one, bodies) in self.linkages.iter().zip(&self.surfaces) {
-            let own = one.load.len();
-            for (number, &body) in bodies.iter().enumerate() {
-                let basis = one.reduction.surface_basis.rows(6 * number, 6);
-                s.view_mut((6 * body, first), (6, own)).copy_from(&basis);
-                let offset = one.reduction.surface_offset.rows(6 * number, 6);
-                w.rows_mut(6 * body, 6).copy_from(&offset);
-            }
-            load.rows_mut(first, own).copy_from(&one.load);
-            let mut block = matrix.view_mut((first, first), (own, own));
-            block.copy_from(&one.damping);
-            first += own;
-        }
+        let (s, w, matrix) = self.reduced(resistance);
+        let loads = self
+            .linkages
+            .iter()
+            .flat_map(|one| one.load.iter().copied());
+        let load = DVector::from_iterator(matrix.nrows(), loads);
         let force_free = effect.map(|effect| &effect.velocities);
         let relative_to_fluid = |velocities: &DVector<f64>| match force_free {
             Some(force_free) => velocities - force_free,
             None => velocities.clone(),
         };
         let rhs = load - s.tr_mul(&(resistance * relative_to_fluid(&w)));
-        matrix += s.tr_mul(&(resistance * &s));
-        let coefficients = matrix
-            .clone()
-            .cholesky()
-            .ok_or_else(|| {
-                let name = "resistance of the motions that the links leave free";
-                let remedy = "the bodies are too close for this model; use a more accurate one";
-                ModelError::not_positive_definite(name, &matrix, remedy)
-            })?
-            .solve(&rhs);
+        let coefficients = cholesky(matrix.clone())?.solve(&rhs);
         let scale = rhs.amax();
         let residual = (&matrix * &coefficients - &rhs).amax();
         let velocities = &s * &coefficients + &w;
@@ -451,6 +445,29 @@ impl SomeLinkages<'_> {
         let residual = if scale > 0.0 { residual / scale } else { 0.0 };
         let solution = self.solution(&own.collect::<Vec<_>>(), forces, residual)?;
         Ok(solution.with_powers(effect))
+    }
+
+    /// `S`, `W` and `S^T (R + D) S`.
+    fn reduced(&self, resistance: &DMatrix<f64>) -> (DMatrix<f64>, DVector<f64>, DMatrix<f64>) {
+        let rows = self.surface_velocities.len();
+        let free: usize = self.linkages.iter().map(|one| one.load.len()).sum();
+        let (mut s, mut w) = (DMatrix::zeros(rows, free), DVector::zeros(rows));
+        let mut damping = DMatrix::zeros(free, free);
+        let mut first = 0;
+        for (one, bodies) in self.linkages.iter().zip(&self.surfaces) {
+            let own = one.load.len();
+            for (number, &body) in bodies.iter().enumerate() {
+                let basis = one.reduction.surface_basis.rows(6 * number, 6);
+                s.view_mut((6 * body, first), (6, own)).copy_from(&basis);
+                let offset = one.reduction.surface_offset.rows(6 * number, 6);
+                w.rows_mut(6 * body, 6).copy_from(&offset);
+            }
+            let mut block = damping.view_mut((first, first), (own, own));
+            block.copy_from(&one.damping);
+            first += own;
+        }
+        let matrix = damping + s.tr_mul(&(resistance * &s));
+        (s, w, matrix)
     }
 
     /// The solution by a model of point forces, with the velocities of force-free bodies by their
@@ -526,6 +543,9 @@ impl SomeLinkages<'_> {
             amplitudes: Vec::new(),
         };
         for (number, one) in self.linkages.iter().enumerate() {
+            let random = one.random.as_ref();
+            let power = random.map_or(0.0, |random| random.dot(&coefficients[number]));
+            solution.slip_power -= power;
             let own = one.reduction.velocities(&coefficients[number])?;
             for (&place, velocity) in self.velocities[number].iter().zip(own.iter()) {
                 solution.generalised[place] = *velocity;
@@ -547,6 +567,56 @@ impl SomeLinkages<'_> {
         solution.holding = holding.into_iter().flatten().collect();
         solution.holding.sort_by_key(|(body, _)| *body);
         Ok(solution)
+    }
+
+    /// Random loads on all generalised velocities, of the resistance as covariance, from standard
+    /// normal numbers.
+    ///
+    /// # Errors
+    /// A resistance that is not positive definite.
+    pub fn random_loads(
+        &self,
+        resistance: &DMatrix<f64>,
+        normal: &mut dyn FnMut() -> f64,
+    ) -> Result<DVector<f64>, ModelError> {
+        let (_, _, matrix) = self.reduced(resistance);
+        let numbers = DVector::from_fn(matrix.nrows(), |_, _| normal());
+        let loads = cholesky(matrix)?.l() * numbers;
+        let mut first = 0;
+        let of_linkages = self.linkages.iter().map(|one| {
+            first += one.load.len();
+            loads
+                .rows(first - one.load.len(), one.load.len())
+                .into_owned()
+        });
+        self.on_state(&of_linkages.collect::<Vec<_>>())
+    }
+
+    /// The same by a model of point forces, without the resistance.
+    ///
+    /// # Errors
+    /// Spheres too close for the model.
+    pub fn random_loads_of_points(
+        &self,
+        mobility: &PointMobility,
+        normal: &mut dyn FnMut() -> f64,
+    ) -> Result<DVector<f64>, ModelError> {
+        self.on_state(&self.spheres(mobility, None)?.random_loads(normal)?)
+    }
+
+    /// Loads on the velocities of the state that do the work of loads on the coordinates of each
+    /// linkage.
+    fn on_state(&self, loads: &[DVector<f64>]) -> Result<DVector<f64>, ModelError> {
+        let count = self.velocities.iter().map(Vec::len).sum();
+        let mut all = DVector::zeros(count);
+        for ((one, velocities), own) in self.linkages.iter().zip(&self.velocities).zip(loads) {
+            let places = one.set().state_velocities();
+            let loads = on_state(&one.reduction.all.basis, &places, own)?;
+            for (&place, load) in places.iter().zip(loads.iter()) {
+                all[velocities[place]] += load;
+            }
+        }
+        Ok(all)
     }
 
     /// Number of linkages.
@@ -648,6 +718,32 @@ pub(crate) fn joint_responses(
         Ok(scaled.motion_to_scene(&motion))
     };
     passive.map(response).collect()
+}
+
+/// Loads of the smallest norm on the velocities at `places` that do the work of `loads` on the
+/// motions in the columns of `basis`.
+///
+/// # Errors
+/// Motions that do not differ at these places.
+fn on_state(
+    basis: &DMatrix<f64>,
+    places: &[usize],
+    loads: &DVector<f64>,
+) -> Result<DVector<f64>, ModelError> {
+    let moved = basis.select_rows(places);
+    Ok(&moved * cholesky(moved.tr_mul(&moved))?.solve(loads))
+}
+
+/// The factor of a resistance to the motions of linkages.
+///
+/// # Errors
+/// A matrix that is not positive definite.
+fn cholesky(matrix: DMatrix<f64>) -> Result<Cholesky<f64, Dyn>, ModelError> {
+    matrix.clone().cholesky().ok_or_else(|| {
+        let name = "resistance of the motions that the links leave free";
+        let remedy = "the bodies are too close for this model; use a more accurate one";
+        ModelError::not_positive_definite(name, &matrix, remedy)
+    })
 }
 
 /// Three successive entries.

@@ -1,6 +1,6 @@
 //! Input of models: a configuration, rates of the joints, and what the solutions contain.
 
-use nalgebra::Matrix6;
+use nalgebra::{DVector, Matrix6};
 use rigid::{ExternalLoad, State};
 
 /// Positions of the bodies (the state of the articulated set and the values of its joints), and the
@@ -58,6 +58,11 @@ pub struct Query<'a> {
     pub accuracy: Option<f64>,
     /// Inertia of the bodies over an implicit time step, one entry per body of the scene.
     pub inertia: Option<&'a [BodyInertia]>,
+    /// Loads conjugate to the generalised velocities
+    /// ([`VelocityLayout`](rigid::VelocityLayout)) in addition to those of the scene, such as
+    /// those of [`Fluctuations`](crate::Fluctuations); for models with these alone. Solutions then
+    /// have no error bars, and the power of these loads, which is the fluid's own, does not count.
+    pub random_loads: Option<&'a DVector<f64>>,
     /// Whether to compute stresslets where they cost an additional solve
     /// ([`stresslets`](crate::InstantaneousSolution::stresslets)).
     pub stresslets: bool,
@@ -89,6 +94,7 @@ impl<'a> Query<'a> {
             estimates: true,
             accuracy: None,
             inertia: None,
+            random_loads: None,
             stresslets: false,
             flows: false,
         }
@@ -99,6 +105,15 @@ impl<'a> Query<'a> {
     pub fn with_inertia(self, inertia: &'a [BodyInertia]) -> Self {
         Self {
             inertia: Some(inertia),
+            ..self
+        }
+    }
+
+    /// The same query with random loads.
+    #[must_use]
+    pub fn with_random_loads(self, loads: &'a DVector<f64>) -> Self {
+        Self {
+            random_loads: Some(loads),
             ..self
         }
     }

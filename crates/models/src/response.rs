@@ -24,7 +24,8 @@ pub struct Response {
     /// The loads that hold bodies whose velocities are given, one per such body in the order of the
     /// scene.
     pub holding: Vec<HoldingLoad>,
-    /// Power of the slip of the bodies on the fluid, in addition to that of their motion.
+    /// Power of the slip of the bodies on the fluid, in addition to that of their motion, less that
+    /// of random loads ([`Query::random_loads`](crate::Query::random_loads)).
     pub slip_power: f64,
     /// Rates of the amplitudes of deformations, one per joint of the scene and zero for joints that
     /// move bodies; empty if no body deforms.

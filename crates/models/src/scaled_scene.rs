@@ -303,6 +303,7 @@ impl ScaledScene {
         let state = self.state(configuration);
         let [values, rates] = [configuration.shape, rates].map(|list| self.values(list));
         let forces = self.scene.joint_forces(configuration.time);
+        let random = (query.random_loads).map(|loads| loads.component_div(&self.load_units()));
         let of_part = |part: &LinkagePart| {
             let (own_values, own_rates) = (part.of_joints(&values), part.of_joints(&rates));
             let set = part.set();
@@ -313,6 +314,8 @@ impl ScaledScene {
                 let force = forces.as_ref().and_then(|forces| forces.get(place));
                 *sum += force.map_or(0.0, |force| self.scale.joint_force(joint, *force));
             }
+            constraints.random_loads =
+                (random.as_ref()).map(|loads| loads.select_rows(part.velocities()));
             for own in set.held_bodies() {
                 let twist = self.scaled_held_twist(configuration.time, part.bodies()[own]);
                 constraints = constraints.with_held_velocity(own, twist)?;
@@ -367,6 +370,23 @@ impl ScaledScene {
                 constraints.with_held_velocity(body, self.scaled_held_twist(time, body))?;
         }
         Ok(constraints)
+    }
+
+    /// Loads in the scene of scaled ones of one, conjugate to the generalised velocities.
+    pub fn load_units(&self) -> DVector<f64> {
+        let layout = self.set.velocity_layout();
+        let (force, torque) = (
+            self.scale.force_to_scene(1.0),
+            self.scale.torque_to_scene(1.0),
+        );
+        let mut units = DVector::from_element(layout.len(), torque);
+        for &first in layout.bodies() {
+            units.rows_mut(first, 3).fill(force);
+        }
+        for (column, joint) in layout.joints().zip(self.set.passive_joints()) {
+            units[column] = 1.0 / self.scale.joint_force(joint, 1.0);
+        }
+        units
     }
 
     /// Scaled given velocity of a body at a time in the frame.

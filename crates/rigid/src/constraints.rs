@@ -41,6 +41,9 @@ pub struct Constraints {
     /// Rigid bodies with a resistance in addition to that of the fluid, in the laboratory axes:
     /// masses over time steps. Empty by default.
     pub body_damping: Vec<(usize, Matrix6<f64>)>,
+    /// Loads conjugate to the generalised velocities, in addition to those of bodies and joints:
+    /// random forces of the fluid. None by default.
+    pub random_loads: Option<DVector<f64>>,
     /// Rows of each joint.
     pub(crate) joint_rows: Vec<JointRows>,
     /// Rows of the held bodies.
@@ -114,7 +117,12 @@ impl Constraints {
         if fits != [rows, rows, columns] || joints != [self.layout.joints().count(); 2] {
             return Err(RigidError::OtherSet);
         }
+        let random = self.random_loads.iter();
+        if random.clone().any(|loads| loads.len() != columns) {
+            return Err(RigidError::OtherSet);
+        }
         let entries = (self.matrix.iter())
+            .chain(random.flatten())
             .chain(self.rates.iter())
             .chain(&self.joint_forces)
             .chain(&self.joint_damping)
@@ -252,6 +260,7 @@ impl Articulation {
                 .map(|(joint, drive)| drive.static_force(placement.values[joint]))
                 .collect(),
             body_damping: Vec::new(),
+            random_loads: None,
             joint_damping: self
                 .passive_drives()
                 .map(|(_, drive)| drive.damping)

@@ -30,8 +30,8 @@ pub struct ExternalLoad {
 }
 
 impl Drive<'_> {
-    /// External loads and forces on passive joints as a vector conjugate to the generalised
-    /// velocities.
+    /// External loads, forces on passive joints and random loads as a vector conjugate to the
+    /// generalised velocities.
     ///
     /// # Errors
     /// A list of loads of the wrong length, a load that is not finite, constraints of another set.
@@ -48,6 +48,9 @@ impl Drive<'_> {
         }
         for (column, force) in layout.joints().zip(&self.constraints.joint_forces) {
             loads[column] = *force;
+        }
+        if let Some(random) = &self.constraints.random_loads {
+            loads += random;
         }
         Ok(loads)
     }

@@ -24,7 +24,7 @@ pub struct NullSpace {
     /// An example is the rotation of a collinear free frame about its own axis.
     pub gauge: DMatrix<f64>,
     /// The motions that the gauge rows prescribe as zero, one per column.
-    pub(crate) unresisted: DMatrix<f64>,
+    pub unresisted: DMatrix<f64>,
     /// Indices of the free velocities, before motions without resistance are removed.
     free: Vec<usize>,
 }

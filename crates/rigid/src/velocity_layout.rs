@@ -110,6 +110,30 @@ impl Articulation {
         }
     }
 
+    /// Indices of the generalised velocities by which the [`State`](crate::State) changes, each
+    /// once: of the roots of linkages, their first frames, the attitudes of bodies that have their
+    /// own, and the passive joints.
+    ///
+    /// A load on them does not depend on the configuration: positions are vectors, and angular
+    /// velocities are in the laboratory axes. All other velocities follow from these and from the
+    /// rates of the joints.
+    pub fn state_velocities(&self) -> Vec<usize> {
+        let layout = self.velocity_layout();
+        let spin = |body: usize| match self.kinds()[body] {
+            BodyKind::Rigid => Some(layout.bodies[body] + 3),
+            BodyKind::Point => layout.frame(self.frame_of()[body]),
+        };
+        let mut vectors = Vec::new();
+        for linkage in self.linkages() {
+            vectors.push(layout.bodies[linkage.root]);
+            vectors.extend(layout.frame(linkage.first_frame));
+        }
+        let own = (0..self.kinds().len()).filter(|&body| self.has_own_attitude(body));
+        vectors.extend(own.filter_map(spin));
+        let entries = vectors.into_iter().flat_map(|first| first..first + 3);
+        entries.chain(layout.joints()).collect()
+    }
+
     /// Indices of the generalised velocities `(U, ω)` of bodies with surfaces, six per body.
     pub fn surface_velocities(&self) -> Vec<usize> {
         let layout = self.velocity_layout();

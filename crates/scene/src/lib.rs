@@ -30,6 +30,7 @@ mod sphere_deformation;
 mod spline;
 mod spline_path;
 mod surface_shape;
+mod thermal_noise;
 mod undulation;
 mod wall_facets;
 mod words;
@@ -60,6 +61,7 @@ pub use sphere_deformation::{
 };
 pub use spline_path::SplinePath;
 pub use surface_shape::{SourceFile, SurfaceShape};
+pub use thermal_noise::ThermalNoise;
 pub use undulation::{Bend, BentLine, Wave};
 pub use wall_facets::WallFacets;
 pub use words::{

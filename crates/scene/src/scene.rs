@@ -23,6 +23,7 @@ use crate::read::limits::by_joint;
 use crate::shape::Shape;
 use crate::shape_path::JointForce;
 use crate::surface_shape::SourceFile;
+use crate::thermal_noise::ThermalNoise;
 use crate::words::{InertiaKind, RheologyKind, StartKind};
 
 /// Largest number of joints that are named one by one, and number of the first ones of more.
@@ -95,6 +96,7 @@ pub struct Scene {
     /// Density of the fluid, for the buoyancy and the inertia.
     pub(crate) density: f64,
     pub(crate) inertia: FluidInertia,
+    pub(crate) noise: Option<ThermalNoise>,
     pub(crate) gravity: Vector3<f64>,
     pub(crate) background: Option<Background>,
     pub(crate) domain: Domain,
@@ -150,6 +152,11 @@ impl Scene {
     /// Inertia of the fluid.
     pub fn inertia(&self) -> &FluidInertia {
         &self.inertia
+    }
+
+    /// Thermal noise of the fluid; `None` without one.
+    pub fn noise(&self) -> Option<&ThermalNoise> {
+        self.noise.as_ref()
     }
 
     /// Acceleration of gravity; zero by default.
@@ -566,6 +573,7 @@ impl Scene {
             && !self.has_passive_joints()
             && !self.has_masses()
             && self.viscosity_law().is_none()
+            && self.noise.is_none()
     }
 
     /// The first key in which another scene has a different flow problem; `None` if it has the

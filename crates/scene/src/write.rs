@@ -75,7 +75,9 @@ fn scene_file(scene: &Scene) -> SceneFile {
             density: Some(scene.density).filter(|density| *density > 0.0),
             inertia: scene.inertia.kind,
             start: scene.inertia.start,
-            time_step: scene.inertia.time_step,
+            time_step: (scene.inertia.time_step).or(scene.noise.and_then(|noise| noise.time_step)),
+            thermal_energy: scene.noise.map(|noise| noise.energy),
+            seed: scene.noise.map(|noise| noise.seed),
             ..law_file(scene.rheology.as_ref())
         },
         gravity: scene.gravity.into(),

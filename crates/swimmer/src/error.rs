@@ -64,10 +64,7 @@ pub enum SwimError {
         process: String,
     },
     /// Bodies that touch each other or a wall during the motion.
-    #[error(
-        "phase {phase} ({joint}, {percent:.1} % done, time {time:.6}): {problem}; \
-         shorten the stroke or place the bodies farther apart"
-    )]
+    #[error("phase {phase} ({joint}, {percent:.1} % done, time {time:.6}): {problem}; {remedy}")]
     Collision {
         /// Number of the phase, from one, over all cycles.
         phase: usize,
@@ -79,6 +76,8 @@ pub enum SwimError {
         time: f64,
         /// The bodies or the wall that touch, with the gap.
         problem: String,
+        /// What to change.
+        remedy: &'static str,
     },
     /// Bodies that approach each other or a wall, ever more slowly, so that they never touch.
     #[error(

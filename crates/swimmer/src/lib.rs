@@ -10,6 +10,7 @@ mod inertia_numbers;
 mod integrate;
 mod linkage_works;
 mod neglected;
+mod noise_numbers;
 mod observer;
 mod outcome;
 pub mod output;
@@ -40,6 +41,7 @@ pub use models;
 pub use neglected::{
     Neglected, NeglectedEffect, fastest_body, mean_effect, resolved_net, start_neglected,
 };
+pub use noise_numbers::NoiseNumbers;
 pub use observer::{MissedTarget, Observer, Progress};
 pub use outcome::{Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions};
 pub use output::Folder;

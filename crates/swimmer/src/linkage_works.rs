@@ -8,10 +8,12 @@ use scene::Scene;
 ///
 /// It is not where an exchange of volume couples two linkages, which share the work of its drive;
 /// and not where several linkages change their volumes in a container, whose pressure, and with it
-/// the work of each alone, is known up to a constant.
+/// the work of each alone, is known up to a constant. With thermal noise the work of the random
+/// loads, which is the fluid's own, is subtracted in total only.
 pub(crate) fn has_linkage_works(scene: &Scene) -> bool {
     let has_slip = scene.bodies().iter().any(|body| body.slip.is_some());
-    !has_slip && !scene.has_masses() && !scene.inertia().is_kept() && !shares_volume(scene)
+    let is_apart = !has_slip && scene.noise().is_none() && !shares_volume(scene);
+    is_apart && !scene.has_masses() && !scene.inertia().is_kept()
 }
 
 /// Whether linkages exchange volume, through a joint or through the fluid of a container.

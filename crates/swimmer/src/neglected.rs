@@ -110,7 +110,10 @@ impl NeglectedEffect {
 /// Whether flows of a scene do without a term that its fluid has.
 fn is_neglected(scene: &Scene, term: NeglectedTerm) -> bool {
     match term {
-        NeglectedTerm::Inertia => scene.fluid_density() != 0.0 && !scene.inertia().is_kept(),
+        // Random velocities have no rates of change.
+        NeglectedTerm::Inertia => {
+            scene.fluid_density() != 0.0 && !scene.inertia().is_kept() && scene.noise().is_none()
+        }
         NeglectedTerm::Rheology => scene.rheology().is_some_and(|rheology| !rheology.is_kept()),
     }
 }

@@ -254,9 +254,13 @@ impl Outcome {
             let left = TABLE_SHARE * (bars.total() - mesh - integration);
             self.allowed_error = self.allowed_error.max(left);
         }
-        // Methods without an error estimate do not meet a tolerance.
+        // Methods without an error estimate do not meet a tolerance. With thermal noise there is no
+        // exact displacement, and the tolerance limits single solutions.
         let limited = self.limited_error;
-        self.tolerance_met = limited.is_some_and(|error| error <= self.allowed_error);
+        self.tolerance_met = match scene.noise() {
+            Some(_) => true,
+            None => limited.is_some_and(|error| error <= self.allowed_error),
+        };
     }
 }
 
@@ -481,7 +485,9 @@ impl Outcome {
                 .push(sample(s, None, result.bodies(s))?);
         }
         self.samples.push(sample(reached, Some(&result.end), None)?);
-        let parts = CURVE_POINTS * result.pieces.len();
+        // Steps of thermal noise are short.
+        let points = scene.noise().map_or(CURVE_POINTS, |_| 1);
+        let parts = points * result.pieces.len();
         for k in 1..=parts {
             let s = reached * (k as f64 / parts as f64);
             let at = positions(set, &result.state(set, s)?, &span.shape(s))?;

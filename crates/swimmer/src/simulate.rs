@@ -97,7 +97,7 @@ pub fn continue_from(
     mut interim: Interim,
 ) -> Result<Outcome, SwimError> {
     check_model(scene, model)?;
-    method.check()?;
+    method.check(scene)?;
     scene.require_gait()?;
     let origin = match interim.outcome.curve.first() {
         Some((_, origin)) => origin.clone(),

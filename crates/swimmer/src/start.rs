@@ -114,6 +114,7 @@ pub fn check_model(scene: &Scene, model: &dyn Hydrodynamics) -> Result<(), SwimE
         None => {
             let capabilities = model.capabilities();
             capabilities.check_deformations(scene, model.name())?;
+            capabilities.check_noise(scene, model.name())?;
             Ok(capabilities.check_rheology(scene, model.name())?)
         }
     }

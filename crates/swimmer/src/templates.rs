@@ -8,11 +8,11 @@ macro_rules! templates {
 }
 
 /// Names and texts of the example scenes.
-pub const TEMPLATES: [(&str, &str); 23] = templates! {
+pub const TEMPLATES: [(&str, &str); 24] = templates! {
     "three-sphere" "smooth" "chain" "planar" "tetrahedral" "purcell" "scallop" "elastic-arm"
     "corkscrew" "squirmer" "jeffery" "settling" "optimal-stroke" "learning"
     "thinning-squirmer" "thinning-stroke" "pushmepullyou" "amoeba" "sperm" "worm-in-channel"
-    "swarm" "sediment" "squirmers"
+    "swarm" "sediment" "squirmers" "brownian-swimmer"
 };
 
 #[cfg(test)]

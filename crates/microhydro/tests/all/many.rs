@@ -103,12 +103,15 @@ fn swimmers(spheres: &Spheres) -> Vec<Linkage> {
     linkages
 }
 
-/// The same by the dense resistance matrix: forces and coordinates of all linkages.
-fn dense(resistance: &DMatrix<f64>, linkages: &[Linkage]) -> (DVector<f64>, DVector<f64>) {
+/// `S`, `W` and `S^T R S + D` of all linkages, for the resistance `R`.
+fn reduced(
+    resistance: &DMatrix<f64>,
+    linkages: &[Linkage],
+) -> (DMatrix<f64>, DVector<f64>, DMatrix<f64>) {
     let free: usize = linkages.iter().map(|one| one.load.len()).sum();
     let rows = resistance.nrows();
     let (mut s, mut w) = (DMatrix::zeros(rows, free), DVector::zeros(rows));
-    let (mut load, mut damping) = (DVector::zeros(free), DMatrix::zeros(free, free));
+    let mut damping = DMatrix::zeros(free, free);
     let mut first = 0;
     for one in linkages {
         let own = one.load.len();
@@ -118,11 +121,18 @@ fn dense(resistance: &DMatrix<f64>, linkages: &[Linkage]) -> (DVector<f64>, DVec
             w.rows_mut(6 * k, 6)
                 .copy_from(&one.offset.rows(6 * number, 6));
         }
-        load.rows_mut(first, own).copy_from(&one.load);
         (damping.view_mut((first, first), (own, own))).copy_from(&one.damping);
         first += own;
     }
     let matrix = s.tr_mul(&(resistance * &s)) + damping;
+    (s, w, matrix)
+}
+
+/// Forces and coordinates of all linkages by the dense resistance matrix.
+fn dense(resistance: &DMatrix<f64>, linkages: &[Linkage]) -> (DVector<f64>, DVector<f64>) {
+    let (s, w, matrix) = reduced(resistance, linkages);
+    let loads = linkages.iter().flat_map(|one| one.load.iter().copied());
+    let load = DVector::from_iterator(matrix.nrows(), loads);
     let rhs = load - s.tr_mul(&(resistance * &w));
     let v = matrix.cholesky().unwrap().solve(&rhs);
     (resistance * (s * &v + w), v)
@@ -297,5 +307,45 @@ fn the_closest_pair_is_found_and_touching_spheres_of_many_are_refused() {
             assert!(gap < 0.0);
         }
         other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn random_loads_have_the_resistance_as_covariance() {
+    let spheres = lattice(11, 2.6);
+    let linkages = swimmers(&spheres);
+    let size = Vector3::new(11.0, 12.0, 13.0);
+    let wall = Medium::wall(Vector3::new(0.0, 0.0, -2.5), Vector3::z()).unwrap();
+    for mobility in [
+        PointMobility::new(PointModel::Rpy, &spheres, &Medium::Unbounded).unwrap(),
+        PointMobility::new(PointModel::Oseen, &spheres, &wall).unwrap(),
+        PointMobility::periodic(PointModel::Rpy, &spheres, &size).unwrap(),
+    ] {
+        let linked = LinkedSpheres::new(&mobility, linkages.clone()).unwrap();
+        let mut taken = 0;
+        // Loads are linear in the numbers: those of each number alone give the covariance.
+        let mut of_number = |one: usize| {
+            taken = 0;
+            let loads = linked.random_loads(&mut || {
+                taken += 1;
+                f64::from(u8::from(taken == one + 1))
+            });
+            let flat = loads
+                .unwrap()
+                .into_iter()
+                .flat_map(|own| own.data.as_vec().clone());
+            let flat = DVector::from_vec(flat.collect());
+            (one < taken).then_some(flat)
+        };
+        let columns: Vec<_> = (0..).map_while(&mut of_number).collect();
+        // Six numbers per sphere and one per dashpot.
+        assert_eq!(columns.len(), 6 * spheres.len() + 1);
+        let roots = DMatrix::from_columns(&columns);
+        let all: Vec<usize> = (0..spheres.len()).collect();
+        let resistance = mobility.block(&all).try_inverse().unwrap();
+        let exact = reduced(&resistance, &linkages).2;
+        // The inverse root has a relative accuracy of 1e-6.
+        let error = (&roots * roots.transpose() - &exact).amax() / exact.amax();
+        assert!(error < 1e-5, "{error:.1e}");
     }
 }

@@ -289,6 +289,7 @@ impl Hydrodynamics for FemModel {
             follows_rheology: true,
             controls_error: false,
             deforms: true,
+            fluctuates: false,
         }
     }
 

@@ -17,7 +17,7 @@ use self::sphere_resistances::{REFERENCE_ORDERS, SphereResistances};
 use crate::error::ModelError;
 use crate::flow_field::{FlowField, PointFlow};
 use crate::hydrodynamics::{
-    Capabilities, Flows, Hydrodynamics, PredictedCost, Resistances, SceneResistance,
+    Capabilities, Flows, Fluctuations, Hydrodynamics, PredictedCost, Resistances, SceneResistance,
 };
 use crate::linked_bodies::{
     self, LargestDifferences, LinkedBodies, MobilitySolution, SomeLinkages,
@@ -444,7 +444,8 @@ impl SpheresModel {
         let linked = LinkedBodies::new(&self.scaled, query, rates)?;
         let all = linked.all();
         let solved = all.by_resistance(&resistances.matrix, effect)?;
-        let is_estimated = self.scaled.scene.model().estimates != ModelEstimatesKind::Off;
+        let is_estimated = query.random_loads.is_none()
+            && self.scaled.scene.model().estimates != ModelEstimatesKind::Off;
         let mut errors = match is_estimated {
             true => self.errors_by(&linked, &solved, (&resistances.references, effect))?,
             false => ModelErrors::default(),
@@ -520,6 +521,7 @@ impl Hydrodynamics for SpheresModel {
             controls_error: self.controls_error,
             // Models of point forces refuse scenes that deform.
             deforms: true,
+            fluctuates: true,
             ..Capabilities::default()
         }
     }
@@ -562,6 +564,10 @@ impl Hydrodynamics for SpheresModel {
         Ok(self)
     }
 
+    fn fluctuations(&mut self) -> Result<&mut dyn Fluctuations, ModelError> {
+        Ok(self)
+    }
+
     fn joint_responses(
         &mut self,
         configuration: Configuration<'_>,
@@ -594,6 +600,31 @@ impl Resistances for SpheresModel {
             matrix: scale.resistance_to_scene(resistances.matrix),
             errors: Some(scale.resistance_to_scene(errors)),
         })
+    }
+}
+
+impl Fluctuations for SpheresModel {
+    fn random_loads(
+        &mut self,
+        configuration: Configuration<'_>,
+        power: f64,
+        normal: &mut dyn FnMut() -> f64,
+    ) -> Result<DVector<f64>, ModelError> {
+        let loads = match self.kind.point_model() {
+            Some(model) => {
+                let spheres = self.spheres(configuration)?;
+                let mobility = self.mobility(model, &spheres)?;
+                let linked = LinkedBodies::at_rest(&self.scaled, configuration, None)?;
+                linked.all().random_loads_of_points(&mobility, normal)?
+            }
+            None => {
+                let resistance = self.resistance_at(configuration)?.matrix;
+                let linked = LinkedBodies::at_rest(&self.scaled, configuration, None)?;
+                linked.all().random_loads(&resistance, normal)?
+            }
+        };
+        let scaled = power / self.scaled.scale.power_to_scene(1.0);
+        Ok(loads.component_mul(&self.scaled.load_units()) * scaled.sqrt())
     }
 }
 

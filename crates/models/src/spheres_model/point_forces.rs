@@ -61,7 +61,7 @@ impl SpheresModel {
     ///
     /// # Errors
     /// Spheres that touch the wall, or images of each other.
-    fn mobility<'s>(
+    pub(super) fn mobility<'s>(
         &self,
         model: PointModel,
         spheres: &'s Spheres,
@@ -148,10 +148,13 @@ impl SpheresModel {
     ) -> Result<InstantaneousSolution, ModelError> {
         let clock = Clock::now();
         let spheres = self.spheres(query.configuration)?;
-        let estimates = self.scaled.scene.model().estimates;
+        let estimates = match query.random_loads {
+            Some(_) => ModelEstimatesKind::Off,
+            None => self.scaled.scene.model().estimates,
+        };
         // They belong to the configuration, and not to the rates.
         let resistances = self
-            .estimates_by_expansions(&spheres)
+            .estimates_by_expansions(estimates, &spheres)
             .then(|| self.resistances_of(&spheres))
             .transpose()?;
         let of_references = clock.elapsed().as_secs_f64();
@@ -424,8 +427,8 @@ impl SpheresModel {
     }
 
     /// Whether errors are estimated by expansions over all spheres.
-    fn estimates_by_expansions(&self, spheres: &Spheres) -> bool {
-        match self.scaled.scene.model().estimates {
+    fn estimates_by_expansions(&self, estimates: ModelEstimatesKind, spheres: &Spheres) -> bool {
+        match estimates {
             ModelEstimatesKind::Full => true,
             ModelEstimatesKind::Sampled => spheres.len() <= NEIGHBOURHOOD && self.period.is_none(),
             ModelEstimatesKind::Off => false,
@@ -440,7 +443,8 @@ impl SpheresModel {
             Some(_) => count.powf(1.5) * SECONDS_PER_EWALD_TERM,
         };
         let solve = EXPECTED_PRODUCTS * product;
-        if !self.estimates_by_expansions(spheres) {
+        let estimates = self.scaled.scene.model().estimates;
+        if !self.estimates_by_expansions(estimates, spheres) {
             return Ok(solve);
         }
         // The expansions from which errors are estimated take almost all of the time.

@@ -17,6 +17,7 @@ mod surface_files;
 mod table_errors;
 mod tables;
 mod tabulated;
+mod thermal_noise;
 mod thinning;
 mod units;
 mod viscosity_laws;

@@ -67,8 +67,11 @@ pub(super) fn check_value(places: &Places, value: &Value, path: &str) -> Result<
     }
 }
 
+/// Where thermal motion is.
+const THERMAL: &str = "fluid.thermal_energy is k_B T, by which spheres have thermal motion";
+
 /// Words of quantities that no key has, in lower case without separators, with what exists.
-const QUANTITIES: [(&str, &str); 13] = [
+const QUANTITIES: [(&str, &str); 15] = [
     (
         "reynolds",
         "it follows from fluid.density, fluid.viscosity and the gait; fluid.inertia = \"full\" keeps \
@@ -82,9 +85,11 @@ const QUANTITIES: [(&str, &str); 13] = [
         "shearthinning",
         "fluid.law = \"carreau\" and others make the viscosity depend on the shear rate",
     ),
-    ("temperature", "thermal motion is not modelled"),
-    ("thermal", "thermal motion is not modelled"),
-    ("brownian", "thermal motion is not modelled"),
+    ("temperature", THERMAL),
+    ("thermal", THERMAL),
+    ("brownian", THERMAL),
+    ("noise", THERMAL),
+    ("boltzmann", THERMAL),
     (
         "elastic",
         "bodies are rigid; links[].drive = \"spring\" makes a link elastic",

@@ -87,8 +87,14 @@ tables! {
         inertia: InertiaKind,
         /// Flow at the start of a run with inertia.
         start: StartKind,
-        /// Length of all steps in time of a run with inertia.
-        time_step: Option<f64> [Positive] | "chosen by the error of each step",
+        /// Length of all steps in time of a run with inertia, largest length of those with thermal
+        /// noise.
+        time_step: Option<f64> [Positive] | "chosen by the error of each step, or by sizes and rates",
+        /// Thermal energy `k_B T`, a force times a length: spheres then diffuse by thermal noise
+        /// in `swim run`.
+        thermal_energy: Option<f64> [NonNegative] | "0",
+        /// Seed of the random numbers of the thermal noise.
+        seed: Option<u32> [Count] | "1",
     }
 
     /// The region that the fluid fills, whose walls are at rest. Without this table the fluid is

@@ -131,10 +131,15 @@ pub(super) fn inertia(
     let refuse = |key: &str, problem: &str| Err(checks.bad_value(key, problem));
     if kind == InertiaKind::None {
         let unused = "has no effect without fluid.inertia; remove it, or give the inertia";
+        let is_of_noise = file.fluid.thermal_energy.is_some();
         return match (time_step, start) {
-            (Some(_), _) => refuse("fluid.time_step", unused),
-            (None, StartKind::Stokes) => refuse("fluid.start", unused),
-            (None, StartKind::Rest) => Ok(inertia),
+            (Some(_), _) if !is_of_noise => refuse(
+                "fluid.time_step",
+                "has no effect without fluid.inertia or fluid.thermal_energy; remove it, or give \
+                 one of them",
+            ),
+            (_, StartKind::Stokes) => refuse("fluid.start", unused),
+            (_, StartKind::Rest) => Ok(FluidInertia::default()),
         };
     }
     if density.unwrap_or(0.0) == 0.0 {

@@ -1,12 +1,15 @@
-//! Viscosity of the fluid of a scene file.
+//! Viscosity and thermal noise of the fluid of a scene file.
 
 use rheology::{Law, RheologyError};
+use rigid::Articulation;
 
+use crate::body::Body;
 use crate::checks::Checks;
 use crate::error::SceneError;
-use crate::keys::FluidFile;
+use crate::keys::{FluidFile, SceneFile};
 use crate::scene::Rheology;
-use crate::words::{LawKind, RheologyKind};
+use crate::thermal_noise::ThermalNoise;
+use crate::words::{InertiaKind, LawKind, ModelKind, RheologyKind};
 
 /// Default of `fluid.regularisation`: the rates of strokes with times of order 1 are a million
 /// times larger.
@@ -148,4 +151,87 @@ pub(super) fn viscosity(
         );
     }
     Ok((at_rest, Some(rheology)))
+}
+
+/// Default of `fluid.seed`.
+const SEED: u32 = 1;
+
+/// The thermal noise, which needs a Newtonian fluid without inertia, bodies without mass and joints
+/// without loops.
+pub(super) fn thermal_noise(
+    checks: &Checks,
+    file: &SceneFile,
+    bodies: &[Body],
+    set: &Articulation,
+) -> Result<Option<ThermalNoise>, SceneError> {
+    let FluidFile {
+        thermal_energy,
+        seed,
+        ..
+    } = file.fluid;
+    let refuse = |key: &str, problem: &str| Err(checks.bad_value(key, problem));
+    let energy = match (thermal_energy, seed) {
+        (None, Some(_)) => {
+            let problem =
+                "has no effect without fluid.thermal_energy; remove it, or give the energy";
+            return refuse("fluid.seed", problem);
+        }
+        (None | Some(0.0), _) => return Ok(None),
+        (Some(energy), _) => energy,
+    };
+    if file.fluid.inertia != InertiaKind::None {
+        return refuse(
+            "fluid.inertia",
+            "is unsupported with fluid.thermal_energy: thermal noise is that of Stokes flow; remove \
+             one of them",
+        );
+    }
+    if file.fluid.law != LawKind::Newtonian {
+        return refuse(
+            "fluid.law",
+            "is unsupported with fluid.thermal_energy: thermal noise is that of a Newtonian fluid; \
+             remove one of them",
+        );
+    }
+    if matches!(file.model.kind, ModelKind::Fem | ModelKind::Axisymmetric) {
+        return refuse(
+            "model.kind",
+            "has no thermal noise; use spheres with model.kind = \"rpy\", \"multipole\", \"oseen\" \
+             or \"auto\", or remove fluid.thermal_energy",
+        );
+    }
+    if let Some(number) = bodies.iter().position(|body| body.mass_matrix().is_some()) {
+        return refuse(
+            &format!("bodies[{number}].mass"),
+            "is unsupported with fluid.thermal_energy: thermal motion is integrated without \
+             inertia; give a density instead, or remove the mass",
+        );
+    }
+    if file.gait.periodic {
+        return refuse(
+            "gait.periodic",
+            "is unsupported with fluid.thermal_energy: random motion has no periodic state; remove \
+             one of them",
+        );
+    }
+    let is_in_loop = |linkage: &rigid::Linkage| {
+        let moving = set
+            .joints()
+            .iter()
+            .filter(|joint| !joint.kind.is_deformation());
+        let own = moving.filter(|joint| linkage.bodies.contains(&joint.body));
+        own.count() >= linkage.bodies.len()
+    };
+    match set.linkages().iter().any(is_in_loop) {
+        true => refuse(
+            "links",
+            "form a loop, which is unsupported with fluid.thermal_energy: the values of its joints \
+             are no independent coordinates; open the loop, or remove the energy",
+        ),
+        false => Ok(Some(ThermalNoise {
+            energy,
+            seed: seed.unwrap_or(SEED),
+            time_step: file.fluid.time_step,
+        })),
+    }
 }

@@ -111,6 +111,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
     start.extend(gait::initial_shape(&checks, &file.gait, from, &joints)?);
     let articulation =
         articulation::articulation(&checks, &mut bodies, joints, file.gait.arms, &start)?;
+    let noise = fluid::thermal_noise(&checks, &file, &bodies, &articulation)?;
     articulation::check_held(&checks, &bodies, &articulation, &gait)?;
     deformations::check_gait(&checks, (&domain, &bodies), from, &articulation)?;
     if file.gait.periodic {
@@ -131,6 +132,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
         rheology,
         density,
         inertia,
+        noise,
         gravity,
         background,
         domain,

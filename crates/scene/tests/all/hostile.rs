@@ -89,6 +89,9 @@ fluid.density = 1; fluid.inertia = "full"; fluid.time_step = 0.1
 domain.kind = "ball"; domain.radius = 9
 [[bodies]]; name = "heavy"; radius = 1; density = 2; position = [1, 0, 0]
 
+fluid.thermal_energy = 0.1; fluid.seed = 3; fluid.time_step = 0.1
+[[bodies]]; name = "colloid"; radius = 1; position = [1, 0, 0]
+
 fluid.law = "carreau-yasuda"; fluid.zero_shear_viscosity = 1
 fluid.infinite_shear_viscosity = 0.1; fluid.relaxation_time = 1; fluid.index = 0.5
 fluid.transition = 2

@@ -15,3 +15,4 @@ mod laws;
 mod malformed;
 mod overrides;
 mod surfaces;
+mod thermal_noise;

@@ -57,6 +57,10 @@ viscosity = 0 -> fluid.viscosity must be a number greater than zero, not 0
 viscosity = -2.5 -> fluid.viscosity | not -2.5
 viscosity = nan -> fluid.viscosity | not nan
 viscosity = inf -> fluid.viscosity | not inf
+thermal_energy = -1 -> scene.toml:2 | fluid.thermal_energy must be a number that is not negative
+thermal_energy = 1 -> scene.toml:37 | model.kind has no thermal noise | "rpy"
+seed = 3 -> scene.toml:2 | fluid.seed has no effect without fluid.thermal_energy
+time_step = 3 -> fluid.time_step has no effect without fluid.inertia or fluid.thermal_energy
 == [fluid]
 [fluid -> scene.toml:1 | not valid TOML
 [fluids] -> scene.toml:1 | did you mean 'fluid'?
@@ -64,7 +68,7 @@ viscosity = inf -> fluid.viscosity | not inf
 radius = 40\nradius = 41 -> scene.toml:7 | duplicate key
 radius = 4O -> scene.toml:6 | not valid TOML
 temperature = 3\nradius = 40
-    -> scene.toml:6 | thermal motion is not modelled
+    -> scene.toml:6 | fluid.thermal_energy is k_B T
 colour = 3\nradius = 40
     -> scene.toml:6 | domain has kind, radius, size, file, surface_kind, scale, walls
 radius = -40 -> scene.toml:6 | domain.radius must be a number greater than zero
@@ -240,7 +244,7 @@ fn deep_nesting_is_refused() {
 #[test]
 fn malformed_scenes_are_refused_with_place_and_remedy() {
     let cases = cases();
-    assert_eq!(cases.len(), 105);
+    assert_eq!(cases.len(), 109);
     for (part, by, fragments) in cases {
         assert!(VALID.contains(&part), "no such part: {part}");
         let text = VALID.replacen(&part, &by, 1);

@@ -5,6 +5,7 @@
 //! [`Method::Collocation`] solves at a few Gauss points of the phase span, at the rates there;
 //! where the motion does not depend on the position, this is Gauss quadrature of a line integral.
 
+mod brownian;
 mod collocation;
 mod companion;
 mod euler;
@@ -25,6 +26,7 @@ mod spatial_fluid;
 mod step_size;
 mod unsteady;
 
+pub(crate) use brownian::noise_steps;
 pub(crate) use collocation::TABLE_SHARE;
 pub(crate) use companion::COARSER;
 use inertia::Scheme;
@@ -83,6 +85,9 @@ pub enum Method {
         /// Number of equal steps.
         steps: usize,
     },
+    /// Equal steps of the midpoint method of Fixman, for thermal noise (`fluid.thermal_energy`):
+    /// the order in distribution is one, and two where the noise is small.
+    Brownian,
     /// Steps in time of fluid and bodies together, for fluids with inertia
     /// ([`Integrator::with_unsteady_scene`]): BDF2 with as many steps as the tolerance needs, or of
     /// the length `fluid.time_step`.
@@ -91,10 +96,13 @@ pub enum Method {
 
 impl Method {
     /// The method for a scene: [`Method::Unsteady`] if the fluid has inertia, [`Method::Inertia`]
-    /// if bodies have mass; [`Method::RungeKutta`] for many swimmers that repel each other, of
-    /// which some meet at any time, where orders above five gain nothing; else
-    /// [`Method::Collocation`].
+    /// if bodies have mass; [`Method::Brownian`] with thermal noise; [`Method::RungeKutta`] for
+    /// many swimmers that repel each other, of which some meet at any time, where orders above five
+    /// gain nothing; else [`Method::Collocation`].
     pub fn from_scene(scene: &Scene) -> Self {
+        if scene.noise().is_some() {
+            return Self::Brownian;
+        }
         match (scene.inertia().is_kept(), scene.has_masses()) {
             (true, _) => Self::Unsteady,
             (false, true) => Self::Inertia,
@@ -110,15 +118,23 @@ impl Method {
             | Self::BackwardEuler { .. }
             | Self::ExplicitInertia { .. }
             | Self::Unsteady => true,
-            Self::Collocation | Self::RungeKutta | Self::Euler { .. } => false,
+            Self::Collocation | Self::RungeKutta | Self::Euler { .. } | Self::Brownian => false,
         }
     }
 
-    /// Refuses a method without steps.
+    /// Refuses a method without steps, and one that neglects thermal noise or needs it.
     ///
     /// # Errors
-    /// [`SwimError::NoSteps`].
-    pub(crate) fn check(self) -> Result<(), SwimError> {
+    /// [`SwimError::NoSteps`], [`SwimError::NotApplicable`].
+    pub(crate) fn check(self, scene: &Scene) -> Result<(), SwimError> {
+        if (self == Self::Brownian) != scene.noise().is_some() {
+            return Err(SwimError::NotApplicable {
+                place: scene.place("fluid.thermal_energy"),
+                problem: format!(
+                    "thermal noise needs the method Brownian, which is for it alone, not {self:?}"
+                ),
+            });
+        }
         match self {
             Self::Euler { steps: 0 }
             | Self::BackwardEuler { steps: 0 }
@@ -221,7 +237,7 @@ impl<'a> Integrator<'a> {
         observe: ObserveSolution,
     ) -> Result<SpanResult, SwimError> {
         check_model(self.scene, self.model)?;
-        self.method.check()?;
+        self.method.check(self.scene)?;
         // The model starts each phase span from its history alone, so a resumed run gives the same
         // digits.
         let history = self.model.history()?;
@@ -249,6 +265,10 @@ impl<'a> Integrator<'a> {
                 Scheme::Explicit,
                 &mut self.velocities,
             ),
+            Method::Brownian => match self.scene.noise() {
+                Some(noise) => brownian::span(&mut evaluator, start, noise),
+                None => Err(SwimError::NoSteps.into()),
+            },
             Method::Unsteady => {
                 let unsteady = self.unsteady.as_mut().ok_or(SwimError::NoFlow)?;
                 unsteady::span(&mut evaluator, start, unsteady)

@@ -4,7 +4,7 @@ use models::{
     BodyInertia, Capabilities, Configuration, Hydrodynamics, InstantaneousSolution, ModelError,
     Query, RoughModel, Seconds,
 };
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rigid::{RigidError, State, StateBounds};
 use scene::{
     BodyPath, Contact, PathContact, PhaseSpan, Scene, closest_contact, contacts, first_contact,
@@ -21,6 +21,11 @@ const OWN_PATH_HINT: &str = ", or begin another phase where the path of the join
 /// Why the error of a phase span on meshes may not become small.
 const MESH_HINT: &str = ". With finite elements the change of velocities by a new mesh may \
     prevent convergence: reduce fem.surface_size, and keep fem.estimates";
+
+/// What keeps surfaces apart that thermal noise brings together.
+const NOISE_REMEDY: &str = "thermal noise brings surfaces together: give contact = { range = .., \
+                            strength = .. }, a repulsion that keeps them apart, or a smaller \
+                            fluid.time_step";
 
 /// Smallest part of a step on which contact is looked for. Each part has thousands of placements,
 /// so a narrow gap then takes as long as some solves.
@@ -179,6 +184,36 @@ impl<'a> SpanEvaluator<'a> {
         self.record(s, state, self.only(solutions)?)
     }
 
+    /// The random loads of thermal noise at the position `s` on the phase span, from standard
+    /// normal numbers.
+    pub fn random_loads(
+        &mut self,
+        s: f64,
+        state: &State,
+        power: f64,
+        normal: &mut dyn FnMut() -> f64,
+    ) -> Result<DVector<f64>, SwimError> {
+        self.query(s, state, |model, configuration| {
+            (model.fluctuations()?).random_loads(configuration, power, normal)
+        })
+    }
+
+    /// The model's solution at the position `s` on the phase span with random loads.
+    pub fn solve_with_loads(
+        &mut self,
+        s: f64,
+        state: &State,
+        loads: &DVector<f64>,
+    ) -> Result<SpanSolution, SwimError> {
+        let rates = [self.span.rates(s)];
+        let flows = self.flows;
+        let solutions = self.query(s, state, |model, configuration| {
+            let query = Query::new(configuration, &rates).without_estimates();
+            model.solve(&query.with_flows(flows).with_random_loads(loads))
+        })?;
+        self.record(s, state, self.only(solutions)?)
+    }
+
     /// The grand resistance matrix at the position `s` on the phase span.
     pub fn resistance(&mut self, s: f64, state: &State) -> Result<DMatrix<f64>, SwimError> {
         self.query(s, state, |model, configuration| {
@@ -219,7 +254,7 @@ impl<'a> SpanEvaluator<'a> {
         &mut self,
         s: f64,
         state: &State,
-        evaluate: impl Fn(&mut dyn Hydrodynamics, Configuration<'_>) -> Result<T, ModelError>,
+        evaluate: impl FnOnce(&mut dyn Hydrodynamics, Configuration<'_>) -> Result<T, ModelError>,
     ) -> Result<T, SwimError> {
         let shape = self.span.shape(s);
         self.check_clearance(s, state, &shape)?;
@@ -353,11 +388,11 @@ impl<'a> SpanEvaluator<'a> {
     /// Refuses a step in a gap below [`NARROW_GAP`] that closes as lubrication lets it, ever more
     /// slowly, if it would be narrower than [`SMALLEST_GAP`] at the end of the phase span.
     ///
-    /// That is foreseen where neither the gait nor loads change in time, and no repulsion keeps the
-    /// surfaces apart.
+    /// That is foreseen where neither the gait nor loads change in time, and neither repulsion nor
+    /// thermal noise keeps the surfaces apart.
     fn check_approach(&self, path: &PathPiece) -> Result<(), SwimError> {
         let changes = self.scene.depends_on_time() || !self.span.joints.is_empty();
-        if changes || self.scene.repulsion().is_some() {
+        if changes || self.scene.repulsion().is_some() || self.scene.noise().is_some() {
             return Ok(());
         }
         let bodies = self.scene.bodies();
@@ -441,6 +476,10 @@ impl<'a> SpanEvaluator<'a> {
             joint: self.joint_name(),
             percent: 100.0 * s,
             time: self.span.time(s),
+            remedy: match self.scene.noise() {
+                Some(_) => NOISE_REMEDY,
+                None => "shorten the stroke or place the bodies farther apart",
+            },
             problem: match (contact.other, is_certain) {
                 (Some(_), true) => format!("{} touch (gap {gap:.1e})", self.pair_name(contact)),
                 (Some(_), false) => format!(

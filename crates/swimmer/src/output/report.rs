@@ -6,6 +6,7 @@ use scene::Scene;
 use serde_json::{Map, Value, json};
 
 use crate::inertia_numbers::InertiaNumbers;
+use crate::noise_numbers::NoiseNumbers;
 use crate::outcome::Outcome;
 use crate::swimmers::SwimmerOutcome;
 
@@ -28,8 +29,8 @@ pub const ALL_ERRORS: &str = "all errors";
 /// - `swimmers`: null for one; otherwise, for each connected set of bodies that can move itself,
 ///   its `name` (that of its first body), `bodies`, `displacement` (mean of its moving bodies),
 ///   `rotation` (of its first body, or of the first one whose velocity is given), `work` (null
-///   where it is known in total only: with slip or inertia, or where swimmers share a volume) and
-///   `error_estimate` of the displacement;
+///   where it is known in total only: with slip, inertia or thermal noise, or where swimmers share
+///   a volume) and `error_estimate` of the displacement;
 /// - `mean_holding`: null without bodies whose velocity is given; otherwise `bodies` (by body, the
 ///   mean `force` and `torque` over the run that hold or drive it) with `force_error` and
 ///   `torque_error`;
@@ -40,6 +41,10 @@ pub const ALL_ERRORS: &str = "all errors";
 ///   `allowed_error` (the length that they allow);
 /// - `inertia` of the fluid: its `terms` and `start` (the words of the scene), the largest
 ///   `reynolds` number and the `frequency_parameter` ([`InertiaNumbers`]), or null;
+/// - `thermal_noise`: its `energy` `k_B T` and `seed`, the number of `steps` and the longest
+///   `time_step`, `diffusion` and `rotational_diffusion` of the first sphere alone
+///   ([`NoiseNumbers`]), or null. Displacements are then those of one realisation, and their error
+///   bars do not contain its spread;
 /// - `repulsion` between surfaces: its `range` and `strength`, or null;
 /// - `stopped`: why the run stopped before its end, such as contact, in words, or null;
 /// - `cycles`, `duration`, `meshes`, `seconds`, `peak_rss_mib`.
@@ -156,6 +161,16 @@ pub fn summary_json(
         "tolerance": scene.model().tolerance,
         "tolerance_met": outcome.tolerance_met,
         "stopped": outcome.stopped,
+        "thermal_noise": (NoiseNumbers::new(scene).ok().flatten().zip(scene.noise())).map(
+            |(numbers, noise)| json!({
+                "energy": noise.energy,
+                "seed": noise.seed,
+                "steps": numbers.steps,
+                "time_step": numbers.time_step,
+                "diffusion": numbers.diffusion,
+                "rotational_diffusion": numbers.rotational_diffusion,
+            })
+        ),
         "repulsion": (scene.repulsion().map(|repulsion| {
             json!({ "range": repulsion.range, "strength": repulsion.strength })
         })),

@@ -11,7 +11,7 @@ use models::{
 use scene::{DomainKind, ModelKind, Scene, Shape};
 
 use crate::integrate::velocity_tolerance;
-use sphere_model::{ModelForSpheres, choose_for_spheres, expansion_for_tolerance};
+use sphere_model::{ModelForSpheres, choose_for_spheres, expansion_for_tolerance, model_for_noise};
 
 pub use tables::with_tables;
 pub use target::{SizeSearch, simulate_to_target};
@@ -42,14 +42,20 @@ impl Choice {
 ///
 /// # Errors
 /// [`ModelError::Unsupported`] for combinations of model, domain and options that are not
-/// supported, with the alternative; for a fluid with inertia, which has a flow in time only
-/// ([`choose_for_run`]).
+/// supported, with the alternative; for a fluid with inertia or thermal noise, which has a motion
+/// in time only ([`choose_for_run`]).
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
     check_no_inertia(scene)?;
+    check_no_noise(scene)?;
+    choose_checked(scene)
+}
+
+fn choose_checked(scene: &Scene) -> Result<Choice, ModelError> {
     let choice = choose_unchecked(scene)?;
     let capabilities = choice.model.capabilities();
     capabilities.check_deformations(scene, choice.model.name())?;
     capabilities.check_rheology(scene, choice.model.name())?;
+    capabilities.check_noise(scene, choice.model.name())?;
     Ok(choice)
 }
 
@@ -58,6 +64,10 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         scene.domain().kind(),
         DomainKind::Unbounded | DomainKind::Ball | DomainKind::Wall
     );
+    let is_periodic = scene.domain().period().is_some();
+    let serves_spheres = (is_mesh_free || is_periodic)
+        && scene.first_nonspherical().is_none()
+        && SpheresModel::changes_size_above_wall(scene).is_none();
     let requested = || {
         vec![
             "given by model.kind".to_owned(),
@@ -83,6 +93,10 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
             reasons: requested(),
         }),
         ModelKind::Fem => elements(scene, requested()),
+        ModelKind::Auto if scene.noise().is_some() && serves_spheres && !is_periodic => {
+            let (kind, reason) = model_for_noise(scene)?;
+            spheres(kind, vec![scene.describe_arrangement(), reason])
+        }
         ModelKind::Auto if scene.viscosity_law().is_some() => {
             let reasons = |elements: &str| {
                 vec![
@@ -128,11 +142,7 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
             ];
             spheres(SphereModel::Rpy, reasons)
         }
-        ModelKind::Auto
-            if is_mesh_free
-                && scene.first_nonspherical().is_none()
-                && SpheresModel::changes_size_above_wall(scene).is_none() =>
-        {
+        ModelKind::Auto if serves_spheres => {
             let choice = choose_for_spheres(scene)?;
             match choice.model {
                 ModelForSpheres::MeshFree(kind) => spheres(kind, choice.reasons),
@@ -171,7 +181,7 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
 /// Those of [`choose`]; a model without elements for a fluid with inertia.
 pub fn choose_for_run(scene: &Scene) -> Result<Choice, ModelError> {
     if !scene.inertia().is_kept() {
-        return choose(scene);
+        return choose_checked(scene);
     }
     let mut reasons = vec![
         scene.describe_arrangement(),
@@ -247,6 +257,21 @@ fn check_no_inertia(scene: &Scene) -> Result<(), ModelError> {
             ),
             instead: "use `swim run`, `swim solve --steady`, or fluid.inertia = \"none\""
                 .to_owned(),
+        }),
+    }
+}
+
+/// Refuses thermal noise where one instant is asked for.
+fn check_no_noise(scene: &Scene) -> Result<(), ModelError> {
+    match scene.noise() {
+        None => Ok(()),
+        Some(_) => Err(ModelError::Unsupported {
+            what: format!(
+                "{}: the velocities of one instant, or strokes by such velocities, with thermal \
+                 noise",
+                scene.place("fluid.thermal_energy")
+            ),
+            instead: "use `swim run`, or fluid.thermal_energy = 0".to_owned(),
         }),
     }
 }

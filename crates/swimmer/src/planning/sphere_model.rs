@@ -60,6 +60,34 @@ pub(super) fn expansion_for_tolerance(scene: &Scene) -> SphereModel {
     SphereModel::Multipole(velocity_tolerance(scene).clamp(1e-13, 1e-3))
 }
 
+/// The model of spheres for thermal noise, with the reason: expansions where a solution takes at
+/// most [`NOISE_SECONDS`], as a run has thousands, and for surface velocities that they alone have;
+/// else Rotne-Prager-Yamakawa, whose mobility is positive definite at all distances.
+///
+/// # Errors
+/// Spheres that are too close.
+pub(super) fn model_for_noise(scene: &Scene) -> Result<(SphereModel, String), ModelError> {
+    let kind = expansion_for_tolerance(scene);
+    let state = scene.initial_state();
+    let seconds = SpheresModel::new(scene, kind)?.predicted_seconds(start(scene, &state))?;
+    let has_walls = matches!(scene.domain().kind(), DomainKind::Ball | DomainKind::Wall);
+    let needs_expansions = scene.background().is_some()
+        || scene.deforms()
+        || (scene.has_surface_velocity() && has_walls);
+    let kind = match needs_expansions || seconds <= NOISE_SECONDS {
+        true => kind,
+        false => SphereModel::Rpy,
+    };
+    let reason = format!(
+        "chosen for thermal noise: {}; a solution by expansions takes {seconds:.1e} s, as predicted",
+        kind.describe()
+    );
+    Ok((kind, reason))
+}
+
+/// Predicted seconds of a solution by expansions with which steps of thermal noise are affordable.
+const NOISE_SECONDS: f64 = 1e-2;
+
 /// A candidate with its predicted seconds per solve, the mean over the shapes of the trial.
 #[derive(Clone, Copy)]
 struct Candidate {

@@ -19,8 +19,8 @@ const TYPICAL_POINTS: usize = 9;
 /// # Errors
 /// A model of another scene, whose solutions cannot be superposed.
 pub fn with_tables(scene: &Scene, choice: Choice) -> Result<Choice, ModelError> {
-    if scene.inertia().is_kept() {
-        // The flow depends on the past, not on the shape alone.
+    if scene.inertia().is_kept() || scene.noise().is_some() {
+        // The motion depends on the past or on chance, not on the shape alone.
         return Ok(choice);
     }
     if scene.viscosity_law().is_some() {

@@ -27,5 +27,6 @@ mod reports;
 mod strokes;
 mod support;
 mod swimmers;
+mod thermal_noise;
 mod tolerances;
 mod unsteady;

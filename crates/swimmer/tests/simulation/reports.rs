@@ -215,6 +215,7 @@ fn the_summary_has_every_number_of_the_outcome() {
             "swimmers": null,
             "stopped": "where",
             "repulsion": null,
+            "thermal_noise": null,
             "meshes": [{ "time": 0.75, "phase": 2, "reason": "a reason" }],
         })
     );
