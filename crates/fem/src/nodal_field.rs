@@ -4,7 +4,7 @@ use mesh::{PointLocator, TetMesh, Vec3};
 use rayon::prelude::*;
 
 use crate::FemError;
-use crate::error::check_length;
+use crate::error::{check_finite_in_cell, check_length};
 use crate::geometry::MapAt;
 use crate::point_values::{Lagrange, PointValues, Space};
 use crate::quadrature::CellPoint;
@@ -55,7 +55,8 @@ where
 /// ```
 ///
 /// # Errors
-/// A field of another length or not finite; [`FemError::OutsideMesh`]; [`FemError::InvertedCell`].
+/// A field of another length or not finite, or so large that it overflows;
+/// [`FemError::OutsideMesh`]; [`FemError::InvertedCell`].
 pub fn evaluate<T: Nodal>(
     mesh: &TetMesh,
     field: &[T],
@@ -73,7 +74,10 @@ pub fn evaluate<T: Nodal>(
         );
         let map = MapAt::new(found.cell, &positions, &point)?;
         let at = PointValues::new(mesh, found.cell, &positions, &point, map);
-        Ok((at.value(field), at.gradient(field)))
+        let (value, gradient) = (at.value(field), at.gradient(field));
+        check_finite_in_cell("the field", found.cell, &positions, [&value])?;
+        check_finite_in_cell("the gradient", found.cell, &positions, [&gradient])?;
+        Ok((value, gradient))
     };
     let values: Vec<_> = points.par_iter().enumerate().map(value).collect();
     values.into_iter().collect()

@@ -59,6 +59,18 @@ fn matrix(rows: usize, cols: usize, value: f64) -> Csr {
     )
 }
 
+#[test]
+fn bug_a_gradient_that_overflows_was_infinite() {
+    let mesh = cube(1);
+    let mut field = vec![0.0; 27];
+    field[10] = f64::MAX;
+    let found = evaluate(&mesh, &field, &[Vec3::new(0.51, 0.0, 1.0)]);
+    assert!(
+        matches!(found, Err(FemError::NotFiniteInCell { .. })),
+        "{found:?}"
+    );
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
