@@ -121,12 +121,18 @@ fn mean_holding(scene: &Scene, outcome: &Outcome) -> String {
     let Some(means) = outcome.mean_holding() else {
         return String::new();
     };
-    let [force, torque] = [&means.force_error, &means.torque_error].map(|bars| bars.total());
+    let bars = [&means.force_error, &means.torque_error];
+    let is_estimated = bars.iter().any(|bars| bars.estimated().is_some());
+    let [force, torque] = bars.map(|bars| bars.total());
     let sizes = (means.bodies.iter()).map(|load| load.force.norm().max(load.torque.norm()));
     let rounding = MEAN_ROUNDING * sizes.fold(0.0, f64::max);
     let line = |label: &str, vector: &Vector3<f64>, bar: f64| {
         let numbers = significant_vector((*vector).into(), bar, rounding);
-        entry(label, format!("{numbers} +- {}", two_digits(bar)))
+        let bar = match is_estimated {
+            true => format!(" +- {}", two_digits(bar)),
+            false => " (no error estimate)".to_owned(),
+        };
+        entry(label, numbers + &bar)
     };
     let mut text = String::new();
     for load in &means.bodies {
@@ -168,8 +174,8 @@ fn describe(report: &Report, out: &Path) -> String {
         entry(
             "thermal noise",
             format!(
-                "energy {energy}, seed {seed}, steps of {step:.3e}, diffusion of a sphere \
-                 {diffusion:.3e}; one realisation, whose spread no error bar contains"
+                "energy {energy:.3e}, seed {seed}, steps of {step:.3e}, diffusion of the first \
+                 sphere {diffusion:.3e}; one realisation, whose spread no error bar contains"
             ),
         )
     });

@@ -11,7 +11,7 @@ pub(crate) const TOLERANCE: f64 = 1e-6;
 /// Largest number of steps: each vector of the basis is kept.
 const MAX_STEPS: usize = 300;
 
-/// Norm of a new vector of the basis, relative to the first product, that is rounding.
+/// Norm of a new vector of the basis, relative to the product of the step, that is rounding.
 const BREAKDOWN: f64 = 1e-14;
 
 /// `A^(-1/2) w` for a symmetric positive definite operator `A`, which `apply` multiplies with
@@ -24,7 +24,7 @@ const BREAKDOWN: f64 = 1e-14;
 /// orthogonal. Sums have a fixed order: the result does not depend on the number of threads.
 ///
 /// # Errors
-/// [`HydroError::NotConverged`]; those of `apply`.
+/// [`HydroError::RootNotConverged`]; those of `apply`.
 pub(crate) fn inverse_root(
     w: &DVector<f64>,
     apply: impl Fn(&DVector<f64>) -> Result<DVector<f64>, HydroError>,

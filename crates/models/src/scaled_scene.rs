@@ -303,6 +303,15 @@ impl ScaledScene {
         let state = self.state(configuration);
         let [values, rates] = [configuration.shape, rates].map(|list| self.values(list));
         let forces = self.scene.joint_forces(configuration.time);
+        if let Some(loads) = query.random_loads {
+            let expected = self.load_units().len();
+            if loads.len() != expected {
+                return Err(ModelError::unsupported(
+                    format!("{} random loads on {expected} velocities", loads.len()),
+                    "use those of Fluctuations::random_loads for this scene",
+                ));
+            }
+        }
         let random = (query.random_loads).map(|loads| loads.component_div(&self.load_units()));
         let of_part = |part: &LinkagePart| {
             let (own_values, own_rates) = (part.of_joints(&values), part.of_joints(&rates));

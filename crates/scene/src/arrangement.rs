@@ -73,8 +73,8 @@ impl Scene {
     /// Symmetry planes of the whole run, among the coordinate planes normal to x, y and z.
     ///
     /// All centres, forces and given velocities lie in such a plane, torques and given angular
-    /// velocities are normal to it, and the domain, the shapes, the
-    /// slip of the bodies and the background flow are symmetric about it. No body can then leave
+    /// velocities are normal to it, and the domain, the shapes, the slip of the bodies and the
+    /// background flow are symmetric about it. No body can then leave
     /// the plane.
     pub fn symmetry_planes(&self) -> [bool; 3] {
         let domain = match self.domain {

@@ -123,7 +123,7 @@ pub fn contacts<'a>(
 /// away from the other one along the line of the closest points of their convex hulls, and the same
 /// on a body away from a wall (Brady & Bossis 1985, J. Fluid Mech. 155, with `range = 1/τ` and
 /// `strength = F_0 τ`). Torques are those of the forces at these points. Surfaces that touch get no
-/// finite force. In a periodic box the nearest images of two bodies repel each other.
+/// finite force. In a periodic box all images within 37 ranges repel each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Repulsion {

@@ -37,8 +37,10 @@ impl NoiseNumbers {
             steps += of_phase * scene.gait().cycles as usize;
             time_step = time_step.max(phase.duration / of_phase as f64);
         }
-        let radii = scene.bodies().iter().map(|body| body.bounding_radius());
-        let radius = radii.filter(|a| *a > 0.0).take(1).sum::<f64>();
+        let mut radii = scene.bodies().iter().map(|body| body.bounding_radius());
+        let Some(radius) = radii.find(|a| *a > 0.0) else {
+            return Ok(None);
+        };
         let mobility = 1.0 / (PI * scene.viscosity() * radius);
         Ok(Some(Self {
             steps,

@@ -472,7 +472,11 @@ impl Outcome {
         let reached = result.reached();
         let uniform = uniform_times(scene, span, self.uniform_samples.len(), reached);
         let mut uniform = uniform.into_iter().peekable();
+        let at_end = |solution: &&crate::SpanSolution| solution.s >= reached;
         for solution in &result.solutions {
+            if at_end(&solution) {
+                continue;
+            }
             while let Some(s) = uniform.next_if(|s| *s < solution.s) {
                 self.uniform_samples
                     .push(sample(s, None, result.bodies(s))?);
@@ -484,7 +488,10 @@ impl Outcome {
             self.uniform_samples
                 .push(sample(s, None, result.bodies(s))?);
         }
-        self.samples.push(sample(reached, Some(&result.end), None)?);
+        let last = result.solutions.last().filter(at_end);
+        let bodies = last.map(|solution| solution.solution.bodies.clone());
+        self.samples
+            .push(sample(reached, Some(&result.end), bodies)?);
         // Steps of thermal noise are short.
         let points = scene.noise().map_or(CURVE_POINTS, |_| 1);
         let parts = points * result.pieces.len();

@@ -56,8 +56,8 @@ pub(super) fn velocity(
     six_of(velocity, rotation) / (8.0 * PI)
 }
 
-/// Velocity and angular velocity of a sphere by what the waves contain of its own flow around
-/// itself in unbounded fluid, subtracted.
+/// Minus the velocity and angular velocity that the waves give a sphere by its own source in
+/// unbounded fluid.
 ///
 /// With `f - r = -(ξ r² - ξ³ r⁴/6 + ξ⁵ r⁶/30 - ..)/√π` up to a constant, `G = 4 c I` for the
 /// coefficient `c` of `r²`.

@@ -114,7 +114,7 @@ impl PeriodicSums {
     }
 
     /// Velocities and angular velocities by the forces and torques of all spheres and images,
-    /// without what each has in unbounded fluid by its own.
+    /// without each sphere's own contribution in unbounded fluid.
     ///
     /// Cost: `O(n^1.5)` operations in parallel for spheres of a given concentration, and `O(n²)`
     /// distances.
@@ -122,8 +122,8 @@ impl PeriodicSums {
         self.sums(&self.flow(forces, &[]))
     }
 
-    /// Velocities and angular velocities by squirmers and their images, without what each has in
-    /// unbounded fluid by its own.
+    /// Velocities and angular velocities by squirmers and their images, without each one's own
+    /// contribution in unbounded fluid.
     pub fn velocities_by_slip(&self, squirmers: &[Squirmer]) -> DVector<f64> {
         let forces = DVector::zeros(6 * self.centres.len());
         self.sums(&self.flow(&forces, squirmers))

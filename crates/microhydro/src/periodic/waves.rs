@@ -11,7 +11,7 @@ use super::source::{Source, six_of};
 /// Waves that are treated together by vector instructions; columns are padded to multiples of them.
 const LANES: usize = 8;
 
-/// The waves of a box up to a length, of two opposite ones the first, which stands for both.
+/// The waves of a box up to a wave number: one of each pair of opposite wave vectors.
 pub(super) struct Waves {
     size: Vector3<f64>,
     /// Largest number of a wave along each axis.
@@ -58,12 +58,12 @@ struct Amplitude {
 }
 
 impl Waves {
-    /// Numbers of waves along the axes up to this length.
+    /// Numbers of waves along the axes up to this wave number.
     pub fn most(size: &Vector3<f64>, largest: f64) -> [f64; 3] {
         [0, 1, 2].map(|axis| (largest * size[axis] / (2.0 * PI)).floor())
     }
 
-    /// The waves up to a length for Hasimoto's splitting.
+    /// The waves up to a wave number for Hasimoto's splitting.
     pub fn new(size: &Vector3<f64>, splitting: f64, largest: f64) -> Self {
         let most = Self::most(size, largest).map(|m| m as i32);
         let unit = size.map(|edge| 2.0 * PI / edge);

@@ -78,8 +78,8 @@ struct SurfaceEffects {
 }
 
 impl SurfaceEffects {
-    /// The effects of slip, minus the background flow and the rates of amplitudes, one column each,
-    /// by expansions of these orders.
+    /// The effects by expansions of these orders. The columns are the slip, the negative background
+    /// flow, and a unit rate of each amplitude.
     ///
     /// # Errors
     /// Those of [`multipole::surface_flow`].

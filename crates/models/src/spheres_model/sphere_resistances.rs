@@ -113,7 +113,7 @@ impl SphereResistances {
         })
     }
 
-    /// The most accurate of the matrices, of which the last but two are references.
+    /// The matrix of the highest order: the reference before those of rounding and of truncation.
     pub fn finest(&self) -> &DMatrix<f64> {
         match self.references.as_slice() {
             [.., finest, _, _] => &finest.0,

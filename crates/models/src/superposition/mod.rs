@@ -237,6 +237,7 @@ impl Superposed {
             Basis::Impossible => false,
         };
         query.inertia.is_none()
+            && query.random_loads.is_none()
             && query.accuracy.is_none()
             && !query.stresslets
             && rates.iter().all(|rate| *rate == 0.0)

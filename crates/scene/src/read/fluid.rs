@@ -3,6 +3,7 @@
 use rheology::{Law, RheologyError};
 use rigid::Articulation;
 
+use crate::ArmsKind;
 use crate::body::Body;
 use crate::checks::Checks;
 use crate::error::SceneError;
@@ -222,6 +223,32 @@ pub(super) fn thermal_noise(
         let own = moving.filter(|joint| linkage.bodies.contains(&joint.body));
         own.count() >= linkage.bodies.len()
     };
+    let held = |linkage: &rigid::Linkage| {
+        let bodies = linkage.bodies.iter();
+        bodies
+            .filter(|body| set.held_bodies().any(|held| held == **body))
+            .count()
+    };
+    let has_passive = set.passive_joints().next().is_some();
+    if has_passive && set.linkages().iter().any(|linkage| held(linkage) > 1) {
+        return refuse(
+            "links",
+            "join bodies whose motion is given, which is unsupported with fluid.thermal_energy \
+             and free joints: their values are no independent coordinates; give the motion of one \
+             body alone, or remove the energy",
+        );
+    }
+    let has_free_slide = set
+        .passive_joints()
+        .any(|joint| joint.kind.length_power() > 0);
+    if has_free_slide && file.gait.arms == ArmsKind::Free {
+        return refuse(
+            "gait.arms",
+            "is unsupported with fluid.thermal_energy and springs or free slides: arms that turn \
+             freely have more room the longer they are, which the equation of motion lacks; use \
+             \"clamped\", or remove the energy",
+        );
+    }
     match set.linkages().iter().any(is_in_loop) {
         true => refuse(
             "links",

@@ -174,6 +174,9 @@ pub(super) fn field(
     }
 }
 
+/// Largest range of a repulsion over the shortest edge of a periodic box.
+const LARGEST_RANGE: f64 = 0.1;
+
 /// The repulsion between surfaces; walls from files have no normal here.
 pub(super) fn repulsion(
     checks: &Checks,
@@ -186,6 +189,13 @@ pub(super) fn repulsion(
     if matches!(domain, Domain::Surface(_) | Domain::Mesh { .. }) {
         let problem = "does not act at walls from files; use another domain, or remove it";
         return Err(checks.bad_value("contact", problem));
+    }
+    if let Some(size) = domain.period()
+        && range > LARGEST_RANGE * size.min()
+    {
+        let problem = "must be at most a tenth of the shortest edge of the periodic box: all \
+                       images within 37 ranges repel each other";
+        return Err(checks.bad_value("contact.range", problem));
     }
     Ok(Some(Repulsion { range, strength }))
 }

@@ -160,14 +160,12 @@ impl Geometry for TubeShape {
     }
 
     fn support(&self) -> Box<Support<'_>> {
-        // The circles of a bent tube are the same for all directions.
-        match self.bend {
-            None => Box::new(|n| self.support_point(n)),
-            Some(_) => {
-                let tube = self.tube(1.0);
-                Box::new(move |n| tube.support_point(n))
-            }
+        // The circles of a bent or tapered tube are the same for all directions.
+        if self.bend.is_none() && self.radius == self.end_radius {
+            return Box::new(|n| self.support_point(n));
         }
+        let tube = self.tube(1.0);
+        Box::new(move |n| tube.support_point(n))
     }
 
     fn transverse_support_distance(&self, n: &Vector3<f64>) -> f64 {

@@ -55,6 +55,12 @@ fn what_has_no_thermal_motion_is_refused_with_its_place() {
         ),
         (&triangle, 7, "links form a loop"),
         (
+            "gait.arms = \"free\"\n[[links]]\nname = \"s\"\nbody = \"a\"\nto = \"b\"\n\
+             drive = \"free\"\n",
+            7,
+            "gait.arms",
+        ),
+        (
             "gait.periodic = true\ngait.phases = [{ duration = 1 }]",
             7,
             "gait.periodic",

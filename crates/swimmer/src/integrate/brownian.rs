@@ -31,6 +31,7 @@ use scene::{Background, Scene, ThermalNoise};
 use super::piece::PathPiece;
 use super::result::{Approximation, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
+use super::step_size::largest_varying_loads;
 use crate::error::SwimError;
 
 /// Root mean square displacement of the smallest body in a step, in each direction, over its radius
@@ -49,7 +50,7 @@ const RELAXATION_PART: f64 = 0.1;
 /// with an error of the order two.
 const LEAST_STEPS: f64 = 20.0;
 
-/// Largest number of steps in a phase: each keeps about a kilobyte per body.
+/// Largest number of steps in a phase times that of bodies: each keeps two to five kilobytes.
 const MAX_STEPS: f64 = 1e6;
 
 /// Number of equal steps in a phase of this duration.
@@ -59,7 +60,7 @@ const MAX_STEPS: f64 = 1e6;
 /// Diffusion is that of the smallest sphere alone.
 ///
 /// # Errors
-/// [`SwimError::NotApplicable`] for more than a million steps.
+/// [`SwimError::NotApplicable`] for more than a million steps of one body.
 pub(crate) fn noise_steps(
     scene: &Scene,
     noise: &ThermalNoise,
@@ -71,14 +72,15 @@ pub(crate) fn noise_steps(
     };
     // Durations that are multiples of the step up to rounding.
     let steps = (steps - 1e-9 * steps).ceil().max(1.0);
-    if steps <= MAX_STEPS {
+    let allowed = MAX_STEPS / scene.bodies().len() as f64;
+    if steps <= allowed {
         return Ok(steps as usize);
     }
     Err(SwimError::NotApplicable {
         place: scene.place("fluid.thermal_energy"),
         problem: format!(
-            "a phase would take {steps:.1e} steps of the time {:.1e}, at most {MAX_STEPS:.0e} are \
-             allowed; shorten the phases or set fluid.time_step",
+            "a phase would take {steps:.1e} steps of the time {:.1e}, at most {allowed:.1e} are \
+             allowed for this number of bodies; shorten the phases or set fluid.time_step",
             duration / steps
         ),
     })
@@ -96,9 +98,11 @@ fn chosen_step(scene: &Scene, noise: &ThermalNoise) -> f64 {
     let mobility = 1.0 / (6.0 * PI * scene.viscosity() * radius);
     let rotational = 0.75 * mobility / radius.powi(2);
     let diffusion = 2.0 * noise.energy * mobility / (DIFFUSION_PART * length).powi(2);
-    let loads = scene.loads(0.0, &[]).into_iter().flat_map(|load| {
-        let turning = load.torque.norm() * rotational;
-        [load.force.norm() * mobility / length, turning]
+    let loads = bodies().flat_map(|body| {
+        let [force, torque] = largest_varying_loads(scene, body);
+        let force = body.total_force().norm() + force;
+        let torque = body.torque.norm() + torque;
+        [force * mobility / length, torque * rotational]
     });
     let slips = bodies().filter_map(|body| body.slip);
     let slips = slips.map(|slip| slip.speed() / length);
@@ -172,7 +176,7 @@ fn step(
     Ok((piece, solution))
 }
 
-/// Standard normal numbers, the same for a seed and a phase span on all machines.
+/// Standard normal numbers, the same for a seed and a phase span of one version of the program.
 struct Normals {
     random: fastrand::Rng,
     /// The second number of a pair.
@@ -442,5 +446,25 @@ to = "b"
             error.contains("1.0e7 steps") && error.contains("fluid.time_step"),
             "{error}"
         );
+    }
+
+    /// A moment along the field has no torque at the start, nor has a load that starts at zero.
+    #[test]
+    fn bug_steps_followed_from_loads_at_the_start_alone() {
+        let body = |keys: &str| {
+            format!("bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0], {keys} }}]")
+        };
+        let field = "field.mean = [1, 0, 0]\n";
+        let cases = [
+            format!("{field}{}", body("moment = [4000, 0, 0]")),
+            body("torque = { amplitude = [4000, 0, 0], period = 100 }"),
+        ];
+        for text in cases {
+            let scene = scene(&text);
+            let steps = noise_steps(&scene, scene.noise().unwrap(), 1.0).unwrap();
+            // Angles of 0.2 by a torque of 4000 over 8π.
+            let exact = (4000.0 / (8.0 * PI) / 0.2).ceil() as usize;
+            assert_eq!(steps, exact);
+        }
     }
 }

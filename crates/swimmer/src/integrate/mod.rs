@@ -36,7 +36,7 @@ use models::Hydrodynamics;
 use nalgebra::Vector6;
 use prediction::Prediction;
 use rigid::State;
-use scene::{PhaseSpan, Scene};
+use scene::{AcceptKind, ModelKind, PhaseSpan, Scene};
 use span_evaluator::SpanEvaluator;
 
 pub(crate) use prediction::velocity_tolerance;
@@ -144,16 +144,27 @@ impl Method {
     }
 }
 
-/// Number of swimmers from which on some meet at any time.
+/// Number of bodies from which on some meet at any time.
 ///
 /// Sixty spheres that settle take 53 solves by the Runge-Kutta pair and 115 by collocation to the
 /// same tolerance, sixty squirmers 438 and 2281.
 const MANY: usize = 10;
 
-/// Whether many swimmers repel each other, without springs between their bodies.
+/// Whether many spheres without joints repel each other, by a model of point forces.
+///
+/// The pair has no corrections of elements, does not accept the best of what it can reach, and does
+/// not return along the path of a reversed stroke.
 fn is_repelling_swarm(scene: &Scene) -> bool {
-    let swimmers = scene.articulation().linkages().len();
-    scene.repulsion().is_some() && swimmers >= MANY && !scene.has_passive_joints()
+    let kind = scene.model().kind;
+    let has_point_forces =
+        matches!(kind, ModelKind::Rpy | ModelKind::Oseen) || scene.domain().period().is_some();
+    scene.repulsion().is_some()
+        && scene.bodies().len() >= MANY
+        && scene.articulation().joints().is_empty()
+        && !scene.has_held_bodies()
+        && scene.shortest_period().is_none()
+        && has_point_forces
+        && scene.model().accept == AcceptKind::Tolerance
 }
 
 /// Integrates the motion of a scene's bodies phase span by phase span.

@@ -233,16 +233,24 @@ impl SpanResult {
 
     /// The piece of the path at the position `s`; none before the first step.
     fn piece(&self, s: f64) -> Option<&PathPiece> {
-        let mut pieces = self.pieces.iter();
-        pieces.find(|piece| s <= piece.to).or(self.pieces.last())
+        let number = self.pieces.partition_point(|piece| piece.to < s);
+        self.pieces.get(number).or(self.pieces.last())
     }
 
     /// Velocities and forces of the bodies at the position `s`, by the polynomial through the
-    /// solutions of its step; none without solutions.
+    /// solutions of its step, and through those beside them if they are at its ends; none without
+    /// solutions.
     pub fn bodies(&self, s: f64) -> Option<Vec<BodySolution>> {
         let piece = self.piece(s)?;
         let is_of_step = |of: &&SpanSolution| (piece.from..=piece.to).contains(&of.s);
         let mut of_step: Vec<_> = self.solutions.iter().filter(is_of_step).collect();
+        if let [first, last] = of_step[..]
+            && (first.s, last.s) == (piece.from, piece.to)
+        {
+            let before = self.solutions.iter().rfind(|of| of.s < piece.from);
+            let after = self.solutions.iter().find(|of| of.s > piece.to);
+            of_step.extend(before.into_iter().chain(after));
+        }
         // Steps share the solution between them, and stages may be at the same time.
         of_step.sort_by(|a, b| a.s.total_cmp(&b.s));
         of_step.dedup_by(|later, earlier| later.s == earlier.s);
@@ -336,9 +344,14 @@ impl SpanResult {
             mesh: None,
             ..*bars
         };
+        // Errors do not cancel where an explicit method has a negative weight.
+        let all: f64 = match weights.iter().any(|weight| *weight < 0.0) {
+            true => weights.iter().map(|weight| weight.abs()).sum(),
+            false => 1.0,
+        };
         for (span_solution, weight) in solutions.iter().zip(weights) {
             let solution = &span_solution.solution;
-            let time = weight * duration;
+            let time = weight.abs() / all * duration;
             self.accumulated_model_error.add_model_error(time, solution);
             for (sum, bars) in [
                 (&mut self.error_estimate, &solution.error_estimate),
@@ -367,6 +380,18 @@ impl SpanResult {
         self.solutions.extend(solutions);
         self.pieces.push(piece);
         Ok(())
+    }
+
+    /// Keeps of the solutions of the last part that at its start alone: other stages of an explicit
+    /// method are not on the path.
+    pub(super) fn keep_first_stage(&mut self, stages: usize) {
+        let kept = self.solutions.len() + 1 - stages;
+        self.solutions.truncate(kept);
+    }
+
+    /// Adds the solution at the end, which no part has.
+    pub(super) fn end_with(&mut self, solution: SpanSolution) {
+        self.solutions.push(solution);
     }
 
     /// The error that ends the integration here, with this result if it is the motion up to there.

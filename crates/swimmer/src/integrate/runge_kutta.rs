@@ -13,7 +13,8 @@ use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
-    MAX_PARTS, largest_displacement, largest_rotation, pair_tolerance, unseen_displacement,
+    MAX_PARTS, largest_displacement, largest_rotation, least_parts, pair_tolerance,
+    unseen_displacement,
 };
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
@@ -75,7 +76,8 @@ const FIRST_WIDTH: f64 = 0.25;
 /// Integrates a phase span with the longest steps that meet the tolerance.
 pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanResult, Stopped> {
     let mut result = SpanResult::empty(start);
-    let (mut s, mut width) = (0.0, FIRST_WIDTH);
+    let widest = 1.0 / least_parts(evaluator);
+    let (mut s, mut width) = (0.0, FIRST_WIDTH.min(widest));
     let mut first = evaluator.solve(0.0, start, false, None)?;
     while s < 1.0 {
         // No separate step for a remainder that is due to rounding.
@@ -125,9 +127,10 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
             Ok(()) => {}
         }
         first = step.last;
+        let stages = step.solutions.len();
         let approximation = Approximation {
             piece,
-            weights: WEIGHTS[..step.solutions.len()].to_vec(),
+            weights: WEIGHTS[..stages].to_vec(),
             solutions: step.solutions,
         };
         let error = IntegrationError {
@@ -137,8 +140,10 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
             holding: step.holding_errors,
         };
         result.append(evaluator, approximation, Some(error.unsigned()), None)?;
-        (s, width) = (end, factor * (end - s));
+        result.keep_first_stage(stages);
+        (s, width) = (end, (factor * (end - s)).min(widest));
     }
+    result.end_with(first);
     Ok(result.with_totals(evaluator))
 }
 

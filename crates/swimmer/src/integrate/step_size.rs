@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use rigid::StateVelocity;
-use scene::DrivingLoad;
+use scene::{Body, DrivingLoad, Scene};
 
 use super::piece::PathPiece;
 use super::span_evaluator::SpanEvaluator;
@@ -38,18 +38,24 @@ const BAR_SHARE: f64 = 0.1;
 /// Part of the tolerance of a step that features of a table may have which its points do not see.
 const UNSEEN_SHARE: f64 = 0.1;
 
-/// The parts of a phase span that are tried first, in reverse order: the whole, or quarters of the
-/// shortest period of loads and of the turns of waves, as for smooth gaits. Few points over whole
-/// periods would see nothing of them, at every order. For the same reason parts are divided at the
-/// rows of a table until what a few points do not see of it is small compared with the tolerance.
-pub(super) fn first_parts(evaluator: &SpanEvaluator) -> Vec<(f64, f64)> {
+/// Least number of equal parts of a phase span: quarters of the shortest period of loads and of the
+/// turns of waves, as for smooth gaits. Few points over whole periods would see nothing of them, at
+/// every order.
+pub(super) fn least_parts(evaluator: &SpanEvaluator) -> f64 {
     let (span, scene) = (&evaluator.span, evaluator.scene);
     let of_loads = (scene.shortest_period()).map_or(1.0, |period| 4.0 * span.duration / period);
     let of_waves =
         (scene.wave_phases()).map(|joint| (span.to[joint] - span.from[joint]).abs() / FRAC_PI_2);
     // Turns are sums of decimal fractions, which exceed a quarter by rounding.
     let parts = (of_waves.fold(of_loads, f64::max) - 1e-9).ceil();
-    let parts = parts.clamp(1.0, MAX_PARTS as f64);
+    parts.clamp(1.0, MAX_PARTS as f64)
+}
+
+/// The parts of a phase span that are tried first, in reverse order: the [`least_parts`], divided
+/// at the rows of a table until what a few points do not see of it is small compared with the
+/// tolerance.
+pub(super) fn first_parts(evaluator: &SpanEvaluator) -> Vec<(f64, f64)> {
+    let parts = least_parts(evaluator);
     let part = |k: usize| (k as f64 / parts, (k + 1) as f64 / parts);
     let mut todo: Vec<_> = (0..parts as usize).map(part).collect();
     let at_rest = StateVelocity {
@@ -80,17 +86,20 @@ pub(super) fn unseen_displacement(evaluator: &SpanEvaluator, part: (f64, f64)) -
     displacements.fold(0.0, f64::max)
 }
 
-/// Tolerance for a step along which no joint moves, as a fraction of the scene's tolerance: no
-/// stroke returns, and the errors of steps add up as their displacements do.
+/// Tolerance for a step along which no joint moves and no load oscillates, as a fraction of the
+/// scene's tolerance: nothing returns, and the errors of steps add up as their displacements do.
 const SHARE_WITHOUT_STROKE: f64 = 1.0 / 4.0;
 
 /// Error that the scene's tolerance allows for a step of the Runge-Kutta pair over the part `width`
 /// of the phase span.
 pub(super) fn pair_tolerance(evaluator: &SpanEvaluator, step: &StateVelocity, width: f64) -> f64 {
     let tolerance = step_tolerance(evaluator, step, width);
-    match largest_length_change(evaluator) == 0.0 && evaluator.tolerance.is_none() {
-        true => tolerance * SHARE_WITHOUT_STROKE / SPAN_TOLERANCE_SHARE,
-        false => tolerance,
+    let returns = largest_length_change(evaluator) > 0.0
+        || evaluator.scene.shortest_period().is_some()
+        || evaluator.tolerance.is_some();
+    match returns {
+        true => tolerance,
+        false => tolerance * SHARE_WITHOUT_STROKE / SPAN_TOLERANCE_SHARE,
     }
 }
 
@@ -160,25 +169,31 @@ pub(super) fn rounding(evaluator: &SpanEvaluator, step: &StateVelocity) -> f64 {
     OPERATIONS * f64::EPSILON * size
 }
 
+/// Largest force and torque that vary on a body, with that of the field on its moment.
+pub(super) fn largest_varying_loads(scene: &Scene, body: &Body) -> [f64; 2] {
+    let field = scene.field().map_or(0.0, |field| field.largest().norm());
+    let largest = |load: Option<DrivingLoad>| load.map_or(0.0, |l| l.vector.largest().norm());
+    let torque = largest(body.driving_torque) + field * body.moment.norm();
+    [largest(body.driving_force), torque]
+}
+
 /// Displacement over the phase span of a body alone, or of points of its surface, by the largest
 /// loads that vary, and by all loads against a repulsion: such motions come to rest, where a step
 /// has no size of its own.
 fn driven_displacement(evaluator: &SpanEvaluator) -> f64 {
     let scene = evaluator.scene;
-    let field = scene.field().map_or(0.0, |field| field.largest().norm());
-    let largest = |load: Option<DrivingLoad>| load.map_or(0.0, |l| l.vector.largest().norm());
     let is_repelled = scene.repulsion().is_some();
-    let speed = |body: &scene::Body| {
+    let speed = |body: &Body| {
         let radius = body.bounding_radius();
         let constant = if is_repelled {
             body.total_force().norm()
         } else {
             0.0
         };
-        let torque = largest(body.driving_torque) + field * body.moment.norm();
+        let [force, torque] = largest_varying_loads(scene, body);
         let drag = 6.0 * PI * scene.viscosity() * radius;
         let turning = 8.0 * PI * scene.viscosity() * radius * radius;
-        (largest(body.driving_force) + constant) / drag + torque / turning
+        (force + constant) / drag + torque / turning
     };
     let bodies = scene.bodies().iter();
     let driven =

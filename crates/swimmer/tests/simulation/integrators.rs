@@ -223,3 +223,74 @@ fn bug_the_path_within_a_runge_kutta_step_was_a_straight_line() {
         );
     }
 }
+
+/// The nodes of a step over ten periods fall on whole periods, where the force is the same.
+#[test]
+fn bug_the_runge_kutta_pair_stepped_over_periods_of_loads() {
+    let text = r#"
+        model.kind = "rpy"
+        bodies = [{ name = "a", radius = 1, position = [0, 0, 0], force = {
+            amplitude = [1, 0, 0], phase = 1.5707963267948966, period = 0.1 } }]
+        gait.phases = [{ duration = 36 }]
+    "#;
+    let scene = Scene::parse(text).unwrap();
+    let mut model = swimmer::choose(&scene).unwrap().model;
+    let outcome = testkit::run_by(model.as_mut(), Method::RungeKutta);
+    let bar = outcome.error_estimate.integration.unwrap();
+    within(
+        outcome.displacement[0].norm(),
+        bar + 1e-12,
+        "the sum over whole periods is zero",
+    );
+    // The amplitude of the motion, F/(6π μ a) over 2π/0.1.
+    assert!(bar < 0.1 / (TAU * 6.0 * PI), "{bar:e}");
+}
+
+/// Spheres that settle beside each other and repel each other, by the method that the scene
+/// chooses and by collocation.
+#[test]
+fn many_repelling_spheres_move_alike_by_the_pair_and_by_collocation() {
+    let sphere = |k: usize| {
+        let [x, y, z] = [k % 3, k / 3 % 2, k / 6].map(|n| 2.3 * n as f64);
+        format!(
+            "[[bodies]]\nname = \"s{k}\"\nradius = 1\nposition = [{x:?}, {:?}, {z:?}]\n\
+             force = [0, 0, -{:?}]\n",
+            y + 0.1 * x,
+            10.0 + k as f64
+        )
+    };
+    let bodies: String = (0..12).map(sphere).collect();
+    let text = format!(
+        "model = {{ kind = \"rpy\", tolerance = 1e-4, estimates = \"off\" }}\n\
+         contact = {{ range = 0.1, strength = 2 }}\ngait.phases = [{{ duration = 0.5 }}]\n\
+         output.samples = 7\n{bodies}"
+    );
+    let scene = Scene::parse(&text).unwrap();
+    let method = Method::from_scene(&scene);
+    assert_eq!(method, Method::RungeKutta);
+    let mut model = swimmer::choose(&scene).unwrap().model;
+    let [pair, collocation] =
+        [method, Method::Collocation].map(|method| testkit::run_by(model.as_mut(), method));
+    let bars = [&pair, &collocation].map(|run| run.error_estimate.integration.unwrap());
+    for (one, other) in pair.displacement.iter().zip(&collocation.displacement) {
+        within((one - other).norm(), bars[0] + bars[1], "both bars");
+    }
+    let rows = pair
+        .uniform_samples
+        .iter()
+        .zip(&collocation.uniform_samples);
+    for (one, other) in rows {
+        let [one, other] = [one, other].map(|row| row.bodies.as_ref().unwrap());
+        for (one, other) in one.iter().zip(other) {
+            // Cubics through solutions of steps that the tolerance 1e-4 allows.
+            within(
+                (one.velocity - other.velocity).norm(),
+                1e-3,
+                "interpolation",
+            );
+        }
+    }
+    let times: Vec<f64> = pair.samples.iter().map(|sample| sample.time).collect();
+    // The row of the start has no velocities, the solution there has.
+    assert!(times[1..].is_sorted_by(|a, b| a < b), "{times:?}");
+}

@@ -103,3 +103,16 @@ fn auto_chooses_rpy_and_refuses_what_it_cannot_do() {
         assert!(error.contains("periodic"), "{kind}: {error}");
     }
 }
+
+/// Images of a repulsion whose range is that of the box are too many to sum.
+#[test]
+fn a_repulsion_as_wide_as_the_box_is_refused() {
+    let text = "domain = { kind = \"periodic\", size = [10, 9, 10] }\n\
+                contact = { range = 1, strength = 1 }\n\
+                bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0] }]";
+    let error = Scene::parse(text).unwrap_err().to_string();
+    assert!(
+        error.contains("contact.range must be at most a tenth"),
+        "{error}"
+    );
+}
