@@ -307,8 +307,8 @@ impl SpheresModel {
     /// of the linkages with the largest forces and velocities and with the narrowest gap, and of
     /// two more, with their nearest neighbours and images, also those of the linkage itself; none
     /// where expansions refuse a neighbourhood, or where it has no room for the linkage, and in a
-    /// periodic box for its nearest neighbour. The error of the power is the largest relative one of
-    /// a neighbourhood.
+    /// periodic box for its nearest neighbour. The error of the power is the largest relative one
+    /// of a neighbourhood.
     ///
     /// What the model neglects of forces decays like `(a/d)^4`, and so the neighbourhood has the
     /// most of it; of squirmers it has a part ([`SLIP_FACTOR`]).
