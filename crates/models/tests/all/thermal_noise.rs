@@ -108,8 +108,7 @@ fn cases() -> Vec<(String, SphereModel)> {
                 length = 5\n";
     let ball = "[[links]]\nname = \"bc\"\nbody = \"c\"\nto = \"b\"\njoint = \"ball\"\n\
                 pivot = [5, 0, 3]\n";
-    let free = "gait.arms = \"free\"\n[[links]]\nname = \"ab\"\nbody = \"b\"\nto = \"a\"\n\
-                drive = \"free\"\n";
+    let free = &format!("gait.arms = \"free\"\n{gait}")[..];
     let periodic = "domain = { kind = \"periodic\", size = [20, 18, 16] }\n";
     let wall = "domain.kind = \"wall\"\n";
     let mut cases = Vec::new();
