@@ -126,7 +126,7 @@ fn the_commands_of_the_book_print_what_it_says() {
 }
 
 #[test]
-#[ignore = "slow: 4 s"]
+#[ignore = "slow: 2 min"]
 fn the_slow_commands_of_the_book_print_what_it_says() {
     run_blocks("console slow");
 }
