@@ -108,6 +108,17 @@ impl SurfaceEffects {
         })
     }
 
+    /// Errors by those of the effects, of the solution by the finest reference.
+    fn reference_errors(
+        &self,
+        all: &SomeLinkages,
+        resistances: &SphereResistances,
+    ) -> Result<LargestDifferences, ModelError> {
+        let finest = resistances.finest();
+        let solved = all.by_resistance(finest, Some(&self.computed))?;
+        self.errors(all, finest, &solved)
+    }
+
     /// Errors by those of the effects, of a solution by this resistance and the computed effect.
     fn errors(
         &self,
@@ -350,7 +361,7 @@ impl SpheresModel {
     ) -> Result<Option<SurfaceEffects>, ModelError> {
         let poses = self.scaled.poses(configuration)?;
         let motion = SurfaceMotion::new(&self.scaled, &poses, configuration.shape);
-        let (Some(motion), Some(orders)) = (motion, &resistances.orders) else {
+        let Some(motion) = motion else {
             return Ok(None);
         };
         let spheres = self.spheres(configuration)?;
@@ -377,7 +388,8 @@ impl SpheresModel {
             .map(|&joint| rates[joint])
             .collect();
         let medium = &self.medium;
-        SurfaceEffects::by_expansions((&spheres, medium), orders, &columns, &rates).map(Some)
+        SurfaceEffects::by_expansions((&spheres, medium), &resistances.orders, &columns, &rates)
+            .map(Some)
     }
 
     /// The spheres of a configuration with their velocities.

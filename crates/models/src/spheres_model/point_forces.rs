@@ -173,9 +173,7 @@ impl SpheresModel {
                 let references = (&resistances.references[..], effect);
                 let mut errors = self.errors_by(&linked, &solved.solution, references)?;
                 if let (Some(effects), Some(bars)) = (&surfaces, &mut errors.bars) {
-                    let (all, finest) = (linked.all(), resistances.finest());
-                    let reference = all.by_resistance(finest, effect)?;
-                    bars.add(1.0, &effects.errors(&all, finest, &reference)?);
+                    bars.add(1.0, &effects.reference_errors(&linked.all(), resistances)?);
                 }
                 // Errors of slip have no sign.
                 errors.signed = errors.signed.filter(|_| surfaces.is_none());
@@ -372,17 +370,13 @@ impl SpheresModel {
         spheres: &Spheres,
         squirmers: &[Squirmer],
     ) -> Result<Option<SurfaceEffects>, ModelError> {
-        let Some(orders) = resistances
-            .orders
-            .as_ref()
-            .filter(|_| !squirmers.is_empty())
-        else {
+        if squirmers.is_empty() {
             return Ok(None);
-        };
+        }
         let slip = |sphere: usize, n: &Vector3<f64>| squirmers[sphere].slip(n);
         let rest = |_: usize, _: &Vector3<f64>| Vector3::zeros();
         let place = (spheres, &self.medium);
-        SurfaceEffects::by_expansions(place, orders, &[&slip, &rest], &[]).map(Some)
+        SurfaceEffects::by_expansions(place, &resistances.orders, &[&slip, &rest], &[]).map(Some)
     }
 
     /// Errors by expansions in a neighbourhood, and by the first reflection; none if expansions
@@ -433,9 +427,7 @@ impl SpheresModel {
             previous = reference;
         }
         if let Some(effects) = &surfaces {
-            let finest = resistances.finest();
-            let reference = own.by_resistance(finest, effect)?;
-            errors.add(1.0, &effects.errors(&own, finest, &reference)?);
+            errors.add(1.0, &effects.reference_errors(&own, &resistances)?);
         }
         Ok(Some(Neighbourhood {
             errors,

@@ -196,7 +196,7 @@ fn container(spheres: &Spheres, medium: &Medium) -> Container {
 impl SpheresModel {
     /// Stresslets of spheres with these generalised velocities.
     ///
-    /// `None` for models of point forces, and for spheres that are too many for the expansions.
+    /// `None` for spheres that are too many for the expansions; models of point forces do not ask.
     ///
     /// Cost: one solve of the expansions.
     ///
@@ -208,15 +208,12 @@ impl SpheresModel {
         resistances: &SphereResistances,
         generalised: &DVector<f64>,
     ) -> Result<Option<Stresslets>, ModelError> {
-        let Some(orders) = &resistances.orders else {
-            return Ok(None);
-        };
         let moving = self.placed(configuration, rates, generalised)?;
         let surface = |sphere: usize, n: &Vector3<f64>| moving.surface_velocity(sphere, n);
         let found = multipole::stresslets(
             &moving.spheres,
             &self.medium,
-            orders,
+            &resistances.orders,
             &moving.velocities,
             (moving.surfaces.as_ref()).map(|_| &surface as &SphereSlip<'_>),
         );

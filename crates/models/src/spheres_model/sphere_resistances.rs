@@ -29,7 +29,7 @@ pub(super) struct SphereResistances {
     /// with `matrix`, each multiplied by the factor of the later one.
     pub references: Vec<(DMatrix<f64>, f64)>,
     /// Orders of the multipole expansion of the resistance, or of the last reference.
-    pub orders: Option<Orders>,
+    pub orders: Orders,
     pub dofs: usize,
 }
 
@@ -79,7 +79,7 @@ impl SphereResistances {
                 let result = multipole::resistance_best(spheres, medium, &accuracy)?;
                 return Ok(Self {
                     dofs: result.dofs(),
-                    orders: Some(result.orders().clone()),
+                    orders: result.orders().clone(),
                     references: references_of(&result),
                     matrix: result.matrix().clone(),
                 });
@@ -108,7 +108,7 @@ impl SphereResistances {
         Ok(Self {
             matrix,
             references,
-            orders: Some(reference.orders().clone()),
+            orders: reference.orders().clone(),
             dofs,
         })
     }
