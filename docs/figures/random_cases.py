@@ -17,6 +17,7 @@ from random_scenes import (
     GAPS,
     Approach,
     Arrangement,
+    Growth,
     Lone,
     Massive,
     Random,
@@ -51,6 +52,7 @@ KINDS = {
     "squirmer": ("Squirmers", ["velocity", "power", "stresslet"]),
     "lone": ("Lone bodies", ["velocity", "angular velocity"]),
     "gap": ("Slip in narrow gaps", ["velocity", "power", "stresslet", "link force"]),
+    "growth": ("Spheres that grow", ["velocity", "power", "stresslet", "link force"]),
     "stroke": ("Strokes", ["displacement", "rotation", "work"]),
     "line": ("Strokes on a line", ["displacement", "work"]),
     "turn": ("Strokes that turn", ["displacement", "rotation", "work"]),
@@ -210,6 +212,11 @@ def narrow_gaps(seed):
     yield from solved("gap", seed, drawn, ("axisymmetric", EXACT_MERIDIAN), models)
 
 
+def growth(seed):
+    """Spheres that grow by elements."""
+    yield from solved("growth", seed, Growth(seed), ("multipole", EXACT), [("fem", 1e-3)])
+
+
 def ran(kind, seed, drawn, models, exact=("multipole", EXACT_RUN)):
     """Runs by each of (model, tolerance) against `exact`, a known result or (model, tolerance); all are
     printed whatever their bars."""
@@ -317,6 +324,7 @@ DRAW = {
     "squirmer": lambda seed: instants(seed, has_slip=True),
     "lone": lone,
     "gap": narrow_gaps,
+    "growth": growth,
     "stroke": stroke,
     "line": line,
     "turn": turn,
@@ -463,7 +471,8 @@ def write(cases, chosen):
         "neighbour, half of them on a line, half in a ball, half linked, a quarter with straight "
         "facets. Squirmers: the same with slip, b1 up to 1 and b2 up to 2. Lone bodies: a sphere with "
         "force and torque, gap 0.02 to 3 radii to a plane wall or a ball. Slip in narrow gaps: two "
-        "squirmers on their line of centres, gap 0.001 to 0.02 radii, by multipoles. Strokes: three "
+        "squirmers on their line of centres, gap 0.001 to 0.02 radii, by multipoles. Spheres that grow: two or "
+        "three, gap 0.1 to 3 radii, rates of radii up to 0.3 of them, free, linked or one held. Strokes: three "
         "spheres, radii 0.6 to 1.6, arms 5 to 10, closing to gaps of 0.05 to 3 radii of the smaller "
         "neighbour; those on a line by multipoles and in the meridian plane; strokes that turn: slides at an angle, or hinges, by multipoles at tolerances of "
         "1e-4 to 1e-2. Bodies that deform: one or two spheres with two modes each, isochoric, tangential or radial, "
@@ -510,6 +519,7 @@ def main():
         squirmers=(40, "number of instantaneous solutions of bodies with slip"),
         lones=(80, "number of bodies close to a wall"),
         gaps=(60, "number of solutions with slip in narrow gaps"),
+        growths=(40, "number of solutions of spheres that grow"),
         strokes=(20, "number of strokes by elements"),
         lines=(40, "number of strokes on a line, by multipoles and in the meridian plane"),
         turns=(60, "number of strokes that turn, by multipoles"),

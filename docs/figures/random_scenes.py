@@ -287,6 +287,63 @@ class Stroke:
         return ["all", self.setup] + below
 
 
+class Growth:
+    """Two or three spheres of which some grow or shrink, free, linked or one of them held; in a ball the
+    sum of their volumes stays."""
+
+    # Radii; smallest gaps in radii of the smaller neighbour; rates of the radii relative to them.
+    RADII, GAPS, RATE = (0.5, 2.0), (0.1, 3.0), 0.3
+
+    def __init__(self, seed):
+        random = Random(seed)
+        self.gap = 0.0
+        while self.gap < self.GAPS[0]:
+            count = 2 + random.below(2)
+            self.radii = [random.log_within(self.RADII) for _ in range(count)]
+            self.centres = chain(random, self.radii, random.log_within(self.GAPS), False)
+            self.gap = smallest_gap(self.radii, self.centres)
+        self.setup = ["free", "linked", "held"][random.below(3)]
+        self.growths = [random.within(-self.RATE, self.RATE) for _ in range(count)]
+        if count == 3 and random.chance(0.5):
+            self.growths[1] = 0.0
+        # Rates of volumes are 4 pi radius^3 times these.
+        self.volumes = [4 * math.pi * g * r**3 for g, r in zip(self.growths, self.radii)]
+        self.container = None
+        if random.chance(0.4):
+            extent = max(math.hypot(*c) + r for c, r in zip(self.centres, self.radii))
+            self.container = extent * random.within(*CONTAINERS)
+            self.volumes[-1] -= sum(self.volumes)
+        # Forces are not given where there are joints.
+        self.rates = [0.0] * (count - 1) if self.setup == "linked" else []
+        self.is_axisymmetric = False
+
+    def text(self, model, tolerance):
+        # Of a tenth of a unit of time: volumes stay positive.
+        text = f'model = {{ kind = "{model}", tolerance = {tolerance}, accept = "best" }}\n'
+        if self.container:
+            text += f'domain = {{ kind = "ball", radius = {self.container} }}\n'
+        for number, (radius, centre) in enumerate(zip(self.radii, self.centres)):
+            text += f'[[bodies]]\nname = "{number}"\nradius = {radius}\nposition = {centre}\n'
+            if self.setup == "held" and number == 0:
+                text += "fixed = true\n"
+        if self.setup == "linked":
+            for number in range(1, len(self.radii)):
+                text += f'[[links]]\nname = "link {number}"\nbody = "{number}"\nto = "{number - 1}"\n'
+        text += "[[gait.phases]]\nduration = 0.1\n[gait.phases.targets]\n"
+        for number, (radius, rate) in enumerate(zip(self.radii, self.volumes)):
+            if rate:
+                text += f'"{number}.volume" = {4 * math.pi / 3 * radius**3 + 0.1 * rate!r}\n'
+        return text
+
+    def description(self):
+        domain = "ball" if self.container else "unbounded"
+        lists = [" ".join(f"{x:.3f}" for x in v) for v in (self.radii, self.growths)]
+        return f"{self.setup}, {domain}; radii {lists[0]}; growth {lists[1]}; gap {self.gap:.3f}"
+
+    def groups(self, model):
+        return [f"{model}", f"{model}, {self.setup}"]
+
+
 class Wave:
     """Spheres on an axis that deform in waves, or two that exchange volume; half of them in a ball."""
 

@@ -68,6 +68,8 @@ pub(crate) struct NodalSurfaceFlow {
     pub velocity: Vec<Vector3<f64>>,
     /// Whether a wall has a velocity that is not zero.
     moves_walls: bool,
+    /// Whether the volume of a body changes.
+    pub has_sources: bool,
     /// Boundary part of each body.
     pub tags: Vec<u16>,
     /// `∮ (s + Σ a_k' d_k - u_∞) n^T dS` of each body, over the part in the mesh.
@@ -132,6 +134,7 @@ impl NodalSurfaceFlow {
         let mut nodal = NodalSurfaceFlow {
             velocity: zero.clone(),
             moves_walls: false,
+            has_sources: false,
             tags: bodies.iter().map(|(tag, _)| *tag).collect(),
             moments: Vec::with_capacity(bodies.len()),
             parts: vec![zero; 1 + flow.rates().len()],
@@ -160,6 +163,7 @@ impl NodalSurfaceFlow {
                 nodal.parts[0][node as usize] = flow.slip(body, &points[node as usize]);
             }
             nodal.moments.push(on_body.moment);
+            nodal.has_sources |= flux != 0.0;
             outflow += flux;
         }
         for &tag in walls {

@@ -74,11 +74,15 @@ impl ToScene<'_> {
         if let (true, Some(bar)) = (has_fixed, &mut answer.error_estimate.container) {
             *bar += self.scaled.scale.length_to_scene((after - before).norm());
         }
+        let bodies = || answer.bodies.iter();
+        let forces = bodies().map(|b| b.force);
+        let forces = forces.chain(answer.holding.iter().map(|load| load.force));
         let uncertainty = Uncertainty {
             relative: estimate.relative_uncertainty,
-            velocity: self.scaled.scale.length_to_scene(estimate.uncertainty),
+            velocity: (self.scaled.scale.length_to_scene(estimate.uncertainty))
+                .hypot(estimate.source_uncertainty * largest_norm(bodies().map(|b| b.velocity))),
             angular_velocity: estimate.uncertainty / self.scaled.shortest_lever,
-            force: 0.0,
+            force: estimate.source_uncertainty * largest_norm(forces),
             power: self.scaled.scale.power_to_scene(estimate.power_uncertainty),
         };
         let of_facets = (self.scaled.scale).torque_to_scene(estimate.stresslet_uncertainty);
