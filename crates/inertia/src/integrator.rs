@@ -8,6 +8,7 @@ use rigid::{BodyKind, Drive, State, StateVelocity};
 use stokes::{InertialTerms, Solution};
 
 use crate::bodies::SlipAt;
+use crate::error::check_length;
 use crate::projection::{ProjectionJump, square_integral};
 use crate::step::{Level, Step, StepReport};
 use crate::{Bodies, Convection, Forcing, InertiaError, Meshes, Parameters};
@@ -42,12 +43,13 @@ pub struct Integrator<'a> {
     pub(crate) mesh: TetMesh,
     pub(crate) space: TaylorHood,
     pub(crate) warm: WarmStart,
-    largest: [f64; 2],
+    /// Largest velocities so far, of the fluid in L2 and of the bodies.
+    pub(crate) largest: [f64; 2],
     pub(crate) jump: Option<ProjectionJump>,
 }
 
 /// Levels that BDF2 and its error estimate need.
-const LEVELS: usize = 3;
+pub(crate) const LEVELS: usize = 3;
 
 impl<'a> Integrator<'a> {
     /// Starts from rest at time `time`, in the configuration given when the bodies were joined.
@@ -82,13 +84,7 @@ impl<'a> Integrator<'a> {
                 bodies.surfaces.len(),
             ),
         ] {
-            if expected != found {
-                return Err(InertiaError::Length {
-                    what,
-                    expected,
-                    found,
-                });
-            }
+            check_length(what, expected, found)?;
         }
         let (state, shape) = (set.initial_state(), forcing.shape(time));
         let poses = set.place(&state, &shape)?;
@@ -133,13 +129,8 @@ impl<'a> Integrator<'a> {
         velocity: Vec<Vector3<f64>>,
         generalised: &[f64],
     ) -> Result<(), InertiaError> {
-        if velocity.len() != self.mesh.n_points() {
-            return Err(InertiaError::Length {
-                what: "velocities of the nodes",
-                expected: self.mesh.n_points(),
-                found: velocity.len(),
-            });
-        }
+        let nodes = self.mesh.n_points();
+        check_length("velocities of the nodes", nodes, velocity.len())?;
         self.restart();
         let set = self.bodies.set;
         let poses = self.poses()?;
@@ -432,14 +423,9 @@ impl<'a> Integrator<'a> {
         let Some(mesh) = self.meshes.mesh(time, &self.bodies.surfaced(poses))? else {
             return Ok(None);
         };
-        match mesh.n_points() == self.mesh.n_points() {
-            true => Ok(Some(mesh)),
-            false => Err(InertiaError::Length {
-                what: "nodes of a mesh that moves without being renewed",
-                expected: self.mesh.n_points(),
-                found: mesh.n_points(),
-            }),
-        }
+        let what = "nodes of a mesh that moves without being renewed";
+        check_length(what, self.mesh.n_points(), mesh.n_points())?;
+        Ok(Some(mesh))
     }
 
     /// Solves the equations of a step on one mesh.

@@ -14,6 +14,7 @@ use scene::{Scene, SourceFile};
 use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
+use crate::integrate::UnsteadyState;
 use crate::outcome::{Interim, Outcome};
 use crate::output::{Folder, from_sealed, read_own, write_sealed};
 
@@ -21,7 +22,7 @@ use crate::output::{Folder, from_sealed, read_own, write_sealed};
 pub const FILE: &str = "checkpoint.json";
 
 /// Version of the format; increased when older checkpoints can no longer be read.
-const VERSION: u32 = 9;
+const VERSION: u32 = 10;
 
 /// Largest deviation from 1 of the norm of a quaternion, for those that differ by rounding alone.
 const UNIT_TOLERANCE: f64 = 1e-9;
@@ -40,6 +41,9 @@ pub struct Checkpoint {
     joints: Vec<f64>,
     /// State of the model on which its solutions depend besides the configuration.
     history: History,
+    /// The fluid if it has inertia; none at the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    fluid: Option<UnsteadyState>,
     outcome: Outcome,
     /// Times and names of the flow files that belong to the trajectory.
     flows: Vec<(f64, String)>,
@@ -69,10 +73,20 @@ impl Checkpoint {
             attitudes: state.attitudes.clone(),
             joints: state.joints.clone(),
             history: model.history()?,
+            fluid: None,
             outcome: outcome.clone(),
             flows: flows.to_vec(),
             stopped: None,
         })
+    }
+
+    /// The same checkpoint of a fluid with inertia, [`SpanResult::fluid`](crate::SpanResult::fluid).
+    #[must_use]
+    pub fn with_fluid(self, fluid: Option<&UnsteadyState>) -> Self {
+        Self {
+            fluid: fluid.cloned(),
+            ..self
+        }
     }
 
     /// The same checkpoint of a run that has stopped within the next phase, with the outcome there.
@@ -246,7 +260,12 @@ impl Checkpoint {
             attitudes: self.attitudes,
             joints: self.joints,
         };
-        Ok((Interim { state, outcome }, self.flows))
+        let interim = Interim {
+            state,
+            fluid: self.fluid,
+            outcome,
+        };
+        Ok((interim, self.flows))
     }
 }
 

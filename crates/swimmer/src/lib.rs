@@ -35,7 +35,7 @@ pub use holding_loads::HoldingLoads;
 pub use inertia_numbers::InertiaNumbers;
 pub use integrate::{
     Integrator, Method, ObserveSolution, PathPiece, SpanResult, SpanSolution,
-    TYPICAL_SOLVES_PER_SPAN, UnsteadyScene,
+    TYPICAL_SOLVES_PER_SPAN, UnsteadyScene, UnsteadyState,
 };
 pub use models;
 pub use neglected::{

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
-use crate::integrate::{SpanResult, TABLE_SHARE, enter_table};
+use crate::integrate::{SpanResult, TABLE_SHARE, UnsteadyState, enter_table};
 use crate::linkage_works::add_each;
 use crate::turning::Turning;
 
@@ -27,6 +27,8 @@ const POSITION_ROUNDING: f64 = 1e-13;
 pub struct Interim {
     /// State of the bodies.
     pub state: State,
+    /// The fluid if it has inertia; none at the start.
+    pub fluid: Option<UnsteadyState>,
     /// Outcome of the completed phase spans.
     pub outcome: Outcome,
 }
@@ -377,7 +379,11 @@ impl Interim {
             curve: vec![(0.0, origin)],
             ..Outcome::default()
         };
-        Ok(Self { state, outcome })
+        Ok(Self {
+            state,
+            fluid: None,
+            outcome,
+        })
     }
 
     /// Positions of all bodies in the present state.
@@ -402,6 +408,7 @@ impl Interim {
         let set = scene.articulation();
         let before = self.positions(scene, &span.from)?;
         self.state = result.end.clone();
+        self.fluid.clone_from(&result.fluid);
         let after = self.positions(scene, &end_of(span, result))?;
         let outcome = &mut self.outcome;
         outcome.append_trajectory(scene, span, result)?;

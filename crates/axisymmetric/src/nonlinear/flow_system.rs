@@ -26,6 +26,7 @@ impl From<Singular> for AxisymmetricError {
 
 /// A velocity and a pressure per node, and the velocities of the free motions.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
 pub(crate) struct Fields {
     pub velocity: Vec<Point>,
     pub pressure: Vec<f64>,

@@ -4,7 +4,7 @@ use models::{DiscretisationError, InstantaneousSolution, Uncertainty};
 use rigid::StateVelocity;
 use scene::PhaseSpan;
 
-use super::moving_fluid::{MovingFluid, TriedStep};
+use super::moving_fluid::{FluidState, MovingFluid, TriedStep, other_discretisation};
 use crate::error::SwimError;
 
 /// Factor on the element sizes of a coarser mesh in space.
@@ -106,5 +106,19 @@ impl MovingFluid for WithCompanion<'_> {
     fn accept(&mut self) -> Result<(), SwimError> {
         self.fine.accept()?;
         self.coarse.accept()
+    }
+
+    fn remembered(&mut self) -> Result<FluidState, SwimError> {
+        let both = [self.fine.remembered()?, self.coarse.remembered()?];
+        Ok(FluidState::WithCompanion(Box::new(both)))
+    }
+
+    fn continue_from(&mut self, state: FluidState) -> Result<(), SwimError> {
+        let FluidState::WithCompanion(both) = state else {
+            return Err(other_discretisation());
+        };
+        let [fine, coarse] = *both;
+        self.fine.continue_from(fine)?;
+        self.coarse.continue_from(coarse)
     }
 }

@@ -6,7 +6,7 @@ use axisymmetric::{
 use models::{InstantaneousSolution, ModelError, MovingAxis};
 use scene::{InertiaKind, PhaseSpan, Scene};
 
-use super::moving_fluid::{MovingFluid, PresentSpan, TriedStep};
+use super::moving_fluid::{FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation};
 use super::prediction::velocity_tolerance;
 use crate::error::SwimError;
 
@@ -186,5 +186,17 @@ impl MovingFluid for MeridianFluid<'_> {
         let step = self.tried.take().ok_or(SwimError::NoFlow)?;
         self.integrator.accept(step);
         Ok(())
+    }
+
+    fn remembered(&mut self) -> Result<FluidState, SwimError> {
+        Ok(FluidState::Meridian(self.integrator.remembered()))
+    }
+
+    fn continue_from(&mut self, state: FluidState) -> Result<(), SwimError> {
+        let FluidState::Meridian(state) = state else {
+            return Err(other_discretisation());
+        };
+        self.tried = None;
+        self.integrator.continue_from(state).map_err(failed)
     }
 }

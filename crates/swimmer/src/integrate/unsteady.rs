@@ -10,10 +10,11 @@ use inertia::linalg::StepControl;
 use models::{AccumulatedError, ModelError};
 use rigid::{State, StateVelocity};
 use scene::{PhaseSpan, Scene, StartKind};
+use serde::{Deserialize, Serialize};
 
 use super::companion::WithCompanion;
 use super::meridian_fluid::{MeridianFluid, MeridianScene};
-use super::moving_fluid::{MovingFluid, TriedStep, position};
+use super::moving_fluid::{FluidState, MovingFluid, TriedStep, position};
 use super::piece::PathPiece;
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
@@ -93,6 +94,14 @@ impl ForcedScene {
     }
 }
 
+/// What a fluid with inertia remembers between two phase spans, for checkpoints.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct UnsteadyState {
+    fluid: FluidState,
+    length: Option<f64>,
+    velocity_error: f64,
+}
+
 /// Fluid and bodies up to the present time, with what chooses the next step.
 pub(crate) struct UnsteadyFlow<'a> {
     scene: &'a Scene,
@@ -143,6 +152,38 @@ impl<'a> UnsteadyFlow<'a> {
             length: None,
             velocity_error: 0.0,
             memory: memory(&scene.scene),
+        })
+    }
+
+    /// Continues after a phase span, from what was remembered at its end.
+    ///
+    /// # Errors
+    /// What does not fit the scene or the end of the phase span.
+    pub fn continue_after(
+        &mut self,
+        span: &PhaseSpan,
+        state: UnsteadyState,
+    ) -> Result<(), SwimError> {
+        self.fluid.enter(span);
+        self.fluid.continue_from(state.fluid)?;
+        let distance = (self.fluid.time() - span.start - span.duration).abs();
+        let is_length = state.length.is_none_or(|length| length > 0.0);
+        if !(distance <= LEAST_STEP * span.duration) || !is_length || state.velocity_error < 0.0 {
+            let problem = "has a fluid of another time than the end of the last phase".to_owned();
+            return Err(ModelError::History(problem).into());
+        }
+        self.span = Some(span.clone());
+        self.length = state.length;
+        self.velocity_error = state.velocity_error;
+        Ok(())
+    }
+
+    /// What the next phase span depends on.
+    fn remembered(&mut self) -> Result<UnsteadyState, SwimError> {
+        Ok(UnsteadyState {
+            fluid: self.fluid.remembered()?,
+            length: self.length,
+            velocity_error: self.velocity_error,
         })
     }
 
@@ -210,8 +251,12 @@ pub(super) fn span(
     flow: &mut UnsteadyFlow,
 ) -> Result<SpanResult, Stopped> {
     let mut result = SpanResult::empty(start);
-    match integrate(evaluator, flow, &mut result) {
-        Ok(()) => Ok(result.with_totals(evaluator)),
+    let integrated = integrate(evaluator, flow, &mut result).and_then(|()| flow.remembered());
+    match integrated {
+        Ok(state) => Ok(SpanResult {
+            fluid: Some(state),
+            ..result.with_totals(evaluator)
+        }),
         Err(error) => Err(result.stopped(evaluator, error)),
     }
 }
