@@ -182,6 +182,18 @@ impl<'a> Integrator<'a> {
         Ok(0.5 * self.parameters.density * square)
     }
 
+    /// Kinetic energy of the bodies at the present time, `sum_b (m U² + ω · I ω) / 2`.
+    pub fn bodies_kinetic_energy(&self) -> f64 {
+        let (level, layout) = (&self.levels[0], self.bodies.set.velocity_layout());
+        let of_body = |(body, momentum): (usize, &Vector6<f64>)| {
+            let first = layout.body(body)?;
+            let twist = &level.generalised[first..first + 6];
+            Some(0.5 * momentum.dot(&Vector6::from_column_slice(twist)))
+        };
+        let bodies = level.momenta.iter().enumerate();
+        bodies.filter_map(of_body).sum()
+    }
+
     /// Forgets all levels but the present one: for corners of a motion, after which derivatives
     /// jump.
     pub fn restart(&mut self) {

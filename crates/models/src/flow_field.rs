@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use mesh::{PointLocator, TetMesh};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 use rayon::prelude::*;
 
 use crate::error::ModelError;
@@ -41,6 +41,23 @@ impl FlowField {
             *velocity = motion.rotation * *velocity;
         }
         Ok(())
+    }
+
+    /// Vorticity `∇ × u` at every vertex of the mesh, of second order.
+    ///
+    /// # Errors
+    /// Velocities that are not finite.
+    pub fn vorticity(&self) -> Result<Vec<Vector3<f64>>, ModelError> {
+        let gradients = fem::vertex_gradients(&self.mesh, &self.velocity)?;
+        // g_ck = du_c/dx_k
+        let curl = |g: &Matrix3<f64>| {
+            Vector3::new(
+                g[(2, 1)] - g[(1, 2)],
+                g[(0, 2)] - g[(2, 0)],
+                g[(1, 0)] - g[(0, 1)],
+            )
+        };
+        Ok(gradients.iter().map(curl).collect())
     }
 
     /// Velocity and pressure at points, interpolated as the elements are; `None` for a point

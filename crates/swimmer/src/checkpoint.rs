@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use mesh::InputFile;
-use models::{History, Hydrodynamics, ModelError};
+use models::{History, Hydrodynamics, ModelError, NeglectedTerm};
 use nalgebra::{Isometry3, UnitQuaternion};
 use rigid::State;
 use scene::{Scene, SourceFile};
@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
 use crate::integrate::UnsteadyState;
+use crate::neglected::is_automatic;
 use crate::outcome::{Interim, Outcome};
 use crate::output::{Folder, from_sealed, read_own, write_sealed};
 
@@ -165,6 +166,12 @@ impl Checkpoint {
     /// The factor on the tolerance of single solutions with which the interrupted run went on.
     pub fn tolerance_factor(&self) -> Option<f64> {
         Scene::parse(&self.scene).ok()?.model().tolerance_factor
+    }
+
+    /// Whether the interrupted run had gone on with a term that `scene` leaves to be decided.
+    pub(crate) fn decided_for(&self, scene: &Scene, term: NeglectedTerm) -> bool {
+        let is_decided = |before: &Scene| !is_automatic(before, term);
+        is_automatic(scene, term) && Scene::parse(&self.scene).is_ok_and(|s| is_decided(&s))
     }
 
     /// The scene with its text, and the outcome so far: of a run that stopped within a phase, up to

@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use super::flow_system::{Balance, Fields, FlowSystem, Residual, Terms};
-use super::momentum::MomentumElement;
+use super::momentum::{Coefficients, MomentumElement};
 use super::nested_condensation::CondensedFactors;
+use super::viscosity::{Newtonian, Viscosity};
 use crate::AxisymmetricError;
 use crate::curve::{BoundaryPart, Point};
 
@@ -80,6 +81,36 @@ impl FlowSystem {
         Ok(inside + outside - work.sum::<f64>())
     }
 
+    /// Residuals by the whole stress, which on boundaries are their forces on the fluid.
+    ///
+    /// Those by the form of a constant viscosity (see [`super::viscosity`]) differ from them by
+    /// tangential derivatives of the velocity, which cancel in the force on a body but not in the
+    /// power of its slip.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`].
+    pub fn whole_residual(
+        &self,
+        positions: &[Point],
+        fields: &Fields,
+        terms: &Terms,
+    ) -> Result<Residual, AxisymmetricError> {
+        let Viscosity { constant, law, .. } = terms.coefficients.viscosity;
+        let newtonian = Newtonian(constant);
+        let coefficients = Coefficients {
+            viscosity: Viscosity {
+                law: Some(law.unwrap_or(&newtonian)),
+                ..Viscosity::constant(0.0)
+            },
+            ..terms.coefficients
+        };
+        let terms = Terms {
+            coefficients,
+            ..*terms
+        };
+        self.residual(positions, fields, &terms)
+    }
+
     /// Power of the boundaries on the fluid: forces times velocities at their nodes.
     pub fn boundary_power(&self, residual: &Residual, fields: &Fields) -> f64 {
         let nodes = self.parts.iter().enumerate();
@@ -88,6 +119,25 @@ impl FlowSystem {
         moving
             .map(|(node, _)| residual.momentum[node].dot(&fields.velocity[node]))
             .sum()
+    }
+
+    /// Power on the fluid of the velocities of surfaces relative to their bodies, one per node;
+    /// zero without a slip.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`].
+    pub fn slip_power(
+        &self,
+        positions: &[Point],
+        fields: &Fields,
+        terms: &Terms,
+        slip: &[Point],
+    ) -> Result<f64, AxisymmetricError> {
+        if slip.is_empty() {
+            return Ok(0.0);
+        }
+        let forces = self.whole_residual(positions, fields, terms)?.momentum;
+        Ok(slip.iter().zip(&forces).map(|(slip, f)| slip.dot(f)).sum())
     }
 
     /// Finds the flow of least energy, without inertia, by Newton's method with backtracking.

@@ -742,12 +742,23 @@ impl FlowSystem {
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`].
     pub fn momentum(&self, positions: &[Point], fields: &Fields) -> Result<f64, AxisymmetricError> {
-        let terms = Terms::default();
-        let parts = (0..self.mesh.triangles.len())
-            .into_par_iter()
-            .map(|t| Ok(self.element(t, positions, fields, &terms)?.momentum()))
-            .collect::<Result<Vec<_>, AxisymmetricError>>()?;
-        Ok(parts.iter().sum())
+        self.sum(positions, fields, &Terms::default(), |element| {
+            element.momentum()
+        })
+    }
+
+    /// Twice the kinetic energy of a flow over the density, `∫ |u|²`.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`].
+    pub fn square_integral(
+        &self,
+        positions: &[Point],
+        fields: &Fields,
+    ) -> Result<f64, AxisymmetricError> {
+        self.sum(positions, fields, &Terms::default(), |element| {
+            element.square_integral()
+        })
     }
 
     /// The value at a place of a field at the velocity nodes.

@@ -363,6 +363,18 @@ impl<'a> AxialIntegrator<'a> {
         &self.levels[0].velocities
     }
 
+    /// Kinetic energy of the fluid at the present time, `ρ/2 ∫ |u|²`, and of the bodies.
+    ///
+    /// # Errors
+    /// None for a step that was accepted.
+    pub fn kinetic_energy(&self) -> Result<[f64; 2], AxisymmetricError> {
+        let level = &self.levels[0];
+        let square = (self.system).square_integral(&level.nodes, &level.fields)?;
+        let bodies = self.bodies.iter().zip(&level.velocities);
+        let bodies: f64 = bodies.map(|(body, u)| 0.5 * body.mass * u * u).sum();
+        Ok([0.5 * self.parameters.density * square, bodies])
+    }
+
     /// Smallest semi-axis of a body.
     fn smallest(&self) -> f64 {
         (self.bodies.iter())
@@ -562,6 +574,7 @@ impl<'a> AxialIntegrator<'a> {
             ..fixed_terms
         };
         let residual = self.system.residual(&nodes, &fields, &terms)?;
+        let slip_power = (self.system).slip_power(&nodes, &fields, &terms, &boundary.slip)?;
         self.factors = factors;
         let velocities = self.system.body_velocities(&fields, &boundary);
         let largest =
@@ -587,9 +600,7 @@ impl<'a> AxialIntegrator<'a> {
             velocities: velocities.clone(),
             forces: self.system.forces(&residual),
             momentum_rates: momentum_rates.collect(),
-            slip_power: (boundary.slip.iter().zip(&residual.momentum))
-                .map(|(slip, force)| slip.dot(force))
-                .sum(),
+            slip_power,
             error,
             velocity_error: match formula.error_factor {
                 0.0 => f64::INFINITY,

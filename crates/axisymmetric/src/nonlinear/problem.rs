@@ -509,10 +509,14 @@ impl<'a> Problem<'a> {
         let drag = 6.0 * PI * typical * size * speed;
         let state = SteadyState {
             velocities: system.body_velocities(&fields, &boundary),
-            power: system.boundary_power(&residual, &fields),
-            slip_power: (boundary.slip.iter().zip(&residual.momentum))
-                .map(|(slip, force)| slip.dot(force))
-                .sum(),
+            power: match boundary.slip.is_empty() {
+                true => system.boundary_power(&residual, &fields),
+                false => {
+                    let whole = system.whole_residual(&positions, &fields, &terms)?;
+                    system.boundary_power(&whole, &fields)
+                }
+            },
+            slip_power: system.slip_power(&positions, &fields, &terms, &boundary.slip)?,
             dissipation: system.dissipation(&positions, &fields, &terms)?,
             relative_error: f64::INFINITY,
             speed,

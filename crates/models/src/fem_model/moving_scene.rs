@@ -90,6 +90,11 @@ impl MovingScene {
         self.scaled.scale.length_to_scene(length)
     }
 
+    /// A power or an energy in the units of the scene, whose times are kept.
+    pub fn power_to_scene(&self, power: f64) -> f64 {
+        self.scaled.scale.power_to_scene(power)
+    }
+
     /// Density of the fluid, `ρ L² / μ`: a velocity diffuses over the smallest radius `L` in this
     /// time.
     pub fn density(&self) -> f64 {

@@ -6,6 +6,7 @@ use scene::PhaseSpan;
 
 use super::moving_fluid::{FluidState, MovingFluid, TriedStep, other_discretisation};
 use crate::error::SwimError;
+use crate::kinetic_energy::KineticEnergy;
 
 /// Factor on the element sizes of a coarser mesh in space.
 ///
@@ -106,6 +107,11 @@ impl MovingFluid for WithCompanion<'_> {
     fn accept(&mut self) -> Result<(), SwimError> {
         self.fine.accept()?;
         self.coarse.accept()
+    }
+
+    fn kinetic_energy(&self) -> Result<KineticEnergy, SwimError> {
+        let [fine, coarse] = [self.fine.kinetic_energy()?, self.coarse.kinetic_energy()?];
+        Ok(fine.corrected(&coarse, self.share, self.uncertainty))
     }
 
     fn remembered(&mut self) -> Result<FluidState, SwimError> {

@@ -10,6 +10,7 @@ use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
+use crate::kinetic_energy::KineticEnergy;
 
 /// A fluid that remembers its velocity, and the bodies in it, which take steps in time together.
 ///
@@ -48,6 +49,12 @@ pub(super) trait MovingFluid {
     /// # Errors
     /// [`SwimError::NoFlow`] before a step.
     fn accept(&mut self) -> Result<(), SwimError>;
+
+    /// Kinetic energy of fluid and bodies at the present time.
+    ///
+    /// # Errors
+    /// A velocity that is not finite.
+    fn kinetic_energy(&self) -> Result<KineticEnergy, SwimError>;
 
     /// What the next steps depend on. The fluid goes on with the same bits as one that continues
     /// from it.

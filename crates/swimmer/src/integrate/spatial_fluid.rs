@@ -16,6 +16,7 @@ use scene::{Domain, EstimatesKind, InertiaKind, PhaseSpan, Scene};
 use super::companion::COARSER;
 use super::moving_fluid::{FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation};
 use crate::error::SwimError;
+use crate::kinetic_energy::KineticEnergy;
 
 /// Bodies, loads and slip of a scene along its gait, on meshes in space.
 pub(super) struct SpatialScene {
@@ -149,10 +150,14 @@ impl<'a> SpatialFluid<'a> {
             return 0.0;
         }
         let momentum = jump.map_or(0.0, |jump| jump.momentum.norm());
-        let planes = self.scene.moving.scene().fem_symmetry_planes();
-        let parts = planes.into_iter().filter(|plane| *plane).count() as i32;
         let scale = self.scene.moving.length_to_scene(1.0);
-        2.0 * momentum * 2_f64.powi(parts) * scale.powi(4) / self.volume
+        2.0 * momentum * self.parts() * scale.powi(4) / self.volume
+    }
+
+    /// Number of the equal parts of the fluid, one of which is meshed.
+    fn parts(&self) -> f64 {
+        let planes = self.scene.moving.scene().fem_symmetry_planes();
+        2_f64.powi(planes.into_iter().filter(|plane| *plane).count() as i32)
     }
 }
 
@@ -203,6 +208,18 @@ impl MovingFluid for SpatialFluid<'_> {
         let step = self.tried.take().ok_or(SwimError::NoFlow)?;
         self.seen = self.integrator.last_jump();
         Ok(self.integrator.accept(step)?)
+    }
+
+    fn kinetic_energy(&self) -> Result<KineticEnergy, SwimError> {
+        let of_part = self.integrator.kinetic_energy()?;
+        let energies = [
+            self.parts() * of_part,
+            self.integrator.bodies_kinetic_energy(),
+        ];
+        let moving = &self.scene.moving;
+        Ok(KineticEnergy::new(
+            energies.map(|energy| moving.power_to_scene(energy)),
+        ))
     }
 
     fn remembered(&mut self) -> Result<FluidState, SwimError> {

@@ -340,7 +340,9 @@ fn append(
     evaluator.check_path(&piece)?;
     let solution = flow.fluid.solution(evaluator.flows)?;
     flow.fluid.accept()?;
-    let recorded = evaluator.record(part.1, &piece.state(set, part.1)?, solution)?;
+    let energy = Some(flow.fluid.kinetic_energy()?);
+    let state = piece.state(set, part.1)?;
+    let recorded = evaluator.record_with_energy(part.1, &state, solution, energy)?;
     // Where nothing is known of the error of a step, it is smaller than the change in it, or in the
     // next step.
     let change = last.map_or(0.0, |last| {
