@@ -141,3 +141,27 @@ impl std::fmt::Debug for SolutionFlow {
         f.debug_tuple("SolutionFlow").finish_non_exhaustive()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use mesh::LinearTets;
+
+    use super::*;
+
+    /// Twice the angular velocity in solid rotation, whatever is added to it without rotation.
+    #[test]
+    fn the_vorticity_of_a_linear_flow_is_exact() {
+        let mesh = TetMesh::straight(LinearTets::cube(2)).unwrap();
+        let spin = Vector3::new(0.3, -1.0, 2.0);
+        let strain = Vector3::new(1.0, -3.0, 2.0);
+        let velocity = |x: &Vector3<f64>| spin.cross(x) + strain.component_mul(x);
+        let flow = FlowField {
+            velocity: mesh.points().iter().map(velocity).collect(),
+            pressure: Vec::new(),
+            mesh,
+        };
+        let vorticity = flow.vorticity().unwrap();
+        assert_eq!(vorticity.len(), flow.mesh.n_vertices());
+        assert!(vorticity.iter().all(|w| (w - 2.0 * spin).norm() < 1e-13));
+    }
+}

@@ -81,34 +81,49 @@ impl FlowSystem {
         Ok(inside + outside - work.sum::<f64>())
     }
 
-    /// Residuals by the whole stress, which on boundaries are their forces on the fluid.
+    /// Forces of the boundaries on the fluid at their nodes, by the whole stress.
     ///
-    /// Those by the form of a constant viscosity (see [`super::viscosity`]) differ from them by
-    /// tangential derivatives of the velocity, which cancel in the force on a body but not in the
-    /// power of its slip.
+    /// The `residual` by the form of a constant viscosity `c` (see [`super::viscosity`]) lacks `∫ c
+    /// (∇u^T:∇v - ∇·u ∇·v)`. This is an integral of tangential derivatives over the boundary, which
+    /// cancels in the force on a body but not in the power of its slip. It depends on the
+    /// velocities on the boundary alone, so that errors of the flow inside do not enter.
     ///
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`].
-    pub fn whole_residual(
+    pub fn boundary_forces(
         &self,
+        residual: Residual,
         positions: &[Point],
         fields: &Fields,
         terms: &Terms,
     ) -> Result<Residual, AxisymmetricError> {
         let Viscosity { constant, law, .. } = terms.coefficients.viscosity;
+        if constant == 0.0 {
+            return Ok(residual);
+        }
         let newtonian = Newtonian(constant);
-        let coefficients = Coefficients {
-            viscosity: Viscosity {
+        let by_constant = |constant: f64| {
+            let viscosity = Viscosity {
                 law: Some(law.unwrap_or(&newtonian)),
-                ..Viscosity::constant(0.0)
-            },
-            ..terms.coefficients
+                ..Viscosity::constant(constant)
+            };
+            let coefficients = Coefficients {
+                viscosity,
+                ..terms.coefficients
+            };
+            let terms = Terms {
+                coefficients,
+                ..*terms
+            };
+            self.residual(positions, fields, &terms)
         };
-        let terms = Terms {
-            coefficients,
-            ..*terms
-        };
-        self.residual(positions, fields, &terms)
+        let (whole, form) = (by_constant(0.0)?, by_constant(constant)?);
+        let mut forces = residual;
+        let differences = whole.momentum.iter().zip(&form.momentum);
+        for (force, (whole, form)) in forces.momentum.iter_mut().zip(differences) {
+            *force += whole - form;
+        }
+        Ok(forces)
     }
 
     /// Power of the boundaries on the fluid: forces times velocities at their nodes.
@@ -119,25 +134,6 @@ impl FlowSystem {
         moving
             .map(|(node, _)| residual.momentum[node].dot(&fields.velocity[node]))
             .sum()
-    }
-
-    /// Power on the fluid of the velocities of surfaces relative to their bodies, one per node;
-    /// zero without a slip.
-    ///
-    /// # Errors
-    /// [`AxisymmetricError::InvertedTriangle`].
-    pub fn slip_power(
-        &self,
-        positions: &[Point],
-        fields: &Fields,
-        terms: &Terms,
-        slip: &[Point],
-    ) -> Result<f64, AxisymmetricError> {
-        if slip.is_empty() {
-            return Ok(0.0);
-        }
-        let forces = self.whole_residual(positions, fields, terms)?.momentum;
-        Ok(slip.iter().zip(&forces).map(|(slip, f)| slip.dot(f)).sum())
     }
 
     /// Finds the flow of least energy, without inertia, by Newton's method with backtracking.

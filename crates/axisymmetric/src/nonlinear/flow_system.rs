@@ -93,6 +93,12 @@ pub(crate) struct Residual {
 }
 
 impl Residual {
+    /// Power of the forces at the nodes with these velocities, one each; zero for an empty list.
+    pub fn power(&self, velocities: &[Point]) -> f64 {
+        let forces = velocities.iter().zip(&self.momentum);
+        forces.map(|(u, force)| u.dot(force)).sum()
+    }
+
     /// Subtracts other residuals.
     pub fn subtract(&mut self, other: &Self) {
         for (own, other) in self.momentum.iter_mut().zip(&other.momentum) {

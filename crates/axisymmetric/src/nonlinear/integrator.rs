@@ -574,7 +574,13 @@ impl<'a> AxialIntegrator<'a> {
             ..fixed_terms
         };
         let residual = self.system.residual(&nodes, &fields, &terms)?;
-        let slip_power = (self.system).slip_power(&nodes, &fields, &terms, &boundary.slip)?;
+        let forces = self.system.forces(&residual);
+        let slip_power = match boundary.slip.is_empty() {
+            true => 0.0,
+            false => (self.system)
+                .boundary_forces(residual, &nodes, &fields, &terms)?
+                .power(&boundary.slip),
+        };
         self.factors = factors;
         let velocities = self.system.body_velocities(&fields, &boundary);
         let largest =
@@ -598,7 +604,7 @@ impl<'a> AxialIntegrator<'a> {
             length,
             positions: self.centres(&displacements, &given),
             velocities: velocities.clone(),
-            forces: self.system.forces(&residual),
+            forces,
             momentum_rates: momentum_rates.collect(),
             slip_power,
             error,
