@@ -185,9 +185,8 @@ fn describe(report: &Report, out: &Path) -> String {
         entry("inertia", format!("{terms}, {}", inertia_words(&numbers)))
     });
     let energy = outcome.kinetic_energy().map_or(String::new(), |energy| {
-        let [fluid, bodies] = energy.mesh_error.unwrap_or_default();
-        let fluid = with_uncertainty(energy.fluid, fluid);
-        let bodies = with_uncertainty(energy.bodies, bodies);
+        // Errors of steps are not estimated.
+        let [fluid, bodies] = [energy.fluid, energy.bodies].map(two_digits);
         entry(
             "kinetic energy",
             format!("fluid {fluid}, bodies {bodies}, at the end"),

@@ -81,7 +81,8 @@ impl Checkpoint {
         })
     }
 
-    /// The same checkpoint of a fluid with inertia, [`SpanResult::fluid`](crate::SpanResult::fluid).
+    /// The same checkpoint of a fluid with inertia
+    /// ([`SpanResult::fluid`](crate::SpanResult::fluid)).
     #[must_use]
     pub fn with_fluid(self, fluid: Option<&UnsteadyState>) -> Self {
         Self {

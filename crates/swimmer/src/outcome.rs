@@ -326,7 +326,8 @@ pub struct Sample {
     pub turnings: Vec<Turning>,
     /// Velocities and forces, if they are known at this time; none at the ends of phase spans.
     pub bodies: Option<Vec<BodySolution>>,
-    /// Kinetic energy of fluid and bodies, for fluids with inertia; none at equal intervals of time.
+    /// Kinetic energy of fluid and bodies, for fluids with inertia; none at equal intervals of
+    /// time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kinetic_energy: Option<KineticEnergy>,
 }

@@ -41,11 +41,12 @@ use span_evaluator::SpanEvaluator;
 
 pub(crate) use prediction::velocity_tolerance;
 
+pub use moving_fluid::UnsteadyState;
 pub use piece::PathPiece;
 pub use result::SpanResult;
 pub(crate) use span_evaluator::enter_table;
 pub use span_evaluator::{ObserveSolution, SpanSolution};
-pub use unsteady::{UnsteadyScene, UnsteadyState};
+pub use unsteady::UnsteadyScene;
 
 use crate::error::SwimError;
 use crate::start::check_model;

@@ -70,6 +70,16 @@ pub(super) trait MovingFluid {
     fn continue_from(&mut self, state: FluidState) -> Result<(), SwimError>;
 }
 
+/// What a fluid with inertia remembers between two phase spans, for checkpoints.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct UnsteadyState {
+    pub(super) fluid: FluidState,
+    /// Length of the last step that its error chose.
+    pub(super) length: Option<f64>,
+    /// Estimated error of the velocities of surfaces so far.
+    pub(super) velocity_error: f64,
+}
+
 /// What a moving fluid remembers between steps.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]

@@ -10,9 +10,9 @@ use nalgebra::Vector3;
 use rigid::{Articulation, State, StateVelocity};
 
 use super::masses::{Velocities, numbers_of};
+use super::moving_fluid::UnsteadyState;
 use super::piece::PathPiece;
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
-use super::unsteady::UnsteadyState;
 use crate::error::SwimError;
 use crate::gauss::lagrange;
 use crate::holding_loads::HoldingLoads;

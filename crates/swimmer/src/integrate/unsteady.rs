@@ -10,11 +10,10 @@ use inertia::linalg::StepControl;
 use models::{AccumulatedError, ModelError};
 use rigid::{State, StateVelocity};
 use scene::{PhaseSpan, Scene, StartKind};
-use serde::{Deserialize, Serialize};
 
 use super::companion::WithCompanion;
 use super::meridian_fluid::{MeridianFluid, MeridianScene};
-use super::moving_fluid::{FluidState, MovingFluid, TriedStep, position};
+use super::moving_fluid::{MovingFluid, TriedStep, UnsteadyState, position};
 use super::piece::PathPiece;
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
@@ -92,14 +91,6 @@ impl ForcedScene {
             Self::Meridian(scene) => Box::new(MeridianFluid::at_rest(scene)?),
         })
     }
-}
-
-/// What a fluid with inertia remembers between two phase spans, for checkpoints.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct UnsteadyState {
-    fluid: FluidState,
-    length: Option<f64>,
-    velocity_error: f64,
 }
 
 /// Fluid and bodies up to the present time, with what chooses the next step.

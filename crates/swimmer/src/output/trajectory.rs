@@ -17,9 +17,9 @@ const COLUMNS: [&str; 18] = [
 /// Columns: `time`, `cycle` and `phase` (from one), the value of each joint (`NAME.length`, an
 /// angle for joints that turn), and 18 columns per body, such as `left.x`. Velocities and forces
 /// are empty at the ends of phases, where rates jump and nothing is solved; at equal intervals of
-/// time they are interpolated between solves. Fluids with inertia have two more columns, the kinetic
-/// energies of fluid and bodies, empty where nothing is solved. Numbers have as many digits as are needed to restore
-/// every bit. Rotation vectors count full turns
+/// time they are interpolated between solves. Fluids with inertia have two more columns, the
+/// kinetic energies of fluid and bodies, empty where nothing is solved. Numbers have as many digits
+/// as are needed to restore every bit. Rotation vectors count full turns
 /// ([`Turning::rotation_vector`](crate::Turning::rotation_vector)).
 pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     let mut header = vec!["time".to_owned(), "cycle".to_owned(), "phase".to_owned()];
