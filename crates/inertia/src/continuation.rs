@@ -65,7 +65,7 @@ impl Integrator<'_> {
             level.check_like(&self.levels[0], mesh.n_points())?;
         }
         let ordered = levels.is_sorted_by(|newer, older| newer.time > older.time);
-        if !ordered || largest.into_iter().any(|speed| !(speed >= 0.0)) {
+        if !ordered || !largest.into_iter().all(|speed| speed >= 0.0) {
             return Err(InertiaError::OutOfRange {
                 what: "the time or the largest speed of a level",
                 value: present.time,
@@ -116,7 +116,8 @@ impl Level {
         }
         let frames = self.state.frames.iter().map(|frame| frame.rotation);
         let mut rotations = frames.chain(self.state.attitudes.iter().copied());
-        match rotations.find(|rotation| !((rotation.norm() - 1.0).abs() <= UNIT_TOLERANCE)) {
+        let is_unit = |norm: f64| (norm - 1.0).abs() <= UNIT_TOLERANCE;
+        match rotations.find(|rotation| !is_unit(rotation.norm())) {
             None => Ok(()),
             Some(rotation) => Err(InertiaError::OutOfRange {
                 what: "the norm of a quaternion",

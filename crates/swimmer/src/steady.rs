@@ -44,7 +44,7 @@ const BAR: f64 = 2.0;
 const FINER: f64 = 0.5;
 
 /// Numbers of densities on the way, in the order in which they are tried.
-const STAGES: [usize; 3] = [1, 4, 16];
+const STAGES: [usize; 2] = [1, 4];
 
 /// Distance of a centre from that of the ball, relative to its radius, that is none.
 const CONCENTRIC: f64 = 1e-9;
@@ -318,13 +318,9 @@ fn on_mesh(scene: &Scene, moves_with_body: bool) -> Result<SteadySolution, SwimE
     let mut parameters = SteadyParameters::default();
     parameters.options = moving.options();
     let solve = |stages| flow.solve(&drive, moving.density(), &parameters.with_stages(stages));
-    let mut stages = STAGES.into_iter();
-    let mut found = loop {
-        let result = solve(stages.next().unwrap_or(1));
-        match result {
-            Err(InertiaError::NotSteady { .. } | InertiaError::Stokes(_)) if stages.len() > 0 => {}
-            result => break result?,
-        }
+    let mut found = match solve(STAGES[0]) {
+        Err(InertiaError::NotSteady { .. } | InertiaError::Stokes(_)) => solve(STAGES[1])?,
+        first => first?,
     };
     let solution = moving.answer(&mut found.solved, &poses, 0.0, Some(mesh))?;
     Ok(SteadySolution {

@@ -65,7 +65,8 @@ impl AxialIntegrator<'_> {
         }
         let levels = &state.levels;
         let ordered = levels.is_sorted_by(|newer, older| newer.time > older.time);
-        if !(1..=LEVELS).contains(&levels.len()) || !ordered || !(state.largest >= 0.0) {
+        let is_speed = state.largest >= 0.0;
+        if !(1..=LEVELS).contains(&levels.len()) || !ordered || !is_speed {
             return Err(AxisymmetricError::InvalidNumber {
                 what: "the number of levels in the order of their times",
                 value: levels.len() as f64,

@@ -159,7 +159,8 @@ impl<'a> UnsteadyFlow<'a> {
         self.fluid.continue_from(state.fluid)?;
         let distance = (self.fluid.time() - span.start - span.duration).abs();
         let is_length = state.length.is_none_or(|length| length > 0.0);
-        if !(distance <= LEAST_STEP * span.duration) || !is_length || state.velocity_error < 0.0 {
+        let is_end = distance <= LEAST_STEP * span.duration;
+        if !is_end || !is_length || state.velocity_error < 0.0 {
             let problem = "has a fluid of another time than the end of the last phase".to_owned();
             return Err(ModelError::History(problem).into());
         }
