@@ -35,8 +35,8 @@ pub use flow::{BodyVelocity, MeridianFlow, MeridianValue};
 pub use meridian::{MAX_ASPECT, Surroundings};
 pub use nonlinear::{
     AxialBody, AxialChange, AxialForceSolver, AxialForces, AxialForcing, AxialIntegrator,
-    AxialMotion, AxialStep, Convection, Impedance, ImpedanceParameters, LawChange, Slip,
-    SteadyDrive, SteadyParameters, SteadyState, TransientParameters, impedance, law_change,
+    AxialMotion, AxialState, AxialStep, Convection, Impedance, ImpedanceParameters, LawChange,
+    Slip, SteadyDrive, SteadyParameters, SteadyState, TransientParameters, impedance, law_change,
     steady_state,
 };
 pub use resistance::{AxialResistance, SurfaceResistance};

@@ -184,6 +184,14 @@ fn describe(report: &Report, out: &Path) -> String {
         let terms = report.scene.inertia().kind.word();
         entry("inertia", format!("{terms}, {}", inertia_words(&numbers)))
     });
+    let energy = outcome.kinetic_energy().map_or(String::new(), |energy| {
+        // Errors of steps are not estimated.
+        let [fluid, bodies] = [energy.fluid, energy.bodies].map(two_digits);
+        entry(
+            "kinetic energy",
+            format!("fluid {fluid}, bodies {bodies}, at the end"),
+        )
+    });
     let reached = outcome.samples.last().map_or(0.0, |sample| sample.time);
     let stopped = match outcome.stopped {
         Some(_) => entry(
@@ -203,6 +211,7 @@ fn describe(report: &Report, out: &Path) -> String {
         + &noise
         + &repulsion
         + &inertia
+        + &energy
         + &error_estimates("error estimate", bars, net, "the net displacement")
         + &rotation_entry(
             "rotation vector",

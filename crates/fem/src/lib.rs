@@ -33,7 +33,7 @@ pub use estimate::{
 pub use forms::StokesMatrices;
 pub use integrals::{assemble_facet_load, assemble_load, integrate, integrate_facets, load_vector};
 pub use load::{LoadOnFluid, consistent_load, stress_load};
-pub use nodal_field::{evaluate, interpolate};
+pub use nodal_field::{evaluate, interpolate, vertex_gradients};
 pub use norms::{FieldError, dissipation, field_error, mean_pressure, power, pressure_error};
 pub use point_values::{Basis, FacetValues, Lagrange, PointValues, Space};
 pub use quantity::{Nodal, Quantity};

@@ -8,7 +8,7 @@ use crate::error::{check_finite_in_cell, check_length};
 use crate::geometry::MapAt;
 use crate::point_values::{Lagrange, PointValues, Space};
 use crate::quadrature::CellPoint;
-use crate::quantity::{Nodal, is_finite};
+use crate::quantity::{Nodal, Quantity, is_finite};
 
 /// Nodal values of the interpolant of a function: `N = 10` quadratic, one value per point of the
 /// mesh; `N = 4` linear, one value per vertex.
@@ -81,6 +81,61 @@ pub fn evaluate<T: Nodal>(
     };
     let values: Vec<_> = points.par_iter().enumerate().map(value).collect();
     values.into_iter().collect()
+}
+
+/// Gradients `∂u_c/∂x_k` of a nodal field at the vertices, means over their cells weighted by
+/// volume.
+///
+/// Those of quadratic fields are of second order, also on the boundary.
+///
+/// ```
+/// use mesh::{LinearTets, TetMesh, Vec3};
+/// let mesh = TetMesh::straight(LinearTets::cube(2))?;
+/// let field = fem::interpolate::<_, 10>(&mesh, |x| x.x * x.y)?;
+/// let gradients = fem::vertex_gradients(&mesh, &field)?;
+/// for (gradient, x) in gradients.iter().zip(mesh.points()) {
+///     assert!((gradient - Vec3::new(x.y, x.x, 0.0)).norm() < 1e-12);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// A field of another length or not finite; [`FemError::InvertedCell`].
+pub fn vertex_gradients<T: Nodal>(
+    mesh: &TetMesh,
+    field: &[T],
+) -> Result<Vec<T::Gradient>, FemError> {
+    check_nodal(mesh, "the field", field)?;
+    let at_vertex = |vertex: usize| {
+        let mut barycentric = [0.0; 4];
+        barycentric[vertex] = 1.0;
+        CellPoint::new(barycentric, 1.0)
+    };
+    let points = [0, 1, 2, 3].map(at_vertex);
+    let mut sums = vec![T::Gradient::zero(); mesh.n_vertices()];
+    let mut volumes = vec![0.0; mesh.n_vertices()];
+    for (cell, nodes) in mesh.cells().iter().enumerate() {
+        let positions = mesh.cell_points(cell);
+        for (node, point) in nodes.iter().zip(&points) {
+            let map = MapAt::new(cell, &positions, point)?;
+            let at = PointValues::new(mesh, cell, &positions, point, map);
+            sums[*node as usize].add_scaled(at.weight, &at.gradient(field));
+            volumes[*node as usize] += at.weight;
+        }
+    }
+    let means = sums.iter().zip(volumes).map(|(sum, volume)| {
+        let mut mean = T::Gradient::zero();
+        mean.add_scaled(1.0 / volume, sum);
+        mean
+    });
+    let means: Vec<T::Gradient> = means.collect();
+    match means.iter().position(|mean| !is_finite([mean])) {
+        Some(index) => Err(FemError::NotFinite {
+            what: "the gradient at a vertex",
+            index,
+        }),
+        None => Ok(means),
+    }
 }
 
 /// Checks that a field has one finite value per point or per vertex.

@@ -92,3 +92,19 @@ pub enum InertiaError {
         point: [f64; 3],
     },
 }
+
+/// Refuses a list of the wrong length.
+pub(crate) fn check_length(
+    what: &'static str,
+    expected: usize,
+    found: usize,
+) -> Result<(), InertiaError> {
+    match expected == found {
+        true => Ok(()),
+        false => Err(InertiaError::Length {
+            what,
+            expected,
+            found,
+        }),
+    }
+}

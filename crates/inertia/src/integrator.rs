@@ -8,6 +8,7 @@ use rigid::{BodyKind, Drive, State, StateVelocity};
 use stokes::{InertialTerms, Solution};
 
 use crate::bodies::SlipAt;
+use crate::error::check_length;
 use crate::projection::{ProjectionJump, square_integral};
 use crate::step::{Level, Step, StepReport};
 use crate::{Bodies, Convection, Forcing, InertiaError, Meshes, Parameters};
@@ -42,12 +43,13 @@ pub struct Integrator<'a> {
     pub(crate) mesh: TetMesh,
     pub(crate) space: TaylorHood,
     pub(crate) warm: WarmStart,
-    largest: [f64; 2],
+    /// Largest velocities so far, of the fluid in L2 and of the bodies.
+    pub(crate) largest: [f64; 2],
     pub(crate) jump: Option<ProjectionJump>,
 }
 
 /// Levels that BDF2 and its error estimate need.
-const LEVELS: usize = 3;
+pub(crate) const LEVELS: usize = 3;
 
 impl<'a> Integrator<'a> {
     /// Starts from rest at time `time`, in the configuration given when the bodies were joined.
@@ -82,13 +84,7 @@ impl<'a> Integrator<'a> {
                 bodies.surfaces.len(),
             ),
         ] {
-            if expected != found {
-                return Err(InertiaError::Length {
-                    what,
-                    expected,
-                    found,
-                });
-            }
+            check_length(what, expected, found)?;
         }
         let (state, shape) = (set.initial_state(), forcing.shape(time));
         let poses = set.place(&state, &shape)?;
@@ -133,13 +129,8 @@ impl<'a> Integrator<'a> {
         velocity: Vec<Vector3<f64>>,
         generalised: &[f64],
     ) -> Result<(), InertiaError> {
-        if velocity.len() != self.mesh.n_points() {
-            return Err(InertiaError::Length {
-                what: "velocities of the nodes",
-                expected: self.mesh.n_points(),
-                found: velocity.len(),
-            });
-        }
+        let nodes = self.mesh.n_points();
+        check_length("velocities of the nodes", nodes, velocity.len())?;
         self.restart();
         let set = self.bodies.set;
         let poses = self.poses()?;
@@ -189,6 +180,18 @@ impl<'a> Integrator<'a> {
     pub fn kinetic_energy(&self) -> Result<f64, InertiaError> {
         let square = square_integral(&self.mesh, &self.levels[0].velocity)?;
         Ok(0.5 * self.parameters.density * square)
+    }
+
+    /// Kinetic energy of the bodies at the present time, `sum_b (m U² + ω · I ω) / 2`.
+    pub fn bodies_kinetic_energy(&self) -> f64 {
+        let (level, layout) = (&self.levels[0], self.bodies.set.velocity_layout());
+        let of_body = |(body, momentum): (usize, &Vector6<f64>)| {
+            let first = layout.body(body)?;
+            let twist = &level.generalised[first..first + 6];
+            Some(0.5 * momentum.dot(&Vector6::from_column_slice(twist)))
+        };
+        let bodies = level.momenta.iter().enumerate();
+        bodies.filter_map(of_body).sum()
     }
 
     /// Forgets all levels but the present one: for corners of a motion, after which derivatives
@@ -432,14 +435,9 @@ impl<'a> Integrator<'a> {
         let Some(mesh) = self.meshes.mesh(time, &self.bodies.surfaced(poses))? else {
             return Ok(None);
         };
-        match mesh.n_points() == self.mesh.n_points() {
-            true => Ok(Some(mesh)),
-            false => Err(InertiaError::Length {
-                what: "nodes of a mesh that moves without being renewed",
-                expected: self.mesh.n_points(),
-                found: mesh.n_points(),
-            }),
-        }
+        let what = "nodes of a mesh that moves without being renewed";
+        check_length(what, self.mesh.n_points(), mesh.n_points())?;
+        Ok(Some(mesh))
     }
 
     /// Solves the equations of a step on one mesh.

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod bodies;
+mod continuation;
 mod error;
 mod integrator;
 mod meshes;
@@ -12,6 +13,7 @@ mod steady;
 mod step;
 
 pub use bodies::{BodyMass, Forcing};
+pub use continuation::IntegratorState;
 pub use error::InertiaError;
 pub use integrator::Integrator;
 pub use linalg::TimeDerivative;

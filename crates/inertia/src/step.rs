@@ -7,6 +7,7 @@ use stokes::Solution;
 
 /// What is known at one time.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
 pub(crate) struct Level {
     pub time: f64,
     /// Positions of the nodes, and velocities of the fluid there.

@@ -22,7 +22,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let path = folder.path().join("channel.vtu");
     Vtu::cells(&mesh)
         .point_field("velocity", 3, &velocity)?
-        .vertex_field("pressure", &pressure)?
+        .vertex_field("pressure", 1, &pressure)?
         .write(&path)?;
 
     let bytes = std::fs::metadata(&path)?.len();

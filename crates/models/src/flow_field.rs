@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use mesh::{PointLocator, TetMesh};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 use rayon::prelude::*;
 
 use crate::error::ModelError;
@@ -41,6 +41,23 @@ impl FlowField {
             *velocity = motion.rotation * *velocity;
         }
         Ok(())
+    }
+
+    /// Vorticity `∇ × u` at every vertex of the mesh, of second order.
+    ///
+    /// # Errors
+    /// Velocities that are not finite.
+    pub fn vorticity(&self) -> Result<Vec<Vector3<f64>>, ModelError> {
+        let gradients = fem::vertex_gradients(&self.mesh, &self.velocity)?;
+        // g_ck = du_c/dx_k
+        let curl = |g: &Matrix3<f64>| {
+            Vector3::new(
+                g[(2, 1)] - g[(1, 2)],
+                g[(0, 2)] - g[(2, 0)],
+                g[(1, 0)] - g[(0, 1)],
+            )
+        };
+        Ok(gradients.iter().map(curl).collect())
     }
 
     /// Velocity and pressure at points, interpolated as the elements are; `None` for a point
@@ -122,5 +139,29 @@ impl SolutionFlow {
 impl std::fmt::Debug for SolutionFlow {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_tuple("SolutionFlow").finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mesh::LinearTets;
+
+    use super::*;
+
+    /// Twice the angular velocity in solid rotation, whatever is added to it without rotation.
+    #[test]
+    fn the_vorticity_of_a_linear_flow_is_exact() {
+        let mesh = TetMesh::straight(LinearTets::cube(2)).unwrap();
+        let spin = Vector3::new(0.3, -1.0, 2.0);
+        let strain = Vector3::new(1.0, -3.0, 2.0);
+        let velocity = |x: &Vector3<f64>| spin.cross(x) + strain.component_mul(x);
+        let flow = FlowField {
+            velocity: mesh.points().iter().map(velocity).collect(),
+            pressure: Vec::new(),
+            mesh,
+        };
+        let vorticity = flow.vorticity().unwrap();
+        assert_eq!(vorticity.len(), flow.mesh.n_vertices());
+        assert!(vorticity.iter().all(|w| (w - 2.0 * spin).norm() < 1e-13));
     }
 }

@@ -25,7 +25,7 @@ pub use accumulated_error::{AccumulatedError, UncorrectedBars};
 pub use axisymmetric_model::{AxialFlow, AxisymmetricModel, MovingAxis};
 pub use discretisation_error::{DiscretisationError, Uncertainty};
 pub use error::ModelError;
-pub use fem_model::{FemModel, MovingMeshes, MovingScene};
+pub use fem_model::{FemModel, MeshOrigin, MovingMeshes, MovingScene};
 pub use flow_field::{FlowField, PointFlow, SolutionFlow};
 pub use hydrodynamics::{
     Capabilities, ErrorEstimates, Flows, Fluctuations, History, Hydrodynamics, PredictedCost,

@@ -7,13 +7,15 @@
 use std::path::Path;
 
 use mesh::InputFile;
-use models::{History, Hydrodynamics, ModelError};
+use models::{History, Hydrodynamics, ModelError, NeglectedTerm};
 use nalgebra::{Isometry3, UnitQuaternion};
 use rigid::State;
 use scene::{Scene, SourceFile};
 use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
+use crate::integrate::UnsteadyState;
+use crate::neglected::is_automatic;
 use crate::outcome::{Interim, Outcome};
 use crate::output::{Folder, from_sealed, read_own, write_sealed};
 
@@ -21,7 +23,7 @@ use crate::output::{Folder, from_sealed, read_own, write_sealed};
 pub const FILE: &str = "checkpoint.json";
 
 /// Version of the format; increased when older checkpoints can no longer be read.
-const VERSION: u32 = 9;
+const VERSION: u32 = 10;
 
 /// Largest deviation from 1 of the norm of a quaternion, for those that differ by rounding alone.
 const UNIT_TOLERANCE: f64 = 1e-9;
@@ -40,6 +42,9 @@ pub struct Checkpoint {
     joints: Vec<f64>,
     /// State of the model on which its solutions depend besides the configuration.
     history: History,
+    /// The fluid if it has inertia; none at the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    fluid: Option<UnsteadyState>,
     outcome: Outcome,
     /// Times and names of the flow files that belong to the trajectory.
     flows: Vec<(f64, String)>,
@@ -69,10 +74,21 @@ impl Checkpoint {
             attitudes: state.attitudes.clone(),
             joints: state.joints.clone(),
             history: model.history()?,
+            fluid: None,
             outcome: outcome.clone(),
             flows: flows.to_vec(),
             stopped: None,
         })
+    }
+
+    /// The same checkpoint of a fluid with inertia
+    /// ([`SpanResult::fluid`](crate::SpanResult::fluid)).
+    #[must_use]
+    pub fn with_fluid(self, fluid: Option<&UnsteadyState>) -> Self {
+        Self {
+            fluid: fluid.cloned(),
+            ..self
+        }
     }
 
     /// The same checkpoint of a run that has stopped within the next phase, with the outcome there.
@@ -151,6 +167,12 @@ impl Checkpoint {
     /// The factor on the tolerance of single solutions with which the interrupted run went on.
     pub fn tolerance_factor(&self) -> Option<f64> {
         Scene::parse(&self.scene).ok()?.model().tolerance_factor
+    }
+
+    /// Whether the interrupted run had gone on with a term that `scene` leaves to be decided.
+    pub(crate) fn decided_for(&self, scene: &Scene, term: NeglectedTerm) -> bool {
+        let is_decided = |before: &Scene| !is_automatic(before, term);
+        is_automatic(scene, term) && Scene::parse(&self.scene).is_ok_and(|s| is_decided(&s))
     }
 
     /// The scene with its text, and the outcome so far: of a run that stopped within a phase, up to
@@ -246,7 +268,12 @@ impl Checkpoint {
             attitudes: self.attitudes,
             joints: self.joints,
         };
-        Ok((Interim { state, outcome }, self.flows))
+        let interim = Interim {
+            state,
+            fluid: self.fluid,
+            outcome,
+        };
+        Ok((interim, self.flows))
     }
 }
 

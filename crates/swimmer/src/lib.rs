@@ -8,6 +8,7 @@ mod gauss;
 mod holding_loads;
 mod inertia_numbers;
 mod integrate;
+mod kinetic_energy;
 mod linkage_works;
 mod neglected;
 mod noise_numbers;
@@ -35,8 +36,9 @@ pub use holding_loads::HoldingLoads;
 pub use inertia_numbers::InertiaNumbers;
 pub use integrate::{
     Integrator, Method, ObserveSolution, PathPiece, SpanResult, SpanSolution,
-    TYPICAL_SOLVES_PER_SPAN, UnsteadyScene,
+    TYPICAL_SOLVES_PER_SPAN, UnsteadyScene, UnsteadyState,
 };
+pub use kinetic_energy::KineticEnergy;
 pub use models;
 pub use neglected::{
     Neglected, NeglectedEffect, fastest_body, mean_effect, resolved_net, start_neglected,

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
-use crate::integrate::{SpanResult, TABLE_SHARE, enter_table};
+use crate::integrate::{SpanResult, TABLE_SHARE, UnsteadyState, enter_table};
+use crate::kinetic_energy::KineticEnergy;
 use crate::linkage_works::add_each;
 use crate::turning::Turning;
 
@@ -27,6 +28,8 @@ const POSITION_ROUNDING: f64 = 1e-13;
 pub struct Interim {
     /// State of the bodies.
     pub state: State,
+    /// The fluid if it has inertia; none at the start.
+    pub fluid: Option<UnsteadyState>,
     /// Outcome of the completed phase spans.
     pub outcome: Outcome,
 }
@@ -323,6 +326,10 @@ pub struct Sample {
     pub turnings: Vec<Turning>,
     /// Velocities and forces, if they are known at this time; none at the ends of phase spans.
     pub bodies: Option<Vec<BodySolution>>,
+    /// Kinetic energy of fluid and bodies, for fluids with inertia; none at equal intervals of
+    /// time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kinetic_energy: Option<KineticEnergy>,
 }
 
 /// Positions on a phase span, up to `reached`, of the times at equal intervals that follow the
@@ -373,11 +380,16 @@ impl Interim {
                 turnings: vec![Turning::default(); poses.len()],
                 poses,
                 bodies: None,
+                kinetic_energy: None,
             }],
             curve: vec![(0.0, origin)],
             ..Outcome::default()
         };
-        Ok(Self { state, outcome })
+        Ok(Self {
+            state,
+            fluid: None,
+            outcome,
+        })
     }
 
     /// Positions of all bodies in the present state.
@@ -402,6 +414,7 @@ impl Interim {
         let set = scene.articulation();
         let before = self.positions(scene, &span.from)?;
         self.state = result.end.clone();
+        self.fluid.clone_from(&result.fluid);
         let after = self.positions(scene, &end_of(span, result))?;
         let outcome = &mut self.outcome;
         outcome.append_trajectory(scene, span, result)?;
@@ -415,6 +428,11 @@ impl Interim {
 }
 
 impl Outcome {
+    /// Kinetic energy of fluid and bodies at the end, for fluids with inertia.
+    pub fn kinetic_energy(&self) -> Option<KineticEnergy> {
+        self.samples.last()?.kinetic_energy
+    }
+
     /// Appends the solves and the end of a phase span to the trajectory.
     fn append_trajectory(
         &mut self,
@@ -467,6 +485,7 @@ impl Outcome {
                 poses: poses.clone(),
                 turnings: turnings.clone(),
                 bodies,
+                kinetic_energy: None,
             })
         };
         let reached = result.reached();
@@ -482,7 +501,10 @@ impl Outcome {
                     .push(sample(s, None, result.bodies(s))?);
             }
             let bodies = Some(solution.solution.bodies.clone());
-            self.samples.push(sample(solution.s, None, bodies)?);
+            self.samples.push(Sample {
+                kinetic_energy: solution.kinetic_energy,
+                ..sample(solution.s, None, bodies)?
+            });
         }
         for s in uniform {
             self.uniform_samples
@@ -490,8 +512,10 @@ impl Outcome {
         }
         let last = result.solutions.last().filter(at_end);
         let bodies = last.map(|solution| solution.solution.bodies.clone());
-        self.samples
-            .push(sample(reached, Some(&result.end), bodies)?);
+        self.samples.push(Sample {
+            kinetic_energy: last.and_then(|solution| solution.kinetic_energy),
+            ..sample(reached, Some(&result.end), bodies)?
+        });
         // Steps of thermal noise are short.
         let points = scene.noise().map_or(CURVE_POINTS, |_| 1);
         let parts = points * result.pieces.len();

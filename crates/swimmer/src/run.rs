@@ -108,6 +108,11 @@ fn run_to_target(
     started: Instant,
     progress: &mut dyn Progress,
 ) -> Result<Report, SwimError> {
+    for term in NeglectedTerm::ALL {
+        if (checkpoint.as_ref()).is_some_and(|before| before.decided_for(&scene, term)) {
+            scene = with_term(&scene, term)?;
+        }
+    }
     let mut search = SizeSearch::new(&scene)?;
     if let (Some(search), Some(checkpoint)) = (&mut search, &checkpoint) {
         search.continue_with(checkpoint.size_factor());

@@ -214,7 +214,7 @@ impl Observer for Files<'_> {
             output.files.span_done(span, result, first, flow)?;
             let flows = output.flows.files();
             let checkpoint = Checkpoint::new(self.scene, &result.end, so_far, model, flows)?;
-            output.pending = Some(checkpoint);
+            output.pending = Some(checkpoint.with_fluid(result.fluid.as_ref()));
             if output.is_due() {
                 output.write_pending(self.scene)?;
             }

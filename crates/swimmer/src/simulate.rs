@@ -3,6 +3,7 @@
 use models::{Hydrodynamics, NewMesh};
 use scene::{Scene, spans};
 
+use crate::checkpoint;
 use crate::error::SwimError;
 use crate::integrate::{Integrator, Method, SpanResult, SpanSolution, UnsteadyScene};
 use crate::observer::Observer;
@@ -111,18 +112,18 @@ pub fn continue_from(
         .with_velocities(&interim.outcome.velocities)
         .with_flows(observer.wants_flows());
     if let Some(unsteady) = &unsteady {
-        if !interim.outcome.spans.is_empty() {
-            return Err(SwimError::NotApplicable {
-                place: "--resume".to_owned(),
-                problem: "the flow of a fluid with inertia is not in the checkpoint; run the gait \
-                          again from its beginning"
-                    .to_owned(),
-            });
-        }
         integrator = integrator.with_unsteady_scene(unsteady)?;
     }
-    let all = spans(scene.gait(), scene.articulation().initial_shape())?;
-    for span in all.skip(interim.outcome.spans.len()) {
+    let mut remaining = spans(scene.gait(), scene.articulation().initial_shape())?;
+    // Up to the last completed one.
+    let done = interim.outcome.spans.len().checked_sub(1);
+    let last = done.and_then(|done| remaining.nth(done));
+    if let (Some(last), Some(_)) = (last, &unsteady) {
+        let fluid = interim.fluid.take();
+        let fluid = fluid.ok_or_else(|| not_continued(&SwimError::NoFlow))?;
+        integrator = (integrator.after(&last, fluid)).map_err(|error| not_continued(&error))?;
+    }
+    for span in remaining {
         let first = interim.outcome.solves;
         let meshes = &mut interim.outcome.meshes;
         let result = integrator.span(&span, &interim.state, &mut |solution, model| {
@@ -163,4 +164,12 @@ pub fn continue_from(
     let controls_error = integrator.model().capabilities().controls_error;
     outcome.check_tolerance(scene, controls_error);
     Ok(outcome)
+}
+
+/// The error for a fluid of a checkpoint that does not fit its scene.
+fn not_continued(error: &SwimError) -> SwimError {
+    SwimError::Checkpoint {
+        path: checkpoint::FILE.into(),
+        problem: format!("is damaged: the flow of its fluid does not fit: {error}"),
+    }
 }

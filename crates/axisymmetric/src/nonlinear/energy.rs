@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use super::flow_system::{Balance, Fields, FlowSystem, Residual, Terms};
-use super::momentum::MomentumElement;
+use super::momentum::{Coefficients, MomentumElement};
 use super::nested_condensation::CondensedFactors;
+use super::viscosity::{Newtonian, Viscosity};
 use crate::AxisymmetricError;
 use crate::curve::{BoundaryPart, Point};
 
@@ -78,6 +79,51 @@ impl FlowSystem {
         });
         let work = fields.motions.iter().zip(&balance.load).map(|(u, f)| u * f);
         Ok(inside + outside - work.sum::<f64>())
+    }
+
+    /// Forces of the boundaries on the fluid at their nodes, by the whole stress.
+    ///
+    /// The `residual` by the form of a constant viscosity `c` (see [`super::viscosity`]) lacks `∫ c
+    /// (∇u^T:∇v - ∇·u ∇·v)`. This is an integral of tangential derivatives over the boundary, which
+    /// cancels in the force on a body but not in the power of its slip. It depends on the
+    /// velocities on the boundary alone, so that errors of the flow inside do not enter.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`].
+    pub fn boundary_forces(
+        &self,
+        residual: Residual,
+        positions: &[Point],
+        fields: &Fields,
+        terms: &Terms,
+    ) -> Result<Residual, AxisymmetricError> {
+        let Viscosity { constant, law, .. } = terms.coefficients.viscosity;
+        if constant == 0.0 {
+            return Ok(residual);
+        }
+        let newtonian = Newtonian(constant);
+        let by_constant = |constant: f64| {
+            let viscosity = Viscosity {
+                law: Some(law.unwrap_or(&newtonian)),
+                ..Viscosity::constant(constant)
+            };
+            let coefficients = Coefficients {
+                viscosity,
+                ..terms.coefficients
+            };
+            let terms = Terms {
+                coefficients,
+                ..*terms
+            };
+            self.residual(positions, fields, &terms)
+        };
+        let (whole, form) = (by_constant(0.0)?, by_constant(constant)?);
+        let mut forces = residual;
+        let differences = whole.momentum.iter().zip(&form.momentum);
+        for (force, (whole, form)) in forces.momentum.iter_mut().zip(differences) {
+            *force += whole - form;
+        }
+        Ok(forces)
     }
 
     /// Power of the boundaries on the fluid: forces times velocities at their nodes.

@@ -26,6 +26,7 @@ impl From<Singular> for AxisymmetricError {
 
 /// A velocity and a pressure per node, and the velocities of the free motions.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
 pub(crate) struct Fields {
     pub velocity: Vec<Point>,
     pub pressure: Vec<f64>,
@@ -92,6 +93,12 @@ pub(crate) struct Residual {
 }
 
 impl Residual {
+    /// Power of the forces at the nodes with these velocities, one each; zero for an empty list.
+    pub fn power(&self, velocities: &[Point]) -> f64 {
+        let forces = velocities.iter().zip(&self.momentum);
+        forces.map(|(u, force)| u.dot(force)).sum()
+    }
+
     /// Subtracts other residuals.
     pub fn subtract(&mut self, other: &Self) {
         for (own, other) in self.momentum.iter_mut().zip(&other.momentum) {
@@ -741,12 +748,23 @@ impl FlowSystem {
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`].
     pub fn momentum(&self, positions: &[Point], fields: &Fields) -> Result<f64, AxisymmetricError> {
-        let terms = Terms::default();
-        let parts = (0..self.mesh.triangles.len())
-            .into_par_iter()
-            .map(|t| Ok(self.element(t, positions, fields, &terms)?.momentum()))
-            .collect::<Result<Vec<_>, AxisymmetricError>>()?;
-        Ok(parts.iter().sum())
+        self.sum(positions, fields, &Terms::default(), |element| {
+            element.momentum()
+        })
+    }
+
+    /// Twice the kinetic energy of a flow over the density, `∫ |u|²`.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`].
+    pub fn square_integral(
+        &self,
+        positions: &[Point],
+        fields: &Fields,
+    ) -> Result<f64, AxisymmetricError> {
+        self.sum(positions, fields, &Terms::default(), |element| {
+            element.square_integral()
+        })
     }
 
     /// The value at a place of a field at the velocity nodes.

@@ -9,6 +9,7 @@ use crate::curve::Point;
 
 /// What is known at one time.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize))]
 pub(super) struct Level {
     pub(super) time: f64,
     /// Positions of the nodes, and the flow there.

@@ -180,30 +180,30 @@ pub struct AxialStep {
 /// ```
 pub struct AxialIntegrator<'a> {
     /// The bodies where they were when the mesh was generated.
-    bodies: Vec<AxialBody>,
-    surroundings: Surroundings,
+    pub(super) bodies: Vec<AxialBody>,
+    pub(super) surroundings: Surroundings,
     forcing: &'a dyn AxialForcing,
-    parameters: TransientParameters<'a>,
-    system: FlowSystem,
-    motion: MeshMotion,
+    pub(super) parameters: TransientParameters<'a>,
+    pub(super) system: FlowSystem,
+    pub(super) motion: MeshMotion,
     motions: Vec<Option<usize>>,
     n_motions: usize,
     /// Displacements given when the mesh was generated.
-    start: Vec<f64>,
+    pub(super) start: Vec<f64>,
     /// The newest first, three at most.
-    levels: Vec<Level>,
-    factors: Option<CondensedFactors>,
+    pub(super) levels: Vec<Level>,
+    pub(super) factors: Option<CondensedFactors>,
     /// Coefficient of the newest level in the difference formula of the factors.
     factored_at: f64,
     /// Largest velocity of the fluid so far.
-    largest: f64,
+    pub(super) largest: f64,
     /// That of the projection onto the present mesh, until a step is accepted on it.
-    momentum_jump: Option<f64>,
-    meshes: usize,
+    pub(super) momentum_jump: Option<f64>,
+    pub(super) meshes: usize,
 }
 
 /// Levels that BDF2 and its error estimate need.
-const LEVELS: usize = 3;
+pub(super) const LEVELS: usize = 3;
 
 impl<'a> AxialIntegrator<'a> {
     /// Starts from rest at time `time`, with the bodies where their shapes are.
@@ -339,6 +339,15 @@ impl<'a> AxialIntegrator<'a> {
         self.centres(&self.levels[0].displacements, &self.levels[0].given)
     }
 
+    /// The bodies with their centres at these positions.
+    pub(super) fn bodies_at(&self, centres: &[f64]) -> Vec<AxialBody> {
+        let mut bodies = self.bodies.clone();
+        for (body, centre) in bodies.iter_mut().zip(centres) {
+            body.shape.centre = *centre;
+        }
+        bodies
+    }
+
     /// Number of meshes so far.
     pub fn meshes(&self) -> usize {
         self.meshes
@@ -352,6 +361,18 @@ impl<'a> AxialIntegrator<'a> {
     /// Present velocities of the bodies.
     pub fn velocities(&self) -> &[f64] {
         &self.levels[0].velocities
+    }
+
+    /// Kinetic energy of the fluid at the present time, `ρ/2 ∫ |u|²`, and of the bodies.
+    ///
+    /// # Errors
+    /// None for a step that was accepted.
+    pub fn kinetic_energy(&self) -> Result<[f64; 2], AxisymmetricError> {
+        let level = &self.levels[0];
+        let square = (self.system).square_integral(&level.nodes, &level.fields)?;
+        let bodies = self.bodies.iter().zip(&level.velocities);
+        let bodies: f64 = bodies.map(|(body, u)| 0.5 * body.mass * u * u).sum();
+        Ok([0.5 * self.parameters.density * square, bodies])
     }
 
     /// Smallest semi-axis of a body.
@@ -553,6 +574,13 @@ impl<'a> AxialIntegrator<'a> {
             ..fixed_terms
         };
         let residual = self.system.residual(&nodes, &fields, &terms)?;
+        let forces = self.system.forces(&residual);
+        let slip_power = match boundary.slip.is_empty() {
+            true => 0.0,
+            false => (self.system)
+                .boundary_forces(residual, &nodes, &fields, &terms)?
+                .power(&boundary.slip),
+        };
         self.factors = factors;
         let velocities = self.system.body_velocities(&fields, &boundary);
         let largest =
@@ -576,11 +604,9 @@ impl<'a> AxialIntegrator<'a> {
             length,
             positions: self.centres(&displacements, &given),
             velocities: velocities.clone(),
-            forces: self.system.forces(&residual),
+            forces,
             momentum_rates: momentum_rates.collect(),
-            slip_power: (boundary.slip.iter().zip(&residual.momentum))
-                .map(|(slip, force)| slip.dot(force))
-                .sum(),
+            slip_power,
             error,
             velocity_error: match formula.error_factor {
                 0.0 => f64::INFINITY,
@@ -662,11 +688,7 @@ impl<'a> AxialIntegrator<'a> {
     /// Domains that cannot be meshed; those of the projection.
     pub fn renew_mesh(&mut self) -> Result<(), AxisymmetricError> {
         let present = self.levels[0].clone();
-        let centres = self.positions();
-        let mut bodies = self.bodies.clone();
-        for (body, centre) in bodies.iter_mut().zip(centres) {
-            body.shape.centre = centre;
-        }
+        let bodies = self.bodies_at(&self.positions());
         let system = system_around(&bodies, self.surroundings, &self.parameters)?;
         let (positions, placed) = (system.positions(), shapes(&bodies));
         let size = self.smallest();
@@ -793,7 +815,7 @@ const MAX_ITERATIONS: usize = 30;
 const MIN_QUALITY: f64 = 0.4;
 
 /// The degrees of freedom on a new mesh around bodies.
-fn system_around(
+pub(super) fn system_around(
     bodies: &[AxialBody],
     surroundings: Surroundings,
     parameters: &TransientParameters,

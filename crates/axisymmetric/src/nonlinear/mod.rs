@@ -2,6 +2,7 @@
 
 mod axial_forces;
 mod bodies;
+mod continuation;
 mod drive;
 mod energy;
 mod flow_system;
@@ -22,6 +23,7 @@ mod viscosity;
 
 pub use axial_forces::{AxialForceSolver, AxialForces};
 pub use bodies::{AxialBody, AxialMotion};
+pub use continuation::AxialState;
 pub use drive::{Slip, SteadyDrive, SteadyParameters};
 pub use forcing::AxialForcing;
 pub use impedance::{Impedance, ImpedanceParameters, impedance};

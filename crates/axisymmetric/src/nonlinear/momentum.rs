@@ -291,6 +291,17 @@ impl<'a> MomentumElement<'a> {
             .sum()
     }
 
+    /// The square of the velocity, `∫ |u|²`.
+    pub fn square_integral(&self) -> f64 {
+        let points = self.points.iter().enumerate();
+        points
+            .map(|(q, point)| {
+                let (uz, ur) = (self.values[(q, 0)], self.values[(q, 1)]);
+                point.measure * (uz * uz + ur * ur)
+            })
+            .sum()
+    }
+
     /// Derivative of the residuals by the velocity of the mesh, if it is the same everywhere.
     pub fn by_mesh_velocity(&self) -> DVector<f64> {
         let (n, k) = (

@@ -506,13 +506,15 @@ impl<'a> Problem<'a> {
         let residual = system.residual(&positions, &fields, &terms)?;
         let (size, speed) = (self.size(), largest_speed(&fields));
         let forces = system.forces(&residual);
+        let on_fluid = match boundary.slip.is_empty() {
+            true => residual,
+            false => system.boundary_forces(residual, &positions, &fields, &terms)?,
+        };
         let drag = 6.0 * PI * typical * size * speed;
         let state = SteadyState {
             velocities: system.body_velocities(&fields, &boundary),
-            power: system.boundary_power(&residual, &fields),
-            slip_power: (boundary.slip.iter().zip(&residual.momentum))
-                .map(|(slip, force)| slip.dot(force))
-                .sum(),
+            power: system.boundary_power(&on_fluid, &fields),
+            slip_power: on_fluid.power(&boundary.slip),
             dissipation: system.dissipation(&positions, &fields, &terms)?,
             relative_error: f64::INFINITY,
             speed,

@@ -105,6 +105,25 @@ fn the_speed_of_a_neutral_squirmer_does_not_depend_on_inertia() {
     }
 }
 
+/// In unbounded fluid the power is `8π μ a (2 B1^2 + B2^2) / 3` (Blake 1971); the ball of radius 10
+/// adds 0.3 %. The digits are of multipole expansions (`microhydro`), with `B1 = 1.5`, `B2 = 4.5`.
+#[test]
+fn the_power_of_a_squirmer_is_exact_and_dissipated() {
+    for beta in [3.0, -3.0] {
+        let found = squirmer(beta, 0.0, 1e-8);
+        let exact = 207.96839033589;
+        for (what, power) in [
+            ("power", found.power),
+            ("slip", found.slip_power),
+            ("dissipation", found.dissipation),
+        ] {
+            let error = (power / exact - 1.0).abs();
+            println!("{what} {error:.2e}");
+            assert!(error < 1e-6, "{what}, β = {beta}: {power}");
+        }
+    }
+}
+
 /// Force on an oscillating sphere in a fixed concentric ball of radius 10, from the closed solution
 /// with stream function `(A r^2 + B / r + C (ch - sh / (α r)) + D e^(-α r) (1 + 1 / (α r))) sin^2
 /// θ` and `α^2 = -i S`.

@@ -127,6 +127,28 @@ fn speed_and_power_of_a_squirmer_in_a_fluid_of_carreau_are_those_of_a_spectral_p
     assert!(found.forces[0].abs() < 1e-9);
 }
 
+/// A law that hardly thins leaves the power in unbounded Newtonian fluid, `8π (2 B1^2 + B2^2) / 3`
+/// (Blake 1971), where the stress has a constant part.
+#[test]
+fn the_power_of_a_squirmer_in_unbounded_fluid_is_that_of_blake() {
+    let beta = 3.0;
+    let slip = squirmer_drive(1.5, beta);
+    let drive = SteadyDrive {
+        slip: Some(&slip),
+        ..SteadyDrive::default()
+    };
+    let law = carreau(0.5, 1e-4, 0.0);
+    let parameters = SteadyParameters::new(0.0)
+        .with_law(&law)
+        .with_tolerance(1e-4);
+    let found = steady_state(&[squirmer()], Surroundings::Unbounded, &drive, &parameters);
+    let found = found.expect("a flow");
+    let exact = 8.0 * PI / 3.0 * (2.0 + beta * beta) * 1.5 * 1.5;
+    for power in [found.power, found.slip_power] {
+        assert!((power / exact - 1.0).abs() < 1e-4, "{power} {exact}");
+    }
+}
+
 fn change_of_squirmer(surroundings: Surroundings, beta: f64, law: &Law) -> LawChange {
     let slip = squirmer_drive(1.5, beta);
     let drive = SteadyDrive {

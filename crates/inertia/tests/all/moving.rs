@@ -249,8 +249,6 @@ fn pulled(mesh: &TetMesh, steps: usize) -> [f64; 3] {
         position = step.poses[0].translation.vector.z;
         let load = forcing.load(step.time, 0, &step.poses[0]).force.z;
         let (mesh, flow) = (step.mesh(), &step.solved.flow.velocity);
-        let squares = fem::integrate(mesh, 4, |p| p.value(flow).norm_squared()).unwrap();
-        kinetic = 0.5 * (4.0 * density * squares + mass * speed * speed);
         // The balance of the discrete equations, tested with their velocity: dissipation in the
         // form of the stiffness, and what the divergence between the vertices does to the energy.
         let lost = fem::integrate(mesh, 6, |p| {
@@ -263,6 +261,10 @@ fn pulled(mesh: &TetMesh, steps: usize) -> [f64; 3] {
         done += length * load * speed;
         power_before = power;
         run.accept(step).unwrap();
+        let of_body = run.bodies_kinetic_energy();
+        // rounding of a product
+        assert!((of_body - 0.5 * mass * speed * speed).abs() < 1e-14 * of_body);
+        kinetic = 4.0 * run.kinetic_energy().unwrap() + of_body;
     }
     [speed, position, (kinetic - work) / done]
 }
@@ -280,10 +282,9 @@ fn steps_are_of_second_order_and_the_energy_balance_closes_with_them() {
     }
     // the defect is of second order too
     let defects = runs.map(|run| run[2].abs());
-    assert!(
-        defects[2] < 0.4 * defects[1] && defects[2] < 2e-3,
-        "{defects:?}"
-    );
+    let order = (defects[1] / defects[2]).log2();
+    println!("energy balance: order {order}, defects {defects:?}");
+    assert!(order > 1.8 && defects[2] < 2e-3, "{defects:?}");
 }
 
 /// Meshes that are replaced by one of two at each call of `renew`.

@@ -108,7 +108,7 @@ proptest! {
             let vtu = || Vtu::cells(&mesh);
             prop_assert!(vtu().point_field("u", usize::MAX, &[x]).is_err());
             prop_assert!(vtu().cell_field("u", 0, &[]).is_err());
-            prop_assert!(vtu().vertex_field("u", &[x; 3]).is_err());
+            prop_assert!(vtu().vertex_field("u", 1, &[x; 3]).is_err());
             let _ = vtu().cell_field("u", 1, &vec![x; mesh.n_cells()]).map(|vtu| vtu.to_bytes());
         }
     }

@@ -188,7 +188,7 @@ impl MovingAxis {
         self.scaled.scale.force_to_scene(force)
     }
 
-    /// A power in the units of the scene.
+    /// A power or an energy in the units of the scene, whose times are kept.
     pub fn power_to_scene(&self, power: f64) -> f64 {
         self.scaled.scale.power_to_scene(power)
     }

@@ -357,14 +357,7 @@ impl Meshes {
         self.of_file = 0;
         self.unusable.clear();
         self.current = None;
-        let deviation = |pose: &Isometry3<f64>| (pose.rotation.norm() - 1.0).abs();
-        if let Some(deviation) = (poses.iter().map(deviation))
-            .find(|deviation| deviation.is_nan() || *deviation > ROTATION_ROUNDING)
-        {
-            return Err(ModelError::History(format!(
-                "is damaged: the norm of a rotation differs from 1 by {deviation:e}"
-            )));
-        }
+        check_rotations(poses)?;
         // The mesh of a file, moved by the first method, is a reference without poses.
         let most = MAX_REFERENCES + usize::from(self.is_from_file()) * (self.motions.len() - 1);
         if bodies == 0 || !poses.len().is_multiple_of(bodies) || poses.len() > most * bodies {
@@ -405,5 +398,19 @@ impl Meshes {
     pub fn permeability(&self, mesh: &TetMesh, placement: &Placement) -> Option<Vec<f64>> {
         let surfaced = self.generator.placement(placement);
         self.generator.permeability(mesh, &surfaced)
+    }
+}
+
+/// Refuses poses of an earlier run whose rotations are none.
+///
+/// # Errors
+/// [`ModelError::History`].
+pub(super) fn check_rotations(poses: &[Isometry3<f64>]) -> Result<(), ModelError> {
+    let mut deviations = (poses.iter()).map(|pose| (pose.rotation.norm() - 1.0).abs());
+    match deviations.find(|deviation| deviation.is_nan() || *deviation > ROTATION_ROUNDING) {
+        None => Ok(()),
+        Some(deviation) => Err(ModelError::History(format!(
+            "is damaged: the norm of a rotation differs from 1 by {deviation:e}"
+        ))),
     }
 }

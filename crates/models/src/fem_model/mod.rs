@@ -13,7 +13,7 @@ mod placed_query;
 mod reference_mesh;
 mod scene_solution;
 
-pub use self::moving_scene::{MovingMeshes, MovingScene};
+pub use self::moving_scene::{MeshOrigin, MovingMeshes, MovingScene};
 
 use mesh::TetMesh;
 use rigid::{Constrained, DirectRows, Eliminated, Formulation, Lagrange};

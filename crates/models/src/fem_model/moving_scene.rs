@@ -6,9 +6,11 @@ use ale::MeshMotion;
 use mesh::{Surface, TetMesh};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use rigid::{Articulation, Constraints, ExternalLoad, RigidError, StateVelocity};
+use serde::{Deserialize, Serialize};
 use stokes::{Options, Solution};
 
 use super::mesh_generator::{MeshGenerator, Placement, Source};
+use super::meshes::check_rotations;
 use super::reference_mesh::{ReferenceMesh, mesh_motions};
 use super::scene_solution::{ScaledFlow, ToScene};
 use super::solver_options;
@@ -86,6 +88,11 @@ impl MovingScene {
     /// A length or velocity in the units of the scene.
     pub fn length_to_scene(&self, length: f64) -> f64 {
         self.scaled.scale.length_to_scene(length)
+    }
+
+    /// A power or an energy in the units of the scene, whose times are kept.
+    pub fn power_to_scene(&self, power: f64) -> f64 {
+        self.scaled.scale.power_to_scene(power)
     }
 
     /// Density of the fluid, `ρ L² / μ`: a velocity diffuses over the smallest radius `L` in this
@@ -192,6 +199,7 @@ impl MovingScene {
             generator,
             motion,
             reference: None,
+            is_generated: false,
         })
     }
 }
@@ -201,6 +209,16 @@ pub struct MovingMeshes {
     generator: MeshGenerator,
     motion: Box<dyn MeshMotion>,
     reference: Option<ReferenceMesh>,
+    /// Whether the reference was generated, and is not the mesh of a file.
+    is_generated: bool,
+}
+
+/// What the present meshes of an integration in time are moved from.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct MeshOrigin {
+    /// Scaled poses of the bodies with a surface around which the mesh was generated.
+    poses: Vec<Isometry3<f64>>,
+    is_generated: bool,
 }
 
 impl MovingMeshes {
@@ -213,7 +231,10 @@ impl MovingMeshes {
         let placement = self.snapped(poses);
         match &self.reference {
             Some(reference) => Ok(reference.moved(&self.generator, &placement)?.ok()),
-            None => self.new_mesh(placement).map(Some),
+            None => {
+                let is_from_file = matches!(self.generator.source, Source::File { .. });
+                self.new_mesh(placement, !is_from_file).map(Some)
+            }
         }
     }
 
@@ -222,19 +243,54 @@ impl MovingMeshes {
     /// # Errors
     /// Bodies around which no mesh can be generated.
     pub fn renewed(&mut self, poses: &[Isometry3<f64>]) -> Result<TetMesh, ModelError> {
-        self.new_mesh(self.snapped(poses))
+        self.new_mesh(self.snapped(poses), true)
     }
 
-    fn new_mesh(&mut self, placement: Placement) -> Result<TetMesh, ModelError> {
-        let mesh = match (&self.generator.source, &self.reference) {
-            // The first mesh of a file is the file's.
-            (Source::File { mesh, .. }, None) => mesh.clone(),
+    /// What the present meshes are moved from; none before the first.
+    pub fn origin(&self) -> Option<MeshOrigin> {
+        self.reference.as_ref().map(|reference| MeshOrigin {
+            poses: reference.surfaced().poses.clone(),
+            is_generated: self.is_generated,
+        })
+    }
+
+    /// Generates the mesh of an earlier run again, bitwise the same, from which meshes are moved
+    /// from now on.
+    ///
+    /// # Errors
+    /// [`ModelError::History`] for poses that do not fit the scene, poses around which no mesh can
+    /// be generated.
+    pub fn restore(&mut self, origin: &MeshOrigin) -> Result<TetMesh, ModelError> {
+        if let Some(reference) = &self.reference
+            && self.origin().as_ref() == Some(origin)
+        {
+            return Ok(reference.mesh().clone());
+        }
+        let (expected, found) = (self.generator.surfaced.len(), origin.poses.len());
+        let is_from_file = matches!(self.generator.source, Source::File { .. });
+        if expected != found || !(origin.is_generated || is_from_file) {
+            return Err(ModelError::History(format!(
+                "is damaged: a mesh of {found} bodies instead of {expected}, or of no file"
+            )));
+        }
+        check_rotations(&origin.poses)?;
+        self.new_mesh(Placement::rigid(&origin.poses), origin.is_generated)
+    }
+
+    fn new_mesh(
+        &mut self,
+        placement: Placement,
+        is_generated: bool,
+    ) -> Result<TetMesh, ModelError> {
+        let mesh = match &self.generator.source {
+            Source::File { mesh, .. } if !is_generated => mesh.clone(),
             _ => self.generator.generate(&placement)?,
         };
         // The poses of all bodies would serve to restore a history, which a fluid's flow is not in.
         let (motion, all) = (self.motion.as_ref(), Placement::default());
         let reference = ReferenceMesh::new(&self.generator, motion, mesh.clone(), placement, &all)?;
         self.reference = Some(reference);
+        self.is_generated = is_generated;
         Ok(mesh)
     }
 

@@ -94,6 +94,16 @@ impl ReferenceMesh {
         })
     }
 
+    /// The mesh at its reference configuration.
+    pub fn mesh(&self) -> &TetMesh {
+        self.map.reference()
+    }
+
+    /// Placement of the bodies with surfaces there.
+    pub fn surfaced(&self) -> &Placement {
+        &self.surfaced
+    }
+
     /// Creates the space for error estimates if there is none.
     ///
     /// # Errors

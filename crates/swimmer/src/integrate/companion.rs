@@ -4,8 +4,9 @@ use models::{DiscretisationError, InstantaneousSolution, Uncertainty};
 use rigid::StateVelocity;
 use scene::PhaseSpan;
 
-use super::moving_fluid::{MovingFluid, TriedStep};
+use super::moving_fluid::{FluidState, MovingFluid, TriedStep, other_discretisation};
 use crate::error::SwimError;
+use crate::kinetic_energy::KineticEnergy;
 
 /// Factor on the element sizes of a coarser mesh in space.
 ///
@@ -106,5 +107,24 @@ impl MovingFluid for WithCompanion<'_> {
     fn accept(&mut self) -> Result<(), SwimError> {
         self.fine.accept()?;
         self.coarse.accept()
+    }
+
+    fn kinetic_energy(&self) -> Result<KineticEnergy, SwimError> {
+        let [fine, coarse] = [self.fine.kinetic_energy()?, self.coarse.kinetic_energy()?];
+        Ok(fine.corrected(&coarse, self.share, self.uncertainty))
+    }
+
+    fn remembered(&mut self) -> Result<FluidState, SwimError> {
+        let both = [self.fine.remembered()?, self.coarse.remembered()?];
+        Ok(FluidState::WithCompanion(Box::new(both)))
+    }
+
+    fn continue_from(&mut self, state: FluidState) -> Result<(), SwimError> {
+        let FluidState::WithCompanion(both) = state else {
+            return Err(other_discretisation());
+        };
+        let [fine, coarse] = *both;
+        self.fine.continue_from(fine)?;
+        self.coarse.continue_from(coarse)
     }
 }

@@ -6,9 +6,10 @@ use axisymmetric::{
 use models::{InstantaneousSolution, ModelError, MovingAxis};
 use scene::{InertiaKind, PhaseSpan, Scene};
 
-use super::moving_fluid::{MovingFluid, PresentSpan, TriedStep};
+use super::moving_fluid::{FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation};
 use super::prediction::velocity_tolerance;
 use crate::error::SwimError;
+use crate::kinetic_energy::KineticEnergy;
 
 /// Bodies, loads and slip of a scene along its gait, in the meridian plane.
 pub(super) struct MeridianScene {
@@ -186,5 +187,25 @@ impl MovingFluid for MeridianFluid<'_> {
         let step = self.tried.take().ok_or(SwimError::NoFlow)?;
         self.integrator.accept(step);
         Ok(())
+    }
+
+    fn kinetic_energy(&self) -> Result<KineticEnergy, SwimError> {
+        let energies = self.integrator.kinetic_energy().map_err(failed)?;
+        let moving = &self.scene.moving;
+        Ok(KineticEnergy::new(
+            energies.map(|energy| moving.power_to_scene(energy)),
+        ))
+    }
+
+    fn remembered(&mut self) -> Result<FluidState, SwimError> {
+        Ok(FluidState::Meridian(self.integrator.remembered()))
+    }
+
+    fn continue_from(&mut self, state: FluidState) -> Result<(), SwimError> {
+        let FluidState::Meridian(state) = state else {
+            return Err(other_discretisation());
+        };
+        self.tried = None;
+        self.integrator.continue_from(state).map_err(failed)
     }
 }

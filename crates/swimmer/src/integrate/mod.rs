@@ -41,6 +41,7 @@ use span_evaluator::SpanEvaluator;
 
 pub(crate) use prediction::velocity_tolerance;
 
+pub use moving_fluid::UnsteadyState;
 pub use piece::PathPiece;
 pub use result::SpanResult;
 pub(crate) use span_evaluator::enter_table;
@@ -215,6 +216,17 @@ impl<'a> Integrator<'a> {
     pub fn with_unsteady_scene(self, scene: &'a UnsteadyScene) -> Result<Self, SwimError> {
         let unsteady = Some(UnsteadyFlow::new(scene)?);
         Ok(Self { unsteady, ..self })
+    }
+
+    /// The same integrator after `span`, with the fluid as [`SpanResult::fluid`] of it.
+    ///
+    /// # Errors
+    /// [`SwimError::NoFlow`] without [`Integrator::with_unsteady_scene`], a fluid that does not fit
+    /// the scene or the end of `span`.
+    pub fn after(mut self, span: &PhaseSpan, fluid: UnsteadyState) -> Result<Self, SwimError> {
+        let unsteady = self.unsteady.as_mut().ok_or(SwimError::NoFlow)?;
+        unsteady.continue_after(span, fluid)?;
+        Ok(self)
     }
 
     /// The same integrator for bodies with mass that have these velocities `(U, ω)`, six numbers

@@ -2,11 +2,15 @@
 
 use std::sync::{PoisonError, RwLock};
 
-use models::InstantaneousSolution;
+use axisymmetric::AxialState;
+use inertia::IntegratorState;
+use models::{InstantaneousSolution, MeshOrigin, ModelError};
 use rigid::StateVelocity;
 use scene::{PhaseSpan, Scene};
+use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
+use crate::kinetic_energy::KineticEnergy;
 
 /// A fluid that remembers its velocity, and the bodies in it, which take steps in time together.
 ///
@@ -45,6 +49,49 @@ pub(super) trait MovingFluid {
     /// # Errors
     /// [`SwimError::NoFlow`] before a step.
     fn accept(&mut self) -> Result<(), SwimError>;
+
+    /// Kinetic energy of fluid and bodies at the present time.
+    ///
+    /// # Errors
+    /// A velocity that is not finite.
+    fn kinetic_energy(&self) -> Result<KineticEnergy, SwimError>;
+
+    /// What the next steps depend on. The fluid goes on with the same bits as one that continues
+    /// from it.
+    ///
+    /// # Errors
+    /// [`SwimError::NoFlow`] before a mesh.
+    fn remembered(&mut self) -> Result<FluidState, SwimError>;
+
+    /// Continues from what a fluid of the same scene remembered.
+    ///
+    /// # Errors
+    /// What does not fit the scene.
+    fn continue_from(&mut self, state: FluidState) -> Result<(), SwimError>;
+}
+
+/// What a fluid with inertia remembers between two phase spans, for checkpoints.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct UnsteadyState {
+    pub(super) fluid: FluidState,
+    /// Length of the last step that its error chose.
+    pub(super) length: Option<f64>,
+    /// Estimated error of the velocities of surfaces so far.
+    pub(super) velocity_error: f64,
+}
+
+/// What a moving fluid remembers between steps.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum FluidState {
+    Spatial(MeshOrigin, IntegratorState),
+    Meridian(AxialState),
+    WithCompanion(Box<[FluidState; 2]>),
+}
+
+/// The error for what a fluid of another discretisation remembered.
+pub(super) fn other_discretisation() -> SwimError {
+    ModelError::History("has the fluid of another discretisation".to_owned()).into()
 }
 
 /// A step in time, before it is accepted.

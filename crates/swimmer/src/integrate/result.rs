@@ -10,6 +10,7 @@ use nalgebra::Vector3;
 use rigid::{Articulation, State, StateVelocity};
 
 use super::masses::{Velocities, numbers_of};
+use super::moving_fluid::UnsteadyState;
 use super::piece::PathPiece;
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use crate::error::SwimError;
@@ -102,6 +103,8 @@ pub struct SpanResult {
     pub seconds: Seconds,
     /// Velocities `(U, ω)` of all bodies at the end, for methods with inertia; empty for others.
     pub velocities: Vec<f64>,
+    /// The fluid at the end if it has inertia; none for a part of a phase span.
+    pub fluid: Option<UnsteadyState>,
 }
 
 /// An error that ends the integration of a phase span.
@@ -292,6 +295,7 @@ impl SpanResult {
             holding: HoldingLoads::default(),
             seconds: Seconds::default(),
             velocities: Vec::new(),
+            fluid: None,
         }
     }
 

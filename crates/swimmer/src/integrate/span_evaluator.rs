@@ -13,6 +13,7 @@ use scene::{
 use super::passive_joints::JointNewton;
 use super::piece::PathPiece;
 use crate::error::SwimError;
+use crate::kinetic_energy::KineticEnergy;
 
 /// Why the error of a phase span whose path is a program's may not become small.
 const OWN_PATH_HINT: &str = ", or begin another phase where the path of the joints has a corner: \
@@ -54,6 +55,8 @@ pub struct SpanSolution {
     pub state: State,
     /// The solution.
     pub solution: InstantaneousSolution,
+    /// Kinetic energy of fluid and bodies, for fluids with inertia.
+    pub kinetic_energy: Option<KineticEnergy>,
 }
 
 /// Sets the number of solves of a table in a list of all tables.
@@ -269,6 +272,20 @@ impl<'a> SpanEvaluator<'a> {
         state: &State,
         solution: InstantaneousSolution,
     ) -> Result<SpanSolution, SwimError> {
+        self.record_with_energy(s, state, solution, None)
+    }
+
+    /// As [`SpanEvaluator::record`], with the kinetic energy of a fluid with inertia.
+    ///
+    /// # Errors
+    /// Those of [`SpanEvaluator::record`].
+    pub fn record_with_energy(
+        &mut self,
+        s: f64,
+        state: &State,
+        solution: InstantaneousSolution,
+        kinetic_energy: Option<KineticEnergy>,
+    ) -> Result<SpanSolution, SwimError> {
         solution.check(self.model)?;
         self.seconds += solution.seconds;
         let dofs = self.dofs.replace(solution.dofs.total);
@@ -279,6 +296,7 @@ impl<'a> SpanEvaluator<'a> {
             s,
             state: state.clone(),
             solution,
+            kinetic_energy,
         };
         self.solves += 1;
         if let Some(lookup) = span_solution.solution.lookup {

@@ -1,5 +1,8 @@
 //! Steps in time of a fluid with inertia on meshes in space.
 
+use std::cell::RefCell;
+use std::rc::Rc;
+
 use inertia::{
     Bodies, BodyMass, Convection, Forcing, InertiaError, Integrator, Meshes, Parameters,
     ProjectionJump, Step,
@@ -11,8 +14,9 @@ use rigid::{Constraints, ExternalLoad, RigidError};
 use scene::{Domain, EstimatesKind, InertiaKind, PhaseSpan, Scene};
 
 use super::companion::COARSER;
-use super::moving_fluid::{MovingFluid, PresentSpan, TriedStep};
+use super::moving_fluid::{FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation};
 use crate::error::SwimError;
+use crate::kinetic_energy::KineticEnergy;
 
 /// Bodies, loads and slip of a scene along its gait, on meshes in space.
 pub(super) struct SpatialScene {
@@ -71,16 +75,18 @@ impl Forcing for SpatialScene {
     }
 }
 
-/// Meshes of a scene for an integrator in time.
-struct SceneMeshes(MovingMeshes);
+/// Meshes of a scene for an integrator in time, whose origin is part of what a fluid remembers.
+#[derive(Clone)]
+struct SceneMeshes(Rc<RefCell<MovingMeshes>>);
 
 impl Meshes for SceneMeshes {
     fn mesh(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
-        self.0.moved(poses).map_err(supplied)
+        self.0.borrow_mut().moved(poses).map_err(supplied)
     }
 
     fn renew(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
-        self.0.renewed(poses).map(Some).map_err(supplied)
+        let renewed = self.0.borrow_mut().renewed(poses);
+        renewed.map(Some).map_err(supplied)
     }
 }
 
@@ -92,6 +98,7 @@ fn supplied(error: ModelError) -> InertiaError {
 pub(super) struct SpatialFluid<'a> {
     scene: &'a SpatialScene,
     integrator: Integrator<'a>,
+    meshes: SceneMeshes,
     tried: Option<Step>,
     /// The jump by the last new mesh before the accepted steps.
     seen: Option<ProjectionJump>,
@@ -122,10 +129,12 @@ impl<'a> SpatialFluid<'a> {
         let parameters = Parameters::new(moving.density())
             .with_convection(convection)
             .with_options(moving.options());
-        let meshes = Box::new(SceneMeshes(moving.meshes()?));
+        let meshes = SceneMeshes(Rc::new(RefCell::new(moving.meshes()?)));
+        let supplied = Box::new(meshes.clone());
         let volumes = moving.scene().bodies().iter();
         Ok(Self {
-            integrator: Integrator::from_rest(bodies, scene, meshes, parameters, 0.0)?,
+            integrator: Integrator::from_rest(bodies, scene, supplied, parameters, 0.0)?,
+            meshes,
             scene,
             tried: None,
             seen: None,
@@ -141,10 +150,14 @@ impl<'a> SpatialFluid<'a> {
             return 0.0;
         }
         let momentum = jump.map_or(0.0, |jump| jump.momentum.norm());
-        let planes = self.scene.moving.scene().fem_symmetry_planes();
-        let parts = planes.into_iter().filter(|plane| *plane).count() as i32;
         let scale = self.scene.moving.length_to_scene(1.0);
-        2.0 * momentum * 2_f64.powi(parts) * scale.powi(4) / self.volume
+        2.0 * momentum * self.parts() * scale.powi(4) / self.volume
+    }
+
+    /// Number of the equal parts of the fluid, one of which is meshed.
+    fn parts(&self) -> f64 {
+        let planes = self.scene.moving.scene().fem_symmetry_planes();
+        2_f64.powi(planes.into_iter().filter(|plane| *plane).count() as i32)
     }
 }
 
@@ -195,5 +208,33 @@ impl MovingFluid for SpatialFluid<'_> {
         let step = self.tried.take().ok_or(SwimError::NoFlow)?;
         self.seen = self.integrator.last_jump();
         Ok(self.integrator.accept(step)?)
+    }
+
+    fn kinetic_energy(&self) -> Result<KineticEnergy, SwimError> {
+        let of_part = self.integrator.kinetic_energy()?;
+        let energies = [
+            self.parts() * of_part,
+            self.integrator.bodies_kinetic_energy(),
+        ];
+        let moving = &self.scene.moving;
+        Ok(KineticEnergy::new(
+            energies.map(|energy| moving.power_to_scene(energy)),
+        ))
+    }
+
+    fn remembered(&mut self) -> Result<FluidState, SwimError> {
+        let origin = self.meshes.0.borrow().origin();
+        let origin = origin.ok_or(SwimError::NoFlow)?;
+        Ok(FluidState::Spatial(origin, self.integrator.remembered()))
+    }
+
+    fn continue_from(&mut self, state: FluidState) -> Result<(), SwimError> {
+        let FluidState::Spatial(origin, state) = state else {
+            return Err(other_discretisation());
+        };
+        let mesh = self.meshes.0.borrow_mut().restore(&origin)?;
+        self.tried = None;
+        self.seen = None;
+        Ok(self.integrator.continue_from(state, &mesh)?)
     }
 }

@@ -13,7 +13,7 @@ use scene::{PhaseSpan, Scene, StartKind};
 
 use super::companion::WithCompanion;
 use super::meridian_fluid::{MeridianFluid, MeridianScene};
-use super::moving_fluid::{MovingFluid, TriedStep, position};
+use super::moving_fluid::{MovingFluid, TriedStep, UnsteadyState, position};
 use super::piece::PathPiece;
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
@@ -146,6 +146,39 @@ impl<'a> UnsteadyFlow<'a> {
         })
     }
 
+    /// Continues after a phase span, from what was remembered at its end.
+    ///
+    /// # Errors
+    /// What does not fit the scene or the end of the phase span.
+    pub fn continue_after(
+        &mut self,
+        span: &PhaseSpan,
+        state: UnsteadyState,
+    ) -> Result<(), SwimError> {
+        self.fluid.enter(span);
+        self.fluid.continue_from(state.fluid)?;
+        let distance = (self.fluid.time() - span.start - span.duration).abs();
+        let is_length = state.length.is_none_or(|length| length > 0.0);
+        let is_end = distance <= LEAST_STEP * span.duration;
+        if !is_end || !is_length || state.velocity_error < 0.0 {
+            let problem = "has a fluid of another time than the end of the last phase".to_owned();
+            return Err(ModelError::History(problem).into());
+        }
+        self.span = Some(span.clone());
+        self.length = state.length;
+        self.velocity_error = state.velocity_error;
+        Ok(())
+    }
+
+    /// What the next phase span depends on.
+    fn remembered(&mut self) -> Result<UnsteadyState, SwimError> {
+        Ok(UnsteadyState {
+            fluid: self.fluid.remembered()?,
+            length: self.length,
+            velocity_error: self.velocity_error,
+        })
+    }
+
     /// Time over which an error of a velocity counts that a step of this length makes.
     fn weight(&self, length: f64) -> f64 {
         length + self.memory
@@ -210,8 +243,12 @@ pub(super) fn span(
     flow: &mut UnsteadyFlow,
 ) -> Result<SpanResult, Stopped> {
     let mut result = SpanResult::empty(start);
-    match integrate(evaluator, flow, &mut result) {
-        Ok(()) => Ok(result.with_totals(evaluator)),
+    let integrated = integrate(evaluator, flow, &mut result).and_then(|()| flow.remembered());
+    match integrated {
+        Ok(state) => Ok(SpanResult {
+            fluid: Some(state),
+            ..result.with_totals(evaluator)
+        }),
         Err(error) => Err(result.stopped(evaluator, error)),
     }
 }
@@ -295,7 +332,9 @@ fn append(
     evaluator.check_path(&piece)?;
     let solution = flow.fluid.solution(evaluator.flows)?;
     flow.fluid.accept()?;
-    let recorded = evaluator.record(part.1, &piece.state(set, part.1)?, solution)?;
+    let energy = Some(flow.fluid.kinetic_energy()?);
+    let state = piece.state(set, part.1)?;
+    let recorded = evaluator.record_with_energy(part.1, &state, solution, energy)?;
     // Where nothing is known of the error of a step, it is smaller than the change in it, or in the
     // next step.
     let change = last.map_or(0.0, |last| {

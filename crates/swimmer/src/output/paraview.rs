@@ -145,18 +145,24 @@ impl FlowSeries {
     }
 }
 
-/// Writes a flow as a `.vtu` file: velocity at all nodes, and pressure at vertices, if it is known.
+/// Writes a flow as a `.vtu` file: velocity and vorticity at all nodes, the latter linear between
+/// vertices as the pressure, which is written if it is known.
 ///
 /// # Errors
 /// [`SwimError::Write`], or a model error for fields that do not fit the mesh.
 pub fn write_flow(flow: &FlowField, path: impl AsRef<Path>) -> Result<(), SwimError> {
     let path = path.as_ref();
     let velocity: Vec<f64> = flow.velocity.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
+    let vorticity = flow.vorticity()?;
+    let vorticity: Vec<f64> = vorticity.iter().flat_map(|w| [w.x, w.y, w.z]).collect();
     let write = || {
         let file = Vtu::cells(&flow.mesh).point_field("velocity", 3, &velocity)?;
+        let file = file.vertex_field("vorticity", 3, &vorticity)?;
         match flow.pressure.is_empty() {
             true => file.write(path),
-            false => file.vertex_field("pressure", &flow.pressure)?.write(path),
+            false => file
+                .vertex_field("pressure", 1, &flow.pressure)?
+                .write(path),
         }
     };
     write().map_err(from_mesh)

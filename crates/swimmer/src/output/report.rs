@@ -40,7 +40,9 @@ pub const ALL_ERRORS: &str = "all errors";
 /// - `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer),
 ///   `allowed_error` (the length that they allow);
 /// - `inertia` of the fluid: its `terms` and `start` (the words of the scene), the largest
-///   `reynolds` number and the `frequency_parameter` ([`InertiaNumbers`]), or null;
+///   `reynolds` number and the `frequency_parameter` ([`InertiaNumbers`]), and the
+///   `kinetic_energy` at the end, of the `fluid` and the `bodies` with the `mesh_error` of both
+///   (errors of steps are not estimated); or null;
 /// - `thermal_noise`: its `energy` `k_B T` and `seed`, the number of `steps` and the longest
 ///   `time_step`, `diffusion` and `rotational_diffusion` of the first sphere alone
 ///   ([`NoiseNumbers`]), or null. Displacements are then those of one realisation, and their error
@@ -180,6 +182,7 @@ pub fn summary_json(
                 "start": scene.inertia().start.word(),
                 "reynolds": numbers.reynolds,
                 "frequency_parameter": numbers.frequency,
+                "kinetic_energy": outcome.kinetic_energy(),
             })
         })),
         "tolerance_limits": limited,

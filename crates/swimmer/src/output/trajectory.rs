@@ -17,8 +17,9 @@ const COLUMNS: [&str; 18] = [
 /// Columns: `time`, `cycle` and `phase` (from one), the value of each joint (`NAME.length`, an
 /// angle for joints that turn), and 18 columns per body, such as `left.x`. Velocities and forces
 /// are empty at the ends of phases, where rates jump and nothing is solved; at equal intervals of
-/// time they are interpolated between solves. Numbers have as many digits as are needed to restore
-/// every bit. Rotation vectors count full turns
+/// time they are interpolated between solves. Fluids with inertia have two more columns, the
+/// kinetic energies of fluid and bodies, empty where nothing is solved. Numbers have as many digits
+/// as are needed to restore every bit. Rotation vectors count full turns
 /// ([`Turning::rotation_vector`](crate::Turning::rotation_vector)).
 pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     let mut header = vec!["time".to_owned(), "cycle".to_owned(), "phase".to_owned()];
@@ -35,6 +36,10 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
                 .iter()
                 .map(|column| format!("{}.{column}", body.name)),
         );
+    }
+    let has_energy = scene.inertia().is_kept();
+    if has_energy {
+        header.extend(["kinetic_energy.fluid", "kinetic_energy.bodies"].map(str::to_owned));
     }
     let mut text = header
         .iter()
@@ -64,6 +69,14 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
                 }
                 None => row.extend(vec![String::new(); 12]),
             }
+        }
+        if has_energy {
+            let energies = sample
+                .kinetic_energy
+                .map(|energy| [energy.fluid, energy.bodies]);
+            row.extend(
+                energies.map_or([String::new(), String::new()], |e| e.map(|e| e.to_string())),
+            );
         }
         text.push_str(&row.join(","));
         text.push('\n');

@@ -24,6 +24,7 @@ mod neglected_terms;
 mod paths;
 mod periodic;
 mod reports;
+mod resumed_fluid;
 mod strokes;
 mod support;
 mod swimmers;

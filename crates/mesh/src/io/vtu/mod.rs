@@ -121,24 +121,32 @@ impl<'a> Vtu<'a> {
         Ok(self)
     }
 
-    /// Adds a scalar field on the vertices (P1, such as the pressure).
+    /// Adds a field on the vertices (P1, such as the pressure): `components` consecutive numbers
+    /// per vertex.
     ///
     /// Midside nodes get the mean of the two ends of their edge.
     ///
     /// # Errors
-    /// As [`Vtu::point_field`], for `n_vertices` entries.
-    pub fn vertex_field(self, name: &str, values: &[f64]) -> Result<Self, MeshError> {
-        check(name, values, 1, self.mesh.n_vertices())?;
+    /// As [`Vtu::point_field`], for `components * n_vertices` entries.
+    pub fn vertex_field(
+        self,
+        name: &str,
+        components: usize,
+        values: &[f64],
+    ) -> Result<Self, MeshError> {
+        check(name, values, components, self.mesh.n_vertices())?;
         let mut all = values.to_vec();
-        all.resize(self.mesh.n_points(), 0.0);
+        all.resize(components * self.mesh.n_points(), 0.0);
         for cell in self.mesh.cells() {
+            let nodes = cell.map(|node| node as usize * components);
             for (k, [i, j]) in TET_EDGES.into_iter().enumerate() {
-                // Halves first: the sum of two large numbers could overflow.
-                all[cell[4 + k] as usize] =
-                    0.5 * values[cell[i] as usize] + 0.5 * values[cell[j] as usize];
+                for c in 0..components {
+                    // Halves first: the sum of two large numbers could overflow.
+                    all[nodes[4 + k] + c] = 0.5 * values[nodes[i] + c] + 0.5 * values[nodes[j] + c];
+                }
             }
         }
-        self.point_field(name, 1, &all)
+        self.point_field(name, components, &all)
     }
 
     /// Adds a field on the cells of the file: `components` consecutive numbers per cell.

@@ -141,7 +141,7 @@ fn vertex_field_is_linear_along_edges() {
         .map(linear)
         .collect();
     let file = Vtu::cells(&mesh)
-        .vertex_field("pressure", &pressure)
+        .vertex_field("pressure", 1, &pressure)
         .unwrap()
         .to_bytes();
     for (value, p) in reals(&appended(&file, "pressure"))
@@ -212,7 +212,7 @@ fn fields_of_wrong_length_and_with_nan_are_refused() {
         "field 'u' has 5 entries, but the mesh needs 81"
     );
     let error = Vtu::cells(&mesh)
-        .vertex_field("p", &[0.0; 9])
+        .vertex_field("p", 1, &[0.0; 9])
         .err()
         .unwrap();
     assert!(matches!(
@@ -239,7 +239,7 @@ fn duplicate_field_names_are_refused() {
     let (on_points, on_vertices, on_cells) = ([0.0; 27], [0.0; 8], [0.0; 6]);
     let file = || Vtu::cells(&mesh).point_field("p", 1, &on_points).unwrap();
     assert_eq!(duplicate(file().point_field("p", 1, &on_points)), "p");
-    assert_eq!(duplicate(file().vertex_field("p", &on_vertices)), "p");
+    assert_eq!(duplicate(file().vertex_field("p", 1, &on_vertices)), "p");
     // Fields on nodes and on cells are separate lists.
     let file = file().cell_field("p", 1, &on_cells).unwrap();
     assert_eq!(duplicate(file.cell_field("p", 1, &on_cells)), "p");

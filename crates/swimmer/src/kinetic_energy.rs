@@ -1,0 +1,39 @@
+//! Kinetic energy of a fluid with inertia and of the bodies in it.
+
+use serde::{Deserialize, Serialize};
+
+/// Kinetic energy of fluid and bodies at one time, in the units of the scene.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct KineticEnergy {
+    /// That of the fluid, `ρ/2 ∫ |u|²`, without its estimated error by the mesh.
+    pub fluid: f64,
+    /// That of the bodies, `sum_b (m U² + ω · I ω) / 2`, likewise.
+    pub bodies: f64,
+    /// Uncertainty of each by the mesh, without the errors of steps; none where it is not
+    /// estimated.
+    pub mesh_error: Option<[f64; 2]>,
+}
+
+impl KineticEnergy {
+    /// Energies without an estimate of their errors.
+    pub(crate) fn new([fluid, bodies]: [f64; 2]) -> Self {
+        Self {
+            fluid,
+            bodies,
+            mesh_error: None,
+        }
+    }
+
+    /// These energies minus their errors, `share` of the difference of those on a coarser mesh to
+    /// them, with an uncertainty relative to that.
+    pub(crate) fn corrected(&self, coarse: &Self, share: f64, uncertainty: f64) -> Self {
+        let errors = [coarse.fluid - self.fluid, coarse.bodies - self.bodies];
+        let [fluid, bodies] = errors.map(|difference| share * difference);
+        Self {
+            fluid: self.fluid - fluid,
+            bodies: self.bodies - bodies,
+            mesh_error: Some([fluid, bodies].map(|error| uncertainty * error.abs())),
+        }
+    }
+}
