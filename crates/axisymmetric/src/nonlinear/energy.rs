@@ -80,13 +80,14 @@ impl FlowSystem {
         Ok(inside + outside - work.sum::<f64>())
     }
 
-    /// Power of the boundaries on the fluid: forces times velocities at their nodes.
-    pub fn boundary_power(&self, residual: &Residual, fields: &Fields) -> f64 {
+    /// Power of the boundaries on the fluid: forces of [`FlowSystem::surface_forces`] times
+    /// velocities at their nodes.
+    pub fn boundary_power(&self, forces: &[Point], fields: &Fields) -> f64 {
         let nodes = self.parts.iter().enumerate();
         let moving = nodes
             .filter(|(_, part)| matches!(part, Some(BoundaryPart::Body(_) | BoundaryPart::Wall)));
         moving
-            .map(|(node, _)| residual.momentum[node].dot(&fields.velocity[node]))
+            .map(|(node, _)| forces[node].dot(&fields.velocity[node]))
             .sum()
     }
 

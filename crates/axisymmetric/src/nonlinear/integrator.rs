@@ -553,6 +553,7 @@ impl<'a> AxialIntegrator<'a> {
             ..fixed_terms
         };
         let residual = self.system.residual(&nodes, &fields, &terms)?;
+        let of_surfaces = (self.system).surface_forces(&nodes, &fields, &terms, &residual)?;
         self.factors = factors;
         let velocities = self.system.body_velocities(&fields, &boundary);
         let largest =
@@ -578,7 +579,7 @@ impl<'a> AxialIntegrator<'a> {
             velocities: velocities.clone(),
             forces: self.system.forces(&residual),
             momentum_rates: momentum_rates.collect(),
-            slip_power: (boundary.slip.iter().zip(&residual.momentum))
+            slip_power: (boundary.slip.iter().zip(&of_surfaces))
                 .map(|(slip, force)| slip.dot(force))
                 .sum(),
             error,

@@ -504,13 +504,14 @@ impl<'a> Problem<'a> {
         }
         let terms = terms(self.density);
         let residual = system.residual(&positions, &fields, &terms)?;
+        let of_surfaces = system.surface_forces(&positions, &fields, &terms, &residual)?;
         let (size, speed) = (self.size(), largest_speed(&fields));
         let forces = system.forces(&residual);
         let drag = 6.0 * PI * typical * size * speed;
         let state = SteadyState {
             velocities: system.body_velocities(&fields, &boundary),
-            power: system.boundary_power(&residual, &fields),
-            slip_power: (boundary.slip.iter().zip(&residual.momentum))
+            power: system.boundary_power(&of_surfaces, &fields),
+            slip_power: (boundary.slip.iter().zip(&of_surfaces))
                 .map(|(slip, force)| slip.dot(force))
                 .sum(),
             dissipation: system.dissipation(&positions, &fields, &terms)?,

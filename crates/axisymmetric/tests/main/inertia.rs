@@ -105,6 +105,32 @@ fn the_speed_of_a_neutral_squirmer_does_not_depend_on_inertia() {
     }
 }
 
+/// Dissipation `2 ∫ D:D` by the same spectral program for the speed `U_0 = 1` without inertia. In a
+/// steady state it is the power of the slip: the slip is no rigid motion, whose power any of the
+/// viscous forms gives.
+#[test]
+fn bug_the_power_of_slip_with_inertia_lacked_a_part() {
+    for (beta, reynolds, exact) in [
+        (3.0, 0.1, 208.03864601),
+        (3.0, 1.0, 212.43271915),
+        (3.0, 5.0, 240.65347275),
+        (-3.0, 1.0, 214.96586022),
+    ] {
+        let found = squirmer(beta, reynolds, 1e-7);
+        for (name, value) in [
+            ("dissipation", found.dissipation),
+            ("power", found.power),
+            ("power of the slip", found.slip_power),
+        ] {
+            let error = (value / exact - 1.0).abs();
+            assert!(
+                error < 2e-7,
+                "β = {beta}, Re = {reynolds}: {name} {value}, error {error:.1e}"
+            );
+        }
+    }
+}
+
 /// Force on an oscillating sphere in a fixed concentric ball of radius 10, from the closed solution
 /// with stream function `(A r^2 + B / r + C (ch - sh / (α r)) + D e^(-α r) (1 + 1 / (α r))) sin^2
 /// θ` and `α^2 = -i S`.

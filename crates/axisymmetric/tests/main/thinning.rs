@@ -127,6 +127,32 @@ fn speed_and_power_of_a_squirmer_in_a_fluid_of_carreau_are_those_of_a_spectral_p
     assert!(found.forces[0].abs() < 1e-9);
 }
 
+/// In unbounded fluid the viscosity at rest has a form of its own, whose power is another one for
+/// slip. The exact power is `(8 π / 3) μ a (2 B_1^2 + B_2^2)` without a law, and with one that in a
+/// ball, from which it differs by the cube of the ratio of radii.
+#[test]
+fn bug_the_power_of_slip_in_unbounded_fluid_with_a_law_lacked_a_part() {
+    let slip = squirmer_drive(1.0, 1.0);
+    let drive = SteadyDrive {
+        slip: Some(&slip),
+        ..SteadyDrive::default()
+    };
+    let power = |surroundings, time: f64| {
+        let law = carreau(0.5, time, 0.0);
+        let parameters = SteadyParameters::new(0.0).with_law(&law);
+        let parameters = parameters.with_tolerance(1e-5);
+        let found = steady_state(&[squirmer()], surroundings, &drive, &parameters).expect("a flow");
+        assert!((found.slip_power / found.power - 1.0).abs() < 1e-9);
+        found.power
+    };
+    let newtonian = power(Surroundings::Unbounded, 0.0);
+    assert!((newtonian / (8.0 * PI) - 1.0).abs() < 1e-5, "{newtonian}");
+    let unbounded = power(Surroundings::Unbounded, 1.0);
+    let in_ball = power(Surroundings::Ball { radius: 100.0 }, 1.0);
+    let difference = (unbounded / in_ball - 1.0).abs();
+    assert!(difference < 3e-5, "{unbounded} {in_ball}");
+}
+
 fn change_of_squirmer(surroundings: Surroundings, beta: f64, law: &Law) -> LawChange {
     let slip = squirmer_drive(1.5, beta);
     let drive = SteadyDrive {
