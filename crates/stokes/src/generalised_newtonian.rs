@@ -523,7 +523,7 @@ impl Problem<'_> {
     /// # Errors
     /// Those of [`Problem::assemble`]; [`StokesError::NewtonNotConverged`],
     /// [`StokesError::EnergyNotDecreasing`], [`StokesError::Linalg`] without convergence;
-    /// [`StokesError::EngineOfNewtonianFluids`].
+    /// [`StokesError::SlowFlow`], [`StokesError::EngineOfNewtonianFluids`].
     pub fn solve_generalised_newtonian(
         &self,
         drive: &Drive,
@@ -566,7 +566,13 @@ impl Problem<'_> {
             whole,
             relative_residual: [residual, weighted],
             report,
-        } = newton.solve(&mut guesses.flows)?;
+        } = (newton.solve(&mut guesses.flows)).map_err(|error| match error {
+            // The stiffness has the viscosity as a factor, the divergence has not.
+            StokesError::Linalg(LinalgError::Unbalanced { ratio }) => StokesError::SlowFlow {
+                viscosity: ratio.recip(),
+            },
+            other => other,
+        })?;
         let solved = clock.elapsed().as_secs_f64();
         let stress = newton.stress(&whole);
         let surfaces = newton.surfaces.as_ref();

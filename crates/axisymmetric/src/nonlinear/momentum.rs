@@ -136,9 +136,8 @@ impl<'a> MomentumElement<'a> {
                 None => (0.0, self.pressure[q]),
             };
             let mut flux = [0, 1].map(|i| {
-                [0, 1].map(|d| {
-                    constant * gradient[i][d] + excess * (gradient[i][d] + gradient[d][i])
-                })
+                [0, 1]
+                    .map(|d| constant * gradient[i][d] + excess * (gradient[i][d] + gradient[d][i]))
             });
             let mut value = [0, 1].map(|i| {
                 let convection = to_z * gradient[i][0] + to_r * gradient[i][1];
@@ -198,9 +197,7 @@ impl<'a> MomentumElement<'a> {
             }
         }
         let velocity = &self.rule.velocity;
-        &velocity.gradients[0] * by_x
-            + &velocity.gradients[1] * by_y
-            + &velocity.values * by_value
+        &velocity.gradients[0] * by_x + &velocity.gradients[1] * by_y + &velocity.values * by_value
     }
 
     /// Derivatives of the residuals by the nodal values of the velocities and the pressure.

@@ -426,6 +426,37 @@ fn forces_have_the_derivatives_that_the_solver_returns() {
     assert!(solver.solve(&[1.0]).is_err());
 }
 
+/// The force of a sphere whose slip nearly cancels its drag changes by more than the power does, in
+/// proportion: that of the regularisation was once the bar of both.
+#[test]
+fn bug_the_effect_of_the_regularisation_on_forces_was_that_on_the_power() {
+    let slip = squirmer_drive(1.0, 0.5);
+    let solve = |regularisation: f64| {
+        let law = Law::PowerLaw {
+            consistency: 1.0,
+            index: 0.4,
+            regularisation,
+        };
+        let mut solver = AxialForceSolver::new(&[unit_sphere()], BALL, Some(&slip), &law, 1e-3)
+            .expect("a solver");
+        let found = solver.solve(&[0.5]).expect("a flow");
+        let change = solver.change_by_regularisation().expect("a change");
+        (found, change[0])
+    };
+    let (coarse, change) = solve(0.02);
+    let (fine, rest) = solve(2e-4);
+    let difference = fine.forces[0] - coarse.forces[0];
+    // The next order of the effect is a part of it, which falls slowly with the regularisation.
+    let ratio = change / difference;
+    assert!((0.5..2.0).contains(&ratio), "{change:e} {difference:e}");
+    assert!(rest.abs() < 0.2 * change.abs());
+    let by_power = coarse.regularised * coarse.forces[0].abs();
+    assert!(
+        by_power < 0.7 * difference.abs(),
+        "{by_power:e} {difference:e}"
+    );
+}
+
 /// Laws that are hard or without meaning: an answer, or an error that names the remedy.
 #[test]
 #[ignore = "slow: 10 s"]
