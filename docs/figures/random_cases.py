@@ -14,7 +14,10 @@ import time
 
 from figures import ROOT, Refused, arguments, page, swim, table
 from random_scenes import (
+    BINGHAM_NUMBERS,
     GAPS,
+    INDICES,
+    SHEAR_NUMBERS,
     Approach,
     Arrangement,
     Lone,
@@ -464,13 +467,19 @@ def write(cases, chosen):
         f"values: multipoles at a tolerance of {EXACT} (instants in three dimensions, lone bodies), "
         f"{EXACT_ON_AXIS} (on an axis), {EXACT_STROKE} (strokes by elements) and {EXACT_RUN} (strokes on "
         "a line and strokes that turn), the meridian plane at "
-        f"{EXACT_MERIDIAN} (slip in narrow gaps), a closed formula (mass); {dropped} comparisons were "
+        f"{EXACT_MERIDIAN} (slip in narrow gaps), at {EXACT_LAW} or with a yield stress at {EXACT_YIELD} "
+        f"and {EXACT_REGULARISATION} of the regularisation (viscosity laws), a closed formula (mass); {dropped} comparisons were "
         "dropped because their exact values have bars above 5 % of the error and of its bar. Elements "
         f"have their default sizes; in the meridian plane the tolerance is {MERIDIAN_TOLERANCE}.",
         "Instants: 2 to 5 spheres, radii 0.2 to 2, smallest gap 0.02 to 3 radii of the smaller "
         "neighbour, half of them on a line, half in a ball, half linked, a quarter with straight "
         "facets. Squirmers: the same with slip, b1 up to 1 and b2 up to 2. Lone bodies: a sphere with "
-        "force and torque, gap 0.02 to 3 radii to a plane wall or a ball. Slip in narrow gaps: two "
+        "force and torque, gap 0.02 to 3 radii to a plane wall or a ball. Fluids with a viscosity law: one "
+        "to three spheres on an axis, held, linked or with forces, half of them with slip, of the laws "
+        f"of Carreau, Yasuda, Cross, power laws and Herschel-Bulkley, indices {INDICES[0]} to "
+        f"{INDICES[1]}, shear numbers {SHEAR_NUMBERS[0]} to {SHEAR_NUMBERS[1]:g}, yield stresses "
+        f"{BINGHAM_NUMBERS[0]} to {BINGHAM_NUMBERS[1]:g} of the viscous ones; in the meridian plane at a "
+        f"tolerance of {LAW_TOLERANCE}. Slip in narrow gaps: two "
         "squirmers on their line of centres, gap 0.001 to 0.02 radii, by multipoles. Strokes: three "
         "spheres, radii 0.6 to 1.6, arms 5 to 10, closing to gaps of 0.05 to 3 radii of the smaller "
         "neighbour; those on a line by multipoles and in the meridian plane; strokes that turn: slides at an angle, or hinges, by multipoles at tolerances of "

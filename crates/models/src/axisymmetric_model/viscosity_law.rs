@@ -25,7 +25,7 @@ use crate::surface_motion::SurfaceEffect;
 /// Orders divide differences by two (indices of 0.3 at large shear rates) to fifty. A geometric
 /// series with the ratio `q` has the remainder `q / (1 - q)`; twice the ratio bounds it up to `q = 1
 /// / 2`. Ratios of two differences are no surer than the lower bound.
-const UNCERTAINTY: [f64; 2] = [0.2, 1.0];
+const UNCERTAINTY: [f64; 2] = [0.3, 1.0];
 
 /// Largest number of linearised balances of forces for one set of rates.
 const MAX_BALANCES: usize = 40;
