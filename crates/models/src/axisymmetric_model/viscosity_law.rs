@@ -11,7 +11,7 @@ use stokes::Seconds;
 
 use super::axial_surfaces::{AxialSurfaces, grand_resistance, spatial};
 use super::{AxisymmetricModel, LOWEST_ACCURACY};
-use crate::discretisation_error::{DiscretisationError, Uncertainty};
+use crate::discretisation_error::{DiscretisationError, REGULARISATION_FACTOR, Uncertainty};
 use crate::error::ModelError;
 use crate::linked_bodies::{LinkedBodies, MobilitySolution};
 use crate::neglected_terms::{FirstOrderChange, PathPoint};
@@ -332,18 +332,31 @@ impl AxisymmetricModel {
         };
         let response = &last.response;
         let outside = last.forces.error_outside;
+        // Largest size of a quantity, and its largest change by the regularisation.
         let of_law = |of: fn(&BodySolution) -> f64| {
-            let largest =
-                |bodies: &[BodySolution]| (bodies.iter()).fold(0.0, |m: f64, body| m.max(of(body)));
-            outside * largest(&response.bodies) + largest(&regularised.bodies)
+            [&response.bodies, &regularised.bodies]
+                .map(|bodies| bodies.iter().fold(0.0, |m: f64, body| m.max(of(body))))
         };
+        let sizes = [
+            of_law(|body| body.velocity.norm()),
+            of_law(|body| body.force.norm()),
+        ];
+        let [velocity, force] =
+            sizes.map(|[size, change]| outside * size + REGULARISATION_FACTOR * change);
+        // At given velocities the power changes by that of the stress, at given forces in proportion
+        // to the velocities.
+        let of_power = sizes
+            .map(|[size, change]| if size > 0.0 { change / size } else { 0.0 })
+            .into_iter()
+            .fold(last.forces.regularised, f64::max);
         let uncertainty = Uncertainty {
             relative,
-            velocity: of_law(|body| body.velocity.norm()),
+            velocity,
             angular_velocity: 0.0,
-            force: of_law(|body| body.force.norm()),
+            force,
             // Errors of forces and of slip may cancel in the one number of the order before.
-            power: (outside + last.forces.regularised + relative * change) * response.power().abs(),
+            power: (outside + REGULARISATION_FACTOR * of_power + relative * change)
+                * response.power().abs(),
         };
         DiscretisationError::between(before, response, uncertainty)
     }
