@@ -181,3 +181,28 @@ fn viscosities_may_differ_by_a_million() {
         "the error bars",
     );
 }
+
+/// The power of given forces changes with the velocities: there was no bar for it.
+#[test]
+fn bug_the_power_of_given_forces_had_no_bar_for_the_regularisation() {
+    let solve = |regularisation: f64| {
+        let scene = SceneText::new()
+            .ball(5.0)
+            .shape("s", "radius = 1, force = [20, 0, 0]", [0.0; 3])
+            .with(
+                "fluid",
+                format!("{{ {POWER_LAW}, regularisation = {regularisation} }}"),
+            )
+            .scene();
+        solve_at_start(&mut FemModel::new(&scene).unwrap(), &[])
+    };
+    let [coarse, fine] = [0.1, 1e-3].map(solve);
+    let difference = (coarse.power() - fine.power()).abs();
+    let bars = [&coarse, &fine].map(|solution| solution.power_error.model.unwrap());
+    assert!(difference > 1e-3 * fine.power(), "{difference:e}");
+    within(difference, bars[0], "the bar of the regularisation");
+    assert!(
+        bars[0] < 10.0 * difference && bars[1] < 0.1 * bars[0],
+        "{bars:e?}"
+    );
+}
