@@ -28,6 +28,7 @@ from random_scenes import (
     Sweep,
     Thinning,
     Turn,
+    Wave,
     smallest_gap,
 )
 
@@ -60,6 +61,7 @@ KINDS = {
     "stroke": ("Strokes", ["displacement", "rotation", "work"]),
     "line": ("Strokes on a line", ["displacement", "work"]),
     "turn": ("Strokes that turn", ["displacement", "rotation", "work"]),
+    "wave": ("Bodies that deform", ["displacement", "work"]),
     "mass": ("Bodies with mass", ["displacement", "rotation", "work"]),
     "contact": ("Contacts", []),
 }
@@ -228,9 +230,9 @@ def narrow_gaps(seed):
     yield from solved("gap", seed, drawn, ("axisymmetric", EXACT_MERIDIAN), models)
 
 
-def ran(kind, seed, drawn, models, exact=None):
-    """Runs by each of (model, tolerance) against `exact`, or against one by multipoles; all are printed
-    whatever their bars."""
+def ran(kind, seed, drawn, models, exact=("multipole", EXACT_RUN)):
+    """Runs by each of (model, tolerance) against `exact`, a known result or (model, tolerance); all are
+    printed whatever their bars."""
     out = ["--out", ROOT / "out" / f"random-{kind}"]
 
     def text(kind, tolerance):
@@ -241,10 +243,10 @@ def ran(kind, seed, drawn, models, exact=None):
     head = {"kind": kind, "seed": seed, "gap": getattr(drawn, "gap", None)}
     head["drawn"] = drawn.description()
     try:
-        exact = exact or swim("run", text("multipole", EXACT_STROKE if kind == "stroke" else EXACT_RUN), *out)
+        exact = exact if isinstance(exact, dict) else swim("run", text(*exact), *out)
     except Refused as error:
         none = ["no exact value"]
-        yield {**head, "model": "multipole", "groups": none, "refused": str(error)}
+        yield {**head, "model": "reference", "groups": none, "refused": str(error)}
         return
     displacement = list(exact["displacement"].values())
     net = norm([sum(x) / len(displacement) for x in zip(*displacement)])
@@ -260,7 +262,7 @@ def ran(kind, seed, drawn, models, exact=None):
 
 def stroke(seed):
     """A stroke by elements."""
-    yield from ran("stroke", seed, Stroke(seed), [("fem", 1e-3)])
+    yield from ran("stroke", seed, Stroke(seed), [("fem", 1e-3)], ("multipole", EXACT_STROKE))
 
 
 def line(seed):
@@ -273,6 +275,13 @@ def turn(seed):
     """A stroke that turns, by multipoles at the tolerance that was drawn."""
     drawn = Turn(seed)
     yield from ran("turn", seed, drawn, [("multipole", drawn.tolerance)])
+
+
+def wave(seed):
+    """A run of bodies that deform, in the meridian plane and every fourth by elements in space."""
+    drawn = Wave(seed)
+    models = [("axisymmetric", drawn.tolerance)] + [("fem", 1e-3)] * (seed % 4 == 0)
+    yield from ran("wave", seed, drawn, models, exact=("axisymmetric", EXACT_MERIDIAN))
 
 
 def massive(seed):
@@ -332,6 +341,7 @@ DRAW = {
     "stroke": stroke,
     "line": line,
     "turn": turn,
+    "wave": wave,
     "mass": massive,
     "contact": contact,
 }
@@ -467,8 +477,9 @@ def write(cases, chosen):
         f"values: multipoles at a tolerance of {EXACT} (instants in three dimensions, lone bodies), "
         f"{EXACT_ON_AXIS} (on an axis), {EXACT_STROKE} (strokes by elements) and {EXACT_RUN} (strokes on "
         "a line and strokes that turn), the meridian plane at "
-        f"{EXACT_MERIDIAN} (slip in narrow gaps), at {EXACT_LAW} or with a yield stress at {EXACT_YIELD} "
-        f"and {EXACT_REGULARISATION} of the regularisation (viscosity laws), a closed formula (mass); {dropped} comparisons were "
+        f"{EXACT_MERIDIAN} (slip in narrow gaps, bodies that deform), at {EXACT_LAW} or with a yield stress "
+        f"at {EXACT_YIELD} and {EXACT_REGULARISATION} of the regularisation (viscosity laws), a closed "
+        f"formula (mass); {dropped} comparisons were "
         "dropped because their exact values have bars above 5 % of the error and of its bar. Elements "
         f"have their default sizes; in the meridian plane the tolerance is {MERIDIAN_TOLERANCE}.",
         "Instants: 2 to 5 spheres, radii 0.2 to 2, smallest gap 0.02 to 3 radii of the smaller "
@@ -483,7 +494,8 @@ def write(cases, chosen):
         "squirmers on their line of centres, gap 0.001 to 0.02 radii, by multipoles. Strokes: three "
         "spheres, radii 0.6 to 1.6, arms 5 to 10, closing to gaps of 0.05 to 3 radii of the smaller "
         "neighbour; those on a line by multipoles and in the meridian plane; strokes that turn: slides at an angle, or hinges, by multipoles at tolerances of "
-        "1e-4 to 1e-2. Bodies with mass: a sphere from rest, relaxation times of 1e-3 to 1e3 of the "
+        "1e-4 to 1e-2. Bodies that deform: one or two spheres with two modes each, isochoric, tangential or radial, "
+        "of amplitudes 0.03 to 0.15 radii, or two that exchange volume, half of them in a ball. Bodies with mass: a sphere from rest, relaxation times of 1e-3 to 1e3 of the "
         "duration, the same tolerances. Contacts: spheres pulled towards each other (Oseen, "
         "Rotne-Prager-Yamakawa), and a sphere on a hinge that sweeps past a post.",
         *parts,
@@ -530,6 +542,7 @@ def main():
         strokes=(20, "number of strokes by elements"),
         lines=(40, "number of strokes on a line, by multipoles and in the meridian plane"),
         turns=(60, "number of strokes that turn, by multipoles"),
+        waves=(40, "number of runs of spheres that deform"),
         masses=(60, "number of runs of bodies with mass"),
         contacts=(100, "number of runs of bodies that meet or pass"),
         seed=(1, "seed of the first case; each following one has the next seed"),

@@ -375,6 +375,77 @@ class Stroke:
         return ["all", self.setup] + below
 
 
+class Wave:
+    """Spheres on an axis that deform in waves, or two that exchange volume; half of them in a ball."""
+
+    # Degrees of the two modes of a body, their largest amplitudes relative to the radius, and the lengths
+    # and amplitudes of an arm relative to the sum of the radii.
+    DEGREES, AMPLITUDES, ARMS, STROKES = (2, 5), (0.03, 0.15), (1.8, 4.0), (0.1, 0.5)
+
+    def __init__(self, seed):
+        random = Random(seed)
+        self.setup = ["one wave", "two waves", "exchange"][seed % 3]
+        count = 1 if self.setup == "one wave" else 2
+        self.radii = [random.log_within((0.5, 2.0)) for _ in range(count)]
+        self.in_ball = random.chance(0.5)
+        # In a container the volume of a body that deforms must stay.
+        self.motion = ["isochoric", "tangential", "radial"][random.below(2 if self.in_ball else 3)]
+        size = sum(self.radii)
+        self.arm = size * random.within(*self.ARMS)
+        self.stroke = size * random.within(*self.STROKES)
+        self.waves = []
+        for radius in self.radii:
+            degree = self.DEGREES[0] + random.below(self.DEGREES[1] - self.DEGREES[0])
+            amplitudes = [radius * random.log_within(self.AMPLITUDES) for _ in range(2)]
+            if self.motion == "tangential":
+                # Angles, not lengths.
+                amplitudes = [amplitude / radius for amplitude in amplitudes]
+            self.waves.append([degree, amplitudes, [random.within(0, 2 * math.pi) for _ in range(2)]])
+        self.shift = random.within(0.2, 0.5)
+        self.tolerance = random.log_within(TOLERANCES)
+        self.gap = None
+
+    def text(self):
+        text = ""
+        if self.in_ball:
+            text = f'domain = {{ kind = "ball", radius = {4 * (self.arm + self.stroke + sum(self.radii))} }}\n'
+        names = ["left", "right"][: len(self.radii)]
+        places = [0.0, self.arm][: len(self.radii)]
+        has_waves = self.setup != "exchange"
+        for name, radius, x, wave in zip(names, self.radii, places, self.waves):
+            text += f'[[bodies]]\nname = "{name}"\nposition = [{x}, 0, 0]\nradius = {radius}\n'
+            if has_waves:
+                text += f'deformation = {{ motion = "{self.motion}", axis = [1, 0, 0], '
+                text += f"modes = {{ a = {wave[0]}, b = {wave[0] + 1} }} }}\n"
+        if len(names) == 2:
+            text += '[[links]]\nname = "arm"\nbody = "right"\nto = "left"\n'
+        if not has_waves:
+            volume = 4 * math.pi / 3 * self.radii[0] ** 3
+            text += '[[links]]\nname = "volume"\nbody = "left"\nto = "right"\njoint = "exchange"\n'
+            other = volume - self.shift * 4 * math.pi / 3 * min(self.radii) ** 3
+            values = [("arm", self.arm + self.stroke), ("volume", other), ("arm", self.arm), ("volume", volume)]
+            for link, value in values:
+                text += f'[[gait.phases]]\nlink = "{link}"\nlength = {value}\n'
+            return text
+        text += "[gait]\nperiod = 1\n"
+        if len(names) == 2:
+            text += f'[[gait.harmonics]]\nlink = "arm"\nmean = {self.arm}\namplitude = {self.stroke}\n'
+        for name, (_, amplitudes, phases) in zip(names, self.waves):
+            for mode, amplitude, phase in zip("ab", amplitudes, phases):
+                text += f'[[gait.harmonics]]\nlink = "{name}.{mode}"\nmean = 0\n'
+                text += f"amplitude = {amplitude}\nphase = {phase}\n"
+        return text
+
+    def description(self):
+        motion = "" if self.setup == "exchange" else f", {self.motion}"
+        waves = " and ".join(f"{w[0]}: {w[1][0]:.3f} {w[1][1]:.3f}" for w in self.waves)
+        domain = "ball" if self.in_ball else "unbounded"
+        return f"{self.setup}{motion}, {domain}; radii {' '.join(f'{r:.3f}' for r in self.radii)}; {waves}"
+
+    def groups(self):
+        return ["all", self.setup] + ([] if self.setup == "exchange" else [self.motion])
+
+
 class Turn(Stroke):
     """A stroke that turns: two slides at an angle, or two hinges, as Purcell's swimmer has."""
 

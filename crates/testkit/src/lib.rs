@@ -15,5 +15,8 @@ mod scenes;
 
 pub use bounds::{contains, within};
 pub use recording::Recording;
-pub use runs::{at, boxed, forces, run, run_by, solve_at, start, start_by, start_resistance};
+pub use runs::{
+    at, boxed, forces, resumed_after_one_phase, run, run_by, solve_at, start, start_by,
+    start_resistance,
+};
 pub use scenes::{STROKE, SceneText, chain, pair, planar, three_spheres};

@@ -1,10 +1,12 @@
 //! Solutions and runs of scenes, by the model that the scene chooses or by a given one.
 
+use std::cell::Cell;
+
 use models::{Configuration, Hydrodynamics, InstantaneousSolution};
 use nalgebra::{DMatrix, Vector3};
 use rigid::State;
 use scene::Scene;
-use swimmer::{Method, Outcome};
+use swimmer::{Method, Outcome, PhaseSpan, Progress, Report, SpanResult, SwimError};
 
 /// The model that a scene chooses.
 pub fn boxed(scene: &Scene) -> Box<dyn Hydrodynamics> {
@@ -62,4 +64,29 @@ pub fn forces(solution: &InstantaneousSolution) -> (Vector3<f64>, f64) {
         forces().sum(),
         forces().map(|f| f.norm()).fold(0.0, f64::max),
     )
+}
+
+/// Interrupts a run after its first phase.
+struct OnePhase(Cell<bool>);
+
+impl Progress for OnePhase {
+    fn is_interrupted(&self) -> bool {
+        self.0.get()
+    }
+
+    fn span_done(&mut self, _: &PhaseSpan, _: &SpanResult) {
+        self.0.set(true);
+    }
+}
+
+/// A run with files that is interrupted after its first phase, and resumed from its checkpoint.
+pub fn resumed_after_one_phase(scene: impl Fn() -> Scene) -> Report {
+    let folder = tempfile::tempdir().unwrap();
+    let mut progress = OnePhase(Cell::new(false));
+    let stopped = swimmer::run(scene(), folder.path(), false, &mut (), &mut progress);
+    assert!(matches!(
+        stopped,
+        Err(SwimError::Interrupted { phases: 1, .. })
+    ));
+    swimmer::run(scene(), folder.path(), true, &mut (), &mut ()).unwrap()
 }

@@ -53,6 +53,37 @@ fn a_restored_model_of_bodies_that_deform_continues_bitwise() {
     check_restored(&text.scene(), [&[5.0], &[4.2]], &[1.0]);
 }
 
+/// The volumes that a damaged history gives are positive, and of as many joints as there are.
+#[test]
+fn a_history_with_shapes_at_which_no_body_can_be_is_refused() {
+    let text = SceneText::new()
+        .sphere("a", 1.0, [0; 3])
+        .sphere("b", 0.8, [3, 0, 0])
+        .joint("flow", "a", "b", "joint = \"exchange\"")
+        .ball(6.0)
+        .elements(1.2);
+    let scene = text.scene();
+    let mut model = FemModel::new(&scene).unwrap();
+    solve_at(&mut model, &[5.0], &[1.0]);
+    let history = serde_json::to_value(model.history().unwrap()).unwrap();
+    for (values, part) in [
+        (vec![-5.0], "damaged"),
+        (vec![f64::MAX], "damaged"),
+        (vec![], "values"),
+        (vec![5.0, 5.0], "values"),
+    ] {
+        let mut damaged = history.clone();
+        assert_eq!(damaged["values"], serde_json::json!([5.0]));
+        damaged["values"] = serde_json::json!(values);
+        let damaged: History = serde_json::from_value(damaged).unwrap();
+        let error = model.restore(&damaged).unwrap_err().to_string();
+        assert!(error.contains(part), "{values:?}: {error}");
+        // The model goes on with the history that it can have.
+        let sound = serde_json::from_value(history.clone()).unwrap();
+        model.restore(&sound).unwrap();
+    }
+}
+
 fn check_restored(scene: &Scene, [first, second]: [&[f64]; 2], rates: &[f64]) {
     let mut model = FemModel::new(scene).unwrap();
     solve_at(&mut model, first, rates);

@@ -185,6 +185,11 @@ fn the_pushmepullyou_by_elements() {
 
 /// One sphere whose two modes are `eps cos t` and `eps sin t`, with settings.
 fn two_modes(eps: f64, motion: &str, settings: &str) -> Scene {
+    two_modes_with(eps, motion, settings, "")
+}
+
+/// The same with more keys of the sphere.
+fn two_modes_with(eps: f64, motion: &str, settings: &str, keys: &str) -> Scene {
     let text = format!(
         r#"
         {settings}
@@ -193,6 +198,7 @@ fn two_modes(eps: f64, motion: &str, settings: &str) -> Scene {
         radius = 1
         position = [0, 0, 0]
         deformation = {{ motion = "{motion}", modes = {{ a = 2, b = 3 }}, axis = [0, 0, 1] }}
+        {keys}
         [gait]
         period = {period:?}
         [[gait.harmonics]]
@@ -266,6 +272,65 @@ fn radial_waves_by_elements() {
         within(outcome.displacement[0].z - net, bar, "the error bar");
         within(bar, 4e-2 * net.abs(), "the bar says something");
     }
+}
+
+/// A turn about its axis of symmetry leaves the wave as it is; the mesh follows turn and shape.
+#[test]
+#[ignore = "slow: 60 s"]
+fn a_radial_wave_that_turns_about_its_axis_by_elements() {
+    let keys = "angular_velocity = [0, 0, 0.5]";
+    let scene = two_modes_with(0.1, "isochoric", "model.kind = \"fem\"", keys);
+    let outcome = run(&scene);
+    within(
+        outcome.displacement[0].z + 2.658266882e-3,
+        outcome.error_estimate.total(),
+        "the error bar",
+    );
+    within(
+        outcome.error_estimate.total(),
+        2e-4,
+        "the bar says something",
+    );
+    within(outcome.rotation.z - PI, 1e-10, "the given rate");
+}
+
+/// A held sphere that grows drives a source: beside it a free sphere, by elements and expansions.
+#[test]
+#[ignore = "slow: 20 s"]
+fn a_held_sphere_that_grows_by_elements_is_that_of_multipoles() {
+    let solve = |model: &str| {
+        let text = format!(
+            r#"
+            model = {{ {model} }}
+            bodies = [
+                {{ name = "a", radius = 1, position = [0, 0, 0], fixed = true }},
+                {{ name = "b", radius = 0.7, position = [1.8, 1.2, 0] }},
+            ]
+            gait.phases = [{{ targets = {{ "a.radius" = 1.2 }} }}]
+            "#
+        );
+        testkit::start(&Scene::parse(&text).unwrap())
+    };
+    let exact = solve("kind = \"multipole\", tolerance = 1e-8");
+    let found = solve("kind = \"fem\"");
+    let (bar, speed) = (
+        found.error_estimate.total(),
+        exact.bodies[1].velocity.norm(),
+    );
+    within(
+        (found.bodies[1].velocity - exact.bodies[1].velocity).norm(),
+        bar,
+        "the error bar",
+    );
+    within(bar, 2e-2 * speed, "the bar says something");
+    let force = exact.holding[0].force.norm();
+    let bar = found.force_error.total();
+    within(
+        (found.holding[0].force - exact.holding[0].force).norm(),
+        bar,
+        "the error bar",
+    );
+    within(bar, 5e-2 * force, "the bar says something");
 }
 
 /// To second order a period moves a sphere by `-3π/35 eps^2`, with a relative error of order

@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use swimmer::output::summary_json;
 use swimmer::{Outcome, Scene};
-use testkit::{run, within};
+use testkit::{resumed_after_one_phase, run, within};
 
 /// Three spheres on the x axis, whose arms contract one after the other, with more keys.
 fn three_spheres(model: &str, more: &str) -> Scene {
@@ -186,4 +186,26 @@ fn bug_works_of_swimmers_that_share_a_volume_were_given() {
             assert_eq!(swimmer.work.is_some(), is_known);
         }
     }
+}
+
+/// Works and displacements of swimmers are in checkpoints.
+#[test]
+fn a_resumed_run_has_the_results_of_its_swimmers() {
+    let (copies, _) = copies();
+    let scene = three_spheres("rpy", &copies);
+    let results = |outcome: &Outcome| -> Vec<_> {
+        (outcome.swimmers(&scene).into_iter())
+            .map(|swimmer| {
+                (
+                    swimmer.displacement,
+                    swimmer.rotation,
+                    swimmer.work.unwrap(),
+                )
+            })
+            .collect()
+    };
+    let whole = run(&scene);
+    let resumed = resumed_after_one_phase(|| scene.clone()).outcome;
+    assert_eq!(resumed.swimmers(&scene).len(), 3);
+    assert_eq!(results(&resumed), results(&whole));
 }

@@ -1,14 +1,12 @@
 //! Runs with thermal noise: diffusion, reproducibility, and what is refused.
 
-use std::cell::Cell;
 use std::f64::consts::PI;
 
 use scene::Scene;
 use swimmer::{
-    Method, NoiseNumbers, Outcome, Progress, Report, SwimError, choose, choose_for_run,
-    run_without_files, simulate,
+    Method, NoiseNumbers, Outcome, Report, choose, choose_for_run, run_without_files, simulate,
 };
-use testkit::within;
+use testkit::{resumed_after_one_phase, within};
 
 /// A swimmer of three spheres above a wall and a lone sphere, in two phases.
 const SWIMMER: &str = r#"
@@ -95,19 +93,6 @@ fn path(outcome: &Outcome) -> Vec<Vec<nalgebra::Isometry3<f64>>> {
         .collect()
 }
 
-/// Interrupts a run after its first phase.
-struct OnePhase(Cell<bool>);
-
-impl Progress for OnePhase {
-    fn is_interrupted(&self) -> bool {
-        self.0.get()
-    }
-
-    fn span_done(&mut self, _: &scene::PhaseSpan, _: &swimmer::SpanResult) {
-        self.0.set(true);
-    }
-}
-
 #[test]
 fn runs_of_a_seed_have_the_same_bits_for_any_threads_and_after_a_resume() {
     let scene = || Scene::parse(SWIMMER).unwrap();
@@ -118,14 +103,7 @@ fn runs_of_a_seed_have_the_same_bits_for_any_threads_and_after_a_resume() {
     };
     let [one, two] = [1, 2].map(with_threads);
     assert_eq!(one, two);
-    let folder = tempfile::tempdir().unwrap();
-    let mut progress = OnePhase(Cell::new(false));
-    let stopped = swimmer::run(scene(), folder.path(), false, &mut (), &mut progress);
-    assert!(matches!(
-        stopped,
-        Err(SwimError::Interrupted { phases: 1, .. })
-    ));
-    let resumed = swimmer::run(scene(), folder.path(), true, &mut (), &mut ()).unwrap();
+    let resumed = resumed_after_one_phase(scene);
     assert_eq!(path(&resumed.outcome), one);
     let other = Scene::parse(&SWIMMER.replace("seed = 5", "seed = 6")).unwrap();
     assert_ne!(path(&run(other).outcome), one);
