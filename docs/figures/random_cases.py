@@ -38,6 +38,8 @@ from random_scenes import (
 EXACT, EXACT_ON_AXIS, EXACT_STROKE, EXACT_RUN = 1e-7, 1e-12, 1e-8, 1e-6
 # Tolerance of the meridian plane where expansions are compared with it.
 EXACT_MERIDIAN = 1e-8
+# Tolerance of elements in the meridian plane.
+MERIDIAN_TOLERANCE = 1e-4
 # Tolerances of the meridian plane in fluids with a viscosity law that elements in space and those of
 # the tolerance after them are compared with: without a yield stress, and with one, where the
 # regularisation has larger errors; factor on the regularisation of the former.
@@ -80,8 +82,8 @@ def largest(vectors):
 def quantities_of_instant(drawn, found):
     """Name, vectors before and after the correction, bars, and the size below which it is rounding.
 
-    Forces and torques are given loads where there are no joints and no held bodies, and left out. Power is
-    a vector of one component, a stresslet one of nine.
+    Forces and torques are given loads where there are no joints and no held bodies, and left out. Power
+    is a vector of one component, a stresslet one of nine.
     """
     bars, before = found["error_estimate"], found["uncorrected"] or found
     speed = max(norm(b["velocity"]) for b in found["bodies"])
