@@ -94,8 +94,10 @@ def quantities_of_instant(drawn, found):
         both = [[body[key] for body in solution["bodies"]] for solution in (before, found)]
         return key.replace("_", " "), *both, bars, negligible
 
-    yield of_bodies("velocity", bars)
-    yield of_bodies("angular_velocity", bars["angular_velocity"], NEGLIGIBLE * speed / radius)
+    is_held = bool(found["bodies"][0]["holding_force"])
+    if not is_held:
+        yield of_bodies("velocity", bars)
+        yield of_bodies("angular_velocity", bars["angular_velocity"], NEGLIGIBLE * speed / radius)
     yield "power", [[before["power"]]], [[found["power"]]], bars["power"], 0.0
     if found["bodies"][0]["stresslet"] is not None:
         flat = [
@@ -105,7 +107,7 @@ def quantities_of_instant(drawn, found):
         bar = bars.get("stresslet")
         yield "stresslet", *flat, bar if bar is None else {"total": bar, "mesh": bar}, 0.0
     links = [[link["force"] for link in solution["links"]] for solution in (before, found)]
-    if links[0] or found["bodies"][0]["holding_force"]:
+    if links[0] or is_held:
         yield of_bodies("force", bars["force"])
         yield of_bodies("torque", bars["torque"], NEGLIGIBLE * force * radius)
     if links[0]:

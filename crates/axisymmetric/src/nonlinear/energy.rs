@@ -80,6 +80,43 @@ impl FlowSystem {
         Ok(inside + outside - work.sum::<f64>())
     }
 
+    /// Forces on the fluid at the nodes of bodies, whose products with velocities of their surfaces
+    /// are powers of the stress.
+    ///
+    /// They are the residuals and what the form of the constant viscosity omits, `c ∫ (∇u^T:∇v -
+    /// ∇·u ∇·v)`: by the formula of [`crate::surface_modes::omitted_powers`] it is zero for surfaces
+    /// that move rigidly along the axis, but not for slip.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`].
+    pub fn surface_forces(
+        &self,
+        positions: &[Point],
+        fields: &Fields,
+        terms: &Terms,
+        residual: &Residual,
+    ) -> Result<Vec<Point>, AxisymmetricError> {
+        let mut forces = residual.momentum.clone();
+        if terms.coefficients.viscosity.constant == 0.0 {
+            return Ok(forces);
+        }
+        let [velocities, _] = &self.spaces;
+        for (t, nodes) in velocities.nodes.iter().enumerate() {
+            let is_on_body = |node: &u32| {
+                let part = self.parts.get(*node as usize).copied().flatten();
+                matches!(part, Some(BoundaryPart::Body(_)))
+            };
+            if !nodes.iter().any(is_on_body) {
+                continue;
+            }
+            let omitted = self.element(t, positions, fields, terms)?.omitted_stress();
+            for (node, force) in nodes.iter().zip(omitted.row_iter()) {
+                forces[*node as usize] += Point::new(force[0], force[1]);
+            }
+        }
+        Ok(forces)
+    }
+
     /// Power of the boundaries on the fluid: forces of [`FlowSystem::surface_forces`] times
     /// velocities at their nodes.
     pub fn boundary_power(&self, forces: &[Point], fields: &Fields) -> f64 {
