@@ -7,7 +7,8 @@ use linalg::{ERROR_OVER_RESIDUAL, LinalgError, LinearOperator, Preconditioner, W
 use nalgebra::{DVector, Vector3};
 use rheology::ViscosityLaw;
 use rigid::{
-    Constrained, Drive, ExternalLoad, FlowSolution, FluidNodes, NodeRole, RigidFluid, SurfaceBody,
+    Constrained, Drive, ExternalLoad, FlowSolution, FluidNodes, NodeRole, RigidError, RigidFluid,
+    SurfaceBody,
 };
 
 use crate::StokesError;
@@ -573,9 +574,11 @@ impl Problem<'_> {
             report,
         } = (newton.solve(&mut guesses.flows)).map_err(|error| match error {
             // The stiffness has the viscosity as a factor, the divergence has not.
-            StokesError::Linalg(LinalgError::Unbalanced { ratio }) => StokesError::SlowFlow {
-                viscosity: ratio.recip(),
-            },
+            StokesError::Rigid(RigidError::Linalg(LinalgError::Unbalanced { ratio })) => {
+                StokesError::SlowFlow {
+                    viscosity: ratio.recip(),
+                }
+            }
             other => other,
         })?;
         let solved = clock.elapsed().as_secs_f64();

@@ -203,6 +203,6 @@ fn bug_the_power_of_given_forces_had_no_bar_for_the_regularisation() {
     within(difference, bars[0], "the bar of the regularisation");
     assert!(
         bars[0] < 10.0 * difference && bars[1] < 0.1 * bars[0],
-        "{bars:e?}"
+        "{bars:?} {difference:e}"
     );
 }
