@@ -323,8 +323,8 @@ pub const CARREAU_SQUIRMER: [f64; 2] = [0.9327406407, 0.7524060];
 /// Index, radius of the ball, `X` in `F = X 6 π K a^2 (U / a)^n 2^(1 - n)` of a sphere in a power
 /// law, and its digits; the same program.
 ///
-/// In the ball of 10 the last digits are uncertain: elements in the meridian plane on two meshes agree
-/// with each other to 3e-8 and are 5.4e-7 (0.8) and 1.8e-6 (0.5) lower.
+/// In the ball of 10 the last digits are uncertain: elements in the meridian plane on two meshes
+/// agree with each other to 3e-8 and are 5.4e-7 (0.8) and 1.8e-6 (0.5) lower.
 ///
 /// The values of Dazhi & Tanner (1985) for unbounded fluid, here a ball of 1e4 radii, are up to 4 %
 /// smaller.

@@ -63,8 +63,8 @@ pub struct AxialForceSolver<'a> {
 }
 
 impl<'a> AxialForceSolver<'a> {
-    /// The solver for bodies with this slip, by elements of the lowest order, from which an error is
-    /// to be estimated: one less than that of results.
+    /// The solver for bodies with this slip, by elements of the lowest order, from which an error
+    /// is to be estimated: one less than that of results.
     ///
     /// In unbounded fluid the mesh is chosen at the first velocities, so that neglecting the
     /// viscosity beyond it takes a tenth of `tolerance`.

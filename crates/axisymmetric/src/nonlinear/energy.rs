@@ -84,8 +84,8 @@ impl FlowSystem {
     /// are powers of the stress.
     ///
     /// They are the residuals and what the form of the constant viscosity omits, `c ∫ (∇u^T:∇v -
-    /// ∇·u ∇·v)`: by the formula of [`crate::surface_modes::omitted_powers`] it is zero for surfaces
-    /// that move rigidly along the axis, but not for slip.
+    /// ∇·u ∇·v)`: by the formula of [`crate::surface_modes::omitted_powers`] it is zero for
+    /// surfaces that move rigidly along the axis, but not for slip.
     ///
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`].

@@ -178,8 +178,8 @@ impl<'a> MomentumElement<'a> {
         self.gradients[q][0][0] + self.gradients[q][1][1] + self.hoop(q)
     }
 
-    /// Integrals `∫ flux_id ∂v_i/∂x_d + value_i v_i` over the element, with both factors at a point;
-    /// one basis function per row, axial and radial.
+    /// Integrals `∫ flux_id ∂v_i/∂x_d + value_i v_i` over the element, with both factors at a
+    /// point; one basis function per row, axial and radial.
     fn momentum_residual(
         &self,
         factors: impl Fn(usize) -> ([[f64; 2]; 2], [f64; 2]),

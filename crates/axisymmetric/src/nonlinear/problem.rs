@@ -299,8 +299,8 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Changes of the velocities and the forces of bodies, to first order, by a load on the momentum
-    /// of a flow without inertia.
+    /// Changes of the velocities and the forces of bodies, to first order, by a load on the
+    /// momentum of a flow without inertia.
     fn change_by(
         &self,
         load: &Residual,
@@ -319,11 +319,11 @@ impl<'a> Problem<'a> {
         Ok([velocities, forces])
     }
 
-    /// Changes of the velocities and the forces of bodies, to first order and without inertia, if the
-    /// law loses its regularisation.
+    /// Changes of the velocities and the forces of bodies, to first order and without inertia, if
+    /// the law loses its regularisation.
     ///
-    /// The stress that the regularisation takes away is a load on the linearised flow. Its power is a
-    /// bound for bodies that move alike only: around bodies with slip it is that of the slip.
+    /// The stress that the regularisation takes away is a load on the linearised flow. Its power is
+    /// a bound for bodies that move alike only: around bodies with slip it is that of the slip.
     ///
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`], [`AxisymmetricError::SingularElement`].
@@ -352,8 +352,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Effect of the regularisation on velocities and forces, relative to `speed` and `force` of the
-    /// state.
+    /// Effect of the regularisation on velocities and forces, relative to `speed` and `force` of
+    /// the state.
     ///
     /// # Errors
     /// Those of [`Problem::change_by_regularisation`].

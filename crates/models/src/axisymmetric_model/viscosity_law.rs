@@ -23,8 +23,8 @@ use crate::surface_motion::SurfaceEffect;
 /// Bounds of the error of the highest order, relative to its difference from the order before.
 ///
 /// Orders divide differences by two (indices of 0.3 at large shear rates) to fifty. A geometric
-/// series with the ratio `q` has the remainder `q / (1 - q)`; twice the ratio bounds it up to `q = 1
-/// / 2`. Ratios of two differences are no surer than the lower bound.
+/// series with the ratio `q` has the remainder `q / (1 - q)`; twice the ratio bounds it up to `q =
+/// 1 / 2`. Ratios of two differences are no surer than the lower bound.
 const UNCERTAINTY: [f64; 2] = [0.3, 1.0];
 
 /// Largest number of linearised balances of forces for one set of rates.
@@ -315,8 +315,8 @@ impl AxisymmetricModel {
             .collect()
     }
 
-    /// Error of the response by the order before, with the bars of the last one and its change by the
-    /// regularisation, after these relative changes from order to order.
+    /// Error of the response by the order before, with the bars of the last one and its change by
+    /// the regularisation, after these relative changes from order to order.
     fn error_of(
         &self,
         before: &Response,
@@ -343,8 +343,8 @@ impl AxisymmetricModel {
         ];
         let [velocity, force] =
             sizes.map(|[size, change]| outside * size + REGULARISATION_FACTOR * change);
-        // At given velocities the power changes by that of the stress, at given forces in proportion
-        // to the velocities.
+        // At given velocities the power changes by that of the stress, at given forces in
+        // proportion to the velocities.
         let of_power = sizes
             .map(|[size, change]| if size > 0.0 { change / size } else { 0.0 })
             .into_iter()

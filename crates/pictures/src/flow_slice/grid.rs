@@ -28,7 +28,8 @@ pub struct FlowSlice {
 }
 
 /// Distance of the points of a difference quotient, in grid cells: small enough for two digits, as
-/// the colours need, and large enough for jumps between elements, whose maps are inverted iteratively.
+/// the colours need, and large enough for jumps between elements, whose maps are inverted
+/// iteratively.
 const DIFFERENCE: f64 = 0.02;
 
 impl FlowSlice {
@@ -207,7 +208,8 @@ mod tests {
 
     use super::*;
 
-    /// Shear `g^2 = 2 D:D = (y / 2)^2 + 1` of the velocity `(y^2 / 4, 0, x)`, also across the plane.
+    /// Shear `g^2 = 2 D:D = (y / 2)^2 + 1` of the velocity `(y^2 / 4, 0, x)`, also across the
+    /// plane.
     #[test]
     fn viscosities_are_those_of_the_shear_rates() {
         let plane = SlicePlane {
@@ -243,7 +245,8 @@ mod tests {
             );
             assert_eq!(viscosity.is_some(), x < 0.5);
             let exact = 2.0 * (0.25 * y * y + 1.0_f64).powf(-0.25);
-            // The error of the difference is its step, 0.002, times a quarter of the second derivative.
+            // The error of the difference is its step, 0.002, times a quarter of the second
+            // derivative.
             let error = viscosity.map_or(0.0, |viscosity| (viscosity / exact - 1.0).abs());
             assert!(error < 3e-4, "{error:e}");
         }
