@@ -13,6 +13,11 @@ WALL_GAPS, SLIP_GAPS = (0.02, 3.0), (0.001, 0.02)
 MASSES = (1e-3, 1e3)
 # Tolerances of runs by multipoles, whose error is that of the integration and the expansion.
 TOLERANCES = (1e-4, 1e-2)
+# Of fluids with a viscosity law: indices; relaxation times, yield stresses and regularisations in units
+# of those of the motion; smallest gaps and containers, as above.
+INDICES, SHEAR_NUMBERS, BINGHAM_NUMBERS = (0.3, 1.3), (0.1, 10.0), (0.03, 1.0)
+REGULARISATIONS = (1e-3, 3e-2)
+LAW_GAPS, LAW_CONTAINERS = (0.1, 3.0), (2.0, 8.0)
 
 
 class Random:
@@ -101,6 +106,7 @@ class Arrangement:
             for radius in self.radii:
                 # A torque of the size of the force times the radius.
                 self.loads.append([self.load(random, size, along_axis) for size in (1.0, radius)])
+        self.velocities = []
         self.is_straight = random.chance(0.25)
         flat = [load for pair in self.loads for load in pair]
         self.is_axisymmetric = on_axis and all(load[1] == load[2] == 0 for load in flat)
@@ -142,6 +148,9 @@ class Arrangement:
             if self.slips:
                 b1, b2, axis = self.slips[k]
                 lines.append(f"slip = {{ b1 = {b1}, b2 = {b2}, axis = {axis} }}")
+            if self.velocities:
+                lines.append(f"velocity = [{self.velocities[k]}, 0, 0]")
+                lines.append("angular_velocity = [0, 0, 0]")
         targets = []
         for k, rate in enumerate(self.rates):
             lines += ["[[links]]", f'name = "l{k}"', f'body = "s{k + 1}"', f'to = "s{k}"']
@@ -172,6 +181,85 @@ class Arrangement:
         groups.append("straight" if self.is_straight else "curved")
         groups.append("axisymmetric" if self.is_axisymmetric else "three-dimensional")
         return groups + ["gap below 0.2"] * (self.gap < 0.2)
+
+
+class Thinning(Arrangement):
+    """One to three spheres on an axis in a fluid with a viscosity law: held, linked or free, half of
+    them with slip."""
+
+    LAWS = ("carreau", "carreau-yasuda", "cross", "power-law", "herschel-bulkley")
+    DRIVES = ("held", "linked", "free")
+
+    def __init__(self, seed):
+        random = Random(seed)
+        # All laws and drives are drawn equally often.
+        self.law = self.LAWS[seed % 5]
+        self.drive = self.DRIVES[seed // 5 % 3]
+        count = 2 + random.below(2) if self.drive == "linked" else 1 + random.below(3)
+        self.radii = [random.log_within(RADII) for _ in range(count)]
+        self.gap = random.log_within(LAW_GAPS)
+        self.centres = chain(random, self.radii, self.gap, True) if count > 1 else [[0.0] * 3]
+        extent = max(abs(centre[0]) + r for centre, r in zip(self.centres, self.radii))
+        self.container = extent * random.within(*LAW_CONTAINERS)
+        self.rates, self.loads, self.velocities, self.slips = [], [], [], []
+        if self.drive == "linked":
+            self.rates = [random.within(-1, 1) for _ in range(count - 1)]
+        elif self.drive == "held":
+            self.velocities = [random.within(-1, 1) for _ in range(count)]
+        else:
+            # Forces that move the spheres at speeds of order 1 at viscosity 1.
+            sizes = [6.0 * math.pi * radius for radius in self.radii]
+            self.loads = [[[random.within(-f, f), 0.0, 0.0], [0.0] * 3] for f in sizes]
+        if random.chance(0.5):
+            modes = [(random.within(-1, 1), random.within(-1, 1)) for _ in range(count)]
+            self.slips = [(*mode, [1.0, 0.0, 0.0]) for mode in modes]
+        self.is_straight, self.is_axisymmetric = False, True
+        self.draw_fluid(random)
+
+    def draw_fluid(self, random):
+        """A law with viscosity 1 at rest, or at the rate of a speed 1 over the mean radius."""
+        time = sum(self.radii) / len(self.radii)
+        index = random.within(*INDICES)
+        self.regularisation = None
+        if self.law in ("power-law", "herschel-bulkley"):
+            self.regularisation = random.log_within(REGULARISATIONS) / time
+            # Half of the power laws have the default.
+            if self.law == "power-law" and random.chance(0.5):
+                self.regularisation = 1e-6
+            self.keys = f"consistency = {time ** (index - 1.0)}, index = {index}"
+            if self.law == "herschel-bulkley":
+                self.keys += f", yield_stress = {random.log_within(BINGHAM_NUMBERS) / time}"
+            return
+        if self.law == "cross":
+            index = min(index, 0.9)
+        plateau = random.within(0, 0.5) if random.chance(0.5) else 0.0
+        time *= random.log_within(SHEAR_NUMBERS)
+        self.keys = f"zero_shear_viscosity = 1, infinite_shear_viscosity = {plateau}, "
+        self.keys += f"relaxation_time = {time}, index = {index}"
+        if self.law == "carreau-yasuda":
+            self.keys += f", transition = {random.within(0.7, 3.0)}"
+        # Elements have no held bodies in unbounded fluid, and the meridian plane no fluid of Cross, which
+        # reaches its viscosity at rest slowly.
+        if self.drive != "held" and self.law != "cross" and random.chance(0.5):
+            self.container = None
+
+    def text(self, model, tolerance, regularisation=1.0):
+        """The scene, with this factor on the regularisation of the law."""
+        law = f'law = "{self.law}", {self.keys}'
+        if self.regularisation is not None:
+            law += f", regularisation = {self.regularisation * regularisation}"
+        return f"fluid = {{ {law} }}\n" + super().text(model, tolerance)
+
+    def description(self):
+        slip = "; slip" if self.slips else ""
+        keys = ", ".join(f"{key} {float(value):.3g}" for key, value in
+                         (pair.split(" = ") for pair in self.keys.split(", ")))
+        if self.regularisation is not None:
+            keys += f", regularisation {self.regularisation:.1g}"
+        return f"{self.law}: {keys}; {self.drive}{slip}; {super().description()}"
+
+    def groups(self, model):
+        return ["meridian plane" if model == "axisymmetric" else "all", self.law, self.drive]
 
 
 class Lone:

@@ -57,7 +57,8 @@ pub enum Command {
         /// Write the flow field for ParaView
         #[arg(long, value_name = "FILE.vtu")]
         flow: Option<PathBuf>,
-        /// Draw the flow in a plane: streamlines, and speed as colour
+        /// Draw the flow in a plane: streamlines, and as colour the speed, or the viscosity where
+        /// it varies
         #[arg(long, value_name = "FILE.svg")]
         picture: Option<PathBuf>,
     },

@@ -413,6 +413,7 @@ impl StoredSlice {
             columns: self.columns,
             rows: self.rows,
             values: (0..count).map(value).collect(),
+            viscosities: None,
         })
     }
 }

@@ -31,6 +31,16 @@ pub enum StokesError {
         /// The viscosity.
         viscosity: f64,
     },
+    /// A flow so slow that the viscosity of its fluid is many times the unit of viscosity.
+    #[error(
+        "the largest viscosity of this flow is about {viscosity:.0e} times that at the shear rate 1, \
+         too much for double precision: the fluid hardly moves; give times in a unit near that of the \
+         motion, loads above a yield stress, or a larger regularisation"
+    )]
+    SlowFlow {
+        /// The viscosity, as an order of magnitude.
+        viscosity: f64,
+    },
     /// Newton's method did not converge.
     #[error(
         "the flow of the generalised Newtonian fluid did not converge in {steps} Newton steps: \

@@ -7,7 +7,8 @@ use linalg::{ERROR_OVER_RESIDUAL, LinalgError, LinearOperator, Preconditioner, W
 use nalgebra::{DVector, Vector3};
 use rheology::ViscosityLaw;
 use rigid::{
-    Constrained, Drive, ExternalLoad, FlowSolution, FluidNodes, NodeRole, RigidFluid, SurfaceBody,
+    Constrained, Drive, ExternalLoad, FlowSolution, FluidNodes, NodeRole, RigidError, RigidFluid,
+    SurfaceBody,
 };
 
 use crate::StokesError;
@@ -17,7 +18,7 @@ use crate::linear::{Solver, preconditioner, solve_near};
 use crate::linearised::{Linearised, VaryingFlow};
 use crate::options::Options;
 use crate::problem::{Problem, fluid_matrices};
-use crate::solution::{Dofs, Seconds, Solution, SolverReport};
+use crate::solution::{Dofs, Regularisation, Seconds, Solution, SolverReport};
 use crate::solve::{InitialGuesses, Solvers};
 use crate::surface_flow::NodalSurfaceFlow;
 use crate::viscous_stress::{ViscousStress, thinning};
@@ -470,8 +471,8 @@ impl Newton<'_> {
         at: &Linearised,
         whole: &[Vector3<f64>],
         preconditioner: &mut dyn Preconditioner,
-    ) -> Result<Option<FlowSolution>, StokesError> {
-        let forces = self.stress(whole).forces_of(&|rate| {
+    ) -> Result<Option<Regularisation>, StokesError> {
+        let missing = |rate: f64| {
             let missing = self.law.unregularised_viscosity(rate) - self.law.viscosity(rate);
             // The stress is what is bounded at rest, where a power law has no viscosity.
             if rate > 0.0 && missing.is_finite() {
@@ -479,7 +480,9 @@ impl Newton<'_> {
             } else {
                 0.0
             }
-        })?;
+        };
+        let stress = self.stress(whole);
+        let forces = stress.forces_of(&missing)?;
         if forces.iter().all(|force| *force == Vector3::zeros()) {
             return Ok(None);
         }
@@ -488,7 +491,10 @@ impl Newton<'_> {
         let mut x = vec![0.0; rhs.len()];
         let method = (Solver::Block, ADJOINT_RTOL);
         solve_near(at, preconditioner, (&rhs, &mut x), method)?;
-        Ok(Some(at.change(&x, &forces, self.drive.set)?))
+        Ok(Some(Regularisation {
+            change: at.change(&x, &forces, self.drive.set)?,
+            power: self.problem.parts() * stress.power_of(&|rate| missing(rate).abs())?,
+        }))
     }
 }
 
@@ -523,7 +529,7 @@ impl Problem<'_> {
     /// # Errors
     /// Those of [`Problem::assemble`]; [`StokesError::NewtonNotConverged`],
     /// [`StokesError::EnergyNotDecreasing`], [`StokesError::Linalg`] without convergence;
-    /// [`StokesError::EngineOfNewtonianFluids`].
+    /// [`StokesError::SlowFlow`], [`StokesError::EngineOfNewtonianFluids`].
     pub fn solve_generalised_newtonian(
         &self,
         drive: &Drive,
@@ -566,7 +572,15 @@ impl Problem<'_> {
             whole,
             relative_residual: [residual, weighted],
             report,
-        } = newton.solve(&mut guesses.flows)?;
+        } = (newton.solve(&mut guesses.flows)).map_err(|error| match error {
+            // The stiffness has the viscosity as a factor, the divergence has not.
+            StokesError::Rigid(RigidError::Linalg(LinalgError::Unbalanced { ratio })) => {
+                StokesError::SlowFlow {
+                    viscosity: ratio.recip(),
+                }
+            }
+            other => other,
+        })?;
         let solved = clock.elapsed().as_secs_f64();
         let stress = newton.stress(&whole);
         let surfaces = newton.surfaces.as_ref();

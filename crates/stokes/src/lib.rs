@@ -37,7 +37,7 @@ pub use inertial_terms::InertialTerms;
 pub use linear::Solver;
 pub use options::{Engine, Options};
 pub use problem::{Problem, fluid_matrices};
-pub use solution::{Dofs, Seconds, Solution, SolvedBatch, SolverReport};
+pub use solution::{Dofs, Regularisation, Seconds, Solution, SolvedBatch, SolverReport};
 pub use solve::InitialGuesses;
 pub use surface_flow::SurfaceFlow;
 pub use surface_power::SurfacePowers;

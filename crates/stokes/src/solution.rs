@@ -7,6 +7,17 @@ use crate::checks::Checks;
 use crate::estimate::Estimate;
 use crate::surface_power::SurfacePowers;
 
+/// First-order effect of the regularisation of a viscosity law.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Regularisation {
+    /// Change of the flow if the law had none.
+    pub change: FlowSolution,
+    /// Power of the stress that it changes: the change of the dissipation at the same velocities of
+    /// all surfaces.
+    pub power: f64,
+}
+
 /// Solution for one drive, at viscosity 1.
 #[non_exhaustive]
 pub struct Solution {
@@ -18,9 +29,9 @@ pub struct Solution {
     pub estimate: Option<Estimate>,
     /// Comparison with independent computations of forces and power, if estimates were requested.
     pub checks: Option<Checks>,
-    /// First-order change of the flow if the viscosity law had no regularisation; none if it has
-    /// none, or if estimates were not requested.
-    pub regularisation: Option<FlowSolution>,
+    /// Effect of the regularisation of the viscosity law; none if it has none, or if estimates were
+    /// not requested.
+    pub regularisation: Option<Regularisation>,
     /// Numbers of degrees of freedom.
     pub dofs: Dofs,
     /// How the linear system was solved.

@@ -243,9 +243,14 @@ impl ViscousStress<'_> {
 
     /// Dissipation `∫ η g^2` in the part of the fluid that the mesh covers.
     pub fn dissipation(&self) -> Result<f64, StokesError> {
+        self.power_of(&|rate| self.law.viscosity(rate))
+    }
+
+    /// The same with another viscosity `c(g)`.
+    pub fn power_of(&self, coefficient: &(dyn Fn(f64) -> f64 + Sync)) -> Result<f64, StokesError> {
         Ok(fem::integrate(self.mesh, DEGREE, |point| {
             let (_, rate) = shear(&point.gradient(self.velocity));
-            self.law.viscosity(rate) * rate * rate
+            coefficient(rate) * rate * rate
         })?)
     }
 

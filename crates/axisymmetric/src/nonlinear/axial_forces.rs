@@ -22,9 +22,10 @@ pub struct AxialForces {
     pub slip_power: f64,
     /// Largest component of the velocity of the fluid.
     pub largest_speed: f64,
-    /// Estimated relative error of forces by the regularisation of the law, and by neglecting it in
-    /// unbounded fluid beyond the mesh.
-    pub error_of_law: f64,
+    /// Estimated relative error of forces by neglecting the law in unbounded fluid beyond the mesh.
+    pub error_outside: f64,
+    /// Relative change of the power by the regularisation of the law.
+    pub regularised: f64,
     /// Polynomial degree of the velocities.
     pub order: usize,
     /// Number of unknowns.
@@ -62,7 +63,8 @@ pub struct AxialForceSolver<'a> {
 }
 
 impl<'a> AxialForceSolver<'a> {
-    /// The solver for bodies with this slip, by elements of the lowest order.
+    /// The solver for bodies with this slip, by elements of the lowest order, from which an error
+    /// is to be estimated: one less than that of results.
     ///
     /// In unbounded fluid the mesh is chosen at the first velocities, so that neglecting the
     /// viscosity beyond it takes a tenth of `tolerance`.
@@ -81,11 +83,13 @@ impl<'a> AxialForceSolver<'a> {
             slip,
             ..SteadyDrive::default()
         };
-        let parameters = SteadyParameters::new(0.0).with_law(law);
+        let parameters = SteadyParameters::new(0.0)
+            .with_law(law)
+            .with_tolerance(tolerance);
         Ok(Self {
             problem: Problem::new(&bodies, surroundings, &drive, &parameters)?,
             tolerance,
-            order: FIRST_ORDER,
+            order: FIRST_ORDER - 1,
             level: None,
         })
     }
@@ -95,6 +99,21 @@ impl<'a> AxialForceSolver<'a> {
         let can = self.order < MAX_ORDER;
         self.order += usize::from(can);
         can
+    }
+
+    /// Changes of the forces at the last velocities, to first order, if the law loses its
+    /// regularisation; zero before the first velocities.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`], [`AxisymmetricError::SingularElement`].
+    pub fn change_by_regularisation(&self) -> Result<Vec<f64>, AxisymmetricError> {
+        match &self.level {
+            Some(level) => {
+                let [_, forces] = self.problem.change_by_regularisation(level)?;
+                Ok(forces)
+            }
+            None => Ok(Vec::new()),
+        }
     }
 
     /// The forces for these velocities along the axis.
@@ -131,7 +150,8 @@ impl<'a> AxialForceSolver<'a> {
             slip_power: level.state.power - of_bodies,
             forces: level.state.forces.clone(),
             largest_speed: level.state.speed,
-            error_of_law: level.outside + level.regularised,
+            error_outside: level.outside,
+            regularised: level.regularised,
             order: level.state.order,
             dofs: level.state.dofs,
             iterations: level.state.iterations,

@@ -3,9 +3,8 @@
 use rayon::prelude::*;
 
 use super::flow_system::{Balance, Fields, FlowSystem, Residual, Terms};
-use super::momentum::{Coefficients, MomentumElement};
+use super::momentum::MomentumElement;
 use super::nested_condensation::CondensedFactors;
-use super::viscosity::{Newtonian, Viscosity};
 use crate::AxisymmetricError;
 use crate::curve::{BoundaryPart, Point};
 
@@ -81,58 +80,51 @@ impl FlowSystem {
         Ok(inside + outside - work.sum::<f64>())
     }
 
-    /// Forces of the boundaries on the fluid at their nodes, by the whole stress.
+    /// Forces on the fluid at the nodes of bodies, whose products with velocities of their surfaces
+    /// are powers of the stress.
     ///
-    /// The `residual` by the form of a constant viscosity `c` (see [`super::viscosity`]) lacks `∫ c
-    /// (∇u^T:∇v - ∇·u ∇·v)`. This is an integral of tangential derivatives over the boundary, which
-    /// cancels in the force on a body but not in the power of its slip. It depends on the
-    /// velocities on the boundary alone, so that errors of the flow inside do not enter.
+    /// They are the residuals and what the form of the constant viscosity omits, `c ∫ (∇u^T:∇v -
+    /// ∇·u ∇·v)`: by the formula of [`crate::surface_modes::omitted_powers`] it is zero for
+    /// surfaces that move rigidly along the axis, but not for slip.
     ///
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`].
-    pub fn boundary_forces(
+    pub fn surface_forces(
         &self,
         residual: Residual,
         positions: &[Point],
         fields: &Fields,
         terms: &Terms,
     ) -> Result<Residual, AxisymmetricError> {
-        let Viscosity { constant, law, .. } = terms.coefficients.viscosity;
-        if constant == 0.0 {
-            return Ok(residual);
-        }
-        let newtonian = Newtonian(constant);
-        let by_constant = |constant: f64| {
-            let viscosity = Viscosity {
-                law: Some(law.unwrap_or(&newtonian)),
-                ..Viscosity::constant(constant)
-            };
-            let coefficients = Coefficients {
-                viscosity,
-                ..terms.coefficients
-            };
-            let terms = Terms {
-                coefficients,
-                ..*terms
-            };
-            self.residual(positions, fields, &terms)
-        };
-        let (whole, form) = (by_constant(0.0)?, by_constant(constant)?);
         let mut forces = residual;
-        let differences = whole.momentum.iter().zip(&form.momentum);
-        for (force, (whole, form)) in forces.momentum.iter_mut().zip(differences) {
-            *force += whole - form;
+        if terms.coefficients.viscosity.constant == 0.0 {
+            return Ok(forces);
+        }
+        let [velocities, _] = &self.spaces;
+        for (t, nodes) in velocities.nodes.iter().enumerate() {
+            let is_on_body = |node: &u32| {
+                let part = self.parts.get(*node as usize).copied().flatten();
+                matches!(part, Some(BoundaryPart::Body(_)))
+            };
+            if !nodes.iter().any(is_on_body) {
+                continue;
+            }
+            let omitted = self.element(t, positions, fields, terms)?.omitted_stress();
+            for (node, force) in nodes.iter().zip(omitted.row_iter()) {
+                forces.momentum[*node as usize] += Point::new(force[0], force[1]);
+            }
         }
         Ok(forces)
     }
 
-    /// Power of the boundaries on the fluid: forces times velocities at their nodes.
-    pub fn boundary_power(&self, residual: &Residual, fields: &Fields) -> f64 {
+    /// Power of the boundaries on the fluid: forces of [`FlowSystem::surface_forces`] times
+    /// velocities at their nodes.
+    pub fn boundary_power(&self, forces: &Residual, fields: &Fields) -> f64 {
         let nodes = self.parts.iter().enumerate();
         let moving = nodes
             .filter(|(_, part)| matches!(part, Some(BoundaryPart::Body(_) | BoundaryPart::Wall)));
         moving
-            .map(|(node, _)| residual.momentum[node].dot(&fields.velocity[node]))
+            .map(|(node, _)| forces.momentum[node].dot(&fields.velocity[node]))
             .sum()
     }
 

@@ -122,52 +122,82 @@ impl<'a> MomentumElement<'a> {
 
     /// Residuals of the axial and the radial momentum and of the continuity equation.
     pub fn residual(&self) -> DVector<f64> {
-        let m = self.points.len();
-        // factors of the derivatives of a test function in the reference triangle, of its value,
-        // and of a test function of the pressure
-        let [mut by_x, mut by_y, mut by_value] = [0; 3].map(|_| DMatrix::zeros(m, 2));
-        let mut by_pressure = DVector::zeros(m);
-        for (q, point) in self.points.iter().enumerate() {
-            let weight = point.measure;
+        let viscosity = &self.coefficients.viscosity;
+        let constant = viscosity.constant;
+        let momentum = self.momentum_residual(|q| {
             let [to_z, to_r] = self.relative(q);
             let gradient = &self.gradients[q];
             let hoop = self.hoop(q);
-            let viscosity = &self.coefficients.viscosity;
-            let divergence = gradient[0][0] + gradient[1][1] + hoop;
-            let constant = viscosity.constant;
             let (excess, pressure) = match viscosity.law {
                 Some(_) => (
                     viscosity.excess(self.strain(q).rate()),
-                    self.pressure[q] - constant * divergence,
+                    self.pressure[q] - constant * self.divergence(q),
                 ),
                 None => (0.0, self.pressure[q]),
             };
-            for i in 0..2 {
-                let mut flux = [0, 1].map(|d| {
-                    constant * gradient[i][d] + excess * (gradient[i][d] + gradient[d][i])
-                });
-                flux[i] -= pressure;
+            let mut flux = [0, 1].map(|i| {
+                [0, 1]
+                    .map(|d| constant * gradient[i][d] + excess * (gradient[i][d] + gradient[d][i]))
+            });
+            let mut value = [0, 1].map(|i| {
                 let convection = to_z * gradient[i][0] + to_r * gradient[i][1];
-                let mut value = self.coefficients.mass * self.values[(q, i)]
+                self.coefficients.mass * self.values[(q, i)]
                     + self.values[(q, 3 + i)]
-                    + self.coefficients.convection * convection;
-                if i == 1 {
-                    value += ((constant + 2.0 * excess) * hoop - pressure) / point.radius;
-                }
-                let inverse = &point.inverse;
-                by_x[(q, i)] = weight * (inverse[(0, 0)] * flux[0] + inverse[(1, 0)] * flux[1]);
-                by_y[(q, i)] = weight * (inverse[(0, 1)] * flux[0] + inverse[(1, 1)] * flux[1]);
-                by_value[(q, i)] = weight * value;
+                    + self.coefficients.convection * convection
+            });
+            for i in 0..2 {
+                flux[i][i] -= pressure;
             }
-            by_pressure[q] = -weight * divergence;
-        }
-        let velocity = &self.rule.velocity;
-        let momentum = &velocity.gradients[0] * by_x
-            + &velocity.gradients[1] * by_y
-            + &velocity.values * by_value;
+            value[1] += ((constant + 2.0 * excess) * hoop - pressure) / self.points[q].radius;
+            (flux, value)
+        });
+        let by_pressure = DVector::from_fn(self.points.len(), |q, _| {
+            -self.points[q].measure * self.divergence(q)
+        });
         let continuity = &self.rule.pressure.values * by_pressure;
         let (n, k) = (momentum.nrows(), continuity.nrows());
         DVector::from_iterator(2 * n + k, momentum.iter().chain(continuity.iter()).copied())
+    }
+
+    /// What the form of the constant viscosity omits of the stress, `c ∫ (∇u^T:∇v - ∇·u ∇·v)`; one
+    /// basis function per row, axial and radial.
+    pub fn omitted_stress(&self) -> DMatrix<f64> {
+        let constant = self.coefficients.viscosity.constant;
+        self.momentum_residual(|q| {
+            let (gradient, divergence) = (&self.gradients[q], self.divergence(q));
+            let mut flux = [0, 1].map(|i| [0, 1].map(|d| constant * gradient[d][i]));
+            for i in 0..2 {
+                flux[i][i] -= constant * divergence;
+            }
+            let of_hoop = constant * (self.hoop(q) - divergence) / self.points[q].radius;
+            (flux, [0.0, of_hoop])
+        })
+    }
+
+    fn divergence(&self, q: usize) -> f64 {
+        self.gradients[q][0][0] + self.gradients[q][1][1] + self.hoop(q)
+    }
+
+    /// Integrals `∫ flux_id ∂v_i/∂x_d + value_i v_i` over the element, with both factors at a
+    /// point; one basis function per row, axial and radial.
+    fn momentum_residual(
+        &self,
+        factors: impl Fn(usize) -> ([[f64; 2]; 2], [f64; 2]),
+    ) -> DMatrix<f64> {
+        // factors of the derivatives of a test function in the reference triangle, of its value
+        let [mut by_x, mut by_y, mut by_value] =
+            [0; 3].map(|_| DMatrix::zeros(self.points.len(), 2));
+        for (q, point) in self.points.iter().enumerate() {
+            let (weight, inverse) = (point.measure, &point.inverse);
+            let (flux, value) = factors(q);
+            for (i, flux) in flux.iter().enumerate() {
+                by_x[(q, i)] = weight * (inverse[(0, 0)] * flux[0] + inverse[(1, 0)] * flux[1]);
+                by_y[(q, i)] = weight * (inverse[(0, 1)] * flux[0] + inverse[(1, 1)] * flux[1]);
+                by_value[(q, i)] = weight * value[i];
+            }
+        }
+        let velocity = &self.rule.velocity;
+        &velocity.gradients[0] * by_x + &velocity.gradients[1] * by_y + &velocity.values * by_value
     }
 
     /// Derivatives of the residuals by the nodal values of the velocities and the pressure.
@@ -224,8 +254,7 @@ impl<'a> MomentumElement<'a> {
             let squares = self.gradients[q].iter().flatten().map(|g| g * g);
             let form = 0.5 * constant * (squares.sum::<f64>() + self.hoop(q).powi(2));
             let rate = self.strain(q).rate();
-            let gradient = &self.gradients[q];
-            let divergence = gradient[0][0] + gradient[1][1] + self.hoop(q);
+            let divergence = self.divergence(q);
             form + law.map_or(0.0, |law| {
                 law.potential(rate) + 0.5 * constant * (divergence * divergence - rate * rate)
             })

@@ -8,20 +8,24 @@ use rheology::{Law, ViscosityLaw};
 use super::bodies::{AxialBody, check_length, domain, motions, shapes};
 use super::drive::{SteadyDrive, SteadyParameters};
 use super::energy::ROUNDING;
-use super::flow_system::{Balance, BoundaryVelocity, Fields, FlowSystem, Terms};
+use super::flow_system::{Balance, BoundaryVelocity, Fields, FlowSystem, Residual, Terms};
 use super::momentum::Coefficients;
 use super::nested_condensation::CondensedFactors;
 use super::orders::FIRST_ORDER;
 use super::response::Responses;
-use super::viscosity::Viscosity;
+use super::viscosity::{Unregularised, Viscosity};
 use crate::curve::Point;
 use crate::generate::generate;
 use crate::meridian::Meridian;
 use crate::surface_modes::normal;
 use crate::{AxisymmetricError, Surroundings};
 
-/// Relative change at which Newton's method ends; rounding is a hundredth of it.
+/// Smallest relative change at which Newton's method ends; rounding is a hundredth of it.
 const NEWTON_TOLERANCE: f64 = 1e-11;
+
+/// Part of the tolerance at which Newton's method for a law ends: where the fluid hardly moves, a
+/// steep law takes tens of iterations from there on to the smallest change.
+const NEWTON_SHARE: f64 = 1e-4;
 
 /// Changes of a flow to first order in what is changed.
 pub(super) struct FirstOrderChange {
@@ -44,6 +48,8 @@ pub(super) struct Problem<'a> {
     law: Option<&'a dyn ViscosityLaw>,
     /// Viscosity without a law.
     constant: f64,
+    /// Relative change at which Newton's method for the law ends.
+    newton_tolerance: f64,
     growth: f64,
     meridian: Meridian,
     motions: Vec<Option<usize>>,
@@ -100,7 +106,7 @@ pub(super) struct Level {
     /// Power of what the law changes about the viscosity at rest, relative to a drag; zero in
     /// containers.
     pub excess: f64,
-    /// Estimated relative error by the regularisation of the viscosity law.
+    /// Relative change of the power by the regularisation of the viscosity law.
     pub regularised: f64,
 }
 
@@ -168,6 +174,7 @@ impl<'a> Problem<'a> {
             density: parameters.density,
             law: parameters.law,
             constant: 1.0,
+            newton_tolerance: (NEWTON_SHARE * parameters.tolerance).max(NEWTON_TOLERANCE),
             growth: parameters.growth,
             meridian,
             motions,
@@ -282,23 +289,82 @@ impl<'a> Problem<'a> {
         let terms = self.terms_of_law(Some(law));
         let mut load = system.residual(positions, fields, &terms)?;
         load.subtract(&system.residual(positions, fields, &self.terms_of_law(Some(&rest)))?);
-        let balance = Balance {
-            load: vec![0.0; self.n_motions],
-            ..self.balance()
-        };
-        let factors = system.factor(positions, fields, &newtonian, &balance)?;
-        let change = system.change(&system.rest(), &load, &balance, &factors);
-        let own = system.forces(&load);
-        let of_change = system.forces_of_change(positions, fields, &newtonian, &change)?;
-        let velocities = (self.motions.iter())
-            .map(|motion| motion.map_or(0.0, |g| change.motions[g]))
-            .collect();
-        let forces = own.iter().zip(of_change).map(|(a, b)| a + b).collect();
+        let factors = system.factor(positions, fields, &newtonian, &self.no_loads())?;
+        let [velocities, forces] = self.change_by(&load, level, &newtonian, &factors)?;
         let (size, speed) = (self.size(), level.state.speed);
         Ok(FirstOrderChange {
             velocities,
             forces,
             size: system.relative_excess(positions, fields, &terms, size, speed)?,
+        })
+    }
+
+    /// Changes of the velocities and the forces of bodies, to first order, by a load on the
+    /// momentum of a flow without inertia.
+    fn change_by(
+        &self,
+        load: &Residual,
+        level: &Level,
+        terms: &Terms,
+        factors: &CondensedFactors,
+    ) -> Result<[Vec<f64>; 2], AxisymmetricError> {
+        let system = &level.system;
+        let change = system.change(&system.rest(), load, &self.no_loads(), factors);
+        let own = system.forces(load);
+        let of_change = system.forces_of_change(&level.positions, &level.fields, terms, &change)?;
+        let velocities = (self.motions.iter())
+            .map(|motion| motion.map_or(0.0, |g| change.motions[g]))
+            .collect();
+        let forces = own.iter().zip(of_change).map(|(a, b)| a + b).collect();
+        Ok([velocities, forces])
+    }
+
+    /// Changes of the velocities and the forces of bodies, to first order and without inertia, if
+    /// the law loses its regularisation.
+    ///
+    /// The stress that the regularisation takes away is a load on the linearised flow. Its power is
+    /// a bound for bodies that move alike only: around bodies with slip it is that of the slip.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`], [`AxisymmetricError::SingularElement`].
+    pub fn change_by_regularisation(
+        &self,
+        level: &Level,
+    ) -> Result<[Vec<f64>; 2], AxisymmetricError> {
+        let Some(law) = self.law.filter(|_| level.regularised > 0.0) else {
+            let none = vec![0.0; self.bodies.len()];
+            return Ok([none.clone(), none]);
+        };
+        let unregularised = Unregularised(law);
+        let mut regular = self.terms_of_law(Some(law));
+        regular.coefficients.viscosity.constant = self.viscosity().constant;
+        let mut exact = regular;
+        exact.coefficients.viscosity.law = Some(&unregularised);
+        let (system, positions, fields) = (&level.system, &level.positions, &level.fields);
+        let mut load = system.residual(positions, fields, &exact)?;
+        load.subtract(&system.residual(positions, fields, &regular)?);
+        match &level.factors {
+            Some(factors) => self.change_by(&load, level, &regular, factors),
+            None => {
+                let factors = system.factor(positions, fields, &regular, &self.no_loads())?;
+                self.change_by(&load, level, &regular, &factors)
+            }
+        }
+    }
+
+    /// Effect of the regularisation on velocities and forces, relative to `speed` and `force` of
+    /// the state.
+    ///
+    /// # Errors
+    /// Those of [`Problem::change_by_regularisation`].
+    pub fn effect_of_regularisation(&self, level: &Level) -> Result<f64, AxisymmetricError> {
+        let changes = self.change_by_regularisation(level)?;
+        let none = [0, 1].map(|k| vec![0.0; changes[k].len()]);
+        let effect = self.relative_difference(&none, &changes, level);
+        // The linearised flow has no inertia.
+        Ok(match self.density > 0.0 {
+            true => effect.max(level.regularised),
+            false => effect,
         })
     }
 
@@ -393,6 +459,14 @@ impl<'a> Problem<'a> {
         }
     }
 
+    /// The balance of changes at the same loads.
+    fn no_loads(&self) -> Balance {
+        Balance {
+            load: vec![0.0; self.n_motions],
+            ..self.balance()
+        }
+    }
+
     fn balance(&self) -> Balance {
         Balance {
             matrix: DMatrix::zeros(self.n_motions, self.n_motions),
@@ -473,10 +547,10 @@ impl<'a> Problem<'a> {
                 &terms(self.viscosity(), 0.0),
                 &balance,
                 solenoidal || from_rest,
-                NEWTON_TOLERANCE,
+                self.newton_tolerance,
             )?;
             iterations += count;
-            if change.is_nan() || change > ROUNDING {
+            if change.is_nan() || change > self.newton_tolerance.max(ROUNDING) {
                 return Err(AxisymmetricError::LawNotSolved {
                     iterations: count,
                     change,
@@ -506,15 +580,12 @@ impl<'a> Problem<'a> {
         let residual = system.residual(&positions, &fields, &terms)?;
         let (size, speed) = (self.size(), largest_speed(&fields));
         let forces = system.forces(&residual);
-        let on_fluid = match boundary.slip.is_empty() {
-            true => residual,
-            false => system.boundary_forces(residual, &positions, &fields, &terms)?,
-        };
+        let of_surfaces = system.surface_forces(residual, &positions, &fields, &terms)?;
         let drag = 6.0 * PI * typical * size * speed;
         let state = SteadyState {
             velocities: system.body_velocities(&fields, &boundary),
-            power: system.boundary_power(&on_fluid, &fields),
-            slip_power: on_fluid.power(&boundary.slip),
+            power: system.boundary_power(&of_surfaces, &fields),
+            slip_power: of_surfaces.power(&boundary.slip),
             dissipation: system.dissipation(&positions, &fields, &terms)?,
             relative_error: f64::INFINITY,
             speed,

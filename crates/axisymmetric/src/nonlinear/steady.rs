@@ -52,7 +52,7 @@ pub fn steady_state(
         problem.difference(before, after)
     })?;
     Ok(SteadyState {
-        relative_error: error + level.outside + level.regularised,
+        relative_error: error + level.outside + problem.effect_of_regularisation(&level)?,
         ..level.state
     })
 }

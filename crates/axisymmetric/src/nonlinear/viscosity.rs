@@ -77,6 +77,27 @@ impl<'a> Viscosity<'a> {
     }
 }
 
+/// A law without its regularisation; where its viscosity is infinite, at rest, with it.
+#[derive(Debug)]
+pub(crate) struct Unregularised<'a>(pub &'a dyn ViscosityLaw);
+
+impl ViscosityLaw for Unregularised<'_> {
+    fn viscosity(&self, shear_rate: f64) -> f64 {
+        match self.0.unregularised_viscosity(shear_rate) {
+            viscosity if viscosity.is_finite() => viscosity,
+            _ => self.0.viscosity(shear_rate),
+        }
+    }
+
+    fn derivative(&self, shear_rate: f64) -> f64 {
+        self.0.derivative(shear_rate)
+    }
+
+    fn potential(&self, shear_rate: f64) -> f64 {
+        self.0.potential(shear_rate)
+    }
+}
+
 /// The rate of strain at a point: `√2 D_zz`, `√2 D_rr`, `√2 D_θθ` and `2 D_zr`.
 ///
 /// The product of two such lists is `2 D:D`.

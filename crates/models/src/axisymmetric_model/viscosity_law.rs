@@ -11,7 +11,7 @@ use stokes::Seconds;
 
 use super::axial_surfaces::{AxialSurfaces, grand_resistance, spatial};
 use super::{AxisymmetricModel, LOWEST_ACCURACY};
-use crate::discretisation_error::{DiscretisationError, Uncertainty};
+use crate::discretisation_error::{DiscretisationError, REGULARISATION_FACTOR, Uncertainty};
 use crate::error::ModelError;
 use crate::linked_bodies::{LinkedBodies, MobilitySolution};
 use crate::neglected_terms::{FirstOrderChange, PathPoint};
@@ -20,14 +20,18 @@ use crate::response::{BodySolution, Response};
 use crate::solution::InstantaneousSolution;
 use crate::surface_motion::SurfaceEffect;
 
-/// Error of the highest order, relative to its difference from the order before.
+/// Bounds of the error of the highest order, relative to its difference from the order before.
 ///
-/// Orders divide differences by two (indices of 0.3 at large shear rates) to ten; a geometric
-/// series with the ratio of a half has the difference as its remainder.
-const UNCERTAINTY: f64 = 1.0;
+/// Orders divide differences by two (indices of 0.3 at large shear rates) to fifty. A geometric
+/// series with the ratio `q` has the remainder `q / (1 - q)`; twice the ratio bounds it up to `q =
+/// 1 / 2`. Ratios of two differences are no surer than the lower bound.
+const UNCERTAINTY: [f64; 2] = [0.3, 1.0];
 
 /// Largest number of linearised balances of forces for one set of rates.
 const MAX_BALANCES: usize = 40;
+
+/// Change of the order, over the effect of the regularisation of the law, that is small enough.
+const SHARE_OF_LAW: f64 = 0.1;
 
 /// Relative error of a first-order change by the law: more is lost by the terms of second order.
 const CHANGE_TOLERANCE: f64 = 1e-3;
@@ -78,14 +82,27 @@ impl AxisymmetricModel {
             law,
             tolerance,
         )?;
+        // What the next balance changes is of the order of the square of the last change, but the
+        // power of slip is known at the velocities before it.
+        let balance_tolerance = match surfaces.is_some() {
+            true => 0.1 * tolerance,
+            false => (0.1 * tolerance).sqrt(),
+        };
         let mut before: Option<Balanced> = None;
+        let mut changes: Vec<f64> = Vec::new();
         loop {
-            let last = self.balanced(&mut solver, &linked, &mut velocities, tolerance)?;
-            let is_accurate =
-                (before.as_ref()).is_some_and(|before| last.change_from(before) <= tolerance);
+            let last = self.balanced(&mut solver, &linked, &mut velocities, balance_tolerance)?;
+            changes.extend(before.as_ref().map(|before| last.change_from(before)));
+            // The effect of the regularisation is in the bar: no order reduces it.
+            let enough = tolerance.max(SHARE_OF_LAW * last.forces.regularised);
+            let is_accurate = changes.len() >= 2 && changes.last().is_some_and(|c| *c <= enough);
             let is_highest = !solver.raise_order();
             if let Some(before) = before.filter(|_| is_accurate || is_highest) {
-                let error = self.error_of(&before.response, &last);
+                let forces = DVector::from_vec(solver.change_by_regularisation()?);
+                let at_rest = LinkedBodies::at_rest(&self.scaled, configuration, None)?;
+                let regularised =
+                    self.balanced_change(&last.forces.derivatives, &forces, &at_rest)?;
+                let error = self.error_of(&before.response, (&last, &regularised), &changes);
                 let total = clock.elapsed().as_secs_f64();
                 let (dofs, residual) = (last.forces.dofs, last.residual);
                 let mut solution = InstantaneousSolution {
@@ -154,7 +171,10 @@ impl AxisymmetricModel {
         };
         let found = law_change(&moving, self.surroundings, &drive, &law, CHANGE_TOLERANCE)?;
         let at_rest = LinkedBodies::at_rest(&self.scaled, at.configuration, None)?;
-        let change = |change: &AxialChange| self.balanced_change(&along, change, &at_rest);
+        let change = |change: &AxialChange| {
+            let forces = DVector::from_column_slice(&change.forces);
+            self.balanced_change(&along, &forces, &at_rest)
+        };
         FirstOrderChange::by_law(&found.by_viscosity, found.by_square.as_ref(), change)
     }
 
@@ -162,14 +182,15 @@ impl AxisymmetricModel {
     fn balanced_change(
         &self,
         along: &DMatrix<f64>,
-        change: &AxialChange,
+        forces: &DVector<f64>,
         at_rest: &LinkedBodies,
     ) -> Result<Response, ModelError> {
-        let effect = self.force_free(along, &DVector::from_column_slice(&change.forces))?;
+        let effect = self.force_free(along, forces)?;
         at_rest.change(&self.mobility(along, at_rest, Some(&effect))?)
     }
 
-    /// Velocities for which forces and loads balance, by elements of one order.
+    /// Velocities for which forces and loads balance, by elements of one order: the last balance
+    /// changes them by at most `tolerance` of the largest one.
     fn balanced(
         &self,
         solver: &mut AxialForceSolver,
@@ -192,8 +213,7 @@ impl AxisymmetricModel {
             let speed = forces.largest_speed.max(largest);
             *velocities = next;
             change = if largest > 0.0 { largest / speed } else { 0.0 };
-            // What the next balance changes is of the order of the square.
-            if change <= (0.1 * tolerance).sqrt() {
+            if change <= tolerance {
                 return Ok(Balanced {
                     response: linked.response(&solved)?,
                     velocities: velocities.clone(),
@@ -295,19 +315,48 @@ impl AxisymmetricModel {
             .collect()
     }
 
-    /// Error of the response by the order before, with the bars of the last one.
-    fn error_of(&self, before: &Response, last: &Balanced) -> DiscretisationError {
-        let response = &last.response;
-        let largest = |of: fn(&BodySolution) -> f64| {
-            (response.bodies.iter()).fold(0.0, |m: f64, body| m.max(of(body)))
+    /// Error of the response by the order before, with the bars of the last one and its change by
+    /// the regularisation, after these relative changes from order to order.
+    fn error_of(
+        &self,
+        before: &Response,
+        (last, regularised): (&Balanced, &Response),
+        changes: &[f64],
+    ) -> DiscretisationError {
+        let [lower, upper] = UNCERTAINTY;
+        let (relative, change) = match changes {
+            [.., before, last] if before > last => {
+                ((2.0 * last / before).clamp(lower, upper), *last)
+            }
+            _ => (upper, changes.last().copied().unwrap_or_default()),
         };
-        let of_law = last.forces.error_of_law;
+        let response = &last.response;
+        let outside = last.forces.error_outside;
+        // Largest size of a quantity, and its largest change by the regularisation.
+        let of_law = |of: fn(&BodySolution) -> f64| {
+            [&response.bodies, &regularised.bodies]
+                .map(|bodies| bodies.iter().fold(0.0, |m: f64, body| m.max(of(body))))
+        };
+        let sizes = [
+            of_law(|body| body.velocity.norm()),
+            of_law(|body| body.force.norm()),
+        ];
+        let [velocity, force] =
+            sizes.map(|[size, change]| outside * size + REGULARISATION_FACTOR * change);
+        // At given velocities the power changes by that of the stress, at given forces in
+        // proportion to the velocities.
+        let of_power = sizes
+            .map(|[size, change]| if size > 0.0 { change / size } else { 0.0 })
+            .into_iter()
+            .fold(last.forces.regularised, f64::max);
         let uncertainty = Uncertainty {
-            relative: UNCERTAINTY,
-            velocity: of_law * largest(|body| body.velocity.norm()),
+            relative,
+            velocity,
             angular_velocity: 0.0,
-            force: of_law * largest(|body| body.force.norm()),
-            power: of_law * response.power().abs(),
+            force,
+            // Errors of forces and of slip may cancel in the one number of the order before.
+            power: (outside + REGULARISATION_FACTOR * of_power + relative * change)
+                * response.power().abs(),
         };
         DiscretisationError::between(before, response, uncertainty)
     }

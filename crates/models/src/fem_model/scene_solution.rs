@@ -5,13 +5,14 @@ use std::sync::Arc;
 use mesh::TetMesh;
 use nalgebra::Vector3;
 use rigid::{Articulation, FlowSolution};
-use stokes::{Solution, SurfacePowers};
+use stokes::{Regularisation, Solution, SurfacePowers};
 
 use super::far_field::{FarField, total_force};
 use super::moving_frame::MovingFrame;
-use crate::discretisation_error::{DiscretisationError, Uncertainty};
+use crate::discretisation_error::{DiscretisationError, REGULARISATION_FACTOR, Uncertainty};
 use crate::error::ModelError;
 use crate::flow_field::{FlowField, SolutionFlow};
+use crate::response::BodySolution;
 use crate::scaled_scene::{ScaledResponse, ScaledScene};
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use crate::surface_motion::SurfaceMotion;
@@ -101,18 +102,24 @@ impl ToScene<'_> {
         Ok(answer)
     }
 
-    /// The largest effects of a change of a flow.
+    /// The largest effects of the regularisation of a viscosity law, as bars.
     ///
     /// # Errors
     /// A change for another set of bodies.
-    fn effects(&self, change: &FlowSolution) -> Result<Effects, ModelError> {
-        let change = ScaledResponse::of_flow(change, 0.0, Vec::new(), &self.scaled.set)?;
+    fn effects(&self, regularisation: &Regularisation) -> Result<Effects, ModelError> {
+        let change =
+            ScaledResponse::of_flow(&regularisation.change, 0.0, Vec::new(), &self.scaled.set)?;
         let bodies = self.scaled.change_to_scene(change).bodies;
+        let bar = |of: fn(&BodySolution) -> Vector3<f64>| {
+            REGULARISATION_FACTOR * largest_norm(bodies.iter().map(of))
+        };
+        let power = self.scaled.scale.power_to_scene(regularisation.power);
         Ok(Effects {
-            speed: largest_norm(bodies.iter().map(|b| b.velocity)),
-            spin: largest_norm(bodies.iter().map(|b| b.angular_velocity)),
-            force: largest_norm(bodies.iter().map(|b| b.force)),
-            torque: largest_norm(bodies.iter().map(|b| b.torque)),
+            speed: bar(|b| b.velocity),
+            spin: bar(|b| b.angular_velocity),
+            force: bar(|b| b.force),
+            torque: bar(|b| b.torque),
+            power: REGULARISATION_FACTOR * power,
         })
     }
 
@@ -151,7 +158,7 @@ impl ToScene<'_> {
         let power = response.power().abs();
         // The equations have no approximation but the regularisation of a viscosity law.
         let effects = (solution.regularisation.as_ref())
-            .map(|change| self.effects(change))
+            .map(|regularisation| self.effects(regularisation))
             .transpose()?
             .unwrap_or_default();
         let bars = |size: f64, effect: f64| ErrorEstimate {
@@ -167,14 +174,20 @@ impl ToScene<'_> {
             angular_velocity_error: bars(spin, effects.spin),
             force_error: bars(force, effects.force),
             torque_error: bars(torque, effects.torque),
-            // A change of the power is at most that of the forces, in proportion.
+            // At given velocities the power changes by that of the stress, at given forces in
+            // proportion to the velocities.
             power_error: bars(
                 power,
-                if force > 0.0 {
-                    power * effects.force / force
-                } else {
-                    0.0
-                },
+                [(effects.force, force), (effects.speed, speed)]
+                    .into_iter()
+                    .map(|(effect, size)| {
+                        if size > 0.0 {
+                            power * effect / size
+                        } else {
+                            0.0
+                        }
+                    })
+                    .fold(effects.power, f64::max),
             ),
             checks: solution.checks,
             solver: solution.solver.clone(),
@@ -184,13 +197,14 @@ impl ToScene<'_> {
     }
 }
 
-/// Largest changes of velocities and forces of bodies, in the units of the scene.
+/// Largest changes of velocities and forces of bodies and of the power, in the units of the scene.
 #[derive(Default)]
 struct Effects {
     speed: f64,
     spin: f64,
     force: f64,
     torque: f64,
+    power: f64,
 }
 
 /// Adds a velocity to that of all bodies and of the fluid, which changes no force.

@@ -1,4 +1,4 @@
-//! The flow in a plane: speed as colour, streamlines, bodies.
+//! The flow in a plane: speed or viscosity as colour, streamlines, bodies.
 
 use std::ops::Range;
 
@@ -38,8 +38,70 @@ pub struct PlacedBodies<'a> {
     pub poses: &'a [Isometry3<f64>],
 }
 
-/// Draws the flow in a plane as SVG text: speed as colour, streamlines of the velocity in the
-/// plane, and the bodies at these poses.
+/// The quantity whose values are colours.
+struct Colours {
+    name: &'static str,
+    /// Its values at the grid points.
+    values: Vec<Option<f64>>,
+    /// Values of the first and the last colour.
+    range: [f64; 2],
+    /// Whether equal ratios are equal steps of colours.
+    is_logarithmic: bool,
+}
+
+impl Colours {
+    /// Speeds up to the largest one.
+    fn of_speed(slice: &FlowSlice, largest: f64) -> Self {
+        Self {
+            name: "speed",
+            values: slice.extrapolated(slice.speeds()),
+            // A flow at rest needs some axis.
+            range: [0.0, if largest > 0.0 { largest } else { 1.0 }],
+            is_logarithmic: false,
+        }
+    }
+
+    /// Viscosities from the smallest to the largest one; none if there are none or one only.
+    fn of_viscosity(slice: &FlowSlice) -> Option<Self> {
+        let viscosities = slice.viscosities.as_ref()?;
+        let all = || viscosities.iter().flatten().copied();
+        let range = [
+            all().fold(f64::INFINITY, f64::min),
+            all().fold(0.0, f64::max),
+        ];
+        (range[0] > 0.0 && range[0] < range[1] && range[1].is_finite()).then(|| Self {
+            name: "viscosity",
+            values: slice.extrapolated(viscosities.clone()),
+            range,
+            is_logarithmic: true,
+        })
+    }
+
+    /// Coordinate of a value on the axis of the colour bar, which has colours at even distances.
+    fn coordinate(&self, value: f64) -> f64 {
+        match self.is_logarithmic {
+            true => value.log10(),
+            false => value,
+        }
+    }
+
+    /// Value at a coordinate.
+    fn value(&self, coordinate: f64) -> f64 {
+        match self.is_logarithmic {
+            true => 10_f64.powf(coordinate),
+            false => coordinate,
+        }
+    }
+
+    /// Place of a value between both ends of the colours, from 0 to 1.
+    fn place(&self, value: f64) -> f64 {
+        let [low, high] = self.range.map(|end| self.coordinate(end));
+        (self.coordinate(value) - low) / (high - low)
+    }
+}
+
+/// Draws the flow in a plane as SVG text: as colour the speed, or the viscosity where it varies,
+/// streamlines of the velocity in the plane, and the bodies at these poses.
 ///
 /// # Errors
 /// [`PictureError::Plot`] with the reason given by the plotting library.
@@ -55,10 +117,12 @@ pub fn flow_svg(
         bodies: &bodies,
         poses,
     };
-    flow_frame(scene, placed, slice, &title, slice.largest_speed())
+    let colours = Colours::of_viscosity(slice)
+        .unwrap_or_else(|| Colours::of_speed(slice, slice.largest_speed()));
+    draw(scene, placed, slice, &title, &colours)
 }
 
-/// The same with another title, and the colours of speeds up to `largest`.
+/// The flow with another title, and the colours of speeds up to `largest`.
 ///
 /// # Errors
 /// As [`flow_svg`].
@@ -69,6 +133,22 @@ pub fn flow_frame(
     title: &str,
     largest: f64,
 ) -> Result<String, PictureError> {
+    draw(
+        scene,
+        placed,
+        slice,
+        title,
+        &Colours::of_speed(slice, largest),
+    )
+}
+
+fn draw(
+    scene: &Scene,
+    placed: PlacedBodies,
+    slice: &FlowSlice,
+    title: &str,
+    colours: &Colours,
+) -> Result<String, PictureError> {
     let plane = &slice.plane;
     let inner = WIDTH - SPACE[0] - SPACE[1];
     let height = f64::from(inner) * plane.height / plane.width;
@@ -77,9 +157,9 @@ pub fn flow_frame(
     let svg = canvas::transparent_svg(size, |root| {
         let (left, right) = root.split_horizontally(px(WIDTH - SPACE[1]));
         window = draw_window(&left, scene, placed, slice, title)?;
-        draw_bar(&right, largest)
+        draw_bar(&right, colours)
     })?;
-    canvas::over_raster(&svg, &raster(slice, largest), window)
+    canvas::over_raster(&svg, &raster(slice, colours), window)
 }
 
 /// A name with as many characters as fit into a title.
@@ -159,22 +239,21 @@ fn draw_window(
 }
 
 /// The colour bar with its axis.
-fn draw_bar(area: &Area, largest: f64) -> Result<(), Box<dyn std::error::Error>> {
-    // A flow at rest needs some axis.
-    let top = if largest > 0.0 { largest } else { 1.0 };
+fn draw_bar(area: &Area, colours: &Colours) -> Result<(), Box<dyn std::error::Error>> {
+    let [low, high] = colours.range.map(|end| colours.coordinate(end));
     let label = font(14, &INK);
-    area.draw(&Text::new("speed", at(24, 18), label.clone()))?;
+    area.draw(&Text::new(colours.name, at(24, 18), label.clone()))?;
     let (_, area) = area.split_vertically(px(SPACE[2]));
     let mut chart = ChartBuilder::on(&area)
         .margin_left(px(24))
         .margin_bottom(px(SPACE[3]))
         .right_y_label_area_size(px(76))
-        .build_cartesian_2d(0.0..1.0, 0.0..top)?;
-    let edge = |k: usize| top * k as f64 / STEPS as f64;
+        .build_cartesian_2d(0.0..1.0, low..high)?;
+    let edge = |k: usize| low + (high - low) * k as f64 / STEPS as f64;
     chart.draw_series((0..STEPS).map(|k| {
         let [red, green, blue] = viridis((k as f64 + 0.5) / STEPS as f64);
         // Up to the upper end, below the steps that follow: no gaps by rounding.
-        let corners = [(0.0, edge(k)), (1.0, top)];
+        let corners = [(0.0, edge(k)), (1.0, high)];
         Rectangle::new(corners, RGBColor(red, green, blue).filled())
     }))?;
     chart
@@ -184,19 +263,17 @@ fn draw_bar(area: &Area, largest: f64) -> Result<(), Box<dyn std::error::Error>>
         .axis_style(INK.stroke_width(px(1)))
         .set_all_tick_mark_size(px(5))
         .label_style(label)
-        .y_label_formatter(&|v| short(*v))
+        .y_label_formatter(&|coordinate| short(colours.value(*coordinate)))
         .draw()?;
     Ok(())
 }
 
-/// The colours of the speeds, from above.
-fn raster(slice: &FlowSlice, largest: f64) -> Raster {
-    let speeds = slice.speeds();
-    let scale = if largest > 0.0 { 1.0 / largest } else { 0.0 };
-    let rows = speeds.chunks(slice.columns).rev();
-    let colours = rows.flatten().flat_map(|speed| match speed {
-        Some(speed) => {
-            let [red, green, blue] = viridis(scale * speed);
+/// The colours of the values, from above.
+fn raster(slice: &FlowSlice, colours: &Colours) -> Raster {
+    let rows = colours.values.chunks(slice.columns).rev();
+    let pixels = rows.flatten().flat_map(|value| match value {
+        Some(value) => {
+            let [red, green, blue] = viridis(colours.place(*value));
             [red, green, blue, 255]
         }
         None => [255, 255, 255, 0],
@@ -204,7 +281,7 @@ fn raster(slice: &FlowSlice, largest: f64) -> Raster {
     Raster {
         columns: slice.columns,
         rows: slice.rows,
-        colours: colours.collect(),
+        colours: pixels.collect(),
     }
 }
 
