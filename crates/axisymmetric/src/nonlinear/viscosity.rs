@@ -31,24 +31,6 @@ pub(crate) struct Viscosity<'a> {
     pub is_frozen: bool,
 }
 
-/// The law of a Newtonian fluid of this viscosity: the stress in the symmetric form.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Newtonian(pub f64);
-
-impl ViscosityLaw for Newtonian {
-    fn viscosity(&self, _: f64) -> f64 {
-        self.0
-    }
-
-    fn derivative(&self, _: f64) -> f64 {
-        0.0
-    }
-
-    fn potential(&self, shear_rate: f64) -> f64 {
-        0.5 * self.0 * shear_rate * shear_rate
-    }
-}
-
 impl Default for Viscosity<'_> {
     fn default() -> Self {
         Self::constant(1.0)
