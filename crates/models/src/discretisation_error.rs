@@ -40,6 +40,9 @@ pub struct Uncertainty {
     /// Uncertainty of forces, in which errors of motion and slip may cancel.
     #[serde(default)]
     pub force: f64,
+    /// Uncertainty of torques beside bodies whose volume changes.
+    #[serde(default)]
+    pub torque: f64,
     /// Uncertainty of errors of the power that may cancel with others: of straight facets and slip.
     #[serde(default)]
     pub power: f64,
@@ -80,6 +83,7 @@ impl DiscretisationError {
                 velocity: error.uncertainty.velocity * factor,
                 angular_velocity: error.uncertainty.angular_velocity * factor,
                 force: error.uncertainty.force * factor,
+                torque: error.uncertainty.torque * factor,
                 power: error.uncertainty.power * factor,
             },
         };
@@ -91,6 +95,7 @@ impl DiscretisationError {
                 angular_velocity: sum.uncertainty.angular_velocity
                     + term.uncertainty.angular_velocity,
                 force: sum.uncertainty.force + term.uncertainty.force,
+                torque: sum.uncertainty.torque + term.uncertainty.torque,
                 power: sum.uncertainty.power + term.uncertainty.power,
             },
         };
@@ -100,9 +105,10 @@ impl DiscretisationError {
             velocity,
             angular_velocity,
             force,
+            torque,
             power,
         } = &mut sum.uncertainty;
-        for uncertainty in [velocity, angular_velocity, force, power] {
+        for uncertainty in [velocity, angular_velocity, force, torque, power] {
             *uncertainty = uncertainty.max(0.0);
         }
         Some(sum)
@@ -142,7 +148,8 @@ impl DiscretisationError {
     /// that of a velocity of linked bodies does.
     pub fn torque_error_bar(&self) -> f64 {
         let of_holding = self.holding.iter().map(|load| load.torque.norm());
-        self.uncertainty.relative * of_holding.fold(self.largest(|body| body.torque), f64::max)
+        let largest = of_holding.fold(self.largest(|body| body.torque), f64::max);
+        (self.uncertainty.relative * largest).hypot(self.uncertainty.torque)
     }
 
     fn largest(&self, of: fn(&BodySolution) -> Vector3<f64>) -> f64 {

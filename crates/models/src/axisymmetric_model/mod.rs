@@ -73,8 +73,8 @@ const UNCERTAINTY: f64 = 0.75;
 /// The same where bodies deform.
 ///
 /// The velocity of a wave is a small difference, whose changes from order to order are less
-/// regular: of ten lone spheres the estimate was 0.3 to 1.4 times the error, and with 0.75 one error
-/// was 1.6 bars (`docs/figures/random_cases.py`, waves of the seeds 131001 to 131016).
+/// regular: of ten lone spheres the estimate was 0.3 to 1.4 times the error, and with 0.75 one
+/// error was 1.6 bars (`docs/figures/random_cases.py`, waves of the seeds 131001 to 131016).
 const DEFORMING_UNCERTAINTY: f64 = 2.0;
 
 /// Uncertainty of velocities relative to the largest one, per relative error of the resistance.
@@ -392,6 +392,7 @@ impl AxisymmetricModel {
             },
             velocity: uncancelled(axial) * speed,
             angular_velocity: spin.map_or(0.0, uncancelled) * spin_speed,
+            torque: 0.0,
             // Without joints the forces are the given loads.
             force: match (surfaces.is_some() || deformation.is_some()) && !set.joints().is_empty() {
                 true => SLIP_FORCE_FACTOR * axial.relative_error() * largest(|body| body.force),

@@ -354,6 +354,7 @@ impl AxisymmetricModel {
             velocity,
             angular_velocity: 0.0,
             force,
+            torque: 0.0,
             // Errors of forces and of slip may cancel in the one number of the order before.
             power: (outside + REGULARISATION_FACTOR * of_power + relative * change)
                 * response.power().abs(),

@@ -75,15 +75,21 @@ impl ToScene<'_> {
         if let (true, Some(bar)) = (has_fixed, &mut answer.error_estimate.container) {
             *bar += self.scaled.scale.length_to_scene((after - before).norm());
         }
-        let bodies = || answer.bodies.iter();
-        let forces = bodies().map(|b| b.force);
-        let forces = forces.chain(answer.holding.iter().map(|load| load.force));
+        let (bodies, holding) = (|| answer.bodies.iter(), || answer.holding.iter());
+        let of_sources = |largest: f64| estimate.source_uncertainty * largest;
+        let forces = bodies().map(|b| b.force).chain(holding().map(|h| h.force));
+        let torques = bodies()
+            .map(|b| b.torque)
+            .chain(holding().map(|h| h.torque));
         let uncertainty = Uncertainty {
             relative: estimate.relative_uncertainty,
             velocity: (self.scaled.scale.length_to_scene(estimate.uncertainty))
-                .hypot(estimate.source_uncertainty * largest_norm(bodies().map(|b| b.velocity))),
-            angular_velocity: estimate.uncertainty / self.scaled.shortest_lever,
-            force: estimate.source_uncertainty * largest_norm(forces),
+                .hypot(of_sources(largest_norm(bodies().map(|b| b.velocity)))),
+            angular_velocity: (estimate.uncertainty / self.scaled.shortest_lever).hypot(
+                of_sources(largest_norm(bodies().map(|b| b.angular_velocity))),
+            ),
+            force: of_sources(largest_norm(forces)),
+            torque: of_sources(largest_norm(torques)),
             power: self.scaled.scale.power_to_scene(estimate.power_uncertainty),
         };
         let of_facets = (self.scaled.scale).torque_to_scene(estimate.stresslet_uncertainty);

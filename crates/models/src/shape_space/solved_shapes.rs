@@ -125,6 +125,7 @@ impl Bars {
                 velocity: a.velocity.max(b.velocity),
                 angular_velocity: a.angular_velocity.max(b.angular_velocity),
                 force: a.force.max(b.force),
+                torque: a.torque.max(b.torque),
                 power: a.power.max(b.power),
             },
             mesh: self.mesh.max(other.mesh),
@@ -152,6 +153,7 @@ impl Bars {
             largest.velocity = largest.velocity.max(bars.velocity);
             largest.angular_velocity = largest.angular_velocity.max(bars.angular_velocity);
             largest.force = largest.force.max(bars.force);
+            largest.torque = largest.torque.max(bars.torque);
             largest.relative = largest.relative.max(bars.relative);
             largest.power = largest.power.max(bars.power / power);
         }

@@ -297,6 +297,7 @@ impl ShapeSpace {
                 velocity: speed * self.bars.mesh_uncertainty.velocity,
                 angular_velocity: speed * self.bars.mesh_uncertainty.angular_velocity,
                 force: speed * self.bars.mesh_uncertainty.force,
+                torque: speed * self.bars.mesh_uncertainty.torque,
                 power: power.abs() * self.bars.mesh_uncertainty.power,
                 ..self.bars.mesh_uncertainty
             },
