@@ -81,8 +81,7 @@ fn error_bars_of_a_run_are_those_of_the_velocities_times_the_duration() {
             relative: 0.2,
             velocity: 1e-7,
             angular_velocity: 1e-8,
-            power: 0.0,
-            force: 0.0,
+            ..Uncertainty::default()
         },
         bars: bars(1e-6),
         spin_bars: bars(1e-9),
