@@ -89,7 +89,8 @@ def quantities_of_instant(drawn, found):
     """
     bars, before = found["error_estimate"], found["uncorrected"] or found
     speed = max(norm(b["velocity"]) for b in found["bodies"])
-    force = max(norm(b["force"]) for b in found["bodies"])
+    # Forces of this size would do the work at the largest speed.
+    force = abs(found["power"]) / (speed or 1.0)
     radius = max(drawn.radii)
 
     def of_bodies(key, bars, negligible=0.0):
@@ -110,7 +111,7 @@ def quantities_of_instant(drawn, found):
         yield "stresslet", *flat, bar if bar is None else {"total": bar, "mesh": bar}, 0.0
     links = [[link["force"] for link in solution["links"]] for solution in (before, found)]
     if links[0] or is_held:
-        yield of_bodies("force", bars["force"])
+        yield of_bodies("force", bars["force"], NEGLIGIBLE * force)
         yield of_bodies("torque", bars["torque"], NEGLIGIBLE * force * radius)
     if links[0]:
         yield "link force", *links, bars["force"], 0.0

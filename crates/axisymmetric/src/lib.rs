@@ -36,8 +36,8 @@ pub use meridian::{MAX_ASPECT, Surroundings};
 pub use nonlinear::{
     AxialBody, AxialChange, AxialForceSolver, AxialForces, AxialForcing, AxialIntegrator,
     AxialMotion, AxialState, AxialStep, Convection, Impedance, ImpedanceParameters, LawChange,
-    Slip, SteadyDrive, SteadyParameters, SteadyState, TransientParameters, impedance, law_change,
-    steady_state,
+    REGULARISATION_FACTOR, Slip, SteadyDrive, SteadyParameters, SteadyState, TransientParameters,
+    impedance, law_change, steady_state,
 };
 pub use resistance::{AxialResistance, SurfaceResistance};
 pub use solver::{ResistanceSolver, axial_resistance, spin_resistance};

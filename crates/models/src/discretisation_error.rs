@@ -2,16 +2,11 @@
 
 use std::ops::{Deref, DerefMut};
 
+pub(crate) use axisymmetric::REGULARISATION_FACTOR;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::response::{BodySolution, Response};
-
-/// Bar for the regularisation of a viscosity law over its effect to first order.
-///
-/// In random scenes the effect was up to 1.6 times its first order
-/// (`docs/figures/random_cases.py`, laws).
-pub(crate) const REGULARISATION_FACTOR: f64 = 2.0;
 
 /// Estimated discretisation error of one solution, in the scene's units.
 ///

@@ -62,6 +62,10 @@ pub trait SurfaceFlow: Sync {
     fn background_pressure(&self, x: &Vector3<f64>) -> f64;
 }
 
+/// Flux through a body that is rounding, relative to its largest speed and the square of its extent:
+/// that of modes which keep the volume is an integral over the surface, of about 1e-15.
+const MAX_FLUX_ROUNDING: f64 = 1e-12;
+
 /// Nodal values of a [`SurfaceFlow`] on the mesh of a problem.
 pub(crate) struct NodalSurfaceFlow {
     /// `s + Σ a_k' d_k - u_∞` at the nodes of bodies, `w` at those of walls, zero at all others.
@@ -146,8 +150,8 @@ impl NodalSurfaceFlow {
             ),
         };
         let mut outflow = 0.0;
-        for (body, &(tag, _)) in bodies.iter().enumerate() {
-            let mut flux = 0.0;
+        for (body, &(tag, centre)) in bodies.iter().enumerate() {
+            let (mut flux, mut speed, mut extent) = (0.0, 0.0_f64, 0.0_f64);
             for (coordinate, rate) in flow.rates().iter().enumerate() {
                 let own_flux = share * flow.volume_rate(coordinate, body);
                 flux += rate * own_flux;
@@ -159,11 +163,13 @@ impl NodalSurfaceFlow {
             }
             let on_body = fem::nodal_surface_velocity(mesh, tag, &*velocity, flux)?;
             for (node, value) in on_body.values {
+                speed = speed.max(value.norm());
+                extent = extent.max((points[node as usize] - centre).norm());
                 nodal.velocity[node as usize] = value;
                 nodal.parts[0][node as usize] = flow.slip(body, &points[node as usize]);
             }
             nodal.moments.push(on_body.moment);
-            nodal.has_sources |= flux != 0.0;
+            nodal.has_sources |= flux.abs() > MAX_FLUX_ROUNDING * speed * extent * extent;
             outflow += flux;
         }
         for &tag in walls {

@@ -31,8 +31,9 @@ impl KineticEnergy {
         let errors = [coarse.fluid - self.fluid, coarse.bodies - self.bodies];
         let [fluid, bodies] = errors.map(|difference| share * difference);
         Self {
-            fluid: self.fluid - fluid,
-            bodies: self.bodies - bodies,
+            // No energy is negative, whatever its error.
+            fluid: (self.fluid - fluid).max(0.0),
+            bodies: (self.bodies - bodies).max(0.0),
             mesh_error: Some([fluid, bodies].map(|error| uncertainty * error.abs())),
         }
     }

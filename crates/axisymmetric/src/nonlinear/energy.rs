@@ -110,7 +110,8 @@ impl FlowSystem {
                 continue;
             }
             let omitted = self.element(t, positions, fields, terms)?.omitted_stress();
-            for (node, force) in nodes.iter().zip(omitted.row_iter()) {
+            let forces_at = nodes.iter().zip(omitted.row_iter());
+            for (node, force) in forces_at.filter(|(node, _)| is_on_body(node)) {
                 forces.momentum[*node as usize] += Point::new(force[0], force[1]);
             }
         }

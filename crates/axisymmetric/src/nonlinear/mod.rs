@@ -31,4 +31,4 @@ pub use integrator::{AxialIntegrator, AxialStep, Convection, TransientParameters
 pub use law_change::{AxialChange, LawChange, law_change};
 pub use problem::SteadyState;
 pub(crate) use problem::{TriangleValues, law_flow};
-pub use steady::steady_state;
+pub use steady::{REGULARISATION_FACTOR, steady_state};

@@ -334,10 +334,14 @@ impl MovingAxis {
         let largest = |of: fn(&BodySolution) -> Vector3<f64>| {
             (response.bodies.iter()).fold(0.0_f64, |m, body| m.max(of(body).norm()))
         };
+        let is_regularised = matches!(
+            self.law,
+            Some(Law::PowerLaw { .. } | Law::HerschelBulkley { .. })
+        );
         let bars = |size: f64| ErrorEstimate {
-            // The walls and the equations are those of the scene.
+            // The walls and the equations are those of the scene, but for a regularised law.
             container: Some(0.0),
-            model: Some(0.0),
+            model: (!is_regularised).then_some(0.0),
             algebraic: Some(tolerance * size),
             ..ErrorEstimate::default()
         };

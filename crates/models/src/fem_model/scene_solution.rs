@@ -81,6 +81,10 @@ impl ToScene<'_> {
         let torques = bodies()
             .map(|b| b.torque)
             .chain(holding().map(|h| h.torque));
+        let lever = self
+            .scaled
+            .scale
+            .length_to_scene(self.scaled.shortest_lever);
         let uncertainty = Uncertainty {
             relative: estimate.relative_uncertainty,
             velocity: (self.scaled.scale.length_to_scene(estimate.uncertainty))
@@ -88,8 +92,9 @@ impl ToScene<'_> {
             angular_velocity: (estimate.uncertainty / self.scaled.shortest_lever).hypot(
                 of_sources(largest_norm(bodies().map(|b| b.angular_velocity))),
             ),
-            force: of_sources(largest_norm(forces)),
-            torque: of_sources(largest_norm(torques)),
+            force: of_sources(largest_norm(forces.clone())),
+            // An error of a force on a part of a surface has a lever.
+            torque: of_sources(largest_norm(torques).max(lever * largest_norm(forces.clone()))),
             power: self.scaled.scale.power_to_scene(estimate.power_uncertainty),
         };
         let of_facets = (self.scaled.scale).torque_to_scene(estimate.stresslet_uncertainty);

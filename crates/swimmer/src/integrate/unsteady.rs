@@ -157,7 +157,7 @@ impl<'a> UnsteadyFlow<'a> {
     ) -> Result<(), SwimError> {
         self.fluid.enter(span);
         self.fluid.continue_from(state.fluid)?;
-        let distance = (self.fluid.time() - span.start - span.duration).abs();
+        let distance = (self.fluid.time() - (span.start + span.duration)).abs();
         let is_length = state.length.is_none_or(|length| length > 0.0);
         let is_end = distance <= LEAST_STEP * span.duration;
         if !is_end || !is_length || state.velocity_error < 0.0 {
