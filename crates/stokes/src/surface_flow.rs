@@ -62,8 +62,8 @@ pub trait SurfaceFlow: Sync {
     fn background_pressure(&self, x: &Vector3<f64>) -> f64;
 }
 
-/// Flux through a body that is rounding, relative to its largest speed and the square of its extent:
-/// that of modes which keep the volume is an integral over the surface, of about 1e-15.
+/// Flux through a body that is rounding, relative to its largest speed and the square of its
+/// extent: that of modes which keep the volume is an integral over the surface, of about 1e-15.
 const MAX_FLUX_ROUNDING: f64 = 1e-12;
 
 /// Nodal values of a [`SurfaceFlow`] on the mesh of a problem.
