@@ -406,7 +406,7 @@ class Growth:
         self.is_axisymmetric = False
 
     def text(self, model, tolerance):
-        # Of a tenth of a unit of time: volumes stay positive.
+        # In a short time volumes stay positive.
         text = f'model = {{ kind = "{model}", tolerance = {tolerance}, accept = "best" }}\n'
         if self.container:
             text += f'domain = {{ kind = "ball", radius = {self.container} }}\n'
@@ -417,10 +417,10 @@ class Growth:
         if self.setup == "linked":
             for number in range(1, len(self.radii)):
                 text += f'[[links]]\nname = "link {number}"\nbody = "{number}"\nto = "{number - 1}"\n'
-        text += "[[gait.phases]]\nduration = 0.1\n[gait.phases.targets]\n"
+        text += "[[gait.phases]]\nduration = 0.001\n[gait.phases.targets]\n"
         for number, (radius, rate) in enumerate(zip(self.radii, self.volumes)):
             if rate:
-                text += f'"{number}.volume" = {4 * math.pi / 3 * radius**3 + 0.1 * rate!r}\n'
+                text += f'"{number}.volume" = {4 * math.pi / 3 * radius**3 + 0.001 * rate!r}\n'
         return text
 
     def description(self):
