@@ -84,8 +84,8 @@ impl Integrator<'_> {
 }
 
 impl Level {
-    /// Refuses a level of other lists than those of `other` on a mesh with so many nodes, or with
-    /// rotations that are none.
+    /// Refuses a level whose numbers of values differ from those of `other` or of so many nodes, or
+    /// whose quaternions are no rotations.
     fn check_like(&self, other: &Self, nodes: usize) -> Result<(), InertiaError> {
         check_length("positions of nodes", nodes, self.points.len())?;
         check_length("velocities of nodes", nodes, self.velocity.len())?;

@@ -16,7 +16,7 @@ mod scenes;
 pub use bounds::{contains, within};
 pub use recording::Recording;
 pub use runs::{
-    at, boxed, forces, resumed_after_one_phase, run, run_by, solve_at, start, start_by,
-    start_resistance,
+    at, boxed, forces, interrupted, resumed_after_one_phase, run, run_by, solve_at, start,
+    start_by, start_resistance,
 };
 pub use scenes::{STROKE, SceneText, chain, pair, planar, three_spheres};

@@ -1,6 +1,7 @@
 //! Solutions and runs of scenes, by the model that the scene chooses or by a given one.
 
 use std::cell::Cell;
+use std::path::Path;
 
 use models::{Configuration, Hydrodynamics, InstantaneousSolution};
 use nalgebra::{DMatrix, Vector3};
@@ -66,27 +67,34 @@ pub fn forces(solution: &InstantaneousSolution) -> (Vector3<f64>, f64) {
     )
 }
 
-/// Interrupts a run after its first phase.
-struct OnePhase(Cell<bool>);
+/// Interrupts a run after some phases.
+struct After(Cell<usize>);
 
-impl Progress for OnePhase {
+impl Progress for After {
     fn is_interrupted(&self) -> bool {
-        self.0.get()
+        self.0.get() == 0
     }
 
     fn span_done(&mut self, _: &PhaseSpan, _: &SpanResult) {
-        self.0.set(true);
+        self.0.set(self.0.get().saturating_sub(1));
+    }
+}
+
+/// Interrupts a run after `phases` phases, those of earlier attempts included; its checkpoint is in
+/// the folder.
+///
+/// Returns the number of completed phases of the last attempt.
+pub fn interrupted(scene: Scene, phases: usize, folder: &Path) -> usize {
+    let mut progress = After(Cell::new(phases));
+    match swimmer::run(scene, folder, false, &mut (), &mut progress) {
+        Err(SwimError::Interrupted { phases, .. }) => phases,
+        other => panic!("not interrupted: {other:?}"),
     }
 }
 
 /// A run with files that is interrupted after its first phase, and resumed from its checkpoint.
 pub fn resumed_after_one_phase(scene: impl Fn() -> Scene) -> Report {
     let folder = tempfile::tempdir().unwrap();
-    let mut progress = OnePhase(Cell::new(false));
-    let stopped = swimmer::run(scene(), folder.path(), false, &mut (), &mut progress);
-    assert!(matches!(
-        stopped,
-        Err(SwimError::Interrupted { phases: 1, .. })
-    ));
+    assert_eq!(interrupted(scene(), 1, folder.path()), 1);
     swimmer::run(scene(), folder.path(), true, &mut (), &mut ()).unwrap()
 }

@@ -575,7 +575,12 @@ impl<'a> AxialIntegrator<'a> {
         };
         let residual = self.system.residual(&nodes, &fields, &terms)?;
         let forces = self.system.forces(&residual);
-        let of_surfaces = (self.system).surface_forces(residual, &nodes, &fields, &terms)?;
+        let slip_power = match boundary.slip.is_empty() {
+            true => 0.0,
+            false => (self.system)
+                .surface_forces(residual, &nodes, &fields, &terms)?
+                .power(&boundary.slip),
+        };
         self.factors = factors;
         let velocities = self.system.body_velocities(&fields, &boundary);
         let largest =
@@ -601,7 +606,7 @@ impl<'a> AxialIntegrator<'a> {
             velocities: velocities.clone(),
             forces,
             momentum_rates: momentum_rates.collect(),
-            slip_power: of_surfaces.power(&boundary.slip),
+            slip_power,
             error,
             velocity_error: match formula.error_factor {
                 0.0 => f64::INFINITY,

@@ -75,26 +75,24 @@ impl ToScene<'_> {
         if let (true, Some(bar)) = (has_fixed, &mut answer.error_estimate.container) {
             *bar += self.scaled.scale.length_to_scene((after - before).norm());
         }
+        let (scale, shortest_lever) = (&self.scaled.scale, self.scaled.shortest_lever);
         let (bodies, holding) = (|| answer.bodies.iter(), || answer.holding.iter());
         let of_sources = |largest: f64| estimate.source_uncertainty * largest;
-        let forces = bodies().map(|b| b.force).chain(holding().map(|h| h.force));
-        let torques = bodies()
-            .map(|b| b.torque)
-            .chain(holding().map(|h| h.torque));
-        let lever = self
-            .scaled
-            .scale
-            .length_to_scene(self.scaled.shortest_lever);
+        let force =
+            largest_norm((bodies().map(|b| b.force)).chain(holding().map(|load| load.force)));
+        let torque =
+            largest_norm((bodies().map(|b| b.torque)).chain(holding().map(|load| load.torque)));
+        let lever = scale.length_to_scene(shortest_lever);
         let uncertainty = Uncertainty {
             relative: estimate.relative_uncertainty,
-            velocity: (self.scaled.scale.length_to_scene(estimate.uncertainty))
+            velocity: (scale.length_to_scene(estimate.uncertainty))
                 .hypot(of_sources(largest_norm(bodies().map(|b| b.velocity)))),
-            angular_velocity: (estimate.uncertainty / self.scaled.shortest_lever).hypot(
-                of_sources(largest_norm(bodies().map(|b| b.angular_velocity))),
-            ),
-            force: of_sources(largest_norm(forces.clone())),
+            angular_velocity: (estimate.uncertainty / shortest_lever).hypot(of_sources(
+                largest_norm(bodies().map(|b| b.angular_velocity)),
+            )),
+            force: of_sources(force),
             // An error of a force on a part of a surface has a lever.
-            torque: of_sources(largest_norm(torques).max(lever * largest_norm(forces.clone()))),
+            torque: of_sources(torque.max(lever * force)),
             power: self.scaled.scale.power_to_scene(estimate.power_uncertainty),
         };
         let of_facets = (self.scaled.scale).torque_to_scene(estimate.stresslet_uncertainty);

@@ -41,28 +41,27 @@ fn a_restored_model_continues_bitwise() {
     check_restored(&scene, [&[10.0, 10.0], &[9.5, 10.0]], &[-1.0, 0.5]);
 }
 
-/// The history has the shapes of the bodies around which meshes were generated.
-#[test]
-fn a_restored_model_of_bodies_that_deform_continues_bitwise() {
-    let text = SceneText::new()
+/// Two spheres in a ball that exchange volume.
+fn exchanging_spheres() -> Scene {
+    SceneText::new()
         .sphere("a", 1.0, [0; 3])
         .sphere("b", 0.8, [3, 0, 0])
         .joint("flow", "a", "b", "joint = \"exchange\"")
         .ball(6.0)
-        .elements(1.2);
-    check_restored(&text.scene(), [&[5.0], &[4.2]], &[1.0]);
+        .elements(1.2)
+        .scene()
+}
+
+/// The history has the shapes of the bodies around which meshes were generated.
+#[test]
+fn a_restored_model_of_bodies_that_deform_continues_bitwise() {
+    check_restored(&exchanging_spheres(), [&[5.0], &[4.2]], &[1.0]);
 }
 
 /// The volumes that a damaged history gives are positive, and of as many joints as there are.
 #[test]
 fn a_history_with_shapes_at_which_no_body_can_be_is_refused() {
-    let text = SceneText::new()
-        .sphere("a", 1.0, [0; 3])
-        .sphere("b", 0.8, [3, 0, 0])
-        .joint("flow", "a", "b", "joint = \"exchange\"")
-        .ball(6.0)
-        .elements(1.2);
-    let scene = text.scene();
+    let scene = exchanging_spheres();
     let mut model = FemModel::new(&scene).unwrap();
     solve_at(&mut model, &[5.0], &[1.0]);
     let history = serde_json::to_value(model.history().unwrap()).unwrap();

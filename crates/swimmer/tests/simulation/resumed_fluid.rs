@@ -1,12 +1,12 @@
 //! Runs of fluids with inertia that are interrupted and resumed.
 
-use std::cell::Cell;
 use std::path::Path;
 
 use scene::Scene;
 use serde_json::{Value, json};
 use swimmer::output::sealed;
-use swimmer::{Progress, SwimError, checkpoint, run};
+use swimmer::{SwimError, checkpoint, run};
+use testkit::interrupted;
 
 /// A sphere that is released in the meridian plane, from Stokes flow: the gait has no corner.
 const RELEASED: &str = r#"
@@ -32,19 +32,6 @@ const PAIR: &str = r#"
     gait.phases = [{ link = "arm", length = 3 }, { link = "arm", length = 4.5 }]
 "#;
 
-/// Interrupts a run after some phases.
-struct After(Cell<usize>);
-
-impl Progress for After {
-    fn is_interrupted(&self) -> bool {
-        self.0.get() == 0
-    }
-
-    fn span_done(&mut self, _: &scene::PhaseSpan, _: &swimmer::SpanResult) {
-        self.0.set(self.0.get().saturating_sub(1));
-    }
-}
-
 fn parsed(text: &str) -> Scene {
     Scene::parse(text).unwrap()
 }
@@ -56,12 +43,7 @@ fn read(folder: &Path) -> Value {
 
 /// Interrupts a run after `phases` phases; the checkpoint is in the folder.
 fn interrupt(text: &str, phases: usize, folder: &Path) {
-    let mut progress = After(Cell::new(phases));
-    let stopped = run(parsed(text), folder, false, &mut (), &mut progress);
-    assert!(
-        matches!(stopped, Err(SwimError::Interrupted { phases: p, .. }) if p == phases),
-        "{stopped:?}"
-    );
+    assert_eq!(interrupted(parsed(text), phases, folder), phases);
 }
 
 /// Everything of a checkpoint but the seconds, which differ.
@@ -117,18 +99,7 @@ fn a_run_that_has_decided_for_inertia_is_resumed_with_it() {
     let automatic = RELEASED.replace("\"full\"", "\"auto\"");
     let folder = tempfile::tempdir().unwrap();
     // Three phases without inertia, and one with it.
-    let mut progress = After(Cell::new(4));
-    let stopped = run(
-        parsed(&automatic),
-        folder.path(),
-        false,
-        &mut (),
-        &mut progress,
-    );
-    assert!(
-        matches!(stopped, Err(SwimError::Interrupted { phases: 1, .. })),
-        "{stopped:?}"
-    );
+    assert_eq!(interrupted(parsed(&automatic), 4, folder.path()), 1);
     let resumed = run(parsed(&automatic), folder.path(), true, &mut (), &mut ()).unwrap();
     let whole = swimmer::run_without_files(parsed(RELEASED), &mut ()).unwrap();
     assert_eq!(resumed.outcome.displacement, whole.outcome.displacement);
