@@ -11,7 +11,7 @@
 //! rotate are the same as those of the form with the symmetric gradient. On the axis `u_r = 0`.
 //! (Bernardi, Dauge & Maday, Spectral Methods for Axisymmetric Domains, 1999.)
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Dyn, MatrixView};
 
 use crate::element::Table;
 use crate::geometry_map::MapPoint;
@@ -37,9 +37,9 @@ impl ElementMatrices {
         let [by_z, by_r] = derivatives(points, velocity);
         let over_radius = scaled(&velocity.values, |q| 1.0 / points[q].radius);
         let measure = |q: usize| points[q].measure;
-        let axial =
-            &by_z * scaled(&by_z, measure).transpose() + &by_r * scaled(&by_r, measure).transpose();
-        let radial = &axial + &over_radius * scaled(&over_radius, measure).transpose();
+        let axial = &by_z * transposed(&scaled(&by_z, measure))
+            + &by_r * transposed(&scaled(&by_r, measure));
+        let radial = &axial + &over_radius * transposed(&scaled(&over_radius, measure));
         let weighted = scaled(&pressure.values, |q| -points[q].measure);
         let pressure_mass = (0..pressure.values.nrows())
             .map(|i| {
@@ -49,8 +49,8 @@ impl ElementMatrices {
             })
             .collect();
         Self {
-            divergence_axial: &weighted * by_z.transpose(),
-            divergence_radial: &weighted * (by_r + over_radius).transpose(),
+            divergence_axial: &weighted * transposed(&by_z),
+            divergence_radial: &weighted * transposed(&(by_r + over_radius)),
             axial,
             radial,
             pressure_mass,
@@ -64,8 +64,7 @@ pub(crate) fn derivatives(points: &[MapPoint], table: &Table) -> [DMatrix<f64>; 
     let [by_x, by_y] = &table.gradients;
     [0, 1].map(|d| {
         DMatrix::from_fn(by_x.nrows(), points.len(), |i, q| {
-            let inverse = &points[q].inverse;
-            inverse[(d, 0)] * by_x[(i, q)] + inverse[(d, 1)] * by_y[(i, q)]
+            points[q].derivatives([by_x[(i, q)], by_y[(i, q)]])[d]
         })
     })
 }
@@ -77,4 +76,16 @@ pub(crate) fn scaled(matrix: &DMatrix<f64>, factor: impl Fn(usize) -> f64) -> DM
         column *= factor(q);
     }
     scaled
+}
+
+/// The transposed matrix, without a copy.
+pub(crate) fn transposed(matrix: &DMatrix<f64>) -> MatrixView<'_, f64, Dyn, Dyn, Dyn, Dyn> {
+    let (rows, columns) = matrix.shape();
+    MatrixView::from_slice_with_strides_generic(
+        matrix.as_slice(),
+        Dyn(columns),
+        Dyn(rows),
+        Dyn(rows),
+        Dyn(1),
+    )
 }

@@ -22,6 +22,41 @@ pub(crate) struct MapPoint {
     pub inverse: Matrix2<f64>,
 }
 
+impl MapPoint {
+    /// The map at a point of a triangle from the position and its derivatives with respect to the
+    /// two reference coordinates.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`] if the Jacobian is not positive or the point is off
+    /// the open half-plane.
+    pub fn new(
+        triangle: usize,
+        at: Point,
+        by: [Point; 2],
+        point: &RulePoint,
+    ) -> Result<Self, AxisymmetricError> {
+        let determinant = by[0].perp(&by[1]);
+        if !(determinant > 0.0 && at.y > 0.0) {
+            return Err(AxisymmetricError::InvertedTriangle {
+                triangle,
+                at: [at.x, at.y],
+                jacobian: determinant,
+            });
+        }
+        Ok(Self {
+            axial: at.x,
+            radius: at.y,
+            measure: 2.0 * std::f64::consts::PI * at.y * determinant * point.weight,
+            inverse: Matrix2::new(by[1].y, -by[0].y, -by[1].x, by[0].x) / determinant,
+        })
+    }
+
+    /// Derivatives along the axis and away from it of a value with these reference derivatives.
+    pub fn derivatives(&self, by: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|d| self.inverse[(d, 0)] * by[0] + self.inverse[(d, 1)] * by[1])
+    }
+}
+
 /// Whether the Jacobian is positive in all curved elements, checked with geometry of order four.
 ///
 /// Geometries of other orders differ from this one much less than from the straight triangle.
@@ -95,22 +130,8 @@ pub(crate) fn map_points(
     rule.iter()
         .enumerate()
         .map(|(q, point)| {
-            // columns: derivatives of the position with respect to the two reference coordinates
-            let jacobian = Matrix2::new(by[0][(0, q)], by[1][(0, q)], by[0][(1, q)], by[1][(1, q)]);
-            let (determinant, radius) = (jacobian.determinant(), at[(1, q)]);
-            match jacobian.try_inverse() {
-                Some(inverse) if determinant > 0.0 && radius > 0.0 => Ok(MapPoint {
-                    axial: at[(0, q)],
-                    radius,
-                    measure: 2.0 * std::f64::consts::PI * radius * determinant * point.weight,
-                    inverse: inverse.transpose(),
-                }),
-                _ => Err(AxisymmetricError::InvertedTriangle {
-                    triangle,
-                    at: [at[(0, q)], radius],
-                    jacobian: determinant,
-                }),
-            }
+            let column = |values: &DMatrix<f64>| Point::new(values[(0, q)], values[(1, q)]);
+            MapPoint::new(triangle, column(&at), [0, 1].map(|k| column(&by[k])), point)
         })
         .collect()
 }

@@ -478,12 +478,13 @@ impl FlowSystem {
         let nodes = &self.spaces[0].nodes[t];
         let frame = self.frame.map_or(0.0, |g| fields.motions[g]);
         let local = LocalValues {
-            at_nodes: DMatrix::from_fn(nodes.len(), 5, |i, j| {
+            at_nodes: DMatrix::from_fn(nodes.len(), 7, |i, j| {
                 let node = nodes[i] as usize;
                 match j {
-                    0 | 1 => fields.velocity[node][j],
-                    2 => frame + terms.mesh_velocity.map_or(0.0, |w| w[node]),
-                    _ => terms.history.map_or(0.0, |h| h[node][j - 3]),
+                    0 | 1 => positions[node][j],
+                    2 | 3 => fields.velocity[node][j - 2],
+                    4 => frame + terms.mesh_velocity.map_or(0.0, |w| w[node]),
+                    _ => terms.history.map_or(0.0, |h| h[node][j - 5]),
                 }
             }),
             pressure: DVector::from_iterator(
@@ -491,14 +492,14 @@ impl FlowSystem {
                 (self.spaces[1].nodes[t].iter()).map(|&node| fields.pressure[node as usize]),
             ),
         };
-        let positions: Vec<Point> = nodes.iter().map(|&i| positions[i as usize]).collect();
+        let on_axis = |k: usize| positions[nodes[k] as usize].y == 0.0;
         // corners are the first nodes; 1 / r is singular at those on the axis
-        let needs_large_rule = self.mesh.is_curved(t) || (0..3).any(|k| positions[k].y == 0.0);
+        let needs_large_rule = self.mesh.is_curved(t) || (0..3).any(on_axis);
         let rule = match terms.coefficients.viscosity.law {
             Some(_) => &self.rules[2],
             None => &self.rules[usize::from(needs_large_rule)],
         };
-        MomentumElement::new(t, &positions, rule, terms.coefficients, &local)
+        MomentumElement::new(t, rule, terms.coefficients, &local)
     }
 
     /// Residuals of a flow.

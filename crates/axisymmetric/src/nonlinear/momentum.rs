@@ -16,27 +16,44 @@ use super::viscosity::{Strain, Viscosity, tangent};
 use crate::AxisymmetricError;
 use crate::curve::Point;
 use crate::element::{Lagrange, Table};
-use crate::forms::{ElementMatrices, derivatives, scaled};
-use crate::geometry_map::{MapPoint, map_points};
+use crate::forms::{derivatives, scaled, transposed};
+use crate::geometry_map::MapPoint;
 use crate::quadrature::{RulePoint, triangle_rule};
-use crate::stokes::saddle_point_matrix;
 
 /// A quadrature rule with the basis functions at its points.
 pub(crate) struct Rule {
     points: Vec<RulePoint>,
     velocity: Table,
     pressure: Table,
+    /// Values and derivatives of `velocity` side by side, so that all of an element are one product.
+    values_and_gradients: DMatrix<f64>,
 }
 
 impl Rule {
     pub fn new(points: usize, velocity: &Lagrange, pressure: &Lagrange) -> Self {
         let points = triangle_rule(points);
+        let velocity = velocity.tabulate(&points);
         Self {
-            velocity: velocity.tabulate(&points),
             pressure: pressure.tabulate(&points),
+            values_and_gradients: side_by_side([
+                &velocity.values,
+                &velocity.gradients[0],
+                &velocity.gradients[1],
+            ]),
+            velocity,
             points,
         }
     }
+}
+
+/// Three matrices of the same shape side by side.
+fn side_by_side(parts: [&DMatrix<f64>; 3]) -> DMatrix<f64> {
+    let (n, m) = parts[0].shape();
+    let mut whole = DMatrix::zeros(n, 3 * m);
+    for (k, part) in parts.into_iter().enumerate() {
+        whole.columns_mut(k * m, m).copy_from(part);
+    }
+    whole
 }
 
 /// Coefficients of the momentum equation.
@@ -52,7 +69,8 @@ pub(crate) struct Coefficients<'a> {
 
 /// Nodal values on one element.
 pub(crate) struct LocalValues {
-    /// One node per row: axial and radial velocity, `w`, axial and radial part of `h`.
+    /// One node per row: position along the axis and away from it, axial and radial velocity, `w`,
+    /// axial and radial part of `h`.
     pub at_nodes: DMatrix<f64>,
     pub pressure: DVector<f64>,
 }
@@ -62,40 +80,44 @@ pub(crate) struct MomentumElement<'a> {
     rule: &'a Rule,
     points: Vec<MapPoint>,
     coefficients: Coefficients<'a>,
-    /// Per point and row of [`LocalValues::at_nodes`].
+    /// Per point and column of [`LocalValues::at_nodes`].
     values: DMatrix<f64>,
     /// `∂u_i/∂z` and `∂u_i/∂r`, per point, at `[i][derivative]`.
     gradients: Vec<[[f64; 2]; 2]>,
     pressure: DVector<f64>,
 }
 
+/// First columns of [`LocalValues::at_nodes`] of velocities, of `w` and of `h`.
+const U: usize = 2;
+const W: usize = 4;
+const H: usize = 5;
+
 impl<'a> MomentumElement<'a> {
-    /// The element with these positions of its nodes.
+    /// The element with these values at its nodes.
     ///
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`].
     pub fn new(
         triangle: usize,
-        positions: &[Point],
         rule: &'a Rule,
         coefficients: Coefficients<'a>,
         local: &LocalValues,
     ) -> Result<Self, AxisymmetricError> {
-        let points = map_points(triangle, positions, &rule.velocity, &rule.points)?;
-        let velocity = local.at_nodes.columns(0, 2);
-        let [by_x, by_y] = (rule.velocity.gradients.each_ref()).map(|g| g.tr_mul(&velocity));
-        let gradients = (points.iter().enumerate())
-            .map(|(q, point)| {
-                [0, 1].map(|i| {
-                    [0, 1].map(|d| {
-                        point.inverse[(d, 0)] * by_x[(q, i)] + point.inverse[(d, 1)] * by_y[(q, i)]
-                    })
-                })
-            })
-            .collect();
+        let values = transposed(&rule.values_and_gradients) * &local.at_nodes;
+        let m = rule.points.len();
+        let mut points = Vec::with_capacity(m);
+        let mut gradients = Vec::with_capacity(m);
+        for (q, point) in rule.points.iter().enumerate() {
+            let by = |k: usize, column: usize| values[((k + 1) * m + q, column)];
+            let position = Point::new(values[(q, 0)], values[(q, 1)]);
+            let tangents = [0, 1].map(|k| Point::new(by(k, 0), by(k, 1)));
+            let point = MapPoint::new(triangle, position, tangents, point)?;
+            gradients.push([0, 1].map(|i| point.derivatives([by(0, U + i), by(1, U + i)])));
+            points.push(point);
+        }
         Ok(Self {
-            values: rule.velocity.values.tr_mul(&local.at_nodes),
             pressure: rule.pressure.values.tr_mul(&local.pressure),
+            values,
             rule,
             points,
             coefficients,
@@ -106,14 +128,14 @@ impl<'a> MomentumElement<'a> {
     /// Velocity relative to the mesh at a point.
     fn relative(&self, q: usize) -> [f64; 2] {
         [
-            self.values[(q, 0)] - self.values[(q, 2)],
-            self.values[(q, 1)],
+            self.values[(q, U)] - self.values[(q, W)],
+            self.values[(q, U + 1)],
         ]
     }
 
     /// Stretching of circles around the axis, `u_r / r`.
     fn hoop(&self, q: usize) -> f64 {
-        self.values[(q, 1)] / self.points[q].radius
+        self.values[(q, U + 1)] / self.points[q].radius
     }
 
     fn strain(&self, q: usize) -> Strain {
@@ -141,8 +163,8 @@ impl<'a> MomentumElement<'a> {
             });
             let mut value = [0, 1].map(|i| {
                 let convection = to_z * gradient[i][0] + to_r * gradient[i][1];
-                self.coefficients.mass * self.values[(q, i)]
-                    + self.values[(q, 3 + i)]
+                self.coefficients.mass * self.values[(q, U + i)]
+                    + self.values[(q, H + i)]
                     + self.coefficients.convection * convection
             });
             for i in 0..2 {
@@ -184,65 +206,77 @@ impl<'a> MomentumElement<'a> {
         &self,
         factors: impl Fn(usize) -> ([[f64; 2]; 2], [f64; 2]),
     ) -> DMatrix<f64> {
-        // factors of the derivatives of a test function in the reference triangle, of its value
-        let [mut by_x, mut by_y, mut by_value] =
-            [0; 3].map(|_| DMatrix::zeros(self.points.len(), 2));
+        // factors of the value of a test function, of its derivatives in the reference triangle
+        let m = self.points.len();
+        let mut by_test = DMatrix::zeros(3 * m, 2);
         for (q, point) in self.points.iter().enumerate() {
             let (weight, inverse) = (point.measure, &point.inverse);
             let (flux, value) = factors(q);
             for (i, flux) in flux.iter().enumerate() {
-                by_x[(q, i)] = weight * (inverse[(0, 0)] * flux[0] + inverse[(1, 0)] * flux[1]);
-                by_y[(q, i)] = weight * (inverse[(0, 1)] * flux[0] + inverse[(1, 1)] * flux[1]);
-                by_value[(q, i)] = weight * value[i];
+                by_test[(q, i)] = weight * value[i];
+                for k in 0..2 {
+                    by_test[((k + 1) * m + q, i)] =
+                        weight * (inverse[(0, k)] * flux[0] + inverse[(1, k)] * flux[1]);
+                }
             }
         }
-        let velocity = &self.rule.velocity;
-        &velocity.gradients[0] * by_x + &velocity.gradients[1] * by_y + &velocity.values * by_value
+        &self.rule.values_and_gradients * by_test
     }
 
     /// Derivatives of the residuals by the nodal values of the velocities and the pressure.
     pub fn jacobian(&self) -> DMatrix<f64> {
-        let (velocity, pressure) = (&self.rule.velocity, &self.rule.pressure);
+        let (velocity, pressure) = (&self.rule.velocity, &self.rule.pressure.values);
         let Coefficients {
             viscosity,
             convection,
             mass,
         } = self.coefficients;
-        let mut matrices = ElementMatrices::new(&self.points, velocity, pressure);
-        matrices.axial *= viscosity.constant;
-        matrices.radial *= viscosity.constant;
-        let mut matrix = saddle_point_matrix(&matrices);
+        let (n, k, m) = (velocity.values.nrows(), pressure.nrows(), self.points.len());
+        let measure = |q: usize| self.points[q].measure;
+        let [by_z, by_r] = derivatives(&self.points, velocity);
+        let tests = [&velocity.values, &by_z, &by_r].map(|table| scaled(table, measure));
+        let tests = side_by_side(tests.each_ref());
+        // what the values and derivatives of a test function are multiplied with
+        let mut trials = side_by_side([&velocity.values, &by_z, &by_r]);
+        trials.columns_mut(m, 2 * m).scale_mut(viscosity.constant);
+        let mut matrix = DMatrix::zeros(2 * n + k, 2 * n + k);
+        for i in 0..2 {
+            for q in 0..m {
+                let [to_z, to_r] = self.relative(q);
+                let hoop = viscosity.constant / self.points[q].radius.powi(2);
+                let own = mass + convection * self.gradients[q][i][i] + [0.0, hoop][i];
+                let mut trial = trials.column_mut(q);
+                trial.axpy(own, &velocity.values.column(q), 0.0);
+                if convection != 0.0 {
+                    trial.axpy(convection * to_z, &by_z.column(q), 1.0);
+                    trial.axpy(convection * to_r, &by_r.column(q), 1.0);
+                }
+            }
+            let mut block = matrix.view_mut((i * n, i * n), (n, n));
+            block.gemm(1.0, &tests, &transposed(&trials), 0.0);
+            if convection != 0.0 {
+                let other = 1 - i;
+                let by_gradient = scaled(&velocity.values, |q| {
+                    convection * self.gradients[q][i][other]
+                });
+                let mut block = matrix.view_mut((i * n, other * n), (n, n));
+                block.gemm(1.0, &tests.columns(0, m), &transposed(&by_gradient), 0.0);
+            }
+        }
+        let weighted = scaled(pressure, |q| -measure(q));
+        let over_radius = scaled(&velocity.values, |q| 1.0 / self.points[q].radius);
+        for (at, divergence) in [(0, by_z), (n, by_r + over_radius)] {
+            let block = &weighted * transposed(&divergence);
+            matrix.view_mut((2 * n, at), (k, n)).copy_from(&block);
+            matrix
+                .view_mut((at, 2 * n), (n, k))
+                .copy_from(&block.transpose());
+        }
         if viscosity.law.is_some() {
-            let strains: Vec<Strain> = (0..self.points.len()).map(|q| self.strain(q)).collect();
+            let strains: Vec<Strain> = (0..m).map(|q| self.strain(q)).collect();
             let rest = tangent(&viscosity, &self.points, velocity, &strains);
             let mut block = matrix.view_mut((0, 0), rest.shape());
             block += rest;
-        }
-        if convection == 0.0 && mass == 0.0 {
-            return matrix;
-        }
-        let (n, values) = (velocity.values.nrows(), &velocity.values);
-        let weighted = scaled(values, |q| self.points[q].measure);
-        let [by_z, by_r] = derivatives(&self.points, velocity);
-        let mut transported = mass * values;
-        for (q, mut column) in transported.column_iter_mut().enumerate() {
-            let [to_z, to_r] = self.relative(q);
-            column.axpy(convection * to_z, &by_z.column(q), 1.0);
-            column.axpy(convection * to_r, &by_r.column(q), 1.0);
-        }
-        let common = &weighted * transported.transpose();
-        for i in 0..2 {
-            let mut own = matrix.view_mut((i * n, i * n), (n, n));
-            own += &common;
-        }
-        if convection != 0.0 {
-            for i in 0..2 {
-                for j in 0..2 {
-                    let by_gradient = scaled(values, |q| convection * self.gradients[q][i][j]);
-                    let mut block = matrix.view_mut((i * n, j * n), (n, n));
-                    block += &weighted * by_gradient.transpose();
-                }
-            }
         }
         matrix
     }
@@ -309,14 +343,14 @@ impl<'a> MomentumElement<'a> {
     /// The matrix `∫ u v` of one component of the velocity.
     pub fn mass(&self) -> DMatrix<f64> {
         let values = &self.rule.velocity.values;
-        scaled(values, |q| self.points[q].measure) * values.transpose()
+        scaled(values, |q| self.points[q].measure) * transposed(values)
     }
 
     /// The momentum along the axis over the density, `∫ u_z`.
     pub fn momentum(&self) -> f64 {
         let points = self.points.iter().enumerate();
         points
-            .map(|(q, point)| point.measure * self.values[(q, 0)])
+            .map(|(q, point)| point.measure * self.values[(q, U)])
             .sum()
     }
 
@@ -325,7 +359,7 @@ impl<'a> MomentumElement<'a> {
         let points = self.points.iter().enumerate();
         points
             .map(|(q, point)| {
-                let (uz, ur) = (self.values[(q, 0)], self.values[(q, 1)]);
+                let (uz, ur) = (self.values[(q, U)], self.values[(q, U + 1)]);
                 point.measure * (uz * uz + ur * ur)
             })
             .sum()
@@ -356,7 +390,6 @@ mod tests {
     /// An element with polynomial values at its nodes.
     struct Sample {
         rule: Rule,
-        positions: Vec<Point>,
         local: LocalValues,
     }
 
@@ -364,14 +397,13 @@ mod tests {
         fn new() -> Self {
             let [velocity, pressure] = [3, 2].map(|k| Lagrange::new(k).expect("low order"));
             let corners = [(0.2, 0.1), (1.1, 0.3), (0.5, 0.9)].map(|(z, r)| Point::new(z, r));
+            let position = |l: &[f64; 3]| (0..3).map(|k| corners[k] * l[k]).sum::<Point>();
             Self {
                 rule: Rule::new(7, &velocity, &pressure),
-                positions: (velocity.nodes.iter())
-                    .map(|l| corners[0] * l[0] + corners[1] * l[1] + corners[2] * l[2])
-                    .collect(),
                 local: LocalValues {
-                    at_nodes: DMatrix::from_fn(velocity.len(), 5, |i, j| {
-                        ((3 * i + 7 * j) as f64).sin()
+                    at_nodes: DMatrix::from_fn(velocity.len(), 7, |i, j| match j {
+                        0 | 1 => position(&velocity.nodes[i])[j],
+                        _ => ((3 * i + 7 * j) as f64).sin(),
                     }),
                     pressure: DVector::from_fn(pressure.len(), |i, _| (i as f64).cos()),
                 },
@@ -383,8 +415,7 @@ mod tests {
             coefficients: Coefficients<'a>,
             local: &LocalValues,
         ) -> MomentumElement<'a> {
-            MomentumElement::new(0, &self.positions, &self.rule, coefficients, local)
-                .expect("not inverted")
+            MomentumElement::new(0, &self.rule, coefficients, local).expect("not inverted")
         }
 
         /// The element after a change.
@@ -410,7 +441,7 @@ mod tests {
             let (n, k) = (self.local.at_nodes.nrows(), self.local.pressure.len());
             let change = |column: usize, step: f64| {
                 move |local: &mut LocalValues| match column < 2 * n {
-                    true => local.at_nodes[(column % n, column / n)] += step,
+                    true => local.at_nodes[(column % n, U + column / n)] += step,
                     false => local.pressure[column - 2 * n] += step,
                 }
             };
@@ -447,7 +478,7 @@ mod tests {
         let frame = element.by_mesh_velocity();
         let residual = |step: f64| {
             let change =
-                |local: &mut LocalValues| local.at_nodes.column_mut(2).add_scalar_mut(step);
+                |local: &mut LocalValues| local.at_nodes.column_mut(W).add_scalar_mut(step);
             sample.changed(coefficients, &change).residual()
         };
         let found = 0.5 * (residual(1.0) - residual(-1.0));
@@ -503,7 +534,7 @@ mod tests {
             let n = sample.local.at_nodes.nrows();
             let alone = |local: &mut LocalValues| {
                 local.pressure.fill(0.0);
-                local.at_nodes.columns_mut(3, 2).fill(0.0);
+                local.at_nodes.columns_mut(H, 2).fill(0.0);
             };
             let viscous = sample.changed(coefficients, &alone).residual();
             let error = (forces.rows(0, 2 * n) - viscous.rows(0, 2 * n)).amax() / viscous.amax();

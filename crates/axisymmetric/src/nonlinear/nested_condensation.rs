@@ -36,10 +36,15 @@ struct Branch {
 }
 
 enum Part {
-    /// The number of an element, and its unknowns.
-    Element(usize, ElementUnknowns),
-    Halves(Box<[Branch; 2]>),
+    /// The number of an element, and the places of its unknowns.
+    Element(usize, Places),
+    /// Two branches, and the places of their outer unknowns.
+    Halves(Box<[Branch; 2]>, [Places; 2]),
 }
+
+/// Rows of a matrix in that of a branch, in which inner unknowns come first; `None` for rows and
+/// columns that are left out.
+type Places = Vec<Option<u32>>;
 
 /// The factors of a system.
 pub(crate) struct CondensedFactors {
@@ -134,11 +139,10 @@ impl Branch {
         centres: &[Point],
         total: &[u32],
     ) -> (Self, Vec<(u32, u32)>) {
-        let (part, counts) = match elements {
-            [(number, unknowns)] => {
-                let unknowns = std::mem::take(unknowns);
-                let counts = distinct(&unknowns).into_iter().map(|id| (id, 1)).collect();
-                (Part::Element(*number, unknowns), counts)
+        let (branches, counts) = match elements {
+            [(_, unknowns)] => {
+                let counts = distinct(unknowns).into_iter().map(|id| (id, 1)).collect();
+                (None, counts)
             }
             _ => {
                 sort_along_extent(elements, centres);
@@ -154,15 +158,34 @@ impl Branch {
                     }
                     same
                 });
-                (Part::Halves(Box::new([left, right])), counts)
+                (Some(Box::new([left, right])), counts)
             }
         };
         let (inner, outer): (Vec<_>, Vec<_>) =
             (counts.into_iter()).partition(|(id, count)| *count == total[*id as usize]);
+        let inner: Vec<u32> = inner.into_iter().map(|(id, _)| id).collect();
+        let later: Vec<u32> = outer.iter().map(|(id, _)| *id).collect();
+        let place = |id: &u32| match inner.binary_search(id) {
+            Ok(k) => Some(k as u32),
+            Err(_) => (later.binary_search(id).ok()).map(|k| (inner.len() + k) as u32),
+        };
+        let part = match (branches, elements) {
+            (Some(branches), _) => {
+                let places = |half: usize| branches[half].outer.iter().map(place).collect();
+                let places = [0, 1].map(places);
+                Part::Halves(branches, places)
+            }
+            (None, [(number, unknowns), ..]) => {
+                let places = unknowns.iter().map(|id| id.as_ref().and_then(place));
+                Part::Element(*number, places.collect())
+            }
+            // no branch without elements
+            (None, []) => Part::Element(0, Vec::new()),
+        };
         let branch = Self {
             part,
-            inner: inner.into_iter().map(|(id, _)| id).collect(),
-            outer: outer.iter().map(|(id, _)| *id).collect(),
+            inner,
+            outer: later,
         };
         (branch, outer)
     }
@@ -175,16 +198,16 @@ impl Branch {
         let size = self.inner.len() + self.outer.len();
         let mut sum = DMatrix::zeros(size, size);
         let halves = match &self.part {
-            Part::Element(number, unknowns) => {
-                self.add(unknowns.iter().copied(), &matrix(*number)?, &mut sum);
+            Part::Element(number, places) => {
+                add(&matrix(*number)?, places, &mut sum);
                 None
             }
-            Part::Halves(halves) => {
+            Part::Halves(halves, places) => {
                 let [left, right] = halves.as_ref();
                 let (first, second) = rayon::join(|| left.factor(matrix), || right.factor(matrix));
                 let ((first, of_first), (second, of_second)) = (first?, second?);
-                self.add(left.outer.iter().map(|id| Some(*id)), &of_first, &mut sum);
-                self.add(right.outer.iter().map(|id| Some(*id)), &of_second, &mut sum);
+                add(&of_first, &places[0], &mut sum);
+                add(&of_second, &places[1], &mut sum);
                 Some(Box::new([first, second]))
             }
         };
@@ -206,34 +229,25 @@ impl Branch {
         Ok((factor, outer))
     }
 
-    /// Adds the matrix of some of the unknowns to that of all, the inner ones first.
-    fn add(
-        &self,
-        unknowns: impl Iterator<Item = Option<u32>>,
-        matrix: &DMatrix<f64>,
-        sum: &mut DMatrix<f64>,
-    ) {
-        let place = |id: u32| match self.inner.binary_search(&id) {
-            Ok(k) => Some(k),
-            Err(_) => (self.outer.binary_search(&id).ok()).map(|k| self.inner.len() + k),
-        };
-        let places: Vec<Option<usize>> = unknowns.map(|id| id.and_then(place)).collect();
-        for (column, to_column) in places.iter().enumerate() {
-            let Some(to_column) = *to_column else {
-                continue;
-            };
-            for (row, to_row) in places.iter().enumerate() {
-                if let Some(to_row) = *to_row {
-                    sum[(to_row, to_column)] += matrix[(row, column)];
-                }
-            }
-        }
-    }
-
     fn first_element(&self) -> usize {
         match &self.part {
             Part::Element(number, _) => *number,
-            Part::Halves(halves) => halves[0].first_element(),
+            Part::Halves(halves, _) => halves[0].first_element(),
+        }
+    }
+}
+
+/// Adds a matrix to that of a branch, in which its rows and columns have these places.
+fn add(matrix: &DMatrix<f64>, places: &Places, sum: &mut DMatrix<f64>) {
+    for (from, to) in matrix.column_iter().zip(places) {
+        let Some(to) = *to else {
+            continue;
+        };
+        let mut sum = sum.column_mut(to as usize);
+        for (value, place) in from.iter().zip(places) {
+            if let Some(place) = *place {
+                sum[place as usize] += value;
+            }
         }
     }
 }
@@ -241,7 +255,7 @@ impl Branch {
 impl Factor {
     /// Eliminates the inner unknowns from the right-hand side.
     fn forward(&self, branch: &Branch, rhs: &mut [f64], x: &mut [f64]) {
-        if let (Some(factors), Part::Halves(branches)) = (&self.halves, &branch.part) {
+        if let (Some(factors), Part::Halves(branches, _)) = (&self.halves, &branch.part) {
             for (factor, branch) in factors.iter().zip(branches.iter()) {
                 factor.forward(branch, rhs, x);
             }
@@ -268,7 +282,7 @@ impl Factor {
                 x[*id as usize] = *value;
             }
         }
-        if let (Some(factors), Part::Halves(branches)) = (&self.halves, &branch.part) {
+        if let (Some(factors), Part::Halves(branches, _)) = (&self.halves, &branch.part) {
             for (factor, branch) in factors.iter().zip(branches.iter()) {
                 factor.backward(branch, x);
             }

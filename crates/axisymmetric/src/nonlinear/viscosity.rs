@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 use rheology::ViscosityLaw;
 
 use crate::element::Table;
-use crate::forms::{derivatives, scaled};
+use crate::forms::{derivatives, scaled, transposed};
 use crate::geometry_map::MapPoint;
 
 /// The viscosity of a fluid.
@@ -143,7 +143,7 @@ pub(crate) fn tangent(
     let mut matrix = DMatrix::zeros(2 * n, 2 * n);
     let mut along = DMatrix::zeros(2 * n, m);
     for (component, rows) in components.iter().enumerate() {
-        matrix.gemm(1.0, rows, &scaled(rows, |q| excess[q]).transpose(), 1.0);
+        matrix.gemm(1.0, rows, &transposed(&scaled(rows, |q| excess[q])), 1.0);
         along += scaled(rows, |q| match rates[q] > 0.0 {
             true => strains[q].0[component] / rates[q],
             false => 0.0,
@@ -158,12 +158,17 @@ pub(crate) fn tangent(
             // the limit of g η'
             false => 0.0,
         });
-        matrix.gemm(1.0, &along, &scaled(&along, |q| slopes[q]).transpose(), 1.0);
+        matrix.gemm(
+            1.0,
+            &along,
+            &transposed(&scaled(&along, |q| slopes[q])),
+            1.0,
+        );
     }
     if viscosity.constant != 0.0 {
         let divergence = stack(&by_z, &(by_r + over_radius), 1.0);
         let weighted = scaled(&divergence, |q| points[q].measure * viscosity.constant);
-        matrix.gemm(1.0, &divergence, &weighted.transpose(), 1.0);
+        matrix.gemm(1.0, &divergence, &transposed(&weighted), 1.0);
     }
     matrix
 }
