@@ -25,11 +25,10 @@ impl KineticEnergy {
         }
     }
 
-    /// These energies minus their errors, `share` of the difference of those on a coarser mesh to
+    /// These energies minus their errors, `share` of the differences of those on a coarser mesh to
     /// them, with an uncertainty relative to that.
-    pub(crate) fn corrected(&self, coarse: &Self, share: f64, uncertainty: f64) -> Self {
-        let errors = [coarse.fluid - self.fluid, coarse.bodies - self.bodies];
-        let [fluid, bodies] = errors.map(|difference| share * difference);
+    pub(crate) fn corrected(&self, differences: [f64; 2], share: f64, uncertainty: f64) -> Self {
+        let [fluid, bodies] = differences.map(|difference| share * difference);
         Self {
             // No energy is negative, whatever its error.
             fluid: (self.fluid - fluid).max(0.0),

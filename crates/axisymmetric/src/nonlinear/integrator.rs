@@ -135,6 +135,8 @@ pub struct AxialStep {
     /// Estimated error of the velocities in this step, relative to the largest velocity so far;
     /// infinite if there are too few levels for an estimate.
     pub error: f64,
+    /// The same error, not relative; infinite as `error`.
+    pub flow_error: f64,
     /// Estimated error of the velocities of bodies in this step; infinite as `error`.
     pub velocity_error: f64,
     /// Change of the momentum of the fluid over its density by a new mesh before this step, an
@@ -588,10 +590,14 @@ impl<'a> AxialIntegrator<'a> {
         let difference = (fields.velocity.iter().zip(&predicted.velocity))
             .map(|(u, p)| (u - p).amax())
             .fold(0.0, f64::max);
-        let error = match (formula.error_factor, difference) {
-            (0.0, _) => f64::INFINITY,
-            (_, 0.0) => 0.0,
-            (factor, difference) => factor * difference / largest,
+        let flow_error = match formula.error_factor {
+            0.0 => f64::INFINITY,
+            factor => factor * difference,
+        };
+        let error = if flow_error == 0.0 {
+            0.0
+        } else {
+            flow_error / largest
         };
         let of_bodies = (velocities.iter().zip(&predicted_velocities))
             .map(|(u, p)| (u - p).abs())
@@ -608,6 +614,7 @@ impl<'a> AxialIntegrator<'a> {
             momentum_rates: momentum_rates.collect(),
             slip_power,
             error,
+            flow_error,
             velocity_error: match formula.error_factor {
                 0.0 => f64::INFINITY,
                 factor => factor * of_bodies,

@@ -4,7 +4,7 @@ use models::{DiscretisationError, InstantaneousSolution, Uncertainty};
 use rigid::StateVelocity;
 use scene::PhaseSpan;
 
-use super::moving_fluid::{FluidState, MovingFluid, TriedStep, other_discretisation};
+use super::moving_fluid::{FluidState, LEAST_STEP, MovingFluid, TriedStep, other_discretisation};
 use crate::error::SwimError;
 use crate::kinetic_energy::KineticEnergy;
 
@@ -14,7 +14,7 @@ use crate::kinetic_energy::KineticEnergy;
 /// or fourth where boundary layers and wakes are not resolved.
 pub(crate) const COARSER: f64 = 1.4;
 
-/// A fluid and the same on a coarser mesh, which take the same steps.
+/// A fluid and the same on a coarser mesh that moves beside it.
 ///
 /// The motion is that of the fine mesh minus its estimated error, a share of the difference to the
 /// coarse one. Both keep velocities of their own, so that the difference is that of the whole
@@ -27,32 +27,74 @@ pub(super) struct WithCompanion<'a> {
     share: f64,
     /// Relative uncertainty of that.
     uncertainty: f64,
+    /// Whether the coarse one takes one step where the fine one takes two, so that the difference
+    /// contains the errors of steps.
+    takes_long_steps: bool,
+    /// Time at which both meet at the latest.
+    end: f64,
+    /// Motion of the fine one that the coarse one has not taken yet; none where both meet.
+    ahead: Option<StateVelocity>,
+    /// The motion of the fine one in the step that was tried last, and whether both meet after it.
+    tried: Option<(StateVelocity, bool)>,
+    /// Errors where both met last in this phase.
+    error: Option<DiscretisationError>,
+    energy_difference: [f64; 2],
 }
 
 impl<'a> WithCompanion<'a> {
-    /// Of meshes in space whose sizes differ by [`COARSER`]: the share is 1 for the second order
-    /// and 0.35 for the fourth.
-    pub fn of_space(fine: Box<dyn MovingFluid + 'a>, coarse: Box<dyn MovingFluid + 'a>) -> Self {
+    fn new(both: [Box<dyn MovingFluid + 'a>; 2], share: f64, takes_long_steps: bool) -> Self {
+        let [fine, coarse] = both;
         Self {
+            end: fine.time(),
             fine,
             coarse,
-            share: 0.5,
-            uncertainty: 2.0,
+            share,
+            // the difference is the bar
+            uncertainty: 1.0 / share,
+            takes_long_steps,
+            ahead: None,
+            tried: None,
+            error: None,
+            energy_difference: [0.0; 2],
         }
     }
 
+    /// Of meshes in space whose sizes differ by [`COARSER`] and which take the same steps: the share
+    /// is 1 for the second order and 0.35 for the fourth.
+    pub fn of_space(fine: Box<dyn MovingFluid + 'a>, coarse: Box<dyn MovingFluid + 'a>) -> Self {
+        Self::new([fine, coarse], 0.5, false)
+    }
+
     /// Of elements in the meridian plane whose orders differ by one, by which errors change by
-    /// factors of two to ten.
+    /// factors of two to ten, and with steps twice as long, by which those of the second order
+    /// change by a factor of four.
     pub fn of_meridian_plane(
         fine: Box<dyn MovingFluid + 'a>,
         coarse: Box<dyn MovingFluid + 'a>,
     ) -> Self {
-        Self {
-            fine,
-            coarse,
-            share: 0.25,
-            uncertainty: 4.0,
-        }
+        Self::new([fine, coarse], 0.25, true)
+    }
+
+    /// Whether both meet after a step to this time: every second time where steps of the coarse one
+    /// are long, after the first step of a phase and at its end.
+    fn meets(&self, time: f64) -> bool {
+        !self.takes_long_steps || self.ahead.is_some() || self.error.is_none() || time >= self.end
+    }
+
+    /// A step of the coarse one to a time; its motion since both met last.
+    ///
+    /// Where its mesh cannot follow a long step, it takes the two of the fine one.
+    fn step_coarse(&mut self, time: f64) -> Result<StateVelocity, SwimError> {
+        let start = self.coarse.time();
+        let first = match self.coarse.try_step(time - start) {
+            Err(error) if error.is_lost_mesh() && self.ahead.is_some() => {
+                self.coarse.try_step(self.fine.time() - start)?.increment
+            }
+            step => return Ok(step?.increment),
+        };
+        self.coarse.accept()?;
+        let second = self.coarse.try_step(time - self.coarse.time())?;
+        Ok(&first + &second.increment)
     }
 }
 
@@ -64,6 +106,8 @@ impl MovingFluid for WithCompanion<'_> {
     fn enter(&mut self, span: &PhaseSpan) {
         self.fine.enter(span);
         self.coarse.enter(span);
+        self.end = span.start + span.duration * (1.0 - LEAST_STEP);
+        self.error = None;
     }
 
     fn start_from_stokes(&mut self, span: &PhaseSpan) -> Result<(), SwimError> {
@@ -78,40 +122,64 @@ impl MovingFluid for WithCompanion<'_> {
 
     fn try_step(&mut self, length: f64) -> Result<TriedStep, SwimError> {
         let fine = self.fine.try_step(length)?;
-        let coarse = self.coarse.try_step(fine.length)?;
-        let difference = &coarse.increment + &(&fine.increment * -1.0);
-        let error: StateVelocity = &difference * self.share;
+        let time = self.fine.time() + fine.length;
+        let meets = self.meets(time);
+        let whole = match &self.ahead {
+            Some(ahead) => ahead + &fine.increment,
+            None => fine.increment.clone(),
+        };
+        let error = match meets {
+            true => &(&self.step_coarse(time)? + &(&whole * -1.0)) * self.share,
+            false => &whole * 0.0,
+        };
+        self.tried = Some((whole, meets));
         Ok(TriedStep {
             increment: &fine.increment + &(&error * -1.0),
             mesh_error: Some(error),
+            velocity_error: match self.takes_long_steps {
+                true => 0.0,
+                false => fine.velocity_error,
+            },
             ..fine
         })
     }
 
     fn solution(&mut self, with_flow: bool) -> Result<InstantaneousSolution, SwimError> {
         let mut fine = self.fine.solution(with_flow)?;
-        let coarse = self.coarse.solution(false)?;
-        let uncertainty = Uncertainty {
-            relative: self.uncertainty,
-            ..Uncertainty::default()
-        };
-        let difference =
-            DiscretisationError::between(&coarse.response, &fine.response, uncertainty);
-        if let Some(error) = DiscretisationError::combination([(self.share, &difference)]) {
+        if matches!(self.tried, Some((_, true))) {
+            let coarse = self.coarse.solution(false)?;
+            let uncertainty = Uncertainty {
+                relative: self.uncertainty,
+                ..Uncertainty::default()
+            };
+            let difference =
+                DiscretisationError::between(&coarse.response, &fine.response, uncertainty);
+            self.error = DiscretisationError::combination([(self.share, &difference)]);
+            fine.seconds += coarse.seconds;
+        }
+        if let Some(error) = self.error.clone() {
             fine.correct(error);
         }
-        fine.seconds += coarse.seconds;
         Ok(fine)
     }
 
     fn accept(&mut self) -> Result<(), SwimError> {
+        let (whole, meets) = self.tried.take().ok_or(SwimError::NoFlow)?;
         self.fine.accept()?;
-        self.coarse.accept()
+        if !meets {
+            self.ahead = Some(whole);
+            return Ok(());
+        }
+        self.ahead = None;
+        self.coarse.accept()?;
+        let [fine, coarse] = [self.fine.kinetic_energy()?, self.coarse.kinetic_energy()?];
+        self.energy_difference = [coarse.fluid - fine.fluid, coarse.bodies - fine.bodies];
+        Ok(())
     }
 
     fn kinetic_energy(&self) -> Result<KineticEnergy, SwimError> {
-        let [fine, coarse] = [self.fine.kinetic_energy()?, self.coarse.kinetic_energy()?];
-        Ok(fine.corrected(&coarse, self.share, self.uncertainty))
+        let fine = self.fine.kinetic_energy()?;
+        Ok(fine.corrected(self.energy_difference, self.share, self.uncertainty))
     }
 
     fn remembered(&mut self) -> Result<FluidState, SwimError> {

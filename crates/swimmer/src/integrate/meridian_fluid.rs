@@ -6,7 +6,9 @@ use axisymmetric::{
 use models::{InstantaneousSolution, ModelError, MovingAxis};
 use scene::{InertiaKind, PhaseSpan, Scene};
 
-use super::moving_fluid::{FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation};
+use super::moving_fluid::{
+    BodyMemory, FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation,
+};
 use super::prediction::velocity_tolerance;
 use crate::error::SwimError;
 use crate::kinetic_energy::KineticEnergy;
@@ -24,14 +26,22 @@ pub(super) struct MeridianScene {
 /// Allowed relative errors of velocities for which elements of the orders 4, 5, ... are enough.
 ///
 /// Errors have signs and cancel along a stroke as velocities do, so that these are below those of
-/// single velocities: the error bar by the mesh of the first stroke of three spheres at a Reynolds
-/// number of 1 is 1e-3 of the net displacement by elements of order four. An order more reduces it
-/// by a factor of four at least. A run whose bar misses the tolerance is repeated with a smaller
-/// one.
-const ERRORS: [f64; 6] = [5e-5, 1.2e-5, 3e-6, 8e-7, 2e-7, 5e-8];
+/// single velocities: the difference between the orders three and four, which is the error bar, is
+/// 1.4e-3 of the net displacement in the first stroke of three spheres at a Reynolds number of 1,
+/// where a tolerance of 1e-2 allows velocities errors of 5e-5. An order more reduces it by a factor
+/// of four at least. A run whose bar misses the tolerance is repeated with a smaller one.
+const ERRORS: [f64; 6] = [2e-5, 5e-6, 1.2e-6, 3e-7, 8e-8, 2e-8];
 
 /// Polynomial degree that the first of these errors belongs to.
 const FIRST_ORDER: usize = 4;
+
+/// Net displacement by the errors of steps over the sum of what each of them costs.
+///
+/// Errors that vorticity carries through its layer have alternating signs, and those of phases in
+/// which arms close and open cancel. The net is 1/150 of the sum in the stroke of three spheres at a
+/// Reynolds number of 1, and 1/20 for a sphere that is released; the difference to steps twice as
+/// long, the error bar, is four times as large.
+const NET_OF_STEPS: f64 = 0.025;
 
 /// Error of the nonlinear iteration over that of velocities which the tolerance allows.
 ///
@@ -99,6 +109,7 @@ pub(super) struct MeridianFluid<'a> {
     parameters: TransientParameters<'a>,
     /// Volume of the bodies.
     volume: f64,
+    memory: BodyMemory,
 }
 
 impl<'a> MeridianFluid<'a> {
@@ -127,6 +138,7 @@ impl<'a> MeridianFluid<'a> {
             tried: None,
             parameters,
             volume: bodies.iter().map(|body| body.shape.volume()).sum(),
+            memory: BodyMemory::new(moving.scene()),
         })
     }
 }
@@ -164,11 +176,16 @@ impl MovingFluid for MeridianFluid<'_> {
         // Twice the impulse over the mass of the fluid that the bodies displace: their added mass
         // is at least half of it.
         let jump = 2.0 * step.momentum_jump.map_or(0.0, f64::abs) / self.volume;
+        // An error in a layer that vorticity crosses within the step carries the impulse
+        // `4π a² (h μ/ρ)^(1/2) ρ` per velocity, which moves a body by that over `6π μ a`.
+        let BodyMemory { diffusion, inertia } = self.memory;
+        let lasts = step.length + (step.length * diffusion).sqrt() + inertia;
         let tried = TriedStep {
             length: step.length,
             increment: moving.increment(&before, &step.positions),
             mesh_error: None,
             error: step.error,
+            displacement_error: NET_OF_STEPS * lasts * moving.length_to_scene(step.flow_error),
             velocity_error: moving.length_to_scene(step.velocity_error),
             jump: moving.length_to_scene(jump),
         };

@@ -1,5 +1,6 @@
 //! The seam between phase spans in a fluid with inertia and what takes the steps.
 
+use std::f64::consts::PI;
 use std::sync::{PoisonError, RwLock};
 
 use axisymmetric::AxialState;
@@ -94,6 +95,9 @@ pub(super) fn other_discretisation() -> SwimError {
     ModelError::History("has the fluid of another discretisation".to_owned()).into()
 }
 
+/// Shortest step relative to the phase.
+pub(super) const LEAST_STEP: f64 = 1e-9;
+
 /// A step in time, before it is accepted.
 pub(super) struct TriedStep {
     pub length: f64,
@@ -104,10 +108,56 @@ pub(super) struct TriedStep {
     /// Estimated error of the velocities by the step, relative to the largest ones; infinite where
     /// nothing is known of it.
     pub error: f64,
-    /// Estimated error of the velocities of surfaces by the step; infinite as `error`.
+    /// Estimated displacement that the error of the step costs, which chooses its length; infinite as
+    /// `error`.
+    pub displacement_error: f64,
+    /// Estimated error of the velocities of surfaces by the step; infinite as `error`, zero where
+    /// `mesh_error` contains the errors of steps.
     pub velocity_error: f64,
     /// Error of the velocities of bodies by a new mesh at the start of the step.
     pub jump: f64,
+}
+
+/// Times after which the velocity of the slowest body does not know any more how it began.
+///
+/// After an impulse the velocity decays within `m / (6π μ a)` by the drag, and within the time
+/// `ρ a² / μ` in which vorticity leaves the body, after which it is below `t^(-3/2)` (Hinch 1975).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BodyMemory {
+    /// By the diffusion of vorticity.
+    pub diffusion: f64,
+    /// By the mass of the body.
+    pub inertia: f64,
+}
+
+impl BodyMemory {
+    pub fn new(scene: &Scene) -> Self {
+        let radii = scene.bodies().iter().map(scene::Body::bounding_radius);
+        let times = |(radius, mass): (f64, f64)| {
+            let inertia = if mass > 0.0 {
+                mass / (6.0 * PI * radius)
+            } else {
+                0.0
+            };
+            [scene.fluid_density() * radius * radius, inertia]
+        };
+        let masses = scene.bodies().iter().map(|body| {
+            let mass = body.mass_matrix_by_density();
+            mass.map_or(0.0, |(mass, _)| mass)
+        });
+        let slowest = (radii
+            .zip(masses)
+            .filter(|(radius, _)| *radius > 0.0)
+            .map(times))
+        .fold([0.0_f64; 2], |[a, b], [c, d]| [a.max(c), b.max(d)]);
+        let [diffusion, inertia] = slowest.map(|time| time / scene.viscosity());
+        Self { diffusion, inertia }
+    }
+
+    /// Both together.
+    pub fn total(&self) -> f64 {
+        self.diffusion + self.inertia
+    }
 }
 
 /// Position on a phase span at a time.

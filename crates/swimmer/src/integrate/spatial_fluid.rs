@@ -14,7 +14,9 @@ use rigid::{Constraints, ExternalLoad, RigidError};
 use scene::{Domain, EstimatesKind, InertiaKind, PhaseSpan, Scene};
 
 use super::companion::COARSER;
-use super::moving_fluid::{FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation};
+use super::moving_fluid::{
+    BodyMemory, FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation,
+};
 use crate::error::SwimError;
 use crate::kinetic_energy::KineticEnergy;
 
@@ -104,6 +106,7 @@ pub(super) struct SpatialFluid<'a> {
     seen: Option<ProjectionJump>,
     /// Volume of the bodies.
     volume: f64,
+    memory: BodyMemory,
 }
 
 impl<'a> SpatialFluid<'a> {
@@ -139,6 +142,7 @@ impl<'a> SpatialFluid<'a> {
             tried: None,
             seen: None,
             volume: volumes.map(|body| body.shape.volume()).sum(),
+            memory: BodyMemory::new(moving.scene()),
         })
     }
 
@@ -184,12 +188,14 @@ impl MovingFluid for SpatialFluid<'_> {
         let step = self.integrator.try_step(length)?;
         let moving = &self.scene.moving;
         let increment = step.increment().ok_or(SwimError::NoFlow)?;
+        let velocity_error = moving.length_to_scene(step.velocity_error);
         let tried = TriedStep {
             length: step.length,
             increment: moving.motion_to_scene(increment),
             mesh_error: None,
             error: step.error,
-            velocity_error: moving.length_to_scene(step.velocity_error),
+            displacement_error: velocity_error * (step.length + self.memory.total()),
+            velocity_error,
             jump: self.jump(),
         };
         self.tried = Some(step);

@@ -4,8 +4,6 @@
 //! ([`super::spatial_fluid`]), the meridian plane ([`super::meridian_fluid`]), and two of them that
 //! move side by side to estimate the error of the mesh ([`super::companion`]).
 
-use std::f64::consts::PI;
-
 use inertia::linalg::StepControl;
 use models::{AccumulatedError, ModelError};
 use rigid::{State, StateVelocity};
@@ -13,7 +11,9 @@ use scene::{PhaseSpan, Scene, StartKind};
 
 use super::companion::WithCompanion;
 use super::meridian_fluid::{MeridianFluid, MeridianScene};
-use super::moving_fluid::{MovingFluid, TriedStep, UnsteadyState, position};
+use super::moving_fluid::{
+    BodyMemory, LEAST_STEP, MovingFluid, TriedStep, UnsteadyState, position,
+};
 use super::piece::PathPiece;
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
@@ -104,8 +104,7 @@ pub(crate) struct UnsteadyFlow<'a> {
     /// Estimated error of the velocities of surfaces so far, in the units of the scene: those of
     /// all steps, as far as they are not forgotten.
     velocity_error: f64,
-    /// Time after which bodies have forgotten an error of their velocities.
-    memory: f64,
+    memory: BodyMemory,
 }
 
 /// First step after a jump of velocities, relative to the duration of the phase.
@@ -116,9 +115,6 @@ const FIRST_STEP: f64 = 1e-5;
 
 /// Difference of rates between phases, relative to the largest, that is no corner of the gait.
 const CORNER: f64 = 1e-6;
-
-/// Shortest step relative to the phase.
-const LEAST_STEP: f64 = 1e-9;
 
 /// Part of the tolerance of a phase that one step may use if it is as long as the phase.
 ///
@@ -142,7 +138,7 @@ impl<'a> UnsteadyFlow<'a> {
             span: None,
             length: None,
             velocity_error: 0.0,
-            memory: memory(&scene.scene),
+            memory: BodyMemory::new(&scene.scene),
         })
     }
 
@@ -179,11 +175,6 @@ impl<'a> UnsteadyFlow<'a> {
         })
     }
 
-    /// Time over which an error of a velocity counts that a step of this length makes.
-    fn weight(&self, length: f64) -> f64 {
-        length + self.memory
-    }
-
     /// Enters a phase span; whether velocities jump at its start.
     fn enter(&mut self, span: &PhaseSpan) -> Result<bool, SwimError> {
         self.fluid.enter(span);
@@ -216,23 +207,6 @@ impl<'a> UnsteadyFlow<'a> {
             }
         }
     }
-}
-
-/// Time after which the velocity of the slowest body does not know any more how it began.
-///
-/// After an impulse the velocity decays within `m / (6π μ a)` by the drag, and within the time
-/// `ρ a² / μ` in which vorticity leaves the body, after which it is below `t^(-3/2)` (Hinch 1975).
-fn memory(scene: &Scene) -> f64 {
-    let of_body = |body: &scene::Body| {
-        let (radius, mass) = (body.bounding_radius(), body.mass_matrix_by_density());
-        let diffusion = scene.fluid_density() * radius * radius;
-        match radius > 0.0 {
-            true => diffusion + mass.map_or(0.0, |(mass, _)| mass / (6.0 * PI * radius)),
-            false => 0.0,
-        }
-    };
-    let slowest = scene.bodies().iter().map(of_body).fold(0.0, f64::max);
-    slowest / scene.viscosity()
 }
 
 /// Integrates a phase span by steps in time whose errors the tolerance of the phase limits, or that
@@ -281,10 +255,9 @@ fn integrate(
         let taken = step.length;
         if fixed.is_none() {
             let share = STEP_SHARE * (taken / span.duration).max(SHORT_STEP).sqrt();
-            let allowed = share * tolerance / flow.weight(taken);
-            let error = step.velocity_error;
-            let accepted = steps.accepts(time, taken, error, allowed);
-            let short = |_| evaluator.not_integrated(error * taken, tolerance, usize::MAX);
+            let error = step.displacement_error;
+            let accepted = steps.accepts(time, taken, error, share * tolerance);
+            let short = |_| evaluator.not_integrated(error, tolerance, usize::MAX);
             if !accepted.map_err(short)? {
                 continue;
             }
@@ -327,6 +300,7 @@ fn append(
         error,
         velocity_error,
         jump,
+        ..
     } = step;
     let piece = PathPiece::new(set, &result.end, part, vec![increment])?;
     evaluator.check_path(&piece)?;
@@ -343,7 +317,7 @@ fn append(
             m.max((a.velocity - b.velocity).norm())
         })
     });
-    let kept = (-length / flow.memory).exp();
+    let kept = (-length / flow.memory.total()).exp();
     flow.velocity_error *= kept;
     flow.velocity_error += jump;
     flow.velocity_error += match velocity_error.is_finite() {
