@@ -10,7 +10,7 @@ pub struct KineticEnergy {
     pub fluid: f64,
     /// That of the bodies, `sum_b (m U² + ω · I ω) / 2`, likewise.
     pub bodies: f64,
-    /// Uncertainty of each by the mesh, without the errors of steps; none where it is not
+    /// Uncertainty of each by the mesh, in space without the errors of steps; none where it is not
     /// estimated.
     pub mesh_error: Option<[f64; 2]>,
 }

@@ -144,6 +144,14 @@ impl MovingFluid for WithCompanion<'_> {
         })
     }
 
+    /// The long steps at most double, too.
+    fn max_growth(&self) -> f64 {
+        match self.takes_long_steps {
+            true => std::f64::consts::SQRT_2,
+            false => self.fine.max_growth(),
+        }
+    }
+
     fn solution(&mut self, with_flow: bool) -> Result<InstantaneousSolution, SwimError> {
         let mut fine = self.fine.solution(with_flow)?;
         if matches!(self.tried, Some((_, true))) {

@@ -28,7 +28,7 @@ pub(super) struct MeridianScene {
 /// Errors have signs and cancel along a stroke as velocities do, so that these are below those of
 /// single velocities: the difference between the orders three and four, which is the error bar, is
 /// 1.4e-3 of the net displacement in the first stroke of three spheres at a Reynolds number of 1,
-/// where a tolerance of 1e-2 allows velocities errors of 5e-5. An order more reduces it by a factor
+/// where a tolerance of 1e-2 allows velocities an error of 5e-5. An order more reduces it by a factor
 /// of four at least. A run whose bar misses the tolerance is repeated with a smaller one.
 const ERRORS: [f64; 6] = [2e-5, 5e-6, 1.2e-6, 3e-7, 8e-8, 2e-8];
 

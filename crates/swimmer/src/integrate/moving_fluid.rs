@@ -38,6 +38,12 @@ pub(super) trait MovingFluid {
     /// [`SwimError::is_lost_mesh`] if no mesh can follow a step of this length; those of the solve.
     fn try_step(&mut self, length: f64) -> Result<TriedStep, SwimError>;
 
+    /// Largest factor from one step to the next, below `1 + 2^(1/2)`, up to which BDF2 with variable
+    /// steps is stable (Grigorieff 1983).
+    fn max_growth(&self) -> f64 {
+        2.0
+    }
+
     /// The solution at the end of the step that was tried last, with its flow if that is known on a
     /// mesh in space.
     ///

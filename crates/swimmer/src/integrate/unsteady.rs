@@ -248,9 +248,10 @@ fn integrate(
     let mut steps = StepControl::new(first, least);
     let mut forgets = jumps && fixed.is_none();
     let end = span.start + span.duration;
-    let mut last: Option<SpanSolution> = None;
+    let mut last: Option<TakenStep> = None;
     while end - flow.fluid.time() > least {
-        let (time, wanted) = (flow.fluid.time(), steps.next(end - flow.fluid.time()));
+        let (time, before) = (flow.fluid.time(), steps.length());
+        let wanted = steps.next(end - time);
         let step = flow.step(wanted, least)?;
         let taken = step.length;
         if fixed.is_none() {
@@ -264,6 +265,9 @@ fn integrate(
             if taken < wanted {
                 // The mesh could not follow the step.
                 steps.shorten(taken);
+            } else {
+                // The last step of a phase may be shorter and says nothing about the next.
+                steps.shorten(flow.fluid.max_growth() * before);
             }
         }
         match append(evaluator, flow, result, step, last.as_ref()) {
@@ -282,14 +286,22 @@ fn integrate(
     Ok(())
 }
 
+/// The solution at the end of a step, with what the next one needs to know of this one.
+struct TakenStep {
+    end: SpanSolution,
+    length: f64,
+    /// Change of the power in it; none in the first step.
+    power_change: Option<f64>,
+}
+
 /// Accepts a step and appends it to the result, after a check that nothing touches along it.
 fn append(
     evaluator: &mut SpanEvaluator,
     flow: &mut UnsteadyFlow,
     result: &mut SpanResult,
     step: TriedStep,
-    last: Option<&SpanSolution>,
-) -> Result<SpanSolution, SwimError> {
+    last: Option<&TakenStep>,
+) -> Result<TakenStep, SwimError> {
     let (span, set) = (evaluator.span, evaluator.scene.articulation());
     let start = flow.fluid.time();
     let part = (position(span, start), position(span, start + step.length));
@@ -312,7 +324,11 @@ fn append(
     // Where nothing is known of the error of a step, it is smaller than the change in it, or in the
     // next step.
     let change = last.map_or(0.0, |last| {
-        let bodies = recorded.solution.bodies.iter().zip(&last.solution.bodies);
+        let bodies = recorded
+            .solution
+            .bodies
+            .iter()
+            .zip(&last.end.solution.bodies);
         bodies.fold(0.0, |m: f64, (a, b)| {
             m.max((a.velocity - b.velocity).norm())
         })
@@ -325,14 +341,26 @@ fn append(
         false => change,
     };
     let displacement = length * flow.velocity_error;
-    let powers = [last.unwrap_or(&recorded), &recorded].map(|at| at.solution.power());
-    let trapezium = 0.5 * length * (powers[0] - powers[1]);
+    let start = last.map_or(&recorded, |last| &last.end);
+    let power = recorded.solution.power();
+    let power_change = last.map(|last| power - last.end.solution.power());
+    // from the power at the end of the step to a linear one, and on to a quadratic one
+    let linear = -0.5 * length * power_change.unwrap_or(0.0);
+    let slopes =
+        last.and_then(|last| Some([last.power_change? / last.length, power_change? / length]));
+    let quadratic = match (slopes, last) {
+        (Some([before, now]), Some(last)) => {
+            -length.powi(3) / 6.0 * (now - before) / (length + last.length)
+        }
+        _ => 0.0,
+    };
+    let of_power = if slopes.is_some() { quadratic } else { linear };
     let integration = IntegrationError {
         displacement,
         rotation: displacement / smallest_radius(evaluator.scene),
-        work: trapezium.abs() + length * powers[1].abs() * error.min(1.0),
-        // As for the work, but without the better value by the trapezium.
-        holding: holding_change(last.unwrap_or(&recorded), &recorded).map(|change| length * change),
+        work: of_power.abs() + length * power.abs() * error.min(1.0),
+        // As for the work, but with the load at the end of the step.
+        holding: holding_change(start, &recorded).map(|change| length * change),
     };
     let accumulated = mesh_error.map(|error| of_mesh(&error, &recorded, length));
     let approximation = Approximation {
@@ -346,13 +374,17 @@ fn append(
         Some(integration.unsigned()),
         accumulated.as_ref(),
     )?;
-    result.work += trapezium;
+    result.work += linear + quadratic;
     let twists = recorded.solution.bodies.iter();
     result.velocities = twists
         .flat_map(|body| [body.velocity, body.angular_velocity])
         .flat_map(|v| [v.x, v.y, v.z])
         .collect();
-    Ok(recorded)
+    Ok(TakenStep {
+        end: recorded,
+        length,
+        power_change,
+    })
 }
 
 /// The error by the mesh of a step, from that of the change of the state and of the solution at its
