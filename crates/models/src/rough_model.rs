@@ -43,7 +43,9 @@ impl RoughModel {
             .map(|body| &self.scaled.scene.bodies()[body]);
         let radii = surfaced.map(|body| match &body.deformation {
             Some(Deformation::Sphere(sphere)) => sphere.sphere_radius(values),
-            Some(Deformation::Undulation(_)) | None => body.shape.mean_radius(),
+            Some(Deformation::Undulation(_) | Deformation::Triangles(_)) | None => {
+                body.shape.mean_radius()
+            }
         });
         let radii = radii
             .map(|radius| self.scaled.scale.length(radius))

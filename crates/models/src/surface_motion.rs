@@ -163,11 +163,11 @@ impl SurfaceMotion {
     }
 
     /// The point by which a deformation finds the material point near `x`: the closest one of the
-    /// surface, which tubes find by themselves.
+    /// surface, which tubes and triangles find by themselves.
     pub fn on_surface(&self, body: usize, x: &Vector3<f64>, surface: &dyn Surface) -> Vector3<f64> {
         let deformation = self.deformations.get(body).and_then(Option::as_ref);
         match deformation.map(|of| &of.body) {
-            Some(DeformedBody::Tube(..)) => *x,
+            Some(DeformedBody::Tube(..) | DeformedBody::Triangles(..)) => *x,
             _ => surface.closest_point(*x),
         }
     }

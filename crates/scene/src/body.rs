@@ -10,6 +10,7 @@ use crate::deformation::Deformation;
 use crate::flow::Slip;
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::shape::Shape;
+use crate::sphere_deformation::SphereDeformation;
 use crate::words::AxesKind;
 
 /// A body.
@@ -117,7 +118,7 @@ impl Body {
     pub(crate) fn largest_radius(&self) -> f64 {
         let bent = match &self.deformation {
             Some(Deformation::Undulation(tube)) => tube.wave.offset(tube.tube.length),
-            Some(Deformation::Sphere(_)) | None => 0.0,
+            Some(Deformation::Sphere(_) | Deformation::Triangles(_)) | None => 0.0,
         };
         self.bounding_radius() + bent
     }
@@ -196,7 +197,7 @@ const CENTROID_ROUNDING: f64 = 1e-9;
 /// What to do about bodies whose volume changes in a container.
 const VOLUME_REMEDY: &str = "but a container is full of incompressible fluid; let \
     spheres exchange volume (joint = \"exchange\", or the coordinates NAME.volume), or use motion = \
-    \"isochoric\"";
+    \"isochoric\" for modes, keep_volume = true for frames";
 
 /// Rate of the volume of all bodies, relative to [the sizes of the rates](volume_rates), that is
 /// rounding.
@@ -217,14 +218,14 @@ fn volume_rates(bodies: &[Body], values: &[f64], rates: &[f64]) -> (f64, f64) {
     let mut sums = (0.0, 0.0);
     // Tubes that undulate keep their volume.
     let deformations = bodies.iter().filter_map(|body| body.deformation.as_ref());
-    for deformation in deformations.filter_map(Deformation::sphere) {
+    for deformation in deformations {
         for joint in deformation.joints().filter(|joint| rates[*joint] != 0.0) {
             let rate = rates[joint] * deformation.volume_rate(values, joint);
             sums.0 += rate;
             // Modes that keep the volume have the rounding of integrals over their surface, on
             // which points move at about the radius times the rate.
-            let is_mode = deformation.size.is_none_or(|size| size.joint() != joint);
-            sums.1 += match is_mode {
+            let is_mode = |of: &SphereDeformation| of.size.is_none_or(|size| size.joint() != joint);
+            sums.1 += match deformation.sphere().is_some_and(is_mode) {
                 true => 4.0 * PI * deformation.bounding_radius(values).powi(3) * rates[joint].abs(),
                 false => rate.abs(),
             };

@@ -1,11 +1,15 @@
 //! Scenes built by a program.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use rigid::{Joint, JointDrive, JointKind};
 
 use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::keys::{BodyFile, FemOptions, HarmonicFile, JointFile, LoadFile, PhaseFile, SceneFile};
+use crate::material_motion::MaterialMotion;
 use crate::nearest::find_name;
 use crate::scene::Scene;
 use crate::shape::Shape;
@@ -46,6 +50,7 @@ pub struct SceneBuilder {
     file: SceneFile,
     /// Settings of bodies by name; they are applied when all bodies are known.
     of_bodies: Vec<(String, BodySetting)>,
+    motions: BTreeMap<String, Arc<dyn MaterialMotion>>,
 }
 
 /// A key of a body.
@@ -163,6 +168,15 @@ impl SceneBuilder {
     /// Gives a body a mass and a moment of inertia, for time stepping with inertia.
     pub fn mass(self, body: &str, mass: f64, inertia: f64) -> Self {
         self.set_of_body(body, BodySetting::Mass { mass, inertia })
+    }
+
+    /// Deforms a body with the surface of a file by a motion of its vertices.
+    ///
+    /// The gait names the coordinates of the motion `BODY.NAME`. No file can contain such a scene:
+    /// `swimmer::simulate` writes none.
+    pub fn deformation(mut self, body: &str, motion: Arc<dyn MaterialMotion>) -> Self {
+        self.motions.insert(body.to_owned(), motion);
+        self
     }
 
     fn set_of_body(mut self, body: &str, setting: BodySetting) -> Self {
@@ -312,7 +326,12 @@ impl SceneBuilder {
                 }
             }
         }
-        let mut scene = Scene::from_document(Document::from_values(&self.file, ORIGIN)?)?;
+        let motions = std::mem::take(&mut self.motions);
+        for body in motions.keys() {
+            self.find_body(body)?;
+        }
+        let document = Document::from_values(&self.file, ORIGIN)?.with_motions(motions);
+        let mut scene = Scene::from_document(document)?;
         scene.name = self.name.unwrap_or_else(|| "scene".to_owned());
         Ok(scene)
     }

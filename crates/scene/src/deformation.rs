@@ -1,8 +1,12 @@
 //! Bodies that deform by shape coordinates.
 
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
 use mesh::Surface;
 use nalgebra::{Isometry3, Vector3};
 
+use crate::material_motion::{TriangleDeformation, TriangleShape};
 use crate::shape::Shape;
 use crate::shapes::TubeShape;
 use crate::sphere_deformation::SphereDeformation;
@@ -20,6 +24,8 @@ pub enum Deformation {
     Sphere(SphereDeformation),
     /// Of a tube by a wave along its centreline.
     Undulation(Undulation),
+    /// Of a surface of triangles by the motion of its vertices.
+    Triangles(TriangleDeformation),
 }
 
 /// A wave along the centreline of a tube, whose amplitude and phase are shape coordinates.
@@ -48,6 +54,8 @@ pub enum DeformedBody {
     Sphere(SphereDeformation, Vec<f64>),
     /// A bent tube in its own axes.
     Tube(Box<WaveTube>, Undulation),
+    /// Triangles with moved vertices, at these values of all joints.
+    Triangles(TriangleDeformation, Arc<TriangleShape>, Vec<f64>),
 }
 
 impl Deformation {
@@ -55,7 +63,7 @@ impl Deformation {
     pub fn sphere(&self) -> Option<&SphereDeformation> {
         match self {
             Self::Sphere(sphere) => Some(sphere),
-            Self::Undulation(_) => None,
+            Self::Undulation(_) | Self::Triangles(_) => None,
         }
     }
 
@@ -64,14 +72,21 @@ impl Deformation {
         match self {
             Self::Sphere(sphere) => Box::new(sphere.joints()),
             Self::Undulation(tube) => Box::new(tube.joints.iter().copied()),
+            Self::Triangles(of) => Box::new(of.joints.iter().copied()),
         }
     }
 
-    /// The coordinate whose whole turns change no shape, the phase of a wave.
-    pub fn phase(&self) -> Option<usize> {
+    /// The coordinates with a period, which changes no shape: the phase of a wave, and periodic
+    /// ones of triangles.
+    pub fn periods(&self) -> Vec<(usize, f64)> {
         match self {
-            Self::Sphere(_) => None,
-            Self::Undulation(tube) => Some(tube.joints[1]),
+            Self::Sphere(_) => Vec::new(),
+            Self::Undulation(tube) => vec![(tube.joints[1], TAU)],
+            Self::Triangles(of) => {
+                let both = of.joints.iter().zip(&of.coordinates);
+                both.filter_map(|(joint, own)| Some((*joint, own.period?)))
+                    .collect()
+            }
         }
     }
 
@@ -91,15 +106,17 @@ impl Deformation {
         match self {
             Self::Sphere(sphere) => sphere.bounding_radius(values),
             Self::Undulation(tube) => Shape::Tube(tube.at(values)).bounding_radius(),
+            Self::Triangles(of) => of.bounding_radius(values),
         }
     }
 
-    /// Shape for distances from other bodies and walls: the ball around a sphere that deforms, the
-    /// bent tube.
+    /// Shape for distances from other bodies and walls: the ball around a sphere or around
+    /// triangles that deform, the bent tube.
     pub fn outline(&self, values: &[f64]) -> Shape {
         match self {
             Self::Sphere(sphere) => Shape::sphere(sphere.bounding_radius(values)),
             Self::Undulation(tube) => Shape::Tube(tube.at(values)),
+            Self::Triangles(of) => Shape::sphere(of.bounding_radius(values)),
         }
     }
 
@@ -108,13 +125,18 @@ impl Deformation {
         match self {
             Self::Sphere(sphere) => sphere.volume_rate(values, joint),
             Self::Undulation(_) => 0.0,
+            Self::Triangles(of) => of.volume_rate(values, joint),
         }
     }
 
-    /// Whether the value of a joint changes the volume: a size, or a mode with radial motion.
+    /// Whether the value of a joint changes the volume: a size, a mode with radial motion, or the
+    /// motion of vertices.
     pub fn changes_volume(&self, joint: usize) -> bool {
-        self.sphere()
-            .is_some_and(|sphere| sphere.changes_volume(joint))
+        match self {
+            Self::Sphere(sphere) => sphere.changes_volume(joint),
+            Self::Undulation(_) => false,
+            Self::Triangles(of) => of.changes_volume() && of.joints.contains(&joint),
+        }
     }
 
     /// What is wrong with these values; `None` if the surface is that of a body.
@@ -122,6 +144,7 @@ impl Deformation {
         match self {
             Self::Sphere(sphere) => sphere.problem(values),
             Self::Undulation(tube) => tube.problem(values),
+            Self::Triangles(of) => of.problem(values),
         }
     }
 
@@ -137,6 +160,7 @@ impl Deformation {
         match self {
             Self::Sphere(sphere) => Some(sphere.surface(values, pose, unit)),
             Self::Undulation(tube) => Shape::Tube(tube.at(values)).surface(pose, 1.0 / unit),
+            Self::Triangles(of) => of.surface(values, pose, unit),
         }
     }
 
@@ -146,6 +170,9 @@ impl Deformation {
             Self::Sphere(sphere) => DeformedBody::Sphere(sphere.clone(), values.to_vec()),
             Self::Undulation(tube) => {
                 DeformedBody::Tube(Box::new(tube.at(values).tube(1.0)), tube.clone())
+            }
+            Self::Triangles(of) => {
+                DeformedBody::Triangles(of.clone(), of.shape(values), values.to_vec())
             }
         }
     }
@@ -217,6 +244,7 @@ impl DeformedBody {
                 let moved = own.filter(|(own, _)| **own == joint);
                 turn * moved.map(|(_, velocity)| velocity).sum::<Vector3<f64>>()
             }
+            Self::Triangles(of, shape, values) => of.velocity(shape, values, x, joint),
         }
     }
 
@@ -224,7 +252,7 @@ impl DeformedBody {
     /// mesh.
     ///
     /// Points of a sphere move along their rays, whatever the motion of material points; those of a
-    /// tube are material points.
+    /// tube and of triangles are material points.
     pub fn displacement(&self, to: &Self, x: &Vector3<f64>) -> Vector3<f64> {
         match (self, to) {
             (Self::Sphere(own, from), Self::Sphere(other, to)) => {
@@ -236,6 +264,9 @@ impl DeformedBody {
                 let turn = Shape::Tube(undulation.tube).orientation();
                 let at = own.coordinates(&turn.inverse_transform_vector(x));
                 turn * (other.point(&at) - own.point(&at))
+            }
+            (Self::Triangles(of, from, _), Self::Triangles(_, to, _)) => {
+                of.displacement([from, to], x)
             }
             _ => Vector3::zeros(),
         }

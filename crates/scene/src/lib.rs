@@ -12,12 +12,14 @@ mod document;
 mod domain;
 mod error;
 mod flow;
+mod frames;
 mod gait;
 mod gait_table;
 mod hull_distance;
 mod joints;
 pub mod keys;
 mod loads;
+mod material_motion;
 mod nearest;
 mod path_contact;
 mod phase_span;
@@ -45,11 +47,15 @@ pub use document::Document;
 pub use domain::Domain;
 pub use error::SceneError;
 pub use flow::{Background, Slip};
+pub use frames::Frames;
 pub use gait::{Gait, Phase, spans};
 pub use keys::{
     FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions, OutputOptions,
 };
 pub use loads::{DrivingLoad, VectorOscillation};
+pub use material_motion::{
+    MaterialMotion, MaterialPoint, ShapeCoordinate, TriangleDeformation, TriangleShape,
+};
 pub use path_contact::{BodyPath, PathContact, first_contact};
 pub use phase_span::PhaseSpan;
 pub use scene::{FluidInertia, Rheology, Scene};

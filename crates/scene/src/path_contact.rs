@@ -299,6 +299,15 @@ impl Search<'_> {
                 let offset = tube.wave.offset(tube.tube.length);
                 return ends[0].max(ends[1]) + offset * excess(amplitude);
             }
+            Deformation::Triangles(of) => {
+                // The farthest position is at most half of the way from one of the ends.
+                let ends = [from, to].map(|placed| body.bounding_radius_at(&placed.values));
+                let moved = of.joints.iter().enumerate().map(|(coordinate, &joint)| {
+                    let change = (to.values[joint] - from.values[joint]).abs();
+                    of.largest_speed(coordinate) * (0.5 * change + excess(joint))
+                });
+                return ends[0].max(ends[1]) + moved.sum::<f64>();
+            }
         };
         let ends = [from, to].map(|placed| {
             let mut values = placed.values.clone();
@@ -555,7 +564,7 @@ impl Search<'_> {
         domain.clearance(&at, &placed.poses[body])
     }
 
-    /// Shapes of two bodies at a position; spheres that deform have these radii.
+    /// Shapes of two bodies at a position; spheres and triangles that deform have these radii.
     fn shapes(
         &self,
         pair: ContactPair,
@@ -566,7 +575,9 @@ impl Search<'_> {
             let body = &self.path.bodies[number];
             match &body.deformation {
                 None => Cow::Borrowed(&body.shape),
-                Some(Deformation::Sphere(_)) => Cow::Owned(Shape::sphere(radius(number))),
+                Some(Deformation::Sphere(_) | Deformation::Triangles(_)) => {
+                    Cow::Owned(Shape::sphere(radius(number)))
+                }
                 Some(tube) => Cow::Owned(tube.outline(&placed.values)),
             }
         })

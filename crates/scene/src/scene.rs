@@ -194,13 +194,14 @@ impl Scene {
         self.bodies.iter().any(|body| body.deformation.is_some())
     }
 
-    /// The joints that are phases of waves, whose whole turns change no shape.
-    pub fn wave_phases(&self) -> impl Iterator<Item = usize> + '_ {
+    /// The joints that are coordinates of deformations with a period, which changes no shape: phases
+    /// of waves, and periodic frames.
+    pub fn periodic_coordinates(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let deformations = self
             .bodies
             .iter()
             .filter_map(|body| body.deformation.as_ref());
-        deformations.filter_map(Deformation::phase)
+        deformations.flat_map(Deformation::periods)
     }
 
     /// The bodies at these values of the joints: of those that deform, the
@@ -356,24 +357,28 @@ impl Scene {
 
     /// The prescribed joints whose values differ between two shapes, with the changes.
     ///
-    /// Full turns about an axis without advance change no shape, nor do whole turns of the phase of
-    /// a wave, nor does rounding.
+    /// Full turns about an axis without advance change no shape, nor do periods of the phase of a
+    /// wave or of frames, nor does rounding.
     pub fn shape_changes(&self, from: &[f64], to: &[f64]) -> Vec<(usize, f64)> {
         /// Values that are sines of times close up to rounding.
         const ROUNDING: f64 = 1e-9;
-        let is_phase = |joint: usize| self.wave_phases().any(|phase| phase == joint);
+        let period = |joint: usize| {
+            let mut periods = self.periodic_coordinates();
+            periods.find_map(|(own, period)| (own == joint).then_some(period))
+        };
         let joints = self.articulation.joints().iter().enumerate();
         let ends = from.iter().zip(to);
         let changes = joints
             .zip(ends)
             .filter_map(|((number, joint), (from, to))| {
                 let closes = matches!(joint.kind, JointKind::Turn { advance: 0.0, .. });
-                let (change, size) = match joint.kind {
-                    _ if closes || is_phase(number) => {
-                        let turns = ((to - from) / std::f64::consts::TAU).round();
-                        (to - from - turns * std::f64::consts::TAU, to.abs().max(1.0))
+                let turn = closes.then_some(std::f64::consts::TAU);
+                let (change, size) = match (joint.kind, turn.or_else(|| period(number))) {
+                    (_, Some(turn)) => {
+                        let turns = ((to - from) / turn).round();
+                        (to - from - turns * turn, to.abs().max(1.0))
                     }
-                    JointKind::Turn { .. } => (to - from, to.abs().max(1.0)),
+                    (JointKind::Turn { .. }, _) => (to - from, to.abs().max(1.0)),
                     _ if joint.kind.is_signed() => (to - from, to.abs().max(1.0)),
                     _ => (to - from, from.abs().max(to.abs())),
                 };

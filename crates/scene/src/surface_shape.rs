@@ -125,9 +125,18 @@ fn lost_digits(name: &str, mesh: &SurfaceMesh) -> Option<String> {
 impl SurfaceFiles {
     /// The surface of a file at its own place, checked.
     pub fn read(&mut self, checks: &Checks, keys: SurfaceKeys) -> Result<SurfaceShape, SceneError> {
-        let key = format!("{}.file", keys.group);
+        self.read_at(checks, &format!("{}.file", keys.group), keys)
+    }
+
+    /// The same for a file that another key names.
+    pub fn read_at(
+        &mut self,
+        checks: &Checks,
+        key: &str,
+        keys: SurfaceKeys,
+    ) -> Result<SurfaceShape, SceneError> {
         let why = ": give the STL, OBJ or Gmsh file of the surface";
-        let name = checks.required(&key, keys.file.as_ref(), why)?;
+        let name = checks.required(key, keys.file.as_ref(), why)?;
         let file = checks.0.path().parent().unwrap_or(Path::new("")).join(name);
         let kind = keys.kind.unwrap_or_default();
         let known = (self.read.iter()).find(|(path, of, _)| *path == file && *of == kind);
@@ -136,7 +145,7 @@ impl SurfaceFiles {
             None => {
                 let surface = self
                     .surface_of_file(&file, kind)
-                    .map_err(|error| checks.bad_value(&key, format!("is refused: {error}")))?;
+                    .map_err(|error| checks.bad_value(key, format!("is refused: {error}")))?;
                 self.read.push((file.clone(), kind, surface.clone()));
                 surface
             }

@@ -109,6 +109,8 @@ words! {
         Modes,
         /// By a wave along the centreline of a tube.
         Undulation,
+        /// Of a surface of a file, through the shapes of other files with the same triangles.
+        Frames,
     }
 
     /// What a wave changes along the centreline of a tube of the length L, with the length of arc s

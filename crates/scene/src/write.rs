@@ -21,6 +21,7 @@ use crate::keys::{
 use crate::loads::{DrivingLoad, VectorOscillation};
 use crate::scene::{Rheology, Scene};
 use crate::shape_path::{ShapePath, Sine};
+use crate::material_motion::MotionSource;
 use crate::sphere_deformation::SizeCoordinate;
 use crate::words::{AxesKind, DeformationWord, DriveKind, GaitKind, LawKind, RheologyKind};
 
@@ -31,7 +32,8 @@ impl Scene {
     /// that is written into a folder.
     ///
     /// # Errors
-    /// [`SceneError::NotApplicable`] for a gait with a path of a program ([`crate::JointPath`]);
+    /// [`SceneError::NotApplicable`] for a gait with a path of a program ([`crate::JointPath`]) or a
+    /// body with a motion of one ([`crate::MaterialMotion`]);
     /// [`SceneError::Unwritable`], for which no scene is known.
     pub fn to_toml(&self) -> Result<String, SceneError> {
         Ok(toml::to_string(&self.checked_file()?)?)
@@ -45,6 +47,11 @@ impl Scene {
     pub fn to_toml_in(&self, folder: impl AsRef<Path>) -> Result<String, SceneError> {
         let folder = folder.as_ref();
         let mut file = self.checked_file()?;
+        let frames = file.bodies.iter_mut();
+        let frames = frames.filter_map(|body| body.deformation.as_mut()?.files.as_mut());
+        for name in frames.flatten() {
+            *name = seen_from(folder, Path::new(name));
+        }
         let bodies = file.bodies.iter_mut().map(|body| &mut body.file);
         for name in bodies.chain([&mut file.domain.file, &mut file.gait.file]) {
             *name = name.take().map(|name| seen_from(folder, Path::new(&name)));
@@ -58,6 +65,14 @@ impl Scene {
             return Err(SceneError::NotApplicable {
                 place: self.place("gait"),
                 problem: "the gait is a path of a program, which no file can contain; use \
+                          `swimmer::simulate`, which writes none"
+                    .to_owned(),
+            });
+        }
+        if !self.document.motions().is_empty() {
+            return Err(SceneError::NotApplicable {
+                place: self.place("bodies"),
+                problem: "a body deforms by a motion of a program, which no file can contain; use \
                           `swimmer::simulate`, which writes none"
                     .to_owned(),
             });
@@ -297,6 +312,21 @@ fn deformation_file(
                 waves: Some(tube.wave.waves),
                 amplitude: Some(amplitude),
                 phase: Some(phase),
+                ..DeformationFile::default()
+            });
+        }
+        Deformation::Triangles(of) => {
+            let MotionSource::Frames(frames) = &of.source else {
+                return None;
+            };
+            let files = frames.files.iter().map(|file| file.display().to_string());
+            return Some(DeformationFile {
+                kind: DeformationWord::Frames,
+                files: Some(files.collect()),
+                at: Some(frames.at.clone()),
+                periodic: Some(frames.is_periodic),
+                frame: Some(frames.start),
+                keep_volume: Some(frames.keeps_volume),
                 ..DeformationFile::default()
             });
         }

@@ -65,7 +65,7 @@ pub fn parameters(scene: &Scene) -> Result<Vec<Parameter>, DesignError> {
     let from_file =
         (scene.gait().phases.iter()).any(|phase| matches!(phase.path, ShapePath::Spline(_)));
     let ranges = joint_ranges(scene)?;
-    let is_phase = |joint: usize| scene.wave_phases().any(|phase| phase == joint);
+    let is_phase = |joint: usize| scene.periodic_coordinates().any(|(own, _)| own == joint);
     for (number, joint) in joints.iter().enumerate() {
         match joint.drive {
             JointDrive::Passive(passive) if passive.stiffness > 0.0 => {

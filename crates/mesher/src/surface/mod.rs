@@ -28,4 +28,4 @@ pub(crate) use sphere::sphere_radius;
 pub use spheroid::Spheroid;
 pub use torus::Torus;
 pub(crate) use triangles::euler_characteristic;
-pub use triangulated::{TriangleKind, TriangulatedSurface};
+pub use triangulated::{CurvedTriangles, TriangleKind, TriangulatedSurface};

@@ -3,7 +3,9 @@
 mod check;
 mod places;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use mesh::InputFile;
 use serde::Serialize;
@@ -12,6 +14,7 @@ use toml::{Table, Value};
 
 use crate::error::{SceneError, one_line};
 use crate::keys::{self, join, without_indices};
+use crate::material_motion::MaterialMotion;
 use check::{check_table, check_value};
 use places::{Places, place_in_file};
 
@@ -25,6 +28,8 @@ pub struct Document {
     root: Value,
     places: Places,
     warnings: Vec<String>,
+    /// Motions of a program, by the names of their bodies.
+    motions: BTreeMap<String, Arc<dyn MaterialMotion>>,
 }
 
 /// Largest scene file or gait table in bytes; a hundred thousand phases or rows need a tenth of it.
@@ -75,6 +80,7 @@ impl Document {
             root: Value::Table(table),
             places,
             warnings,
+            motions: BTreeMap::new(),
         })
     }
 
@@ -88,7 +94,18 @@ impl Document {
             root: Value::Table(table),
             places,
             warnings: Vec::new(),
+            motions: BTreeMap::new(),
         })
+    }
+
+    /// The document with the motions of a program, by the names of their bodies.
+    pub(crate) fn with_motions(self, motions: BTreeMap<String, Arc<dyn MaterialMotion>>) -> Self {
+        Self { motions, ..self }
+    }
+
+    /// Motions of a program, by the names of their bodies.
+    pub(crate) fn motions(&self) -> &BTreeMap<String, Arc<dyn MaterialMotion>> {
+        &self.motions
     }
 
     /// Replaces those keys of a group whose values differ; `origin` becomes their place.

@@ -269,8 +269,9 @@ tables! {
     /// at a constant rate has a constant flux. Modes have the amplitudes BODY.MODE, numbers that
     /// are zero at the start unless the gait gives others. A tube that undulates has the
     /// coordinates BODY.amplitude and BODY.phase, an angle in radians: waves travel from the front
-    /// to the end while the phase increases, and stand while the amplitude changes. In a container
-    /// the sum of the volumes must stay.
+    /// to the end while the phase increases, and stand while the amplitude changes. Frames are
+    /// shapes of a surface with the same triangles and have the coordinate BODY.frame: vertices
+    /// move along cubic splines through their positions. In a container the sum of the volumes must stay.
     pub(crate) struct DeformationFile in "bodies[].deformation." {
         /// How the surface deforms.
         kind: DeformationWord,
@@ -291,6 +292,19 @@ tables! {
         amplitude: Option<f64> | "required for an undulation",
         /// Phase at the start in radians.
         phase: Option<f64> | "0, for an undulation",
+        /// Files of the frames after the first one, which is the file of the body. Relative paths
+        /// start at the folder of the scene file.
+        files: Option<Vec<String>> | "required for frames",
+        /// Values of BODY.frame at the frames, increasing; of periodic frames also that at which
+        /// the first frame follows the last one.
+        at: Option<Vec<f64>> | "0, 1, 2 and so on, for frames",
+        /// Whether the first frame follows the last one.
+        periodic: Option<bool> | "false, for frames",
+        /// Value of BODY.frame at the start.
+        frame: Option<f64> | "that of the first frame",
+        /// Whether the body is enlarged or reduced about its position, at every value, to the
+        /// volume of the first frame.
+        keep_volume: Option<bool> | "false, for frames",
     }
 
     /// A joint between two bodies. The value of a slide is the distance of the centres, that of an

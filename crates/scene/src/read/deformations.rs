@@ -11,14 +11,18 @@ use crate::deformation::{Deformation, Undulation};
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::gait::{Gait, spans};
+use crate::frames::FRAME;
 use crate::gait_table::GaitTable;
 use crate::joints::JointWord;
 use crate::keys::{BodyFile, JointValues, SceneFile};
 use crate::phase_span::PhaseSpan;
+use crate::material_motion::ShapeCoordinate;
 use crate::shape::Shape;
 use crate::shapes::TubeShape;
 use crate::sphere_deformation::{MAX_MODE_DEGREE, SizeCoordinate, SphereDeformation, SurfaceModes};
+use crate::surface_shape::SurfaceFiles;
 use crate::undulation::{Bend, Wave};
+use super::triangles;
 use crate::words::{DeformationWord, InertiaKind, LawKind};
 
 /// The coordinates that every sphere offers.
@@ -33,6 +37,7 @@ pub(super) fn enter(
     file: &SceneFile,
     bodies: &mut [Body],
     joints: &mut Vec<Joint>,
+    surfaces: &mut SurfaceFiles,
 ) -> Result<(), SceneError> {
     let between = joints.len();
     enter_exchanges(checks, file, bodies, joints)?;
@@ -48,6 +53,7 @@ pub(super) fn enter(
         let own = &file.bodies[number];
         enter_modes(checks, number, own, bodies, joints)?;
         enter_undulation(checks, number, own, &mut bodies[number], joints)?;
+        triangles::enter(checks, (number, own), &mut bodies[number], joints, surfaces)?;
     }
     check_names(checks, &names, bodies, joints)?;
     let (links, coordinates) = joints.split_at(between);
@@ -276,6 +282,7 @@ fn enter_modes(
     let key = |key: &str| format!("bodies[{number}].deformation.{key}");
     let has_modes = file.kind == DeformationWord::Modes;
     let undulates = file.kind == DeformationWord::Undulation;
+    let has_frames = file.kind == DeformationWord::Frames;
     checks.refuse_strangers(
         &format!("bodies[{number}].deformation"),
         [
@@ -287,19 +294,24 @@ fn enter_modes(
             ("waves", file.waves.is_some(), undulates),
             ("amplitude", file.amplitude.is_some(), undulates),
             ("phase", file.phase.is_some(), undulates),
+            ("files", file.files.is_some(), has_frames),
+            ("at", file.at.is_some(), has_frames),
+            ("periodic", file.periodic.is_some(), has_frames),
+            ("frame", file.frame.is_some(), has_frames),
+            ("keep_volume", file.keep_volume.is_some(), has_frames),
         ],
         &format!(
             "does not belong to kind = \"{}\"; remove it",
             file.kind.word()
         ),
     )?;
-    if undulates || (has_modes && file.modes.is_none()) {
+    if undulates || has_frames || (has_modes && file.modes.is_none()) {
         return Ok(());
     }
     let Some(radius) = body.shape.sphere_radius() else {
         let problem = format!(
-            "is unsupported for shape = \"{}\"; spheres deform, and shape = \"tube\" by kind = \
-             \"undulation\"",
+            "is unsupported for shape = \"{}\"; spheres deform, shape = \"tube\" by kind = \
+             \"undulation\" and shape = \"surface\" by kind = \"frames\"",
             body.shape.kind().word()
         );
         return Err(checks.bad_value(&format!("bodies[{number}].deformation"), problem));
@@ -482,6 +494,11 @@ pub(super) fn initial_values(bodies: &[Body]) -> Vec<(usize, f64)> {
                 values.extend(tube.joints.into_iter().zip(tube.start));
                 continue;
             }
+            Some(Deformation::Triangles(of)) => {
+                let starts = of.coordinates.iter().map(|own| own.start);
+                values.extend(of.joints.iter().copied().zip(starts));
+                continue;
+            }
             Some(Deformation::Sphere(sphere)) => sphere,
         };
         match deformation.size {
@@ -552,7 +569,7 @@ pub(super) fn check_gait(
     Ok(())
 }
 
-/// Refuses waves that stand still from the second cycle on, and amplitudes of the body that are
+/// Refuses waves and frames that stand still from the second cycle on, and values of the body that are
 /// not those at the start of the gait.
 fn check_waves(
     checks: &Checks,
@@ -562,11 +579,24 @@ fn check_waves(
 ) -> Result<(), SceneError> {
     let last = spans(gait, start)?.nth(gait.phases.len().saturating_sub(1));
     for (number, body) in bodies.iter().enumerate() {
-        let Some(Deformation::Undulation(tube)) = &body.deformation else {
-            continue;
+        // Keys of the body with their values and joints.
+        let written: Vec<(&str, f64, usize)> = match &body.deformation {
+            Some(Deformation::Undulation(tube)) => {
+                let [amplitude, phase] = tube.start;
+                let [of_amplitude, of_phase] = tube.joints;
+                vec![
+                    ("amplitude", amplitude, of_amplitude),
+                    ("phase", phase, of_phase),
+                ]
+            }
+            Some(Deformation::Triangles(of)) => {
+                let coordinates = of.joints.iter().zip(&of.coordinates).take(1);
+                let key = |(joint, own): (&usize, &ShapeCoordinate)| (FRAME, own.start, *joint);
+                coordinates.map(key).collect()
+            }
+            _ => continue,
         };
-        let written = ["amplitude", "phase"].into_iter().zip(tube.start);
-        for ((word, given), joint) in written.zip(tube.joints) {
+        for (word, given, joint) in written {
             let key = format!("bodies[{number}].deformation.{word}");
             let differs = (given - start[joint]).abs() > 1e-9 * start[joint].abs().max(1.0);
             if checks.0.has(&key) && differs {
@@ -577,18 +607,23 @@ fn check_waves(
                 return Err(checks.bad_value(&key, problem));
             }
         }
-        let [_, phase] = tube.joints;
         let Some(last) = last
             .as_ref()
             .filter(|last| gait.cycles > 1 && last.is_linear())
         else {
             continue;
         };
-        if last.to[phase] != start[phase] {
+        let periods = body.deformation.as_ref().map(Deformation::periods);
+        let joints = periods.into_iter().flatten().map(|(joint, _)| joint);
+        for joint in joints.filter(|joint| last.to[*joint] != start[*joint]) {
+            let what = match &body.deformation {
+                Some(Deformation::Undulation(_)) => "phase",
+                _ => "periodic coordinate",
+            };
             let problem = format!(
-                "must be 1: the phase of '{}' ends a cycle at {}, where the next one would leave \
+                "must be 1: the {what} of '{}' ends a cycle at {}, where the next one would leave \
                  it; turn it by more in one cycle",
-                body.name, last.to[phase]
+                body.name, last.to[joint]
             );
             let key = match table {
                 Some(_) => "gait.file",

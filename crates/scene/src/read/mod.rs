@@ -13,6 +13,7 @@ mod fluid;
 mod gait;
 pub(crate) mod limits;
 mod loads;
+mod triangles;
 
 use std::path::Path;
 
@@ -88,7 +89,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
     let (viscosity, rheology) = fluid::viscosity(&checks, &file.fluid, has_background)?;
     let inertia = flow::inertia(&checks, &file, (&domain, has_background), &bodies)?;
     let mut joints = articulation::joints(&checks, &file.links, &bodies)?;
-    deformations::enter(&checks, &file, &mut bodies, &mut joints)?;
+    deformations::enter(&checks, &file, &mut bodies, &mut joints, &mut surfaces)?;
     deformations::check_bodies(&checks, &file, &domain, &bodies)?;
     let joint_forces = articulation::oscillating(&checks, &file.links, file.gait.period)?;
     let (gait, gait_table) = gait::gait(&checks, &file.gait, &joints)?;

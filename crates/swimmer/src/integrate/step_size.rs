@@ -1,6 +1,6 @@
 //! Sizes of steps, and the tolerances that they are compared with.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use rigid::StateVelocity;
 use scene::{Body, DrivingLoad, Scene};
@@ -39,13 +39,13 @@ const BAR_SHARE: f64 = 0.1;
 const UNSEEN_SHARE: f64 = 0.1;
 
 /// Least number of equal parts of a phase span: quarters of the shortest period of loads and of the
-/// turns of waves, as for smooth gaits. Few points over whole periods would see nothing of them, at
+/// periods of waves and frames, as for smooth gaits. Few points over whole periods would see nothing of them, at
 /// every order.
 pub(super) fn least_parts(evaluator: &SpanEvaluator) -> f64 {
     let (span, scene) = (&evaluator.span, evaluator.scene);
     let of_loads = (scene.shortest_period()).map_or(1.0, |period| 4.0 * span.duration / period);
-    let of_waves =
-        (scene.wave_phases()).map(|joint| (span.to[joint] - span.from[joint]).abs() / FRAC_PI_2);
+    let of_waves = (scene.periodic_coordinates())
+        .map(|(joint, period)| 4.0 * (span.to[joint] - span.from[joint]).abs() / period);
     // Turns are sums of decimal fractions, which exceed a quarter by rounding.
     let parts = (of_waves.fold(of_loads, f64::max) - 1e-9).ceil();
     parts.clamp(1.0, MAX_PARTS as f64)

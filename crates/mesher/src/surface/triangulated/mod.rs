@@ -2,6 +2,7 @@
 
 mod closed;
 mod feature_sizes;
+mod moved;
 mod patch;
 mod self_intersection;
 mod sharp_edges;
@@ -14,6 +15,7 @@ use std::sync::Arc;
 use crate::GenerateError;
 use feature_sizes::FeatureSizes;
 use mesh::{Surface, SurfaceMesh, Vec3};
+pub use moved::CurvedTriangles;
 use patch::{Patch, integrals};
 use sharp_edges::SharpEdges;
 use tree::{CurveTree, Foot, PatchTree};
@@ -67,6 +69,7 @@ struct Parts {
     mesh: SurfaceMesh,
     neighbours: Vec<[u32; 3]>,
     kind: TriangleKind,
+    edges: SharpEdges,
     patches: Vec<Patch>,
     tree: PatchTree,
     sharp: CurveTree,
@@ -97,6 +100,16 @@ impl Defect {
     fn in_middle(mesh: &SurfaceMesh, triangle: usize, problem: impl Into<String>) -> Self {
         Self::new(triangle, triangles::centroid(mesh, triangle), problem)
     }
+
+    /// The error of the surface with this name.
+    fn of(self, name: &str) -> GenerateError {
+        GenerateError::BadSurface {
+            surface: name.into(),
+            triangle: self.triangle + 1,
+            at: self.at.into(),
+            problem: self.problem,
+        }
+    }
 }
 
 impl TriangulatedSurface {
@@ -109,12 +122,7 @@ impl TriangulatedSurface {
     /// inside out, degenerate, folded, in several parts, or that intersect themselves, and for
     /// features below a thousandth of the surface's radius.
     pub fn new(name: &str, mesh: SurfaceMesh, kind: TriangleKind) -> Result<Self, GenerateError> {
-        let parts = Parts::new(mesh, kind).map_err(|defect| GenerateError::BadSurface {
-            surface: name.into(),
-            triangle: defect.triangle + 1,
-            at: defect.at.into(),
-            problem: defect.problem,
-        })?;
+        let parts = Parts::new(mesh, kind, None).map_err(|defect| defect.of(name))?;
         let origin = Vec3::zeros();
         Ok(Self {
             radius: parts.radius_about(&origin),
@@ -187,10 +195,29 @@ impl TriangulatedSurface {
 }
 
 impl Parts {
-    fn new(mut mesh: SurfaceMesh, kind: TriangleKind) -> Result<Self, Defect> {
-        let neighbours = closed::neighbours_of_closed(&mesh)?;
-        let sharp = SharpEdges::find(&mesh, &neighbours, kind.sharp_angle())?;
-        self_intersection::check(&mesh)?;
+    /// The neighbours and sharp edges of triangles without defects: all edges with this angle, or
+    /// the given ones.
+    fn checked(
+        mesh: &SurfaceMesh,
+        kind: TriangleKind,
+        edges: Option<&SharpEdges>,
+    ) -> Result<(Vec<[u32; 3]>, SharpEdges), Defect> {
+        let neighbours = closed::neighbours_of_closed(mesh)?;
+        let mut sharp = SharpEdges::find(mesh, &neighbours, kind.sharp_angle())?;
+        if let Some(edges) = edges {
+            edges.check_others(mesh, &sharp)?;
+            sharp = edges.moved(mesh);
+        }
+        self_intersection::check(mesh)?;
+        Ok((neighbours, sharp))
+    }
+
+    fn new(
+        mut mesh: SurfaceMesh,
+        kind: TriangleKind,
+        edges: Option<&SharpEdges>,
+    ) -> Result<Self, Defect> {
+        let (neighbours, sharp) = Self::checked(&mesh, kind, edges)?;
         mesh.sharp_edges = sharp.pairs(&mesh);
         mesh.corners = sharp.corners.clone();
         let mut normals = vertex_normals::corner_normals(&mesh, &neighbours, &sharp);
@@ -217,6 +244,7 @@ impl Parts {
         let mut parts = Self {
             neighbours,
             kind,
+            edges: sharp,
             tree,
             sharp: curves,
             sizes: FeatureSizes::none(),

@@ -104,6 +104,16 @@ impl Patch {
         patch
     }
 
+    /// The patch enlarged by a factor about the origin.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            corners: self.corners.map(|x| factor * x),
+            edges: self.edges.map(|x| factor * x),
+            middle: factor * self.middle,
+            bulge: factor * self.bulge,
+        }
+    }
+
     /// All points whose convex hull contains the patch.
     pub fn hull(&self) -> impl Iterator<Item = Vec3> {
         let inner = self.edges.into_iter().chain([self.middle]);

@@ -11,11 +11,14 @@ use mesh::{SurfaceMesh, Vec3};
 const SHARPEST: f64 = -0.866_025_403_784_438_6;
 
 /// The sharp edges of a triangulation.
+#[derive(Clone)]
 pub(super) struct SharpEdges {
     /// For each triangle, whether the edge opposite each vertex is sharp.
     pub of_triangles: Vec<[bool; 3]>,
     /// Vertices with other than two sharp edges, or at which they turn sharply.
     pub corners: Vec<u32>,
+    /// Ends of the two sharp edges at the vertices through which one passes smoothly.
+    passing: BTreeMap<u32, [u32; 2]>,
     /// Unit tangent at the vertices through which a sharp edge passes smoothly.
     tangents: BTreeMap<u32, Vec3>,
 }
@@ -53,29 +56,57 @@ impl SharpEdges {
             }
         }
         let at = |v: u32| mesh.points[v as usize];
-        let mut tangents = BTreeMap::new();
+        let mut passing = BTreeMap::new();
         let mut corners = Vec::new();
+        let is_smooth = |v: u32, ends: [u32; 2]| {
+            let [back, forth] = ends.map(|end| at(end) - at(v));
+            back.dot(&forth) <= -limit * back.norm() * forth.norm()
+        };
         for (&v, ends) in &around {
-            let tangent = match ends[..] {
-                [a, b] => {
-                    let [back, forth] = [at(a), at(b)].map(|x| x - at(v));
-                    let turns = back.dot(&forth) > -limit * back.norm() * forth.norm();
-                    // The tangent of the circle through the three points.
-                    let tangent = forth / forth.norm_squared() - back / back.norm_squared();
-                    tangent.try_normalize(0.0).filter(|_| !turns)
-                }
-                _ => None,
-            };
-            match tangent {
-                Some(tangent) => drop(tangents.insert(v, tangent)),
-                None => corners.push(v),
+            match ends[..] {
+                [a, b] if is_smooth(v, [a, b]) => drop(passing.insert(v, [a, b])),
+                _ => corners.push(v),
             }
         }
-        Ok(Self {
+        let edges = Self {
             of_triangles,
             corners,
-            tangents,
-        })
+            passing,
+            tangents: BTreeMap::new(),
+        };
+        Ok(edges.moved(mesh))
+    }
+
+    /// The same edges of a mesh with the same triangles.
+    #[must_use]
+    pub fn moved(&self, mesh: &SurfaceMesh) -> Self {
+        let at = |v: u32| mesh.points[v as usize];
+        let tangent = |(&v, ends): (&u32, &[u32; 2])| {
+            let [back, forth] = ends.map(|end| at(end) - at(v));
+            // The tangent of the circle through the three points.
+            let tangent = forth / forth.norm_squared() - back / back.norm_squared();
+            Some((v, tangent.try_normalize(0.0)?))
+        };
+        Self {
+            tangents: self.passing.iter().filter_map(tangent).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Refuses other sharp edges than these of a mesh with the same triangles.
+    ///
+    /// Edges that are sharp here may be blunt there.
+    pub fn check_others(&self, mesh: &SurfaceMesh, others: &Self) -> Result<(), Defect> {
+        let both = self.of_triangles.iter().zip(&others.of_triangles);
+        let is_new = |(own, other): (&[bool; 3], &[bool; 3])| (0..3).any(|i| other[i] && !own[i]);
+        match both.map(is_new).position(|is_new| is_new) {
+            None => Ok(()),
+            Some(t) => {
+                let problem = "has a sharp edge where the first surface is smooth; use finer \
+                               triangles there, or deform the surface less";
+                Err(Defect::in_middle(mesh, t, problem))
+            }
+        }
     }
 
     /// Point next to `v` on the curve of the sharp edge from `v` to another vertex.
