@@ -31,6 +31,6 @@ pub use generate::{
 pub use mesh;
 pub use remesh::{MovedBody, remesh, remesh_by_gmsh};
 pub use surface::{
-    BentTube, BoxSurface, Capsule, Centreline, CurvePoint, CurvedTriangles, Disk, Ellipsoid, Helix, Placed, Sphere,
-    Spheroid, Torus, TriangleKind, TriangulatedSurface, TubePoint, TubeProfile,
+    BentTube, BoxSurface, Capsule, Centreline, CurvePoint, CurvedTriangles, Disk, Ellipsoid, Helix,
+    Placed, Sphere, Spheroid, Torus, TriangleKind, TriangulatedSurface, TubePoint, TubeProfile,
 };

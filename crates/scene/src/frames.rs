@@ -43,11 +43,7 @@ const ROUNDING: f64 = 1e-9;
 
 impl Frames {
     /// The splines through the vertices of frames at increasing values.
-    pub(crate) fn new(
-        positions: Vec<Vec<Vector3<f64>>>,
-        at: Vec<f64>,
-        is_periodic: bool,
-    ) -> Self {
+    pub(crate) fn new(positions: Vec<Vec<Vector3<f64>>>, at: Vec<f64>, is_periodic: bool) -> Self {
         let vertices = positions.first().map_or(0, Vec::len);
         let mut bends = vec![vec![Vector3::zeros(); vertices]; at.len()];
         for vertex in 0..vertices {

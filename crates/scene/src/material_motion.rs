@@ -219,7 +219,9 @@ impl TriangleDeformation {
             recent: Arc::default(),
         };
         own.coordinates = own.motion().coordinates();
-        own.joints = (0..own.coordinates.len()).map(|k| first_joint + k).collect();
+        own.joints = (0..own.coordinates.len())
+            .map(|k| first_joint + k)
+            .collect();
         own
     }
 
@@ -241,9 +243,8 @@ impl TriangleDeformation {
     pub(crate) fn shape(&self, values: &[f64]) -> Arc<TriangleShape> {
         let amplitudes = self.amplitudes(values);
         let bits = bits(&amplitudes);
-        let found = |(of, shape): &(Vec<u64>, Arc<TriangleShape>)| {
-            (*of == bits).then(|| shape.clone())
-        };
+        let found =
+            |(of, shape): &(Vec<u64>, Arc<TriangleShape>)| (*of == bits).then(|| shape.clone());
         if let Some(found) = lock(&self.recent.shapes).iter().find_map(found) {
             return found;
         }
@@ -375,7 +376,9 @@ impl TriangleDeformation {
         let amplitudes = self.amplitudes(values);
         if let Some(coordinate) = amplitudes.iter().position(|x| !x.is_finite()) {
             let name = &self.coordinates[coordinate].name;
-            return Some(format!("has a value of '{name}' that is not a finite number"));
+            return Some(format!(
+                "has a value of '{name}' that is not a finite number"
+            ));
         }
         if let Some(problem) = self.motion().problem(&amplitudes) {
             return Some(problem);

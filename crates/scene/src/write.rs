@@ -19,9 +19,9 @@ use crate::keys::{
     PhaseAngles, PhaseFile, SceneFile, SlipFile,
 };
 use crate::loads::{DrivingLoad, VectorOscillation};
+use crate::material_motion::MotionSource;
 use crate::scene::{Rheology, Scene};
 use crate::shape_path::{ShapePath, Sine};
-use crate::material_motion::MotionSource;
 use crate::sphere_deformation::SizeCoordinate;
 use crate::words::{AxesKind, DeformationWord, DriveKind, GaitKind, LawKind, RheologyKind};
 

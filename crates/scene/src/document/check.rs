@@ -236,6 +236,9 @@ fn check_kind(value: &Value, kind: Kind) -> Result<(), String> {
             let ends: Vec<Option<f64>> = list.iter().map(number).collect();
             matches!(ends[..], [Some(a), Some(b)] if 0.0 < a && a < b)
         }),
+        Kind::Numbers => value
+            .as_array()
+            .is_some_and(|list| list.iter().all(|x| number(x).is_some())),
         Kind::NumbersByName => value
             .as_table()
             .is_some_and(|table| table.values().all(|x| number(x).is_some())),

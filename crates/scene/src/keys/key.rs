@@ -48,6 +48,8 @@ pub enum Kind {
     PositiveVector,
     /// Two finite numbers greater than zero, the smaller one first.
     Range,
+    /// A list of finite numbers.
+    Numbers,
     /// Finite numbers, each with a name.
     NumbersByName,
     /// One number, a list of numbers, or numbers with names.
@@ -98,6 +100,7 @@ impl Kind {
             }
             Self::PositiveVector => "three numbers greater than zero",
             Self::Range => "two numbers greater than zero, the smaller one first, such as [0.5, 2]",
+            Self::Numbers => "a list of numbers, such as [0, 1, 2]",
             Self::NumbersByName => "a table of numbers, such as { arm = 6 }",
             Self::JointValues => {
                 "a number for all links, a list of numbers, or a table such as { arm = 6 }"
@@ -151,6 +154,7 @@ key_types! {
     Vectors: Vec<[f64; 3]>;
     Matrix: [[f64; 3]; 3];
     Range: [f64; 2];
+    Numbers: Vec<f64>;
     NumbersByName: BTreeMap<String, f64>;
     Count: u32;
     Text: String;

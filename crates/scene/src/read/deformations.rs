@@ -5,24 +5,24 @@ use std::collections::BTreeSet;
 use nalgebra::Vector3;
 use rigid::{Articulation, Joint};
 
+use super::triangles;
 use crate::body::{Body, volume_problem};
 use crate::checks::Checks;
 use crate::deformation::{Deformation, Undulation};
 use crate::domain::Domain;
 use crate::error::SceneError;
-use crate::gait::{Gait, spans};
 use crate::frames::FRAME;
+use crate::gait::{Gait, spans};
 use crate::gait_table::GaitTable;
 use crate::joints::JointWord;
 use crate::keys::{BodyFile, JointValues, SceneFile};
-use crate::phase_span::PhaseSpan;
 use crate::material_motion::ShapeCoordinate;
+use crate::phase_span::PhaseSpan;
 use crate::shape::Shape;
 use crate::shapes::TubeShape;
 use crate::sphere_deformation::{MAX_MODE_DEGREE, SizeCoordinate, SphereDeformation, SurfaceModes};
 use crate::surface_shape::SurfaceFiles;
 use crate::undulation::{Bend, Wave};
-use super::triangles;
 use crate::words::{DeformationWord, InertiaKind, LawKind};
 
 /// The coordinates that every sphere offers.

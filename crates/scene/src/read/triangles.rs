@@ -213,7 +213,9 @@ impl TriangleDeformation {
         let (_, radius) = mesh::Surface::bounding_ball(&self.surface);
         for (k, own) in self.coordinates.iter().enumerate() {
             let name = &own.name;
-            let is_known = self.coordinates[..k].iter().any(|other| other.name == *name);
+            let is_known = self.coordinates[..k]
+                .iter()
+                .any(|other| other.name == *name);
             if name.is_empty() || name.contains('.') || is_known {
                 return Some(format!(
                     "has a coordinate with the name \"{name}\"; use different names without dots"
@@ -228,7 +230,9 @@ impl TriangleDeformation {
                 ));
             }
             if let Some(period) = own.period.filter(|period| !(*period > 0.0)) {
-                return Some(format!("has the period {period} of '{name}'; it must be positive"));
+                return Some(format!(
+                    "has the period {period} of '{name}'; it must be positive"
+                ));
             }
             if speed == 0.0 {
                 continue;
