@@ -143,6 +143,17 @@ fn mean_holding(scene: &Scene, outcome: &Outcome) -> String {
     text
 }
 
+/// Lighthill's efficiency of a run that swam.
+fn efficiency(report: &Report) -> String {
+    let Some(found) = &report.efficiency else {
+        return String::new();
+    };
+    match found.error {
+        Some(bar) => measured("Lighthill efficiency", found.value, bar),
+        None => entry("Lighthill efficiency", two_digits(found.value)),
+    }
+}
+
 fn describe(report: &Report, out: &Path) -> String {
     let outcome = &report.outcome;
     let net = outcome.resolved_net();
@@ -224,6 +235,7 @@ fn describe(report: &Report, out: &Path) -> String {
             outcome.work,
             outcome.work_error.total(),
         )
+        + &efficiency(report)
         + &mean_holding(&report.scene, outcome)
         + &tolerance
         + &neglected::of_run(report)

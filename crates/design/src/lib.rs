@@ -18,6 +18,7 @@ macro_rules! setters {
 }
 
 mod best_frequency;
+mod best_wave;
 mod connection;
 mod design_stroke;
 mod error;
@@ -42,6 +43,7 @@ mod timing;
 mod totals;
 
 pub use best_frequency::{BestFrequency, FrequencyRun, best_frequency};
+pub use best_wave::{BestWave, WaveVariable, best_wave, wave_variables};
 pub use connection::{Connection, connection};
 pub use design_stroke::{DesignedStroke, design_stroke, gait_shapes, gait_totals, objective_of};
 pub use error::{DesignError, DesignProgress};

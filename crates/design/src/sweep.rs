@@ -12,7 +12,7 @@ use scene::{Document, Scene, SourceFile};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use swimmer::output::{Folder, read_sealed, write_sealed};
-use swimmer::{SwimError, mean_of_moving};
+use swimmer::{Report, SwimError, mean_of_moving};
 
 use crate::error::{DesignError, DesignProgress};
 
@@ -20,7 +20,7 @@ use crate::error::{DesignError, DesignProgress};
 const FILE: &str = "sweep.json";
 
 /// Version of its format.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Largest number of points: the rows of a million take about a gigabyte.
 const MAX_POINTS: usize = 1_000_000;
@@ -294,8 +294,33 @@ pub struct SweepResult {
     pub work: f64,
     /// Its error bar.
     pub work_error: Option<f64>,
+    /// Lighthill's efficiency ([`swimmer::Efficiency`]); none of a run that does not swim.
+    pub efficiency: Option<f64>,
+    /// Its error bar.
+    pub efficiency_error: Option<f64>,
     /// Wall-clock time in seconds.
     pub seconds: f64,
+}
+
+impl SweepResult {
+    /// The numbers of a report.
+    pub(crate) fn from_report(report: &Report) -> Self {
+        let outcome = &report.outcome;
+        Self {
+            model: report.model.to_owned(),
+            tolerance_met: outcome.tolerance_met,
+            stopped: report.stopped.as_ref().map(ToString::to_string),
+            displacement: mean_of_moving(&outcome.displacement),
+            displacement_error: outcome.error_estimate.estimated(),
+            rotation: outcome.rotation,
+            rotation_error: outcome.rotation_error.estimated(),
+            work: outcome.work,
+            work_error: outcome.work_error.estimated(),
+            efficiency: report.efficiency.map(|of| of.value),
+            efficiency_error: report.efficiency.and_then(|of| of.error),
+            seconds: report.seconds,
+        }
+    }
 }
 
 /// The results of a sweep.
@@ -478,18 +503,9 @@ impl Varied {
             let scene = self.scene(values)?;
             files = scene.source_files();
             let report = swimmer::run_without_files(scene, &mut Flag(is_interrupted))?;
-            let outcome = &report.outcome;
             Ok(SweepResult {
-                model: report.model.to_owned(),
-                tolerance_met: outcome.tolerance_met,
-                stopped: report.stopped.as_ref().map(ToString::to_string),
-                displacement: mean_of_moving(&outcome.displacement),
-                displacement_error: outcome.error_estimate.estimated(),
-                rotation: outcome.rotation,
-                rotation_error: outcome.rotation_error.estimated(),
-                work: outcome.work,
-                work_error: outcome.work_error.estimated(),
                 seconds: started.elapsed().as_secs_f64(),
+                ..SweepResult::from_report(&report)
             })
         };
         let result = run().map_err(|error| error.to_string());

@@ -3,6 +3,7 @@
 
 pub mod checkpoint;
 mod decision;
+mod efficiency;
 mod error;
 mod gauss;
 mod holding_loads;
@@ -30,6 +31,7 @@ mod turning;
 
 pub use checkpoint::Checkpoint;
 pub use decision::{StartSolution, solve_start_with_terms};
+pub use efficiency::Efficiency;
 pub use error::SwimError;
 pub use gauss::{Gauss, lagrange};
 pub use holding_loads::HoldingLoads;

@@ -8,6 +8,7 @@ use scene::{AcceptKind, Scene};
 
 use crate::checkpoint::{self, Checkpoint};
 use crate::decision::Decision;
+use crate::efficiency::Efficiency;
 use crate::error::SwimError;
 use crate::integrate::{Method, SpanSolution};
 use crate::neglected::{is_automatic, run_neglected, with_term};
@@ -167,9 +168,12 @@ fn run_to_target(
                 scene = with_term(&scene, term)?;
                 continue;
             }
+            let model = model_of_run.as_mut();
+            let efficiency = Efficiency::of_run(&report.scene, model, outcome)?;
             let report = Report {
                 reasons,
                 neglected,
+                efficiency,
                 seconds: started.elapsed().as_secs_f64(),
                 ..report
             };
@@ -324,6 +328,7 @@ fn run_once(
         reasons,
         outcome,
         neglected: Vec::new(),
+        efficiency: None,
         stopped,
         seconds: 0.0,
     };

@@ -1,8 +1,9 @@
 //! What a run has reached.
 
 use scene::{AcceptKind, Scene};
-use serde_json::Value;
+use serde_json::{Value, json};
 
+use crate::efficiency::Efficiency;
 use crate::error::SwimError;
 use crate::neglected::Neglected;
 use crate::outcome::Outcome;
@@ -22,6 +23,8 @@ pub struct Report {
     pub outcome: Outcome,
     /// What neglecting inertia or the viscosity law costs, where it is neglected.
     pub neglected: Vec<Neglected>,
+    /// Lighthill's efficiency of a swimmer that was completed; none of runs that do not swim.
+    pub efficiency: Option<Efficiency>,
     /// The error that ended the motion, such as contact; none for a completed run.
     pub stopped: Option<SwimError>,
     /// Wall-clock time of the whole run in seconds.
@@ -41,6 +44,7 @@ impl Report {
         for neglected in &self.neglected {
             summary[neglected.key()] = neglected.json(&self.scene);
         }
+        summary["efficiency"] = json!(self.efficiency.as_ref().map(Efficiency::json));
         summary
     }
 
@@ -95,6 +99,7 @@ mod tests {
             reasons: Vec::new(),
             outcome,
             neglected: Vec::new(),
+            efficiency: None,
             stopped: None,
             seconds: 0.0,
         }

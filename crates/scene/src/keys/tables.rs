@@ -498,6 +498,9 @@ tables! {
         /// Smallest and largest length along the gait of the arms that `swim sizes` may lengthen or
         /// shorten. The sum of the lengths stays.
         arms: Option<[f64; 2]> | "none: the lengths stay",
+        /// Smallest and largest number of waves on a tube that undulates, for `swim optimise`; with
+        /// `lower` and `upper` of its amplitude both vary.
+        waves: Option<[f64; 2]> | "none: the number of waves stays",
         /// Period of the stroke.
         period: f64 [Positive] = 1.0,
         /// Mean power of the stroke, which determines its period.

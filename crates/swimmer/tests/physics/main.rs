@@ -26,6 +26,7 @@ mod shape_space;
 mod shapes;
 mod sphere_instants;
 mod sphere_strokes;
+mod surface_frames;
 mod surroundings;
 mod symmetry_planes;
 mod target;
