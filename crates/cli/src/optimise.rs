@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use design::{DesignedStroke, StrokeCurve, StrokeTotals, design_stroke, gait_shapes};
+use design::{
+    BestWave, DesignedStroke, StrokeCurve, StrokeTotals, best_wave, design_stroke, gait_shapes,
+    wave_variables,
+};
 use serde_json::{Value, json};
 use swimmer::Scene;
 use swimmer::scene::ObjectiveKind;
@@ -14,7 +17,8 @@ use super::design_files::{
 use super::error::CliError;
 use super::progress::DesignSpinner;
 use super::text::{
-    NO_ESTIMATE, count, duration, entry, measured, percent, rotation_entry, two_digits, warn,
+    NO_ESTIMATE, count, duration, entry, measured, percent, printable, rotation_entry, two_digits,
+    warn, with_uncertainty,
 };
 
 pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, CliError> {
@@ -22,6 +26,17 @@ pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, CliEr
     let scene = scene.read()?;
     let clock = std::time::Instant::now();
     let (folder, _lock) = folder_of(&scene, out)?;
+    let waves = wave_variables(&scene)?;
+    if !waves.is_empty() {
+        let mut spinner = DesignSpinner::new(quiet);
+        let found = best_wave(&scene, &waves, folder.path(), &mut spinner)?;
+        let answer = found.json();
+        write(&folder, "optimum.json", &format!("{answer:#}\n"))?;
+        return Ok(match json {
+            true => format!("{answer}\n"),
+            false => describe_wave(&scene, &found, folder.path(), clock.elapsed().as_secs_f64()),
+        });
+    }
     let found = design_stroke(&scene, folder.path(), &mut DesignSpinner::new(quiet))?;
     let names = names(&scene, &found.limits);
     let curve: Vec<Vec<f64>> = (found.shapes.iter())
@@ -147,6 +162,69 @@ fn describe(
         + "\n"
         + &entry("time", duration(seconds))
         + &entry("results", out.join("optimum.toml").display())
+}
+
+/// The table and the best wave of a tube.
+fn describe_wave(scene: &Scene, found: &BestWave, out: &Path, seconds: f64) -> String {
+    let report = &found.report;
+    // The words after the name of the body.
+    let word = |key: &str| key.rsplit('.').next().unwrap_or(key).to_owned();
+    let words: Vec<String> = found.variables.iter().map(|of| word(&of.key)).collect();
+    let mut text = entry("scene", scene.name())
+        + &entry("objective", scene.optimise().objective.word())
+        + &entry("model", report.model)
+        + &entry("table", count(found.table.rows.len(), "run"))
+        + "\n";
+    let number = |value: &String| match value.parse::<f64>() {
+        Ok(value) => format!("{value:<12.4}"),
+        Err(_) => printable(value),
+    };
+    let row = |cells: Vec<String>, rest: &str| {
+        let cells: Vec<String> = cells.iter().map(|cell| format!("{cell:<12}")).collect();
+        format!("{}{rest}\n", cells.concat())
+    };
+    text += &row(words.clone(), "Lighthill efficiency, net displacement");
+    for of_row in &found.table.rows {
+        if let Ok(result) = &of_row.result {
+            let with_bar = |value: f64, bar: Option<f64>| match bar {
+                Some(bar) => with_uncertainty(value, bar),
+                None => two_digits(value),
+            };
+            let efficiency = result.efficiency;
+            let efficiency = efficiency.map_or("none".to_owned(), |of| {
+                with_bar(of, result.efficiency_error)
+            });
+            let net = with_bar(result.displacement.norm(), result.displacement_error);
+            let cells = of_row.values.iter().map(number).collect();
+            text += &row(cells, &format!("{efficiency}, {net}"));
+        }
+    }
+    text += "\n";
+    for (k, word) in words.iter().enumerate() {
+        let [low, high] = found.variables[k].range;
+        let label = format!("best {word}");
+        text += &match found.errors[k] {
+            Some(bar) => measured(&label, found.values[k], bar),
+            None => entry(
+                &label,
+                format!("{} (at a limit of {low} to {high})", found.values[k]),
+            ),
+        };
+    }
+    let label = scene.optimise().objective.word();
+    text += &entry(&format!("{label} by table"), unestimated(found.by_table));
+    text += &match found.error {
+        Some(bar) => measured("  by its run", found.objective, bar),
+        None => entry("  by its run", unestimated(found.objective)),
+    };
+    text + "\n"
+        + &entry("time", duration(seconds))
+        + &entry("results", out.join("optimum.toml").display())
+}
+
+/// A number without an error bar.
+fn unestimated(value: f64) -> String {
+    format!("{value:.4e} {NO_ESTIMATE}")
 }
 
 /// The motion, the energy and the efficiency of the best stroke.

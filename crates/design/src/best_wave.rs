@@ -66,13 +66,10 @@ pub struct BestWave {
 /// [`DesignError::NotApplicable`] for several tubes that undulate, or one limit without the other.
 pub fn wave_variables(scene: &Scene) -> Result<Vec<WaveVariable>, DesignError> {
     let options = scene.optimise();
-    let undulates = |body: &&scene::Body| {
-        matches!(body.deformation, Some(Deformation::Undulation(_)))
-    };
+    let undulates =
+        |body: &&scene::Body| matches!(body.deformation, Some(Deformation::Undulation(_)));
     let tubes: Vec<&scene::Body> = scene.bodies().iter().filter(undulates).collect();
-    let refuse = |key: &str, problem: String| {
-        Err(DesignError::not_applicable(scene, key, problem))
-    };
+    let refuse = |key: &str, problem: String| Err(DesignError::not_applicable(scene, key, problem));
     let Some(tube) = tubes.first() else {
         return match options.waves {
             None => Ok(Vec::new()),
@@ -173,13 +170,14 @@ pub fn best_wave(
                 row.values.join(", ")
             ))
         };
-        let result = (row.result.as_ref()).map_err(|reason| {
-            of_row(format!("failed: {reason}; change the ranges of optimise"))
-        })?;
+        let result = (row.result.as_ref())
+            .map_err(|reason| of_row(format!("failed: {reason}; change the ranges of optimise")))?;
         let (value, _) = objective_of(result, objective, duration).ok_or_else(|| {
-            of_row("does not swim, or not by more than its error bar; change the ranges of \
+            of_row(
+                "does not swim, or not by more than its error bar; change the ranges of \
                     optimise, or reduce model.tolerance"
-                .to_owned())
+                    .to_owned(),
+            )
         })?;
         values.push(value);
     }
@@ -378,7 +376,10 @@ mod tests {
         }
         let found = interpolant.largest(2);
         // The maximum is flat to the square of the distance: half of the digits.
-        assert!((found[0] - 0.3).abs() < 1e-6 && (found[1] - 2.0 / 3.0).abs() < 1e-6, "{found:?}");
+        assert!(
+            (found[0] - 0.3).abs() < 1e-6 && (found[1] - 2.0 / 3.0).abs() < 1e-6,
+            "{found:?}"
+        );
         // d²f/dy² = -2 x²
         let curvature = interpolant.curvature(&found, 1);
         assert!((curvature + 0.18).abs() < 1e-6, "{curvature}");

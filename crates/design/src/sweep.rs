@@ -603,7 +603,8 @@ impl SweepRow {
 
 /// The columns after those of the keys.
 const COLUMNS: &str = "model,status,displacement_x,displacement_y,displacement_z,\
-    displacement_error,rotation_x,rotation_y,rotation_z,rotation_error,work,work_error,seconds";
+    displacement_error,rotation_x,rotation_y,rotation_z,rotation_error,work,work_error,efficiency,\
+    efficiency_error,seconds";
 
 fn csv(keys: &[String], rows: &[SweepRow]) -> String {
     let quoted = |text: &String| match text.contains([',', '"', '\n', '\r']) {
@@ -626,6 +627,8 @@ fn csv(keys: &[String], rows: &[SweepRow]) -> String {
                 fields.push(optional(found.rotation_error));
                 fields.push(format!("{:?}", found.work));
                 fields.push(optional(found.work_error));
+                fields.push(optional(found.efficiency));
+                fields.push(optional(found.efficiency_error));
                 fields.push(format!("{:?}", found.seconds));
             }
         }

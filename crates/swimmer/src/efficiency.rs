@@ -90,7 +90,9 @@ fn along(resistance: &nalgebra::DMatrix<f64>, direction: &Vector3<f64>) -> f64 {
         let block = resistance.fixed_view::<3, 3>(6 * i, 6 * j);
         direction.dot(&(block * direction))
     };
-    let pairs = blocks.clone().flat_map(|i| blocks.clone().map(move |j| (i, j)));
+    let pairs = blocks
+        .clone()
+        .flat_map(|i| blocks.clone().map(move |j| (i, j)));
     pairs.map(|(i, j)| of_pair(i, j)).sum()
 }
 

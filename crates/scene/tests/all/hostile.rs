@@ -47,6 +47,7 @@ axis = [0, 0, 1]; position = [1, 0, 0]; force = [1, 0, 0]
 [[bodies]]; name = "worm"; shape = "tube"; length = 8; radius = 0.5; end_radius = 0.4
 head_radius = 1; orientation = [0.1, 0.2, 0.3]; position = [1, 0, 0]
 [bodies.deformation]; kind = "undulation"; waves = 1.5; amplitude = 0.5; phase = 0.3
+[optimise]; waves = [0.5, 2]
 
 [[bodies]]; name = "ellipsoid"; shape = "ellipsoid"; semi_axes = [3, 2, 1]
 orientation = [0.1, 0.2, 0.3]; position = [1, 0, 0]
@@ -113,6 +114,11 @@ angular_velocity = [0, 0, 1]
 [domain]; kind = "surface"; file = "tests/all/tetrahedron.obj"; scale = 100
 [[bodies]]; name = "part"; shape = "surface"; file = "tests/all/tetrahedron.obj"; scale = 1
 centre = [1, 1, 1]; position = [50, 50, 50]
+
+[[bodies]]; name = "frames"; shape = "surface"; file = "tests/all/tetrahedron.obj"
+position = [0, 0, 0]
+[bodies.deformation]; kind = "frames"; files = ["tests/all/tetrahedron.obj"]; at = [0, 20]
+frame = 0.7
 "#;
 
 /// The texts in which one number is replaced, with the line, the key and the number.
@@ -140,7 +146,8 @@ fn changed() -> impl Iterator<Item = (String, usize, &'static str, &'static str)
                 group => format!("{group}.{name}"),
             };
             let key = find(&path).expect("a key");
-            if !matches!(key.kind, Kind::Text | Kind::Word(_) | Kind::Flag) {
+            let is_text = matches!(key.kind, Kind::Text | Kind::Texts | Kind::Word(_));
+            if !is_text && key.kind != Kind::Flag {
                 let [name, value] = [name, value].map(str::to_owned);
                 numbers.push((text.clone(), number, name, value, key.path));
             }

@@ -14,5 +14,6 @@ mod hostile;
 mod laws;
 mod malformed;
 mod overrides;
+mod surface_frames;
 mod surfaces;
 mod thermal_noise;
