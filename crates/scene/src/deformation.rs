@@ -11,7 +11,6 @@ use crate::shape::Shape;
 use crate::shapes::TubeShape;
 use crate::sphere_deformation::SphereDeformation;
 use crate::undulation::{Bend, Wave, WaveTube};
-use crate::words::WaveKind;
 
 /// Deformation of a body by shape coordinates, which are numbers of joints of the scene.
 ///
@@ -197,7 +196,7 @@ impl Undulation {
     /// a helical one.
     pub(crate) fn plane_normal(&self) -> Option<Vector3<f64>> {
         let turn = Shape::Tube(self.tube).orientation();
-        (self.wave.kind != WaveKind::Helix).then(|| turn * Vector3::z())
+        (!self.wave.is_helical()).then(|| turn * Vector3::z())
     }
 
     /// Largest speed of points for a rate of one of the amplitude, and of the phase, at amplitudes

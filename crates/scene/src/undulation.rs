@@ -17,6 +17,7 @@ use crate::words::{EnvelopeKind, WaveKind};
 /// curvature      θ' = a k g cos(k s - φ), with the angle θ between the tangent and the axis
 /// displacement   y = (a / k) g sin(k s - φ) across the axis
 /// helix          y = (a / k) g sin(k s - φ) and z = -(a / k) g cos(k s - φ)
+/// left-helix     y = (a / k) g sin(k s - φ) and z =  (a / k) g cos(k s - φ)
 /// ```
 ///
 /// The curve does not stretch: the position along the axis is the integral of `√(1 - y'² - z'²)`,
@@ -95,6 +96,11 @@ const GAUSS: [(f64, f64); 3] = [
 ];
 
 impl Wave {
+    /// Whether the wave bends the tube out of a plane.
+    pub(crate) fn is_helical(&self) -> bool {
+        matches!(self.kind, WaveKind::Helix | WaveKind::LeftHelix)
+    }
+
     /// Wave number on a centreline of this length.
     fn number(&self, length: f64) -> f64 {
         TAU * self.waves / length
@@ -105,7 +111,7 @@ impl Wave {
     pub(crate) fn offset(&self, length: f64) -> f64 {
         match self.kind {
             WaveKind::Curvature => 0.0,
-            WaveKind::Displacement | WaveKind::Helix => 1.0 / self.number(length),
+            _ => 1.0 / self.number(length),
         }
     }
 
@@ -118,7 +124,7 @@ impl Wave {
         let slope = match self.kind {
             WaveKind::Curvature => 2.0 + 1.0 / (TAU * self.waves),
             // The tangent turns by d asin(slope).
-            WaveKind::Displacement | WaveKind::Helix => {
+            _ => {
                 let most = self.largest_slope(amplitude).min(MAX_SLOPE);
                 (1.0 + 1.0 / (TAU * self.waves)) / (1.0 - most * most).sqrt()
             }
@@ -145,7 +151,7 @@ impl Bend {
         }
         let slope = match self.wave.kind {
             WaveKind::Curvature => return None,
-            WaveKind::Displacement | WaveKind::Helix => self.wave.largest_slope(self.amplitude),
+            _ => self.wave.largest_slope(self.amplitude),
         };
         (slope > MAX_SLOPE).then(|| {
             format!(
@@ -196,7 +202,7 @@ impl Bend {
         let k = self.wave.number(length);
         let [g, slope] = self.envelope(arc, length);
         let (sin, cos) = (k * arc - self.phase).sin_cos();
-        // d/ds and d/dφ of g sin and of -g cos
+        // d/ds and d/dφ of g sin, of -g cos and of g cos
         let of = |f: f64, df: f64| {
             [
                 g * f / k,
@@ -209,6 +215,7 @@ impl Bend {
         let y = of(sin, cos);
         let z = match self.wave.kind {
             WaveKind::Helix => of(-cos, sin),
+            WaveKind::LeftHelix => of(cos, -sin),
             WaveKind::Curvature | WaveKind::Displacement => [0.0; 5],
         };
         std::array::from_fn(|part| [y[part], z[part]])
@@ -363,7 +370,7 @@ impl BentLine {
     /// With `h = (e_x + t) / (1 + t_x)` they are `e_y - t_y h` and `e_z - t_z h`. A plane curve
     /// keeps z, wherever its tangent points.
     fn across(&self, bend: &Bend, tangent: &Vector3<f64>) -> [Vector3<f64>; 2] {
-        if bend.wave.kind != WaveKind::Helix {
+        if !bend.wave.is_helical() {
             return [Vector3::new(-tangent.y, tangent.x, 0.0), Vector3::z()];
         }
         let half = (Vector3::x() + tangent) / (1.0 + tangent.x);
@@ -380,7 +387,7 @@ impl BentLine {
         tangent: &Vector3<f64>,
         rate: &Vector3<f64>,
     ) -> [Vector3<f64>; 2] {
-        if bend.wave.kind != WaveKind::Helix {
+        if !bend.wave.is_helical() {
             return [Vector3::new(-rate.y, rate.x, 0.0), Vector3::zeros()];
         }
         let half = (Vector3::x() + tangent) / (1.0 + tangent.x);
@@ -448,7 +455,12 @@ mod tests {
     use super::*;
     use mesher::{Helix, TubeProfile};
 
-    const KINDS: [WaveKind; 3] = [WaveKind::Curvature, WaveKind::Displacement, WaveKind::Helix];
+    const KINDS: [WaveKind; 4] = [
+        WaveKind::Curvature,
+        WaveKind::Displacement,
+        WaveKind::Helix,
+        WaveKind::LeftHelix,
+    ];
 
     fn bend(kind: WaveKind, envelope: EnvelopeKind, amplitude: f64, phase: f64) -> Bend {
         Bend {
@@ -553,6 +565,31 @@ mod tests {
             ] {
                 let expected = turn * helix.closest_point(x);
                 assert!((tube.closest_point(turn * x) - expected).norm() < 1e-9);
+            }
+        }
+    }
+
+    /// A left-handed helix is the mirror image of the right-handed one in the plane `z = 0`, with
+    /// the velocities of its material points.
+    #[test]
+    fn left_helices_are_mirror_images() {
+        let mirror = |x: Vector3<f64>| Vector3::new(x.x, x.y, -x.z);
+        for envelope in [EnvelopeKind::Uniform, EnvelopeKind::Linear] {
+            let [right, left] = [WaveKind::Helix, WaveKind::LeftHelix]
+                .map(|kind| tube(bend(kind, envelope, 0.6, 0.4)));
+            for arc in [-1.0, 0.0, 3.1, 9.4, 10.1] {
+                let [at, mirrored] = [-0.1, 0.1].map(|z| TubePoint {
+                    arc,
+                    across: [0.2, z],
+                });
+                assert!((left.point(&mirrored) - mirror(right.point(&at))).norm() < 1e-14);
+                let [own, other] = [
+                    left.curve().velocities(&mirrored),
+                    right.curve().velocities(&at),
+                ];
+                for (own, other) in own.into_iter().zip(other) {
+                    assert!((own - mirror(other)).norm() < 1e-13);
+                }
             }
         }
     }

@@ -123,6 +123,8 @@ words! {
         /// The displacements (a / k) g sin(k s - φ) along y and -(a / k) g cos(k s - φ) along z: a
         /// right-handed helix.
         Helix,
+        /// The mirror image with (a / k) g cos(k s - φ) along z: a left-handed helix.
+        LeftHelix,
     }
 
     /// Envelope g of a wave along a tube.

@@ -2,6 +2,8 @@
 
 #[path = "../../examples/gait_search.rs"]
 mod gait_search;
+#[path = "../../examples/own_deformation.rs"]
+mod own_deformation;
 #[path = "../../examples/stroke.rs"]
 mod stroke;
 
@@ -13,4 +15,10 @@ fn stroke() {
 #[test]
 fn gait_search() {
     gait_search::main().unwrap();
+}
+
+#[test]
+#[ignore = "slow: 60 s"]
+fn own_deformation() {
+    own_deformation::main().unwrap();
 }
