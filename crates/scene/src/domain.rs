@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use nalgebra::{Isometry3, Vector3};
 
 use crate::body::Body;
+use crate::farthest_point::farthest_distance;
 use crate::surface_shape::SurfaceShape;
 use crate::wall_facets::WallFacets;
 use crate::words::DomainKind;
@@ -162,7 +163,17 @@ impl Domain {
             },
             _ => {
                 let gaps = self.wall_gaps(body, pose).into_iter();
-                gaps.map(|(gap, _)| gap).fold(f64::INFINITY, f64::min)
+                let gap = gaps.map(|(gap, _)| gap).fold(f64::INFINITY, f64::min);
+                match self {
+                    // Slender bodies fit where the balls around them do not; far from the wall
+                    // the bound of the ball says enough.
+                    Self::Ball { radius }
+                        if !body.shape.is_isotropic() && gap < body.bounding_radius() =>
+                    {
+                        gap.max(radius - farthest_distance(&body.shape, pose))
+                    }
+                    _ => gap,
+                }
             }
         }
     }

@@ -11,6 +11,7 @@ mod deformed_surface;
 mod document;
 mod domain;
 mod error;
+mod farthest_point;
 mod flow;
 mod frames;
 mod gait;

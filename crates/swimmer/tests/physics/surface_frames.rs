@@ -140,8 +140,8 @@ fn frames_of_spheres_breathe() {
         "the bar says something",
     );
     within(
-        smooth.power / expected.power - 1.0,
-        0.01 + smooth.power_error.total() / expected.power,
+        smooth.power() / expected.power() - 1.0,
+        0.01 + smooth.power_error.total() / expected.power(),
         "the bar and the triangles",
     );
     // The volume of the polyhedron is that of the sphere to second order.
@@ -194,7 +194,7 @@ fn frames_of_a_rotation_are_a_rotation_of_the_body() {
         "at rest",
     );
     within(
-        found.power,
+        found.power(),
         20.0 * spline * spline + found.power_error.total(),
         "no work",
     );
@@ -224,7 +224,7 @@ fn strokes_of_frames_lead_nowhere() {
         .map(|d| d.norm())
         .fold(0.0, f64::max);
     assert!(largest > 1e-3, "{largest}");
-    within(net, outcome.displacement_error.unwrap(), "the bar");
+    within(net, outcome.error_estimate.total(), "the bar");
     within(net, 0.05 * largest, "a small part of the stroke");
 }
 
@@ -319,7 +319,7 @@ fn a_pushmepullyou_of_frames() {
         keys = frames.keys(&format!("at = {volumes:?}, frame = {large:?}")),
     );
     let outcome = run(&Scene::parse(&text).unwrap());
-    let bar = outcome.displacement_error.unwrap();
+    let bar = outcome.error_estimate.total();
     // The triangles have the radius of the sphere to 1e-4, and the spline to 1e-4.
     within(
         outcome.displacement[0].x - EXACT,
