@@ -60,7 +60,7 @@ pub struct BestWave {
 }
 
 /// The variables of the wave that `optimise.waves`, `optimise.lower` and `optimise.upper` name;
-/// none in a scene whose strokes are optimised.
+/// none in a scene whose strokes are optimised, such as one with limits of the phase too.
 ///
 /// # Errors
 /// [`DesignError::NotApplicable`] for several tubes that undulate, or one limit without the other.
@@ -79,12 +79,17 @@ pub fn wave_variables(scene: &Scene) -> Result<Vec<WaveVariable>, DesignError> {
             ),
         };
     };
-    let amplitude = format!("{}.amplitude", tube.name);
-    let limit = |values: &Option<JointValues>| match values {
-        Some(JointValues::Named(values)) => values.get(&amplitude).copied(),
+    let [amplitude, phase] = ["amplitude", "phase"].map(|word| format!("{}.{word}", tube.name));
+    let limit = |values: &Option<JointValues>, name: &String| match values {
+        Some(JointValues::Named(values)) => values.get(name).copied(),
         _ => None,
     };
-    let of_amplitude = match (limit(&options.lower), limit(&options.upper)) {
+    let limits = |name: &String| (limit(&options.lower, name), limit(&options.upper, name));
+    if options.waves.is_none() && limits(&phase) != (None, None) {
+        // A stroke in the plane of amplitude and phase.
+        return Ok(Vec::new());
+    }
+    let of_amplitude = match limits(&amplitude) {
         (Some(low), Some(high)) if low < high => Some([low, high]),
         (None, None) => None,
         (low, high) => {

@@ -20,6 +20,7 @@ use super::stroke_path::SampledPath;
 use super::table::{StrokeTable, tabulate};
 use super::timing::{MotionBounds, Peaks, Timing, energy, peaks};
 use super::totals::{Stroke, StrokeTotals};
+use crate::best_wave::wave_variables;
 use crate::error::{DesignError, DesignProgress};
 
 /// Error of the table relative to the tolerance of the search.
@@ -80,6 +81,15 @@ pub fn design_stroke(
     progress: &mut dyn DesignProgress,
 ) -> Result<DesignedStroke, DesignError> {
     DesignError::check_rheology(scene)?;
+    if !wave_variables(scene)?.is_empty() {
+        return Err(DesignError::not_applicable(
+            scene,
+            "optimise",
+            "the limits are those of a wave, which is no stroke; search for it by `swim optimise`, \
+             in the library by `best_wave`, or give limits of the phase and leave out \
+             optimise.waves",
+        ));
+    }
     let options = scene.optimise();
     let limits = StrokeLimits::from_scene(scene)?;
     let scene = &scene.with_tolerance(scene.model().tolerance.min(options.tolerance))?;
