@@ -327,3 +327,47 @@ fn a_sweep_writes_a_table_and_a_picture_and_continues() {
     let bare = ["sweep", "scene.toml", "--vary", "fluid.viscosity=1:2"];
     assert!(refused(folder, &bare).contains("has no count"));
 }
+
+/// The best number of waves of a tail, with a table, an optimum and its scene; limits of the phase
+/// belong to strokes.
+#[test]
+#[ignore = "slow: 3 min"]
+fn the_best_wave_of_a_tail_is_printed_with_its_bar() {
+    let temporary = template("sperm");
+    let folder = temporary.path();
+    let ranges = "optimise.waves=[0.7, 1.5]";
+    let sets = [
+        "--set",
+        ranges,
+        "--set",
+        "fem.surface_size=0.8",
+        "--set",
+        "model.tolerance=0.9",
+    ];
+    let mut arguments = vec!["optimise", "scene.toml", "--out", "out"];
+    arguments.extend(sets);
+    let printed_text = printed(folder, &arguments);
+    let parts = [
+        "table                   5 runs",
+        "best waves",
+        "efficiency by table",
+        "by its run",
+    ];
+    contains("optimise", &printed_text, &parts);
+    let json = std::fs::read_to_string(folder.join("out/optimum.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let [best, by_table] = ["value", "by_table"].map(|key| json[key].as_f64().unwrap());
+    let rows = json["table"]["rows"].as_array().unwrap();
+    let largest = (rows.iter())
+        .map(|row| row["result"]["efficiency"].as_f64().unwrap())
+        .fold(0.0, f64::max);
+    let bar = json["error"].as_f64().unwrap();
+    assert!(
+        by_table >= largest && best >= largest - bar,
+        "{best} {by_table} {largest}"
+    );
+    assert!(folder.join("out/optimum.toml").exists() && folder.join("out/sweep.csv").exists());
+    let mut both = arguments.clone();
+    both.extend(["--set", "optimise.objective=energy"]);
+    refused(folder, &both);
+}

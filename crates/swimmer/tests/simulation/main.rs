@@ -8,6 +8,7 @@ mod corrections;
 mod driven;
 #[path = "../../../scene/tests/all/edits.rs"]
 mod edits;
+mod efficiency;
 mod euler_bars;
 mod examples;
 mod exit_codes;
