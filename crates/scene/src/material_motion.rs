@@ -183,8 +183,17 @@ pub struct TriangleShape {
     /// The whole surface, once it is needed; what is wrong with it otherwise.
     surface: OnceLock<Result<TriangulatedSurface, String>>,
     vertices: Vec<Vector3<f64>>,
-    /// For each coordinate, the triangles with vertices moved by [`STEPS`] times its velocities.
-    moved: OnceLock<Vec<[CurvedTriangles; 4]>>,
+    /// For each coordinate, the triangles with displaced vertices.
+    moved: OnceLock<Vec<Moved>>,
+}
+
+/// Triangles with vertices displaced along their velocities for a rate of one of a coordinate.
+#[derive(Debug)]
+struct Moved {
+    /// With weights: the derivative of a quantity of the triangles is their weighted sum.
+    triangles: [(CurvedTriangles, f64); 4],
+    /// Derivative of the volume, which is needed at all points of the surface.
+    volume_rate: f64,
 }
 
 /// Displacements of vertices along their velocities, over the radius by the largest speed, by which
@@ -288,50 +297,31 @@ impl TriangleDeformation {
         (triangles.scaled(factor), factor)
     }
 
-    /// The triangles with vertices displaced along the velocities of each coordinate, and the
-    /// displacement per unit of the amplitude.
-    fn moved<'s>(&self, shape: &'s TriangleShape, values: &[f64]) -> &'s [[CurvedTriangles; 4]] {
+    /// For each coordinate, the triangles with vertices displaced along their velocities.
+    fn moved<'s>(&self, shape: &'s TriangleShape, values: &[f64]) -> &'s [Moved] {
         shape.moved.get_or_init(|| {
             let amplitudes = self.amplitudes(values);
             let vertices = self.positions(&amplitudes);
             let of_coordinate = |coordinate: usize| {
-                let step = self.step(shape, coordinate);
+                let speed = self.motion().largest_speed(coordinate);
+                let step = match speed > 0.0 {
+                    true => STEP * shape.radius / speed,
+                    false => STEP,
+                };
                 let velocities = self.velocities(&amplitudes, coordinate);
-                STEPS.map(|(steps, _)| {
+                let triangles = STEPS.map(|(steps, weight)| {
                     let ends = vertices.iter().zip(&velocities);
                     let ends = ends.map(|(x, v)| x + steps * step * v);
-                    self.triangles(ends.collect()).0
-                })
+                    (self.triangles(ends.collect()).0, weight / step)
+                });
+                let volumes = triangles.iter().map(|(of, weight)| weight * of.volume());
+                Moved {
+                    volume_rate: volumes.sum(),
+                    triangles,
+                }
             };
             (0..self.joints.len()).map(of_coordinate).collect()
         })
-    }
-
-    /// Change of an amplitude for one step of the differences.
-    fn step(&self, shape: &TriangleShape, coordinate: usize) -> f64 {
-        let speed = self.motion().largest_speed(coordinate);
-        match speed > 0.0 {
-            true => STEP * shape.radius / speed,
-            false => STEP,
-        }
-    }
-
-    /// Derivative of a quantity of the triangles with respect to an amplitude.
-    fn derivative<T>(
-        &self,
-        shape: &TriangleShape,
-        values: &[f64],
-        coordinate: usize,
-        of: impl Fn(&CurvedTriangles) -> T,
-    ) -> T
-    where
-        T: std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T> + Default,
-    {
-        let step = self.step(shape, coordinate);
-        let moved = &self.moved(shape, values)[coordinate];
-        let terms = STEPS.iter().zip(moved);
-        let terms = terms.map(|((_, weight), moved)| of(moved) * (weight / step));
-        terms.fold(T::default(), |sum, term| sum + term)
     }
 
     /// Number of the coordinate that is this joint.
@@ -349,7 +339,7 @@ impl TriangleDeformation {
             return 0.0;
         };
         let shape = self.shape(values);
-        self.derivative(&shape, values, coordinate, CurvedTriangles::volume)
+        self.moved(&shape, values)[coordinate].volume_rate
     }
 
     /// Whether the volume may change.
@@ -444,8 +434,11 @@ impl TriangleDeformation {
         let Some((triangle, at)) = self.locate(shape, x) else {
             return Vector3::repeat(f64::NAN);
         };
-        let point = |triangles: &CurvedTriangles| triangles.at(triangle, at);
-        self.orientation * self.derivative(shape, values, coordinate, point)
+        let moved = &self.moved(shape, values)[coordinate].triangles;
+        let terms = moved
+            .iter()
+            .map(|(of, weight)| *weight * of.at(triangle, at));
+        self.orientation * terms.sum::<Vector3<f64>>()
     }
 
     /// Displacement of the material point near `x` from one shape to another.

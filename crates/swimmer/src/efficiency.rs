@@ -27,7 +27,11 @@ use crate::start::at_start;
 pub struct Efficiency {
     /// `η`.
     pub value: f64,
-    /// Its error bar, by those of displacement, work and drag; none if one of them has none.
+    /// Its error bar, by those of displacement, work and drag; none if displacement or work has
+    /// none.
+    ///
+    /// A drag without a bar, as by elements in space, counts with the relative one of the work: both
+    /// are dissipations of flows on meshes of the same sizes.
     pub error: Option<f64>,
     /// The drag `R` per velocity.
     pub drag: f64,
@@ -69,10 +73,11 @@ impl Efficiency {
         let drag = along(&resistance.matrix, &direction);
         let value = drag * size * size / (work * scene.gait().duration());
         // Errors of entries are bounds, whose sum is one whatever their signs.
-        let drag_error = (resistance.errors).map(|errors| along(&errors, &direction.abs()));
+        let of_drag = (resistance.errors).map(|errors| along(&errors, &direction.abs()) / drag);
         let bars = (outcome.error_estimate.estimated()).zip(outcome.work_error.estimated());
-        let error = bars.zip(drag_error).map(|((of_path, of_work), of_drag)| {
-            value * (2.0 * of_path / size + of_work / work + of_drag / drag)
+        let error = bars.map(|(of_path, of_work)| {
+            let of_work = of_work / work;
+            value * (2.0 * of_path / size + of_work + of_drag.unwrap_or(of_work))
         });
         Ok(Some(Self { value, error, drag }))
     }

@@ -89,7 +89,7 @@ fn vertices_move_along_splines() {
         second(h)
     );
     assert!(periodic.shape_changes(&[0.5], &[8.5]).is_empty());
-    assert_eq!(periodic.shape_changes(&[0.5], &[2.5]), [(0, 2.0)]);
+    assert_eq!(periodic.shape_changes(&[0.5], &[5.5]), [(0, 1.0)]);
     // Written and read again it is the same.
     let text = periodic.to_toml().unwrap();
     let again = Scene::parse(&text).unwrap();
@@ -127,7 +127,7 @@ fn bad_frames_are_refused_with_file_number_and_remedy() {
         ),
         (
             "files = [\"no.obj\"]",
-            &["frame 2 (no.obj)", "cannot be read"],
+            &["frame 2 (no.obj)", "No such file"],
         ),
         (
             "files = [\"1.obj\", \"open.obj\"]",

@@ -123,18 +123,19 @@ fn frames_of_spheres_breathe() {
     let solve = |n: i32, kind: &str| {
         let frames = breathing(n);
         let body = format!("{}\nsurface_kind = \"{kind}\"", frames.keys(keys));
-        let scene = with_drifter(&body, "model.kind = \"fem\"", 0.35);
+        let scene = with_drifter(&body, "model = { kind = \"fem\", tolerance = 0.1 }", 0.45);
         let found = solve_at(boxed(&scene).as_mut(), &[radius], &rate);
         let body = &scene.bodies()[0].deformation;
         (found, body.as_ref().unwrap().volume_rate(&[radius], 0))
     };
     let (smooth, flux) = solve(4, "smooth");
     let sphere_flux = 4.0 * PI * radius * radius;
-    // Point-normal triangles of edges of 0.4 radii have the volume of the sphere to h^4 / 20.
-    within(flux / sphere_flux - 1.0, 2e-3, "curved triangles");
+    // Point-normal triangles of edges of 0.5 radii have the volume of the sphere to h^4 / 10.
+    let triangles = 6e-3;
+    within(flux / sphere_flux - 1.0, triangles, "curved triangles");
     for (found, expected) in smooth.bodies.iter().zip(&expected.bodies) {
         let error = (found.velocity - expected.velocity).norm();
-        let bar = smooth.error_estimate.total() + 2e-3 * expected.velocity.norm();
+        let bar = smooth.error_estimate.total() + triangles * expected.velocity.norm();
         within(error, bar, "the bar and the triangles");
     }
     let drift = expected.bodies[1].velocity;
@@ -179,7 +180,7 @@ fn frames_of_a_rotation_are_a_rotation_of_the_body() {
     let frames = Frames::new(4, &frames);
     let at: Vec<f64> = (0..9).map(|k| 0.1 * f64::from(k)).collect();
     let text = format!(
-        "fem.surface_size = 0.35\n[[bodies]]\nname = \"a\"\nposition = [0, 0, 0]\n{}",
+        "fem.surface_size = 0.5\nmodel.tolerance = 0.1\n[[bodies]]\nname = \"a\"\nposition = [0, 0, 0]\n{}",
         frames.keys(&format!("at = {at:?}, frame = 0.4"))
     );
     let scene = Scene::parse(&text).unwrap();
@@ -238,7 +239,7 @@ fn frames_run_backwards_undo_their_motion() {
     let bend = |x: Vector3<f64>| Vector3::new(1.2 * x.x, x.y + 0.2 * x.x * x.x, 0.9 * x.z);
     let frames = Frames::new(5, &[&|x| x, &bend]);
     let body = frames.keys("");
-    let scene = with_drifter(&body, "model.kind = \"fem\"", 0.5);
+    let scene = with_drifter(&body, "model = { kind = \"fem\", tolerance = 0.1 }", 0.6);
     let [forth, back] = [1.0, -1.0].map(|rate| solve_at(boxed(&scene).as_mut(), &[0.4], &[rate]));
     for (forth, back) in forth.bodies.iter().zip(&back.bodies) {
         // Rounding, and the residual of the solver.
@@ -353,7 +354,7 @@ fn frames_of_two_modes_swim_as_the_modes_do() {
         .iter()
         .map(|shape| shape as &dyn Fn(_) -> _)
         .collect();
-    let frames = Frames::new(8, &shapes);
+    let frames = Frames::new(12, &shapes);
     let text = format!(
         "domain = {{ kind = \"ball\", radius = 5 }}\nmodel.tolerance = 0.05\n[[bodies]]\n\
          name = \"a\"\nposition = [0, 0, 0]\n{}\n\
@@ -363,8 +364,14 @@ fn frames_of_two_modes_swim_as_the_modes_do() {
     let outcome = run(&Scene::parse(&text).unwrap());
     let found = outcome.displacement[0].z;
     println!("{found:e} +- {:e}", outcome.error_estimate.total());
-    // The splines have the modes to (2 π / 12)^4 / 384 = 2e-4, the triangles to (π / 16)^4 / 20.
+    // The splines have the modes to (2 π / 12)^4 / 384 = 2e-4. Points between vertices move along
+    // the surface too, by about f' h² / 4 at the edge h = π / 24 for the displacement f, with f' = 3 f.
     let bar = outcome.error_estimate.total();
-    within(found - EXACT, bar + 0.02 * EXACT.abs(), "the bar");
+    let triangles = 2.0 * (PI / 24.0).powi(2);
+    within(
+        found - EXACT,
+        bar + triangles * EXACT.abs(),
+        "the bar and the triangles",
+    );
     within(bar, 0.2 * EXACT.abs(), "the bar says something");
 }
