@@ -7,8 +7,8 @@ use design::{
     wave_variables,
 };
 use serde_json::{Value, json};
-use swimmer::Scene;
 use swimmer::scene::ObjectiveKind;
+use swimmer::{Efficiency, Scene};
 
 use super::arguments::DesignArguments;
 use super::design_files::{
@@ -114,6 +114,7 @@ fn optimum_json(found: &DesignedStroke) -> Value {
             "rotation": found.outcome.rotation.as_slice(),
             "energy": found.outcome.work,
             "energy_error": found.outcome.work_error.total(),
+            "efficiency": found.run_efficiency.as_ref().map(Efficiency::json),
             "solves": found.outcome.model_solves(),
         },
         "gait": found.gait.map(|(totals, product)| json!({
@@ -260,6 +261,13 @@ fn describe_stroke(found: &DesignedStroke) -> String {
     text += &entry("energy times period", product);
     let efficiency = format!("{:.4e} {NO_ESTIMATE}", found.efficiency);
     text += &entry("Lighthill efficiency", efficiency);
+    if let Some(of_run) = found.run_efficiency {
+        // With the drag of all bodies together, as of `swim run`.
+        text += &match of_run.error {
+            Some(bar) => measured("  by the model", of_run.value, bar),
+            None => entry("  by the model", two_digits(of_run.value)),
+        };
+    }
     let change = percent(optimum.refinement_error);
     text + &entry(
         "last refinement",

@@ -6,7 +6,7 @@ use models::{ShapeGeometry, TablePart};
 use nalgebra::Vector3;
 use scene::{Gait, ObjectiveKind, Scene, StrokeStart, spans};
 
-use swimmer::{Folder, Method, Outcome, choose, simulate};
+use swimmer::{Efficiency, Folder, Method, Outcome, choose, simulate};
 
 use super::farthest::farthest;
 use super::limits::{StrokeLimits, drag_of_bodies};
@@ -62,6 +62,9 @@ pub struct DesignedStroke {
     /// Lighthill efficiency `6 π μ r Δ² / (E T)` with the sum `r` of the bounding radii of
     /// the bodies.
     pub efficiency: f64,
+    /// Lighthill's efficiency of the run, with the drag of all bodies together; none if the stroke
+    /// does not swim, or of a model without a grand resistance.
+    pub run_efficiency: Option<Efficiency>,
     /// Error bar of the displacement by the table, [`StrokeTable::displacement_error`].
     pub table_error: f64,
     /// The gait of the scene, if it has one that closes: totals, and energy times period at
@@ -137,6 +140,7 @@ pub fn design_stroke(
     } = timed(scene, &limits, geometry, &optimum, bounds.as_ref(), &folder)?;
     let mut model = choose(&found)?.model;
     let outcome = simulate(&found, model.as_mut(), Method::Collocation, &mut ())?;
+    let run_efficiency = Efficiency::of_run(&found, model.as_mut(), &outcome)?;
     let shape = |k: usize| {
         let share = (k % (SHAPE_COUNT - 1)) as f64 / (SHAPE_COUNT - 1) as f64;
         limits.full_shape(&optimum.curve.shape(timing.parameter(share)))
@@ -146,6 +150,7 @@ pub fn design_stroke(
     let period = timing.period();
     Ok(DesignedStroke {
         efficiency: drag * optimum.totals.displacement.norm_squared() / (energy * period),
+        run_efficiency,
         table_error: table.displacement_error(&shapes),
         shapes,
         model: model.name(),

@@ -133,7 +133,7 @@ mod tests {
             (Vector3::z(), Vector3::zeros()),
         ] {
             let unit = axis.normalize();
-            let ends = [1.0, -1.0].map(|sign| (centre + sign * 2.6 * unit).norm() + 0.4);
+            let ends = [1.0, -1.0].map(|sign: f64| (centre + sign * 2.6 * unit).norm() + 0.4);
             let exact = ends[0].max(ends[1]);
             let pose =
                 Isometry3::from_parts(Translation3::from(centre), UnitQuaternion::identity());
