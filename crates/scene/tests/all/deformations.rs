@@ -395,3 +395,24 @@ fn bug_repulsion_knew_one_image() {
         assert!(load.force.norm() < 1e-12, "{}", load.force);
     }
 }
+
+/// A worm off the centre of a ball: its straight ends are at √(4² + 2²) = 4.472 and reach 4.972.
+#[test]
+fn bug_worms_that_fit_into_a_ball_were_refused_with_the_ball_around_them() {
+    let scene = |radius: f64| {
+        Scene::parse(&format!(
+            r#"
+            domain = {{ kind = "ball", radius = {radius} }}
+            bodies = [{{ name = "worm", shape = "tube", length = 8, radius = 0.5,
+                         position = [0, 2, 0],
+                         deformation = {{ kind = "undulation", amplitude = 0.02 }} }}]
+            gait.phases = [{{ targets = {{ "worm.phase" = 6.283185307179586 }} }}]
+            "#
+        ))
+        .map(drop)
+        .map_err(|error| error.to_string())
+    };
+    assert_eq!(scene(5.1), Ok(()));
+    let refused = scene(4.95).unwrap_err();
+    assert!(refused.contains("outside the domain"), "{refused}");
+}
