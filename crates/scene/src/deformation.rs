@@ -6,10 +6,10 @@ use std::sync::Arc;
 use mesh::Surface;
 use nalgebra::{Isometry3, Vector3};
 
-use crate::material_motion::{TriangleDeformation, TriangleShape};
 use crate::shape::Shape;
 use crate::shapes::TubeShape;
 use crate::sphere_deformation::SphereDeformation;
+use crate::triangle_deformation::{TriangleDeformation, TriangleShape};
 use crate::undulation::{Bend, Wave, WaveTube};
 
 /// Deformation of a body by shape coordinates, which are numbers of joints of the scene.

@@ -34,6 +34,7 @@ mod spline;
 mod spline_path;
 mod surface_shape;
 mod thermal_noise;
+mod triangle_deformation;
 mod undulation;
 mod wall_facets;
 mod words;
@@ -54,9 +55,7 @@ pub use keys::{
     FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions, OutputOptions,
 };
 pub use loads::{DrivingLoad, VectorOscillation};
-pub use material_motion::{
-    MaterialMotion, MaterialPoint, ShapeCoordinate, TriangleDeformation, TriangleShape,
-};
+pub use material_motion::{MaterialMotion, MaterialPoint, ShapeCoordinate};
 pub use path_contact::{BodyPath, PathContact, first_contact};
 pub use phase_span::PhaseSpan;
 pub use scene::{FluidInertia, Rheology, Scene};
@@ -69,6 +68,7 @@ pub use sphere_deformation::{
 pub use spline_path::SplinePath;
 pub use surface_shape::{SourceFile, SurfaceShape};
 pub use thermal_noise::ThermalNoise;
+pub use triangle_deformation::{TriangleDeformation, TriangleShape};
 pub use undulation::{Bend, BentLine, Wave};
 pub use wall_facets::WallFacets;
 pub use words::{

@@ -194,8 +194,8 @@ impl Scene {
         self.bodies.iter().any(|body| body.deformation.is_some())
     }
 
-    /// The joints that are coordinates of deformations with a period, which changes no shape: phases
-    /// of waves, and periodic frames.
+    /// The joints that are coordinates of deformations with a period, which changes no shape:
+    /// phases of waves, and periodic frames.
     pub fn periodic_coordinates(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         let deformations = self
             .bodies

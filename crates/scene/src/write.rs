@@ -19,10 +19,10 @@ use crate::keys::{
     PhaseAngles, PhaseFile, SceneFile, SlipFile,
 };
 use crate::loads::{DrivingLoad, VectorOscillation};
-use crate::material_motion::MotionSource;
 use crate::scene::{Rheology, Scene};
 use crate::shape_path::{ShapePath, Sine};
 use crate::sphere_deformation::SizeCoordinate;
+use crate::triangle_deformation::MotionSource;
 use crate::words::{AxesKind, DeformationWord, DriveKind, GaitKind, LawKind, RheologyKind};
 
 impl Scene {
@@ -32,8 +32,8 @@ impl Scene {
     /// that is written into a folder.
     ///
     /// # Errors
-    /// [`SceneError::NotApplicable`] for a gait with a path of a program ([`crate::JointPath`]) or a
-    /// body with a motion of one ([`crate::MaterialMotion`]);
+    /// [`SceneError::NotApplicable`] for a gait with a path of a program ([`crate::JointPath`]) or
+    /// a body with a motion of one ([`crate::MaterialMotion`]);
     /// [`SceneError::Unwritable`], for which no scene is known.
     pub fn to_toml(&self) -> Result<String, SceneError> {
         Ok(toml::to_string(&self.checked_file()?)?)

@@ -11,8 +11,8 @@ use swimmer::scene::nalgebra::Vector3;
 use swimmer::scene::{MaterialMotion, MaterialPoint, ShapeCoordinate};
 use swimmer::{Method, Outcome, Scene, SwimError, choose, simulate};
 
-/// Points in the direction `n` move along the radius by `ε (1 + n · e(φ))² / 4` with the unit vector
-/// `e(φ)` at the angle `φ` from x to y.
+/// Points in the direction `n` move along the radius by `ε (1 + n · e(φ))² / 4` with the unit
+/// vector `e(φ)` at the angle `φ` from x to y.
 #[derive(Debug)]
 struct Bump {
     height: f64,

@@ -30,8 +30,8 @@ pub struct Efficiency {
     /// Its error bar, by those of displacement, work and drag; none if displacement or work has
     /// none.
     ///
-    /// A drag without a bar, as by elements in space, counts with the relative one of the work: both
-    /// are dissipations of flows on meshes of the same sizes.
+    /// A drag without a bar, as by elements in space, counts with the relative one of the work:
+    /// both are dissipations of flows on meshes of the same sizes.
     pub error: Option<f64>,
     /// The drag `R` per velocity.
     pub drag: f64,

@@ -271,7 +271,8 @@ tables! {
     /// coordinates BODY.amplitude and BODY.phase, an angle in radians: waves travel from the front
     /// to the end while the phase increases, and stand while the amplitude changes. Frames are
     /// shapes of a surface with the same triangles and have the coordinate BODY.frame: vertices
-    /// move along cubic splines through their positions. In a container the sum of the volumes must stay.
+    /// move along cubic splines through their positions. In a container the sum of the volumes must
+    /// stay.
     pub(crate) struct DeformationFile in "bodies[].deformation." {
         /// How the surface deforms.
         kind: DeformationWord,

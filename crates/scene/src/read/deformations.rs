@@ -569,8 +569,8 @@ pub(super) fn check_gait(
     Ok(())
 }
 
-/// Refuses waves and frames that stand still from the second cycle on, and values of the body that are
-/// not those at the start of the gait.
+/// Refuses waves and frames that stand still from the second cycle on, and values of the body that
+/// are not those at the start of the gait.
 fn check_waves(
     checks: &Checks,
     bodies: &[Body],

@@ -11,10 +11,10 @@ use crate::deformation::Deformation;
 use crate::error::SceneError;
 use crate::frames::Frames;
 use crate::keys::{BodyFile, DeformationFile};
-use crate::material_motion::{MotionSource, TriangleDeformation};
 use crate::shape::Shape;
 use crate::shapes::FileShape;
 use crate::surface_shape::{SurfaceFiles, SurfaceKeys};
+use crate::triangle_deformation::{MotionSource, TriangleDeformation};
 use crate::words::DeformationWord;
 
 /// Fewest frames: of two the spline is a line, and a period of two is the way there and back.

@@ -39,8 +39,8 @@ const BAR_SHARE: f64 = 0.1;
 const UNSEEN_SHARE: f64 = 0.1;
 
 /// Least number of equal parts of a phase span: quarters of the shortest period of loads and of the
-/// periods of waves and frames, as for smooth gaits. Few points over whole periods would see nothing of them, at
-/// every order.
+/// periods of waves and frames, as for smooth gaits. Few points over whole periods would see
+/// nothing of them, at every order.
 pub(super) fn least_parts(evaluator: &SpanEvaluator) -> f64 {
     let (span, scene) = (&evaluator.span, evaluator.scene);
     let of_loads = (scene.shortest_period()).map_or(1.0, |period| 4.0 * span.duration / period);

@@ -51,9 +51,9 @@ pub const ALL_ERRORS: &str = "all errors";
 /// - `stopped`: why the run stopped before its end, such as contact, in words, or null;
 /// - `cycles`, `duration`, `meshes`, `seconds`, `peak_rss_mib`.
 ///
-/// [`Report::summary`](crate::Report::summary) adds `efficiency` ([`Efficiency`](crate::Efficiency):
-/// its `value`, `error` and `drag`, or null for runs that do not swim), `neglected_inertia` for a fluid with a density
-/// and `neglected_rheology` for one whose viscosity law is neglected
+/// [`Report::summary`](crate::Report::summary) adds `efficiency` (the `value`, `error` and `drag`
+/// of [`Efficiency`](crate::Efficiency), or null for runs that do not swim), `neglected_inertia`
+/// for a fluid with a density and `neglected_rheology` for one whose viscosity law is neglected
 /// ([`Neglected::json`](crate::Neglected::json)).
 ///
 /// `seconds.total` is the wall-clock time of the whole run, the other entries are sums over the

@@ -365,7 +365,8 @@ fn frames_of_two_modes_swim_as_the_modes_do() {
     let found = outcome.displacement[0].z;
     println!("{found:e} +- {:e}", outcome.error_estimate.total());
     // The splines have the modes to (2 π / 12)^4 / 384 = 2e-4. Points between vertices move along
-    // the surface too, by about f' h² / 4 at the edge h = π / 24 for the displacement f, with f' = 3 f.
+    // the surface too, by about f' h² / 4 at the edge h = π / 24 for the displacement f, with
+    // f' = 3 f.
     let bar = outcome.error_estimate.total();
     let triangles = 2.0 * (PI / 24.0).powi(2);
     within(

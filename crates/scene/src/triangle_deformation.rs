@@ -1,0 +1,370 @@
+//! Surfaces of triangles that deform by the motion of their vertices: between frames, or by a
+//! program.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use mesh::Surface;
+use mesher::{CurvedTriangles, Placed, TriangulatedSurface};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+use crate::frames::Frames;
+use crate::material_motion::{MaterialMotion, MaterialPoint, ShapeCoordinate};
+
+/// Where the motion of vertices comes from.
+#[derive(Clone, Debug)]
+pub(crate) enum MotionSource {
+    /// Frames of a scene file.
+    Frames(Arc<Frames>),
+    /// A program.
+    Own(Arc<dyn MaterialMotion>),
+}
+
+/// Whether the frames are the same, or the motion is the same object.
+impl PartialEq for MotionSource {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Frames(own), Self::Frames(other)) => own == other,
+            (Self::Own(own), Self::Own(other)) => Arc::ptr_eq(own, other),
+            _ => false,
+        }
+    }
+}
+
+/// A surface of triangles whose vertices move.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct TriangleDeformation {
+    /// The undeformed surface about the position of the body, in its own axes.
+    pub surface: TriangulatedSurface,
+    /// Rotation of the own axes into the initial configuration.
+    pub orientation: UnitQuaternion<f64>,
+    /// Joints whose values are the amplitudes.
+    pub joints: Vec<usize>,
+    /// The coordinates.
+    pub coordinates: Vec<ShapeCoordinate>,
+    pub(crate) source: MotionSource,
+    points: Arc<[MaterialPoint]>,
+    recent: Arc<Recent>,
+}
+
+impl PartialEq for TriangleDeformation {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.surface, self.orientation, &self.joints, &self.source)
+            == (
+                &other.surface,
+                other.orientation,
+                &other.joints,
+                &other.source,
+            )
+    }
+}
+
+/// What was found at amplitudes, by their bits; the same is found again without it.
+#[derive(Debug, Default)]
+struct Recent {
+    shapes: Mutex<VecDeque<(Vec<u64>, Arc<TriangleShape>)>>,
+    problems: Mutex<BTreeMap<Vec<u64>, Option<String>>>,
+}
+
+/// Number of shapes that are remembered: more than a step in time has stages.
+const SHAPES: usize = 16;
+
+/// Number of amplitudes whose problems are remembered: more than the check of a gait has.
+const PROBLEMS: usize = 1 << 14;
+
+/// A surface of triangles at some amplitudes.
+#[derive(Debug)]
+pub struct TriangleShape {
+    /// The triangles; the same as those of the surface, without its search.
+    triangles: CurvedTriangles,
+    radius: f64,
+    /// The whole surface, once it is needed; what is wrong with it otherwise.
+    surface: OnceLock<Result<TriangulatedSurface, String>>,
+    vertices: Vec<Vector3<f64>>,
+    /// For each coordinate, the triangles with displaced vertices.
+    moved: OnceLock<Vec<Moved>>,
+}
+
+/// Triangles with vertices displaced along their velocities for a rate of one of a coordinate.
+#[derive(Debug)]
+struct Moved {
+    /// With weights: the derivative of a quantity of the triangles is their weighted sum.
+    triangles: [(CurvedTriangles, f64); 4],
+    /// Derivative of the volume, which is needed at all points of the surface.
+    volume_rate: f64,
+}
+
+/// Displacements of vertices along their velocities, over the radius by the largest speed, by which
+/// velocities of other points of the triangles are differences of fourth order: truncation and
+/// rounding are both about 1e-12.
+const STEP: f64 = 1e-3;
+
+/// The displacements of the differences in steps, with their weights.
+const STEPS: [(f64, f64); 4] = [
+    (1.0, 8.0 / 12.0),
+    (-1.0, -8.0 / 12.0),
+    (2.0, -1.0 / 12.0),
+    (-2.0, 1.0 / 12.0),
+];
+
+impl TriangleDeformation {
+    pub(crate) fn new(
+        surface: TriangulatedSurface,
+        orientation: UnitQuaternion<f64>,
+        source: MotionSource,
+        first_joint: usize,
+    ) -> Self {
+        let vertices = surface.vertices();
+        let point = |(vertex, position)| MaterialPoint { vertex, position };
+        let mut own = Self {
+            orientation,
+            points: vertices.into_iter().enumerate().map(point).collect(),
+            surface,
+            joints: Vec::new(),
+            coordinates: Vec::new(),
+            source,
+            recent: Arc::default(),
+        };
+        own.coordinates = own.motion().coordinates();
+        own.joints = (0..own.coordinates.len())
+            .map(|k| first_joint + k)
+            .collect();
+        own
+    }
+
+    /// The motion of the vertices.
+    pub fn motion(&self) -> &dyn MaterialMotion {
+        match &self.source {
+            MotionSource::Frames(frames) => &**frames,
+            MotionSource::Own(own) => &**own,
+        }
+    }
+
+    /// The amplitudes; not a number for joints that do not exist.
+    fn amplitudes(&self, values: &[f64]) -> Vec<f64> {
+        let value = |joint: &usize| values.get(*joint).copied().unwrap_or(f64::NAN);
+        self.joints.iter().map(value).collect()
+    }
+
+    /// The shape at these values of all joints.
+    pub(crate) fn shape(&self, values: &[f64]) -> Arc<TriangleShape> {
+        let amplitudes = self.amplitudes(values);
+        let bits = bits(&amplitudes);
+        let found =
+            |(of, shape): &(Vec<u64>, Arc<TriangleShape>)| (*of == bits).then(|| shape.clone());
+        if let Some(found) = lock(&self.recent.shapes).iter().find_map(found) {
+            return found;
+        }
+        // Another thread may find the same numbers meanwhile.
+        let mut vertices = self.positions(&amplitudes);
+        let (triangles, factor) = self.triangles(vertices.clone());
+        vertices.iter_mut().for_each(|x| *x *= factor);
+        let shape = Arc::new(TriangleShape {
+            radius: triangles.radius(),
+            triangles,
+            surface: OnceLock::new(),
+            vertices,
+            moved: OnceLock::new(),
+        });
+        let mut shapes = lock(&self.recent.shapes);
+        shapes.truncate(SHAPES - 1);
+        shapes.push_front((bits, shape.clone()));
+        shape
+    }
+
+    /// Positions of the vertices, before volumes are kept.
+    pub(crate) fn positions(&self, amplitudes: &[f64]) -> Vec<Vector3<f64>> {
+        let position = |point: &MaterialPoint| self.motion().position(point, amplitudes);
+        self.points.iter().map(position).collect()
+    }
+
+    /// Velocities of the vertices for a rate of one of a coordinate, before volumes are kept.
+    pub(crate) fn velocities(&self, amplitudes: &[f64], coordinate: usize) -> Vec<Vector3<f64>> {
+        let velocity =
+            |point: &MaterialPoint| self.motion().velocity(point, amplitudes, coordinate);
+        self.points.iter().map(velocity).collect()
+    }
+
+    /// The triangles through vertices, and the factor by which the kept volume enlarges them.
+    fn triangles(&self, vertices: Vec<Vector3<f64>>) -> (CurvedTriangles, f64) {
+        let triangles = self.surface.curved_through(vertices);
+        if self.changes_volume() {
+            return (triangles, 1.0);
+        }
+        let factor = (self.surface.volume() / triangles.volume()).cbrt();
+        (triangles.scaled(factor), factor)
+    }
+
+    /// For each coordinate, the triangles with vertices displaced along their velocities.
+    fn moved<'s>(&self, shape: &'s TriangleShape, values: &[f64]) -> &'s [Moved] {
+        shape.moved.get_or_init(|| {
+            let amplitudes = self.amplitudes(values);
+            let vertices = self.positions(&amplitudes);
+            let of_coordinate = |coordinate: usize| {
+                let speed = self.motion().largest_speed(coordinate);
+                let step = match speed > 0.0 {
+                    true => STEP * shape.radius / speed,
+                    false => STEP,
+                };
+                let velocities = self.velocities(&amplitudes, coordinate);
+                let triangles = STEPS.map(|(steps, weight)| {
+                    let ends = vertices.iter().zip(&velocities);
+                    let ends = ends.map(|(x, v)| x + steps * step * v);
+                    (self.triangles(ends.collect()).0, weight / step)
+                });
+                let volumes = triangles.iter().map(|(of, weight)| weight * of.volume());
+                Moved {
+                    volume_rate: volumes.sum(),
+                    triangles,
+                }
+            };
+            (0..self.joints.len()).map(of_coordinate).collect()
+        })
+    }
+
+    /// Number of the coordinate that is this joint.
+    fn coordinate(&self, joint: usize) -> Option<usize> {
+        self.joints.iter().position(|own| *own == joint)
+    }
+
+    pub(crate) fn bounding_radius(&self, values: &[f64]) -> f64 {
+        self.shape(values).radius
+    }
+
+    /// Derivative of the volume with respect to the value of a joint.
+    pub(crate) fn volume_rate(&self, values: &[f64], joint: usize) -> f64 {
+        let Some(coordinate) = self.coordinate(joint).filter(|_| self.changes_volume()) else {
+            return 0.0;
+        };
+        let shape = self.shape(values);
+        self.moved(&shape, values)[coordinate].volume_rate
+    }
+
+    /// Whether the volume may change.
+    pub(crate) fn changes_volume(&self) -> bool {
+        !self.motion().keeps_volume()
+    }
+
+    /// Upper bound of the speed of points for a rate of one of a coordinate.
+    ///
+    /// Twice that of the vertices: points of curved triangles turn with the normals, which move by
+    /// about the difference of the vertices beside them. The flux of the largest speed `v` through
+    /// the area `A` changes the factor of a kept volume by at most `A v / (3 V)` of itself.
+    pub(crate) fn largest_speed(&self, coordinate: usize) -> f64 {
+        let speed = 2.0 * self.motion().largest_speed(coordinate);
+        if self.changes_volume() {
+            return speed;
+        }
+        let surface = &self.surface;
+        let (_, radius) = surface.bounding_ball();
+        speed * (1.0 + surface.area() * radius / (3.0 * surface.volume()))
+    }
+
+    pub(crate) fn problem(&self, values: &[f64]) -> Option<String> {
+        let amplitudes = self.amplitudes(values);
+        if let Some(coordinate) = amplitudes.iter().position(|x| !x.is_finite()) {
+            let name = &self.coordinates[coordinate].name;
+            return Some(format!(
+                "has a value of '{name}' that is not a finite number"
+            ));
+        }
+        if let Some(problem) = self.motion().problem(&amplitudes) {
+            return Some(problem);
+        }
+        let key = bits(&amplitudes);
+        if let Some(found) = lock(&self.recent.problems).get(&key) {
+            return found.clone();
+        }
+        let vertices = self.shape(values).vertices.clone();
+        let checked = self.surface.check_moved("surface", vertices);
+        let problem = checked.err().map(|error| {
+            format!("is no body: {error}; use frames that differ less, or smaller amplitudes")
+        });
+        let mut problems = lock(&self.recent.problems);
+        if problems.len() >= PROBLEMS {
+            problems.clear();
+        }
+        problems.insert(key, problem.clone());
+        problem
+    }
+
+    /// The surface at these values of the joints, at a pose relative to the initial configuration.
+    pub(crate) fn surface(
+        &self,
+        values: &[f64],
+        pose: &Isometry3<f64>,
+        unit: f64,
+    ) -> Option<Box<dyn Surface>> {
+        let surface = self.own_surface(&self.shape(values)).ok()?;
+        Some(Box::new(Placed {
+            shape: surface.scaled(unit),
+            pose: pose * self.orientation,
+        }))
+    }
+
+    fn own_surface(&self, shape: &TriangleShape) -> Result<TriangulatedSurface, String> {
+        let surface = || {
+            let vertices = shape.vertices.clone();
+            let surface = self.surface.with_vertices("surface", vertices);
+            surface.map_err(|error| error.to_string())
+        };
+        shape.surface.get_or_init(surface).clone()
+    }
+
+    /// The triangle with the material point near `x`, and its barycentric coordinates there.
+    fn locate(&self, shape: &TriangleShape, x: &Vector3<f64>) -> Option<(usize, [f64; 3])> {
+        let own = self.orientation.inverse_transform_vector(x);
+        Some(self.own_surface(shape).ok()?.locate(own))
+    }
+
+    /// Velocity of the material point near `x` for a rate of one of a joint; not a number where the
+    /// surface is not that of a body.
+    pub(crate) fn velocity(
+        &self,
+        shape: &TriangleShape,
+        values: &[f64],
+        x: &Vector3<f64>,
+        joint: usize,
+    ) -> Vector3<f64> {
+        let Some(coordinate) = self.coordinate(joint) else {
+            return Vector3::zeros();
+        };
+        let Some((triangle, at)) = self.locate(shape, x) else {
+            return Vector3::repeat(f64::NAN);
+        };
+        let moved = &self.moved(shape, values)[coordinate].triangles;
+        let terms = moved
+            .iter()
+            .map(|(of, weight)| *weight * of.at(triangle, at));
+        self.orientation * terms.sum::<Vector3<f64>>()
+    }
+
+    /// Displacement of the material point near `x` from one shape to another.
+    pub(crate) fn displacement(
+        &self,
+        [from, to]: [&TriangleShape; 2],
+        x: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let Some((triangle, at)) = self.locate(from, x) else {
+            return Vector3::repeat(f64::NAN);
+        };
+        let [start, end] = [from, to].map(|shape| shape.triangles.at(triangle, at));
+        self.orientation * (end - start)
+    }
+}
+
+impl PartialEq for TriangleShape {
+    fn eq(&self, other: &Self) -> bool {
+        self.vertices == other.vertices
+    }
+}
+
+fn bits(amplitudes: &[f64]) -> Vec<u64> {
+    amplitudes.iter().map(|x| x.to_bits()).collect()
+}
+
+/// What a lock protects, which a panic elsewhere leaves whole.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
