@@ -1,6 +1,6 @@
 //! Efficiency of swimmers: the power of towing them beside the power of swimming.
 
-use models::{Hydrodynamics, ModelError};
+use models::Hydrodynamics;
 use nalgebra::Vector3;
 use scene::{InertiaKind, Scene};
 use serde_json::{Value, json};
@@ -42,12 +42,12 @@ impl Efficiency {
     ///
     /// It swims if all bodies are one swimmer without loads, given velocities, background flow,
     /// inertia and thermal noise, which returned to its shape and moved by more than its error
-    /// bar, and if the model has a grand resistance.
+    /// bar, of at most 50 bodies, and if the model has a grand resistance at the start.
     ///
     /// Cost: six solutions per body on one mesh.
     ///
     /// # Errors
-    /// Those of the model.
+    /// [`SwimError::OtherScene`] for a model of another scene.
     pub fn of_run(
         scene: &Scene,
         model: &mut dyn Hydrodynamics,
@@ -67,7 +67,8 @@ impl Efficiency {
         });
         let resistance = match found {
             Ok(resistance) => resistance,
-            Err(SwimError::Model(ModelError::Unsupported { .. })) => return Ok(None),
+            // What the run has reached does not depend on it.
+            Err(SwimError::Model(_)) => return Ok(None),
             Err(error) => return Err(error),
         };
         let drag = along(&resistance.matrix, &direction);
@@ -101,6 +102,9 @@ fn along(resistance: &nalgebra::DMatrix<f64>, direction: &Vector3<f64>) -> f64 {
     pairs.map(|(i, j)| of_pair(i, j)).sum()
 }
 
+/// Largest number of bodies: matrices over more may cost more than the run.
+const MAX_BODIES: usize = 50;
+
 /// Whether the bodies are one swimmer that nothing but its stroke moves.
 fn swims_freely(scene: &Scene) -> bool {
     let is_free = |body: &scene::Body| {
@@ -111,6 +115,7 @@ fn swims_freely(scene: &Scene) -> bool {
             && body.held_angular_velocity().is_none()
     };
     scene.articulation().linkages().len() == 1
+        && scene.bodies().len() <= MAX_BODIES
         && scene.bodies().iter().all(is_free)
         && scene.background().is_none()
         && scene.rheology().is_none()

@@ -376,3 +376,27 @@ fn frames_of_two_modes_swim_as_the_modes_do() {
     );
     within(bar, 0.2 * EXACT.abs(), "the bar says something");
 }
+
+/// The scene of the book: eight frames of two modes with ε = 0.15 and edges of 0.3 radii. Its
+/// displacement is that of second order, `(3 π / 35) ε²`, to the fourth power of ε and to `2 h²` by
+/// its triangles; it swims against the side where P_3 is positive.
+#[test]
+#[ignore = "slow: 60 s"]
+fn the_scene_of_frames_swims() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let scene = Scene::read(root.join("scenes/frames.toml"), &[]).unwrap();
+    let outcome = run(&scene);
+    let expected = -3.0 * PI / 35.0 * 0.15 * 0.15;
+    let found = outcome.displacement[0];
+    within(found.x / expected - 1.0, 0.25, "triangles and order");
+    within(
+        outcome.error_estimate.total() / found.x,
+        0.03,
+        "the bar says something",
+    );
+    within(
+        found.yz().norm(),
+        outcome.error_estimate.total(),
+        "along its axis",
+    );
+}
