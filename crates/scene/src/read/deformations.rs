@@ -614,8 +614,8 @@ fn check_waves(
             continue;
         };
         let periods = body.deformation.as_ref().map(Deformation::periods);
-        let joints = periods.into_iter().flatten().map(|(joint, _)| joint);
-        for joint in joints.filter(|joint| last.to[*joint] != start[*joint]) {
+        let mut joints = periods.into_iter().flatten().map(|(joint, _)| joint);
+        if let Some(joint) = joints.find(|joint| last.to[*joint] != start[*joint]) {
             let what = match &body.deformation {
                 Some(Deformation::Undulation(_)) => "phase",
                 _ => "periodic coordinate",

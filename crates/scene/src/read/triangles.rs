@@ -229,7 +229,10 @@ impl TriangleDeformation {
                     own.start
                 ));
             }
-            if let Some(period) = own.period.filter(|period| !(*period > 0.0)) {
+            if let Some(period) = own
+                .period
+                .filter(|period| period.is_nan() || *period <= 0.0)
+            {
                 return Some(format!(
                     "has the period {period} of '{name}'; it must be positive"
                 ));
@@ -251,7 +254,7 @@ impl TriangleDeformation {
                 let found = (8.0 * near - wide) / (12.0 * width);
                 let error = (found - velocity).norm();
                 // The spline of frames has kinks of its third derivative.
-                if !(error <= CONTRADICTION * speed) {
+                if error.is_nan() || error > CONTRADICTION * speed {
                     return Some(format!(
                         "contradicts itself: for a rate of one of '{name}', vertex {} moves at \
                          {velocity:?} by the velocity, and at {found:?} by differences of \
