@@ -371,3 +371,47 @@ fn the_best_wave_of_a_tail_is_printed_with_its_bar() {
     both.extend(["--set", "optimise.objective=energy"]);
     refused(folder, &both);
 }
+
+/// Arm and volume are the two shape coordinates of the pushmepullyou: their curvature is drawn, and
+/// the best stroke is more efficient than the square of the template.
+#[test]
+#[ignore = "slow: 60 s"]
+fn the_pushmepullyou_has_a_map_and_a_best_stroke() {
+    let temporary = template("pushmepullyou");
+    let folder = temporary.path();
+    let map = [
+        "map",
+        "scene.toml",
+        "--out",
+        "map",
+        "--set",
+        "optimise.tolerance=1e-2",
+    ];
+    contains(
+        "map",
+        &printed(folder, &map),
+        &["curvature over arm and volume"],
+    );
+    let picture = std::fs::read_to_string(folder.join("map/map.svg")).unwrap();
+    assert!(picture.contains("arm") && picture.contains("volume"));
+    let mut optimise = map;
+    (optimise[0], optimise[3]) = ("optimise", "best");
+    let mut optimise = optimise.to_vec();
+    optimise.extend(["--set", "optimise.terms=8", "--json"]);
+    let found: Value = serde_json::from_str(&printed(folder, &optimise)).unwrap();
+    let number = |value: &Value| value.as_f64().unwrap();
+    let (run, table) = (&found["run"], &found["table"]);
+    let bar = number(&run["displacement_error"]) + number(&table["displacement_error"]);
+    let displacement = number(&found["displacement"]);
+    assert!((displacement - number(&run["displacement"])).abs() < bar);
+    let rank =
+        |of: &Value| number(&of["displacement"]).powi(2) / number(&of["period_energy_product"]);
+    assert!(
+        rank(&found) > 1.2 * rank(&found["gait"]),
+        "{} {}",
+        rank(&found),
+        rank(&found["gait"])
+    );
+    let efficiency = &run["efficiency"];
+    assert!(number(&efficiency["error"]) < 0.01 * number(&efficiency["value"]));
+}
