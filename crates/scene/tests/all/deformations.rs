@@ -413,6 +413,6 @@ fn bug_worms_that_fit_into_a_ball_were_refused_with_the_ball_around_them() {
         .map_err(|error| error.to_string())
     };
     assert_eq!(scene(5.1), Ok(()));
-    let refused = scene(4.95).unwrap_err();
+    let refused = scene(4.8).unwrap_err();
     assert!(refused.contains("outside the domain"), "{refused}");
 }
