@@ -140,6 +140,17 @@ impl Bordered {
         self
     }
 
+    /// The same operator with another matrix `K` of the same size.
+    ///
+    /// # Errors
+    /// [`LinalgError::NotPositive`] for a diagonal entry that is not positive.
+    pub(crate) fn with_stiffness(&self, k: Csr) -> Result<Self, LinalgError> {
+        positive_diagonal("stiffness matrix K", &k)?;
+        let (left, corner) = (self.border_left.clone(), self.corner.clone());
+        let other = Self::from_parts(k, self.border.clone(), left, corner);
+        Ok(other.constrain(self.constrained.clone()))
+    }
+
     /// Whether `K` is symmetric: it is unless declared otherwise.
     pub fn has_symmetric_stiffness(&self) -> bool {
         self.stiffness_is_symmetric

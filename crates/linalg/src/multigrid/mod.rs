@@ -4,6 +4,7 @@
 
 mod coarse;
 mod coupled_multigrid;
+mod incomplete_lu;
 mod level;
 mod params;
 mod scalar_multigrid;
@@ -17,12 +18,14 @@ use std::borrow::Cow;
 use std::fmt;
 
 use coarse::CoarseSolver;
+use incomplete_lu::{IncompleteLu, convection_dominates, stabilised};
 use level::{Alike, Columns, Components, Level, Vectors};
 
 use crate::bordered::{nodes, nodes_mut};
 use crate::chebyshev::JacobiScaling;
 use crate::columns::{assert_lengths, in_passes, split};
 use crate::csr::positive_diagonal;
+use crate::transpose::symmetric_part;
 use crate::vector::{for_each_chunk, max_abs, power_of_two_below};
 use crate::{
     Bordered, Csr, LinalgError, Preconditioner, PreconditionerKind, Prolongation, csr,
@@ -116,6 +119,12 @@ impl Multigrid {
         let diagonal = positive_diagonal("stiffness matrix", operator.stiffness())?;
         let prolongation = &*prolongation.constrain(operator.constrained_dofs());
         let mut builder = Builder::new(&diagonal, params);
+        let unsymmetric = !operator.has_symmetric_stiffness();
+        if unsymmetric && convection_dominates(operator.stiffness()) {
+            builder.convection = true;
+            let coarse = builder.push_convection(operator, prolongation)?;
+            return builder.aggregate(Cow::Owned(coarse));
+        }
         let (pushed, coarse) = rayon::join(
             || {
                 let scaling = JacobiScaling::new(operator.stiffness())?;
@@ -162,6 +171,8 @@ struct Builder<'a> {
     unit: f64,
     levels: Vec<Level<Alike>>,
     sizes: Vec<LevelSize>,
+    /// Whether all levels have convection, with factors for smoothers.
+    convection: bool,
 }
 
 impl<'a> Builder<'a> {
@@ -171,7 +182,29 @@ impl<'a> Builder<'a> {
             unit: power_of_two_below(max_abs(diagonal)),
             levels: Vec::new(),
             sizes: Vec::new(),
+            convection: false,
         }
+    }
+
+    /// Adds a level whose smoother is [`IncompleteLu`]; returns the operator of the next one, that
+    /// of the stabilised matrix.
+    fn push_convection(
+        &mut self,
+        operator: &Bordered,
+        prolongation: &Prolongation,
+    ) -> Result<Bordered, LinalgError> {
+        let stable = operator.with_stiffness(stabilised(operator.stiffness()))?;
+        let constrained = operator.constrained_dofs();
+        let unit = self.unit.recip();
+        let (factors, coarse) = rayon::join(
+            || IncompleteLu::new(operator.stiffness(), constrained, unit),
+            || prolongation.galerkin(&stable, None),
+        );
+        self.record(operator, prolongation.nodes().nnz(), 1);
+        let diagonal = csr::diagonal(operator.stiffness());
+        let level = Level::new(operator, prolongation, &diagonal, unit, &[1.0]);
+        self.levels.push(level.with_factors(Some(factors)));
+        Ok(coarse.with_unsymmetric_stiffness())
     }
 
     fn record(&mut self, operator: &Bordered, prolongation_nnz: usize, sweeps: usize) {
@@ -200,20 +233,33 @@ impl<'a> Builder<'a> {
     fn aggregate(mut self, mut operator: Cow<Bordered>) -> Result<Multigrid, LinalgError> {
         while operator.nodes() > self.params.coarsest_nodes {
             let diagonal = positive_diagonal("coarse stiffness matrix", operator.stiffness())?;
-            let scaling = JacobiScaling::new(operator.stiffness())?;
+            // aggregates and their smoothing are those of the diffusion
+            let symmetric = match self.convection {
+                true => {
+                    let stable = stabilised(operator.stiffness());
+                    Cow::Owned(operator.with_stiffness(symmetric_part(&stable)?)?)
+                }
+                false => Cow::Borrowed(&*operator),
+            };
+            let scaling = JacobiScaling::new(symmetric.stiffness())?;
             let MultigridParams {
                 coarsening,
                 strength,
                 ..
             } = *self.params;
             let next = smoothed_aggregation::prolongation(
-                &operator, &diagonal, &scaling, coarsening, strength,
+                &symmetric, &diagonal, &scaling, coarsening, strength,
             );
+            drop(symmetric);
             let Some(prolongation) = next else {
                 self.params
                     .check_stalled(self.levels.len(), operator.nodes())?;
                 break;
             };
+            if self.convection {
+                operator = Cow::Owned(self.push_convection(&operator, &prolongation)?);
+                continue;
+            }
             let fine = &operator;
             let ((), coarse) = rayon::join(
                 || self.push(fine, &prolongation, &scaling),
