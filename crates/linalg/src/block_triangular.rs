@@ -92,8 +92,8 @@ impl BlockTriangular {
 
     /// Adds the Schur complement of inertia in the velocity block, as of a time step.
     ///
-    /// The pressure becomes `z_p = -(M_p^-1 (1 + N_p L^-1) + κ L_b^-1) r_p` (Cahouet, Chabard 1988;
-    /// Kay, Loghin, Wathen 2002). `L_b / κ` contains the motions of the border with its corner `G`:
+    /// The pressure becomes `z_p = -(M_p^-1 (1 + N_r L^-1) + κ L_b^-1) r_p` (Cahouet, Chabard 1988;
+    /// Kay, Loghin, Wathen 2002). `N_r` is `N_p` less half of its boundary term at the inflow. `L_b / κ` contains the motions of the border with its corner `G`:
     /// it is `L / κ + E G^-1 E_l^T`. Bodies are as mobile as their mass allows, also those without
     /// mass.
     ///

@@ -133,7 +133,7 @@ impl Bordered {
     /// Declares that `K` is not symmetric, as with a convective term.
     ///
     /// Products do not change. [`minres`](crate::minres), [`cg`](crate::cg) and the direct solvers
-    /// then refuse the operator, and a preconditioner has to be built for a symmetric one near it.
+    /// then refuse the operator; [`Multigrid`](crate::Multigrid) treats it.
     #[must_use]
     pub fn with_unsymmetric_stiffness(mut self) -> Self {
         self.stiffness_is_symmetric = false;

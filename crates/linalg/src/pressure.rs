@@ -198,8 +198,8 @@ fn shifted_cycle(laplacian: &Csr, mass: &Csr) -> Result<ScalarMultigrid, LinalgE
 /// Light bodies have a small `G`. They then move with the fluid that surrounds them, and the term
 /// is as large as the first one, which would prescribe their velocity as that of a wall.
 ///
-/// Convection adds `M_p^-1 N_p V`, the pressure convection-diffusion preconditioner (Kay, Loghin,
-/// Wathen 2002), whose other terms are those above.
+/// Convection adds `M_p^-1 N_r V`, the pressure convection-diffusion preconditioner (Kay, Loghin,
+/// Wathen 2002), whose other terms are those above, with `N_r` of [`without_inflow`].
 struct InertialInverse {
     coefficient: f64,
     /// Factor of the divergence in the system.
@@ -214,7 +214,7 @@ struct InertialInverse {
     core: DMatrix<f64>,
     /// The last `V r`.
     potential: Vec<f64>,
-    /// The last `r + N_p V r`.
+    /// The last `r + N_r V r`.
     convected: Vec<f64>,
 }
 
@@ -272,7 +272,7 @@ impl InertialInverse {
         self.cycle.solve_into(r, &mut self.potential, |z, v| *z = v);
     }
 
-    /// `r + N_p V r` with the last `V r`.
+    /// `r + N_r V r` with the last `V r`.
     fn convected<'a>(&'a mut self, r: &'a [f64]) -> &'a [f64] {
         let Some(convection) = &self.convection else {
             return r;

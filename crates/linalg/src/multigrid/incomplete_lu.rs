@@ -19,7 +19,7 @@ const MIN_PIVOT_RATIO: f64 = 0.1;
 
 /// Ratio of the skew-symmetric couplings of a row to its diagonal entry above which Jacobi steps
 /// are no smoother.
-const MAX_SKEW_RATIO: f64 = 1.0;
+const MAX_SKEW_RATIO: f64 = 0.2;
 
 /// Whether the skew-symmetric part of a matrix is large in some row.
 pub(super) fn convection_dominates(k: &Csr) -> bool {

@@ -68,8 +68,15 @@ pub enum CyclePart {
 /// finest level, where passes are expensive, two on coarser ones. Border dofs are kept on all
 /// levels and solved for exactly on the coarsest one. The cycle runs in f32 on values scaled by
 /// powers of two, so right-hand sides may have any size. It is symmetric (to f32 precision) and
-/// positive definite if the operator is. There is no constructor for a symmetric part, because the
-/// matrix `K` of a [`Bordered`] is symmetric; nonsymmetric matrices are those of
+/// positive definite if the operator is.
+///
+/// In an operator with convection
+/// ([`Bordered::with_unsymmetric_stiffness`](crate::Bordered::with_unsymmetric_stiffness)) the
+/// skew-symmetric part of `K` may be so large that Jacobi steps diverge.
+/// [`with_prolongation`](Multigrid::with_prolongation) then smooths by incomplete LU factors, one
+/// step before and after the coarse correction, of `K` and a tenth of the artificial diffusion of
+/// upwinding; the coarse matrices are Galerkin products with this diffusion. Aggregates are those
+/// of the symmetric part. Other nonsymmetric matrices are those of
 /// [`ScalarMultigrid::from_symmetric_part`] and [`CoupledMultigrid::from_symmetric_part`].
 ///
 /// Cost of `apply`: two passes over the finest K, four over the others. `{}` prints the table of
@@ -99,7 +106,7 @@ impl Multigrid {
     ///
     /// The prolongation is usually that from P1 to P2 elements. `coarse_stiffness` is the scalar
     /// matrix of the coarse space if it is known (on straight-sided meshes the P1 stiffness matrix
-    /// is the Galerkin product); otherwise the product is computed.
+    /// is the Galerkin product); otherwise, and where convection dominates, the product is computed.
     ///
     /// # Errors
     /// Those of [`Multigrid::new`], and [`LinalgError::Shape`].

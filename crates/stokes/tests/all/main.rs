@@ -7,7 +7,6 @@ mod generalised_newtonian;
 mod hostile;
 mod inertial;
 mod iterations;
-mod oseen;
 mod problem;
 mod squirmers;
 mod support;
