@@ -47,11 +47,7 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         move with it: fixed with the velocity 1 on the walls, or free and pulled. The steady flow is \
         found first; then the linear equations with this flow as the convecting velocity are solved to \
         1e-8 from a zero guess. Re is `ρ a U / μ`. A quarter of the fluid is meshed.";
-    let mut page = Page::new(
-        "Iterations for flows with inertia",
-        "oseen",
-        text,
-    );
+    let mut page = Page::new("Iterations for flows with inertia", "oseen", text);
     let headings = "container sphere size dofs Re iterations fixed-point";
     let mut table = Table::new(headings.split(' '));
     for row in &rows {
@@ -190,7 +186,10 @@ mod tests {
                 ..
             } = row;
             println!("{container} Re {reynolds:.1}: {linear} {nonlinear}");
-            assert!(linear as f64 <= most, "{container}, Re {reynolds}: {linear}");
+            assert!(
+                linear as f64 <= most,
+                "{container}, Re {reynolds}: {linear}"
+            );
             assert!(nonlinear <= 30, "{container}, Re {reynolds}: {nonlinear}");
         }
     }

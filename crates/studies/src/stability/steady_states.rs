@@ -55,7 +55,12 @@ fn cells(reynolds: f64, quick: bool) -> Result<Vec<Cell>> {
                 Ok(fixed) => fixed.solution.bodies[0].force.x,
                 Err(_) => f64::NAN,
             };
-            solve(model, reynolds, &format!("force = [{force:?}, 0, 0]"), factor)
+            solve(
+                model,
+                reynolds,
+                &format!("force = [{force:?}, 0, 0]"),
+                factor,
+            )
         };
         Cell::new(expected, compute, |found: SteadySolution| {
             let speed = found.solution.bodies[0].velocity.x;
