@@ -1,5 +1,7 @@
 //! The smoother of levels with convection: incomplete LU factors of a stabilised matrix.
 
+use rayon::prelude::*;
+
 use crate::constrained_dofs::ConstrainedDofs;
 use crate::csr::{Csr, Csr32, Rows};
 use crate::node_kernel::{NodeRows, Padded};
@@ -23,14 +25,28 @@ const MAX_SKEW_RATIO: f64 = 0.2;
 
 /// Whether the skew-symmetric part of a matrix is large in some row.
 pub(super) fn convection_dominates(k: &Csr) -> bool {
-    let (rows, transposed) = (Rows::new(k), transpose(k));
-    let columns = Rows::new(&transposed);
-    (0..k.rows()).any(|i| {
-        // both have the same pattern, up to entries that are zero
-        let skew: f64 = (rows.row(i))
-            .map(|(j, a)| (a - columns.entry(i, j)).abs())
-            .sum();
-        0.5 * skew > MAX_SKEW_RATIO * rows.entry(i, i)
+    let transposed = transpose(k);
+    let (rows, columns) = (Rows::new(k), Rows::new(&transposed));
+    (0..k.rows()).into_par_iter().any(|i| {
+        let skew: f64 = skew_row(rows, columns, i).map(|(_, n)| n.abs()).sum();
+        skew > MAX_SKEW_RATIO * rows.entry(i, i)
+    })
+}
+
+/// Columns and values of row `i` of `(A - A^T) / 2`, for matrices with symmetric pattern.
+fn skew_row<'a>(
+    rows: Rows<'a, f64>,
+    columns: Rows<'a, f64>,
+    i: usize,
+) -> impl Iterator<Item = (usize, f64)> + 'a {
+    let (above, mirrored) = (rows.row(i), columns.entries(i));
+    above.enumerate().map(move |(place, (j, a))| {
+        // the same place unless an entry is missing on one side
+        let b = match mirrored.0.get(place) {
+            Some(&column) if column as usize == j => mirrored.1[place],
+            _ => columns.entry(i, j),
+        };
+        (j, 0.5 * (a - b))
     })
 }
 
@@ -43,13 +59,10 @@ pub(super) fn stabilised(k: &Csr) -> Csr {
     let (rows, columns) = (Rows::new(k), Rows::new(&transposed));
     build_rows(k.rows(), k.cols(), |i, row| {
         let mut diagonal = 0.0;
-        for (j, a) in rows.row(i) {
-            row.add(j, a);
-            if i != j {
-                let diffusion = 0.5 * UPWIND_PART * (a - columns.entry(i, j)).abs();
-                row.add(j, -diffusion);
-                diagonal += diffusion;
-            }
+        for ((j, a), (_, skew)) in rows.row(i).zip(skew_row(rows, columns, i)) {
+            let diffusion = UPWIND_PART * skew.abs();
+            row.add(j, a - diffusion);
+            diagonal += diffusion;
         }
         row.add(i, diagonal);
     })
