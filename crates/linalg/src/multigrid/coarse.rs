@@ -184,8 +184,8 @@ impl CoarseSolver {
 /// Factors of the coarsest scalar matrix.
 enum Factor {
     /// Of a symmetric positive definite one.
-    Definite(CoarseFactor),
-    /// Dense factors with pivoting, of one with convection.
+    Definite(Box<CoarseFactor>),
+    /// Dense factors with pivoting, of one with convection, and its rows.
     General(LU<f64, Dyn, Dyn>, usize),
 }
 
@@ -225,7 +225,8 @@ impl Factor {
 }
 
 fn definite(factors: Vec<CoarseFactor>) -> Vec<Factor> {
-    factors.into_iter().map(Factor::Definite).collect()
+    let boxed = factors.into_iter().map(Box::new);
+    boxed.map(Factor::Definite).collect()
 }
 
 /// Largest matrix that is not symmetric and is factorised as a dense one.
