@@ -150,8 +150,8 @@ fn in_meridian_plane(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimE
         }
         axisymmetric::steady_state(bodies, moving.surroundings(), &drive, &parameters)
     };
-    // What the highest order reached, not a looser tolerance: at Re 80 two low orders agreed to 1e-3
-    // by accident, and the error was twice their difference.
+    // What the highest order reached, not a looser tolerance: at Re 80 two low orders agreed to
+    // 1e-3 by accident, and the error was twice their difference.
     let found = match solve(TOLERANCE) {
         Err(AxisymmetricError::FlowNotConverged { reached, .. }) if reached <= MAX_TOLERANCE => {
             solve(reached * (1.0 + 1e-6))

@@ -106,7 +106,8 @@ impl Multigrid {
     ///
     /// The prolongation is usually that from P1 to P2 elements. `coarse_stiffness` is the scalar
     /// matrix of the coarse space if it is known (on straight-sided meshes the P1 stiffness matrix
-    /// is the Galerkin product); otherwise, and where convection dominates, the product is computed.
+    /// is the Galerkin product); otherwise, and where convection dominates, the product is
+    /// computed.
     ///
     /// # Errors
     /// Those of [`Multigrid::new`], and [`LinalgError::Shape`].
