@@ -92,10 +92,10 @@ impl BlockTriangular {
 
     /// Adds the Schur complement of inertia in the velocity block, as of a time step.
     ///
-    /// The pressure becomes `z_p = -(M_p^-1 (1 + N_p L^-1) + κ L_b^-1) r_p` (Cahouet, Chabard 1988;
-    /// Kay, Loghin, Wathen 2002). `L_b / κ` contains the motions of the border with its corner `G`:
-    /// it is `L / κ + E G^-1 E_l^T`. Bodies are as mobile as their mass allows, also those without
-    /// mass.
+    /// The pressure becomes `z_p = -(M_p^-1 (1 + N_r L^-1) + κ L_b^-1) r_p` (Cahouet, Chabard 1988;
+    /// Kay, Loghin, Wathen 2002). `N_r` is `N_p` less half of its boundary term at the inflow.
+    /// `L_b / κ` contains the motions of the border with its corner `G`: it is `L / κ + E G^-1
+    /// E_l^T`. Bodies are as mobile as their mass allows, also those without mass.
     ///
     /// Cost per application: one V-cycle for a matrix of the size of the pressure, a product with
     /// `N_p`, and `2m` vectors for a border of m columns; memory m vectors.

@@ -133,11 +133,22 @@ impl Bordered {
     /// Declares that `K` is not symmetric, as with a convective term.
     ///
     /// Products do not change. [`minres`](crate::minres), [`cg`](crate::cg) and the direct solvers
-    /// then refuse the operator, and a preconditioner has to be built for a symmetric one near it.
+    /// then refuse the operator; [`Multigrid`](crate::Multigrid) treats it.
     #[must_use]
     pub fn with_unsymmetric_stiffness(mut self) -> Self {
         self.stiffness_is_symmetric = false;
         self
+    }
+
+    /// The same operator with another matrix `K` of the same size.
+    ///
+    /// # Errors
+    /// [`LinalgError::NotPositive`] for a diagonal entry that is not positive.
+    pub(crate) fn with_stiffness(&self, k: Csr) -> Result<Self, LinalgError> {
+        positive_diagonal("stiffness matrix K", &k)?;
+        let (left, corner) = (self.border_left.clone(), self.corner.clone());
+        let other = Self::from_parts(k, self.border.clone(), left, corner);
+        Ok(other.constrain(self.constrained.clone()))
     }
 
     /// Whether `K` is symmetric: it is unless declared otherwise.

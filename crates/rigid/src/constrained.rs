@@ -283,8 +283,8 @@ impl Constrained {
     /// Block-triangular preconditioner with multigrid for velocities and border.
     ///
     /// For [`linalg::fgmres`] and every formulation: the border dofs are part of every level of the
-    /// multigrid. With inertia the pressure has its Schur complement. Convection is part of the
-    /// finest level alone: on coarse ones it would dominate, and the smoother diverge.
+    /// multigrid. With inertia the pressure has its Schur complement. Where convection dominates,
+    /// all levels have it ([`Multigrid::with_prolongation`]); elsewhere only the finest one.
     ///
     /// # Errors
     /// A matrix that multigrid cannot treat.

@@ -4,6 +4,7 @@
 mod ale;
 mod chart;
 mod models;
+mod oseen;
 mod page;
 mod random;
 mod reference;
@@ -87,6 +88,8 @@ enum Task {
     },
     /// Kernels of the block solver against the memory bandwidth, measured in the same run.
     Roofline(Common),
+    /// Iterations of the block solver for flows with inertia: Reynolds numbers, meshes, containers.
+    Oseen(Common),
     /// Runs random scenes with all models: checks balances, reproducibility and memory.
     Soak {
         /// Duration of the run.
@@ -126,6 +129,7 @@ fn main() -> Result<()> {
             }
         }
         Task::Roofline(common) => roofline::run(common.quick, &common.folder("roofline", false)),
+        Task::Oseen(common) => oseen::run(common.quick, &common.folder("oseen", false)),
         Task::Soak { minutes, seed } => soak::run(minutes, seed),
         Task::Tolerances {
             common,

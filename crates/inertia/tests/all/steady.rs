@@ -67,6 +67,44 @@ fn drag_of_a_fixed_sphere_within_two_thousandths() {
     }
 }
 
+/// The forces of exact drags give a free sphere the speed 1, in a ball that moves with it.
+///
+/// The first iterations have the speed of Stokes flow, three times as large.
+#[test]
+fn bug_a_pulled_sphere_at_a_reynolds_number_above_18_was_not_answered() {
+    let set = free_sphere(Vec3::zeros());
+    let mesh = sphere_in_ball(0.35, 10.0, QUARTER);
+    // two more of the same source
+    let higher = [(40.0, 3.06567), (50.0, 3.3719)];
+    for (reynolds, exact) in DRAGS.into_iter().chain(higher) {
+        let drive = Drive {
+            set: &set,
+            constraints: &set.constraints(&set.initial_state(), &[], &[]).unwrap(),
+            loads: &[ExternalLoad {
+                force: Vec3::z() * (STOKES * exact),
+                torque: Vec3::zeros(),
+            }],
+        };
+        let flow = SteadyFlow {
+            mesh: &mesh,
+            bodies: &[("sphere", Vec3::zeros())],
+            walls: &[Container::TAG],
+            slip: None,
+            wall_velocity: None,
+            moves_with_body: true,
+        };
+        let steady = flow
+            .solve(&drive, reynolds / 2.0, &SteadyParameters::default())
+            .unwrap();
+        let speed = steady.solved.flow.bodies[2];
+        let iterations = steady.iterations;
+        println!("Re {reynolds}: speed {speed}, {iterations} iterations");
+        // the layers become thinner on the same mesh, 1e-3 at Re 10
+        assert!((speed - 1.0).abs() < 1e-2, "Re {reynolds}: {speed}");
+        assert!(iterations <= 12, "Re {reynolds}: {iterations} iterations");
+    }
+}
+
 /// `u_θ = B sin θ + β B sin θ cos θ` with the speed 1 in unbounded Stokes flow.
 struct Squirmer {
     beta: f64,

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::iter;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixViewMut, DVector, Dyn, LU};
 
 use super::level::Vectors;
 use super::{BorderInverse, MultigridParams};
@@ -38,7 +38,7 @@ const WHAT: &str = "coarsest stiffness matrix";
 /// Only `K` must be definite: pivoting admits borders with constraints and nonsymmetric ones.
 pub(super) struct CoarseSolver {
     /// One factor for all components, or one for each.
-    factors: Vec<CoarseFactor>,
+    factors: Vec<Factor>,
     border_rows: Csr,
     /// `W`, column by column, each interleaved by node.
     lifted: Vec<f64>,
@@ -62,11 +62,15 @@ impl CoarseSolver {
         let k = operator.stiffness().map(|v| v * unit);
         let k = shift_diagonal(k, params.coarsest_shift);
         let constrained = operator.constrained_dofs();
-        let mut factors = if constrained.is_empty() {
-            CoarseFactor::all(&k, iter::once(Cow::Borrowed(&k)), 3)?
-        } else {
-            let pinned = (0..3).map(|d| Cow::Owned(constrained.pinned(&k, d)));
-            CoarseFactor::all(&k, pinned, 1)?
+        let pinned = (0..3).map(|d| Cow::Owned(constrained.pinned(&k, d)));
+        let once = iter::once(Cow::Borrowed(&k));
+        let mut factors = match (operator.has_symmetric_stiffness(), constrained.is_empty()) {
+            (true, true) => definite(CoarseFactor::all(&k, once, 3)?),
+            (true, false) => definite(CoarseFactor::all(&k, pinned, 1)?),
+            (false, true) => vec![Factor::general(&k)?],
+            (false, false) => pinned
+                .map(|k| Factor::general(&k))
+                .collect::<Result<_, _>>()?,
         };
         let border_rows = operator.border_rows().map(|v| v * unit);
         let mut lifted = vec![0.0; 3 * n * m];
@@ -123,7 +127,7 @@ impl CoarseSolver {
         });
         let k = shift_diagonal(separated, params.coarsest_shift);
         Ok(CoarseSolver {
-            factors: CoarseFactor::all(&k, iter::once(Cow::Borrowed(&k)), 1)?,
+            factors: definite(CoarseFactor::all(&k, iter::once(Cow::Borrowed(&k)), 1)?),
             border_rows: empty(0, 3 * n),
             lifted: Vec::new(),
             schur: SchurFactor::new(DMatrix::zeros(0, 0))?,
@@ -177,8 +181,59 @@ impl CoarseSolver {
     }
 }
 
+/// Factors of the coarsest scalar matrix.
+enum Factor {
+    /// Of a symmetric positive definite one.
+    Definite(Box<CoarseFactor>),
+    /// Dense factors with pivoting, of one with convection, and its rows.
+    General(LU<f64, Dyn, Dyn>, usize),
+}
+
+impl Factor {
+    /// Factorises a matrix that is not symmetric.
+    fn general(k: &Csr) -> Result<Self, LinalgError> {
+        let n = k.rows();
+        let failed = |detail: String| LinalgError::Factorisation { what: WHAT, detail };
+        if n > MAX_GENERAL_ROWS {
+            return Err(failed(format!(
+                "it is not symmetric and has {n} rows, more than {MAX_GENERAL_ROWS}"
+            )));
+        }
+        let mut dense = DMatrix::zeros(n, n);
+        for (value, (i, j)) in k.iter() {
+            dense[(i as usize, j as usize)] = *value;
+        }
+        let factors = dense.lu();
+        match factors.is_invertible() {
+            true => Ok(Self::General(factors, n)),
+            false => Err(failed("it is singular".into())),
+        }
+    }
+
+    /// Overwrites columns, one after another, with the solutions.
+    fn solve_in_place(&mut self, columns: &mut [f64]) {
+        match self {
+            Self::Definite(factor) => factor.solve_in_place(columns),
+            &mut Self::General(ref factor, n) => {
+                // nalgebra underflows on systems of size zero
+                if let Some(count) = columns.len().checked_div(n) {
+                    factor.solve_mut(&mut DMatrixViewMut::from_slice(columns, n, count));
+                }
+            }
+        }
+    }
+}
+
+fn definite(factors: Vec<CoarseFactor>) -> Vec<Factor> {
+    let boxed = factors.into_iter().map(Box::new);
+    boxed.map(Factor::Definite).collect()
+}
+
+/// Largest matrix that is not symmetric and is factorised as a dense one.
+const MAX_GENERAL_ROWS: usize = 4000;
+
 /// `(K (x) I3)^-1` of three columns, one after the other.
-fn solve_components(factors: &mut [CoarseFactor], columns: &mut [f64]) {
+fn solve_components(factors: &mut [Factor], columns: &mut [f64]) {
     let each = columns.len() / factors.len();
     for (factor, part) in factors
         .iter_mut()

@@ -9,6 +9,8 @@ use crate::row_blocks::RowBlocks;
 use crate::transpose::transpose;
 use crate::{Bordered, Csr, Prolongation};
 
+use super::incomplete_lu::IncompleteLu;
+
 /// How the matrices of a level act on the three components of a node.
 pub(super) trait Components {
     /// The matrix of the level.
@@ -59,6 +61,8 @@ pub(super) struct Level<C: Components> {
     /// `C_l^T`, with columns numbered in padded nodes.
     border_rows: Csr32,
     inverse_diagonal: Vec<C::Damping>,
+    /// The smoother in place of Jacobi steps, one step before and after the coarse correction.
+    factors_of_convection: Option<IncompleteLu>,
     /// Relaxation factors of the smoothing steps, the same before and after the coarse correction.
     pub factors: Vec<f32>,
     p: C::Transfer,
@@ -88,6 +92,7 @@ impl Level<Alike> {
             c: SparseNodes::new(operator.border(), |v| (v * unit) as f32),
             border_rows: padded_columns(&to_f32(operator.border_rows(), unit)),
             inverse_diagonal: diagonal.iter().map(|d| (d * unit).recip() as f32).collect(),
+            factors_of_convection: None,
             factors: factors.iter().map(|w| *w as f32).collect(),
             p: to_f32(prolongation.nodes(), 1.0),
             coarse_blocks: RowBlocks::new(Rows::new(&p_transposed).indptr),
@@ -98,6 +103,12 @@ impl Level<Alike> {
             border_blocks: operator.border_blocks().clone(),
             vectors: Vectors::new(n, m, operator.constrained_dofs().clone()),
         }
+    }
+
+    /// The same with a step by these factors in place of Jacobi steps.
+    pub fn with_factors(mut self, factors: Option<IncompleteLu>) -> Self {
+        self.factors_of_convection = factors;
+        self
     }
 }
 
@@ -134,6 +145,7 @@ impl Level<Coupled> {
             c: SparseNodes::new(&empty(3 * n, 0), |_| 0.0),
             border_rows: empty(0, 4 * n),
             inverse_diagonal: diagonal.as_chunks().0.iter().map(reciprocal).collect(),
+            factors_of_convection: None,
             factors: factors.iter().map(|w| *w as f32).collect(),
             p: blocks(prolongation, 1.0),
             coarse_blocks: RowBlocks::new(Rows::new(&p_transposed).indptr),
@@ -176,6 +188,11 @@ impl<C: Components> Level<C> {
     ///
     /// The first step needs no pass over the matrix.
     pub fn smooth_from_zero<const S: usize>(&mut self) {
+        if let Some(factors) = &self.factors_of_convection {
+            let Columns { b, x, .. } = self.vectors.columns::<S>();
+            x.copy_from_slice(b);
+            return factors.solve(x);
+        }
         let (first, inverse_diagonal) = (self.factors[0], &self.inverse_diagonal);
         let Columns { b, x, .. } = self.vectors.columns::<S>();
         self.blocks.for_each(x, &|i, xi| {
@@ -196,9 +213,37 @@ impl<C: Components> Level<C> {
                 b[i][s][d] -= value * border_x[c][s];
             }
         });
+        if self.factors_of_convection.is_some() {
+            return self.step_by_factors::<S>();
+        }
         for sweep in 0..self.factors.len() {
             self.sweep::<S>(self.factors[sweep]);
         }
+    }
+
+    /// `x' = x + (L U)^-1 (b - K x)`.
+    fn step_by_factors<const S: usize>(&mut self) {
+        let Some(factors) = &self.factors_of_convection else {
+            return;
+        };
+        let Columns { b, x, next, .. } = self.vectors.columns::<S>();
+        let k = self.k.rows();
+        self.blocks.for_each(&mut *next, &|i, r| {
+            let a = k.padded_row(i, x);
+            for s in 0..S {
+                for d in 0..4 {
+                    r[s][d] = b[i][s][d] - a[s][d];
+                }
+            }
+        });
+        factors.solve(next);
+        self.blocks.for_each(x, &|i, x| {
+            for s in 0..S {
+                for d in 0..4 {
+                    x[s][d] += next[i][s][d];
+                }
+            }
+        });
     }
 
     /// Restricts the residual of `x` with zero border, in one pass.

@@ -4,6 +4,7 @@
 
 mod coarse;
 mod coupled_multigrid;
+mod incomplete_lu;
 mod level;
 mod params;
 mod scalar_multigrid;
@@ -17,12 +18,14 @@ use std::borrow::Cow;
 use std::fmt;
 
 use coarse::CoarseSolver;
+use incomplete_lu::{IncompleteLu, convection_dominates, stabilised};
 use level::{Alike, Columns, Components, Level, Vectors};
 
 use crate::bordered::{nodes, nodes_mut};
 use crate::chebyshev::JacobiScaling;
 use crate::columns::{assert_lengths, in_passes, split};
 use crate::csr::positive_diagonal;
+use crate::transpose::symmetric_part;
 use crate::vector::{for_each_chunk, max_abs, power_of_two_below};
 use crate::{
     Bordered, Csr, LinalgError, Preconditioner, PreconditionerKind, Prolongation, csr,
@@ -65,8 +68,15 @@ pub enum CyclePart {
 /// finest level, where passes are expensive, two on coarser ones. Border dofs are kept on all
 /// levels and solved for exactly on the coarsest one. The cycle runs in f32 on values scaled by
 /// powers of two, so right-hand sides may have any size. It is symmetric (to f32 precision) and
-/// positive definite if the operator is. There is no constructor for a symmetric part, because the
-/// matrix `K` of a [`Bordered`] is symmetric; nonsymmetric matrices are those of
+/// positive definite if the operator is.
+///
+/// In an operator with convection
+/// ([`Bordered::with_unsymmetric_stiffness`](crate::Bordered::with_unsymmetric_stiffness)) the
+/// skew-symmetric part of `K` may be so large that Jacobi steps diverge.
+/// [`with_prolongation`](Multigrid::with_prolongation) then smooths by incomplete LU factors, one
+/// step before and after the coarse correction, of `K` and a tenth of the artificial diffusion of
+/// upwinding; the coarse matrices are Galerkin products with this diffusion. Aggregates are those
+/// of the symmetric part. Other nonsymmetric matrices are those of
 /// [`ScalarMultigrid::from_symmetric_part`] and [`CoupledMultigrid::from_symmetric_part`].
 ///
 /// Cost of `apply`: two passes over the finest K, four over the others. `{}` prints the table of
@@ -96,7 +106,8 @@ impl Multigrid {
     ///
     /// The prolongation is usually that from P1 to P2 elements. `coarse_stiffness` is the scalar
     /// matrix of the coarse space if it is known (on straight-sided meshes the P1 stiffness matrix
-    /// is the Galerkin product); otherwise the product is computed.
+    /// is the Galerkin product); otherwise, and where convection dominates, the product is
+    /// computed.
     ///
     /// # Errors
     /// Those of [`Multigrid::new`], and [`LinalgError::Shape`].
@@ -116,6 +127,12 @@ impl Multigrid {
         let diagonal = positive_diagonal("stiffness matrix", operator.stiffness())?;
         let prolongation = &*prolongation.constrain(operator.constrained_dofs());
         let mut builder = Builder::new(&diagonal, params);
+        let unsymmetric = !operator.has_symmetric_stiffness();
+        if unsymmetric && convection_dominates(operator.stiffness()) {
+            builder.convection = true;
+            let coarse = builder.push_convection(operator, prolongation)?;
+            return builder.aggregate(Cow::Owned(coarse));
+        }
         let (pushed, coarse) = rayon::join(
             || {
                 let scaling = JacobiScaling::new(operator.stiffness())?;
@@ -162,6 +179,8 @@ struct Builder<'a> {
     unit: f64,
     levels: Vec<Level<Alike>>,
     sizes: Vec<LevelSize>,
+    /// Whether all levels have convection, with factors for smoothers.
+    convection: bool,
 }
 
 impl<'a> Builder<'a> {
@@ -171,7 +190,29 @@ impl<'a> Builder<'a> {
             unit: power_of_two_below(max_abs(diagonal)),
             levels: Vec::new(),
             sizes: Vec::new(),
+            convection: false,
         }
+    }
+
+    /// Adds a level whose smoother is [`IncompleteLu`]; returns the operator of the next one, that
+    /// of the stabilised matrix.
+    fn push_convection(
+        &mut self,
+        operator: &Bordered,
+        prolongation: &Prolongation,
+    ) -> Result<Bordered, LinalgError> {
+        let stable = operator.with_stiffness(stabilised(operator.stiffness()))?;
+        let constrained = operator.constrained_dofs();
+        let unit = self.unit.recip();
+        let (factors, coarse) = rayon::join(
+            || IncompleteLu::new(operator.stiffness(), constrained, unit),
+            || prolongation.galerkin(&stable, None),
+        );
+        self.record(operator, prolongation.nodes().nnz(), 1);
+        let diagonal = csr::diagonal(operator.stiffness());
+        let level = Level::new(operator, prolongation, &diagonal, unit, &[1.0]);
+        self.levels.push(level.with_factors(Some(factors)));
+        Ok(coarse.with_unsymmetric_stiffness())
     }
 
     fn record(&mut self, operator: &Bordered, prolongation_nnz: usize, sweeps: usize) {
@@ -200,20 +241,33 @@ impl<'a> Builder<'a> {
     fn aggregate(mut self, mut operator: Cow<Bordered>) -> Result<Multigrid, LinalgError> {
         while operator.nodes() > self.params.coarsest_nodes {
             let diagonal = positive_diagonal("coarse stiffness matrix", operator.stiffness())?;
-            let scaling = JacobiScaling::new(operator.stiffness())?;
+            // aggregates and their smoothing are those of the diffusion
+            let symmetric = match self.convection {
+                true => {
+                    let stable = stabilised(operator.stiffness());
+                    Cow::Owned(operator.with_stiffness(symmetric_part(&stable)?)?)
+                }
+                false => Cow::Borrowed(&*operator),
+            };
+            let scaling = JacobiScaling::new(symmetric.stiffness())?;
             let MultigridParams {
                 coarsening,
                 strength,
                 ..
             } = *self.params;
             let next = smoothed_aggregation::prolongation(
-                &operator, &diagonal, &scaling, coarsening, strength,
+                &symmetric, &diagonal, &scaling, coarsening, strength,
             );
+            drop(symmetric);
             let Some(prolongation) = next else {
                 self.params
                     .check_stalled(self.levels.len(), operator.nodes())?;
                 break;
             };
+            if self.convection {
+                operator = Cow::Owned(self.push_convection(&operator, &prolongation)?);
+                continue;
+            }
             let fine = &operator;
             let ((), coarse) = rayon::join(
                 || self.push(fine, &prolongation, &scaling),

@@ -10,6 +10,7 @@ mod integrators;
 mod map;
 mod mesh_motions;
 mod solvers;
+mod steady_states;
 mod stress_cases;
 
 use std::path::Path;
@@ -33,6 +34,8 @@ pub enum Part {
     Strokes,
     /// Joints, springs, loops, corners and masses.
     Drives,
+    /// Steady states with inertia.
+    Steady,
 }
 
 impl Part {
@@ -42,6 +45,7 @@ impl Part {
             Self::Models => every_model::map(quick, store),
             Self::Strokes => mesh_motions::map(quick, store),
             Self::Drives => drives::map(quick, store),
+            Self::Steady => steady_states::map(quick, store),
         }
     }
 }

@@ -315,6 +315,34 @@ fn steady_states(kind: &str, accuracy: f64) {
     }
 }
 
+/// The speeds in space and in the meridian plane agree within the bars of both.
+#[test]
+#[ignore = "slow: 60 s"]
+fn bug_a_pulled_sphere_in_space_above_a_reynolds_number_of_18_had_no_steady_state() {
+    // Forces over 6π that give speeds within 3 % of 1, so that the Reynolds number is about ρ.
+    for (density, force) in [(18.0, 2.95), (47.0, 4.7)] {
+        let [plane, space] = ["axisymmetric", "fem"].map(|kind| {
+            let scene = parsed(&format!(
+                "fluid = {{ density = {density} }}\ndomain = {{ kind = \"ball\", radius = 10 }}\n\
+                 model.kind = \"{kind}\"\nfem.size_factor = 0.6\n\
+                 bodies = [{{ name = \"s\", radius = 1, position = [0, 0, 0], force = [{}, 0, 0] }}]",
+                6.0 * PI * force
+            ));
+            let steady = solve_steady(&scene).unwrap();
+            let bar = steady.solution.error_estimate.total();
+            (steady.solution.bodies[0].velocity.x, bar)
+        });
+        let bars = plane.1 + space.1;
+        within(
+            space.0 - plane.0,
+            bars,
+            format!("speed at density {density}"),
+        );
+        assert!(bars < 3e-2, "{bars}");
+        assert!((plane.0 - 1.0).abs() < 0.05, "{}", plane.0);
+    }
+}
+
 /// A sphere in a ball of ten radii at `Re = 2 ρ a U / μ = 1` in a fluid of Carreau with `λ U / a =
 /// 1`, in other units than the library: the force at a given speed, and the speed under that force.
 #[test]
