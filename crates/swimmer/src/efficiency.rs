@@ -1,7 +1,10 @@
 //! Efficiency of swimmers: the power of towing them beside the power of swimming.
 
-use models::Hydrodynamics;
-use nalgebra::Vector3;
+use std::f64::consts::PI;
+
+use models::{BodyInertia, Configuration, Hydrodynamics, ModelError, Query};
+use nalgebra::{Matrix3, Matrix6, Vector3};
+use rigid::ExternalLoad;
 use scene::{InertiaKind, Scene};
 use serde_json::{Value, json};
 
@@ -27,11 +30,7 @@ use crate::start::at_start;
 pub struct Efficiency {
     /// `η`.
     pub value: f64,
-    /// Its error bar, by those of displacement, work and drag; none if displacement or work has
-    /// none.
-    ///
-    /// A drag without a bar, as by elements in space, counts with the relative one of the work:
-    /// both are dissipations of flows on meshes of the same sizes.
+    /// Its error bar, by those of displacement, work and drag; none if one of them has none.
     pub error: Option<f64>,
     /// The drag `R` per velocity.
     pub drag: f64,
@@ -40,11 +39,11 @@ pub struct Efficiency {
 impl Efficiency {
     /// The efficiency of a completed run; none of a run that did not swim.
     ///
-    /// It swims if all bodies are one swimmer without loads, given velocities, background flow,
-    /// inertia and thermal noise, which returned to its shape and moved by more than its error
-    /// bar, of at most 50 bodies, and if the model has a grand resistance at the start.
+    /// It swims if all bodies are one swimmer without springs, loads, given velocities, background
+    /// flow, inertia and thermal noise, which returned to its shape and moved by more than its error
+    /// bar.
     ///
-    /// Cost: six solutions per body on one mesh.
+    /// Cost: one solution at the start, with slip two.
     ///
     /// # Errors
     /// [`SwimError::OtherScene`] for a model of another scene.
@@ -62,23 +61,19 @@ impl Efficiency {
             return Ok(None);
         }
         let direction = net / size;
-        let found = at_start(scene, model, |model, configuration, _| {
-            model.resistances()?.resistance(configuration)
+        let found = at_start(scene, model, |model, configuration, rates| {
+            drag(model, configuration, rates.len(), &direction)
         });
-        let resistance = match found {
-            Ok(resistance) => resistance,
+        let (drag, of_drag) = match found {
+            Ok(found) => found,
             // What the run has reached does not depend on it.
             Err(SwimError::Model(_)) => return Ok(None),
             Err(error) => return Err(error),
         };
-        let drag = along(&resistance.matrix, &direction);
         let value = drag * size * size / (work * scene.gait().duration());
-        // Errors of entries are bounds, whose sum is one whatever their signs.
-        let of_drag = (resistance.errors).map(|errors| along(&errors, &direction.abs()) / drag);
         let bars = (outcome.error_estimate.estimated()).zip(outcome.work_error.estimated());
-        let error = bars.map(|(of_path, of_work)| {
-            let of_work = of_work / work;
-            value * (2.0 * of_path / size + of_work + of_drag.unwrap_or(of_work))
+        let error = bars.zip(of_drag).map(|((of_path, of_work), of_drag)| {
+            value * (2.0 * of_path / size + of_work / work + of_drag)
         });
         Ok(Some(Self { value, error, drag }))
     }
@@ -89,21 +84,56 @@ impl Efficiency {
     }
 }
 
-/// `Σ e · R_ij e` over the forces of all bodies for the velocities of all bodies.
-fn along(resistance: &nalgebra::DMatrix<f64>, direction: &Vector3<f64>) -> f64 {
-    let blocks = 0..resistance.nrows() / 6;
-    let of_pair = |i: usize, j: usize| {
-        let block = resistance.fixed_view::<3, 3>(6 * i, 6 * j);
-        direction.dot(&(block * direction))
-    };
-    let pairs = blocks
-        .clone()
-        .flat_map(|i| blocks.clone().map(move |j| (i, j)));
-    pairs.map(|(i, j)| of_pair(i, j)).sum()
-}
+/// Resistance of what is kept still over that of a body: what is left of its velocity changes the
+/// drag by the inverse of this at most.
+const HOLD: f64 = 1e6;
 
-/// Largest number of bodies: matrices over more may cost more than the run.
-const MAX_BODIES: usize = 50;
+/// The drag per velocity of all bodies that move together along `direction`, and its relative error
+/// bar.
+///
+/// Joints stand, and a large resistance of the first body keeps it from rotating and from moving
+/// sideways. A load along the direction then changes the velocity by itself over the drag.
+fn drag(
+    model: &mut dyn Hydrodynamics,
+    configuration: Configuration<'_>,
+    n_joints: usize,
+    direction: &Vector3<f64>,
+) -> Result<(f64, Option<f64>), ModelError> {
+    let scene = model.scene();
+    let radii = scene.bodies().iter().map(scene::Body::bounding_radius);
+    let radius = radii.clone().fold(0.0, f64::max);
+    let body = radii.clone().position(|radius| radius > 0.0).unwrap_or(0);
+    let has_slip = scene.has_surface_velocity();
+    let force = 6.0 * PI * scene.viscosity() * radius;
+    let sideways = Matrix3::identity() - direction * direction.transpose();
+    let mut damping = Matrix6::zeros();
+    (damping.fixed_view_mut::<3, 3>(0, 0)).copy_from(&(HOLD * force * sideways));
+    (damping.fixed_view_mut::<3, 3>(3, 3)).fill_diagonal(HOLD * force * radius * radius);
+    let mut held = vec![BodyInertia::default(); radii.len()];
+    held[body].damping = damping;
+    let mut loaded = held.clone();
+    loaded[body].load = ExternalLoad {
+        force: force * direction,
+        torque: Vector3::zeros(),
+    };
+    let rates = [vec![0.0; n_joints]];
+    let mut velocity = |inertia: &[BodyInertia]| {
+        let query = Query::new(configuration, &rates).with_inertia(inertia);
+        let solution = model.solve(&query)?.pop();
+        let solution = solution.ok_or(ModelError::NoSolution {
+            model: model.name(),
+        })?;
+        let along = solution.bodies[body].velocity.dot(direction);
+        Ok::<_, ModelError>((along, solution.error_estimate.estimated()))
+    };
+    let (mut speed, mut bar) = velocity(&loaded)?;
+    if has_slip {
+        let (own, of_own) = velocity(&held)?;
+        speed -= own;
+        bar = bar.zip(of_own).map(|(a, b)| a + b);
+    }
+    Ok((force / speed, bar.map(|bar| bar / speed)))
+}
 
 /// Whether the bodies are one swimmer that nothing but its stroke moves.
 fn swims_freely(scene: &Scene) -> bool {
@@ -115,30 +145,11 @@ fn swims_freely(scene: &Scene) -> bool {
             && body.held_angular_velocity().is_none()
     };
     scene.articulation().linkages().len() == 1
-        && scene.bodies().len() <= MAX_BODIES
+        && scene.articulation().passive_joints().next().is_none()
         && scene.bodies().iter().all(is_free)
         && scene.background().is_none()
         && scene.rheology().is_none()
         && scene.noise().is_none()
         && scene.inertia().kind == InertiaKind::None
         && !scene.bodies().iter().any(|body| body.mass > 0.0)
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::DMatrix;
-
-    use super::*;
-
-    #[test]
-    fn drags_are_those_of_all_bodies_together() {
-        let mut resistance = DMatrix::zeros(12, 12);
-        for (row, column, value) in [(0, 0, 3.0), (6, 6, 4.0), (0, 6, -0.5), (6, 0, -0.5)] {
-            resistance[(row, column)] = value;
-        }
-        // Rotations are held.
-        resistance[(3, 3)] = 100.0;
-        assert_eq!(along(&resistance, &Vector3::x()), 6.0);
-        assert_eq!(along(&resistance, &Vector3::y()), 0.0);
-    }
 }

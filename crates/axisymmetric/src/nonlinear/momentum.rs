@@ -25,7 +25,7 @@ pub(crate) struct Rule {
     points: Vec<RulePoint>,
     velocity: Table,
     pressure: Table,
-    /// Values and derivatives of `velocity` side by side, so that all of an element are one product.
+    /// Values and derivatives of `velocity` side by side: all of an element are one product.
     values_and_gradients: DMatrix<f64>,
 }
 

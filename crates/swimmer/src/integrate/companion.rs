@@ -59,8 +59,8 @@ impl<'a> WithCompanion<'a> {
         }
     }
 
-    /// Of meshes in space whose sizes differ by [`COARSER`] and which take the same steps: the share
-    /// is 1 for the second order and 0.35 for the fourth.
+    /// Of meshes in space whose sizes differ by [`COARSER`] and which take the same steps: the
+    /// share is 1 for the second order and 0.35 for the fourth.
     pub fn of_space(fine: Box<dyn MovingFluid + 'a>, coarse: Box<dyn MovingFluid + 'a>) -> Self {
         Self::new([fine, coarse], 0.5, false)
     }

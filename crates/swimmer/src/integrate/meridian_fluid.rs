@@ -28,8 +28,8 @@ pub(super) struct MeridianScene {
 /// Errors have signs and cancel along a stroke as velocities do, so that these are below those of
 /// single velocities: the difference between the orders three and four, which is the error bar, is
 /// 1.4e-3 of the net displacement in the first stroke of three spheres at a Reynolds number of 1,
-/// where a tolerance of 1e-2 allows velocities an error of 5e-5. An order more reduces it by a factor
-/// of four at least. A run whose bar misses the tolerance is repeated with a smaller one.
+/// where a tolerance of 1e-2 allows velocities an error of 5e-5. An order more reduces it by a
+/// factor of four at least. A run whose bar misses the tolerance is repeated with a smaller one.
 const ERRORS: [f64; 6] = [2e-5, 5e-6, 1.2e-6, 3e-7, 8e-8, 2e-8];
 
 /// Polynomial degree that the first of these errors belongs to.
@@ -38,9 +38,9 @@ const FIRST_ORDER: usize = 4;
 /// Net displacement by the errors of steps over the sum of what each of them costs.
 ///
 /// Errors that vorticity carries through its layer have alternating signs, and those of phases in
-/// which arms close and open cancel. The net is 1/150 of the sum in the stroke of three spheres at a
-/// Reynolds number of 1, and 1/20 for a sphere that is released; the difference to steps twice as
-/// long, the error bar, is four times as large.
+/// which arms close and open cancel. The net is 1/150 of the sum in the stroke of three spheres at
+/// a Reynolds number of 1, and 1/20 for a sphere that is released; the difference to steps twice
+/// as long, the error bar, is four times as large.
 const NET_OF_STEPS: f64 = 0.025;
 
 /// Error of the nonlinear iteration over that of velocities which the tolerance allows.

@@ -38,8 +38,8 @@ pub(super) trait MovingFluid {
     /// [`SwimError::is_lost_mesh`] if no mesh can follow a step of this length; those of the solve.
     fn try_step(&mut self, length: f64) -> Result<TriedStep, SwimError>;
 
-    /// Largest factor from one step to the next, below `1 + 2^(1/2)`, up to which BDF2 with variable
-    /// steps is stable (Grigorieff 1983).
+    /// Largest factor from one step to the next, below `1 + 2^(1/2)`, up to which BDF2 with
+    /// variable steps is stable (Grigorieff 1983).
     fn max_growth(&self) -> f64 {
         2.0
     }
@@ -114,8 +114,8 @@ pub(super) struct TriedStep {
     /// Estimated error of the velocities by the step, relative to the largest ones; infinite where
     /// nothing is known of it.
     pub error: f64,
-    /// Estimated displacement that the error of the step costs, which chooses its length; infinite as
-    /// `error`.
+    /// Estimated displacement that the error of the step costs, which chooses its length; infinite
+    /// as `error`.
     pub displacement_error: f64,
     /// Estimated error of the velocities of surfaces by the step; infinite as `error`, zero where
     /// `mesh_error` contains the errors of steps.
