@@ -208,7 +208,7 @@ fn describe_wave(scene: &Scene, found: &BestWave, out: &Path, seconds: f64) -> S
             Some(bar) => measured(&label, found.values[k], bar),
             None => entry(
                 &label,
-                format!("{} (at a limit of {low} to {high})", found.values[k]),
+                format!("{} (no bar; between {low} and {high})", found.values[k]),
             ),
         };
     }

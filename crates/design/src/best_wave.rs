@@ -47,7 +47,7 @@ pub struct BestWave {
     /// The values of the best wave.
     pub values: Vec<f64>,
     /// Error bars of these values: so far away the objective is smaller by its own error; none at
-    /// the end of a range.
+    /// the end of a range, and of an objective without a bar.
     pub errors: Vec<Option<f64>>,
     /// The objective by the interpolant of the table.
     pub by_table: f64,
@@ -208,13 +208,14 @@ pub fn best_wave(
         ));
     };
     let by_table = interpolant.at(&shares);
-    let uncertainty = error.unwrap_or(0.0) + (by_table - value).abs();
+    let uncertainty = error.map(|error| error + (by_table - value).abs());
     let errors = (0..variables.len()).map(|k| {
         let is_inside = (AT_END..=1.0 - AT_END).contains(&shares[k]);
         let [low, high] = variables[k].range;
         let curvature = interpolant.curvature(&shares, k);
-        (is_inside && curvature < 0.0)
-            .then(|| (high - low) * (2.0 * uncertainty / -curvature).sqrt())
+        uncertainty
+            .filter(|_| is_inside && curvature < 0.0)
+            .map(|uncertainty| (high - low) * (2.0 * uncertainty / -curvature).sqrt())
     });
     Ok(BestWave {
         errors: errors.collect(),

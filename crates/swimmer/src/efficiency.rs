@@ -43,7 +43,7 @@ impl Efficiency {
     /// flow, inertia and thermal noise, which returned to its shape and moved by more than its error
     /// bar.
     ///
-    /// Cost: one solution at the start, with slip two.
+    /// Cost: one solution at the start; two with slip, gravity or a repulsion.
     ///
     /// # Errors
     /// [`SwimError::OtherScene`] for a model of another scene.
@@ -70,6 +70,9 @@ impl Efficiency {
             Err(SwimError::Model(_)) => return Ok(None),
             Err(error) => return Err(error),
         };
+        if !(drag > 0.0 && drag.is_finite()) {
+            return Ok(None);
+        }
         let value = drag * size * size / (work * scene.gait().duration());
         let bars = (outcome.error_estimate.estimated()).zip(outcome.work_error.estimated());
         let error = bars.zip(of_drag).map(|((of_path, of_work), of_drag)| {
@@ -84,8 +87,8 @@ impl Efficiency {
     }
 }
 
-/// Resistance of what is kept still over that of a body: what is left of its velocity changes the
-/// drag by the inverse of this at most.
+/// Resistance of what is kept still over that of a sphere around the whole swimmer: what is left
+/// of its velocity changes the drag by the order of the inverse.
 const HOLD: f64 = 1e6;
 
 /// The drag per velocity of all bodies that move together along `direction`, and its relative error
@@ -101,14 +104,27 @@ fn drag(
 ) -> Result<(f64, Option<f64>), ModelError> {
     let scene = model.scene();
     let radii = scene.bodies().iter().map(scene::Body::bounding_radius);
-    let radius = radii.clone().fold(0.0, f64::max);
     let body = radii.clone().position(|radius| radius > 0.0).unwrap_or(0);
-    let has_slip = scene.has_surface_velocity();
-    let force = 6.0 * PI * scene.viscosity() * radius;
+    let poses = scene
+        .articulation()
+        .place(configuration.state, configuration.shape)?;
+    let held_at = poses[body].translation.vector;
+    let distances = poses
+        .iter()
+        .map(|pose| (pose.translation.vector - held_at).norm());
+    let ends = distances
+        .zip(radii.clone())
+        .map(|(distance, radius)| distance + radius);
+    let extent = ends.fold(0.0, f64::max);
+    // What moves the swimmer without a load is subtracted.
+    let moves_itself = scene.has_surface_velocity()
+        || scene.repulsion().is_some()
+        || scene.gravity() != Vector3::zeros();
+    let force = 6.0 * PI * scene.viscosity() * extent;
     let sideways = Matrix3::identity() - direction * direction.transpose();
     let mut damping = Matrix6::zeros();
     (damping.fixed_view_mut::<3, 3>(0, 0)).copy_from(&(HOLD * force * sideways));
-    (damping.fixed_view_mut::<3, 3>(3, 3)).fill_diagonal(HOLD * force * radius * radius);
+    (damping.fixed_view_mut::<3, 3>(3, 3)).fill_diagonal(HOLD * force * extent * extent);
     let mut held = vec![BodyInertia::default(); radii.len()];
     held[body].damping = damping;
     let mut loaded = held.clone();
@@ -127,7 +143,7 @@ fn drag(
         Ok::<_, ModelError>((along, solution.error_estimate.estimated()))
     };
     let (mut speed, mut bar) = velocity(&loaded)?;
-    if has_slip {
+    if moves_itself {
         let (own, of_own) = velocity(&held)?;
         speed -= own;
         bar = bar.zip(of_own).map(|(a, b)| a + b);

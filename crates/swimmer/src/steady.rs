@@ -31,6 +31,13 @@ pub struct SteadySolution {
     pub change: f64,
 }
 
+/// Reynolds number up to which usual meshes resolve the layers of vorticity at bodies.
+///
+/// Layers are as thick as the radius over the root of the Reynolds number, and above this number
+/// elements become smaller with them. At 47 the drag on the usual mesh has an error of 2.8 %, and
+/// its bar was 0.9 %.
+const THICK_LAYERS: f64 = 10.0;
+
 /// Bar over the difference between two meshes.
 ///
 /// Of eleven exact forces and speeds at Reynolds numbers up to 20 the error is 0.3 to 1.13 times
@@ -75,6 +82,14 @@ fn in_space(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimError> {
     if matches!(scene.domain(), Domain::Mesh { .. }) {
         return Ok(steady);
     }
+    let mut resolved = None;
+    if scene.fem().size_factor.is_none() && steady.reynolds > THICK_LAYERS {
+        let factor = (THICK_LAYERS / steady.reynolds).sqrt();
+        let finer = scene.with_size_factor(Some(factor))?;
+        steady = on_mesh(&finer, moves)?;
+        resolved = Some(finer);
+    }
+    let scene = resolved.as_ref().unwrap_or(scene);
     let coarser = |factor: f64| -> Result<InstantaneousSolution, SwimError> {
         let factor = factor * scene.fem().size_factor.unwrap_or(1.0);
         let sized = scene.with_size_factor(Some(factor))?;

@@ -107,9 +107,15 @@ impl Hydrodynamics for Tabulated {
         let configuration = query.configuration;
         let mut solutions = Vec::with_capacity(query.rates.len());
         let mut untabulated = Vec::new();
+        // Tables are of the loads of the scene alone.
+        let has_own_terms = query.inertia.is_some() || query.random_loads.is_some();
         for rates in query.rates {
             let clock = Clock::now();
-            if let Some((table, space)) = self.table(configuration, rates) {
+            let found = match has_own_terms {
+                true => None,
+                false => self.table(configuration, rates),
+            };
+            if let Some((table, space)) = found {
                 let mut solution = space.solution(configuration, rates)?;
                 let solves = space.points();
                 solution.lookup = Some(Lookup { table, solves });

@@ -231,13 +231,14 @@ impl TriangleDeformation {
             }
             if let Some(period) = own
                 .period
-                .filter(|period| period.is_nan() || *period <= 0.0)
+                .filter(|period| !(*period > 0.0 && period.is_finite()))
             {
                 return Some(format!(
-                    "has the period {period} of '{name}'; it must be positive"
+                    "has the period {period} of '{name}'; it must be positive and finite"
                 ));
             }
-            if speed == 0.0 {
+            // The velocities of frames are derivatives of their splines, whose third derivatives jump.
+            if speed == 0.0 || matches!(self.source, MotionSource::Frames(_)) {
                 continue;
             }
             let width = (STEP * radius / speed).min(STEP * own.period.unwrap_or(f64::MAX));
@@ -253,7 +254,6 @@ impl TriangleDeformation {
                 let wide: Vector3<f64> = far[vertex] - far_back[vertex];
                 let found = (8.0 * near - wide) / (12.0 * width);
                 let error = (found - velocity).norm();
-                // The spline of frames has kinks of its third derivative.
                 if error.is_nan() || error > CONTRADICTION * speed {
                     return Some(format!(
                         "contradicts itself: for a rate of one of '{name}', vertex {} moves at \

@@ -26,7 +26,7 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     for reynolds in REYNOLDS {
         if !quick || reynolds == 47.0 {
             let case = format!("a pulled sphere, Re = {reynolds}");
-            map.add(store, case, || cells(reynolds, quick))?;
+            map.add(store, case, || cells(reynolds))?;
         }
     }
     Ok(map)
@@ -41,8 +41,8 @@ fn solve(model: &str, reynolds: f64, body: &str, factor: f64) -> Result<SteadySo
 }
 
 /// Both models for one Reynolds number.
-fn cells(reynolds: f64, quick: bool) -> Result<Vec<Cell>> {
-    let factor = if quick { 1.0 } else { 0.6 };
+fn cells(reynolds: f64) -> Result<Vec<Cell>> {
+    let factor = 0.6;
     let held = "velocity = [1, 0, 0], angular_velocity = [0, 0, 0]";
     let fixed = solve(MODELS[0], reynolds, held, factor).context("no reference");
     let expected = match reynolds <= MAX_REYNOLDS {

@@ -1,6 +1,6 @@
 //! The error of the mesh of a fluid with inertia, by a coarser one that moves beside it.
 
-use models::{DiscretisationError, InstantaneousSolution, Uncertainty};
+use models::{DiscretisationError, InstantaneousSolution, ModelError, Uncertainty};
 use rigid::StateVelocity;
 use scene::PhaseSpan;
 
@@ -32,12 +32,18 @@ pub(super) struct WithCompanion<'a> {
     takes_long_steps: bool,
     /// Time at which both meet at the latest.
     end: f64,
-    /// Motion of the fine one that the coarse one has not taken yet; none where both meet.
+    /// Motion of the fine one since both met last; none where they meet.
     ahead: Option<StateVelocity>,
-    /// The motion of the fine one in the step that was tried last, and whether both meet after it.
+    /// Motion of the coarse one since both met last, where it followed the fine one's first step
+    /// alone; its time is then that of the fine one.
+    followed: Option<StateVelocity>,
+    /// The motion of the fine one since both met, with the step that was tried last, and whether
+    /// both meet after it.
     tried: Option<(StateVelocity, bool)>,
     /// Errors where both met last in this phase.
     error: Option<DiscretisationError>,
+    /// Kinetic energies of the coarse one minus those of the fine one: where both met last after
+    /// steps of different lengths, or since then, whichever is larger.
     energy_difference: [f64; 2],
 }
 
@@ -53,6 +59,7 @@ impl<'a> WithCompanion<'a> {
             uncertainty: 1.0 / share,
             takes_long_steps,
             ahead: None,
+            followed: None,
             tried: None,
             error: None,
             energy_difference: [0.0; 2],
@@ -83,18 +90,31 @@ impl<'a> WithCompanion<'a> {
 
     /// A step of the coarse one to a time; its motion since both met last.
     ///
-    /// Where its mesh cannot follow a long step, it takes the two of the fine one.
+    /// Where its mesh cannot follow a long step, it takes the two of the fine one. The first of
+    /// them stays taken, whatever becomes of the second.
     fn step_coarse(&mut self, time: f64) -> Result<StateVelocity, SwimError> {
-        let start = self.coarse.time();
-        let first = match self.coarse.try_step(time - start) {
-            Err(error) if error.is_lost_mesh() && self.ahead.is_some() => {
-                self.coarse.try_step(self.fine.time() - start)?.increment
+        if self.ahead.is_some() && self.followed.is_none() {
+            match self.coarse.try_step(time - self.coarse.time()) {
+                Err(error) if error.is_lost_mesh() => {}
+                step => return Ok(step?.increment),
             }
-            step => return Ok(step?.increment),
-        };
-        self.coarse.accept()?;
-        let second = self.coarse.try_step(time - self.coarse.time())?;
-        Ok(&first + &second.increment)
+            let first = self
+                .coarse
+                .try_step(self.fine.time() - self.coarse.time())?;
+            self.coarse.accept()?;
+            self.followed = Some(first.increment);
+        }
+        let last = self.coarse.try_step(time - self.coarse.time())?.increment;
+        Ok(match &self.followed {
+            Some(first) => first + &last,
+            None => last,
+        })
+    }
+
+    /// Whether the difference of both after a step of this length contains its error: the coarse
+    /// one took a longer one.
+    fn differs_by_steps(&self) -> bool {
+        self.takes_long_steps && self.ahead.is_some() && self.followed.is_none()
     }
 }
 
@@ -107,7 +127,7 @@ impl MovingFluid for WithCompanion<'_> {
         self.fine.enter(span);
         self.coarse.enter(span);
         self.end = span.start + span.duration * (1.0 - LEAST_STEP);
-        self.error = None;
+        (self.error, self.energy_difference) = (None, [0.0; 2]);
     }
 
     fn start_from_stokes(&mut self, span: &PhaseSpan) -> Result<(), SwimError> {
@@ -136,7 +156,7 @@ impl MovingFluid for WithCompanion<'_> {
         Ok(TriedStep {
             increment: &fine.increment + &(&error * -1.0),
             mesh_error: Some(error),
-            velocity_error: match self.takes_long_steps {
+            velocity_error: match !meets || self.differs_by_steps() {
                 true => 0.0,
                 false => fine.velocity_error,
             },
@@ -144,7 +164,7 @@ impl MovingFluid for WithCompanion<'_> {
         })
     }
 
-    /// The long steps at most double, too.
+    /// The long steps at most double, too, but for the first two after a lone one.
     fn max_growth(&self) -> f64 {
         match self.takes_long_steps {
             true => std::f64::consts::SQRT_2,
@@ -178,10 +198,16 @@ impl MovingFluid for WithCompanion<'_> {
             self.ahead = Some(whole);
             return Ok(());
         }
-        self.ahead = None;
+        let is_whole = self.differs_by_steps() || !self.takes_long_steps;
+        (self.ahead, self.followed) = (None, None);
         self.coarse.accept()?;
         let [fine, coarse] = [self.fine.kinetic_energy()?, self.coarse.kinetic_energy()?];
-        self.energy_difference = [coarse.fluid - fine.fluid, coarse.bodies - fine.bodies];
+        let found = [coarse.fluid - fine.fluid, coarse.bodies - fine.bodies];
+        for (difference, found) in self.energy_difference.iter_mut().zip(found) {
+            if is_whole || found.abs() > difference.abs() {
+                *difference = found;
+            }
+        }
         Ok(())
     }
 
@@ -201,6 +227,12 @@ impl MovingFluid for WithCompanion<'_> {
         };
         let [fine, coarse] = *both;
         self.fine.continue_from(fine)?;
-        self.coarse.continue_from(coarse)
+        self.coarse.continue_from(coarse)?;
+        if (self.fine.time() - self.coarse.time()).abs() > LEAST_STEP * self.fine.time().abs() {
+            let problem = "has a fluid of another time than that of its companion".to_owned();
+            return Err(ModelError::History(problem).into());
+        }
+        (self.ahead, self.followed) = (None, None);
+        Ok(())
     }
 }

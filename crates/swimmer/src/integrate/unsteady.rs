@@ -340,7 +340,17 @@ fn append(
         true => velocity_error,
         false => change,
     };
-    let displacement = length * flow.velocity_error;
+    let mut displacement = length * flow.velocity_error;
+    if last.is_none()
+        && !velocity_error.is_finite()
+        && evaluator.scene.inertia().time_step.is_some()
+    {
+        // A first step of a given length, in which the velocity may have been anything from none to
+        // twice that at its end; those that are chosen are very short.
+        let bodies = recorded.solution.bodies.iter();
+        let largest = bodies.fold(0.0_f64, |m, body| m.max(body.velocity.norm()));
+        displacement += 0.5 * length * largest;
+    }
     let start = last.map_or(&recorded, |last| &last.end);
     let power = recorded.solution.power();
     let power_change = last.map(|last| power - last.end.solution.power());

@@ -75,6 +75,37 @@ fn efficiencies_are_powers_over_powers_and_do_not_depend_on_the_time() {
     within(ratio - 1.0, 4e-3, "the tolerance, of displacement and work");
 }
 
+/// Tables do not have the load that finds the drag.
+#[test]
+fn bug_the_efficiency_of_a_run_by_tables_was_infinite() {
+    let [one, many] =
+        ["", "gait.cycles = 20"].map(|cycles| report(&format!("{SWIMMER}\n{cycles}")));
+    assert!(many.outcome.lookups > 0);
+    let [one, many] = [one, many].map(|report| report.efficiency.unwrap());
+    within(many.drag / one.drag - 1.0, 1e-12, "the same shape");
+    within(many.value / one.value - 1.0, 2e-3, "twice the tolerance");
+}
+
+/// The body that is kept from rotating is the first one; its torque has the lever of all others.
+#[test]
+fn bug_the_drag_of_a_long_arm_depended_on_the_order_of_the_bodies() {
+    let far = "{ name = \"d\", radius = 1, position = [0, 300, 0] },";
+    let links = "{ name = \"up\", body = \"d\", to = \"b\" },\n    ]\n    gait";
+    let text = SWIMMER.replace("]\n    gait", links);
+    let [last, first] = [
+        ("]\n    links", format!("{far}\n    ]\n    links")),
+        ("bodies = [", format!("bodies = [\n{far}")),
+    ]
+    .map(|(from, to)| {
+        report(&text.replacen(from, &to, 1))
+            .efficiency
+            .unwrap()
+            .drag
+    });
+    // the inverse of the resistance that holds, and rounding by it
+    within(first / last - 1.0, 1e-6, "the order of bodies");
+}
+
 #[test]
 fn runs_that_do_not_swim_have_no_efficiency() {
     let dragged = "bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0], force = [1, 0, 0] }]\n\

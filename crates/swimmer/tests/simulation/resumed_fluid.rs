@@ -128,6 +128,11 @@ fn flows_that_do_not_fit_are_refused() {
         (&format!("{plane}/levels"), json!([]), "between 1 and 3"),
         (&format!("{plane}/largest"), json!(-1.0), "zero or positive"),
         (&format!("{level}/time"), json!(7.0), "another time"),
+        (
+            "/fluid/fluid/with_companion/1/meridian/levels/0/time",
+            json!(7.0),
+            "another time",
+        ),
         (&format!("{level}/time"), json!(-7.0), "between 1 and 3"),
         (&format!("{level}/nodes"), json!([[0.0, 1.0]]), "of nodes"),
         (
