@@ -63,7 +63,7 @@ pub struct DesignedStroke {
     /// the bodies.
     pub efficiency: f64,
     /// Lighthill's efficiency of the run, with the drag of all bodies together; none if the stroke
-    /// does not swim, or of a model without a grand resistance.
+    /// does not swim, or has springs.
     pub run_efficiency: Option<Efficiency>,
     /// Error bar of the displacement by the table, [`StrokeTable::displacement_error`].
     pub table_error: f64,

@@ -40,8 +40,8 @@ impl Efficiency {
     /// The efficiency of a completed run; none of a run that did not swim.
     ///
     /// It swims if all bodies are one swimmer without springs, loads, given velocities, background
-    /// flow, inertia and thermal noise, which returned to its shape and moved by more than its error
-    /// bar.
+    /// flow, inertia and thermal noise, which returned to its shape and moved by more than its
+    /// error bar.
     ///
     /// Cost: one solution at the start; two with slip, gravity or a repulsion.
     ///

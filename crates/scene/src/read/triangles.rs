@@ -237,7 +237,7 @@ impl TriangleDeformation {
                     "has the period {period} of '{name}'; it must be positive and finite"
                 ));
             }
-            // The velocities of frames are derivatives of their splines, whose third derivatives jump.
+            // Those of frames are derivatives of their splines, whose third derivatives jump.
             if speed == 0.0 || matches!(self.source, MotionSource::Frames(_)) {
                 continue;
             }

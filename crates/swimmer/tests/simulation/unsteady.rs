@@ -150,7 +150,7 @@ fn bug_few_given_steps_and_many_phases_had_bars_without_the_errors_of_lone_steps
 }
 
 /// A sphere falls to the wall of its ball. Where the mesh of the companion could not follow a long
-/// step, and the step was then rejected, the sphere jumped to the wall at t = 1.37 and half of its speed.
+/// step, and the step was then rejected, the sphere jumped to the wall at t = 1.37.
 #[test]
 fn bug_a_rejected_step_after_a_lost_mesh_of_the_companion_moved_the_body() {
     let text = "
