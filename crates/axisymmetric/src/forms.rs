@@ -40,7 +40,8 @@ impl ElementMatrices {
         let axial = &by_z * transposed(&scaled(&by_z, measure))
             + &by_r * transposed(&scaled(&by_r, measure));
         let radial = &axial + &over_radius * transposed(&scaled(&over_radius, measure));
-        let weighted = scaled(&pressure.values, |q| -points[q].measure);
+        let [divergence_axial, divergence_radial] =
+            divergences(points, &pressure.values, &by_z, &by_r, &over_radius);
         let pressure_mass = (0..pressure.values.nrows())
             .map(|i| {
                 (0..m)
@@ -49,12 +50,42 @@ impl ElementMatrices {
             })
             .collect();
         Self {
-            divergence_axial: &weighted * transposed(&by_z),
-            divergence_radial: &weighted * transposed(&(by_r + over_radius)),
+            divergence_axial,
+            divergence_radial,
             axial,
             radial,
             pressure_mass,
         }
+    }
+}
+
+/// The divergences of axial and radial velocities by their derivatives and their values over the
+/// radius, as in [`ElementMatrices`].
+pub(crate) fn divergences(
+    points: &[MapPoint],
+    pressures: &DMatrix<f64>,
+    by_z: &DMatrix<f64>,
+    by_r: &DMatrix<f64>,
+    over_radius: &DMatrix<f64>,
+) -> [DMatrix<f64>; 2] {
+    let weighted = scaled(pressures, |q| -points[q].measure);
+    [
+        &weighted * transposed(by_z),
+        &weighted * transposed(&(by_r + over_radius)),
+    ]
+}
+
+/// Enters the divergences of axial and radial velocities into a matrix whose rows and columns are
+/// axial velocities, radial velocities and pressures.
+pub(crate) fn enter_divergences(divergences: [&DMatrix<f64>; 2], matrix: &mut DMatrix<f64>) {
+    for (number, divergence) in divergences.into_iter().enumerate() {
+        let (k, n) = divergence.shape();
+        matrix
+            .view_mut((2 * n, number * n), (k, n))
+            .copy_from(divergence);
+        matrix
+            .view_mut((number * n, 2 * n), (n, k))
+            .copy_from(&transposed(divergence));
     }
 }
 

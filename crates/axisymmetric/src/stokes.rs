@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::AxisymmetricError;
 use crate::curve::BoundaryPart;
 use crate::element::Lagrange;
-use crate::forms::ElementMatrices;
+use crate::forms::{ElementMatrices, enter_divergences};
 use crate::geometry_map::{map_points, node_positions};
 use crate::mesh::MeridianMesh;
 use crate::quadrature::triangle_rule;
@@ -196,12 +196,7 @@ pub(crate) fn saddle_point_matrix(m: &ElementMatrices) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(2 * n + k, 2 * n + k);
     matrix.view_mut((0, 0), (n, n)).copy_from(&m.axial);
     matrix.view_mut((n, n), (n, n)).copy_from(&m.radial);
-    for (at, divergence) in [(0, &m.divergence_axial), (n, &m.divergence_radial)] {
-        matrix.view_mut((2 * n, at), (k, n)).copy_from(divergence);
-        matrix
-            .view_mut((at, 2 * n), (n, k))
-            .copy_from(&divergence.transpose());
-    }
+    enter_divergences([&m.divergence_axial, &m.divergence_radial], &mut matrix);
     matrix
 }
 

@@ -18,7 +18,7 @@ use super::error::CliError;
 use super::progress::DesignSpinner;
 use super::text::{
     NO_ESTIMATE, count, duration, entry, measured, percent, printable, rotation_entry, two_digits,
-    warn, with_uncertainty,
+    warn, with_bar,
 };
 
 pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, CliError> {
@@ -176,7 +176,7 @@ fn describe_wave(scene: &Scene, found: &BestWave, out: &Path, seconds: f64) -> S
         + &entry("model", report.model)
         + &entry("table", count(found.table.rows.len(), "run"))
         + "\n";
-    let number = |value: &String| match value.parse::<f64>() {
+    let cell = |value: &String| match value.parse::<f64>() {
         Ok(value) => format!("{value:<12.4}"),
         Err(_) => printable(value),
     };
@@ -187,16 +187,12 @@ fn describe_wave(scene: &Scene, found: &BestWave, out: &Path, seconds: f64) -> S
     text += &row(words.clone(), "Lighthill efficiency, net displacement");
     for of_row in &found.table.rows {
         if let Ok(result) = &of_row.result {
-            let with_bar = |value: f64, bar: Option<f64>| match bar {
-                Some(bar) => with_uncertainty(value, bar),
-                None => two_digits(value),
-            };
             let efficiency = result.efficiency;
             let efficiency = efficiency.map_or("none".to_owned(), |of| {
                 with_bar(of, result.efficiency_error)
             });
             let net = with_bar(result.displacement.norm(), result.displacement_error);
-            let cells = of_row.values.iter().map(number).collect();
+            let cells = of_row.values.iter().map(cell).collect();
             text += &row(cells, &format!("{efficiency}, {net}"));
         }
     }
@@ -259,14 +255,10 @@ fn describe_stroke(found: &DesignedStroke) -> String {
     text += &entry("largest rate, power", peaks);
     let product = format!("{product:.6} at constant power {NO_ESTIMATE}");
     text += &entry("energy times period", product);
-    let efficiency = format!("{:.4e} {NO_ESTIMATE}", found.efficiency);
-    text += &entry("Lighthill efficiency", efficiency);
+    text += &entry("Lighthill efficiency", unestimated(found.efficiency));
     if let Some(of_run) = found.run_efficiency {
         // With the drag of all bodies together, as of `swim run`.
-        text += &match of_run.error {
-            Some(bar) => measured("  by the model", of_run.value, bar),
-            None => entry("  by the model", two_digits(of_run.value)),
-        };
+        text += &entry("  by the model", with_bar(of_run.value, of_run.error));
     }
     let change = percent(optimum.refinement_error);
     text + &entry(

@@ -17,7 +17,7 @@ use super::neglected::{self, inertia_words};
 use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
     duration, entry, error, error_estimates, measured, open_gait, print, rotation_entry,
-    solve_count, tolerance_statement, two_digits, warn, with_uncertainty,
+    solve_count, tolerance_statement, two_digits, warn, with_bar, with_uncertainty,
 };
 use super::view::{open_page, page_entry, write_movie};
 
@@ -148,10 +148,7 @@ fn efficiency(report: &Report) -> String {
     let Some(found) = &report.efficiency else {
         return String::new();
     };
-    match found.error {
-        Some(bar) => measured("Lighthill efficiency", found.value, bar),
-        None => entry("Lighthill efficiency", two_digits(found.value)),
-    }
+    entry("Lighthill efficiency", with_bar(found.value, found.error))
 }
 
 fn describe(report: &Report, out: &Path) -> String {

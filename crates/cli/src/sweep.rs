@@ -8,7 +8,7 @@ use super::arguments::SweepArguments;
 use super::design_files::{folder_of, write};
 use super::error::CliError;
 use super::progress::DesignSpinner;
-use super::text::{count, entry, printable, two_digits, warn, with_uncertainty};
+use super::text::{count, entry, printable, warn, with_bar};
 
 /// Number of rows that are printed.
 const PRINTED: usize = 20;
@@ -94,11 +94,7 @@ pub fn sweep_scene(arguments: SweepArguments, quiet: bool) -> Result<String, Cli
         text += &match &row.result {
             Err(_) => format!("{values}{}\n", printable(&status)),
             Ok(result) => {
-                let net = along(result);
-                let net = match result.displacement_error {
-                    Some(bar) => with_uncertainty(net, bar),
-                    None => two_digits(net),
-                };
+                let net = with_bar(along(result), result.displacement_error);
                 match status == "met" {
                     true => format!("{values}{net}\n"),
                     false => format!("{values}{net}, {}\n", printable(&status)),

@@ -93,6 +93,14 @@ pub fn entry(label: &str, value: impl Display) -> String {
     format!("{label:<LABEL_WIDTH$}{value}\n")
 }
 
+/// A value with its uncertainty, or with two digits where none is known.
+pub fn with_bar(value: f64, uncertainty: Option<f64>) -> String {
+    match uncertainty {
+        Some(uncertainty) => with_uncertainty(value, uncertainty),
+        None => two_digits(value),
+    }
+}
+
 /// One line with a label and a value with its uncertainty.
 pub fn measured(label: &str, value: f64, uncertainty: f64) -> String {
     entry(label, with_uncertainty(value, uncertainty))

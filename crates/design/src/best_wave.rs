@@ -1,8 +1,8 @@
 //! The best wave of a tube: amplitude and number of waves, in a table of runs.
 
-use std::f64::consts::PI;
 use std::path::Path;
 
+use models::{Interpolant, chebyshev_node};
 use scene::{Deformation, Document, JointValues, ObjectiveKind, Scene};
 use serde_json::{Value, json};
 use swimmer::{Folder, Report};
@@ -187,7 +187,7 @@ pub fn best_wave(
         values.push(value);
     }
     check_interruption(progress, || "the table".to_owned())?;
-    let interpolant = Interpolant { values: &values };
+    let interpolant = Objective::new(values, variables.len());
     let shares = interpolant.largest(variables.len());
     let found: Vec<f64> = (variables.iter().zip(&shares))
         .map(|(variable, share)| variable.at(*share))
@@ -244,10 +244,10 @@ fn objective_of(
     }
 }
 
-/// Positions of the values in a range, from 0 to 1: Chebyshev points of the second kind.
+/// Positions of the values in a range, from 0 to 1.
 fn node(k: usize) -> f64 {
-    // Exactly symmetric, and exact at the ends.
-    0.5 - 0.5 * (PI * k as f64 / (NODES - 1) as f64).cos()
+    // The points of a grid descend.
+    chebyshev_node((0.0, 1.0), NODES - 1, NODES - 1 - k)
 }
 
 impl WaveVariable {
@@ -266,22 +266,21 @@ impl WaveVariable {
     }
 }
 
-/// The polynomial through values at all combinations of [`node`]s, of which the last variable
-/// changes fastest.
-struct Interpolant<'v> {
-    values: &'v [f64],
-}
+/// The polynomial through values at all combinations of [`node`]s.
+struct Objective(Interpolant);
 
-impl Interpolant<'_> {
+impl Objective {
+    /// Through values of which the last variable changes fastest.
+    fn new(values: Vec<f64>, variables: usize) -> Self {
+        let (unit, degree) = (vec![(0.0, 1.0); variables], vec![NODES - 1; variables]);
+        // In a grid the first variable changes fastest, and points descend.
+        let descending = values.into_iter().rev().collect();
+        Self(Interpolant::new(unit, degree, 1, descending))
+    }
+
     fn at(&self, shares: &[f64]) -> f64 {
-        let mut values = self.values.to_vec();
-        // From the last variable to the first.
-        for share in shares.iter().rev() {
-            let weights = weights(*share);
-            let line = |line: &[f64]| line.iter().zip(weights).map(|(f, w)| w * f).sum();
-            values = values.chunks(NODES).map(line).collect();
-        }
-        values.first().copied().unwrap_or(f64::NAN)
+        let shares: Vec<f64> = shares.iter().rev().copied().collect();
+        self.0.evaluate(&shares)[0]
     }
 
     /// Where the polynomial is largest in the cube.
@@ -326,22 +325,6 @@ impl Interpolant<'_> {
     }
 }
 
-/// Values at a share of the polynomials that are one at a node and zero at the others, by the
-/// barycentric formula (Berrut & Trefethen 2004, 5.1).
-fn weights(share: f64) -> [f64; NODES] {
-    let nodes: [f64; NODES] = std::array::from_fn(node);
-    if let Some(k) = nodes.iter().position(|node| *node == share) {
-        return std::array::from_fn(|other| if other == k { 1.0 } else { 0.0 });
-    }
-    let terms: [f64; NODES] = std::array::from_fn(|k| {
-        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-        let end = if k == 0 || k == NODES - 1 { 0.5 } else { 1.0 };
-        sign * end / (share - nodes[k])
-    });
-    let sum: f64 = terms.iter().sum();
-    terms.map(|term| term / sum)
-}
-
 impl BestWave {
     /// The answer for other programs, as in `optimum.json`.
     pub fn json(&self) -> Value {
@@ -376,7 +359,7 @@ mod tests {
         let values: Vec<f64> = (0..NODES * NODES)
             .map(|k| f(node(k / NODES), node(k % NODES)))
             .collect();
-        let interpolant = Interpolant { values: &values };
+        let interpolant = Objective::new(values, 2);
         for (x, y) in [(0.1, 0.7), (0.5, 0.0), (1.0, 0.33)] {
             assert!((interpolant.at(&[x, y]) - f(x, y)).abs() < 1e-14);
         }
@@ -391,6 +374,6 @@ mod tests {
         assert!((curvature + 0.18).abs() < 1e-6, "{curvature}");
         // A slope leads to the end.
         let values: Vec<f64> = (0..NODES).map(|k| 3.0 * node(k)).collect();
-        assert_eq!(Interpolant { values: &values }.largest(1), [1.0]);
+        assert_eq!(Objective::new(values, 1).largest(1), [1.0]);
     }
 }

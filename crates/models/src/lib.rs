@@ -36,7 +36,8 @@ pub use query::{BodyInertia, Configuration, Query};
 pub use response::{BodySolution, HoldingLoad, Response};
 pub use rough_model::RoughModel;
 pub use shape_space::{
-    LocalGeometry, ShapeGeometry, ShapeSpace, SolvedShapes, TablePart, Tabulated,
+    Interpolant, LocalGeometry, ShapeGeometry, ShapeSpace, SolvedShapes, TablePart, Tabulated,
+    chebyshev_node,
 };
 pub use solution::{ErrorEstimate, InstantaneousSolution, Lookup, NewMesh, Remesh, Stresslets};
 pub use spheres_model::{SphereModel, SpheresModel};

@@ -98,10 +98,10 @@ struct Moved {
 /// Displacements of vertices along their velocities, over the radius by the largest speed, by which
 /// velocities of other points of the triangles are differences of fourth order: truncation and
 /// rounding are both about 1e-12.
-const STEP: f64 = 1e-3;
+pub(crate) const STEP: f64 = 1e-3;
 
 /// The displacements of the differences in steps, with their weights.
-const STEPS: [(f64, f64); 4] = [
+pub(crate) const STEPS: [(f64, f64); 4] = [
     (1.0, 8.0 / 12.0),
     (-1.0, -8.0 / 12.0),
     (2.0, -1.0 / 12.0),

@@ -165,7 +165,7 @@ impl Estimator<'_> {
         let surfaces = self.surfaces.map(|(nodal, _)| nodal);
         let of_surfaces = (self.problem).power_of_surfaces(flow, surfaces, self.stress())?;
         let power = (flow.forces.dot(&flow.bodies) + of_surfaces) / self.problem.parts();
-        let uncertain_geometry = self.facet_uncertainty() * geometry.abs();
+        let uncertain_geometry = self.facet_uncertainty(FACET_UNCERTAINTY_IN_FLOW) * geometry.abs();
         let uncertain = (SOLVE_UNCERTAINTY
             + ENERGY_UNCERTAINTY * (energy / power).abs()
             + self.viscosity_uncertainty()?)
@@ -188,7 +188,7 @@ impl Estimator<'_> {
                 0.0
             },
             power_uncertainty: self.problem.parts()
-                * self.facet_power_uncertainty()
+                * self.facet_uncertainty(FACET_POWER_UNCERTAINTY_IN_FLOW)
                 * geometry.abs(),
             source_uncertainty,
         })
@@ -206,27 +206,12 @@ impl Estimator<'_> {
         })
     }
 
-    /// Relative uncertainty of the effect of straight facets on bodies.
-    fn facet_uncertainty(&self) -> f64 {
+    /// Relative uncertainty of an effect of straight facets, which is this one with slip or a
+    /// background flow.
+    fn facet_uncertainty(&self, in_flow: f64) -> f64 {
         match self.surfaces {
             None => FACET_UNCERTAINTY,
-            Some(_) => FACET_UNCERTAINTY_IN_FLOW,
-        }
-    }
-
-    /// Relative uncertainty of the effect of straight facets on the power.
-    fn facet_power_uncertainty(&self) -> f64 {
-        match self.surfaces {
-            None => FACET_UNCERTAINTY,
-            Some(_) => FACET_POWER_UNCERTAINTY_IN_FLOW,
-        }
-    }
-
-    /// Relative uncertainty of the effect of straight facets on stresslets.
-    fn facet_stresslet_uncertainty(&self) -> f64 {
-        match self.surfaces {
-            None => FACET_UNCERTAINTY,
-            Some(_) => FACET_STRESSLET_UNCERTAINTY_IN_FLOW,
+            Some(_) => in_flow,
         }
     }
 
@@ -316,7 +301,8 @@ impl Estimator<'_> {
             uncertainty: (of_one_cell * of_cells).hypot(of_walls),
             relative_uncertainty: error.relative_uncertainty,
             power_uncertainty: error.power_uncertainty,
-            stresslet_uncertainty: self.facet_stresslet_uncertainty() * of_facets,
+            stresslet_uncertainty: self.facet_uncertainty(FACET_STRESSLET_UNCERTAINTY_IN_FLOW)
+                * of_facets,
             source_uncertainty: error.source_uncertainty,
             energy_indicators: indicators(&error.surplus)?,
             frame_indicators,

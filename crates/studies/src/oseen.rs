@@ -74,12 +74,8 @@ fn rows(quick: bool) -> Result<Vec<Row>> {
             for is_free in [false, true] {
                 for reynolds in REYNOLDS {
                     let what = || format!("{container}, size {size}, Re {reynolds}");
-                    let row = row(&mesh, is_free, reynolds).with_context(what)?;
-                    rows.push(Row {
-                        container,
-                        size,
-                        ..row
-                    });
+                    let place = (container, size);
+                    rows.push(row(place, &mesh, is_free, reynolds).with_context(what)?);
                 }
             }
         }
@@ -119,7 +115,12 @@ fn mesh(container: &str, size: f64) -> Result<TetMesh> {
     Ok(TetMesh::curved(tets, &surfaces)?)
 }
 
-fn row(mesh: &TetMesh, is_free: bool, reynolds: f64) -> Result<Row> {
+fn row(
+    (container, size): (&'static str, f64),
+    mesh: &TetMesh,
+    is_free: bool,
+    reynolds: f64,
+) -> Result<Row> {
     let set = Articulation::new(&[BodyKind::Rigid], vec![], Arms::Clamped, &[Vec3::zeros()])?;
     let set = match is_free {
         true => set,
@@ -160,9 +161,9 @@ fn row(mesh: &TetMesh, is_free: bool, reynolds: f64) -> Result<Row> {
     let solved = problem.solve_inertial(&drive, &options, &terms, &mut WarmStart::new(0))?;
     let speed = if is_free { velocity.norm() } else { 1.0 };
     Ok(Row {
-        container: "",
+        container,
         is_free,
-        size: 0.0,
+        size,
         dofs: solved.dofs.total,
         reynolds: reynolds * speed,
         nonlinear: steady.iterations,

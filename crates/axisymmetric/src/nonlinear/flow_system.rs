@@ -477,21 +477,17 @@ impl FlowSystem {
     ) -> Result<MomentumElement<'a>, AxisymmetricError> {
         let nodes = &self.spaces[0].nodes[t];
         let frame = self.frame.map_or(0.0, |g| fields.motions[g]);
-        let local = LocalValues {
-            at_nodes: DMatrix::from_fn(nodes.len(), 7, |i, j| {
-                let node = nodes[i] as usize;
-                match j {
-                    0 | 1 => positions[node][j],
-                    2 | 3 => fields.velocity[node][j - 2],
-                    4 => frame + terms.mesh_velocity.map_or(0.0, |w| w[node]),
-                    _ => terms.history.map_or(0.0, |h| h[node][j - 5]),
-                }
-            }),
-            pressure: DVector::from_iterator(
-                self.pressure.len(),
-                (self.spaces[1].nodes[t].iter()).map(|&node| fields.pressure[node as usize]),
-            ),
+        let at = |i: usize| {
+            let node = nodes[i] as usize;
+            let w = frame + terms.mesh_velocity.map_or(0.0, |w| w[node]);
+            let h = terms.history.map_or(Point::zeros(), |h| h[node]);
+            (positions[node], fields.velocity[node], w, h)
         };
+        let pressure = DVector::from_iterator(
+            self.pressure.len(),
+            (self.spaces[1].nodes[t].iter()).map(|&node| fields.pressure[node as usize]),
+        );
+        let local = LocalValues::new(nodes.len(), at, pressure);
         let on_axis = |k: usize| positions[nodes[k] as usize].y == 0.0;
         // corners are the first nodes; 1 / r is singular at those on the axis
         let needs_large_rule = self.mesh.is_curved(t) || (0..3).any(on_axis);

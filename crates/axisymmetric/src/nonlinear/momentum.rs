@@ -16,7 +16,7 @@ use super::viscosity::{Strain, Viscosity, tangent};
 use crate::AxisymmetricError;
 use crate::curve::Point;
 use crate::element::{Lagrange, Table};
-use crate::forms::{derivatives, scaled, transposed};
+use crate::forms::{derivatives, divergences, enter_divergences, scaled, transposed};
 use crate::geometry_map::MapPoint;
 use crate::quadrature::{RulePoint, triangle_rule};
 
@@ -71,8 +71,24 @@ pub(crate) struct Coefficients<'a> {
 pub(crate) struct LocalValues {
     /// One node per row: position along the axis and away from it, axial and radial velocity, `w`,
     /// axial and radial part of `h`.
-    pub at_nodes: DMatrix<f64>,
-    pub pressure: DVector<f64>,
+    at_nodes: DMatrix<f64>,
+    pressure: DVector<f64>,
+}
+
+impl LocalValues {
+    /// Of the values of each node: position, velocity, `w` and `h`.
+    pub fn new(
+        nodes: usize,
+        at: impl Fn(usize) -> (Point, Point, f64, Point),
+        pressure: DVector<f64>,
+    ) -> Self {
+        let mut at_nodes = DMatrix::zeros(nodes, H + 2);
+        for (node, mut row) in at_nodes.row_iter_mut().enumerate() {
+            let (x, u, w, h) = at(node);
+            row.copy_from_slice(&[x.x, x.y, u.x, u.y, w, h.x, h.y]);
+        }
+        Self { at_nodes, pressure }
+    }
 }
 
 /// An element with its geometry and the flow at its quadrature points.
@@ -263,15 +279,9 @@ impl<'a> MomentumElement<'a> {
                 block.gemm(1.0, &tests.columns(0, m), &transposed(&by_gradient), 0.0);
             }
         }
-        let weighted = scaled(pressure, |q| -measure(q));
         let over_radius = scaled(&velocity.values, |q| 1.0 / self.points[q].radius);
-        for (at, divergence) in [(0, by_z), (n, by_r + over_radius)] {
-            let block = &weighted * transposed(&divergence);
-            matrix.view_mut((2 * n, at), (k, n)).copy_from(&block);
-            matrix
-                .view_mut((at, 2 * n), (n, k))
-                .copy_from(&block.transpose());
-        }
+        let of_pressure = divergences(&self.points, pressure, &by_z, &by_r, &over_radius);
+        enter_divergences(of_pressure.each_ref(), &mut matrix);
         if viscosity.law.is_some() {
             let strains: Vec<Strain> = (0..m).map(|q| self.strain(q)).collect();
             let rest = tangent(&viscosity, &self.points, velocity, &strains);

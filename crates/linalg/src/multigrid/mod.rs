@@ -130,7 +130,8 @@ impl Multigrid {
         let unsymmetric = !operator.has_symmetric_stiffness();
         if unsymmetric && convection_dominates(operator.stiffness()) {
             builder.convection = true;
-            let coarse = builder.push_convection(operator, prolongation)?;
+            let stable = stabilised(operator.stiffness());
+            let coarse = builder.push_convection(operator, stable, prolongation)?;
             return builder.aggregate(Cow::Owned(coarse));
         }
         let (pushed, coarse) = rayon::join(
@@ -194,18 +195,19 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Adds a level whose smoother is [`IncompleteLu`]; returns the operator of the next one, that
-    /// of the stabilised matrix.
+    /// Adds a level whose smoother is [`IncompleteLu`] of its stabilised matrix; returns the
+    /// operator of the next one, that of the same matrix.
     fn push_convection(
         &mut self,
         operator: &Bordered,
+        stable: Csr,
         prolongation: &Prolongation,
     ) -> Result<Bordered, LinalgError> {
-        let stable = operator.with_stiffness(stabilised(operator.stiffness()))?;
+        let stable = operator.with_stiffness(stable)?;
         let constrained = operator.constrained_dofs();
         let unit = self.unit.recip();
         let (factors, coarse) = rayon::join(
-            || IncompleteLu::new(operator.stiffness(), constrained, unit),
+            || IncompleteLu::new(stable.stiffness(), constrained, unit),
             || prolongation.galerkin(&stable, None),
         );
         self.record(operator, prolongation.nodes().nnz(), 1);
@@ -241,13 +243,11 @@ impl<'a> Builder<'a> {
     fn aggregate(mut self, mut operator: Cow<Bordered>) -> Result<Multigrid, LinalgError> {
         while operator.nodes() > self.params.coarsest_nodes {
             let diagonal = positive_diagonal("coarse stiffness matrix", operator.stiffness())?;
+            let stable = (self.convection).then(|| stabilised(operator.stiffness()));
             // aggregates and their smoothing are those of the diffusion
-            let symmetric = match self.convection {
-                true => {
-                    let stable = stabilised(operator.stiffness());
-                    Cow::Owned(operator.with_stiffness(symmetric_part(&stable)?)?)
-                }
-                false => Cow::Borrowed(&*operator),
+            let symmetric = match &stable {
+                Some(stable) => Cow::Owned(operator.with_stiffness(symmetric_part(stable)?)?),
+                None => Cow::Borrowed(&*operator),
             };
             let scaling = JacobiScaling::new(symmetric.stiffness())?;
             let MultigridParams {
@@ -264,8 +264,9 @@ impl<'a> Builder<'a> {
                     .check_stalled(self.levels.len(), operator.nodes())?;
                 break;
             };
-            if self.convection {
-                operator = Cow::Owned(self.push_convection(&operator, &prolongation)?);
+            if let Some(stable) = stable {
+                let coarse = self.push_convection(&operator, stable, &prolongation)?;
+                operator = Cow::Owned(coarse);
                 continue;
             }
             let fine = &operator;

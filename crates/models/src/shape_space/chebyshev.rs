@@ -13,8 +13,16 @@ use serde::{Deserialize, Serialize};
 /// with each variable `x_a` mapped to [-1, 1]. For functions that are analytic in a neighbourhood
 /// of the box, the error and the coefficients decrease geometrically with the degree, so the last
 /// coefficients estimate the error.
+///
+/// ```
+/// use models::{Interpolant, chebyshev_node};
+///
+/// let values = (0..=4).map(|k| chebyshev_node((1.0, 3.0), 4, k).powi(4)).collect();
+/// let found = Interpolant::new(vec![(1.0, 3.0)], vec![4], 1, values).evaluate(&[1.5]);
+/// assert!((found[0] - 5.0625).abs() < 1e-13);
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Interpolant {
+pub struct Interpolant {
     ranges: Vec<(f64, f64)>,
     degrees: Vec<usize>,
     /// Number of components of the function.
@@ -26,7 +34,7 @@ pub(super) struct Interpolant {
 /// Chebyshev point number `index` of the `degree + 1` points on a range.
 ///
 /// The points of a degree are among those of twice the degree.
-pub(super) fn node((from, to): (f64, f64), degree: usize, index: usize) -> f64 {
+pub fn chebyshev_node((from, to): (f64, f64), degree: usize, index: usize) -> f64 {
     // Measured from the nearer end, so that ends are exact and the grid is symmetric.
     let half = 0.5 * (to - from);
     if 2 * index <= degree {
@@ -53,7 +61,8 @@ pub(super) fn indices(degrees: &[usize]) -> impl Iterator<Item = Vec<usize>> + u
 }
 
 impl Interpolant {
-    /// Interpolates `width` values per grid point, in the order of [`indices`].
+    /// Interpolates `width` values per grid point, of which the index of the first variable runs
+    /// fastest; the points are [`chebyshev_node`]s.
     ///
     /// Degrees are at least 1. Cost: the number of values times the degree.
     pub fn new(
@@ -223,8 +232,8 @@ mod tests {
         let ranges = vec![(1.0, 3.0), (-2.0, 0.5)];
         let values = indices(degrees)
             .flat_map(|i| {
-                let x = node(ranges[0], degrees[0], i[0]);
-                let y = node(ranges[1], degrees[1], i[1]);
+                let x = chebyshev_node(ranges[0], degrees[0], i[0]);
+                let y = chebyshev_node(ranges[1], degrees[1], i[1]);
                 [f(x, y), 2.0 * f(x, y)]
             })
             .collect();
@@ -272,9 +281,12 @@ mod tests {
     #[test]
     fn grids_are_nested_and_end_on_the_ends() {
         for k in 0..=8 {
-            assert_eq!(node((2.0, 7.3), 8, k), node((2.0, 7.3), 16, 2 * k));
+            assert_eq!(
+                chebyshev_node((2.0, 7.3), 8, k),
+                chebyshev_node((2.0, 7.3), 16, 2 * k)
+            );
         }
-        assert_eq!(node((2.0, 7.3), 8, 0), 7.3);
-        assert_eq!(node((2.0, 7.3), 8, 8), 2.0);
+        assert_eq!(chebyshev_node((2.0, 7.3), 8, 0), 7.3);
+        assert_eq!(chebyshev_node((2.0, 7.3), 8, 8), 2.0);
     }
 }

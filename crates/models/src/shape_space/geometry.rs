@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Vector6};
 use serde::{Deserialize, Serialize};
 
-use super::chebyshev::{Interpolant, indices, node};
+use super::chebyshev::{Interpolant, chebyshev_node, indices};
 use super::space::ShapeSpace;
 use crate::error::ModelError;
 
@@ -52,7 +52,8 @@ impl ShapeSpace {
         for index in indices(&degrees) {
             let mut lengths = self.smallest_lengths();
             for (variable, &joint) in variables.iter().enumerate() {
-                lengths[joint] = node(ranges[variable], degrees[variable], index[variable]);
+                lengths[joint] =
+                    chebyshev_node(ranges[variable], degrees[variable], index[variable]);
             }
             for twist in self.connection(&lengths)? {
                 values.extend(twist.linear.iter().chain(twist.angular.iter()));

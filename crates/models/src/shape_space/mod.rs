@@ -27,6 +27,7 @@ mod solved_shapes;
 mod space;
 mod tabulated;
 
+pub use chebyshev::{Interpolant, chebyshev_node};
 pub use geometry::{LocalGeometry, ShapeGeometry};
 pub use solved_shapes::{SolvedShapes, TablePart};
 pub use space::ShapeSpace;

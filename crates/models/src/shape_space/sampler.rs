@@ -6,7 +6,7 @@ use rigid::State;
 use scene::Scene;
 use stokes::{Dofs, SolverReport};
 
-use super::chebyshev::{indices, node};
+use super::chebyshev::{chebyshev_node, indices};
 use super::placement::Placement;
 use super::record::{Layout, Record, numbers};
 use super::solved_shapes::{Bars, SolvedShapes, TablePart};
@@ -247,7 +247,7 @@ impl<'a> Sampler<'a> {
     fn shape(&self, degrees: &[usize], index: &[usize]) -> Vec<f64> {
         let mut shape: Vec<f64> = self.ranges.iter().map(|range| range.0).collect();
         for (variable, &joint) in self.variables.iter().enumerate() {
-            shape[joint] = node(self.ranges[joint], degrees[variable], index[variable]);
+            shape[joint] = chebyshev_node(self.ranges[joint], degrees[variable], index[variable]);
         }
         shape
     }

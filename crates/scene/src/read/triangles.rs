@@ -14,7 +14,7 @@ use crate::keys::{BodyFile, DeformationFile};
 use crate::shape::Shape;
 use crate::shapes::FileShape;
 use crate::surface_shape::{SurfaceFiles, SurfaceKeys};
-use crate::triangle_deformation::{MotionSource, TriangleDeformation};
+use crate::triangle_deformation::{MotionSource, STEP, STEPS, TriangleDeformation};
 use crate::words::DeformationWord;
 
 /// Fewest frames: of two the spline is a line, and a period of two is the way there and back.
@@ -199,9 +199,6 @@ fn values(
 /// Largest difference of velocities from those of differences of positions, over the largest speed.
 const CONTRADICTION: f64 = 1e-5;
 
-/// Change of an amplitude in differences, over the change that moves points by the radius.
-const STEP: f64 = 1e-3;
-
 impl TriangleDeformation {
     /// What is wrong with the motion at the start, whatever the gait.
     fn defect(&self) -> Option<String> {
@@ -247,12 +244,11 @@ impl TriangleDeformation {
                 amplitudes[k] += steps * width;
                 self.positions(&amplitudes)
             };
-            let [far_back, back, forth, far] = [-2.0, -1.0, 1.0, 2.0].map(moved);
+            let ends = STEPS.map(|(steps, weight)| (moved(steps), weight / width));
             let velocities = self.velocities(&start, k);
             for (vertex, velocity) in velocities.iter().enumerate() {
-                let near: Vector3<f64> = forth[vertex] - back[vertex];
-                let wide: Vector3<f64> = far[vertex] - far_back[vertex];
-                let found = (8.0 * near - wide) / (12.0 * width);
+                let terms = ends.iter().map(|(end, weight)| *weight * end[vertex]);
+                let found: Vector3<f64> = terms.sum();
                 let error = (found - velocity).norm();
                 if error.is_nan() || error > CONTRADICTION * speed {
                     return Some(format!(

@@ -13,6 +13,9 @@ const REYNOLDS: [f64; 8] = [1.0, 18.0, 47.0, 50.0, 60.0, 80.0, 100.0, 150.0];
 /// Largest Reynolds number at which a steady state must be found.
 const MAX_REYNOLDS: f64 = 100.0;
 
+/// Factor on the element sizes in space.
+const SIZE_FACTOR: f64 = 0.6;
+
 /// The map.
 pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     let mut map = Map {
@@ -32,19 +35,18 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
     Ok(map)
 }
 
-fn solve(model: &str, reynolds: f64, body: &str, factor: f64) -> Result<SteadySolution, SwimError> {
+fn solve(model: &str, reynolds: f64, body: &str) -> Result<SteadySolution, SwimError> {
     solve_steady(&Scene::parse(&format!(
         "fluid = {{ density = {reynolds:?} }}\ndomain = {{ kind = \"ball\", radius = 10 }}\n\
-         model.kind = \"{model}\"\nfem.size_factor = {factor:?}\n\
+         model.kind = \"{model}\"\nfem.size_factor = {SIZE_FACTOR}\n\
          bodies = [{{ name = \"s\", radius = 1, position = [0, 0, 0], {body} }}]"
     ))?)
 }
 
 /// Both models for one Reynolds number.
 fn cells(reynolds: f64) -> Result<Vec<Cell>> {
-    let factor = 0.6;
     let held = "velocity = [1, 0, 0], angular_velocity = [0, 0, 0]";
-    let fixed = solve(MODELS[0], reynolds, held, factor).context("no reference");
+    let fixed = solve(MODELS[0], reynolds, held).context("no reference");
     let expected = match reynolds <= MAX_REYNOLDS {
         true => Expected::Right,
         false => Expected::NotWrong,
@@ -55,12 +57,7 @@ fn cells(reynolds: f64) -> Result<Vec<Cell>> {
                 Ok(fixed) => fixed.solution.bodies[0].force.x,
                 Err(_) => f64::NAN,
             };
-            solve(
-                model,
-                reynolds,
-                &format!("force = [{force:?}, 0, 0]"),
-                factor,
-            )
+            solve(model, reynolds, &format!("force = [{force:?}, 0, 0]"))
         };
         Cell::new(expected, compute, |found: SteadySolution| {
             let speed = found.solution.bodies[0].velocity.x;

@@ -138,24 +138,19 @@ pub(super) struct BodyMemory {
 
 impl BodyMemory {
     pub fn new(scene: &Scene) -> Self {
-        let radii = scene.bodies().iter().map(scene::Body::bounding_radius);
-        let times = |(radius, mass): (f64, f64)| {
-            let inertia = if mass > 0.0 {
+        let of_body = |body: &scene::Body| {
+            let (radius, mass) = (body.bounding_radius(), body.mass_matrix_by_density());
+            let mass = mass.map_or(0.0, |(mass, _)| mass);
+            // points have neither
+            let inertia = if radius > 0.0 {
                 mass / (6.0 * PI * radius)
             } else {
                 0.0
             };
             [scene.fluid_density() * radius * radius, inertia]
         };
-        let masses = scene.bodies().iter().map(|body| {
-            let mass = body.mass_matrix_by_density();
-            mass.map_or(0.0, |(mass, _)| mass)
-        });
-        let slowest = (radii
-            .zip(masses)
-            .filter(|(radius, _)| *radius > 0.0)
-            .map(times))
-        .fold([0.0_f64; 2], |[a, b], [c, d]| [a.max(c), b.max(d)]);
+        let slowest = (scene.bodies().iter().map(of_body))
+            .fold([0.0_f64; 2], |[a, b], [c, d]| [a.max(c), b.max(d)]);
         let [diffusion, inertia] = slowest.map(|time| time / scene.viscosity());
         Self { diffusion, inertia }
     }

@@ -356,19 +356,14 @@ fn append(
     let power_change = last.map(|last| power - last.end.solution.power());
     // from the power at the end of the step to a linear one, and on to a quadratic one
     let linear = -0.5 * length * power_change.unwrap_or(0.0);
-    let slopes =
-        last.and_then(|last| Some([last.power_change? / last.length, power_change? / length]));
-    let quadratic = match (slopes, last) {
-        (Some([before, now]), Some(last)) => {
-            -length.powi(3) / 6.0 * (now - before) / (length + last.length)
-        }
-        _ => 0.0,
-    };
-    let of_power = if slopes.is_some() { quadratic } else { linear };
+    let quadratic = last.and_then(|last| {
+        let [before, now] = [last.power_change? / last.length, power_change? / length];
+        Some(-length.powi(3) / 6.0 * (now - before) / (length + last.length))
+    });
     let integration = IntegrationError {
         displacement,
         rotation: displacement / smallest_radius(evaluator.scene),
-        work: of_power.abs() + length * power.abs() * error.min(1.0),
+        work: quadratic.unwrap_or(linear).abs() + length * power.abs() * error.min(1.0),
         // As for the work, but with the load at the end of the step.
         holding: holding_change(start, &recorded).map(|change| length * change),
     };
@@ -384,7 +379,7 @@ fn append(
         Some(integration.unsigned()),
         accumulated.as_ref(),
     )?;
-    result.work += linear + quadratic;
+    result.work += linear + quadratic.unwrap_or(0.0);
     let twists = recorded.solution.bodies.iter();
     result.velocities = twists
         .flat_map(|body| [body.velocity, body.angular_velocity])

@@ -123,13 +123,17 @@ impl TriangulatedSurface {
     /// features below a thousandth of the surface's radius.
     pub fn new(name: &str, mesh: SurfaceMesh, kind: TriangleKind) -> Result<Self, GenerateError> {
         let parts = Parts::new(mesh, kind, None).map_err(|defect| defect.of(name))?;
+        Ok(Self::from_parts(parts))
+    }
+
+    fn from_parts(parts: Parts) -> Self {
         let origin = Vec3::zeros();
-        Ok(Self {
+        Self {
             radius: parts.radius_about(&origin),
             parts: Arc::new(parts),
             scale: 1.0,
             origin,
-        })
+        }
     }
 
     /// The same surface with the point `origin` of its present coordinates as origin.

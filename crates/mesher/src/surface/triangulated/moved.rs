@@ -1,7 +1,5 @@
 //! The triangles of a surface with moved vertices.
 
-use std::sync::Arc;
-
 use mesh::{SurfaceMesh, Vec3};
 
 use super::patch::{Patch, integrals};
@@ -105,13 +103,7 @@ impl TriangulatedSurface {
         let mesh = self.moved_mesh(name, vertices)?;
         let parts = Parts::new(mesh, self.parts.kind, Some(&self.parts.edges))
             .map_err(|defect| defect.of(name))?;
-        let origin = Vec3::zeros();
-        Ok(Self {
-            radius: parts.radius_about(&origin),
-            parts: Arc::new(parts),
-            scale: 1.0,
-            origin,
-        })
+        Ok(Self::from_parts(parts))
     }
 
     fn moved_mesh(&self, name: &str, vertices: Vec<Vec3>) -> Result<SurfaceMesh, GenerateError> {
