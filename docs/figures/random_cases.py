@@ -208,11 +208,13 @@ def solved(kind, seed, drawn, exact, models):
 
 
 def instants(seed, has_slip=False):
-    """An arrangement by elements in space, and in the meridian plane where there is one."""
+    """An arrangement by elements in space, by expansions, and in the meridian plane where there is
+    one."""
     drawn = Arrangement(seed, has_slip)
     exact = ("multipole", EXACT_ON_AXIS if drawn.is_axisymmetric else EXACT)
     # The tolerance of elements in space is that of the integration.
-    models = [("fem", 1e-3)] + [("axisymmetric", MERIDIAN_TOLERANCE)] * drawn.is_axisymmetric
+    models = [("fem", 1e-3), ("multipole", drawn.tolerance)]
+    models += [("axisymmetric", MERIDIAN_TOLERANCE)] * drawn.is_axisymmetric
     yield from solved("squirmer" if has_slip else "instant", seed, drawn, exact, models)
 
 
@@ -497,7 +499,7 @@ def write(cases, chosen):
         f"have their default sizes; in the meridian plane the tolerance is {MERIDIAN_TOLERANCE}.",
         "Instants: 2 to 5 spheres, radii 0.2 to 2, smallest gap 0.02 to 3 radii of the smaller "
         "neighbour, half of them on a line, half in a ball, half linked, a quarter with straight "
-        "facets. Squirmers: the same with slip, b1 up to 1 and b2 up to 2. Lone bodies: a sphere with "
+        "facets, also by multipoles at tolerances of 1e-4 to 1e-2. Squirmers: the same with slip, b1 up to 1 and b2 up to 2. Lone bodies: a sphere with "
         "force and torque, gap 0.02 to 3 radii to a plane wall or a ball. Fluids with a viscosity law: one "
         "to three spheres on an axis, held, linked or with forces, half of them with slip, of the laws "
         f"of Carreau, Yasuda, Cross, power laws and Herschel-Bulkley, indices {INDICES[0]} to "

@@ -111,6 +111,8 @@ class Arrangement:
         flat = [load for pair in self.loads for load in pair]
         self.is_axisymmetric = on_axis and all(load[1] == load[2] == 0 for load in flat)
         self.slips = self.draw_slips(Random(~seed), on_axis) if has_slip else []
+        # Of expansions; drawn apart, so that the arrangements of a seed stay those of earlier studies.
+        self.tolerance = Random(-seed).log_within(TOLERANCES)
 
     @staticmethod
     def load(random, size, along_axis):

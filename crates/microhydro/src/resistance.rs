@@ -18,6 +18,7 @@ use crate::multipole::Orders;
 pub struct Resistance {
     matrix: DMatrix<f64>,
     coarser: DMatrix<f64>,
+    coarser_gaps: Option<DMatrix<f64>>,
     rounded: DMatrix<f64>,
     tail: f64,
     orders: Orders,
@@ -61,9 +62,18 @@ impl Resistance {
             rounded: &matrix - rounding_of(&matrix, radii),
             matrix,
             coarser,
+            coarser_gaps: None,
             tail,
             orders,
             dofs,
+        }
+    }
+
+    /// The same resistance with the matrix that differs by the estimated error of narrow gaps alone.
+    pub(crate) fn with_coarser_gaps(self, coarser: DMatrix<f64>) -> Self {
+        Self {
+            coarser_gaps: Some(coarser),
+            ..self
         }
     }
 
@@ -91,6 +101,15 @@ impl Resistance {
         &self.coarser
     }
 
+    /// The matrix that differs from [`Resistance::matrix`] by the estimated error of narrow gaps off
+    /// an axis, as [`Resistance::coarser`] does too; `None` if nothing was eliminated in gaps.
+    ///
+    /// Both parts of the error may have opposite signs in a quantity: its error estimate is the
+    /// difference by this matrix plus that from this one to [`Resistance::coarser`].
+    pub fn coarser_gaps(&self) -> Option<&DMatrix<f64>> {
+        self.coarser_gaps.as_ref()
+    }
+
     /// Factor that turns a change of the order into an error estimate.
     ///
     /// The error of a quantity computed from [`Resistance::matrix`] is estimated as this factor
@@ -109,7 +128,10 @@ impl Resistance {
 
     /// Estimated absolute error of each entry, by truncation and rounding.
     pub fn error(&self) -> DMatrix<f64> {
-        (&self.matrix - &self.coarser).abs() * self.tail + (&self.matrix - &self.rounded).abs()
+        let gaps = self.coarser_gaps.as_ref().unwrap_or(&self.matrix);
+        (&self.matrix - gaps).abs()
+            + (gaps - &self.coarser).abs() * self.tail
+            + (&self.matrix - &self.rounded).abs()
     }
 
     /// Largest estimated error of an entry `R_ij`, relative to `sqrt(R_ii R_jj)`.

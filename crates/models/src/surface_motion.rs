@@ -88,6 +88,16 @@ impl SurfaceEffect {
         }
     }
 
+    /// The effect with a factor times the change from one effect of the same surfaces to another.
+    pub fn changed(&self, factor: f64, [from, to]: [&Self; 2]) -> Self {
+        Self {
+            velocities: &self.velocities + factor * (&to.velocities - &from.velocities),
+            of_parts: &self.of_parts + factor * (&to.of_parts - &from.of_parts),
+            powers: &self.powers + factor * (&to.powers - &from.powers),
+            rates: self.rates.clone(),
+        }
+    }
+
     /// The effect from columns: slip, minus the background flow, then a rate of one of each
     /// amplitude.
     ///

@@ -127,6 +127,21 @@ pub fn orders_for(
     Ok(orders)
 }
 
+/// Part of the tolerance that neglected couplings and iterations may take, which the change of the
+/// order does not contain.
+///
+/// The forces between two linked spheres in a narrow gap, beside a third one, have an error that is
+/// 1e-3 of that of the resistance, because their own motions are equal: with few spheres all
+/// couplings are kept, which costs little. Many have so many far pairs that it would take ten times
+/// the time and memory.
+fn neglected_part(spheres: usize) -> f64 {
+    const FEW: usize = 32;
+    match spheres <= FEW {
+        true => 1e-4,
+        false => 1.0,
+    }
+}
+
 /// Narrowest gap in smaller radii for which the expansions meet a tolerance, as is verified.
 ///
 /// Fixed orders have no tolerance to meet.
@@ -206,7 +221,7 @@ fn adaptive(
     let mut best: Option<Resistance> = None;
     let mut stalled = 0;
     loop {
-        let accuracy = search.targets.expansions.min(tolerance);
+        let accuracy = search.targets.expansions.min(tolerance) * neglected_part(spheres.len());
         let reached = match fixed_order::resistance(spheres, medium, &orders, accuracy) {
             // orders beyond the memory end the search, unless they are the first ones
             Err(HydroError::TooLarge { .. }) if best.is_some() => break,

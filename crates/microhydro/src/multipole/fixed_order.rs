@@ -149,12 +149,13 @@ impl Arrangement<'_> {
         let of_expansions = new(matrix, lowered, tail);
         let matrix = of_expansions.matrix();
         let change = (matrix - of_expansions.coarser()) * tail;
-        let coarser = matrix - change - &of_gaps - &of_pairs;
+        let coarser_gaps = matrix - &of_gaps - &of_pairs;
         Ok(Reached {
             expansions: of_expansions.truncation_error()
                 + of_expansions.relative_difference(&(matrix + of_pairs)),
             gaps: of_expansions.relative_difference(&(matrix + of_gaps)),
-            resistance: new(matrix.clone(), coarser, 1.0),
+            resistance: new(matrix.clone(), &coarser_gaps - change, 1.0)
+                .with_coarser_gaps(coarser_gaps),
         })
     }
 

@@ -168,11 +168,11 @@ impl SurfaceOrders<'_> {
         let gap_tail = narrow.iter().map(of_gap).fold(0.0, f64::max);
         let coarser = (values.iter().zip(&lowered).zip(&lowered_gap))
             .map(|((value, lowered), lowered_gap)| {
-                let (change, of_gaps) = (lowered - value, lowered_gap - value);
+                let (change, of_gaps) =
+                    (tail * (lowered - value), gap_tail * (lowered_gap - value));
                 value
-                    + change.zip_map(&of_gaps, |change, of_gaps| {
-                        let error: f64 = tail * change.abs() + gap_tail * of_gaps.abs();
-                        error.copysign(change)
+                    + change.zip_map(&of_gaps, |change: f64, of_gaps: f64| {
+                        (change.abs() + of_gaps.abs()).copysign(change + of_gaps)
                     })
             })
             .collect();

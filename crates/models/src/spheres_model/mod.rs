@@ -19,9 +19,7 @@ use crate::flow_field::{FlowField, PointFlow};
 use crate::hydrodynamics::{
     Capabilities, Flows, Fluctuations, Hydrodynamics, PredictedCost, Resistances, SceneResistance,
 };
-use crate::linked_bodies::{
-    self, LargestDifferences, LinkedBodies, MobilitySolution, SomeLinkages,
-};
+use crate::linked_bodies::{self, LinkedBodies, MobilitySolution, SomeLinkages};
 use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
@@ -72,9 +70,11 @@ const MAX_MEASURED_SECONDS: f64 = 0.5;
 /// Effects of slip and background flow on the spheres.
 struct SurfaceEffects {
     computed: SurfaceEffect,
-    /// Effects with factors: each difference from `computed`, times its factor, is a part of the
-    /// error.
-    references: [(SurfaceEffect, f64); 2],
+    /// The effect that differs by rounding.
+    rounded: SurfaceEffect,
+    /// The effect at the orders below; the difference times `tail` is the error.
+    coarser: SurfaceEffect,
+    tail: f64,
 }
 
 impl SurfaceEffects {
@@ -98,41 +98,78 @@ impl SurfaceEffects {
         };
         Ok(Self {
             computed: effect(&flow.velocities, &flow.powers),
-            references: [
-                (effect(&flow.rounded_velocities, &flow.rounded_powers), 1.0),
-                (
-                    effect(&flow.coarser_velocities, &flow.coarser_powers),
-                    flow.tail,
-                ),
-            ],
+            rounded: effect(&flow.rounded_velocities, &flow.rounded_powers),
+            coarser: effect(&flow.coarser_velocities, &flow.coarser_powers),
+            tail: flow.tail,
         })
     }
+}
 
-    /// Errors by those of the effects, of the solution by the finest reference.
-    fn reference_errors(
-        &self,
-        all: &SomeLinkages,
-        resistances: &SphereResistances,
-    ) -> Result<LargestDifferences, ModelError> {
-        let finest = resistances.finest();
-        let solved = all.by_resistance(finest, Some(&self.computed))?;
-        self.errors(all, finest, &solved)
+/// A resistance and an effect of surfaces whose solution differs from another one by a part of the
+/// error.
+struct Reference<'a> {
+    resistance: &'a DMatrix<f64>,
+    effect: Option<SurfaceEffect>,
+    /// Factor from the difference to the error.
+    factor: f64,
+}
+
+impl Reference<'_> {
+    /// The solution of some linkages.
+    fn solution(&self, all: &SomeLinkages) -> Result<MobilitySolution, ModelError> {
+        all.by_resistance(self.resistance, self.effect.as_ref())
     }
+}
 
-    /// Errors by those of the effects, of a solution by this resistance and the computed effect.
-    fn errors(
-        &self,
-        all: &SomeLinkages,
-        resistance: &DMatrix<f64>,
-        solved: &MobilitySolution,
-    ) -> Result<LargestDifferences, ModelError> {
-        let mut errors = LargestDifferences::default();
-        for (reference, factor) in &self.references {
-            let reference = all.by_resistance(resistance, Some(reference))?;
-            errors.add(*factor, &all.largest_differences(solved, &reference));
+/// References of a solution: its error is the sum of the differences between successive ones,
+/// starting with the solution, each times the factor of the later one.
+///
+/// The effect of the surfaces has its lower orders where the resistance has: in a narrow gap the
+/// velocities `U_0` of force-free bodies change with the resistance `R`, and the force `R (U - U_0)`
+/// changes far less than by one of both.
+fn references<'a>(
+    resistances: &'a SphereResistances,
+    surfaces: Option<&SurfaceEffects>,
+) -> Vec<Reference<'a>> {
+    let reference = |effect: Option<SurfaceEffect>| {
+        move |(resistance, factor): &'a (DMatrix<f64>, f64)| Reference {
+            resistance,
+            effect: effect.clone(),
+            factor: *factor,
         }
-        Ok(errors)
+    };
+    let factor = resistances.coarser.first().map_or(1.0, |first| first.1);
+    let rounded = surfaces.map(|effects| effects.rounded.clone());
+    let coarser = surfaces.map(|effects| {
+        // Without gaps both factors are zero.
+        let factor = if factor > 0.0 {
+            effects.tail / factor
+        } else {
+            0.0
+        };
+        (effects.rounded).changed(factor, [&effects.computed, &effects.coarser])
+    });
+    let references = resistances.references.iter().map(reference(rounded));
+    references
+        .chain(resistances.coarser.iter().map(reference(coarser)))
+        .collect()
+}
+
+/// Errors of the generalised velocities of a solution, with the sign of a change to the orders
+/// below.
+fn velocity_errors(
+    all: &SomeLinkages,
+    solved: &MobilitySolution,
+    references: &[Reference],
+) -> Result<DVector<f64>, ModelError> {
+    let mut errors = DVector::zeros(solved.generalised.len());
+    let mut previous = solved.generalised.clone();
+    for reference in references {
+        let next = reference.solution(all)?.generalised;
+        errors += reference.factor * (&next - previous);
+        previous = next;
     }
+    Ok(errors)
 }
 
 /// Model of spheres in unbounded fluid, in a ball, above a wall, or in a periodic box.
@@ -458,14 +495,12 @@ impl SpheresModel {
         let solved = all.by_resistance(&resistances.matrix, effect)?;
         let is_estimated = query.random_loads.is_none()
             && self.scaled.scene.model().estimates != ModelEstimatesKind::Off;
+        let references = references(&resistances, surfaces.as_ref());
         let mut errors = match is_estimated {
-            true => self.errors_by(&linked, &solved, (&resistances.references, effect))?,
+            true => self.errors_by(&linked, &solved, &references)?,
             false => ModelErrors::default(),
         };
         if let Some(bars) = &mut errors.bars {
-            if let Some(effects) = &surfaces {
-                bars.add(1.0, &effects.errors(&all, &resistances.matrix, &solved)?);
-            }
             // Between two orders a rotation may change little by chance: its error was 2.5 times
             // its change. An error of the velocities may turn a linkage about its farthest point.
             let of_velocity = bars.velocity / self.scaled.shortest_lever;
@@ -475,7 +510,11 @@ impl SpheresModel {
         errors.signed = errors.signed.filter(|_| surfaces.is_none());
         let total = clock.elapsed().as_secs_f64();
         let stresslets = match query.stresslets {
-            true => self.stresslets((configuration, rates), &resistances, &solved.generalised)?,
+            true => {
+                let errors = velocity_errors(&all, &solved, &references)?;
+                let motion = [&solved.generalised, &errors];
+                self.stresslets((configuration, rates), &resistances, motion)?
+            }
             false => None,
         };
         let mut solution = InstantaneousSolution {

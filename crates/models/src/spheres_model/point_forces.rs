@@ -3,13 +3,13 @@
 use std::time::Instant as Clock;
 
 use microhydro::{Medium, PointMobility, PointModel, Spheres, Squirmer, multipole};
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use scene::{Domain, ModelEstimatesKind};
 use stokes::{Seconds, SolverReport};
 
 use super::sphere_resistances::SphereResistances;
-use super::{SphereModel, SpheresModel, SurfaceEffects};
+use super::{Reference, SphereModel, SpheresModel, SurfaceEffects, references};
 use crate::error::ModelError;
 use crate::linked_bodies::{
     LargestDifferences, LinkedBodies, MobilitySolution, PointSolution, SomeLinkages,
@@ -169,12 +169,8 @@ impl SpheresModel {
         let errors = match &resistances {
             Some(resistances) => {
                 let surfaces = self.effects_of_slip(resistances, &spheres, &squirmers)?;
-                let effect = surfaces.as_ref().map(|effects| &effects.computed);
-                let references = (&resistances.references[..], effect);
-                let mut errors = self.errors_by(&linked, &solved.solution, references)?;
-                if let (Some(effects), Some(bars)) = (&surfaces, &mut errors.bars) {
-                    bars.add(1.0, &effects.reference_errors(&linked.all(), resistances)?);
-                }
+                let references = references(resistances, surfaces.as_ref());
+                let mut errors = self.errors_by(&linked, &solved.solution, &references)?;
                 // Errors of slip have no sign.
                 errors.signed = errors.signed.filter(|_| surfaces.is_none());
                 errors
@@ -231,17 +227,18 @@ impl SpheresModel {
         &self,
         linked: &LinkedBodies,
         computed: &MobilitySolution,
-        (references, effect): (&[(DMatrix<f64>, f64)], Option<&SurfaceEffect>),
+        references: &[Reference],
     ) -> Result<ModelErrors, ModelError> {
         let all = linked.all();
         let mut bars = LargestDifferences::default();
         let mut signed: Option<Response> = None;
         let mut previous = computed.clone();
-        for (reference, factor) in references {
-            let reference = all.by_resistance(reference, effect)?;
-            bars.add(*factor, &all.largest_differences(&previous, &reference));
+        for reference in references {
+            let factor = reference.factor;
+            let reference = reference.solution(&all)?;
+            bars.add(factor, &all.largest_differences(&previous, &reference));
             let change = &linked.response(&previous)? - &linked.response(&reference)?;
-            let change = &change * *factor;
+            let change = &change * factor;
             signed = Some(match signed {
                 Some(sum) => sum + &change,
                 None => change,
@@ -417,17 +414,16 @@ impl SpheresModel {
             Err(ModelError::Spheres(_)) => return Ok(None),
             Err(error) => return Err(error),
         };
-        let effect = surfaces.as_ref().map(|effects| &effects.computed);
         let mut errors = LargestDifferences::default();
         let power = own.power(&solved.solution);
         let mut previous = solved.solution;
-        for (reference, factor) in &resistances.references {
-            let reference = own.by_resistance(reference, effect)?;
-            errors.add(*factor, &own.largest_differences(&previous, &reference));
-            previous = reference;
-        }
-        if let Some(effects) = &surfaces {
-            errors.add(1.0, &effects.reference_errors(&own, &resistances)?);
+        for reference in references(&resistances, surfaces.as_ref()) {
+            let solution = reference.solution(&own)?;
+            errors.add(
+                reference.factor,
+                &own.largest_differences(&previous, &solution),
+            );
+            previous = solution;
         }
         Ok(Some(Neighbourhood {
             errors,

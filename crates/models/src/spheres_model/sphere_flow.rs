@@ -194,7 +194,7 @@ fn container(spheres: &Spheres, medium: &Medium) -> Container {
 }
 
 impl SpheresModel {
-    /// Stresslets of spheres with these generalised velocities.
+    /// Stresslets of spheres with these generalised velocities and their estimated errors.
     ///
     /// `None` for spheres that are too many for the expansions; models of point forces do not ask.
     ///
@@ -206,30 +206,27 @@ impl SpheresModel {
         &self,
         (configuration, rates): (Configuration, &[f64]),
         resistances: &SphereResistances,
-        generalised: &DVector<f64>,
+        [generalised, errors]: [&DVector<f64>; 2],
     ) -> Result<Option<Stresslets>, ModelError> {
         let moving = self.placed(configuration, rates, generalised)?;
+        let velocity_errors = errors.select_rows(&self.scaled.set.surface_velocities());
         let surface = |sphere: usize, n: &Vector3<f64>| moving.surface_velocity(sphere, n);
         let found = multipole::stresslets(
             &moving.spheres,
             &self.medium,
             &resistances.orders,
-            &moving.velocities,
+            [&moving.velocities, &velocity_errors],
             (moving.surfaces.as_ref()).map(|_| &surface as &SphereSlip<'_>),
         );
         let found = match found {
             Err(HydroError::TooLarge { .. }) => return Ok(None),
             found => found?,
         };
-        let [stresslets, coarser] =
-            [&found.values, &found.coarser].map(|scaled| self.scaled.stresslets_to_scene(scaled));
+        let [stresslets, errors] =
+            [&found.values, &found.errors].map(|scaled| self.scaled.stresslets_to_scene(scaled));
         // Expansions are not corrected: the change of the order is the error.
         let rounding = found.rounding * stresslets.largest();
-        let error = (stresslets
-            .clone()
-            .correcting(&coarser, found.tail, 0.0)
-            .error)
-            .map(|change| change + rounding);
+        let error = Some(errors.largest() + rounding);
         Ok(Some(Stresslets {
             error,
             ..stresslets

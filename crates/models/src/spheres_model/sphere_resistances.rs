@@ -26,19 +26,23 @@ pub(super) struct SphereResistances {
     /// Reference matrices with factors.
     ///
     /// The error of a quantity is the sum of the differences between successive matrices, starting
-    /// with `matrix`, each multiplied by the factor of the later one.
+    /// with `matrix`, each multiplied by the factor of the later one. The last of these differs by
+    /// rounding.
     pub references: Vec<(DMatrix<f64>, f64)>,
+    /// The references that follow, of lower orders of the expansions.
+    pub coarser: Vec<(DMatrix<f64>, f64)>,
     /// Orders of the multipole expansion of the resistance, or of the last reference.
     pub orders: Orders,
     pub dofs: usize,
 }
 
-/// Matrices with factors from which the errors of an expansion follow: rounding, then truncation.
-fn references_of(resistance: &Resistance) -> Vec<(DMatrix<f64>, f64)> {
-    vec![
-        (resistance.rounded().clone(), 1.0),
-        (resistance.coarser().clone(), resistance.tail()),
-    ]
+/// Matrices with factors of lower orders: with coarser gaps, then with coarser expansions too.
+fn coarser_than(resistance: &Resistance) -> Vec<(DMatrix<f64>, f64)> {
+    let of_gaps = resistance
+        .coarser_gaps()
+        .map(|of_gaps| (of_gaps.clone(), 1.0));
+    let coarser = (resistance.coarser().clone(), resistance.tail());
+    of_gaps.into_iter().chain(Some(coarser)).collect()
 }
 
 impl SphereResistances {
@@ -80,7 +84,8 @@ impl SphereResistances {
                 return Ok(Self {
                     dofs: result.dofs(),
                     orders: result.orders().clone(),
-                    references: references_of(&result),
+                    references: vec![(result.rounded().clone(), 1.0)],
+                    coarser: coarser_than(&result),
                     matrix: result.matrix().clone(),
                 });
             }
@@ -103,29 +108,21 @@ impl SphereResistances {
                 found => reference = found?,
             }
         }
-        let mut references = vec![(reference.matrix().clone(), 1.0)];
-        references.extend(references_of(&reference));
+        let references = [reference.matrix(), reference.rounded()];
         Ok(Self {
             matrix,
-            references,
+            references: references.map(|matrix| (matrix.clone(), 1.0)).to_vec(),
+            coarser: coarser_than(&reference),
             orders: reference.orders().clone(),
             dofs,
         })
-    }
-
-    /// The matrix of the highest order: the reference before those of rounding and of truncation.
-    pub fn finest(&self) -> &DMatrix<f64> {
-        match self.references.as_slice() {
-            [.., finest, _, _] => &finest.0,
-            _ => &self.matrix,
-        }
     }
 
     /// Error bars of the entries.
     pub fn errors(&self) -> DMatrix<f64> {
         let mut errors = DMatrix::zeros(self.matrix.nrows(), self.matrix.ncols());
         let mut previous = &self.matrix;
-        for (reference, factor) in &self.references {
+        for (reference, factor) in self.references.iter().chain(&self.coarser) {
             errors += *factor * (previous - reference).abs();
             previous = reference;
         }
