@@ -69,7 +69,7 @@ impl Resistance {
         }
     }
 
-    /// The same resistance with the matrix that differs by the estimated error of narrow gaps alone.
+    /// The same resistance with the matrix that differs by the estimated error of narrow gaps.
     pub(crate) fn with_coarser_gaps(self, coarser: DMatrix<f64>) -> Self {
         Self {
             coarser_gaps: Some(coarser),
@@ -101,8 +101,8 @@ impl Resistance {
         &self.coarser
     }
 
-    /// The matrix that differs from [`Resistance::matrix`] by the estimated error of narrow gaps off
-    /// an axis, as [`Resistance::coarser`] does too; `None` if nothing was eliminated in gaps.
+    /// The matrix that differs from [`Resistance::matrix`] by the estimated error of narrow gaps
+    /// off an axis, as [`Resistance::coarser`] does too; `None` if nothing was eliminated in gaps.
     ///
     /// Both parts of the error may have opposite signs in a quantity: its error estimate is the
     /// difference by this matrix plus that from this one to [`Resistance::coarser`].

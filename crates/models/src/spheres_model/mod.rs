@@ -125,8 +125,8 @@ impl Reference<'_> {
 /// starting with the solution, each times the factor of the later one.
 ///
 /// The effect of the surfaces has its lower orders where the resistance has: in a narrow gap the
-/// velocities `U_0` of force-free bodies change with the resistance `R`, and the force `R (U - U_0)`
-/// changes far less than by one of both.
+/// velocities `U_0` of force-free bodies change with the resistance `R`, and the force
+/// `R (U - U_0)` changes far less than by one of both.
 fn references<'a>(
     resistances: &'a SphereResistances,
     surfaces: Option<&SurfaceEffects>,
