@@ -184,6 +184,8 @@ impl SteadyFlow<'_> {
         let terms = InertialTerms {
             density,
             convecting,
+            // the mesh moves with a uniform velocity
+            divergence_of: convecting,
             wall_velocity: self.wall_velocity,
             ..InertialTerms::default()
         };
