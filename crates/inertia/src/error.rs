@@ -93,6 +93,26 @@ pub enum InertiaError {
     },
 }
 
+impl InertiaError {
+    /// Whether a step in time fails that a shorter one may not: no mesh follows the bodies, or the
+    /// linear solver fails, whose matrix a shorter step makes more like a mass matrix.
+    pub fn needs_shorter_step(&self) -> bool {
+        use linalg::LinalgError as Linalg;
+        use rigid::RigidError;
+        use stokes::StokesError;
+        let (Self::Stokes(StokesError::Linalg(error))
+        | Self::Stokes(StokesError::Rigid(RigidError::Linalg(error)))
+        | Self::Rigid(RigidError::Linalg(error))) = self
+        else {
+            return matches!(self, Self::NoMesh { .. });
+        };
+        matches!(
+            error,
+            Linalg::NotConverged { .. } | Linalg::Stagnated { .. } | Linalg::NotPositive { .. }
+        )
+    }
+}
+
 /// Refuses a list of the wrong length.
 pub(crate) fn check_length(
     what: &'static str,
