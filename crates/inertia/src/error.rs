@@ -10,10 +10,10 @@ use stokes::StokesError;
 pub enum InertiaError {
     /// A failed assembly or linear solve.
     #[error(transparent)]
-    Stokes(#[from] stokes::StokesError),
+    Stokes(#[from] StokesError),
     /// Bodies, joints or loads that do not fit.
     #[error(transparent)]
-    Rigid(#[from] rigid::RigidError),
+    Rigid(#[from] RigidError),
     /// A failed assembly.
     #[error(transparent)]
     Fem(#[from] fem::FemError),

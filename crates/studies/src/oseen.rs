@@ -330,8 +330,16 @@ mod tests {
                 ..
             } = row;
             println!("{container} Re {reynolds} ratio {ratio}: {iterations:?}");
-            let all = iterations.iter().all(|&i| i as f64 <= most(reynolds));
-            assert!(all, "{container}, Re {reynolds}: {iterations:?}");
+            // a fifth more than in docs/oseen.md: of steps of a hundredth of a diffusion time, of all
+            let bounds = match reynolds {
+                0.0 => [29, 37],
+                10.0 => [29, 48],
+                _ => [29, 205],
+            };
+            let largest = |steps: &[usize]| steps.iter().copied().fold(0, usize::max);
+            let found = [largest(&iterations[..3]), largest(&iterations)];
+            let holds = found.iter().zip(bounds).all(|(found, most)| *found <= most);
+            assert!(holds, "{container}, Re {reynolds}: {iterations:?}");
         }
     }
 
