@@ -176,8 +176,8 @@ impl SteadyFlow<'_> {
     /// One linear solve with this convecting velocity.
     ///
     /// In large cells the divergence of a discrete flow can make diagonal entries negative, which
-    /// solvers refuse. The skew-symmetric form has none, but with it the iteration took 23 instead of
-    /// 12 steps for a sphere at a Reynolds number of 47, and none of 60 sufficed at 100.
+    /// solvers refuse. The skew-symmetric form has none, but with it the iteration took 23 instead
+    /// of 12 steps for a sphere at a Reynolds number of 47, and 60 did not suffice at 100.
     fn picard(
         &self,
         problem: &Problem,

@@ -198,8 +198,8 @@ impl ModelError {
         )
     }
 
-    /// Whether a step in time in the meridian plane fails that a shorter one may not: bodies come too
-    /// close or move too far for a mesh, or the iteration does not converge.
+    /// Whether a step in time in the meridian plane fails that a shorter one may not: bodies come
+    /// too close or move too far for a mesh, or the iteration does not converge.
     pub fn needs_shorter_step(&self) -> bool {
         use axisymmetric::AxisymmetricError as Axial;
         matches!(

@@ -330,7 +330,7 @@ mod tests {
                 ..
             } = row;
             println!("{container} Re {reynolds} ratio {ratio}: {iterations:?}");
-            // a fifth more than in docs/oseen.md: of steps of a hundredth of a diffusion time, of all
+            // a fifth more than in docs/oseen.md, for steps up to 1e-2 and for all
             let bounds = match reynolds {
                 0.0 => [29, 37],
                 10.0 => [29, 48],

@@ -59,7 +59,8 @@ pub(crate) fn raise_order<S>(
 mod tests {
     use super::*;
 
-    /// Orders 5 and 6 agree to 1e-5 by accident; the others differ by 1e-3, the highest two by 1e-4.
+    /// Orders 5 and 6 agree to 1e-5 by accident; the others differ by 1e-3, the highest two by
+    /// 1e-4.
     #[test]
     fn bug_low_orders_that_agreed_by_accident_were_accepted_with_their_difference() {
         let solve = |order: usize, _: Option<&f64>| {
