@@ -296,8 +296,8 @@ pub const RELEASED_SPHERE: [(f64, f64); 5] = [
 /// ten Cate, Nieuwstad, Derksen & Van den Akker 2002, cases E1 to E4: speeds are 0.947, 0.953,
 /// 0.959 and 0.955 times that in unbounded fluid by the correlation of Abraham (1970), as measured,
 /// and 0.894, 0.950, 0.955 and 0.947 times it by their lattice-Boltzmann simulations in the same
-/// box. In E1 both differ by 6 %, and the simulation is taken: 36.3 mm/s were measured. Elsewhere it
-/// is the measurement.
+/// box. In E1 both differ by 6 %, and the simulation is taken: 36.3 mm/s were measured. In the
+/// others it is the measurement.
 pub const FALLING_SPHERES: [(&str, f64, f64, f64, f64); 4] = [
     ("Re = 1.5 (simulated)", 9.70e-4, 0.373, 2.4, 34.23),
     ("Re = 4.1 (measured)", 9.65e-4, 0.212, 1.7, 57.1),
