@@ -1,15 +1,19 @@
 //! Errors of steps and steady states.
 
+use linalg::LinalgError;
+use rigid::RigidError;
+use stokes::StokesError;
+
 /// A step that cannot be taken, or a steady state that was not found, with what to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum InertiaError {
     /// A failed assembly or linear solve.
     #[error(transparent)]
-    Stokes(#[from] stokes::StokesError),
+    Stokes(#[from] StokesError),
     /// Bodies, joints or loads that do not fit.
     #[error(transparent)]
-    Rigid(#[from] rigid::RigidError),
+    Rigid(#[from] RigidError),
     /// A failed assembly.
     #[error(transparent)]
     Fem(#[from] fem::FemError),
@@ -91,6 +95,38 @@ pub enum InertiaError {
         /// The point.
         point: [f64; 3],
     },
+}
+
+impl InertiaError {
+    /// Whether a step in time fails that a shorter one may not: no mesh follows the bodies, or the
+    /// linear solver fails, whose matrix a shorter step makes more like a mass matrix.
+    pub fn needs_shorter_step(&self) -> bool {
+        let failure = match self {
+            Self::NoMesh { .. } => return true,
+            Self::Stokes(error) => linear_failure(error),
+            _ => None,
+        };
+        let unsolved = |error: &LinalgError| {
+            matches!(
+                error,
+                LinalgError::NotConverged { .. } | LinalgError::Stagnated { .. }
+            )
+        };
+        is_negative(failure) || failure.is_some_and(unsolved)
+    }
+}
+
+/// The error of the linear algebra behind a failed assembly or solve.
+pub(crate) fn linear_failure(error: &StokesError) -> Option<&LinalgError> {
+    match error {
+        StokesError::Linalg(error) | StokesError::Rigid(RigidError::Linalg(error)) => Some(error),
+        _ => None,
+    }
+}
+
+/// Whether it is a matrix with a diagonal entry that is not positive.
+pub(crate) fn is_negative(failure: Option<&LinalgError>) -> bool {
+    matches!(failure, Some(LinalgError::NotPositive { .. }))
 }
 
 /// Refuses a list of the wrong length.

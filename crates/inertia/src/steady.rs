@@ -8,6 +8,7 @@ use rigid::{Drive, FlowSolution};
 use stokes::{InertialTerms, Options, Problem, Solution, SurfaceFlow};
 
 use crate::InertiaError;
+use crate::error::{is_negative, linear_failure};
 use crate::projection::square_integral;
 
 /// Residual of the linear solve of an iteration, relative to the change of the velocity before it.
@@ -173,6 +174,10 @@ impl SteadyFlow<'_> {
     }
 
     /// One linear solve with this convecting velocity.
+    ///
+    /// In large cells the divergence of a discrete flow can make diagonal entries negative, which
+    /// solvers refuse. The skew-symmetric form has none, but with it the iteration took 23 instead
+    /// of 12 steps for a sphere at a Reynolds number of 47, and 60 did not suffice at 100.
     fn picard(
         &self,
         problem: &Problem,
@@ -181,12 +186,18 @@ impl SteadyFlow<'_> {
         options: &Options,
         warm: &mut WarmStart,
     ) -> Result<Solution, InertiaError> {
-        let terms = InertialTerms {
+        let mut terms = InertialTerms {
             density,
             convecting,
             wall_velocity: self.wall_velocity,
             ..InertialTerms::default()
         };
+        match problem.solve_inertial(drive, options, &terms, warm) {
+            Err(error) if is_negative(linear_failure(&error)) => {}
+            solved => return Ok(solved?),
+        }
+        // the mesh moves with a uniform velocity
+        terms.divergence_of = convecting;
         Ok(problem.solve_inertial(drive, options, &terms, warm)?)
     }
 

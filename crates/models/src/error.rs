@@ -198,14 +198,17 @@ impl ModelError {
         )
     }
 
-    /// Whether bodies come too close, or move too far, for a mesh of the meridian plane over a step
-    /// in time, so that a shorter one may do.
-    pub fn is_lost_mesh(&self) -> bool {
+    /// Whether a step in time in the meridian plane fails that a shorter one may not: bodies come
+    /// too close or move too far for a mesh, or the iteration does not converge.
+    pub fn needs_shorter_step(&self) -> bool {
         use axisymmetric::AxisymmetricError as Axial;
         matches!(
             self,
             Self::Axisymmetric(
-                Axial::MeshLost { .. } | Axial::BodiesTooClose { .. } | Axial::WallTooClose { .. }
+                Axial::MeshLost { .. }
+                    | Axial::BodiesTooClose { .. }
+                    | Axial::WallTooClose { .. }
+                    | Axial::StepFailed { .. }
             )
         )
     }

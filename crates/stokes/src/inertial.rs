@@ -142,7 +142,8 @@ impl Problem<'_> {
         let inertia = fem::integrate(self.mesh(), 5, |point| {
             let mut rate = terms.coefficient * point.value(u);
             if let Some(convecting) = terms.convecting {
-                rate += terms.density * point.gradient(u) * point.value(convecting);
+                let convected = point.gradient(u) * point.value(convecting);
+                rate += terms.density * (convected + terms.half_divergence(point) * point.value(u));
             }
             if let Some(force) = terms.force {
                 rate -= point.value(force);

@@ -1,6 +1,6 @@
 //! Terms of inertia in the momentum equation, with their matrices and forces.
 
-use fem::TaylorHood;
+use fem::{PointValues, TaylorHood};
 use mesh::TetMesh;
 use nalgebra::Vector3;
 use rigid::Inertia;
@@ -10,7 +10,7 @@ use crate::StokesError;
 /// Terms of inertia in the momentum equation, with known velocities, at viscosity 1.
 ///
 /// ```text
-/// κ u + ρ (c · ∇) u - Δu + ∇p = g,   ∇·u = 0
+/// κ u + ρ ((c · ∇) u + (∇·d) u / 2) - Δu + ∇p = g,   ∇·u = 0
 /// ```
 ///
 /// For a step in time, `κ = ρ c_0 / Δt` with the coefficient `c_0` of the new velocity in its
@@ -29,6 +29,13 @@ pub struct InertialTerms<'a> {
     pub load: Option<&'a [Vector3<f64>]>,
     /// Velocity `c` relative to the mesh at each node; without it the equation is linear.
     pub convecting: Option<&'a [Vector3<f64>]>,
+    /// Velocity `d` of the fluid at each node, in addition to a convecting velocity: convection is
+    /// then `ρ ((c · ∇) u + (∇·d) u / 2)`.
+    ///
+    /// With the convecting velocity, less that of the mesh, this is the skew-symmetric form (Temam
+    /// 1968): the divergence that a discrete flow has then neither produces energy nor makes a
+    /// diagonal entry of the matrix negative.
+    pub divergence_of: Option<&'a [Vector3<f64>]>,
     /// Velocity of the walls, one per node, of which those on walls are used; none if at rest.
     pub wall_velocity: Option<&'a [Vector3<f64>]>,
 }
@@ -61,7 +68,10 @@ impl InertialTerms<'_> {
         // N_i, c and ∇N_j are of degree 2, 2 and 1
         let convection = space.assemble(mesh, 5, |point, matrix: &mut [[f64; 10]; 10]| {
             let c = self.density * point.value(c);
-            point.add(matrix, |v, u| v.value * c.dot(&u.gradient));
+            let half = self.density * self.half_divergence(point);
+            point.add(matrix, |v, u| {
+                v.value * (c.dot(&u.gradient) + half * u.value)
+            });
         })?;
         let of_pressure = space.assemble(mesh, 4, |point, matrix: &mut [[f64; 4]; 4]| {
             let c = self.density * point.value(c);
@@ -70,9 +80,15 @@ impl InertialTerms<'_> {
         Ok((inertia.with_convection(convection, of_pressure), forces))
     }
 
+    /// `∇·d / 2`; zero without this part.
+    pub(crate) fn half_divergence(&self, point: &PointValues) -> f64 {
+        (self.divergence_of).map_or(0.0, |d| 0.5 * point.gradient(d).trace())
+    }
+
     /// Refuses fields of another length than the nodes.
     pub(crate) fn check(&self, nodes: usize) -> Result<(), StokesError> {
-        for field in [self.force, self.load, self.convecting, self.wall_velocity] {
+        let fields = [self.force, self.load, self.convecting, self.divergence_of];
+        for field in fields.into_iter().chain([self.wall_velocity]) {
             let found = field.map_or(nodes, <[_]>::len);
             if found != nodes {
                 return Err(rigid::RigidError::Length {

@@ -219,11 +219,11 @@ impl SwimError {
         }
     }
 
-    /// Whether no mesh can follow the bodies over a step in time, so that a shorter one may do.
-    pub(crate) fn is_lost_mesh(&self) -> bool {
+    /// Whether a step in time fails that a shorter one may not.
+    pub(crate) fn needs_shorter_step(&self) -> bool {
         match self {
-            Self::Inertia(error) => matches!(error, InertiaError::NoMesh { .. }),
-            Self::Model(error) => error.is_lost_mesh(),
+            Self::Inertia(error) => error.needs_shorter_step(),
+            Self::Model(error) => error.needs_shorter_step(),
             _ => false,
         }
     }

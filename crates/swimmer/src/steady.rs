@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use axisymmetric::{AxisymmetricError, SteadyDrive};
+use axisymmetric::SteadyDrive;
 use inertia::stokes::SurfaceFlow;
 use inertia::{InertiaError, SteadyFlow, SteadyParameters};
 use models::{AxialFlow, BodySolution, InstantaneousSolution, ModelError, MovingAxis, MovingScene};
@@ -157,23 +157,13 @@ fn in_meridian_plane(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimE
         moves_with_body: moves,
     };
     let clock = Instant::now();
-    let solve = |tolerance: f64| {
-        let parameters = axisymmetric::SteadyParameters::new(moving.density());
-        let mut parameters = parameters.with_tolerance(tolerance);
-        if let Some(law) = moving.law() {
-            parameters = parameters.with_law(law);
-        }
-        axisymmetric::steady_state(bodies, moving.surroundings(), &drive, &parameters)
-    };
-    // What the highest order reached, not a looser tolerance: at Re 80 two low orders agreed to
-    // 1e-3 by accident, and the error was twice their difference.
-    let found = match solve(TOLERANCE) {
-        Err(AxisymmetricError::FlowNotConverged { reached, .. }) if reached <= MAX_TOLERANCE => {
-            solve(reached * (1.0 + 1e-6))
-        }
-        result => result,
+    let parameters = axisymmetric::SteadyParameters::new(moving.density());
+    let mut parameters = (parameters.with_tolerance(TOLERANCE)).with_accepted(MAX_TOLERANCE);
+    if let Some(law) = moving.law() {
+        parameters = parameters.with_law(law);
     }
-    .map_err(ModelError::from)?;
+    let found = axisymmetric::steady_state(bodies, moving.surroundings(), &drive, &parameters)
+        .map_err(ModelError::from)?;
     let positions: Vec<f64> = bodies.iter().map(|body| body.shape.centre).collect();
     let flow = AxialFlow {
         time: 0.0,

@@ -37,6 +37,9 @@ pub struct SteadyParameters<'a> {
     pub law: Option<&'a dyn ViscosityLaw>,
     /// Largest estimated error of velocities and forces, relative to the largest ones.
     pub tolerance: f64,
+    /// Estimated error at which the result of the highest order is accepted where none meets the
+    /// tolerance; zero for none.
+    pub accepted: f64,
     /// Edge length relative to the distance from the focus of the nearest body.
     ///
     /// Boundary layers at walls need a small one, as the mesh is graded for bodies.
@@ -50,6 +53,7 @@ impl<'a> SteadyParameters<'a> {
             density,
             law: None,
             tolerance: 1e-6,
+            accepted: 0.0,
             growth: GROWTH,
         }
     }
@@ -67,6 +71,12 @@ impl<'a> SteadyParameters<'a> {
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }
+    }
+
+    /// The same where the highest order needs to reach this error only.
+    #[must_use]
+    pub fn with_accepted(self, accepted: f64) -> Self {
+        Self { accepted, ..self }
     }
 
     /// The same with a mesh that is graded otherwise.

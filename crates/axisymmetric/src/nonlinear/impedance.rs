@@ -106,7 +106,7 @@ pub fn impedance(
     };
     let largest =
         |matrix: &DMatrix<Complex<f64>>| matrix.iter().map(|z| z.norm()).fold(0.0, f64::max);
-    let (found, error) = raise_order(parameters.tolerance, solve, |before, after| {
+    let (found, error) = raise_order([parameters.tolerance, 0.0], solve, |before, after| {
         largest(&(&after.matrix - &before.matrix)) / largest(&after.matrix)
     })?;
     Ok(Impedance {

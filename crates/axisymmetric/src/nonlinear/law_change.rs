@@ -87,7 +87,7 @@ pub fn law_change(
         let change = problem.first_order_change(&level, law)?;
         Ok((level, change))
     };
-    let ((level, change), error) = raise_order(tolerance, solve, |before, after| {
+    let ((level, change), error) = raise_order([tolerance, 0.0], solve, |before, after| {
         let of_flow = problem.difference(&before.0, &after.0);
         of_flow.max(problem.difference_of_changes(&before.1, &after.1, &after.0))
     })?;

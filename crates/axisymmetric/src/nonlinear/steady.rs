@@ -54,7 +54,8 @@ pub fn steady_state(
     let mut problem = Problem::new(bodies, surroundings, drive, parameters)?;
     problem.choose_open_radius(SHARE_OUTSIDE * parameters.tolerance)?;
     let solve = |order: usize, lower: Option<&Level>| problem.solve(order, lower);
-    let (level, error) = raise_order(parameters.tolerance, solve, |before, after| {
+    let tolerances = [parameters.tolerance, parameters.accepted];
+    let (level, error) = raise_order(tolerances, solve, |before, after| {
         problem.difference(before, after)
     })?;
     Ok(SteadyState {

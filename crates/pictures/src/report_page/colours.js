@@ -1,4 +1,4 @@
-// Colour maps: viridis for speeds, blue to orange for pressures.
+// Colour maps: viridis for speeds, blue to orange for pressures and vorticities.
 
 const VIRIDIS = ("440154 481a6c 472f7d 414487 39568c 31688e 2a788e 23888e 1f988b 22a884 35b779 " +
   "54c568 7ad151 a5db36 d2e21b fde725").split(" ");

@@ -9,9 +9,12 @@ const slices = run.slices.map((data) => {
   const pressureSteps = data.pressure && unpacked(data.pressure, Int16Array);
   const pressure = pressureSteps && Float32Array.from({ length: count }, (_, k) =>
     pressureSteps[k] === -32768 ? NaN : data.pressureUnit * pressureSteps[k]);
+  const component = (number) => Float32Array.from({ length: count }, (_, k) =>
+    isFluid(k) ? data.unit * steps[number * count + k] : NaN);
+  const vorticity = vorticityTowardsViewer(component(0), component(1), data);
   const shares = (text) => Array.from(unpacked(text, Uint16Array), (share) => share / 65535);
   return {
-    ...data, speed, pressure,
+    ...data, speed, vorticity, pressure,
     lines: data.lines.map(shares),
     walls: unpacked(data.walls, Float32Array),
     outlines: data.outlines.map(({ body, points }) => ({ body, points: unpacked(points, Float32Array) })),
@@ -21,14 +24,32 @@ const slices = run.slices.map((data) => {
 
 const quantities = {
   speed: { map: colourTable(VIRIDIS), low: 0, high: 0, lines: "255, 255, 255" },
+  vorticity: { map: colourTable(BLUE_TO_ORANGE), low: 0, high: 0, lines: "40, 40, 40" },
   pressure: { map: colourTable(BLUE_TO_ORANGE), low: 0, high: 0, lines: "40, 40, 40" },
 };
 for (const slice of slices) {
   for (const value of slice.speed) if (value > quantities.speed.high) quantities.speed.high = value;
-  for (const value of slice.pressure ?? []) {
-    const range = quantities.pressure;
-    if (Math.abs(value) > range.high) [range.low, range.high] = [-Math.abs(value), Math.abs(value)];
+  for (const name of ["vorticity", "pressure"]) {
+    const range = quantities[name];
+    for (const value of slice[name] ?? []) {
+      if (Math.abs(value) > range.high) [range.low, range.high] = [-Math.abs(value), Math.abs(value)];
+    }
   }
+}
+
+/** Vorticity towards the viewer: central differences, one-sided next to bodies and edges. */
+function vorticityTowardsViewer(right, up, { columns, rows, plane }) {
+  const [dx, dy] = [plane.width / (columns - 1), plane.height / (rows - 1)];
+  return right.map((_, k) => {
+    const [column, row] = [k % columns, Math.floor(k / columns)];
+    const slope = (values, stride, isFirst, isLast, step) => {
+      const before = isFirst || Number.isNaN(values[k - stride]) ? k : k - stride;
+      const after = isLast || Number.isNaN(values[k + stride]) ? k : k + stride;
+      return (values[after] - values[before]) / ((after - before) / stride * step);
+    };
+    return slope(up, 1, column === 0, column === columns - 1, dx)
+      - slope(right, columns, row === 0, row === rows - 1, dy);
+  });
 }
 
 /** The slice whose time is nearest. */
@@ -211,7 +232,7 @@ function directionName(e) {
       document.getElementById("view3d-note").textContent +=
         ` Some of the flow is not shown: ${run.missing}.`;
     }
-    choice.closest("label").hidden = !slices.every((slice) => slice.pressure);
+    choice.querySelector("[value=pressure]").hidden = !slices.every((slice) => slice.pressure);
     player.onChange((time) => {
       const slice = nearestSlice(time);
       if (slice === shown) return;

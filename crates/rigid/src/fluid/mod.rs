@@ -182,6 +182,11 @@ impl RigidFluid {
             coefficient,
             &matrices.pressure_mass,
         );
+        // matrices are freed as soon as they are not needed: the assembly is the peak of memory
+        let mass_diagonal: Vec<f64> = (0..mass.rows())
+            .map(|i| mass.get(i, i).copied().unwrap_or(0.0))
+            .collect();
+        drop(mass);
         let scale = pressure_scale(coefficient, &matrices);
         for b in matrices.divergence.data_mut() {
             *b = b.map(|b| scale * b);
@@ -193,12 +198,10 @@ impl RigidFluid {
         let mut fluid = Self::split(matrices, convection, 1.0, nodes, bodies)?;
         fluid.surfaces.pressure_scale = scale;
         if coefficient > 0.0 || pressure_convection.is_some() {
-            let free = fluid.surfaces.free_nodes.iter().map(|&node| node as usize);
+            let free = fluid.surfaces.free_nodes.iter();
             fluid.blocks.inertia = Some(InertiaBlocks {
                 factors: (coefficient, scale),
-                mass_diagonal: free
-                    .map(|i| mass.get(i, i).copied().unwrap_or(0.0))
-                    .collect(),
+                mass_diagonal: free.map(|&node| mass_diagonal[node as usize]).collect(),
                 pressure_laplacian,
                 pressure_convection,
             });
@@ -245,8 +248,10 @@ impl RigidFluid {
             // in place, so that no matrix is copied
             let stiffness = std::mem::replace(&mut matrices.stiffness, Csr::zero((0, 0)));
             matrices.stiffness = sum(stiffness, 1.0, &convection);
-            let transposed = matrices.stiffness.transpose_view().to_csr();
-            blocks.border(&transposed, &free.list)
+            drop(convection);
+            let is_body = |node: usize| matches!(roles[node], NodeRole::Body(_));
+            let rows = rows_where(&matrices.stiffness, is_body);
+            blocks.border(&rows.transpose_view().to_csr(), &free.list)
         });
         let prescribed = PrescribedMotion::new(&matrices, &nodes, &free.list, &arms, bodies.len())?;
         let rows = SurfaceRows::new(&matrices, &nodes, bodies.len())?;
@@ -352,6 +357,19 @@ fn sum(mut a: Csr, factor: f64, b: &Csr) -> Csr {
         return a;
     }
     &a + &b.map(|b| factor * b)
+}
+
+/// The rows for which `keep` is true; the others become empty.
+fn rows_where(matrix: &Csr, keep: impl Fn(usize) -> bool) -> Csr {
+    let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
+    for (row, entries) in matrix.outer_iterator().enumerate() {
+        if keep(row) {
+            columns.extend_from_slice(entries.indices());
+            values.extend_from_slice(entries.data());
+        }
+        starts.push(columns.len());
+    }
+    Csr::new(matrix.shape(), starts, columns, values)
 }
 
 /// Refuses bodies without a volume, and bodies whose centre is not on every symmetry plane.

@@ -12,6 +12,7 @@ mod mesh_motions;
 mod solvers;
 mod steady_states;
 mod stress_cases;
+mod time_runs;
 
 use std::path::Path;
 use std::time::Instant;
@@ -36,6 +37,8 @@ pub enum Part {
     Drives,
     /// Steady states with inertia.
     Steady,
+    /// Runs in time with inertia.
+    Time,
 }
 
 impl Part {
@@ -46,6 +49,7 @@ impl Part {
             Self::Strokes => mesh_motions::map(quick, store),
             Self::Drives => drives::map(quick, store),
             Self::Steady => steady_states::map(quick, store),
+            Self::Time => time_runs::map(quick, store),
         }
     }
 }

@@ -90,12 +90,12 @@ impl<'a> WithCompanion<'a> {
 
     /// A step of the coarse one to a time; its motion since both met last.
     ///
-    /// Where its mesh cannot follow a long step, it takes the two of the fine one. The first of
-    /// them stays taken, whatever becomes of the second.
+    /// Where a long step of it fails, it takes the two of the fine one. The first of them stays
+    /// taken, whatever becomes of the second.
     fn step_coarse(&mut self, time: f64) -> Result<StateVelocity, SwimError> {
         if self.ahead.is_some() && self.followed.is_none() {
             match self.coarse.try_step(time - self.coarse.time()) {
-                Err(error) if error.is_lost_mesh() => {}
+                Err(error) if error.needs_shorter_step() => {}
                 step => return Ok(step?.increment),
             }
             let first = self

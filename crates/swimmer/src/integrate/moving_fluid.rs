@@ -35,7 +35,8 @@ pub(super) trait MovingFluid {
     /// Takes a step of this length without accepting it.
     ///
     /// # Errors
-    /// [`SwimError::is_lost_mesh`] if no mesh can follow a step of this length; those of the solve.
+    /// [`SwimError::needs_shorter_step`] if no mesh can follow a step of this length, or it is not
+    /// solved.
     fn try_step(&mut self, length: f64) -> Result<TriedStep, SwimError>;
 
     /// Largest factor from one step to the next, below `1 + 2^(1/2)`, up to which BDF2 with

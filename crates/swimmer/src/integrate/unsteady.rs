@@ -198,11 +198,12 @@ impl<'a> UnsteadyFlow<'a> {
         Ok(jumps)
     }
 
-    /// A step of this length, or of less where the mesh cannot follow a longer one.
+    /// A step of this length, or of less where the mesh cannot follow a longer one or its equations
+    /// are not solved.
     fn step(&mut self, mut length: f64, least: f64) -> Result<TriedStep, SwimError> {
         loop {
             match self.fluid.try_step(length) {
-                Err(error) if error.is_lost_mesh() && length > least => length *= 0.5,
+                Err(error) if error.needs_shorter_step() && length > least => length *= 0.5,
                 result => return result,
             }
         }
@@ -263,7 +264,7 @@ fn integrate(
                 continue;
             }
             if taken < wanted {
-                // The mesh could not follow the step.
+                // The step that was wanted failed.
                 steps.shorten(taken);
             } else {
                 // The last step of a phase may be shorter and says nothing about the next.
