@@ -144,6 +144,58 @@ fn drag_is_within_its_bar_after_at_most_six_steps() {
     }
 }
 
+/// From the Newtonian flow alone, power laws of indices 0.4 and 0.3 took up to twelve.
+#[test]
+fn bug_steep_laws_took_more_than_six_steps() {
+    let mesh = sphere_in_ball(0.5, 10.0, [true, true, false]);
+    let pair = Pair::new();
+    let options = Options::default();
+    let laws = [
+        carreau(10.0, 0.3, 0.0),
+        power_law(0.5),
+        power_law(0.4),
+        power_law(0.3),
+    ];
+    for law in laws {
+        let mut guesses = InitialGuesses::new(0);
+        let held = dragged(&mesh, &law, Vec3::z(), (&options, &mut guesses)).unwrap();
+        let load = ExternalLoad {
+            force: Vec3::new(3.0, -2.0, 10.0),
+            torque: Vec3::zeros(),
+        };
+        let loaded = pair.solve(&law, (0.0, load), &options).unwrap();
+        let linked = pair.solve(&law, (1.0, load), &options).unwrap();
+        let unloaded = (pair.solve(&law, (1.0, ExternalLoad::default()), &options)).unwrap();
+        for solved in [held, loaded, linked, unloaded] {
+            let newton = solved.newton;
+            assert!(newton.steps.len() <= 6, "{law:?}: {newton:?}");
+            // linear systems of the first guess included
+            assert!(newton.iterations() <= 100, "{law:?}: {newton:?}");
+        }
+    }
+}
+
+/// Loads alone drive all parts of the flow in proportion, so that its scale is that of the least
+/// energy: a Newtonian flow is found at once, whatever the first viscosity.
+#[test]
+fn the_energy_decreases_in_every_step() {
+    let pair = Pair::new();
+    let options = Options::default();
+    let load = ExternalLoad {
+        force: Vec3::new(3.0, -2.0, 5.0),
+        torque: Vec3::new(1.0, 0.5, -2.0),
+    };
+    for law in [carreau(10.0, 0.3, 0.0), power_law(0.4), power_law(1.5)] {
+        let solved = pair.solve(&law, (0.7, load), &options).unwrap();
+        for step in &solved.newton.steps {
+            let [start, end] = step.slopes;
+            // By convexity it decreases by at least `-end` times the length, and at a rate that
+            // rises to `end`; a positive `end` is past the minimum, where Armijo's rule holds.
+            assert!(start < 0.0 && end < start.abs(), "{law:?}: {step:?}");
+        }
+    }
+}
+
 /// The same method: `U / (2 B1 / 3)` and `P / (16π/3)` for the index 1/2 and `λ B1 / a = 1`.
 #[test]
 fn speed_and_power_of_a_squirmer_are_within_their_bars() {
