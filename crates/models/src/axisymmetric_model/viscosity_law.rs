@@ -22,10 +22,12 @@ use crate::surface_motion::SurfaceEffect;
 
 /// Bounds of the error of the highest order, relative to its difference from the order before.
 ///
-/// Orders divide differences by two (indices of 0.3 at large shear rates) to fifty. A geometric
-/// series with the ratio `q` has the remainder `q / (1 - q)`; twice the ratio bounds it up to `q =
-/// 1 / 2`. Ratios of two differences are no surer than the lower bound.
-const UNCERTAINTY: [f64; 2] = [0.3, 1.0];
+/// Orders divide differences by less than two (power laws) to fifty. Ratios of two differences are
+/// no surer than the lower bound; above the upper one the differences do not converge.
+const UNCERTAINTY: [f64; 2] = [0.3, 4.0];
+
+/// Factor on the remainder of a geometric series of differences.
+const REMAINDER_FACTOR: f64 = 2.0;
 
 /// Largest number of linearised balances of forces for one set of rates.
 const MAX_BALANCES: usize = 40;
@@ -323,13 +325,10 @@ impl AxisymmetricModel {
         (last, regularised): (&Balanced, &Response),
         changes: &[f64],
     ) -> DiscretisationError {
-        let [lower, upper] = UNCERTAINTY;
-        let (relative, change) = match changes {
-            [.., before, last] if before > last => {
-                ((2.0 * last / before).clamp(lower, upper), *last)
-            }
-            _ => (upper, changes.last().copied().unwrap_or_default()),
-        };
+        let (relative, change) = (
+            remainder(changes),
+            changes.last().copied().unwrap_or_default(),
+        );
         let response = &last.response;
         let outside = last.forces.error_outside;
         // Largest size of a quantity, and its largest change by the regularisation.
@@ -360,6 +359,26 @@ impl AxisymmetricModel {
                 * response.power().abs(),
         };
         DiscretisationError::between(before, response, uncertainty)
+    }
+}
+
+/// Error of the last order over the last of these differences between orders.
+///
+/// Differences with the ratio `q` have the remainder `q / (1 - q)`. Ratios of power laws, whose
+/// flows are not smooth where they are at rest, go up and down: `q` is the larger of the last two.
+fn remainder(changes: &[f64]) -> f64 {
+    let [lower, upper] = UNCERTAINTY;
+    let ratios = changes.windows(2).rev().take(2);
+    let ratios = ratios.map(|pair| {
+        if pair[1] > 0.0 {
+            pair[1] / pair[0]
+        } else {
+            0.0
+        }
+    });
+    match ratios.reduce(f64::max) {
+        Some(q) if q < 1.0 => (REMAINDER_FACTOR * q / (1.0 - q)).clamp(lower, upper),
+        _ => upper,
     }
 }
 

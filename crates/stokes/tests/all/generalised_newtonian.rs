@@ -129,7 +129,7 @@ fn drag_is_within_its_bar_after_at_most_six_steps() {
         let computed = force / (6.0 * PI) - exact;
         assert!(error.abs() < bar, "{law:?}: {error:e} {bar:e}");
         // A bar above the error that the correction removes would say nothing.
-        assert!(bar <= 1.5 * computed.abs(), "{law:?}: {computed:e} {bar:e}");
+        assert!(bar <= computed.abs(), "{law:?}: {computed:e} {bar:e}");
         assert!(
             solved.newton.steps.len() <= 6,
             "{law:?}: {:?}",
@@ -175,8 +175,23 @@ fn bug_steep_laws_took_more_than_six_steps() {
     }
 }
 
-/// Loads alone drive all parts of the flow in proportion, so that its scale is that of the least
-/// energy: a Newtonian flow is found at once, whatever the first viscosity.
+/// Forces have errors of second order in the error of the flow. With the derivative of the stress
+/// alone, without its own terms of second order, corrections left up to 0.9 of what they removed;
+/// with them at most 0.26 on edges of 0.6 to 0.2 radii.
+#[test]
+fn bug_corrections_in_fluids_with_a_law_left_half_of_the_error() {
+    let mesh = sphere_in_ball(0.5, 10.0, [true, true, false]);
+    for (time, index, infinite, exact) in DRAG {
+        let law = carreau(time, index, infinite);
+        let (options, mut guesses) = (Options::default(), InitialGuesses::new(0));
+        let solved = dragged(&mesh, &law, Vec3::z(), (&options, &mut guesses)).unwrap();
+        let force = solved.solution.flow.forces[2] / (6.0 * PI);
+        let change = solved.solution.estimate.unwrap().change.forces[2] / (6.0 * PI);
+        let left = (force + change - exact).abs();
+        assert!(left < 0.3 * change.abs(), "{law:?}: {left:e} of {change:e}");
+    }
+}
+
 #[test]
 fn the_energy_decreases_in_every_step() {
     let pair = Pair::new();
@@ -189,9 +204,14 @@ fn the_energy_decreases_in_every_step() {
         let solved = pair.solve(&law, (0.7, load), &options).unwrap();
         for step in &solved.newton.steps {
             let [start, end] = step.slopes;
-            // By convexity it decreases by at least `-end` times the length, and at a rate that
-            // rises to `end`; a positive `end` is past the minimum, where Armijo's rule holds.
-            assert!(start < 0.0 && end < start.abs(), "{law:?}: {step:?}");
+            // By convexity the slope rises along the step: the energy decreases to its end if that
+            // of the end is negative, and as Armijo's rule demands if not. Slopes of the last
+            // steps are below rounding.
+            let is_rounding = start.abs() < 1e-10;
+            assert!(
+                is_rounding || (start < 0.0 && end < -start),
+                "{law:?}: {step:?}"
+            );
         }
     }
 }
