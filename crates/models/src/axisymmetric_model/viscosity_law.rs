@@ -26,6 +26,11 @@ use crate::surface_motion::SurfaceEffect;
 /// no surer than the lower bound; above the upper one the differences do not converge.
 const UNCERTAINTY: [f64; 2] = [0.3, 4.0];
 
+/// The lower bound for laws without a viscosity at rest, whose flows are not smooth where they are
+/// at rest: an error `p^-k` at the order `p` is `p / k` of its difference from the order before, and
+/// algebraic orders `k` are not above those of the elements.
+const ALGEBRAIC_UNCERTAINTY: f64 = 1.0;
+
 /// Factor on the remainder of a geometric series of differences.
 const REMAINDER_FACTOR: f64 = 2.0;
 
@@ -104,7 +109,10 @@ impl AxisymmetricModel {
                 let at_rest = LinkedBodies::at_rest(&self.scaled, configuration, None)?;
                 let regularised =
                     self.balanced_change(&last.forces.derivatives, &forces, &at_rest)?;
-                let error = self.error_of(&before.response, (&last, &regularised), &changes);
+                let remainder = remainder(law, &changes);
+                let change = changes.last().copied().unwrap_or_default();
+                let error =
+                    self.error_of(&before.response, (&last, &regularised), (remainder, change));
                 let total = clock.elapsed().as_secs_f64();
                 let (dofs, residual) = (last.forces.dofs, last.residual);
                 let mut solution = InstantaneousSolution {
@@ -318,17 +326,13 @@ impl AxisymmetricModel {
     }
 
     /// Error of the response by the order before, with the bars of the last one and its change by
-    /// the regularisation, after these relative changes from order to order.
+    /// the regularisation; `relative` is the uncertainty of the last relative change.
     fn error_of(
         &self,
         before: &Response,
         (last, regularised): (&Balanced, &Response),
-        changes: &[f64],
+        (relative, change): (f64, f64),
     ) -> DiscretisationError {
-        let (relative, change) = (
-            remainder(changes),
-            changes.last().copied().unwrap_or_default(),
-        );
         let response = &last.response;
         let outside = last.forces.error_outside;
         // Largest size of a quantity, and its largest change by the regularisation.
@@ -364,10 +368,13 @@ impl AxisymmetricModel {
 
 /// Error of the last order over the last of these differences between orders.
 ///
-/// Differences with the ratio `q` have the remainder `q / (1 - q)`. Ratios of power laws, whose
-/// flows are not smooth where they are at rest, go up and down: `q` is the larger of the last two.
-fn remainder(changes: &[f64]) -> f64 {
-    let [lower, upper] = UNCERTAINTY;
+/// Differences with the ratio `q` have the remainder `q / (1 - q)`. Ratios go up and down: `q` is the
+/// larger of the last two.
+fn remainder(law: &Law, changes: &[f64]) -> f64 {
+    let [mut lower, upper] = UNCERTAINTY;
+    if matches!(law, Law::PowerLaw { .. } | Law::HerschelBulkley { .. }) {
+        lower = ALGEBRAIC_UNCERTAINTY;
+    }
     let ratios = changes.windows(2).rev().take(2);
     let ratios = ratios.map(|pair| {
         if pair[1] > 0.0 {
