@@ -7,6 +7,7 @@ mod every_model;
 mod faults;
 mod inf_sup;
 mod integrators;
+mod laws;
 mod map;
 mod mesh_motions;
 mod solvers;
@@ -36,6 +37,8 @@ pub enum Part {
     Drives,
     /// Steady states with inertia.
     Steady,
+    /// Fluids with a viscosity law.
+    Laws,
 }
 
 impl Part {
@@ -46,6 +49,7 @@ impl Part {
             Self::Strokes => mesh_motions::map(quick, store),
             Self::Drives => drives::map(quick, store),
             Self::Steady => steady_states::map(quick, store),
+            Self::Laws => laws::map(quick, store),
         }
     }
 }
