@@ -5,7 +5,7 @@ use std::time::Instant;
 use fem::{StokesMatrices, SurplusSpace, TaylorHood, VaryingViscosity};
 use linalg::{ERROR_OVER_RESIDUAL, LinalgError, LinearOperator, Preconditioner, WarmStart};
 use nalgebra::{DVector, Vector3};
-use rheology::ViscosityLaw;
+use rheology::{Law, ViscosityLaw};
 use rigid::{
     Constrained, Drive, ExternalLoad, FlowSolution, FluidNodes, NodeRole, RigidError, RigidFluid,
     SurfaceBody,
@@ -155,8 +155,17 @@ impl Newton<'_> {
     }
 
     /// The equations, linearised at a velocity of all nodes.
+    ///
+    /// Without motion there is no stress, whatever the viscosity; that of a power law at rest may be
+    /// too large for double precision.
     fn linearised(&self, velocity: Vec<Vector3<f64>>) -> Result<Linearised, StokesError> {
-        self.linearised_by(self.law, velocity)
+        let newtonian = Law::Newtonian {
+            viscosity: self.law.viscosity(1.0),
+        };
+        match velocity.iter().all(|u| *u == Vector3::zeros()) {
+            true => self.linearised_by(&newtonian, velocity),
+            false => self.linearised_by(self.law, velocity),
+        }
     }
 
     /// The same with another law.

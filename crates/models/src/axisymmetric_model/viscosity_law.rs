@@ -37,6 +37,9 @@ const REMAINDER_FACTOR: f64 = 2.0;
 /// Largest number of linearised balances of forces for one set of rates.
 const MAX_BALANCES: usize = 40;
 
+/// Largest number of balances whose step is shortened because it would reverse the motion.
+const MAX_SHORTENED: usize = 20;
+
 /// Change of the order, over the effect of the regularisation of the law, that is small enough.
 const SHARE_OF_LAW: f64 = 0.1;
 
@@ -208,7 +211,7 @@ impl AxisymmetricModel {
         velocities: &mut Vec<f64>,
         tolerance: f64,
     ) -> Result<Balanced, ModelError> {
-        let mut change = f64::INFINITY;
+        let (mut change, mut shortened) = (f64::INFINITY, 0);
         for _ in 0..MAX_BALANCES {
             let forces = solver.solve(velocities)?;
             let solved = self.linearised(&forces, velocities, linked)?;
@@ -221,8 +224,19 @@ impl AxisymmetricModel {
                 .map(|(new, old)| (new - old).abs())
                 .fold(0.0, f64::max);
             let speed = forces.largest_speed.max(largest);
-            *velocities = next;
             change = if largest > 0.0 { largest / speed } else { 0.0 };
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let (along, square) = (dot(velocities, &next), dot(velocities, velocities));
+            if along < 0.0 && shortened < MAX_SHORTENED {
+                // Where forces grow like `U^n`, Newton's step from a speed that is too large by more
+                // than a factor of `(1 - n)^(-1 / n)` reverses it, and the next one again.
+                shortened += 1;
+                let length = 0.5 * square / (square - along);
+                let towards = velocities.iter_mut().zip(&next);
+                towards.for_each(|(old, new)| *old += length * (new - *old));
+                continue;
+            }
+            *velocities = next;
             if change <= tolerance {
                 return Ok(Balanced {
                     response: linked.response(&solved)?,

@@ -118,8 +118,9 @@ fn cells(case: &Case) -> Vec<Cell> {
     let [tolerance, of_reference] = TOLERANCES;
     let known = match case.exact {
         Some(speed) => [speed, 0.0],
-        None => solved(case, MODELS[0], of_reference)
-            .map_or([f64::NAN; 2], |solution| speed(&solution)),
+        None => {
+            solved(case, MODELS[0], of_reference).map_or([f64::NAN; 2], |solution| speed(&solution))
+        }
     };
     let cell = |model: &str| {
         let compute = || solved(case, model, tolerance);
