@@ -214,7 +214,7 @@ fn bug_a_power_law_at_rest_was_refused_in_space() {
     let mut model = FemModel::new(&scene).unwrap();
     let state = scene.initial_state();
     let found = model.solve_one(testkit::at(&state, &[]), &[]).unwrap();
-    assert_eq!(found.bodies[0].velocity, Vector3::zeros());
+    assert_eq!(found.bodies[0].velocity.norm(), 0.0);
 }
 
 /// The first speed was too large by more than `(1 - n)^(-1 / n)`: the next one was negative, and so
