@@ -280,7 +280,9 @@ impl<'a> Correction<'a> {
     /// P3/P2 elements, with the velocities of surfaces in bubbles, is iterated for the difference
     /// only: it is small, so a few iterations leave an error far below that of the estimate.
     ///
-    /// Cost per flow: [`FIRST_ITERATIONS`] iterations, each of three passes over the cells, a
+    /// Where the viscosity varies a second step of Newton's method follows, with the same matrix.
+    ///
+    /// Cost per flow and step: [`FIRST_ITERATIONS`] iterations, each of three passes over the cells, a
     /// matrix product and a preconditioner; then a solve of the Taylor-Hood system to
     /// [`COARSE_RTOL`].
     ///
@@ -305,8 +307,12 @@ impl<'a> Correction<'a> {
             system: &system,
             coarse: &mut *preconditioner,
         };
-        for (b, x) in rhs.iter().zip(&mut solutions) {
+        for ((b, forces), x) in rhs.iter_mut().zip(&mut forces).zip(&mut solutions) {
             extended.iterate(b, x, self.rtol)?;
+            if equations.varying.is_some() {
+                self.add_remainder(x, &of_surfaces, forces, b)?;
+                extended.iterate(b, x, self.rtol)?;
+            }
         }
         self.solve_coarse(&system, &rhs, &mut solutions, &mut forces, preconditioner)?;
 
@@ -350,6 +356,35 @@ impl<'a> Correction<'a> {
         let mut rhs = equations.system.rhs_of_forces(&forces, &sources)?;
         rhs.extend(residual.extension.iter().map(|r| -r));
         Ok((forces, rhs))
+    }
+
+    /// Subtracts the part of the stress that is of second order in a change from its right-hand
+    /// side and its forces: with them the solution is that of a second step of Newton's method,
+    /// with the matrix of the first.
+    ///
+    /// Energy and forces have errors of second order in the error of the flow. The derivative of
+    /// the stress has one part of them, this is the other where viscosities vary.
+    fn add_remainder(
+        &self,
+        solution: &[f64],
+        of_surfaces: &[f64],
+        forces: &mut [Vector3<f64>],
+        rhs: &mut [f64],
+    ) -> Result<(), StokesError> {
+        let equations = self.equations;
+        let first = equations.operator.rows();
+        let (velocity, _) = equations.system.flow_of_loads(&solution[..first])?;
+        let remainder = (self.extension).remainder(of_surfaces, &velocity, &solution[first..])?;
+        let on_nodes: Vec<_> = remainder.velocity.iter().map(|row| -row).collect();
+        let rows = (equations.system).rhs_of_forces(&on_nodes, &remainder.pressure)?;
+        let of_extension = remainder.extension.iter().map(|row| -row);
+        for (rhs, row) in rhs.iter_mut().zip(rows.into_iter().chain(of_extension)) {
+            *rhs += row;
+        }
+        for (force, row) in forces.iter_mut().zip(&on_nodes) {
+            *force += row;
+        }
+        Ok(())
     }
 
     /// Solves the Taylor-Hood part of the solutions again, accurately, and subtracts the forces

@@ -73,14 +73,15 @@ const WALL_UNCERTAINTY: f64 = 0.5;
 /// 150230).
 const SOURCE_UNCERTAINTY: f64 = 0.5;
 
-/// Relative uncertainty of a correction in a fluid whose viscosity varies, divided by the mean of
-/// `|d log η / d log g|`.
+/// Relative uncertainty of a correction in a fluid whose viscosity varies, divided by `sqrt(m e)`:
+/// `m` is the mean of `|d log η / d log g|`, `e` the relative error of the energy.
 ///
-/// Viscosities are less smooth than the flow, so cubic elements resolve less of its error. Of the
-/// drag of a sphere they leave 0.7 to 2.5 times this mean of the correction, for the laws of
-/// Carreau and power laws with indices of 0.3 to 0.8, shear numbers of 1 and 10 and edges of 0.6 to
-/// 0.2 radii.
-const VISCOSITY_UNCERTAINTY: f64 = 3.0;
+/// A correction has all terms of second order in the error of the flow. Those of third order are
+/// smaller by the relative error of the flow, which is `sqrt(e)`, where the viscosity depends on the
+/// rates. Of the drag of a sphere, with the laws of Carreau and power laws of indices 0.3 to 0.8,
+/// shear numbers of 1 and 10 and edges of 0.6 to 0.2 radii, a factor of 1.7 and the uncertainty of
+/// constant viscosity cover what corrections leave.
+const VISCOSITY_UNCERTAINTY: f64 = 2.0;
 
 /// Estimated discretisation error of one solution, in scaled units.
 #[derive(Clone, Debug)]
@@ -94,8 +95,8 @@ pub struct Estimate {
     pub uncertainty: f64,
     /// Relative uncertainty of every part of the change.
     pub relative_uncertainty: f64,
-    /// Uncertainty of the effect of straight facets on the power. In the change it may cancel with
-    /// the effect of elements.
+    /// Uncertainty of the power because parts of its change may cancel: effects of straight facets
+    /// and of elements, or of a viscosity that varies.
     pub power_uncertainty: f64,
     /// Uncertainty of the effect of straight facets on stresslets.
     pub stresslet_uncertainty: f64,
@@ -144,6 +145,8 @@ struct Indicators<'f> {
     /// Contribution of each facet to the geometry error of the energy.
     of_facets: Vec<f64>,
     relative_uncertainty: f64,
+    /// Part of it because the viscosity varies.
+    of_viscosity: f64,
     power_uncertainty: f64,
     source_uncertainty: f64,
 }
@@ -166,30 +169,37 @@ impl Estimator<'_> {
         let of_surfaces = (self.problem).power_of_surfaces(flow, surfaces, self.stress())?;
         let power = (flow.forces.dot(&flow.bodies) + of_surfaces) / self.problem.parts();
         let uncertain_geometry = self.facet_uncertainty(FACET_UNCERTAINTY_IN_FLOW) * geometry.abs();
-        let uncertain = (SOLVE_UNCERTAINTY
-            + ENERGY_UNCERTAINTY * (energy / power).abs()
-            + self.viscosity_uncertainty()?)
+        let relative_energy = (energy / power).abs();
+        let of_viscosity = self.viscosity_uncertainty(relative_energy)?;
+        let uncertain = (SOLVE_UNCERTAINTY + ENERGY_UNCERTAINTY * relative_energy + of_viscosity)
             * energy.abs()
             + uncertain_geometry;
         let source_uncertainty = match surfaces {
-            Some(nodal) if nodal.has_sources => SOURCE_UNCERTAINTY * (energy / power).abs(),
+            Some(nodal) if nodal.has_sources => SOURCE_UNCERTAINTY * relative_energy,
             _ => 0.0,
         };
         // Bodies at rest have neither power nor error.
         let ratio = uncertain / (energy - geometry).abs();
+        let relative_uncertainty = if ratio.is_finite() {
+            ratio.min(1.0)
+        } else {
+            0.0
+        };
+        let of_facets_on_power =
+            self.facet_uncertainty(FACET_POWER_UNCERTAINTY_IN_FLOW) * geometry.abs();
+        // Where the viscosity varies the power is not the energy: its correction has parts of both
+        // signs, each of the size of that of the energy.
+        let of_viscosity_on_power = match self.stress() {
+            Some(_) => relative_uncertainty * energy.abs(),
+            None => 0.0,
+        };
         Ok(Indicators {
             velocity,
             surplus,
             of_facets,
-            relative_uncertainty: if ratio.is_finite() {
-                // Cubic elements may leave more of the effect of the viscosity than they resolve.
-                ratio.min(if self.stress().is_some() { 2.0 } else { 1.0 })
-            } else {
-                0.0
-            },
-            power_uncertainty: self.problem.parts()
-                * self.facet_uncertainty(FACET_POWER_UNCERTAINTY_IN_FLOW)
-                * geometry.abs(),
+            relative_uncertainty,
+            of_viscosity,
+            power_uncertainty: self.problem.parts() * of_facets_on_power.max(of_viscosity_on_power),
             source_uncertainty,
         })
     }
@@ -199,10 +209,11 @@ impl Estimator<'_> {
         self.equations.varying.map(|flow| flow.stress)
     }
 
-    /// Relative uncertainty of a correction because the viscosity varies.
-    fn viscosity_uncertainty(&self) -> Result<f64, StokesError> {
+    /// Relative uncertainty of a correction because the viscosity varies, by the relative error of
+    /// the energy.
+    fn viscosity_uncertainty(&self, energy: f64) -> Result<f64, StokesError> {
         (self.stress()).map_or(Ok(0.0), |stress| {
-            Ok(VISCOSITY_UNCERTAINTY * stress.mean_exponent()?)
+            Ok(VISCOSITY_UNCERTAINTY * (stress.mean_exponent()? * energy).sqrt())
         })
     }
 
@@ -293,7 +304,7 @@ impl Estimator<'_> {
             .map(|cell| cell * cell)
             .sum::<f64>()
             .sqrt();
-        let of_one_cell = (CELL_UNCERTAINTY + self.viscosity_uncertainty()?).min(1.0);
+        let of_one_cell = (CELL_UNCERTAINTY + error.of_viscosity).min(1.0);
         let cells = self.facet_geometry.cells();
         Ok(Estimate {
             change,

@@ -5,7 +5,7 @@ use std::time::Instant;
 use fem::{StokesMatrices, SurplusSpace, TaylorHood, VaryingViscosity};
 use linalg::{ERROR_OVER_RESIDUAL, LinalgError, LinearOperator, Preconditioner, WarmStart};
 use nalgebra::{DVector, Vector3};
-use rheology::ViscosityLaw;
+use rheology::{Law, ViscosityLaw};
 use rigid::{
     Constrained, Drive, ExternalLoad, FlowSolution, FluidNodes, NodeRole, RigidError, RigidFluid,
     SurfaceBody,
@@ -21,9 +21,9 @@ use crate::problem::{Problem, fluid_matrices};
 use crate::solution::{Dofs, Regularisation, Seconds, Solution, SolverReport};
 use crate::solve::{InitialGuesses, Solvers};
 use crate::surface_flow::NodalSurfaceFlow;
-use crate::viscous_stress::{ViscousStress, thinning};
+use crate::viscous_stress::{FrozenViscosity, ViscousStress, thinning};
 
-/// Largest number of steps; smooth laws take 3 to 6.
+/// Largest number of steps; laws with indices from 0.3 take 3 to 6.
 const MAX_STEPS: usize = 40;
 
 /// Relative residual of the first Newtonian flow and largest one of a linear solve.
@@ -55,13 +55,22 @@ const VISCOSITY_RATIO: f64 = 2.0;
 /// Largest number of repetitions of the first Newtonian flow.
 const MAX_NEWTONIAN_FLOWS: usize = 4;
 
+/// Mean of `|d log η / d log g|` from which on a step with frozen viscosity follows the first
+/// Newtonian flow: below it Newton's method takes as many steps with it.
+const STEEP_EXPONENT: f64 = 0.4;
+
+/// Number of bisections for the logarithm of the factor on a flow, from this largest magnitude.
+const BISECTIONS: usize = 20;
+const MAX_LOGARITHM: f64 = 50.0;
+
 /// How Newton's method converged.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct NewtonReport {
     /// The steps in their order.
     pub steps: Vec<NewtonStep>,
-    /// Iterations of linear solves for the first, Newtonian flow; zero from an earlier solution.
+    /// Iterations of linear solves for the first flow, Newtonian or with the frozen viscosity of
+    /// one; zero from an earlier solution.
     pub first_iterations: usize,
 }
 
@@ -73,6 +82,8 @@ pub struct NewtonStep {
     pub residual: f64,
     /// Iterations of the linear solve.
     pub iterations: usize,
+    /// Relative residual of the linear solve.
+    pub linear_residual: f64,
     /// Fraction of the step that was taken.
     pub length: f64,
     /// Derivatives of the energy along the step, at its start and where it ends.
@@ -144,8 +155,29 @@ impl Newton<'_> {
     }
 
     /// The equations, linearised at a velocity of all nodes.
+    ///
+    /// Without motion there is no stress, whatever the viscosity; that of a power law at rest may be
+    /// too large for double precision.
     fn linearised(&self, velocity: Vec<Vector3<f64>>) -> Result<Linearised, StokesError> {
-        let stress = self.stress(&velocity);
+        let newtonian = Law::Newtonian {
+            viscosity: self.law.viscosity(1.0),
+        };
+        match velocity.iter().all(|u| *u == Vector3::zeros()) {
+            true => self.linearised_by(&newtonian, velocity),
+            false => self.linearised_by(self.law, velocity),
+        }
+    }
+
+    /// The same with another law.
+    fn linearised_by(
+        &self,
+        law: &dyn ViscosityLaw,
+        velocity: Vec<Vector3<f64>>,
+    ) -> Result<Linearised, StokesError> {
+        let stress = ViscousStress {
+            law,
+            ..self.stress(&velocity)
+        };
         let matrices = stress.isotropic_matrices(self.space, &self.newtonian)?;
         let coupling = stress.coupling(self.space)?;
         let nodes = self.fluid_nodes();
@@ -188,13 +220,45 @@ impl Newton<'_> {
         })
     }
 
-    /// The first iterate, an earlier solution or a Newtonian flow, and the iterations it took.
-    ///
-    /// Where loads drive the flow, its rates depend on the viscosity, which is the mean one.
+    /// The first iterate, an earlier solution or a guess, and the iterations it took.
     fn start(&self, warm: &WarmStart) -> Result<(Iterate, usize), StokesError> {
+        let system = self.newtonian_system(1.0)?;
+        let size = system.rhs.len();
+        if let Some(x) = warm.solutions().last().filter(|x| x.len() == size) {
+            return Ok((self.iterate(&system, x.to_vec())?, 0));
+        }
+        let (newtonian, mut iterations) = self.newtonian_flow()?;
+        let stress = self.stress(&newtonian.whole);
+        if stress.mean_exponent()? < STEEP_EXPONENT {
+            return Ok((newtonian, iterations));
+        }
+        let law = FrozenViscosity {
+            law: self.law,
+            newtonian: stress.mean_viscosity()?,
+        };
+        let frozen = self.linearised_by(&law, newtonian.whole.clone())?;
+        let residual = self.residual_by(&law, &frozen, &newtonian)?;
+        let mut x = vec![0.0; size];
+        let solver = self.options.solver;
+        let mut preconditioner = preconditioner(&frozen.system, solver)?;
+        let vectors = (residual.rows.as_slice(), x.as_mut_slice());
+        let method = (solver, MAX_FORCING);
+        let report = solve_near(&frozen, &mut *preconditioner, vectors, method)?;
+        iterations += report.iterations;
+        (x.iter_mut().zip(&newtonian.x)).for_each(|(x, before)| *x += before);
+        Ok((self.iterate(&frozen.system, x)?, iterations))
+    }
+
+    /// A Newtonian flow, and its iterations.
+    ///
+    /// Where loads alone drive the flow, flows of all viscosities are multiples of one, and that of
+    /// the least energy by the law is the start. Where loads and rates do, the flow is repeated
+    /// with the mean viscosity until this changes little.
+    fn newtonian_flow(&self) -> Result<(Iterate, usize), StokesError> {
         let constraints = self.drive.constraints;
         let is_loaded = self.loads.iter().any(|load| *load != 0.0)
             || constraints.joint_damping.iter().any(|d| *d != 0.0);
+        let has_rates = self.surfaces.is_some() || constraints.rates.iter().any(|r| *r != 0.0);
         // at a rate of one per time unit, until a flow is known
         let mut viscosity = self.law.viscosity(1.0);
         if !(viscosity > 0.0 && viscosity.is_finite()) {
@@ -203,11 +267,7 @@ impl Newton<'_> {
         let (mut flows, mut iterations) = (0, 0);
         loop {
             let system = self.newtonian_system(viscosity)?;
-            let size = system.rhs.len();
-            if let Some(x) = warm.solutions().last().filter(|x| x.len() == size) {
-                return Ok((self.iterate(&system, x.to_vec())?, 0));
-            }
-            let mut x = vec![0.0; size];
+            let mut x = vec![0.0; system.rhs.len()];
             let solver = self.options.solver;
             let mut preconditioner = preconditioner(&system, solver)?;
             let vectors = (system.rhs.as_slice(), x.as_mut_slice());
@@ -215,10 +275,18 @@ impl Newton<'_> {
             let report = solve_near(&system.system, &mut *preconditioner, vectors, method)?;
             flows += 1;
             iterations += report.iterations;
-            x[system.system.pressure_range()]
-                .iter_mut()
-                .for_each(|p| *p *= viscosity);
+            let pressure = system.system.pressure_range();
+            x[pressure.clone()].iter_mut().for_each(|p| *p *= viscosity);
             let iterate = self.iterate(&system, x)?;
+            if is_loaded && !has_rates {
+                let factor = self.factor_of_least_energy(&iterate)?;
+                let of_velocities = |(row, value): (usize, f64)| match pressure.contains(&row) {
+                    true => value,
+                    false => factor * value,
+                };
+                let x = iterate.x.into_iter().enumerate().map(of_velocities);
+                return Ok((self.iterate(&system, x.collect())?, iterations));
+            }
             let ratio = self.stress(&iterate.whole).mean_viscosity()? / viscosity;
             viscosity *= ratio;
             let is_near = ratio.max(ratio.recip()) <= VISCOSITY_RATIO;
@@ -226,6 +294,28 @@ impl Newton<'_> {
                 return Ok((iterate, iterations));
             }
         }
+    }
+
+    /// The positive factor on a flow by which its energy `∫ W(g) - F·q + q·Dq / 2` is least.
+    fn factor_of_least_energy(&self, flow: &Iterate) -> Result<f64, StokesError> {
+        let parts = self.problem.parts();
+        let damping = flow
+            .generalised
+            .dot(&self.drive.damping_times(&flow.generalised)?);
+        let power = self.loads.dot(&flow.generalised);
+        let (mut low, mut high) = (-MAX_LOGARITHM, MAX_LOGARITHM);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            let factor = f64::exp(middle);
+            let velocity: Vec<_> = flow.whole.iter().map(|u| factor * u).collect();
+            let of_fluid = self.stress(&velocity).dissipation()? / factor;
+            // The energy is convex.
+            match of_fluid + (factor * damping - power) / parts > 0.0 {
+                true => high = middle,
+                false => low = middle,
+            }
+        }
+        Ok(f64::exp(0.5 * (low + high)))
     }
 
     /// Stokes flow of a viscosity: that of viscosity 1 with all loads divided by it.
@@ -260,10 +350,22 @@ impl Newton<'_> {
 
     /// The residual at an iterate, by the system of any linearisation.
     fn residual(&self, at: &Linearised, iterate: &Iterate) -> Result<Residual, StokesError> {
-        let scalar = self.stress(&at.velocity);
-        let forces = self
-            .stress(&iterate.whole)
-            .forces(&scalar, &iterate.disturbance)?;
+        self.residual_by(self.law, at, iterate)
+    }
+
+    /// The same with another law, also that of the linearisation.
+    fn residual_by(
+        &self,
+        law: &dyn ViscosityLaw,
+        at: &Linearised,
+        iterate: &Iterate,
+    ) -> Result<Residual, StokesError> {
+        let stress = |velocity| ViscousStress {
+            law,
+            ..self.stress(velocity)
+        };
+        let scalar = stress(&at.velocity);
+        let forces = stress(&iterate.whole).forces(&scalar, &iterate.disturbance)?;
         let no_sources = vec![0.0; at.system.system.pressure_range().len()];
         let of_forces = at.system.rhs_of_forces(&forces, &no_sources)?;
         let rhs = &at.system.rhs;
@@ -443,6 +545,7 @@ impl Newton<'_> {
             report.steps.push(NewtonStep {
                 residual: relative,
                 iterations: solved.iterations,
+                linear_residual: solved.true_rel_residual,
                 length,
                 slopes,
             });
@@ -518,8 +621,9 @@ impl Problem<'_> {
     ///
     /// The flow is the minimum of the convex energy `∫ W(g) - F·q` over velocities free of
     /// divergence that satisfy the joints, with the potential `W` of the law. Newton's method
-    /// starts from a Newtonian flow or from the newest of `guesses`; a step is shortened until it
-    /// decreases the energy. Linear systems are solved as accurately as the convergence is
+    /// starts from the newest of `guesses`, or from a Newtonian flow; where viscosities vary much,
+    /// a step with frozen viscosity comes first, at rates between those of this flow and those at
+    /// which the law has its stresses. A step is shortened until it decreases the energy. Linear systems are solved as accurately as the convergence is
     /// quadratic (Eisenstat & Walker 1996), with the preconditioner of the isotropic part.
     /// `options.rtol` bounds the residual of the nonlinear equations, over the right-hand side.
     /// Forces are residuals of the momentum equation with the stress of the law.

@@ -71,6 +71,17 @@ impl PointStress {
             + self.twice_rate * (self.thinning * self.twice_rate.dot(gradient))
     }
 
+    /// What the stress changes beyond its derivative when a velocity with the gradient `change` is
+    /// added to one with the gradient `before`: `τ(D + b + c) - τ(D + b) - τ'(D) c`.
+    pub fn remainder(
+        &self,
+        law: &ViscosityOfRate,
+        before: &Matrix3<f64>,
+        change: &Matrix3<f64>,
+    ) -> Matrix3<f64> {
+        self.changed(law, &(before + change)) - self.changed(law, before) - self.derivative(change)
+    }
+
     /// The stress after a change of the velocity with this gradient.
     pub fn changed(&self, law: &ViscosityOfRate, gradient: &Matrix3<f64>) -> Matrix3<f64> {
         let twice_rate = self.twice_rate + gradient + gradient.transpose();

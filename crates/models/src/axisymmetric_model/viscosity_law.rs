@@ -22,13 +22,23 @@ use crate::surface_motion::SurfaceEffect;
 
 /// Bounds of the error of the highest order, relative to its difference from the order before.
 ///
-/// Orders divide differences by two (indices of 0.3 at large shear rates) to fifty. A geometric
-/// series with the ratio `q` has the remainder `q / (1 - q)`; twice the ratio bounds it up to `q =
-/// 1 / 2`. Ratios of two differences are no surer than the lower bound.
-const UNCERTAINTY: [f64; 2] = [0.3, 1.0];
+/// Orders divide differences by less than two (power laws) to fifty. Ratios of two differences are
+/// no surer than the lower bound; above the upper one the differences do not converge.
+const UNCERTAINTY: [f64; 2] = [0.3, 4.0];
+
+/// The lower bound for laws without a viscosity at rest, whose flows are not smooth where they are
+/// at rest: an error `p^-k` at the order `p` is `p / k` of its difference from the order before, and
+/// algebraic orders `k` are not above those of the elements.
+const ALGEBRAIC_UNCERTAINTY: f64 = 1.0;
+
+/// Factor on the remainder of a geometric series of differences.
+const REMAINDER_FACTOR: f64 = 2.0;
 
 /// Largest number of linearised balances of forces for one set of rates.
 const MAX_BALANCES: usize = 40;
+
+/// Largest number of balances whose step is shortened because it would reverse the motion.
+const MAX_SHORTENED: usize = 20;
 
 /// Change of the order, over the effect of the regularisation of the law, that is small enough.
 const SHARE_OF_LAW: f64 = 0.1;
@@ -102,7 +112,10 @@ impl AxisymmetricModel {
                 let at_rest = LinkedBodies::at_rest(&self.scaled, configuration, None)?;
                 let regularised =
                     self.balanced_change(&last.forces.derivatives, &forces, &at_rest)?;
-                let error = self.error_of(&before.response, (&last, &regularised), &changes);
+                let remainder = remainder(law, &changes);
+                let change = changes.last().copied().unwrap_or_default();
+                let error =
+                    self.error_of(&before.response, (&last, &regularised), (remainder, change));
                 let total = clock.elapsed().as_secs_f64();
                 let (dofs, residual) = (last.forces.dofs, last.residual);
                 let mut solution = InstantaneousSolution {
@@ -198,7 +211,7 @@ impl AxisymmetricModel {
         velocities: &mut Vec<f64>,
         tolerance: f64,
     ) -> Result<Balanced, ModelError> {
-        let mut change = f64::INFINITY;
+        let (mut change, mut shortened) = (f64::INFINITY, 0);
         for _ in 0..MAX_BALANCES {
             let forces = solver.solve(velocities)?;
             let solved = self.linearised(&forces, velocities, linked)?;
@@ -211,8 +224,19 @@ impl AxisymmetricModel {
                 .map(|(new, old)| (new - old).abs())
                 .fold(0.0, f64::max);
             let speed = forces.largest_speed.max(largest);
-            *velocities = next;
             change = if largest > 0.0 { largest / speed } else { 0.0 };
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let (along, square) = (dot(velocities, &next), dot(velocities, velocities));
+            if along < 0.0 && shortened < MAX_SHORTENED {
+                // Where forces grow like `U^n`, Newton's step from a speed that is too large by more
+                // than a factor of `(1 - n)^(-1 / n)` reverses it, and the next one again.
+                shortened += 1;
+                let length = 0.5 * square / (square - along);
+                let towards = velocities.iter_mut().zip(&next);
+                towards.for_each(|(old, new)| *old += length * (new - *old));
+                continue;
+            }
+            *velocities = next;
             if change <= tolerance {
                 return Ok(Balanced {
                     response: linked.response(&solved)?,
@@ -316,20 +340,13 @@ impl AxisymmetricModel {
     }
 
     /// Error of the response by the order before, with the bars of the last one and its change by
-    /// the regularisation, after these relative changes from order to order.
+    /// the regularisation; `relative` is the uncertainty of the last relative change.
     fn error_of(
         &self,
         before: &Response,
         (last, regularised): (&Balanced, &Response),
-        changes: &[f64],
+        (relative, change): (f64, f64),
     ) -> DiscretisationError {
-        let [lower, upper] = UNCERTAINTY;
-        let (relative, change) = match changes {
-            [.., before, last] if before > last => {
-                ((2.0 * last / before).clamp(lower, upper), *last)
-            }
-            _ => (upper, changes.last().copied().unwrap_or_default()),
-        };
         let response = &last.response;
         let outside = last.forces.error_outside;
         // Largest size of a quantity, and its largest change by the regularisation.
@@ -360,6 +377,29 @@ impl AxisymmetricModel {
                 * response.power().abs(),
         };
         DiscretisationError::between(before, response, uncertainty)
+    }
+}
+
+/// Error of the last order over the last of these differences between orders.
+///
+/// Differences with the ratio `q` have the remainder `q / (1 - q)`. Ratios go up and down: `q` is the
+/// larger of the last two.
+fn remainder(law: &Law, changes: &[f64]) -> f64 {
+    let [mut lower, upper] = UNCERTAINTY;
+    if matches!(law, Law::PowerLaw { .. } | Law::HerschelBulkley { .. }) {
+        lower = ALGEBRAIC_UNCERTAINTY;
+    }
+    let ratios = changes.windows(2).rev().take(2);
+    let ratios = ratios.map(|pair| {
+        if pair[1] > 0.0 {
+            pair[1] / pair[0]
+        } else {
+            0.0
+        }
+    });
+    match ratios.reduce(f64::max) {
+        Some(q) if q < 1.0 => (REMAINDER_FACTOR * q / (1.0 - q)).clamp(lower, upper),
+        _ => upper,
     }
 }
 

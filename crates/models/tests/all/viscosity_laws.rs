@@ -205,6 +205,33 @@ fn a_load_below_the_yield_stress_moves_a_body_by_no_more_than_the_bar() {
     }
 }
 
+/// A power law has a viscosity of 1e3 at rest with this regularisation: the solver refused it.
+#[test]
+fn bug_a_power_law_at_rest_was_refused_in_space() {
+    let scene = sphere_in_ball(1.0, "force = [0, 0, 0]")
+        .set(&POWER_LAW)
+        .scene();
+    let mut model = FemModel::new(&scene).unwrap();
+    let state = scene.initial_state();
+    let found = model.solve_one(testkit::at(&state, &[]), &[]).unwrap();
+    assert_eq!(found.bodies[0].velocity.norm(), 0.0);
+}
+
+/// The first speed was too large by more than `(1 - n)^(-1 / n)`: the next one was negative, and so
+/// on.
+#[test]
+fn bug_balances_of_steep_power_laws_reversed_the_motion() {
+    let scene = sphere_in_ball(1.0, "force = [1, 0, 0]")
+        .set(&POWER_LAW)
+        .set(&["fluid.index=0.3", "fluid.consistency=0.05"])
+        .scene();
+    let state = scene.initial_state();
+    let mut model = AxisymmetricModel::new(&scene).unwrap().with_accuracy(1e-2);
+    let found = model.solve_one(testkit::at(&state, &[]), &[]).unwrap();
+    assert!(found.bodies[0].velocity.x > 0.0);
+    assert!((found.bodies[0].force.x - 1.0).abs() < 1e-9);
+}
+
 /// At the index 0.1 the force was off by 3.7 bars.
 #[test]
 fn bug_bars_of_steep_power_laws_in_space_were_too_small() {

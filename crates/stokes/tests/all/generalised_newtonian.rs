@@ -129,7 +129,7 @@ fn drag_is_within_its_bar_after_at_most_six_steps() {
         let computed = force / (6.0 * PI) - exact;
         assert!(error.abs() < bar, "{law:?}: {error:e} {bar:e}");
         // A bar above the error that the correction removes would say nothing.
-        assert!(bar <= 1.5 * computed.abs(), "{law:?}: {computed:e} {bar:e}");
+        assert!(bar <= computed.abs(), "{law:?}: {computed:e} {bar:e}");
         assert!(
             solved.newton.steps.len() <= 6,
             "{law:?}: {:?}",
@@ -141,6 +141,78 @@ fn drag_is_within_its_bar_after_at_most_six_steps() {
         assert!((solved.dissipation / force - 1.0).abs() < 1e-7);
         // Stresses converge with a lower order.
         assert!(checks.force_by_stress < 0.2, "{law:?}: {checks:?}");
+    }
+}
+
+/// From the Newtonian flow alone, power laws of indices 0.4 and 0.3 took up to twelve.
+#[test]
+fn bug_steep_laws_took_more_than_six_steps() {
+    let mesh = sphere_in_ball(0.5, 10.0, [true, true, false]);
+    let pair = Pair::new();
+    let options = Options::default();
+    let laws = [
+        carreau(10.0, 0.3, 0.0),
+        power_law(0.5),
+        power_law(0.4),
+        power_law(0.3),
+    ];
+    for law in laws {
+        let mut guesses = InitialGuesses::new(0);
+        let held = dragged(&mesh, &law, Vec3::z(), (&options, &mut guesses)).unwrap();
+        let load = ExternalLoad {
+            force: Vec3::new(3.0, -2.0, 10.0),
+            torque: Vec3::zeros(),
+        };
+        let loaded = pair.solve(&law, (0.0, load), &options).unwrap();
+        let linked = pair.solve(&law, (1.0, load), &options).unwrap();
+        let unloaded = (pair.solve(&law, (1.0, ExternalLoad::default()), &options)).unwrap();
+        for solved in [held, loaded, linked, unloaded] {
+            let newton = solved.newton;
+            assert!(newton.steps.len() <= 6, "{law:?}: {newton:?}");
+            // linear systems of the first guess included
+            assert!(newton.iterations() <= 100, "{law:?}: {newton:?}");
+        }
+    }
+}
+
+/// Forces have errors of second order in the error of the flow. With the derivative of the stress
+/// alone, without its own terms of second order, corrections left up to 0.9 of what they removed;
+/// with them at most 0.26 on edges of 0.6 to 0.2 radii.
+#[test]
+fn bug_corrections_in_fluids_with_a_law_left_half_of_the_error() {
+    let mesh = sphere_in_ball(0.5, 10.0, [true, true, false]);
+    for (time, index, infinite, exact) in DRAG {
+        let law = carreau(time, index, infinite);
+        let (options, mut guesses) = (Options::default(), InitialGuesses::new(0));
+        let solved = dragged(&mesh, &law, Vec3::z(), (&options, &mut guesses)).unwrap();
+        let force = solved.solution.flow.forces[2] / (6.0 * PI);
+        let change = solved.solution.estimate.unwrap().change.forces[2] / (6.0 * PI);
+        let left = (force + change - exact).abs();
+        assert!(left < 0.3 * change.abs(), "{law:?}: {left:e} of {change:e}");
+    }
+}
+
+#[test]
+fn the_energy_decreases_in_every_step() {
+    let pair = Pair::new();
+    let options = Options::default();
+    let load = ExternalLoad {
+        force: Vec3::new(3.0, -2.0, 5.0),
+        torque: Vec3::new(1.0, 0.5, -2.0),
+    };
+    for law in [carreau(10.0, 0.3, 0.0), power_law(0.4), power_law(1.5)] {
+        let solved = pair.solve(&law, (0.7, load), &options).unwrap();
+        for step in &solved.newton.steps {
+            let [start, end] = step.slopes;
+            // By convexity the slope rises along the step: the energy decreases to its end if that
+            // of the end is negative, and as Armijo's rule demands if not. Slopes of the last
+            // steps are below rounding.
+            let is_rounding = start.abs() < 1e-10;
+            assert!(
+                is_rounding || (start < 0.0 && end < -start),
+                "{law:?}: {step:?}"
+            );
+        }
     }
 }
 

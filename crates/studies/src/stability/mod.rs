@@ -7,6 +7,7 @@ mod every_model;
 mod faults;
 mod inf_sup;
 mod integrators;
+mod laws;
 mod map;
 mod mesh_motions;
 mod solvers;
@@ -39,6 +40,8 @@ pub enum Part {
     Steady,
     /// Runs in time with inertia.
     Time,
+    /// Fluids with a viscosity law.
+    Laws,
 }
 
 impl Part {
@@ -50,6 +53,7 @@ impl Part {
             Self::Drives => drives::map(quick, store),
             Self::Steady => steady_states::map(quick, store),
             Self::Time => time_runs::map(quick, store),
+            Self::Laws => laws::map(quick, store),
         }
     }
 }
