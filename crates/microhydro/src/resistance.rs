@@ -113,7 +113,8 @@ impl Resistance {
     /// Factor that turns a change of the order into an error estimate.
     ///
     /// The error of a quantity computed from [`Resistance::matrix`] is estimated as this factor
-    /// times its difference from the same quantity computed from [`Resistance::coarser`].
+    /// times its difference from the same quantity computed from [`Resistance::coarser`], by way
+    /// of [`Resistance::coarser_gaps`] where there is one.
     pub fn tail(&self) -> f64 {
         self.tail
     }
@@ -143,7 +144,9 @@ impl Resistance {
 
     /// The part of [`Resistance::relative_error`] that higher orders reduce.
     pub(crate) fn truncation_error(&self) -> f64 {
-        self.tail * self.relative_difference(&self.coarser)
+        let gaps = self.coarser_gaps.as_ref().unwrap_or(&self.matrix);
+        let size = self.relative_size(&(gaps - &self.coarser));
+        self.relative_difference(gaps) + self.tail * size
     }
 
     /// Largest difference of an entry from `other`, relative to `sqrt(R_ii R_jj)`.
@@ -153,11 +156,15 @@ impl Resistance {
         if other.shape() != self.matrix.shape() {
             return f64::INFINITY;
         }
-        let difference = (&self.matrix - other).abs();
+        self.relative_size(&(&self.matrix - other))
+    }
+
+    /// Largest entry of a difference of resistances, relative to `sqrt(R_ii R_jj)`.
+    fn relative_size(&self, difference: &DMatrix<f64>) -> f64 {
         let size = |i: usize| self.matrix[(i, i)].sqrt();
         (0..difference.nrows())
             .flat_map(|i| (0..difference.ncols()).map(move |j| (i, j)))
-            .map(|(i, j)| difference[(i, j)] / (size(i) * size(j)))
+            .map(|(i, j)| difference[(i, j)].abs() / (size(i) * size(j)))
             // a NaN is not a small difference
             .fold(
                 0.0,

@@ -282,8 +282,8 @@ impl<'a> Correction<'a> {
     ///
     /// Where the viscosity varies a second step of Newton's method follows, with the same matrix.
     ///
-    /// Cost per flow and step: [`FIRST_ITERATIONS`] iterations, each of three passes over the cells, a
-    /// matrix product and a preconditioner; then a solve of the Taylor-Hood system to
+    /// Cost per flow and step: [`FIRST_ITERATIONS`] iterations, each of three passes over the
+    /// cells, a matrix product and a preconditioner; then a solve of the Taylor-Hood system to
     /// [`COARSE_RTOL`].
     ///
     /// # Errors

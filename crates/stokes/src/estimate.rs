@@ -77,10 +77,10 @@ const SOURCE_UNCERTAINTY: f64 = 0.5;
 /// `m` is the mean of `|d log η / d log g|`, `e` the relative error of the energy.
 ///
 /// A correction has all terms of second order in the error of the flow. Those of third order are
-/// smaller by the relative error of the flow, which is `sqrt(e)`, where the viscosity depends on the
-/// rates. Of the drag of a sphere, with the laws of Carreau and power laws of indices 0.3 to 0.8,
-/// shear numbers of 1 and 10 and edges of 0.6 to 0.2 radii, a factor of 1.7 and the uncertainty of
-/// constant viscosity cover what corrections leave.
+/// smaller by the relative error of the flow, which is `sqrt(e)`, where the viscosity depends on
+/// the rates. Of the drag of a sphere, with the laws of Carreau and power laws of indices 0.3 to
+/// 0.8, shear numbers of 1 and 10 and edges of 0.6 to 0.2 radii, a factor of 1.7 and the
+/// uncertainty of constant viscosity cover what corrections leave.
 const VISCOSITY_UNCERTAINTY: f64 = 2.0;
 
 /// Estimated discretisation error of one solution, in scaled units.
@@ -181,7 +181,7 @@ impl Estimator<'_> {
         // Bodies at rest have neither power nor error.
         let ratio = uncertain / (energy - geometry).abs();
         let relative_uncertainty = if ratio.is_finite() {
-            ratio.min(1.0)
+            ratio.min(2.0)
         } else {
             0.0
         };

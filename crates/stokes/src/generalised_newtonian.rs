@@ -156,8 +156,8 @@ impl Newton<'_> {
 
     /// The equations, linearised at a velocity of all nodes.
     ///
-    /// Without motion there is no stress, whatever the viscosity; that of a power law at rest may be
-    /// too large for double precision.
+    /// Without motion there is no stress, whatever the viscosity; that of a power law at rest may
+    /// be too large for double precision.
     fn linearised(&self, velocity: Vec<Vector3<f64>>) -> Result<Linearised, StokesError> {
         let newtonian = Law::Newtonian {
             viscosity: self.law.viscosity(1.0),
@@ -227,7 +227,7 @@ impl Newton<'_> {
         if let Some(x) = warm.solutions().last().filter(|x| x.len() == size) {
             return Ok((self.iterate(&system, x.to_vec())?, 0));
         }
-        let (newtonian, mut iterations) = self.newtonian_flow()?;
+        let (newtonian, iterations) = self.newtonian_flow()?;
         let stress = self.stress(&newtonian.whole);
         if stress.mean_exponent()? < STEEP_EXPONENT {
             return Ok((newtonian, iterations));
@@ -236,17 +236,29 @@ impl Newton<'_> {
             law: self.law,
             newtonian: stress.mean_viscosity()?,
         };
-        let frozen = self.linearised_by(&law, newtonian.whole.clone())?;
-        let residual = self.residual_by(&law, &frozen, &newtonian)?;
-        let mut x = vec![0.0; size];
+        // A guess: where its matrix cannot be solved with, the Newtonian flow is the start.
+        match self.frozen_step(&law, &newtonian) {
+            Ok((x, more)) => Ok((x, iterations + more)),
+            Err(_) => Ok((newtonian, iterations)),
+        }
+    }
+
+    /// The flow after a step with frozen viscosity from a flow, and its iterations.
+    fn frozen_step(
+        &self,
+        law: &FrozenViscosity,
+        from: &Iterate,
+    ) -> Result<(Iterate, usize), StokesError> {
+        let frozen = self.linearised_by(law, from.whole.clone())?;
+        let residual = self.residual_by(law, &frozen, from)?;
+        let mut x = vec![0.0; from.x.len()];
         let solver = self.options.solver;
         let mut preconditioner = preconditioner(&frozen.system, solver)?;
         let vectors = (residual.rows.as_slice(), x.as_mut_slice());
         let method = (solver, MAX_FORCING);
         let report = solve_near(&frozen, &mut *preconditioner, vectors, method)?;
-        iterations += report.iterations;
-        (x.iter_mut().zip(&newtonian.x)).for_each(|(x, before)| *x += before);
-        Ok((self.iterate(&frozen.system, x)?, iterations))
+        (x.iter_mut().zip(&from.x)).for_each(|(x, before)| *x += before);
+        Ok((self.iterate(&frozen.system, x)?, report.iterations))
     }
 
     /// A Newtonian flow, and its iterations.
@@ -623,10 +635,11 @@ impl Problem<'_> {
     /// divergence that satisfy the joints, with the potential `W` of the law. Newton's method
     /// starts from the newest of `guesses`, or from a Newtonian flow; where viscosities vary much,
     /// a step with frozen viscosity comes first, at rates between those of this flow and those at
-    /// which the law has its stresses. A step is shortened until it decreases the energy. Linear systems are solved as accurately as the convergence is
-    /// quadratic (Eisenstat & Walker 1996), with the preconditioner of the isotropic part.
-    /// `options.rtol` bounds the residual of the nonlinear equations, over the right-hand side.
-    /// Forces are residuals of the momentum equation with the stress of the law.
+    /// which the law has its stresses. A step is shortened until it decreases the energy. Linear
+    /// systems are solved as accurately as the convergence is quadratic (Eisenstat & Walker 1996),
+    /// with the preconditioner of the isotropic part. `options.rtol` bounds the residual of the
+    /// nonlinear equations, over the right-hand side. Forces are residuals of the momentum equation
+    /// with the stress of the law.
     ///
     /// Cost: per step an assembly of 3 x 3 blocks, and 2 to 20 iterations.
     ///

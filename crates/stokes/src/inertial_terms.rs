@@ -32,9 +32,9 @@ pub struct InertialTerms<'a> {
     /// Velocity `d` of the fluid at each node, in addition to a convecting velocity: convection is
     /// then `ρ ((c · ∇) u + (∇·d) u / 2)`.
     ///
-    /// With the convecting velocity, less that of the mesh, this is the skew-symmetric form (Temam
-    /// 1968): the divergence that a discrete flow has then neither produces energy nor makes a
-    /// diagonal entry of the matrix negative.
+    /// It is `c` plus the velocity of the mesh, or `c` alone where the mesh moves uniformly. This
+    /// is the skew-symmetric form (Temam 1968): the divergence that a discrete flow has then
+    /// neither produces energy nor makes a diagonal entry of the matrix negative.
     pub divergence_of: Option<&'a [Vector3<f64>]>,
     /// Velocity of the walls, one per node, of which those on walls are used; none if at rest.
     pub wall_velocity: Option<&'a [Vector3<f64>]>,

@@ -218,9 +218,9 @@ impl<'a> CubicExtension<'a> {
     /// ```
     ///
     /// with the flow `u` of [`with_viscosity`](Self::with_viscosity), the bubbles `b` of surfaces
-    /// and the change `c` of `velocity` at nodes and `extension`. It is zero for constant viscosity;
-    /// otherwise it is of second order in the change, and so is the error of forces. Shapes are
-    /// those of [`product`](Self::product); the rows of pressures are zero.
+    /// and the change `c` of `velocity` at nodes and `extension`. It is zero for constant
+    /// viscosity; otherwise it is of second order in the change, and so is the error of forces.
+    /// Shapes are those of [`product`](Self::product); the rows of pressures are zero.
     ///
     /// Cost: one pass over the cells.
     ///

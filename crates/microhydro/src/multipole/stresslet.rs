@@ -41,14 +41,15 @@ pub struct SphereStresslets {
 
 /// Stresslets of spheres with given velocities, and surfaces that move relative to them.
 ///
-/// `velocities` has six entries `(U, ω)` per sphere; `velocity_errors` are their estimated errors
-/// with the signs of a change to the order below, zeros for given ones: at a lower order free
-/// spheres in a narrow gap move such that the stresslets change little. `surface_velocity` is
-/// relative to this motion and to the background flow, `None` for rigid surfaces in a fluid at
-/// rest. `orders` are those of the resistance, [`crate::Resistance::orders`]. The error is of the
-/// order of that of the resistance, because a stresslet tests the flow with a velocity in the
-/// lowest modes. Orders are raised to those that the [`SphereSlip`] needs. The high degrees of
-/// narrow gaps are eliminated for their two surfaces alone. Cost: three solves off an axis.
+/// The first array has the velocities, six entries `(U, ω)` per sphere; the second one their
+/// estimated errors with the signs of a change to the order below, zeros for given velocities: at a
+/// lower order free spheres in a narrow gap move such that the stresslets change little.
+/// `surface_velocity` is relative to this motion and to the background flow, `None` for rigid
+/// surfaces in a fluid at rest. `orders` are those of the resistance,
+/// [`crate::Resistance::orders`]. The error is of the order of that of the resistance, because a
+/// stresslet tests the flow with a velocity in the lowest modes. Orders are raised to those that
+/// the [`SphereSlip`] needs. The high degrees of narrow gaps are eliminated for their two surfaces
+/// alone. Cost: three solves off an axis.
 ///
 /// ```
 /// use microhydro::{Accuracy, Medium, Spheres, multipole};

@@ -23,12 +23,17 @@ use crate::surface_motion::SurfaceEffect;
 /// Bounds of the error of the highest order, relative to its difference from the order before.
 ///
 /// Orders divide differences by less than two (power laws) to fifty. Ratios of two differences are
-/// no surer than the lower bound; above the upper one the differences do not converge.
-const UNCERTAINTY: [f64; 2] = [0.3, 4.0];
+/// no surer than the lower bound. The upper one is for differences that do not decrease: an
+/// algebraic error `p^-k` of first order is `p = 10` times the last difference, and twice that is
+/// the bar.
+const UNCERTAINTY: [f64; 2] = [0.3, 20.0];
+
+/// The same after a single difference, as if the next one were two thirds of it.
+const UNCERTAINTY_OF_ONE: f64 = 4.0;
 
 /// The lower bound for laws without a viscosity at rest, whose flows are not smooth where they are
-/// at rest: an error `p^-k` at the order `p` is `p / k` of its difference from the order before, and
-/// algebraic orders `k` are not above those of the elements.
+/// at rest: an error `p^-k` at the order `p` is `p / k` of its difference from the order before,
+/// and algebraic orders `k` are not above those of the elements.
 const ALGEBRAIC_UNCERTAINTY: f64 = 1.0;
 
 /// Factor on the remainder of a geometric series of differences.
@@ -227,9 +232,9 @@ impl AxisymmetricModel {
             change = if largest > 0.0 { largest / speed } else { 0.0 };
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             let (along, square) = (dot(velocities, &next), dot(velocities, velocities));
-            if along < 0.0 && shortened < MAX_SHORTENED {
-                // Where forces grow like `U^n`, Newton's step from a speed that is too large by more
-                // than a factor of `(1 - n)^(-1 / n)` reverses it, and the next one again.
+            if change > tolerance && along < 0.0 && shortened < MAX_SHORTENED {
+                // Where forces grow like `U^n`, Newton's step from a speed that is too large by
+                // more than a factor of `(1 - n)^(-1 / n)` reverses it, and the next one again.
                 shortened += 1;
                 let length = 0.5 * square / (square - along);
                 let towards = velocities.iter_mut().zip(&next);
@@ -382,8 +387,8 @@ impl AxisymmetricModel {
 
 /// Error of the last order over the last of these differences between orders.
 ///
-/// Differences with the ratio `q` have the remainder `q / (1 - q)`. Ratios go up and down: `q` is the
-/// larger of the last two.
+/// Differences with the ratio `q` have the remainder `q / (1 - q)`. Ratios go up and down: `q` is
+/// the larger of the last two.
 fn remainder(law: &Law, changes: &[f64]) -> f64 {
     let [mut lower, upper] = UNCERTAINTY;
     if matches!(law, Law::PowerLaw { .. } | Law::HerschelBulkley { .. }) {
@@ -399,7 +404,8 @@ fn remainder(law: &Law, changes: &[f64]) -> f64 {
     });
     match ratios.reduce(f64::max) {
         Some(q) if q < 1.0 => (REMAINDER_FACTOR * q / (1.0 - q)).clamp(lower, upper),
-        _ => upper,
+        Some(_) => upper,
+        None => UNCERTAINTY_OF_ONE,
     }
 }
 

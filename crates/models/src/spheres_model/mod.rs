@@ -126,7 +126,9 @@ impl Reference<'_> {
 ///
 /// The effect of the surfaces has its lower orders where the resistance has: in a narrow gap the
 /// velocities `U_0` of force-free bodies change with the resistance `R`, and the force
-/// `R (U - U_0)` changes far less than by one of both.
+/// `R (U - U_0)` changes far less than by one of both. Off an axis the gaps of the resistance are
+/// the first of two coarser references and have all of that effect: the change of the expansions
+/// comes after it, and bars are wider than they need be.
 fn references<'a>(
     resistances: &'a SphereResistances,
     surfaces: Option<&SurfaceEffects>,
@@ -511,7 +513,8 @@ impl SpheresModel {
         let total = clock.elapsed().as_secs_f64();
         let stresslets = match query.stresslets {
             true => {
-                let errors = velocity_errors(&all, &solved, &references)?;
+                let known = if is_estimated { &references[..] } else { &[] };
+                let errors = velocity_errors(&all, &solved, known)?;
                 let motion = [&solved.generalised, &errors];
                 self.stresslets((configuration, rates), &resistances, motion)?
             }

@@ -176,8 +176,8 @@ fn bug_steep_laws_took_more_than_six_steps() {
 }
 
 /// Forces have errors of second order in the error of the flow. With the derivative of the stress
-/// alone, without its own terms of second order, corrections left up to 0.9 of what they removed;
-/// with them at most 0.26 on edges of 0.6 to 0.2 radii.
+/// alone, without its own terms of second order, corrections left all of what they removed at
+/// worst; with them at most 0.26 on edges of 0.6 to 0.2 radii.
 #[test]
 fn bug_corrections_in_fluids_with_a_law_left_half_of_the_error() {
     let mesh = sphere_in_ball(0.5, 10.0, [true, true, false]);
@@ -204,8 +204,8 @@ fn the_energy_decreases_in_every_step() {
         let solved = pair.solve(&law, (0.7, load), &options).unwrap();
         for step in &solved.newton.steps {
             let [start, end] = step.slopes;
-            // By convexity the slope rises along the step: the energy decreases to its end if that
-            // of the end is negative, and as Armijo's rule demands if not. Slopes of the last
+            // By convexity the energy decreases if its slope at the end is negative. Near the
+            // minimum it is quadratic and changes by the mean of both slopes. Slopes of the last
             // steps are below rounding.
             let is_rounding = start.abs() < 1e-10;
             assert!(

@@ -44,7 +44,8 @@ const PLANE: Model = Model {
     keys: "model.kind = \"axisymmetric\"",
 };
 
-/// Required of the largest speed of a falling sphere, which is known to a hundredth.
+/// Required of the largest speed of a falling sphere, which is known to a hundredth, the first one
+/// by a simulation.
 const FALLING: f64 = 1.5e-2;
 
 /// All rows; spheres that fall, half a minute, are not in the quick part.

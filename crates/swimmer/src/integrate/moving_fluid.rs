@@ -105,6 +105,10 @@ pub(super) fn other_discretisation() -> SwimError {
 /// Shortest step relative to the phase.
 pub(super) const LEAST_STEP: f64 = 1e-9;
 
+/// Part of a step below which it is not halved again: a failure that does not depend on the length
+/// is then found after 16 attempts.
+pub(super) const LEAST_PART: f64 = 1.0 / 65536.0;
+
 /// A step in time, before it is accepted.
 pub(super) struct TriedStep {
     pub length: f64,

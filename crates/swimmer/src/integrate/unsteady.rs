@@ -12,7 +12,7 @@ use scene::{PhaseSpan, Scene, StartKind};
 use super::companion::WithCompanion;
 use super::meridian_fluid::{MeridianFluid, MeridianScene};
 use super::moving_fluid::{
-    BodyMemory, LEAST_STEP, MovingFluid, TriedStep, UnsteadyState, position,
+    BodyMemory, LEAST_PART, LEAST_STEP, MovingFluid, TriedStep, UnsteadyState, position,
 };
 use super::piece::PathPiece;
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
@@ -200,10 +200,12 @@ impl<'a> UnsteadyFlow<'a> {
 
     /// A step of this length, or of less where the mesh cannot follow a longer one or its equations
     /// are not solved.
-    fn step(&mut self, mut length: f64, least: f64) -> Result<TriedStep, SwimError> {
+    fn step(&mut self, wanted: f64, least: f64) -> Result<TriedStep, SwimError> {
+        let mut length = wanted;
+        let shortest = least.max(LEAST_PART * wanted);
         loop {
             match self.fluid.try_step(length) {
-                Err(error) if error.needs_shorter_step() && length > least => length *= 0.5,
+                Err(error) if error.needs_shorter_step() && length > shortest => length *= 0.5,
                 result => return result,
             }
         }
@@ -270,6 +272,9 @@ fn integrate(
                 // The last step of a phase may be shorter and says nothing about the next.
                 steps.shorten(flow.fluid.max_growth() * before);
             }
+        } else if taken < wanted {
+            // Given steps stay as short for the rest of the phase.
+            steps.shorten(taken);
         }
         match append(evaluator, flow, result, step, last.as_ref()) {
             Err(error) if error.is_overshoot() && taken > least && fixed.is_none() => {
