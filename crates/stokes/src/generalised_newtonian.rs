@@ -222,10 +222,11 @@ impl Newton<'_> {
 
     /// The first iterate, an earlier solution or a guess, and the iterations it took.
     fn start(&self, warm: &WarmStart) -> Result<(Iterate, usize), StokesError> {
-        let system = self.newtonian_system(1.0)?;
-        let size = system.rhs.len();
-        if let Some(x) = warm.solutions().last().filter(|x| x.len() == size) {
-            return Ok((self.iterate(&system, x.to_vec())?, 0));
+        if let Some(x) = warm.solutions().last() {
+            let system = self.newtonian_system(1.0)?;
+            if x.len() == system.rhs.len() {
+                return Ok((self.iterate(&system, x.to_vec())?, 0));
+            }
         }
         let (newtonian, iterations) = self.newtonian_flow()?;
         let stress = self.stress(&newtonian.whole);

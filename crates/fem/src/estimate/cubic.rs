@@ -225,7 +225,7 @@ impl<'a> CubicExtension<'a> {
     /// Cost: one pass over the cells.
     ///
     /// # Errors
-    /// Arrays of the wrong length or not finite.
+    /// Arrays of the wrong length; velocities that are not finite.
     pub fn remainder(
         &self,
         of_surfaces: &[f64],
@@ -238,11 +238,7 @@ impl<'a> CubicExtension<'a> {
             check_length("the extension", extension.len(), self.len())?;
         }
         let [of_surfaces, extension] = [of_surfaces, extension].map(|all| self.completed(all));
-        let mut product = CubicProduct {
-            velocity: vec![Vec3::zeros(); mesh.n_points()],
-            pressure: vec![0.0; mesh.n_vertices()],
-            extension: vec![0.0; self.len()],
-        };
+        let mut product = self.zero_product();
         let Some(viscosity) = self.viscosity else {
             return Ok(product);
         };
@@ -283,6 +279,15 @@ impl<'a> CubicExtension<'a> {
         Ok(product)
     }
 
+    /// The product with a flow at rest.
+    fn zero_product(&self) -> CubicProduct {
+        CubicProduct {
+            velocity: vec![Vec3::zeros(); self.mesh.n_points()],
+            pressure: vec![0.0; self.mesh.n_vertices()],
+            extension: vec![0.0; self.len()],
+        }
+    }
+
     /// Product with a flow, without the block of quadratic velocities and linear pressures.
     ///
     /// Shapes: `velocity` `n_points`, `pressure` `n_vertices`, `extension` [`len`](Self::len). With
@@ -314,11 +319,7 @@ impl<'a> CubicExtension<'a> {
         check_array("the pressure", pressure, mesh.n_vertices())?;
         check_length("the extension", extension.len(), self.len())?;
         let extension = &*self.completed(extension);
-        let mut product = CubicProduct {
-            velocity: vec![Vec3::zeros(); mesh.n_points()],
-            pressure: vec![0.0; mesh.n_vertices()],
-            extension: vec![0.0; self.len()],
-        };
+        let mut product = self.zero_product();
         let arch = Arch::new();
         let of_cell = |cell: usize, rows: &mut CellValues| {
             let nodes = &mesh.cells()[cell];

@@ -131,9 +131,9 @@ pub fn orders_for(
 /// order does not contain.
 ///
 /// The forces between two linked spheres in a narrow gap, beside a third one, have an error that is
-/// 1e-3 of that of the resistance, because their own motions are equal: with few spheres all
-/// couplings are kept, which costs little. Many have so many far pairs that it would take ten times
-/// the time and memory.
+/// 1e-3 of that of the resistance, because their own motions are equal. With few spheres all
+/// couplings are kept, at little cost. Many spheres have mostly distant pairs, whose couplings
+/// would take ten times the time and memory.
 fn neglected_part(spheres: usize) -> f64 {
     const FEW: usize = 32;
     match spheres <= FEW {

@@ -157,21 +157,20 @@ fn references<'a>(
         .collect()
 }
 
-/// Errors of the generalised velocities of a solution, with the sign of a change to the orders
-/// below.
-fn velocity_errors(
-    all: &SomeLinkages,
-    solved: &MobilitySolution,
+/// Visits successive solutions, the first of them `solved`, with the factor of the later one.
+fn follow(
     references: &[Reference],
-) -> Result<DVector<f64>, ModelError> {
-    let mut errors = DVector::zeros(solved.generalised.len());
-    let mut previous = solved.generalised.clone();
+    all: &SomeLinkages,
+    solved: MobilitySolution,
+    mut visit: impl FnMut(f64, [&MobilitySolution; 2]) -> Result<(), ModelError>,
+) -> Result<(), ModelError> {
+    let mut previous = solved;
     for reference in references {
-        let next = reference.solution(all)?.generalised;
-        errors += reference.factor * (&next - previous);
-        previous = next;
+        let solution = reference.solution(all)?;
+        visit(reference.factor, [&previous, &solution])?;
+        previous = solution;
     }
-    Ok(errors)
+    Ok(())
 }
 
 /// Model of spheres in unbounded fluid, in a ball, above a wall, or in a periodic box.
@@ -513,8 +512,8 @@ impl SpheresModel {
         let total = clock.elapsed().as_secs_f64();
         let stresslets = match query.stresslets {
             true => {
-                let known = if is_estimated { &references[..] } else { &[] };
-                let errors = velocity_errors(&all, &solved, known)?;
+                let none = || DVector::zeros(solved.generalised.len());
+                let errors = errors.generalised.take().unwrap_or_else(none);
                 let motion = [&solved.generalised, &errors];
                 self.stresslets((configuration, rates), &resistances, motion)?
             }

@@ -3,13 +3,13 @@
 use std::time::Instant as Clock;
 
 use microhydro::{Medium, PointMobility, PointModel, Spheres, Squirmer, multipole};
-use nalgebra::Vector3;
+use nalgebra::{DVector, Vector3};
 use rayon::prelude::*;
 use scene::{Domain, ModelEstimatesKind};
 use stokes::{Seconds, SolverReport};
 
 use super::sphere_resistances::SphereResistances;
-use super::{Reference, SphereModel, SpheresModel, SurfaceEffects, references};
+use super::{Reference, SphereModel, SpheresModel, SurfaceEffects, follow, references};
 use crate::error::ModelError;
 use crate::linked_bodies::{
     LargestDifferences, LinkedBodies, MobilitySolution, PointSolution, SomeLinkages,
@@ -40,6 +40,8 @@ pub(super) struct ModelErrors {
     pub bars: Option<LargestDifferences>,
     /// The error, computed minus exact.
     pub signed: Option<Response>,
+    /// That of the generalised velocities, exact minus computed; none if nothing has its sign.
+    pub generalised: Option<DVector<f64>>,
 }
 
 impl PointSolution<'_> {
@@ -190,7 +192,7 @@ impl SpheresModel {
                             bars.raise(&of_slip);
                             bars
                         }),
-                        signed: None,
+                        ..ModelErrors::default()
                     };
                 }
                 errors
@@ -232,22 +234,22 @@ impl SpheresModel {
         let all = linked.all();
         let mut bars = LargestDifferences::default();
         let mut signed: Option<Response> = None;
-        let mut previous = computed.clone();
-        for reference in references {
-            let factor = reference.factor;
-            let reference = reference.solution(&all)?;
-            bars.add(factor, &all.largest_differences(&previous, &reference));
-            let change = &linked.response(&previous)? - &linked.response(&reference)?;
+        let mut generalised = DVector::zeros(computed.generalised.len());
+        follow(references, &all, computed.clone(), |factor, [from, to]| {
+            bars.add(factor, &all.largest_differences(from, to));
+            generalised += factor * (&to.generalised - &from.generalised);
+            let change = &linked.response(from)? - &linked.response(to)?;
             let change = &change * factor;
-            signed = Some(match signed {
+            signed = Some(match signed.take() {
                 Some(sum) => sum + &change,
                 None => change,
             });
-            previous = reference;
-        }
+            Ok(())
+        })?;
         Ok(ModelErrors {
             bars: Some(bars),
             signed,
+            generalised: Some(generalised),
         })
     }
 
@@ -295,6 +297,7 @@ impl SpheresModel {
         Ok(ModelErrors {
             bars: Some(bars),
             signed: Some(&signed * factors.velocity),
+            generalised: None,
         })
     }
 
@@ -327,10 +330,7 @@ impl SpheresModel {
         let mut centres = vec![all.strongest(computed), all.fastest(computed)];
         centres.push(closest_among_images(&all, spheres, &domain));
         centres.extend([all.count() / 3, 2 * all.count() / 3]);
-        let none = ModelErrors {
-            bars: None,
-            signed: None,
-        };
+        let none = ModelErrors::default();
         let mut bars = LargestDifferences::default();
         for members in neighbourhoods(&all, spheres, centres, &domain) {
             let Some(members) = members else {
@@ -356,7 +356,7 @@ impl SpheresModel {
         }
         Ok(ModelErrors {
             bars: Some(bars),
-            signed: None,
+            ..ModelErrors::default()
         })
     }
 
@@ -416,15 +416,11 @@ impl SpheresModel {
         };
         let mut errors = LargestDifferences::default();
         let power = own.power(&solved.solution);
-        let mut previous = solved.solution;
-        for reference in references(&resistances, surfaces.as_ref()) {
-            let solution = reference.solution(&own)?;
-            errors.add(
-                reference.factor,
-                &own.largest_differences(&previous, &solution),
-            );
-            previous = solution;
-        }
+        let all = references(&resistances, surfaces.as_ref());
+        follow(&all, &own, solved.solution, |factor, [from, to]| {
+            errors.add(factor, &own.largest_differences(from, to));
+            Ok(())
+        })?;
         Ok(Some(Neighbourhood {
             errors,
             of_reflection,
