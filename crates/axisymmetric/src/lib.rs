@@ -34,10 +34,10 @@ pub use error::AxisymmetricError;
 pub use flow::{BodyVelocity, MeridianFlow, MeridianValue};
 pub use meridian::{MAX_ASPECT, Surroundings};
 pub use nonlinear::{
-    AxialBody, AxialChange, AxialForceSolver, AxialForces, AxialForcing, AxialIntegrator,
-    AxialMotion, AxialState, AxialStep, Convection, Impedance, ImpedanceParameters, LawChange,
-    REGULARISATION_FACTOR, Slip, SteadyDrive, SteadyParameters, SteadyState, TransientParameters,
-    impedance, law_change, steady_state,
+    AddedMass, AxialBody, AxialChange, AxialForceSolver, AxialForces, AxialForcing,
+    AxialIntegrator, AxialMotion, AxialState, AxialStep, Convection, Impedance,
+    ImpedanceParameters, LawChange, REGULARISATION_FACTOR, Slip, SteadyDrive, SteadyParameters,
+    SteadyState, TransientParameters, added_mass, impedance, law_change, steady_state,
 };
 pub use resistance::{AxialResistance, SurfaceResistance};
 pub use solver::{ResistanceSolver, axial_resistance, spin_resistance};

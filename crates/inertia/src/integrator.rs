@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
 use rigid::{BodyKind, Drive, State, StateVelocity};
 use stokes::{InertialTerms, Solution};
 
+use crate::added_mass::added_mass_forces;
 use crate::bodies::SlipAt;
 use crate::error::check_length;
 use crate::projection::{ProjectionJump, square_integral};
@@ -261,6 +262,35 @@ impl<'a> Integrator<'a> {
         masses.iter().enumerate().map(momentum).collect()
     }
 
+    /// Rates of change of the velocities of bodies with a surface, by the formula of a step.
+    fn accelerations(&self, formula: &TimeDerivative, generalised: &[f64]) -> Vec<Vector6<f64>> {
+        let known = self.known(formula, |level| &level.generalised);
+        let rows = self.bodies.set.surface_velocities();
+        let rate = |row: usize| formula.newest() * generalised[row] + known[row];
+        (rows.chunks_exact(6))
+            .map(|rows| Vector6::from_fn(|k, _| rate(rows[k])))
+            .collect()
+    }
+
+    /// Part of the forces and torques of bodies with a surface on the fluid which is due to their
+    /// accelerations at the end of a step, symmetry planes considered: see
+    /// [`added_mass_forces`](crate::added_mass_forces).
+    ///
+    /// # Errors
+    /// Those of [`added_mass_forces`](crate::added_mass_forces).
+    pub fn added_mass_forces(&self, step: &Step) -> Result<Vec<Vector6<f64>>, InertiaError> {
+        let surfaced = self.bodies.surfaced(&step.poses);
+        let names = self.bodies.surfaces.iter().map(String::as_str);
+        let bodies: Vec<_> = names
+            .zip(surfaced.iter().map(|pose| pose.translation.vector))
+            .collect();
+        let forces = added_mass_forces(&step.mesh, &self.space, &bodies, &step.accelerations)?;
+        Ok(forces
+            .into_iter()
+            .map(|force| self.parameters.density * force)
+            .collect())
+    }
+
     /// Sum over the older levels of the formula, `sum_k c_k v_k / Δt`.
     fn known<T>(&self, formula: &TimeDerivative, field: impl Fn(&Level) -> &[T]) -> Vec<T>
     where
@@ -396,6 +426,7 @@ impl<'a> Integrator<'a> {
                 continue;
             }
             let momenta = self.momenta(&masses, flow.generalised.as_slice());
+            let accelerations = self.accelerations(&formula, flow.generalised.as_slice());
             let level = Level {
                 time,
                 points: mesh.points().to_vec(),
@@ -414,6 +445,7 @@ impl<'a> Integrator<'a> {
                 poses: next_poses,
                 error,
                 velocity_error,
+                accelerations,
                 solves,
                 solved,
                 mesh_error,

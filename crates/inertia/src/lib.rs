@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod added_mass;
 mod bodies;
 mod continuation;
 mod error;
@@ -12,6 +13,7 @@ mod remeshing;
 mod steady;
 mod step;
 
+pub use added_mass::added_mass_forces;
 pub use bodies::{BodyMass, Forcing};
 pub use continuation::IntegratorState;
 pub use error::InertiaError;

@@ -36,6 +36,8 @@ pub struct Step {
     pub error: f64,
     /// Estimated error of the velocities of surfaces in this step; infinite as `error`.
     pub velocity_error: f64,
+    /// Rates of change of `(U, ω)` of each body with a surface, by the difference formula.
+    pub accelerations: Vec<Vector6<f64>>,
     /// Number of solves.
     pub solves: usize,
     /// The last of them: flow, velocities and forces, which include the inertia of the fluid.

@@ -103,6 +103,22 @@ impl<'a> CubicSystem<'a> {
         Ok(())
     }
 
+    /// Change from one solution to the next over the first, in the nodal velocities and bubbles.
+    fn reduction(&self, first: &[f64], next: &[f64]) -> f64 {
+        let velocities = 0..self.equations.system.system.pressure_range().start;
+        let bubbles = self.first()..self.first() + self.extension.first_pressure();
+        let (mut change, mut size) = (0.0, 0.0);
+        for k in velocities.chain(bubbles) {
+            change += (next[k] - first[k]).powi(2);
+            size += first[k].powi(2);
+        }
+        if change == 0.0 {
+            0.0
+        } else {
+            f64::sqrt(change / size)
+        }
+    }
+
     /// Pressures and bubbles of the preconditioner, and the coarse residual that they leave.
     fn relax(&self, r: &[f64], extension: &mut [f64]) -> Result<Vec<f64>, StokesError> {
         let (coarse, r) = r.split_at(self.first());
@@ -203,6 +219,8 @@ pub struct Change {
     pub flow: FlowSolution,
     /// Dofs of the extension of the corrected flow, with the velocities of surfaces.
     pub extension: Vec<f64>,
+    /// Size of the second step of Newton's method over that of the first; zero where there is none.
+    pub reduction: f64,
 }
 
 /// Corrections of flows that were solved with one matrix.
@@ -307,18 +325,22 @@ impl<'a> Correction<'a> {
             system: &system,
             coarse: &mut *preconditioner,
         };
-        for ((b, forces), x) in rhs.iter_mut().zip(&mut forces).zip(&mut solutions) {
+        let mut reductions = vec![0.0; flows.len()];
+        let of_columns = rhs.iter_mut().zip(&mut forces).zip(&mut solutions);
+        for (((b, forces), x), reduction) in of_columns.zip(&mut reductions) {
             extended.iterate(b, x, self.rtol)?;
             if equations.varying.is_some() {
+                let first = x.clone();
                 self.add_remainder(x, &of_surfaces, forces, b)?;
                 extended.iterate(b, x, self.rtol)?;
+                *reduction = system.reduction(&first, x);
             }
         }
         self.solve_coarse(&system, &rhs, &mut solutions, &mut forces, preconditioner)?;
 
         let first = system.first();
         let mut changes = Vec::with_capacity(flows.len());
-        for (solution, forces) in solutions.iter().zip(&forces) {
+        for ((solution, forces), reduction) in solutions.iter().zip(&forces).zip(reductions) {
             let flow = equations.change(&solution[..first], forces, self.set)?;
             let mut flow = equations.of_whole_mesh(flow)?;
             let mean = fem::mean_pressure(self.mesh, &flow.pressure)?;
@@ -327,6 +349,7 @@ impl<'a> Correction<'a> {
             changes.push(Change {
                 flow,
                 extension: dofs.map(|(own, of_surface)| own + of_surface).collect(),
+                reduction,
             });
         }
         Ok(changes)

@@ -147,6 +147,8 @@ struct Indicators<'f> {
     relative_uncertainty: f64,
     /// Part of it because the viscosity varies.
     of_viscosity: f64,
+    /// Part of the correction that Newton's method leaves.
+    left: f64,
     power_uncertainty: f64,
     source_uncertainty: f64,
 }
@@ -158,7 +160,12 @@ struct Response {
 }
 
 impl Estimator<'_> {
-    fn indicators<'f>(&self, flow: &'f FlowSolution) -> Result<Indicators<'f>, StokesError> {
+    /// Indicators of a flow, of whose correction at least the part `left` is uncertain.
+    fn indicators<'f>(
+        &self,
+        flow: &'f FlowSolution,
+        left: f64,
+    ) -> Result<Indicators<'f>, StokesError> {
         let (velocity, equations) = (&flow.velocity, &self.equations);
         let surplus = equations.surplus_of_flow(flow)?;
         let of_flow = self.boundary_flow(velocity);
@@ -182,7 +189,8 @@ impl Estimator<'_> {
         let ratio = uncertain / (energy - geometry).abs();
         let relative_uncertainty = if ratio.is_finite() {
             // Where the viscosity varies, cubic elements may leave more than they remove.
-            ratio.min(if self.stress().is_some() { 2.0 } else { 1.0 })
+            let largest = if self.stress().is_some() { 2.0 } else { 1.0 };
+            ratio.min(largest).max(left)
         } else {
             0.0
         };
@@ -200,6 +208,7 @@ impl Estimator<'_> {
             of_facets,
             relative_uncertainty,
             of_viscosity,
+            left,
             power_uncertainty: self.problem.parts() * of_facets_on_power.max(of_viscosity_on_power),
             source_uncertainty,
         })
@@ -305,7 +314,9 @@ impl Estimator<'_> {
             .map(|cell| cell * cell)
             .sum::<f64>()
             .sqrt();
-        let of_one_cell = (CELL_UNCERTAINTY + error.of_viscosity).min(1.0);
+        let of_one_cell = (CELL_UNCERTAINTY + error.of_viscosity)
+            .min(1.0)
+            .max(error.left);
         let cells = self.facet_geometry.cells();
         Ok(Estimate {
             change,
@@ -376,6 +387,7 @@ impl Estimator<'_> {
             .map(|((flow, change), loads)| {
                 let responses: Vec<_> = loads.into_iter().map(|load| &responses[load]).collect();
                 let powers = change_of_powers(flow, &change)?;
+                let indicators = self.indicators(flow, left_by_newton(change.reduction))?;
                 let mut change = change.flow;
                 let mut of_facets = 0.0_f64;
                 let bodies = self.problem.bodies.iter();
@@ -386,14 +398,25 @@ impl Estimator<'_> {
                     of_facets = of_facets.max(part.norm());
                     *stresslet += part;
                 }
-                self.estimate(
-                    self.indicators(flow)?,
-                    (change, powers, of_facets),
-                    &responses,
-                )
+                self.estimate(indicators, (change, powers, of_facets), &responses)
             })
             .collect()
     }
+}
+
+/// What two steps of Newton's method with one matrix leave, over the first of them, if each reduces
+/// the change by the factor `q`: `q^2 / (1 - q)`, and a multiple of the correction where they do
+/// not converge.
+fn left_by_newton(reduction: f64) -> f64 {
+    /// Largest `1 / (1 - q)`: slower sequences say nothing about their limit.
+    const MAX_SUM: f64 = 10.0;
+    let sum = 1.0 / (1.0 - reduction);
+    let sum = if (0.0..MAX_SUM).contains(&sum) {
+        sum
+    } else {
+        MAX_SUM
+    };
+    reduction * reduction * sum
 }
 
 /// First row of the linear part of a frame's generalised velocities.

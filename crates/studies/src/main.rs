@@ -4,6 +4,7 @@
 mod ale;
 mod chart;
 mod models;
+mod newton;
 mod oseen;
 mod page;
 mod random;
@@ -90,6 +91,8 @@ enum Task {
     Roofline(Common),
     /// Iterations of the block solver for flows with inertia: Reynolds numbers, meshes, containers.
     Oseen(Common),
+    /// Iterations of Newton's method and its linear solves for fluids with a viscosity law.
+    Newton(Common),
     /// Runs random scenes with all models: checks balances, reproducibility and memory.
     Soak {
         /// Duration of the run.
@@ -130,6 +133,7 @@ fn main() -> Result<()> {
         }
         Task::Roofline(common) => roofline::run(common.quick, &common.folder("roofline", false)),
         Task::Oseen(common) => oseen::run(common.quick, &common.folder("oseen", false)),
+        Task::Newton(common) => newton::run(common.quick, &common.folder("newton", false)),
         Task::Soak { minutes, seed } => soak::run(minutes, seed),
         Task::Tolerances {
             common,

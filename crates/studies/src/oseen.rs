@@ -116,7 +116,7 @@ fn rows(quick: bool) -> Result<(Vec<Row>, Vec<Steps>)> {
     let (mut rows, mut steps) = (Vec::new(), Vec::new());
     for container in ["ball", "cube"] {
         for &size in if quick { &SIZES[..1] } else { &SIZES[..] } {
-            let mesh = mesh(container, size)?;
+            let mesh = sphere_mesh(container, size)?;
             for is_free in [false, true] {
                 let sphere = Case {
                     container,
@@ -143,7 +143,7 @@ fn rows(quick: bool) -> Result<(Vec<Row>, Vec<Steps>)> {
 }
 
 /// The quarter of the fluid with positive x and y.
-fn mesh(container: &str, size: f64) -> Result<TetMesh> {
+pub fn sphere_mesh(container: &str, size: f64) -> Result<TetMesh> {
     let centre = Vec3::zeros();
     let sphere = Sphere {
         centre,
@@ -287,7 +287,7 @@ impl Case<'_> {
 }
 
 /// The sphere and its centre.
-const BODIES: [(&str, Vec3); 1] = [("sphere", Vec3::new(0.0, 0.0, 0.0))];
+pub const BODIES: [(&str, Vec3); 1] = [("sphere", Vec3::new(0.0, 0.0, 0.0))];
 
 /// The force for about the speed 1.
 fn pull(reynolds: f64) -> ExternalLoad {
@@ -347,7 +347,7 @@ mod tests {
     /// block is negative without the skew-symmetric form.
     #[test]
     fn bug_the_flow_at_a_reynolds_number_of_100_was_refused_on_a_coarse_mesh() {
-        let mesh = mesh("cube", 0.5).unwrap();
+        let mesh = sphere_mesh("cube", 0.5).unwrap();
         for is_free in [false, true] {
             let case = Case {
                 container: "cube",

@@ -358,6 +358,27 @@ pub const CARREAU_THREE_SPHERES: [([f64; 3], f64, f64, f64); 3] = [
     ([-6.0, 0.0, 6.0], f64::INFINITY, -0.3513188138, -0.026939721),
 ];
 
+/// The square stroke of three unit spheres between links of 10 and 6 in unbounded fluid of Carreau,
+/// a unit of time per leg: length of the right link, and the change of the displacement of the
+/// middle sphere while the left link closes, in units of `(n - 1) / 2 λ^2`; the same program.
+///
+/// While the right link closes the changes are the opposite ones, by reflection, and while a link
+/// opens too, because the change is of third order in the rate.
+pub const CARREAU_LEGS: [(f64, f64); 2] = [(10.0, -1.51971702), (6.0, -1.52113866)];
+
+/// Net displacement of that stroke without thinning, and its change in these units.
+pub const CARREAU_STROKE: [f64; 2] = [0.1598053404, 0.0028433];
+
+/// Net displacement of three unit spheres whose left link alone closes from 10 to 6 within a unit
+/// of time and opens again within two, in unbounded fluid of Carreau with index 0.5, to first order
+/// in `λ^2`.
+///
+/// A leg of the duration `T` has `T^-2` times the change, so that unequal times break the scallop
+/// theorem.
+pub fn broken_scallop(relaxation_time: f64) -> f64 {
+    -0.25 * relaxation_time.powi(2) * CARREAU_LEGS[0].1 * (1.0 - 0.25)
+}
+
 /// First-order change of the speed of the squirmer `u_θ = 1.5 sin θ (1 + β cos θ)` in unbounded
 /// fluid of Carreau, in units of `(n - 1) / 2 λ^2`; exact integration of the reciprocal theorem.
 pub fn carreau_squirmer_slope(beta: f64) -> f64 {

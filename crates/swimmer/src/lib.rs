@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod added_mass;
 pub mod checkpoint;
 mod decision;
 mod efficiency;
@@ -29,6 +30,7 @@ mod templates;
 mod threads;
 mod turning;
 
+pub use added_mass::AddedMassForces;
 pub use checkpoint::Checkpoint;
 pub use decision::{StartSolution, solve_start_with_terms};
 pub use efficiency::Efficiency;

@@ -6,6 +6,7 @@ use rigid::{Articulation, State};
 use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
 
+use crate::added_mass::AddedMassForces;
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
 use crate::integrate::{SpanResult, TABLE_SHARE, UnsteadyState, enter_table};
@@ -330,6 +331,9 @@ pub struct Sample {
     /// time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kinetic_energy: Option<KineticEnergy>,
+    /// Forces that accelerate the fluid, as the kinetic energy.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub added_mass: Option<AddedMassForces>,
 }
 
 /// Positions on a phase span, up to `reached`, of the times at equal intervals that follow the
@@ -381,6 +385,7 @@ impl Interim {
                 poses,
                 bodies: None,
                 kinetic_energy: None,
+                added_mass: None,
             }],
             curve: vec![(0.0, origin)],
             ..Outcome::default()
@@ -431,6 +436,11 @@ impl Outcome {
     /// Kinetic energy of fluid and bodies at the end, for fluids with inertia.
     pub fn kinetic_energy(&self) -> Option<KineticEnergy> {
         self.samples.last()?.kinetic_energy
+    }
+
+    /// Forces that accelerate the fluid at the end, for fluids with inertia.
+    pub fn added_mass(&self) -> Option<&AddedMassForces> {
+        self.samples.last()?.added_mass.as_ref()
     }
 
     /// Appends the solves and the end of a phase span to the trajectory.
@@ -486,6 +496,7 @@ impl Outcome {
                 turnings: turnings.clone(),
                 bodies,
                 kinetic_energy: None,
+                added_mass: None,
             })
         };
         let reached = result.reached();
@@ -503,6 +514,7 @@ impl Outcome {
             let bodies = Some(solution.solution.bodies.clone());
             self.samples.push(Sample {
                 kinetic_energy: solution.kinetic_energy,
+                added_mass: solution.added_mass.clone(),
                 ..sample(solution.s, None, bodies)?
             });
         }
@@ -514,6 +526,7 @@ impl Outcome {
         let bodies = last.map(|solution| solution.solution.bodies.clone());
         self.samples.push(Sample {
             kinetic_energy: last.and_then(|solution| solution.kinetic_energy),
+            added_mass: last.and_then(|solution| solution.added_mass.clone()),
             ..sample(reached, Some(&result.end), bodies)?
         });
         // Steps of thermal noise are short.

@@ -127,8 +127,9 @@ pub struct AxialStep {
     pub velocities: Vec<f64>,
     /// Force that each body exerts on the fluid, with the inertia of the fluid in it.
     pub forces: Vec<f64>,
-    /// Rate of change of the momentum of each body, its mass times its acceleration by the
-    /// difference formula.
+    /// Acceleration of each body along the axis, by the difference formula.
+    pub accelerations: Vec<f64>,
+    /// Rate of change of the momentum of each body.
     pub momentum_rates: Vec<f64>,
     /// Power of the slip of all surfaces on the fluid.
     pub slip_power: f64,
@@ -377,6 +378,23 @@ impl<'a> AxialIntegrator<'a> {
         Ok([0.5 * self.parameters.density * square, bodies])
     }
 
+    /// Part of the forces that the bodies exert on the fluid which is due to their accelerations at
+    /// the end of a step: see [`added_mass`](crate::added_mass).
+    ///
+    /// Cost: a factorisation with a number per velocity node, a tenth of that of a step.
+    ///
+    /// # Errors
+    /// None for a step of this integrator.
+    pub fn added_mass_forces(&self, step: &AxialStep) -> Result<Vec<f64>, AxisymmetricError> {
+        let accelerations =
+            DMatrix::from_column_slice(step.accelerations.len(), 1, &step.accelerations);
+        let forces = self.system.added_mass(&step.level.nodes, &accelerations)?;
+        Ok(forces
+            .iter()
+            .map(|force| self.parameters.density * force)
+            .collect())
+    }
+
     /// Smallest semi-axis of a body.
     fn smallest(&self) -> f64 {
         (self.bodies.iter())
@@ -603,15 +621,17 @@ impl<'a> AxialIntegrator<'a> {
             .map(|(u, p)| (u - p).abs())
             .fold(0.0, f64::max);
         let known_velocities = self.known(&formula, |level| level.velocities.clone());
-        let momentum_rates = (self.bodies.iter().zip(&velocities).zip(known_velocities))
-            .map(|((body, u), known)| body.mass * (newest * u + known));
+        let accelerations = velocities.iter().zip(known_velocities);
+        let accelerations: Vec<f64> = accelerations.map(|(u, known)| newest * u + known).collect();
+        let momentum_rates = self.bodies.iter().zip(&accelerations);
         Ok(AxialStep {
             time,
             length,
             positions: self.centres(&displacements, &given),
             velocities: velocities.clone(),
             forces,
-            momentum_rates: momentum_rates.collect(),
+            momentum_rates: momentum_rates.map(|(body, a)| body.mass * a).collect(),
+            accelerations,
             slip_power,
             error,
             flow_error,

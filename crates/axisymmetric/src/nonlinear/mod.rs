@@ -1,5 +1,6 @@
 //! Flows that no resistance matrix describes: with inertia or with a viscosity law.
 
+mod added_mass;
 mod axial_forces;
 mod bodies;
 mod continuation;
@@ -21,6 +22,7 @@ mod response;
 mod steady;
 mod viscosity;
 
+pub use added_mass::{AddedMass, added_mass};
 pub use axial_forces::{AxialForceSolver, AxialForces};
 pub use bodies::{AxialBody, AxialMotion};
 pub use continuation::AxialState;

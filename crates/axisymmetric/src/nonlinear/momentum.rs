@@ -291,6 +291,13 @@ impl<'a> MomentumElement<'a> {
         matrix
     }
 
+    /// The scalar stiffness `∫ ∇N_i·∇N_j` of the basis functions of the velocity.
+    pub fn stiffness(&self) -> DMatrix<f64> {
+        let measure = |q: usize| self.points[q].measure;
+        let [by_z, by_r] = derivatives(&self.points, &self.rule.velocity);
+        &by_z * transposed(&scaled(&by_z, measure)) + &by_r * transposed(&scaled(&by_r, measure))
+    }
+
     /// Energy whose derivative is the viscous form, the potential of the stress.
     pub fn energy(&self) -> f64 {
         let Viscosity { constant, law, .. } = self.coefficients.viscosity;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use axisymmetric::nalgebra::Complex;
 use axisymmetric::{AxialBody, AxialForcing, AxialIntegrator, AxialSpheroid, Surroundings};
 use axisymmetric::{Convection, TransientParameters};
-use axisymmetric::{ImpedanceParameters, axial_resistance, impedance};
+use axisymmetric::{ImpedanceParameters, added_mass, axial_resistance, impedance};
 use axisymmetric::{SteadyDrive, SteadyParameters, SteadyState, steady_state};
 
 const BALL: Surroundings = Surroundings::Ball { radius: 10.0 };
@@ -658,4 +658,89 @@ fn flows_with_inertia_are_the_same_on_any_number_of_threads() {
         pool.expect("threads").install(|| squirmer(3.0, 1.0, 1e-4))
     };
     assert_eq!(on_threads(1), on_threads(3));
+}
+
+/// A sphere in a concentric ball has the added mass `2/3 π a^3 (b^3 + 2 a^3) / (b^3 - a^3)` (Lamb
+/// 1932, section 93), a spheroid with the semi-axis `1` along the axis and `1/2` across it in
+/// unbounded fluid has `4/3 π / 4` times `α / (2 - α)`, `α = 2 (1 - e^2) / e^3 (artanh e - e)`
+/// (section 114).
+#[test]
+fn added_masses_are_those_of_closed_formulas() {
+    for b in [1.5, 2.0, 10.0] {
+        let ball = Surroundings::Ball { radius: b };
+        let found = added_mass(&[unit_sphere()], ball, 1e-9).expect("an added mass");
+        let b3 = f64::powi(b, 3);
+        let exact = 2.0 / 3.0 * PI * (b3 + 2.0) / (b3 - 1.0);
+        let error = (found.matrix[(0, 0)] / exact - 1.0).abs();
+        assert!(error < 1e-9, "ball of {b}: {error:.1e}");
+    }
+    let spheroid = AxialSpheroid {
+        centre: 0.0,
+        axial: 1.0,
+        equatorial: 0.5,
+    };
+    let e = f64::sqrt(0.75);
+    let alpha = 2.0 * (1.0 - e * e) / e.powi(3) * (e.atanh() - e);
+    let exact = 4.0 / 3.0 * PI * 0.25 * alpha / (2.0 - alpha);
+    let radius = 100.0;
+    let found = added_mass(&[spheroid], Surroundings::Ball { radius }, 1e-8).expect("one");
+    // The ball changes it by less than the dipole of a sphere of radius 1, `3 / b^3`.
+    let error = (found.matrix[(0, 0)] / exact - 1.0).abs();
+    assert!(error < 1e-8 + 3.0 * radius.powi(-3), "{error:.1e}");
+}
+
+/// Two spheres of the radii `a`, `b` at a distance `c`: `2/3 π a^3 (1 + 3 a^3 b^3 / c^6)` and `-2 π
+/// a^3 b^3 / c^3` for accelerations in the same direction (Lamb 1932, section 138), up to terms of
+/// the order `c^-8`.
+#[test]
+fn the_added_mass_of_two_spheres_is_that_of_lamb() {
+    let (a, b, c, radius) = (1.0_f64, 1.5_f64, 8.0_f64, 200.0_f64);
+    let spheres = [
+        AxialSpheroid::sphere(-4.0, a),
+        AxialSpheroid::sphere(4.0, b),
+    ];
+    let ball = Surroundings::Ball { radius };
+    let found = added_mass(&spheres, ball, 1e-8)
+        .expect("an added mass")
+        .matrix;
+    let product = (a * b).powi(3);
+    let own = |r: f64| 2.0 / 3.0 * PI * r.powi(3) * (1.0 + 3.0 * product / c.powi(6));
+    let coupling = -2.0 * PI * product / c.powi(3);
+    // the next image, and the ball
+    let bound = own(b) * (10.0 * (b / c).powi(8) + 10.0 * (b / radius).powi(3));
+    for (i, j, exact) in [(0, 0, own(a)), (1, 1, own(b)), (0, 1, coupling)] {
+        let error = (found[(i, j)] - exact).abs();
+        assert!(error < bound, "{i} {j}: {error:.1e}, {bound:.1e}");
+    }
+    assert!((found[(0, 1)] - found[(1, 0)]).abs() < 1e-10 * own(b));
+}
+
+/// A sphere that is set in motion: the force of a first step of the length `h` is the added mass
+/// over `h` and Basset's force `6 π (1 + h^(-1/2))` of a sudden start, up to a factor of the
+/// implicit Euler step, which has `K = 1 + α + α^2 / 9` with `α = h^(-1/2)`.
+#[test]
+fn the_force_of_a_sudden_start_is_that_of_the_added_mass_and_a_history_force() {
+    /// At rest until the first step, whose displacement is that of the speed 1.
+    struct Start;
+    impl AxialForcing for Start {
+        fn displacement(&self, time: f64, _: usize) -> f64 {
+            time
+        }
+    }
+    let h = 1e-2;
+    let sphere = AxialBody::prescribed(unit_sphere());
+    let parameters = (TransientParameters::new(1.0).with_frozen_mesh())
+        .with_convection(Convection::Neglected)
+        .with_order(8);
+    let mut run =
+        AxialIntegrator::from_rest(&[sphere], BALL, &Start, parameters, 0.0).expect("a mesh");
+    let step = run.try_step(h).expect("a step");
+    let added = run.added_mass_forces(&step).expect("an added mass")[0];
+    let b3 = 1e3;
+    let exact = 2.0 / 3.0 * PI * (b3 + 2.0) / (b3 - 1.0) / h;
+    assert!((added / exact - 1.0).abs() < 1e-6, "{added}");
+    let rest = (step.forces[0] - added) / (6.0 * PI);
+    // the ball, of which the layer of thickness 0.1 feels the added mass alone: `3 / b^3`
+    let expected = 1.0 + h.powf(-0.5);
+    assert!((rest / expected - 1.0).abs() < 3e-3, "{rest} {expected}");
 }

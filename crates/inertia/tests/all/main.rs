@@ -1,5 +1,6 @@
 //! The tests of this crate in one binary.
 
+mod added_mass;
 mod examples;
 mod impedance;
 mod moving;

@@ -188,6 +188,13 @@ impl MovingAxis {
         self.scaled.scale.force_to_scene(force)
     }
 
+    /// Forces and torques of the bodies in the units of the scene, from forces along the axis.
+    pub fn forces_to_scene(&self, forces: &[f64]) -> Vec<[Vector3<f64>; 2]> {
+        let spatial = |force: &f64| self.axis * self.force_to_scene(*force);
+        let forces = forces.iter().map(spatial);
+        forces.map(|force| [force, Vector3::zeros()]).collect()
+    }
+
     /// A power or an energy in the units of the scene, whose times are kept.
     pub fn power_to_scene(&self, power: f64) -> f64 {
         self.scaled.scale.power_to_scene(power)

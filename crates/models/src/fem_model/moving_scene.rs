@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ale::MeshMotion;
 use mesh::{Surface, TetMesh};
-use nalgebra::{Isometry3, Matrix3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 use rigid::{Articulation, Constraints, ExternalLoad, RigidError, StateVelocity};
 use serde::{Deserialize, Serialize};
 use stokes::{Options, Solution};
@@ -93,6 +93,18 @@ impl MovingScene {
     /// A power or an energy in the units of the scene, whose times are kept.
     pub fn power_to_scene(&self, power: f64) -> f64 {
         self.scaled.scale.power_to_scene(power)
+    }
+
+    /// Forces and torques of all bodies in the units of the scene, from those of bodies with a
+    /// surface.
+    pub fn forces_to_scene(&self, forces: &[Vector6<f64>]) -> Vec<[Vector3<f64>; 2]> {
+        let scale = &self.scaled.scale;
+        let mut all = vec![[Vector3::zeros(); 2]; self.scene().bodies().len()];
+        for (body, force) in self.surfaced().zip(forces) {
+            let [linear, angular] = [0, 3].map(|first| force.fixed_rows::<3>(first).into_owned());
+            all[body] = [scale.force_to_scene(linear), scale.torque_to_scene(angular)];
+        }
+        all
     }
 
     /// Density of the fluid, `ρ L² / μ`: a velocity diffuses over the smallest radius `L` in this

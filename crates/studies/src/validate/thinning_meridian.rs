@@ -7,14 +7,15 @@ use anyhow::Result;
 use axisymmetric::rheology::Law;
 use axisymmetric::{AxialBody, AxialSpheroid, SteadyDrive, SteadyParameters, Surroundings};
 use axisymmetric::{law_change, steady_state};
-use swimmer::Scene;
 use swimmer::models::{AxisymmetricModel, Configuration, Hydrodynamics};
+use swimmer::{Scene, run_without_files};
 
 use super::row::{Basis, Cost, Estimated, Row};
 use crate::reference::{
-    CARREAU_SPHERES, CARREAU_SQUIRMER, CARREAU_THREE_SPHERES, POWER_LAW_SPHERES,
-    carreau_squirmer_slope,
+    CARREAU_LEGS, CARREAU_SPHERES, CARREAU_SQUIRMER, CARREAU_STROKE, CARREAU_THREE_SPHERES,
+    POWER_LAW_SPHERES, broken_scallop, carreau_squirmer_slope,
 };
+use crate::scenes::SceneText;
 
 /// Tolerance of flows in the quick part, and of all first-order changes.
 const TOLERANCE: f64 = 1e-6;
@@ -52,6 +53,10 @@ pub fn rows(quick: bool) -> Result<Vec<Row>> {
         rows.push(drag(name, &law, radius, exact, unit, tolerance)?.with_exact_bar(digits));
     }
     rows.extend(first_order()?);
+    if !quick {
+        rows.extend(legs()?);
+        rows.extend(scallops()?);
+    }
     rows.extend(scene()?);
     Ok(rows)
 }
@@ -160,26 +165,17 @@ fn first_order() -> Result<Vec<Row>> {
     }
     for (centres, radius, velocity, change) in CARREAU_THREE_SPHERES {
         let clock = Instant::now();
-        let bodies =
-            centres.map(|centre| AxialBody::free(AxialSpheroid::sphere(centre, 1.0), 0.0, 0));
-        let drive = SteadyDrive {
-            velocities: &[1.0, 0.0, 0.0],
-            ..SteadyDrive::default()
-        };
         let surroundings = match radius.is_finite() {
             true => Surroundings::Ball { radius },
             false => Surroundings::Unbounded,
         };
-        let found = law_change(&bodies, surroundings, &drive, &law, TOLERANCE)?;
-        let slope = found
-            .by_square
-            .map_or(f64::NAN, |change| change.velocities[1] / unit);
+        let [speed, slope] = three_spheres(centres, surroundings)?;
         let name = format!("three spheres at {centres:?}, ball of {radius}");
         let cost = cost(clock, 0, 0);
         let tolerance = 3.0 * TOLERANCE;
         rows.push(row(
             format!("{name}: speed"),
-            [velocity, found.velocities[1]],
+            [velocity, speed],
             tolerance,
             cost,
         ));
@@ -193,6 +189,120 @@ fn first_order() -> Result<Vec<Row>> {
         ));
     }
     Ok(rows)
+}
+
+/// Velocity of the middle one of three spheres whose left link becomes shorter at the rate 1, and
+/// its change in units of `(n - 1) / 2 λ^2`.
+fn three_spheres(centres: [f64; 3], surroundings: Surroundings) -> Result<[f64; 2]> {
+    let law = carreau(0.5, 1e-3, 0.0);
+    let unit = -0.25e-6;
+    let bodies = centres.map(|centre| AxialBody::free(AxialSpheroid::sphere(centre, 1.0), 0.0, 0));
+    let drive = SteadyDrive {
+        velocities: &[1.0, 0.0, 0.0],
+        ..SteadyDrive::default()
+    };
+    let found = law_change(&bodies, surroundings, &drive, &law, TOLERANCE)?;
+    let change = found
+        .by_square
+        .map_or(f64::NAN, |change| change.velocities[1]);
+    Ok([found.velocities[1], change / unit])
+}
+
+/// Speed of a link in the strokes: from 10 to 6 in a unit of time.
+const LINK_SPEED: f64 = 4.0;
+
+/// First-order changes of the legs of the three-sphere stroke, by the changes at four Gauss points.
+///
+/// The change of a configuration has an error of [`TOLERANCE`], that of a leg this times the cube
+/// of the speed of the link over that speed.
+fn legs() -> Result<Vec<Row>> {
+    let root = f64::sqrt(6.0 / 5.0);
+    let weight = |sign: f64| (18.0 + sign * f64::sqrt(30.0)) / 36.0;
+    let point = |sign: f64| f64::sqrt(3.0 / 7.0 + sign * 2.0 / 7.0 * root);
+    let points = [
+        (-point(1.0), weight(-1.0)),
+        (-point(-1.0), weight(1.0)),
+        (point(-1.0), weight(1.0)),
+        (point(1.0), weight(-1.0)),
+    ];
+    let bound = TOLERANCE * LINK_SPEED.powi(3);
+    let (mut rows, mut changes, mut costs) = (Vec::new(), Vec::new(), 0.0);
+    for (right, exact) in CARREAU_LEGS {
+        let clock = Instant::now();
+        let mut change = 0.0;
+        for (x, weight) in points {
+            let left = -(8.0 + 2.0 * x);
+            let [_, slope] = three_spheres([left, 0.0, right], Surroundings::Unbounded)?;
+            change += LINK_SPEED.powi(3) * 0.5 * weight * slope;
+        }
+        let name = format!("left link closes, right link {right}: slope of Carreau");
+        let cost = cost(clock, 0, 0);
+        costs += cost.seconds;
+        rows.push(row(name, [exact, change], bound / exact.abs(), cost));
+        changes.push(change);
+    }
+    let cost = Cost {
+        seconds: costs,
+        ..Cost::default()
+    };
+    let net = 2.0 * (changes[0] - changes[1]);
+    let values = [CARREAU_STROKE[1], net];
+    let name = "axisymmetric, three-sphere stroke: slope of Carreau over that of a leg";
+    let (scale, tolerance) = (changes[0].abs(), 4.0 * bound / changes[0].abs());
+    let tolerance = (tolerance, Basis::Promised);
+    rows.push(Row::scaled("M", name, values, scale, tolerance, cost));
+    Ok(rows)
+}
+
+/// A reciprocal stroke of unequal times: to first order along the Newtonian stroke, and by flows
+/// that follow the law.
+fn scallops() -> Result<[Row; 2]> {
+    let run = |time: f64, rheology: &str| {
+        let clock = Instant::now();
+        let scene = SceneText::new(format!(
+            "fluid = {{ law = \"carreau\", zero_shear_viscosity = 1, relaxation_time = {time}, \
+             index = 0.5, rheology = \"{rheology}\" }}\nmodel.tolerance = 1e-3"
+        ))
+        .swimmer([1.0; 3], [10.0; 2])
+        .phase("left", 6.0)
+        .key("duration", 1.0)
+        .phase("left", 10.0)
+        .key("duration", 2.0)
+        .parse()?;
+        let report = run_without_files(scene, &mut ())?;
+        anyhow::Ok((report, cost(clock, 0, 0)))
+    };
+    let time = 1e-2;
+    let (report, cost) = run(time, "newtonian")?;
+    let effect = report
+        .neglected
+        .first()
+        .and_then(|neglected| neglected.effect.as_ref().ok());
+    let change = effect.and_then(|effect| {
+        let (_, vectors) = effect.parts().next()?;
+        Some(vectors.first()?.x)
+    });
+    // `5/8 (λ g)^2` of the law is left out, with shear rates up to 1.5 times the speed of a sphere
+    let next = |time: f64| 0.625 * (1.5 * LINK_SPEED * time).powi(2);
+    let name = "one arm that closes twice as fast as it opens: first order in Carreau";
+    let values = [broken_scallop(time), change.unwrap_or(f64::NAN)];
+    let first = row(name.to_owned(), values, next(time) + 1e-3, cost);
+    let time = 0.1;
+    let (report, cost) = run(time, "full")?;
+    let (net, bar) = (
+        report.outcome.net_vector().x,
+        report.outcome.error_estimate.total(),
+    );
+    let name = "one arm that closes twice as fast as it opens, Carreau: net";
+    // The series of the law alternates: the change is between its first order and that less the
+    // next one.
+    let half = 0.5 * next(time);
+    let exact = (1.0 - half) * broken_scallop(time);
+    let second = row(name.to_owned(), [exact, net], half + bar / exact, cost);
+    let second = second
+        .with(Estimated::bound(bar))
+        .with_exact_bar(half * exact);
+    Ok([first, second])
 }
 
 /// The squirmer as a scene, by the model.

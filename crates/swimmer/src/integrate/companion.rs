@@ -5,6 +5,7 @@ use rigid::StateVelocity;
 use scene::PhaseSpan;
 
 use super::moving_fluid::{FluidState, LEAST_STEP, MovingFluid, TriedStep, other_discretisation};
+use crate::added_mass::AddedMassForces;
 use crate::error::SwimError;
 use crate::kinetic_energy::KineticEnergy;
 
@@ -189,6 +190,16 @@ impl MovingFluid for WithCompanion<'_> {
             fine.correct(error);
         }
         Ok(fine)
+    }
+
+    /// Known with an error where both meet.
+    fn added_mass_forces(&self) -> Result<AddedMassForces, SwimError> {
+        let fine = self.fine.added_mass_forces()?;
+        if !matches!(self.tried, Some((_, true))) {
+            return Ok(fine);
+        }
+        let coarse = self.coarse.added_mass_forces()?;
+        Ok(fine.corrected(&coarse, self.share, self.uncertainty))
     }
 
     fn accept(&mut self) -> Result<(), SwimError> {

@@ -10,6 +10,7 @@ use super::moving_fluid::{
     BodyMemory, FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation,
 };
 use super::prediction::velocity_tolerance;
+use crate::added_mass::AddedMassForces;
 use crate::error::SwimError;
 use crate::kinetic_energy::KineticEnergy;
 
@@ -198,6 +199,14 @@ impl MovingFluid for MeridianFluid<'_> {
         let numbers = (self.integrator.dofs(), self.parameters.tolerance);
         let shape = self.scene.shape(step.time);
         Ok(self.scene.moving.answer(&step.into(), &shape, numbers)?)
+    }
+
+    fn added_mass_forces(&self) -> Result<AddedMassForces, SwimError> {
+        let step = self.tried.as_ref().ok_or(SwimError::NoFlow)?;
+        let forces = self.integrator.added_mass_forces(step).map_err(failed)?;
+        Ok(AddedMassForces::new(
+            self.scene.moving.forces_to_scene(&forces),
+        ))
     }
 
     fn accept(&mut self) -> Result<(), SwimError> {

@@ -10,6 +10,7 @@ use rigid::StateVelocity;
 use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
 
+use crate::added_mass::AddedMassForces;
 use crate::error::SwimError;
 use crate::kinetic_energy::KineticEnergy;
 
@@ -51,6 +52,13 @@ pub(super) trait MovingFluid {
     /// # Errors
     /// [`SwimError::NoFlow`] before a step.
     fn solution(&mut self, with_flow: bool) -> Result<InstantaneousSolution, SwimError>;
+
+    /// Forces that the bodies exert on the fluid because they accelerate, at the end of the step
+    /// that was tried last.
+    ///
+    /// # Errors
+    /// [`SwimError::NoFlow`] before a step; those of assembly and linear solve.
+    fn added_mass_forces(&self) -> Result<AddedMassForces, SwimError>;
 
     /// Accepts the step that was tried last.
     ///

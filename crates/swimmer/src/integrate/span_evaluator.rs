@@ -12,6 +12,7 @@ use scene::{
 
 use super::passive_joints::JointNewton;
 use super::piece::PathPiece;
+use crate::added_mass::AddedMassForces;
 use crate::error::SwimError;
 use crate::kinetic_energy::KineticEnergy;
 
@@ -57,6 +58,8 @@ pub struct SpanSolution {
     pub solution: InstantaneousSolution,
     /// Kinetic energy of fluid and bodies, for fluids with inertia.
     pub kinetic_energy: Option<KineticEnergy>,
+    /// Forces that accelerate the fluid, for fluids with inertia.
+    pub added_mass: Option<AddedMassForces>,
 }
 
 /// Sets the number of solves of a table in a list of all tables.
@@ -272,19 +275,19 @@ impl<'a> SpanEvaluator<'a> {
         state: &State,
         solution: InstantaneousSolution,
     ) -> Result<SpanSolution, SwimError> {
-        self.record_with_energy(s, state, solution, None)
+        self.record_with_inertia(s, state, solution, (None, None))
     }
 
-    /// As [`SpanEvaluator::record`], with the kinetic energy of a fluid with inertia.
+    /// As [`SpanEvaluator::record`], with what a fluid with inertia has besides.
     ///
     /// # Errors
     /// Those of [`SpanEvaluator::record`].
-    pub fn record_with_energy(
+    pub fn record_with_inertia(
         &mut self,
         s: f64,
         state: &State,
         solution: InstantaneousSolution,
-        kinetic_energy: Option<KineticEnergy>,
+        (kinetic_energy, added_mass): (Option<KineticEnergy>, Option<AddedMassForces>),
     ) -> Result<SpanSolution, SwimError> {
         solution.check(self.model)?;
         self.seconds += solution.seconds;
@@ -297,6 +300,7 @@ impl<'a> SpanEvaluator<'a> {
             state: state.clone(),
             solution,
             kinetic_energy,
+            added_mass,
         };
         self.solves += 1;
         if let Some(lookup) = span_solution.solution.lookup {

@@ -17,6 +17,7 @@ use super::companion::COARSER;
 use super::moving_fluid::{
     BodyMemory, FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation,
 };
+use crate::added_mass::AddedMassForces;
 use crate::error::SwimError;
 use crate::kinetic_energy::KineticEnergy;
 
@@ -208,6 +209,14 @@ impl MovingFluid for SpatialFluid<'_> {
         let time = self.integrator.time() + step.length;
         let moving = &self.scene.moving;
         Ok(moving.answer(&mut step.solved, &step.poses, time, mesh)?)
+    }
+
+    fn added_mass_forces(&self) -> Result<AddedMassForces, SwimError> {
+        let step = self.tried.as_ref().ok_or(SwimError::NoFlow)?;
+        let forces = self.integrator.added_mass_forces(step)?;
+        Ok(AddedMassForces::new(
+            self.scene.moving.forces_to_scene(&forces),
+        ))
     }
 
     fn accept(&mut self) -> Result<(), SwimError> {

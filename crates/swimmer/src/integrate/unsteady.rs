@@ -323,10 +323,12 @@ fn append(
     let piece = PathPiece::new(set, &result.end, part, vec![increment])?;
     evaluator.check_path(&piece)?;
     let solution = flow.fluid.solution(evaluator.flows)?;
+    let added_mass = Some(flow.fluid.added_mass_forces()?);
     flow.fluid.accept()?;
     let energy = Some(flow.fluid.kinetic_energy()?);
     let state = piece.state(set, part.1)?;
-    let recorded = evaluator.record_with_energy(part.1, &state, solution, energy)?;
+    let of_inertia = (energy, added_mass);
+    let recorded = evaluator.record_with_inertia(part.1, &state, solution, of_inertia)?;
     // Where nothing is known of the error of a step, it is smaller than the change in it, or in the
     // next step.
     let change = last.map_or(0.0, |last| {

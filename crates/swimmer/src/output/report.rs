@@ -41,8 +41,10 @@ pub const ALL_ERRORS: &str = "all errors";
 ///   `allowed_error` (the length that they allow);
 /// - `inertia` of the fluid: its `terms` and `start` (the words of the scene), the largest
 ///   `reynolds` number and the `frequency_parameter` ([`InertiaNumbers`]), and the
-///   `kinetic_energy` at the end, of the `fluid` and the `bodies` with the `mesh_error` of both
-///   (errors of steps are not estimated); or null;
+///   `kinetic_energy` at the end, of the `fluid` and the `bodies` with the `mesh_error` of both,
+///   and the `added_mass` there, `force` and `torque` by body with their `mesh_error`
+///   ([`AddedMassForces`](crate::AddedMassForces)); in space the errors of steps are not estimated;
+///   or null;
 /// - `thermal_noise`: its `energy` `k_B T` and `seed`, the number of `steps` and the longest
 ///   `time_step`, `diffusion` and `rotational_diffusion` of the first sphere alone
 ///   ([`NoiseNumbers`]), or null. Displacements are then those of one realisation, and their error
@@ -184,6 +186,16 @@ pub fn summary_json(
                 "reynolds": numbers.reynolds,
                 "frequency_parameter": numbers.frequency,
                 "kinetic_energy": outcome.kinetic_energy(),
+                "added_mass": outcome.added_mass().map(|added_mass| {
+                    let forces = scene.bodies().iter().zip(&added_mass.bodies);
+                    let forces = forces.map(|(body, [force, torque])| {
+                        (body.name.clone(), json!({ "force": force, "torque": torque }))
+                    });
+                    json!({
+                        "bodies": forces.collect::<Map<_, _>>(),
+                        "mesh_error": added_mass.mesh_error,
+                    })
+                }),
             })
         })),
         "tolerance_limits": limited,

@@ -12,14 +12,19 @@ const COLUMNS: [&str; 18] = [
     "ty", "tz",
 ];
 
+/// Suffixes of more columns of a body in a fluid with inertia: the parts of its force and torque on
+/// the fluid by the accelerations of the bodies.
+const ADDED_MASS: [&str; 6] = ["afx", "afy", "afz", "atx", "aty", "atz"];
+
 /// The trajectory as comma-separated values with a header.
 ///
 /// Columns: `time`, `cycle` and `phase` (from one), the value of each joint (`NAME.length`, an
 /// angle for joints that turn), and 18 columns per body, such as `left.x`. Velocities and forces
 /// are empty at the ends of phases, where rates jump and nothing is solved; at equal intervals of
 /// time they are interpolated between solves. Fluids with inertia have two more columns, the
-/// kinetic energies of fluid and bodies, empty where nothing is solved. Numbers have as many digits
-/// as are needed to restore every bit. Rotation vectors count full turns
+/// kinetic energies of fluid and bodies, and six more per body, forces and torques by added mass
+/// ([`AddedMassForces`](crate::AddedMassForces)) such as `left.afx`, empty where nothing is solved.
+/// Numbers have as many digits as are needed to restore every bit. Rotation vectors count full turns
 /// ([`Turning::rotation_vector`](crate::Turning::rotation_vector)).
 pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     let mut header = vec!["time".to_owned(), "cycle".to_owned(), "phase".to_owned()];
@@ -40,6 +45,9 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     let has_energy = scene.inertia().is_kept();
     if has_energy {
         header.extend(["kinetic_energy.fluid", "kinetic_energy.bodies"].map(str::to_owned));
+        for body in scene.bodies() {
+            header.extend(ADDED_MASS.map(|column| format!("{}.{column}", body.name)));
+        }
     }
     let mut text = header
         .iter()
@@ -77,6 +85,12 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
             row.extend(
                 energies.map_or([String::new(), String::new()], |e| e.map(|e| e.to_string())),
             );
+            match &sample.added_mass {
+                Some(added_mass) => {
+                    row.extend(added_mass.bodies.iter().flatten().flat_map(numbers))
+                }
+                None => row.extend(vec![String::new(); ADDED_MASS.len() * scene.bodies().len()]),
+            }
         }
         text.push_str(&row.join(","));
         text.push('\n');
