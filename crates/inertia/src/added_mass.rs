@@ -29,8 +29,8 @@ const RTOL: f64 = 1e-6;
 /// ```
 ///
 /// which is the added-mass matrix of the configuration times the accelerations (Lamb 1932, sections
-/// 118 and 137; Batchelor 1967, section 6.4). Quadratic elements: errors are of fourth order. On a
-/// mesh that ends at symmetry planes forces are those on whole bodies.
+/// 118 and 137; Batchelor 1967, section 6.4). Quadratic elements: the force on a body that
+/// accelerates alone has the error of an energy, the square of that of the gradient. On a mesh that ends at symmetry planes forces are those on whole bodies.
 ///
 /// `bodies` are boundary parts with the centres of the bodies, `accelerations` one per body.
 ///
@@ -42,7 +42,7 @@ const RTOL: f64 = 1e-6;
 ///
 /// let sphere = Sphere { centre: Vector3::zeros(), radius: 1.0 };
 /// let ball = Sphere { centre: Vector3::zeros(), radius: 2.0 };
-/// let body = MeshedBody { name: "s", surface: &sphere, size: 0.5 };
+/// let body = MeshedBody { name: "s", surface: &sphere, size: 0.3 };
 /// let tets = generate(&[body], &Container::Ball(ball), &GenerateParams::default())?.mesh;
 /// let mesh = mesh::TetMesh::curved(tets, &[("s", &sphere), (Container::TAG, &ball)])?;
 /// let space = TaylorHood::new(&mesh)?;
@@ -50,7 +50,7 @@ const RTOL: f64 = 1e-6;
 /// let forces = added_mass_forces(&mesh, &space, &[("s", sphere.centre)], &[along_x])?;
 /// // `2/3 π a^3 (b^3 + 2 a^3) / (b^3 - a^3)` in a concentric ball (Lamb 1932, section 93)
 /// let exact = 2.0 / 3.0 * std::f64::consts::PI * 10.0 / 7.0;
-/// assert!((forces[0].x / exact - 1.0).abs() < 2e-3);
+/// assert!((forces[0].x / exact - 1.0).abs() < 5e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///

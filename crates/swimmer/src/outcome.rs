@@ -331,7 +331,8 @@ pub struct Sample {
     /// time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kinetic_energy: Option<KineticEnergy>,
-    /// Forces that accelerate the fluid, as the kinetic energy.
+    /// Forces that accelerate the fluid, as the kinetic energy; in the meridian plane at every
+    /// second step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub added_mass: Option<AddedMassForces>,
 }

@@ -24,7 +24,6 @@ use nalgebra::DMatrix;
 
 use super::bodies::{AxialBody, domain};
 use super::flow_system::{FlowSystem, Terms};
-use super::nested_condensation::NestedCondensation;
 use super::orders::{GROWTH, raise_order};
 use crate::curve::Point;
 use crate::generate::generate;
@@ -103,23 +102,9 @@ impl FlowSystem {
         positions: &[Point],
         accelerations: &DMatrix<f64>,
     ) -> Result<DMatrix<f64>, AxisymmetricError> {
-        // By the divergence theorem a uniform pressure has the residuals `-∮ N_i n dS`.
-        let mut uniform = self.rest();
-        uniform.pressure.fill(-1.0);
-        let normals = self.residual(positions, &uniform, &Terms::default())?;
-        // The potential is determined up to a constant.
-        let unknown = |node: u32| (node > 0).then_some(node);
-        let unknowns = self.spaces[0].nodes.iter();
-        let condensation = Arc::new(NestedCondensation::new(
-            unknowns
-                .map(|nodes| nodes.iter().map(|&node| unknown(node)).collect())
-                .collect(),
-            &super::flow_system::centres(self.mesh()),
-            positions.len(),
-            &[],
-        ));
+        let normals = self.axial_normals(positions)?;
         let at_rest = self.rest();
-        let factors = condensation.factor(&|t| {
+        let factors = self.potential_condensation().factor(&|t| {
             let element = self.element(t, positions, &at_rest, &Terms::default())?;
             Ok::<_, AxisymmetricError>(element.stiffness())
         })?;
@@ -128,12 +113,12 @@ impl FlowSystem {
         {
             let mut rhs = vec![0.0; positions.len()];
             for (node, body) in self.nodes_on_bodies() {
-                rhs[node] = acceleration[body] * normals.momentum[node].x;
+                rhs[node] = acceleration[body] * normals[node];
             }
             rhs[0] = 0.0;
             let potential = factors.solve(&rhs);
             for (node, body) in self.nodes_on_bodies() {
-                forces[body] += potential[node] * normals.momentum[node].x;
+                forces[body] += potential[node] * normals[node];
             }
         }
         Ok(forces)

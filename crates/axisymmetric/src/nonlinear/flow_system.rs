@@ -1,6 +1,6 @@
 //! The nonlinear system of a flow with inertia around bodies that move along the axis.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -136,6 +136,9 @@ pub(crate) struct FlowSystem {
     /// Unknown that determines each value; `None` for prescribed values.
     roles: Vec<Option<u32>>,
     condensation: Arc<NestedCondensation>,
+    /// The same for a potential, with one unknown per velocity node but the first; made when it is
+    /// needed first.
+    potential: OnceLock<Arc<NestedCondensation>>,
     /// Unbounded fluid beyond the mesh, at viscosity 1.
     pub(super) exterior: Option<Exterior>,
     pub(super) motions: Vec<Option<usize>>,
@@ -331,6 +334,7 @@ impl FlowSystem {
                 roles.len(),
                 &[],
             )),
+            potential: OnceLock::new(),
             mesh,
             velocity,
             pressure,
@@ -546,6 +550,50 @@ impl FlowSystem {
         for (k, &node) in pressures.iter().enumerate() {
             residual.continuity[node as usize] += local[2 * n + k];
         }
+    }
+
+    /// The order in which the unknowns of a potential are eliminated: one per velocity node but the
+    /// first, because it is determined up to a constant.
+    pub(super) fn potential_condensation(&self) -> &Arc<NestedCondensation> {
+        self.potential.get_or_init(|| {
+            let unknown = |node: &u32| (*node > 0).then_some(*node);
+            let nodes = self.spaces[0].nodes.iter();
+            Arc::new(NestedCondensation::new(
+                nodes
+                    .map(|nodes| nodes.iter().map(unknown).collect())
+                    .collect(),
+                &centres(&self.mesh),
+                self.n_nodes[0],
+                &[],
+            ))
+        })
+    }
+
+    /// Integrals `-∮ N_i n_z dS` over the surfaces of bodies, with normals into the fluid, at all
+    /// velocity nodes.
+    ///
+    /// # Errors
+    /// [`AxisymmetricError::InvertedTriangle`].
+    pub(super) fn axial_normals(&self, positions: &[Point]) -> Result<Vec<f64>, AxisymmetricError> {
+        // By the divergence theorem they are the residuals of a uniform pressure.
+        let mut uniform = self.rest();
+        uniform.pressure.fill(-1.0);
+        let mut residual = self.no_residual();
+        for (t, nodes) in self.spaces[0].nodes.iter().enumerate() {
+            let part = |node: &u32| self.parts.get(*node as usize).copied().flatten();
+            if nodes
+                .iter()
+                .any(|node| matches!(part(node), Some(BoundaryPart::Body(_))))
+            {
+                let element = self.element(t, positions, &uniform, &Terms::default())?;
+                self.add_local(t, &element.residual(), &mut residual);
+            }
+        }
+        Ok(residual
+            .momentum
+            .iter()
+            .map(|momentum| momentum.x)
+            .collect())
     }
 
     /// Force that each body exerts on the fluid.

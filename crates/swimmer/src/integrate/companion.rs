@@ -192,14 +192,18 @@ impl MovingFluid for WithCompanion<'_> {
         Ok(fine)
     }
 
-    /// Known with an error where both meet.
-    fn added_mass_forces(&self) -> Result<AddedMassForces, SwimError> {
-        let fine = self.fine.added_mass_forces()?;
+    /// Known where both meet, with their difference as an error.
+    fn added_mass_forces(&self) -> Result<Option<AddedMassForces>, SwimError> {
         if !matches!(self.tried, Some((_, true))) {
-            return Ok(fine);
+            return Ok(None);
         }
-        let coarse = self.coarse.added_mass_forces()?;
-        Ok(fine.corrected(&coarse, self.share, self.uncertainty))
+        let (fine, coarse) = (
+            self.fine.added_mass_forces()?,
+            self.coarse.added_mass_forces()?,
+        );
+        Ok(fine
+            .zip(coarse)
+            .map(|(fine, coarse)| fine.corrected(&coarse, self.share, self.uncertainty)))
     }
 
     fn accept(&mut self) -> Result<(), SwimError> {

@@ -201,12 +201,11 @@ impl MovingFluid for MeridianFluid<'_> {
         Ok(self.scene.moving.answer(&step.into(), &shape, numbers)?)
     }
 
-    fn added_mass_forces(&self) -> Result<AddedMassForces, SwimError> {
+    fn added_mass_forces(&self) -> Result<Option<AddedMassForces>, SwimError> {
         let step = self.tried.as_ref().ok_or(SwimError::NoFlow)?;
         let forces = self.integrator.added_mass_forces(step).map_err(failed)?;
-        Ok(AddedMassForces::new(
-            self.scene.moving.forces_to_scene(&forces),
-        ))
+        let forces = self.scene.moving.forces_to_scene(&forces);
+        Ok(Some(AddedMassForces::new(forces)))
     }
 
     fn accept(&mut self) -> Result<(), SwimError> {

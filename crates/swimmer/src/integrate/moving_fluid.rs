@@ -54,11 +54,11 @@ pub(super) trait MovingFluid {
     fn solution(&mut self, with_flow: bool) -> Result<InstantaneousSolution, SwimError>;
 
     /// Forces that the bodies exert on the fluid because they accelerate, at the end of the step
-    /// that was tried last.
+    /// that was tried last; none between the times at which two flows meet.
     ///
     /// # Errors
     /// [`SwimError::NoFlow`] before a step; those of assembly and linear solve.
-    fn added_mass_forces(&self) -> Result<AddedMassForces, SwimError>;
+    fn added_mass_forces(&self) -> Result<Option<AddedMassForces>, SwimError>;
 
     /// Accepts the step that was tried last.
     ///

@@ -211,12 +211,11 @@ impl MovingFluid for SpatialFluid<'_> {
         Ok(moving.answer(&mut step.solved, &step.poses, time, mesh)?)
     }
 
-    fn added_mass_forces(&self) -> Result<AddedMassForces, SwimError> {
+    fn added_mass_forces(&self) -> Result<Option<AddedMassForces>, SwimError> {
         let step = self.tried.as_ref().ok_or(SwimError::NoFlow)?;
         let forces = self.integrator.added_mass_forces(step)?;
-        Ok(AddedMassForces::new(
-            self.scene.moving.forces_to_scene(&forces),
-        ))
+        let forces = self.scene.moving.forces_to_scene(&forces);
+        Ok(Some(AddedMassForces::new(forces)))
     }
 
     fn accept(&mut self) -> Result<(), SwimError> {
