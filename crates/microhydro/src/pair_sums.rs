@@ -610,8 +610,8 @@ mod tests {
         assert!(error < 1e-5, "stresslets: {error:e}");
     }
 
-    /// Conjugate gradients need a symmetric mobility: truncated expansions are symmetric up to their
-    /// error, that of [`fast_sums_are_those_over_all_pairs`].
+    /// Conjugate gradients need a symmetric mobility: truncated expansions are symmetric up to
+    /// their error, that of [`fast_sums_are_those_over_all_pairs`].
     #[test]
     fn fast_sums_are_symmetric_and_the_same_for_all_threads() {
         let columns = two_clusters(FAST_FROM);
