@@ -2,7 +2,7 @@
 
 use microhydro::multipole::Orders;
 use microhydro::{Accuracy, HydroError, Medium, Resistance, Spheres, multipole, oseen, rpy};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::SphereModel;
 use crate::error::ModelError;
@@ -118,14 +118,37 @@ impl SphereResistances {
         })
     }
 
+    /// Largest velocity and angular velocity `|Δf_i| / R_ii` of single spheres, the others held,
+    /// due to the errors `Δf = Σ c ΔR (U - U_0)` of forces and torques at fixed velocities.
+    ///
+    /// `c` and `ΔR` are the factors and the differences of successive references; `velocities` has
+    /// `U - U_0`, relative to force-free spheres.
+    pub fn unbalanced_velocities(&self, velocities: &DVector<f64>) -> [f64; 2] {
+        let mut forces = DVector::zeros(velocities.len());
+        self.visit_changes(|factor, change| forces += factor * (change * velocities));
+        let diagonal = self.matrix.diagonal();
+        let largest = |first: usize| {
+            (0..forces.len())
+                .filter(|row| row % 6 / 3 == first)
+                .map(|row| (forces[row] / diagonal[row]).abs())
+                .fold(0.0, f64::max)
+        };
+        [largest(0), largest(1)]
+    }
+
     /// Error bars of the entries.
     pub fn errors(&self) -> DMatrix<f64> {
         let mut errors = DMatrix::zeros(self.matrix.nrows(), self.matrix.ncols());
+        self.visit_changes(|factor, change| errors += factor * change.abs());
+        errors
+    }
+
+    /// Visits the differences between successive references, with the factors of the later ones.
+    fn visit_changes(&self, mut visit: impl FnMut(f64, DMatrix<f64>)) {
         let mut previous = &self.matrix;
         for (reference, factor) in self.references.iter().chain(&self.coarser) {
-            errors += *factor * (previous - reference).abs();
+            visit(*factor, previous - reference);
             previous = reference;
         }
-        errors
     }
 }
