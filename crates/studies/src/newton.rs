@@ -1,7 +1,6 @@
 //! Iterations of Newton's method and of its linear solves for fluids with a viscosity law.
 
 use std::path::Path;
-use std::time::Instant;
 
 use anyhow::{Context, Result};
 use axisymmetric::rheology::Law;
@@ -14,7 +13,7 @@ use crate::oseen::{BODIES, sphere_mesh};
 use crate::page::{self, Page};
 use crate::table::{Table, count, fixed};
 
-/// Element sizes on the sphere; the last mesh has about 0.3 million dofs.
+/// Element sizes on the sphere.
 const SIZES: [f64; 3] = [0.4, 0.2, 0.085];
 
 /// The laws and their names.
@@ -50,8 +49,6 @@ struct Row {
     steps: Vec<usize>,
     /// Iterations per decimal digit that linear solves gain: Stokes flow, largest of the steps.
     per_digit: [f64; 2],
-    /// Seconds over those of Stokes flow.
-    seconds: f64,
 }
 
 /// Measures the iterations and writes `newton.md` and `newton.csv` to `out`.
@@ -60,8 +57,7 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         to 1e-8 from nothing; a quarter of the fluid is meshed. The shear number is that of the speed, the \
         radius and the relaxation time, power laws are regularised at a shear rate of 1e-3. Newton's \
         method solves each linear system as accurately as its convergence needs, so that its iterations \
-        are compared with those of Stokes flow by decimal digit of the residual. Seconds are those of the \
-        solution relative to Stokes flow, assembly and set-up included.";
+        are compared with those of Stokes flow by decimal digit of the residual.";
     let mut page = Page::new("Iterations for fluids with a viscosity law", "newton", text);
     let headings = [
         "law",
@@ -74,7 +70,6 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         "per digit: Stokes",
         "steps",
         "ratio",
-        "seconds",
     ];
     let mut table = Table::new(headings);
     for row in rows(quick)? {
@@ -92,7 +87,6 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
             fixed(stokes, 1),
             fixed(law, 1),
             fixed(law / stokes, 2),
-            fixed(row.seconds, 1),
         ]);
     }
     page::write(out, "newton.csv", &table.csv())?;
@@ -124,9 +118,7 @@ fn on_mesh(mesh: &TetMesh, size: f64) -> Result<Vec<Row>> {
     };
     let problem = Problem::new(mesh, &BODIES, &[Container::TAG])?;
     let options = Options::default();
-    let clock = Instant::now();
     let stokes = problem.solve(&drive, &options)?;
-    let seconds_of_stokes = clock.elapsed().as_secs_f64();
     let digits = |residual: f64| -residual.log10();
     let per_digit = |iterations: usize, residual: f64| iterations as f64 / digits(residual);
     let of_stokes = per_digit(
@@ -134,7 +126,6 @@ fn on_mesh(mesh: &TetMesh, size: f64) -> Result<Vec<Row>> {
         stokes.solver.true_relative_residual,
     );
     let row = |(name, law): (&'static str, Law)| {
-        let clock = Instant::now();
         let mut guesses = InitialGuesses::new(0);
         let found = problem.solve_generalised_newtonian(&drive, &law, &options, &mut guesses, None);
         let newton = found.with_context(|| name)?.newton;
@@ -148,7 +139,6 @@ fn on_mesh(mesh: &TetMesh, size: f64) -> Result<Vec<Row>> {
             first: newton.first_iterations,
             steps: newton.steps.iter().map(|step| step.iterations).collect(),
             per_digit: [of_stokes, largest.fold(0.0, f64::max)],
-            seconds: clock.elapsed().as_secs_f64() / seconds_of_stokes,
         })
     };
     laws().into_iter().map(row).collect()
@@ -166,7 +156,11 @@ mod tests {
                 "{}: {} + {:?}, {stokes:.1} {law:.1}",
                 row.law, row.first, row.steps
             );
-            assert!(row.steps.len() <= 7, "{}: {:?}", row.law, row.steps);
+            // docs/newton.md has 3 to 4 steps and up to 2.2 times the iterations per digit; the
+            // steep power law takes 11 steps
+            let most = if row.law == "power law 0.3" { 14 } else { 6 };
+            assert!(row.steps.len() <= most, "{}: {:?}", row.law, row.steps);
+            assert!(law < 3.0 * stokes, "{}: {law} {stokes}", row.law);
         }
     }
 }

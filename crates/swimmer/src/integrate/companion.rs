@@ -46,7 +46,17 @@ pub(super) struct WithCompanion<'a> {
     /// Kinetic energies of the coarse one minus those of the fine one: where both met last after
     /// steps of different lengths, or since then, whichever is larger.
     energy_difference: [f64; 2],
+    /// Long steps of the coarse one in this phase.
+    long_steps: usize,
 }
+
+/// Long steps in a phase from which on the error of its first step, which both take alike and no
+/// difference contains, has decayed.
+const ENOUGH_LONG_STEPS: usize = 2;
+
+/// Factor on the bars of energies before: at the end of phases of three steps errors were twice the
+/// difference.
+const EARLY_BARS: f64 = 3.0;
 
 impl<'a> WithCompanion<'a> {
     fn new(both: [Box<dyn MovingFluid + 'a>; 2], share: f64, takes_long_steps: bool) -> Self {
@@ -64,6 +74,7 @@ impl<'a> WithCompanion<'a> {
             tried: None,
             error: None,
             energy_difference: [0.0; 2],
+            long_steps: 0,
         }
     }
 
@@ -129,6 +140,7 @@ impl MovingFluid for WithCompanion<'_> {
         self.coarse.enter(span);
         self.end = span.start + span.duration * (1.0 - LEAST_STEP);
         (self.error, self.energy_difference) = (None, [0.0; 2]);
+        self.long_steps = 0;
     }
 
     fn start_from_stokes(&mut self, span: &PhaseSpan) -> Result<(), SwimError> {
@@ -214,6 +226,7 @@ impl MovingFluid for WithCompanion<'_> {
             return Ok(());
         }
         let is_whole = self.differs_by_steps() || !self.takes_long_steps;
+        self.long_steps += usize::from(self.differs_by_steps());
         (self.ahead, self.followed) = (None, None);
         self.coarse.accept()?;
         let [fine, coarse] = [self.fine.kinetic_energy()?, self.coarse.kinetic_energy()?];
@@ -228,7 +241,13 @@ impl MovingFluid for WithCompanion<'_> {
 
     fn kinetic_energy(&self) -> Result<KineticEnergy, SwimError> {
         let fine = self.fine.kinetic_energy()?;
-        Ok(fine.corrected(self.energy_difference, self.share, self.uncertainty))
+        let is_early = self.takes_long_steps && self.long_steps < ENOUGH_LONG_STEPS;
+        let factor = if is_early { EARLY_BARS } else { 1.0 };
+        Ok(fine.corrected(
+            self.energy_difference,
+            self.share,
+            factor * self.uncertainty,
+        ))
     }
 
     fn remembered(&mut self) -> Result<FluidState, SwimError> {
