@@ -30,7 +30,8 @@ const RTOL: f64 = 1e-6;
 ///
 /// which is the added-mass matrix of the configuration times the accelerations (Lamb 1932, sections
 /// 118 and 137; Batchelor 1967, section 6.4). Quadratic elements: the force on a body that
-/// accelerates alone has the error of an energy, the square of that of the gradient. On a mesh that ends at symmetry planes forces are those on whole bodies.
+/// accelerates alone has the error of an energy, the square of that of the gradient. On a mesh that
+/// ends at symmetry planes forces are those on whole bodies.
 ///
 /// `bodies` are boundary parts with the centres of the bodies, `accelerations` one per body.
 ///

@@ -15,8 +15,8 @@
 //! F_b = -ρ ∮_b φ n_z dS = sum_c m_bc A_c,   m = ρ G^T K^-1 G,   G_ib = -∮_b N_i n_z dS
 //! ```
 //!
-//! with normals into the fluid and the stiffness matrix `K` of the basis functions `N_i`. The matrix
-//! `m` is symmetric, its errors are those of an energy: of twice the order of the gradient.
+//! with normals into the fluid and the stiffness matrix `K` of the basis functions `N_i`. The
+//! matrix `m` is symmetric, its errors are those of an energy: of twice the order of the gradient.
 
 use std::sync::Arc;
 

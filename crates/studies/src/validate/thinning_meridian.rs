@@ -301,7 +301,7 @@ fn scallops() -> Result<[Row; 2]> {
     let second = row(name.to_owned(), [exact, net], half + bar / exact, cost);
     let second = second
         .with(Estimated::bound(bar))
-        .with_exact_bar(half * exact);
+        .with_exact_bar(half);
     Ok([first, second])
 }
 

@@ -109,8 +109,8 @@ pub(crate) struct UnsteadyFlow<'a> {
 
 /// Bounds of the first step after a jump of velocities, relative to the duration of the phase.
 ///
-/// The flow grows like `t^(1/2)` there. Steps grow until their error limits them, so a shorter first
-/// step costs one step per factor of growth.
+/// The flow grows like `t^(1/2)` there. Steps grow until their error limits them, so a shorter
+/// first step costs one step per factor of growth.
 const FIRST_STEP: [f64; 2] = [1e-5, 1e-3];
 
 /// Net displacement by the error of a first step of the length `h` over that of a body with the

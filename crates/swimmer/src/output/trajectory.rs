@@ -23,9 +23,9 @@ const ADDED_MASS: [&str; 6] = ["afx", "afy", "afz", "atx", "aty", "atz"];
 /// are empty at the ends of phases, where rates jump and nothing is solved; at equal intervals of
 /// time they are interpolated between solves. Fluids with inertia have two more columns, the
 /// kinetic energies of fluid and bodies, and six more per body, forces and torques by added mass
-/// ([`AddedMassForces`](crate::AddedMassForces)) such as `left.afx`, empty where nothing is solved and, in
-/// the meridian plane, at every second step.
-/// Numbers have as many digits as are needed to restore every bit. Rotation vectors count full turns
+/// ([`AddedMassForces`](crate::AddedMassForces)) such as `left.afx`, empty where nothing is solved
+/// and, in the meridian plane, at every second step. Numbers have as many digits as are needed to
+/// restore every bit. Rotation vectors count full turns
 /// ([`Turning::rotation_vector`](crate::Turning::rotation_vector)).
 pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     let mut header = vec!["time".to_owned(), "cycle".to_owned(), "phase".to_owned()];
