@@ -299,9 +299,7 @@ fn scallops() -> Result<[Row; 2]> {
     let half = 0.5 * next(time);
     let exact = (1.0 - half) * broken_scallop(time);
     let second = row(name.to_owned(), [exact, net], half + bar / exact, cost);
-    let second = second
-        .with(Estimated::bound(bar))
-        .with_exact_bar(half);
+    let second = second.with(Estimated::bound(bar)).with_exact_bar(half);
     Ok([first, second])
 }
 
