@@ -404,19 +404,14 @@ impl Estimator<'_> {
     }
 }
 
-/// What two steps of Newton's method with one matrix leave, over the first of them, if each reduces
-/// the change by the factor `q`: `q^2 / (1 - q)`, and a multiple of the correction where they do
-/// not converge.
+/// What two steps of Newton's method with one matrix leave of a correction at least: nothing that
+/// the other parts do not contain where the second step is smaller than the first, else the
+/// correction times the squared ratio of both.
 fn left_by_newton(reduction: f64) -> f64 {
-    /// Largest `1 / (1 - q)`: slower sequences say nothing about their limit.
-    const MAX_SUM: f64 = 10.0;
-    let sum = 1.0 / (1.0 - reduction);
-    let sum = if (0.0..MAX_SUM).contains(&sum) {
-        sum
-    } else {
-        MAX_SUM
-    };
-    reduction * reduction * sum
+    match reduction < 1.0 {
+        true => 0.0,
+        false => reduction * reduction,
+    }
 }
 
 /// First row of the linear part of a frame's generalised velocities.
