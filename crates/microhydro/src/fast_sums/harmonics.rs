@@ -109,7 +109,7 @@ fn matrix(
 pub(super) static DERIVATIVES: LazyLock<[Derivative; 3]> = LazyLock::new(|| {
     [0, 1, 2].map(|axis| {
         let dense = matrix(|l, m, value, _| {
-            let at = |m: i64| match l > 0 && m.unsigned_abs() as usize <= l - 1 {
+            let at = |m: i64| match (m.unsigned_abs() as usize) < l {
                 true => value(l - 1, m),
                 false => Complex::default(),
             };

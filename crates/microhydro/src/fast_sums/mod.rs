@@ -88,9 +88,15 @@ fn number_of(offset: [i64; 3]) -> usize {
         .fold(0, |number, d| number * width + d + REACH) as usize
 }
 
-/// Cells that receive expansions together: by the offset of the source, pairs of the place of the
-/// receiver among them and of the source.
-struct Receivers(Vec<(usize, [i64; 3], Vec<(usize, usize)>)>);
+/// The translations to cells whose expansions are found together, one for each offset.
+struct Receivers(Vec<Translation>);
+
+/// Translations by one offset, from a receiver to a source.
+struct Translation {
+    offset: [i64; 3],
+    /// The place of the receiver among those of its block, and the source.
+    pairs: Vec<(usize, usize)>,
+}
 
 /// An arrangement of many points, with what its sums share.
 pub(crate) struct FastSums {
@@ -124,9 +130,9 @@ impl FastSums {
                 });
                 let mut all: Vec<_> = all.collect();
                 all.sort_unstable();
-                let by_offset = all.chunk_by(|a, b| a.0 == b.0).map(|same| {
-                    let pairs = same.iter().map(|&(_, own, source)| (own, source));
-                    (number_of(same[0].0), same[0].0, pairs.collect())
+                let by_offset = all.chunk_by(|a, b| a.0 == b.0).map(|same| Translation {
+                    offset: same[0].0,
+                    pairs: same.iter().map(|&(_, own, source)| (own, source)).collect(),
                 });
                 Receivers(by_offset.collect())
             };
@@ -391,7 +397,7 @@ impl FastSums {
 impl Receivers {
     /// Adds the translated moments of all sources to the local expansions of these cells.
     fn translate(&self, moments: &[f64], edge: f64, locals: &mut [f64]) {
-        for (number, offset, pairs) in &self.0 {
+        for Translation { offset, pairs } in &self.0 {
             // from the receiver to the source
             let shift = Vector3::from(*offset).cast::<f64>() * edge;
             let mut sources = Vec::with_capacity(CELL * pairs.len());
@@ -401,7 +407,7 @@ impl Receivers {
                 centre(&mut sources[first..], &shift);
             }
             let sources = DMatrix::from_vec(TERMS, FUNCTIONS * pairs.len(), sources);
-            let translated = &TRANSLATIONS[*number] * sources;
+            let translated = &TRANSLATIONS[number_of(*offset)] * sources;
             let cells = translated.as_slice().chunks_exact(CELL);
             for (&(own, _), values) in pairs.iter().zip(cells) {
                 let local = &mut locals[own * CELL..(own + 1) * CELL];
