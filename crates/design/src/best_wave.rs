@@ -156,13 +156,20 @@ pub fn wave_variables(scene: &Scene) -> Result<Vec<WaveVariable>, DesignError> {
 /// [`sweep`], and `optimum.toml`.
 ///
 /// # Errors
-/// Other objectives; runs that fail or do not swim, with the values; [`DesignError::Stopped`].
+/// No variables; other objectives; runs that fail or do not swim, with the values; [`DesignError::Stopped`].
 pub fn best_wave(
     scene: &Scene,
     variables: &[WaveVariable],
     out: &Path,
     progress: &mut dyn DesignProgress,
 ) -> Result<BestWave, DesignError> {
+    if variables.is_empty() {
+        let problem = "is missing, and limits of an amplitude too: no wave may vary; give one of \
+                       them for a tube that undulates"
+            .to_owned();
+        let key = "optimise.waves";
+        return Err(DesignError::not_applicable(scene, key, problem));
+    }
     let objective = scene.optimise().objective;
     if !matches!(
         objective,
@@ -400,6 +407,14 @@ mod tests {
             2
         );
         assert!(found(&limits(phase)).unwrap().is_empty());
+        let scene = Scene::parse("bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0] }]");
+        let nothing = best_wave(&scene.unwrap(), &[], Path::new("unused"), &mut ());
+        assert!(
+            nothing
+                .unwrap_err()
+                .to_string()
+                .contains("no wave may vary")
+        );
         for limits in [limits(phase), "upper = 2\n".to_owned()] {
             let error = found(&format!("{waves}{limits}")).unwrap_err();
             assert!(error.contains("limits of \"worm.phase\""), "{error}");
