@@ -1,5 +1,7 @@
 """Numbers of the package against exact ones."""
 
+import json
+
 import numpy as np
 import pytest
 
