@@ -11,8 +11,8 @@ import time
 from figures import arguments, page, swim, table
 
 NUMBERS = {
-    "oseen": [10, 30, 100, 300, 1000],
-    "rpy": [10, 30, 100, 300, 1000],
+    "oseen": [10, 100, 1000, 3000, 10000],
+    "rpy": [10, 100, 1000, 3000, 10000],
     "multipole": [3, 6, 12, 24],
 }
 QUICK = {model: numbers[:2] for model, numbers in NUMBERS.items()}

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod error;
+mod fast_sums;
 mod inverse_root;
 mod linked;
 pub mod multipole;

@@ -63,8 +63,8 @@ const BALL: HydroError = HydroError::Unsupported {
 /// the matrix.
 ///
 /// `forces` has six entries `(F, T)` per sphere, the result six entries `(U, ω)`. Cost for `n`
-/// spheres: `O(n²)` operations in parallel and `O(n)` numbers. The result is the same for any
-/// number of threads.
+/// spheres: `O(n²)` operations in parallel and `O(n)` numbers, as for [`crate::rpy::apply`] `O(n)`
+/// for many spheres. The result is the same for any number of threads.
 ///
 /// # Errors
 /// As [`mobility`]; [`HydroError::Length`]; [`HydroError::NotFinite`].

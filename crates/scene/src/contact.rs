@@ -35,7 +35,8 @@ impl Contact {
 ///
 /// Points have no surface and touch nothing. Shapes other than spheres count as their convex hulls,
 /// and their gaps are lower bounds. A body without a pose, or with one that is not finite, has a
-/// gap that is not a number. Cost: all pairs.
+/// gap that is not a number. Cost: pairs that may be closer than the closest one of those before
+/// them along the x axis; in a periodic box all pairs.
 pub fn closest_contact(
     bodies: &[Body],
     domain: &Domain,
@@ -55,10 +56,79 @@ pub fn closest_contact(
             gap: f64::NAN,
         });
     }
-    contacts(bodies, domain, poses).reduce(|closest, contact| match contact.gap < closest.gap {
-        true => contact,
-        false => closest,
+    // Of equal gaps the first in the order of `contacts`.
+    let order = |contact: &Contact| match contact.other {
+        None => (contact.body, 0),
+        Some(later) => (later, 1 + contact.body),
+    };
+    let closer = |one: Contact, other: Contact| {
+        let gaps = other.gap.total_cmp(&one.gap);
+        match gaps.then(order(&other).cmp(&order(&one))).is_lt() {
+            true => other,
+            false => one,
+        }
+    };
+    if domain.period().is_some() {
+        return contacts(bodies, domain, poses).reduce(closer);
+    }
+    let centre = |body: usize| poses[body].translation.vector;
+    let radius = |body: usize| bodies[body].bounding_radius();
+    let of_walls = solid
+        .iter()
+        .filter_map(|&body| to_wall(bodies, domain, poses, body));
+    let mut closest = of_walls.reduce(closer);
+    let mut sorted = solid;
+    sorted.sort_by(|a, b| centre(*a).x.total_cmp(&centre(*b).x).then(a.cmp(b)));
+    let largest = sorted.iter().map(|&body| radius(body)).fold(0.0, f64::max);
+    for (place, &body) in sorted.iter().enumerate() {
+        for &before in sorted[..place].iter().rev() {
+            let apart = centre(body) - centre(before);
+            let found = closest.map_or(f64::INFINITY, |closest| closest.gap);
+            if apart.x - radius(body) - largest > found {
+                break;
+            }
+            // Bodies are inside the spheres around their centres.
+            if apart.norm() - radius(body) - radius(before) <= found {
+                let pair = [body.max(before), body.min(before)];
+                let contact = between(bodies, domain, poses, pair);
+                closest = Some(closest.map_or(contact, |closest| closer(closest, contact)));
+            }
+        }
+    }
+    closest
+}
+
+/// The gap between a body and the wall; none without a wall.
+fn to_wall(
+    bodies: &[Body],
+    domain: &Domain,
+    poses: &[Isometry3<f64>],
+    body: usize,
+) -> Option<Contact> {
+    let gap = domain.clearance(&bodies[body], &poses[body]);
+    gap.is_finite().then_some(Contact {
+        body,
+        other: None,
+        gap,
     })
+}
+
+/// The gap between two bodies, the later one given first; in a periodic box between the images with
+/// the nearest centres.
+fn between(
+    bodies: &[Body],
+    domain: &Domain,
+    poses: &[Isometry3<f64>],
+    pair: [usize; 2],
+) -> Contact {
+    let [later, first] = pair.map(|body| poses[body].translation.vector);
+    let apart = domain.nearest_image(&(later - first));
+    let shapes = pair.map(|body| (&bodies[body].shape, &poses[body].rotation));
+    Contact {
+        body: pair[1],
+        other: Some(pair[0]),
+        gap: distance(shapes, &apart),
+    }
 }
 
 /// The gaps of all pairs of bodies, of all bodies and the wall, and of all bodies and their own
@@ -75,26 +145,10 @@ pub fn contacts<'a>(
     let solid: Vec<usize> = (0..bodies.len().min(poses.len()))
         .filter(|&b| bodies[b].bounding_radius() > 0.0)
         .collect();
-    let centre = |body: usize| poses[body].translation.vector;
     (0..solid.len()).flat_map(move |k| {
         let body = solid[k];
-        let clearance = domain.clearance(&bodies[body], &poses[body]);
-        let to_wall = clearance.is_finite().then_some(Contact {
-            body,
-            other: None,
-            gap: clearance,
-        });
-        let pairs: Vec<Contact> = solid[..k]
-            .iter()
-            .map(|&other| {
-                let apart = domain.nearest_image(&(centre(body) - centre(other)));
-                let pair = [body, other].map(|b| (&bodies[b].shape, &poses[b].rotation));
-                Contact {
-                    body: other,
-                    other: Some(body),
-                    gap: distance(pair, &apart),
-                }
-            })
+        let pairs: Vec<Contact> = (solid[..k].iter())
+            .map(|&other| between(bodies, domain, poses, [body, other]))
             .collect();
         let own_image = domain.period().map(|size| {
             let own = (&bodies[body].shape, &poses[body].rotation);
@@ -108,6 +162,7 @@ pub fn contacts<'a>(
                 gap: gaps.fold(f64::INFINITY, f64::min),
             }
         });
+        let to_wall = to_wall(bodies, domain, poses, body);
         to_wall.into_iter().chain(pairs).chain(own_image)
     })
 }

@@ -1,5 +1,7 @@
 //! The joints of a scene file, and the articulation of its bodies and joints.
 
+use std::collections::{HashMap, HashSet};
+
 use rigid::{
     Articulation, Freedom, Joint, JointDrive, JointKind, PassiveDrive, Reduction, RigidError,
 };
@@ -21,10 +23,13 @@ pub(super) fn joints(
     bodies: &[Body],
 ) -> Result<Vec<Joint>, SceneError> {
     let mut joints: Vec<Joint> = Vec::with_capacity(files.len());
+    let known: HashMap<&str, usize> = (bodies.iter().map(|body| &body.name[..]).zip(0..)).collect();
+    let mut names: HashMap<String, usize> = HashMap::new();
+    let mut joined: HashSet<(bool, [usize; 2])> = HashSet::new();
     for (number, file) in files.iter().enumerate() {
         let key = |key: &str| format!("links[{number}].{key}");
         let name = checks.required(&key("name"), file.name.clone(), ": name every link")?;
-        if let Some(first) = joints.iter().position(|joint| joint.name == name) {
+        if let Some(first) = names.insert(name.clone(), number) {
             let problem =
                 format!("\"{name}\" is the name of links[{first}] too; names must differ");
             return Err(checks.bad_value(&key("name"), problem));
@@ -32,6 +37,9 @@ pub(super) fn joints(
         let end = |which: &str, name: &Option<String>| {
             let key = key(which);
             let name = checks.required(&key, name.as_deref(), ": a link joins two bodies")?;
+            if let Some(&body) = known.get(name) {
+                return Ok(body);
+            }
             let names = bodies.iter().map(|body| &body.name[..]);
             checks.find(&key, name, "body", names)
         };
@@ -44,11 +52,7 @@ pub(super) fn joints(
             return Err(checks.bad_value(&key("to"), problem));
         }
         let exchanges = file.joint == JointWord::Exchange;
-        let joins_same = |joint: &Joint| {
-            joint.kind.is_deformation() == exchanges
-                && [(body, to), (to, body)].contains(&(joint.body, joint.to))
-        };
-        if joints.iter().any(joins_same) {
+        if !joined.insert((exchanges, [body.min(to), body.max(to)])) {
             let problem = format!(
                 "links '{}' and '{}' a second time; remove one",
                 bodies[body].name, bodies[to].name
@@ -101,11 +105,13 @@ pub(super) fn articulation(
             return Err(checks.bad_value(&format!("links[{number}]"), problem));
         }
     }
+    let mut is_linked = vec![false; bodies.len()];
+    for joint in joints.iter().filter(|joint| !joint.kind.is_deformation()) {
+        is_linked[joint.body] = true;
+        is_linked[joint.to] = true;
+    }
     for (number, body) in bodies.iter().enumerate() {
-        let joint = joints.iter().find(|joint| {
-            !joint.kind.is_deformation() && (joint.body == number || joint.to == number)
-        });
-        if !body.shape.has_surface() && joint.is_none() {
+        if !body.shape.has_surface() && !is_linked[number] {
             let problem = "is a point that no link holds, so nothing determines its velocity; \
                            link it or remove it";
             return Err(checks.bad_value(&format!("bodies[{number}]"), problem));

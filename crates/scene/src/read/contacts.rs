@@ -70,19 +70,21 @@ fn prescribed_groups(set: &Articulation) -> Vec<usize> {
     let holds = |joint: &&Joint| !joint.kind.is_deformation();
     let linkage_of = set.linkage_of();
     let mut groups: Vec<usize> = (0..linkage_of.len()).collect();
-    for (number, linkage) in set.linkages().iter().enumerate() {
-        let joints = set.joints().iter().filter(holds);
-        let joints: Vec<&Joint> = joints
-            .filter(|joint| linkage_of[joint.body] == number)
-            .collect();
+    let mut joints_of: Vec<Vec<&Joint>> = vec![Vec::new(); set.linkages().len()];
+    for joint in set.joints().iter().filter(holds) {
+        joints_of[linkage_of[joint.body]].push(joint);
+    }
+    for (linkage, joints) in set.linkages().iter().zip(joints_of) {
         let has_loop = joints.len() >= linkage.bodies.len();
         if has_loop && !joints.iter().all(|joint| is_prescribed(joint)) {
             continue;
         }
         for joint in joints.iter().filter(|joint| is_prescribed(joint)) {
             let [from, to] = [joint.body, joint.to].map(|body| groups[body]);
-            for group in groups.iter_mut().filter(|group| **group == from) {
-                *group = to;
+            for &body in &linkage.bodies {
+                if groups[body] == from {
+                    groups[body] = to;
+                }
             }
         }
     }
