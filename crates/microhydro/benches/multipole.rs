@@ -1,8 +1,9 @@
-//! Times of whole resistance computations, by arrangement and tolerance.
+//! Times of whole resistance computations, by arrangement and tolerance, and of products with the
+//! mobility of thousands of spheres.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use microhydro::{Accuracy, Medium, Spheres, multipole};
-use nalgebra::Vector3;
+use microhydro::{Accuracy, Medium, Spheres, multipole, rpy};
+use nalgebra::{DVector, Vector3};
 
 fn arrangements() -> Vec<(&'static str, Spheres, Medium)> {
     let on_line = |x: &[f64]| {
@@ -57,5 +58,26 @@ fn resistances(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, resistances);
+/// Spheres of radius 1 at about three radii from each other, on a lattice that is pushed out of
+/// order.
+fn products(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("rpy_product");
+    group.sample_size(10);
+    for edge in [14_u32, 31, 67] {
+        let place = |k: u32| Vector3::new(k % edge, k / edge % edge, k / edge.pow(2));
+        let shifted = |k: u32| {
+            let wave = f64::from(k) * Vector3::new(0.7, 1.3, 2.9);
+            place(k).map(f64::from) * 3.0 + wave.map(f64::sin) * 0.4
+        };
+        let centres: Vec<_> = (0..edge.pow(3)).map(shifted).collect();
+        let spheres = Spheres::new(centres, vec![1.0; edge.pow(3) as usize]).unwrap();
+        let forces = DVector::from_fn(6 * spheres.len(), |row, _| (row as f64).sin());
+        group.bench_function(BenchmarkId::from_parameter(spheres.len()), |b| {
+            b.iter(|| rpy::apply(&spheres, &Medium::Unbounded, &forces));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, resistances, products);
 criterion_main!(benches);

@@ -143,9 +143,9 @@ impl<'a> PointMobility<'a> {
 
     /// Velocities and angular velocities for forces and torques, six entries per sphere.
     ///
-    /// Cost: `O(n²)` operations in parallel, in unbounded fluid `O(n)` from 5000 spheres on, to 1e-5
-    /// of the largest velocity; the operator is symmetric to that accuracy. The result does not
-    /// depend on the number of threads.
+    /// Cost: `O(n²)` operations in parallel, in unbounded fluid `O(n)` from 5000 spheres on, to
+    /// 1e-5 of the largest velocity; the operator is symmetric to that accuracy. The result does
+    /// not depend on the number of threads.
     ///
     /// # Errors
     /// [`HydroError::Length`], [`HydroError::NotFinite`].
