@@ -156,7 +156,8 @@ pub fn wave_variables(scene: &Scene) -> Result<Vec<WaveVariable>, DesignError> {
 /// [`sweep`], and `optimum.toml`.
 ///
 /// # Errors
-/// No variables; other objectives; runs that fail or do not swim, with the values; [`DesignError::Stopped`].
+/// No variables; other objectives; runs that fail or do not swim, with the values;
+/// [`DesignError::Stopped`].
 pub fn best_wave(
     scene: &Scene,
     variables: &[WaveVariable],

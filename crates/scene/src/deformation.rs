@@ -250,8 +250,8 @@ impl DeformedBody {
     /// Displacement of the surface near `x` to the same body at other values, for the motion of a
     /// mesh.
     ///
-    /// Points of a sphere or a spheroid move along their rays, whatever the motion of material points; those of a
-    /// tube and of triangles are material points.
+    /// Points of a sphere or a spheroid move along their rays, whatever the motion of material
+    /// points; those of a tube and of triangles are material points.
     pub fn displacement(&self, to: &Self, x: &Vector3<f64>) -> Vector3<f64> {
         match (self, to) {
             (Self::Sphere(own, from), Self::Sphere(other, to)) => {

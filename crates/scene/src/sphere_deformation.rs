@@ -288,7 +288,7 @@ impl SphereDeformation {
         self.size.map_or(self.radius, |size| size.radius(values))
     }
 
-    /// The radial function, before the stretch to a spheroid; that of a sphere for tangential modes.
+    /// The radial function before the stretch to a spheroid; that of a sphere for tangential modes.
     pub fn profile(&self, values: &[f64]) -> RadialProfile {
         let mut profile = RadialProfile {
             radius: self.sphere_radius(values),

@@ -440,6 +440,7 @@ mod tests {
         let mesh = SurfaceMesh {
             points,
             triangles: triangles.collect(),
+            ..SurfaceMesh::default()
         };
         let surface = TriangulatedSurface::new("a", mesh, TriangleKind::Faceted).unwrap();
         let motion = MotionSource::Own(Arc::new(Flattened));

@@ -250,12 +250,11 @@ fn spheroid(deformation: &str) -> Result<Scene, String> {
 #[test]
 fn modes_of_a_spheroid_are_about_its_axis() {
     let axis = Vector3::new(0.0, 0.6, 0.8);
-    for (given, sign) in [("", 1.0), (", axis = [0, -3, -4]", -1.0)] {
+    for (given, sign) in [("", 1.0_f64), (", axis = [0, -3, -4]", -1.0)] {
         let scene = spheroid(&format!("{{ modes = {{ p = 3 }}{given} }}")).unwrap();
         let deformation = scene.bodies()[0].deformation.as_ref();
         let modes = deformation.and_then(Deformation::sphere).unwrap();
-        let own: Vector3<f64> = modes.axis().unwrap();
-        assert!((own - sign * axis).norm() < 1e-15);
+        assert!((modes.axis().unwrap() - sign * axis).norm() < 1e-15);
         // Both ends of the axis move in the direction of the odd mode.
         for end in [1.0, -1.0] {
             let (length, velocity) = (2.0 + 2.0 * 0.1 * end * sign, 2.0 * sign);
