@@ -53,9 +53,8 @@ pub struct BodyPath<'a> {
     pub bodies: &'a [Body],
     /// The bodies as an articulated set.
     pub set: &'a Articulation,
-    /// The region that the fluid fills; none for the pairs within each linkage alone, without walls
-    /// and pairs of different linkages.
-    pub domain: Option<&'a Domain>,
+    /// The region that the fluid fills.
+    pub domain: &'a Domain,
     /// State and values of the joints at a position of the path.
     pub at: &'a dyn Fn(f64) -> Result<(State, Vec<f64>), RigidError>,
     /// Bounds on their derivatives with respect to the parameter.
@@ -105,8 +104,8 @@ pub struct PathContact {
 /// };
 /// let mut bounds = StateBounds::at_rest(set, Vec::new());
 /// bounds.frames[0].linear.first = 10.0;
-/// let domain = Some(scene.domain());
-/// let path = BodyPath { bodies: scene.bodies(), set, domain, at: &at, bounds: &bounds };
+/// let (bodies, domain) = (scene.bodies(), scene.domain());
+/// let path = BodyPath { bodies, set, domain, at: &at, bounds: &bounds };
 /// let found = first_contact(&path)?.expect("they touch");
 /// assert!((found.at - 0.399).abs() < 1e-3 && found.contact.gap < 0.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -115,7 +114,7 @@ pub fn first_contact(path: &BodyPath) -> Result<Option<PathContact>, RigidError>
     first_contact_among(path, &|_, _| true)
 }
 
-/// As [`first_contact`], of some pairs of bodies.
+/// As [`first_contact`], of some pairs of bodies; a body with itself stands for the wall.
 pub(crate) fn first_contact_among(
     path: &BodyPath,
     includes: &dyn Fn(usize, usize) -> bool,
@@ -126,13 +125,13 @@ pub(crate) fn first_contact_among(
     let linkage = path.set.linkage_of();
     let mut pairs = Vec::new();
     for (k, &one) in solid.iter().enumerate() {
-        if path.domain.is_some_and(has_walls) {
+        if has_walls(path.domain) && includes(one, one) {
             pairs.push(ContactPair::Wall(one));
         }
         for &other in solid[..k].iter().filter(|&&other| includes(other, one)) {
             if linkage[one] == linkage[other] {
                 pairs.push(ContactPair::Within(other, one));
-            } else if path.domain.is_some() {
+            } else {
                 pairs.push(ContactPair::Between(other, one, Vector3::zeros()));
             }
         }
@@ -149,7 +148,7 @@ pub(crate) fn first_contact_among(
         placements: MAX_PLACEMENTS,
     };
     let [start, end] = [search.place(0.0)?, search.place(1.0)?];
-    if let Some(size) = path.domain.and_then(Domain::period) {
+    if let Some(size) = path.domain.period() {
         match search.with_images(&pairs, &size, (&start, &end)) {
             Ok(all) => pairs = all,
             Err(contact) => {
@@ -465,7 +464,7 @@ impl Search<'_> {
                 .map(|placed| self.clearance(body, placed) + self.radius(body, placed) - largest);
             return match self.path.domain {
                 // The distance from a wall of any shape changes by the path of the body at most.
-                Some(Domain::Surface(_) | Domain::Mesh { .. }) => {
+                Domain::Surface(_) | Domain::Mesh { .. } => {
                     start + end > width * self.speed(pair) + 2.0 * bending
                 }
                 // The shape at one end is off by the bending at the other one.
@@ -559,9 +558,8 @@ impl Search<'_> {
     }
 
     fn clearance(&self, body: usize, placed: &Placement) -> f64 {
-        let domain = self.path.domain.unwrap_or(&Domain::Unbounded);
         let at = self.path.bodies[body].at(&placed.values);
-        domain.clearance(&at, &placed.poses[body])
+        self.path.domain.clearance(&at, &placed.poses[body])
     }
 
     /// Shapes of two bodies at a position; spheres and triangles that deform have these radii.
@@ -586,7 +584,7 @@ impl Search<'_> {
     /// Cost of one position, in placements: the distance from a wall given by a file takes long.
     fn cost(&self, pair: ContactPair) -> usize {
         match (pair, self.path.domain) {
-            (ContactPair::Wall(_), Some(Domain::Surface(_) | Domain::Mesh { .. })) => 32,
+            (ContactPair::Wall(_), Domain::Surface(_) | Domain::Mesh { .. }) => 32,
             _ => 1,
         }
     }

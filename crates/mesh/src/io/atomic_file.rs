@@ -1,5 +1,6 @@
 //! Atomic writing: a file is either complete or absent.
 
+use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
@@ -10,7 +11,8 @@ use crate::MeshError;
 /// Writes the file at `path` through a temporary file in the same folder.
 ///
 /// The temporary file is renamed when it is complete. Readers therefore never see an incomplete
-/// file, and after an error the previous file is unchanged.
+/// file, and after an error the previous file is unchanged. Of a symbolic link the file that it
+/// points to is written. What is no file, such as a pipe or `/dev/null`, is written directly.
 ///
 /// # Errors
 /// Those of the operating system, and of `write`.
@@ -18,7 +20,18 @@ pub fn write_atomically(
     path: impl AsRef<Path>,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
-    let path = path.as_ref();
+    let path = &match path.as_ref().canonicalize() {
+        Ok(existing) => existing,
+        Err(_) => path.as_ref().to_path_buf(),
+    };
+    if path
+        .metadata()
+        .is_ok_and(|found| !found.is_file() && !found.is_dir())
+    {
+        let mut out = BufWriter::new(File::options().write(true).open(path)?);
+        write(&mut out)?;
+        return out.flush();
+    }
     let Some(name) = path.file_name() else {
         return Err(std::io::Error::new(
             std::io::ErrorKind::InvalidInput,
@@ -111,6 +124,30 @@ mod tests {
             error.to_string().starts_with("no/such/folder/a.vtu: "),
             "{error}"
         );
+    }
+
+    /// `swim solve --flow /dev/full` replaced the device by a file and was content.
+    #[cfg(unix)]
+    #[test]
+    fn bug_outputs_replaced_devices_and_symbolic_links() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link] = ["file", "link"].map(|name| folder.path().join(name));
+        fs::write(&file, b"old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        write_atomically(&link, |out| out.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        // A link to a device, whose folder nobody may write to in a test.
+        let null = folder.path().join("null");
+        std::os::unix::fs::symlink("/dev/null", &null).unwrap();
+        write_atomically(&null, |out| out.write_all(b"gone")).unwrap();
+        let found = fs::metadata("/dev/null").unwrap();
+        assert!(!found.is_file() && fs::symlink_metadata(&null).unwrap().is_symlink());
+        let full = Path::new("/dev/full");
+        if full.exists() {
+            let failure = write_atomically(full, |out| out.write_all(&[0; 100]));
+            assert!(failure.is_err() && !fs::metadata(full).unwrap().is_file());
+        }
     }
 
     /// Temporary files are readable by their owner only; the finished file must not be.

@@ -48,7 +48,8 @@ pub(super) fn check_initial(scene: &Scene) -> Result<(), SceneError> {
 
 /// Refuses a gait along which bodies touch whose relative position it prescribes.
 ///
-/// These are the bodies that prescribed joints connect: no flow is needed to know where they are.
+/// These are the bodies that prescribed joints connect, and the wall and all of them whose group
+/// has a fixed body: no flow is needed to know where they are.
 pub(super) fn check_stroke(scene: &Scene) -> Result<(), SceneError> {
     let groups = prescribed_groups(&scene.articulation);
     // All cycles after the second one repeat the shapes of the second one.
@@ -109,16 +110,34 @@ fn check_span(scene: &Scene, span: &PhaseSpan, groups: &[usize]) -> Result<(), S
     let set = &scene.articulation;
     let joints = span.value_bounds(&span.second_derivatives(), (0.0, 1.0));
     let bounds = StateBounds::at_rest(set, joints);
+    // Where the frame of a linkage is not at its fixed body, the placement below moves that body.
+    let motions = set.motion_bounds(&bounds).map_err(fails)?;
+    let mut is_anchored = vec![false; groups.len()];
+    for (body, motion) in motions.iter().enumerate() {
+        let is_still = motion.linear.first == 0.0 && motion.angular.first == 0.0;
+        is_anchored[groups[body]] |= scene.bodies[body].fixed && is_still;
+    }
+    let includes = |one: usize, other: usize| match one == other {
+        true => is_anchored[groups[one]],
+        false => {
+            groups[one] == groups[other] || [one, other].iter().all(|&b| is_anchored[groups[b]])
+        }
+    };
+    let domain = match scene.domain.period() {
+        // The images of a linkage that turns freely are not prescribed.
+        Some(_) => &Domain::Unbounded,
+        None => &scene.domain,
+    };
     let state = scene.initial_state();
     let path = BodyPath {
         bodies: &scene.bodies,
         set,
-        domain: None,
+        domain,
         at: &|s| Ok((state.clone(), span.shape(s))),
         bounds: &bounds,
     };
     // Where contact cannot be excluded, a run looks for it along its shorter steps.
-    let Some(first) = first_contact_among(&path, &|one, other| groups[one] == groups[other])
+    let Some(first) = first_contact_among(&path, &includes)
         .map_err(fails)?
         .filter(|found| found.is_certain)
     else {
@@ -130,7 +149,7 @@ fn check_span(scene: &Scene, span: &PhaseSpan, groups: &[usize]) -> Result<(), S
         let s = f64::from(k) / f64::from(REPORTED_POSITIONS);
         let poses = set.place(&state, &span.shape(s)).map_err(fails)?;
         let bodies = scene.bodies_at(&span.shape(s));
-        let gap = contacts(&bodies, &Domain::Unbounded, &poses)
+        let gap = contacts(&bodies, domain, &poses)
             .find(|contact| contact.body == body && contact.other == other)
             .map_or(f64::INFINITY, |contact| contact.gap);
         if gap < deepest.1 {

@@ -89,7 +89,7 @@ proptest! {
         let found = first_contact(&BodyPath {
             bodies: scene.bodies(),
             set: scene.articulation(),
-            domain: Some(scene.domain()),
+            domain: scene.domain(),
             at: &at,
             bounds: &path.bounds(&scene),
         }).unwrap();
@@ -138,6 +138,45 @@ fn bug_a_hinge_swept_a_small_sphere_through_another_one() {
         assert!(at(angle, 20.105).is_ok(), "{angle}");
         assert!(at(angle, 20.095).is_err(), "{angle}");
     }
+}
+
+/// Bodies that are joined to fixed ones are where the gait puts them: another fixed body, or the
+/// wall, is in their way before any flow is computed.
+#[test]
+fn bug_the_check_let_an_arm_of_a_fixed_body_through_a_fixed_post_and_a_wall() {
+    let scene = |hub: &str, post: f64, domain: &str| {
+        Scene::parse(&format!(
+            r#"
+            {domain}
+            bodies = [
+                {{ name = "hub", radius = 1, position = [0, 0, 0], {hub} }},
+                {{ name = "tip", radius = 0.1, position = [8, 0, 0] }},
+                {{ name = "post", radius = 0.2, position = [0, {post}, 0], fixed = true }},
+            ]
+            links = [{{ name = "hinge", joint = "hinge", body = "tip", to = "hub",
+                pivot = [0, 0, 0], axis = [0, 0, 1] }}]
+            gait.phases = [{{ link = "hinge", length = 3 }}]
+            "#
+        ))
+    };
+    let fixed = "fixed = true";
+    let message = scene(fixed, 8.0, "").expect_err("they touch").to_string();
+    for part in ["'tip'", "'post'", "in phase 1"] {
+        assert!(message.contains(part), "{message}");
+    }
+    // Radii of 0.1 and 0.2, with a gap of a hundredth.
+    assert!(scene(fixed, 8.31, "").is_ok());
+    // A hub that is free turns as well.
+    assert!(scene("mass = 1", 8.0, "").is_ok());
+    let wall = |width: f64| format!("domain = {{ kind = \"box\", size = [20, {width}, 20] }}");
+    let message = scene(fixed, -4.0, &wall(16.0))
+        .expect_err("they touch")
+        .to_string();
+    assert!(
+        message.contains("'tip'") && message.contains("wall"),
+        "{message}"
+    );
+    assert!(scene(fixed, -4.0, &wall(16.3)).is_ok());
 }
 
 /// The positions that flow determines are not known, those that the gait prescribes are.
@@ -190,7 +229,7 @@ fn walls_are_found_along_a_path() {
             let found = first_contact(&BodyPath {
                 bodies: scene.bodies(),
                 set: scene.articulation(),
-                domain: Some(scene.domain()),
+                domain: scene.domain(),
                 at: &at,
                 bounds: &bounds,
             })
@@ -227,7 +266,7 @@ proptest! {
         let scene = periodic(&path.from);
         let at = |t: f64| -> Result<_, RigidError> { Ok((path.state(&scene, t), Vec::new())) };
         let bounds = path.bounds(&scene);
-        let domain = Some(scene.domain());
+        let domain = scene.domain();
         let set = scene.articulation();
         let found = first_contact(&BodyPath { bodies: scene.bodies(), set, domain, at: &at, bounds: &bounds })
             .unwrap();
@@ -265,7 +304,7 @@ fn an_arm_through_a_face_of_the_box_meets_the_image_of_its_own_swimmer() {
         },
     };
     let bounds = StateBounds::at_rest(set, vec![rates]);
-    let domain = Some(scene.domain());
+    let domain = scene.domain();
     let path = BodyPath {
         bodies: scene.bodies(),
         set,
@@ -281,7 +320,7 @@ fn an_arm_through_a_face_of_the_box_meets_the_image_of_its_own_swimmer() {
     );
     assert_eq!(
         first_contact(&BodyPath {
-            domain: Some(&scene::Domain::Unbounded),
+            domain: &scene::Domain::Unbounded,
             ..path
         })
         .unwrap(),
@@ -320,7 +359,7 @@ fn the_hump_of_a_wave_meets_a_ball_beside_the_tube() {
     let path = BodyPath {
         bodies: scene.bodies(),
         set,
-        domain: Some(scene.domain()),
+        domain: scene.domain(),
         at: &at,
         bounds: &bounds,
     };

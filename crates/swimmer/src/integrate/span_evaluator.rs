@@ -397,7 +397,7 @@ impl<'a> SpanEvaluator<'a> {
         first_contact(&BodyPath {
             bodies: self.scene.bodies(),
             set,
-            domain: Some(self.scene.domain()),
+            domain: self.scene.domain(),
             at: &at,
             bounds,
         })
