@@ -157,6 +157,12 @@ pub fn report_dict<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py,
     dict.set_item("rotation_errors", estimate(py, &outcome.rotation_error)?)?;
     dict.set_item("work", outcome.work)?;
     dict.set_item("work_errors", estimate(py, &outcome.work_error)?)?;
+    let efficiency = report.efficiency;
+    dict.set_item("efficiency", efficiency.map(|of_run| of_run.value))?;
+    dict.set_item(
+        "efficiency_error",
+        efficiency.and_then(|of_run| of_run.error),
+    )?;
     let means = outcome.mean_holding().unwrap_or_default();
     let held: Vec<&str> = (means.bodies.iter())
         .map(|load| scene.bodies()[load.body].name.as_str())

@@ -1,11 +1,11 @@
 //! Optimal strokes, rewards of steps between shapes, sweeps, sensitivities, best frequencies and
 //! sizes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ::design::{
-    DesignedStroke, RandomPoints, SweepOptions, Values, VariedKey, best_frequency, best_sizes,
-    design_stroke, learn, sensitivities, sweep,
+    DesignError, DesignedStroke, RandomPoints, SweepOptions, Values, VariedKey, best_frequency,
+    best_sizes, best_wave, design_stroke, learn, sensitivities, sweep, wave_variables,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -24,16 +24,41 @@ pub fn optimise<'py>(
     report: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let found = job::run(py, report, move |mut watch| {
-        let Some(out) = out else {
-            let folder = tempfile::tempdir().map_err(|source| SwimError::Write {
-                path: std::env::temp_dir(),
-                source,
-            })?;
-            return design_stroke(&scene, folder.path(), &mut watch);
-        };
-        design_stroke(&scene, &out, &mut watch)
+        in_folder(out, |out| design_stroke(&scene, out, &mut watch))
     })?;
     optimum_dict(py, &found)
+}
+
+/// What is done in the folder `out`, or in a temporary one.
+fn in_folder<T>(
+    out: Option<PathBuf>,
+    work: impl FnOnce(&Path) -> Result<T, DesignError>,
+) -> Result<T, DesignError> {
+    let Some(out) = out else {
+        let folder = tempfile::tempdir().map_err(|source| SwimError::Write {
+            path: std::env::temp_dir(),
+            source,
+        })?;
+        return work(folder.path());
+    };
+    work(&out)
+}
+
+/// The best wave of a tube, as in `optimum.json` of the command line with the scene.
+pub fn wave(
+    py: Python<'_>,
+    scene: Scene,
+    out: Option<PathBuf>,
+    report: Option<Py<PyAny>>,
+) -> PyResult<String> {
+    let found = job::run(py, report, move |mut watch| {
+        let variables = wave_variables(&scene)?;
+        in_folder(out, |out| best_wave(&scene, &variables, out, &mut watch))
+    })?;
+    let mut json = found.json();
+    let toml = found.report.scene.to_toml();
+    json["toml"] = json!(toml.map_err(crate::errors::exception)?);
+    Ok(json.to_string())
 }
 
 fn optimum_dict<'py>(py: Python<'py>, found: &DesignedStroke) -> PyResult<Bound<'py, PyDict>> {

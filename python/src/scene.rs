@@ -317,6 +317,16 @@ impl PyScene {
         design::optimise(py, self.scene.clone(), out, report)
     }
 
+    /// The best wave of a tube as JSON.
+    fn best_wave(
+        &self,
+        py: Python<'_>,
+        out: Option<PathBuf>,
+        report: Option<Py<PyAny>>,
+    ) -> PyResult<String> {
+        design::wave(py, self.scene.clone(), out, report)
+    }
+
     /// The rows of a sweep as JSON: `keys`, and `rows` with `values`, `status`, `result`.
     #[allow(clippy::too_many_arguments)]
     fn sweep(

@@ -22,6 +22,7 @@ from .fields import Flow, Mesh, PointFlow
 from .results import (
     BestFrequency,
     BestSizes,
+    BestWave,
     Connection,
     ErrorBars,
     Metric,
@@ -40,6 +41,7 @@ from .scene import Scene, templates
 __all__ = [
     "BestFrequency",
     "BestSizes",
+    "BestWave",
     "Connection",
     "ErrorBars",
     "Flow",

@@ -298,6 +298,9 @@ class Run(Result):
         Rotation vector of the frame of the first linkage, with `rotation_error` in radians.
     work : float
         Work of the bodies on the fluid, with `work_error`.
+    efficiency : float or None
+        Lighthill's efficiency of a free swimmer that returned to its shape, with the error bar
+        `efficiency_error`; None for other runs.
     held : tuple of str
         The bodies whose velocity is given.
     mean_force, mean_torque : numpy.ndarray
@@ -336,6 +339,8 @@ class Run(Result):
     rotation_errors: ErrorBars
     work: float
     work_errors: ErrorBars
+    efficiency: float | None
+    efficiency_error: float | None
     held: tuple[str, ...]
     mean_force: np.ndarray
     mean_force_errors: ErrorBars
@@ -428,6 +433,9 @@ class Run(Result):
         ]
         for number, body in enumerate(self.bodies):
             rows.append((f"displacement of {body}", vector(self.displacement[number])))
+        if self.efficiency is not None:
+            value = with_error(self.efficiency, self.efficiency_error)
+            rows.append(("Lighthill efficiency", value))
         return [
             *rows,
             ("rotation vector", vector(self.rotation)),
@@ -826,3 +834,62 @@ class BestSizes(Result):
     def _rows(self) -> list[Row]:
         sizes = zip(self.names, self.values, self.errors, strict=True)
         return [(name, with_error(float(value), float(error))) for name, value, error in sizes]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class BestWave(Result):
+    """The best wave of a tube that undulates.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        The keys of the scene that varied.
+    values, errors : numpy.ndarray
+        Their best values with error bars; NaN at the end of a range, and without a bar.
+    ranges : numpy.ndarray
+        Smallest and largest values, one row per key.
+    objective : str
+        What is largest: the efficiency, the displacement or the speed.
+    value, error : float
+        The objective of the run of the best wave, with its error bar; NaN without one.
+    by_table : float
+        The objective by the interpolant of the table.
+    toml : str
+        The scene with the best wave.
+    """
+
+    keys: tuple[str, ...]
+    values: np.ndarray
+    errors: np.ndarray
+    ranges: np.ndarray
+    objective: str
+    value: float
+    error: float
+    by_table: float
+    toml: str
+
+    @classmethod
+    def _from_raw(cls, raw: dict[str, Any]) -> BestWave:
+        def of_all(name: str) -> np.ndarray:
+            return frozen(np.array([_number(variable[name]) for variable in raw["variables"]]))
+
+        return cls(
+            keys=tuple(variable["key"] for variable in raw["variables"]),
+            values=of_all("value"),
+            errors=of_all("error"),
+            ranges=frozen(np.array([variable["range"] for variable in raw["variables"]])),
+            error=_number(raw["error"]),
+            **{name: raw[name] for name in ("objective", "value", "by_table", "toml")},
+        )
+
+    def _rows(self) -> list[Row]:
+        rows = [
+            (key, with_error(float(value), float(error)))
+            for key, value, error in zip(self.keys, self.values, self.errors, strict=True)
+        ]
+        return [*rows, (self.objective, with_error(self.value, self.error))]
+
+
+def _number(value: float | None) -> float:
+    """A number of JSON, which has null for those that are not."""
+    return float("nan") if value is None else value

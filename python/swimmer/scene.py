@@ -16,6 +16,7 @@ from .fields import Flow, Mesh, PointFlow
 from .results import (
     BestFrequency,
     BestSizes,
+    BestWave,
     Connection,
     Metric,
     Mobility,
@@ -366,6 +367,23 @@ class Scene(Result):
         """
         with reporter(progress, f"sizes of {self.name}") as report:
             return BestSizes._from_raw(json.loads(self._scene.best_sizes(report)))
+
+    def best_wave(self, out: Path | None = None, *, progress: bool | Report = True) -> BestWave:
+        """The best wave of a tube that undulates, by a table of runs.
+
+        Its amplitude has the limits `optimise.lower` and `optimise.upper` of the scene, its number
+        of waves those of `optimise.waves`.
+
+        Parameters
+        ----------
+        out : str or os.PathLike, optional
+            Folder for `optimum.toml` and for the rows of the table.
+        progress : bool or callable
+            As for `run`.
+        """
+        folder = None if out is None else os.fspath(out)
+        with reporter(progress, f"best wave of {self.name}") as report:
+            return BestWave._from_raw(json.loads(self._scene.best_wave(folder, report)))
 
     def mesh(self) -> Mesh:
         """The mesh at the start, for finite elements."""

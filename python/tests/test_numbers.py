@@ -1,5 +1,7 @@
 """Numbers of the package against exact ones."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -143,6 +145,23 @@ def test_the_connection_integrates_to_the_stroke():
         for x, weight in zip(closing, weights)
     )
     assert net == pytest.approx(UNBOUNDED, abs=1e-7)
+
+
+def test_a_run_has_the_efficiency_of_its_summary(tmp_path):
+    run = Scene.from_template("three-sphere").run(tmp_path, progress=False)
+    summary = json.loads((tmp_path / "summary.json").read_text())["efficiency"]
+    assert (run.efficiency, run.efficiency_error) == (summary["value"], summary["error"])
+    assert "Lighthill efficiency" in repr(run)
+    # A sphere that is pulled does not swim.
+    pulled = Scene.from_dict(
+        {"bodies": [ball(force=[1, 0, 0])], "gait": {"phases": [{"duration": 1}]}}
+    ).run(progress=False)
+    assert pulled.efficiency is None and "efficiency" not in repr(pulled)
+
+
+def test_a_scene_without_waves_has_no_best_one():
+    with pytest.raises(swimmer.SceneError, match="no wave may vary"):
+        Scene.from_template("three-sphere").best_wave(progress=False)
 
 
 def test_results_are_the_same_bits_in_a_second_call():

@@ -63,7 +63,8 @@ pub struct BestWave {
 /// none in a scene whose strokes are optimised, such as one with limits of the phase too.
 ///
 /// # Errors
-/// [`DesignError::NotApplicable`] for several tubes that undulate, or one limit without the other.
+/// [`DesignError::NotApplicable`] for several tubes that undulate, one limit without the other, or
+/// limits of other joints beside those of the waves.
 pub fn wave_variables(scene: &Scene) -> Result<Vec<WaveVariable>, DesignError> {
     let options = scene.optimise();
     let undulates =
@@ -85,9 +86,27 @@ pub fn wave_variables(scene: &Scene) -> Result<Vec<WaveVariable>, DesignError> {
         _ => None,
     };
     let limits = |name: &String| (limit(&options.lower, name), limit(&options.upper, name));
-    if options.waves.is_none() && limits(&phase) != (None, None) {
-        // A stroke in the plane of amplitude and phase.
-        return Ok(Vec::new());
+    let limited = [&options.lower, &options.upper].into_iter().flatten();
+    let limited = limited.flat_map(|values| match values {
+        JointValues::Named(values) => values.keys().collect(),
+        // Of all joints.
+        _ => vec![&phase],
+    });
+    let other = limited.into_iter().find(|name| **name != amplitude);
+    match (other, options.waves) {
+        // A stroke in the space of several coordinates.
+        (Some(_), None) => return Ok(Vec::new()),
+        (Some(other), Some(_)) => {
+            return refuse(
+                "optimise.waves",
+                format!(
+                    "is given beside limits of \"{other}\": the gait turns the phase and moves \
+                     joints as it does, while the wave is optimised; remove these limits, or \
+                     optimise.waves"
+                ),
+            );
+        }
+        (None, _) => {}
     }
     let of_amplitude = match limits(&amplitude) {
         (Some(low), Some(high)) if low < high => Some([low, high]),
@@ -137,13 +156,21 @@ pub fn wave_variables(scene: &Scene) -> Result<Vec<WaveVariable>, DesignError> {
 /// [`sweep`], and `optimum.toml`.
 ///
 /// # Errors
-/// Other objectives; runs that fail or do not swim, with the values; [`DesignError::Stopped`].
+/// No variables; other objectives; runs that fail or do not swim, with the values;
+/// [`DesignError::Stopped`].
 pub fn best_wave(
     scene: &Scene,
     variables: &[WaveVariable],
     out: &Path,
     progress: &mut dyn DesignProgress,
 ) -> Result<BestWave, DesignError> {
+    if variables.is_empty() {
+        let problem = "is missing, and limits of an amplitude too: no wave may vary; give one of \
+                       them for a tube that undulates"
+            .to_owned();
+        let key = "optimise.waves";
+        return Err(DesignError::not_applicable(scene, key, problem));
+    }
     let objective = scene.optimise().objective;
     if !matches!(
         objective,
@@ -351,6 +378,49 @@ impl BestWave {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Limits of other coordinates belong to strokes; beside the number of waves they were ignored.
+    #[test]
+    fn bug_limits_of_the_phase_were_ignored_beside_those_of_waves() {
+        let found = |options: &str| {
+            let text = format!(
+                "bodies = [{{ name = \"worm\", shape = \"tube\", length = 10, radius = 0.5, \
+                 position = [0, 0, 0], \
+                 deformation = {{ kind = \"undulation\", amplitude = 0.4 }} }}]\n\
+                 gait.phases = [{{ targets = {{ \"worm.phase\" = 6.283185307179586 }} }}]\n\
+                 [optimise]\n{options}\n"
+            );
+            wave_variables(&Scene::parse(&text).unwrap()).map_err(|error| error.to_string())
+        };
+        let waves = "waves = [0.7, 1.5]\n";
+        let amplitude = "\"worm.amplitude\" = ";
+        let limits = |more: [&str; 2]| {
+            let [low, high] = more;
+            format!("lower = {{ {amplitude}0.2{low} }}\nupper = {{ {amplitude}0.6{high} }}\n")
+        };
+        let phase = [", \"worm.phase\" = 0", ", \"worm.phase\" = 1"];
+        assert_eq!(found(waves).unwrap().len(), 1);
+        assert_eq!(found(&limits(["", ""])).unwrap().len(), 1);
+        assert_eq!(
+            found(&format!("{waves}{}", limits(["", ""])))
+                .unwrap()
+                .len(),
+            2
+        );
+        assert!(found(&limits(phase)).unwrap().is_empty());
+        let scene = Scene::parse("bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0] }]");
+        let nothing = best_wave(&scene.unwrap(), &[], Path::new("unused"), &mut ());
+        assert!(
+            nothing
+                .unwrap_err()
+                .to_string()
+                .contains("no wave may vary")
+        );
+        for limits in [limits(phase), "upper = 2\n".to_owned()] {
+            let error = found(&format!("{waves}{limits}")).unwrap_err();
+            assert!(error.contains("limits of \"worm.phase\""), "{error}");
+        }
+    }
 
     /// Polynomials up to the fourth degree in each variable are interpolated exactly.
     #[test]

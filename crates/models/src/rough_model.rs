@@ -42,10 +42,10 @@ impl RoughModel {
             .surfaced()
             .map(|body| &self.scaled.scene.bodies()[body]);
         let radii = surfaced.map(|body| match &body.deformation {
-            Some(Deformation::Sphere(sphere)) => sphere.sphere_radius(values),
-            Some(Deformation::Undulation(_) | Deformation::Triangles(_)) | None => {
-                body.shape.mean_radius()
+            Some(Deformation::Sphere(sphere)) if body.shape.is_isotropic() => {
+                sphere.sphere_radius(values)
             }
+            _ => body.shape.mean_radius(),
         });
         let radii = radii
             .map(|radius| self.scaled.scale.length(radius))

@@ -271,7 +271,9 @@ fn has_symmetric_shape(body: &Body, axis: usize) -> bool {
     let is_normal = |n: Vector3<f64>| (0..3).all(|other| other == axis || n[other] == 0.0);
     match &body.deformation {
         Some(Deformation::Undulation(tube)) => tube.plane_normal().is_some_and(is_normal),
-        _ => body.shape.is_isotropic() && deformation_axis(body).is_none_or(|own| own[axis] == 0.0),
+        // A spheroid that deforms has the axis of its modes.
+        Some(Deformation::Sphere(_)) => deformation_axis(body).is_none_or(|own| own[axis] == 0.0),
+        Some(Deformation::Triangles(_)) | None => body.shape.is_isotropic(),
     }
 }
 

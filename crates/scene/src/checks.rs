@@ -69,11 +69,15 @@ const LARGEST_ANGLE: f64 = 1e6;
 
 /// Refuses an angle whose sine rounding errors determine.
 pub(crate) fn check_angle(checks: &Checks, key: &str, angle: f64) -> Result<(), SceneError> {
-    match angle.abs() <= LARGEST_ANGLE {
+    check_size(checks, key, "an angle", angle)
+}
+
+fn check_size(checks: &Checks, key: &str, what: &str, value: f64) -> Result<(), SceneError> {
+    match value.abs() <= LARGEST_ANGLE {
         true => Ok(()),
         false => Err(checks.bad_value(
             key,
-            format!("must be an angle of at most {LARGEST_ANGLE:e} in size, not {angle:e}"),
+            format!("must be {what} of at most {LARGEST_ANGLE:e} in size, not {value:e}"),
         )),
     }
 }
@@ -86,7 +90,9 @@ pub(crate) fn check_value(
     value: f64,
 ) -> Result<(), SceneError> {
     match joint.kind.is_signed() {
-        true => check_angle(checks, key, value),
+        true if joint.kind.is_angle() => check_angle(checks, key, value),
+        // Amplitudes of modes, phases of waves and frames.
+        true => check_size(checks, key, "a number", value),
         false if value > 0.0 => Ok(()),
         false => {
             let what = match joint.kind.length_power() {

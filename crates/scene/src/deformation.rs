@@ -19,7 +19,7 @@ use crate::undulation::{Bend, Wave, WaveTube};
 /// `U + ω × (x - x_c) + Q Σ (∂X/∂a) da/dt`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Deformation {
-    /// Of a sphere about its centre.
+    /// Of a sphere or a spheroid about its centre.
     Sphere(SphereDeformation),
     /// Of a tube by a wave along its centreline.
     Undulation(Undulation),
@@ -49,7 +49,7 @@ pub struct Undulation {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum DeformedBody {
-    /// A sphere at these values of all joints.
+    /// A sphere or a spheroid at these values of all joints.
     Sphere(SphereDeformation, Vec<f64>),
     /// A bent tube in its own axes.
     Tube(Box<WaveTube>, Undulation),
@@ -58,7 +58,7 @@ pub enum DeformedBody {
 }
 
 impl Deformation {
-    /// The deformation of a sphere; none of another body.
+    /// The deformation of a sphere or a spheroid; none of another body.
     pub fn sphere(&self) -> Option<&SphereDeformation> {
         match self {
             Self::Sphere(sphere) => Some(sphere),
@@ -250,14 +250,15 @@ impl DeformedBody {
     /// Displacement of the surface near `x` to the same body at other values, for the motion of a
     /// mesh.
     ///
-    /// Points of a sphere move along their rays, whatever the motion of material points; those of a
-    /// tube and of triangles are material points.
+    /// Points of a sphere or a spheroid move along their rays, whatever the motion of material
+    /// points; those of a tube and of triangles are material points.
     pub fn displacement(&self, to: &Self, x: &Vector3<f64>) -> Vector3<f64> {
         match (self, to) {
             (Self::Sphere(own, from), Self::Sphere(other, to)) => {
-                let direction = x.try_normalize(0.0).unwrap_or_default();
+                let direction = own.shortened(*x).try_normalize(0.0).unwrap_or_default();
                 let cosine = own.axis().unwrap_or_else(Vector3::x).dot(&direction);
-                direction * (other.profile(to).at(cosine) - own.profile(from).at(cosine))
+                let change = other.profile(to).at(cosine) - own.profile(from).at(cosine);
+                own.stretched(change * direction)
             }
             (Self::Tube(own, undulation), Self::Tube(other, _)) => {
                 let turn = Shape::Tube(undulation.tube).orientation();

@@ -1,4 +1,4 @@
-//! The true surfaces of spheres that deform, as the mesh generator sees them.
+//! The true surfaces of spheres and spheroids that deform, as the mesh generator sees them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -35,16 +35,19 @@ impl SphereDeformation {
         match self.axis().filter(|_| !self.is_sphere()) {
             None => Box::new(Sphere::new(pose.translation.vector, profile.radius)),
             Some(axis) => Box::new(Placed {
-                shape: Revolved::new(profile, axis),
+                shape: Revolved::new(profile, axis, self.aspect()),
                 pose: *pose,
             }),
         }
     }
 }
 
-/// The surface of revolution of a radial function about an axis through the origin.
+/// The surface of revolution of a radial function about an axis through the origin, stretched along
+/// the axis.
 struct Revolved {
     profile: RadialProfile,
+    /// Factor of the lengths along the axis.
+    aspect: f64,
     axis: Vector3<f64>,
     /// A direction across the axis, for points on it.
     across: Vector3<f64>,
@@ -78,9 +81,10 @@ impl MeridianPoint {
 }
 
 impl Revolved {
-    fn new(profile: RadialProfile, axis: Vector3<f64>) -> Self {
+    fn new(profile: RadialProfile, axis: Vector3<f64>, aspect: f64) -> Self {
         let mut surface = Self {
             profile,
+            aspect,
             axis,
             across: any_normal(&axis),
             samples: Vec::new(),
@@ -114,7 +118,7 @@ impl Revolved {
         surface
     }
 
-    /// The point of the meridian at an angle with the axis.
+    /// The point of the meridian that was at an angle with the axis before the stretch.
     fn meridian(&self, angle: f64) -> MeridianPoint {
         // The poles are on the axis exactly, so that they stay on symmetry planes.
         let (sine, cosine) = match angle < PI {
@@ -123,10 +127,11 @@ impl Revolved {
         };
         let [r, slope, curve] = self.profile.with_derivatives((sine, cosine));
         let (out, along) = (Point::new(cosine, sine), Point::new(-sine, cosine));
+        let stretched = |x: Point| Point::new(self.aspect * x.x, x.y);
         MeridianPoint {
-            at: r * out,
-            tangent: slope * out + r * along,
-            second: (curve - r) * out + 2.0 * slope * along,
+            at: stretched(r * out),
+            tangent: stretched(slope * out + r * along),
+            second: stretched((curve - r) * out + 2.0 * slope * along),
         }
     }
 
@@ -186,7 +191,9 @@ impl Revolved {
             *numbers.entry(at).or_insert_with(|| {
                 let direction = Vector3::from(at.map(|x| x as f64)).normalize();
                 let distance = self.profile.at(direction.dot(&self.axis));
-                mesh.points.push(distance * direction);
+                let point = distance * direction;
+                let longer = (self.aspect - 1.0) * point.dot(&self.axis);
+                mesh.points.push(point + longer * self.axis);
                 mesh.points.len() as u32 - 1
             })
         };
@@ -221,8 +228,9 @@ impl Surface for Revolved {
     fn signed_distance(&self, point: Vector3<f64>) -> f64 {
         let (x, _) = self.coordinates(&point);
         let distance = (self.foot(&x).at - x).norm();
-        let norm = x.norm();
-        let is_inside = norm == 0.0 || norm < self.profile.at(x.x / norm);
+        let shortened = Point::new(x.x / self.aspect, x.y);
+        let norm = shortened.norm();
+        let is_inside = norm == 0.0 || norm < self.profile.at(shortened.x / norm);
         if is_inside { -distance } else { distance }
     }
 
@@ -247,7 +255,7 @@ impl Surface for Revolved {
     }
 
     fn volume(&self) -> f64 {
-        self.profile.volume()
+        self.aspect * self.profile.volume()
     }
 
     fn is_convex(&self) -> bool {
@@ -282,6 +290,7 @@ mod tests {
     fn deformation(motion: ModeMotion) -> SphereDeformation {
         SphereDeformation {
             radius: 1.3,
+            elongation: 0.0,
             size: None,
             modes: Some(SurfaceModes {
                 motion,
@@ -291,12 +300,19 @@ mod tests {
         }
     }
 
-    /// Distances, normals, volume and reach agree, at convex shapes and at others.
+    /// Distances, normals, volume and reach agree, at convex shapes and at others, which a stretch
+    /// leaves what they are.
     #[test]
     fn surfaces_of_modes_pass_the_checks_of_surfaces() {
         let pose = Isometry3::new(Vector3::new(0.3, -2.0, 1.0), Vector3::new(0.4, 1.0, -0.2));
-        for motion in [ModeMotion::Radial, ModeMotion::Isochoric] {
-            let deformation = deformation(motion);
+        let motions = [ModeMotion::Radial, ModeMotion::Isochoric];
+        let aspects = [1.0, 2.5, 0.4];
+        for (motion, aspect) in motions
+            .iter()
+            .flat_map(|m| aspects.map(|aspect| (*m, aspect)))
+        {
+            let mut deformation = deformation(motion);
+            deformation.elongation = aspect - 1.0;
             for (values, is_convex) in [([0.1, -0.05, 0.0], true), ([0.2, 0.3, 0.05], false)] {
                 let surface = deformation.surface(&values, &pose, 0.5);
                 assert_eq!(surface.is_convex(), is_convex);
@@ -333,6 +349,32 @@ mod tests {
             let foot = surface.closest_point(Vector3::new(x, 0.0, z));
             assert_eq!(foot.y, 0.0);
             assert!(foot.x.abs() < 1e-15 || x > 1e-16);
+        }
+    }
+
+    /// Without modes, and with tangential ones, the surface is that of a rigid spheroid.
+    #[test]
+    fn spheroids_are_those_without_a_deformation() {
+        let mut deformation = deformation(ModeMotion::Tangential);
+        deformation.modes.as_mut().unwrap().axis = Vector3::x();
+        for aspect in [3.0, 0.3] {
+            deformation.elongation = aspect - 1.0;
+            let surface = deformation.surface(&[0.1, 0.0, 0.02], &Isometry3::identity(), 1.0);
+            // The smallest radius of curvature: at a pole, or at the equator along the meridian.
+            let smallest = 1.3 * (1.0 / aspect).min(aspect * aspect);
+            assert!((surface.reach() / smallest - 1.0).abs() < 1e-3);
+            let semi_axes = Vector3::new(1.3 * aspect, 1.3, 1.3);
+            let rigid = mesher::Ellipsoid { semi_axes };
+            for x in [[0.3, 2.0, -1.0], [-5.0, 0.5, 0.2], [1.0, -1.0, 0.4]] {
+                let x = Vector3::from(x);
+                // The rounding of angles, and the accuracy to which normals of ellipsoids are
+                // tested.
+                let apart = surface.closest_point(x) - rigid.closest_point(x);
+                assert!(apart.norm() < 1e-13, "{aspect}: {apart}");
+                let turned = surface.normal(x) - rigid.normal(x);
+                assert!(turned.norm() < 1e-12, "{aspect}: {turned}");
+            }
+            assert_eq!(deformation.volume_rate(&[0.1, 0.0, 0.02], 0), 0.0);
         }
     }
 

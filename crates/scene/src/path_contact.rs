@@ -300,12 +300,11 @@ impl Search<'_> {
             }
             Deformation::Triangles(of) => {
                 // The farthest position is at most half of the way from one of the ends.
-                let ends = [from, to].map(|placed| body.bounding_radius_at(&placed.values));
-                let moved = of.joints.iter().enumerate().map(|(coordinate, &joint)| {
-                    let change = (to.values[joint] - from.values[joint]).abs();
-                    of.largest_speed(coordinate) * (0.5 * change + excess(joint))
-                });
-                return ends[0].max(ends[1]) + moved.sum::<f64>();
+                let change = |joint: usize| {
+                    0.5 * (to.values[joint] - from.values[joint]).abs() + excess(joint)
+                };
+                let ends = [from, to].map(|placed| of.largest_radius(&placed.values, &change));
+                return ends[0].max(ends[1]);
             }
         };
         let ends = [from, to].map(|placed| {
@@ -322,7 +321,8 @@ impl Search<'_> {
                 .iter()
                 .flat_map(|modes| &modes.coordinates);
             let of_modes: f64 = modes.map(|(_, joint)| excess(*joint)).sum();
-            deformation.bounding_radius(&values) + deformation.sphere_radius(&values) * of_modes
+            let longest = deformation.sphere_radius(&values) * deformation.aspect().max(1.0);
+            deformation.bounding_radius(&values) + longest * of_modes
         });
         ends[0].max(ends[1])
     }

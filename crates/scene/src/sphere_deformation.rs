@@ -1,4 +1,5 @@
-//! Spheres that deform, by their size and by modes, and the material points that they move.
+//! Spheres and spheroids that deform, by their size and by modes, and the material points that they
+//! move.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -10,17 +11,21 @@ use crate::words::ModeMotion;
 /// Highest degree of a mode.
 pub const MAX_MODE_DEGREE: usize = 12;
 
-/// Deformation of a sphere about its centre, by shape coordinates.
+/// Deformation of a sphere or a spheroid about its centre, by shape coordinates.
 ///
 /// The centre stays the origin of the body: the material point that was in the direction `n` is at
-/// `x_c + Q X(n; a)` with the rotation `Q` of the body, so that its velocity is
-/// `U + ω × (x - x_c) + Q Σ (∂X/∂a) da/dt`. Coordinates are numbers of joints of the scene, whose
-/// values are the amplitudes `a`.
+/// `x_c + Q S X(n; a)` with the rotation `Q` of the body, so that its velocity is
+/// `U + ω × (x - x_c) + Q S Σ (∂X/∂a) da/dt`. Here `X` is a point of a sphere that deforms, and `S`
+/// the stretch `1 + e k k` along the axis `k` that makes a spheroid of it, constant in time.
+/// Coordinates are numbers of joints of the scene, whose values are the amplitudes `a`.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct SphereDeformation {
-    /// Radius of the undeformed sphere.
+    /// Radius of the undeformed sphere, or of the equator of the spheroid.
     pub radius: f64,
+    /// `e`: length of the spheroid along the axis of its modes over its length across, minus one;
+    /// zero for a sphere.
+    pub elongation: f64,
     /// The coordinate that determines the radius; none if it is constant.
     pub size: Option<SizeCoordinate>,
     /// Modes of the surface; none without them.
@@ -53,6 +58,9 @@ pub enum SizeCoordinate {
 /// isochoric   R (1 + 3 Σ a_n P_n(cos θ))^(1/3) at the angle θ, which keeps the volume
 /// tangential  R at the angle θ + Σ a_n sin(n θ)
 /// ```
+///
+/// Those of a spheroid are these points of the sphere with the radius of its equator, stretched
+/// along the axis to its length.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SurfaceModes {
@@ -187,9 +195,11 @@ impl RadialProfile {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Largest distance of the surface from the centre.
-    fn largest(&self) -> f64 {
-        cosines().map(|x| self.at(x)).fold(0.0, f64::max)
+    /// Largest distance of the surface from the centre, stretched along the axis by this factor.
+    fn largest(&self, aspect: f64) -> f64 {
+        let stretch = |x: f64| (1.0 + (aspect * aspect - 1.0) * x * x).sqrt();
+        let distances = cosines().map(|x| stretch(x) * self.at(x));
+        distances.fold(0.0, f64::max)
     }
 
     /// Volume inside the surface.
@@ -244,7 +254,27 @@ impl SphereDeformation {
 
     /// Whether the surface stays a sphere.
     pub fn is_sphere(&self) -> bool {
+        self.elongation == 0.0 && self.keeps_surface()
+    }
+
+    /// Whether points move along the surface only, or with its size.
+    fn keeps_surface(&self) -> bool {
         (self.modes.as_ref()).is_none_or(|modes| modes.motion == ModeMotion::Tangential)
+    }
+
+    /// Length of the spheroid along its axis over its length across; one for a sphere.
+    pub fn aspect(&self) -> f64 {
+        1.0 + self.elongation
+    }
+
+    /// A vector of the sphere, stretched to the spheroid.
+    pub(crate) fn stretched(&self, x: Vector3<f64>) -> Vector3<f64> {
+        along_axis(x, self.elongation, self.modes.as_ref())
+    }
+
+    /// A vector of the spheroid, shortened to the sphere.
+    pub(crate) fn shortened(&self, x: Vector3<f64>) -> Vector3<f64> {
+        along_axis(x, 1.0 / self.aspect() - 1.0, self.modes.as_ref())
     }
 
     /// Axis about which the deformation is symmetric, in the initial configuration; none if it is
@@ -258,7 +288,7 @@ impl SphereDeformation {
         self.size.map_or(self.radius, |size| size.radius(values))
     }
 
-    /// The radial function; that of a sphere for tangential modes.
+    /// The radial function before the stretch to a spheroid; that of a sphere for tangential modes.
     pub fn profile(&self, values: &[f64]) -> RadialProfile {
         let mut profile = RadialProfile {
             radius: self.sphere_radius(values),
@@ -282,21 +312,22 @@ impl SphereDeformation {
     pub fn bounding_radius(&self, values: &[f64]) -> f64 {
         match self.is_sphere() {
             true => self.sphere_radius(values),
-            false => self.profile(values).largest(),
+            false => self.profile(values).largest(self.aspect()),
         }
     }
 
     /// Volume of the body.
     pub fn volume(&self, values: &[f64]) -> f64 {
-        self.profile(values).volume()
+        self.aspect() * self.profile(values).volume()
     }
 
     /// Derivative of the volume with respect to the value of a joint.
     pub fn volume_rate(&self, values: &[f64], joint: usize) -> f64 {
-        if self.is_sphere() {
+        if self.keeps_surface() {
             let area = 4.0 * PI * self.sphere_radius(values).powi(2);
             let size = self.size.filter(|size| size.joint() == joint);
-            return size.map_or(0.0, |size| area * size.radius_rate(values));
+            let rate = |size: SizeCoordinate| area * size.radius_rate(values);
+            return self.aspect() * size.map_or(0.0, rate);
         }
         let profile = self.profile(values);
         let size = self.size.filter(|size| size.joint() == joint);
@@ -315,7 +346,7 @@ impl SphereDeformation {
                 rule.map(|&(x, weight)| weight * profile.at(x).powi(2) * profile.rate(degree, x));
             2.0 * PI * flux.sum::<f64>()
         });
-        of_size + of_modes.sum::<f64>()
+        self.aspect() * (of_size + of_modes.sum::<f64>())
     }
 
     /// Whether the value of a joint changes the volume: a size, or a mode with radial motion.
@@ -350,6 +381,11 @@ impl SphereDeformation {
     /// Position relative to the centre of the material point in the direction `n`, a unit vector,
     /// both in the axes of the initial configuration.
     pub fn point(&self, n: &Vector3<f64>, values: &[f64]) -> Vector3<f64> {
+        self.stretched(self.sphere_point(n, values))
+    }
+
+    /// Position of the material point before the stretch to a spheroid.
+    fn sphere_point(&self, n: &Vector3<f64>, values: &[f64]) -> Vector3<f64> {
         let Some(modes) = &self.modes else {
             return self.sphere_radius(values) * n;
         };
@@ -369,7 +405,7 @@ impl SphereDeformation {
         let mut velocity = Vector3::zeros();
         if let Some(size) = self.size.filter(|size| size.joint() == joint) {
             // All lengths are proportional to R.
-            let point = self.point(n, values);
+            let point = self.sphere_point(n, values);
             velocity += point * (size.radius_rate(values) / self.sphere_radius(values));
         }
         let Some(modes) = &self.modes else {
@@ -387,13 +423,13 @@ impl SphereDeformation {
                 _ => self.profile(values).rate(degree, n.dot(&modes.axis)) * n,
             };
         }
-        velocity
+        self.stretched(velocity)
     }
 
     /// Direction of the material point at `x`, a position relative to the centre on or near the
     /// surface.
     pub fn material_direction(&self, x: &Vector3<f64>, values: &[f64]) -> Vector3<f64> {
-        let n = x.try_normalize(0.0).unwrap_or_else(Vector3::x);
+        let n = (self.shortened(*x).try_normalize(0.0)).unwrap_or_else(Vector3::x);
         match &self.modes {
             Some(modes) if modes.motion == ModeMotion::Tangential => {
                 let (angle, across) = polar(&n, &modes.axis);
@@ -439,6 +475,14 @@ impl SurfaceModes {
         }
         angle
     }
+}
+
+/// A vector whose part along the axis of the modes is longer by a factor of one plus `elongation`.
+fn along_axis(x: Vector3<f64>, elongation: f64, modes: Option<&SurfaceModes>) -> Vector3<f64> {
+    let Some(modes) = modes.filter(|_| elongation != 0.0) else {
+        return x;
+    };
+    x + elongation * x.dot(&modes.axis) * modes.axis
 }
 
 /// Angle between a unit vector and the axis, and the unit vector across the axis in their plane.

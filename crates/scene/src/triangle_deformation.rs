@@ -67,6 +67,10 @@ struct Recent {
     problems: Mutex<BTreeMap<Vec<u64>, Option<String>>>,
 }
 
+/// Share of its volume to which no surface shrinks before the volume is kept: the bound of a radius
+/// is then at most a thousand times the radius, and of use after a halving of the path.
+const LEAST_VOLUME: f64 = 1e-9;
+
 /// Number of shapes that are remembered: more than a step in time has stages.
 const SHAPES: usize = 16;
 
@@ -79,6 +83,8 @@ pub struct TriangleShape {
     /// The triangles; the same as those of the surface, without its search.
     triangles: CurvedTriangles,
     radius: f64,
+    /// Factor by which a kept volume enlarged the shape; one without.
+    factor: f64,
     /// The whole surface, once it is needed; what is wrong with it otherwise.
     surface: OnceLock<Result<TriangulatedSurface, String>>,
     vertices: Vec<Vector3<f64>>,
@@ -162,6 +168,7 @@ impl TriangleDeformation {
         vertices.iter_mut().for_each(|x| *x *= factor);
         let shape = Arc::new(TriangleShape {
             radius: triangles.radius(),
+            factor,
             triangles,
             surface: OnceLock::new(),
             vertices,
@@ -246,19 +253,33 @@ impl TriangleDeformation {
         !self.motion().keeps_volume()
     }
 
-    /// Upper bound of the speed of points for a rate of one of a coordinate.
+    /// Upper bound of the distance of points from the position of the body where joints differ from
+    /// these values by at most the changes.
     ///
-    /// Twice that of the vertices: points of curved triangles turn with the normals, which move by
-    /// about the difference of the vertices beside them. The flux of the largest speed `v` through
-    /// the area `A` changes the factor of a kept volume by at most `A v / (3 V)` of itself.
-    pub(crate) fn largest_speed(&self, coordinate: usize) -> f64 {
-        let speed = 2.0 * self.motion().largest_speed(coordinate);
-        if self.changes_volume() {
-            return speed;
+    /// Points move by at most `d`, twice the path of the vertices: those of curved triangles turn
+    /// with the normals, which move by about the difference of the vertices beside them. A kept
+    /// volume `V` enlarges what it has become, at least `V - d A`. The area `A` is at most the sum
+    /// of `(|l x m| + 2 d (|l| + |m|) + 4 d²) / 2` over triangles with the edges `l` and `m`, which
+    /// change by at most `2 d`.
+    pub(crate) fn largest_radius(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> f64 {
+        let paths = self.joints.iter().enumerate();
+        let paths = paths.map(|(own, joint)| self.motion().largest_speed(own) * changes(*joint));
+        let shape = self.shape(values);
+        // Lengths before the volume was kept are enlarged like the shape.
+        let moved = 2.0 * shape.factor * paths.sum::<f64>();
+        if self.changes_volume() || moved == 0.0 {
+            return shape.radius + moved;
         }
-        let surface = &self.surface;
-        let (_, radius) = surface.bounding_ball();
-        speed * (1.0 + surface.area() * radius / (3.0 * surface.volume()))
+        let of_triangle = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|corner| shape.vertices[corner as usize]);
+            let (l, m) = (b - a, c - a);
+            let longer = 2.0 * moved;
+            0.5 * (l.cross(&m).norm() + longer * (l.norm() + m.norm()) + longer * longer)
+        };
+        let area: f64 = self.surface.triangles().iter().map(of_triangle).sum();
+        let volume = self.surface.volume();
+        let least = (volume - moved * area).max(LEAST_VOLUME * volume);
+        (volume / least).cbrt() * (shape.radius + moved)
     }
 
     pub(crate) fn problem(&self, values: &[f64]) -> Option<String> {
@@ -367,4 +388,83 @@ fn bits(amplitudes: &[f64]) -> Vec<u64> {
 /// What a lock protects, which a panic elsewhere leaves whole.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use mesh::SurfaceMesh;
+    use mesher::TriangleKind;
+
+    use super::*;
+
+    /// A body that becomes thinner in one direction, `1 - q`, and keeps its volume.
+    #[derive(Debug)]
+    struct Flattened;
+
+    impl MaterialMotion for Flattened {
+        fn coordinates(&self) -> Vec<ShapeCoordinate> {
+            vec![ShapeCoordinate {
+                name: "q".to_owned(),
+                start: 0.0,
+                period: None,
+            }]
+        }
+
+        fn position(&self, point: &MaterialPoint, amplitudes: &[f64]) -> Vector3<f64> {
+            point.position - amplitudes[0] * point.position.z * Vector3::z()
+        }
+
+        fn velocity(&self, point: &MaterialPoint, _: &[f64], _: usize) -> Vector3<f64> {
+            -point.position.z * Vector3::z()
+        }
+
+        fn largest_speed(&self, _: usize) -> f64 {
+            1.0
+        }
+
+        fn keeps_volume(&self) -> bool {
+            true
+        }
+    }
+
+    fn octahedron() -> TriangleDeformation {
+        let unit = |k: usize| Vector3::from_fn(|row, _| f64::from(u8::from(row == k)));
+        let points = (0..3).flat_map(|k| [unit(k), -unit(k)]).collect();
+        let triangles = (0..8).map(|octant: u32| {
+            let corners = [0, 1, 2].map(|axis| 2 * axis + (octant >> axis & 1));
+            match octant.count_ones() % 2 {
+                0 => corners,
+                _ => [corners[0], corners[2], corners[1]],
+            }
+        });
+        let mesh = SurfaceMesh {
+            points,
+            triangles: triangles.collect(),
+            ..SurfaceMesh::default()
+        };
+        let surface = TriangulatedSurface::new("a", mesh, TriangleKind::Faceted).unwrap();
+        let motion = MotionSource::Own(Arc::new(Flattened));
+        TriangleDeformation::new(surface, UnitQuaternion::identity(), motion, 0)
+    }
+
+    /// The radius at `q` is `(1 - q)^(-1/3)` and grows without a bound: near the end it grows by
+    /// more than the area and the volume of the undeformed surface tell.
+    #[test]
+    fn bug_the_radius_of_a_kept_volume_grows_by_more_than_its_bound() {
+        let body = octahedron();
+        for q in [0.0, 0.5, 0.9, 0.99] {
+            let radius = body.bounding_radius(&[q]);
+            assert!((radius * (1.0_f64 - q).cbrt() - 1.0).abs() < 1e-12);
+            for change in [0.3, 1e-2, 1e-4, 1e-8] {
+                let bound = body.largest_radius(&[q], &|_| change);
+                if q + change < 1.0 {
+                    assert!(bound >= body.bounding_radius(&[q + change]) - 1e-14);
+                }
+                assert!(bound >= body.bounding_radius(&[q - change]) - 1e-14);
+            }
+            // With the path it comes to the radius.
+            let bound = body.largest_radius(&[q], &|_| 1e-8);
+            assert!(bound - radius < 1e-4 * radius, "{q}: {bound} {radius}");
+        }
+    }
 }

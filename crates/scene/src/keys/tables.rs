@@ -263,16 +263,16 @@ tables! {
         axis: [f64; 3] = [1.0, 0.0, 0.0],
     }
 
-    /// Deformation of a body, by shape coordinates that the gait changes like
-    /// the values of joints: targets = { arm = 8, "BODY.MODE" = 0.1 }. Every sphere has the
-    /// coordinates BODY.radius and BODY.volume, of which a scene uses one; a volume that changes
-    /// at a constant rate has a constant flux. Modes have the amplitudes BODY.MODE, numbers that
-    /// are zero at the start unless the gait gives others. A tube that undulates has the
-    /// coordinates BODY.amplitude and BODY.phase, an angle in radians: waves travel from the front
-    /// to the end while the phase increases, and stand while the amplitude changes. Frames are
-    /// shapes of a surface with the same triangles and have the coordinate BODY.frame: vertices
-    /// move along cubic splines through their positions. In a container the sum of the volumes must
-    /// stay.
+    /// Deformation of a body, by shape coordinates that the gait changes like the values of joints:
+    /// targets = { arm = 8, "BODY.MODE" = 0.1 }. Every sphere has the coordinates BODY.radius and
+    /// BODY.volume, of which a scene uses one; a volume that changes at a constant rate has a
+    /// constant flux. Modes have the amplitudes BODY.MODE, numbers that are zero at the start
+    /// unless the gait gives others; material points of a spheroid are those of the sphere with the
+    /// radius of its equator, stretched along its axis. A tube that undulates has the coordinates
+    /// BODY.amplitude and BODY.phase, an angle in radians: waves travel from the front to the end
+    /// while the phase increases, and stand while the amplitude changes. Frames are shapes of a
+    /// surface with the same triangles and have the coordinate BODY.frame: vertices move along
+    /// cubic splines through their positions. In a container the sum of the volumes must stay.
     pub(crate) struct DeformationFile in "bodies[].deformation." {
         /// How the surface deforms.
         kind: DeformationWord,
@@ -280,7 +280,8 @@ tables! {
         modes: Option<BTreeMap<String, f64>> | "none",
         /// How the modes move material points.
         motion: Option<ModeMotion>; radial,
-        /// Direction of the axis of the modes in the initial configuration. It turns with the body.
+        /// Direction of the axis of the modes in the initial configuration. It turns with the body;
+        /// that of a spheroid is its own, whichever of both ends is given.
         axis: Option<[f64; 3]>; [1.0, 0.0, 0.0],
         /// What the wave changes, for an undulation.
         wave: Option<WaveKind> | "`curvature`, for an undulation",

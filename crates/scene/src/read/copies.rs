@@ -338,11 +338,9 @@ impl<'a> Expansion<'a> {
             turn(slip, "axis", pose, Some(DEFAULT_AXIS.into()));
         }
         if let Some(Value::Table(deformation)) = body.get_mut("deformation") {
-            // Only modes have an axis.
-            let default = deformation
-                .contains_key("modes")
-                .then(|| DEFAULT_AXIS.into());
-            turn(deformation, "axis", pose, default);
+            // Only modes have an axis; by default those of a spheroid have its own.
+            let own = deformation.contains_key("modes") && !has("axis");
+            turn(deformation, "axis", pose, own.then(|| DEFAULT_AXIS.into()));
         }
         Value::Table(body)
     }

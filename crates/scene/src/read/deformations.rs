@@ -150,7 +150,7 @@ fn enter_exchanges(
             bodies[body].deformation = Some(Deformation::Sphere(SphereDeformation {
                 radius,
                 size: Some(size),
-                modes: None,
+                ..SphereDeformation::default()
             }));
         }
     }
@@ -262,7 +262,7 @@ fn enter_size(
     body.deformation = Some(Deformation::Sphere(SphereDeformation {
         radius,
         size: Some(size),
-        modes: None,
+        ..SphereDeformation::default()
     }));
     Ok(())
 }
@@ -308,10 +308,15 @@ fn enter_modes(
     if undulates || has_frames || (has_modes && file.modes.is_none()) {
         return Ok(());
     }
-    let Some(radius) = body.shape.sphere_radius() else {
+    let of_modes = match &body.shape {
+        Shape::Spheroid(shape) if has_modes => Some((shape.radius, Some(shape))),
+        shape => shape.sphere_radius().map(|radius| (radius, None)),
+    };
+    let Some((radius, spheroid)) = of_modes else {
         let problem = format!(
-            "is unsupported for shape = \"{}\"; spheres deform, shape = \"tube\" by kind = \
-             \"undulation\" and shape = \"surface\" by kind = \"frames\"",
+            "is unsupported for shape = \"{}\"; spheres deform, shape = \"spheroid\" by kind = \
+             \"modes\", shape = \"tube\" by kind = \"undulation\" and shape = \"surface\" by kind = \
+             \"frames\"",
             body.shape.kind().word()
         );
         return Err(checks.bad_value(&format!("bodies[{number}].deformation"), problem));
@@ -324,8 +329,23 @@ fn enter_modes(
             "is empty; give the degree of each mode by its name, such as { p2 = 2, p3 = 3 }";
         return Err(checks.bad_value(&key("modes"), problem));
     }
-    let axis = Vector3::from(file.axis.unwrap_or([1.0, 0.0, 0.0])).try_normalize(0.0);
+    let own = spheroid.map(|shape| shape.axis);
+    let given = file.axis.map(Vector3::from);
     let zero = || checks.bad_value(&key("axis"), "has no direction");
+    let axis = match given.or(own).unwrap_or_else(Vector3::x).try_normalize(0.0) {
+        Some(axis) => axis,
+        None => return Err(zero()),
+    };
+    let axis = match own {
+        // Angles above rounding are another axis.
+        Some(own) if axis.cross(&own).norm() > 1e-9 => {
+            let problem = "is not the axis of the spheroid, about which its modes are symmetric; \
+                           remove it, or turn the spheroid by its own axis";
+            return Err(checks.bad_value(&key("axis"), problem));
+        }
+        Some(own) => own * own.dot(&axis).signum(),
+        None => axis,
+    };
     let mut coordinates = Vec::new();
     for (name, &degree) in modes {
         let of_mode = format!("{}.{name}", body.name);
@@ -348,12 +368,13 @@ fn enter_modes(
     }
     let modes = SurfaceModes {
         motion: file.motion.unwrap_or_default(),
-        axis: axis.ok_or_else(zero)?,
+        axis,
         coordinates,
     };
     let of_size = body.deformation.as_ref().and_then(Deformation::sphere);
     body.deformation = Some(Deformation::Sphere(SphereDeformation {
         radius,
+        elongation: spheroid.map_or(0.0, |shape| shape.half_length / shape.radius - 1.0),
         size: of_size.and_then(|sphere| sphere.size),
         modes: Some(modes),
     }));

@@ -189,7 +189,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
     /// Velocities and rates of the volume are derivatives, by central differences whose error is
-    /// their step squared; material directions are inverse to points.
+    /// their step squared; material directions are inverse to points. The same for spheroids.
     #[test]
     fn velocities_are_derivatives_of_material_points(
         motion in prop_oneof![Just("radial"), Just("isochoric"), Just("tangential")],
@@ -198,9 +198,11 @@ proptest! {
         }),
         amplitudes in prop::array::uniform2(-0.15..0.15_f64),
         volume in 2.0..9.0_f64,
+        aspect in prop_oneof![Just(1.0), 0.3..3.0_f64],
     ) {
         let n = Vector3::from(n).normalize();
-        let deformation = deformation(motion, true);
+        let mut deformation = deformation(motion, true);
+        deformation.elongation = aspect - 1.0;
         // The volume is the first coordinate of the body.
         let values = [volume, amplitudes[0], amplitudes[1]];
         prop_assert!(deformation.problem(&values).is_none());
@@ -221,8 +223,65 @@ proptest! {
             prop_assert!((rate - (more - less) / (2.0 * STEP)).abs() < 1e-7);
         }
         if motion == "isochoric" {
-            prop_assert!((deformation.volume(&values) / volume - 1.0).abs() < 1e-13);
+            prop_assert!((deformation.volume(&values) / (aspect * volume) - 1.0).abs() < 1e-13);
         }
+    }
+}
+
+/// A spheroid with the axis (0, 0.6, 0.8) and a deformation.
+fn spheroid(deformation: &str) -> Result<Scene, String> {
+    let text = format!(
+        r#"
+        [[bodies]]
+        name = "a"
+        shape = "spheroid"
+        radius = 1
+        half_length = 2
+        axis = [0, 3, 4]
+        position = [0, 0, 0]
+        deformation = {deformation}
+        [[gait.phases]]
+        targets = {{ "a.p" = 0.1 }}
+        "#
+    );
+    Scene::parse(&text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn modes_of_a_spheroid_are_about_its_axis() {
+    let axis = Vector3::new(0.0, 0.6, 0.8);
+    for (given, sign) in [("", 1.0_f64), (", axis = [0, -3, -4]", -1.0)] {
+        let scene = spheroid(&format!("{{ modes = {{ p = 3 }}{given} }}")).unwrap();
+        let deformation = scene.bodies()[0].deformation.as_ref();
+        let modes = deformation.and_then(Deformation::sphere).unwrap();
+        assert!((modes.axis().unwrap() - sign * axis).norm() < 1e-15);
+        // Both ends of the axis move in the direction of the odd mode.
+        for end in [1.0, -1.0] {
+            let (length, velocity) = (2.0 + 2.0 * 0.1 * end * sign, 2.0 * sign);
+            let (n, values) = (end * axis, [0.1]);
+            assert!((modes.point(&n, &values) - end * length * axis).norm() < 1e-14);
+            assert!((modes.velocity(&n, &values, 0) - velocity * axis).norm() < 1e-14);
+        }
+        let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
+        assert_eq!(again.differing_key(&scene), None);
+    }
+    for (deformation, part) in [
+        (
+            "{ modes = { p = 2 }, axis = [0, 0, 1] }",
+            "axis of the spheroid",
+        ),
+        ("{ modes = { p = 2 }, axis = [0, 0, 0] }", "no direction"),
+        ("{ kind = \"radius\" }", "is a spheroid and no sphere"),
+        (
+            "{ kind = \"undulation\", amplitude = 1 }",
+            "use shape = \"tube\"",
+        ),
+    ] {
+        let error = spheroid(deformation).unwrap_err();
+        assert!(
+            error.contains(part) && error.contains("scene.toml:"),
+            "{error}"
+        );
     }
 }
 

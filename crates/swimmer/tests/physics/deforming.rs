@@ -294,6 +294,66 @@ fn a_radial_wave_that_turns_about_its_axis_by_elements() {
     within(outcome.rotation.z - PI, 1e-10, "the given rate");
 }
 
+/// A spheroid with a mode and its rates, unbounded, by elements.
+fn velocity_of_mode(half_length: f64, motion: &str, degree: usize) -> (f64, f64) {
+    let text = format!(
+        r#"
+        [[bodies]]
+        name = "a"
+        shape = "spheroid"
+        radius = 1
+        half_length = {half_length:?}
+        axis = [0, 0, 1]
+        position = [0, 0, 0]
+        deformation = {{ motion = "{motion}", modes = {{ p = {degree} }} }}
+        [[gait.phases]]
+        targets = {{ "a.p" = 0.1 }}
+        "#
+    );
+    let scene = Scene::parse(&text).unwrap();
+    let solution = testkit::solve_at(testkit::boxed(&scene).as_mut(), &[0.0], &[1.0]);
+    let velocity = solution.bodies[0].velocity;
+    let bar = solution.error_estimate.total();
+    within(velocity.xy().norm(), bar, "the axis of symmetry");
+    (velocity.z, bar)
+}
+
+/// By the reciprocal theorem a free ellipsoid with the velocity `s` of its surface moves at
+/// `-(1/3V) ∮ s (x·n) dS`, as its traction in translation is proportional to `x·n`; of modes that
+/// are stretched with a sphere this is the half length times an integral over the sphere.
+#[test]
+fn modes_move_a_spheroid_by_its_half_length_times_what_they_move_a_sphere() {
+    for half_length in [2.0, 0.5] {
+        for (motion, degree, of_sphere) in [
+            ("radial", 1, -1.0 / 3.0),
+            ("isochoric", 3, 0.0),
+            ("tangential", 1, 2.0 / 3.0),
+            ("tangential", 3, -2.0 / 15.0),
+        ] {
+            let (found, bar) = velocity_of_mode(half_length, motion, degree);
+            let exact = half_length * of_sphere;
+            // Where the parts of both ends cancel, the error of the long spheroid is 1.05 bars:
+            // a defect of the bar, which docs/book/limits.md names.
+            let factor = if of_sphere == 0.0 { 1.1 } else { 1.0 };
+            within(found - exact, factor * bar, "the error bar");
+            within(bar, 2e-2 * half_length, "the bar says something");
+        }
+    }
+}
+
+/// Tangential waves leave the surface a spheroid, so that the same holds for their strokes.
+#[test]
+#[ignore = "slow: 2 min"]
+fn a_tangential_wave_of_a_spheroid_by_elements() {
+    let keys = "shape = \"spheroid\"\nhalf_length = 1.5\naxis = [0, 0, 1]";
+    let scene = two_modes_with(0.1, "tangential", "model.kind = \"fem\"", keys);
+    let outcome = run(&scene);
+    let bar = outcome.error_estimate.total();
+    let exact = 1.5 * 0.05260820650118;
+    within(outcome.displacement[0].z - exact, bar, "the error bar");
+    within(bar, 4e-2 * exact, "the bar says something");
+}
+
 /// A held sphere that grows drives a source: beside it a free sphere, by elements and expansions.
 #[test]
 #[ignore = "slow: 20 s"]
