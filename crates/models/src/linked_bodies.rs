@@ -624,6 +624,11 @@ impl SomeLinkages<'_> {
         self.linkages.len()
     }
 
+    /// Whether joints and given velocities determine all motions.
+    pub fn is_held(&self) -> bool {
+        self.linkages.iter().all(|one| one.load.is_empty())
+    }
+
     /// Bodies with surfaces of some linkages, by their numbers.
     pub fn spheres_of(&self, linkages: &[usize]) -> Vec<usize> {
         let lists = linkages.iter().map(|&k| &self.surfaces[k]);

@@ -509,14 +509,17 @@ impl SpheresModel {
             false => ModelErrors::default(),
         };
         if let Some(bars) = &mut errors.bars {
-            let velocities = &self.scaled.set.surface_velocities();
-            let mut velocities = solved.generalised.select_rows(velocities);
-            if let Some(effect) = effect {
-                velocities -= &effect.velocities;
+            if !all.is_held() {
+                let velocities = &self.scaled.set.surface_velocities();
+                let mut velocities = solved.generalised.select_rows(velocities);
+                if let Some(effect) = effect {
+                    velocities -= &effect.velocities;
+                }
+                let unbalanced = resistances.unbalanced_velocities(&velocities);
+                let [velocity, angular] = unbalanced.map(|largest| UNBALANCED_PART * largest);
+                bars.velocity = bars.velocity.max(velocity);
+                bars.angular_velocity = bars.angular_velocity.max(angular);
             }
-            let [velocity, angular] = resistances.unbalanced_velocities(&velocities);
-            bars.velocity = bars.velocity.max(UNBALANCED_PART * velocity);
-            bars.angular_velocity = bars.angular_velocity.max(UNBALANCED_PART * angular);
             // Between two orders a rotation may change little by chance: its error was 2.5 times
             // its change. An error of the velocities may turn a linkage about its farthest point.
             let of_velocity = bars.velocity / self.scaled.shortest_lever;
