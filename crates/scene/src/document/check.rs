@@ -120,8 +120,8 @@ const QUANTITIES: [(&str, &str); 15] = [
     ),
 ];
 
-/// Suggests a key of the same group, or else what is known of the quantity, or else the keys of
-/// this name in other groups.
+/// Suggests a key of the same group, or else what is known of the quantity, or else the key of this
+/// name in another group; of several, names the groups.
 fn unknown_key(places: &Places, path: &str) -> SceneError {
     let schema = without_indices(path);
     let (group, last) = schema.rsplit_once('.').unwrap_or(("", &schema));
@@ -133,9 +133,8 @@ fn unknown_key(places: &Places, path: &str) -> SceneError {
         };
         below.split(['.', '[']).next()
     });
-    let elsewhere: Vec<String> = keys::all()
-        .filter(|key| key.path.rsplit('.').next() == Some(last))
-        .map(|key| format!("'{}'", key.path))
+    let elsewhere: Vec<&str> = (keys::all().map(|key| key.path))
+        .filter(|path| path.rsplit('.').next() == Some(last))
         .collect();
     let plain: String = (last.chars().filter(char::is_ascii_alphabetic))
         .map(|c| c.to_ascii_lowercase())
@@ -145,13 +144,19 @@ fn unknown_key(places: &Places, path: &str) -> SceneError {
         format!("did you mean '{}'?", join(group, near))
     } else if let (true, Some((_, remedy))) = (elsewhere.is_empty(), quantity) {
         (*remedy).to_owned()
-    } else if !elsewhere.is_empty() {
-        format!("did you mean {}?", elsewhere.join(" or "))
+    } else if let [only] = &elsewhere[..] {
+        format!("did you mean '{only}'?")
     } else {
         let mut known: Vec<&str> = here.collect();
         known.dedup();
         let owner = if group.is_empty() { "a scene" } else { group };
-        format!("{owner} has {}", known.join(", "))
+        let owners = elsewhere.iter().filter_map(|path| path.rsplit_once('.'));
+        let owners: Vec<&str> = owners.map(|(owner, _)| owner).collect();
+        let elsewhere = match owners.is_empty() {
+            true => String::new(),
+            false => format!("; {last} is a key of {}", owners.join(", ")),
+        };
+        format!("{owner} has {}{elsewhere}", known.join(", "))
     };
     SceneError::UnknownKey {
         place: places.find(path),

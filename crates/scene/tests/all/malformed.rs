@@ -86,7 +86,7 @@ Reynolds = 1\nviscosity -> fluid.density | fluid.inertia = "full" keeps inertia
 shear_thinning = true\nviscosity -> fluid.law = "carreau"
 == cycles
 cycle -> scene.toml:24 | did you mean 'gait.cycles'?
-radius = 3\ncycles -> scene.toml:24 | did you mean 'domain.radius' or 'bodies[].radius'?
+radius = 3\ncycles -> scene.toml:24 | gait has | radius is a key of domain, bodies[]
 == [fem]
 rtol = 1e-3\n[fem] -> 'model.rtol' | did you mean 'fem.rtol'?
 == kind = "fem"
