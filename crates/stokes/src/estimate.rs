@@ -44,9 +44,8 @@ const FACET_UNCERTAINTY: f64 = 0.4;
 /// The same with slip or a background flow.
 ///
 /// With an uncertainty of a half, errors of stresslets were up to 1.8 bars, of velocities up to 1.4
-/// bars (random squirmers, seeds 601 to 620): the effect may have an error of its own size. With 1,
-/// one velocity of two linked squirmers was off by 1.54 bars (seed 167013).
-const FACET_UNCERTAINTY_IN_FLOW: f64 = 1.6;
+/// bars (random squirmers, seeds 601 to 620): the effect may have an error of its own size.
+const FACET_UNCERTAINTY_IN_FLOW: f64 = 1.0;
 
 /// The same of stresslets, of whose errors cubic elements resolve a fifth to a half.
 ///
