@@ -187,6 +187,12 @@ impl Orders {
         joined
     }
 
+    /// Whether all spheres have the lowest order of unbounded fluid, from which the change to lower
+    /// orders is that to the mobility of Rotne, Prager and Yamakawa.
+    pub fn are_lowest(&self) -> bool {
+        self.container == 0 && self.gaps.is_empty() && self.spheres.iter().all(|&l| l == MIN_ORDER)
+    }
+
     /// Order of a sphere, or of the container for all other indices.
     pub(crate) fn of_expansion(&self, index: usize) -> usize {
         self.spheres.get(index).copied().unwrap_or(self.container)

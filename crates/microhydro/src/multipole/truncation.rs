@@ -230,11 +230,9 @@ fn tail_of_one(xi: f64, order: usize, lowest: usize) -> f64 {
         return general;
     }
     // The expansion two orders below the lowest one has no reflections at all: the change is that
-    // of one degree, and the next degree is smaller by e^(-2 xi). Without a container the next
-    // degrees together were 3 to 3.5 times that for distant pairs, 5.4 at most for three spheres.
+    // of one degree, and the next degree is smaller by e^(-2 xi).
     let step = ratio.sqrt();
-    let factor = if lowest == MIN_ORDER { 9.0 } else { 3.0 };
-    general.max(factor * step / (1.0 - step))
+    general.max(3.0 * step / (1.0 - step))
 }
 
 /// Smallest bispherical coordinate of all spheres and the container.
