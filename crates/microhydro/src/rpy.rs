@@ -49,7 +49,7 @@ pub fn mobility(spheres: &Spheres, medium: &Medium) -> Result<DMatrix<f64>, Hydr
 /// `forces` has six entries `(F, T)` per sphere, the result six entries `(U, ω)`. Cost for `n`
 /// spheres: `O(n²)` operations in parallel and `O(n)` numbers, nanoseconds per pair, tens of
 /// microseconds beside a wall; in a ball `O(L³)` more per sphere. From 5000 spheres on what is in
-/// unbounded fluid is `O(n)` by a fast multipole method, to 1e-5 of the largest velocity. The
+/// unbounded fluid is `O(n)` by a fast multipole method, to about 1e-5 of the largest velocity. The
 /// result is the same for any number of threads.
 ///
 /// # Errors

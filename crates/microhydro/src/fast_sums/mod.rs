@@ -61,10 +61,11 @@ const CELLS_AT_ONCE: usize = 64;
 const REACH: i64 = 3;
 
 /// Translations by all offsets between cells that interact, in edges of the cells.
+///
+/// Found by one thread: one that waits for others here could take up work that waits for this.
 static TRANSLATIONS: LazyLock<Vec<DMatrix<f64>>> = LazyLock::new(|| {
     let width = 2 * REACH + 1;
     (0..width.pow(3))
-        .into_par_iter()
         .map(|number| {
             let offset = [
                 number / width.pow(2),
@@ -148,6 +149,23 @@ impl FastSums {
     /// Order of the points in the ranges of [`FastSums::leaves`].
     pub fn order(&self) -> &[usize] {
         &self.tree.order
+    }
+
+    /// Up to this number of points with large errors: those of cells that are farthest from their
+    /// centres.
+    pub fn corners(&self, most: usize) -> Vec<usize> {
+        let leaves = &self.tree.leaves;
+        let count = most.min(leaves.len());
+        let corners = |number: usize| {
+            let mut points: Vec<usize> = leaves[number * leaves.len() / count].clone().collect();
+            points.sort_by(|&a, &b| {
+                let [a, b] = [a, b].map(|k| self.places[k].norm_squared());
+                b.total_cmp(&a)
+            });
+            points.truncate(most / count);
+            points.into_iter().map(|place| self.tree.order[place])
+        };
+        (0..count).flat_map(corners).collect()
     }
 
     /// Points of the last cells.

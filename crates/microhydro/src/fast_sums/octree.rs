@@ -38,7 +38,10 @@ impl Octree {
         let highest = points.iter().copied().reduce(|high, x| high.sup(&x));
         let (lowest, highest) = (lowest.unwrap_or(none), highest.unwrap_or(none));
         // The largest coordinate is inside the last cell.
-        let extent = (highest - lowest).amax() * (1.0 + 1e-9) + f64::MIN_POSITIVE;
+        let extent = match (highest - lowest).amax() * (1.0 + 1e-9) {
+            0.0 => 1.0,
+            extent => extent,
+        };
         let cells = (1_u64 << FINEST) as f64;
         let code = |x: &Vector3<f64>| {
             let cell = (x - lowest) / extent * cells;

@@ -187,8 +187,8 @@ impl Orders {
         joined
     }
 
-    /// Whether all spheres have the lowest order of unbounded fluid, from which the change to lower
-    /// orders is that to the mobility of Rotne, Prager and Yamakawa.
+    /// Whether all spheres have the lowest order and there is no expansion of a container: the
+    /// change to lower orders is that to the mobility of Rotne, Prager and Yamakawa.
     pub fn are_lowest(&self) -> bool {
         self.container == 0 && self.gaps.is_empty() && self.spheres.iter().all(|&l| l == MIN_ORDER)
     }

@@ -1,5 +1,6 @@
 //! Solutions by models of point forces, without matrices over all spheres, and their error bars.
 
+use std::f64::consts::PI;
 use std::time::Instant as Clock;
 
 use microhydro::{Medium, PointMobility, PointModel, Spheres, Squirmer, multipole};
@@ -168,7 +169,7 @@ impl SpheresModel {
         let solved = linked.all().by_point_forces(&mobility, effect.as_ref())?;
         let solve = clock.elapsed().as_secs_f64() - assembly;
         let response = linked.response(&solved.solution)?;
-        let errors = match &resistances {
+        let mut errors = match &resistances {
             Some(resistances) => {
                 let surfaces = self.effects_of_slip(resistances, &spheres, &squirmers)?;
                 let references = references(resistances, surfaces.as_ref());
@@ -198,6 +199,13 @@ impl SpheresModel {
                 errors
             }
         };
+        if let Some(bars) = &mut errors.bars {
+            let of_sums = mobility.sum_errors(&solved.found.forces, &squirmers)?;
+            bars.add(
+                1.0,
+                &Self::errors_of_sums(of_sums, &spheres, &solved.found.forces),
+            );
+        }
         let total = clock.elapsed().as_secs_f64();
         let mut solution = InstantaneousSolution {
             seconds: Seconds {
@@ -218,6 +226,29 @@ impl SpheresModel {
         };
         self.enter_errors(&mut solution, errors);
         Ok(solution)
+    }
+
+    /// Errors of a solution, in scaled units, by those of the velocities and angular velocities that
+    /// its forces cause at a sphere: of loads, the drag on the largest lone sphere.
+    fn errors_of_sums(
+        [velocity, angular_velocity]: [f64; 2],
+        spheres: &Spheres,
+        forces: &DVector<f64>,
+    ) -> LargestDifferences {
+        let radius = spheres.radii().iter().fold(0.0_f64, |most, a| most.max(*a));
+        let loads = forces.as_slice().chunks_exact(6);
+        let power = loads.map(|load| {
+            let [force, torque] =
+                [&load[..3], &load[3..]].map(|v| Vector3::from_column_slice(v).norm());
+            force * velocity + torque * angular_velocity
+        });
+        LargestDifferences {
+            velocity,
+            angular_velocity,
+            force: 6.0 * PI * radius * velocity,
+            torque: 8.0 * PI * radius.powi(3) * angular_velocity,
+            power: power.sum(),
+        }
     }
 
     /// Errors that are found by other models: the differences of successive solutions, the first of
@@ -441,7 +472,7 @@ impl SpheresModel {
     pub(super) fn predicted_point_seconds(&self, spheres: &Spheres) -> Result<f64, ModelError> {
         let count = spheres.len() as f64;
         let product = match self.period {
-            None => count.powi(2) * SECONDS_PER_PAIR,
+            None => PointMobility::pairs_of_product(spheres.len()) * SECONDS_PER_PAIR,
             Some(_) => count.powf(1.5) * SECONDS_PER_EWALD_TERM,
         };
         let solve = EXPECTED_PRODUCTS * product;

@@ -16,11 +16,10 @@ pub(super) const REFERENCE_ORDERS: [usize; 4] = [4, 8, 16, 28];
 /// Largest error of an accepted reference, relative to the error that it finds.
 const REFERENCE_ACCURACY: f64 = 0.3;
 
-/// Factor on the error of velocities at the lowest order.
+/// Factor on the change from a lower order to the lowest one of this model, for all quantities.
 ///
-/// Errors of resistances are within their estimates. Of the velocities of linked spheres, which are
-/// ratios of forces, they were 1.0 to 1.2 times that for distant pairs, 1.8 times at most among
-/// three spheres.
+/// That of velocities of linked spheres, which are ratios of forces, is the largest: errors were 1.0
+/// to 1.2 times the change for distant pairs, 1.8 times at most among three spheres.
 const LOWEST_ORDER_FACTOR: f64 = 3.0;
 
 /// Predicted seconds of a limited reference.
