@@ -129,7 +129,7 @@ impl Body {
         deformation.map_or_else(|| self.bounding_radius(), |of| of.bounding_radius(values))
     }
 
-    /// The body at these values of the joints; of a sphere that deforms, the ball around it.
+    /// The body at these values of the joints; of one that deforms, its [`Deformation::outline`].
     pub fn at(&self, values: &[f64]) -> Cow<'_, Self> {
         match &self.deformation {
             None => Cow::Borrowed(self),

@@ -61,8 +61,10 @@ pub fn closest_contact(
         None => (contact.body, 0),
         Some(later) => (later, 1 + contact.body),
     };
+    // A gap that is not a number is the smallest.
+    let size = |gap: f64| if gap.is_nan() { f64::NEG_INFINITY } else { gap };
     let closer = |one: Contact, other: Contact| {
-        let gaps = other.gap.total_cmp(&one.gap);
+        let gaps = size(other.gap).total_cmp(&size(one.gap));
         match gaps.then(order(&other).cmp(&order(&one))).is_lt() {
             true => other,
             false => one,

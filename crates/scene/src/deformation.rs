@@ -109,7 +109,7 @@ impl Deformation {
         }
     }
 
-    /// Shape for distances from other bodies and walls: the ball around a sphere or around
+    /// Shape for distances from other bodies and walls: the ball around a sphere, a spheroid or
     /// triangles that deform, the bent tube.
     pub fn outline(&self, values: &[f64]) -> Shape {
         match self {

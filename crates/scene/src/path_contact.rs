@@ -281,9 +281,7 @@ impl Search<'_> {
 
     /// Upper bound of the radius of the ball around a body between two positions.
     ///
-    /// Amplitudes exceed those at the ends by at most `h² a'' / 8`, and radii by that of the radius
-    /// of the sphere and by its product with the amplitudes of the modes: where a mode that keeps
-    /// the volume is farthest from the centre, its radial function has at most the slope one.
+    /// Amplitudes exceed those at the ends by at most `h² a'' / 8`.
     fn largest_radius(&self, body: usize, from: &Placement, to: &Placement) -> f64 {
         let body = &self.path.bodies[body];
         let Some(deformation) = &body.deformation else {
@@ -321,8 +319,7 @@ impl Search<'_> {
                 .iter()
                 .flat_map(|modes| &modes.coordinates);
             let of_modes: f64 = modes.map(|(_, joint)| excess(*joint)).sum();
-            let longest = deformation.sphere_radius(&values) * deformation.aspect().max(1.0);
-            deformation.bounding_radius(&values) + longest * of_modes
+            deformation.bounding_radius_within(&values, of_modes)
         });
         ends[0].max(ends[1])
     }

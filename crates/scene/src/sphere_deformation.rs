@@ -316,6 +316,24 @@ impl SphereDeformation {
         }
     }
 
+    /// Upper bound of that radius where the amplitudes of the modes differ from these values by no
+    /// more than `excess` in sum.
+    ///
+    /// The radial function changes by `R b^(p-1) P_n` per amplitude, where `b = 1 + Σ a_n P_n / p`
+    /// changes by at most `excess / p`. Where `b` may vanish the bound is a hundred radii.
+    pub(crate) fn bounding_radius_within(&self, values: &[f64], excess: f64) -> f64 {
+        const LEAST_BASE: f64 = 1e-3;
+        let profile = self.profile(values);
+        let longest = profile.radius * self.aspect().max(1.0);
+        let slope = match profile.power < 1.0 {
+            true => (profile.smallest_base() - excess / profile.power)
+                .max(LEAST_BASE)
+                .powf(profile.power - 1.0),
+            false => 1.0,
+        };
+        self.bounding_radius(values) + longest * slope * excess
+    }
+
     /// Volume of the body.
     pub fn volume(&self, values: &[f64]) -> f64 {
         self.aspect() * self.profile(values).volume()
@@ -506,4 +524,32 @@ pub(crate) fn any_normal(axis: &Vector3<f64>) -> Vector3<f64> {
         UnitQuaternion::rotation_between_axis(&Vector3::x_axis(), &Unit::new_unchecked(*axis));
     // Opposite axes have the same normals.
     turn.unwrap_or_else(UnitQuaternion::identity) * Vector3::y()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The slope of the radial function was taken for one, which it is for spheres alone: the
+    /// farthest points of a long spheroid may be where the sphere was narrowed.
+    #[test]
+    fn bug_long_spheroids_exceeded_the_bound_of_their_radius() {
+        for (aspect, amplitude) in [(1.0, 0.1), (3.0, -0.1), (10.0, -0.15)] {
+            let body = SphereDeformation {
+                radius: 1.0,
+                elongation: aspect - 1.0,
+                size: None,
+                modes: Some(SurfaceModes {
+                    motion: ModeMotion::Isochoric,
+                    axis: Vector3::z(),
+                    coordinates: vec![(2, 0)],
+                }),
+            };
+            let bound = body.bounding_radius_within(&[amplitude], 0.02);
+            for change in [-0.02, -0.01, 0.01, 0.02] {
+                let radius = body.bounding_radius(&[amplitude + change]);
+                assert!(radius <= bound, "{aspect} {change}: {radius} {bound}");
+            }
+        }
+    }
 }

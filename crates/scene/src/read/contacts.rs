@@ -3,6 +3,7 @@
 use rigid::{Articulation, Freedom, Joint, RigidError, StateBounds};
 
 use crate::contact::{Contact, closest_contact, contacts};
+use crate::deformation::Deformation;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::gait::{Gait, spans};
@@ -92,6 +93,9 @@ fn prescribed_groups(set: &Articulation) -> Vec<usize> {
     groups
 }
 
+/// Distance that is rounding of positions, relative to the radius of a body.
+const POSITION_ROUNDING: f64 = 1e-9;
+
 /// Number of positions from which the deepest overlap along a phase span is reported.
 const REPORTED_POSITIONS: u32 = 64;
 
@@ -110,17 +114,36 @@ fn check_span(scene: &Scene, span: &PhaseSpan, groups: &[usize]) -> Result<(), S
     let set = &scene.articulation;
     let joints = span.value_bounds(&span.second_derivatives(), (0.0, 1.0));
     let bounds = StateBounds::at_rest(set, joints);
-    // Where the frame of a linkage is not at its fixed body, the placement below moves that body.
     let motions = set.motion_bounds(&bounds).map_err(fails)?;
+    let is_constant =
+        |joint: usize| (bounds.joints.get(joint)).is_none_or(|of| of.derivatives.first == 0.0);
+    let is_still =
+        |body: usize| motions[body].linear.first == 0.0 && motions[body].angular.first == 0.0;
+    let stands: Vec<bool> = (scene.bodies.iter().enumerate())
+        .map(|(number, body)| {
+            let deformation = body.deformation.as_ref();
+            let mut amplitudes = deformation.into_iter().flat_map(Deformation::joints);
+            is_still(number) && amplitudes.all(is_constant)
+        })
+        .collect();
+    let state = scene.initial_state();
+    // Where the frame of a linkage is not at its fixed body, the placement moves that body, in this
+    // phase or in an earlier one. Bodies that stand were checked before.
+    let [initial, present] = [set.initial_shape().to_vec(), span.shape(0.0)]
+        .map(|shape| set.place(&state, &shape).map_err(&fails));
     let mut is_anchored = vec![false; groups.len()];
-    for (body, motion) in motions.iter().enumerate() {
-        let is_still = motion.linear.first == 0.0 && motion.angular.first == 0.0;
-        is_anchored[groups[body]] |= scene.bodies[body].fixed && is_still;
+    for (body, (initial, present)) in initial?.iter().zip(&present?).enumerate() {
+        let moved = (initial.translation.vector - present.translation.vector).norm()
+            + initial.rotation.angle_to(&present.rotation) * scene.bodies[body].bounding_radius();
+        let is_at_start = moved <= POSITION_ROUNDING * scene.bodies[body].bounding_radius();
+        is_anchored[groups[body]] |= scene.bodies[body].fixed && is_still(body) && is_at_start;
     }
     let includes = |one: usize, other: usize| match one == other {
-        true => is_anchored[groups[one]],
+        true => is_anchored[groups[one]] && !stands[one],
         false => {
-            groups[one] == groups[other] || [one, other].iter().all(|&b| is_anchored[groups[b]])
+            let is_known = groups[one] == groups[other]
+                || [one, other].iter().all(|&b| is_anchored[groups[b]]);
+            is_known && !(stands[one] && stands[other])
         }
     };
     let domain = match scene.domain.period() {
@@ -128,7 +151,6 @@ fn check_span(scene: &Scene, span: &PhaseSpan, groups: &[usize]) -> Result<(), S
         Some(_) => &Domain::Unbounded,
         None => &scene.domain,
     };
-    let state = scene.initial_state();
     let path = BodyPath {
         bodies: &scene.bodies,
         set,
