@@ -1,8 +1,8 @@
 //! Atomic writing: a file is either complete or absent.
 
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::Builder;
 
@@ -11,8 +11,9 @@ use crate::MeshError;
 /// Writes the file at `path` through a temporary file in the same folder.
 ///
 /// The temporary file is renamed when it is complete. Readers therefore never see an incomplete
-/// file, and after an error the previous file is unchanged. Of a symbolic link the file that it
-/// points to is written. What is no file, such as a pipe or `/dev/null`, is written directly.
+/// file, and after an error the previous file is unchanged. A new file has the permissions of the
+/// previous one. Of a symbolic link the file that it points to is written, also if there is none
+/// yet. What is no file, such as a pipe or `/dev/null`, is written directly.
 ///
 /// # Errors
 /// Those of the operating system, and of `write`.
@@ -20,14 +21,16 @@ pub fn write_atomically(
     path: impl AsRef<Path>,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
-    let path = &match path.as_ref().canonicalize() {
-        Ok(existing) => existing,
-        Err(_) => path.as_ref().to_path_buf(),
-    };
-    if path
-        .metadata()
-        .is_ok_and(|found| !found.is_file() && !found.is_dir())
-    {
+    let path = &followed(path.as_ref());
+    if path == Path::new("/dev/stdout") {
+        // Opened again it would have a place of its own in a file, and both outputs mix.
+        let mut out = std::io::stdout().lock();
+        write(&mut out)?;
+        return out.flush();
+    }
+    let present = path.metadata().ok();
+    let is_special = |found: &Metadata| !found.is_file() && !found.is_dir();
+    if is_device(path) || present.as_ref().is_some_and(is_special) {
         let mut out = BufWriter::new(File::options().write(true).open(path)?);
         write(&mut out)?;
         return out.flush();
@@ -45,6 +48,9 @@ pub fn write_atomically(
     // Temporary files are private by default; this file gets the permissions of any new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    if let Some(present) = present {
+        builder.permissions(present.permissions());
+    }
     // Renaming works within one file system only, hence the same folder.
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -59,6 +65,27 @@ pub fn write_atomically(
     temporary.as_file().sync_all()?;
     temporary.persist(path)?;
     Ok(())
+}
+
+/// The path that symbolic links lead to; those of devices and descriptors are not followed.
+fn followed(path: &Path) -> PathBuf {
+    // Longer chains are an error of the operating system.
+    const LINKS: usize = 40;
+    let mut path = path.to_path_buf();
+    for _ in 0..LINKS {
+        match path.read_link() {
+            Ok(target) if !is_device(&path) => {
+                path = path.parent().unwrap_or(Path::new("")).join(target);
+            }
+            _ => break,
+        }
+    }
+    path
+}
+
+/// Whether a path is that of a device or of a descriptor of a process.
+fn is_device(path: &Path) -> bool {
+    ["/dev", "/proc"].iter().any(|root| path.starts_with(root))
 }
 
 /// Whether a file name is that of a temporary file of [`write_atomically`], which a killed process
@@ -137,6 +164,17 @@ mod tests {
         write_atomically(&link, |out| out.write_all(b"new")).unwrap();
         assert_eq!(fs::read(&file).unwrap(), b"new");
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        // Of a link that leads to no file yet, given relative to its folder.
+        let [new, chain, dangling] =
+            ["new", "chain", "dangling"].map(|name| folder.path().join(name));
+        std::os::unix::fs::symlink("new", &dangling).unwrap();
+        std::os::unix::fs::symlink("dangling", &chain).unwrap();
+        write_atomically(&chain, |out| out.write_all(b"first")).unwrap();
+        assert_eq!(fs::read(&new).unwrap(), b"first");
+        assert!(fs::symlink_metadata(&dangling).unwrap().is_symlink());
+        let circle = folder.path().join("circle");
+        std::os::unix::fs::symlink("circle", &circle).unwrap();
+        write_atomically(&circle, |out| out.write_all(b"x")).unwrap();
         // A link to a device, whose folder nobody may write to in a test.
         let null = folder.path().join("null");
         std::os::unix::fs::symlink("/dev/null", &null).unwrap();
@@ -163,5 +201,10 @@ mod tests {
         fs::write(folder.path().join("plain"), b"").unwrap();
         write_atomically(folder.path().join("atomic"), |_| Ok(())).unwrap();
         assert_eq!(mode("atomic"), mode("plain"));
+        let private = folder.path().join("private");
+        fs::write(&private, b"old").unwrap();
+        fs::set_permissions(&private, fs::Permissions::from_mode(0o600)).unwrap();
+        write_atomically(&private, |_| Ok(())).unwrap();
+        assert_eq!(mode("private") & 0o777, 0o600);
     }
 }
