@@ -112,10 +112,10 @@ impl<'a> CubicSystem<'a> {
             change += (next[k] - first[k]).powi(2);
             size += first[k].powi(2);
         }
-        if change == 0.0 {
-            0.0
-        } else {
-            f64::sqrt(change / size)
+        match size > 0.0 {
+            true => f64::sqrt(change / size),
+            // Nothing was wrong, or the first step is not one: as large as the correction.
+            false => f64::from(u8::from(change != 0.0)),
         }
     }
 

@@ -192,7 +192,7 @@ impl Estimator<'_> {
             let largest = if self.stress().is_some() { 2.0 } else { 1.0 };
             ratio.min(largest).max(left)
         } else {
-            0.0
+            left
         };
         let of_facets_on_power =
             self.facet_uncertainty(FACET_POWER_UNCERTAINTY_IN_FLOW) * geometry.abs();
@@ -288,22 +288,32 @@ impl Estimator<'_> {
             equations.of_all_cells(of_part)
         };
         let mut frame_indicators = vec![0.0; self.problem.mesh.n_cells()];
-        let mut of_walls = 0.0_f64;
+        // Effects of straight facets on velocities, which may cancel those of elements: the
+        // relative uncertainty of the correction has no part for that.
+        let (mut of_walls, mut of_bodies) = (0.0_f64, 0.0_f64);
+        let of_body_facets = match self.surfaces {
+            Some(_) => FACET_UNCERTAINTY_IN_FLOW * parts,
+            None => 0.0,
+        };
         for response in responses {
             let mut cells = indicators(&response.surplus)?;
             let of_facets = self
                 .facet_geometry
                 .indicators(&response.velocity, self.boundary_flow(error.velocity))?;
-            let mut wall_sum = 0.0;
+            let (mut wall_sum, mut body_sum) = (0.0, 0.0);
             let facets = self
                 .facet_geometry
                 .cells()
                 .zip(self.facet_geometry.is_wall());
             for ((cell, is_wall), indicator) in facets.zip(of_facets) {
                 cells[cell] = cells[cell].hypot(indicator);
-                wall_sum += if is_wall { indicator } else { 0.0 };
+                match is_wall {
+                    true => wall_sum += indicator,
+                    false => body_sum += indicator,
+                }
             }
             of_walls = (WALL_UNCERTAINTY * parts * wall_sum).hypot(of_walls);
+            of_bodies = (of_body_facets * body_sum).hypot(of_bodies);
             for (sum, cell) in frame_indicators.iter_mut().zip(cells) {
                 // Root of the sum of squares over the images of the cell.
                 *sum = (parts.sqrt() * cell).hypot(*sum);
@@ -321,7 +331,7 @@ impl Estimator<'_> {
         Ok(Estimate {
             change,
             powers,
-            uncertainty: (of_one_cell * of_cells).hypot(of_walls),
+            uncertainty: (of_one_cell * of_cells).hypot(of_walls).hypot(of_bodies),
             relative_uncertainty: error.relative_uncertainty,
             power_uncertainty: error.power_uncertainty,
             stresslet_uncertainty: self.facet_uncertainty(FACET_STRESSLET_UNCERTAINTY_IN_FLOW)

@@ -569,8 +569,8 @@ impl FlowSystem {
         })
     }
 
-    /// Integrals `-∮ N_i n_z dS` over the surfaces of bodies, with normals into the fluid, at all
-    /// velocity nodes.
+    /// Integrals `-∮ N_i n_z dS` over the surfaces of bodies, with normals into the fluid, at the
+    /// velocity nodes of the bodies; other entries are partial sums.
     ///
     /// # Errors
     /// [`AxisymmetricError::InvertedTriangle`].

@@ -381,10 +381,10 @@ impl AxisymmetricModel {
             let matrix = grand_resistance(&self.shapes, &self.axis, &along, spin.map(of).as_ref());
             let solved = linked.all().by_resistance(&matrix, effect.as_ref())?;
             let held = effect.map_or(0.0, |effect| {
-                let drags = matrix.diagonal().component_mul(&effect.velocities);
-                drags.as_slice().chunks_exact(6).fold(0.0_f64, |m, drag| {
-                    m.max(Vector3::from_row_slice(&drag[..3]).norm())
-                })
+                let speeds = effect.velocities.as_slice().chunks_exact(6);
+                let speeds = speeds.map(|six| Vector3::from_row_slice(&six[..3]).dot(&self.axis));
+                let drags = speeds.enumerate().map(|(k, u)| along[(k, k)] * u);
+                drags.fold(0.0_f64, |most, drag| most.max(drag.abs()))
             });
             Ok::<_, ModelError>((linked.response(&solved)?, solved.residual, held))
         };
