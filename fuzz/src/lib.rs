@@ -3,6 +3,8 @@
 #![forbid(unsafe_code)]
 
 pub mod checkpoint;
+pub mod gait_table;
 pub mod msh;
+pub mod own_files;
 pub mod scene;
 pub mod surface;

@@ -239,8 +239,17 @@ impl Outcome {
     ///
     /// `controls_error` says whether the model keeps its own error below its share of the tolerance
     /// ([`models::Capabilities::controls_error`]).
+    ///
+    /// The rounding of positions, `ε n (x + p)` with the coordinates `x` and the longest path `p` after
+    /// `n` phase spans, is added to the bar of the integration.
     pub fn check_tolerance(&mut self, scene: &Scene, controls_error: bool) {
-        let bars = &self.error_estimate;
+        let poses = self.samples.last().map_or(&[][..], |last| &last.poses);
+        let distance = poses
+            .iter()
+            .fold(0.0_f64, |far, pose| far.max(pose.translation.vector.norm()));
+        let sums = self.spans.len() as f64 * (distance + self.longest_path());
+        let bars = &mut self.error_estimate;
+        bars.integration = bars.integration.map(|bar| bar + f64::EPSILON * sums);
         self.limited_error = bars.integration.map(|error| match controls_error {
             true => bars.total(),
             false => error,

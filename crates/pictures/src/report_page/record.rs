@@ -87,6 +87,11 @@ impl RunRecord {
         })
     }
 
+    /// Why the page shows no flow, or less of it than there could be.
+    pub fn missing_flow(&self) -> Option<&str> {
+        self.slices.missing.as_deref()
+    }
+
     /// Writes `movie.svg` into a folder: the flow in a plane over the first cycle, animated.
     ///
     /// Returns the path of the file.
@@ -106,10 +111,9 @@ impl RunRecord {
         };
         let frames: Vec<_> = self.slices.slices.iter().filter_map(frame).collect();
         if frames.is_empty() {
-            let missing = self.slices.missing.as_deref();
             return Err(PictureError::NoFlow {
                 folder: folder.path().to_owned(),
-                reason: missing
+                reason: (self.missing_flow())
                     .unwrap_or("its file is damaged; repeat the run")
                     .to_owned(),
             });

@@ -6,8 +6,8 @@
 
 use inertia::linalg::StepControl;
 use models::{AccumulatedError, ModelError};
-use rigid::{State, StateVelocity};
-use scene::{PhaseSpan, Scene, StartKind};
+use rigid::{State, StateBounds, StateVelocity};
+use scene::{Gait, PhaseSpan, Scene, StartKind, spans};
 
 use super::companion::WithCompanion;
 use super::meridian_fluid::{MeridianFluid, MeridianScene};
@@ -441,16 +441,58 @@ fn holding_change(from: &SpanSolution, to: &SpanSolution) -> [f64; 2] {
 }
 
 /// Length of the first step after a jump of velocities, for this tolerance of the phase.
+///
+/// [`NET_OF_FIRST_STEP`] is that of phases after which all rigid bodies have moved back; masses and
+/// loads have other times. Elsewhere it is the shortest.
 fn first_step(evaluator: &SpanEvaluator, tolerance: f64, memory: BodyMemory) -> f64 {
-    let duration = evaluator.span.duration;
-    let speed = longest_way(evaluator) / duration;
+    let (scene, duration) = (evaluator.scene, evaluator.span.duration);
     let [shortest, longest] = FIRST_STEP.map(|part| part * duration);
+    let returns = memory.inertia == 0.0 && !scene.has_loads() && moves_joints_alone(scene);
+    let speed = match returns && gait_returns(scene) {
+        true => fastest_way(evaluator) / duration,
+        false => f64::NAN,
+    };
     let way = tolerance / (NET_OF_FIRST_STEP * speed);
-    match memory.inertia == 0.0 && speed > 0.0 {
+    match speed > 0.0 {
         true => (way * way / memory.diffusion).clamp(shortest, longest),
-        // masses and loads have other times
         false => shortest,
     }
+}
+
+/// Whether nothing but joints between rigid bodies moves them.
+fn moves_joints_alone(scene: &Scene) -> bool {
+    let (set, bodies) = (scene.articulation(), scene.bodies());
+    !scene.has_surface_velocity()
+        && set.held_bodies().all(|body| bodies[body].fixed)
+        && !set.joints().iter().any(|joint| joint.kind.is_deformation())
+}
+
+/// Whether the prescribed joints have their first values after a cycle.
+fn gait_returns(scene: &Scene) -> bool {
+    let gait = Gait {
+        cycles: 1,
+        phases: scene.gait().phases.clone(),
+    };
+    let start = scene.articulation().initial_shape();
+    let last = spans(&gait, start).ok().and_then(Iterator::last);
+    last.is_some_and(|last| {
+        let ends = start.iter().zip(&last.to);
+        ends.map(|(a, b)| (a - b).abs() / a.abs().max(1.0))
+            .all(|change| change < CORNER)
+    })
+}
+
+/// Upper bound of the way of a point of a body over the phase span at the largest rates of the
+/// joints, as seen from the frame of its linkage.
+fn fastest_way(evaluator: &SpanEvaluator) -> f64 {
+    let (scene, span) = (evaluator.scene, evaluator.span);
+    let set = scene.articulation();
+    let joints = span.value_bounds(&span.second_derivatives(), (0.0, 1.0));
+    let motions = set.motion_bounds(&StateBounds::at_rest(set, joints));
+    let motions = motions.iter().flatten().zip(scene.bodies());
+    let ways = motions
+        .map(|(motion, body)| motion.linear.first + motion.angular.first * body.bounding_radius());
+    ways.fold(0.0, f64::max)
 }
 
 /// The longest change of a joint over the phase span, or way at the speed of a slip; zero without

@@ -130,18 +130,19 @@ fn a_checkpoint_with_one_changed_number_is_refused() {
     }
 }
 
-#[test]
-fn a_resume_after_a_changed_gait_table_is_refused_with_its_name() {
+/// Checks that a scene with a file, of which another version is equal but for a comment, is not
+/// resumed after the file has changed.
+fn check_resume_after_change(toml: &str, file: &str, [bytes, changed]: [&[u8]; 2]) {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let phases = SCENE.find("gait.phases").unwrap();
-    let toml = format!("{}gait.file = \"t.csv\"", &SCENE[..phases]);
     std::fs::write(at("scene.toml"), toml).unwrap();
-    let table = "time,arm\n0,6\n1,4\n2,6\n";
-    std::fs::write(at("t.csv"), table).unwrap();
+    std::fs::write(at(file), bytes).unwrap();
     let read = || Scene::read(at("scene.toml"), &[]).unwrap();
     let out = Folder::create(at("out")).unwrap();
-    let run = |scene| swimmer::run(scene, &at("out"), true, &mut (), &mut ());
+    let resumed = || {
+        let (scene, mut model) = (read(), choose(&read()).unwrap().model);
+        Checkpoint::read(at("out")).and_then(|one| one.restore(&scene, model.as_mut(), &at("out")))
+    };
     let scene = read();
     let start = Interim::start(&scene).unwrap();
     let model = choose(&scene).unwrap().model;
@@ -149,14 +150,54 @@ fn a_resume_after_a_changed_gait_table_is_refused_with_its_name() {
         .unwrap()
         .write(&out)
         .unwrap();
-    std::fs::write(at("t.csv"), table.replace("1,4", "1,4.5")).unwrap();
-    let message = run(read()).unwrap_err().to_string();
+    std::fs::write(at(file), changed).unwrap();
+    let error = resumed().expect_err(file);
+    let message = error.to_string();
     assert!(message.contains("other contents of the file"), "{message}");
-    assert!(message.contains("t.csv: put back"), "{message}");
+    assert!(message.contains(&format!("{file}: put back")), "{message}");
     let viewed = Checkpoint::read(at("out")).unwrap().into_outcome(at("out"));
     assert!(viewed.is_err());
-    std::fs::write(at("t.csv"), table).unwrap();
-    assert_eq!(run(read()).unwrap().outcome.spans.len(), 2);
+    std::fs::write(at(file), bytes).unwrap();
+    resumed().expect(file);
+}
+
+#[test]
+fn a_resume_after_a_changed_file_is_refused_with_its_name() {
+    let phases = SCENE.find("gait.phases").unwrap();
+    let toml = format!("{}gait.file = \"t.csv\"", &SCENE[..phases]);
+    let table = ["time,arm\n0,6\n1,4\n2,6\n", "time,arm\n0,6\n1,4.5\n2,6\n"];
+    check_resume_after_change(&toml, "t.csv", table.map(str::as_bytes));
+
+    let toml = "domain = { kind = \"ball\", radius = 20 }\nmodel.kind = \"fem\"\n\
+        gait.phases = [{ duration = 1 }]\n\
+        bodies = [{ name = \"a\", shape = \"surface\", file = \"a.obj\", position = [0, 0, 0],\n\
+        force = [1, 0, 0] }]";
+    let surface = include_str!("../../../scene/tests/all/tetrahedron.obj");
+    let commented = format!("{surface}# another version\n");
+    check_resume_after_change(toml, "a.obj", [surface, &commented].map(str::as_bytes));
+    // The format ignores two bytes after each of the four triangles, which follow 84 bytes.
+    let mut triangles = vec![0; 84 + 4 * 50];
+    triangles[80] = 4;
+    let corners: [[f32; 3]; 4] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+    for (number, face) in [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+        .iter()
+        .enumerate()
+    {
+        let numbers = face.iter().flat_map(|&corner: &usize| corners[corner]);
+        for (k, number_bytes) in numbers.map(f32::to_le_bytes).enumerate() {
+            let at = 84 + 50 * number + 12 + 4 * k;
+            triangles[at..at + 4].copy_from_slice(&number_bytes);
+        }
+    }
+    let mut commented = triangles.clone();
+    commented[10] = b'!';
+    let toml = toml.replace("a.obj", "a.stl");
+    check_resume_after_change(&toml, "a.stl", [&triangles, &commented]);
+
+    let toml = include_str!("../../../../scenes/three-sphere-mesh.toml");
+    let mesh = include_bytes!("../../../mesh/tests/fixtures/three-spheres-v41-binary.msh");
+    let commented = [&mesh[..], b"$Comments\nanother version\n$EndComments\n"].concat();
+    check_resume_after_change(toml, "three-sphere.msh", [mesh, &commented]);
 }
 
 #[test]

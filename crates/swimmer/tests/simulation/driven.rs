@@ -412,6 +412,23 @@ fn a_repulsion_keeps_pressed_spheres_apart() {
     );
 }
 
+/// Far from the origin a short way is rounding, which was in no bar.
+#[test]
+fn bug_the_rounding_of_positions_was_in_no_bar() {
+    let text = "model = { kind = \"rpy\", tolerance = 1e-6, accept = \"best\" }\n\
+        gait.phases = [{ duration = 1e-9 }]\n\
+        bodies = [{ name = \"a\", radius = 1, position = [1e5, 0.1, 0.2], force = [0.1, 0, 0] },\n\
+        { name = \"b\", radius = 1, position = [100002.05, 0.1, 0.2] }]";
+    let outcome = run_without_files(parsed(text), &mut ()).unwrap().outcome;
+    let bars = &outcome.error_estimate;
+    // A coordinate of 1e5 is a multiple of 1.5e-11.
+    let rounding = 1e5 * f64::EPSILON;
+    let exact = 0.1 / (6.0 * PI) * 1e-9;
+    within(outcome.net() - exact, bars.total(), "the bar");
+    within(bars.total(), 4.0 * rounding, "the rounding of two ends");
+    assert!(bars.total() > rounding && exact < rounding);
+}
+
 #[test]
 fn contradictions_of_loads_and_velocities_are_refused_with_their_key() {
     let at = "radius = 1, position = [0, 0, 0]";

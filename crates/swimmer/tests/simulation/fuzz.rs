@@ -12,6 +12,8 @@ use super::edits::{edited, edits};
 mod checkpoint_target;
 #[path = "../../../../fuzz/src/corpus.rs"]
 mod corpus;
+#[path = "../../../../fuzz/src/gait_table.rs"]
+mod gait_table_target;
 #[path = "../../../../fuzz/src/msh.rs"]
 mod msh_target;
 #[path = "../../../../fuzz/src/scene.rs"]
@@ -56,7 +58,7 @@ fn the_corpus_of_checkpoints_is_read_or_refused() {
 }
 
 /// Mutations of a checkpoint that is refused for its version reach nothing behind it. Where the
-/// format has changed, `fuzz/checkpoints.py` writes the corpus again.
+/// format has changed, `fuzz/own_files.py` writes the corpus again.
 #[test]
 fn bug_the_corpus_of_checkpoints_was_of_an_older_version() {
     let text = include_str!("../../../../fuzz/corpus/checkpoint/whole.json");
@@ -66,4 +68,9 @@ fn bug_the_corpus_of_checkpoints_was_of_an_older_version() {
 #[test]
 fn the_corpus_of_meshes_is_read_or_refused() {
     corpus::replay("msh", msh_target::read);
+}
+
+#[test]
+fn the_corpus_of_gait_tables_is_read_or_refused() {
+    corpus::replay("gait_table", gait_table_target::read);
 }
