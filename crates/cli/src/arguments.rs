@@ -14,7 +14,7 @@ use super::{help, text};
 #[derive(Parser)]
 #[command(name = "swim", version, about, after_help = help::SWIM)]
 pub struct Arguments {
-    /// Print no progress to stderr; warnings and errors remain
+    /// Print no progress to stderr, and of a run one line; warnings and errors remain
     #[arg(short, long, global = true)]
     pub quiet: bool,
     #[command(subcommand)]

@@ -20,8 +20,8 @@ pub enum CliError {
     /// A solution whose error bar is larger than the tolerance that the user asks for.
     #[error(
         "{place}: model.tolerance = {tolerance:e} allows an error bar of the {quantity} of \
-         {allowed:.1e}, {error:.1e} was reached; increase model.tolerance, or accept the result \
-         with model.accept = \"best\""
+         {allowed:.1e}, {error:.1e} was reached; {remedy}, or accept the result with \
+         model.accept = \"best\""
     )]
     ToleranceMissed {
         place: String,
@@ -29,6 +29,7 @@ pub enum CliError {
         quantity: &'static str,
         allowed: f64,
         error: f64,
+        remedy: &'static str,
     },
     /// Arguments that do not apply, with the reason and the remedy.
     #[error("{place}: {problem}")]

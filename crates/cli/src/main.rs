@@ -32,11 +32,20 @@ use arguments::{Arguments, Command};
 use error::CliError;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) if error.use_stderr() => error.exit(),
+        Err(help) => return ended(text::check_printed(help.print())),
+    };
     progress::watch_file_limit();
     let result = swimmer::check_threads().map_err(CliError::from);
     let result = result.and_then(|()| execute(arguments));
-    match result.and_then(|output| text::print(&output)) {
+    ended(result.and_then(|output| text::print(&output)))
+}
+
+/// Prints an error, and returns the exit code.
+fn ended(result: Result<(), CliError>) -> ExitCode {
+    match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             text::error_message(&error.to_string());

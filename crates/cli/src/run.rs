@@ -35,9 +35,10 @@ pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, CliError> {
     progress.finish();
     let mut report = report?;
     let stopped = report.stopped.take();
-    let text = |movie: &str| match arguments.json {
-        true => format!("{}\n", report.summary()),
-        false => describe(&report, &out) + movie,
+    let text = |movie: &str| match (arguments.json, quiet) {
+        (true, _) => format!("{}\n", report.summary()),
+        (false, true) => net_displacement(&report.outcome),
+        (false, false) => describe(&report, &out) + movie,
     };
     if let Some(stopped) = stopped {
         print(&text(""))?;
@@ -151,6 +152,11 @@ fn efficiency(report: &Report) -> String {
     entry("Lighthill efficiency", with_bar(found.value, found.error))
 }
 
+fn net_displacement(outcome: &Outcome) -> String {
+    let bar = outcome.error_estimate.total();
+    measured("net displacement", outcome.resolved_net(), bar)
+}
+
 fn describe(report: &Report, out: &Path) -> String {
     let outcome = &report.outcome;
     let net = outcome.resolved_net();
@@ -214,7 +220,7 @@ fn describe(report: &Report, out: &Path) -> String {
         + &displacement_table(&report.scene, outcome)
         + &swimmer_table(&report.scene, outcome)
         + "\n"
-        + &measured("net displacement", net, bars.total())
+        + &net_displacement(outcome)
         + &open
         + &noise
         + &repulsion

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use pictures::start_slice;
 use swimmer::models::{BodySolution, ErrorEstimate, Hydrodynamics, InstantaneousSolution};
 use swimmer::output::{ALL_ERRORS, matrix_json, peak_rss_mib, solution_json, write_flow};
-use swimmer::scene::AcceptKind;
+use swimmer::scene::{AcceptKind, ModelKind};
 use swimmer::{
     Scene, StartSolution, SteadySolution, SwimError, choose, solve_start_with_terms, solve_steady,
     start_flow, start_neglected, start_resistance,
@@ -254,8 +254,7 @@ struct Comparison {
     error: f64,
     size: f64,
     tolerance: f64,
-    /// Whether the model keeps its error within the tolerance; otherwise it limits the integration
-    /// of a run alone, as in `swim run`.
+    /// Whether the model keeps its error within the tolerance.
     controls_error: bool,
 }
 
@@ -298,14 +297,18 @@ impl Comparison {
         let words = match self.controls_error {
             _ if self.is_met() => return String::new(),
             true => format!("{tolerance:e} of the {quantity} is not met"),
-            false => format!("{tolerance:e} does not limit the errors of this model"),
+            false => format!(
+                "{tolerance:e} of the {quantity} is not met: it does not limit the errors of this \
+                 model"
+            ),
         };
         entry("tolerance", words)
     }
 
-    /// A missed tolerance is an error if the user asks for it, and else a warning.
+    /// A missed tolerance is an error if the user asks for it, and else a warning of models that
+    /// control their error.
     fn check(&self, scene: &Scene) -> Result<(), CliError> {
-        if self.is_met() || !self.controls_error {
+        if self.is_met() {
             return Ok(());
         }
         let missed = CliError::ToleranceMissed {
@@ -314,12 +317,19 @@ impl Comparison {
             quantity: self.quantity,
             allowed: self.tolerance * self.size,
             error: self.error,
+            remedy: match (self.controls_error, scene.model().kind) {
+                (true, _) => "increase model.tolerance",
+                (false, ModelKind::Fem) => "set fem.target or reduce fem.surface_size",
+                (false, _) => "let model.kind = \"auto\" choose",
+            },
         };
         let is_asked = scene.is_written("model.tolerance");
         match is_asked && scene.model().accept != AcceptKind::Best {
             true => Err(missed),
             false => {
-                warn(&missed.to_string());
+                if self.controls_error {
+                    warn(&missed.to_string());
+                }
                 Ok(())
             }
         }
@@ -524,7 +534,8 @@ mod tests {
                 true,
                 None,
             ),
-            ("model.tolerance = 1e-3", false, None),
+            ("model.tolerance = 1e-3", false, Some(3)),
+            ("", false, None),
         ] {
             let bodies = "bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0] }]";
             let scene = Scene::parse(&format!("{keys}\n{bodies}")).unwrap();

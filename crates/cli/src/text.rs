@@ -77,12 +77,12 @@ fn coloured_message(word: &str, colour: AnsiColor, text: &str) {
 /// # Errors
 /// [`CliError::Output`], such as on a full disk.
 pub fn print(text: &str) -> Result<(), CliError> {
-    let mut stdout = std::io::stdout().lock();
-    let text = printable(text);
-    match stdout
-        .write_all(text.as_bytes())
-        .and_then(|()| stdout.flush())
-    {
+    check_printed(std::io::stdout().write_all(printable(text).as_bytes()))
+}
+
+/// Checks that what was written to stdout has arrived there. A closed pipe is no error.
+pub fn check_printed(written: std::io::Result<()>) -> Result<(), CliError> {
+    match written.and_then(|()| std::io::stdout().flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(CliError::Output(error)),
         _ => Ok(()),
     }

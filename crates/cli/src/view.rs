@@ -19,7 +19,8 @@ pub fn view(path: &Path, open: bool, movie: bool) -> Result<String, CliError> {
     if open {
         open_page(path);
     }
-    Ok(page_entry(path) + &movie)
+    let missing = (record.missing_flow()).map_or(String::new(), |why| entry("not shown", why));
+    Ok(page_entry(path) + &missing + &movie)
 }
 
 /// Writes the movie of a run, and says where it is.

@@ -34,6 +34,8 @@ fn a_result_that_cannot_be_written_is_an_error() {
         "solve scene.toml --json",
         "-q run scene.toml --json",
         "check scene.toml",
+        "--help",
+        "--version",
     ] {
         let line = format!("swim {command} > /dev/full");
         let (_, message) = failed(folder.path(), &line);
@@ -42,6 +44,21 @@ fn a_result_that_cannot_be_written_is_an_error() {
     // A reader that has seen enough is no error.
     let line = "(swim check scene.toml; echo $? >&2) | true";
     contains(line, &text(&shell(folder.path(), line).stderr), &["0"]);
+}
+
+/// The flow replaced the file into which the shell had put the output, which was lost.
+#[test]
+fn bug_a_flow_on_standard_output_lost_the_numbers() {
+    let folder = folder();
+    let line = "swim solve scene.toml --flow /dev/stdout > both";
+    let output = shell(folder.path(), line);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let both = std::fs::read(folder.path().join("both")).unwrap();
+    contains(
+        line,
+        &text(&both),
+        &["VTKFile", "velocity", "power on the fluid"],
+    );
 }
 
 #[test]
@@ -108,6 +125,9 @@ fn damaged_files_of_the_program_are_noticed() {
     std::fs::write(at("flow_slices.json"), huge).unwrap();
     let message = refused(folder.path(), &["view", "out", "--movie"]);
     contains("view", &message, &["flow_slices.json is damaged"]);
+    // The page is written without the flow, and the reason is printed.
+    let words = printed(folder.path(), &["view", "out"]);
+    contains("view", &words, &["report", "flow_slices.json is damaged"]);
 
     let map = ["map", "scene.toml", "--out", "out", "--json"];
     let first = printed(folder.path(), &map);

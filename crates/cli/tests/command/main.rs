@@ -2,6 +2,7 @@
 
 mod book;
 mod design;
+mod fuzz;
 mod help;
 mod hostile;
 mod output;

@@ -364,6 +364,18 @@ fn bug_solve_ignored_the_tolerance() {
         words.contains("does not limit the errors of this model"),
         "{words}"
     );
+    // A tolerance that is asked for and missed: exit 3 with the result, unless the best is accepted.
+    let asked = [&rough[..], &["--set", "model.tolerance=1e-6"]].concat();
+    let output = crate::swim(folder.path(), &asked);
+    assert_eq!(output.status.code(), Some(3));
+    let [text, message] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
+    assert!(text.contains("velocity"), "{text}");
+    assert!(
+        message.contains("let model.kind = \"auto\" choose"),
+        "{message}"
+    );
+    let accepted = [&asked[..], &["--set", "model.accept=best"]].concat();
+    crate::printed(folder.path(), &accepted);
 }
 
 #[test]
@@ -383,7 +395,6 @@ fn bug_displacements_by_rounding_were_printed() {
     let (text, _) = swim(&[
         "run",
         path.to_str().unwrap(),
-        "--quiet",
         "--out",
         out.to_str().unwrap(),
     ]);
@@ -406,7 +417,6 @@ fn bug_the_tolerance_was_met_beside_a_bar_of_a_model_that_it_does_not_limit() {
         "model.kind=oseen",
         "--set",
         "domain.kind=unbounded",
-        "--quiet",
         "--out",
         out.to_str().unwrap(),
     ]);
@@ -436,7 +446,7 @@ fn bug_an_open_gait_printed_a_net_displacement_without_saying_that_the_shape_is_
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("open.toml"), OPEN).unwrap();
     let run = |settings: &[&str]| {
-        let arguments = [&["run", "open.toml", "--quiet", "--out", "out"], settings].concat();
+        let arguments = [&["run", "open.toml", "--out", "out"], settings].concat();
         let printed = crate::printed(folder.path(), &arguments);
         let out = folder.path().join("out");
         let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
@@ -488,12 +498,26 @@ fn bug_an_open_gait_printed_a_net_displacement_without_saying_that_the_shape_is_
 }
 
 #[test]
+fn a_quiet_run_prints_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("open.toml"), OPEN).unwrap();
+    let arguments = ["run", "open.toml", "--out", "out"];
+    let line = crate::printed(folder.path(), &[&arguments[..], &["--quiet"]].concat());
+    assert_eq!(line.lines().count(), 1, "{line}");
+    let whole = crate::printed(folder.path(), &arguments);
+    assert_eq!(
+        after(&line, "net displacement"),
+        after(&whole, "net displacement")
+    );
+}
+
+#[test]
 fn bug_look_ups_in_tables_were_counted_as_solves() {
     let folder = tempfile::tempdir().unwrap();
     crate::swim(folder.path(), &["new", "three-sphere"]);
     let settings = ["domain.kind=unbounded", "model.kind=rpy", "gait.cycles=3"];
     let settings = settings.iter().flat_map(|setting| ["--set", setting]);
-    let arguments = ["run", "three-sphere.toml", "--quiet", "--out", "out"];
+    let arguments = ["run", "three-sphere.toml", "--out", "out"];
     let arguments: Vec<&str> = arguments.into_iter().chain(settings).collect();
     let printed = crate::printed(folder.path(), &arguments);
     let summary = std::fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
