@@ -387,8 +387,8 @@ impl Columns {
         Self::new(&centres, some.iter().map(|&k| square[k].sqrt()))
     }
 
-    /// Largest errors of velocities and angular velocities by forces and by slip, from sums over all
-    /// pairs at some spheres; zero where the sums are over all pairs.
+    /// Largest errors of velocities and angular velocities by forces and by slip, from sums over
+    /// all pairs at some spheres; zero where the sums are over all pairs.
     ///
     /// Cost: a product, and `O(n)`.
     pub fn errors(

@@ -240,8 +240,8 @@ impl Outcome {
     /// `controls_error` says whether the model keeps its own error below its share of the tolerance
     /// ([`models::Capabilities::controls_error`]).
     ///
-    /// The rounding of positions, `ε n (x + p)` with the coordinates `x` and the longest path `p` after
-    /// `n` phase spans, is added to the bar of the integration.
+    /// The rounding of positions, `ε n (x + p)` with the coordinates `x` and the longest path `p`
+    /// after `n` phase spans, is added to the bar of the integration.
     pub fn check_tolerance(&mut self, scene: &Scene, controls_error: bool) {
         let poses = self.samples.last().map_or(&[][..], |last| &last.poses);
         let distance = poses

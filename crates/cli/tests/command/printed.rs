@@ -364,7 +364,7 @@ fn bug_solve_ignored_the_tolerance() {
         words.contains("does not limit the errors of this model"),
         "{words}"
     );
-    // A tolerance that is asked for and missed: exit 3 with the result, unless the best is accepted.
+    // One that is asked for and missed: exit 3 with the result, unless the best is accepted.
     let asked = [&rough[..], &["--set", "model.tolerance=1e-6"]].concat();
     let output = crate::swim(folder.path(), &asked);
     assert_eq!(output.status.code(), Some(3));

@@ -17,8 +17,8 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 /// Highest degree of the expansions.
 ///
 /// Errors relative to the largest velocity were 5e-8 to 6e-6 for random forces on 3000 to 30 000
-/// spheres in a cube and in two clusters, and 2e-5 for equal ones in three dense clusters on a line;
-/// of the degrees 10 and 8 they were 3 and 10 times as large.
+/// spheres in a cube and in two clusters, and 2e-5 for equal ones in three dense clusters on a
+/// line; of the degrees 10 and 8 they were 3 and 10 times as large.
 pub(super) const ORDER: usize = 12;
 
 /// Numbers of an expansion.

@@ -228,8 +228,8 @@ impl SpheresModel {
         Ok(solution)
     }
 
-    /// Errors of a solution, in scaled units, by those of the velocities and angular velocities that
-    /// its forces cause at a sphere: of loads, the drag on the largest lone sphere.
+    /// Errors of a solution, in scaled units, by those of the velocities and angular velocities
+    /// that its forces cause at a sphere: of loads, the drag on the largest lone sphere.
     fn errors_of_sums(
         [velocity, angular_velocity]: [f64; 2],
         spheres: &Spheres,

@@ -18,8 +18,8 @@ const REFERENCE_ACCURACY: f64 = 0.3;
 
 /// Factor on the change from a lower order to the lowest one of this model, for all quantities.
 ///
-/// That of velocities of linked spheres, which are ratios of forces, is the largest: errors were 1.0
-/// to 1.2 times the change for distant pairs, 1.8 times at most among three spheres.
+/// That of velocities of linked spheres, which are ratios of forces, is the largest: errors were
+/// 1.0 to 1.2 times the change for distant pairs, 1.8 times at most among three spheres.
 const LOWEST_ORDER_FACTOR: f64 = 3.0;
 
 /// Predicted seconds of a limited reference.

@@ -143,6 +143,12 @@ pub fn summary_json(
         "swimmers": (!swimmers.is_empty()).then_some(swimmers),
         "mean_holding": mean_holding,
         "shape_change": shape_change,
+        "net_displacement": {
+            "vector": vector(&outcome.net_vector()),
+            "length": outcome.resolved_net(),
+            "error": outcome.error_estimate.estimated(),
+            "definition": "mean of the displacements of the centres of the bodies that move",
+        },
         "displacement": by_body(&outcome.displacement),
         "rotation": vector(&outcome.rotation),
         "rotation_error": estimate(&outcome.rotation_error),

@@ -183,6 +183,12 @@ fn the_summary_has_every_number_of_the_outcome() {
             "scene": scene.name(),
             "inertia": null,
             "version": env!("CARGO_PKG_VERSION"),
+            "net_displacement": {
+                "vector": [1.5, 2.0, 2.5],
+                "length": 12.5_f64.sqrt(),
+                "error": estimate_json(0.5)["total"],
+                "definition": "mean of the displacements of the centres of the bodies that move",
+            },
             "displacement": { "a": list(1.0), "b, the large": list(2.0) },
             "rotation": list(3.0),
             "rotation_error": estimate_json(0.125),
