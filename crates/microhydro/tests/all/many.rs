@@ -372,6 +372,24 @@ fn linked_spheres_by_expansions_move_as_by_their_resistance() {
     assert!(error < 1e-5, "{error}");
 }
 
+/// 1000 spheres at gaps of 0.1 were neither answered nor refused in a minute.
+#[test]
+fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
+    let centres =
+        (0..3375).map(|k| Vector3::new((k % 15) as f64, (k / 15 % 15) as f64, (k / 225) as f64));
+    let centres = centres.map(|cell| 2.1 * cell);
+    let spheres = Spheres::new(centres.collect(), vec![1.0; 3375]).unwrap();
+    let accuracy = Accuracy::relative(1e-4);
+    let cost = MultipoleMobility::cost(&spheres, &accuracy).unwrap();
+    assert!(cost.mib > 6144.0 && cost.seconds > 60.0, "{cost:?}");
+    match MultipoleMobility::new(&spheres, &accuracy) {
+        Err(HydroError::TooCostly { mib, seconds, .. }) => {
+            assert_eq!((mib, seconds), (cost.mib, cost.seconds));
+        }
+        other => panic!("{:?}", other.err()),
+    }
+}
+
 /// Above 32 spheres couplings below the tolerance were neglected, which no change of the order
 /// contains: the force between two linked spheres in a narrow gap beside a third one had up to 90
 /// bars.
