@@ -146,8 +146,8 @@ pub enum HydroError {
     /// A solution by expansions that would take too much memory or time.
     #[error(
         "{dofs} multipoles would take {mib:.0} MiB and {seconds:.0} s on two cores, at most \
-         {most_mib:.0} MiB and {longest:.0} s are allowed: use fewer spheres, wider gaps or a \
-         higher tolerance, or model.kind = \"rpy\""
+         {most_mib:.0} MiB and {longest:.0} s are allowed: use fewer spheres, wider gaps, a higher \
+         tolerance, or the model of Rotne, Prager and Yamakawa"
     )]
     TooCostly {
         /// Number of multipoles.

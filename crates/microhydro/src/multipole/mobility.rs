@@ -56,8 +56,8 @@ const MAX_ORDER: usize = 100;
 
 /// Bispherical coordinate of the narrowest gap: 0.011 between equal spheres.
 ///
-/// The lowest eigenvalue falls with the gap, and what couplings neglect made the matrix of 27 spheres
-/// at gaps of 0.01 indefinite at a tolerance of 1e-2.
+/// The lowest eigenvalue falls with the gap, and what couplings neglect made the matrix of 27
+/// spheres at gaps of 0.01 indefinite at a tolerance of 1e-2.
 const NARROWEST: f64 = 0.15;
 
 /// Lowest order: that below it by two has the stresslets.
@@ -84,7 +84,7 @@ pub struct ExpansionCost {
     pub dofs: usize,
     /// Memory of the couplings in MiB.
     pub mib: f64,
-    /// Seconds on two cores, with the error bar. Counted and not measured: the same on all machines.
+    /// Seconds on two cores, with the error bar. Counted and not measured: the same everywhere.
     pub seconds: f64,
 }
 
@@ -99,8 +99,8 @@ const LOG_RESIDUAL: f64 = 11.5;
 /// Solutions from which errors are estimated take as long as the first one.
 const SOLUTIONS: f64 = 2.0;
 
-/// Multiplications and additions per second of products, and numbers of couplings per second, on two
-/// cores.
+/// Multiplications and additions per second of products, and numbers of couplings per second, on
+/// two cores.
 const PRODUCT_RATE: f64 = 3e9;
 const COUPLING_RATE: f64 = 2e7;
 
@@ -252,7 +252,8 @@ impl<'a> MultipoleMobility<'a> {
     ///
     /// # Errors
     /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below 0.011
-    /// radii and those that need higher orders than 100; [`HydroError::TooLarge`], [`HydroError::TooCostly`].
+    /// radii and those that need higher orders than 100; [`HydroError::TooLarge`],
+    /// [`HydroError::TooCostly`].
     pub fn new(spheres: &'a Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
         let plan = Plan::new(spheres, accuracy)?;
         plan.cost().check()?;

@@ -155,8 +155,8 @@ impl SpheresModel {
     }
 }
 
-/// Largest velocity and angular velocity of single spheres, the others held, due to errors of forces
-/// and torques.
+/// Largest velocity and angular velocity of single spheres, the others held, due to errors of
+/// forces and torques.
 ///
 /// The resistance of a sphere is that of a lone one, and in gaps the leading term `6π b^2 / h` of
 /// lubrication along their axis, with `1/b = 1/a_1 + 1/a_2` and the gap `h`.
