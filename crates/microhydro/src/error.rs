@@ -143,6 +143,24 @@ pub enum HydroError {
         /// Memory that is allowed, in MiB.
         highest: f64,
     },
+    /// A solution by expansions that would take too much memory or time.
+    #[error(
+        "{dofs} multipoles would take {mib:.0} MiB and {seconds:.0} s on two cores, at most \
+         {most_mib:.0} MiB and {longest:.0} s are allowed: use fewer spheres, wider gaps, a higher \
+         tolerance, or the model of Rotne, Prager and Yamakawa"
+    )]
+    TooCostly {
+        /// Number of multipoles.
+        dofs: usize,
+        /// Memory that they would take, in MiB.
+        mib: f64,
+        /// Predicted time.
+        seconds: f64,
+        /// Memory that is allowed, in MiB.
+        most_mib: f64,
+        /// Time that is allowed, in seconds.
+        longest: f64,
+    },
     /// An estimated error above the tolerance at the highest orders that are allowed.
     #[error(
         "the resistance was computed to a relative error of {reached:.1e}, {tolerance:.1e} was \

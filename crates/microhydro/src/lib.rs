@@ -19,7 +19,7 @@ mod squirmer;
 pub mod wall;
 
 pub use error::HydroError;
-pub use linked::{Linkage, LinkedMotion, LinkedSpheres};
+pub use linked::{Linkage, LinkedMotion, LinkedSpheres, Mobility};
 pub use multipole::Accuracy;
 /// The version of nalgebra whose vectors and matrices this crate takes and returns.
 pub use nalgebra;

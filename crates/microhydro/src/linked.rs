@@ -1,12 +1,68 @@
-//! Motion of spheres that joints connect, by models of point forces: conjugate gradients without
-//! the mobility matrix.
+//! Motion of spheres that joints connect: conjugate gradients without the mobility matrix.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 use rayon::prelude::*;
 
 use crate::error::check_entries;
 use crate::inverse_root::inverse_root;
-use crate::{HydroError, PointMobility};
+use crate::{HydroError, PointMobility, Spheres};
+
+/// A mobility `M` that is never formed, and that may be the Schur complement of further degrees of
+/// freedom `x` of the fluid, on which nothing acts:
+///
+/// ```text
+/// U = M_0 f + C x      0 = C^T f + H x
+/// ```
+///
+/// The whole matrix is symmetric positive definite. `x` are scaled such that the diagonal of `H` is
+/// one; six forces and torques, or velocities and angular velocities, belong to each sphere.
+pub trait Mobility: Sync {
+    /// The spheres.
+    fn spheres(&self) -> &Spheres;
+
+    /// Number of further degrees of freedom.
+    fn hidden(&self) -> usize {
+        0
+    }
+
+    /// `M_0 f + C x` and `C^T f + H x`.
+    ///
+    /// # Errors
+    /// [`HydroError::Length`], [`HydroError::NotFinite`].
+    fn product(
+        &self,
+        forces: &DVector<f64>,
+        hidden: &DVector<f64>,
+    ) -> Result<[DVector<f64>; 2], HydroError>;
+
+    /// An approximation to the block of some spheres, positive definite: for a preconditioner.
+    fn own_block(&self, some: &[usize]) -> DMatrix<f64>;
+
+    /// The error for a matrix that is not positive definite.
+    fn not_positive_definite(&self) -> HydroError;
+}
+
+impl Mobility for PointMobility<'_> {
+    fn spheres(&self) -> &Spheres {
+        self.spheres()
+    }
+
+    fn product(
+        &self,
+        forces: &DVector<f64>,
+        _: &DVector<f64>,
+    ) -> Result<[DVector<f64>; 2], HydroError> {
+        Ok([self.apply(forces)?, DVector::zeros(0)])
+    }
+
+    fn own_block(&self, some: &[usize]) -> DMatrix<f64> {
+        self.block_without_images(some)
+    }
+
+    fn not_positive_definite(&self) -> HydroError {
+        self.not_positive_definite()
+    }
+}
 
 /// Spheres that move together: their velocities are `U = S v + W` with free coordinates `v`.
 ///
@@ -34,6 +90,10 @@ pub struct LinkedMotion {
     pub forces: DVector<f64>,
     /// The coordinates `v` of each linkage.
     pub coordinates: Vec<DVector<f64>>,
+    /// Forces of the dashpots of each linkage.
+    dashpots: Vec<DVector<f64>>,
+    /// The further degrees of freedom of the mobility.
+    pub hidden: DVector<f64>,
     /// Number of iterations.
     pub iterations: usize,
     /// Norm of the velocities that the joints do not allow, recomputed from the forces, relative to
@@ -55,10 +115,11 @@ pub struct LinkedMotion {
 /// ```
 ///
 /// The matrix is symmetric positive definite and is never formed: conjugate gradients apply `M`,
-/// preconditioned by the factorised blocks of the linkages alone. A dashpot is one more force, with
+/// preconditioned by the factorised blocks of the linkages alone. Further degrees of freedom of the
+/// mobility join the multipliers. A dashpot is one more force, with
 /// its coefficient as mobility. Memory: `O(n)` for linkages of bounded size.
-pub struct LinkedSpheres<'a> {
-    mobility: &'a PointMobility<'a>,
+pub struct LinkedSpheres<'a, M = PointMobility<'a>> {
+    mobility: &'a M,
     linkages: Vec<Eliminated>,
     /// Entry of the first multiplier of each linkage, and the number of all.
     first: Vec<usize>,
@@ -90,7 +151,7 @@ const MAX_STARTS: usize = 3;
 const NO_DASHPOT: f64 = 1e-14;
 
 impl Eliminated {
-    fn new(linkage: Linkage, mobility: &PointMobility) -> Result<Self, HydroError> {
+    fn new(linkage: Linkage, mobility: &impl Mobility) -> Result<Self, HydroError> {
         let (rows, free) = (6 * linkage.spheres.len(), linkage.basis.ncols());
         check_entries("rows of a basis", rows, linkage.basis.nrows())?;
         check_entries("velocities of a linkage", rows, linkage.offset.len())?;
@@ -112,7 +173,7 @@ impl Eliminated {
         let complement = orthogonal.columns(free, all - free).into_owned();
         let mut own = DMatrix::identity(all, all);
         own.view_mut((0, 0), (rows, rows))
-            .copy_from(&mobility.block_without_images(&linkage.spheres));
+            .copy_from(&mobility.own_block(&linkage.spheres));
         let factor = Cholesky::new(complement.tr_mul(&(own * &complement)))
             .ok_or_else(|| mobility.not_positive_definite())?;
         Ok(Self {
@@ -157,9 +218,11 @@ fn dashpots(damping: &DMatrix<f64>) -> DMatrix<f64> {
 struct Forces {
     spheres: DVector<f64>,
     dashpots: Vec<DVector<f64>>,
+    /// Further degrees of freedom of the mobility, or the residuals of their equations.
+    hidden: DVector<f64>,
 }
 
-impl<'a> LinkedSpheres<'a> {
+impl<'a, M: Mobility> LinkedSpheres<'a, M> {
     /// Prepares linkages that consist of all spheres.
     ///
     /// Cost: for linkages of `k` spheres `O(k³)` each, in parallel.
@@ -167,10 +230,7 @@ impl<'a> LinkedSpheres<'a> {
     /// # Errors
     /// [`HydroError::Length`] for lists of the wrong length and spheres that belong to no linkage
     /// or to several; [`HydroError::NotPositiveDefinite`].
-    pub fn new(
-        mobility: &'a PointMobility<'a>,
-        linkages: Vec<Linkage>,
-    ) -> Result<Self, HydroError> {
+    pub fn new(mobility: &'a M, linkages: Vec<Linkage>) -> Result<Self, HydroError> {
         let mut members: Vec<usize> = (linkages.iter())
             .flat_map(|linkage| linkage.spheres.iter().copied())
             .collect();
@@ -220,7 +280,43 @@ impl<'a> LinkedSpheres<'a> {
         let balancing = self.linkages.iter().map(Eliminated::balancing).collect();
         let offsets = self.linkages.iter().map(|one| &one.linkage.offset);
         let offsets: Vec<DVector<f64>> = offsets.cloned().collect();
-        self.motion(balancing, &offsets, tolerance)
+        self.motion(balancing, &offsets, tolerance, None)
+    }
+
+    /// The same from the forces of other joints of the same spheres, or by another mobility; the
+    /// residual is relative to that of these forces.
+    ///
+    /// # Errors
+    /// Those of [`LinkedSpheres::solve`]; [`HydroError::Length`].
+    pub fn solve_near(
+        &self,
+        start: &LinkedMotion,
+        tolerance: f64,
+    ) -> Result<LinkedMotion, HydroError> {
+        let count = 6 * self.mobility.spheres().len();
+        check_entries(
+            "forces and torques on the spheres",
+            count,
+            start.forces.len(),
+        )?;
+        check_entries("multipoles", self.mobility.hidden(), start.hidden.len())?;
+        let mut multipliers = DVector::zeros(self.multipliers() + start.hidden.len());
+        for (k, one) in self.linkages.iter().enumerate() {
+            let none = DVector::zeros(0);
+            let dashpots = start.dashpots.get(k).unwrap_or(&none).iter();
+            let of_spheres = one.linkage.spheres.iter();
+            let of_spheres = of_spheres.flat_map(|&k| &start.forces.as_slice()[6 * k..6 * k + 6]);
+            let all: Vec<f64> = of_spheres.chain(dashpots).copied().collect();
+            let forces = DVector::from_vec(all).resize_vertically(one.rows(), 0.0);
+            let mut rows = multipliers.rows_mut(self.first[k], one.complement.ncols());
+            rows.gemv_tr(1.0, &one.complement, &forces, 0.0);
+        }
+        let mut rows = multipliers.rows_mut(self.multipliers(), start.hidden.len());
+        rows.copy_from(&start.hidden);
+        let balancing = self.linkages.iter().map(Eliminated::balancing).collect();
+        let offsets = self.linkages.iter().map(|one| one.linkage.offset.clone());
+        let offsets: Vec<DVector<f64>> = offsets.collect();
+        self.motion(balancing, &offsets, tolerance, Some(multipliers))
     }
 
     /// Change of forces and coordinates for a small change `δU` of the velocities by given forces:
@@ -241,72 +337,8 @@ impl<'a> LinkedSpheres<'a> {
             let entries = one.linkage.spheres.iter().flat_map(of_sphere);
             DVector::from_iterator(one.linkage.offset.len(), entries)
         });
-        self.motion(balancing.collect(), &offsets.collect::<Vec<_>>(), tolerance)
-    }
-
-    /// Random loads on the coordinates of each linkage, with the covariance `S^T M^-1 S + D` for
-    /// independent standard normal numbers.
-    ///
-    /// They are `S^T f` for forces `f = G^T (G M G^T)^(-1/2) w` of covariance `M^-1`, where the
-    /// factorised blocks of the linkages alone are `G`, as preconditioner (Chow & Saad 2014, SIAM
-    /// J. Sci. Comput. 36, A588), and those of dashpots. Without other linkages this is
-    /// a Cholesky factorisation. The square root is that of Lanczos, to a relative accuracy of
-    /// 1e-6. Cost: one product with the mobility per step of it.
-    ///
-    /// # Errors
-    /// [`HydroError::NotPositiveDefinite`] for point forces too close to each other;
-    /// [`HydroError::RootNotConverged`]; [`HydroError::NotFinite`].
-    pub fn random_loads(
-        &self,
-        normal: &mut dyn FnMut() -> f64,
-    ) -> Result<Vec<DVector<f64>>, HydroError> {
-        let not_positive_definite = || self.mobility.not_positive_definite();
-        let factors: Vec<DMatrix<f64>> = (self.linkages.par_iter())
-            .map(|one| {
-                let block = self.mobility.block_without_images(&one.linkage.spheres);
-                let factor = Cholesky::new(block).ok_or_else(not_positive_definite)?;
-                Ok(factor.unpack())
-            })
-            .collect::<Result<_, HydroError>>()?;
-        let mut first = vec![0];
-        for factor in &factors {
-            first.push(first[first.len() - 1] + factor.nrows());
-        }
-        let of_linkage = |all: &DVector<f64>, k: usize| {
-            let own = all.rows(first[k], factors[k].nrows());
-            let solved = factors[k].tr_solve_lower_triangular(&own);
-            solved.ok_or_else(not_positive_definite)
-        };
-        let with_dashpots = |k: usize, forces: DVector<f64>| {
-            let rows = self.linkages[k].rows();
-            forces.resize_vertically(rows, 0.0)
-        };
-        // L^-1 M L^-T with the factors L of the blocks
-        let apply = |all: &DVector<f64>| {
-            let forces = (0..factors.len()).map(|k| Ok(with_dashpots(k, of_linkage(all, k)?)));
-            let forces: Vec<_> = forces.collect::<Result<_, HydroError>>()?;
-            let velocities = self.velocities(&self.gathered(&forces))?;
-            let mut image = DVector::zeros(all.len());
-            for (k, factor) in factors.iter().enumerate() {
-                let count = factor.nrows();
-                let own = self.own(&velocities, k).resize_vertically(count, 0.0);
-                let solved = factor.solve_lower_triangular(&own);
-                let solved = solved.ok_or_else(not_positive_definite)?;
-                image.rows_mut(first[k], count).copy_from(&solved);
-            }
-            Ok(image)
-        };
-        let normals = DVector::from_fn(first[factors.len()], |_, _| normal());
-        let root = inverse_root(&normals, apply)?.ok_or_else(not_positive_definite)?;
-        let loads = self.linkages.iter().enumerate().map(|(k, one)| {
-            let spheres = factors[k].nrows();
-            let mut forces = with_dashpots(k, of_linkage(&root, k)?);
-            for dashpot in spheres..one.rows() {
-                forces[dashpot] = normal();
-            }
-            Ok(one.triangle.tr_mul(&one.range.tr_mul(&forces)))
-        });
-        loads.collect()
+        let offsets: Vec<_> = offsets.collect();
+        self.motion(balancing.collect(), &offsets, tolerance, None)
     }
 
     fn motion(
@@ -314,11 +346,22 @@ impl<'a> LinkedSpheres<'a> {
         balancing: Vec<DVector<f64>>,
         offsets: &[DVector<f64>],
         tolerance: f64,
+        start: Option<DVector<f64>>,
     ) -> Result<LinkedMotion, HydroError> {
-        let known = self.gathered(&balancing);
-        let mut velocities = self.velocities(&known)?;
+        let (count, hidden) = (self.multipliers(), self.mobility.hidden());
+        let mut multipliers = start.unwrap_or_else(|| DVector::zeros(count + hidden));
+        let of_multipliers = |multipliers: &DVector<f64>| {
+            let all: Vec<DVector<f64>> = (self.linkages.iter().enumerate())
+                .map(|(k, one)| {
+                    let of_linkage = self.of_linkage(multipliers, k);
+                    &balancing[k] + &one.complement * of_linkage
+                })
+                .collect();
+            self.gathered(&all, multipliers.rows(count, hidden).into_owned())
+        };
+        let mut forces = of_multipliers(&multipliers);
+        let mut velocities = self.velocities(&forces)?;
         let mut residual = self.unbalanced(&velocities, offsets);
-        let mut multipliers = DVector::zeros(self.multipliers());
         let scale = residual.norm();
         let given = offsets.iter().map(|w| w.norm_squared()).sum::<f64>().sqrt();
         let target = |velocities: &Forces| {
@@ -326,20 +369,13 @@ impl<'a> LinkedSpheres<'a> {
             rounding.max(tolerance * scale)
         };
         let mut iterations = 0;
-        let mut forces = known;
         for _ in 0..MAX_STARTS {
             let target = target(&velocities);
             if residual.norm() <= target {
                 break;
             }
             iterations += self.iterate(&mut multipliers, residual.clone(), target)?;
-            let all: Vec<DVector<f64>> = (self.linkages.iter().enumerate())
-                .map(|(k, one)| {
-                    let of_linkage = self.of_linkage(&multipliers, k);
-                    &balancing[k] + &one.complement * of_linkage
-                })
-                .collect();
-            forces = self.gathered(&all);
+            forces = of_multipliers(&multipliers);
             velocities = self.velocities(&forces)?;
             residual = self.unbalanced(&velocities, offsets);
         }
@@ -364,6 +400,8 @@ impl<'a> LinkedSpheres<'a> {
         Ok(LinkedMotion {
             coordinates: coordinates.collect(),
             forces: forces.spheres,
+            dashpots: forces.dashpots,
+            hidden: forces.hidden,
             iterations,
             residual: if scale > 0.0 { reached / scale } else { 0.0 },
         })
@@ -409,8 +447,13 @@ impl<'a> LinkedSpheres<'a> {
         let all: Vec<DVector<f64>> = (self.linkages.iter().enumerate())
             .map(|(k, one)| &one.complement * self.of_linkage(multipliers, k))
             .collect();
-        let velocities = self.velocities(&self.gathered(&all))?;
+        let count = self.multipliers();
+        let hidden = multipliers.rows(count, self.mobility.hidden());
+        let velocities = self.velocities(&self.gathered(&all, hidden.into_owned()))?;
         let mut image = DVector::zeros(multipliers.len());
+        image
+            .rows_mut(count, hidden.len())
+            .copy_from(&velocities.hidden);
         for (k, one) in self.linkages.iter().enumerate() {
             let mut rows = image.rows_mut(self.first[k], one.complement.ncols());
             rows.gemv_tr(1.0, &one.complement, &self.own(&velocities, k), 0.0);
@@ -429,7 +472,10 @@ impl<'a> LinkedSpheres<'a> {
 
     /// `Z^T (W - U)` for velocities `U`, of dashpots too.
     fn unbalanced(&self, velocities: &Forces, offsets: &[DVector<f64>]) -> DVector<f64> {
-        let mut slip = DVector::zeros(self.multipliers());
+        let count = self.multipliers();
+        let mut slip = DVector::zeros(count + velocities.hidden.len());
+        let mut rows = slip.rows_mut(count, velocities.hidden.len());
+        rows.copy_from(&-&velocities.hidden);
         for (k, (one, offset)) in self.linkages.iter().zip(offsets).enumerate() {
             let mut rows = slip.rows_mut(self.first[k], one.complement.ncols());
             let relative = self.relative(velocities, k, offset);
@@ -466,7 +512,7 @@ impl<'a> LinkedSpheres<'a> {
     }
 
     /// Forces of all spheres from those of the linkages.
-    fn gathered(&self, linkages: &[DVector<f64>]) -> Forces {
+    fn gathered(&self, linkages: &[DVector<f64>], hidden: DVector<f64>) -> Forces {
         let mut spheres = DVector::zeros(6 * self.mobility.spheres().len());
         let mut dashpots = Vec::with_capacity(linkages.len());
         for (one, forces) in self.linkages.iter().zip(linkages) {
@@ -477,14 +523,87 @@ impl<'a> LinkedSpheres<'a> {
             let count = 6 * one.linkage.spheres.len();
             dashpots.push(forces.rows(count, forces.len() - count).into_owned());
         }
-        Forces { spheres, dashpots }
+        Forces {
+            spheres,
+            dashpots,
+            hidden,
+        }
     }
 
     /// Velocities by forces; the mobility of a dashpot is one.
     fn velocities(&self, forces: &Forces) -> Result<Forces, HydroError> {
+        let [spheres, hidden] = self.mobility.product(&forces.spheres, &forces.hidden)?;
         Ok(Forces {
-            spheres: self.mobility.apply(&forces.spheres)?,
+            spheres,
             dashpots: forces.dashpots.clone(),
+            hidden,
         })
+    }
+}
+
+impl LinkedSpheres<'_, PointMobility<'_>> {
+    /// Random loads on the coordinates of each linkage, with the covariance `S^T M^-1 S + D` for
+    /// independent standard normal numbers.
+    ///
+    /// They are `S^T f` for forces `f = G^T (G M G^T)^(-1/2) w` of covariance `M^-1`, where the
+    /// factorised blocks of the linkages alone are `G`, as preconditioner (Chow & Saad 2014, SIAM
+    /// J. Sci. Comput. 36, A588), and those of dashpots. Without other linkages this is
+    /// a Cholesky factorisation. The square root is that of Lanczos, to a relative accuracy of
+    /// 1e-6. Cost: one product with the mobility per step of it.
+    ///
+    /// # Errors
+    /// [`HydroError::NotPositiveDefinite`] for point forces too close to each other;
+    /// [`HydroError::RootNotConverged`]; [`HydroError::NotFinite`].
+    pub fn random_loads(
+        &self,
+        normal: &mut dyn FnMut() -> f64,
+    ) -> Result<Vec<DVector<f64>>, HydroError> {
+        let not_positive_definite = || self.mobility.not_positive_definite();
+        let factors: Vec<DMatrix<f64>> = (self.linkages.par_iter())
+            .map(|one| {
+                let block = self.mobility.block_without_images(&one.linkage.spheres);
+                let factor = Cholesky::new(block).ok_or_else(not_positive_definite)?;
+                Ok(factor.unpack())
+            })
+            .collect::<Result<_, HydroError>>()?;
+        let mut first = vec![0];
+        for factor in &factors {
+            first.push(first[first.len() - 1] + factor.nrows());
+        }
+        let of_linkage = |all: &DVector<f64>, k: usize| {
+            let own = all.rows(first[k], factors[k].nrows());
+            let solved = factors[k].tr_solve_lower_triangular(&own);
+            solved.ok_or_else(not_positive_definite)
+        };
+        let with_dashpots = |k: usize, forces: DVector<f64>| {
+            let rows = self.linkages[k].rows();
+            forces.resize_vertically(rows, 0.0)
+        };
+        // L^-1 M L^-T with the factors L of the blocks
+        let apply = |all: &DVector<f64>| {
+            let forces = (0..factors.len()).map(|k| Ok(with_dashpots(k, of_linkage(all, k)?)));
+            let forces: Vec<_> = forces.collect::<Result<_, HydroError>>()?;
+            let velocities = self.velocities(&self.gathered(&forces, DVector::zeros(0)))?;
+            let mut image = DVector::zeros(all.len());
+            for (k, factor) in factors.iter().enumerate() {
+                let count = factor.nrows();
+                let own = self.own(&velocities, k).resize_vertically(count, 0.0);
+                let solved = factor.solve_lower_triangular(&own);
+                let solved = solved.ok_or_else(not_positive_definite)?;
+                image.rows_mut(first[k], count).copy_from(&solved);
+            }
+            Ok(image)
+        };
+        let normals = DVector::from_fn(first[factors.len()], |_, _| normal());
+        let root = inverse_root(&normals, apply)?.ok_or_else(not_positive_definite)?;
+        let loads = self.linkages.iter().enumerate().map(|(k, one)| {
+            let spheres = factors[k].nrows();
+            let mut forces = with_dashpots(k, of_linkage(&root, k)?);
+            for dashpot in spheres..one.rows() {
+                forces[dashpot] = normal();
+            }
+            Ok(one.triangle.tr_mul(&one.range.tr_mul(&forces)))
+        });
+        loads.collect()
     }
 }

@@ -1,6 +1,6 @@
 //! Velocities and forces of linked bodies, linkage by linkage.
 
-use microhydro::{Linkage, LinkedMotion, LinkedSpheres, PointMobility};
+use microhydro::{Linkage, LinkedMotion, LinkedSpheres, Mobility, PointMobility};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 use rayon::prelude::*;
 use rigid::{
@@ -69,10 +69,10 @@ pub(crate) struct MobilitySolution {
     amplitudes: Vec<(f64, f64)>,
 }
 
-/// A solution by point forces with the operators that it was found by.
-pub(crate) struct PointSolution<'a> {
-    pub mobility: &'a PointMobility<'a>,
-    pub system: LinkedSpheres<'a>,
+/// A solution by a mobility without a matrix, with the operators that it was found by.
+pub(crate) struct IteratedSolution<'a, M = PointMobility<'a>> {
+    pub mobility: &'a M,
+    pub system: LinkedSpheres<'a, M>,
     pub found: LinkedMotion,
     pub solution: MobilitySolution,
 }
@@ -479,13 +479,26 @@ impl SomeLinkages<'_> {
         &self,
         mobility: &'m PointMobility<'m>,
         effect: Option<&SurfaceEffect>,
-    ) -> Result<PointSolution<'m>, ModelError> {
+    ) -> Result<IteratedSolution<'m>, ModelError> {
+        self.by_mobility(mobility, effect, RESIDUAL)
+    }
+
+    /// The solution by a mobility without a matrix, to a relative residual.
+    ///
+    /// # Errors
+    /// Spheres too close for the model; joints that contradict each other.
+    pub fn by_mobility<'m, M: Mobility>(
+        &self,
+        mobility: &'m M,
+        effect: Option<&SurfaceEffect>,
+        residual: f64,
+    ) -> Result<IteratedSolution<'m, M>, ModelError> {
         let system = self.spheres(mobility, effect)?;
-        let found = system.solve(RESIDUAL)?;
+        let found = system.solve(residual)?;
         let solution = self
             .solution(&found.coordinates, found.forces.clone(), found.residual)?
             .with_powers(effect);
-        Ok(PointSolution {
+        Ok(IteratedSolution {
             mobility,
             system,
             found,
@@ -493,15 +506,62 @@ impl SomeLinkages<'_> {
         })
     }
 
-    /// The linked spheres of a model of point forces.
+    /// The solution by another mobility of the same spheres; the residual is relative to that of
+    /// the forces `near`, from which the iteration starts.
+    ///
+    /// # Errors
+    /// Spheres too close for the model; joints that contradict each other.
+    pub fn by_similar_mobility(
+        &self,
+        mobility: &impl Mobility,
+        near: &LinkedMotion,
+        residual: f64,
+    ) -> Result<(MobilitySolution, LinkedMotion), ModelError> {
+        let found = self.spheres(mobility, None)?.solve_near(near, residual)?;
+        let forces = found.forces.clone();
+        Ok((
+            self.solution(&found.coordinates, forces, found.residual)?,
+            found,
+        ))
+    }
+
+    /// Forces of spheres that move as in a solution, by another mobility, as in
+    /// [`SomeLinkages::by_similar_mobility`].
     ///
     /// # Errors
     /// Spheres too close for the model.
-    fn spheres<'m>(
+    pub fn forces_of_motion(
         &self,
-        mobility: &'m PointMobility<'m>,
+        solution: &MobilitySolution,
+        mobility: &impl Mobility,
+        near: &LinkedMotion,
+        residual: f64,
+    ) -> Result<DVector<f64>, ModelError> {
+        let velocities = solution.generalised.select_rows(&self.surface_velocities);
+        let held = self.surfaces.iter().map(|spheres| {
+            let entries = (spheres.iter()).flat_map(|&k| &velocities.as_slice()[6 * k..6 * k + 6]);
+            let rows = 6 * spheres.len();
+            Linkage {
+                spheres: spheres.clone(),
+                basis: DMatrix::zeros(rows, 0),
+                offset: DVector::from_iterator(rows, entries.copied()),
+                load: DVector::zeros(0),
+                damping: DMatrix::zeros(0, 0),
+            }
+        });
+        let system = LinkedSpheres::new(mobility, held.collect())?;
+        Ok(system.solve_near(near, residual)?.forces)
+    }
+
+    /// The linked spheres of a mobility.
+    ///
+    /// # Errors
+    /// Spheres too close for the model.
+    fn spheres<'m, M: Mobility>(
+        &self,
+        mobility: &'m M,
         effect: Option<&SurfaceEffect>,
-    ) -> Result<LinkedSpheres<'m>, ModelError> {
+    ) -> Result<LinkedSpheres<'m, M>, ModelError> {
         let linkages = self.linkages.iter().zip(&self.surfaces);
         let linkages = linkages.map(|(one, spheres)| {
             let mut offset = one.reduction.surface_offset.clone();

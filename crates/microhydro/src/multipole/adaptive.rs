@@ -131,16 +131,8 @@ pub fn orders_for(
 /// order does not contain.
 ///
 /// The forces between two linked spheres in a narrow gap, beside a third one, have an error that is
-/// 1e-3 of that of the resistance, because their own motions are equal. With few spheres all
-/// couplings are kept, at little cost. Many spheres have mostly distant pairs, whose couplings
-/// would take ten times the time and memory.
-fn neglected_part(spheres: usize) -> f64 {
-    const FEW: usize = 32;
-    match spheres <= FEW {
-        true => 1e-4,
-        false => 1.0,
-    }
-}
+/// 1e-3 of that of the resistance, because their own motions are equal.
+const NEGLECTED_PART: f64 = 1e-4;
 
 /// Narrowest gap in smaller radii for which the expansions meet a tolerance, as is verified.
 ///
@@ -221,7 +213,7 @@ fn adaptive(
     let mut best: Option<Resistance> = None;
     let mut stalled = 0;
     loop {
-        let accuracy = search.targets.expansions.min(tolerance) * neglected_part(spheres.len());
+        let accuracy = search.targets.expansions.min(tolerance) * NEGLECTED_PART;
         let reached = match fixed_order::resistance(spheres, medium, &orders, accuracy) {
             // orders beyond the memory end the search, unless they are the first ones
             Err(HydroError::TooLarge { .. }) if best.is_some() => break,

@@ -6,7 +6,7 @@
 use faer::linalg::matmul::matmul;
 use faer::prelude::ReborrowMut;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 
 use super::axial_translation::{InteriorTranslation, OutgoingTranslation};
 use super::lamb::{LambCoefficients, trace_index};
@@ -116,9 +116,28 @@ impl Coupling {
     ) -> Self {
         let all_modes = (from.modes, to.modes);
         let needed = truncation::for_pair(offset.norm(), from.radius, to.radius, tolerance);
-        let from = &from.up_to(needed.0);
-        let to = &to.up_to(needed.1);
-        Self::new(pair, from, to, offset, all_modes, |m, distance| {
+        let ends = (&from.up_to(needed.0), &to.up_to(needed.1));
+        Self::outside(pair, ends, offset, all_modes, usize::MAX)
+    }
+
+    /// Coupling of all modes of two spheres with azimuthal numbers up to a highest one.
+    pub fn up_to_azimuthal(
+        pair: (usize, usize),
+        ends: (&Expansion, &Expansion),
+        offset: &Vector3<f64>,
+        highest: usize,
+    ) -> Self {
+        Self::outside(pair, ends, offset, (ends.0.modes, ends.1.modes), highest)
+    }
+
+    fn outside(
+        pair: (usize, usize),
+        (from, to): (&Expansion, &Expansion),
+        offset: &Vector3<f64>,
+        all_modes: (Modes, Modes),
+        highest: usize,
+    ) -> Self {
+        let translation = |m: usize, distance: f64| {
             let pair = OutgoingTranslation::new(
                 m,
                 (from.radius, from.modes.order),
@@ -126,7 +145,8 @@ impl Coupling {
                 distance,
             );
             move |f, l, k| pair.coefficients(f, l, k)
-        })
+        };
+        Self::new(pair, from, to, offset, all_modes, translation, highest)
     }
 
     /// Coupling of the container with a sphere at `offset` from its centre.
@@ -151,6 +171,7 @@ impl Coupling {
                 );
                 move |f, k, l| interior.coefficients(f, k, l)
             },
+            usize::MAX,
         )
     }
 
@@ -161,8 +182,9 @@ impl Coupling {
         offset: &Vector3<f64>,
         all_modes: (Modes, Modes),
         translation: impl Fn(usize, f64) -> F,
+        highest: usize,
     ) -> Self {
-        let top = from.modes.order.min(to.modes.order);
+        let top = from.modes.order.min(to.modes.order).min(highest);
         let sectors = (0..=top)
             .map(|m| {
                 let coefficients = translation(m, offset.norm());
@@ -190,6 +212,22 @@ impl Coupling {
             rotation: Rotation::new(&rotation_to_z(offset), from.modes.order.max(to.modes.order)),
             sectors,
         }
+    }
+
+    /// Orders of the modes of source and target that the coupling includes.
+    pub fn orders(&self) -> [usize; 2] {
+        [self.used_modes.0.order, self.used_modes.1.order]
+    }
+
+    /// Rotation of the modes of degree `l` onto the line of centres.
+    pub fn rotation(&self, l: usize) -> &DMatrix<f64> {
+        self.rotation.degree(l)
+    }
+
+    /// Matrix of an azimuthal number: columns are the modes of the source, rows those of the
+    /// target, in the order of [`Modes::sector`].
+    pub fn sector(&self, m: usize) -> &Mat<f64> {
+        &self.sectors[m]
     }
 
     /// Dense matrix of the coupling, from all modes of the source to all modes of the target.

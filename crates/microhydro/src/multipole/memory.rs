@@ -8,7 +8,7 @@ use crate::HydroError;
 ///
 /// A dense matrix of 28000 multipoles, whose factorisation takes some minutes, or the matrices over
 /// the rigid motions of 1600 spheres.
-const MAX_MIB: f64 = 6144.0;
+pub(super) const MAX_MIB: f64 = 6144.0;
 
 /// Bytes of a number.
 const BYTES_PER_NUMBER: f64 = 8.0;
@@ -22,7 +22,7 @@ pub(super) fn mib(numbers: f64) -> f64 {
 ///
 /// # Errors
 /// [`HydroError::TooLarge`].
-fn check(numbers: f64, dofs: f64) -> Result<(), HydroError> {
+pub(super) fn check(numbers: f64, dofs: f64) -> Result<(), HydroError> {
     let mib = mib(numbers);
     if mib <= MAX_MIB {
         return Ok(());

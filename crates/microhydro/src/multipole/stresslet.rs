@@ -147,15 +147,20 @@ fn of_densities(
     let rotation = frame.to_axes.to_rotation_matrix();
     let expansions = system.expansions.iter().zip(x).take(system.spheres);
     let stresslet = |(expansion, x): (&Expansion, &Mat<f64>)| {
-        let weight = expansion.weight(Family::Stokeslet, 2);
         let rows = expansion.modes.shell(Family::Stokeslet, 2);
-        let moment: Matrix3<f64> = (rows.zip(second_harmonics()))
-            .map(|(row, harmonic)| harmonic * (x[(row, column)] / weight))
-            .sum();
-        let local = moment * (-40.0 * PI / 3.0 * expansion.radius.powi(2));
+        let modes: Vec<f64> = rows.map(|row| x[(row, column)]).collect();
+        let local = stresslet_of_modes(expansion, &modes);
         rotation.matrix().transpose() * local * rotation.matrix()
     };
     expansions.map(stresslet).collect()
+}
+
+/// Stresslet of the five modes `W_2` of an expansion.
+pub(super) fn stresslet_of_modes(expansion: &Expansion, modes: &[f64]) -> Matrix3<f64> {
+    let weight = expansion.weight(Family::Stokeslet, 2);
+    let moments = modes.iter().zip(second_harmonics());
+    let moment: Matrix3<f64> = moments.map(|(x, harmonic)| harmonic * (x / weight)).sum();
+    moment * (-40.0 * PI / 3.0 * expansion.radius.powi(2))
 }
 
 /// Matrices `A` of the real orthonormal harmonics `Y_2m = n · A n`, for `m = -2 ..= 2`.

@@ -104,7 +104,7 @@ fn order_for(xi: f64, tolerance: f64) -> usize {
 }
 
 /// The order `L` at which `e^(-2 ξ L)` equals `tolerance`.
-fn order_of_decay(xi: f64, tolerance: f64) -> usize {
+pub(super) fn order_of_decay(xi: f64, tolerance: f64) -> usize {
     let terms = -tolerance.ln() / (2.0 * xi);
     // An order beyond any use; larger values would saturate the cast to an integer.
     MIN_ORDER.max(terms.min(1e6).ceil() as usize + 1)

@@ -1,5 +1,6 @@
 //! Many spheres: sums without a matrix, and linked spheres by conjugate gradients.
 
+use microhydro::multipole::MultipoleMobility;
 use microhydro::nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use microhydro::{
     Accuracy, HydroError, Linkage, LinkedMotion, LinkedSpheres, Medium, PointMobility, PointModel,
@@ -347,5 +348,124 @@ fn random_loads_have_the_resistance_as_covariance() {
         // The inverse root has a relative accuracy of 1e-6.
         let error = (&roots * roots.transpose() - &exact).amax() / exact.amax();
         assert!(error < 1e-5, "{error:.1e}");
+    }
+}
+
+/// The multipoles of all spheres join the multipliers, with the couplings that the tolerance needs.
+#[test]
+fn linked_spheres_by_expansions_move_as_by_their_resistance() {
+    let spheres = lattice(17, 2.6);
+    let accuracy = Accuracy::relative(1e-5);
+    let mobility = MultipoleMobility::new(&spheres, &accuracy).unwrap();
+    let linked = LinkedSpheres::new(&mobility, swimmers(&spheres)).unwrap();
+    let found = linked.solve(1e-10).unwrap();
+    let exact =
+        multipole::resistance(&spheres, &Medium::Unbounded, &Accuracy::relative(1e-7)).unwrap();
+    let (forces, coordinates) = dense(exact.matrix(), &swimmers(&spheres));
+    let error = (&found.forces - &forces).amax() / forces.amax();
+    assert!(error < 1e-5, "{error}");
+    let moved = DVector::from_iterator(
+        coordinates.len(),
+        found.coordinates.iter().flat_map(|v| v.iter().copied()),
+    );
+    let error = (moved - &coordinates).amax() / coordinates.amax();
+    assert!(error < 1e-5, "{error}");
+}
+
+/// 1000 spheres at gaps of 0.1 were neither answered nor refused in a minute.
+#[test]
+fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
+    let centres =
+        (0..3375).map(|k| Vector3::new((k % 15) as f64, (k / 15 % 15) as f64, (k / 225) as f64));
+    let centres = centres.map(|cell| 2.1 * cell);
+    let spheres = Spheres::new(centres.collect(), vec![1.0; 3375]).unwrap();
+    let accuracy = Accuracy::relative(1e-4);
+    let cost = MultipoleMobility::cost(&spheres, &accuracy).unwrap();
+    assert!(cost.mib > 6144.0 && cost.seconds > 60.0, "{cost:?}");
+    match MultipoleMobility::new(&spheres, &accuracy) {
+        Err(HydroError::TooCostly { mib, seconds, .. }) => {
+            assert_eq!((mib, seconds), (cost.mib, cost.seconds));
+        }
+        other => panic!("{:?}", other.err()),
+    }
+}
+
+/// Above 32 spheres couplings below the tolerance were neglected, which no change of the order
+/// contains: the force between two linked spheres in a narrow gap beside a third one had up to 90
+/// bars.
+#[test]
+fn bug_bars_among_more_than_32_spheres_lacked_the_neglected_couplings() {
+    for seed in [2, 4] {
+        let mut random = Random(seed * 977 + 5);
+        (0..9).for_each(|_| {
+            random.next();
+        });
+        let mut direction = || loop {
+            let found = Vector3::from_fn(|_, _| 2.0 * random.next() - 1.0);
+            if (0.1..1.0).contains(&found.norm()) {
+                return found.normalize();
+            }
+        };
+        let shift = 0.05 * seed as f64;
+        let mut radii = vec![0.4 + shift, 0.6, 1.0];
+        let second = direction() * (radii[0] + radii[1] + 0.03);
+        let third = loop {
+            let third = direction() * (radii[0] + radii[2] + 0.2 + 2.0 * shift);
+            if (third - second).norm() > radii[1] + radii[2] + 0.2 {
+                break third;
+            }
+        };
+        let mut centres = vec![Vector3::zeros(), second, third];
+        for k in 0..36 {
+            let cell = Vector3::new((k % 3) as f64, (k / 3 % 3) as f64, (k / 9) as f64);
+            centres.push(Vector3::new(6.0, -6.0, -9.0) + 6.0 * cell);
+            radii.push(1.0);
+        }
+        let spheres = Spheres::new(centres, radii).unwrap();
+        let loads = [7.0, 3.0].map(|size| {
+            let force = size * direction();
+            DVector::from_vec(vec![force.x, force.y, force.z, 0.0, 0.0, 0.0])
+        });
+        let pair = Linkage {
+            spheres: vec![0, 1],
+            basis: rigid(&spheres, &[0, 1]),
+            offset: DVector::zeros(12),
+            load: loads[0].clone(),
+            damping: DMatrix::zeros(6, 6),
+        };
+        let single = |k: usize| Linkage {
+            spheres: vec![k],
+            basis: DMatrix::identity(6, 6),
+            offset: DVector::zeros(6),
+            load: if k == 2 {
+                loads[1].clone()
+            } else {
+                DVector::zeros(6)
+            },
+            damping: DMatrix::zeros(6, 6),
+        };
+        let singles = (2..spheres.len()).map(single);
+        let linkages: Vec<Linkage> = Some(pair).into_iter().chain(singles).collect();
+        let mobility = MultipoleMobility::new(&spheres, &Accuracy::relative(1e-8)).unwrap();
+        let exact = LinkedSpheres::new(&mobility, linkages.clone()).unwrap();
+        let exact = exact.solve(1e-10).unwrap().forces;
+        for tolerance in [1e-3, 1e-4] {
+            let accuracy = Accuracy::relative(tolerance);
+            let found = multipole::resistance_best(&spheres, &Medium::Unbounded, &accuracy);
+            let found = found.unwrap();
+            let forces = |matrix: &DMatrix<f64>| dense(matrix, &linkages).0;
+            let computed = forces(found.matrix());
+            let gaps = forces(found.coarser_gaps().unwrap_or(found.matrix()));
+            let largest = |change: DVector<f64>| {
+                let norms = (0..6).map(|k| change.fixed_rows::<3>(6 * k).norm());
+                norms.fold(0.0, f64::max)
+            };
+            let bar = largest(&computed - &gaps)
+                + found.tail() * largest(gaps - forces(found.coarser()))
+                + largest(&computed - forces(found.rounded()));
+            let error = largest(computed - &exact);
+            // Bars are estimates: random studies accept 1.5 of them.
+            assert!(error < 1.5 * bar, "{error} {bar} at {tolerance:e}");
+        }
     }
 }

@@ -1,13 +1,14 @@
 //! Models of spheres without a mesh: Oseen, Rotne-Prager-Yamakawa, multipole expansions.
 
+mod iterated_expansions;
 mod point_forces;
 mod sphere_flow;
 mod sphere_resistances;
 
 use std::time::Instant as Clock;
 
-use microhydro::multipole::{self, Orders, SphereSlip};
-use microhydro::{Accuracy, Medium, PointModel, Spheres, Squirmer};
+use microhydro::multipole::{self, MultipoleMobility, Orders, SphereSlip};
+use microhydro::{Accuracy, HydroError, Medium, PointModel, Spheres, Squirmer};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::StateVelocity;
 
@@ -326,6 +327,9 @@ impl SpheresModel {
     /// Spheres that are too close.
     pub fn predicted_seconds(&self, configuration: Configuration) -> Result<f64, ModelError> {
         let spheres = self.spheres(configuration)?;
+        if let Some(accuracy) = self.iterates(configuration)? {
+            return Ok(MultipoleMobility::cost(&spheres, &accuracy)?.seconds);
+        }
         let columns = match self.scaled.scene.has_surface_velocity() || self.scaled.scene.deforms()
         {
             // Slip, the background flow and each amplitude.
@@ -452,13 +456,21 @@ impl SpheresModel {
                 let squirmers = self.squirmers(configuration)?;
                 self.point_solution(model, &linked, (&spheres, &squirmers))?
             }
-            None => {
-                let resistances = self.resistance_at(configuration)?;
-                let surfaces = self.surface_effects((configuration, rates), &resistances)?;
-                let effect = surfaces.as_ref().map(|effects| &effects.computed);
-                let linked = LinkedBodies::new(&self.scaled, &query, rates)?;
-                linked.all().by_resistance(&resistances.matrix, effect)?
-            }
+            None => match self.iterates(configuration)? {
+                Some(accuracy) => {
+                    let spheres = self.spheres(configuration)?;
+                    let mobility = MultipoleMobility::new(&spheres, &accuracy)?;
+                    let linked = LinkedBodies::new(&self.scaled, &query, rates)?;
+                    iterated_expansions::solution(&mobility, &accuracy, &linked)?
+                }
+                None => {
+                    let resistances = self.resistance_at(configuration)?;
+                    let surfaces = self.surface_effects((configuration, rates), &resistances)?;
+                    let effect = surfaces.as_ref().map(|effects| &effects.computed);
+                    let linked = LinkedBodies::new(&self.scaled, &query, rates)?;
+                    linked.all().by_resistance(&resistances.matrix, effect)?
+                }
+            },
         };
         self.placed(configuration, rates, &solved.generalised)
     }
@@ -490,6 +502,13 @@ impl SpheresModel {
     ) -> Result<InstantaneousSolution, ModelError> {
         if let Some(model) = self.kind.point_model() {
             return self.point_forces(model, query, rates);
+        }
+        if let Some(accuracy) = self.iterates(query.configuration)? {
+            match self.iterated_expansions(&accuracy, query, rates) {
+                // What couplings neglect was too much in a narrow gap.
+                Err(ModelError::Spheres(HydroError::FactorisationFailed { .. })) => {}
+                found => return found,
+            }
         }
         let configuration = query.configuration;
         let clock = Clock::now();
@@ -605,11 +624,15 @@ impl Hydrodynamics for SpheresModel {
         let predicted = self.predicted_seconds(configuration)?;
         if predicted > MAX_MEASURED_SECONDS {
             let spheres = self.spheres(configuration)?;
-            let (dofs, mib) = match self.kind {
-                SphereModel::Multipole(tolerance) => {
+            let (dofs, mib) = match (self.kind, self.iterates(configuration)?) {
+                (_, Some(accuracy)) => {
+                    let cost = MultipoleMobility::cost(&spheres, &accuracy)?;
+                    (cost.dofs, cost.mib)
+                }
+                (SphereModel::Multipole(tolerance), None) => {
                     multipole::predicted_size(&spheres, &self.medium, tolerance)?
                 }
-                SphereModel::Oseen | SphereModel::Rpy => (6 * spheres.len(), 0.0),
+                (SphereModel::Oseen | SphereModel::Rpy, None) => (6 * spheres.len(), 0.0),
             };
             return Ok(PredictedCost {
                 dofs: Dofs {
@@ -650,11 +673,21 @@ impl Hydrodynamics for SpheresModel {
                     |linked: &LinkedBodies| self.point_solution(model, linked, (&spheres, &[]));
                 linked_bodies::joint_responses(&self.scaled, configuration, solve)
             }
-            None => {
-                let matrix = self.resistance_at(configuration)?.matrix;
-                let solve = |linked: &LinkedBodies| linked.all().by_resistance(&matrix, None);
-                linked_bodies::joint_responses(&self.scaled, configuration, solve)
-            }
+            None => match self.iterates(configuration)? {
+                Some(accuracy) => {
+                    let spheres = self.spheres(configuration)?;
+                    let mobility = MultipoleMobility::new(&spheres, &accuracy)?;
+                    let solve = |linked: &LinkedBodies| {
+                        iterated_expansions::solution(&mobility, &accuracy, linked)
+                    };
+                    linked_bodies::joint_responses(&self.scaled, configuration, solve)
+                }
+                None => {
+                    let matrix = self.resistance_at(configuration)?.matrix;
+                    let solve = |linked: &LinkedBodies| linked.all().by_resistance(&matrix, None);
+                    linked_bodies::joint_responses(&self.scaled, configuration, solve)
+                }
+            },
         };
         responses.map(Some)
     }

@@ -13,7 +13,7 @@ use super::sphere_resistances::SphereResistances;
 use super::{Reference, SphereModel, SpheresModel, SurfaceEffects, follow, references};
 use crate::error::ModelError;
 use crate::linked_bodies::{
-    LargestDifferences, LinkedBodies, MobilitySolution, PointSolution, SomeLinkages,
+    IteratedSolution, LargestDifferences, LinkedBodies, MobilitySolution, SomeLinkages,
 };
 use crate::query::{Configuration, Query};
 use crate::response::Response;
@@ -45,7 +45,7 @@ pub(super) struct ModelErrors {
     pub generalised: Option<DVector<f64>>,
 }
 
-impl PointSolution<'_> {
+impl IteratedSolution<'_> {
     /// The solution with the stresslets that the spheres have in the flow of the forces.
     fn reflected(&self, linkages: &SomeLinkages) -> Result<MobilitySolution, ModelError> {
         let velocities = self.mobility.first_reflection(&self.found.forces)?;
@@ -299,7 +299,7 @@ impl SpheresModel {
         &self,
         model: PointModel,
         (linked, spheres, squirmers): (&LinkedBodies, &Spheres, &[Squirmer]),
-        solved: &PointSolution,
+        solved: &IteratedSolution,
     ) -> Result<ModelErrors, ModelError> {
         let all = linked.all();
         let reflected = solved.reflected(&all)?;

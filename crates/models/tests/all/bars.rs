@@ -216,6 +216,87 @@ fn bug_bars_of_linked_spheres_beside_a_third_lacked_the_neglected_couplings() {
     }
 }
 
+/// Clusters of linked and single spheres with gaps of 0.1 to 0.5, more than have a resistance
+/// matrix: the bars contain what the couplings of distant pairs neglect.
+#[test]
+fn bars_of_many_spheres_in_narrow_gaps_contain_the_errors_of_expansions() {
+    let mut text = SceneText::new();
+    for cluster in 0..9 {
+        let turn = UnitQuaternion::from_euler_angles(0.7 * cluster as f64, 1.1, 0.3);
+        let cell = [cluster % 3, cluster / 3].map(|k| 7.0 * k as f64);
+        let shift = 0.02 * cluster as f64;
+        let places = [
+            Vector3::zeros(),
+            Vector3::new(1.9 + shift, 0.0, 0.0),
+            Vector3::new(0.9, 2.0 + shift, 0.3),
+            Vector3::new(1.0, 0.6, 2.1),
+        ];
+        for (k, (place, radius)) in places.iter().zip([1.0, 0.8, 0.9, 0.7]).enumerate() {
+            let x = turn * place + Vector3::new(cell[0], cell[1], 0.5 * cluster as f64);
+            let force = turn * Vector3::new(1.0, 0.4 * k as f64, -0.7);
+            let keys = format!(
+                "radius = {radius}, force = [{}, {}, {}]",
+                force.x, force.y, force.z
+            );
+            text = text.shape(&format!("s{cluster}{k}"), &keys, [x.x, x.y, x.z]);
+        }
+        let names = [0, 1].map(|k| format!("s{cluster}{k}"));
+        text = text.slide(&format!("arm{cluster}"), &names[1], &names[0]);
+    }
+    let scene = text.scene();
+    let state = scene.initial_state();
+    let rates = [[1.0, -0.5, 0.0].repeat(3)];
+    let solved = |tolerance| {
+        let configuration = testkit::at(&state, scene.articulation().initial_shape());
+        let kind = SphereModel::Multipole(tolerance);
+        let query = Query::new(configuration, &rates).with_stresslets();
+        let solved = SpheresModel::new(&scene, kind).unwrap().solve(&query);
+        solved.unwrap().remove(0)
+    };
+    let exact = solved(1e-6);
+    for tolerance in [1e-2, 1e-3] {
+        let found = solved(tolerance);
+        assert!(found.solver.iterations > 0);
+        let largest = |of: &dyn Fn(&BodySolution) -> Vector3<f64>| {
+            let pairs = found.bodies.iter().zip(&exact.bodies);
+            pairs.fold(0.0_f64, |m, (a, b)| m.max((of(a) - of(b)).norm()))
+        };
+        let [stresslets, of_exact] = [&found, &exact].map(|one| one.stresslets.as_ref().unwrap());
+        let changes = stresslets.bodies.iter().zip(&of_exact.bodies);
+        let stresslet = changes.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        for (what, error, bar) in [
+            (
+                "velocity",
+                largest(&|body| body.velocity),
+                found.error_estimate.model,
+            ),
+            (
+                "angular velocity",
+                largest(&|body| body.angular_velocity),
+                found.angular_velocity_error.model,
+            ),
+            (
+                "force",
+                largest(&|body| body.force),
+                found.force_error.model,
+            ),
+            (
+                "torque",
+                largest(&|body| body.torque),
+                found.torque_error.model,
+            ),
+            (
+                "power",
+                (found.power() - exact.power()).abs(),
+                found.power_error.model,
+            ),
+            ("stresslet", stresslet, stresslets.error),
+        ] {
+            within(error, bar.unwrap(), format!("{what} at {tolerance:e}"));
+        }
+    }
+}
+
 /// A bent swimmer with a load on one of its bodies, in a ball.
 fn bent() -> SceneText {
     SceneText::new()

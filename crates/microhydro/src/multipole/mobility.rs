@@ -1,0 +1,465 @@
+//! Mobility of many spheres by multipole expansions without a matrix over all of them.
+//!
+//! Forces on the spheres are given or multipliers of joints, so that one right-hand side is solved
+//! for instead of one for each rigid motion: [`crate::LinkedSpheres`] iterates over all multipoles
+//! at once. Each pair couples the modes that its distance needs; near pairs have the orders of
+//! their gap, which no elimination lowers, so that the matrix stays positive definite among any
+//! number of neighbours.
+
+use nalgebra::{DMatrix, DVector, Matrix3};
+use pulp::{Arch, WithSimd};
+use rayon::prelude::*;
+
+use super::coupling::{Coupling, Expansion};
+use super::memory;
+use super::modes::{Family, Modes};
+use super::orders::Accuracy;
+use super::pair_product::{self, PairOrders, PairProduct, Workspace};
+use super::rotation::AXIS_OF_M;
+use super::scaled::drag_units;
+use super::stresslet::stresslet_of_modes;
+use super::truncation;
+use crate::error::{check_entries, check_finite};
+use crate::{HydroError, Medium, Mobility, PointMobility, PointModel, Spheres};
+
+/// The expansions that a product has: errors are estimated from solutions by fewer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Variant {
+    /// All.
+    Full,
+    /// Orders lower by two.
+    Lowered,
+    /// Couplings that neglect [`MORE_NEGLECTED`] times more.
+    Neglecting,
+}
+
+/// Factor on the tolerance of couplings of [`Variant::Neglecting`].
+///
+/// What all couplings neglect is then a small part of the change.
+pub const MORE_NEGLECTED: f64 = 30.0;
+
+/// Part of the tolerance below which couplings are neglected.
+const NEGLECTED: f64 = 1e-2;
+
+/// By how much [`Variant::Lowered`] is lower.
+const LOWERED: usize = 2;
+
+/// Part of the target of the flows about the axis of a gap that higher azimuthal numbers have.
+///
+/// Third spheres drive them, so that their errors are no squares. Among 27 spheres at gaps of 0.1
+/// velocities changed by 3e-3 with the order instead of 2e-4 where they had the same target.
+const REGULAR: f64 = 1e-2;
+
+/// Highest order of an expansion.
+const MAX_ORDER: usize = 100;
+
+/// Bispherical coordinate of the narrowest gap: 0.011 between equal spheres.
+///
+/// The lowest eigenvalue falls with the gap, and what couplings neglect made the matrix of 27
+/// spheres at gaps of 0.01 indefinite at a tolerance of 1e-2.
+const NARROWEST: f64 = 0.15;
+
+/// Lowest order: that below it by two has the stresslets.
+const LOWEST_ORDER: usize = 4;
+
+/// The orders of all spheres and pairs, before anything is computed.
+struct Plan {
+    /// Orders of the spheres.
+    orders: Vec<usize>,
+    /// Pairs with the orders of their coupling, and the highest degree with all azimuthal numbers.
+    pairs: Vec<PlannedPair>,
+    tail: f64,
+    /// Tolerance of neglected couplings.
+    neglected: f64,
+    /// Expected iterations of a solution.
+    iterations: f64,
+}
+
+/// Size and time of a solution by expansions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ExpansionCost {
+    /// Number of multipoles.
+    pub dofs: usize,
+    /// Memory of the couplings in MiB.
+    pub mib: f64,
+    /// Seconds on two cores, with the error bar. Counted and not measured: the same everywhere.
+    pub seconds: f64,
+}
+
+/// Iterations for each digit, `e` as base, of the residual and for a bispherical coordinate of one.
+///
+/// Between equal spheres at gaps of 0.05 to 1 radii in cubes, they were 0.6 to 0.8.
+const ITERATIONS: f64 = 0.7;
+
+/// Natural logarithm of the residual of solutions over the tolerance.
+const LOG_RESIDUAL: f64 = 11.5;
+
+/// Solutions from which errors are estimated take as long as the first one.
+const SOLUTIONS: f64 = 2.0;
+
+/// Multiplications and additions per second of products, and numbers of couplings per second, on
+/// two cores.
+const PRODUCT_RATE: f64 = 3e9;
+const COUPLING_RATE: f64 = 2e7;
+
+/// Longest time of a solution that is begun.
+const LONGEST_SECONDS: f64 = 3600.0;
+
+impl ExpansionCost {
+    /// # Errors
+    /// [`HydroError::TooCostly`].
+    fn check(&self) -> Result<(), HydroError> {
+        if self.mib <= memory::MAX_MIB && self.seconds <= LONGEST_SECONDS {
+            return Ok(());
+        }
+        Err(HydroError::TooCostly {
+            dofs: self.dofs,
+            mib: self.mib,
+            seconds: self.seconds,
+            most_mib: memory::MAX_MIB,
+            longest: LONGEST_SECONDS,
+        })
+    }
+}
+
+struct PlannedPair {
+    pair: (usize, usize),
+    orders: PairOrders,
+    regular: usize,
+}
+
+impl Plan {
+    fn new(spheres: &Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
+        accuracy.check()?;
+        let (n, tolerance) = (spheres.len(), accuracy.tolerance);
+        // before the list of all pairs
+        let least = pair_product::numbers([2, 2], 2) as f64;
+        memory::check(0.5 * (n as f64).powi(2) * least, 11.0 * n as f64)?;
+        let gaps = truncation::gaps(spheres, &Medium::Unbounded);
+        let xi = truncation::GapCoordinates::narrowest_of(&gaps, n);
+        let target = truncation::first_target(&xi, n, tolerance);
+        let orders = truncation::for_tolerance(&xi, &Medium::Unbounded, target);
+        let orders: Vec<usize> = (orders.spheres.iter())
+            .map(|&order| order.max(LOWEST_ORDER))
+            .collect();
+        let highest = orders.iter().copied().max().unwrap_or_default();
+        if highest > MAX_ORDER || truncation::narrowest(&xi) < NARROWEST {
+            let (surfaces, gap) = spheres.narrowest_gap(&Medium::Unbounded);
+            return Err(HydroError::TooClose {
+                surfaces,
+                gap,
+                tolerance,
+                needed: highest,
+                highest: MAX_ORDER,
+            });
+        }
+        let all = super::orders::Orders {
+            spheres: orders.clone(),
+            ..super::orders::Orders::all(n, &Medium::Unbounded, 0)
+        };
+        let amplified = truncation::narrowest(&xi).min(1.0).powi(2);
+        let neglected = tolerance * NEGLECTED * amplified;
+        let (x, a) = (spheres.centres(), spheres.radii());
+        let pairs = gaps.iter().map(|gap| {
+            let (i, j) = gap.pair;
+            let (first, second) = truncation::for_pair((x[j] - x[i]).norm(), a[i], a[j], neglected);
+            let regular = gap
+                .xi
+                .map(|xi| truncation::order_of_decay(xi, REGULAR * target));
+            PlannedPair {
+                pair: (i, j),
+                orders: [first.min(orders[i]), second.min(orders[j])],
+                regular: regular[0].max(regular[1]),
+            }
+        });
+        Ok(Self {
+            pairs: pairs.collect(),
+            tail: truncation::tail(&xi, &all),
+            orders,
+            neglected,
+            iterations: ITERATIONS * (LOG_RESIDUAL - tolerance.ln())
+                / truncation::narrowest(&xi).min(1.0),
+        })
+    }
+
+    fn cost(&self) -> ExpansionCost {
+        let modes = self.orders.iter().map(|&order| (Modes { order }).len());
+        let dofs = modes.sum();
+        let numbers = self.numbers();
+        let product: f64 = (self.pairs.iter())
+            .map(|pair| pair_product::operations(pair.orders, pair.regular) as f64)
+            .sum();
+        ExpansionCost {
+            dofs,
+            mib: memory::mib(numbers + VECTORS * dofs as f64),
+            seconds: numbers / COUPLING_RATE + SOLUTIONS * self.iterations * product / PRODUCT_RATE,
+        }
+    }
+
+    /// Numbers of all couplings.
+    fn numbers(&self) -> f64 {
+        let of = |pair: &PlannedPair| pair_product::numbers(pair.orders, pair.regular) as f64;
+        self.pairs.iter().map(of).sum()
+    }
+}
+
+/// Vectors of all multipoles in an iteration.
+const VECTORS: f64 = 20.0;
+
+/// Mobility of spheres in unbounded fluid by expansions, with their multipoles as hidden degrees of
+/// freedom. Viscosity 1.
+///
+/// Orders follow from the gaps and the tolerance, without a search: solutions by the
+/// [`Variant`]s tell the error. Memory: `O(L^3)` numbers for a pair that needs the order `L`.
+pub struct MultipoleMobility<'a> {
+    points: PointMobility<'a>,
+    expansions: Vec<Expansion>,
+    /// Place of the first mode of each sphere.
+    first: Vec<usize>,
+    units: Vec<f64>,
+    products: Vec<PairProduct>,
+    pairs: Vec<(usize, usize)>,
+    /// For each sphere its pairs.
+    of_sphere: Vec<Vec<usize>>,
+    tail: f64,
+    neglected: f64,
+    variant: Variant,
+}
+
+impl<'a> MultipoleMobility<'a> {
+    /// Whether expansions resolve all gaps without eliminations in narrow ones.
+    ///
+    /// # Errors
+    /// A tolerance that is not between `1e-13` and 1.
+    pub fn resolves(spheres: &Spheres, accuracy: &Accuracy) -> Result<bool, HydroError> {
+        match Plan::new(spheres, accuracy) {
+            Err(HydroError::TooClose { .. }) => Ok(false),
+            found => found.map(|_| true),
+        }
+    }
+
+    /// Predicted cost of a solution with its error bar. Cost: that of the gaps.
+    ///
+    /// # Errors
+    /// As [`MultipoleMobility::new`]; a larger cost than that is allowed is none.
+    pub fn cost(spheres: &Spheres, accuracy: &Accuracy) -> Result<ExpansionCost, HydroError> {
+        Ok(Plan::new(spheres, accuracy)?.cost())
+    }
+
+    /// Computes the couplings of all pairs.
+    ///
+    /// # Errors
+    /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below 0.011
+    /// radii and those that need higher orders than 100; [`HydroError::TooLarge`],
+    /// [`HydroError::TooCostly`].
+    pub fn new(spheres: &'a Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
+        let plan = Plan::new(spheres, accuracy)?;
+        plan.cost().check()?;
+        let (x, radii) = (spheres.centres(), spheres.radii());
+        let expansions: Vec<Expansion> = (radii.iter().zip(&plan.orders))
+            .map(|(&radius, &order)| Expansion {
+                radius,
+                modes: Modes { order },
+            })
+            .collect();
+        let mut first = vec![0];
+        for expansion in &expansions {
+            first.push(first[first.len() - 1] + expansion.modes.len());
+        }
+        let products: Vec<PairProduct> = (plan.pairs.par_iter())
+            .map(|planned| {
+                let (i, j) = planned.pair;
+                let up_to = |k: usize, order: usize| Expansion {
+                    modes: Modes { order },
+                    ..expansions[k]
+                };
+                let ends = (&up_to(i, planned.orders[0]), &up_to(j, planned.orders[1]));
+                let offset = x[j] - x[i];
+                let coupling = Coupling::up_to_azimuthal((i, j), ends, &offset, planned.regular);
+                PairProduct::new(&coupling, planned.regular)
+            })
+            .collect();
+        let pairs: Vec<(usize, usize)> = plan.pairs.iter().map(|planned| planned.pair).collect();
+        let mut of_sphere = vec![Vec::new(); spheres.len()];
+        for (number, &(i, j)) in pairs.iter().enumerate() {
+            of_sphere[i].push(number);
+            of_sphere[j].push(number);
+        }
+        Ok(Self {
+            points: PointMobility::new(PointModel::Rpy, spheres, &Medium::Unbounded)?,
+            units: drag_units(radii),
+            expansions,
+            first,
+            products,
+            pairs,
+            of_sphere,
+            tail: plan.tail,
+            neglected: plan.neglected,
+            variant: Variant::Full,
+        })
+    }
+
+    /// The same couplings with the expansions of a variant.
+    pub fn set_variant(&mut self, variant: Variant) {
+        self.variant = variant;
+    }
+
+    /// Factor from the change by [`Variant::Lowered`] to the error.
+    pub fn tail(&self) -> f64 {
+        self.tail
+    }
+
+    /// Number of multipoles.
+    pub fn dofs(&self) -> usize {
+        self.first[self.expansions.len()]
+    }
+
+    /// Stresslets of the spheres for the multipoles `hidden` of a solution.
+    pub fn stresslets(&self, hidden: &DVector<f64>) -> Vec<Matrix3<f64>> {
+        let all = self.expansions.iter().zip(&self.first);
+        all.map(|(expansion, &first)| {
+            let rows = expansion.modes.shell(Family::Stokeslet, 2);
+            let modes: Vec<f64> = rows.map(|row| hidden[first + row]).collect();
+            stresslet_of_modes(expansion, &modes)
+        })
+        .collect()
+    }
+
+    /// Rows of the rigid motions of a sphere among all modes, with the places of the velocities.
+    fn rigid(&self, sphere: usize) -> impl Iterator<Item = (usize, usize, f64)> {
+        let modes = self.expansions[sphere].modes;
+        let starts = [Family::Stokeslet, Family::Rotlet].map(|f| modes.shell(f, 1).start);
+        let first = self.first[sphere];
+        let units = &self.units[6 * sphere..6 * sphere + 6];
+        let rows: Vec<_> = (0..6)
+            .map(|k| {
+                let physical = 6 * sphere + 3 * (k / 3) + AXIS_OF_M[k % 3];
+                (first + starts[k / 3] + k % 3, physical, units[k])
+            })
+            .collect();
+        rows.into_iter()
+    }
+
+    /// The order of a sphere in products.
+    fn order(&self, sphere: usize) -> usize {
+        let order = self.expansions[sphere].modes.order;
+        match self.variant {
+            Variant::Lowered => order - LOWERED,
+            _ => order,
+        }
+    }
+
+    /// Highest orders of a pair in products.
+    fn most(&self, (i, j): (usize, usize)) -> PairOrders {
+        let orders = [self.order(i), self.order(j)];
+        if self.variant != Variant::Neglecting {
+            return orders;
+        }
+        let spheres = self.points.spheres();
+        let (x, a) = (spheres.centres(), spheres.radii());
+        let tolerance = MORE_NEGLECTED * self.neglected;
+        let (first, second) = truncation::for_pair((x[j] - x[i]).norm(), a[i], a[j], tolerance);
+        [first.min(orders[0]), second.min(orders[1])]
+    }
+}
+
+/// The couplings of all pairs of one sphere, with the vector instructions of the processor.
+struct OfSphere<'m> {
+    all: &'m MultipoleMobility<'m>,
+    sphere: usize,
+    x: &'m [f64],
+    y: &'m mut [f64],
+}
+
+impl WithSimd for OfSphere<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let mut work = Workspace::default();
+        let Self { all, sphere, x, y } = self;
+        let to = all.expansions[sphere].modes;
+        let omitted = match all.variant {
+            Variant::Lowered => LOWERED,
+            _ => 0,
+        };
+        for &number in &all.of_sphere[sphere] {
+            let (i, j) = all.pairs[number];
+            let most = all.most((i, j));
+            let (other, backward, most) = match j == sphere {
+                true => (i, false, most),
+                false => (j, true, [most[1], most[0]]),
+            };
+            let source = &x[all.first[other]..all.first[other + 1]];
+            let from = (source, all.expansions[other].modes);
+            all.products[number].add(from, (y, to), (most, omitted), backward, &mut work);
+        }
+    }
+}
+
+impl Mobility for MultipoleMobility<'_> {
+    fn spheres(&self) -> &Spheres {
+        self.points.spheres()
+    }
+
+    fn hidden(&self) -> usize {
+        self.dofs()
+    }
+
+    fn product(
+        &self,
+        forces: &DVector<f64>,
+        hidden: &DVector<f64>,
+    ) -> Result<[DVector<f64>; 2], HydroError> {
+        let n = self.expansions.len();
+        check_entries("forces and torques on the spheres", 6 * n, forces.len())?;
+        check_entries("multipoles", self.dofs(), hidden.len())?;
+        check_finite("a force", forces)?;
+        let mut x = hidden.clone();
+        for (row, place, unit) in (0..n).flat_map(|sphere| self.rigid(sphere)) {
+            x[row] = forces[place] / unit;
+        }
+        let x = x.as_slice();
+        let arch = Arch::new();
+        let of_spheres: Vec<Vec<f64>> = (0..n)
+            .into_par_iter()
+            .map(|sphere| {
+                let mut y = x[self.first[sphere]..self.first[sphere + 1]].to_vec();
+                arch.dispatch(OfSphere {
+                    all: self,
+                    sphere,
+                    x,
+                    y: &mut y,
+                });
+                let modes = self.expansions[sphere].modes;
+                let used = Modes {
+                    order: self.order(sphere),
+                };
+                for (family, l) in modes.shells().filter(|&(f, l)| !used.contains(f, l)) {
+                    y[modes.shell(family, l)].fill(0.0);
+                }
+                y
+            })
+            .collect();
+        let mut hidden = DVector::from_vec(of_spheres.concat());
+        let mut velocities = DVector::zeros(6 * n);
+        for (row, place, unit) in (0..n).flat_map(|sphere| self.rigid(sphere)) {
+            velocities[place] = hidden[row] / unit;
+            hidden[row] = 0.0;
+        }
+        Ok([velocities, hidden])
+    }
+
+    fn own_block(&self, some: &[usize]) -> DMatrix<f64> {
+        self.points.block_without_images(some)
+    }
+
+    fn not_positive_definite(&self) -> HydroError {
+        HydroError::FactorisationFailed {
+            matrix: "Galerkin matrix",
+            size: self.dofs(),
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! Solutions of many spheres by multipole expansions without a resistance matrix, and their error
+//! bars.
+
+use std::f64::consts::PI;
+use std::time::Instant as Clock;
+
+use microhydro::multipole::{MultipoleMobility, Variant};
+use microhydro::{Accuracy, Medium, Spheres};
+use nalgebra::{DVector, Matrix3};
+use scene::ModelEstimatesKind;
+use stokes::{Seconds, SolverReport};
+
+use super::point_forces::ModelErrors;
+use super::{SphereModel, SpheresModel, UNBALANCED_PART};
+use crate::error::ModelError;
+use crate::linked_bodies::{LargestDifferences, LinkedBodies, MobilitySolution};
+use crate::query::{Configuration, Query};
+use crate::solution::{InstantaneousSolution, Stresslets};
+
+/// Largest number of spheres whose resistance matrix is computed: its cost of hundredths of a
+/// second serves all rates of the joints in a configuration.
+const FEW: usize = 16;
+
+/// Residual of the equations over the tolerance of the expansions.
+const RESIDUAL: f64 = 1e-5;
+
+/// Residual of changes from which errors are estimated: two digits.
+const ESTIMATE_RESIDUAL: f64 = 1e-2;
+
+/// The motion of all bodies, without error bars.
+///
+/// # Errors
+/// An iteration that does not converge; joints that contradict each other.
+pub(super) fn solution(
+    mobility: &MultipoleMobility,
+    accuracy: &Accuracy,
+    linked: &LinkedBodies,
+) -> Result<MobilitySolution, ModelError> {
+    let residual = RESIDUAL * accuracy.tolerance;
+    Ok(linked.all().by_mobility(mobility, None, residual)?.solution)
+}
+
+impl SpheresModel {
+    /// The accuracy of expansions by iteration; none for few spheres, and where walls, slip,
+    /// deformation or background flow need a resistance matrix.
+    pub(super) fn iterates(
+        &self,
+        configuration: Configuration,
+    ) -> Result<Option<Accuracy>, ModelError> {
+        let SphereModel::Multipole(tolerance) = self.kind else {
+            return Ok(None);
+        };
+        let scene = &self.scaled.scene;
+        let at_rest =
+            scene.background().is_none() && !scene.deforms() && !scene.has_surface_velocity();
+        let accuracy = Accuracy::relative(tolerance);
+        let many = self.names.len() > FEW && self.medium == Medium::Unbounded && at_rest;
+        let iterates =
+            many && MultipoleMobility::resolves(&self.spheres(configuration)?, &accuracy)?;
+        Ok(iterates.then_some(accuracy))
+    }
+
+    /// The solution for one set of rates by expansions without a resistance matrix.
+    ///
+    /// # Errors
+    /// Those of [`MultipoleMobility::new`] and of the iterations.
+    pub(super) fn iterated_expansions(
+        &mut self,
+        accuracy: &Accuracy,
+        query: &Query,
+        rates: &[f64],
+    ) -> Result<InstantaneousSolution, ModelError> {
+        let clock = Clock::now();
+        let spheres = self.spheres(query.configuration)?;
+        let mut mobility = MultipoleMobility::new(&spheres, accuracy)?;
+        let linked = LinkedBodies::new(&self.scaled, query, rates)?;
+        let all = linked.all();
+        let assembly = clock.elapsed().as_secs_f64();
+        let solved = all.by_mobility(&mobility, None, RESIDUAL * accuracy.tolerance)?;
+        let (solution, found) = (solved.solution, solved.found);
+        let solve = clock.elapsed().as_secs_f64() - assembly;
+        let is_estimated = query.random_loads.is_none()
+            && self.scaled.scene.model().estimates != ModelEstimatesKind::Off;
+        let response = linked.response(&solution)?;
+        let stresslets = query.stresslets.then(|| mobility.stresslets(&found.hidden));
+        let mut errors = ModelErrors::default();
+        let mut of_stresslets = 0.0;
+        if is_estimated {
+            let mut bars = LargestDifferences::default();
+            let tail = mobility.tail();
+            for (variant, factor) in [(Variant::Neglecting, 1.0), (Variant::Lowered, tail)] {
+                mobility.set_variant(variant);
+                let (other, of_other) =
+                    all.by_similar_mobility(&mobility, &found, ESTIMATE_RESIDUAL)?;
+                bars.add(factor, &all.largest_differences(&solution, &other));
+                let change = &response - &linked.response(&other)?;
+                let change = &change * factor;
+                errors.signed = Some(match errors.signed.take() {
+                    Some(sum) => sum + &change,
+                    None => change,
+                });
+                if let Some(stresslets) = &stresslets {
+                    let others = mobility.stresslets(&of_other.hidden);
+                    let changes = stresslets.iter().zip(&others).map(|(a, b)| (a - b).norm());
+                    of_stresslets += factor * changes.fold(0.0, f64::max);
+                }
+            }
+            if !all.is_held() {
+                let forces =
+                    all.forces_of_motion(&solution, &mobility, &found, ESTIMATE_RESIDUAL)?;
+                let changes = tail * (&solution.forces - forces);
+                let [velocity, angular] = unbalanced_velocities(&spheres, &changes);
+                bars.velocity = bars.velocity.max(UNBALANCED_PART * velocity);
+                bars.angular_velocity = bars.angular_velocity.max(UNBALANCED_PART * angular);
+            }
+            // As for a resistance matrix: a rotation may change little by chance.
+            let of_velocity = bars.velocity / self.scaled.shortest_lever;
+            bars.angular_velocity = bars.angular_velocity.max(of_velocity);
+            errors.bars = Some(bars);
+        }
+        let stresslets = stresslets.map(|values| {
+            let error = self.stresslets_of_size(of_stresslets);
+            Stresslets {
+                error: is_estimated.then_some(error),
+                ..self.scaled.stresslets_to_scene(&values)
+            }
+        });
+        let total = clock.elapsed().as_secs_f64();
+        let mut solution = InstantaneousSolution {
+            stresslets,
+            seconds: Seconds {
+                assembly,
+                solve,
+                estimate: total - assembly - solve,
+                total,
+                ..Seconds::default()
+            },
+            ..InstantaneousSolution::from(response)
+        };
+        solution.dofs.total = mobility.dofs();
+        solution.solver = SolverReport {
+            formulation: "p-tilde".to_owned(),
+            solver: "conjugate gradients".to_owned(),
+            iterations: found.iterations,
+            true_relative_residual: found.residual,
+        };
+        self.enter_errors(&mut solution, errors);
+        Ok(solution)
+    }
+
+    /// The norm of a stresslet in the scene's units.
+    fn stresslets_of_size(&self, scaled: f64) -> f64 {
+        let only = Matrix3::from_diagonal_element(scaled / 3.0_f64.sqrt());
+        self.scaled.scale.torque_to_scene(only).norm()
+    }
+}
+
+/// Largest velocity and angular velocity of single spheres, the others held, due to errors of
+/// forces and torques.
+///
+/// The resistance of a sphere is that of a lone one, and in gaps the leading term `6π b^2 / h` of
+/// lubrication along their axis, with `1/b = 1/a_1 + 1/a_2` and the gap `h`.
+fn unbalanced_velocities(spheres: &Spheres, changes: &DVector<f64>) -> [f64; 2] {
+    let (x, a) = (spheres.centres(), spheres.radii());
+    let mut largest = [0.0_f64; 2];
+    for i in 0..x.len() {
+        let mut drag = nalgebra::Vector3::from_element(6.0 * PI * a[i]);
+        for j in (0..x.len()).filter(|&j| j != i) {
+            let (apart, b) = (x[j] - x[i], a[i] * a[j] / (a[i] + a[j]));
+            let gap = apart.norm() - a[i] - a[j];
+            if gap < b {
+                let normal = apart.normalize();
+                drag += 6.0 * PI * b * b / gap * normal.component_mul(&normal);
+            }
+        }
+        let force = changes.fixed_rows::<3>(6 * i).component_div(&drag);
+        let torque = changes.fixed_rows::<3>(6 * i + 3) / (8.0 * PI * a[i].powi(3));
+        largest = [largest[0].max(force.amax()), largest[1].max(torque.amax())];
+    }
+    largest
+}
