@@ -9,8 +9,8 @@ from figures import arguments, chart, page, swim, table
 from helix import cross, solve
 
 TUBE, LENGTH = 0.3, 8.0  # of the tail, which has one wave
-SLOPES = [0.2, 0.35, 0.5, 0.65, 0.8]
-MIDDLE = 0.65  # slope of the table of sizes
+SLOPES = [0.2, 0.4, 0.6, 0.8]
+MIDDLE = 0.6  # slope of the table of sizes
 PHASES = [k * math.pi / 4 for k in range(4)]
 PARTS = 24  # of the centreline in slender-body theory
 SIZES = [0.34, 0.26, 0.2]  # of elements on the surface of the tail
@@ -40,7 +40,7 @@ links = [{{ name = "arm", body = "right", to = "left" }}]
 """
         + "\n".join(phases),
     )
-    return found["displacement"][0]
+    return found["displacement"]["left"][0]
 
 
 def far_field(near):
@@ -213,13 +213,14 @@ def main():
     slopes = SLOPES[2:3] if chosen.quick else SLOPES
     sizes = SIZES[:1] if chosen.quick else SIZES
     middle = [(size, *by_elements(MIDDLE, size)) for size in sizes]
-    speeds = [(slope, by_elements(slope, SIZES[0])) for slope in slopes]
+    known = {MIDDLE: middle[0][1:]}
+    speeds = [(slope, known.get(slope) or by_elements(slope, SIZES[0])) for slope in slopes]
     theories = [
         ("resistive forces, Gray & Hancock 1955", lambda a: resistive("Gray & Hancock", a)),
         ("resistive forces, Lighthill 1976", lambda a: resistive("Lighthill", a)),
         ("slender body", slender),
     ]
-    curve = [0.05 + 0.05 * k for k in range(17)]
+    curve = [0.06 * k for k in range(1, 15)]
     chart(
         chosen.out / "tail.svg",
         "slope of the wave",
