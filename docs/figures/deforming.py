@@ -13,7 +13,7 @@ SLOPES = [0.2, 0.4, 0.6, 0.8]
 MIDDLE = 0.6  # slope of the table of sizes
 PHASES = [k * math.pi / 4 for k in range(4)]
 PARTS = 24  # of the centreline in slender-body theory
-SIZES = [0.34, 0.26, 0.2]  # of elements on the surface of the tail
+FACTORS = [2.0, 1.5, 1.1]  # on the default element sizes
 RATIOS = [2.45, 2.6, 3, 3.5, 4, 5, 6, 8, 10, 14]  # shortest arms
 
 
@@ -168,19 +168,19 @@ def slender_at(slope, phase):
     return free_motion(line, weight, drag)
 
 
-def by_elements(slope, size):
-    found = [instant(slope, size, phase) for phase in PHASES]
+def by_elements(slope, factor):
+    found = [instant(slope, factor, phase) for phase in PHASES]
     speeds = [of["bodies"][0]["velocity"][0] for of in found]
     bars = [of["error_estimate"]["total"] for of in found]
     dofs = found[0]["dofs"]["total"]
-    print(f"slope {slope}, size {size}: {dofs} dofs")
+    print(f"slope {slope}, factor {factor}: {dofs} dofs")
     return sum(speeds) / len(PHASES), sum(bars) / len(PHASES), dofs
 
 
-def instant(slope, size, phase):
+def instant(slope, factor, phase):
     return swim(
         "solve",
-        f"""fem.surface_size = {size}
+        f"""fem.size_factor = {factor}
 bodies = [{{ name = "worm", shape = "tube", length = {LENGTH}, radius = {TUBE}, position = [0, 0, 0],
              deformation = {{ kind = "undulation", wave = "displacement", amplitude = {slope}, phase = {phase!r} }} }}]
 gait.phases = [{{ targets = {{ "worm.phase" = {phase + 2 * math.pi!r} }}, duration = {2 * math.pi!r} }}]""",
@@ -211,10 +211,10 @@ def main():
         ],
     )
     slopes = SLOPES[2:3] if chosen.quick else SLOPES
-    sizes = SIZES[:1] if chosen.quick else SIZES
-    middle = [(size, *by_elements(MIDDLE, size)) for size in sizes]
-    known = {MIDDLE: middle[0][1:]}
-    speeds = [(slope, known.get(slope) or by_elements(slope, SIZES[0])) for slope in slopes]
+    factors = FACTORS[1:2] if chosen.quick else FACTORS
+    middle = [(factor, *by_elements(MIDDLE, factor)) for factor in factors]
+    known = {MIDDLE: next(found[1:] for found in middle if found[0] == FACTORS[1])}
+    speeds = [(slope, known.get(slope) or by_elements(slope, FACTORS[1])) for slope in slopes]
     theories = [
         ("resistive forces, Gray & Hancock 1955", lambda a: resistive("Gray & Hancock", a)),
         ("resistive forces, Lighthill 1976", lambda a: resistive("Lighthill", a)),
@@ -263,8 +263,8 @@ def main():
         ),
         f"### Three mesh sizes, slope {MIDDLE}",
         table(
-            ["element size", "dofs", "speed"],
-            [[size, dofs, f"{-u:.6f} ± {bar:.1e}"] for size, u, bar, dofs in middle],
+            ["size factor", "dofs", "speed"],
+            [[factor, dofs, f"{-u:.6f} ± {bar:.1e}"] for factor, u, bar, dofs in middle],
         ),
     )
     (chosen.out / "deforming.md").write_text(text)

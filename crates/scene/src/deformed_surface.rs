@@ -1,11 +1,12 @@
 //! The true surfaces of spheres and spheroids that deform, as the mesh generator sees them.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use mesh::{Surface, SurfaceMesh};
 use mesher::{Placed, Sphere};
 use nalgebra::{Isometry3, Vector2, Vector3};
 
+use crate::octahedral::{coarse_divisions, octahedral};
 use crate::radial_profile::RadialProfile;
 use crate::sphere_deformation::SphereDeformation;
 use crate::star_surface::StarSurface;
@@ -14,13 +15,6 @@ use crate::surface_modes::any_normal;
 /// Angles at which a meridian is tabulated: the highest degree of a mode has twenty samples per
 /// wave.
 const SAMPLES: usize = 256;
-
-/// Largest length of the edges of a coarse triangulation, over the reach: half a radius of
-/// curvature, like the coarse triangulations of other shapes.
-const COARSE_EDGE: f64 = 0.5;
-
-/// Largest number of edges along a quarter of a meridian in a coarse triangulation.
-const MAX_COARSE_EDGES: f64 = 64.0;
 
 /// Steps of Newton's method for a closest point, more than it needs.
 const MAX_STEPS: usize = 60;
@@ -193,55 +187,6 @@ impl Revolved {
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         self.profile.at(&Vector3::new(sine, 0.0, cosine))
     }
-}
-
-/// The octants of a sphere divided into triangles, with the points of directions.
-///
-/// No triangle crosses a coordinate plane, which may be a symmetry plane.
-pub(crate) fn octahedral(
-    divisions: usize,
-    point: impl Fn(Vector3<f64>) -> Vector3<f64>,
-) -> SurfaceMesh {
-    let mut mesh = SurfaceMesh::default();
-    let mut numbers = std::collections::HashMap::new();
-    let n = divisions as i64;
-    let mut vertex = |mesh: &mut SurfaceMesh, at: [i64; 3]| -> u32 {
-        *numbers.entry(at).or_insert_with(|| {
-            let direction = Vector3::from(at.map(|x| x as f64)).normalize();
-            mesh.points.push(point(direction));
-            mesh.points.len() as u32 - 1
-        })
-    };
-    for octant in 0..8 {
-        let signs = [0, 1, 2].map(|axis| if octant >> axis & 1 == 0 { 1 } else { -1 });
-        // The orientation of an octant changes with each sign.
-        let flips = signs.iter().product::<i64>() < 0;
-        for i in 0..n {
-            for j in 0..n - i {
-                let mut add = |corners: [[i64; 2]; 3]| {
-                    let mut triangle = corners.map(|[a, b]| {
-                        let at = [signs[0] * a, signs[1] * b, signs[2] * (n - a - b)];
-                        vertex(&mut mesh, at)
-                    });
-                    if flips {
-                        triangle.swap(1, 2);
-                    }
-                    mesh.triangles.push(triangle);
-                };
-                add([[i, j], [i + 1, j], [i, j + 1]]);
-                if i + j + 2 <= n {
-                    add([[i + 1, j], [i + 1, j + 1], [i, j + 1]]);
-                }
-            }
-        }
-    }
-    mesh
-}
-
-/// Divisions of the octants in a coarse triangulation of a surface of this size and reach.
-pub(crate) fn coarse_divisions(radius: f64, reach: f64) -> usize {
-    let edges = FRAC_PI_2 * radius / (COARSE_EDGE * reach);
-    edges.ceil().clamp(4.0, MAX_COARSE_EDGES) as usize
 }
 
 impl Surface for Revolved {

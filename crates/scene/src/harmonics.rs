@@ -2,6 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+/// Highest degree of a mode.
+pub const MAX_MODE_DEGREE: usize = 12;
+
 /// A real spherical harmonic with the normalisation of Schmidt.
 ///
 /// With the angle `θ` from the third axis and the azimuth `φ` from the first one towards the

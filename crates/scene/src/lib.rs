@@ -23,6 +23,7 @@ pub mod keys;
 mod loads;
 mod material_motion;
 mod nearest;
+mod octahedral;
 mod path_contact;
 mod phase_span;
 mod radial_profile;
@@ -55,7 +56,7 @@ pub use error::SceneError;
 pub use flow::{Background, Slip};
 pub use frames::Frames;
 pub use gait::{Gait, Phase, spans};
-pub use harmonics::Harmonic;
+pub use harmonics::{Harmonic, MAX_MODE_DEGREE};
 pub use keys::{
     FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions, OutputOptions,
 };
@@ -68,7 +69,7 @@ pub use scene::{FluidInertia, Rheology, Scene};
 pub use shape::Shape;
 pub use shape_path::{JointForce, JointPath, OwnPath, ShapePath, Sine};
 pub use shapes::*;
-pub use sphere_deformation::{MAX_MODE_DEGREE, SizeCoordinate, SphereDeformation};
+pub use sphere_deformation::{SizeCoordinate, SphereDeformation};
 pub use spline_path::SplinePath;
 pub use surface_modes::SurfaceModes;
 pub use surface_shape::{SourceFile, SurfaceShape};

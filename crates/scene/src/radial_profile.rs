@@ -6,8 +6,7 @@ use std::sync::LazyLock;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::harmonics::{Harmonic, Jet};
-use crate::sphere_deformation::MAX_MODE_DEGREE;
+use crate::harmonics::{Harmonic, Jet, MAX_MODE_DEGREE};
 
 /// Radial function `R (1 + Σ a Y / p)^p` of a sphere that its modes deform, over directions whose
 /// third coordinate is along the axis of the modes and whose first one is along their meridian.

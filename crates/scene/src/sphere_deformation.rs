@@ -9,9 +9,6 @@ use crate::radial_profile::RadialProfile;
 use crate::surface_modes::{SurfaceModes, value};
 use crate::words::ModeMotion;
 
-/// Highest degree of a mode.
-pub const MAX_MODE_DEGREE: usize = 12;
-
 /// Deformation of a sphere or a spheroid about its centre, by shape coordinates.
 ///
 /// The centre stays the origin of the body: the material point that was in the direction `n` is at

@@ -3,7 +3,7 @@
 use mesh::{Surface, SurfaceMesh};
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-use crate::deformed_surface::{coarse_divisions, octahedral};
+use crate::octahedral::{coarse_divisions, octahedral};
 use crate::radial_profile::RadialProfile;
 use crate::surface_modes::{SurfaceModes, stepped, tangents};
 

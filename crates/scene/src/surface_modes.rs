@@ -148,7 +148,7 @@ impl SurfaceModes {
                 x.dot(&a.cross(&b))
             }
         };
-        directions(zonal).any(|n| !(stretch(n) > 0.0))
+        !directions(zonal).all(|n| stretch(n) > 0.0)
     }
 
     /// Position on the unit sphere of the material point of a direction.

@@ -276,8 +276,8 @@ fn radial_waves_in_the_meridian_plane() {
     }
 }
 
-/// In a ball of three radii both models agree, where the other balls have exact values: the meridian
-/// plane with orders for 1e-5 of the displacement, elements within their bar.
+/// In a ball of three radii, for which there is no exact value, both models agree: elements within
+/// their bar with the meridian plane.
 #[test]
 #[ignore = "slow: 2 min"]
 fn radial_waves_in_a_narrow_ball() {
