@@ -196,8 +196,13 @@ fn harmonic<'f>(
         let name = file.link.as_ref().ok_or_else(|| missing("link"))?;
         let joint = find(checks, &key("link"), name, joints)?;
         if let Some(turn) = file.turn {
-            let strangers = ["mean", "amplitude", "phase", "order"];
-            if let Some(stranger) = strangers.into_iter().find(|name| checks.0.has(&key(name))) {
+            let strangers = [
+                ("mean", file.mean.is_some()),
+                ("amplitude", file.amplitude.is_some()),
+                ("phase", file.phase != 0.0),
+                ("order", file.order != 1),
+            ];
+            if let Some((stranger, _)) = strangers.into_iter().find(|(_, is_given)| *is_given) {
                 let problem = "does not belong to a `turn`; give it in another entry for the link";
                 return Err(checks.bad_value(&key(stranger), problem));
             }
