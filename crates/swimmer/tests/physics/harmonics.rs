@@ -80,7 +80,7 @@ fn curls_of_degree_one_move_nothing_and_gradients_two_thirds() {
     for (order, e) in directions {
         let of = |motion: &str| {
             let scene = sphere(motion, &[(1, order)], ALONG_Z, "model.kind = \"multipole\"");
-            let found = solution(&scene, &[0.0], &[1.0]).bodies[0].clone();
+            let found = solution(&scene, &[0.0], &[1.0]).bodies[0];
             (found.velocity, found.angular_velocity)
         };
         let (velocity, spin) = of("gradient");
