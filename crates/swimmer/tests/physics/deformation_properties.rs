@@ -133,7 +133,10 @@ impl Kind {
                 format!("the solver: {self:?}"),
             );
         }
-        within(own.power() - back.power(), 1e-6 * own.power(), "the solver");
+        // Corrections are solved less accurately than flows.
+        let both = own.power_error.total() + back.power_error.total();
+        let allowed = both + 1e-6 * own.power();
+        within(own.power() - back.power(), allowed, "the error bars");
         let bars = own.power_error.total() + turned.power_error.total();
         within(
             own.power() - turned.power(),
@@ -227,14 +230,5 @@ proptest! {
         rates in prop::array::uniform2(-1.0..1.0_f64),
     ) {
         kind.check_instant(turn, shares, rates);
-    }
-}
-
-/// Frames have this property in `surface_frames`.
-#[test]
-#[ignore = "slow: 2 min"]
-fn one_coordinate_by_elements_leads_nowhere() {
-    for kind in [Kind::Harmonic, Kind::Undulation] {
-        kind.check_scallop(Vector3::new(0.4, -0.8, 1.1), 3.0);
     }
 }
