@@ -194,8 +194,8 @@ impl Scene {
             .filter_map(|body| body.slip)
             .all(|slip| is_along(&slip.axis));
         let deformation_along = (self.bodies.iter())
-            .filter_map(deformation_axis)
-            .all(|axis| is_along(&axis));
+            .filter_map(|body| body.deformation.as_ref())
+            .all(|of| of.is_axisymmetric() && of.axis().is_none_or(|axis| is_along(&axis)));
         let background = self.background.as_ref();
         loads_along
             && shapes_along
@@ -272,12 +272,15 @@ fn has_symmetric_shape(body: &Body, axis: usize) -> bool {
     match &body.deformation {
         Some(Deformation::Undulation(tube)) => tube.plane_normal().is_some_and(is_normal),
         // A spheroid that deforms has the axis of its modes.
-        Some(Deformation::Sphere(_)) => deformation_axis(body).is_none_or(|own| own[axis] == 0.0),
+        Some(Deformation::Sphere(sphere)) => sphere
+            .modes
+            .as_ref()
+            .is_none_or(|modes| modes.keeps_plane(axis)),
         Some(Deformation::Triangles(_)) | None => body.shape.is_isotropic(),
     }
 }
 
-/// Axis of the deformation of a body; none if it has none, or is symmetric about every axis.
+/// Axis of the modes of a body; none without them.
 fn deformation_axis(body: &Body) -> Option<Vector3<f64>> {
     body.deformation.as_ref()?.axis()
 }

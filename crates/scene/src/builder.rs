@@ -249,6 +249,7 @@ impl SceneBuilder {
             amplitude: Some(amplitude),
             phase,
             order,
+            ..HarmonicFile::default()
         });
         self
     }

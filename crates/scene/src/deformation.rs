@@ -94,10 +94,16 @@ impl Deformation {
         self.sphere().is_some_and(SphereDeformation::is_sphere)
     }
 
-    /// Axis about which the deformation is symmetric, in the initial configuration; none if it is
-    /// about every axis or about none.
+    /// Axis of the modes of a sphere or a spheroid in the initial configuration; none without
+    /// modes.
     pub fn axis(&self) -> Option<Vector3<f64>> {
         self.sphere()?.axis()
+    }
+
+    /// Whether the deformation is symmetric about the axis of its modes, or about every axis.
+    pub fn is_axisymmetric(&self) -> bool {
+        self.sphere()
+            .is_some_and(SphereDeformation::is_axisymmetric)
     }
 
     /// Radius of a ball about the position of the body that contains it.
@@ -256,8 +262,7 @@ impl DeformedBody {
         match (self, to) {
             (Self::Sphere(own, from), Self::Sphere(other, to)) => {
                 let direction = own.shortened(*x).try_normalize(0.0).unwrap_or_default();
-                let cosine = own.axis().unwrap_or_else(Vector3::x).dot(&direction);
-                let change = other.profile(to).at(cosine) - own.profile(from).at(cosine);
+                let change = other.distance(&direction, to) - own.distance(&direction, from);
                 own.stretched(change * direction)
             }
             (Self::Tube(own, undulation), Self::Tube(other, _)) => {

@@ -1,23 +1,20 @@
 //! The true surfaces of spheres and spheroids that deform, as the mesh generator sees them.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use mesh::{Surface, SurfaceMesh};
 use mesher::{Placed, Sphere};
 use nalgebra::{Isometry3, Vector2, Vector3};
 
-use crate::sphere_deformation::{RadialProfile, SphereDeformation, any_normal};
+use crate::octahedral::{coarse_divisions, octahedral};
+use crate::radial_profile::RadialProfile;
+use crate::sphere_deformation::SphereDeformation;
+use crate::star_surface::StarSurface;
+use crate::surface_modes::any_normal;
 
 /// Angles at which a meridian is tabulated: the highest degree of a mode has twenty samples per
 /// wave.
 const SAMPLES: usize = 256;
-
-/// Largest length of the edges of a coarse triangulation, over the reach: half a radius of
-/// curvature, like the coarse triangulations of other shapes.
-const COARSE_EDGE: f64 = 0.5;
-
-/// Largest number of edges along a quarter of a meridian in a coarse triangulation.
-const MAX_COARSE_EDGES: f64 = 64.0;
 
 /// Steps of Newton's method for a closest point, more than it needs.
 const MAX_STEPS: usize = 60;
@@ -32,11 +29,16 @@ impl SphereDeformation {
     pub fn surface(&self, values: &[f64], pose: &Isometry3<f64>, unit: f64) -> Box<dyn Surface> {
         let mut profile = self.profile(values);
         profile.radius *= unit;
-        match self.axis().filter(|_| !self.is_sphere()) {
+        let pose = *pose;
+        match self.modes.as_ref().filter(|_| !self.is_sphere()) {
             None => Box::new(Sphere::new(pose.translation.vector, profile.radius)),
-            Some(axis) => Box::new(Placed {
-                shape: Revolved::new(profile, axis, self.aspect()),
-                pose: *pose,
+            Some(modes) if profile.is_zonal() => Box::new(Placed {
+                shape: Revolved::new(profile, modes.axis, self.aspect()),
+                pose,
+            }),
+            Some(modes) => Box::new(Placed {
+                shape: StarSurface::new(profile, modes.clone(), self.aspect()),
+                pose,
             }),
         }
     }
@@ -125,7 +127,7 @@ impl Revolved {
             true => angle.sin_cos(),
             false => (0.0, -1.0),
         };
-        let [r, slope, curve] = self.profile.with_derivatives((sine, cosine));
+        let [r, slope, curve] = self.profile.along_meridian((sine, cosine));
         let (out, along) = (Point::new(cosine, sine), Point::new(-sine, cosine));
         let stretched = |x: Point| Point::new(self.aspect * x.x, x.y);
         MeridianPoint {
@@ -180,47 +182,10 @@ impl Revolved {
         point
     }
 
-    /// The octants of a sphere divided into triangles, at the distances of the surface.
-    ///
-    /// No triangle crosses a coordinate plane, which may be a symmetry plane.
-    fn octahedral(&self, divisions: usize) -> SurfaceMesh {
-        let mut mesh = SurfaceMesh::default();
-        let mut numbers = std::collections::HashMap::new();
-        let n = divisions as i64;
-        let mut vertex = |mesh: &mut SurfaceMesh, at: [i64; 3]| -> u32 {
-            *numbers.entry(at).or_insert_with(|| {
-                let direction = Vector3::from(at.map(|x| x as f64)).normalize();
-                let distance = self.profile.at(direction.dot(&self.axis));
-                let point = distance * direction;
-                let longer = (self.aspect - 1.0) * point.dot(&self.axis);
-                mesh.points.push(point + longer * self.axis);
-                mesh.points.len() as u32 - 1
-            })
-        };
-        for octant in 0..8 {
-            let signs = [0, 1, 2].map(|axis| if octant >> axis & 1 == 0 { 1 } else { -1 });
-            // The orientation of an octant changes with each sign.
-            let flips = signs.iter().product::<i64>() < 0;
-            for i in 0..n {
-                for j in 0..n - i {
-                    let mut add = |corners: [[i64; 2]; 3]| {
-                        let mut triangle = corners.map(|[a, b]| {
-                            let at = [signs[0] * a, signs[1] * b, signs[2] * (n - a - b)];
-                            vertex(&mut mesh, at)
-                        });
-                        if flips {
-                            triangle.swap(1, 2);
-                        }
-                        mesh.triangles.push(triangle);
-                    };
-                    add([[i, j], [i + 1, j], [i, j + 1]]);
-                    if i + j + 2 <= n {
-                        add([[i + 1, j], [i + 1, j + 1], [i, j + 1]]);
-                    }
-                }
-            }
-        }
-        mesh
+    /// Distance of the surface before the stretch from the centre at an angle with this cosine.
+    fn distance(&self, cosine: f64) -> f64 {
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        self.profile.at(&Vector3::new(sine, 0.0, cosine))
     }
 }
 
@@ -230,7 +195,7 @@ impl Surface for Revolved {
         let distance = (self.foot(&x).at - x).norm();
         let shortened = Point::new(x.x / self.aspect, x.y);
         let norm = shortened.norm();
-        let is_inside = norm == 0.0 || norm < self.profile.at(shortened.x / norm);
+        let is_inside = norm == 0.0 || norm < self.distance(shortened.x / norm);
         if is_inside { -distance } else { distance }
     }
 
@@ -276,15 +241,18 @@ impl Surface for Revolved {
             return None;
         }
         let (_, radius) = self.bounding_ball();
-        let edges = FRAC_PI_2 * radius / (COARSE_EDGE * self.reach);
-        Some(self.octahedral(edges.ceil().clamp(4.0, MAX_COARSE_EDGES) as usize))
+        Some(octahedral(coarse_divisions(radius, self.reach), |n| {
+            let point = self.distance(n.dot(&self.axis)) * n;
+            point + (self.aspect - 1.0) * point.dot(&self.axis) * self.axis
+        }))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sphere_deformation::SurfaceModes;
+    use crate::harmonics::Harmonic;
+    use crate::surface_modes::SurfaceModes;
     use crate::words::ModeMotion;
 
     fn deformation(motion: ModeMotion) -> SphereDeformation {
@@ -295,9 +263,16 @@ mod tests {
             modes: Some(SurfaceModes {
                 motion,
                 axis: Vector3::new(2.0, -1.0, 2.0) / 3.0,
-                coordinates: vec![(2, 0), (3, 1), (7, 2)],
+                meridian: Vector3::new(1.0, 2.0, 0.0) / 5.0_f64.sqrt(),
+                coordinates: of_orders([0; 3]),
             }),
         }
+    }
+
+    fn of_orders(orders: [i32; 3]) -> Vec<(Harmonic, usize)> {
+        let harmonic = |(joint, (degree, order))| (Harmonic { degree, order }, joint);
+        let both = [2, 3, 7].into_iter().zip(orders);
+        both.enumerate().map(harmonic).collect()
     }
 
     /// Distances, normals, volume and reach agree, at convex shapes and at others, which a stretch
@@ -307,18 +282,63 @@ mod tests {
         let pose = Isometry3::new(Vector3::new(0.3, -2.0, 1.0), Vector3::new(0.4, 1.0, -0.2));
         let motions = [ModeMotion::Radial, ModeMotion::Isochoric];
         let aspects = [1.0, 2.5, 0.4];
-        for (motion, aspect) in motions
+        let orders = [[0, 0, 0], [1, -3, 4]];
+        let cases = aspects.map(|aspect| orders.map(|orders| (aspect, orders)));
+        for (motion, (aspect, orders)) in motions
             .iter()
-            .flat_map(|m| aspects.map(|aspect| (*m, aspect)))
+            .flat_map(|m| cases.as_flattened().iter().map(|case| (*m, *case)))
         {
             let mut deformation = deformation(motion);
             deformation.elongation = aspect - 1.0;
+            deformation.modes.as_mut().unwrap().coordinates = of_orders(orders);
             for (values, is_convex) in [([0.1, -0.05, 0.0], true), ([0.2, 0.3, 0.05], false)] {
                 let surface = deformation.surface(&values, &pose, 0.5);
                 assert_eq!(surface.is_convex(), is_convex);
                 mesh::check_surface(&*surface).unwrap();
                 let volume = 0.125 * deformation.volume(&values);
                 assert!((surface.volume() / volume - 1.0).abs() < 1e-13);
+            }
+        }
+    }
+
+    /// All orders of a degree are the mode about another axis: two surfaces with one shape.
+    #[test]
+    fn surfaces_without_an_axis_are_those_about_another_one() {
+        let own = Vector3::new(2.0, -1.0, 2.0) / 3.0;
+        let modes = &mut deformation(ModeMotion::Isochoric).modes.unwrap();
+        (modes.axis, modes.meridian) = (Vector3::z(), Vector3::x());
+        let orders = (2..=3_i32).flat_map(|n| (-n..=n).map(move |m| (n as usize, m)));
+        let harmonics: Vec<_> = orders
+            .map(|(degree, order)| Harmonic { degree, order })
+            .collect();
+        for amplitudes in [[0.1, -0.05], [0.2, 0.25]] {
+            let amplitude = |of: &Harmonic| amplitudes[of.degree - 2] * of.at(&own);
+            let values: Vec<f64> = harmonics.iter().map(amplitude).collect();
+            modes.coordinates = harmonics.iter().copied().zip(0..).collect();
+            let mut profile = deformation(ModeMotion::Isochoric).profile(&[0.0; 3]);
+            profile.terms = modes.terms(&values);
+            let spatial = StarSurface::new(profile, modes.clone(), 1.0);
+            let tilted = deformation(ModeMotion::Isochoric);
+            let values = [amplitudes[0], amplitudes[1], 0.0];
+            let revolved = Revolved::new(tilted.profile(&values), own, 1.0);
+            assert_eq!(spatial.is_convex(), revolved.is_convex());
+            // Between samples a fiftieth of a radius apart the reach is larger by as much.
+            let reaches = spatial.reach() / revolved.reach();
+            assert!((1.0 - 1e-3..1.05).contains(&reaches), "{reaches}");
+            assert!((spatial.volume() / revolved.volume() - 1.0).abs() < 1e-13);
+            for x in [
+                [0.3, 2.0, -1.0],
+                [-5.0, 0.5, 0.2],
+                [1.0, -1.0, 0.4],
+                [0.9, 0.0, 0.8],
+            ] {
+                let x = Vector3::from(x);
+                let apart = spatial.closest_point(x) - revolved.closest_point(x);
+                assert!(apart.norm() < 1e-13, "{x}: {apart}");
+                let turned = spatial.normal(x) - revolved.normal(x);
+                assert!(turned.norm() < 1e-12, "{x}: {turned}");
+                let distances = [spatial.signed_distance(x), revolved.signed_distance(x)];
+                assert!((distances[0] - distances[1]).abs() < 1e-13, "{distances:?}");
             }
         }
     }
@@ -349,6 +369,32 @@ mod tests {
             let foot = surface.closest_point(Vector3::new(x, 0.0, z));
             assert_eq!(foot.y, 0.0);
             assert!(foot.x.abs() < 1e-15 || x > 1e-16);
+        }
+    }
+
+    /// The same where the planes mirror harmonics without an axis, also in turned frames.
+    #[test]
+    fn closest_points_stay_on_planes_that_mirror_harmonics() {
+        let mut deformation = deformation(ModeMotion::Radial);
+        let modes = deformation.modes.as_mut().unwrap();
+        modes.coordinates = of_orders([2, 1, 4]);
+        for axis in [[1.0, 0.0, 0.0], [0.6, 0.0, 0.8]] {
+            modes.axis = Vector3::from(axis);
+            modes.meridian = Vector3::y().cross(&modes.axis);
+            assert!(modes.keeps_plane(1));
+            let values = [0.1, -0.1, 0.05];
+            let profile = {
+                let mut profile = RadialProfile::sphere(1.3);
+                profile.terms = modes.terms(&values);
+                profile
+            };
+            let surface = StarSurface::new(profile, modes.clone(), 1.7);
+            let coarse = octahedral(5, |n| n).points;
+            for n in coarse.iter().filter(|n| n.y == 0.0) {
+                for distance in [0.8, 1.1, 2.5] {
+                    assert_eq!(surface.closest_point(distance * n).y, 0.0, "{n}");
+                }
+            }
         }
     }
 

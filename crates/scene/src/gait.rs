@@ -42,10 +42,22 @@ impl Gait {
     /// # Ok::<(), scene::SceneError>(())
     /// ```
     pub fn harmonic(cycles: u32, sines: Vec<Sine>, period: f64) -> Self {
+        Self::harmonic_with_turns(cycles, sines, Vec::new(), period)
+    }
+
+    /// The same with values that change in proportion to time too: joints, with their changes in a
+    /// period.
+    pub fn harmonic_with_turns(
+        cycles: u32,
+        sines: Vec<Sine>,
+        turns: Vec<(usize, f64)>,
+        period: f64,
+    ) -> Self {
         let part = |k: u32| f64::from(k) / f64::from(PARTS_OF_PERIOD);
         let phase = |k: u32| Phase {
             path: ShapePath::Harmonic {
                 sines: sines.clone(),
+                turns: turns.clone(),
                 span: (part(k), part(k + 1)),
             },
             duration: period * part(1),
@@ -104,6 +116,12 @@ pub fn spans(
     Ok((0..total).map(move |number| {
         let phase = number % phases.len();
         let Phase { path, duration } = &phases[phase];
+        // Each cycle begins with the turns of those before.
+        if let (ShapePath::Harmonic { turns, .. }, 0, 1..) = (path, phase, number) {
+            turns
+                .iter()
+                .for_each(|(joint, change)| means[*joint] += change);
+        }
         let mut span = PhaseSpan {
             number,
             phase,
@@ -168,7 +186,10 @@ fn check(gait: &Gait, initial_shape: &[f64]) -> Result<(), SceneError> {
                     return Err(bad(key("path"), "has a number that is not finite".into()));
                 }
             }
-            ShapePath::Harmonic { sines, span } => {
+            ShapePath::Harmonic { sines, turns, span } => {
+                for (_, change) in turns {
+                    finite(key("turn"), *change)?;
+                }
                 for sine in sines {
                     positive(key("amplitude"), sine.amplitude)?;
                     let finite = sine.phase.is_finite() && span.0.is_finite() && span.1.is_finite();
@@ -208,9 +229,12 @@ fn check_continuity(
                     changes.iter().for_each(|&(joint, end)| values[joint] = end);
                 }
                 ShapePath::Spline(path) => path.enter_end(&mut values),
-                ShapePath::Harmonic { sines, span } => {
+                ShapePath::Harmonic { sines, turns, span } => {
                     for sine in sines {
                         values[sine.joint] += sine.at(span.1) - sine.at(span.0);
+                    }
+                    for (joint, change) in turns {
+                        values[*joint] += change * (span.1 - span.0);
                     }
                 }
             }

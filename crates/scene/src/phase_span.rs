@@ -48,10 +48,14 @@ impl PhaseSpan {
                 path.enter_values(s, &mut shape);
                 shape
             }
-            ShapePath::Harmonic { sines, span } => {
+            ShapePath::Harmonic { sines, turns, span } => {
                 let mut shape = self.means.clone();
+                let periods = span.0 + s * (span.1 - span.0);
                 for sine in sines {
-                    shape[sine.joint] += sine.at(span.0 + s * (span.1 - span.0));
+                    shape[sine.joint] += sine.at(periods);
+                }
+                for (joint, change) in turns {
+                    shape[*joint] += change * periods;
                 }
                 shape
             }
@@ -78,12 +82,15 @@ impl PhaseSpan {
                 path.enter_rates(s, &mut rates);
                 rates
             }
-            ShapePath::Harmonic { sines, span } => {
+            ShapePath::Harmonic { sines, turns, span } => {
                 let width = span.1 - span.0;
                 let mut rates = vec![0.0; self.means.len()];
                 for sine in sines {
                     rates[sine.joint] +=
                         sine.derivative(span.0 + s * width) * width / self.duration;
+                }
+                for (joint, change) in turns {
+                    rates[*joint] += change * width / self.duration;
                 }
                 rates
             }
@@ -160,7 +167,7 @@ impl PhaseSpan {
         match &self.path {
             ShapePath::Linear(_) => Vec::new(),
             ShapePath::Spline(path) => path.second_derivatives().collect(),
-            ShapePath::Harmonic { sines, span } => {
+            ShapePath::Harmonic { sines, span, .. } => {
                 let angle = |sine: &Sine| TAU * f64::from(sine.order) * (span.1 - span.0);
                 let bend = |sine: &Sine| (sine.joint, sine.amplitude * angle(sine).powi(2));
                 sines.iter().map(bend).collect()

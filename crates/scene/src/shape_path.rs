@@ -19,6 +19,9 @@ pub enum ShapePath {
     Harmonic {
         /// The terms of all joints.
         sines: Vec<Sine>,
+        /// Joints whose values change in proportion to time too, with the change in a period: the
+        /// phases of waves turn.
+        turns: Vec<(usize, f64)>,
         /// Begin and end of the phase, in periods.
         span: (f64, f64),
     },
@@ -54,7 +57,10 @@ impl ShapePath {
         match self {
             Self::Linear(changes) => changes.iter().for_each(|(joint, _)| add(*joint)),
             Self::Spline(path) => path.joints().for_each(add),
-            Self::Harmonic { sines, .. } => sines.iter().for_each(|sine| add(sine.joint)),
+            Self::Harmonic { sines, turns, .. } => {
+                sines.iter().for_each(|sine| add(sine.joint));
+                turns.iter().for_each(|(joint, _)| add(*joint));
+            }
             Self::Own(path) => path.0.joints().into_iter().for_each(add),
         }
         joints

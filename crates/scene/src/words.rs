@@ -135,15 +135,22 @@ words! {
         Linear,
     }
 
-    /// How modes move the material points of a sphere of radius R, with the angle θ from the axis.
+    /// How modes move the material points of a sphere of radius R, with the angle θ from the axis
+    /// and the harmonic Y of each mode: the Legendre polynomial P(cos θ) of its degree if it has no
+    /// order.
     pub enum ModeMotion = Radial {
-        /// Along the radius to R (1 + a P(cos θ) + ..), with the Legendre polynomial P of each
-        /// mode.
+        /// Along the radius to R (1 + a Y + ..).
         Radial,
-        /// Along the radius to R (1 + 3 a P(cos θ) + ..)^(1/3), which keeps the volume.
+        /// Along the radius to R (1 + 3 a Y + ..)^(1/3), which keeps the volume.
         Isochoric,
-        /// Along the surface to the angle θ + a sin(n θ) + .., with the degree n of each mode.
+        /// Along the surface to the angle θ + a sin(n θ) + .., with the degree n of each mode,
+        /// which has no order.
         Tangential,
+        /// Along the great circle in the direction of v = a ∇Y + .., by the angle |v|, with the
+        /// gradient along the sphere of radius one.
+        Gradient,
+        /// The same with v = a n × ∇Y + .. and the outward normal n, which has no divergence.
+        Curl,
     }
 
     /// Inertia of the fluid, and of the bodies that have a density.

@@ -1,5 +1,6 @@
 //! Writing of a scene as a file in which every key is written out.
 
+use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
 use nalgebra::Vector3;
@@ -12,6 +13,7 @@ use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::flow::Background;
 use crate::gait::Phase;
+use crate::harmonics::Harmonic;
 use crate::joints::JointKeys;
 use crate::keys::{
     BackgroundFile, BodyFile, ContactFile, DeformationFile, DomainFile, DriveFile, FieldFile,
@@ -170,7 +172,7 @@ fn gait_file(scene: &Scene) -> GaitFile {
             },
             // Splines are from a table, and scenes with own paths are not written.
             ShapePath::Spline(_) | ShapePath::Own(_) => {}
-            ShapePath::Harmonic { sines, .. } => {
+            ShapePath::Harmonic { sines, turns, .. } => {
                 let at_start = |joint: usize| -> f64 {
                     let terms = sines.iter().filter(|sine| sine.joint == joint);
                     terms.map(|sine| sine.at(0.0)).sum()
@@ -182,10 +184,17 @@ fn gait_file(scene: &Scene) -> GaitFile {
                         scene.articulation.initial_shape()[sine.joint] - at_start(sine.joint)
                     }),
                     amplitude: Some(sine.amplitude),
+                    turn: None,
                     phase: sine.phase,
                     order: sine.order,
                 };
-                file.harmonics = Some(sines.iter().map(sine_file).collect());
+                let turn_file = |(joint, change): &(usize, f64)| HarmonicFile {
+                    link: Some(name(*joint)),
+                    turn: Some(*change),
+                    ..HarmonicFile::default()
+                };
+                let all = sines.iter().map(sine_file);
+                file.harmonics = Some(all.chain(turns.iter().map(turn_file)).collect());
                 *file.period.get_or_insert(0.0) += phase.duration;
                 continue;
             }
@@ -332,14 +341,24 @@ fn deformation_file(
         }
     };
     let prefix = format!("{body}.");
-    let degree = |&(degree, joint): &(usize, usize)| {
+    let named = |&(harmonic, joint): &(Harmonic, usize)| {
         let name = joints.get(joint)?.name.strip_prefix(&prefix)?;
-        Some((name.to_owned(), degree as f64))
+        Some((name.to_owned(), harmonic))
     };
     if let Some(modes) = &deformation.modes {
+        let of = |number: &dyn Fn(Harmonic) -> Option<f64>| -> BTreeMap<String, f64> {
+            let all = modes.coordinates.iter().filter_map(named);
+            all.filter_map(|(name, harmonic)| Some((name, number(harmonic)?)))
+                .collect()
+        };
+        let order = |harmonic: Harmonic| Some(f64::from(harmonic.order)).filter(|m| *m != 0.0);
+        let orders = of(&order);
+        let has_orders = !orders.is_empty();
         return Some(DeformationFile {
             kind: DeformationWord::Modes,
-            modes: Some(modes.coordinates.iter().filter_map(degree).collect()),
+            modes: Some(of(&|harmonic| Some(harmonic.degree as f64))),
+            orders: Some(orders).filter(|orders| !orders.is_empty()),
+            meridian: has_orders.then(|| modes.meridian.into()),
             motion: Some(modes.motion),
             axis: Some(modes.axis.into()),
             ..DeformationFile::default()

@@ -74,6 +74,8 @@ pub(crate) struct NodalSurfaceFlow {
     moves_walls: bool,
     /// Whether the volume of a body changes.
     pub has_sources: bool,
+    /// Whether the surface of a body deforms.
+    pub deforms: bool,
     /// Boundary part of each body.
     pub tags: Vec<u16>,
     /// `∮ (s + Σ a_k' d_k - u_∞) n^T dS` of each body, over the part in the mesh.
@@ -139,6 +141,7 @@ impl NodalSurfaceFlow {
             velocity: zero.clone(),
             moves_walls: false,
             has_sources: false,
+            deforms: flow.rates().iter().any(|rate| *rate != 0.0),
             tags: bodies.iter().map(|(tag, _)| *tag).collect(),
             moments: Vec::with_capacity(bodies.len()),
             parts: vec![zero; 1 + flow.rates().len()],

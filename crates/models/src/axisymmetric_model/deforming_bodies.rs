@@ -128,7 +128,10 @@ impl AxisymmetricModel {
                 sphere.power = profile.power;
                 let axis = deformation.axis().unwrap_or(self.axis);
                 let sign = axis.dot(&self.axis).signum();
-                let amplitudes = sphere.amplitudes.iter_mut().zip(profile.amplitudes);
+                let amplitudes = sphere
+                    .amplitudes
+                    .iter_mut()
+                    .zip(profile.legendre_amplitudes());
                 for (degree, (own, amplitude)) in amplitudes.enumerate() {
                     *own = amplitude * sign.powi(degree as i32);
                 }

@@ -278,11 +278,20 @@ tables! {
         kind: DeformationWord,
         /// Degree of each mode by its name, from 1 to 12, such as { p2 = 2, p3 = 3 }.
         modes: Option<BTreeMap<String, f64>> | "none",
+        /// Order m of modes by their names, from minus to plus the degree n, such as { p2 = 1 }:
+        /// their harmonic is c P(cos θ) cos(m φ), or c P(cos θ) sin(-m φ) of negative orders, with
+        /// the associated Legendre function P without the sign (-1)^m, c² = 2 (n - m)! / (n + m)!
+        /// for the size of m, and the azimuth φ about the axis. Other modes have the order 0.
+        orders: Option<BTreeMap<String, f64>> | "0",
         /// How the modes move material points.
         motion: Option<ModeMotion>; radial,
         /// Direction of the axis of the modes in the initial configuration. It turns with the body;
         /// that of a spheroid is its own, whichever of both ends is given.
         axis: Option<[f64; 3]>; [1.0, 0.0, 0.0],
+        /// Direction from which azimuths of modes with an order are counted, counterclockwise about
+        /// the axis, in the initial configuration; its part along the axis is removed.
+        meridian: Option<[f64; 3]>
+            | "y for an axis along x, z along y, x along z; required for others",
         /// What the wave changes, for an undulation.
         wave: Option<WaveKind> | "`curvature`, for an undulation",
         /// Envelope of the wave.
@@ -413,7 +422,10 @@ tables! {
         /// Mean value of the link. The bodies then start at the values of `t = 0`.
         mean: Option<f64> | "that for which the bodies start at their positions",
         /// Amplitude of the term.
-        amplitude: Option<f64> [Positive] | "required",
+        amplitude: Option<f64> [Positive] | "required without `turn`",
+        /// Change of the value in a period in proportion to time, instead of an oscillation: the
+        /// phase of a wave turns by whole turns of 2π.
+        turn: Option<f64> | "0",
         /// Phase angle of the term, in radians.
         phase: f64 [NonNegative] = 0.0,
         /// Number of oscillations in a period.

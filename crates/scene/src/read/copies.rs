@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use toml::{Table, Value};
 
+use super::deformations::default_meridian;
 use super::gait::table_path;
 use crate::checks::Checks;
 use crate::document::Document;
@@ -327,6 +328,7 @@ impl<'a> Expansion<'a> {
         };
         // A body has one of the two; an axis has a default.
         let own = vector(body.get("orientation"));
+        let axis_of_body = body.get("axis").cloned();
         if own.is_none() && has("axis") {
             turn(&mut body, "axis", pose, Some(DEFAULT_AXIS.into()));
         } else if has("orientation") {
@@ -340,6 +342,12 @@ impl<'a> Expansion<'a> {
         if let Some(Value::Table(deformation)) = body.get_mut("deformation") {
             // Only modes have an axis; by default those of a spheroid have its own.
             let own = deformation.contains_key("modes") && !has("axis");
+            if deformation.contains_key("orders") {
+                let of_body = has("axis").then(|| vector(axis_of_body.as_ref())).flatten();
+                let axis = vector(deformation.get("axis")).or(of_body);
+                let meridian = default_meridian(&axis.unwrap_or_else(|| DEFAULT_AXIS.into()));
+                turn(deformation, "meridian", pose, meridian);
+            }
             turn(deformation, "axis", pose, own.then(|| DEFAULT_AXIS.into()));
         }
         Value::Table(body)

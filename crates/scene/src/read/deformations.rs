@@ -1,10 +1,11 @@
 //! The shape coordinates of bodies that deform, and the checks of their values along the gait.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 use rigid::{Articulation, Joint};
 
+use super::gait::is_whole;
 use super::triangles;
 use crate::body::{Body, volume_problem};
 use crate::checks::Checks;
@@ -14,16 +15,19 @@ use crate::error::SceneError;
 use crate::frames::FRAME;
 use crate::gait::{Gait, spans};
 use crate::gait_table::GaitTable;
+use crate::harmonics::{Harmonic, MAX_MODE_DEGREE};
 use crate::joints::JointWord;
-use crate::keys::{BodyFile, JointValues, SceneFile};
+use crate::keys::{BodyFile, DeformationFile, JointValues, SceneFile};
 use crate::material_motion::ShapeCoordinate;
 use crate::phase_span::PhaseSpan;
 use crate::shape::Shape;
+use crate::shape_path::ShapePath;
 use crate::shapes::TubeShape;
-use crate::sphere_deformation::{MAX_MODE_DEGREE, SizeCoordinate, SphereDeformation, SurfaceModes};
+use crate::sphere_deformation::{SizeCoordinate, SphereDeformation};
+use crate::surface_modes::{SurfaceModes, any_normal};
 use crate::surface_shape::SurfaceFiles;
 use crate::undulation::{Bend, Wave};
-use crate::words::{DeformationWord, InertiaKind, LawKind};
+use crate::words::{DeformationWord, InertiaKind, LawKind, ModeMotion};
 
 /// The coordinates that every sphere offers.
 const OF_SPHERES: [&str; 2] = ["radius", "volume"];
@@ -288,6 +292,8 @@ fn enter_modes(
         [
             ("modes", file.modes.is_some(), has_modes),
             ("motion", file.motion.is_some(), has_modes),
+            ("orders", file.orders.is_some(), has_modes),
+            ("meridian", file.meridian.is_some(), has_modes),
             ("axis", file.axis.is_some(), has_modes),
             ("wave", file.wave.is_some(), undulates),
             ("envelope", file.envelope.is_some(), undulates),
@@ -354,21 +360,25 @@ fn enter_modes(
             format!("cannot be named \"{name}\", which every sphere has; choose another name")
         } else if degree.fract() != 0.0 || !limits.contains(&degree) {
             format!("must have a whole degree from 1 to {MAX_MODE_DEGREE}, not {degree}")
-        } else if coordinates
-            .iter()
-            .any(|(other, _)| *other == degree as usize)
-        {
-            format!("have the degree {degree} twice; a degree has one amplitude")
         } else {
-            coordinates.push((degree as usize, joints.len()));
-            joints.push(Joint::deformation(&of_mode, [number; 2], 0));
-            continue;
+            let harmonic = Harmonic {
+                degree: degree as usize,
+                order: order_of(checks, &key("orders"), file, (name, degree))?,
+            };
+            if coordinates.iter().all(|(other, _)| *other != harmonic) {
+                coordinates.push((harmonic, joints.len()));
+                joints.push(Joint::deformation(&of_mode, [number; 2], 0));
+                continue;
+            }
+            let order = harmonic.order;
+            format!("have the degree {degree} and the order {order} twice; both have one amplitude")
         };
         return Err(checks.bad_value(&key("modes"), problem));
     }
     let modes = SurfaceModes {
         motion: file.motion.unwrap_or_default(),
         axis,
+        meridian: meridian(checks, &key("meridian"), file, &axis, &coordinates)?,
         coordinates,
     };
     let of_size = body.deformation.as_ref().and_then(Deformation::sphere);
@@ -379,6 +389,66 @@ fn enter_modes(
         modes: Some(modes),
     }));
     Ok(())
+}
+
+/// The order of a mode with a degree.
+fn order_of(
+    checks: &Checks,
+    key: &str,
+    file: &DeformationFile,
+    (name, degree): (&str, f64),
+) -> Result<i32, SceneError> {
+    let modes = file.modes.iter().flat_map(BTreeMap::keys);
+    let orders = file.orders.iter().flatten();
+    let is_mode = |name: &str| modes.clone().any(|mode| *mode == name);
+    if let Some((stranger, _)) = orders.clone().find(|(name, _)| !is_mode(name)) {
+        let names: Vec<&str> = modes.map(String::as_str).collect();
+        let problem = format!("names \"{stranger}\", no mode of {}", names.join(", "));
+        return Err(checks.bad_value(key, problem));
+    }
+    let order = orders.clone().find(|(own, _)| *own == name);
+    let order = order.map_or(0.0, |(_, order)| *order);
+    let problem = if order.fract() != 0.0 || order.abs() > degree {
+        format!("must be whole numbers from -{degree} to {degree} for \"{name}\", not {order}")
+    } else if order != 0.0 && file.motion == Some(ModeMotion::Tangential) {
+        "does not belong to motion = \"tangential\"; use motion = \"gradient\" or \"curl\", or \
+         remove it"
+            .to_owned()
+    } else {
+        return Ok(order as i32);
+    };
+    Err(checks.bad_value(key, problem))
+}
+
+/// The direction from which azimuths about an axis are counted.
+fn meridian(
+    checks: &Checks,
+    key: &str,
+    file: &DeformationFile,
+    axis: &Vector3<f64>,
+    modes: &[(Harmonic, usize)],
+) -> Result<Vector3<f64>, SceneError> {
+    let has_orders = modes.iter().any(|(harmonic, _)| harmonic.order != 0);
+    let next = default_meridian(axis);
+    let own = match file.meridian.map(Vector3::from).or(next) {
+        None if has_orders => {
+            let problem = "is missing: azimuths about an axis that is no coordinate axis have no \
+                           default; give a direction across the axis";
+            return Err(checks.bad_value(key, problem));
+        }
+        own => own.unwrap_or_else(|| any_normal(axis)),
+    };
+    let across = own - own.dot(axis) * axis;
+    match across.norm() > 1e-6 * own.norm() {
+        true => Ok(across.normalize()),
+        false => Err(checks.bad_value(key, "has no direction across the axis")),
+    }
+}
+
+/// The coordinate axis that follows a coordinate axis, in either direction; none after others.
+pub(super) fn default_meridian(axis: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let along = (0..3).find(|&k| axis[k].abs() == axis.norm())?;
+    Some(Vector3::ith((along + 1) % 3, 1.0))
 }
 
 /// Fewest and most waves on the length of a tube: below a tenth the wave is a bow, whose angles are
@@ -560,6 +630,7 @@ pub(super) fn check_gait(
         return Err(checks.bad_value("gait", format!("is impossible at the start: {problem}")));
     }
     check_waves(checks, bodies, (gait, table), start)?;
+    check_turns(checks, bodies, gait, set)?;
     // All cycles after the second one repeat the shapes of the second one.
     let gait = Gait {
         cycles: gait.cycles.min(2),
@@ -652,6 +723,36 @@ fn check_waves(
             };
             return Err(checks.bad_value(key, problem));
         }
+    }
+    Ok(())
+}
+
+/// Refuses coordinates that turn by other changes than their periods: each cycle would begin with
+/// another shape.
+fn check_turns(
+    checks: &Checks,
+    bodies: &[Body],
+    gait: &Gait,
+    set: &Articulation,
+) -> Result<(), SceneError> {
+    let Some(ShapePath::Harmonic { turns, .. }) = gait.phases.first().map(|phase| &phase.path)
+    else {
+        return Ok(());
+    };
+    let deformations = bodies.iter().filter_map(|body| body.deformation.as_ref());
+    let periods: Vec<_> = deformations.flat_map(Deformation::periods).collect();
+    for (joint, change) in turns {
+        let own = &set.joints()[*joint];
+        if !own.kind.is_deformation() {
+            continue;
+        }
+        let period = periods.iter().find(|(other, _)| other == joint);
+        let problem = match period {
+            Some((_, period)) if is_whole(*change, *period) => continue,
+            Some((_, period)) => format!("must turn by whole periods of {period}, not by {change}"),
+            None => "has no period, so that it cannot turn; use amplitude".to_owned(),
+        };
+        return Err(checks.bad_value("gait.harmonics", format!("\"{}\" {problem}", own.name)));
     }
     Ok(())
 }

@@ -134,9 +134,12 @@ impl Unplaced<'_> {
                     }
                 }
                 ShapePath::Harmonic { sines, .. } => {
-                    let terms = sines.iter().zip(self.file.gait.harmonics.iter().flatten());
-                    let terms = terms.enumerate();
-                    for (number, (sine, file)) in terms.filter(|(_, t)| is_length(t.0.joint)) {
+                    let files = self.file.gait.harmonics.iter().flatten().enumerate();
+                    let terms = files.filter(|(_, file)| file.turn.is_none());
+                    for ((number, file), sine) in terms.zip(sines) {
+                        if !is_length(sine.joint) {
+                            continue;
+                        }
                         let key = |name: &str| format!("gait.harmonics[{number}].{name}");
                         check(&key("amplitude"), sine.amplitude)?;
                         check(&key("mean"), file.mean.unwrap_or(0.0))?;

@@ -1,8 +1,9 @@
 //! The gait of a scene file.
 
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use rigid::{Articulation, Joint};
+use rigid::{Articulation, Freedom, Joint};
 
 use crate::checks::{Checks, check_angle, check_prescribed, check_value};
 use crate::error::SceneError;
@@ -150,7 +151,10 @@ pub(super) fn initial_shape(
         return Ok(Vec::new());
     };
     let mut means: Vec<(usize, f64)> = Vec::new();
-    for (number, (file, sine)) in harmonics.zip(sines).enumerate() {
+    let terms = harmonics
+        .enumerate()
+        .filter(|(_, file)| file.turn.is_none());
+    for ((number, file), sine) in terms.zip(sines) {
         let Some(mean) = file.mean else { continue };
         let key = format!("gait.harmonics[{number}].mean");
         check_value(checks, &key, &joints[sine.joint], mean)?;
@@ -170,6 +174,12 @@ pub(super) fn initial_shape(
     Ok(means.into_iter().map(at_start).collect())
 }
 
+/// Whether a change is a whole number of periods.
+pub(super) fn is_whole(change: f64, period: f64) -> bool {
+    let periods = change / period;
+    periods.abs() < 1e6 && (periods - periods.round()).abs() < 1e-9
+}
+
 fn harmonic<'f>(
     checks: &Checks,
     file: &GaitFile,
@@ -179,20 +189,48 @@ fn harmonic<'f>(
     let Some(period) = file.period else {
         return Err(checks.bad_value("gait.period", "is missing: the period of gait.harmonics"));
     };
-    let sine = |(number, file): (usize, &HarmonicFile)| {
+    let (mut sines, mut turns) = (Vec::new(), Vec::<(usize, f64)>::new());
+    for (number, file) in harmonics.enumerate() {
         let key = |key: &str| format!("gait.harmonics[{number}].{key}");
         let missing = |name: &str| checks.bad_value(&key(name), "is missing");
         let name = file.link.as_ref().ok_or_else(|| missing("link"))?;
+        let joint = find(checks, &key("link"), name, joints)?;
+        if let Some(turn) = file.turn {
+            let strangers = [
+                ("mean", file.mean.is_some()),
+                ("amplitude", file.amplitude.is_some()),
+                ("phase", file.phase != 0.0),
+                ("order", file.order != 1),
+            ];
+            if let Some((stranger, _)) = strangers.into_iter().find(|(_, is_given)| *is_given) {
+                let problem = "does not belong to a `turn`; give it in another entry for the link";
+                return Err(checks.bad_value(&key(stranger), problem));
+            }
+            let problem = match joints[joint].kind.freedom() {
+                _ if turns.iter().any(|(other, _)| *other == joint) => {
+                    "is the second one of the joint"
+                }
+                // Coordinates of deformations are checked with their periods.
+                Freedom::Amplitude => "",
+                Freedom::Angle if is_whole(turn, TAU) => "",
+                Freedom::Angle => "must be whole turns of 2π",
+                _ => "is unsupported for distances, which cannot grow in all cycles; use amplitude",
+            };
+            if !problem.is_empty() {
+                return Err(checks.bad_value(&key("turn"), problem));
+            }
+            turns.push((joint, turn));
+            continue;
+        }
         check_angle(checks, &key("phase"), file.phase)?;
-        Ok(Sine {
-            joint: find(checks, &key("link"), name, joints)?,
+        sines.push(Sine {
+            joint,
             amplitude: file.amplitude.ok_or_else(|| missing("amplitude"))?,
             phase: file.phase,
             order: file.order,
-        })
-    };
-    let sines: Result<Vec<Sine>, SceneError> = harmonics.enumerate().map(sine).collect();
-    Ok(Gait::harmonic(file.cycles, sines?, period))
+        });
+    }
+    Ok(Gait::harmonic_with_turns(file.cycles, sines, turns, period))
 }
 
 fn phase(

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use scene::{Deformation, ModeMotion, Scene, SphereDeformation, spans};
+use scene::{Deformation, Harmonic, ModeMotion, Scene, SphereDeformation, spans};
 
 /// Two spheres on an arm, with settings before the bodies and a gait after them.
 fn pair(before: &str, gait: &str) -> String {
@@ -142,7 +142,8 @@ fn modes_are_read_and_those_that_fold_are_refused() {
         (modes.motion, modes.axis),
         (ModeMotion::Isochoric, Vector3::z())
     );
-    assert_eq!(modes.coordinates, [(2, 0), (3, 1)]);
+    let harmonic = |degree| Harmonic { degree, order: 0 };
+    assert_eq!(modes.coordinates, [(harmonic(2), 0), (harmonic(3), 1)]);
     let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
     assert_eq!(again.differing_key(&scene), None);
     for (deformation, amplitude, part) in [
@@ -174,11 +175,20 @@ fn modes_are_read_and_those_that_fold_are_refused() {
     }
 }
 
-fn deformation(motion: &str, size: bool) -> SphereDeformation {
-    let target = if size { ", \"a.volume\" = 5" } else { "" };
+/// A sphere with two modes about a tilted axis, with orders or none.
+fn deformation(motion: &str, orders: [i32; 2]) -> SphereDeformation {
+    let orders = match motion {
+        "tangential" => String::new(),
+        _ => format!(
+            "orders = {{ p = {}, q = {} }}, meridian = [0, 1, 0], ",
+            orders[0], orders[1]
+        ),
+    };
     let scene = sphere_with(
-        &format!("{{ modes = {{ p = 2, q = 3 }}, motion = \"{motion}\", axis = [1, 2, -2] }}"),
-        &format!("gait.phases = [{{ targets = {{ \"a.p\" = 0.1{target} }} }}]"),
+        &format!(
+            "{{ modes = {{ p = 2, q = 3 }}, {orders}motion = \"{motion}\", axis = [1, 2, -2] }}"
+        ),
+        "gait.phases = [{ targets = { \"a.p\" = 0.1, \"a.volume\" = 5 } }]",
     );
     let scene = scene.unwrap();
     let deformation = scene.bodies()[0].deformation.as_ref();
@@ -186,27 +196,31 @@ fn deformation(motion: &str, size: bool) -> SphereDeformation {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
 
     /// Velocities and rates of the volume are derivatives, by central differences whose error is
     /// their step squared; material directions are inverse to points. The same for spheroids.
     #[test]
     fn velocities_are_derivatives_of_material_points(
-        motion in prop_oneof![Just("radial"), Just("isochoric"), Just("tangential")],
+        motion in prop_oneof![
+            Just("radial"), Just("isochoric"), Just("tangential"), Just("gradient"), Just("curl"),
+        ],
+        orders in (-2..=2_i32, -3..=3_i32),
         n in prop::array::uniform3(-1.0..1.0_f64).prop_filter("a direction", |n| {
             Vector3::from(*n).norm() > 0.1
         }),
-        amplitudes in prop::array::uniform2(-0.15..0.15_f64),
+        amplitudes in prop::array::uniform2(-0.1..0.1_f64),
         volume in 2.0..9.0_f64,
         aspect in prop_oneof![Just(1.0), 0.3..3.0_f64],
     ) {
         let n = Vector3::from(n).normalize();
-        let mut deformation = deformation(motion, true);
+        let mut deformation = deformation(motion, orders.into());
         deformation.elongation = aspect - 1.0;
         // The volume is the first coordinate of the body.
         let values = [volume, amplitudes[0], amplitudes[1]];
         prop_assert!(deformation.problem(&values).is_none());
         let point = deformation.point(&n, &values);
+        prop_assert!(point.norm() < deformation.bounding_radius(&values) * (1.0 + 1e-14));
         let direction = deformation.material_direction(&point, &values);
         prop_assert!((direction - n).norm() < 1e-12);
         for joint in 0..3 {
@@ -222,10 +236,138 @@ proptest! {
             let rate = deformation.volume_rate(&values, joint);
             prop_assert!((rate - (more - less) / (2.0 * STEP)).abs() < 1e-7);
         }
-        if motion == "isochoric" {
+        if motion != "radial" {
             prop_assert!((deformation.volume(&values) / (aspect * volume) - 1.0).abs() < 1e-13);
         }
     }
+
+    /// The harmonics of a degree with the amplitudes `a Y_nm(k)` are the Legendre mode about the
+    /// axis `k` with the amplitude `a`, by the addition theorem: the same surface and points.
+    #[test]
+    fn all_orders_of_a_degree_are_the_mode_about_another_axis(
+        motion in prop_oneof![Just("radial"), Just("isochoric"), Just("gradient"), Just("curl")],
+        axis in prop::array::uniform3(-1.0..1.0_f64).prop_filter("a direction", |n| {
+            Vector3::from(*n).norm() > 0.1
+        }),
+        degree in 1..=4_usize,
+        amplitude in -0.04..0.04_f64,
+    ) {
+        let axis = Vector3::from(axis).normalize();
+        let n = degree as i32;
+        let modes: Vec<String> = (-n..=n).map(|m| format!("m{} = {degree}", m + n)).collect();
+        let orders: Vec<String> = (-n..=n).map(|m| format!("m{} = {m}", m + n)).collect();
+        let parse = |keys: &str| {
+            let text = format!("{{ {keys}, motion = \"{motion}\" }}");
+            let scene = sphere_with(&text, "").unwrap();
+            let deformation = scene.bodies()[0].deformation.as_ref();
+            deformation.and_then(Deformation::sphere).unwrap().clone()
+        };
+        let all = parse(&format!(
+            "axis = [0, 0, 1], modes = {{ {} }}, orders = {{ {} }}", modes.join(", "),
+            orders.join(", ")
+        ));
+        let [x, y, z]: [f64; 3] = axis.into();
+        let tilted = parse(&format!("axis = [{x:?}, {y:?}, {z:?}], modes = {{ p = {degree} }}"));
+        // Joints are in the order of the names; the meridian is along x.
+        let mut values = vec![0.0; 2 * degree + 1];
+        for (harmonic, joint) in &all.modes.as_ref().unwrap().coordinates {
+            values[*joint] = amplitude * harmonic.at(&axis);
+        }
+        for n in [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.3, -0.7, 0.2]] {
+            let n = Vector3::from(n).normalize();
+            let apart = all.point(&n, &values) - tilted.point(&n, &[amplitude]);
+            prop_assert!(apart.norm() < 1e-14, "{apart}");
+        }
+        // Rates: the sum over all orders of dX/da_m Y_m(k) is dX/da.
+        let n = Vector3::new(0.3, -0.7, 0.2).normalize();
+        let sum: Vector3<f64> = (all.modes.as_ref().unwrap().coordinates.iter())
+            .map(|(harmonic, joint)| harmonic.at(&axis) * all.velocity(&n, &values, *joint))
+            .sum();
+        prop_assert!((sum - tilted.velocity(&n, &[amplitude], 0)).norm() < 1e-13);
+        let volumes = [all.volume(&values), tilted.volume(&[amplitude])];
+        prop_assert!((volumes[0] / volumes[1] - 1.0).abs() < 1e-13, "{volumes:?}");
+    }
+}
+
+/// A mode of order 2 is symmetric about the planes of its meridian, and a curl about none of them.
+#[test]
+fn harmonics_keep_the_planes_that_mirror_them() {
+    let planes = |keys: &str| {
+        let scene = sphere_with(&format!("{{ {keys} }}"), "").unwrap();
+        assert!(scene.axis().is_none(), "no axis of symmetry: {keys}");
+        scene.fem_symmetry_planes()
+    };
+    let mode = "axis = [0, 0, 1], modes = { p = 2 }, orders";
+    assert_eq!(
+        planes(&format!("{mode} = {{ p = 2 }}")),
+        [false, true, true]
+    );
+    assert_eq!(
+        planes(&format!("{mode} = {{ p = -2 }}")),
+        [false, false, true]
+    );
+    assert_eq!(
+        planes(&format!("{mode} = {{ p = 1 }}")),
+        [false, true, false]
+    );
+    let curl = format!("motion = \"curl\", {mode}");
+    assert_eq!(
+        planes(&format!("{curl} = {{ p = -2 }}")),
+        [true, true, false]
+    );
+    let tilted = "axis = [3, 4, 0], meridian = [0, 0, 1], modes = { p = 2 }, orders = { p = 2 }";
+    assert_eq!(planes(tilted), [false, false, true]);
+}
+
+#[test]
+fn orders_that_cannot_be_are_refused_with_the_remedy() {
+    for (keys, part) in [
+        ("modes = { p = 2 }, orders = { p = 3 }", "from -2 to 2"),
+        ("modes = { p = 2 }, orders = { p = 0.5 }", "whole numbers"),
+        ("modes = { p = 2 }, orders = { q = 1 }", "no mode of p"),
+        (
+            "modes = { p = 2, q = 2 }, orders = { p = 1, q = 1 }",
+            "the order 1 twice",
+        ),
+        (
+            "motion = \"tangential\", modes = { p = 2 }, orders = { p = 1 }",
+            "motion = \"gradient\"",
+        ),
+        (
+            "axis = [1, 1, 0], modes = { p = 2 }, orders = { p = 1 }",
+            "meridian is missing",
+        ),
+        (
+            "modes = { p = 2 }, orders = { p = 1 }, meridian = [2, 0, 0]",
+            "no direction across",
+        ),
+        ("kind = \"radius\", orders = { p = 1 }", "does not belong"),
+    ] {
+        let error = sphere_with(&format!("{{ {keys} }}"), "").unwrap_err();
+        assert!(
+            error.contains(part) && error.contains("scene.toml:"),
+            "{keys}: {error}"
+        );
+    }
+    for (motion, amplitude, part) in [
+        ("radial", 1.3, "reach its centre"),
+        ("gradient", 0.7, "fold"),
+        ("curl", 5.0, "fold"),
+    ] {
+        let keys =
+            format!("{{ motion = \"{motion}\", modes = {{ p = 2 }}, orders = {{ p = 2 }} }}");
+        let gait = format!("gait.phases = [{{ targets = {{ \"a.p\" = {amplitude} }} }}]");
+        let error = sphere_with(&keys, &gait).unwrap_err();
+        assert!(error.contains(part), "{motion}: {error}");
+    }
+    let scene = sphere_with(
+        "{ modes = { p = 3, q = 2 }, orders = { p = -2 }, axis = [1, 2, -2], meridian = [0, 1, 0] }",
+        "",
+    );
+    let scene = scene.unwrap();
+    let again = Scene::parse(&scene.to_toml().unwrap()).unwrap();
+    assert_eq!(again.differing_key(&scene), None);
+    assert_eq!(again.bodies(), scene.bodies());
 }
 
 /// A spheroid with the axis (0, 0.6, 0.8) and a deformation.
@@ -372,6 +514,68 @@ fn undulations_that_cannot_be_are_refused_with_place_and_time() {
     );
     let error = sphere_with("{ kind = \"undulation\", amplitude = 1 }", "").unwrap_err();
     assert!(error.contains("use shape = \"tube\""), "{error}");
+}
+
+/// The phase of a wave turns while its amplitude oscillates: each cycle continues the one before.
+#[test]
+fn phases_of_waves_turn_beside_oscillations() {
+    let scene = |turn: &str| {
+        let gait = format!(
+            "[gait]\nperiod = 2\ncycles = 3\nharmonics = [{{ link = \"worm.phase\", {turn} }}, \
+             {{ link = \"worm.amplitude\", mean = 0.4, amplitude = 0.1 }}]\n"
+        );
+        Scene::parse(&format!(
+            "{gait}[[bodies]]\nname = \"worm\"\nshape = \"tube\"\nlength = 10\nradius = 0.5\n\
+             position = [0, 0, 0]\ndeformation = {{ kind = \"undulation\", amplitude = 0.4, \
+             phase = 0.3 }}\n"
+        ))
+        .map_err(|error| error.to_string())
+    };
+    let whole = 2.0 * PI;
+    let turning = scene(&format!("turn = {whole:?}")).unwrap();
+    let all: Vec<_> = spans(turning.gait(), turning.articulation().initial_shape())
+        .unwrap()
+        .collect();
+    assert_eq!(all.len(), 12);
+    for (number, span) in all.iter().enumerate() {
+        let value = |s: f64| 0.3 + 0.25 * whole * (number as f64 + s);
+        for s in [0.0, 0.4, 1.0] {
+            assert!((span.shape(s)[1] - value(s)).abs() < 1e-12, "{number} {s}");
+            assert!((span.rates(s)[1] - PI).abs() < 1e-12);
+        }
+        assert!((span.shape(1.0)[0] - [0.5, 0.4, 0.3, 0.4][number % 4]).abs() < 1e-12);
+    }
+    let end = &all[11].to;
+    assert!(
+        turning.shape_changes(&all[0].from, end).is_empty(),
+        "{end:?}"
+    );
+    let again = Scene::parse(&turning.to_toml().unwrap()).unwrap();
+    assert_eq!(again.gait(), turning.gait());
+    assert_eq!(
+        again.articulation().initial_shape(),
+        turning.articulation().initial_shape()
+    );
+    for (turn, part) in [
+        ("turn = 3", "whole periods"),
+        (
+            "turn = 6.283185307179586, amplitude = 1",
+            "does not belong to a `turn`",
+        ),
+        ("phase = 0.1", "amplitude is missing"),
+    ] {
+        let error = scene(turn).unwrap_err();
+        assert!(
+            error.contains(part) && error.contains("scene.toml:"),
+            "{turn}: {error}"
+        );
+    }
+    let growing = sphere_with(
+        "{ modes = { p = 2 } }",
+        "gait = { period = 1, harmonics = [{ link = \"a.p\", turn = 0.1 }] }",
+    );
+    let error = growing.unwrap_err();
+    assert!(error.contains("has no period"), "{error}");
 }
 
 /// A wave bends a tube in its plane of x and y, unless it is a helix or the tube is rolled.

@@ -44,10 +44,15 @@ axis = [0, 0, 1]; position = [1, 0, 0]; force = [1, 0, 0]
 [[bodies]]; name = "amoeba"; radius = 1; position = [1, 0, 0]
 [bodies.deformation]; modes = { p = 2 }; axis = [0, 0, 1]
 
+[[bodies]]; name = "wavy"; radius = 1; position = [1, 0, 0]
+[bodies.deformation]; modes = { arm = 2 }; orders = { arm = 1 }; meridian = [0, 1, 0]
+
 [[bodies]]; name = "worm"; shape = "tube"; length = 8; radius = 0.5; end_radius = 0.4
 head_radius = 1; orientation = [0.1, 0.2, 0.3]; position = [1, 0, 0]
 [bodies.deformation]; kind = "undulation"; waves = 1.5; amplitude = 0.5; phase = 0.3
 [optimise]; waves = [0.5, 2]
+[gait]; period = 2
+[[gait.harmonics]]; link = "worm.phase"; turn = 6.283185307179586
 
 [[bodies]]; name = "ellipsoid"; shape = "ellipsoid"; semi_axes = [3, 2, 1]
 orientation = [0.1, 0.2, 0.3]; position = [1, 0, 0]

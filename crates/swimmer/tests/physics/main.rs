@@ -6,6 +6,7 @@
 mod axisymmetric;
 mod balance;
 mod cylinder;
+mod deformation_properties;
 mod deforming;
 mod dragged;
 mod equivalence;
@@ -15,6 +16,7 @@ mod fem_strokes;
 mod flows;
 mod formulations;
 mod frames;
+mod harmonics;
 mod joints;
 mod mesh_files;
 mod mobility;

@@ -116,8 +116,12 @@ fn helical_waves_swim_as_resistive_force_theory_says() {
         "{found} of {}",
         resistive_speed(0.4)
     );
-    let (finer, finer_bar) = speed(0.4, 0.22);
+    let (finer, finer_bar) = speed(0.4, 0.17);
     within(finer - found, bar + finer_bar, "the error bars");
+    let (finest, finest_bar) = speed(0.4, 0.14);
+    within(finest - finer, finer_bar + finest_bar, "the error bars");
+    within(finest - found, bar, "inside the bar of the coarsest");
+    within(finest_bar, 0.05 * found.abs(), "the bar says something");
     within(bar, 0.1 * found.abs(), "the bar says something");
     let (small, small_bar) = speed(0.2, 0.3);
     let allowed = 0.25 * small.abs() * 4.0 + bar + 4.0 * small_bar;
