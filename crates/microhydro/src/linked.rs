@@ -116,8 +116,7 @@ pub struct LinkedMotion {
 ///
 /// The matrix is symmetric positive definite and is never formed: conjugate gradients apply `M`,
 /// preconditioned by the factorised blocks of the linkages alone. Further degrees of freedom of the
-/// mobility join the multipliers. A dashpot is one more force, with
-/// its coefficient as mobility. Memory: `O(n)` for linkages of bounded size.
+/// mobility join the multipliers. A dashpot is one more force, with its coefficient as mobility. Memory: `O(n)` for linkages of bounded size.
 pub struct LinkedSpheres<'a, M = PointMobility<'a>> {
     mobility: &'a M,
     linkages: Vec<Eliminated>,
@@ -424,7 +423,8 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             }
             let image = self.image(&direction)?;
             let curvature = direction.dot(&image);
-            if curvature <= 0.0 {
+
+            if curvature.is_nan() || curvature <= 0.0 {
                 return Err(self.mobility.not_positive_definite());
             }
             let step = product / curvature;

@@ -415,7 +415,11 @@ impl Columns {
                 });
                 // a NaN is the largest error
                 let error = errors.sum::<f64>();
-                if error <= sum { sum } else { error }
+                if error <= sum || sum.is_nan() {
+                    sum
+                } else {
+                    error
+                }
             };
             SAMPLE_FACTOR * some.iter().enumerate().fold(0.0, of_sphere)
         })

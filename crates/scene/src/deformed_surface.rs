@@ -398,6 +398,34 @@ mod tests {
         }
     }
 
+    /// Points of a coordinate plane had their foot on it, also at the bottom of a valley.
+    #[test]
+    fn bug_distances_from_valleys_were_those_to_their_bottom() {
+        let harmonic = Harmonic {
+            degree: 8,
+            order: 8,
+        };
+        let mut deformation = deformation(ModeMotion::Radial);
+        let modes = deformation.modes.as_mut().unwrap();
+        (modes.axis, modes.meridian) = (Vector3::z(), Vector3::x());
+        modes.coordinates = vec![(harmonic, 0)];
+        let mut profile = RadialProfile::sphere(1.0);
+        profile.terms = vec![(harmonic, -0.19 / harmonic.at(&Vector3::x()))];
+        let surface = StarSurface::new(profile.clone(), modes.clone(), 1.0);
+        let points = octahedral(60, |n| profile.at(&n) * n).points;
+        for distance in [1.5, 3.0] {
+            let x = Vector3::new(distance, 0.0, 0.0);
+            let least = points
+                .iter()
+                .map(|at| (at - x).norm())
+                .fold(f64::INFINITY, f64::min);
+            let found = surface.signed_distance(x);
+            // The foot is no farther than the closest of these points, by less than their spacing
+            // squared over the radius of curvature.
+            assert!(found <= least && found > least - 0.01, "{found} {least}");
+        }
+    }
+
     /// Without modes, and with tangential ones, the surface is that of a rigid spheroid.
     #[test]
     fn spheroids_are_those_without_a_deformation() {

@@ -57,7 +57,8 @@ impl Harmonic {
     /// `c`.
     fn factor(self) -> f64 {
         let (n, m) = (self.degree, self.m());
-        if m == 0 {
+        if m == 0 || m > n {
+            // Above the degree there is no harmonic, and its polynomial is zero.
             return 1.0;
         }
         let ratio: f64 = (n - m + 1..=n + m).map(|k| k as f64).product();

@@ -1,7 +1,7 @@
 //! Radial functions of spheres that their modes deform.
 
 use std::collections::BTreeMap;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{PI, SQRT_2, TAU};
 use std::sync::LazyLock;
 
 use nalgebra::{Matrix3, Vector3};
@@ -61,7 +61,9 @@ impl RadialProfile {
     pub fn legendre_amplitudes(&self) -> [f64; MAX_MODE_DEGREE + 1] {
         let mut amplitudes = [0.0; MAX_MODE_DEGREE + 1];
         for (harmonic, amplitude) in self.terms.iter().filter(|(own, _)| own.order == 0) {
-            amplitudes[harmonic.degree] += amplitude;
+            if let Some(own) = amplitudes.get_mut(harmonic.degree) {
+                *own += amplitude;
+            }
         }
         amplitudes
     }
@@ -120,10 +122,19 @@ impl RadialProfile {
         bound(&self.terms, |_| 1.0) / self.power
     }
 
-    /// Smallest value of `1 + Σ a Y / p` for finite amplitudes.
+    /// Lower bound of `1 + Σ a Y / p` for finite amplitudes: the smallest sample, less what the
+    /// harmonics may fall from there to a minimum between samples.
+    ///
+    /// At a distance `h` from a minimum that is at most `h²/2` times the second derivative.
     pub(crate) fn smallest_base(&self) -> f64 {
         let all = directions(self.is_zonal()).map(|n| self.base(&n));
-        all.fold(f64::INFINITY, f64::min)
+        let least = all.fold(f64::INFINITY, f64::min);
+        let distance = match self.is_zonal() {
+            true => 0.5 * PI / ANGLES as f64,
+            // half of the diagonal of a cell at the equator
+            false => 0.5 * SQRT_2 * PI / GRID[0] as f64,
+        };
+        least - 0.5 * distance * distance * largest_second_derivative(&self.terms) / self.power
     }
 
     /// Whether the surface does not reach the centre in any direction.
@@ -166,6 +177,17 @@ impl RadialProfile {
     pub fn volume(&self) -> f64 {
         self.integral(|n| self.at(n).powi(3)) / 3.0
     }
+}
+
+/// Bound of the second derivatives of `Σ a Y` along great circles.
+///
+/// Among the harmonics of a degree `n` with the sum of squares 1 the largest is
+/// `(L (3 L - 2)/8)^(1/2)` with `L = n (n + 1)`: a derivative of `P_n(cos γ)` at `γ = 0`.
+pub(crate) fn largest_second_derivative(terms: &[(Harmonic, f64)]) -> f64 {
+    bound(terms, |n| {
+        let l = n * (n + 1.0);
+        (l * (3.0 * l - 2.0) / 8.0).max(0.0).sqrt()
+    })
 }
 
 /// Sum over the degrees of a weight times the root of the sum of the squares of the amplitudes.

@@ -166,7 +166,8 @@ impl SphereDeformation {
     /// more than `excess` in sum.
     ///
     /// The radial function changes by `R b^(p-1) P_n` per amplitude, where `b = 1 + Σ a_n P_n / p`
-    /// changes by at most `excess / p`. Where `b` may vanish the bound is a hundred radii.
+    /// changes by at most `excess / p`. Where `b` may vanish the bound grows by a hundred radii
+    /// times the excess.
     pub(crate) fn bounding_radius_within(&self, values: &[f64], excess: f64) -> f64 {
         const LEAST_BASE: f64 = 1e-3;
         let profile = self.profile(values);
@@ -319,5 +320,57 @@ mod tests {
                 assert!(radius <= bound, "{aspect} {change}: {radius} {bound}");
             }
         }
+    }
+
+    /// Samples of the surface missed the lowest place between them, where it reached the centre.
+    #[test]
+    fn bug_harmonics_that_reach_the_centre_between_samples_were_accepted() {
+        for (motion, amplitude) in [(ModeMotion::Isochoric, 0.6), (ModeMotion::Radial, 1.8)] {
+            let harmonic = Harmonic {
+                degree: 12,
+                order: -12,
+            };
+            let body = SphereDeformation {
+                radius: 1.0,
+                elongation: 0.0,
+                size: None,
+                modes: Some(SurfaceModes {
+                    motion,
+                    axis: Vector3::z(),
+                    meridian: Vector3::x(),
+                    coordinates: vec![(harmonic, 0)],
+                }),
+            };
+            // The largest value is at the azimuth π/8 on the equator.
+            let n = Vector3::new((PI / 8.0).cos(), (PI / 8.0).sin(), 0.0);
+            let power = body.profile(&[0.0]).power;
+            assert!(1.0 - amplitude * harmonic.at(&n).abs() / power < 0.0);
+            assert!(body.problem(&[amplitude]).is_some());
+            assert!(body.problem(&[0.8 * amplitude]).is_none());
+        }
+    }
+
+    /// A comparison with a number that is none kept the search for a material point going.
+    #[test]
+    fn bug_material_points_of_missing_values_were_sought_without_end() {
+        let body = SphereDeformation {
+            radius: 1.0,
+            elongation: 0.0,
+            size: None,
+            modes: Some(SurfaceModes {
+                motion: ModeMotion::Gradient,
+                axis: Vector3::z(),
+                meridian: Vector3::x(),
+                coordinates: vec![(
+                    Harmonic {
+                        degree: 3,
+                        order: 2,
+                    },
+                    0,
+                )],
+            }),
+        };
+        let found = body.material_direction(&Vector3::x(), &[]);
+        assert!(found.iter().any(|x| x.is_nan()));
     }
 }

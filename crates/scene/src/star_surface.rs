@@ -21,6 +21,9 @@ const SURE_STEP: f64 = 1e-4;
 /// Largest distance of points from the closest sample, over the size of the surface.
 const MISSED: f64 = 0.06;
 
+/// Rounding of a squared distance, relative to it.
+const ROUNDING: f64 = 1e-12;
+
 /// Cosine of the angle between directions from which the closest point is sought, a wave of a high
 /// degree; and their number.
 const APART: f64 = 0.97;
@@ -158,8 +161,20 @@ impl StarSurface {
                 break;
             }
             starts.push(closest.1);
-            let chart = self.descent(x, &closest.1);
-            let own = (chart.at - x).norm_squared();
+            let mut chart = self.descent(x, &closest.1);
+            let mut own = (chart.at - x).norm_squared();
+            // A foot on a symmetry plane is found there to the last bit; one on another plane, or
+            // a saddle, is farther.
+            let in_planes = closest
+                .1
+                .zip_map(x, |own, x| if x == 0.0 { 0.0 } else { own });
+            if let Some(start) = in_planes.try_normalize(0.0).filter(|n| *n != closest.1) {
+                let in_planes = self.descent(x, &start);
+                let squared = (in_planes.at - x).norm_squared();
+                if squared <= own * (1.0 + ROUNDING) {
+                    (chart, own) = (in_planes, squared);
+                }
+            }
             if found.as_ref().is_none_or(|(least, _)| own < *least) {
                 found = Some((own, chart));
             }
@@ -172,9 +187,7 @@ impl StarSurface {
     /// Newton's method for the squared distance, that of Gauss where its matrix is indefinite, with
     /// steps that reduce the distance.
     fn descent(&self, x: &Vector3<f64>, from: &Vector3<f64>) -> Chart {
-        // Points of a symmetry plane have their foot on it, to the last bit.
-        let in_planes = from.zip_map(x, |own, x| if x == 0.0 { 0.0 } else { own });
-        let mut n = in_planes.try_normalize(0.0).unwrap_or(*from);
+        let mut n = *from;
         let mut chart = self.chart(&n);
         for _ in 0..MAX_STEPS {
             let arm = chart.at - x;
@@ -191,14 +204,13 @@ impl StarSurface {
             // Beyond a quarter of a turn the chart has no points.
             step *= (0.5 / step.norm()).min(1.0);
             let before = arm.norm();
-            loop {
-                let next = stepped(&n, &chart.tangents, &step);
-                if step.norm() < SURE_STEP || (self.point(&next) - x).norm() < before {
-                    n = next;
-                    break;
-                }
+            let mut next = stepped(&n, &chart.tangents, &step);
+            // The comparisons end with numbers that are none.
+            while step.norm() >= SURE_STEP && (self.point(&next) - x).norm() >= before {
                 step *= 0.5;
+                next = stepped(&n, &chart.tangents, &step);
             }
+            n = next;
             chart = self.chart(&n);
             if step.norm() <= 4.0 * f64::EPSILON {
                 break;

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{Matrix2, Matrix3x2, Unit, UnitQuaternion, Vector2, Vector3};
 
 use crate::harmonics::Harmonic;
-use crate::radial_profile::{bound, directions};
+use crate::radial_profile::{bound, directions, largest_second_derivative};
 use crate::words::ModeMotion;
 
 /// Modes of a sphere: spherical harmonics about an axis.
@@ -131,11 +131,9 @@ impl SurfaceModes {
         if !zonal {
             // The stretch of lengths is at least cos |v| - |∇v| (Jacobi's equation on a sphere).
             // Among the harmonics of a degree with L = n (n + 1) and the sum of squares 1, the
-            // largest derivative and second derivative along a great circle are (L / 2)^(1/2) and
-            // (L (3 L - 2) / 8)^(1/2): derivatives of P_n(cos γ) at γ = 0.
-            let l = |n: f64| n * (n + 1.0);
-            let length = bound(&terms, |n| (0.5 * l(n)).sqrt());
-            let slope = bound(&terms, |n| (l(n) * (3.0 * l(n) - 2.0) / 8.0).sqrt());
+            // largest derivative along a great circle is (L / 2)^(1/2).
+            let length = bound(&terms, |n| (0.5 * n * (n + 1.0)).sqrt());
+            let slope = largest_second_derivative(&terms);
             if length < FRAC_PI_2 && slope < length.cos() {
                 return false;
             }
@@ -206,15 +204,13 @@ impl SurfaceModes {
             let Some(mut step) = normal.lu().solve(&map.tr_mul(&left)) else {
                 break;
             };
-            loop {
-                let next = stepped(&n, &tangents, &step);
-                let after = misfit(&next);
-                if step.norm() < SURE_STEP || after.norm() < left.norm() {
-                    (n, left) = (next, after);
-                    break;
-                }
+            let mut next = stepped(&n, &tangents, &step);
+            // The comparisons end with numbers that are none.
+            while step.norm() >= SURE_STEP && misfit(&next).norm() >= left.norm() {
                 step *= 0.5;
+                next = stepped(&n, &tangents, &step);
             }
+            (n, left) = (next, misfit(&next));
             if step.norm() <= 1e-14 {
                 break;
             }

@@ -64,6 +64,8 @@ pub fn parameters(scene: &Scene) -> Result<Vec<Parameter>, DesignError> {
     let (joints, start) = (set.joints(), set.initial_shape());
     let from_file =
         (scene.gait().phases.iter()).any(|phase| matches!(phase.path, ShapePath::Spline(_)));
+    let is_harmonic =
+        (scene.gait().phases.iter()).any(|phase| matches!(phase.path, ShapePath::Harmonic { .. }));
     let ranges = joint_ranges(scene)?;
     let is_phase = |joint: usize| scene.periodic_coordinates().any(|(own, _)| own == joint);
     for (number, joint) in joints.iter().enumerate() {
@@ -88,6 +90,8 @@ pub fn parameters(scene: &Scene) -> Result<Vec<Parameter>, DesignError> {
                 let squares: f64 = of_joint().map(|sine| sine.amplitude.powi(2)).sum();
                 let amplitude = match squares > 0.0 {
                     true => squares.sqrt(),
+                    // A joint of a gait of harmonics that only turns.
+                    false if is_harmonic => 0.0,
                     false => 0.5 * (ranges[number].1 - ranges[number].0),
                 };
                 if amplitude > 0.0 {

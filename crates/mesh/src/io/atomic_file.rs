@@ -13,7 +13,7 @@ use crate::MeshError;
 /// The temporary file is renamed when it is complete. Readers therefore never see an incomplete
 /// file, and after an error the previous file is unchanged. A new file has the permissions of the
 /// previous one. Of a symbolic link the file that it points to is written, also if there is none
-/// yet. What is no file, such as a pipe or `/dev/null`, is written directly.
+/// yet. What is no file, such as a pipe, `/dev/null` or `/dev/stdout`, is written directly.
 ///
 /// # Errors
 /// Those of the operating system, and of `write`.
@@ -22,15 +22,19 @@ pub fn write_atomically(
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
     let path = &followed(path.as_ref());
-    if path == Path::new("/dev/stdout") {
-        // Opened again it would have a place of its own in a file, and both outputs mix.
-        let mut out = std::io::stdout().lock();
+    // Opened again they would have a place of their own in a file, and both outputs mix.
+    let standard: Option<Box<dyn Write>> = match path.to_str() {
+        Some("/dev/stdout" | "/dev/fd/1" | "/proc/self/fd/1") => Some(Box::new(std::io::stdout())),
+        Some("/dev/stderr" | "/dev/fd/2" | "/proc/self/fd/2") => Some(Box::new(std::io::stderr())),
+        _ => None,
+    };
+    if let Some(mut out) = standard {
         write(&mut out)?;
         return out.flush();
     }
     let present = path.metadata().ok();
     let is_special = |found: &Metadata| !found.is_file() && !found.is_dir();
-    if is_device(path) || present.as_ref().is_some_and(is_special) {
+    if is_descriptor(path) || present.as_ref().is_some_and(is_special) {
         let mut out = BufWriter::new(File::options().write(true).open(path)?);
         write(&mut out)?;
         return out.flush();
@@ -67,14 +71,14 @@ pub fn write_atomically(
     Ok(())
 }
 
-/// The path that symbolic links lead to; those of devices and descriptors are not followed.
+/// The path that symbolic links lead to; those of descriptors are not followed.
 fn followed(path: &Path) -> PathBuf {
-    // Longer chains are an error of the operating system.
+    // As in Linux. The last link of a longer chain is replaced by the file.
     const LINKS: usize = 40;
     let mut path = path.to_path_buf();
     for _ in 0..LINKS {
         match path.read_link() {
-            Ok(target) if !is_device(&path) => {
+            Ok(target) if !is_descriptor(&path) => {
                 path = path.parent().unwrap_or(Path::new("")).join(target);
             }
             _ => break,
@@ -83,9 +87,13 @@ fn followed(path: &Path) -> PathBuf {
     path
 }
 
-/// Whether a path is that of a device or of a descriptor of a process.
-fn is_device(path: &Path) -> bool {
-    ["/dev", "/proc"].iter().any(|root| path.starts_with(root))
+/// Whether a path is that of an open file of a process.
+fn is_descriptor(path: &Path) -> bool {
+    let is_standard = ["/dev/stdin", "/dev/stdout", "/dev/stderr"]
+        .map(Path::new)
+        .contains(&path);
+    let of_process = path.starts_with("/proc") && path.iter().any(|name| name == "fd");
+    is_standard || of_process || path.starts_with("/dev/fd")
 }
 
 /// Whether a file name is that of a temporary file of [`write_atomically`], which a killed process
@@ -181,6 +189,16 @@ mod tests {
         write_atomically(&null, |out| out.write_all(b"gone")).unwrap();
         let found = fs::metadata("/dev/null").unwrap();
         assert!(!found.is_file() && fs::symlink_metadata(&null).unwrap().is_symlink());
+        // A folder of ordinary files below that of devices.
+        let memory = Path::new("/dev/shm");
+        if memory.is_dir() {
+            let folder = tempfile::tempdir_in(memory).unwrap();
+            let file = folder.path().join("file");
+            for text in ["longer", "new"] {
+                write_atomically(&file, |out| out.write_all(text.as_bytes())).unwrap();
+                assert_eq!(fs::read_to_string(&file).unwrap(), text);
+            }
+        }
         let full = Path::new("/dev/full");
         if full.exists() {
             let failure = write_atomically(full, |out| out.write_all(&[0; 100]));

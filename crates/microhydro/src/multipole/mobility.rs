@@ -36,8 +36,15 @@ pub enum Variant {
 
 /// Factor on the tolerance of couplings of [`Variant::Neglecting`].
 ///
-/// What all couplings neglect is then a small part of the change.
+/// The change is then larger than what is neglected. Couplings of orders below those of their
+/// spheres lose at least one degree.
 pub const MORE_NEGLECTED: f64 = 30.0;
+
+/// Order of a coupling from the order that its pair needs: with four degrees orders lower by two
+/// still contain the stresslets, and the change by them has the geometric decay of others.
+fn pair_order(needed: usize, of_sphere: usize) -> usize {
+    needed.max(LOWEST_ORDER).min(of_sphere)
+}
 
 /// Part of the tolerance below which couplings are neglected.
 const NEGLECTED: f64 = 1e-2;
@@ -54,7 +61,8 @@ const REGULAR: f64 = 1e-2;
 /// Highest order of an expansion.
 const MAX_ORDER: usize = 100;
 
-/// Bispherical coordinate of the narrowest gap: 0.011 between equal spheres.
+/// Bispherical coordinate of the narrowest gap: 0.0225 radii between equal spheres; with unequal ones
+/// that of the larger sphere counts, which is smaller.
 ///
 /// The lowest eigenvalue falls with the gap, and what couplings neglect made the matrix of 27
 /// spheres at gaps of 0.01 indefinite at a tolerance of 1e-2.
@@ -170,7 +178,7 @@ impl Plan {
                 .map(|xi| truncation::order_of_decay(xi, REGULAR * target));
             PlannedPair {
                 pair: (i, j),
-                orders: [first.min(orders[i]), second.min(orders[j])],
+                orders: [pair_order(first, orders[i]), pair_order(second, orders[j])],
                 regular: regular[0].max(regular[1]),
             }
         });
@@ -229,13 +237,14 @@ pub struct MultipoleMobility<'a> {
 }
 
 impl<'a> MultipoleMobility<'a> {
-    /// Whether expansions resolve all gaps without eliminations in narrow ones.
+    /// Whether expansions resolve all gaps without eliminations in narrow ones, and the list of all
+    /// pairs fits into memory.
     ///
     /// # Errors
     /// A tolerance that is not between `1e-13` and 1.
     pub fn resolves(spheres: &Spheres, accuracy: &Accuracy) -> Result<bool, HydroError> {
         match Plan::new(spheres, accuracy) {
-            Err(HydroError::TooClose { .. }) => Ok(false),
+            Err(HydroError::TooClose { .. } | HydroError::TooLarge { .. }) => Ok(false),
             found => found.map(|_| true),
         }
     }
@@ -251,7 +260,7 @@ impl<'a> MultipoleMobility<'a> {
     /// Computes the couplings of all pairs.
     ///
     /// # Errors
-    /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below 0.011
+    /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below 0.0225
     /// radii and those that need higher orders than 100; [`HydroError::TooLarge`],
     /// [`HydroError::TooCostly`].
     pub fn new(spheres: &'a Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
@@ -359,9 +368,20 @@ impl<'a> MultipoleMobility<'a> {
         }
         let spheres = self.points.spheres();
         let (x, a) = (spheres.centres(), spheres.radii());
-        let tolerance = MORE_NEGLECTED * self.neglected;
-        let (first, second) = truncation::for_pair((x[j] - x[i]).norm(), a[i], a[j], tolerance);
-        [first.min(orders[0]), second.min(orders[1])]
+        let needed = |tolerance: f64| -> PairOrders {
+            truncation::for_pair((x[j] - x[i]).norm(), a[i], a[j], tolerance).into()
+        };
+        let (all, fewer) = (
+            needed(self.neglected),
+            needed(MORE_NEGLECTED * self.neglected),
+        );
+        [0, 1].map(|end| {
+            let (own, of_sphere) = (pair_order(all[end], orders[end]), orders[end]);
+            match own < of_sphere {
+                true => fewer[end].min(own - 1),
+                false => fewer[end].min(of_sphere),
+            }
+        })
     }
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::time::Instant as Clock;
 
 use microhydro::multipole::{MultipoleMobility, Variant};
-use microhydro::{Accuracy, Medium, Spheres};
+use microhydro::{Accuracy, HydroError, Medium, Spheres};
 use nalgebra::{DVector, Matrix3};
 use scene::ModelEstimatesKind;
 use stokes::{Seconds, SolverReport};
@@ -58,6 +58,26 @@ impl SpheresModel {
         let iterates =
             many && MultipoleMobility::resolves(&self.spheres(configuration)?, &accuracy)?;
         Ok(iterates.then_some(accuracy))
+    }
+
+    /// What expansions by iteration find; none where a resistance matrix is needed.
+    ///
+    /// It is also where what couplings neglect is too much in a narrow gap, or the forces cancel
+    /// that the residual is relative to.
+    pub(super) fn by_iteration<T>(
+        &mut self,
+        configuration: Configuration,
+        find: impl FnOnce(&mut Self, &Accuracy) -> Result<T, ModelError>,
+    ) -> Result<Option<T>, ModelError> {
+        let Some(accuracy) = self.iterates(configuration)? else {
+            return Ok(None);
+        };
+        match find(self, &accuracy) {
+            Err(ModelError::Spheres(
+                HydroError::FactorisationFailed { .. } | HydroError::NotConverged { .. },
+            )) => Ok(None),
+            found => found.map(Some),
+        }
     }
 
     /// The solution for one set of rates by expansions without a resistance matrix.
@@ -164,18 +184,22 @@ fn unbalanced_velocities(spheres: &Spheres, changes: &DVector<f64>) -> [f64; 2] 
     let (x, a) = (spheres.centres(), spheres.radii());
     let mut largest = [0.0_f64; 2];
     for i in 0..x.len() {
-        let mut drag = nalgebra::Vector3::from_element(6.0 * PI * a[i]);
+        let mut drag = Matrix3::from_diagonal_element(6.0 * PI * a[i]);
         for j in (0..x.len()).filter(|&j| j != i) {
             let (apart, b) = (x[j] - x[i], a[i] * a[j] / (a[i] + a[j]));
             let gap = apart.norm() - a[i] - a[j];
             if gap < b {
                 let normal = apart.normalize();
-                drag += 6.0 * PI * b * b / gap * normal.component_mul(&normal);
+                drag += 6.0 * PI * b * b / gap * normal * normal.transpose();
             }
         }
-        let force = changes.fixed_rows::<3>(6 * i).component_div(&drag);
-        let torque = changes.fixed_rows::<3>(6 * i + 3) / (8.0 * PI * a[i].powi(3));
-        largest = [largest[0].max(force.amax()), largest[1].max(torque.amax())];
+        let force = changes.fixed_rows::<3>(6 * i);
+        // a sum of positive definite matrices
+        let velocity = drag
+            .try_inverse()
+            .map_or(0.0, |mobility| (mobility * force).norm());
+        let torque = changes.fixed_rows::<3>(6 * i + 3).norm() / (8.0 * PI * a[i].powi(3));
+        largest = [largest[0].max(velocity), largest[1].max(torque)];
     }
     largest
 }

@@ -8,7 +8,7 @@ mod sphere_resistances;
 use std::time::Instant as Clock;
 
 use microhydro::multipole::{self, MultipoleMobility, Orders, SphereSlip};
-use microhydro::{Accuracy, HydroError, Medium, PointModel, Spheres, Squirmer};
+use microhydro::{Accuracy, Medium, PointModel, Spheres, Squirmer};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::StateVelocity;
 
@@ -456,13 +456,13 @@ impl SpheresModel {
                 let squirmers = self.squirmers(configuration)?;
                 self.point_solution(model, &linked, (&spheres, &squirmers))?
             }
-            None => match self.iterates(configuration)? {
-                Some(accuracy) => {
-                    let spheres = self.spheres(configuration)?;
-                    let mobility = MultipoleMobility::new(&spheres, &accuracy)?;
-                    let linked = LinkedBodies::new(&self.scaled, &query, rates)?;
-                    iterated_expansions::solution(&mobility, &accuracy, &linked)?
-                }
+            None => match self.by_iteration(configuration, |own, accuracy| {
+                let spheres = own.spheres(configuration)?;
+                let mobility = MultipoleMobility::new(&spheres, accuracy)?;
+                let linked = LinkedBodies::new(&own.scaled, &query, rates)?;
+                iterated_expansions::solution(&mobility, accuracy, &linked)
+            })? {
+                Some(solution) => solution,
                 None => {
                     let resistances = self.resistance_at(configuration)?;
                     let surfaces = self.surface_effects((configuration, rates), &resistances)?;
@@ -503,14 +503,11 @@ impl SpheresModel {
         if let Some(model) = self.kind.point_model() {
             return self.point_forces(model, query, rates);
         }
-        if let Some(accuracy) = self.iterates(query.configuration)? {
-            match self.iterated_expansions(&accuracy, query, rates) {
-                // What couplings neglect was too much in a narrow gap.
-                Err(ModelError::Spheres(HydroError::FactorisationFailed { .. })) => {}
-                found => return found,
-            }
-        }
         let configuration = query.configuration;
+        let find = |own: &mut Self, accuracy: &_| own.iterated_expansions(accuracy, query, rates);
+        if let Some(found) = self.by_iteration(configuration, find)? {
+            return Ok(found);
+        }
         let clock = Clock::now();
         let resistances = self.resistance_at(configuration)?;
         let assembly = clock.elapsed().as_secs_f64();
@@ -673,15 +670,15 @@ impl Hydrodynamics for SpheresModel {
                     |linked: &LinkedBodies| self.point_solution(model, linked, (&spheres, &[]));
                 linked_bodies::joint_responses(&self.scaled, configuration, solve)
             }
-            None => match self.iterates(configuration)? {
-                Some(accuracy) => {
-                    let spheres = self.spheres(configuration)?;
-                    let mobility = MultipoleMobility::new(&spheres, &accuracy)?;
-                    let solve = |linked: &LinkedBodies| {
-                        iterated_expansions::solution(&mobility, &accuracy, linked)
-                    };
-                    linked_bodies::joint_responses(&self.scaled, configuration, solve)
-                }
+            None => match self.by_iteration(configuration, |own, accuracy| {
+                let spheres = own.spheres(configuration)?;
+                let mobility = MultipoleMobility::new(&spheres, accuracy)?;
+                let solve = |linked: &LinkedBodies| {
+                    iterated_expansions::solution(&mobility, accuracy, linked)
+                };
+                linked_bodies::joint_responses(&own.scaled, configuration, solve)
+            })? {
+                Some(responses) => Ok(responses),
                 None => {
                     let matrix = self.resistance_at(configuration)?.matrix;
                     let solve = |linked: &LinkedBodies| linked.all().by_resistance(&matrix, None);

@@ -216,10 +216,10 @@ fn bug_bars_of_linked_spheres_beside_a_third_lacked_the_neglected_couplings() {
     }
 }
 
-/// Clusters of linked and single spheres with gaps of 0.1 to 0.5, more than have a resistance
-/// matrix: the bars contain what the couplings of distant pairs neglect.
-#[test]
-fn bars_of_many_spheres_in_narrow_gaps_contain_the_errors_of_expansions() {
+/// Asserts that the bars among clusters of linked and single spheres, more than have a resistance
+/// matrix, contain what the couplings of distant pairs neglect. At a scale of one gaps are 0.1 to
+/// 0.5.
+fn assert_bars_of_clusters(scale: f64) {
     let mut text = SceneText::new();
     for cluster in 0..9 {
         let turn = UnitQuaternion::from_euler_angles(0.7 * cluster as f64, 1.1, 0.3);
@@ -233,6 +233,7 @@ fn bars_of_many_spheres_in_narrow_gaps_contain_the_errors_of_expansions() {
         ];
         for (k, (place, radius)) in places.iter().zip([1.0, 0.8, 0.9, 0.7]).enumerate() {
             let x = turn * place + Vector3::new(cell[0], cell[1], 0.5 * cluster as f64);
+            let x = scale * x;
             let force = turn * Vector3::new(1.0, 0.4 * k as f64, -0.7);
             let keys = format!(
                 "radius = {radius}, force = [{}, {}, {}]",
@@ -295,6 +296,18 @@ fn bars_of_many_spheres_in_narrow_gaps_contain_the_errors_of_expansions() {
             within(error, bar.unwrap(), format!("{what} at {tolerance:e}"));
         }
     }
+}
+
+#[test]
+fn bars_of_many_spheres_in_narrow_gaps_contain_the_errors_of_expansions() {
+    assert_bars_of_clusters(1.0);
+}
+
+/// Couplings had orders of two and three there, which lower orders hardly changed.
+#[test]
+fn bug_bars_of_distant_spheres_lacked_the_errors_of_expansions() {
+    assert_bars_of_clusters(5.0);
+    assert_bars_of_clusters(15.0);
 }
 
 /// A bent swimmer with a load on one of its bodies, in a ball.

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use rigid::{Articulation, Freedom, Joint};
+use rigid::{Articulation, Freedom, Joint, JointKind};
 
 use crate::checks::{Checks, check_angle, check_prescribed, check_value};
 use crate::error::SceneError;
@@ -212,6 +212,11 @@ fn harmonic<'f>(
                 }
                 // Coordinates of deformations are checked with their periods.
                 Freedom::Amplitude => "",
+                Freedom::Angle
+                    if !matches!(joints[joint].kind, JointKind::Turn { advance: 0.0, .. }) =>
+                {
+                    "is unsupported for screws, which advance in all turns; use amplitude"
+                }
                 Freedom::Angle if is_whole(turn, TAU) => "",
                 Freedom::Angle => "must be whole turns of 2π",
                 _ => "is unsupported for distances, which cannot grow in all cycles; use amplitude",

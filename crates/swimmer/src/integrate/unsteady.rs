@@ -475,11 +475,7 @@ fn gait_returns(scene: &Scene) -> bool {
     };
     let start = scene.articulation().initial_shape();
     let last = spans(&gait, start).ok().and_then(Iterator::last);
-    last.is_some_and(|last| {
-        let ends = start.iter().zip(&last.to);
-        ends.map(|(a, b)| (a - b).abs() / a.abs().max(1.0))
-            .all(|change| change < CORNER)
-    })
+    last.is_some_and(|last| scene.shape_changes(start, &last.to).is_empty())
 }
 
 /// Upper bound of the way of a point of a body over the phase span at the largest rates of the

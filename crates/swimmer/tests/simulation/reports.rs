@@ -184,8 +184,8 @@ fn the_summary_has_every_number_of_the_outcome() {
             "inertia": null,
             "version": env!("CARGO_PKG_VERSION"),
             "net_displacement": {
-                "vector": [1.5, 2.0, 2.5],
-                "length": 12.5_f64.sqrt(),
+                "vector": [1.5, 1.75, 2.0],
+                "length": 9.3125_f64.sqrt(),
                 "error": estimate_json(0.5)["total"],
                 "definition": "mean of the displacements of the centres of the bodies that move",
             },
