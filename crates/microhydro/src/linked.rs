@@ -116,7 +116,8 @@ pub struct LinkedMotion {
 ///
 /// The matrix is symmetric positive definite and is never formed: conjugate gradients apply `M`,
 /// preconditioned by the factorised blocks of the linkages alone. Further degrees of freedom of the
-/// mobility join the multipliers. A dashpot is one more force, with its coefficient as mobility. Memory: `O(n)` for linkages of bounded size.
+/// mobility join the multipliers. A dashpot is one more force, with its coefficient as mobility.
+/// Memory: `O(n)` for linkages of bounded size.
 pub struct LinkedSpheres<'a, M = PointMobility<'a>> {
     mobility: &'a M,
     linkages: Vec<Eliminated>,

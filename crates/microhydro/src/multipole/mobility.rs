@@ -61,8 +61,8 @@ const REGULAR: f64 = 1e-2;
 /// Highest order of an expansion.
 const MAX_ORDER: usize = 100;
 
-/// Bispherical coordinate of the narrowest gap: 0.0225 radii between equal spheres; with unequal ones
-/// that of the larger sphere counts, which is smaller.
+/// Bispherical coordinate of the narrowest gap: 0.0225 radii between equal spheres; with unequal
+/// ones that of the larger sphere counts, which is smaller.
 ///
 /// The lowest eigenvalue falls with the gap, and what couplings neglect made the matrix of 27
 /// spheres at gaps of 0.01 indefinite at a tolerance of 1e-2.
@@ -260,8 +260,8 @@ impl<'a> MultipoleMobility<'a> {
     /// Computes the couplings of all pairs.
     ///
     /// # Errors
-    /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below 0.0225
-    /// radii and those that need higher orders than 100; [`HydroError::TooLarge`],
+    /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below
+    /// 0.0225 radii and those that need higher orders than 100; [`HydroError::TooLarge`],
     /// [`HydroError::TooCostly`].
     pub fn new(spheres: &'a Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
         let plan = Plan::new(spheres, accuracy)?;

@@ -24,6 +24,10 @@ const FEW: usize = 16;
 /// Residual of the equations over the tolerance of the expansions.
 const RESIDUAL: f64 = 1e-5;
 
+/// Largest relative error of a solution over its residual, with a margin: the iteration converges
+/// by a factor of e in one to a few steps.
+const RESIDUAL_FACTOR: f64 = 10.0;
+
 /// Residual of changes from which errors are estimated: two digits.
 const ESTIMATE_RESIDUAL: f64 = 1e-2;
 
@@ -125,6 +129,20 @@ impl SpheresModel {
                     of_stresslets += factor * changes.fold(0.0, f64::max);
                 }
             }
+            let of_iteration = RESIDUAL_FACTOR * found.residual;
+            let [motion, load] = [&solution.generalised, &solution.forces].map(DVector::norm);
+            bars.add(
+                of_iteration,
+                &LargestDifferences {
+                    velocity: motion,
+                    angular_velocity: motion,
+                    force: load,
+                    torque: load,
+                    power: motion * load,
+                },
+            );
+            let sizes = stresslets.iter().flatten().map(Matrix3::norm);
+            of_stresslets += of_iteration * sizes.fold(0.0, f64::max);
             if !all.is_held() {
                 let forces =
                     all.forces_of_motion(&solution, &mobility, &found, ESTIMATE_RESIDUAL)?;

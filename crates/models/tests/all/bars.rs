@@ -528,3 +528,40 @@ fn relative_mesh_errors_are_those_of_the_largest_force_and_velocity() {
     within(of_forces * sizes[0] - 0.3, 1e-13, "rounding");
     within(of_velocities * sizes[1] - 0.05, 1e-13, "rounding");
 }
+
+/// Between some orders the change is smaller than the error, of the power by a factor of 2.9.
+#[test]
+fn bug_bars_of_linked_squirmers_in_a_ball_were_up_to_three_times_too_small() {
+    let mut text = SceneText::new().set(&["domain.kind=ball", "domain.radius=12.5512"]);
+    for (name, x, radius, b1, b2) in [
+        ("s0", -2.972_736, 0.565_467, -0.682_543, -1.096_667),
+        ("s1", -0.111_905, 0.727_499, -0.168_830, 0.602_053),
+        ("s2", 3.084_641, 0.696_010, -0.351_291, -0.743_928),
+    ] {
+        let slip = format!("slip = {{ b1 = {b1}, b2 = {b2}, axis = [1, 0, 0] }}");
+        text = text.shape(name, &format!("radius = {radius}, {slip}"), [x, 0.0, 0.0]);
+    }
+    let scene = text.slide("l0", "s1", "s0").slide("l1", "s2", "s1").scene();
+    let state = scene.initial_state();
+    let solved = |tolerance| {
+        let configuration = testkit::at(&state, scene.articulation().initial_shape());
+        let kind = SphereModel::Multipole(tolerance);
+        let rates = [vec![-0.331, 0.025]];
+        let query = Query::new(configuration, &rates).with_stresslets();
+        let solved = SpheresModel::new(&scene, kind).unwrap().solve(&query);
+        solved.unwrap().remove(0)
+    };
+    let exact = solved(1e-11);
+    for tolerance in [1e-2, 3e-3, 1e-3, 1e-4] {
+        let found = solved(tolerance);
+        let error = (found.power() - exact.power()).abs();
+        within(error, found.power_error.total(), "the bar of the power");
+        let pairs = || found.bodies.iter().zip(&exact.bodies);
+        let error = pairs().fold(0.0_f64, |m, (a, b)| m.max((a.force - b.force).norm()));
+        within(error, found.force_error.total(), "the bar of forces");
+        let [found, exact] = [&found, &exact].map(|one| one.stresslets.as_ref().unwrap());
+        let pairs = found.bodies.iter().zip(&exact.bodies);
+        let error = pairs.fold(0.0_f64, |m, (a, b)| m.max((a - b).norm()));
+        within(error, found.error.unwrap(), "the bar of stresslets");
+    }
+}
