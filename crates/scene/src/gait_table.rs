@@ -7,7 +7,7 @@ use mesh::InputFile;
 use rigid::Joint;
 
 use crate::checks::check_prescribed;
-use crate::document::MAX_TEXT_FILE;
+use crate::document::{MAX_TEXT_FILE, is_in_range};
 use crate::gait::{Gait, Phase};
 use crate::nearest::find_name;
 use crate::shape_path::ShapePath;
@@ -135,7 +135,13 @@ impl GaitTable {
     fn add_row(&mut self, line: &str, joints: &[Joint]) -> Result<(), String> {
         let numbers = line.split(',').map(str::trim).map(|word| {
             let number = word.parse::<f64>().ok().filter(|x| x.is_finite());
-            number.ok_or_else(|| format!("\"{word}\" is not a number"))
+            let number = number.ok_or_else(|| format!("\"{word}\" is not a number"))?;
+            match is_in_range(number) {
+                true => Ok(number),
+                false => Err(format!(
+                    "\"{word}\" is neither zero nor 1e-50 to 1e50 in size"
+                )),
+            }
         });
         let numbers: Vec<f64> = numbers.collect::<Result<_, _>>()?;
         let expected = self.joints.len() + 1;

@@ -38,6 +38,9 @@ use crate::shape::Shape;
 /// Part of the path to which the place of a contact is found.
 const RESOLUTION: f64 = 1.0 / 1024.0;
 
+/// Part of the path that is not divided again: about its rounding.
+const LEAST_WIDTH: f64 = 1e-15;
+
 /// Largest number of placements of the bodies along one path. A pair of unit spheres that circle
 /// about each other in a gap of 1e-6 needs a thousand.
 const MAX_PLACEMENTS: usize = 8192;
@@ -432,7 +435,8 @@ impl Search<'_> {
             _ => {}
         }
         let middle = self.place(0.5 * (from.at + to.at))?;
-        if self.placements == 0 {
+        // Bounds that are no numbers exclude nothing on any part.
+        if self.placements == 0 || width < LEAST_WIDTH {
             let contact = self.contact(pair, &middle);
             return Ok(Some(PathContact {
                 at: middle.at,

@@ -173,7 +173,8 @@ fn unknown_key(places: &Places, path: &str) -> SceneError {
 const MIN_SIZE: f64 = 1e-50;
 const MAX_SIZE: f64 = 1e50;
 
-fn is_in_range(x: f64) -> bool {
+/// Whether a number is zero or of a size that computations allow.
+pub(crate) fn is_in_range(x: f64) -> bool {
     x == 0.0 || (MIN_SIZE..=MAX_SIZE).contains(&x.abs())
 }
 

@@ -3,6 +3,8 @@
 mod check;
 mod places;
 
+pub(crate) use check::is_in_range;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
