@@ -30,7 +30,7 @@ pub enum Variant {
     Full,
     /// Orders lower by two.
     Lowered,
-    /// Couplings that neglect [`MORE_NEGLECTED`] times more.
+    /// Couplings that neglect 30 times more.
     Neglecting,
 }
 
