@@ -277,10 +277,19 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
     /// [`HydroError::NotConverged`]; [`HydroError::NotPositiveDefinite`] for point forces too close
     /// to each other; [`HydroError::NotFinite`].
     pub fn solve(&self, tolerance: f64) -> Result<LinkedMotion, HydroError> {
+        self.motion_from(None, tolerance)
+    }
+
+    /// Forces and coordinates from these multipliers, or from none.
+    fn motion_from(
+        &self,
+        multipliers: Option<DVector<f64>>,
+        tolerance: f64,
+    ) -> Result<LinkedMotion, HydroError> {
         let balancing = self.linkages.iter().map(Eliminated::balancing).collect();
         let offsets = self.linkages.iter().map(|one| &one.linkage.offset);
         let offsets: Vec<DVector<f64>> = offsets.cloned().collect();
-        self.motion(balancing, &offsets, tolerance, None)
+        self.motion(balancing, &offsets, tolerance, multipliers)
     }
 
     /// The same from the forces of other joints of the same spheres, or by another mobility; the
@@ -313,10 +322,7 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
         }
         let mut rows = multipliers.rows_mut(self.multipliers(), start.hidden.len());
         rows.copy_from(&start.hidden);
-        let balancing = self.linkages.iter().map(Eliminated::balancing).collect();
-        let offsets = self.linkages.iter().map(|one| one.linkage.offset.clone());
-        let offsets: Vec<DVector<f64>> = offsets.collect();
-        self.motion(balancing, &offsets, tolerance, Some(multipliers))
+        self.motion_from(Some(multipliers), tolerance)
     }
 
     /// Change of forces and coordinates for a small change `δU` of the velocities by given forces:
@@ -424,7 +430,6 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             }
             let image = self.image(&direction)?;
             let curvature = direction.dot(&image);
-
             if curvature.is_nan() || curvature <= 0.0 {
                 return Err(self.mobility.not_positive_definite());
             }

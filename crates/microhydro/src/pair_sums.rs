@@ -371,20 +371,21 @@ impl Columns {
     /// The tree of the centres.
     fn tree(&self) -> &FastSums {
         self.fast.get_or_init(|| {
-            let [x, y, z, _] = &self.columns;
-            let centre = |k: usize| Vector3::new(x[k], y[k], z[k]);
-            FastSums::new(&(0..self.count).map(centre).collect::<Vec<_>>())
+            let centres: Vec<_> = (0..self.count).map(|k| self.centre(k)).collect();
+            FastSums::new(&centres)
         })
+    }
+
+    fn centre(&self, k: usize) -> Vector3<f64> {
+        let [x, y, z, _] = &self.columns;
+        Vector3::new(x[k], y[k], z[k])
     }
 
     /// Columns of some of the spheres.
     fn part(&self, some: &[usize]) -> Self {
-        let [x, y, z, square] = &self.columns;
-        let centres: Vec<_> = some
-            .iter()
-            .map(|&k| Vector3::new(x[k], y[k], z[k]))
-            .collect();
-        Self::new(&centres, some.iter().map(|&k| square[k].sqrt()))
+        let centres: Vec<_> = some.iter().map(|&k| self.centre(k)).collect();
+        let [.., squares] = &self.columns;
+        Self::new(&centres, some.iter().map(|&k| squares[k].sqrt()))
     }
 
     /// Largest errors of velocities and angular velocities by forces and by slip, from sums over

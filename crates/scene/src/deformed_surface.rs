@@ -6,7 +6,7 @@ use mesh::{Surface, SurfaceMesh};
 use mesher::{Placed, Sphere};
 use nalgebra::{Isometry3, Vector2, Vector3};
 
-use crate::octahedral::{coarse_divisions, octahedral};
+use crate::octahedral::coarse;
 use crate::radial_profile::RadialProfile;
 use crate::sphere_deformation::SphereDeformation;
 use crate::star_surface::StarSurface;
@@ -241,7 +241,7 @@ impl Surface for Revolved {
             return None;
         }
         let (_, radius) = self.bounding_ball();
-        Some(octahedral(coarse_divisions(radius, self.reach), |n| {
+        Some(coarse(radius, self.reach, |n| {
             let point = self.distance(n.dot(&self.axis)) * n;
             point + (self.aspect - 1.0) * point.dot(&self.axis) * self.axis
         }))
@@ -252,6 +252,7 @@ impl Surface for Revolved {
 mod tests {
     use super::*;
     use crate::harmonics::Harmonic;
+    use crate::octahedral::octahedral;
     use crate::surface_modes::SurfaceModes;
     use crate::words::ModeMotion;
 

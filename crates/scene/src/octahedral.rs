@@ -55,8 +55,12 @@ pub(crate) fn octahedral(
     mesh
 }
 
-/// Divisions of the octants in a coarse triangulation of a surface of this size and reach.
-pub(crate) fn coarse_divisions(radius: f64, reach: f64) -> usize {
+/// A coarse triangulation of a surface of this size and reach, with the points of directions.
+pub(crate) fn coarse(
+    radius: f64,
+    reach: f64,
+    point: impl Fn(Vector3<f64>) -> Vector3<f64>,
+) -> SurfaceMesh {
     let edges = FRAC_PI_2 * radius / (COARSE_EDGE * reach);
-    edges.ceil().clamp(4.0, MAX_COARSE_EDGES) as usize
+    octahedral(edges.ceil().clamp(4.0, MAX_COARSE_EDGES) as usize, point)
 }

@@ -292,27 +292,28 @@ mod tests {
     use super::*;
     use crate::harmonics::Harmonic;
 
+    /// A body of radius one with one mode.
+    fn with_mode(motion: ModeMotion, degree: usize, order: i32) -> SphereDeformation {
+        SphereDeformation {
+            radius: 1.0,
+            modes: Some(SurfaceModes {
+                motion,
+                axis: Vector3::z(),
+                meridian: Vector3::x(),
+                coordinates: vec![(Harmonic { degree, order }, 0)],
+            }),
+            ..SphereDeformation::default()
+        }
+    }
+
     /// The slope of the radial function was taken for one, which it is for spheres alone: the
     /// farthest points of a long spheroid may be where the sphere was narrowed.
     #[test]
     fn bug_long_spheroids_exceeded_the_bound_of_their_radius() {
         for (aspect, amplitude) in [(1.0, 0.1), (3.0, -0.1), (10.0, -0.15)] {
             let body = SphereDeformation {
-                radius: 1.0,
                 elongation: aspect - 1.0,
-                size: None,
-                modes: Some(SurfaceModes {
-                    motion: ModeMotion::Isochoric,
-                    axis: Vector3::z(),
-                    meridian: Vector3::x(),
-                    coordinates: vec![(
-                        Harmonic {
-                            degree: 2,
-                            order: 0,
-                        },
-                        0,
-                    )],
-                }),
+                ..with_mode(ModeMotion::Isochoric, 2, 0)
             };
             let bound = body.bounding_radius_within(&[amplitude], 0.02);
             for change in [-0.02, -0.01, 0.01, 0.02] {
@@ -330,17 +331,7 @@ mod tests {
                 degree: 12,
                 order: -12,
             };
-            let body = SphereDeformation {
-                radius: 1.0,
-                elongation: 0.0,
-                size: None,
-                modes: Some(SurfaceModes {
-                    motion,
-                    axis: Vector3::z(),
-                    meridian: Vector3::x(),
-                    coordinates: vec![(harmonic, 0)],
-                }),
-            };
+            let body = with_mode(motion, 12, -12);
             // The largest value is at the azimuth π/8 on the equator.
             let n = Vector3::new((PI / 8.0).cos(), (PI / 8.0).sin(), 0.0);
             let power = body.profile(&[0.0]).power;
@@ -353,23 +344,7 @@ mod tests {
     /// A comparison with a number that is none kept the search for a material point going.
     #[test]
     fn bug_material_points_of_missing_values_were_sought_without_end() {
-        let body = SphereDeformation {
-            radius: 1.0,
-            elongation: 0.0,
-            size: None,
-            modes: Some(SurfaceModes {
-                motion: ModeMotion::Gradient,
-                axis: Vector3::z(),
-                meridian: Vector3::x(),
-                coordinates: vec![(
-                    Harmonic {
-                        degree: 3,
-                        order: 2,
-                    },
-                    0,
-                )],
-            }),
-        };
+        let body = with_mode(ModeMotion::Gradient, 3, 2);
         let found = body.material_direction(&Vector3::x(), &[]);
         assert!(found.iter().any(|x| x.is_nan()));
     }

@@ -3,7 +3,7 @@
 use mesh::{Surface, SurfaceMesh};
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-use crate::octahedral::{coarse_divisions, octahedral};
+use crate::octahedral::{coarse, octahedral};
 use crate::radial_profile::RadialProfile;
 use crate::surface_modes::{SurfaceModes, stepped, tangents};
 
@@ -266,9 +266,8 @@ impl Surface for StarSurface {
             return None;
         }
         let (_, radius) = self.bounding_ball();
-        let divisions = coarse_divisions(radius, self.reach);
         // The octants of the body's axes, whose planes may be symmetry planes.
-        Some(octahedral(divisions, |n| {
+        Some(coarse(radius, self.reach, |n| {
             self.modes.global(&self.point(&self.modes.local(&n)))
         }))
     }

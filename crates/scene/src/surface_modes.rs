@@ -204,13 +204,17 @@ impl SurfaceModes {
             let Some(mut step) = normal.lu().solve(&map.tr_mul(&left)) else {
                 break;
             };
-            let mut next = stepped(&n, &tangents, &step);
+            let after = |step: &Vector2<f64>| {
+                let next = stepped(&n, &tangents, step);
+                (next, misfit(&next))
+            };
+            let mut tried = after(&step);
             // The comparisons end with numbers that are none.
-            while step.norm() >= SURE_STEP && misfit(&next).norm() >= left.norm() {
+            while step.norm() >= SURE_STEP && tried.1.norm() >= left.norm() {
                 step *= 0.5;
-                next = stepped(&n, &tangents, &step);
+                tried = after(&step);
             }
-            (n, left) = (next, misfit(&next));
+            (n, left) = tried;
             if step.norm() <= 1e-14 {
                 break;
             }

@@ -352,13 +352,12 @@ fn deformation_file(
                 .collect()
         };
         let order = |harmonic: Harmonic| Some(f64::from(harmonic.order)).filter(|m| *m != 0.0);
-        let orders = of(&order);
-        let has_orders = !orders.is_empty();
+        let orders = Some(of(&order)).filter(|orders| !orders.is_empty());
         return Some(DeformationFile {
             kind: DeformationWord::Modes,
             modes: Some(of(&|harmonic| Some(harmonic.degree as f64))),
-            orders: Some(orders).filter(|orders| !orders.is_empty()),
-            meridian: has_orders.then(|| modes.meridian.into()),
+            meridian: orders.as_ref().map(|_| modes.meridian.into()),
+            orders,
             motion: Some(modes.motion),
             axis: Some(modes.axis.into()),
             ..DeformationFile::default()

@@ -78,8 +78,6 @@ struct Plan {
     /// Pairs with the orders of their coupling, and the highest degree with all azimuthal numbers.
     pairs: Vec<PlannedPair>,
     tail: f64,
-    /// Tolerance of neglected couplings.
-    neglected: f64,
     /// Expected iterations of a solution.
     iterations: f64,
 }
@@ -135,6 +133,8 @@ impl ExpansionCost {
 struct PlannedPair {
     pair: (usize, usize),
     orders: PairOrders,
+    /// The same of [`Variant::Neglecting`].
+    fewer: PairOrders,
     regular: usize,
 }
 
@@ -172,13 +172,23 @@ impl Plan {
         let (x, a) = (spheres.centres(), spheres.radii());
         let pairs = gaps.iter().map(|gap| {
             let (i, j) = gap.pair;
-            let (first, second) = truncation::for_pair((x[j] - x[i]).norm(), a[i], a[j], neglected);
+            let needed = |tolerance: f64| -> PairOrders {
+                truncation::for_pair((x[j] - x[i]).norm(), a[i], a[j], tolerance).into()
+            };
+            let (all, some) = (needed(neglected), needed(MORE_NEGLECTED * neglected));
+            let of_spheres = [orders[i], orders[j]];
+            let own = [0, 1].map(|end| pair_order(all[end], of_spheres[end]));
+            let fewer = [0, 1].map(|end| match own[end] < of_spheres[end] {
+                true => some[end].min(own[end] - 1),
+                false => some[end].min(own[end]),
+            });
             let regular = gap
                 .xi
                 .map(|xi| truncation::order_of_decay(xi, REGULAR * target));
             PlannedPair {
                 pair: (i, j),
-                orders: [pair_order(first, orders[i]), pair_order(second, orders[j])],
+                orders: own,
+                fewer,
                 regular: regular[0].max(regular[1]),
             }
         });
@@ -186,7 +196,6 @@ impl Plan {
             pairs: pairs.collect(),
             tail: truncation::tail(&xi, &all),
             orders,
-            neglected,
             iterations: ITERATIONS * (LOG_RESIDUAL - tolerance.ln())
                 / truncation::narrowest(&xi).min(1.0),
         })
@@ -228,27 +237,14 @@ pub struct MultipoleMobility<'a> {
     first: Vec<usize>,
     units: Vec<f64>,
     products: Vec<PairProduct>,
-    pairs: Vec<(usize, usize)>,
+    pairs: Vec<PlannedPair>,
     /// For each sphere its pairs.
     of_sphere: Vec<Vec<usize>>,
     tail: f64,
-    neglected: f64,
     variant: Variant,
 }
 
 impl<'a> MultipoleMobility<'a> {
-    /// Whether expansions resolve all gaps without eliminations in narrow ones, and the list of all
-    /// pairs fits into memory.
-    ///
-    /// # Errors
-    /// A tolerance that is not between `1e-13` and 1.
-    pub fn resolves(spheres: &Spheres, accuracy: &Accuracy) -> Result<bool, HydroError> {
-        match Plan::new(spheres, accuracy) {
-            Err(HydroError::TooClose { .. } | HydroError::TooLarge { .. }) => Ok(false),
-            found => found.map(|_| true),
-        }
-    }
-
     /// Predicted cost of a solution with its error bar. Cost: that of the gaps.
     ///
     /// # Errors
@@ -290,9 +286,9 @@ impl<'a> MultipoleMobility<'a> {
                 PairProduct::new(&coupling, planned.regular)
             })
             .collect();
-        let pairs: Vec<(usize, usize)> = plan.pairs.iter().map(|planned| planned.pair).collect();
         let mut of_sphere = vec![Vec::new(); spheres.len()];
-        for (number, &(i, j)) in pairs.iter().enumerate() {
+        for (number, planned) in plan.pairs.iter().enumerate() {
+            let (i, j) = planned.pair;
             of_sphere[i].push(number);
             of_sphere[j].push(number);
         }
@@ -302,10 +298,9 @@ impl<'a> MultipoleMobility<'a> {
             expansions,
             first,
             products,
-            pairs,
+            pairs: plan.pairs,
             of_sphere,
             tail: plan.tail,
-            neglected: plan.neglected,
             variant: Variant::Full,
         })
     }
@@ -361,27 +356,12 @@ impl<'a> MultipoleMobility<'a> {
     }
 
     /// Highest orders of a pair in products.
-    fn most(&self, (i, j): (usize, usize)) -> PairOrders {
-        let orders = [self.order(i), self.order(j)];
-        if self.variant != Variant::Neglecting {
-            return orders;
+    fn most(&self, planned: &PlannedPair) -> PairOrders {
+        let (i, j) = planned.pair;
+        match self.variant {
+            Variant::Neglecting => planned.fewer,
+            _ => [self.order(i), self.order(j)],
         }
-        let spheres = self.points.spheres();
-        let (x, a) = (spheres.centres(), spheres.radii());
-        let needed = |tolerance: f64| -> PairOrders {
-            truncation::for_pair((x[j] - x[i]).norm(), a[i], a[j], tolerance).into()
-        };
-        let (all, fewer) = (
-            needed(self.neglected),
-            needed(MORE_NEGLECTED * self.neglected),
-        );
-        [0, 1].map(|end| {
-            let (own, of_sphere) = (pair_order(all[end], orders[end]), orders[end]);
-            match own < of_sphere {
-                true => fewer[end].min(own - 1),
-                false => fewer[end].min(of_sphere),
-            }
-        })
     }
 }
 
@@ -406,8 +386,8 @@ impl WithSimd for OfSphere<'_> {
             _ => 0,
         };
         for &number in &all.of_sphere[sphere] {
-            let (i, j) = all.pairs[number];
-            let most = all.most((i, j));
+            let planned = &all.pairs[number];
+            let ((i, j), most) = (planned.pair, all.most(planned));
             let (other, backward, most) = match j == sphere {
                 true => (i, false, most),
                 false => (j, true, [most[1], most[0]]),

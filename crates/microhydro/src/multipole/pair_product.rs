@@ -36,22 +36,24 @@ fn highest(l: usize, regular: usize) -> usize {
     if l <= regular { l } else { l.min(1) }
 }
 
+/// Number of numbers in the rotations of all degrees.
+fn rotations(orders: PairOrders, regular: usize) -> usize {
+    let of_degree = |l| (2 * highest(l, regular) + 1) * (2 * l + 1);
+    (1..=orders[0].max(orders[1])).map(of_degree).sum()
+}
+
 /// Number of numbers that [`PairProduct`] stores.
 pub(super) fn numbers(orders: PairOrders, regular: usize) -> usize {
-    let top = orders[0].max(orders[1]);
-    let rotations = (1..=top).map(|l| (2 * highest(l, regular) + 1) * (2 * l + 1));
     let sectors = azimuthal_numbers(orders, regular).map(|m| {
         let [columns, rows] = orders.map(|order| Sector::new(m, order, regular).len);
         columns * rows
     });
-    rotations.sum::<usize>() + sectors.sum::<usize>()
+    rotations(orders, regular) + sectors.sum::<usize>()
 }
 
 /// Multiplications of the products in both directions.
 pub(super) fn operations(orders: PairOrders, regular: usize) -> usize {
-    let top = orders[0].max(orders[1]);
-    let rotations = (1..=top).map(|l| (2 * highest(l, regular) + 1) * (2 * l + 1));
-    let rotations: usize = rotations.sum();
+    let rotations = rotations(orders, regular);
     let sectors = numbers(orders, regular) - rotations;
     // three families at both ends, two classes
     2 * (6 * rotations + 2 * sectors)
@@ -208,8 +210,7 @@ impl PairProduct {
             }
         }
 
-        let rotations = (1..=top).map(|l| (2 * highest(l, self.regular) + 1) * (2 * l + 1));
-        let mut first: usize = rotations.sum();
+        let mut first = rotations(self.orders, self.regular);
         for m in numbers {
             let [columns, rows] = self.orders.map(|order| sector(m, order));
             let (height, matrix) = (rows.len, &self.numbers[first..]);

@@ -4,8 +4,8 @@
 use std::f64::consts::PI;
 use std::time::Instant as Clock;
 
-use microhydro::multipole::{MultipoleMobility, Variant};
-use microhydro::{Accuracy, HydroError, Medium, Spheres};
+use microhydro::multipole::{ExpansionCost, MultipoleMobility, Variant};
+use microhydro::{Accuracy, HydroError, Medium, Mobility, Spheres};
 use nalgebra::{DVector, Matrix3};
 use scene::ModelEstimatesKind;
 use stokes::{Seconds, SolverReport};
@@ -47,36 +47,49 @@ pub(super) fn solution(
 impl SpheresModel {
     /// The accuracy of expansions by iteration; none for few spheres, and where walls, slip,
     /// deformation or background flow need a resistance matrix.
-    pub(super) fn iterates(
-        &self,
-        configuration: Configuration,
-    ) -> Result<Option<Accuracy>, ModelError> {
+    fn iterates(&self) -> Option<Accuracy> {
         let SphereModel::Multipole(tolerance) = self.kind else {
-            return Ok(None);
+            return None;
         };
         let scene = &self.scaled.scene;
         let at_rest =
             scene.background().is_none() && !scene.deforms() && !scene.has_surface_velocity();
-        let accuracy = Accuracy::relative(tolerance);
         let many = self.names.len() > FEW && self.medium == Medium::Unbounded && at_rest;
-        let iterates =
-            many && MultipoleMobility::resolves(&self.spheres(configuration)?, &accuracy)?;
-        Ok(iterates.then_some(accuracy))
+        many.then_some(Accuracy::relative(tolerance))
     }
 
-    /// What expansions by iteration find; none where a resistance matrix is needed.
+    /// Predicted cost of a solution by iteration; none where a resistance matrix is needed.
+    ///
+    /// # Errors
+    /// A tolerance that is not between `1e-13` and 1.
+    pub(super) fn cost_by_iteration(
+        &self,
+        spheres: &Spheres,
+    ) -> Result<Option<ExpansionCost>, ModelError> {
+        let cost = self
+            .iterates()
+            .map(|accuracy| MultipoleMobility::cost(spheres, &accuracy));
+        Ok(cost.map_or(Ok(None), resolved)?)
+    }
+
+    /// What expansions by iteration find, with their mobility; none where a resistance matrix is
+    /// needed.
     ///
     /// It is also where what couplings neglect is too much in a narrow gap, or the forces cancel
     /// that the residual is relative to.
     pub(super) fn by_iteration<T>(
         &mut self,
         configuration: Configuration,
-        find: impl FnOnce(&mut Self, &Accuracy) -> Result<T, ModelError>,
+        find: impl FnOnce(&mut Self, MultipoleMobility, &Accuracy) -> Result<T, ModelError>,
     ) -> Result<Option<T>, ModelError> {
-        let Some(accuracy) = self.iterates(configuration)? else {
+        let Some(accuracy) = self.iterates() else {
             return Ok(None);
         };
-        match find(self, &accuracy) {
+        let spheres = self.spheres(configuration)?;
+        let Some(mobility) = resolved(MultipoleMobility::new(&spheres, &accuracy))? else {
+            return Ok(None);
+        };
+        match find(self, mobility, &accuracy) {
             Err(ModelError::Spheres(
                 HydroError::FactorisationFailed { .. } | HydroError::NotConverged { .. },
             )) => Ok(None),
@@ -86,17 +99,16 @@ impl SpheresModel {
 
     /// The solution for one set of rates by expansions without a resistance matrix.
     ///
+    /// Its time is counted from `clock`.
+    ///
     /// # Errors
-    /// Those of [`MultipoleMobility::new`] and of the iterations.
+    /// Those of the iterations.
     pub(super) fn iterated_expansions(
         &mut self,
-        accuracy: &Accuracy,
-        query: &Query,
-        rates: &[f64],
+        (mut mobility, accuracy): (MultipoleMobility, &Accuracy),
+        (query, rates): (&Query, &[f64]),
+        clock: Clock,
     ) -> Result<InstantaneousSolution, ModelError> {
-        let clock = Clock::now();
-        let spheres = self.spheres(query.configuration)?;
-        let mut mobility = MultipoleMobility::new(&spheres, accuracy)?;
         let linked = LinkedBodies::new(&self.scaled, query, rates)?;
         let all = linked.all();
         let assembly = clock.elapsed().as_secs_f64();
@@ -147,7 +159,7 @@ impl SpheresModel {
                 let forces =
                     all.forces_of_motion(&solution, &mobility, &found, ESTIMATE_RESIDUAL)?;
                 let changes = tail * (&solution.forces - forces);
-                let [velocity, angular] = unbalanced_velocities(&spheres, &changes);
+                let [velocity, angular] = unbalanced_velocities(mobility.spheres(), &changes);
                 bars.velocity = bars.velocity.max(UNBALANCED_PART * velocity);
                 bars.angular_velocity = bars.angular_velocity.max(UNBALANCED_PART * angular);
             }
@@ -190,6 +202,15 @@ impl SpheresModel {
     fn stresslets_of_size(&self, scaled: f64) -> f64 {
         let only = Matrix3::from_diagonal_element(scaled / 3.0_f64.sqrt());
         self.scaled.scale.torque_to_scene(only).norm()
+    }
+}
+
+/// What was found; none in gaps that expansions do not resolve without eliminations, and if the
+/// list of all pairs does not fit into memory.
+fn resolved<T>(found: Result<T, HydroError>) -> Result<Option<T>, HydroError> {
+    match found {
+        Err(HydroError::TooClose { .. } | HydroError::TooLarge { .. }) => Ok(None),
+        found => found.map(Some),
     }
 }
 

@@ -7,7 +7,7 @@ mod sphere_resistances;
 
 use std::time::Instant as Clock;
 
-use microhydro::multipole::{self, MultipoleMobility, Orders, SphereSlip};
+use microhydro::multipole::{self, Orders, SphereSlip};
 use microhydro::{Accuracy, Medium, PointModel, Spheres, Squirmer};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rigid::StateVelocity;
@@ -335,8 +335,8 @@ impl SpheresModel {
     /// Spheres that are too close.
     pub fn predicted_seconds(&self, configuration: Configuration) -> Result<f64, ModelError> {
         let spheres = self.spheres(configuration)?;
-        if let Some(accuracy) = self.iterates(configuration)? {
-            return Ok(MultipoleMobility::cost(&spheres, &accuracy)?.seconds);
+        if let Some(cost) = self.cost_by_iteration(&spheres)? {
+            return Ok(cost.seconds);
         }
         let columns = match self.scaled.scene.has_surface_velocity() || self.scaled.scene.deforms()
         {
@@ -464,9 +464,7 @@ impl SpheresModel {
                 let squirmers = self.squirmers(configuration)?;
                 self.point_solution(model, &linked, (&spheres, &squirmers))?
             }
-            None => match self.by_iteration(configuration, |own, accuracy| {
-                let spheres = own.spheres(configuration)?;
-                let mobility = MultipoleMobility::new(&spheres, accuracy)?;
+            None => match self.by_iteration(configuration, |own, mobility, accuracy| {
                 let linked = LinkedBodies::new(&own.scaled, &query, rates)?;
                 iterated_expansions::solution(&mobility, accuracy, &linked)
             })? {
@@ -512,8 +510,11 @@ impl SpheresModel {
             return self.point_forces(model, query, rates);
         }
         let configuration = query.configuration;
-        let find = |own: &mut Self, accuracy: &_| own.iterated_expansions(accuracy, query, rates);
-        if let Some(found) = self.by_iteration(configuration, find)? {
+        let clock = Clock::now();
+        let found = self.by_iteration(configuration, |own, mobility, accuracy| {
+            own.iterated_expansions((mobility, accuracy), (query, rates), clock)
+        })?;
+        if let Some(found) = found {
             return Ok(found);
         }
         let clock = Clock::now();
@@ -640,11 +641,8 @@ impl Hydrodynamics for SpheresModel {
         let predicted = self.predicted_seconds(configuration)?;
         if predicted > MAX_MEASURED_SECONDS {
             let spheres = self.spheres(configuration)?;
-            let (dofs, mib) = match (self.kind, self.iterates(configuration)?) {
-                (_, Some(accuracy)) => {
-                    let cost = MultipoleMobility::cost(&spheres, &accuracy)?;
-                    (cost.dofs, cost.mib)
-                }
+            let (dofs, mib) = match (self.kind, self.cost_by_iteration(&spheres)?) {
+                (_, Some(cost)) => (cost.dofs, cost.mib),
                 (SphereModel::Multipole(tolerance), None) => {
                     multipole::predicted_size(&spheres, &self.medium, tolerance)?
                 }
@@ -689,9 +687,7 @@ impl Hydrodynamics for SpheresModel {
                     |linked: &LinkedBodies| self.point_solution(model, linked, (&spheres, &[]));
                 linked_bodies::joint_responses(&self.scaled, configuration, solve)
             }
-            None => match self.by_iteration(configuration, |own, accuracy| {
-                let spheres = own.spheres(configuration)?;
-                let mobility = MultipoleMobility::new(&spheres, accuracy)?;
+            None => match self.by_iteration(configuration, |own, mobility, accuracy| {
                 let solve = |linked: &LinkedBodies| {
                     iterated_expansions::solution(&mobility, accuracy, linked)
                 };

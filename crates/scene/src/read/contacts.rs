@@ -1,5 +1,6 @@
 //! Checks that bodies do not touch: in the initial configuration and along the whole stroke.
 
+use nalgebra::Isometry3;
 use rigid::{Articulation, Freedom, Joint, RigidError, StateBounds};
 
 use crate::contact::{Contact, closest_contact, contacts};
@@ -52,14 +53,16 @@ pub(super) fn check_initial(scene: &Scene) -> Result<(), SceneError> {
 /// These are the bodies that prescribed joints connect, and the wall and all of them whose group
 /// has a fixed body: no flow is needed to know where they are.
 pub(super) fn check_stroke(scene: &Scene) -> Result<(), SceneError> {
-    let groups = prescribed_groups(&scene.articulation);
+    let set = &scene.articulation;
+    let groups = prescribed_groups(set);
+    let initial = set.place(&scene.initial_state(), set.initial_shape())?;
     // All cycles after the second one repeat the shapes of the second one.
     let gait = Gait {
         cycles: scene.gait.cycles.min(2),
         phases: scene.gait.phases.clone(),
     };
-    spans(&gait, scene.articulation.initial_shape())?
-        .try_for_each(|span| check_span(scene, &span, &groups))
+    spans(&gait, set.initial_shape())?
+        .try_for_each(|span| check_span(scene, &span, (&groups, &initial)))
 }
 
 /// For each body the number of its group: of the bodies that prescribed joints connect.
@@ -99,8 +102,12 @@ const POSITION_ROUNDING: f64 = 1e-9;
 /// Number of positions from which the deepest overlap along a phase span is reported.
 const REPORTED_POSITIONS: u32 = 64;
 
-/// Refuses contact along a phase span.
-fn check_span(scene: &Scene, span: &PhaseSpan, groups: &[usize]) -> Result<(), SceneError> {
+/// Refuses contact along a phase span, for groups of bodies and their initial poses.
+fn check_span(
+    scene: &Scene,
+    span: &PhaseSpan,
+    (groups, initial): (&[usize], &[Isometry3<f64>]),
+) -> Result<(), SceneError> {
     let length_key = match (&scene.gait_table, span.is_linear()) {
         (Some(_), _) => "gait.file".to_owned(),
         (None, true) => format!("gait.phases[{}].length", span.phase),
@@ -129,10 +136,9 @@ fn check_span(scene: &Scene, span: &PhaseSpan, groups: &[usize]) -> Result<(), S
     let state = scene.initial_state();
     // Where the frame of a linkage is not at its fixed body, the placement moves that body, in this
     // phase or in an earlier one. Bodies that stand were checked before.
-    let [initial, present] = [set.initial_shape().to_vec(), span.shape(0.0)]
-        .map(|shape| set.place(&state, &shape).map_err(&fails));
+    let present = set.place(&state, &span.shape(0.0)).map_err(fails)?;
     let mut is_anchored = vec![false; groups.len()];
-    for (body, (initial, present)) in initial?.iter().zip(&present?).enumerate() {
+    for (body, (initial, present)) in initial.iter().zip(&present).enumerate() {
         let moved = (initial.translation.vector - present.translation.vector).norm()
             + initial.rotation.angle_to(&present.rotation) * scene.bodies[body].bounding_radius();
         let is_at_start = moved <= POSITION_ROUNDING * scene.bodies[body].bounding_radius();

@@ -174,6 +174,39 @@ pub(super) fn initial_shape(
     Ok(means.into_iter().map(at_start).collect())
 }
 
+/// What is wrong with a turn in a gait of harmonics, with its key; none if nothing is.
+fn turn_problem(
+    file: &HarmonicFile,
+    turn: f64,
+    joint: &Joint,
+    is_second: bool,
+) -> Option<(&'static str, &'static str)> {
+    let strangers = [
+        ("mean", file.mean.is_some()),
+        ("amplitude", file.amplitude.is_some()),
+        ("phase", file.phase != 0.0),
+        ("order", file.order != 1),
+    ];
+    if let Some((stranger, _)) = strangers.into_iter().find(|(_, is_given)| *is_given) {
+        let problem = "does not belong to a `turn`; give it in another entry for the link";
+        return Some((stranger, problem));
+    }
+    let problem = match (joint.kind.freedom(), joint.kind) {
+        _ if is_second => "is the second one of the joint",
+        // Coordinates of deformations are checked with their periods.
+        (Freedom::Amplitude, _) => return None,
+        (Freedom::Angle, JointKind::Turn { advance: 0.0, .. }) if is_whole(turn, TAU) => {
+            return None;
+        }
+        (Freedom::Angle, JointKind::Turn { advance: 0.0, .. }) => "must be whole turns of 2π",
+        (Freedom::Angle, _) => {
+            "is unsupported for screws, which advance in all turns; use amplitude"
+        }
+        _ => "is unsupported for distances, which cannot grow in all cycles; use amplitude",
+    };
+    Some(("turn", problem))
+}
+
 /// Whether a change is a whole number of periods.
 pub(super) fn is_whole(change: f64, period: f64) -> bool {
     let periods = change / period;
@@ -196,33 +229,9 @@ fn harmonic<'f>(
         let name = file.link.as_ref().ok_or_else(|| missing("link"))?;
         let joint = find(checks, &key("link"), name, joints)?;
         if let Some(turn) = file.turn {
-            let strangers = [
-                ("mean", file.mean.is_some()),
-                ("amplitude", file.amplitude.is_some()),
-                ("phase", file.phase != 0.0),
-                ("order", file.order != 1),
-            ];
-            if let Some((stranger, _)) = strangers.into_iter().find(|(_, is_given)| *is_given) {
-                let problem = "does not belong to a `turn`; give it in another entry for the link";
-                return Err(checks.bad_value(&key(stranger), problem));
-            }
-            let problem = match joints[joint].kind.freedom() {
-                _ if turns.iter().any(|(other, _)| *other == joint) => {
-                    "is the second one of the joint"
-                }
-                // Coordinates of deformations are checked with their periods.
-                Freedom::Amplitude => "",
-                Freedom::Angle
-                    if !matches!(joints[joint].kind, JointKind::Turn { advance: 0.0, .. }) =>
-                {
-                    "is unsupported for screws, which advance in all turns; use amplitude"
-                }
-                Freedom::Angle if is_whole(turn, TAU) => "",
-                Freedom::Angle => "must be whole turns of 2π",
-                _ => "is unsupported for distances, which cannot grow in all cycles; use amplitude",
-            };
-            if !problem.is_empty() {
-                return Err(checks.bad_value(&key("turn"), problem));
+            let is_second = turns.iter().any(|(other, _)| *other == joint);
+            if let Some((word, problem)) = turn_problem(file, turn, &joints[joint], is_second) {
+                return Err(checks.bad_value(&key(word), problem));
             }
             turns.push((joint, turn));
             continue;
