@@ -38,8 +38,8 @@ def arguments(description, **more):
     return chosen
 
 
-def swim_text(command, scene, *options, overrides=(), threads=None):
-    """What `swim` prints; `scene` is a path or the text of a scene file."""
+def swim_text(command, scene, *options, overrides=(), threads=None, seconds=None):
+    """What `swim` prints; `scene` is a path or the text of a scene file. Refused after `seconds`."""
     program = os.environ.get("SWIM", str(ROOT / "target" / "release" / "swim"))
     environment = os.environ | ({"RAYON_NUM_THREADS": str(threads)} if threads else {})
     with tempfile.TemporaryDirectory() as folder:
@@ -48,7 +48,12 @@ def swim_text(command, scene, *options, overrides=(), threads=None):
             scene.write_text(text)
         sets = [word for override in overrides for word in ("--set", override)]
         words = [program, command, str(scene), "--quiet", *sets, *map(str, options)]
-        done = subprocess.run(words, capture_output=True, text=True, env=environment)
+        try:
+            done = subprocess.run(
+                words, capture_output=True, text=True, env=environment, timeout=seconds
+            )
+        except subprocess.TimeoutExpired:
+            raise Refused(f"no result after {seconds} s") from None
     if done.returncode:
         lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
         errors = [line for line in lines if line.startswith("error: ")]

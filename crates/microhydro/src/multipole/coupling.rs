@@ -6,7 +6,7 @@
 use faer::linalg::matmul::matmul;
 use faer::prelude::ReborrowMut;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::Vector3;
 
 use super::axial_translation::{InteriorTranslation, OutgoingTranslation};
 use super::lamb::{LambCoefficients, trace_index};
@@ -116,37 +116,9 @@ impl Coupling {
     ) -> Self {
         let all_modes = (from.modes, to.modes);
         let needed = truncation::for_pair(offset.norm(), from.radius, to.radius, tolerance);
-        let ends = (&from.up_to(needed.0), &to.up_to(needed.1));
-        Self::outside(pair, ends, offset, all_modes, usize::MAX)
-    }
-
-    /// Coupling of all modes of two spheres with azimuthal numbers up to a highest one.
-    pub fn up_to_azimuthal(
-        pair: (usize, usize),
-        ends: (&Expansion, &Expansion),
-        offset: &Vector3<f64>,
-        highest: usize,
-    ) -> Self {
-        Self::outside(pair, ends, offset, (ends.0.modes, ends.1.modes), highest)
-    }
-
-    fn outside(
-        pair: (usize, usize),
-        (from, to): (&Expansion, &Expansion),
-        offset: &Vector3<f64>,
-        all_modes: (Modes, Modes),
-        highest: usize,
-    ) -> Self {
-        let translation = |m: usize, distance: f64| {
-            let pair = OutgoingTranslation::new(
-                m,
-                (from.radius, from.modes.order),
-                (to.radius, to.modes.order),
-                distance,
-            );
-            move |f, l, k| pair.coefficients(f, l, k)
-        };
-        Self::new(pair, from, to, offset, all_modes, translation, highest)
+        let (from, to) = (&from.up_to(needed.0), &to.up_to(needed.1));
+        let sector = |m| axial_coupling([from, to], offset.norm(), m);
+        Self::new(pair, from, to, offset, all_modes, sector)
     }
 
     /// Coupling of the container with a sphere at `offset` from its centre.
@@ -156,78 +128,34 @@ impl Coupling {
         to: &Expansion,
         offset: &Vector3<f64>,
     ) -> Self {
-        Self::new(
-            pair,
-            from,
-            to,
-            offset,
-            (from.modes, to.modes),
-            |m, distance| {
-                let interior = InteriorTranslation::new(
-                    m,
-                    (from.radius, from.modes.order),
-                    (to.radius, to.modes.order),
-                    distance,
-                );
-                move |f, k, l| interior.coefficients(f, k, l)
-            },
-            usize::MAX,
-        )
+        let sector = |m: usize| {
+            let interior = InteriorTranslation::new(
+                m,
+                (from.radius, from.modes.order),
+                (to.radius, to.modes.order),
+                offset.norm(),
+            );
+            weighted([from, to], m, |f, k, l| interior.coefficients(f, k, l))
+        };
+        Self::new(pair, from, to, offset, (from.modes, to.modes), sector)
     }
 
-    fn new<F: Fn(Family, usize, usize) -> LambCoefficients>(
+    fn new(
         pair: (usize, usize),
         from: &Expansion,
         to: &Expansion,
         offset: &Vector3<f64>,
         all_modes: (Modes, Modes),
-        translation: impl Fn(usize, f64) -> F,
-        highest: usize,
+        sector: impl Fn(usize) -> Mat<f64>,
     ) -> Self {
-        let top = from.modes.order.min(to.modes.order).min(highest);
-        let sectors = (0..=top)
-            .map(|m| {
-                let coefficients = translation(m, offset.norm());
-                let (sources, targets) = (from.modes.sector(m), to.modes.sector(m));
-                let mut matrix = Mat::zeros(targets.len(), sources.len());
-                for (column, &(family, l)) in sources.iter().enumerate() {
-                    let weight = 1.0 / from.weight(family, l);
-                    // All families of one degree come from the same coefficients, but are not
-                    // adjacent.
-                    let mut traces = vec![None; to.modes.order + 1];
-                    for (row, &(other, k)) in targets.iter().enumerate() {
-                        let trace =
-                            *traces[k].get_or_insert_with(|| coefficients(family, l, k).trace(k));
-                        matrix[(row, column)] =
-                            trace[trace_index(other)] * weight * to.weight(other, k);
-                    }
-                }
-                matrix
-            })
-            .collect();
+        let top = from.modes.order.min(to.modes.order);
         Self {
             pair,
             used_modes: (from.modes, to.modes),
             all_modes,
             rotation: Rotation::new(&rotation_to_z(offset), from.modes.order.max(to.modes.order)),
-            sectors,
+            sectors: (0..=top).map(sector).collect(),
         }
-    }
-
-    /// Orders of the modes of source and target that the coupling includes.
-    pub fn orders(&self) -> [usize; 2] {
-        [self.used_modes.0.order, self.used_modes.1.order]
-    }
-
-    /// Rotation of the modes of degree `l` onto the line of centres.
-    pub fn rotation(&self, l: usize) -> &DMatrix<f64> {
-        self.rotation.degree(l)
-    }
-
-    /// Matrix of an azimuthal number: columns are the modes of the source, rows those of the
-    /// target, in the order of [`Modes::sector`].
-    pub fn sector(&self, m: usize) -> &Mat<f64> {
-        &self.sectors[m]
     }
 
     /// Dense matrix of the coupling, from all modes of the source to all modes of the target.
@@ -291,6 +219,34 @@ impl Coupling {
             );
         }
     }
+}
+
+/// Coupling of the modes of azimuthal number `m` of two spheres on an axis: columns are the modes of
+/// the source, rows those of the target, in the order of [`Modes::sector`].
+pub(super) fn axial_coupling(ends: [&Expansion; 2], distance: f64, m: usize) -> Mat<f64> {
+    let [from, to] = ends.map(|end| (end.radius, end.modes.order));
+    let outgoing = OutgoingTranslation::new(m, from, to, distance);
+    weighted(ends, m, |f, l, k| outgoing.coefficients(f, l, k))
+}
+
+/// Matrix of an azimuthal number from the coefficients of its translation, in the scaled modes.
+fn weighted(
+    [from, to]: [&Expansion; 2],
+    m: usize,
+    coefficients: impl Fn(Family, usize, usize) -> LambCoefficients,
+) -> Mat<f64> {
+    let (sources, targets) = (from.modes.sector(m), to.modes.sector(m));
+    let mut matrix = Mat::zeros(targets.len(), sources.len());
+    for (column, &(family, l)) in sources.iter().enumerate() {
+        let weight = 1.0 / from.weight(family, l);
+        // All families of one degree come from the same coefficients, but are not adjacent.
+        let mut traces = vec![None; to.modes.order + 1];
+        for (row, &(other, k)) in targets.iter().enumerate() {
+            let trace = *traces[k].get_or_insert_with(|| coefficients(family, l, k).trace(k));
+            matrix[(row, column)] = trace[trace_index(other)] * weight * to.weight(other, k);
+        }
+    }
+    matrix
 }
 
 fn rows_mut(matrix: MatMut<'_, f64>, rows: std::ops::Range<usize>) -> MatMut<'_, f64> {

@@ -6,11 +6,14 @@
 //! their gap, which no elimination lowers, so that the matrix stays positive definite among any
 //! number of neighbours.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector, Matrix3};
 use pulp::{Arch, WithSimd};
 use rayon::prelude::*;
 
-use super::coupling::{Coupling, Expansion};
+use super::axis_turn::{OfFamilies, QuarterTurn};
+use super::coupling::Expansion;
 use super::memory;
 use super::modes::{Family, Modes};
 use super::orders::Accuracy;
@@ -100,7 +103,7 @@ pub struct ExpansionCost {
 const ITERATIONS: f64 = 0.7;
 
 /// Natural logarithm of the residual of solutions over the tolerance.
-const LOG_RESIDUAL: f64 = 11.5;
+const LOG_RESIDUAL: f64 = 6.9;
 
 /// Solutions from which errors are estimated take as long as the first one.
 const SOLUTIONS: f64 = 2.0;
@@ -222,8 +225,66 @@ impl Plan {
     }
 }
 
-/// Vectors of all multipoles in an iteration.
-const VECTORS: f64 = 20.0;
+/// Vectors of all multipoles in an iteration, and the partial sums of a product.
+const VECTORS: f64 = 30.0;
+
+/// Number of partial sums of a product, whatever the number of threads.
+const PARTS: usize = 16;
+
+/// Pairs that one thread takes, and the places of the harmonics of each sphere in their sums.
+///
+/// Most pairs are distant, so that most spheres have few harmonics.
+struct Part {
+    pairs: Range<usize>,
+    first: Vec<usize>,
+}
+
+impl Part {
+    fn new(spheres: usize, all: &[PlannedPair], pairs: Range<usize>) -> Self {
+        let mut orders = vec![0; spheres];
+        for planned in &all[pairs.clone()] {
+            for (sphere, order) in [planned.pair.0, planned.pair.1]
+                .into_iter()
+                .zip(planned.orders)
+            {
+                orders[sphere] = order.max(orders[sphere]);
+            }
+        }
+        Self {
+            pairs,
+            first: places(orders.into_iter().map(pair_product::harmonics)),
+        }
+    }
+
+    fn of_sphere(&self, sphere: usize) -> Range<usize> {
+        self.first[sphere]..self.first[sphere + 1]
+    }
+
+    /// Parts whose products have about equally many operations.
+    fn all(spheres: usize, pairs: &[PlannedPair]) -> Vec<Self> {
+        let operations = |pair: &PlannedPair| pair_product::operations(pair.orders, pair.regular);
+        let all: usize = pairs.iter().map(operations).sum();
+        let (mut parts, mut first, mut sum) = (Vec::new(), 0, 0);
+        for (place, pair) in pairs.iter().enumerate() {
+            sum += operations(pair);
+            if sum * PARTS >= all * (parts.len() + 1) {
+                parts.push(Self::new(spheres, pairs, first..place + 1));
+                first = place + 1;
+            }
+        }
+        parts
+    }
+}
+
+/// Places of lists of these lengths one after the other, and the end.
+fn places(lengths: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut places = vec![0];
+    places.extend(lengths.scan(0, |sum, length| {
+        *sum += length;
+        Some(*sum)
+    }));
+    places
+}
 
 /// Mobility of spheres in unbounded fluid by expansions, with their multipoles as hidden degrees of
 /// freedom. Viscosity 1.
@@ -235,11 +296,13 @@ pub struct MultipoleMobility<'a> {
     expansions: Vec<Expansion>,
     /// Place of the first mode of each sphere.
     first: Vec<usize>,
+    /// The same by degree and azimuthal number.
+    harmonics: Vec<usize>,
     units: Vec<f64>,
     products: Vec<PairProduct>,
+    quarter: QuarterTurn,
     pairs: Vec<PlannedPair>,
-    /// For each sphere its pairs.
-    of_sphere: Vec<Vec<usize>>,
+    parts: Vec<Part>,
     tail: f64,
     variant: Variant,
 }
@@ -269,10 +332,7 @@ impl<'a> MultipoleMobility<'a> {
                 modes: Modes { order },
             })
             .collect();
-        let mut first = vec![0];
-        for expansion in &expansions {
-            first.push(first[first.len() - 1] + expansion.modes.len());
-        }
+        let top = plan.orders.iter().copied().max().unwrap_or_default();
         let products: Vec<PairProduct> = (plan.pairs.par_iter())
             .map(|planned| {
                 let (i, j) = planned.pair;
@@ -280,26 +340,20 @@ impl<'a> MultipoleMobility<'a> {
                     modes: Modes { order },
                     ..expansions[k]
                 };
-                let ends = (&up_to(i, planned.orders[0]), &up_to(j, planned.orders[1]));
-                let offset = x[j] - x[i];
-                let coupling = Coupling::up_to_azimuthal((i, j), ends, &offset, planned.regular);
-                PairProduct::new(&coupling, planned.regular)
+                let ends = [&up_to(i, planned.orders[0]), &up_to(j, planned.orders[1])];
+                PairProduct::new(ends, &(x[j] - x[i]), planned.regular)
             })
             .collect();
-        let mut of_sphere = vec![Vec::new(); spheres.len()];
-        for (number, planned) in plan.pairs.iter().enumerate() {
-            let (i, j) = planned.pair;
-            of_sphere[i].push(number);
-            of_sphere[j].push(number);
-        }
         Ok(Self {
             points: PointMobility::new(PointModel::Rpy, spheres, &Medium::Unbounded)?,
             units: drag_units(radii),
+            first: places(expansions.iter().map(|expansion| expansion.modes.len())),
+            harmonics: places(plan.orders.into_iter().map(pair_product::harmonics)),
             expansions,
-            first,
             products,
+            quarter: QuarterTurn::new(top),
+            parts: Part::all(spheres.len(), &plan.pairs),
             pairs: plan.pairs,
-            of_sphere,
             tail: plan.tail,
             variant: Variant::Full,
         })
@@ -346,6 +400,48 @@ impl<'a> MultipoleMobility<'a> {
         rows.into_iter()
     }
 
+    /// Coefficients of all modes, by degree and azimuthal number.
+    fn by_harmonic(&self, x: &[f64]) -> Vec<OfFamilies> {
+        let mut all = vec![[0.0; 4]; self.harmonics[self.expansions.len()]];
+        for (sphere, expansion) in self.expansions.iter().enumerate() {
+            let own = &mut all[self.harmonics[sphere]..];
+            let x = &x[self.first[sphere]..];
+            for (k, (_, modes)) in expansion.modes.families().enumerate() {
+                for (entry, value) in own.iter_mut().zip(&x[modes]) {
+                    entry[k] = *value;
+                }
+            }
+        }
+        all
+    }
+
+    /// The modes of one sphere, given by `x`, and sums over pairs; modes above the order of the
+    /// variant are zero.
+    fn with_sums(&self, sphere: usize, x: &[f64], sums: &[Vec<OfFamilies>]) -> Vec<f64> {
+        let length = self.harmonics[sphere + 1] - self.harmonics[sphere];
+        let mut all = vec![[0.0; 4]; length];
+        for (part, sum) in self.parts.iter().zip(sums) {
+            for (entry, added) in all.iter_mut().zip(&sum[part.of_sphere(sphere)]) {
+                for (entry, added) in entry.iter_mut().zip(added) {
+                    *entry += added;
+                }
+            }
+        }
+        let modes = self.expansions[sphere].modes;
+        let used = Modes {
+            order: self.order(sphere),
+        };
+        let mut y = vec![0.0; modes.len()];
+        for (k, (family, own)) in modes.families().enumerate() {
+            let kept = pair_product::harmonics(used.max_degree(family));
+            let values = x[own.clone()].iter().zip(&all).take(kept);
+            for (y, (x, sum)) in y[own].iter_mut().zip(values) {
+                *y = x + sum[k];
+            }
+        }
+        y
+    }
+
     /// The order of a sphere in products.
     fn order(&self, sphere: usize) -> usize {
         let order = self.expansions[sphere].modes.order;
@@ -365,36 +461,35 @@ impl<'a> MultipoleMobility<'a> {
     }
 }
 
-/// The couplings of all pairs of one sphere, with the vector instructions of the processor.
-struct OfSphere<'m> {
+/// The couplings of some pairs, with the vector instructions of the processor.
+struct OfPairs<'m> {
     all: &'m MultipoleMobility<'m>,
-    sphere: usize,
-    x: &'m [f64],
-    y: &'m mut [f64],
+    part: &'m Part,
+    x: &'m [OfFamilies],
+    y: &'m mut [OfFamilies],
 }
 
-impl WithSimd for OfSphere<'_> {
+impl WithSimd for OfPairs<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let mut work = Workspace::default();
-        let Self { all, sphere, x, y } = self;
-        let to = all.expansions[sphere].modes;
+        let Self { all, part, x, y } = self;
         let omitted = match all.variant {
             Variant::Lowered => LOWERED,
             _ => 0,
         };
-        for &number in &all.of_sphere[sphere] {
-            let planned = &all.pairs[number];
-            let ((i, j), most) = (planned.pair, all.most(planned));
-            let (other, backward, most) = match j == sphere {
-                true => (i, false, most),
-                false => (j, true, [most[1], most[0]]),
-            };
-            let source = &x[all.first[other]..all.first[other + 1]];
-            let from = (source, all.expansions[other].modes);
-            all.products[number].add(from, (y, to), (most, omitted), backward, &mut work);
+        let pairs = part.pairs.clone();
+        for (planned, product) in all.pairs[pairs.clone()].iter().zip(&all.products[pairs]) {
+            let (i, j) = planned.pair;
+            // the source of a pair is before its target
+            let (before, after) = y.split_at_mut(part.first[j]);
+            let y = [&mut before[part.of_sphere(i)], after];
+            let [of_i, of_j] = [i, j].map(|k| all.harmonics[k]..all.harmonics[k + 1]);
+            let x = [&x[of_i], &x[of_j]];
+            let most = all.most(planned);
+            product.add(x, y, (most, omitted), &all.quarter, &mut work);
         }
     }
 }
@@ -422,25 +517,25 @@ impl Mobility for MultipoleMobility<'_> {
             x[row] = forces[place] / unit;
         }
         let x = x.as_slice();
+        let by_harmonic = self.by_harmonic(x);
         let arch = Arch::new();
+        let sums: Vec<Vec<OfFamilies>> = (self.parts.par_iter())
+            .map(|part| {
+                let mut y = vec![[0.0; 4]; part.first[n]];
+                arch.dispatch(OfPairs {
+                    all: self,
+                    part,
+                    x: &by_harmonic,
+                    y: &mut y,
+                });
+                y
+            })
+            .collect();
         let of_spheres: Vec<Vec<f64>> = (0..n)
             .into_par_iter()
             .map(|sphere| {
-                let mut y = x[self.first[sphere]..self.first[sphere + 1]].to_vec();
-                arch.dispatch(OfSphere {
-                    all: self,
-                    sphere,
-                    x,
-                    y: &mut y,
-                });
-                let modes = self.expansions[sphere].modes;
-                let used = Modes {
-                    order: self.order(sphere),
-                };
-                for (family, l) in modes.shells().filter(|&(f, l)| !used.contains(f, l)) {
-                    y[modes.shell(family, l)].fill(0.0);
-                }
-                y
+                let own = &x[self.first[sphere]..self.first[sphere + 1]];
+                self.with_sums(sphere, own, &sums)
             })
             .collect();
         let mut hidden = DVector::from_vec(of_spheres.concat());

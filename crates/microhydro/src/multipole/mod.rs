@@ -36,6 +36,7 @@
 
 mod adaptive;
 mod axial_translation;
+mod axis_turn;
 mod boundary_product;
 mod collinear;
 mod coupling;

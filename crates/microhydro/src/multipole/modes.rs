@@ -113,6 +113,14 @@ impl Modes {
         first..first + 2 * l + 1
     }
 
+    /// Families with the indices of all their modes.
+    pub fn families(self) -> impl Iterator<Item = (Family, std::ops::Range<usize>)> {
+        FAMILIES.into_iter().map(move |family| {
+            let first = self.first_index(family);
+            (family, first..first + Self::count(self.max_degree(family)))
+        })
+    }
+
     /// Families and degrees, in the order of the modes.
     pub fn shells(self) -> impl Iterator<Item = (Family, usize)> {
         FAMILIES

@@ -1,10 +1,13 @@
 //! Products of the coupling of two expansions with one vector.
 //!
-//! The numbers of a [`Coupling`] in one piece of memory: thousands of spheres have half a million
-//! pairs, most of them with a hundred numbers. High degrees of a narrow gap act on the other
+//! The numbers of a pair are in one piece of memory, and both directions read them once: thousands
+//! of spheres have half a million pairs, most of them with two hundred numbers. High degrees of a narrow gap act on the other
 //! surface with the azimuthal numbers 0 and 1 about its axis alone, and only these are stored.
 
-use super::coupling::Coupling;
+use nalgebra::Vector3;
+
+use super::axis_turn::{Angles, OfFamilies, QuarterTurn, Turning};
+use super::coupling::{Expansion, axial_coupling};
 use super::modes::{FAMILIES, Family, Modes};
 
 /// Orders of a source and of a target.
@@ -16,19 +19,34 @@ pub(super) struct PairProduct {
     orders: PairOrders,
     /// Highest degree with all azimuthal numbers; above it there are 0 and 1.
     regular: usize,
-    /// Rotations onto the line of centres of the degrees from one, by columns, each of the rows
-    /// `-highest(l) ..= highest(l)`; then the matrices of the azimuthal numbers from zero, by
-    /// columns.
+    /// Direction from the source to the target.
+    angles: Angles,
+    /// Matrices of the azimuthal numbers from zero, by columns; then zeros that the last rows of a
+    /// block may read.
     numbers: Box<[f64]>,
 }
 
-/// Vectors along the line of centres, for each azimuthal number those of both symmetry classes.
+/// Number of [`OfFamilies`] of an expansion up to an order; that of degree `l` and azimuthal number
+/// `m` is `l^2 - 1 + l + m`.
+pub(super) fn harmonics(order: usize) -> usize {
+    order * (order + 2)
+}
+
+/// Vectors along the line of centres, at the source and the target of the coupling.
 #[derive(Default)]
 pub(super) struct Workspace {
-    source: Vec<f64>,
-    target: Vec<f64>,
-    /// The modes of one degree.
-    rotated: Vec<f64>,
+    /// For each azimuthal number the vectors of both symmetry classes.
+    given: [Vec<f64>; 2],
+    found: [Vec<f64>; 2],
+    /// For each azimuthal number where the families begin.
+    places: [Vec<[usize; 3]>; 2],
+    /// One degree along the line of centres.
+    rotated: Vec<OfFamilies>,
+    turning: Turning,
+    /// Sums of every eighth row, of each column and symmetry class.
+    partial: Vec<[[f64; ROWS]; 2]>,
+    /// Cosines and sines of the multiples of the angles.
+    multiples: Vec<[[f64; 2]; 2]>,
 }
 
 /// Highest azimuthal number of a degree.
@@ -36,94 +54,62 @@ fn highest(l: usize, regular: usize) -> usize {
     if l <= regular { l } else { l.min(1) }
 }
 
-/// Number of numbers in the rotations of all degrees.
-fn rotations(orders: PairOrders, regular: usize) -> usize {
-    let of_degree = |l| (2 * highest(l, regular) + 1) * (2 * l + 1);
-    (1..=orders[0].max(orders[1])).map(of_degree).sum()
-}
-
 /// Number of numbers that [`PairProduct`] stores.
 pub(super) fn numbers(orders: PairOrders, regular: usize) -> usize {
-    let sectors = azimuthal_numbers(orders, regular).map(|m| {
-        let [columns, rows] = orders.map(|order| Sector::new(m, order, regular).len);
-        columns * rows
-    });
-    rotations(orders, regular) + sectors.sum::<usize>()
+    azimuthal_numbers(orders, regular)
+        .map(|m| {
+            let [columns, rows] = orders.map(|order| Sector::new(m, order, regular).len);
+            columns * rows
+        })
+        .sum()
 }
 
 /// Multiplications of the products in both directions.
 pub(super) fn operations(orders: PairOrders, regular: usize) -> usize {
-    let rotations = rotations(orders, regular);
-    let sectors = numbers(orders, regular) - rotations;
-    // three families at both ends, two classes
-    2 * (6 * rotations + 2 * sectors)
+    // two quarter turns for each of three families, to the line of centres and back
+    let of_degree = |l: usize| 3 * (2 * l + 1).pow(2);
+    let turns: usize = orders
+        .map(|order| (1..=order).map(of_degree).sum())
+        .iter()
+        .sum();
+    // two symmetry classes
+    turns + 4 * numbers(orders, regular)
 }
 
 fn azimuthal_numbers(orders: PairOrders, regular: usize) -> std::ops::RangeInclusive<usize> {
     0..=orders[0].min(orders[1]).min(regular.max(1))
 }
 
-/// Modes of an azimuthal number: for each family the place of degree zero and the highest degree.
+/// Modes of an azimuthal number: for each family the place of its lowest degree.
 #[derive(Clone, Copy)]
 struct Sector {
-    m: usize,
     first: [usize; 3],
-    last: [usize; 3],
     len: usize,
 }
 
 impl Sector {
     /// The modes of expansions up to an order.
     fn new(m: usize, order: usize, regular: usize) -> Self {
-        let mut sector = Self {
-            m,
-            first: [0; 3],
-            last: [0; 3],
-            len: 0,
-        };
-        for (k, family) in FAMILIES.into_iter().enumerate() {
+        let (mut first, mut len) = ([0; 3], 0);
+        for (first, family) in first.iter_mut().zip(FAMILIES) {
             let top = (Modes { order }).max_degree(family);
             let top = if m <= 1 { top } else { top.min(regular) };
-            let lowest = m.max(1);
-            // degree `l` is at `first + l - lowest`
-            sector.first[k] = sector.len;
-            sector.last[k] = top;
-            sector.len += (top + 1).saturating_sub(lowest);
+            *first = len;
+            len += (top + 1).saturating_sub(m.max(1));
         }
-        sector
-    }
-
-    /// Place of a degree of a family.
-    fn place(&self, family: usize, l: usize) -> usize {
-        self.first[family] + l - self.m.max(1)
-    }
-
-    /// Places of the degrees of a family up to an order, and with higher azimuthal numbers up to
-    /// the degree `regular`.
-    fn places(&self, family: usize, order: usize, regular: usize) -> std::ops::Range<usize> {
-        let top = (Modes { order }).max_degree(FAMILIES[family]);
-        let top = top.min(self.last[family]);
-        let top = if self.m <= 1 { top } else { top.min(regular) };
-        let first = self.first[family];
-        first..first + (top + 1).saturating_sub(self.m.max(1))
+        Self { first, len }
     }
 }
 
 impl PairProduct {
-    /// The modes of a coupling, with all azimuthal numbers up to the degree `regular`.
-    pub fn new(coupling: &Coupling, regular: usize) -> Self {
-        let orders = coupling.orders();
+    /// The coupling of two expansions, the target at `offset` from the source, with all azimuthal
+    /// numbers up to the degree `regular`.
+    pub fn new(ends: [&Expansion; 2], offset: &Vector3<f64>, regular: usize) -> Self {
+        let orders = ends.map(|end| end.modes.order);
         let regular = regular.max(1);
-        let mut all = Vec::with_capacity(numbers(orders, regular));
-        for l in 1..=orders[0].max(orders[1]) {
-            let rotation = coupling.rotation(l);
-            let rows = highest(l, regular);
-            for column in 0..2 * l + 1 {
-                all.extend((l - rows..=l + rows).map(|row| rotation[(row, column)]));
-            }
-        }
+        let mut all = Vec::with_capacity(numbers(orders, regular) + ROWS);
         for m in azimuthal_numbers(orders, regular) {
-            let matrix = coupling.sector(m);
+            let matrix = axial_coupling(ends, offset.norm(), m);
             let kept = |order: usize| {
                 let modes = (Modes { order }).sector(m).into_iter().enumerate();
                 let kept = modes.filter(|(_, (_, l))| m <= highest(*l, regular));
@@ -134,102 +120,84 @@ impl PairProduct {
                 all.extend(rows.iter().map(|&row| matrix[(row, column)]));
             }
         }
+        all.extend([0.0; ROWS]);
         Self {
             orders,
             regular,
+            angles: Angles::new(offset),
             numbers: all.into_boxed_slice(),
         }
     }
 
-    /// Adds the product with the coefficients `x` of one sphere, of the modes `from`, to those of
-    /// the other, `y`, of the modes `to`, with orders up to `most`.
+    /// Adds the products in both directions: that with the coefficients of the source to those of
+    /// the target, and that of the transpose with the coefficients of the target to those of the
+    /// source.
     ///
-    /// `backward` exchanges source and target: `x` belongs to the target and the product is with
-    /// the transpose. Degrees with all azimuthal numbers are lower by `omitted`.
+    /// `x` and `y` have [`harmonics`] of the source and of the target. Modes above the orders
+    /// `most` are left out at both ends, and degrees with all azimuthal numbers are lower by
+    /// `omitted`. `quarter` has the degrees of both ends.
     #[inline(always)]
     pub fn add(
         &self,
-        (x, from): (&[f64], Modes),
-        (y, to): (&mut [f64], Modes),
+        x: [&[OfFamilies]; 2],
+        y: [&mut [OfFamilies]; 2],
         (most, omitted): (PairOrders, usize),
-        backward: bool,
+        quarter: &QuarterTurn,
         work: &mut Workspace,
     ) {
-        let turned = |of: PairOrders| if backward { [of[1], of[0]] } else { of };
-        let stored = turned(self.orders);
-        let used = [stored[0].min(most[0]), stored[1].min(most[1])];
-        let [of_columns, of_rows] = turned(used);
+        let used = [0, 1].map(|end| self.orders[end].min(most[end]));
         let regular = self.regular.saturating_sub(omitted);
         let numbers = azimuthal_numbers(self.orders, self.regular);
         let last = *numbers.end();
         let top = self.orders[0].max(self.orders[1]);
-        let stride = 3 * (top + 1);
-        // two vectors for each azimuthal number
-        let place = |m: usize, class: usize| (2 * m + class) * stride;
-        let Workspace {
-            source,
-            target,
-            rotated,
-        } = work;
-        for list in [&mut *source, &mut *target] {
-            list.clear();
-            list.resize(place(last + 1, 0), 0.0);
+        let stride = (3 * top).next_multiple_of(ROWS);
+        let sectors = [0, 1].map(|end| {
+            let order = self.orders[end];
+            move |m: usize| Sector::new(m, order, self.regular)
+        });
+        for end in 0..2 {
+            let places = numbers
+                .clone()
+                .map(|m| sectors[end](m).first.map(|k| 2 * stride * m + k));
+            work.places[end].clear();
+            work.places[end].extend(places);
+            let size = 2 * stride * (last + 1);
+            work.given[end].clear();
+            work.given[end].resize(size, 0.0);
+            // all that is read is written before
+            work.found[end].resize(size, 0.0);
         }
-        let sector = |m: usize, order: usize| Sector::new(m, order, self.regular);
+        // the azimuthal numbers of a degree that are used, and of an end and family
+        let highest_used = |l: usize| highest(l, regular).min(last);
+        let families_used =
+            |end: usize, l: usize| FAMILIES.map(|f| (Modes { order: used[end] }).contains(f, l));
 
-        let mut first = 0;
-        for l in 1..=used[0] {
-            let (rows, width) = (highest(l, self.regular), 2 * l + 1);
-            let height = 2 * rows + 1;
-            let rotation = &self.numbers[first..first + height * width];
-            first += height * width;
-            for (k, family) in FAMILIES.into_iter().enumerate() {
-                if !(Modes { order: used[0] }).contains(family, l) {
-                    continue;
-                }
-                rotated.clear();
-                rotated.resize(height, 0.0);
-                let own = &x[from.shell(family, l)];
-                for (column, &value) in rotation.chunks_exact(height).zip(own) {
-                    for (sum, entry) in rotated.iter_mut().zip(column) {
-                        *sum += entry * value;
-                    }
-                }
-                for m in 0..=rows.min(last) {
-                    let own = sector(m, stored[0]).place(k, l);
-                    let (cosine, sine) = (rotated[rows + m], rotated[rows - m]);
-                    let of_class = match family {
-                        Family::Rotlet => [sine, -cosine],
-                        _ => [cosine, sine],
-                    };
-                    // the azimuthal number zero has one class
-                    for (class, value) in of_class.into_iter().enumerate().take(m + 1) {
-                        source[place(m, class) + own] = value;
-                    }
-                }
-            }
-        }
-
-        let mut first = rotations(self.orders, self.regular);
-        for m in numbers {
-            let [columns, rows] = self.orders.map(|order| sector(m, order));
-            let (height, matrix) = (rows.len, &self.numbers[first..]);
-            first += columns.len * height;
-            for class in 0..(m + 1).min(2) {
-                let at = place(m, class);
-                let source = &source[at..at + stride];
-                let target = &mut target[at..at + stride];
-                for column in (0..3).flat_map(|family| columns.places(family, of_columns, regular))
-                {
-                    let entries = &matrix[column * height..(column + 1) * height];
-                    for own in (0..3).map(|family| rows.places(family, of_rows, regular)) {
-                        if backward {
-                            target[column] += dot(&entries[own.clone()], &source[own]);
-                        } else {
-                            let value = source[column];
-                            for (sum, entry) in target[own.clone()].iter_mut().zip(&entries[own]) {
-                                *sum += entry * value;
-                            }
+        let top = used[0].max(used[1]);
+        self.angles.multiples(top, &mut work.multiples);
+        work.rotated.resize(2 * top + 1, [0.0; 4]);
+        for l in 1..=top {
+            let of_degree = l * l - 1..l * l + 2 * l;
+            for end in (0..2).filter(|&end| l <= used[end]) {
+                quarter.onto_line(
+                    (l, highest_used(l)),
+                    &work.multiples,
+                    &x[end][of_degree.clone()],
+                    &mut work.rotated[..2 * l + 1],
+                    &mut work.turning,
+                );
+                let is_used = families_used(end, l);
+                for (m, places) in work.places[end][..=highest_used(l)].iter().enumerate() {
+                    let (cosines, sines) = (work.rotated[l + m], work.rotated[l - m]);
+                    for k in 0..3 {
+                        let place = places[k] + l - m.max(1);
+                        let of_class = match FAMILIES[k] {
+                            Family::Rotlet => [sines[k], -cosines[k]],
+                            _ => [cosines[k], sines[k]],
+                        };
+                        if is_used[k] {
+                            work.given[end][place] = of_class[0];
+                            // the azimuthal number zero has one class
+                            work.given[end][place + stride] = if m > 0 { of_class[1] } else { 0.0 };
                         }
                     }
                 }
@@ -237,80 +205,166 @@ impl PairProduct {
         }
 
         let mut first = 0;
-        for l in 1..=used[1] {
-            let (rows, width) = (highest(l, self.regular), 2 * l + 1);
-            let height = 2 * rows + 1;
-            let rotation = &self.numbers[first..first + height * width];
-            first += height * width;
-            for (k, family) in FAMILIES.into_iter().enumerate() {
-                if !(Modes { order: used[1] }).contains(family, l) {
-                    continue;
-                }
-                rotated.clear();
-                rotated.resize(height, 0.0);
-                for m in 0..=rows.min(last) {
-                    let own = sector(m, stored[1]).place(k, l);
-                    let of_class = [target[place(m, 0) + own], target[place(m, 1) + own]];
-                    let [cosine, sine] = match family {
-                        Family::Rotlet => [-of_class[1], of_class[0]],
-                        _ => of_class,
-                    };
-                    rotated[rows + m] = cosine;
-                    if m > 0 || family == Family::Rotlet {
-                        rotated[rows - m] = sine;
+        for m in numbers {
+            let [columns, rows] = [0, 1].map(|end| sectors[end](m).len);
+            let of_sector = columns * rows;
+            let matrix = &self.numbers[first..first + of_sector + ROWS];
+            first += of_sector;
+            let range = 2 * stride * m..2 * stride * (m + 1);
+            let (given, found) = (&work.given, &mut work.found);
+            let size = (rows, columns, stride);
+            // by columns, as the numbers are read from memory
+            backward(
+                matrix,
+                size,
+                &given[1][range.clone()],
+                &mut found[0][range.clone()],
+                &mut work.partial,
+            );
+            forward(matrix, size, &given[0][range.clone()], &mut found[1][range]);
+        }
+
+        for l in 1..=top {
+            let of_degree = l * l - 1..l * l + 2 * l;
+            for end in (0..2).filter(|&end| l <= used[end]) {
+                let is_used = families_used(end, l);
+                for (m, places) in work.places[end][..=highest_used(l)].iter().enumerate() {
+                    let (mut cosines, mut sines) = ([0.0; 4], [0.0; 4]);
+                    for k in (0..3).filter(|&k| is_used[k]) {
+                        let place = places[k] + l - m.max(1);
+                        let of_class = [work.found[end][place], work.found[end][place + stride]];
+                        [cosines[k], sines[k]] = match FAMILIES[k] {
+                            Family::Rotlet => [-of_class[1], of_class[0]],
+                            _ => of_class,
+                        };
                     }
+                    if m == 0 {
+                        // one coefficient, of the class that is given
+                        cosines[1] = sines[1];
+                        sines = cosines;
+                    }
+                    work.rotated[l - m] = sines;
+                    work.rotated[l + m] = cosines;
                 }
-                let columns = rotation.chunks_exact(height);
-                for (column, sum) in columns.zip(&mut y[to.shell(family, l)]) {
-                    *sum += dot(column, rotated);
-                }
+                quarter.add_from_line(
+                    (l, highest_used(l)),
+                    &work.multiples,
+                    &work.rotated[..2 * l + 1],
+                    &mut y[end][of_degree.clone()],
+                    &mut work.turning,
+                );
             }
         }
     }
 }
 
-/// Number of partial sums: two vectors of the widest instructions.
-const LANES: usize = 8;
+/// Rows of a block of a product: two vector registers.
+const ROWS: usize = 8;
 
-/// Scalar product, whose partial sums do not depend on the processor.
+/// `y = A x` for a matrix by columns and two vectors, each `stride` numbers after the other.
+///
+/// The last block of rows reads numbers behind its column. What it finds with them is in places of
+/// `y` that no mode has.
 #[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; LANES];
-    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest = a.remainder().iter().zip(b.remainder());
-    let rest: f64 = rest.map(|(x, y)| x * y).sum();
-    for (a, b) in a.zip(b) {
-        for ((sum, x), y) in sums.iter_mut().zip(a).zip(b) {
-            *sum += x * y;
+fn forward(
+    matrix: &[f64],
+    (rows, columns, stride): (usize, usize, usize),
+    x: &[f64],
+    y: &mut [f64],
+) {
+    let (x, y) = (x.split_at(stride), y.split_at_mut(stride));
+    let (x0, x1) = (&x.0[..columns], &x.1[..columns]);
+    for row in (0..rows).step_by(ROWS) {
+        let (mut first, mut second) = ([0.0; ROWS], [0.0; ROWS]);
+        for (column, x) in x0.iter().zip(x1).enumerate() {
+            if let Some(entries) = matrix[column * rows + row..].first_chunk() {
+                add_scaled(&mut first, entries, &[*x.0; ROWS]);
+                add_scaled(&mut second, entries, &[*x.1; ROWS]);
+            }
         }
+        y.0[row..row + ROWS].copy_from_slice(&first);
+        y.1[row..row + ROWS].copy_from_slice(&second);
     }
-    sums.iter().sum::<f64>() + rest
+}
+
+#[inline(always)]
+fn add_scaled(sums: &mut [f64; ROWS], a: &[f64; ROWS], b: &[f64; ROWS]) {
+    for k in 0..ROWS {
+        sums[k] += a[k] * b[k];
+    }
+}
+
+/// `y = A^T x`, as [`forward`].
+///
+/// `x` is zero in the places that no mode has.
+#[inline(always)]
+fn backward(
+    matrix: &[f64],
+    (rows, columns, stride): (usize, usize, usize),
+    x: &[f64],
+    y: &mut [f64],
+    partial: &mut Vec<[[f64; ROWS]; 2]>,
+) {
+    let (x, y) = (x.split_at(stride), y.split_at_mut(stride));
+    let padded = rows.next_multiple_of(ROWS);
+    let (x0, x1) = (&x.0[..padded], &x.1[..padded]);
+    let blocks = || x0.as_chunks().0.iter().zip(x1.as_chunks().0);
+    partial.clear();
+    partial.extend((0..columns).map(|column| {
+        let entries = &matrix[column * rows..][..padded];
+        let (mut first, mut second) = ([0.0; ROWS], [0.0; ROWS]);
+        for (entries, (x0, x1)) in entries.as_chunks().0.iter().zip(blocks()) {
+            add_scaled(&mut first, entries, x0);
+            add_scaled(&mut second, entries, x1);
+        }
+        [first, second]
+    }));
+    for ((y0, y1), [first, second]) in y.0.iter_mut().zip(y.1).zip(partial) {
+        *y0 = sum(first);
+        *y1 = sum(second);
+    }
+}
+
+/// Sum in pairs.
+#[inline(always)]
+fn sum(x: &[f64; ROWS]) -> f64 {
+    let four: [f64; ROWS / 2] = std::array::from_fn(|k| x[k] + x[k + ROWS / 2]);
+    (four[0] + four[2]) + (four[1] + four[3])
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
-
-    use super::super::coupling::Expansion;
+    use super::super::coupling::Coupling;
     use super::*;
 
-    fn product(
+    /// Coefficients of the modes by degree and azimuthal number.
+    fn by_harmonic(x: &[f64], modes: Modes) -> Vec<OfFamilies> {
+        let mut all = vec![[0.0; 4]; harmonics(modes.order)];
+        for (family, l) in modes.shells() {
+            let k = FAMILIES.iter().position(|&f| f == family).unwrap();
+            for (entry, value) in all[l * l - 1..].iter_mut().zip(&x[modes.shell(family, l)]) {
+                entry[k] = *value;
+            }
+        }
+        all
+    }
+
+    fn products(
         pair: &PairProduct,
-        x: &[f64],
-        modes: [Modes; 2],
+        x: [&[OfFamilies]; 2],
         most: PairOrders,
-        backward: bool,
-    ) -> Vec<f64> {
-        let mut y = vec![0.0; modes[1].len()];
+    ) -> [Vec<OfFamilies>; 2] {
+        let [mut source, mut target] = x.map(|x| vec![[0.0; 4]; x.len()]);
         let mut work = Workspace::default();
+        let quarter = QuarterTurn::new(6);
         pair.add(
-            (x, modes[0]),
-            (&mut y, modes[1]),
+            x,
+            [&mut source, &mut target],
             (most, 0),
-            backward,
+            &quarter,
             &mut work,
         );
-        y
+        [source, target]
     }
 
     #[test]
@@ -320,9 +374,9 @@ mod tests {
         let all = [Modes { order: orders[0] }, Modes { order: orders[1] }];
         let ends = [(1.0, from), (0.7, to)].map(|(radius, modes)| Expansion { radius, modes });
         let offset = Vector3::new(1.0, -2.0, 0.8);
-        let coupling = Coupling::up_to_azimuthal((0, 1), (&ends[0], &ends[1]), &offset, 10);
-        let pair = PairProduct::new(&coupling, 10);
-        assert_eq!(pair.numbers.len(), numbers([6, 4], 10));
+        let coupling = Coupling::between_spheres((0, 1), (&ends[0], &ends[1]), &offset, 1e-300);
+        let pair = PairProduct::new([&ends[0], &ends[1]], &offset, 10);
+        assert_eq!(pair.numbers.len(), numbers([6, 4], 10) + ROWS);
         let dense = coupling.dense();
         // a row of the dense matrix belongs to a mode up to order 4, a column to one up to 6
         let x: Vec<f64> = (0..all[0].len()).map(|k| (k as f64).sin()).collect();
@@ -346,13 +400,15 @@ mod tests {
                     }
                 }
             }
-            let forward = product(&pair, &x, [all[0], all[1]], most, false);
-            let most = [most[1], most[0]];
-            let backward = product(&pair, &x[..to.len()], [all[1], all[0]], most, true);
-            let pairs = forward
+            let x = [by_harmonic(&x, all[0]), by_harmonic(&x[..to.len()], all[1])];
+            let [found_back, found] = products(&pair, [&x[0], &x[1]], most);
+            let expected = by_harmonic(&expected, all[1]);
+            let back = by_harmonic(&back, all[0]);
+            let pairs = found
                 .iter()
                 .zip(&expected)
-                .chain(backward.iter().zip(&back));
+                .chain(found_back.iter().zip(&back));
+            let pairs = pairs.flat_map(|(found, expected)| found.iter().zip(expected));
             for (found, expected) in pairs {
                 assert!((found - expected).abs() < 1e-13, "{found} {expected}");
             }

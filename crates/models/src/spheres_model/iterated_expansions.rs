@@ -22,14 +22,19 @@ use crate::solution::{InstantaneousSolution, Stresslets};
 const FEW: usize = 16;
 
 /// Residual of the equations over the tolerance of the expansions.
-const RESIDUAL: f64 = 1e-5;
+///
+/// Among 125 spheres at gaps of 0.05 and 0.1 errors of velocities were a twentieth of the residual.
+const RESIDUAL: f64 = 1e-3;
 
 /// Largest relative error of a solution over its residual, with a margin: the iteration converges
 /// by a factor of e in one to a few steps.
 const RESIDUAL_FACTOR: f64 = 10.0;
 
-/// Residual of changes from which errors are estimated: two digits.
-const ESTIMATE_RESIDUAL: f64 = 1e-2;
+/// Residual of changes from which errors are estimated.
+///
+/// Among 125 spheres at gaps of 0.05 and 0.1 a residual of 0.1 gave changes of velocities within
+/// 8 %, and 0.8 to 0.6 of those of forces.
+const ESTIMATE_RESIDUAL: f64 = 3e-2;
 
 /// The motion of all bodies, without error bars.
 ///
