@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use swimmer::Scene;
+use swimmer::models::Hydrodynamics;
 use testkit::{boxed, contains, run, solve_at, within};
 
 /// Steps of the classical Runge-Kutta method by hand, whose errors are far below the bounds.
@@ -96,7 +97,7 @@ fn momentum_of_a_linked_sphere_that_grows_is_that_of_the_force_of_the_fluid() {
     let start = masses[1] / all;
     let [_, displacement] = integrated([start, 0.0], |t, [velocity, _]| {
         let (values, rates) = (ordered(5.0 - t, 1.0 + 0.4 * t), ordered(-1.0, 0.4));
-        let mut at = |model: &mut Box<_>| {
+        let at = |model: &mut Box<dyn Hydrodynamics>| {
             solve_at(model.as_mut(), &values, &rates).bodies[0]
                 .velocity
                 .x
