@@ -56,8 +56,17 @@ struct Row {
     seconds: [f64; 2],
 }
 
-/// Measures the iterations and writes `newton.md` and `newton.csv` to `out`.
+/// Measures the iterations and writes `newton.md` and `newton.csv` to `out`, after each mesh.
 pub fn run(quick: bool, out: &Path) -> Result<()> {
+    let mut rows = Vec::new();
+    for &size in if quick { &SIZES[..1] } else { &SIZES[..] } {
+        rows.extend(rows_of(size)?);
+        write(&rows, out)?;
+    }
+    Ok(())
+}
+
+fn write(rows: &[Row], out: &Path) -> Result<()> {
     let text = "A sphere of radius 1 that moves with speed 1 in the middle of a ball of radius 10, solved \
         to 1e-8 from nothing; a quarter of the fluid is meshed. The shear number is that of the speed, the \
         radius and the relaxation time, power laws are regularised at a shear rate of 1e-3. Newton's \
@@ -83,7 +92,7 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
         "time over Stokes",
     ];
     let mut table = Table::new(headings);
-    for row in rows(quick)? {
+    for row in rows {
         let steps: Vec<String> = row.steps.iter().map(usize::to_string).collect();
         let all = row.first + row.steps.iter().sum::<usize>();
         let [stokes, worst, all_steps] = row.per_digit;
@@ -107,13 +116,9 @@ pub fn run(quick: bool, out: &Path) -> Result<()> {
     page.write(out, "newton")
 }
 
-fn rows(quick: bool) -> Result<Vec<Row>> {
-    let mut rows = Vec::new();
-    for &size in if quick { &SIZES[..1] } else { &SIZES[..] } {
-        let mesh = sphere_mesh("ball", size)?;
-        rows.extend(on_mesh(&mesh, size).with_context(|| format!("size {size}"))?);
-    }
-    Ok(rows)
+fn rows_of(size: f64) -> Result<Vec<Row>> {
+    let mesh = sphere_mesh("ball", size)?;
+    on_mesh(&mesh, size).with_context(|| format!("size {size}"))
 }
 
 fn on_mesh(mesh: &TetMesh, size: f64) -> Result<Vec<Row>> {
@@ -216,7 +221,7 @@ mod tests {
 
     #[test]
     fn linear_solves_of_newton_steps_take_as_many_iterations_as_the_table_says() {
-        for row in rows(true).unwrap() {
+        for row in rows_of(SIZES[0]).unwrap() {
             let [stokes, law, _] = row.per_digit;
             println!(
                 "{}: {} + {:?}, {stokes:.1} {law:.1}",
