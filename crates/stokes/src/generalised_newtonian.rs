@@ -172,9 +172,9 @@ impl Newton<'_> {
 
     /// The equations, linearised at a velocity of all nodes.
     ///
-    /// They have a part of the change of the viscosity, one for the derivative. Without motion there
-    /// is no stress, whatever the viscosity; that of a power law at rest may be too large for double
-    /// precision.
+    /// They have a part of the change of the viscosity, one for the derivative. Without motion
+    /// there is no stress, whatever the viscosity; that of a power law at rest may be too large for
+    /// double precision.
     fn linearised(
         &self,
         velocity: Vec<Vector3<f64>>,

@@ -28,9 +28,9 @@ fn integrated<const N: usize>(
     y
 }
 
-/// A sphere of the radius `1 + t` under a force and a torque: `m U' = F - 6 π a U` and `(I ω)' = T -
-/// 8 π a^3 ω` with `I = 2/5 m a^2`. Work on the fluid is that of the drags and of breathing, `16 π a
-/// a'^2`, without what the mass gives off when it moves outwards.
+/// A sphere of the radius `a = 1 + t` under a force and a torque: `m U' = F - 6 π a U` and
+/// `(I ω)' = T - 8 π a^3 ω` with `I = 2/5 m a^2`. Work on the fluid is that of the drags and of
+/// breathing, `16 π a a'^2`, without what the mass gives off when it moves outwards.
 #[test]
 fn momentum_of_a_sphere_that_grows_follows_its_loads() {
     let mass = 30.0;
