@@ -140,13 +140,32 @@ impl Body {
         }
     }
 
-    /// Mass and moments of inertia about the centre in the axes of the scene at the start; `None`
-    /// for bodies without inertia.
+    /// Mass and moments of inertia about the centre in the axes of the scene at the start, at the
+    /// radius of the scene; `None` for bodies without inertia.
     ///
     /// A moment of inertia that is not given is that of a homogeneous body
     /// ([`Shape::inertia_per_mass`]).
     pub fn mass_matrix(&self) -> Option<(f64, Matrix3<f64>)> {
         self.matrix_of_mass(self.mass)
+    }
+
+    /// The same at these values of the joints.
+    ///
+    /// The mass of a body that deforms is constant. Its inside is stretched like a sphere that
+    /// changes its size, so that its moment of inertia grows with the square of the radius, however
+    /// the mass is distributed along it, and its centre of mass stays the centre. Bodies with other
+    /// deformations have no mass: where the mass inside them moves, their surface does not tell.
+    pub fn mass_matrix_at(&self, values: &[f64]) -> Option<(f64, Matrix3<f64>)> {
+        let (mass, inertia) = self.mass_matrix()?;
+        let stretch = self.deformation.as_ref().and_then(Deformation::sphere);
+        let stretch = stretch.map_or(1.0, |own| own.sphere_radius(values) / own.radius);
+        Some((mass, stretch * stretch * inertia))
+    }
+
+    /// Rate of the logarithm of the radius of a sphere that changes its size; zero for all others.
+    pub fn growth_rate(&self, values: &[f64], rates: &[f64]) -> f64 {
+        let sphere = self.deformation.as_ref().and_then(Deformation::sphere);
+        sphere.map_or(0.0, |own| own.growth_rate(values, rates))
     }
 
     /// The same for bodies in a fluid with inertia, where a density has mass too.

@@ -136,6 +136,14 @@ impl SphereDeformation {
         self.size.map_or(self.radius, |size| size.radius(values))
     }
 
+    /// Rate of the logarithm of this radius; zero if it is constant.
+    pub fn growth_rate(&self, values: &[f64], rates: &[f64]) -> f64 {
+        self.size.map_or(0.0, |size| {
+            let rate = rates.get(size.joint()).copied().unwrap_or(0.0);
+            rate * size.radius_rate(values) / size.radius(values)
+        })
+    }
+
     /// The radial function before the stretch to a spheroid; that of a sphere for tangential modes.
     pub fn profile(&self, values: &[f64]) -> RadialProfile {
         let mut profile = RadialProfile::sphere(self.sphere_radius(values));

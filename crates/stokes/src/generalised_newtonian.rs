@@ -59,6 +59,22 @@ const MAX_NEWTONIAN_FLOWS: usize = 4;
 /// Newtonian flow: below it Newton's method takes as many steps with it.
 const STEEP_EXPONENT: f64 = 0.4;
 
+/// Relative residual above which a step has [`DAMPED_PART`] of the change of the viscosity.
+///
+/// Where the first flow is too fast for its stress, as far from a body in a fluid that thins,
+/// Newton's method for an index n ends at `1 - 1/n` times a large rate, frozen viscosity at its
+/// power `1 - n`; with half of the change their errors cancel for the most part. Steps and all
+/// linear iterations for power laws of 0.5, 0.4, 0.3, 0.2, 0.1 (a sphere in a ball of ten radii, a
+/// regularisation of 1e-3): 4 (51), 4 (61), 10 (90), 12 (119), 17 (347) without and 4 (51), 5 (63),
+/// 5 (76), 7 (98), 9 (157) with damping on edges of 0.4, 4 (56), 5 (70), 10 (109), 10 (134), 17
+/// (301) and 4 (56), 5 (68), 6 (85), 7 (112), 16 (235) on edges of 0.2. Bounds of 0.2 and 0.3 are
+/// equal, 0.1 and 0.5 take a step more for 0.1, 1.0 four for 0.3. A part of 0.4 takes up to a step
+/// more, 0.6 up to three times the steps, frozen viscosity one to three steps more. Damping also
+/// after steps that leave over 0.4 of the residual does not end: damped steps leave as much. The
+/// idea is that of Fraters, Bangerth, Thieulot, Glerum & Spakman (Geophys. J. Int. 218, 2019).
+const DAMPED_RESIDUAL: f64 = 0.25;
+const DAMPED_PART: f64 = 0.5;
+
 /// Number of bisections for the logarithm of the factor on a flow, from this largest magnitude.
 const BISECTIONS: usize = 20;
 const MAX_LOGARITHM: f64 = 50.0;
@@ -156,15 +172,20 @@ impl Newton<'_> {
 
     /// The equations, linearised at a velocity of all nodes.
     ///
-    /// Without motion there is no stress, whatever the viscosity; that of a power law at rest may
-    /// be too large for double precision.
-    fn linearised(&self, velocity: Vec<Vector3<f64>>) -> Result<Linearised, StokesError> {
+    /// They have a part of the change of the viscosity, one for the derivative. Without motion
+    /// there is no stress, whatever the viscosity; that of a power law at rest may be too large for
+    /// double precision.
+    fn linearised(
+        &self,
+        velocity: Vec<Vector3<f64>>,
+        part: f64,
+    ) -> Result<Linearised, StokesError> {
         let newtonian = Law::Newtonian {
             viscosity: self.law.viscosity(1.0),
         };
         match velocity.iter().all(|u| *u == Vector3::zeros()) {
-            true => self.linearised_by(&newtonian, velocity),
-            false => self.linearised_by(self.law, velocity),
+            true => self.linearised_by(&newtonian, velocity, part),
+            false => self.linearised_by(self.law, velocity, part),
         }
     }
 
@@ -173,13 +194,14 @@ impl Newton<'_> {
         &self,
         law: &dyn ViscosityLaw,
         velocity: Vec<Vector3<f64>>,
+        part: f64,
     ) -> Result<Linearised, StokesError> {
         let stress = ViscousStress {
             law,
             ..self.stress(&velocity)
         };
         let matrices = stress.isotropic_matrices(self.space, &self.newtonian)?;
-        let coupling = stress.coupling(self.space)?;
+        let coupling = stress.coupling(self.space, part)?;
         let nodes = self.fluid_nodes();
         let mut fluid = RigidFluid::with_stress_on_nodes(matrices, nodes, &self.bodies)?;
         if let Some(permeability) = &self.permeability {
@@ -250,7 +272,7 @@ impl Newton<'_> {
         law: &FrozenViscosity,
         from: &Iterate,
     ) -> Result<(Iterate, usize), StokesError> {
-        let frozen = self.linearised_by(law, from.whole.clone())?;
+        let frozen = self.linearised_by(law, from.whole.clone(), 1.0)?;
         let residual = self.residual_by(law, &frozen, from)?;
         let mut x = vec![0.0; from.x.len()];
         let solver = self.options.solver;
@@ -496,11 +518,11 @@ impl Newton<'_> {
     fn solve(&self, warm: &mut WarmStart) -> Result<Converged, StokesError> {
         let (target, solver) = (self.options.rtol, self.options.solver);
         let (mut iterate, mut first_iterations) = self.start(warm)?;
-        let mut linearised = self.linearised(iterate.whole.clone())?;
+        let mut linearised = self.linearised(iterate.whole.clone(), 1.0)?;
         let mut residual = self.residual(&linearised, &iterate)?;
         if first_iterations == 0 && residual.largest() > MAX_WARM_RESIDUAL {
             (iterate, first_iterations) = self.start(&WarmStart::new(0))?;
-            linearised = self.linearised(iterate.whole.clone())?;
+            linearised = self.linearised(iterate.whole.clone(), 1.0)?;
             residual = self.residual(&linearised, &iterate)?;
         }
         let mut report = NewtonReport {
@@ -518,8 +540,12 @@ impl Newton<'_> {
                     target,
                 });
             }
-            if steps > 0 {
-                linearised = self.linearised(iterate.whole.clone())?;
+            let part = match relative > DAMPED_RESIDUAL {
+                true => DAMPED_PART,
+                false => 1.0,
+            };
+            if steps > 0 || part < 1.0 {
+                linearised = self.linearised(iterate.whole.clone(), part)?;
             }
             let system = &linearised.system;
             let preconditioner = last.insert(preconditioner(system, solver)?);
@@ -636,7 +662,8 @@ impl Problem<'_> {
     /// divergence that satisfy the joints, with the potential `W` of the law. Newton's method
     /// starts from the newest of `guesses`, or from a Newtonian flow; where viscosities vary much,
     /// a step with frozen viscosity comes first, at rates between those of this flow and those at
-    /// which the law has its stresses. A step is shortened until it decreases the energy. Linear
+    /// which the law has its stresses, and steps far from the solution have half of the change of
+    /// the viscosity. A step is shortened until it decreases the energy. Linear
     /// systems are solved as accurately as the convergence is quadratic (Eisenstat & Walker 1996),
     /// with the preconditioner of the isotropic part. `options.rtol` bounds the residual of the
     /// nonlinear equations, over the right-hand side. Forces are residuals of the momentum equation

@@ -97,8 +97,9 @@ impl ViscosityLaw for FrozenViscosity<'_> {
 impl ViscousStress<'_> {
     /// The scalar matrices `∫ η ∇u:∇v` of this viscosity; `newtonian` are those of viscosity 1.
     ///
-    /// The pressure mass matrix has the weight `1 / η`, by which it approximates the Schur
-    /// complement.
+    /// The pressure mass matrix has the weight `1 / (2 η)`, by which it approximates the Schur
+    /// complement: the form `∫ 2 η D(u):D(v)` of constant viscosity is `η ∫ ∇u:∇v` and `η ∫ (∇·u)
+    /// (∇·v)`, so that gradients meet twice the viscosity of the scalar matrix.
     pub fn isotropic_matrices(
         &self,
         space: &TaylorHood,
@@ -124,7 +125,7 @@ impl ViscousStress<'_> {
                 point.add(matrix, |v, u| {
                     [
                         viscosity * v.gradient.dot(&u.gradient),
-                        v.value * u.value / viscosity,
+                        v.value * u.value / (2.0 * viscosity),
                     ]
                 });
             },
@@ -142,16 +143,18 @@ impl ViscousStress<'_> {
     /// What the derivative of the stress has in addition to the scalar matrix, over all nodes.
     ///
     /// ```text
-    /// ∫ η ∇w^T:∇v + (η' / g) (2 D:D(w)) (2 D:D(v))
+    /// ∫ η ∇w^T:∇v + c (η' / g) (2 D:D(w)) (2 D:D(v))
     /// ```
-    pub fn coupling(&self, space: &TaylorHood) -> Result<CoupledOperator, StokesError> {
+    ///
+    /// It is the derivative for `c = 1`, a smaller part of the change of the viscosity otherwise.
+    pub fn coupling(&self, space: &TaylorHood, c: f64) -> Result<CoupledOperator, StokesError> {
         let blocks: Csr33 = space.assemble(
             self.mesh,
             DEGREE,
             |point, matrix: &mut [[Matrix3<f64>; 10]; 10]| {
                 let (twice, rate) = shear(&point.gradient(self.velocity));
                 let viscosity = point.weight * self.law.viscosity(rate);
-                let thinning = point.weight * thinning(self.law, rate);
+                let thinning = c * point.weight * thinning(self.law, rate);
                 let gradients = &point.quadratic_gradients();
                 let strained = gradients.map(|gradient| twice * gradient);
                 // Block (j, i) is the transpose of block (i, j).
@@ -159,12 +162,12 @@ impl ViscousStress<'_> {
                     let (gradient, strain) = (gradients[i] * viscosity, strained[i] * thinning);
                     for j in 0..=i {
                         for r in 0..3 {
-                            for c in 0..3 {
+                            for s in 0..3 {
                                 let value =
-                                    gradients[j][r] * gradient[c] + strain[r] * strained[j][c];
-                                matrix[i][j][(r, c)] += value;
+                                    gradients[j][r] * gradient[s] + strain[r] * strained[j][s];
+                                matrix[i][j][(r, s)] += value;
                                 if j < i {
-                                    matrix[j][i][(c, r)] += value;
+                                    matrix[j][i][(s, r)] += value;
                                 }
                             }
                         }
@@ -402,7 +405,7 @@ mod tests {
                 stress.forces_of(&|rate| law.viscosity(rate)).unwrap()
             };
             let matrices = at.isotropic_matrices(&space, &newtonian).unwrap();
-            let coupling = at.coupling(&space).unwrap();
+            let coupling = at.coupling(&space, 1.0).unwrap();
             let measured = CoupledOperator::new(coupling.matrix().clone()).unwrap();
             assert!(measured.is_symmetric());
             let flat: Vec<f64> = change.iter().flatten().copied().collect();

@@ -547,15 +547,24 @@ pub(super) fn check_bodies(
     }
     for (number, body) in bodies.iter().enumerate() {
         let key = |key: &str| format!("bodies[{number}].{key}");
-        if body.mass > 0.0 || body.inertia > 0.0 {
+        let Some(deformation) = &body.deformation else {
+            continue;
+        };
+        let has_mass = body.mass > 0.0 || body.inertia > 0.0;
+        let changes_size = (deformation.sphere()).is_some_and(|own| own.modes.is_none());
+        if has_mass && !changes_size {
             return refuse(
                 key("mass"),
-                "is unsupported in a scene with bodies that deform, whose inertia changes; \
-                 remove it",
+                "is unsupported for a body that changes more than its size: its surface does not \
+                 tell how the mass inside moves; remove it, or the deformation",
             );
         }
-        if body.deformation.is_none() {
-            continue;
+        if has_mass && Vector3::from(file.gravity) != Vector3::zeros() {
+            return refuse(
+                key("mass"),
+                "is unsupported beside gravity for a body that deforms, whose buoyancy changes; \
+                 remove one of them, or give a force",
+            );
         }
         if body.density.is_some() {
             return refuse(

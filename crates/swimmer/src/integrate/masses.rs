@@ -72,12 +72,11 @@ pub(super) fn mass_matrices(
     state: &State,
 ) -> Result<Vec<Matrix6<f64>>, SwimError> {
     let scene = evaluator.scene;
-    let poses = scene
-        .articulation()
-        .place(state, &evaluator.span.shape(s))?;
+    let shape = evaluator.span.shape(s);
+    let poses = scene.articulation().place(state, &shape)?;
     let matrix = |(body, pose): (&scene::Body, &nalgebra::Isometry3<f64>)| {
         let mut matrix = Matrix6::zeros();
-        if let Some((mass, inertia)) = body.mass_matrix() {
+        if let Some((mass, inertia)) = body.mass_matrix_at(&shape) {
             let rotation = pose.rotation.to_rotation_matrix();
             let inertia = rotation.matrix() * inertia * rotation.matrix().transpose();
             (matrix.fixed_view_mut::<3, 3>(0, 0)).copy_from(&(mass * Matrix3::identity()));
@@ -86,6 +85,26 @@ pub(super) fn mass_matrices(
         matrix
     };
     Ok(scene.bodies().iter().zip(&poses).map(matrix).collect())
+}
+
+/// Power `U·(dM/dt) U / 2` of bodies that change their size and rotate.
+///
+/// It is the part of the power of the inertia, `U·d(M U)/dt`, that is no kinetic energy: what the
+/// mass of a body gives off when it moves outwards.
+pub(super) fn power_of_growth(
+    evaluator: &SpanEvaluator,
+    s: f64,
+    masses: &[Matrix6<f64>],
+    velocities: &Velocities,
+) -> f64 {
+    let (shape, rates) = (evaluator.span.shape(s), evaluator.span.rates(s));
+    let bodies = evaluator.scene.bodies().iter();
+    let power = |((body, mass), velocity): ((&scene::Body, &Matrix6<f64>), &Vector6<f64>)| {
+        let turning = velocity.fixed_rows::<3>(3);
+        let momentum = mass.fixed_view::<3, 3>(3, 3) * turning;
+        body.growth_rate(&shape, &rates) * turning.dot(&momentum)
+    };
+    (bodies.zip(masses).zip(velocities)).map(power).sum()
 }
 
 pub(super) fn momenta(

@@ -29,7 +29,7 @@ use rigid::{State, StateVelocity};
 use super::inverse_dexp::coordinate_rate;
 use super::masses::{
     Velocities, after_impulse, at_rest, implicit_terms, mass_matrices, momenta, numbers_of,
-    relaxation_time, velocities_of,
+    power_of_growth, relaxation_time, velocities_of,
 };
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
@@ -325,7 +325,8 @@ fn step(
             }
             let gains = forces[i].iter().zip(&moving).map(|(f, u)| f.dot(u));
             power += h * weights[i] * solution.solution.power();
-            gain += h * weights[i] * gains.sum::<f64>();
+            let growth = power_of_growth(evaluator, s, &masses, &moving);
+            gain += h * weights[i] * (gains.sum::<f64>() - growth);
             // The last stage is the end of the step.
             energy = kinetic_energy(&reached, &moving);
             let sigma = piece.coordinates(nodes[i]);

@@ -101,49 +101,11 @@ impl Kind {
             .collect()
     }
 
-    /// Velocities are those of the turned scene, turned back, and reverse with the rates.
     fn check_instant(self, turn: Vector3<f64>, shares: [f64; 2], rates: [f64; 2]) {
-        let turn = UnitQuaternion::from_scaled_axis(turn);
-        let solve = |turn: &UnitQuaternion<f64>, sign: f64| {
-            let values = self.values(shares);
-            let rates: Vec<f64> = rates[..values.len()]
-                .iter()
-                .map(|rate| sign * rate)
-                .collect();
-            solve_at(boxed(&self.scene(turn, "")).as_mut(), &values, &rates)
-        };
-        let unit = UnitQuaternion::identity();
-        let [own, back, turned] = [solve(&unit, 1.0), solve(&unit, -1.0), solve(&turn, 1.0)];
-        let bars = own.error_estimate.total() + turned.error_estimate.total();
-        let fastest = own
-            .bodies
-            .iter()
-            .map(|body| body.velocity.norm())
-            .fold(0.0, f64::max);
-        for body in 0..2 {
-            let [own, back, turned] = [&own, &back, &turned].map(|of| of.bodies[body].velocity);
-            within(
-                (turn * own - turned).norm(),
-                bars + 1e-9,
-                format!("the error bars: {self:?}"),
-            );
-            within(
-                (own + back).norm(),
-                1e-7 * fastest + 1e-12,
-                format!("the solver: {self:?}"),
-            );
-        }
-        // Corrections are solved less accurately than flows.
-        let both = own.power_error.total() + back.power_error.total();
-        let allowed = both + 1e-6 * own.power();
-        within(own.power() - back.power(), allowed, "the error bars");
-        let bars = own.power_error.total() + turned.power_error.total();
-        within(
-            own.power() - turned.power(),
-            bars + 1e-9 * own.power(),
-            "the error bars",
-        );
-        assert!(own.power() > 0.0 || rates == [0.0; 2]);
+        let values = self.values(shares);
+        let rates = &rates[..values.len()];
+        let what = format!("{self:?}");
+        check_instant(&|turn| self.scene(turn, ""), turn, (&values, rates), &what);
     }
 
     /// The first coordinate goes from one end of its range to the other and back, at other rates.
@@ -161,19 +123,71 @@ impl Kind {
             "[[gait.phases]]\ntargets = {{ \"{name}\" = {high:?} }}\nduration = 1\n\
              [[gait.phases]]\ntargets = {{ \"{name}\" = {start:?} }}\nduration = {slower:?}\n"
         );
-        let outcome = run(&self.scene(&turn, &gait));
-        let there = |body: usize| outcome.spans[0].displacement[body].norm();
-        assert!(there(0).max(there(1)) > 1e-5, "{self:?}");
-        let bar = outcome.error_estimate.total().max(1e-8);
-        for body in 0..2 {
-            within(
-                outcome.displacement[body].norm(),
-                bar,
-                format!("the error bar: {self:?}"),
-            );
-        }
-        within(bar, there(0).max(there(1)), "the bar says something");
+        check_scallop(&self.scene(&turn, &gait), &format!("{self:?}"));
     }
+}
+
+/// Velocities are those of the turned scene, turned back, and reverse with the rates.
+pub fn check_instant(
+    scene: &dyn Fn(&UnitQuaternion<f64>) -> Scene,
+    turn: Vector3<f64>,
+    (values, rates): (&[f64], &[f64]),
+    what: &str,
+) {
+    let turn = UnitQuaternion::from_scaled_axis(turn);
+    let solve = |turn: &UnitQuaternion<f64>, sign: f64| {
+        let rates: Vec<f64> = rates.iter().map(|rate| sign * rate).collect();
+        solve_at(boxed(&scene(turn)).as_mut(), values, &rates)
+    };
+    let unit = UnitQuaternion::identity();
+    let [own, back, turned] = [solve(&unit, 1.0), solve(&unit, -1.0), solve(&turn, 1.0)];
+    let bars = own.error_estimate.total() + turned.error_estimate.total();
+    let bodies = own.bodies.iter();
+    let fastest = bodies.map(|body| body.velocity.norm()).fold(0.0, f64::max);
+    for body in 0..own.bodies.len() {
+        let [own, back, turned] = [&own, &back, &turned].map(|of| of.bodies[body].velocity);
+        within(
+            (turn * own - turned).norm(),
+            bars + 1e-9,
+            format!("the error bars: {what}"),
+        );
+        within(
+            (own + back).norm(),
+            1e-7 * fastest + 1e-12,
+            format!("the solver: {what}"),
+        );
+    }
+    // Corrections are solved less accurately than flows.
+    let both = own.power_error.total() + back.power_error.total();
+    let allowed = both + 1e-6 * own.power();
+    within(own.power() - back.power(), allowed, "the error bars");
+    let bars = own.power_error.total() + turned.power_error.total();
+    within(
+        own.power() - turned.power(),
+        bars + 1e-9 * own.power(),
+        "the error bars",
+    );
+    assert!(own.power() > 0.0 || rates.iter().all(|rate| *rate == 0.0));
+}
+
+/// A stroke of one coordinate, there and back, leads nowhere.
+pub fn check_scallop(scene: &Scene, what: &str) {
+    let outcome = run(scene);
+    let bodies = 0..outcome.displacement.len();
+    let there = bodies
+        .clone()
+        .map(|body| outcome.spans[0].displacement[body].norm());
+    let there = there.fold(0.0, f64::max);
+    assert!(there > 1e-5, "{what}");
+    let bar = outcome.error_estimate.total().max(1e-8);
+    for body in bodies {
+        within(
+            outcome.displacement[body].norm(),
+            bar,
+            format!("the error bar: {what}"),
+        );
+    }
+    within(bar, there, "the bar says something");
 }
 
 fn without_a_mesh() -> impl Strategy<Value = Kind> {
@@ -186,7 +200,7 @@ fn without_a_mesh() -> impl Strategy<Value = Kind> {
     ]
 }
 
-fn turns() -> impl Strategy<Value = Vector3<f64>> {
+pub fn turns() -> impl Strategy<Value = Vector3<f64>> {
     prop::array::uniform3(-2.0..2.0_f64).prop_map(Vector3::from)
 }
 

@@ -5,6 +5,7 @@
 
 mod axisymmetric;
 mod balance;
+mod breathing_masses;
 mod cylinder;
 mod deformation_properties;
 mod deforming;

@@ -4,9 +4,12 @@ use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use proptest::prelude::*;
 use swimmer::{Outcome, Scene};
 use testkit::{boxed, contains, run, solve_at, within};
+
+use crate::deformation_properties::{check_instant, check_scallop, turns};
 
 /// A sphere as an OBJ file: the faces of the octahedron, with `n` triangles per edge, moved.
 fn write_obj(path: &Path, n: i32, moved: impl Fn(Vector3<f64>) -> Vector3<f64>) {
@@ -399,4 +402,64 @@ fn the_scene_of_frames_swims() {
         outcome.error_estimate.total(),
         "along its axis",
     );
+}
+
+/// A body of three frames, the second and third of which are bent and stretched at random, beside a
+/// sphere, all turned.
+fn random_frames(bends: &[[f64; 12]; 2], turn: &UnitQuaternion<f64>, gait: &str) -> Scene {
+    let frame = |bend: Option<&[f64; 12]>| {
+        let (turn, bend) = (*turn, bend.copied().unwrap_or_default());
+        move |x: Vector3<f64>| {
+            let stretch = Matrix3::identity() + Matrix3::from_column_slice(&bend[..9]);
+            turn * (stretch * x + Vector3::from_column_slice(&bend[9..]) * x.x * x.y)
+        }
+    };
+    let frames = [frame(None), frame(Some(&bends[0])), frame(Some(&bends[1]))];
+    let frames = Frames::new(3, &[&frames[0], &frames[1], &frames[2]]);
+    let other = turn * Vector3::new(0.5, 2.8, 0.3);
+    let text = format!(
+        "fem.surface_size = 0.6\nmodel = {{ kind = \"fem\", tolerance = 0.5 }}\n[[bodies]]\n\
+         name = \"b\"\nposition = [0, 0, 0]\n{}\n[[bodies]]\nname = \"o\"\nradius = 0.7\n\
+         position = [{:?}, {:?}, {:?}]\n{gait}",
+        frames.keys(""),
+        other.x,
+        other.y,
+        other.z,
+    );
+    Scene::parse(&text).unwrap()
+}
+
+/// Bends of two frames, which leave the surface in a ball of 1.6 radii.
+fn bends() -> impl Strategy<Value = [[f64; 12]; 2]> {
+    prop::array::uniform2(prop::array::uniform12(-0.15..0.15_f64))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 4, ..ProptestConfig::default() })]
+
+    #[test]
+    #[ignore = "slow: 60 s"]
+    fn frames_are_the_same_in_all_axes_and_reverse_with_their_rates(
+        bends in bends(),
+        turn in turns(),
+        value in 0.1..1.9_f64,
+        rate in -1.0..1.0_f64,
+    ) {
+        let scene = |turn: &UnitQuaternion<f64>| random_frames(&bends, turn, "");
+        check_instant(&scene, turn, (&[value], &[rate]), "frames");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2, ..ProptestConfig::default() })]
+
+    #[test]
+    #[ignore = "slow: 90 s"]
+    fn one_coordinate_of_frames_leads_nowhere(bends in bends(), slower in 0.3..6.0_f64) {
+        let gait = format!(
+            "[[gait.phases]]\ntargets = {{ \"b.frame\" = 1.7 }}\nduration = 1\n\
+             [[gait.phases]]\ntargets = {{ \"b.frame\" = 0 }}\nduration = {slower:?}\n"
+        );
+        check_scallop(&random_frames(&bends, &UnitQuaternion::identity(), &gait), "frames");
+    }
 }
