@@ -507,6 +507,64 @@ fn a_released_sphere_falls_further_in_a_fluid_that_thins() {
     );
 }
 
+/// Power laws and yield stresses with inertia run in the meridian plane and say that no bar has
+/// their regularisation; elements in space refuse them before anything is computed.
+#[test]
+fn regularised_laws_with_inertia_run_in_the_meridian_plane_alone() {
+    let law = |law: &str, regularisation: f64| {
+        let keys =
+            format!("density = 1, consistency = 1, index = 0.6, regularisation = {regularisation}");
+        let text = RELEASED
+            .replace("density = 1,", &format!("{keys}, {law},"))
+            .replace("4.5e-3", "4.5")
+            .replace("model.tolerance = 1e-2", "model.tolerance = 3e-2");
+        let (scene, _) = text.split_once("    gait.phases").unwrap();
+        format!("{scene}\ngait.phases = [{{ duration = 0.5 }}]")
+    };
+    for kind in [
+        "law = \"power-law\"",
+        "law = \"herschel-bulkley\", yield_stress = 0.1",
+    ] {
+        let error = choose_for_run(&parsed(&in_space(&law(kind, 1e-2))))
+            .err()
+            .unwrap();
+        let text = error.to_string();
+        assert!(text.contains("inertia of a fluid with a viscosity law by elements in space"));
+        let [a, b] = [1e-2, 5e-3].map(|regularisation| {
+            let outcome = outcome(&law(kind, regularisation));
+            assert_eq!(outcome.error_estimate.model, None);
+            (outcome.displacement[0].z, outcome.error_estimate.total())
+        });
+        // rates are of the order of one, so that the effect is about the regularisation
+        within(a.0 - b.0, a.1 + b.1 + 1e-2 * a.0, "half the regularisation");
+    }
+}
+
+/// ParaView files have the energies and the forces by added mass of the run as numbers of the file.
+#[test]
+fn files_for_paraview_have_energies_and_forces_by_added_mass() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = SWIMMER.replace("estimates", "flows = \"phase\", estimates");
+    let (scene, _) = text.split_once("    gait.phases").unwrap();
+    let text = format!("{scene}\ngait.phases = [{{ link = \"l\", length = 4.5 }}]");
+    run(parsed(&text), folder.path(), false, &mut (), &mut ()).unwrap();
+    let files = std::fs::read_dir(folder.path()).unwrap();
+    let paths = files.map(|file| file.unwrap().path());
+    let flow = paths.filter(|path| path.extension().is_some_and(|e| e == "vtu"));
+    let bytes = std::fs::read(flow.last().unwrap()).unwrap();
+    let text = String::from_utf8_lossy(&bytes);
+    for (name, components, rows) in [
+        ("kinetic_energy", 2, 1),
+        ("added_mass_force", 3, 3),
+        ("added_mass_torque", 3, 3),
+    ] {
+        let expected = format!(
+            "Name=\"{name}\" NumberOfComponents=\"{components}\" NumberOfTuples=\"{rows}\""
+        );
+        assert!(text.contains(&expected), "{expected}");
+    }
+}
+
 #[test]
 fn scenes_without_a_steady_state_are_refused() {
     let free = "bodies = [{ name = \"s\", radius = 1, position = [0, 0, 0], force = [1, 0, 0] }]";
