@@ -3,7 +3,7 @@
 //!
 //! A fixed sphere of radius 1 is in the middle of a ball of radius 10 whose wall moves. With
 //! `reynolds=0` the step is one of unsteady Stokes flow from rest; otherwise one of Oseen flow from
-//! the steady Navier-Stokes flow, which convects, and the wall becomes faster. `step` is its length.
+//! the steady Navier-Stokes flow, which convects, and the wall becomes faster. Length: `step`.
 //!
 //! Prints the processor times of assembly, set-up and solve, medians of `repeats`. With `out=DIR`
 //! mesh, data and exact solution are written as arrays of numbers in the order of the machine, for
