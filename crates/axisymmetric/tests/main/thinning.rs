@@ -577,7 +577,8 @@ fn regularised_laws_with_inertia_reach_the_steady_state_in_time() {
     for law in [power_law, yielding] {
         let wanted = steady(0.5, &law);
         let inertia = wanted.forces[0] / steady(1e-4, &law).forces[0] - 1.0;
-        assert!(inertia > 1e-2, "{inertia}");
+        // far above the tolerance of the steady states
+        assert!(inertia > 1e-3, "{inertia}");
         let parameters = TransientParameters::new(0.5)
             .with_law(&law)
             .with_order(wanted.order);
