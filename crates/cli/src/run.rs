@@ -16,8 +16,8 @@ use super::error::CliError;
 use super::neglected::{self, inertia_words};
 use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
-    duration, entry, error, error_estimates, measured, open_gait, print, rotation_entry,
-    solve_count, tolerance_statement, two_digits, warn, with_bar, with_uncertainty,
+    NO_ESTIMATE, duration, entry, error, error_estimates, measured, open_gait, print,
+    rotation_entry, solve_count, tolerance_statement, two_digits, warn, with_bar, with_uncertainty,
 };
 use super::view::{open_page, page_entry, write_movie};
 
@@ -144,6 +144,37 @@ fn mean_holding(scene: &Scene, outcome: &Outcome) -> String {
     text
 }
 
+/// Forces of the bodies by added mass at the end, and torques where bodies turn, in fluids with
+/// inertia.
+fn added_mass(scene: &Scene, outcome: &Outcome) -> String {
+    let Some(added_mass) = outcome.added_mass() else {
+        return String::new();
+    };
+    let sizes = added_mass.bodies.iter().flatten();
+    let largest = sizes.fold(0.0_f64, |m, load| m.max(load.norm()));
+    let line = |label: &str, vector: &Vector3<f64>, part: usize| {
+        let bar = added_mass.mesh_error.map(|bars| bars[part]);
+        let rounding = MEAN_ROUNDING * largest;
+        let numbers = significant_vector((*vector).into(), bar.unwrap_or(0.0), rounding);
+        let bar = bar.map_or(format!(" {NO_ESTIMATE}"), |bar| {
+            format!(" +- {}", two_digits(bar))
+        });
+        entry(label, numbers + &bar)
+    };
+    let mut text = String::new();
+    for (body, [force, torque]) in scene.bodies().iter().zip(&added_mass.bodies) {
+        if !body.shape.has_surface() {
+            continue;
+        }
+        text += &entry("added mass, at the end", &body.name);
+        text += &line("  force", force, 0);
+        if torque.norm() > MEAN_ROUNDING * largest {
+            text += &line("  torque", torque, 1);
+        }
+    }
+    text
+}
+
 /// Lighthill's efficiency of a run that swam.
 fn efficiency(report: &Report) -> String {
     let Some(found) = &report.efficiency else {
@@ -226,6 +257,7 @@ fn describe(report: &Report, out: &Path) -> String {
         + &repulsion
         + &inertia
         + &energy
+        + &added_mass(&report.scene, outcome)
         + &error_estimates("error estimate", bars, net, "the net displacement")
         + &rotation_entry(
             "rotation vector",

@@ -1,10 +1,10 @@
 //! What an integration remembers between steps, to go on in another process.
 
-use fem::TaylorHood;
 use mesh::TetMesh;
 
 use crate::error::check_length;
 use crate::integrator::LEVELS;
+use crate::meshes::space_on;
 use crate::step::Level;
 use crate::{InertiaError, Integrator};
 
@@ -73,7 +73,7 @@ impl Integrator<'_> {
             });
         }
         let moved = mesh.with_points(present.points.clone())?;
-        self.space = TaylorHood::new(mesh)?;
+        self.space = space_on(&*self.meshes, mesh)?;
         self.mesh = moved;
         self.levels = levels;
         self.largest = largest;

@@ -1,5 +1,7 @@
 //! Steps in time of bodies in a fluid with inertia.
 
+use std::sync::Arc;
+
 use fem::TaylorHood;
 use linalg::{StepControl, TimeDerivative, WarmStart, extrapolation};
 use mesh::TetMesh;
@@ -10,6 +12,7 @@ use stokes::{InertialTerms, Solution};
 use crate::added_mass::added_mass_forces;
 use crate::bodies::SlipAt;
 use crate::error::check_length;
+use crate::meshes::space_on;
 use crate::projection::{ProjectionJump, square_integral};
 use crate::step::{Level, Step, StepReport};
 use crate::{Bodies, Convection, Forcing, InertiaError, Meshes, Parameters};
@@ -42,7 +45,7 @@ pub struct Integrator<'a> {
     /// The newest first, three at most.
     pub(crate) levels: Vec<Level>,
     pub(crate) mesh: TetMesh,
-    pub(crate) space: TaylorHood,
+    pub(crate) space: Arc<TaylorHood>,
     pub(crate) warm: WarmStart,
     /// Largest velocities so far, of the fluid in L2 and of the bodies.
     pub(crate) largest: [f64; 2],
@@ -104,7 +107,7 @@ impl<'a> Integrator<'a> {
             momenta: vec![Vector6::zeros(); set.kinds().len()],
         };
         Ok(Self {
-            space: TaylorHood::new(&mesh)?,
+            space: space_on(&*meshes, &mesh)?,
             bodies,
             forcing,
             meshes,
@@ -391,10 +394,11 @@ impl<'a> Integrator<'a> {
             levels => levels[0].rate.clone(),
         };
         let (mut state, _) = self.advanced(&formula, &predicted_rate)?;
-        let velocities = self.known(&formula, |level| &level.velocity);
         let density = self.parameters.density;
+        let mut force = self.known(&formula, |level| &level.velocity);
+        force.iter_mut().for_each(|u| *u *= -density);
         let known = Known {
-            force: velocities.iter().map(|u| -density * u).collect(),
+            force,
             momenta: self.known(&formula, |level| &level.momenta),
         };
         let (mut solves, mut warm) = (0, self.warm.clone());

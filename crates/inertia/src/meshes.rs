@@ -1,6 +1,9 @@
 //! The meshes of a moving configuration.
 
+use std::sync::Arc;
+
 use ale::{AleError, ReferenceMap};
+use fem::TaylorHood;
 use mesh::TetMesh;
 use nalgebra::Isometry3;
 
@@ -38,10 +41,28 @@ pub trait Meshes {
         Ok(None)
     }
 
+    /// The space on the cells of the present meshes, of suppliers that have it.
+    ///
+    /// An integrator without it makes one of its own, which takes 0.1 kB per degree of freedom.
+    fn space(&self) -> Option<Arc<TaylorHood>> {
+        None
+    }
+
     /// Whether displacements are small: then neither bodies nor mesh move, whatever their
     /// velocities.
     fn is_frozen(&self) -> bool {
         false
+    }
+}
+
+/// The space of a supplier that has it, otherwise a new one.
+pub(crate) fn space_on(
+    meshes: &dyn Meshes,
+    mesh: &TetMesh,
+) -> Result<Arc<TaylorHood>, InertiaError> {
+    match meshes.space() {
+        Some(space) => Ok(space),
+        None => Ok(Arc::new(TaylorHood::new(mesh)?)),
     }
 }
 

@@ -1,12 +1,12 @@
 //! New meshes during an integration.
 
-use fem::TaylorHood;
 use mesh::TetMesh;
 use nalgebra::{Isometry3, Vector3};
 use rigid::BodyKind;
 use stokes::SurfaceFlow;
 
 use crate::bodies::SlipAt;
+use crate::meshes::space_on;
 use crate::projection::project;
 use crate::step::Level;
 use crate::{InertiaError, Integrator};
@@ -79,7 +79,7 @@ impl Integrator<'_> {
         else {
             return Ok(false);
         };
-        let space = TaylorHood::new(&new)?;
+        let space = space_on(&*self.meshes, &new)?;
         let old = self.mesh.clone();
         let parts = self.bodies.surfaces.iter().chain(&self.bodies.walls);
         let boundary_parts: Vec<&str> = parts.map(String::as_str).collect();

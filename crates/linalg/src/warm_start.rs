@@ -1,6 +1,7 @@
 //! Initial guesses from earlier solutions of similar systems.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use crate::csr::check_shape;
 use crate::vector::{axpy, dot, for_each_chunk, norm, scale};
@@ -31,7 +32,8 @@ const DEPENDENCE_TOLERANCE: f64 = 1e-8;
 ///
 /// Cost per stored solution: one product with `A` (several per pass,
 /// [`LinearOperator::apply_columns`]) and one pass over the other solutions. Memory: 8 bytes per
-/// dof and solution, another 16 while a guess is computed, and 8 per right-hand side.
+/// dof and solution, another 16 while a guess is computed, and 8 per right-hand side. Clones share
+/// the solutions.
 ///
 /// ```
 /// use linalg::{Bordered, Csr, LinearOperator, WarmStart};
@@ -49,7 +51,7 @@ const DEPENDENCE_TOLERANCE: f64 = 1e-8;
 #[derive(Debug, Clone, Default)]
 pub struct WarmStart {
     capacity: usize,
-    solutions: VecDeque<Vec<f64>>,
+    solutions: VecDeque<Arc<Vec<f64>>>,
 }
 
 impl WarmStart {
@@ -76,14 +78,15 @@ impl WarmStart {
         if self.capacity == 0 || !solution.iter().all(|v| v.is_finite()) {
             return;
         }
-        // reuse the memory of the oldest
-        let mut kept = match self.solutions.len() == self.capacity {
-            true => self.solutions.pop_front().unwrap_or_default(),
-            false => Vec::new(),
+        // reuse the memory of the oldest, unless a clone needs it
+        let oldest = match self.solutions.len() == self.capacity {
+            true => self.solutions.pop_front(),
+            false => None,
         };
+        let mut kept = oldest.and_then(Arc::into_inner).unwrap_or_default();
         kept.clear();
         kept.extend_from_slice(solution);
-        self.solutions.push_back(kept);
+        self.solutions.push_back(Arc::new(kept));
     }
 
     /// Drops all solutions, as after remeshing, when dofs have another meaning.
@@ -93,7 +96,7 @@ impl WarmStart {
 
     /// The stored solutions, oldest first.
     pub fn solutions(&self) -> impl ExactSizeIterator<Item = &[f64]> {
-        self.solutions.iter().map(Vec::as_slice)
+        self.solutions.iter().map(|solution| solution.as_slice())
     }
 
     /// Overwrites `x` with the guess and returns its relative residual `||b - A x|| / ||b||`.
@@ -165,7 +168,7 @@ impl WarmStart {
         let weights = operator.residual_weights();
         let newest_first = self.solutions.iter().rev();
         let solutions: Vec<&[f64]> = (newest_first.filter(|s| s.len() == n))
-            .map(Vec::as_slice)
+            .map(|solution| solution.as_slice())
             .collect();
         let mut products = vec![vec![0.0; n]; solutions.len()];
         let mut into: Vec<_> = products.iter_mut().map(Vec::as_mut_slice).collect();
@@ -287,6 +290,25 @@ mod tests {
         assert_eq!(
             warm.guess(&a, &vec![0.0; 3 * n], &mut x).expect("zero"),
             0.0
+        );
+    }
+
+    #[test]
+    fn clones_share_solutions_and_remember_their_own() {
+        let mut warm = WarmStart::new(2);
+        warm.remember(&[1.0; 3]);
+        warm.remember(&[2.0; 3]);
+        let mut other = warm.clone();
+        let addresses =
+            |warm: &WarmStart| -> Vec<_> { warm.solutions().map(<[f64]>::as_ptr).collect() };
+        assert_eq!(addresses(&warm), addresses(&other));
+        other.remember(&[3.0; 3]);
+        let firsts = |warm: &WarmStart| -> Vec<f64> {
+            warm.solutions().map(|solution| solution[0]).collect()
+        };
+        assert_eq!(
+            (firsts(&warm), firsts(&other)),
+            (vec![1.0, 2.0], vec![2.0, 3.0])
         );
     }
 

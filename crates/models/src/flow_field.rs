@@ -93,7 +93,7 @@ pub struct SolutionFlow(Arc<LazyField>);
 
 struct LazyField {
     field: OnceLock<FlowField>,
-    compute: Box<Compute>,
+    compute: Arc<Compute>,
 }
 
 impl SolutionFlow {
@@ -103,7 +103,7 @@ impl SolutionFlow {
     ) -> Self {
         Self(Arc::new(LazyField {
             field: OnceLock::new(),
-            compute: Box::new(compute),
+            compute: Arc::new(compute),
         }))
     }
 
@@ -120,6 +120,18 @@ impl SolutionFlow {
                 Ok(field.get_or_init(|| computed))
             }
         }
+    }
+
+    /// The same flow without its field, which is computed again if it is needed.
+    ///
+    /// For flows that are kept while others are computed: on large meshes the field takes more
+    /// memory than the flow.
+    #[must_use]
+    pub fn without_field(&self) -> Self {
+        Self(Arc::new(LazyField {
+            field: OnceLock::new(),
+            compute: Arc::clone(&self.0.compute),
+        }))
     }
 
     /// The flow on its mesh, without a copy if nothing else refers to it.

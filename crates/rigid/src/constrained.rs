@@ -264,9 +264,8 @@ impl Constrained {
             false => Vector3::zeros(),
         };
         let free = self.surfaces.free_nodes.iter().map(|&node| node as usize);
-        let mut rhs: Vec<f64> = free
-            .flat_map(|node| <[f64; 3]>::from(owned(node, velocity[node])))
-            .collect();
+        let mut rhs = Vec::with_capacity(self.dofs());
+        rhs.extend(free.flat_map(|node| <[f64; 3]>::from(owned(node, velocity[node]))));
         self.surfaces.zero_constrained(&mut rhs);
         rhs.extend(border.iter());
         let owned = |(node, p): (usize, &f64)| {
@@ -423,6 +422,7 @@ fn imposed_rhs(
         subtract(&mut flux, &prescribed.flux);
     }
     surfaces.zero_constrained(&mut rhs);
+    rhs.reserve_exact(border.len() + flux.len());
     rhs.extend(border.iter());
     rhs.extend(flux);
     rhs

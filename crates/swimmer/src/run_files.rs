@@ -195,7 +195,8 @@ impl Observer for Files<'_> {
             return Ok(());
         };
         output.flows.solved(solution)?;
-        output.last_flow.clone_from(&solution.solution.flow);
+        let flow = solution.solution.flow.as_ref();
+        output.last_flow = flow.map(SolutionFlow::without_field);
         output.files.solved(span, solution)
     }
 

@@ -546,6 +546,53 @@ fn inertia_and_a_law_together_have_the_limits_of_each() {
     assert!(difference.abs() < 1e-8, "{reached}: {difference:e}");
 }
 
+/// Regularised laws with inertia: long steps in time reach the steady state that another Newton's
+/// method finds. Without inertia the drag of the power law is that of a spectral program, but for
+/// the effect of a regularisation of a thousandth.
+#[test]
+fn regularised_laws_with_inertia_reach_the_steady_state_in_time() {
+    let drive = SteadyDrive {
+        wall_velocity: 1.0,
+        ..SteadyDrive::default()
+    };
+    let body = AxialBody::prescribed(unit_sphere());
+    let steady = |density: f64, law: &Law| {
+        let parameters = SteadyParameters::new(density).with_law(law);
+        let parameters = parameters.with_tolerance(1e-5);
+        steady_state(&[body], BALL, &drive, &parameters).expect("a steady flow")
+    };
+    let power_law = Law::PowerLaw {
+        consistency: 1.0,
+        index: 0.8,
+        regularisation: 1e-3,
+    };
+    let slow = -steady(1e-4, &power_law).forces[0] / (6.0 * PI * 2.0_f64.powf(0.2));
+    assert!((slow / 1.3995224 - 1.0).abs() < 1e-3, "{slow}");
+    let yielding = Law::HerschelBulkley {
+        consistency: 1.0,
+        index: 0.8,
+        yield_stress: 0.05,
+        regularisation: 1e-2,
+    };
+    for law in [power_law, yielding] {
+        let wanted = steady(0.5, &law);
+        let inertia = wanted.forces[0] / steady(1e-4, &law).forces[0] - 1.0;
+        // far above the tolerance of the steady states
+        assert!(inertia > 1e-3, "{inertia}");
+        let parameters = TransientParameters::new(0.5)
+            .with_law(&law)
+            .with_order(wanted.order);
+        let mut run = AxialIntegrator::from_rest(&[body], BALL, &MovingWall, parameters, 0.0)
+            .expect("a start from rest");
+        run.start_from_stokes(&[0.0])
+            .expect("a flow without inertia");
+        // What is left after a step is the diffusion time of the ball, 50, over its length.
+        let last = (0..3).map(|_| run.step(1e6).expect("a step")).last();
+        let difference = last.expect("three steps").forces[0] / wanted.forces[0] - 1.0;
+        assert!(difference.abs() < 1e-7, "{difference:e}");
+    }
+}
+
 /// The flow for pictures is that of the law: the velocity of a Newtonian fluid for a law without an
 /// effect, and force-free velocities of the surface of a squirmer.
 #[test]

@@ -82,6 +82,52 @@ fn a_run_writes_a_page_that_needs_no_other_file_and_view_writes_the_same_one() {
     );
 }
 
+/// Terminal and page have energies and forces by added mass, with bars; curves leave out the first
+/// steps of a phase, whose forces are those of a jump.
+#[test]
+fn a_run_with_inertia_shows_energies_and_forces_by_added_mass() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let text = r#"
+        fluid = { density = 1, inertia = "full" }
+        domain = { kind = "ball", radius = 5 }
+        model.tolerance = 3e-2
+        gravity = [0, 0, -1]
+        bodies = [{ name = "<b>", radius = 1, density = 2, position = [0, 0, 0] }]
+        gait.phases = [{ duration = 1 }]
+    "#;
+    std::fs::write(at.join("fall.toml"), text).unwrap();
+    let text = printed(at, &["run", "fall.toml", "--out", "out"]);
+    contains("run", &text, &["added mass, at the end  <b>", "  force"]);
+    let page = std::fs::read_to_string(at.join("out/report.html")).unwrap();
+    for label in [
+        "Kinetic energy of the fluid at the end",
+        "Kinetic energy of the bodies at the end",
+        "Force by added mass of &lt;b&gt; at the end",
+    ] {
+        let (_, row) = page.split_once(label).unwrap();
+        let (row, _) = row.split_once("</tr>").unwrap();
+        assert!(row.contains('±'), "{row}");
+    }
+    let numbers = data(&page);
+    let plots = numbers["plots"].as_array().unwrap();
+    let titles: Vec<&str> = plots
+        .iter()
+        .filter_map(|plot| plot["title"].as_str())
+        .collect();
+    assert_eq!(
+        titles[titles.len() - 2..],
+        ["Kinetic energy", "Forces by added mass along z"]
+    );
+    let curves = plots
+        .iter()
+        .rev()
+        .take(2)
+        .map(|plot| plot["series"].as_array());
+    let counts: Vec<_> = curves.map(|series| series.unwrap().len()).collect();
+    assert_eq!(counts, [1, 2]);
+}
+
 #[test]
 fn a_folder_without_a_finished_run_has_no_page() {
     let folder = tempfile::tempdir().unwrap();

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use ale::MeshMotion;
+use fem::TaylorHood;
 use mesh::{Surface, TetMesh};
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 use rigid::{Articulation, Constraints, ExternalLoad, RigidError, StateVelocity};
@@ -256,6 +257,12 @@ impl MovingMeshes {
     /// Bodies around which no mesh can be generated.
     pub fn renewed(&mut self, poses: &[Isometry3<f64>]) -> Result<TetMesh, ModelError> {
         self.new_mesh(self.snapped(poses), true)
+    }
+
+    /// The space on the cells of the present meshes; none before the first.
+    pub fn space(&self) -> Option<Arc<TaylorHood>> {
+        let reference = self.reference.as_ref()?;
+        Some(Arc::clone(&reference.space))
     }
 
     /// What the present meshes are moved from; none before the first.

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use scene::{Scene, Shape};
 use serde_json::{Value, json};
 
+use super::inertia;
 use super::record::RunRecord;
 use super::track::Track;
 use crate::error::PictureError;
@@ -119,7 +120,8 @@ fn phases(record: &RunRecord, track: &Track) -> Vec<Value> {
     phases
 }
 
-/// Curves over time: displacements or angles of the bodies, then lengths and angles of the joints.
+/// Curves over time: displacements or angles of the bodies, then lengths and angles of the joints,
+/// then energies and forces in fluids with inertia.
 fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
     let (scene, outcome) = (&record.scene, &record.outcome);
     let quantity = Quantity::new(scene, outcome);
@@ -175,6 +177,19 @@ fn plots(record: &RunRecord, track: &Track) -> Vec<Value> {
         if !of_joints.is_empty() {
             plots.push(json!({ "title": titled(title, count), "unit": unit, "series": of_joints }));
         }
+    }
+    for curves in inertia::curves(scene, outcome) {
+        let names = curves.names.iter().enumerate().take(MAX_CURVES);
+        let of_names = names.map(|(k, name)| {
+            let times = track.times.iter();
+            let values = times.map(|time| interpolated(&curves.values, *time, k));
+            series(name, k, values.collect())
+        });
+        plots.push(json!({
+            "title": titled(&curves.title, curves.names.len()),
+            "unit": curves.unit,
+            "series": of_names.collect::<Vec<_>>(),
+        }));
     }
     plots
 }

@@ -2,9 +2,11 @@
 //!
 //! Tables, bars and texts are static HTML. Scripts draw the moving parts from the numbers of
 //! `data.rs`: `view3d.js` draws the bodies, `slice.js` the flow in a plane, and `plots.js` the
-//! curves over time. `player.js` controls the time that all of them show.
+//! curves over time, among them those of `inertia.rs`. `player.js` controls the time that all of
+//! them show.
 
 mod data;
+mod inertia;
 mod record;
 mod tables;
 mod track;

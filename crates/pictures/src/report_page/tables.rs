@@ -3,6 +3,7 @@
 use models::ErrorEstimate;
 use serde_json::Value;
 
+use super::inertia;
 use super::record::RunRecord;
 use crate::numbers::{
     ANGLE_ROUNDING, count, decimals, duration, open_gait, percent, rounded, significant_vector,
@@ -31,7 +32,8 @@ pub fn lead(record: &RunRecord) -> String {
     )
 }
 
-/// Net displacement, work and the displacements of the bodies.
+/// Net displacement, work and the displacements of the bodies; energies and forces in fluids with
+/// inertia.
 pub fn results(record: &RunRecord) -> String {
     let outcome = &record.outcome;
     let error = outcome.error_estimate.total();
@@ -58,10 +60,16 @@ pub fn results(record: &RunRecord) -> String {
     let mut html =
         "<table class=\"totals\"><caption>Totals, in the scene's units</caption><tbody>\n"
             .to_owned();
-    for (label, value, unit) in entries {
+    let of_inertia = inertia::results(&record.scene, outcome);
+    for (label, value, unit) in entries
+        .map(|(label, value, unit)| (label.to_owned(), value, unit))
+        .into_iter()
+        .chain(of_inertia)
+    {
         let value = value.replace("+-", "±");
         html += &format!(
-            "<tr><th scope=\"row\">{label}</th><td class=\"number\">{value}</td><td>{unit}</td></tr>\n"
+            "<tr><th scope=\"row\">{}</th><td class=\"number\">{value}</td><td>{unit}</td></tr>\n",
+            escaped(&label)
         );
     }
     if let Some(words) = open_gait(&record.scene, outcome) {

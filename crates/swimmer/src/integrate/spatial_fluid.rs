@@ -2,7 +2,9 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::Arc;
 
+use inertia::fem::TaylorHood;
 use inertia::{
     Bodies, BodyMass, Convection, Forcing, InertiaError, Integrator, Meshes, Parameters,
     ProjectionJump, Step,
@@ -90,6 +92,10 @@ impl Meshes for SceneMeshes {
     fn renew(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
         let renewed = self.0.borrow_mut().renewed(poses);
         renewed.map(Some).map_err(supplied)
+    }
+
+    fn space(&self) -> Option<Arc<TaylorHood>> {
+        self.0.borrow().space()
     }
 }
 

@@ -62,14 +62,21 @@ impl FlowSeries {
     pub fn solved(&mut self, solution: &SpanSolution) -> Result<(), SwimError> {
         self.last = Some((solution.number, solution.s));
         if let (FlowsKind::All, Some(flow)) = (self.which, &solution.solution.flow) {
-            self.write(solution.number, flow.field()?)?;
+            self.write(solution.number, flow.field()?, Some(solution))?;
             self.pending.push(solution.number);
         }
         Ok(())
     }
 
-    fn write(&self, number: usize, flow: &FlowField) -> Result<(), SwimError> {
-        write_flow(flow, self.folder.path().join(file_name(number)))
+    /// Writes a flow, with the numbers of the solution that it belongs to if that is known.
+    fn write(
+        &self,
+        number: usize,
+        flow: &FlowField,
+        solution: Option<&SpanSolution>,
+    ) -> Result<(), SwimError> {
+        let numbers = solution.map_or_else(Vec::new, numbers_of_inertia);
+        write_with(flow, &numbers, &self.folder.path().join(file_name(number)))
     }
 
     /// Keeps the flows of the solutions in the result of a phase span, removes the others and
@@ -91,7 +98,9 @@ impl FlowSeries {
         if let (FlowsKind::Phase, Some((number, s)), Some(flow)) =
             (self.which, self.last.take(), flow)
         {
-            self.write(number, flow.field()?)?;
+            let mut solutions = result.solutions.iter();
+            let solution = solutions.find(|solution| first + solution.number == number);
+            self.write(number, flow.field()?, solution)?;
             self.kept.push(span.time(s), file_name(number));
         }
         if self.which == FlowsKind::All && model.capabilities().has_mesh {
@@ -138,7 +147,7 @@ impl FlowSeries {
             let configuration =
                 Configuration::new(&solution.state, &shape).at_time(span.time(solution.s));
             let flow = (model.flows()?).flow(configuration, &span.rates(solution.s))?;
-            self.write(number, &flow)?;
+            self.write(number, &flow, Some(solution))?;
             self.pending.push(number);
         }
         Ok(model.restore(&history)?)
@@ -151,12 +160,42 @@ impl FlowSeries {
 /// # Errors
 /// [`SwimError::Write`], or a model error for fields that do not fit the mesh.
 pub fn write_flow(flow: &FlowField, path: impl AsRef<Path>) -> Result<(), SwimError> {
-    let path = path.as_ref();
+    write_with(flow, &[], path.as_ref())
+}
+
+/// Name, numbers per row and numbers of an array that belongs to a whole file.
+type FileField = (&'static str, usize, Vec<f64>);
+
+/// Kinetic energies of fluid and bodies, and a row per body of its force and torque by added mass
+/// ([`AddedMassForces`](crate::AddedMassForces)), where the fluid has inertia.
+fn numbers_of_inertia(solution: &SpanSolution) -> Vec<FileField> {
+    let energy = solution.kinetic_energy.iter();
+    let energy = energy.map(|energy| ("kinetic_energy", 2, vec![energy.fluid, energy.bodies]));
+    let names = ["added_mass_force", "added_mass_torque"];
+    let added_mass = solution.added_mass.iter().flat_map(|added_mass| {
+        names.into_iter().enumerate().map(|(part, name)| {
+            let bodies = added_mass.bodies.iter();
+            (
+                name,
+                3,
+                bodies
+                    .flat_map(|loads| loads[part].iter().copied())
+                    .collect(),
+            )
+        })
+    });
+    energy.chain(added_mass).collect()
+}
+
+fn write_with(flow: &FlowField, numbers: &[FileField], path: &Path) -> Result<(), SwimError> {
     let velocity: Vec<f64> = flow.velocity.iter().flat_map(|v| [v.x, v.y, v.z]).collect();
     let vorticity = flow.vorticity()?;
     let vorticity: Vec<f64> = vorticity.iter().flat_map(|w| [w.x, w.y, w.z]).collect();
     let write = || {
-        let file = Vtu::cells(&flow.mesh).point_field("velocity", 3, &velocity)?;
+        let mut file = Vtu::cells(&flow.mesh).point_field("velocity", 3, &velocity)?;
+        for (name, components, values) in numbers {
+            file = file.file_field(name, *components, values)?;
+        }
         let file = file.vertex_field("vorticity", 3, &vorticity)?;
         match flow.pressure.is_empty() {
             true => file.write(path),

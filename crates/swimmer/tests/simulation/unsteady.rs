@@ -507,6 +507,75 @@ fn a_released_sphere_falls_further_in_a_fluid_that_thins() {
     );
 }
 
+/// The released sphere in a power law or a fluid with a yield stress, as a run of one phase.
+fn released_in(law: &str, regularisation: f64) -> String {
+    let keys =
+        format!("density = 1, consistency = 1, index = 0.6, regularisation = {regularisation}");
+    let text = RELEASED
+        .replace("density = 1,", &format!("{keys}, {law},"))
+        .replace("4.5e-3", "4.5")
+        .replace("model.tolerance = 1e-2", "model.tolerance = 3e-2");
+    let (scene, _) = text.split_once("    gait.phases").unwrap();
+    format!("{scene}\ngait.phases = [{{ duration = 0.5 }}]")
+}
+
+const REGULARISED: [&str; 2] = [
+    "law = \"power-law\"",
+    "law = \"herschel-bulkley\", yield_stress = 0.1",
+];
+
+/// Elements in space refuse them with inertia before anything is computed; runs in the meridian
+/// plane say that no bar has their regularisation.
+#[test]
+fn regularised_laws_with_inertia_run_in_the_meridian_plane_alone() {
+    for law in REGULARISED {
+        let text = released_in(law, 1e-2);
+        let error = choose_for_run(&parsed(&in_space(&text))).err().unwrap();
+        let error = error.to_string();
+        let reason = "inertia of a fluid with a viscosity law by elements in space";
+        assert!(error.contains(reason), "{error}");
+        assert_eq!(outcome(&text).error_estimate.model, None);
+    }
+}
+
+/// With less regularisation the fluid is stiffer and the sphere falls less far, by less each time.
+#[test]
+#[ignore = "slow: 60 s"]
+fn regularised_laws_with_inertia_converge_with_their_regularisation() {
+    for law in REGULARISED {
+        let [a, b, c] = [2e-2, 1e-2, 5e-3]
+            .map(|regularisation| outcome(&released_in(law, regularisation)).displacement[0].z);
+        let [first, second] = [a - b, b - c];
+        println!("{law}: {a} {b} {c}");
+        assert!(0.0 < second && second < first, "{first} {second}");
+    }
+}
+
+/// ParaView files have the energies and the forces by added mass of the run as numbers of the file.
+#[test]
+fn files_for_paraview_have_energies_and_forces_by_added_mass() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = SWIMMER.replace("estimates", "flows = \"phase\", estimates");
+    let (scene, _) = text.split_once("    gait.phases").unwrap();
+    let text = format!("{scene}\ngait.phases = [{{ link = \"l\", length = 4.5 }}]");
+    run(parsed(&text), folder.path(), false, &mut (), &mut ()).unwrap();
+    let files = std::fs::read_dir(folder.path()).unwrap();
+    let paths = files.map(|file| file.unwrap().path());
+    let flow = paths.filter(|path| path.extension().is_some_and(|e| e == "vtu"));
+    let bytes = std::fs::read(flow.last().unwrap()).unwrap();
+    let text = String::from_utf8_lossy(&bytes);
+    for (name, components, rows) in [
+        ("kinetic_energy", 2, 1),
+        ("added_mass_force", 3, 3),
+        ("added_mass_torque", 3, 3),
+    ] {
+        let expected = format!(
+            "Name=\"{name}\" NumberOfComponents=\"{components}\" NumberOfTuples=\"{rows}\""
+        );
+        assert!(text.contains(&expected), "{expected}");
+    }
+}
+
 #[test]
 fn scenes_without_a_steady_state_are_refused() {
     let free = "bodies = [{ name = \"s\", radius = 1, position = [0, 0, 0], force = [1, 0, 0] }]";

@@ -38,6 +38,7 @@ pub struct Vtu<'a> {
     cell_type: u8,
     point_fields: Vec<Array>,
     cell_fields: Vec<Array>,
+    file_fields: Vec<Array>,
 }
 
 impl<'a> Vtu<'a> {
@@ -57,6 +58,7 @@ impl<'a> Vtu<'a> {
             cell_type: QUADRATIC_TETRA,
             point_fields: Vec::new(),
             cell_fields: Vec::new(),
+            file_fields: Vec::new(),
         }
     }
 
@@ -85,6 +87,7 @@ impl<'a> Vtu<'a> {
             cell_type: QUADRATIC_TRIANGLE,
             point_fields: Vec::new(),
             cell_fields: vec![Array::new("tag", 1, Values::Reals(tags))],
+            file_fields: Vec::new(),
         }
     }
 
@@ -169,6 +172,25 @@ impl<'a> Vtu<'a> {
         Ok(self)
     }
 
+    /// Adds numbers that belong to the whole file, `components` consecutive ones per row.
+    ///
+    /// ParaView shows them as field data.
+    ///
+    /// # Errors
+    /// As [`Vtu::point_field`], for whole rows and among the fields of this kind.
+    pub fn file_field(
+        mut self,
+        name: &str,
+        components: usize,
+        values: &[f64],
+    ) -> Result<Self, MeshError> {
+        check(name, values, components, values.len() / components.max(1))?;
+        check_name(name, &self.file_fields)?;
+        self.file_fields
+            .push(Array::new(name, components, Values::Reals(values.to_vec())));
+        Ok(self)
+    }
+
     /// Contents of the file.
     pub fn to_bytes(&self) -> Vec<u8> {
         let places = self
@@ -198,6 +220,7 @@ impl<'a> Vtu<'a> {
             ],
             point_data: &self.point_fields,
             cell_data: &self.cell_fields,
+            file_data: &self.file_fields,
             encoding: self.encoding,
         })
     }

@@ -112,6 +112,15 @@ impl Array {
     pub(super) fn name(&self) -> &str {
         &self.name
     }
+
+    fn rows(&self) -> usize {
+        let numbers = match &self.values {
+            Values::Reals(values) => values.len(),
+            Values::Integers(values) => values.len(),
+            Values::Bytes(values) => values.len(),
+        };
+        numbers / self.components
+    }
 }
 
 /// Contents of a file, which has a single piece.
@@ -122,6 +131,7 @@ pub(super) struct Piece<'a> {
     pub(super) cells: &'a [Array],
     pub(super) point_data: &'a [Array],
     pub(super) cell_data: &'a [Array],
+    pub(super) file_data: &'a [Array],
     pub(super) encoding: VtuEncoding,
 }
 
@@ -135,35 +145,26 @@ pub(super) fn document(piece: &Piece) -> Vec<u8> {
         VtuEncoding::Compressed => " compressor=\"vtkZLibDataCompressor\">\n",
         VtuEncoding::Appended | VtuEncoding::Base64 => ">\n",
     });
+    let mut appended = Vec::new();
+    text.push_str("<UnstructuredGrid>\n");
+    if !piece.file_data.is_empty() {
+        append_arrays(
+            ("FieldData", piece.file_data),
+            piece.encoding,
+            (&mut text, &mut appended),
+        );
+    }
     text += &format!(
-        "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
+        "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
         piece.n_points, piece.n_cells
     );
-    let mut appended = Vec::new();
-    for (element, arrays) in [
+    for element in [
         ("Points", piece.points),
         ("Cells", piece.cells),
         ("PointData", piece.point_data),
         ("CellData", piece.cell_data),
     ] {
-        text += &format!("<{element}>\n");
-        for array in arrays {
-            let block = array.values.block(piece.encoding);
-            text += &format!(
-                "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" ",
-                array.values.type_name(),
-                escape(&array.name),
-                array.components
-            );
-            if piece.encoding == VtuEncoding::Base64 {
-                let numbers = STANDARD.encode(&block);
-                text += &format!("format=\"binary\">\n{numbers}\n</DataArray>\n");
-            } else {
-                text += &format!("format=\"appended\" offset=\"{}\"/>\n", appended.len());
-                appended.extend(block);
-            }
-        }
-        text += &format!("</{element}>\n");
+        append_arrays(element, piece.encoding, (&mut text, &mut appended));
     }
     text.push_str("</Piece>\n</UnstructuredGrid>\n");
     let mut bytes = text.into_bytes();
@@ -175,6 +176,36 @@ pub(super) fn document(piece: &Piece) -> Vec<u8> {
     }
     bytes.extend(b"</VTKFile>\n");
     bytes
+}
+
+/// Appends an element with arrays to the text, and their numbers to the appended data.
+fn append_arrays(
+    (element, arrays): (&str, &[Array]),
+    encoding: VtuEncoding,
+    (text, appended): (&mut String, &mut Vec<u8>),
+) {
+    *text += &format!("<{element}>\n");
+    for array in arrays {
+        let block = array.values.block(encoding);
+        *text += &format!(
+            "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" ",
+            array.values.type_name(),
+            escape(&array.name),
+            array.components
+        );
+        if element == "FieldData" {
+            // Points and cells tell the lengths of other arrays.
+            *text += &format!("NumberOfTuples=\"{}\" ", array.rows());
+        }
+        if encoding == VtuEncoding::Base64 {
+            let numbers = STANDARD.encode(&block);
+            *text += &format!("format=\"binary\">\n{numbers}\n</DataArray>\n");
+        } else {
+            *text += &format!("format=\"appended\" offset=\"{}\"/>\n", appended.len());
+            appended.extend(block);
+        }
+    }
+    *text += &format!("</{element}>\n");
 }
 
 /// Text with XML escapes, for the value of an attribute.

@@ -106,6 +106,32 @@ fn appended_arrays_are_the_mesh_and_its_fields() {
     assert_eq!(appended(&file, "types"), [24; 64]);
 }
 
+/// Arrays of the whole file come before the piece, with their number of rows, in every encoding.
+#[test]
+fn arrays_of_the_whole_file_are_field_data() {
+    let mesh = cube(1);
+    let loads = [1.0, -2.0, 0.5, 4.0, 0.0, 1e-300];
+    for encoding in [VtuEncoding::Compressed, VtuEncoding::Appended] {
+        let file = Vtu::cells(&mesh)
+            .file_field("loads", 3, &loads)
+            .unwrap()
+            .with_encoding(encoding)
+            .to_bytes();
+        let text = String::from_utf8_lossy(&file).into_owned();
+        assert!(find(&file, "<FieldData>") < find(&file, "<Piece"));
+        assert_eq!(attribute(&text, "<DataArray", "NumberOfTuples"), "2");
+        assert_eq!(reals(&appended(&file, "loads")), loads);
+        assert_eq!(points(&file), mesh.points());
+    }
+    let file = || Vtu::cells(&mesh);
+    assert!(file().file_field("loads", 0, &loads).is_err());
+    assert!(file().file_field("loads", 4, &loads).is_err());
+    assert!(file().file_field("loads", 1, &[f64::NAN]).is_err());
+    let twice =
+        (file().file_field("a", 1, &[1.0])).and_then(|file| file.file_field("a", 1, &[2.0]));
+    assert!(twice.is_err());
+}
+
 #[test]
 fn boundary_file_has_the_boundary_nodes_only() {
     let mesh = cube(3);
