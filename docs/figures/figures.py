@@ -38,16 +38,20 @@ def arguments(description, **more):
     return chosen
 
 
+def program():
+    """The command `swim`."""
+    return os.environ.get("SWIM", str(ROOT / "target" / "release" / "swim"))
+
+
 def swim_text(command, scene, *options, overrides=(), threads=None):
     """What `swim` prints; `scene` is a path or the text of a scene file."""
-    program = os.environ.get("SWIM", str(ROOT / "target" / "release" / "swim"))
     environment = os.environ | ({"RAYON_NUM_THREADS": str(threads)} if threads else {})
     with tempfile.TemporaryDirectory() as folder:
         if not isinstance(scene, pathlib.Path):
             text, scene = scene, pathlib.Path(folder) / "scene.toml"
             scene.write_text(text)
         sets = [word for override in overrides for word in ("--set", override)]
-        words = [program, command, str(scene), "--quiet", *sets, *map(str, options)]
+        words = [program(), command, str(scene), "--quiet", *sets, *map(str, options)]
         done = subprocess.run(words, capture_output=True, text=True, env=environment)
     if done.returncode:
         lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]

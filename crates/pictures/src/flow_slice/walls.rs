@@ -1,9 +1,11 @@
 //! Walls of the domain in a plane.
 
-use nalgebra::Vector3;
+use mesh::Surface;
+use nalgebra::{Isometry3, Vector3};
 use scene::Domain;
 
 use super::plane::SlicePlane;
+use super::section::section;
 
 /// Number of cells of the grid along each side of the window on which walls are found.
 const CELLS: usize = 96;
@@ -53,6 +55,17 @@ pub fn walls(domain: &Domain, plane: &SlicePlane) -> Vec<WallPiece> {
         pieces.extend(into.into_iter().zip(out).map(|(into, out)| [into, out]));
     }
     pieces
+}
+
+/// The closed curves in which the plane cuts the walls of a domain with the surface of a file; none
+/// for other domains.
+pub fn walls_of_file(domain: &Domain, plane: &SlicePlane) -> Vec<Vec<[f64; 2]>> {
+    let Domain::Surface(domain) = domain else {
+        return Vec::new();
+    };
+    let mesh = domain.surface.triangulation();
+    let curves = mesh.map(|mesh| section(&mesh, &Isometry3::identity(), plane));
+    curves.unwrap_or_default()
 }
 
 /// The pieces of walls with short strokes on the side without fluid, as drawings have them.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use plotters::prelude::*;
 use scene::{Body, Scene};
 
@@ -11,6 +11,7 @@ use super::style::{Area, GRID_COLOUR, INK, at, direction_name, font, px, short, 
 use crate::error::PictureError;
 use crate::flow_slice::{
     FlowSlice, SlicePlane, Streamline, body_surface, hatched, section, streamlines, walls,
+    walls_of_file,
 };
 
 /// Width of the picture in pixels.
@@ -223,6 +224,29 @@ fn draw_window(
     for piece in hatched(&walls(scene.domain(), plane), plane) {
         let line = LineSeries::new(piece.map(place), INK.stroke_width(px(2)));
         chart.draw_series(line)?;
+    }
+    for curve in walls_of_file(scene.domain(), plane) {
+        let corners = curve.iter().chain(curve.first()).map(|p| place(*p));
+        chart.draw_series(LineSeries::new(corners, INK.stroke_width(px(3))))?;
+    }
+    // Tubes that wind out of the plane, in front of the flow.
+    let per_length = f64::from(px(WIDTH - SPACE[0] - SPACE[1])) / plane.width;
+    for (body, pose) in placed.bodies.iter().zip(placed.poses) {
+        let centreline = body.shape.centreline();
+        // Heads of tubes are cut where their tails are.
+        let radius = centreline
+            .iter()
+            .fold(f64::INFINITY, |r, (_, radius)| r.min(*radius));
+        if centreline.is_empty() {
+            continue;
+        }
+        let points = centreline
+            .iter()
+            .map(|(x, _)| (pose * Point3::from(*x)).coords);
+        let points = points.map(|x| place(plane.coordinates(&x)));
+        let width = (2.0 * radius * per_length).round() as u32;
+        let style = GRID_COLOUR.mix(0.5).stroke_width(width);
+        chart.draw_series(LineSeries::new(points, style))?;
     }
     for (body, pose) in placed.bodies.iter().zip(placed.poses) {
         let Some(surface) = body_surface(&body.shape) else {
