@@ -10,8 +10,8 @@ use super::canvas::{self, Raster};
 use super::style::{Area, GRID_COLOUR, INK, at, direction_name, font, px, short, viridis};
 use crate::error::PictureError;
 use crate::flow_slice::{
-    FlowSlice, SlicePlane, Streamline, body_surface, hatched, section, streamlines, walls,
-    walls_of_file,
+    FlowSlice, SlicePlane, Streamline, body_surface, hatched, is_beyond_wall, section, streamlines,
+    walls, walls_of_file,
 };
 
 /// Width of the picture in pixels.
@@ -160,7 +160,7 @@ fn draw(
         window = draw_window(&left, scene, placed, slice, title)?;
         draw_bar(&right, colours)
     })?;
-    canvas::over_raster(&svg, &raster(slice, colours), window)
+    canvas::over_raster(&svg, &raster(scene, slice, colours), window)
 }
 
 /// A name with as many characters as fit into a title.
@@ -292,15 +292,22 @@ fn draw_bar(area: &Area, colours: &Colours) -> Result<(), Box<dyn std::error::Er
     Ok(())
 }
 
-/// The colours of the values, from above.
-fn raster(slice: &FlowSlice, colours: &Colours) -> Raster {
-    let rows = colours.values.chunks(slice.columns).rev();
-    let pixels = rows.flatten().flat_map(|value| match value {
-        Some(value) => {
-            let [red, green, blue] = viridis(colours.place(*value));
-            [red, green, blue, 255]
+/// The colours of the values, from above; none beyond walls, where values are extrapolated.
+fn raster(scene: &Scene, slice: &FlowSlice, colours: &Colours) -> Raster {
+    let place = |k: usize, count: usize| k as f64 / (count.max(2) - 1) as f64;
+    let pixels = (0..slice.rows)
+        .rev()
+        .flat_map(|row| (0..slice.columns).map(move |c| (row, c)));
+    let pixels = pixels.flat_map(|(row, column)| {
+        let at = [place(column, slice.columns), place(row, slice.rows)];
+        let is_shown = !is_beyond_wall(scene.domain(), &slice.plane.point(at));
+        match colours.values[row * slice.columns + column].filter(|_| is_shown) {
+            Some(value) => {
+                let [red, green, blue] = viridis(colours.place(value));
+                [red, green, blue, 255]
+            }
+            None => [255, 255, 255, 0],
         }
-        None => [255, 255, 255, 0],
     });
     Raster {
         columns: slice.columns,
