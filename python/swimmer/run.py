@@ -110,7 +110,9 @@ class Trajectory(Result):
     quaternions: np.ndarray
 
     def _rows(self) -> list[Row]:
-        times = f"{len(self.times)}, from {self.times.min():g} to {self.times.max():g}"
+        times = f"{len(self.times)}"
+        if len(self.times):
+            times += f", from {self.times.min():g} to {self.times.max():g}"
         return [("bodies", ", ".join(self.bodies)), ("times", times)]
 
 

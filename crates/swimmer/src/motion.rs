@@ -59,17 +59,16 @@ impl Motion {
         let all = spans(scene.gait(), set.initial_shape())?.skip(first);
         let mut begins = None;
         let mut found = None;
-        let mut ends = f64::NEG_INFINITY;
+        let (mut ends, mut rounding) = (f64::NEG_INFINITY, 0.0);
         for (span, motion) in all.zip(&self.spans) {
-            let rounding = TIME_ROUNDING * span.duration;
+            rounding = TIME_ROUNDING * span.duration;
             begins.get_or_insert(span.start);
-            ends = span.time(motion.reached()) + rounding;
-            if time < span.start - rounding {
-                break;
+            ends = span.time(motion.reached());
+            if time >= span.start - rounding {
+                found = Some((span, motion));
             }
-            found = Some((span, motion));
         }
-        let Some((span, motion)) = found.filter(|_| time <= ends) else {
+        let Some((span, motion)) = found.filter(|_| time <= ends + rounding) else {
             let known = match begins {
                 Some(begins) => format!("the motion is known from {begins} to {ends}"),
                 None => "no phase of the motion is known".to_owned(),
