@@ -355,7 +355,7 @@ def test_times_outside_a_run_and_flows_that_have_a_memory_are_refused():
         run.at([[1, 2]])
     noisy = Scene.from_template("brownian-swimmer").run(progress=False)
     assert np.isfinite(noisy.at(noisy.times[:2]).positions).all()
-    with pytest.raises(swimmer.SceneError, match="thermal noise.*do not determine the flow"):
+    with pytest.raises(swimmer.SceneError, match="thermal noise"):
         noisy.solve(noisy.times[1])
 
 
