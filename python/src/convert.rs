@@ -1,13 +1,18 @@
 //! Results of the library as dictionaries of numbers, texts and numpy arrays.
 
+use numpy::ndarray::ArrayView2;
 use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use swimmer::models::mesh::TetMesh;
 use swimmer::models::nalgebra::{DMatrix, Matrix3, Vector3};
 use swimmer::models::rigid::JointLoad;
-use swimmer::models::{BodySolution, ErrorEstimate, FlowField, InstantaneousSolution, Seconds};
+use swimmer::models::{
+    BodySolution, ErrorEstimate, FlowField, InstantaneousSolution, PointFlow, Seconds,
+};
 use swimmer::{Outcome, Report, Sample, Scene};
+
+use crate::errors::SceneException;
 
 /// A two-dimensional array from its rows.
 pub fn rows<'py, T: Element, const N: usize>(
@@ -41,6 +46,29 @@ pub fn matrices<'py>(py: Python<'py>, matrices: &[Matrix3<f64>]) -> PyResult<Bou
     let flat: Vec<f64> = flat.flatten().collect();
     let shape = [matrices.len(), 3, 3];
     Ok(PyArray1::from_vec(py, flat).reshape(shape)?.into_any())
+}
+
+/// Points from the rows of an array.
+pub fn points(rows: &ArrayView2<'_, f64>) -> PyResult<Vec<Vector3<f64>>> {
+    if rows.ncols() != 3 {
+        let columns = rows.ncols();
+        return Err(SceneException::new_err(format!(
+            "points have three coordinates in each row, not {columns}"
+        )));
+    }
+    let points = rows.rows().into_iter();
+    Ok(points.map(|x| Vector3::new(x[0], x[1], x[2])).collect())
+}
+
+/// Velocities and pressures at points, one row each; NaN where there is no fluid.
+pub fn point_flows<'py>(
+    py: Python<'py>,
+    found: &[Option<PointFlow>],
+) -> PyResult<[Bound<'py, PyAny>; 2]> {
+    let velocity = |flow: &Option<PointFlow>| flow.map_or([f64::NAN; 3], |f| f.velocity.into());
+    let pressures = found.iter().map(|flow| flow.and_then(|f| f.pressure));
+    let pressures: Vec<f64> = pressures.map(|p| p.unwrap_or(f64::NAN)).collect();
+    Ok([rows(py, found.iter().map(velocity))?, array(py, &pressures)])
 }
 
 /// A list of numbers as an array.
@@ -205,13 +233,18 @@ pub fn report_dict<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py,
         swimmers.append(swimmer)?;
     }
     dict.set_item("swimmers", swimmers)?;
-    trajectory(py, outcome, &dict)?;
+    trajectory(py, scene, outcome, &dict)?;
     Ok(dict)
 }
 
 /// Enters the samples and the curve of a trajectory.
-fn trajectory(py: Python<'_>, outcome: &Outcome, dict: &Bound<'_, PyDict>) -> PyResult<()> {
-    let samples = &outcome.samples;
+fn trajectory(
+    py: Python<'_>,
+    scene: &Scene,
+    outcome: &Outcome,
+    dict: &Bound<'_, PyDict>,
+) -> PyResult<()> {
+    let samples = outcome.trajectory();
     let times: Vec<f64> = samples.iter().map(|sample| sample.time).collect();
     let bodies = outcome.displacement.len();
     let lengths: Vec<Vec<f64>> = samples.iter().map(|sample| sample.shape.clone()).collect();
@@ -230,9 +263,14 @@ fn trajectory(py: Python<'_>, outcome: &Outcome, dict: &Bound<'_, PyDict>) -> Py
     };
     dict.set_item("positions", shaped(places, samples.len(), 3)?)?;
     dict.set_item("quaternions", shaped(turns, samples.len(), 4)?)?;
-    // NaN where the velocities were not computed.
+    let is_uniform = scene.output().samples.is_some();
+    let solved: Vec<bool> = (samples.iter())
+        .map(|sample| sample.bodies.is_some() && !is_uniform)
+        .collect();
+    dict.set_item("solved", PyArray1::from_vec(py, solved))?;
+    // NaN where the velocities are not known.
     let of_bodies = |of: fn(&BodySolution) -> Vector3<f64>| -> Vec<f64> {
-        let of_sample = |sample: &Sample| match &sample.bodies {
+        let of_sample = |sample: &Sample| match sample.loads() {
             Some(known) => known.iter().map(|body| of(body).into()).collect(),
             None => vec![[f64::NAN; 3]; bodies],
         };

@@ -4,12 +4,16 @@
 use std::path::{Path, PathBuf};
 
 use ::design::{
-    DesignError, DesignedStroke, RandomPoints, SweepOptions, Values, VariedKey, best_frequency,
-    best_sizes, best_wave, design_stroke, learn, sensitivities, sweep, wave_variables,
+    DesignError, DesignedStroke, RandomPoints, StrokeMap, SweepOptions, Values, VariedKey,
+    best_frequency, best_sizes, best_wave, design_stroke, learn, sensitivities, stroke_map, sweep,
+    wave_variables,
 };
+use numpy::{AllowTypeChange, PyArray1, PyArrayLike2, PyArrayMethods};
+use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Value, json};
+use swimmer::models::TablePart;
 use swimmer::output::Folder;
 use swimmer::{Scene, SwimError};
 
@@ -87,6 +91,82 @@ fn optimum_dict<'py>(py: Python<'py>, found: &DesignedStroke) -> PyResult<Bound<
     let toml = found.scene.to_toml().map_err(crate::errors::exception)?;
     dict.set_item("toml", toml)?;
     Ok(dict)
+}
+
+/// Connection, metric and curvature over the shapes of a scene.
+#[pyclass(frozen, name = "StrokeMap", module = "swimmer._swimmer")]
+pub struct PyStrokeMap(StrokeMap);
+
+#[pymethods]
+impl PyStrokeMap {
+    /// The map as `swim map --json` prints it.
+    fn json(&self) -> String {
+        self.0.json().to_string()
+    }
+
+    /// Shapes along one cycle of the gait, one row each.
+    fn stroke<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        table(py, &self.0.stroke)
+    }
+
+    /// At shapes, one row each: connection, metric, and the curvature for the joints with the
+    /// numbers `first` and `second`.
+    fn at<'py>(
+        &self,
+        py: Python<'py>,
+        shapes: PyArrayLike2<'py, f64, AllowTypeChange>,
+        first: usize,
+        second: usize,
+    ) -> PyResult<[Bound<'py, PyAny>; 3]> {
+        let joints = self.0.names.len();
+        if first.max(second) >= joints {
+            return Err(PyIndexError::new_err(format!("there are {joints} links")));
+        }
+        let (mut connections, mut metrics) = (Vec::new(), Vec::new());
+        let mut curvatures = Vec::new();
+        for shape in shapes.as_array().rows() {
+            let shape = shape.to_vec();
+            let local = (self.0.table.geometry.at(&shape)).map_err(crate::errors::exception)?;
+            for row in 0..6 {
+                connections.extend(local.connection.iter().map(|column| column[row]));
+            }
+            metrics.extend_from_slice(local.metric.transpose().as_slice());
+            curvatures.push(local.curvature(first, second).as_slice().to_vec());
+        }
+        let count = curvatures.len();
+        Ok([
+            PyArray1::from_vec(py, connections)
+                .reshape([count, 6, joints])?
+                .into_any(),
+            PyArray1::from_vec(py, metrics)
+                .reshape([count, joints, joints])?
+                .into_any(),
+            table(py, &curvatures)?,
+        ])
+    }
+}
+
+/// The map of a scene.
+pub fn map(
+    py: Python<'_>,
+    scene: Scene,
+    out: Option<PathBuf>,
+    report: Option<Py<PyAny>>,
+) -> PyResult<PyStrokeMap> {
+    let found = job::run(py, report, move |mut watch| {
+        let folder = out.map(Folder::create).transpose()?;
+        let _lock = folder.as_ref().map(Folder::lock).transpose()?;
+        stroke_map(&scene, (folder.as_ref(), TablePart::Whole), &mut watch)
+    })?;
+    Ok(PyStrokeMap(found))
+}
+
+/// What learning finds for a scene.
+pub fn learned(py: Python<'_>, scene: Scene, report: Option<Py<PyAny>>) -> PyResult<String> {
+    let found = job::run(py, report, move |mut watch| {
+        learn::learn_stroke(&scene, &mut watch)
+    })?;
+    Ok(found.json().to_string())
 }
 
 /// Rewards: table with a row per state and a column per joint, names of the joints, error bar,

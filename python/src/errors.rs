@@ -4,9 +4,8 @@ use design::DesignError;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use swimmer::{Report, SceneError, SwimError};
-
-use crate::convert::report_dict;
+use pyo3::types::PyDict;
+use swimmer::{SceneError, SwimError};
 
 mod exceptions {
     //! The exception types; the macro writes no documentation for the compiler.
@@ -71,17 +70,16 @@ pub fn exception(error: impl Into<DesignError>) -> PyErr {
 }
 
 /// The exception for a finished run whose error bar is larger than the tolerance, with the run.
-pub fn tolerance_missed(py: Python<'_>, missed: &SwimError, report: &Report) -> PyErr {
-    with_result(py, ToleranceMissed::new_err(missed.to_string()), report)
+pub fn tolerance_missed(missed: &SwimError, result: &Bound<'_, PyDict>) -> PyErr {
+    with_result(ToleranceMissed::new_err(missed.to_string()), result)
 }
 
 /// The exception for a run that stopped before its end, with the run up to there.
-pub fn run_stopped(py: Python<'_>, stopped: &SwimError, report: &Report) -> PyErr {
-    with_result(py, RunStopped::new_err(stopped.to_string()), report)
+pub fn run_stopped(stopped: &SwimError, result: &Bound<'_, PyDict>) -> PyErr {
+    with_result(RunStopped::new_err(stopped.to_string()), result)
 }
 
-fn with_result(py: Python<'_>, exception: PyErr, report: &Report) -> PyErr {
-    let result =
-        report_dict(py, report).and_then(|found| exception.value(py).setattr("result", found));
-    result.err().unwrap_or(exception)
+fn with_result(exception: PyErr, result: &Bound<'_, PyDict>) -> PyErr {
+    let set = exception.value(result.py()).setattr("result", result);
+    set.err().unwrap_or(exception)
 }

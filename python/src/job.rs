@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use ::design::{DesignError, DesignProgress};
 use pyo3::prelude::*;
-use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
+use swimmer::{MissedTarget, Motion, PhaseSpan, Scene, SpanResult, SpanSolution};
 
 use crate::errors::{InternalError, SceneException, exception};
 
@@ -33,15 +33,27 @@ struct Shared {
 
 /// The progress of a computation, as the library sees it.
 #[derive(Clone, Default)]
-pub struct Watch(Arc<Shared>);
+pub struct Watch {
+    shared: Arc<Shared>,
+    motion: Motion,
+}
 
 impl Watch {
+    /// The motion of the run that was watched.
+    pub fn into_motion(self) -> Motion {
+        self.motion
+    }
+
     fn say(&self, text: String) {
-        *self.0.text.lock().unwrap_or_else(PoisonError::into_inner) = text;
+        *self
+            .shared
+            .text
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) = text;
     }
 
     fn is_stopped(&self) -> bool {
-        self.0.interrupted.load(Ordering::Relaxed)
+        self.shared.interrupted.load(Ordering::Relaxed)
     }
 }
 
@@ -51,7 +63,7 @@ impl swimmer::Progress for Watch {
     }
 
     fn missed_target(&mut self, missed: &MissedTarget) {
-        self.0.done.store(0, Ordering::Relaxed);
+        self.shared.done.store(0, Ordering::Relaxed);
         self.say(format!(
             "fem.target missed with fem.size_factor = {:.3}",
             missed.size_factor
@@ -60,16 +72,18 @@ impl swimmer::Progress for Watch {
 
     fn begins(&mut self, scene: &Scene, done: usize) {
         let all = scene.gait().phases.len() * scene.gait().cycles as usize;
-        self.0.total.store(all, Ordering::Relaxed);
-        self.0.done.store(done, Ordering::Relaxed);
+        self.shared.total.store(all, Ordering::Relaxed);
+        self.shared.done.store(done, Ordering::Relaxed);
+        self.motion = Motion::default();
     }
 
     fn solved(&mut self, _: &PhaseSpan, solution: &SpanSolution) {
         self.say(format!("solve {}", solution.number + 1));
     }
 
-    fn span_done(&mut self, _: &PhaseSpan, _: &SpanResult) {
-        self.0.done.fetch_add(1, Ordering::Relaxed);
+    fn span_done(&mut self, span: &PhaseSpan, result: &SpanResult) {
+        self.motion.append(span, result);
+        self.shared.done.fetch_add(1, Ordering::Relaxed);
     }
 }
 
@@ -127,7 +141,7 @@ pub fn run<T: Send + 'static>(
             }
             Err(RecvTimeoutError::Timeout) => {
                 if let Err(stop) = look(py, &watch, report.as_ref()) {
-                    watch.0.interrupted.store(true, Ordering::Relaxed);
+                    watch.shared.interrupted.store(true, Ordering::Relaxed);
                     let _ = wait(GRACE);
                     return Err(stop);
                 }
@@ -167,7 +181,7 @@ fn check_process() -> PyResult<()> {
 fn look(py: Python<'_>, watch: &Watch, report: Option<&Py<PyAny>>) -> PyResult<()> {
     py.check_signals()?;
     if let Some(report) = report {
-        let shared = &watch.0;
+        let shared = &watch.shared;
         let text = shared.text.lock().unwrap_or_else(PoisonError::into_inner);
         let (done, total) = (&shared.done, &shared.total);
         let numbers = (done.load(Ordering::Relaxed), total.load(Ordering::Relaxed));

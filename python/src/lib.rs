@@ -8,6 +8,7 @@ mod convert;
 mod design;
 mod errors;
 mod job;
+mod motion;
 mod scene;
 
 use pyo3::prelude::*;
@@ -19,6 +20,10 @@ mod _swimmer {
 
     use crate::errors::{InternalError, RunStopped, SceneException, SolveError, ToleranceMissed};
 
+    #[pymodule_export]
+    use crate::design::PyStrokeMap;
+    #[pymodule_export]
+    use crate::motion::PyMotion;
     #[pymodule_export]
     use crate::scene::PyScene;
 

@@ -9,21 +9,22 @@ use numpy::{AllowTypeChange, PyArrayLike1, PyArrayLike2};
 use pictures::RunPictures;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use swimmer::models::nalgebra::Vector3;
 use swimmer::models::rigid::Twist;
-use swimmer::models::{Configuration, Hydrodynamics, PointFlow};
+use swimmer::models::{Configuration, Hydrodynamics};
 use swimmer::scene::Document;
 use swimmer::{
-    Choice, Scene, SceneError, choose, run_without_files, solve_start_with_terms, start_flow,
-    start_flow_at, start_resistance, start_resistance_errors,
+    Choice, Scene, SceneError, choose, run_without_files, solve_start_with_terms, solve_steady,
+    start_flow, start_flow_at, start_resistance, start_resistance_errors,
 };
 
 use crate::convert::{
-    array, body_names, flow_dict, joint_names, matrix, mesh_dict, report_dict, rows, solution_dict,
+    array, body_names, flow_dict, joint_names, matrix, mesh_dict, point_flows, points, report_dict,
+    rows, solution_dict,
 };
 use crate::design;
 use crate::errors::{SceneException, exception, run_stopped, tolerance_missed};
 use crate::job;
+use crate::motion::PyMotion;
 
 /// Longest time of a connection, in seconds, after which the next one is computed in the calling
 /// thread: a thread takes some ten microseconds, and Ctrl-C waits until the call ends.
@@ -165,24 +166,36 @@ impl PyScene {
         report: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let scene = self.scene.clone();
-        let mut found = job::run(py, report, move |mut watch| match out {
-            Some(out) => {
-                let pictures = &mut RunPictures::new();
-                Ok(swimmer::run(scene, &out, resume, pictures, &mut watch)?)
-            }
-            None => Ok(run_without_files(scene, &mut watch)?),
+        let (mut found, motion) = job::run(py, report, move |mut watch| {
+            let found = match out {
+                Some(out) => {
+                    let pictures = &mut RunPictures::new();
+                    swimmer::run(scene, &out, resume, pictures, &mut watch)?
+                }
+                None => run_without_files(scene, &mut watch)?,
+            };
+            Ok((found, watch.into_motion()))
         })?;
+        let result = report_dict(py, &found)?;
+        result.set_item("_motion", PyMotion::new(found.scene.clone(), motion))?;
         if let Some(stopped) = found.stopped.take() {
-            return Err(run_stopped(py, &stopped, &found));
+            return Err(run_stopped(&stopped, &result));
         }
         match found.check_tolerance() {
-            Ok(()) => report_dict(py, &found),
-            Err(missed) => Err(tolerance_missed(py, &missed, &found)),
+            Ok(()) => Ok(result),
+            Err(missed) => Err(tolerance_missed(&missed, &result)),
         }
     }
 
-    fn solve<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    /// The instantaneous solution at the start, or the steady state with inertia.
+    fn solve<'py>(&self, py: Python<'py>, steady: bool) -> PyResult<Bound<'py, PyDict>> {
         let scene = self.scene.clone();
+        if steady {
+            let found = job::run(py, None, move |_| Ok(solve_steady(&scene)?))?;
+            let dict = solution_dict(py, &self.scene, found.model, &found.solution)?;
+            dict.set_item("reynolds", found.reynolds)?;
+            return Ok(dict);
+        }
         let start = job::run(py, None, move |_| {
             Ok(solve_start_with_terms(scene, &choose)?)
         })?;
@@ -283,29 +296,14 @@ impl PyScene {
     fn flow_at<'py>(
         &self,
         py: Python<'py>,
-        points: PyArrayLike2<'py, f64, AllowTypeChange>,
+        at: PyArrayLike2<'py, f64, AllowTypeChange>,
     ) -> PyResult<[Bound<'py, PyAny>; 2]> {
-        let points = points.as_array();
-        if points.ncols() != 3 {
-            return Err(SceneException::new_err(format!(
-                "points have three coordinates in each row, not {}",
-                points.ncols()
-            )));
-        }
-        let points: Vec<Vector3<f64>> = points
-            .rows()
-            .into_iter()
-            .map(|x| Vector3::new(x[0], x[1], x[2]))
-            .collect();
-        let scene = self.scene.clone();
+        let (scene, points) = (self.scene.clone(), points(&at.as_array())?);
         let found = job::run(py, None, move |_| {
             let mut model = choose(&scene)?.model;
             Ok(start_flow_at(&scene, model.as_mut(), &points)?)
         })?;
-        let velocity = |flow: &Option<PointFlow>| flow.map_or([f64::NAN; 3], |f| f.velocity.into());
-        let pressures = found.iter().map(|flow| flow.and_then(|f| f.pressure));
-        let pressures: Vec<f64> = pressures.map(|p| p.unwrap_or(f64::NAN)).collect();
-        Ok([rows(py, found.iter().map(velocity))?, array(py, &pressures)])
+        point_flows(py, &found)
     }
 
     fn optimise<'py>(
@@ -363,6 +361,21 @@ impl PyScene {
     /// The best sizes as JSON.
     fn best_sizes(&self, py: Python<'_>, report: Option<Py<PyAny>>) -> PyResult<String> {
         design::sizes(py, self.scene.clone(), report)
+    }
+
+    /// The map over the shapes; its table is stored in the folder `out`, if there is one.
+    fn map(
+        &self,
+        py: Python<'_>,
+        out: Option<PathBuf>,
+        report: Option<Py<PyAny>>,
+    ) -> PyResult<design::PyStrokeMap> {
+        design::map(py, self.scene.clone(), out, report)
+    }
+
+    /// What learning finds, as `learned.json` of the command line.
+    fn learn(&self, py: Python<'_>, report: Option<Py<PyAny>>) -> PyResult<String> {
+        design::learned(py, self.scene.clone(), report)
     }
 
     /// Rewards of all steps between contracted and extended joints: table, names of the joints,

@@ -17,25 +17,20 @@ from ._swimmer import (
     ToleranceMissed,
     __version__,
 )
-from .environment import Swimmer
-from .fields import Flow, Mesh, PointFlow
-from .results import (
+from .designs import (
     BestFrequency,
     BestSizes,
     BestWave,
-    Connection,
-    ErrorBars,
-    Metric,
-    Mobility,
+    LearnedStroke,
     Optimum,
-    Phase,
-    Resistance,
-    Run,
     Sensitivity,
-    Solution,
+    StrokeMap,
     Sweep,
-    SwimmerResult,
 )
+from .environment import Swimmer
+from .fields import Flow, Mesh, PointFlow
+from .results import Connection, ErrorBars, Metric, Mobility, Resistance, Solution
+from .run import Phase, Run, SwimmerResult, Trajectory
 from .scene import Scene, templates
 
 __all__ = [
@@ -46,6 +41,7 @@ __all__ = [
     "ErrorBars",
     "Flow",
     "InternalError",
+    "LearnedStroke",
     "Mesh",
     "Metric",
     "Mobility",
@@ -60,10 +56,12 @@ __all__ = [
     "Sensitivity",
     "Solution",
     "SolveError",
+    "StrokeMap",
     "Sweep",
     "Swimmer",
     "SwimmerResult",
     "ToleranceMissed",
+    "Trajectory",
     "__version__",
     "templates",
 ]

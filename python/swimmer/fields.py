@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ._display import Result, Row, largest
+from . import _swimmer
 from .results import _from_raw, frozen
 
 __all__ = ["Flow", "Mesh", "PointFlow"]
@@ -151,6 +153,19 @@ class PointFlow(Result):
     points: np.ndarray
     velocity: np.ndarray
     pressure: np.ndarray
+
+    @classmethod
+    def _at(cls, points: Any, flow_at: Callable[[np.ndarray], Sequence[np.ndarray]]) -> PointFlow:
+        points = np.asarray(points, dtype=float)
+        if points.ndim == 0 or points.shape[-1] != 3:
+            shape = points.shape
+            raise _swimmer.SceneError(f"the last axis of points has length three, not {shape}")
+        velocity, pressure = flow_at(points.reshape(-1, 3))
+        return cls(
+            frozen(points.copy()),
+            frozen(velocity.reshape(points.shape)),
+            frozen(pressure.reshape(points.shape[:-1])),
+        )
 
     @property
     def is_fluid(self) -> np.ndarray:

@@ -5,29 +5,26 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
 from . import _swimmer
 from ._display import Result, Row, vector
 from ._progress import Report, reporter
-from .fields import Flow, Mesh, PointFlow
-from .results import (
+from .designs import (
     BestFrequency,
     BestSizes,
     BestWave,
-    Connection,
-    Metric,
-    Mobility,
+    LearnedStroke,
     Optimum,
-    Resistance,
-    Run,
     Sensitivity,
-    Solution,
+    StrokeMap,
     Sweep,
-    frozen,
 )
+from .fields import Flow, Mesh, PointFlow
+from .results import Connection, Metric, Mobility, Resistance, Solution, frozen
+from .run import Run
 
 __all__ = ["Scene", "templates"]
 
@@ -214,8 +211,14 @@ class Scene(Result):
             error.run = Run._from_raw(error.result)
             raise
 
-    def solve(self) -> Solution:
-        """The instantaneous solution at the start of the gait.
+    def solve(self, *, steady: bool = False) -> Solution:
+        """The instantaneous solution at the start of the gait; `Run.solve` has other times.
+
+        Parameters
+        ----------
+        steady : bool
+            Whether to find the steady state with the inertia of the fluid, `fluid.density`, instead
+            of Stokes flow.
 
         Examples
         --------
@@ -225,7 +228,7 @@ class Scene(Result):
         >>> bool(abs(scene.solve().force.sum()) < 1e-12)
         True
         """
-        return Solution._from_raw(self._scene.solve())
+        return Solution._from_raw(self._scene.solve(steady))
 
     def resistance(self) -> Resistance:
         """Grand resistance matrix of the bodies at the start, without their links."""
@@ -385,12 +388,59 @@ class Scene(Result):
         with reporter(progress, f"best wave of {self.name}") as report:
             return BestWave._from_raw(json.loads(self._scene.best_wave(folder, report)))
 
+    def map(self, out: Path | None = None, *, progress: bool | Report = True) -> StrokeMap:
+        """Connection, curvature and metric over the shapes, as `swim map`.
+
+        The values of the joints have the limits `optimise.lower` and `optimise.upper` of the scene,
+        by default those of its gait.
+
+        Parameters
+        ----------
+        out : str or os.PathLike, optional
+            Folder for the table, which later calls and `optimise` reuse.
+        progress : bool or callable
+            As for `run`.
+
+        Examples
+        --------
+        Small strokes of three spheres move to the right if the left arm opens first:
+
+        >>> scene = Scene.from_template("three-sphere")
+        >>> heights = scene.map(progress=False)
+        >>> heights.links
+        ('left-arm', 'right-arm')
+        >>> heights.curvature(heights.grid(5)).shape
+        (5, 5, 6)
+        """
+        folder = None if out is None else os.fspath(out)
+        with reporter(progress, f"map of {self.name}") as report:
+            return StrokeMap._of(self._scene.map(folder, report))
+
+    def learn(self, *, progress: bool | Report = True) -> LearnedStroke:
+        """A stroke by reinforcement learning, beside the best possible one, as `swim learn`.
+
+        The group `learn` of the scene has the states and the options. `Swimmer` is an environment
+        for other methods. `progress` is as for `run`.
+
+        Examples
+        --------
+        >>> scene = Scene.from_template("three-sphere", {"learn.contracted": 6})
+        >>> scene.learn(progress=False).is_optimal
+        True
+        """
+        with reporter(progress, f"learn {self.name}") as report:
+            return LearnedStroke._from_raw(json.loads(self._scene.learn(report)))
+
     def mesh(self) -> Mesh:
         """The mesh at the start, for finite elements."""
         return Mesh._from_raw(self._scene.mesh())
 
+    @overload
+    def flow(self, points: None = None) -> Flow: ...
+    @overload
+    def flow(self, points: Any) -> PointFlow: ...
     def flow(self, points: Any = None) -> Flow | PointFlow:
-        """The flow at the start.
+        """The flow at the start; `Run.flow` has that at other times.
 
         Without points it is the flow on the mesh of the model, or on one generated for a picture.
 
@@ -416,16 +466,7 @@ class Scene(Result):
         """
         if points is None:
             return Flow._from_raw(self._scene.flow())
-        points = np.asarray(points, dtype=float)
-        if points.ndim == 0 or points.shape[-1] != 3:
-            shape = points.shape
-            raise _swimmer.SceneError(f"the last axis of points has length three, not {shape}")
-        velocity, pressure = self._scene.flow_at(points.reshape(-1, 3))
-        return PointFlow(
-            frozen(points.copy()),
-            frozen(velocity.reshape(points.shape)),
-            frozen(pressure.reshape(points.shape[:-1])),
-        )
+        return PointFlow._at(points, self._scene.flow_at)
 
     def _rows(self) -> list[Row]:
         rows = [("name", self.name), ("bodies", ", ".join(self.bodies))]

@@ -287,17 +287,20 @@ def test_a_sweep_has_a_row_for_each_point_and_reasons_for_failures(tmp_path):
 
 def test_trajectories_have_velocities_and_forces_and_become_frames():
     run = Scene.from_dict(DRAGGED).run(progress=False)
-    known = ~np.isnan(run.forces[:, 0, 0])
-    assert known.any()
-    np.testing.assert_allclose(run.forces[known, 0, 0], 6 * np.pi, rtol=1e-9)
-    np.testing.assert_allclose(run.velocities[known, 0, 0], 1, rtol=1e-9)
+    assert run.solved.any() and not run.solved[[0, -1]].any()
+    np.testing.assert_allclose(run.forces[:, 0, 0], 6 * np.pi, rtol=1e-9)
+    np.testing.assert_allclose(run.velocities[:, 0, 0], 1, rtol=1e-9)
+    uniform = Scene.from_dict(DRAGGED | {"output.samples": 4}).run(progress=False)
+    np.testing.assert_allclose(uniform.times, [0, 0.25, 0.5, 0.75, 1], rtol=1e-12)
+    np.testing.assert_allclose(uniform.positions[:, 0, 0], uniform.times, rtol=1e-9)
+    assert not uniform.solved.any() and np.isfinite(uniform.torques).all()
     if importlib.util.find_spec("pandas") is None:
         with pytest.raises(ImportError, match="pip install pandas"):
             run.to_dataframe()
         return
     frame = run.to_dataframe()
     assert len(frame) == len(run.times)
-    assert {"time", "a.x", "a.qw", "a.vx", "a.wz", "a.fx", "a.tz"} <= set(frame.columns)
+    assert {"time", "solved", "a.x", "a.qw", "a.vx", "a.wz", "a.fx", "a.tz"} <= set(frame.columns)
 
 
 def test_a_scene_is_pickled_as_its_text():
@@ -316,3 +319,99 @@ def test_sensitivities_of_a_dragged_sphere_are_those_of_stokes():
         if "radius" in entry.name
     ]
     assert found.derivative == pytest.approx(-1, abs=max(found.error, 1e-9))
+
+
+def test_a_run_has_positions_solutions_and_flow_at_any_time():
+    run = Scene.from_template("three-sphere").run(progress=False)
+    path = run.at(run.times)
+    np.testing.assert_allclose(path.positions, run.positions, atol=1e-12)
+    np.testing.assert_allclose(path.lengths, run.lengths, atol=1e-12)
+    # The left arm closes from ten to six in a unit of time.
+    assert path.rates[0].tolist() == [-4.0, 0.0]
+    time = 0.4
+    solution = run.solve(time)
+    assert solution.velocity[1, 0] - solution.velocity[0, 0] == pytest.approx(-4, rel=1e-9)
+    assert abs(solution.force.sum()) < 1e-9 * abs(solution.force).max()
+    step = 1e-4
+    moved = np.diff(run.at([time - step, time + step]).positions, axis=0)[0] / (2 * step)
+    # The path is integrated to a thousandth.
+    np.testing.assert_allclose(solution.velocity, moved, atol=1e-2 * abs(moved).max())
+    above = run.at(time).positions[0] + [0, 0, 1]
+    flow = run.flow(time, above)
+    np.testing.assert_allclose(flow.velocity, solution.velocity, atol=1e-2)
+    far = run.flow(time, np.full((2, 3, 3), 1e3))
+    assert far.velocity.shape == (2, 3, 3) and abs(far.velocity).max() < 1e-3
+    assert repr(path).startswith("Trajectory")
+
+
+def test_times_outside_a_run_and_flows_that_have_a_memory_are_refused():
+    run = Scene.from_template("three-sphere").run(progress=False)
+    for time in (-0.1, 4.1, float("nan")):
+        with pytest.raises(swimmer.SceneError, match="known from 0 to 4"):
+            run.solve(time)
+        with pytest.raises(swimmer.SceneError, match="known from 0 to 4"):
+            run.at([1, time])
+    with pytest.raises(ValueError, match="times are a number or a list"):
+        run.at([[1, 2]])
+    noisy = Scene.from_template("brownian-swimmer").run(progress=False)
+    assert np.isfinite(noisy.at(noisy.times[:2]).positions).all()
+    with pytest.raises(swimmer.SceneError, match="thermal noise"):
+        noisy.solve(noisy.times[1])
+
+
+def test_runs_are_pickled_with_their_motion():
+    import pickle
+
+    run = Scene.from_template("three-sphere").run(progress=False)
+    again = pickle.loads(pickle.dumps(run))
+    assert again.net == run.net
+    for time in (0.3, 2.0, 3.9):
+        assert np.array_equal(again.at(time).positions, run.at(time).positions)
+    assert np.array_equal(again.solve(0.3).force, run.solve(0.3).force)
+
+
+def test_a_map_has_the_connection_and_its_curvature_over_shapes(tmp_path):
+    scene = Scene.from_template("three-sphere")
+    found = scene.map(tmp_path, progress=False)
+    assert (tmp_path / "table.json").exists()
+    assert found.links == scene.links and found.ranges.tolist() == [[6, 10], [6, 10]]
+    shapes = found.grid(5)
+    assert shapes.shape == (5, 5, 2) and found.metric(shapes).shape == (5, 5, 2, 2)
+    exact = scene.connection(shapes[1, 3])
+    bar = found.interpolation_error + found.model_error + exact.error.max()
+    assert abs(found.connection(shapes[1, 3]) - exact.matrix).max() <= bar
+    # The displacement of the gait, around the square of shapes, is the integral of the curvature
+    # (Gauss quadrature; on one axis frames do not turn).
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    first, second = np.meshgrid(8 + 2 * nodes, 8 + 2 * nodes, indexing="ij")
+    heights = found.curvature(np.stack([first, second], axis=-1))[..., 0]
+    area = 4 * (heights * weights[:, None] * weights).sum()
+    run = scene.run(progress=False)
+    assert abs(abs(area) - run.net) <= run.net_error + 64 * bar
+    assert abs(np.linalg.norm(found.gait_displacement) - run.net) <= run.net_error + 16 * bar
+    assert found.stroke.shape[1] == 2 and "table" in repr(found)
+    with pytest.raises((swimmer.SceneError, swimmer.SolveError), match="outside"):
+        found.connection([5, 8])
+    with pytest.raises(ValueError, match="one value for each of left-arm, right-arm"):
+        found.curvature([6, 7, 8])
+    with pytest.raises(IndexError, match="there are 2"):
+        found.curvature(first=0, second=2)
+
+
+def test_learning_finds_the_cycle_of_najafi_and_golestanian():
+    scene = Scene.from_template("three-sphere", {"learn.contracted": 6})
+    found = scene.learn(progress=False)
+    assert found.is_optimal and found.policy == found.best_policy and len(found.policy) == 4
+    assert abs(found.per_cycle - 0.1598053404) <= 4 * found.reward_error
+    assert found.values.shape == (4, 2) and len(found.curve) > 10
+    assert set(found.actions) == set(scene.links) and "best possible" in repr(found)
+
+
+def test_a_steady_state_has_a_reynolds_number():
+    ball = dict(name="a", radius=1, position=[0, 0, 0], force=[20, 0, 0])
+    keys = {"bodies": [ball], "domain": {"kind": "ball", "radius": 5}, "fluid.density": 0.1}
+    scene = Scene.from_dict(keys)
+    steady, creeping = scene.solve(steady=True), scene.solve()
+    assert 0 < steady.reynolds < 1 and creeping.reynolds is None
+    speeds = [solution.velocity[0, 0] for solution in (steady, creeping)]
+    assert speeds[0] == pytest.approx(speeds[1], rel=0.05)

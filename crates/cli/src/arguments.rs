@@ -108,6 +108,13 @@ pub enum Command {
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
     },
+    /// Print the JSON schema of an output, such as that of --json; without a name, list them
+    #[command(after_help = help::SCHEMA)]
+    Schema {
+        /// Name of the schema, mostly that of a command
+        #[arg(value_name = "NAME")]
+        name: Option<String>,
+    },
     /// Print the completions of a shell, to be saved where the shell looks for them
     #[command(after_help = help::COMPLETIONS)]
     Completions {

@@ -17,10 +17,10 @@ use super::error::CliError;
 use super::progress::with_progress;
 use super::text::{count, duration, entry};
 
-pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
+pub fn check(arguments: &SceneArguments, quiet: bool) -> Result<String, CliError> {
     let scene = arguments.read()?;
     let mut text = describe(&scene)?;
-    let chosen = with_progress("choosing the model", || choose_for_run(&scene));
+    let chosen = with_progress("choosing the model", quiet, || choose_for_run(&scene));
     let Choice {
         mut model, reasons, ..
     } = chosen?;
@@ -33,7 +33,7 @@ pub fn check(arguments: &SceneArguments) -> Result<String, CliError> {
     }
     let state = scene.initial_state();
     let shape = scene.articulation().initial_shape();
-    let cost = with_progress("predicting the cost of a solve", || {
+    let cost = with_progress("predicting the cost of a solve", quiet, || {
         model.cost(Configuration::new(&state, shape))
     })?;
     text += &entry("degrees of freedom", cost.dofs.total);

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use design::{StrokeLimits, StrokeTable, StrokeTotals};
+use design::{StrokeTable, StrokeTotals};
 use swimmer::Scene;
 use swimmer::models::ShapeGeometry;
 use swimmer::output::{Folder, FolderLock};
@@ -35,14 +35,6 @@ pub fn csv(header: &str, rows: impl Iterator<Item = Vec<f64>>) -> String {
 pub fn write(folder: &Folder, name: &str, text: &str) -> Result<(), CliError> {
     folder.write(name, |file| file.write_all(text.as_bytes()))?;
     Ok(())
-}
-
-/// Names of the joints that move.
-pub fn names(scene: &Scene, limits: &StrokeLimits) -> Vec<String> {
-    let joints = scene.articulation().joints();
-    (limits.variables.iter())
-        .map(|&k| joints[k].name.clone())
-        .collect()
 }
 
 /// Writes the height functions with a stroke, if two joints move and plots are built in.

@@ -20,6 +20,11 @@ macro_rules! examples {
     };
 }
 
+pub const SCHEMA: &str = examples! {
+    "swim schema"
+    "swim schema run > run.schema.json"
+};
+
 pub const SWIM: &str = examples! {
     "swim new three-sphere"
     "swim check three-sphere.toml"

@@ -15,6 +15,7 @@ mod neglected;
 mod optimise;
 mod progress;
 mod run;
+mod schemas;
 mod sizes;
 mod solve;
 mod sweep;
@@ -69,7 +70,7 @@ fn execute(Arguments { quiet, command }: Arguments) -> Result<String, CliError> 
             json,
             flow,
             ..
-        } => solve::solve_steady_state(&scene, json, flow.as_deref()),
+        } => solve::solve_steady_state(&scene, json, flow.as_deref(), quiet),
         Command::Solve {
             scene,
             steady: false,
@@ -83,8 +84,9 @@ fn execute(Arguments { quiet, command }: Arguments) -> Result<String, CliError> 
             resistance,
             flow.as_deref(),
             picture.as_deref(),
+            quiet,
         ),
-        Command::Check { scene } => check::check(&scene),
+        Command::Check { scene } => check::check(&scene, quiet),
         Command::New { name, out, .. } => match name {
             Some(name) => check::new(&name, out),
             None => Ok(check::examples()),
@@ -96,6 +98,7 @@ fn execute(Arguments { quiet, command }: Arguments) -> Result<String, CliError> 
         Command::Sweep(arguments) => sweep::sweep_scene(arguments, quiet),
         Command::Learn(design) => learn::learn_strokes(design, quiet),
         Command::Mesh { scene, out } => mesh::mesh(&scene, &out),
+        Command::Schema { name } => schemas::schema(name.as_deref()),
         Command::Completions { shell } => Ok(completions(shell)),
         Command::Man { out } => manual_pages(&out),
     }

@@ -1,25 +1,21 @@
 //! `swim map`: the table over shapes, and what small strokes yield.
 
-use design::{DesignError, StrokeLimits, gait_shapes, gait_totals, tabulate};
-use serde_json::{Value, json};
+use design::{DesignError, stroke_map};
+use serde_json::json;
 use swimmer::SwimError;
 use swimmer::models::{ModelError, TablePart};
 use swimmer::output::Folder;
 
 use super::arguments::{DesignArguments, MapArguments};
-use super::design_files::{gait_entries, names, path_of, table_entries, table_warning, write_map};
+use super::design_files::{gait_entries, path_of, table_entries, table_warning, write_map};
 use super::error::CliError;
 use super::progress::DesignSpinner;
 use super::text::{NO_ESTIMATE, entry, product, vector, warn};
-
-/// Relative error of the table.
-const MAP_TOLERANCE: f64 = 1e-6;
 
 pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, CliError> {
     let part = arguments.part();
     let DesignArguments { scene, out, json } = arguments.design;
     let scene = scene.read()?;
-    let limits = StrokeLimits::from_scene(&scene)?;
     let folder = Folder::create(path_of(&scene, out))?;
     // Shares of one table are written into one folder at the same time, each into its own files.
     let _lock = match part {
@@ -27,62 +23,32 @@ pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, CliError> {
         _ => Some(folder.lock()?),
     };
     let mut progress = DesignSpinner::new(quiet);
-    let place = (Some(&folder), part);
-    let table = match tabulate(&scene, &limits, MAP_TOLERANCE, place, &mut progress) {
+    let found = match stroke_map(&scene, (Some(&folder), part), &mut progress) {
         // The share is done, others are not.
         Err(DesignError::Swim(SwimError::Model(ModelError::MissingShapes { missing, points })))
             if part != TablePart::Known =>
         {
             return Ok(share_text(missing, &points, json));
         }
-        table => table?,
+        found => found?,
     };
-    if let Some(warning) = table_warning(&table) {
+    if let Some(warning) = table_warning(&found.table) {
         warn(&warning);
     }
-    let geometry = &table.geometry;
-    let names = names(&scene, &limits);
-    let stroke = gait_shapes(&scene, &limits)?;
-    write_map(&folder, "map.svg", geometry, &names, &stroke)?;
-    let middle = geometry.ranges().iter().map(|r| 0.5 * (r.0 + r.1));
-    let middle: Vec<f64> = middle.collect();
-    let local = geometry.at(&middle)?;
-    let mut squares = Vec::new();
-    for first in 0..names.len() {
-        for second in first + 1..names.len() {
-            squares.push((first, second, local.curvature(first, second)));
-        }
-    }
-    let gait = gait_totals(&scene, &limits, geometry)?;
+    let names = &found.names;
+    write_map(
+        &folder,
+        "map.svg",
+        &found.table.geometry,
+        names,
+        &found.stroke,
+    )?;
     if json {
-        let squares: Vec<Value> = (squares.iter())
-            .map(|(a, b, c)| json!({ "links": [names[*a], names[*b]], "curvature": c.as_slice() }))
-            .collect();
-        let (interpolation, model) = geometry.errors();
-        let answer = json!({
-            "model": table.model,
-            "links": names,
-            "ranges": geometry.ranges(),
-            "degrees": geometry.degrees(),
-            "points": geometry.points(),
-            "error_estimate": {
-                "interpolation": interpolation,
-                "model": model,
-                "position": geometry.position_error(),
-            },
-            "middle": middle,
-            "curvature": squares,
-            "gait": gait.map(|(totals, product)| json!({
-                "displacement": totals.displacement.as_slice(),
-                "rotation": totals.rotation.as_slice(),
-                "period_energy_product": product,
-            })),
-        });
-        return Ok(format!("{answer}\n"));
+        return Ok(format!("{}\n", found.json()));
     }
-    let mut text = entry("scene", scene.name()) + &entry("model", &table.model);
-    text += &table_entries(&table);
-    for (a, b, c) in &squares {
+    let mut text = entry("scene", scene.name()) + &entry("model", &found.table.model);
+    text += &table_entries(&found.table);
+    for (a, b, c) in &found.curvature {
         let (a, b, size) = (&names[*a], &names[*b], c.amax());
         text += &format!(
             "\ncurvature over {a} and {b} at the middle of the limits: displacement per area \
@@ -92,8 +58,8 @@ pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, CliError> {
         text += &entry("  displacement", moved);
         text += &entry("  rotation vector", format!("{turned} rad"));
     }
-    if let Some(gait) = &gait {
-        text += &gait_entries(&table, gait, &stroke);
+    if let Some(gait) = &found.gait {
+        text += &gait_entries(&found.table, gait, &found.stroke);
     }
     Ok(text + "\n" + &entry("results", folder.path().display()))
 }

@@ -12,7 +12,7 @@ use swimmer::{Efficiency, Scene};
 
 use super::arguments::DesignArguments;
 use super::design_files::{
-    folder_of, gait_entries, names, table_entries, table_warning, write, write_map,
+    folder_of, gait_entries, table_entries, table_warning, write, write_map,
 };
 use super::error::CliError;
 use super::progress::DesignSpinner;
@@ -38,7 +38,7 @@ pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, CliEr
         });
     }
     let found = design_stroke(&scene, folder.path(), &mut DesignSpinner::new(quiet))?;
-    let names = names(&scene, &found.limits);
+    let names = found.limits.joint_names(&scene);
     let curve: Vec<Vec<f64>> = (found.shapes.iter())
         .map(|shape| found.limits.moving(shape))
         .collect();

@@ -3,7 +3,8 @@
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::RecvTimeoutError;
+use std::sync::mpsc::{RecvTimeoutError, Sender};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use design::DesignProgress;
@@ -24,6 +25,8 @@ pub struct RunBar {
     /// When the gait began or was continued, and the phases that were done then.
     begun: (Instant, usize),
     quiet: bool,
+    /// Until the gait begins; none if nothing is printed.
+    waiting: Option<Waiting>,
     /// Set when the user interrupts the run.
     interrupted: Arc<AtomicBool>,
 }
@@ -39,12 +42,14 @@ impl RunBar {
             started: Instant::now(),
             begun: (Instant::now(), 0),
             quiet,
+            waiting: (!quiet).then(|| Waiting::new("choosing the model")),
             interrupted,
         }
     }
 
     /// Removes the bar.
-    pub fn finish(&self) {
+    pub fn finish(&mut self) {
+        self.waiting = None;
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
@@ -82,6 +87,7 @@ impl swimmer::Progress for RunBar {
     }
 
     fn chose_size_factor(&mut self, target: f64, size_factor: f64) {
+        self.waiting = None;
         self.line(&format!(
             "chosen for fem.target = {target:e} ({}): fem.size_factor = {size_factor:.3}",
             percent(target)
@@ -120,6 +126,7 @@ impl swimmer::Progress for RunBar {
     }
 
     fn begins(&mut self, _: &Scene, done: usize) {
+        self.waiting = None;
         self.begun = (Instant::now(), done);
         self.bar = (std::io::stderr().is_terminal() && !self.quiet).then(|| {
             let bar = ProgressBar::new(self.spans as u64);
@@ -209,22 +216,34 @@ pub fn watch_signals() -> Arc<AtomicBool> {
 /// Time after which work says what it is.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Does some work and says on stderr what it is if it takes more than two seconds: by a spinner on
-/// a terminal, by lines at doubling times elsewhere.
-pub fn with_progress<T>(what: &str, work: impl FnOnce() -> T) -> T {
-    let (done, waits) = std::sync::mpsc::channel::<()>();
-    std::thread::scope(|scope| {
-        scope.spawn(move || {
+/// Does some work and says on stderr what it is, as [`Waiting`], unless `quiet`.
+pub fn with_progress<T>(what: &str, quiet: bool, work: impl FnOnce() -> T) -> T {
+    let _waiting = (!quiet).then(|| Waiting::new(what));
+    work()
+}
+
+/// Says on stderr what some work is if it takes more than two seconds, until it is dropped: by a
+/// spinner on a terminal, by lines at doubling times elsewhere.
+struct Waiting {
+    /// Closed at the end of the work.
+    done: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Waiting {
+    fn new(what: &str) -> Self {
+        let what = what.to_owned();
+        let (done, waits) = std::sync::mpsc::channel::<()>();
+        let thread = std::thread::Builder::new().spawn(move || {
             let started = Instant::now();
             let mut patience = PATIENCE;
             let mut spinner = None;
-            // The end of the work closes the channel.
             while waits.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
                 if std::io::stderr().is_terminal() {
                     spinner.get_or_insert_with(|| {
                         let spinner = ProgressBar::new_spinner();
                         tick(&spinner, "{spinner} {msg}, {elapsed} elapsed");
-                        spinner.with_message(what.to_owned())
+                        spinner.with_message(what.clone())
                     });
                 } else {
                     let elapsed = duration(started.elapsed().as_secs_f64());
@@ -236,10 +255,22 @@ pub fn with_progress<T>(what: &str, work: impl FnOnce() -> T) -> T {
                 spinner.finish_and_clear();
             }
         });
-        let result = work();
-        drop(done);
-        result
-    })
+        Self {
+            done: Some(done),
+            // Without a thread the work is done in silence.
+            thread: thread.ok(),
+        }
+    }
+}
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        self.done = None;
+        if let Some(thread) = self.thread.take() {
+            // It only prints, and a failure to do so ends no work.
+            let _ = thread.join();
+        }
+    }
 }
 
 /// Shows a bar by a template, with a time that goes on.

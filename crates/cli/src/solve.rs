@@ -27,19 +27,21 @@ pub fn solve(
     resistance: bool,
     flow: Option<&Path>,
     picture: Option<&Path>,
+    quiet: bool,
 ) -> Result<String, CliError> {
     if let Some(path) = picture {
         require_svg(path)?;
     }
     let given = arguments.read()?;
-    let choose = |scene: &Scene| with_progress("choosing the model", || choose(scene));
     let StartSolution {
         scene,
         mut model,
         solution,
         neglected,
         decision,
-    } = solve_start_with_terms(given, &choose)?;
+    } = with_progress("choosing the model and solving", quiet, || {
+        solve_start_with_terms(given, &choose)
+    })?;
     // What fails after the solution does not lose its numbers.
     let written = write_files(&scene, model.as_mut(), flow, picture);
     let resistance = resistance
@@ -97,9 +99,11 @@ pub fn solve_steady_state(
     arguments: &SceneArguments,
     json: bool,
     flow: Option<&Path>,
+    quiet: bool,
 ) -> Result<String, CliError> {
     let scene = arguments.read()?;
-    let steady = with_progress("iterating to the steady state", || solve_steady(&scene))?;
+    let what = "iterating to the steady state";
+    let steady = with_progress(what, quiet, || solve_steady(&scene))?;
     let SteadySolution {
         model,
         solution,

@@ -36,6 +36,7 @@ pub mod sensitivities;
 mod sizes;
 mod speed;
 mod starts;
+mod stroke_map;
 mod stroke_path;
 mod sweep;
 mod table;
@@ -57,6 +58,7 @@ pub use optimise::{Optimum, SearchOptions, optimise};
 pub use sizes::{BestSizes, SizeRun, SizeSlice, best_sizes, size_slices};
 pub use speed::fastest_stroke;
 pub use starts::small_stroke_cost;
+pub use stroke_map::{StrokeMap, stroke_map};
 pub use stroke_path::{SampledPath, Series, StrokeCurve};
 pub use sweep::{
     RandomPoints, Sweep, SweepOptions, SweepResult, SweepRow, Values, VariedKey, sweep,

@@ -88,6 +88,13 @@ impl StrokeLimits {
         }
     }
 
+    /// Names of the joints that move.
+    pub fn joint_names(&self, scene: &Scene) -> Vec<String> {
+        let joints = scene.articulation().joints();
+        let names = self.variables.iter().map(|&k| joints[k].name.clone());
+        names.collect()
+    }
+
     /// The entries of the joints that move, out of one per joint.
     pub fn moving<T: Copy>(&self, of_joints: &[T]) -> Vec<T> {
         self.variables.iter().map(|&k| of_joints[k]).collect()

@@ -303,10 +303,9 @@ fn outcome_fits(outcome: &Outcome, scene: &Scene) -> bool {
         && outcome.samples.iter().all(|sample| {
             sample.shape.len() == joints
                 && sample.poses.len() == bodies
-                && sample
-                    .bodies
-                    .as_ref()
-                    .is_none_or(|list| list.len() == bodies)
+                && [&sample.bodies, &sample.interpolated]
+                    .iter()
+                    .all(|list| list.as_ref().is_none_or(|list| list.len() == bodies))
         })
         && !outcome.curve.is_empty()
         && outcome

@@ -12,6 +12,8 @@ mod inertia_numbers;
 mod integrate;
 mod kinetic_energy;
 mod linkage_works;
+mod moment;
+mod motion;
 mod neglected;
 mod noise_numbers;
 mod observer;
@@ -44,6 +46,8 @@ pub use integrate::{
 };
 pub use kinetic_energy::KineticEnergy;
 pub use models;
+pub use moment::{Moment, check_model};
+pub use motion::Motion;
 pub use neglected::{
     Neglected, NeglectedEffect, fastest_body, mean_effect, resolved_net, start_neglected,
 };
@@ -61,7 +65,7 @@ pub use run_report::Report;
 pub use scene::{self, Gait, Phase, PhaseSpan, Scene, SceneError, spans};
 pub use simulate::{continue_from, simulate};
 pub use start::{
-    check_model, solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
+    solve_start, start_flow, start_flow_at, start_resistance, start_resistance_errors,
 };
 pub use steady::{SteadySolution, solve_steady};
 pub use swimmers::SwimmerOutcome;

@@ -12,6 +12,7 @@ use crate::holding_loads::HoldingLoads;
 use crate::integrate::{SpanResult, TABLE_SHARE, UnsteadyState, enter_table};
 use crate::kinetic_energy::KineticEnergy;
 use crate::linkage_works::add_each;
+use crate::motion::TIME_ROUNDING;
 use crate::turning::Turning;
 
 /// Points of the curve per piece of a phase span: enough for a smooth plot.
@@ -334,8 +335,14 @@ pub struct Sample {
     /// Rotation of every body since the start.
     #[serde(default)]
     pub turnings: Vec<Turning>,
-    /// Velocities and forces, if they are known at this time; none at the ends of phase spans.
+    /// Velocities and forces, if they were solved for at this time; none at the ends of phase
+    /// spans.
     pub bodies: Option<Vec<BodySolution>>,
+    /// Velocities and forces where nothing was solved, at the start and at the ends of phase spans:
+    /// those of the polynomial through the solves of the step before ([`SpanResult::bodies`]), at
+    /// the start of the first step after. None where a phase span has no solves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interpolated: Option<Vec<BodySolution>>,
     /// Kinetic energy of fluid and bodies, for fluids with inertia; none at equal intervals of
     /// time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -344,6 +351,13 @@ pub struct Sample {
     /// second step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub added_mass: Option<AddedMassForces>,
+}
+
+impl Sample {
+    /// Velocities and forces of the bodies: solved for or, where nothing is solved, interpolated.
+    pub fn loads(&self) -> Option<&[BodySolution]> {
+        self.bodies.as_deref().or(self.interpolated.as_deref())
+    }
 }
 
 /// Positions on a phase span, up to `reached`, of the times at equal intervals that follow the
@@ -360,9 +374,6 @@ fn uniform_times(scene: &Scene, span: &PhaseSpan, known: usize, reached: f64) ->
         .map(|s| s.clamp(0.0, reached))
         .collect()
 }
-
-/// Rounding of times, relative to the duration of a phase: starts of phases are sums.
-const TIME_ROUNDING: f64 = 1e-9;
 
 impl Interim {
     /// The state before the first phase span.
@@ -394,6 +405,7 @@ impl Interim {
                 turnings: vec![Turning::default(); poses.len()],
                 poses,
                 bodies: None,
+                interpolated: None,
                 kinetic_energy: None,
                 added_mass: None,
             }],
@@ -443,6 +455,15 @@ impl Interim {
 }
 
 impl Outcome {
+    /// The samples that `trajectory.csv` shows: those at equal intervals of time, if the scene asks
+    /// for them, else all.
+    pub fn trajectory(&self) -> &[Sample] {
+        match self.uniform_samples.is_empty() {
+            true => &self.samples,
+            false => &self.uniform_samples,
+        }
+    }
+
     /// Kinetic energy of fluid and bodies at the end, for fluids with inertia.
     pub fn kinetic_energy(&self) -> Option<KineticEnergy> {
         self.samples.last()?.kinetic_energy
@@ -505,10 +526,14 @@ impl Outcome {
                 poses: poses.clone(),
                 turnings: turnings.clone(),
                 bodies,
+                interpolated: None,
                 kinetic_energy: None,
                 added_mass: None,
             })
         };
+        if let [start] = &mut self.samples[..] {
+            start.interpolated = result.bodies(0.0);
+        }
         let reached = result.reached();
         let uniform = uniform_times(scene, span, self.uniform_samples.len(), reached);
         let mut uniform = uniform.into_iter().peekable();
@@ -535,6 +560,10 @@ impl Outcome {
         let last = result.solutions.last().filter(at_end);
         let bodies = last.map(|solution| solution.solution.bodies.clone());
         self.samples.push(Sample {
+            interpolated: match bodies {
+                Some(_) => None,
+                None => result.bodies(reached),
+            },
             kinetic_energy: last.and_then(|solution| solution.kinetic_energy),
             added_mass: last.and_then(|solution| solution.added_mass.clone()),
             ..sample(reached, Some(&result.end), bodies)?

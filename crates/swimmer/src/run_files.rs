@@ -139,11 +139,7 @@ impl<'a> Output<'a> {
     }
 
     fn write_trajectory(&mut self, scene: &Scene, so_far: &Outcome) -> Result<(), SwimError> {
-        let samples = match scene.output().samples {
-            Some(_) => &so_far.uniform_samples,
-            None => &so_far.samples,
-        };
-        let csv = trajectory_csv(scene, samples);
+        let csv = trajectory_csv(scene, so_far.trajectory());
         (self.folder).write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
         self.files.write(so_far)
     }

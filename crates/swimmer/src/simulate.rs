@@ -6,10 +6,10 @@ use scene::{Scene, spans};
 use crate::checkpoint;
 use crate::error::SwimError;
 use crate::integrate::{Integrator, Method, SpanResult, SpanSolution, UnsteadyScene};
+use crate::moment::check_model;
 use crate::observer::Observer;
 use crate::outcome::{Interim, Outcome};
 use crate::periodic::start_of_gait;
-use crate::start::check_model;
 
 /// Moves the bodies of a scene through all cycles of its gait, from the periodic state if the scene
 /// says so ([`start_of_gait`]).

@@ -1,18 +1,16 @@
 //! The instantaneous solution at the start of a scene.
 
 use models::{
-    Configuration, FlowField, Hydrodynamics, InstantaneousSolution, ModelError, PointFlow, Query,
+    Configuration, FlowField, Hydrodynamics, InstantaneousSolution, ModelError, PointFlow,
 };
 use nalgebra::{DMatrix, Vector3};
-use scene::{Scene, spans};
+use scene::Scene;
 
 use crate::error::SwimError;
+use crate::moment::Moment;
 
 /// The solution at the start of the first phase of the gait, or with constant shape for a scene
-/// without a gait.
-///
-/// The mesh is adapted to `fem.target`, if the scene has that key. The solution carries its flow,
-/// if the model has a mesh.
+/// without a gait ([`Moment::solve`]).
 ///
 /// # Errors
 /// [`SwimError::OtherScene`] for a model of another scene; those of the model.
@@ -20,19 +18,7 @@ pub fn solve_start(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
 ) -> Result<InstantaneousSolution, SwimError> {
-    let solution = at_start(scene, model, |model, configuration, rates| {
-        let rates = [rates.to_vec()];
-        let query = Query::new(configuration, &rates)
-            .with_accuracy(scene.fem().target)
-            .with_stresslets()
-            .with_flows(true);
-        let mut solutions = model.solve(&query)?;
-        solutions.pop().ok_or(ModelError::NoSolution {
-            model: model.name(),
-        })
-    })?;
-    solution.check(model)?;
-    Ok(solution)
+    Moment::start(scene)?.solve(scene, model)
 }
 
 /// The grand resistance matrix of the bodies at the start of the scene.
@@ -66,9 +52,7 @@ pub fn start_resistance_errors(
 /// # Errors
 /// [`SwimError::OtherScene`] for a model of another scene; those of the model.
 pub fn start_flow(scene: &Scene, model: &mut dyn Hydrodynamics) -> Result<FlowField, SwimError> {
-    at_start(scene, model, |model, configuration, rates| {
-        model.flows()?.flow(configuration, rates)
-    })
+    Moment::start(scene)?.flow(scene, model)
 }
 
 /// Velocity and pressure at points, at the start of the scene; `None` for a point outside the
@@ -81,9 +65,7 @@ pub fn start_flow_at(
     model: &mut dyn Hydrodynamics,
     points: &[Vector3<f64>],
 ) -> Result<Vec<Option<PointFlow>>, SwimError> {
-    at_start(scene, model, |model, configuration, rates| {
-        model.flows()?.flow_at(configuration, rates, points)
-    })
+    Moment::start(scene)?.flow_at(scene, model, points)
 }
 
 /// Evaluates the model for the configuration and the rates at the start.
@@ -92,30 +74,5 @@ pub(crate) fn at_start<T>(
     model: &mut dyn Hydrodynamics,
     evaluate: impl FnOnce(&mut dyn Hydrodynamics, Configuration<'_>, &[f64]) -> Result<T, ModelError>,
 ) -> Result<T, SwimError> {
-    check_model(scene, model)?;
-    let shape = scene.articulation().initial_shape();
-    let rates = spans(scene.gait(), shape)?
-        .next()
-        .map_or(vec![0.0; shape.len()], |span| span.rates(0.0));
-    let state = scene.initial_state();
-    Ok(evaluate(model, Configuration::new(&state, shape), &rates)?)
-}
-
-/// Refuses a model that was created for another flow problem.
-///
-/// # Errors
-/// [`SwimError::OtherScene`].
-pub fn check_model(scene: &Scene, model: &dyn Hydrodynamics) -> Result<(), SwimError> {
-    match scene.differing_key(model.scene()) {
-        Some(key) => Err(SwimError::OtherScene {
-            model: model.name(),
-            key,
-        }),
-        None => {
-            let capabilities = model.capabilities();
-            capabilities.check_deformations(scene, model.name())?;
-            capabilities.check_noise(scene, model.name())?;
-            Ok(capabilities.check_rheology(scene, model.name())?)
-        }
-    }
+    Moment::start(scene)?.evaluate(scene, model, evaluate)
 }

@@ -9,6 +9,7 @@ mod output;
 mod pictures;
 mod printed;
 mod resume;
+mod schemas;
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -250,14 +250,25 @@ fn planes_contain_the_bodies_and_the_direction_of_motion() {
             "rounding",
         );
     }
-    // Above a wall the window ends at the wall, and its second direction is the normal.
+    // Above a wall the window ends with a strip beyond the wall, and its second direction is the
+    // normal.
     let wall = SceneText::new()
         .sphere("a", 1.0, [3.0, 0.0, 1.5])
         .with("domain.kind", "wall");
     let plane = normal(&wall).1;
     assert_eq!(plane.up, nalgebra::Vector3::z());
-    within(plane.centre.z - 0.5 * plane.height, 1e-12, "rounding");
-    // In a ball it is not larger than the ball.
+    let strip = 0.02 * plane.width;
+    let end = plane.centre.z - 0.5 * plane.height;
+    within(end + strip, 1e-12, "rounding");
+    // A wall that is near is shown too, and one that is far is not.
+    for (height, shown) in [(3.0, true), (8.0, false)] {
+        let text = SceneText::new().sphere("a", 1.0, [0.0, 0.0, height]);
+        let plane = normal(&text.with("domain.kind", "wall")).1;
+        assert_eq!(plane.centre.z - 0.5 * plane.height < 0.0, shown);
+    }
+    // In a ball it is not larger than the ball and the strip on both sides, and about its centre.
     let ball = SceneText::new().sphere("a", 1.0, [0; 3]).ball(2.0);
-    assert_eq!(normal(&ball).1.width, 4.0);
+    let plane = normal(&ball).1;
+    within(plane.width - 4.0 - 2.0 * 0.02 * 5.2, 1e-12, "rounding");
+    within(plane.centre.norm(), 1e-12, "rounding");
 }

@@ -6,10 +6,12 @@
 //! of states with the largest mean reward, which [`best_cycle`] computes exactly.
 
 mod cycle;
+mod learned_stroke;
 mod q_learning;
 mod rewards;
 
 pub use cycle::{Cycle, best_cycle, greedy_cycle};
+pub use learned_stroke::{LearnedStroke, learn_stroke};
 pub use q_learning::{Learned, LearningOptions, learn};
 pub use rewards::{Rewards, rewards};
 

@@ -1,5 +1,7 @@
 //! The plane of a slice and the window in it.
 
+use std::slice::from_ref;
+
 use nalgebra::{Isometry3, Point3, Vector3};
 use scene::{Body, Domain, Scene, spans};
 use serde::{Deserialize, Serialize};
@@ -9,11 +11,25 @@ use crate::error::PictureError;
 /// Margin around the bodies on each side, relative to the mean side of their bounding rectangle.
 const MARGIN: f64 = 0.25;
 
-/// Least margin, relative to the largest body.
+/// Least margin, relative to half the smaller side of the largest body in the plane.
 const LEAST_MARGIN: f64 = 1.6;
+
+/// The same in domains from files, whose walls are to be seen and whose extent is not known.
+const LEAST_MARGIN_IN_FILES: f64 = 3.2;
+
+/// Least side of a window relative to the diameter of the largest body, which may turn.
+const LEAST_SIDE: f64 = 1.2;
 
 /// Bounds on the ratio of width to height of a window.
 const ASPECT: [f64; 2] = [0.75, 2.2];
+
+/// Width of the strip beyond a wall that a window shows, relative to its width: that of the strokes
+/// which mark walls.
+const BEYOND_WALL: f64 = 0.02;
+
+/// Distance of a window from a wall, relative to the margin around the bodies, up to which the
+/// window is shifted to show the wall.
+const NEAR_WALL: f64 = 0.4;
 
 /// Positions along a phase span at which the extent of the swimmer is measured.
 const POSITIONS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
@@ -30,6 +46,8 @@ pub struct SliceFrame {
     up: Vector3<f64>,
     width: f64,
     height: f64,
+    /// Width of the strip beyond a wall.
+    strip: f64,
 }
 
 /// A rectangle in space.
@@ -71,28 +89,44 @@ impl SliceFrame {
                 *size = size.max(high - low);
             }
         }
-        for body in scene.bodies() {
-            largest = largest.max(body.bounding_radius());
+        let mut longest = 0.0_f64;
+        for (body, pose) in scene.bodies_at(initial).iter().zip(&poses[0]) {
+            let sides = [right, up].map(|e| extent(from_ref(body), from_ref(pose), &e));
+            let [first, second] = sides.map(|(low, high)| 0.5 * (high - low));
+            largest = largest.max(first.min(second));
+            longest = longest.max(body.bounding_radius());
         }
-        let margin = (MARGIN * 0.5 * (size[0] + size[1])).max(LEAST_MARGIN * largest);
-        let [mut width, mut height] = size.map(|side| side + 2.0 * margin);
+        let least = match scene.domain() {
+            Domain::Surface(_) | Domain::Mesh { .. } => LEAST_MARGIN_IN_FILES,
+            _ => LEAST_MARGIN,
+        };
+        let margin = (MARGIN * 0.5 * (size[0] + size[1])).max(least * largest);
+        let [mut width, mut height] =
+            size.map(|side| (side + 2.0 * margin).max(2.0 * LEAST_SIDE * longest));
         width = width.max(ASPECT[0] * height);
         height = height.max(width / ASPECT[1]);
+        let strip = BEYOND_WALL * width;
         let limit = |side: f64, e: &Vector3<f64>| {
             let (low, high) = domain_extent(scene.domain(), e);
-            side.min(high - low)
+            // From wall to wall, if little is missing.
+            match side + 2.0 * strip > high - low {
+                true => high - low + 2.0 * strip,
+                false => side,
+            }
         };
         Ok(Self {
             right,
             up,
             width: limit(width, &right),
             height: limit(height, &up),
+            strip,
         })
     }
 
     /// The window around bodies at these values of the joints and poses.
     ///
-    /// It is centred on their bounding rectangle, and shifted into the domain if it crosses a wall.
+    /// It is centred on their bounding rectangle, and shifted to a wall that is near or that it
+    /// crosses. Shifts change continuously with the positions, so that films do not jump.
     pub fn around(&self, scene: &Scene, values: &[f64], poses: &[Isometry3<f64>]) -> SlicePlane {
         let bodies = scene.bodies_at(values);
         let normal = self.right.cross(&self.up);
@@ -106,8 +140,13 @@ impl SliceFrame {
             let (low, high) = extent(&bodies, poses, e);
             let (from, to) = domain_extent(scene.domain(), e);
             let half = 0.5 * side;
+            let (from, to) = (from - self.strip + half, to + self.strip - half);
+            let middle = 0.5 * (low + high);
+            let near = NEAR_WALL * (half - 0.5 * (high - low));
+            let towards = |gap: f64| gap.min(2.0 * near - gap).max(0.0);
+            let middle = middle + towards(to - middle) - towards(middle - from);
             // A window is at most as large as the domain, so the bounds are in order.
-            (0.5 * (low + high)).min(to - half).max(from + half)
+            middle.min(to).max(from)
         };
         let centre = normal * mean.dot(&normal)
             + self.right * along(&self.right, self.width)

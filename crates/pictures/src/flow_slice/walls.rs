@@ -1,9 +1,11 @@
 //! Walls of the domain in a plane.
 
-use nalgebra::Vector3;
+use mesh::Surface;
+use nalgebra::{Isometry3, Vector3};
 use scene::Domain;
 
 use super::plane::SlicePlane;
+use super::section::section;
 
 /// Number of cells of the grid along each side of the window on which walls are found.
 const CELLS: usize = 96;
@@ -55,11 +57,27 @@ pub fn walls(domain: &Domain, plane: &SlicePlane) -> Vec<WallPiece> {
     pieces
 }
 
+/// The closed curves in which the plane cuts the walls of a domain with the surface of a file; none
+/// for other domains.
+pub fn walls_of_file(domain: &Domain, plane: &SlicePlane) -> Vec<Vec<[f64; 2]>> {
+    let Domain::Surface(domain) = domain else {
+        return Vec::new();
+    };
+    let mesh = domain.surface.triangulation();
+    let curves = mesh.map(|mesh| section(&mesh, &Isometry3::identity(), plane));
+    curves.unwrap_or_default()
+}
+
 /// The pieces of walls with short strokes on the side without fluid, as drawings have them.
 pub fn hatched(pieces: &[WallPiece], plane: &SlicePlane) -> Vec<WallPiece> {
     /// Length of a stroke relative to the width of the window.
     const LENGTH: f64 = 0.018;
-    let strokes = pieces.iter().step_by(2).filter_map(|[a, b]| {
+    // Every second piece of each wall, whatever walls lie between two of its pieces.
+    let is_second = |[a, b]: &&WallPiece| {
+        let axis = usize::from((b[0] - a[0]).abs() < (b[1] - a[1]).abs());
+        ((a[axis].min(b[axis]) * CELLS as f64).round() as usize).is_multiple_of(2)
+    };
+    let strokes = pieces.iter().filter(is_second).filter_map(|[a, b]| {
         let along = [(b[0] - a[0]) * plane.width, (b[1] - a[1]) * plane.height];
         let norm = along[0].hypot(along[1]);
         // To the left and back.
@@ -71,6 +89,11 @@ pub fn hatched(pieces: &[WallPiece], plane: &SlicePlane) -> Vec<WallPiece> {
         (norm > 0.0).then_some([*a, end])
     });
     pieces.iter().copied().chain(strokes).collect()
+}
+
+/// Whether a point is beyond a wall for which there is a formula.
+pub fn is_beyond_wall(domain: &Domain, x: &Vector3<f64>) -> bool {
+    depth(domain, x).is_some_and(|depth| depth < 0.0)
 }
 
 /// Distance from the wall into the fluid, negative outside it; none without a formula.
@@ -115,5 +138,20 @@ mod tests {
         let exact = std::f64::consts::PI * 0.64;
         assert!((area / exact - 1.0).abs() < 1e-2, "{area} {exact}");
         assert!(walls(&Domain::Unbounded, &plane(Vector3::zeros())).is_empty());
+        assert!(is_beyond_wall(&Domain::Wall, &-Vector3::z()));
+        assert!(!is_beyond_wall(&Domain::Wall, &Vector3::z()));
+    }
+
+    #[test]
+    fn bug_only_one_of_two_opposite_walls_had_strokes() {
+        let size = Vector3::new(3.0, 3.0, 9.0);
+        let view = plane(Vector3::zeros());
+        let pieces = walls(&Domain::Box { size }, &view);
+        let strokes = hatched(&pieces, &view).split_off(pieces.len());
+        let left = strokes.iter().filter(|[a, _]| a[0] < 0.5).count();
+        assert_eq!(
+            (pieces.len(), left, strokes.len()),
+            (2 * CELLS, CELLS / 2, CELLS)
+        );
     }
 }

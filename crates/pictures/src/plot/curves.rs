@@ -47,6 +47,7 @@ pub(super) fn draw(
     let (_, area) = area.split_vertically(px(40 + LINE * lines));
     let mut chart = ChartBuilder::on(&area)
         .margin(px(14))
+        .margin_right(px(28))
         .x_label_area_size(px(46))
         .y_label_area_size(px(70))
         .build_cartesian_2d(0.0..end, low..high)?;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use plotters::prelude::*;
 use scene::{Body, Scene};
 
@@ -10,7 +10,8 @@ use super::canvas::{self, Raster};
 use super::style::{Area, GRID_COLOUR, INK, at, direction_name, font, px, short, viridis};
 use crate::error::PictureError;
 use crate::flow_slice::{
-    FlowSlice, SlicePlane, Streamline, body_surface, hatched, section, streamlines, walls,
+    FlowSlice, SlicePlane, Streamline, body_surface, hatched, is_beyond_wall, section, streamlines,
+    walls, walls_of_file,
 };
 
 /// Width of the picture in pixels.
@@ -159,7 +160,7 @@ fn draw(
         window = draw_window(&left, scene, placed, slice, title)?;
         draw_bar(&right, colours)
     })?;
-    canvas::over_raster(&svg, &raster(slice, colours), window)
+    canvas::over_raster(&svg, &raster(scene, slice, colours), window)
 }
 
 /// A name with as many characters as fit into a title.
@@ -224,6 +225,29 @@ fn draw_window(
         let line = LineSeries::new(piece.map(place), INK.stroke_width(px(2)));
         chart.draw_series(line)?;
     }
+    for curve in walls_of_file(scene.domain(), plane) {
+        let corners = curve.iter().chain(curve.first()).map(|p| place(*p));
+        chart.draw_series(LineSeries::new(corners, INK.stroke_width(px(3))))?;
+    }
+    // Tubes that wind out of the plane, in front of the flow.
+    let per_length = f64::from(px(WIDTH - SPACE[0] - SPACE[1])) / plane.width;
+    for (body, pose) in placed.bodies.iter().zip(placed.poses) {
+        let centreline = body.shape.centreline();
+        // Heads of tubes are cut where their tails are.
+        let radius = centreline
+            .iter()
+            .fold(f64::INFINITY, |r, (_, radius)| r.min(*radius));
+        if centreline.is_empty() {
+            continue;
+        }
+        let points = centreline
+            .iter()
+            .map(|(x, _)| (pose * Point3::from(*x)).coords);
+        let points = points.map(|x| place(plane.coordinates(&x)));
+        let width = (2.0 * radius * per_length).round() as u32;
+        let style = GRID_COLOUR.mix(0.5).stroke_width(width);
+        chart.draw_series(LineSeries::new(points, style))?;
+    }
     for (body, pose) in placed.bodies.iter().zip(placed.poses) {
         let Some(surface) = body_surface(&body.shape) else {
             continue;
@@ -268,15 +292,22 @@ fn draw_bar(area: &Area, colours: &Colours) -> Result<(), Box<dyn std::error::Er
     Ok(())
 }
 
-/// The colours of the values, from above.
-fn raster(slice: &FlowSlice, colours: &Colours) -> Raster {
-    let rows = colours.values.chunks(slice.columns).rev();
-    let pixels = rows.flatten().flat_map(|value| match value {
-        Some(value) => {
-            let [red, green, blue] = viridis(colours.place(*value));
-            [red, green, blue, 255]
+/// The colours of the values, from above; none beyond walls, where values are extrapolated.
+fn raster(scene: &Scene, slice: &FlowSlice, colours: &Colours) -> Raster {
+    let place = |k: usize, count: usize| k as f64 / (count.max(2) - 1) as f64;
+    let pixels = (0..slice.rows)
+        .rev()
+        .flat_map(|row| (0..slice.columns).map(move |c| (row, c)));
+    let pixels = pixels.flat_map(|(row, column)| {
+        let at = [place(column, slice.columns), place(row, slice.rows)];
+        let is_shown = !is_beyond_wall(scene.domain(), &slice.plane.point(at));
+        match colours.values[row * slice.columns + column].filter(|_| is_shown) {
+            Some(value) => {
+                let [red, green, blue] = viridis(colours.place(value));
+                [red, green, blue, 255]
+            }
+            None => [255, 255, 255, 0],
         }
-        None => [255, 255, 255, 0],
     });
     Raster {
         columns: slice.columns,

@@ -15,9 +15,11 @@ use crate::error::PictureError;
 pub fn learning_curve_svg(curve: &[f64], best: f64) -> Result<String, PictureError> {
     canvas::svg((SIZE.0, 420), |root| {
         let low = curve.iter().copied().fold(0.0, f64::min);
-        let high = 1.1 * curve.iter().copied().fold(best, f64::max).max(1e-300);
+        let high = curve.iter().copied().fold(best, f64::max).max(1e-300);
+        let (low, high) = (low - 0.05 * (high - low), high + 0.1 * (high - low));
         let mut chart = ChartBuilder::on(root)
             .margin(px(14))
+            .margin_right(px(28))
             .caption(
                 "mean reward of a step, random steps included",
                 font(18, &INK),
@@ -34,7 +36,9 @@ pub fn learning_curve_svg(curve: &[f64], best: f64) -> Result<String, PictureErr
         chart.draw_series(LineSeries::new(points, COLOURS[0].stroke_width(px(2))))?;
         let ends = [(0.0, best), (curve.len() as f64, best)];
         chart.draw_series(LineSeries::new(ends, COLOURS[1].stroke_width(px(2))))?;
-        chart.draw_series([Text::new("best cycle", ends[0], font(13, &COLOURS[1]))])?;
+        // Above the line, and right of the axis.
+        let place = (0.01 * curve.len() as f64, best + 0.06 * (high - low));
+        chart.draw_series([Text::new("best cycle", place, font(13, &COLOURS[1]))])?;
         Ok(())
     })
 }

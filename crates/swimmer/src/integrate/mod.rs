@@ -49,7 +49,7 @@ pub use span_evaluator::{ObserveSolution, SpanSolution};
 pub use unsteady::UnsteadyScene;
 
 use crate::error::SwimError;
-use crate::start::check_model;
+use crate::moment::check_model;
 use unsteady::UnsteadyFlow;
 
 /// Number of solves of a typical phase span by collocation: orders of one, two and three points.

@@ -5,6 +5,7 @@ use rigid::{
     Articulation, DerivativeBounds, MotionBounds, RigidError, State, StateBounds, StateVelocity,
     Twist, ValueBounds,
 };
+use serde::{Deserialize, Serialize};
 
 use super::inverse_dexp::coordinate_rate;
 use crate::error::SwimError;
@@ -12,7 +13,7 @@ use crate::gauss::{Gauss, bernstein, lagrange};
 
 /// The path over a part of a phase span: rates of the coordinates at Gauss points, and the state on
 /// which the coordinates are centred.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct PathPiece {
     /// Start of the part, as a position `s` in [0, 1] on the phase span.
     pub from: f64,
@@ -25,6 +26,12 @@ pub struct PathPiece {
 }
 
 impl PathPiece {
+    /// The piece of a path at the position `s`; none of an empty path.
+    pub(crate) fn around(pieces: &[Self], s: f64) -> Option<&Self> {
+        let number = pieces.partition_point(|piece| piece.to < s);
+        pieces.get(number).or(pieces.last())
+    }
+
     /// The path that starts at the state `start` and has these rates at the Gauss points of `span`.
     pub(super) fn new(
         set: &Articulation,
@@ -110,7 +117,7 @@ impl PathPiece {
     }
 
     /// The state at the position `s` on the phase span.
-    pub(super) fn state(&self, set: &Articulation, s: f64) -> Result<State, RigidError> {
+    pub(crate) fn state(&self, set: &Articulation, s: f64) -> Result<State, RigidError> {
         let t = if self.to > self.from {
             (s - self.from) / (self.to - self.from)
         } else {

@@ -228,23 +228,17 @@ impl SpanResult {
     /// None for the articulation that was integrated; for another one, those of
     /// [`Articulation::advance`].
     pub fn state(&self, set: &Articulation, s: f64) -> Result<State, SwimError> {
-        match self.piece(s) {
+        match PathPiece::around(&self.pieces, s) {
             Some(piece) => Ok(piece.state(set, s)?),
             None => Ok(self.end.clone()),
         }
-    }
-
-    /// The piece of the path at the position `s`; none before the first step.
-    fn piece(&self, s: f64) -> Option<&PathPiece> {
-        let number = self.pieces.partition_point(|piece| piece.to < s);
-        self.pieces.get(number).or(self.pieces.last())
     }
 
     /// Velocities and forces of the bodies at the position `s`, by the polynomial through the
     /// solutions of its step, and through those beside them if they are at its ends; none without
     /// solutions.
     pub fn bodies(&self, s: f64) -> Option<Vec<BodySolution>> {
-        let piece = self.piece(s)?;
+        let piece = PathPiece::around(&self.pieces, s)?;
         let is_of_step = |of: &&SpanSolution| (piece.from..=piece.to).contains(&of.s);
         let mut of_step: Vec<_> = self.solutions.iter().filter(is_of_step).collect();
         if let [first, last] = of_step[..]

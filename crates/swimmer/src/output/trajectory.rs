@@ -19,9 +19,11 @@ const ADDED_MASS: [&str; 6] = ["afx", "afy", "afz", "atx", "aty", "atz"];
 /// The trajectory as comma-separated values with a header.
 ///
 /// Columns: `time`, `cycle` and `phase` (from one), the value of each joint (`NAME.length`, an
-/// angle for joints that turn), and 18 columns per body, such as `left.x`. Velocities and forces
-/// are empty at the ends of phases, where rates jump and nothing is solved; at equal intervals of
-/// time they are interpolated between solves. Fluids with inertia have two more columns, the
+/// angle for joints that turn), and 18 columns per body, such as `left.x`. Where nothing is solved,
+/// at the start, at the ends of phases and at equal intervals of time, velocities and forces are
+/// those of the polynomial through the solves of a step, with more error than at the solves; at the
+/// end of a phase, where rates jump, they are those before it. The last column, `solved`, is 1 in
+/// rows of solves and 0 in these. Fluids with inertia have two more columns, the
 /// kinetic energies of fluid and bodies, and six more per body, forces and torques by added mass
 /// ([`AddedMassForces`](crate::AddedMassForces)) such as `left.afx`, empty where nothing is solved
 /// and, in the meridian plane, at every second step. Numbers have as many digits as are needed to
@@ -50,6 +52,7 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
             header.extend(ADDED_MASS.map(|column| format!("{}.{column}", body.name)));
         }
     }
+    header.push("solved".to_owned());
     let mut text = header
         .iter()
         .map(|name| quoted(name))
@@ -57,6 +60,7 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
         .join(",");
     text.push('\n');
     let phases = scene.gait().phases.len().max(1);
+    let is_uniform = scene.output().samples.is_some();
     for sample in samples {
         let mut row = vec![
             sample.time.to_string(),
@@ -70,7 +74,7 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
             // Samples of older runs have none.
             let turning = sample.turnings.get(body).copied().unwrap_or_default();
             row.extend(numbers(&turning.rotation_vector(&pose.rotation)));
-            match sample.bodies.as_ref().and_then(|bodies| bodies.get(body)) {
+            match sample.loads().and_then(|bodies| bodies.get(body)) {
                 Some(b) => {
                     for vector in [b.velocity, b.angular_velocity, b.force, b.torque] {
                         row.extend(numbers(&vector));
@@ -93,6 +97,7 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
                 None => row.extend(vec![String::new(); ADDED_MASS.len() * scene.bodies().len()]),
             }
         }
+        row.push(u8::from(sample.bodies.is_some() && !is_uniform).to_string());
         text.push_str(&row.join(","));
         text.push('\n');
     }

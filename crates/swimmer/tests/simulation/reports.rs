@@ -5,12 +5,15 @@ use std::f64::consts::TAU;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rigid::{JointLoad, StateVelocity};
 use serde_json::{Value, json};
+use swimmer::models::Hydrodynamics;
 use swimmer::models::{
     AccumulatedError, BodySolution, Checks, DiscretisationError, Dofs, ErrorEstimate, HoldingLoad,
     InstantaneousSolution, NewMesh, Seconds, SolverReport, Uncertainty,
 };
 use swimmer::output::{solution_json, summary_json, trajectory_csv};
-use swimmer::{Method, Outcome, Scene};
+use swimmer::{
+    Method, Motion, Observer, Outcome, PhaseSpan, Scene, SpanResult, SwimError, simulate,
+};
 use testkit::{SceneText, run_by, within};
 
 use crate::support::{Tensor, TestModel};
@@ -387,7 +390,8 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
             let turns = 4.0 * TAU * rotation.scaled_axis().normalize();
             sample.turnings[body].vector = rotation.scaled_axis() + turns;
         }
-        for (number, entry) in sample.bodies.iter_mut().flatten().enumerate() {
+        let loads = sample.bodies.iter_mut().chain(&mut sample.interpolated);
+        for (number, entry) in loads.flatten().enumerate() {
             *entry = body(unit + 10.0 * (number + 1) as f64);
         }
     }
@@ -398,7 +402,7 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
     ];
     let columns = |body: &str| names.map(|name| body.replace('*', name)).join(",");
     let header = format!(
-        "time,cycle,phase,arm.length,{},{}",
+        "time,cycle,phase,arm.length,{},{},solved",
         columns("a.*"),
         columns("\"b, the large.*\"")
     );
@@ -412,6 +416,7 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
         assert_eq!(number(1) as usize, sample.span / 3 + 1);
         assert_eq!(number(2) as usize, sample.span % 3 + 1);
         assert_eq!(number(3), sample.shape[0]);
+        assert_eq!(number(40), f64::from(u8::from(sample.bodies.is_some())));
         for (body, pose) in sample.poses.iter().enumerate() {
             let first = 4 + 18 * body;
             let vector = |k: usize| Vector3::from_fn(|axis, _| number(first + 3 * k + axis));
@@ -419,14 +424,7 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
             let expected = 0.01 * self::vector(body as f64);
             let expected = expected + 4.0 * TAU * expected.normalize();
             assert!((vector(1) - expected).norm() < 1e-12);
-            let Some(bodies) = &sample.bodies else {
-                assert!(
-                    row[first + 6..first + 18]
-                        .iter()
-                        .all(|cell| cell.is_empty())
-                );
-                continue;
-            };
+            let bodies = sample.loads().unwrap();
             let found = [2, 3, 4, 5].map(vector);
             let body = &bodies[body];
             let expected = [
@@ -438,6 +436,87 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
             assert_eq!(found, expected);
         }
     }
+}
+
+/// Collects the motion of a run.
+#[derive(Default)]
+struct Collector(Motion);
+
+impl Observer for Collector {
+    fn span_done(
+        &mut self,
+        span: &PhaseSpan,
+        result: &SpanResult,
+        _: &Outcome,
+        _: &mut dyn Hydrodynamics,
+    ) -> Result<(), SwimError> {
+        self.0.append(span, result);
+        Ok(())
+    }
+}
+
+#[test]
+fn the_motion_of_a_run_has_the_positions_of_its_samples_and_solutions_at_any_time() {
+    let scene = two_spheres();
+    let set = scene.articulation();
+    let mut model = TestModel::new(&scene, Tensor::Rpy);
+    let mut collector = Collector::default();
+    let outcome = simulate(&scene, &mut model, Method::Collocation, &mut collector).unwrap();
+    let stored = serde_json::to_value(&collector.0).unwrap();
+    let motion: Motion = serde_json::from_value(stored).unwrap();
+    for sample in &outcome.samples {
+        let moment = motion.at(&scene, sample.time).unwrap();
+        within(
+            moment.time - sample.time,
+            1e-12,
+            "rounding of sums of durations",
+        );
+        let poses = set.place(&moment.state, &moment.shape).unwrap();
+        for (found, expected) in poses.iter().zip(&sample.poses) {
+            let apart = (found.translation.vector - expected.translation.vector).norm();
+            within(apart, 1e-12, "rounding");
+        }
+    }
+    // Solves are at states of the iteration, which differ from the path by the tolerance 1e-4.
+    // Between them and the ends the forces, which change by a fifth along an arm that closes by
+    // one, are those of a polynomial. At another phase they have the opposite sign or vanish.
+    let mut compare = |time: f64, expected: &[BodySolution], allowed: f64| {
+        let found = motion.solve(&scene, &mut model, time).unwrap();
+        for (found, expected) in found.bodies.iter().zip(expected) {
+            let largest = expected.force.norm();
+            within(
+                (found.force - expected.force).norm(),
+                allowed * largest,
+                "forces",
+            );
+        }
+    };
+    for sample in &outcome.samples {
+        if let Some(solved) = &sample.bodies {
+            compare(sample.time, solved, 1e-3);
+        }
+    }
+    let [first, last] = [outcome.samples.first(), outcome.samples.last()].map(Option::unwrap);
+    for row in [first, last] {
+        assert!(row.bodies.is_none());
+        compare(row.time, row.loads().unwrap(), 2e-2);
+    }
+    for time in [-0.1, f64::NAN, 1.1 * last.time] {
+        let error = motion.at(&scene, time).unwrap_err().to_string();
+        let known = format!("known from 0 to {}", scene.gait().duration());
+        assert!(error.contains(&known), "{error}");
+    }
+    let heavy =
+        Scene::parse("bodies = [{ name = \"a\", radius = 1, mass = 1, position = [0, 0, 0] }]\n");
+    let heavy = heavy.unwrap();
+    let mut model = TestModel::new(&heavy, Tensor::Rpy);
+    let error = Motion::default()
+        .solve(&heavy, &mut model, 0.0)
+        .unwrap_err();
+    assert!(
+        error.to_string().contains("do not determine the flow"),
+        "{error}"
+    );
 }
 
 /// Rows at equal intervals of time lie on the path of the run: positions follow from velocities,
