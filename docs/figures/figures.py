@@ -38,37 +38,26 @@ def arguments(description, **more):
     return chosen
 
 
-<<<<<<< HEAD
-def swim_text(command, scene, *options, overrides=(), threads=None, seconds=None):
-    """What `swim` prints; `scene` is a path or the text of a scene file. Refused after `seconds`."""
-    program = os.environ.get("SWIM", str(ROOT / "target" / "release" / "swim"))
-=======
 def program():
     """The command `swim`."""
     return os.environ.get("SWIM", str(ROOT / "target" / "release" / "swim"))
 
 
-def swim_text(command, scene, *options, overrides=(), threads=None):
-    """What `swim` prints; `scene` is a path or the text of a scene file."""
->>>>>>> people18
+def swim_text(command, scene, *options, overrides=(), threads=None, seconds=None):
+    """What `swim` prints; `scene` is a path or the text of a scene file. Refused after `seconds`."""
     environment = os.environ | ({"RAYON_NUM_THREADS": str(threads)} if threads else {})
     with tempfile.TemporaryDirectory() as folder:
         if not isinstance(scene, pathlib.Path):
             text, scene = scene, pathlib.Path(folder) / "scene.toml"
             scene.write_text(text)
         sets = [word for override in overrides for word in ("--set", override)]
-<<<<<<< HEAD
-        words = [program, command, str(scene), "--quiet", *sets, *map(str, options)]
+        words = [program(), command, str(scene), "--quiet", *sets, *map(str, options)]
         try:
             done = subprocess.run(
                 words, capture_output=True, text=True, env=environment, timeout=seconds
             )
         except subprocess.TimeoutExpired:
             raise Refused(f"no result after {seconds} s") from None
-=======
-        words = [program(), command, str(scene), "--quiet", *sets, *map(str, options)]
-        done = subprocess.run(words, capture_output=True, text=True, env=environment)
->>>>>>> people18
     if done.returncode:
         lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
         errors = [line for line in lines if line.startswith("error: ")]
