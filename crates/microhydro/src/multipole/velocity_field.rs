@@ -204,6 +204,11 @@ impl VelocityField {
             });
         }
         let local = self.frame.to_axes * (point - self.frame.origin);
+        let has_wall = self.frame.surroundings == Surroundings::Wall;
+        if has_wall && local.z <= 0.0 {
+            // on the wall, to rounding, where images have no expansion
+            return Ok(Vector3::zeros());
+        }
         let sources = self.sources.as_ref();
         let mut velocity =
             sources.map_or_else(Vector3::zeros, |sources| sources.velocity(&local, 0));
@@ -221,7 +226,7 @@ impl VelocityField {
             });
             velocity +=
                 self.expansion_velocity(sphere, &offset, |m, f, l| flows[m].coefficients(f, l, 1));
-            if self.frame.surroundings == Surroundings::Wall && local.z > 0.0 {
+            if has_wall {
                 velocity += self.image_velocity(sphere, centre, &local);
             }
         }

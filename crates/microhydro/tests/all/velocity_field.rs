@@ -96,3 +96,22 @@ fn a_lone_sphere_has_the_flow_of_stokes() {
         Err(HydroError::NotInFluid { .. })
     ));
 }
+
+#[test]
+fn bug_the_flow_at_points_of_a_wall_lacked_the_images() {
+    // and to the rounding of points below it
+    let wall = Medium::wall(Vector3::zeros(), Vector3::z()).unwrap();
+    let one = Spheres::new(vec![Vector3::new(0.0, 0.0, 3.0)], vec![1.0]).unwrap();
+    let motion = DVector::from_fn(6, |k, _| (k as f64).cos());
+    let flow =
+        multipole::VelocityField::new(&one, &wall, &motion, &Accuracy::relative(1e-4)).unwrap();
+    for n in directions() {
+        for height in [0.0, -1e-13] {
+            let on_wall = Vector3::new(n.x, n.y, height);
+            assert_eq!(flow.velocity(&on_wall).unwrap(), Vector3::zeros());
+        }
+        let near = flow.velocity(&Vector3::new(n.x, n.y, 1e-9)).unwrap();
+        // the gradient at the wall is below one
+        assert!(near.norm() < 1e-9, "{near}");
+    }
+}
