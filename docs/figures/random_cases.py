@@ -46,8 +46,8 @@ MERIDIAN_TOLERANCE = 1e-4
 # regularisation has larger errors; factor on the regularisation of the former.
 EXACT_LAW, EXACT_YIELD, LAW_TOLERANCE, EXACT_REGULARISATION = 1e-6, 1e-4, 1e-3, 0.03
 
-# An exact value that is not found after so many seconds is none: four close squirmers off a line take
-# hours to seven digits.
+# A reference that takes longer than this is given up: four close squirmers off a line take hours to
+# seven digits.
 EXACT_SECONDS = 300
 
 # Size below which a quantity is zero but for rounding, relative to what it is compared with.

@@ -66,6 +66,30 @@ print("line integral:", opening - closing, "run:", run.net)
 assert abs(opening - closing - run.net) <= 2 * run.net_error
 
 # %% [markdown]
+# ## Any time of the run
+#
+# Positions, the forces, and the flow where it is asked for.
+
+# %%
+path = run.at(np.linspace(0, 4, 101))              # positions, attitudes, values and rates of links
+solution = run.solve(0.4)                          # .force, and its bar .force_error
+flow = run.flow(0.4, [[0, 0, 2], [0, 0, 4]])       # velocities at points
+assert path.positions.shape == (101, 3, 3)
+assert np.abs(solution.force.sum(axis=0)).max() < 1e-6
+assert np.linalg.norm(flow.velocity[0]) > np.linalg.norm(flow.velocity[1]) > 0
+
+# %% [markdown]
+# ## All small strokes
+#
+# The curvature of the connection over both arms: where it has one sign, larger strokes go farther.
+
+# %%
+heights = scene.map(progress=False)
+shapes = heights.grid(41)
+curvature = heights.curvature(shapes)[..., 0]      # displacement along x per area of a small stroke
+assert curvature.shape == (41, 41) and np.all(curvature * curvature[20, 20] > 0)
+
+# %% [markdown]
 # ## A picture
 #
 # The flow in the plane of the swimmer while the left arm closes.

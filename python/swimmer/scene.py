@@ -403,7 +403,7 @@ class Scene(Result):
 
         Examples
         --------
-        Small strokes of three spheres move to the right if the left arm opens first:
+        The curvature of the connection of three spheres on a grid of shapes:
 
         >>> scene = Scene.from_template("three-sphere")
         >>> heights = scene.map(progress=False)

@@ -64,7 +64,13 @@ pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, CliEr
 fn warnings(scene: &Scene, found: &DesignedStroke) -> Vec<String> {
     let (options, optimum) = (scene.optimise(), &found.optimum);
     let mut warnings: Vec<String> = table_warning(&found.table).into_iter().collect();
-    if optimum.refinement_error > options.tolerance {
+    if optimum.refinement_error.is_infinite() {
+        warnings.push(
+            "how far the stroke is from the optimum is not known without a refinement: increase \
+             optimise.terms"
+                .to_owned(),
+        );
+    } else if optimum.refinement_error > options.tolerance {
         warnings.push(format!(
             "optimise.tolerance = {:e} was requested, and the last increase of the number of terms \
              or corners to {} changed the objective by {}; increase optimise.terms",
@@ -260,9 +266,12 @@ fn describe_stroke(found: &DesignedStroke) -> String {
         // With the drag of all bodies together, as of `swim run`.
         text += &entry("  by the model", with_bar(of_run.value, of_run.error));
     }
-    let change = percent(optimum.refinement_error);
-    text + &entry(
-        "last refinement",
-        format!("changed the objective by {change}"),
-    )
+    let change = match optimum.refinement_error.is_finite() {
+        true => {
+            let change = percent(optimum.refinement_error);
+            format!("changed the objective by {change}")
+        }
+        false => "none: optimise.terms allows the first terms only".to_owned(),
+    };
+    text + &entry("last refinement", change)
 }

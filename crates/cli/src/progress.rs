@@ -42,7 +42,7 @@ impl RunBar {
             started: Instant::now(),
             begun: (Instant::now(), 0),
             quiet,
-            waiting: (!quiet).then(|| Waiting::new("choosing the model")),
+            waiting: (!quiet).then(|| Waiting::new("preparing the run")),
             interrupted,
         }
     }

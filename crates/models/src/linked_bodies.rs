@@ -689,6 +689,12 @@ impl SomeLinkages<'_> {
         self.linkages.iter().all(|one| one.load.is_empty())
     }
 
+    /// Whether no joint and no given velocity takes part, so that all forces are given.
+    pub fn has_given_forces(&self) -> bool {
+        let mut linkages = self.linkages.iter().zip(&self.surfaces);
+        linkages.all(|(one, spheres)| one.load.len() == 6 * spheres.len())
+    }
+
     /// Bodies with surfaces of some linkages, by their numbers.
     pub fn spheres_of(&self, linkages: &[usize]) -> Vec<usize> {
         let lists = linkages.iter().map(|&k| &self.surfaces[k]);

@@ -14,7 +14,7 @@ use arguments::{Arguments, Task, USAGE};
 use petsc::{PetscEngine, Session};
 use pictures::RunPictures;
 use swimmer::models::{FemModel, ModelError};
-use swimmer::output::{solution_json, summary_json};
+use swimmer::output::solution_json;
 use swimmer::{Choice, Scene, SwimError, run_with, solve_start};
 
 static ENGINE: PetscEngine = PetscEngine;
@@ -87,9 +87,7 @@ fn answer(arguments: &Arguments, is_first: bool) -> Result<String, SwimError> {
             let report =
                 run_with(scene, &model, &out, *resume, is_first, files, &mut ())?.completed()?;
             report.check_tolerance()?;
-            let (scene, outcome) = (&report.scene, &report.outcome);
-            let reasons = &report.reasons;
-            Ok(summary_json(scene, report.model, reasons, outcome, report.seconds).to_string())
+            Ok(report.summary().to_string())
         }
     }
 }

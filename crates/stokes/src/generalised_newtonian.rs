@@ -23,7 +23,7 @@ use crate::solve::{InitialGuesses, Solvers};
 use crate::surface_flow::NodalSurfaceFlow;
 use crate::viscous_stress::{FrozenViscosity, ViscousStress, thinning};
 
-/// Largest number of steps; laws with indices from 0.3 take 3 to 6.
+/// Largest number of steps; laws with indices from 0.3 take 3 to 10 (`docs/newton.md`).
 const MAX_STEPS: usize = 40;
 
 /// Relative residual of the first Newtonian flow and largest one of a linear solve.
@@ -74,6 +74,10 @@ const STEEP_EXPONENT: f64 = 0.4;
 /// idea is that of Fraters, Bangerth, Thieulot, Glerum & Spakman (Geophys. J. Int. 218, 2019).
 const DAMPED_RESIDUAL: f64 = 0.25;
 const DAMPED_PART: f64 = 0.5;
+
+/// Largest number of damped steps: with a local exponent `n` of the stress each reduces the residual
+/// by a factor of `(1 - n) / (1 + n)` only, which in plugs is nearly one.
+const MAX_DAMPED: usize = 10;
 
 /// Number of bisections for the logarithm of the factor on a flow, from this largest magnitude.
 const BISECTIONS: usize = 20;
@@ -540,7 +544,7 @@ impl Newton<'_> {
                     target,
                 });
             }
-            let part = match relative > DAMPED_RESIDUAL {
+            let part = match relative > DAMPED_RESIDUAL && steps < MAX_DAMPED {
                 true => DAMPED_PART,
                 false => 1.0,
             };

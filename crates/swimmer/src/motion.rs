@@ -33,13 +33,15 @@ struct SpanMotion {
 impl SpanMotion {
     /// The position on the phase span at which the motion ends.
     fn reached(&self) -> f64 {
-        self.pieces.last().map_or(0.0, |piece| piece.to)
+        self.pieces.last().map_or(0.0, |piece| piece.to.max(0.0))
     }
 }
 
 impl Motion {
-    /// Appends the phase span that follows.
+    /// Appends the phase span that follows. One that is known already, of a run that begins again
+    /// with another model or tolerance, is replaced with all after it.
     pub fn append(&mut self, span: &PhaseSpan, result: &SpanResult) {
+        self.spans.retain(|known| known.number < span.number);
         self.spans.push(SpanMotion {
             number: span.number,
             pieces: result.pieces.clone(),

@@ -340,7 +340,8 @@ pub struct Sample {
     pub bodies: Option<Vec<BodySolution>>,
     /// Velocities and forces where nothing was solved, at the start and at the ends of phase spans:
     /// those of the polynomial through the solves of the step before ([`SpanResult::bodies`]), at
-    /// the start of the first step after. None where a phase span has no solves.
+    /// the start of the first step after. None where a phase span has no solves, and at the start
+    /// where fluid or bodies have inertia.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interpolated: Option<Vec<BodySolution>>,
     /// Kinetic energy of fluid and bodies, for fluids with inertia; none at equal intervals of
@@ -531,7 +532,9 @@ impl Outcome {
                 added_mass: None,
             })
         };
-        if let [start] = &mut self.samples[..] {
+        // Velocities with inertia begin with those of the start, which no solution has.
+        let has_inertia = scene.inertia().is_kept() || scene.has_masses();
+        if let ([start], false) = (&mut self.samples[..], has_inertia) {
             start.interpolated = result.bodies(0.0);
         }
         let reached = result.reached();

@@ -79,7 +79,9 @@ pub fn optimise() -> Value {
             ("terms", count("of the series, or corners")),
             (
                 "refinement_error",
-                number("change of the objective by the last increase of terms"),
+                or_null(number(
+                    "change of the objective by the last increase of terms, null for the first terms",
+                )),
             ),
             (
                 "at_limits",

@@ -1,7 +1,8 @@
 //! `swim schema`: JSON schemas of what the commands write and print with `--json`.
 //!
 //! A test compares them with real output: every key must be described, and every described key be
-//! there unless its name ends with a question mark here.
+//! there unless its name ends with a question mark here. It has no output of waves, steady flows and
+//! flows with inertia, whose schemas are compared with nothing.
 
 mod build;
 mod designs;
@@ -23,7 +24,7 @@ type Schema = (&'static str, &'static str, fn() -> Value);
 const SCHEMAS: [Schema; 9] = [
     ("run", "summary.json of swim run, and swim run --json", run),
     ("solve", "swim solve --json", solve),
-    ("map", "swim map --json", map),
+    ("map", "swim map --json, without --shard", map),
     (
         "optimise",
         "optimum.json of swim optimise for a stroke",

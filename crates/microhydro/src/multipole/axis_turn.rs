@@ -73,37 +73,7 @@ fn class(k: usize, l: usize, highest: usize) -> (usize, isize, usize) {
 /// Parities along x, y, z become those along x, z, y; that along z is `(-1)^l` times both others.
 #[inline(always)]
 fn turned(k: usize, l: usize) -> usize {
-    let is_even = l % 2 == 0;
-    match k {
-        0 => {
-            if is_even {
-                0
-            } else {
-                3
-            }
-        }
-        1 => {
-            if is_even {
-                2
-            } else {
-                1
-            }
-        }
-        2 => {
-            if is_even {
-                1
-            } else {
-                2
-            }
-        }
-        _ => {
-            if is_even {
-                3
-            } else {
-                0
-            }
-        }
-    }
+    [[0, 2, 1, 3], [3, 1, 2, 0]][l % 2][k]
 }
 
 /// Place of a harmonic of a class.

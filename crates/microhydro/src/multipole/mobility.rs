@@ -220,7 +220,9 @@ impl Plan {
 
     /// Numbers of all couplings.
     fn numbers(&self) -> f64 {
-        let of = |pair: &PlannedPair| pair_product::numbers(pair.orders, pair.regular) as f64;
+        let of = |pair: &PlannedPair| {
+            (pair_product::PAIR + pair_product::numbers(pair.orders, pair.regular)) as f64
+        };
         self.pairs.iter().map(of).sum()
     }
 }

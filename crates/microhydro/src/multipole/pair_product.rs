@@ -1,8 +1,9 @@
 //! Products of the coupling of two expansions with one vector.
 //!
 //! The numbers of a pair are in one piece of memory, and both directions read them once: thousands
-//! of spheres have half a million pairs, most of them with two hundred numbers. High degrees of a narrow gap act on the other
-//! surface with the azimuthal numbers 0 and 1 about its axis alone, and only these are stored.
+//! of spheres have half a million pairs, most of them with two hundred numbers. High degrees of a
+//! narrow gap act on the other surface with the azimuthal numbers 0 and 1 about its axis alone, and
+//! only these are stored.
 
 use nalgebra::Vector3;
 
@@ -54,7 +55,7 @@ fn highest(l: usize, regular: usize) -> usize {
     if l <= regular { l } else { l.min(1) }
 }
 
-/// Number of numbers that [`PairProduct`] stores.
+/// Number of numbers that [`PairProduct`] stores beside [`PAIR`].
 pub(super) fn numbers(orders: PairOrders, regular: usize) -> usize {
     azimuthal_numbers(orders, regular)
         .map(|m| {
@@ -75,6 +76,9 @@ pub(super) fn operations(orders: PairOrders, regular: usize) -> usize {
     // two symmetry classes
     turns + 4 * numbers(orders, regular)
 }
+
+/// Numbers of a pair without couplings: zeros behind them, angles, orders and the plan.
+pub(super) const PAIR: usize = 24;
 
 fn azimuthal_numbers(orders: PairOrders, regular: usize) -> std::ops::RangeInclusive<usize> {
     0..=orders[0].min(orders[1]).min(regular.max(1))
@@ -334,7 +338,9 @@ fn sum(x: &[f64; ROWS]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::coupling::Coupling;
+    use nalgebra::{DMatrix, DVector};
+
+    use super::super::coupling::{Coupling, SymmetryClass};
     use super::*;
 
     /// Coefficients of the modes by degree and azimuthal number.
@@ -352,19 +358,86 @@ mod tests {
     fn products(
         pair: &PairProduct,
         x: [&[OfFamilies]; 2],
-        most: PairOrders,
+        most: (PairOrders, usize),
     ) -> [Vec<OfFamilies>; 2] {
         let [mut source, mut target] = x.map(|x| vec![[0.0; 4]; x.len()]);
         let mut work = Workspace::default();
         let quarter = QuarterTurn::new(6);
-        pair.add(
-            x,
-            [&mut source, &mut target],
-            (most, 0),
-            &quarter,
-            &mut work,
-        );
+        // what another pair left behind is not used
+        for list in work.given.iter_mut().chain(&mut work.found) {
+            list.resize(1000, f64::NAN);
+        }
+        pair.add(x, [&mut source, &mut target], most, &quarter, &mut work);
         [source, target]
+    }
+
+    /// The coupling on the line of centres without what a product leaves out.
+    fn dense(
+        ends: [&Expansion; 2],
+        kept: impl Fn(usize, Family, usize, usize) -> bool,
+    ) -> DMatrix<f64> {
+        let [from, to] = ends.map(|end| end.modes);
+        let mut matrix = DMatrix::zeros(to.len(), from.len());
+        for class in SymmetryClass::all(from.order.min(to.order)) {
+            let m = class.m;
+            let coupling = axial_coupling(ends, 3.0, m);
+            let [columns, rows] = [from, to].map(|modes| class.rows(modes));
+            for (column, (&(family, l), &(place, sign))) in
+                from.sector(m).iter().zip(&columns).enumerate()
+            {
+                for (row, (&(other, k), &(target, of_row))) in
+                    to.sector(m).iter().zip(&rows).enumerate()
+                {
+                    if kept(0, family, l, m) && kept(1, other, k, m) {
+                        matrix[(target, place)] = sign * of_row * coupling[(row, column)];
+                    }
+                }
+            }
+        }
+        matrix
+    }
+
+    #[test]
+    fn products_leave_out_high_azimuthal_numbers_and_degrees() {
+        for orders in [[6, 4], [5, 5], [4, 6]] {
+            let ends = [(1.0, orders[0]), (0.7, orders[1])].map(|(radius, order)| Expansion {
+                radius,
+                modes: Modes { order },
+            });
+            let ends = [&ends[0], &ends[1]];
+            for regular in [1, 3, 10] {
+                // along z, where rotations are the identity
+                let pair = PairProduct::new(ends, &Vector3::new(0.0, 0.0, 3.0), regular);
+                for (most, omitted) in [([6, 6], 0), ([6, 6], 2), ([3, 4], 0), ([1, 1], 2)] {
+                    let matrix = dense(ends, |end, family, l, m| {
+                        let used = Modes {
+                            order: orders[end].min(most[end]),
+                        };
+                        let of_degree = highest(l, regular.saturating_sub(omitted));
+                        used.contains(family, l) && m <= of_degree
+                    });
+                    let [x, y] = [matrix.ncols(), matrix.nrows()]
+                        .map(|n| DVector::from_fn(n, |k, _| (k as f64 + 1.0).sin()));
+                    let given = [(&x, 0), (&y, 1)].map(|(x, end): (&DVector<f64>, usize)| {
+                        by_harmonic(x.as_slice(), ends[end].modes)
+                    });
+                    let found = products(&pair, [&given[0], &given[1]], (most, omitted));
+                    let expected = [(matrix.tr_mul(&y), 0), (&matrix * &x, 1)]
+                        .map(|(x, end)| by_harmonic(x.as_slice(), ends[end].modes));
+                    for (found, expected) in found.iter().zip(&expected) {
+                        for (found, expected) in
+                            found.iter().flatten().zip(expected.iter().flatten())
+                        {
+                            // sums of a hundred numbers below one
+                            assert!(
+                                (found - expected).abs() < 1e-13,
+                                "{orders:?} {regular} {most:?}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
     }
 
     #[test]
@@ -401,7 +474,7 @@ mod tests {
                 }
             }
             let x = [by_harmonic(&x, all[0]), by_harmonic(&x[..to.len()], all[1])];
-            let [found_back, found] = products(&pair, [&x[0], &x[1]], most);
+            let [found_back, found] = products(&pair, [&x[0], &x[1]], (most, 0));
             let expected = by_harmonic(&expected, all[1]);
             let back = by_harmonic(&back, all[0]);
             let pairs = found

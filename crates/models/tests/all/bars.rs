@@ -6,6 +6,7 @@ use models::{
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use rigid::StateVelocity;
+use scene::Scene;
 use testkit::{SceneText, pair, within};
 
 use crate::scenes::{solve_at_start, three_spheres, with_stresslets};
@@ -244,14 +245,17 @@ fn assert_bars_of_clusters(scale: f64) {
         let names = [0, 1].map(|k| format!("s{cluster}{k}"));
         text = text.slide(&format!("arm{cluster}"), &names[1], &names[0]);
     }
-    let scene = text.scene();
+    assert_bars_of_expansions(&text.scene(), &[[1.0, -0.5, 0.0].repeat(3)]);
+}
+
+/// The bars of a scene by expansions contain their errors at two tolerances.
+fn assert_bars_of_expansions(scene: &Scene, rates: &[Vec<f64>]) {
     let state = scene.initial_state();
-    let rates = [[1.0, -0.5, 0.0].repeat(3)];
     let solved = |tolerance| {
         let configuration = testkit::at(&state, scene.articulation().initial_shape());
         let kind = SphereModel::Multipole(tolerance);
-        let query = Query::new(configuration, &rates).with_stresslets();
-        let solved = SpheresModel::new(&scene, kind).unwrap().solve(&query);
+        let query = Query::new(configuration, rates).with_stresslets();
+        let solved = SpheresModel::new(scene, kind).unwrap().solve(&query);
         solved.unwrap().remove(0)
     };
     let exact = solved(1e-6);
@@ -301,6 +305,28 @@ fn assert_bars_of_clusters(scale: f64) {
 #[test]
 fn bars_of_many_spheres_in_narrow_gaps_contain_the_errors_of_expansions() {
     assert_bars_of_clusters(1.0);
+}
+
+/// Without joints bars have smaller factors.
+#[test]
+fn bars_of_cubes_of_free_spheres_contain_the_errors_of_expansions() {
+    for gap in [0.04, 0.5] {
+        let mut text = SceneText::new();
+        for k in 0..27 {
+            let place = [k % 3, k / 3 % 3, k / 9].map(|n| (2.0 + gap) * f64::from(n));
+            let load = |shift: f64| (2.3 * f64::from(k) + shift).sin();
+            let keys = format!(
+                "radius = 1, force = [{}, {}, {}], torque = [{}, 0, {}]",
+                load(0.0),
+                load(1.0),
+                load(2.5),
+                load(4.0),
+                load(5.0)
+            );
+            text = text.shape(&format!("s{k}"), &keys, place);
+        }
+        assert_bars_of_expansions(&text.scene(), &[Vec::new()]);
+    }
 }
 
 /// Couplings had orders of two and three there, which lower orders hardly changed.

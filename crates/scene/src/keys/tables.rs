@@ -237,8 +237,8 @@ tables! {
         /// `velocity` is given too.
         angular_velocity: Option<LoadFile> | "none: the flow determines it",
         /// Mass; without masses there is no inertia. With gravity its weight is that of the mass
-        /// minus that of the displaced fluid. Give mass or density, not both. Of bodies that deform
-        /// spheres that change their size have a mass, without gravity.
+        /// minus that of the displaced fluid. Give mass or density, not both. Of the bodies that
+        /// deform, only spheres that change their size may have a mass, and only without gravity.
         mass: f64 [NonNegative] = 0.0,
         /// Moment of inertia about the centre; for zero that of a homogeneous body of the mass. It
         /// grows with the square of the radius of a sphere that changes its size.

@@ -1,9 +1,11 @@
 //! Masses and momenta of bodies.
 
+use std::f64::consts::PI;
+
 use models::BodyInertia;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector6};
 use rigid::{ExternalLoad, Reduction, State};
-use scene::Scene;
+use scene::{Gait, Scene, spans};
 
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use crate::error::SwimError;
@@ -21,13 +23,29 @@ pub(super) fn numbers_of(velocities: &Velocities) -> Vec<f64> {
     velocities.iter().flatten().copied().collect()
 }
 
-/// Mass over Stokes drag: bodies of other shapes and among others relax faster than a sphere of
-/// their smallest size alone.
+/// Parts of a phase at whose ends the radii of bodies count.
+const PARTS_OF_PHASE: u32 = 8;
+
+/// Mass over Stokes drag of a lone sphere with the smallest bounding radius in the first cycle.
+///
+/// Among others and near walls bodies relax faster.
 pub(crate) fn relaxation_time(scene: &Scene) -> f64 {
+    let gait = Gait {
+        cycles: 1,
+        ..scene.gait().clone()
+    };
+    let start = scene.articulation().initial_shape();
+    let mut shapes = vec![start.to_vec()];
+    // the gait of a scene has no errors
+    for span in spans(&gait, start).into_iter().flatten() {
+        let parts = (1..=PARTS_OF_PHASE).map(|k| f64::from(k) / f64::from(PARTS_OF_PHASE));
+        shapes.extend(parts.map(|s| span.shape(s)));
+    }
     let times = scene.bodies().iter().filter_map(|body| {
         let (mass, _) = body.mass_matrix()?;
-        let drag = 6.0 * std::f64::consts::PI * scene.viscosity() * body.bounding_radius();
-        Some(mass / drag)
+        let radii = shapes.iter().map(|shape| body.bounding_radius_at(shape));
+        let radius = radii.fold(f64::INFINITY, f64::min);
+        Some(mass / (6.0 * PI * scene.viscosity() * radius))
     });
     times.fold(0.0, f64::max)
 }

@@ -15,7 +15,7 @@ pub const ALL_ERRORS: &str = "all errors";
 
 /// The summary of a run, `summary.json`.
 ///
-/// Its keys:
+/// `swim schema run` describes all keys. Those with a convention:
 ///
 /// - `scene`, `model`, `reasons` (for the model), `machine`, `version` (of the program);
 /// - `displacement` (by body), `rotation` (vector of the frame of the first linkage in radians,
