@@ -75,8 +75,8 @@ const STEEP_EXPONENT: f64 = 0.4;
 const DAMPED_RESIDUAL: f64 = 0.25;
 const DAMPED_PART: f64 = 0.5;
 
-/// Largest number of damped steps: with a local exponent `n` of the stress each reduces the residual
-/// by a factor of `(1 - n) / (1 + n)` only, which in plugs is nearly one.
+/// Largest number of damped steps: with a local exponent `n` of the stress each reduces the
+/// residual by a factor of `(1 - n) / (1 + n)` only, which in plugs is nearly one.
 const MAX_DAMPED: usize = 10;
 
 /// Number of bisections for the logarithm of the factor on a flow, from this largest magnitude.

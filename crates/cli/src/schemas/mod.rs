@@ -1,8 +1,8 @@
 //! `swim schema`: JSON schemas of what the commands write and print with `--json`.
 //!
 //! A test compares them with real output: every key must be described, and every described key be
-//! there unless its name ends with a question mark here. It has no output of waves, steady flows and
-//! flows with inertia, whose schemas are compared with nothing.
+//! there unless its name ends with a question mark here. The test has no output of waves, steady
+//! flows and flows with inertia: their keys are not compared.
 
 mod build;
 mod designs;

@@ -186,7 +186,7 @@ impl QuarterTurn {
     }
 }
 
-/// Turns `x` about z by an angle whose multiples have these cosines and sines, and enters it in `y`.
+/// Turns `x` about z by an angle whose multiples have these cosines and sines, into `y`.
 #[inline(always)]
 fn about_z(
     x: &[OfFamilies],

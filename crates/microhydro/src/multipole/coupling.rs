@@ -221,8 +221,8 @@ impl Coupling {
     }
 }
 
-/// Coupling of the modes of azimuthal number `m` of two spheres on an axis: columns are the modes of
-/// the source, rows those of the target, in the order of [`Modes::sector`].
+/// Coupling of the modes of azimuthal number `m` of two spheres on an axis: columns are the modes
+/// of the source, rows those of the target, in the order of [`Modes::sector`].
 pub(super) fn axial_coupling(ends: [&Expansion; 2], distance: f64, m: usize) -> Mat<f64> {
     let [from, to] = ends.map(|end| (end.radius, end.modes.order));
     let outgoing = OutgoingTranslation::new(m, from, to, distance);

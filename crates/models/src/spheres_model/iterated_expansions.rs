@@ -43,8 +43,9 @@ const ESTIMATE_RESIDUAL_GIVEN: f64 = 3e-2;
 /// forces are given, so that gaps are not opened or closed at given rates.
 ///
 /// Errors of the motions were at most 0.32 and, with the smaller one of this factor and that of the
-/// gap, 0.63 of these changes: cubes and random arrangements of 27 spheres, gaps of 0.025 to 8 radii,
-/// tolerances of 1e-2 to 1e-4. The power has the factor of the gap: its terms are all of one sign.
+/// gap, 0.63 of these changes: cubes and random arrangements of 27 spheres, gaps of 0.025 to 8
+/// radii, tolerances of 1e-2 to 1e-4. The power has the factor of the gap: its terms are all of one
+/// sign.
 const NEGLECTED_GIVEN: f64 = 0.5;
 const TAIL_GIVEN: f64 = 0.8;
 

@@ -22,8 +22,8 @@ const ADDED_MASS: [&str; 6] = ["afx", "afy", "afz", "atx", "aty", "atz"];
 /// angle for joints that turn), and 18 columns per body, such as `left.x`. Where nothing is solved,
 /// at the start, at the ends of phases and at equal intervals of time, velocities and forces are
 /// those of the polynomial through the solves of a step, with more error than at the solves; at the
-/// end of a phase, where rates jump, they are those before it, and at the start they are empty where
-/// fluid or bodies have inertia. The last column, `solved`, is 1 in
+/// end of a phase, where rates jump, they are those before it, and at the start they are empty
+/// where fluid or bodies have inertia. The last column, `solved`, is 1 in
 /// rows of solves and 0 in these. Fluids with inertia have two more columns, the
 /// kinetic energies of fluid and bodies, and six more per body, forces and torques by added mass
 /// ([`AddedMassForces`](crate::AddedMassForces)) such as `left.afx`, empty where nothing is solved
