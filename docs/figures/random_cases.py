@@ -261,7 +261,8 @@ def ran(kind, seed, drawn, models, exact=("multipole", EXACT_RUN)):
     head = {"kind": kind, "seed": seed, "gap": getattr(drawn, "gap", None)}
     head["drawn"] = drawn.description()
     try:
-        exact = exact if isinstance(exact, dict) else swim("run", text(*exact), *out, seconds=EXACT_SECONDS)
+        if not isinstance(exact, dict):
+            exact = swim("run", text(*exact), *out, seconds=EXACT_SECONDS)
     except Refused as error:
         none = ["no exact value"]
         yield {**head, "model": "reference", "groups": none, "refused": str(error)}

@@ -3,8 +3,9 @@
 The example `one_step` of the crate `inertia` solves the step and writes mesh and data; the same
 elements on the same mesh are assembled by dolfinx and solved by PETSc with several preconditioners to
 the same residual. Everything runs on one thread, and times are those of the processor, medians of
-three runs; the three fastest preconditioners are in the table, all lines go to stderr. Needs dolfinx 0.5 or later with real numbers, for example the Debian packages
-python3-dolfinx-real and python3-scipy:
+three runs; the fastest preconditioners (`--best`) are in the table, all lines go to stderr. Needs
+dolfinx 0.5 or later with real numbers, for example the Debian packages python3-dolfinx-real and
+python3-scipy:
 
     cargo build --release -p microswim-inertia --example one_step
     OMP_NUM_THREADS=1 python3 docs/figures/step_in_dolfinx.py

@@ -220,8 +220,8 @@ class Run(Result):
     def to_dataframe(self) -> Any:
         """The trajectory as a `pandas.DataFrame`.
 
-        One row per time; columns `time`, `solved`, the names of the links, and for each body `NAME.x` to
-        `.z`, `.qx` to `.qw`, `.vx`, `.wx` (velocity, angular velocity), `.fx`, `.tx` (force and
+        One row per time; columns `time`, `solved`, the names of the links, and for each body
+        `NAME.x` to `.z`, `.qx` to `.qw`, `.vx`, `.wx` (velocity, angular velocity), `.fx`, `.tx` (force and
         torque on the fluid) and so on.
         """
         columns: dict[str, Any] = {"time": self.times, "solved": self.solved}

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use design::sensitivities::Sensitivity;
 use pictures::RunPictures;
-use pictures::numbers::significant_vector;
+use pictures::numbers::vector_with_bar;
 use serde_json::json;
 use swimmer::models::nalgebra::Vector3;
 use swimmer::{Folder, InertiaNumbers, NoiseNumbers, Outcome, Report, Scene};
@@ -16,8 +16,8 @@ use super::error::CliError;
 use super::neglected::{self, inertia_words};
 use super::progress::{DesignSpinner, RunBar, watch_signals};
 use super::text::{
-    NO_ESTIMATE, duration, entry, error, error_estimates, measured, open_gait, print,
-    rotation_entry, solve_count, tolerance_statement, two_digits, warn, with_bar, with_uncertainty,
+    duration, entry, error, error_estimates, measured, open_gait, print, rotation_entry,
+    solve_count, tolerance_statement, two_digits, warn, with_bar, with_uncertainty,
 };
 use super::view::{open_page, page_entry, write_movie};
 
@@ -128,12 +128,8 @@ fn mean_holding(scene: &Scene, outcome: &Outcome) -> String {
     let sizes = (means.bodies.iter()).map(|load| load.force.norm().max(load.torque.norm()));
     let rounding = MEAN_ROUNDING * sizes.fold(0.0, f64::max);
     let line = |label: &str, vector: &Vector3<f64>, bar: f64| {
-        let numbers = significant_vector((*vector).into(), bar, rounding);
-        let bar = match is_estimated {
-            true => format!(" +- {}", two_digits(bar)),
-            false => " (no error estimate)".to_owned(),
-        };
-        entry(label, numbers + &bar)
+        let bar = is_estimated.then_some(bar);
+        entry(label, vector_with_bar((*vector).into(), bar, rounding))
     };
     let mut text = String::new();
     for load in &means.bodies {
@@ -155,11 +151,7 @@ fn added_mass(scene: &Scene, outcome: &Outcome) -> String {
     let line = |label: &str, vector: &Vector3<f64>, part: usize| {
         let bar = added_mass.mesh_error.map(|bars| bars[part]);
         let rounding = MEAN_ROUNDING * largest;
-        let numbers = significant_vector((*vector).into(), bar.unwrap_or(0.0), rounding);
-        let bar = bar.map_or(format!(" {NO_ESTIMATE}"), |bar| {
-            format!(" +- {}", two_digits(bar))
-        });
-        entry(label, numbers + &bar)
+        entry(label, vector_with_bar((*vector).into(), bar, rounding))
     };
     let mut text = String::new();
     for (body, [force, torque]) in scene.bodies().iter().zip(&added_mass.bodies) {

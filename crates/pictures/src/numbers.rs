@@ -110,6 +110,15 @@ pub fn significant_vector(vector: [f64; 3], uncertainty: f64, rounding: f64) -> 
     format!("({})", words.join(", "))
 }
 
+/// A vector with the error bar of each component, or with the words that it has none.
+pub fn vector_with_bar(vector: [f64; 3], bar: Option<f64>, rounding: f64) -> String {
+    let numbers = significant_vector(vector, bar.unwrap_or(0.0), rounding);
+    match bar {
+        Some(bar) => format!("{numbers} +- {}", two_digits(bar)),
+        None => format!("{numbers} {NO_ESTIMATE}"),
+    }
+}
+
 /// Angles in radians that are rounding: some hundred products of rotations.
 pub const ANGLE_ROUNDING: f64 = 1e-13;
 

@@ -104,8 +104,7 @@ impl Motion {
         model: &mut dyn Hydrodynamics,
         time: f64,
     ) -> Result<InstantaneousSolution, SwimError> {
-        check_memory(scene)?;
-        self.at(scene, time)?.solve(scene, model)
+        self.flowing(scene, time)?.solve(scene, model)
     }
 
     /// The flow field at a time.
@@ -118,8 +117,7 @@ impl Motion {
         model: &mut dyn Hydrodynamics,
         time: f64,
     ) -> Result<FlowField, SwimError> {
-        check_memory(scene)?;
-        self.at(scene, time)?.flow(scene, model)
+        self.flowing(scene, time)?.flow(scene, model)
     }
 
     /// Velocity and pressure at points at a time, as [`Moment::flow_at`].
@@ -133,8 +131,13 @@ impl Motion {
         time: f64,
         points: &[Vector3<f64>],
     ) -> Result<Vec<Option<PointFlow>>, SwimError> {
+        self.flowing(scene, time)?.flow_at(scene, model, points)
+    }
+
+    /// [`Motion::at`] where positions and rates determine the flow.
+    fn flowing(&self, scene: &Scene, time: f64) -> Result<Moment, SwimError> {
         check_memory(scene)?;
-        self.at(scene, time)?.flow_at(scene, model, points)
+        self.at(scene, time)
     }
 }
 

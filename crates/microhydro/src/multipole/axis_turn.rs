@@ -141,19 +141,14 @@ impl QuarterTurn {
         turning: &mut Turning,
     ) {
         let [first, second] = turning.resize(l);
-        about_z(
-            x,
-            multiples.iter().map(|[_, [c, s]]| [*c, -s]),
-            first,
-            |y, x| *y = x,
-        );
+        let back = |angle: usize| {
+            multiples
+                .iter()
+                .map(move |of| [of[angle][0], -of[angle][1]])
+        };
+        about_z(x, back(1), first, |y, x| *y = x);
         turn(&self.onto[l - 1], l, (l, l), first, second);
-        about_z(
-            second,
-            multiples.iter().map(|[[c, s], _]| [*c, -s]),
-            first,
-            |y, x| *y = x,
-        );
+        about_z(second, back(0), first, |y, x| *y = x);
         turn(&self.back[l - 1], l, (l, highest), first, y);
     }
 
@@ -170,19 +165,10 @@ impl QuarterTurn {
     ) {
         let [first, second] = turning.resize(l);
         turn(&self.onto[l - 1], l, (highest, l), x, first);
-        about_z(
-            first,
-            multiples.iter().map(|[polar, _]| *polar),
-            second,
-            |y, x| *y = x,
-        );
+        let forth = |angle: usize| multiples.iter().map(move |of| of[angle]);
+        about_z(first, forth(0), second, |y, x| *y = x);
         turn(&self.back[l - 1], l, (l, l), second, first);
-        about_z(
-            first,
-            multiples.iter().map(|[_, azimuth]| *azimuth),
-            y,
-            |y, x| add_multiple(y, 1.0, &x),
-        );
+        about_z(first, forth(1), y, |y, x| add_multiple(y, 1.0, &x));
     }
 }
 

@@ -146,7 +146,7 @@ impl Plan {
         accuracy.check()?;
         let (n, tolerance) = (spheres.len(), accuracy.tolerance);
         // before the list of all pairs
-        let least = pair_product::numbers([2, 2], 2) as f64;
+        let least = (pair_product::PAIR + pair_product::numbers([2, 2], 2)) as f64;
         memory::check(0.5 * (n as f64).powi(2) * least, 11.0 * n as f64)?;
         let gaps = truncation::gaps(spheres, &Medium::Unbounded);
         let xi = truncation::GapCoordinates::narrowest_of(&gaps, n);

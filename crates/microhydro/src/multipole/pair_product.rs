@@ -39,8 +39,8 @@ pub(super) struct Workspace {
     /// For each azimuthal number the vectors of both symmetry classes.
     given: [Vec<f64>; 2],
     found: [Vec<f64>; 2],
-    /// For each azimuthal number where the families begin.
-    places: [Vec<[usize; 3]>; 2],
+    /// The modes of each azimuthal number.
+    sectors: [Vec<Sector>; 2],
     /// One degree along the line of centres.
     rotated: Vec<OfFamilies>,
     turning: Turning,
@@ -155,23 +155,16 @@ impl PairProduct {
         let last = *numbers.end();
         let top = self.orders[0].max(self.orders[1]);
         let stride = (3 * top).next_multiple_of(ROWS);
-        let sectors = [0, 1].map(|end| {
-            let order = self.orders[end];
-            move |m: usize| Sector::new(m, order, self.regular)
-        });
         for end in 0..2 {
-            let places = numbers
-                .clone()
-                .map(|m| sectors[end](m).first.map(|k| 2 * stride * m + k));
-            work.places[end].clear();
-            work.places[end].extend(places);
+            let sector = |m| Sector::new(m, self.orders[end], self.regular);
+            work.sectors[end].clear();
+            work.sectors[end].extend(numbers.clone().map(sector));
             let size = 2 * stride * (last + 1);
             work.given[end].clear();
             work.given[end].resize(size, 0.0);
             // all that is read is written before
             work.found[end].resize(size, 0.0);
         }
-        // the azimuthal numbers of a degree that are used, and of an end and family
         let highest_used = |l: usize| highest(l, regular).min(last);
         let families_used =
             |end: usize, l: usize| FAMILIES.map(|f| (Modes { order: used[end] }).contains(f, l));
@@ -190,10 +183,10 @@ impl PairProduct {
                     &mut work.turning,
                 );
                 let is_used = families_used(end, l);
-                for (m, places) in work.places[end][..=highest_used(l)].iter().enumerate() {
+                for (m, sector) in work.sectors[end][..=highest_used(l)].iter().enumerate() {
                     let (cosines, sines) = (work.rotated[l + m], work.rotated[l - m]);
                     for k in 0..3 {
-                        let place = places[k] + l - m.max(1);
+                        let place = 2 * stride * m + sector.first[k] + l - m.max(1);
                         let of_class = match FAMILIES[k] {
                             Family::Rotlet => [sines[k], -cosines[k]],
                             _ => [cosines[k], sines[k]],
@@ -201,7 +194,9 @@ impl PairProduct {
                         if is_used[k] {
                             work.given[end][place] = of_class[0];
                             // the azimuthal number zero has one class
-                            work.given[end][place + stride] = if m > 0 { of_class[1] } else { 0.0 };
+                            if m > 0 {
+                                work.given[end][place + stride] = of_class[1];
+                            }
                         }
                     }
                 }
@@ -210,7 +205,7 @@ impl PairProduct {
 
         let mut first = 0;
         for m in numbers {
-            let [columns, rows] = [0, 1].map(|end| sectors[end](m).len);
+            let [columns, rows] = [0, 1].map(|end| work.sectors[end][m].len);
             let of_sector = columns * rows;
             let matrix = &self.numbers[first..first + of_sector + ROWS];
             first += of_sector;
@@ -232,10 +227,10 @@ impl PairProduct {
             let of_degree = l * l - 1..l * l + 2 * l;
             for end in (0..2).filter(|&end| l <= used[end]) {
                 let is_used = families_used(end, l);
-                for (m, places) in work.places[end][..=highest_used(l)].iter().enumerate() {
+                for (m, sector) in work.sectors[end][..=highest_used(l)].iter().enumerate() {
                     let (mut cosines, mut sines) = ([0.0; 4], [0.0; 4]);
                     for k in (0..3).filter(|&k| is_used[k]) {
-                        let place = places[k] + l - m.max(1);
+                        let place = 2 * stride * m + sector.first[k] + l - m.max(1);
                         let of_class = [work.found[end][place], work.found[end][place + stride]];
                         [cosines[k], sines[k]] = match FAMILIES[k] {
                             Family::Rotlet => [-of_class[1], of_class[0]],

@@ -21,33 +21,53 @@ use crate::solution::{InstantaneousSolution, Stresslets};
 /// second serves all rates of the joints in a configuration.
 const FEW: usize = 16;
 
-/// Residual of the equations over the tolerance of the expansions, and where all forces are given.
-///
-/// Among 125 spheres with given forces, at gaps of 0.05 and 0.1, errors of velocities were a
-/// twentieth of the residual.
-const RESIDUAL: f64 = 1e-5;
-const RESIDUAL_GIVEN: f64 = 1e-3;
-
 /// Largest relative error of a solution over its residual, with a margin: the iteration converges
 /// by a factor of e in one to a few steps.
 const RESIDUAL_FACTOR: f64 = 10.0;
 
-/// Residual of changes from which errors are estimated, and where all forces are given.
-///
-/// Among 125 spheres with given forces a residual of 0.1 gave changes of velocities within 8 %;
-/// changes of forces between spheres that are held converge more slowly.
-const ESTIMATE_RESIDUAL: f64 = 1e-2;
-const ESTIMATE_RESIDUAL_GIVEN: f64 = 3e-2;
+/// How accurately solutions are computed, and their errors estimated.
+struct Control {
+    /// Residual of the equations over the tolerance of the expansions.
+    residual: f64,
+    /// Residual of changes from which errors are estimated.
+    of_change: f64,
+    /// Factor on the changes of motions by [`Variant::Neglecting`].
+    neglected: f64,
+    /// Largest factor on the changes of motions by [`Variant::Lowered`].
+    most_tail: f64,
+}
 
-/// Factors on the changes of motions by [`Variant::Neglecting`] and [`Variant::Lowered`] where all
-/// forces are given, so that gaps are not opened or closed at given rates.
+/// With joints or given velocities, which open or close gaps at given rates.
+const WITH_JOINTS: Control = Control {
+    residual: 1e-5,
+    of_change: 1e-2,
+    neglected: 1.0,
+    most_tail: f64::INFINITY,
+};
+
+/// Where all forces are given.
 ///
-/// Errors of the motions were at most 0.32 and, with the smaller one of this factor and that of the
-/// gap, 0.63 of these changes: cubes and random arrangements of 27 spheres, gaps of 0.025 to 8
-/// radii, tolerances of 1e-2 to 1e-4. The power has the factor of the gap: its terms are all of one
-/// sign.
-const NEGLECTED_GIVEN: f64 = 0.5;
-const TAIL_GIVEN: f64 = 0.8;
+/// Among 125 spheres at gaps of 0.05 and 0.1, errors of velocities were a twentieth of the
+/// residual, and a residual of 0.1 gave their changes within 8 %; changes of forces between spheres
+/// that are held converge more slowly. Errors of the motions were at most 0.32 and, with the
+/// smaller one of this factor and that of the gap, 0.63 of the changes: cubes and random
+/// arrangements of 27 spheres, gaps of 0.025 to 8 radii, tolerances of 1e-2 to 1e-4. The power has
+/// the factor of the gap: its terms are all of one sign.
+const GIVEN_FORCES: Control = Control {
+    residual: 1e-3,
+    of_change: 3e-2,
+    neglected: 0.5,
+    most_tail: 0.8,
+};
+
+impl Control {
+    fn of(linked: &LinkedBodies) -> &'static Self {
+        match linked.all().has_given_forces() {
+            true => &GIVEN_FORCES,
+            false => &WITH_JOINTS,
+        }
+    }
+}
 
 /// The motion of all bodies, without error bars.
 ///
@@ -58,16 +78,8 @@ pub(super) fn solution(
     accuracy: &Accuracy,
     linked: &LinkedBodies,
 ) -> Result<MobilitySolution, ModelError> {
-    let residual = residual(linked) * accuracy.tolerance;
+    let residual = Control::of(linked).residual * accuracy.tolerance;
     Ok(linked.all().by_mobility(mobility, None, residual)?.solution)
-}
-
-/// Residual of a solution over the tolerance of the expansions.
-fn residual(linked: &LinkedBodies) -> f64 {
-    match linked.all().has_given_forces() {
-        true => RESIDUAL_GIVEN,
-        false => RESIDUAL,
-    }
 }
 
 impl SpheresModel {
@@ -138,8 +150,8 @@ impl SpheresModel {
         let linked = LinkedBodies::new(&self.scaled, query, rates)?;
         let all = linked.all();
         let assembly = clock.elapsed().as_secs_f64();
-        let residual = residual(&linked) * accuracy.tolerance;
-        let solved = all.by_mobility(&mobility, None, residual)?;
+        let control = Control::of(&linked);
+        let solved = all.by_mobility(&mobility, None, control.residual * accuracy.tolerance)?;
         let (solution, found) = (solved.solution, solved.found);
         let solve = clock.elapsed().as_secs_f64() - assembly;
         let is_estimated = query.random_loads.is_none()
@@ -150,22 +162,25 @@ impl SpheresModel {
         let mut of_stresslets = 0.0;
         if is_estimated {
             let mut bars = LargestDifferences::default();
-            let (has_given_forces, tail) = (all.has_given_forces(), mobility.tail());
-            let (of_motions, of_change) = match has_given_forces {
-                true => (
-                    [NEGLECTED_GIVEN, TAIL_GIVEN.min(tail)],
-                    ESTIMATE_RESIDUAL_GIVEN,
-                ),
-                false => ([1.0, tail], ESTIMATE_RESIDUAL),
-            };
-            let variants = [(Variant::Neglecting, 1.0), (Variant::Lowered, tail)];
-            for ((variant, factor), of_motions) in variants.into_iter().zip(of_motions) {
+            let tail = mobility.tail();
+            for (variant, factor, of_motions) in [
+                (Variant::Neglecting, 1.0, control.neglected),
+                (Variant::Lowered, tail, tail.min(control.most_tail)),
+            ] {
                 mobility.set_variant(variant);
-                let (other, of_other) = all.by_similar_mobility(&mobility, &found, of_change)?;
-                let mut differences = all.largest_differences(&solution, &other);
-                differences.velocity *= of_motions / factor;
-                differences.angular_velocity *= of_motions / factor;
-                bars.add(factor, &differences);
+                let (other, of_other) =
+                    all.by_similar_mobility(&mobility, &found, control.of_change)?;
+                let differences = all.largest_differences(&solution, &other);
+                bars.add(
+                    factor,
+                    &LargestDifferences {
+                        velocity: 0.0,
+                        angular_velocity: 0.0,
+                        ..differences
+                    },
+                );
+                bars.velocity += of_motions * differences.velocity;
+                bars.angular_velocity += of_motions * differences.angular_velocity;
                 let change = &response - &linked.response(&other)?;
                 let change = &change * of_motions;
                 errors.signed = Some(match errors.signed.take() {
@@ -192,9 +207,9 @@ impl SpheresModel {
             );
             let sizes = stresslets.iter().flatten().map(Matrix3::norm);
             of_stresslets += of_iteration * sizes.fold(0.0, f64::max);
-            if !all.is_held() && !has_given_forces {
+            if !all.is_held() && !all.has_given_forces() {
                 let forces =
-                    all.forces_of_motion(&solution, &mobility, &found, ESTIMATE_RESIDUAL)?;
+                    all.forces_of_motion(&solution, &mobility, &found, control.of_change)?;
                 let changes = tail * (&solution.forces - forces);
                 let [velocity, angular] = unbalanced_velocities(mobility.spheres(), &changes);
                 bars.velocity = bars.velocity.max(UNBALANCED_PART * velocity);

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use scene::{Body, Scene};
 
-use crate::numbers::{NO_ESTIMATE, significant_vector, two_digits, with_uncertainty};
+use crate::numbers::{vector_with_bar, with_uncertainty};
 use crate::plot::direction_name;
 use swimmer::{Outcome, Sample};
 
@@ -37,9 +37,9 @@ pub(super) fn curves(scene: &Scene, outcome: &Outcome) -> Vec<Curves> {
         values: outcome.samples.iter().filter_map(energy).collect(),
     };
     let forces = |sample: &Sample| -> Option<(f64, Vec<Vector3<f64>>)> {
-        let forces = sample.added_mass.as_ref()?.bodies.iter();
-        let forces = surfaced(scene).zip(forces).filter(|((_, has), _)| *has);
-        let forces = forces.map(|(_, [force, _])| *force).collect();
+        let all = &sample.added_mass.as_ref()?.bodies;
+        let forces = with_surface(scene).filter_map(|(k, _)| Some(all.get(k)?[0]));
+        let forces = forces.collect();
         (!is_at_start(scene, sample)).then_some((sample.time, forces))
     };
     let forces: Vec<_> = outcome.samples.iter().filter_map(forces).collect();
@@ -57,11 +57,12 @@ pub(super) fn curves(scene: &Scene, outcome: &Outcome) -> Vec<Curves> {
     let component = |(time, forces): (f64, Vec<Vector3<f64>>)| {
         (time, forces.iter().map(|force| force.dot(&along)).collect())
     };
-    let named = surfaced(scene).filter(|(_, has)| *has);
     let forces = Curves {
         title: format!("forces by added mass along {}", direction_name(&along)),
         unit: "force on the fluid (the scene's unit)",
-        names: named.map(|(body, _)| body.name.clone()).collect(),
+        names: with_surface(scene)
+            .map(|(_, body)| body.name.clone())
+            .collect(),
         values: forces.into_iter().map(component).collect(),
     };
     let mut all = vec![energies, forces];
@@ -69,10 +70,10 @@ pub(super) fn curves(scene: &Scene, outcome: &Outcome) -> Vec<Curves> {
     all
 }
 
-/// Bodies, and whether each has a surface.
-fn surfaced(scene: &Scene) -> impl Iterator<Item = (&Body, bool)> {
-    let bodies = scene.bodies().iter();
-    bodies.map(|body| (body, body.shape.has_surface()))
+/// Numbers of the bodies that have a surface, and the bodies.
+fn with_surface(scene: &Scene) -> impl Iterator<Item = (usize, &Body)> {
+    let bodies = scene.bodies().iter().enumerate();
+    bodies.filter(|(_, body)| body.shape.has_surface())
 }
 
 /// Whether a sample is in the first part of its phase.
@@ -102,19 +103,15 @@ pub(super) fn results(scene: &Scene, outcome: &Outcome) -> Vec<(String, String, 
         return rows;
     };
     let bar = added_mass.mesh_error.map(|[force, _]| force);
-    let forces = added_mass.bodies.iter().map(|[force, _]| force);
-    let largest = (forces.clone()).fold(0.0_f64, |m, force| m.max(force.norm()));
-    for ((body, has_surface), force) in surfaced(scene).zip(forces) {
-        if !has_surface {
+    let forces: Vec<&Vector3<f64>> = added_mass.bodies.iter().map(|[force, _]| force).collect();
+    let largest = forces.iter().fold(0.0_f64, |m, force| m.max(force.norm()));
+    for (number, body) in with_surface(scene) {
+        let Some(force) = forces.get(number) else {
             continue;
-        }
-        let rounding = ROUNDING * largest;
-        let numbers = significant_vector((*force).into(), bar.unwrap_or(0.0), rounding);
-        let bar = bar.map_or(NO_ESTIMATE.to_owned(), |bar| {
-            format!("+- {}", two_digits(bar))
-        });
+        };
         let label = format!("Force by added mass of {} at the end", body.name);
-        rows.push((label, format!("{numbers} {bar}"), "force"));
+        let value = vector_with_bar((**force).into(), bar, ROUNDING * largest);
+        rows.push((label, value, "force"));
     }
     rows
 }

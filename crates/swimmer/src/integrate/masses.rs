@@ -28,8 +28,11 @@ const PARTS_OF_PHASE: u32 = 8;
 
 /// Mass over Stokes drag of a lone sphere with the smallest bounding radius in the first cycle.
 ///
-/// Among others and near walls bodies relax faster.
+/// Zero without masses. Among others and near walls bodies relax faster. Cost: that of all phases.
 pub(crate) fn relaxation_time(scene: &Scene) -> f64 {
+    if !scene.has_masses() {
+        return 0.0;
+    }
     let gait = Gait {
         cycles: 1,
         ..scene.gait().clone()

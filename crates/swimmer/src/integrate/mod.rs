@@ -180,6 +180,8 @@ pub struct Integrator<'a> {
     span_tolerance: Option<f64>,
     /// Whether solutions are shown with their flow.
     flows: bool,
+    /// Longest relaxation time of a body.
+    relaxation: f64,
     /// Fluid and bodies so far, for fluids with inertia.
     unsteady: Option<UnsteadyFlow<'a>>,
     /// The part of the last phase span before an error that ended its motion.
@@ -197,6 +199,7 @@ impl<'a> Integrator<'a> {
             span_tolerance: Prediction::from_scene(scene)
                 .map(|prediction| prediction.span_tolerance(scene.working_tolerance())),
             flows: false,
+            relaxation: relaxation_time(scene),
             unsteady: None,
             so_far: None,
         }
@@ -268,6 +271,7 @@ impl<'a> Integrator<'a> {
         let mut evaluator =
             SpanEvaluator::new(self.scene, self.model, span, self.span_tolerance, observe);
         evaluator.flows = self.flows;
+        evaluator.relaxation = self.relaxation;
         let before = self.velocities.clone();
         let integrated = match self.method {
             Method::Collocation => collocation::span(&mut evaluator, start),

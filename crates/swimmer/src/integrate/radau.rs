@@ -29,7 +29,7 @@ use rigid::{State, StateVelocity};
 use super::inverse_dexp::coordinate_rate;
 use super::masses::{
     Velocities, after_impulse, at_rest, implicit_terms, mass_matrices, momenta, numbers_of,
-    power_of_growth, relaxation_time, velocities_of,
+    power_of_growth, velocities_of,
 };
 use super::piece::{PathPiece, combination};
 use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
@@ -152,8 +152,6 @@ struct Run {
     /// What the quadrature of the power of each step lacks of the work.
     missing_works: Vec<f64>,
     velocities: Velocities,
-    /// Longest relaxation time of a body, for errors of the velocities.
-    relaxation: f64,
     /// Iteration errors, summed over all steps.
     iteration_error: IntegrationError,
 }
@@ -177,7 +175,7 @@ impl Run {
         let speed = velocities
             .map(|(a, b)| (a - b).fixed_rows::<3>(0).norm())
             .fold(0.0, f64::max);
-        let time = self.relaxation.min(evaluator.span.duration);
+        let time = evaluator.relaxation.min(evaluator.span.duration);
         largest_displacement(evaluator, &change).max(time * speed)
     }
 
@@ -239,7 +237,6 @@ fn run(
         steps: Vec::with_capacity(steps),
         missing_works: Vec::with_capacity(steps),
         velocities: before.clone(),
-        relaxation: relaxation_time(evaluator.scene),
         iteration_error: IntegrationError::default(),
     };
     let mut state = start.clone();

@@ -97,6 +97,8 @@ pub(super) struct SpanEvaluator<'a> {
     pub moved: f64,
     /// Whether solutions are shown to the observer with their flow.
     pub flows: bool,
+    /// Longest relaxation time of a body, for errors of velocities with inertia.
+    pub relaxation: f64,
     model: &'a mut dyn Hydrodynamics,
     observe: ObserveSolution<'a>,
 }
@@ -123,6 +125,7 @@ impl<'a> SpanEvaluator<'a> {
             second_derivatives: span.second_derivatives(),
             moved: 0.0,
             flows: false,
+            relaxation: 0.0,
             model,
             observe,
         }
