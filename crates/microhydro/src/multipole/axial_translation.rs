@@ -96,26 +96,47 @@ impl OutgoingTranslation {
                 p: 0.0,
             },
             Family::Stokeslet => {
-                // u = K a^l (alpha r^2 grad p - beta r p) + G a^(l+2) grad(Y/r^(l+1)),
-                // p = Y/r^(l+1)
-                let strength = lf * (4.0 * lf * lf - 1.0) / (lf + 1.0);
-                let potential = 1.0 - (2.0 * lf + 1.0) * (2.0 - lf) / (2.0 * (lf + 1.0));
-                let alpha = (2.0 - lf) / (2.0 * lf * (2.0 * lf - 1.0));
-                let beta = -(lf + 1.0) / (lf * (2.0 * lf - 1.0));
-                let gamma = (lf + 1.0) / (2.0 * (2.0 * lf - 1.0));
-                let (up, sum) = (raise(k, m), lf + kf);
-                let phi = (gamma - (2.0 * gamma + beta) * up / sum
-                    + alpha * (sum + 1.0 - 2.0 * up)
-                    + beta)
-                    / kf;
-                LambCoefficients {
-                    phi: (strength * phi * d / b + potential * a * a / (b * d)) * s,
-                    chi: -strength * mf / (lf * kf * (kf + 1.0)) * s,
-                    p: strength * b / d * s,
-                }
+                let source = self.coefficients(Family::Source, l, k);
+                let mut all = self.with_pressure(l, k);
+                all.phi += potential(l) * source.phi;
+                all
             }
         }
     }
+
+    /// Coefficients of degree `k` of the part with pressure of the flow that equals the harmonic
+    /// `W` of degree `l` on the source sphere.
+    ///
+    /// With `p = Y/r^(l+1)` and a number `K`, it is
+    /// ```text
+    /// K a^l (alpha r^2 grad p - beta r p)
+    /// ```
+    /// and the rest of the flow is [`potential`] times that of the harmonic `V`.
+    pub fn with_pressure(&self, l: usize, k: usize) -> LambCoefficients {
+        let m = self.m;
+        let s = self.table[(l - m) * self.width + k - m];
+        let (b, d) = (self.target, self.distance);
+        let (lf, kf, mf) = (l as f64, k as f64, m as f64);
+        let strength = lf * (4.0 * lf * lf - 1.0) / (lf + 1.0);
+        let alpha = (2.0 - lf) / (2.0 * lf * (2.0 * lf - 1.0));
+        let beta = -(lf + 1.0) / (lf * (2.0 * lf - 1.0));
+        let gamma = (lf + 1.0) / (2.0 * (2.0 * lf - 1.0));
+        let (up, sum) = (raise(k, m), lf + kf);
+        let phi =
+            (gamma - (2.0 * gamma + beta) * up / sum + alpha * (sum + 1.0 - 2.0 * up) + beta) / kf;
+        LambCoefficients {
+            phi: strength * phi * d / b * s,
+            chi: -strength * mf / (lf * kf * (kf + 1.0)) * s,
+            p: strength * b / d * s,
+        }
+    }
+}
+
+/// The part without pressure, in units of the harmonic `V`, of the flow that equals the harmonic
+/// `W` of degree `l` on a sphere: `a^(l+2) grad(Y/r^(l+1))` for the radius `a`.
+pub(crate) fn potential(l: usize) -> f64 {
+    let l = l as f64;
+    1.0 - (2.0 * l + 1.0) * (2.0 - l) / (2.0 * (l + 1.0))
 }
 
 /// Translation of the flow inside a container to a sphere in the direction of the axis.

@@ -9,13 +9,27 @@
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{UnitQuaternion, Vector3};
+use pulp::Simd;
+use pulp::bytemuck::cast_slice_mut;
 
 use super::rotation::Rotation;
 
-/// Coefficients of one `Y_lm` for the families, and a zero that fills a vector register.
-///
-/// Rotations are the same for all families.
-pub(super) type OfFamilies = [f64; 4];
+/// Coefficients of one `Y_lm` for the families, which rotations treat alike.
+pub(super) type OfFamilies = [f64; 3];
+
+/// The same of several pairs, one in each lane of a vector register.
+pub(super) type Lanes<S> = [<S as Simd>::f64s; 3];
+
+/// A number of each lane.
+#[inline(always)]
+pub(super) fn of_lanes<S: Simd>(simd: S, number: impl Fn(usize) -> f64) -> S::f64s {
+    let mut all = [simd.splat_f64s(0.0)];
+    let lanes: &mut [f64] = cast_slice_mut(&mut all);
+    for (lane, entry) in lanes.iter_mut().enumerate() {
+        *entry = number(lane);
+    }
+    all[0]
+}
 
 /// Cosines and sines of the polar angles of a direction.
 #[derive(Clone, Copy, Debug)]
@@ -36,20 +50,44 @@ impl Angles {
             },
         }
     }
+}
 
-    /// Cosines and sines of the multiples of both angles, from zero on.
-    pub fn multiples(&self, top: usize, all: &mut Vec<[[f64; 2]; 2]>) {
-        all.clear();
-        let mut last = [[1.0, 0.0]; 2];
-        for _ in 0..=top {
-            all.push(last);
-            for ([cosine, sine], step) in last.iter_mut().zip([self.polar, self.azimuth]) {
-                let (c, s) = (*cosine, *sine);
-                *cosine = c * step[0] - s * step[1];
-                *sine = s * step[0] + c * step[1];
-            }
-        }
+/// Cosine and sine of a multiple of both angles.
+type Multiple<S> = [[<S as Simd>::f64s; 2]; 2];
+
+/// Cosines and sines of the multiples of both angles of some pairs, from zero up to `top`.
+#[inline(always)]
+pub(super) fn multiples<'a, S: Simd>(
+    simd: S,
+    of_lane: impl Fn(usize) -> &'a Angles,
+    top: usize,
+    all: &mut Vec<Multiple<S>>,
+) {
+    let polar = [
+        of_lanes(simd, |lane| of_lane(lane).polar[0]),
+        of_lanes(simd, |lane| of_lane(lane).polar[1]),
+    ];
+    let azimuth = [
+        of_lanes(simd, |lane| of_lane(lane).azimuth[0]),
+        of_lanes(simd, |lane| of_lane(lane).azimuth[1]),
+    ];
+    all.clear();
+    let mut last = [[simd.splat_f64s(1.0), simd.splat_f64s(0.0)]; 2];
+    for _ in 0..=top {
+        all.push(last);
+        last[0] = rotated(simd, last[0], polar);
+        last[1] = rotated(simd, last[1], azimuth);
     }
+}
+
+/// A vector of the plane `[x, y]` turned by an angle with this cosine and sine.
+#[inline(always)]
+fn rotated<S: Simd>(simd: S, [x, y]: [S::f64s; 2], [c, s]: [S::f64s; 2]) -> [S::f64s; 2] {
+    let (cx, sx) = (simd.mul_f64s(c, x), simd.mul_f64s(s, x));
+    [
+        simd.negate_mul_add_f64s(s, y, cx),
+        simd.mul_add_f64s(c, y, sx),
+    ]
 }
 
 /// The four classes of the harmonics of a degree: cosine or sine, even or odd azimuthal number.
@@ -91,20 +129,32 @@ pub(super) struct QuarterTurn {
     back: Vec<Blocks>,
 }
 
-/// Coefficients of one degree between two turns.
-#[derive(Default)]
-pub(super) struct Turning {
-    first: Vec<OfFamilies>,
-    second: Vec<OfFamilies>,
+/// Coefficients of one degree between two turns, and the multiples of the angles.
+pub(super) struct Turning<S: Simd> {
+    pub multiples: Vec<Multiple<S>>,
+    first: Vec<Lanes<S>>,
+    second: Vec<Lanes<S>>,
 }
 
-impl Turning {
+impl<S: Simd> Default for Turning<S> {
+    fn default() -> Self {
+        Self {
+            multiples: Vec::new(),
+            first: Vec::new(),
+            second: Vec::new(),
+        }
+    }
+}
+
+impl<S: Simd> Turning<S> {
     #[inline(always)]
-    fn resize(&mut self, l: usize) -> [&mut [OfFamilies]; 2] {
-        [&mut self.first, &mut self.second].map(|list| {
-            list.resize(2 * l + 1, [0.0; 4]);
+    fn of_degree(&mut self, simd: S, l: usize) -> (&[Multiple<S>], [&mut [Lanes<S>]; 2]) {
+        let none = [simd.splat_f64s(0.0); 3];
+        let lists = [&mut self.first, &mut self.second].map(|list| {
+            list.resize(2 * l + 1, none);
             &mut list[..]
-        })
+        });
+        (&self.multiples, lists)
     }
 }
 
@@ -129,94 +179,87 @@ impl QuarterTurn {
         }
     }
 
-    /// Turns the coefficients `x` of degree `l` such that the direction of the angles becomes the z
-    /// axis, and writes those up to the azimuthal number `highest` to `y`.
+    /// Turns the coefficients `x` of degree `l` such that the directions become the z axis, and
+    /// writes those up to the azimuthal number `highest` to `y`.
     #[inline(always)]
-    pub fn onto_line(
+    pub fn onto_line<S: Simd>(
         &self,
+        simd: S,
         (l, highest): (usize, usize),
-        multiples: &[[[f64; 2]; 2]],
-        x: &[OfFamilies],
-        y: &mut [OfFamilies],
-        turning: &mut Turning,
+        x: &[Lanes<S>],
+        y: &mut [Lanes<S>],
+        turning: &mut Turning<S>,
     ) {
-        let [first, second] = turning.resize(l);
-        let back = |angle: usize| {
-            multiples
-                .iter()
-                .map(move |of| [of[angle][0], -of[angle][1]])
-        };
-        about_z(x, back(1), first, |y, x| *y = x);
-        turn(&self.onto[l - 1], l, (l, l), first, second);
-        about_z(second, back(0), first, |y, x| *y = x);
-        turn(&self.back[l - 1], l, (l, highest), first, y);
+        let (multiples, [first, second]) = turning.of_degree(simd, l);
+        about_z::<S, true>(simd, x, (multiples, 1), first);
+        turn(simd, &self.onto[l - 1], l, (l, l), first, second);
+        about_z::<S, true>(simd, second, (multiples, 0), first);
+        turn(simd, &self.back[l - 1], l, (l, highest), first, y);
     }
 
-    /// Adds the coefficients `x` of degree `l` up to the azimuthal number `highest`, turned such
-    /// that the z axis takes the direction of the angles.
+    /// Turns the coefficients `x` of degree `l` up to the azimuthal number `highest` such that the
+    /// z axis takes the directions, into `y`.
     #[inline(always)]
-    pub fn add_from_line(
+    pub fn from_line<S: Simd>(
         &self,
+        simd: S,
         (l, highest): (usize, usize),
-        multiples: &[[[f64; 2]; 2]],
-        x: &[OfFamilies],
-        y: &mut [OfFamilies],
-        turning: &mut Turning,
+        x: &[Lanes<S>],
+        y: &mut [Lanes<S>],
+        turning: &mut Turning<S>,
     ) {
-        let [first, second] = turning.resize(l);
-        turn(&self.onto[l - 1], l, (highest, l), x, first);
-        let forth = |angle: usize| multiples.iter().map(move |of| of[angle]);
-        about_z(first, forth(0), second, |y, x| *y = x);
-        turn(&self.back[l - 1], l, (l, l), second, first);
-        about_z(first, forth(1), y, |y, x| add_multiple(y, 1.0, &x));
+        let (multiples, [first, second]) = turning.of_degree(simd, l);
+        turn(simd, &self.onto[l - 1], l, (highest, l), x, first);
+        about_z::<S, false>(simd, first, (multiples, 0), second);
+        turn(simd, &self.back[l - 1], l, (l, l), second, first);
+        about_z::<S, false>(simd, first, (multiples, 1), y);
     }
 }
 
-/// Turns `x` about z by an angle whose multiples have these cosines and sines, into `y`.
+/// Turns `x` about z by angles of which these are the multiples, or back, into `y`.
 #[inline(always)]
-fn about_z(
-    x: &[OfFamilies],
-    multiples: impl Iterator<Item = [f64; 2]>,
-    y: &mut [OfFamilies],
-    enter: impl Fn(&mut OfFamilies, OfFamilies),
+fn about_z<S: Simd, const BACK: bool>(
+    simd: S,
+    x: &[Lanes<S>],
+    (multiples, angle): (&[Multiple<S>], usize),
+    y: &mut [Lanes<S>],
 ) {
     let l = x.len() / 2;
-    let (x_sines, x_cosines) = x.split_at(l);
-    let (y_sines, y_cosines) = y.split_at_mut(l);
-    enter(&mut y_cosines[0], x_cosines[0]);
-    let from = x_sines.iter().rev().zip(&x_cosines[1..]);
-    let to = y_sines.iter_mut().rev().zip(&mut y_cosines[1..]);
-    for ((from, to), [c, s]) in from.zip(to).zip(multiples.skip(1)) {
-        let (sine, cosine) = (*from.0, *from.1);
-        enter(to.1, std::array::from_fn(|k| c * cosine[k] - s * sine[k]));
-        enter(to.0, std::array::from_fn(|k| s * cosine[k] + c * sine[k]));
+    y[l] = x[l];
+    for (m, multiple) in multiples[..l + 1].iter().enumerate().skip(1) {
+        let [c, s] = multiple[angle];
+        let s = if BACK { simd.neg_f64s(s) } else { s };
+        for k in 0..3 {
+            [y[l + m][k], y[l - m][k]] = rotated(simd, [x[l + m][k], x[l - m][k]], [c, s]);
+        }
     }
 }
 
-/// Rows of a block that are computed together.
+/// Rows of a block that are computed together: their sums fill twelve of sixteen registers.
 const TOGETHER: usize = 4;
 
 /// Turns `x` of degree `l`, with azimuthal numbers up to the highest ones of `x` and `y`.
 #[inline(always)]
-fn turn(
+fn turn<S: Simd>(
+    simd: S,
     blocks: &Blocks,
     l: usize,
     highest: (usize, usize),
-    x: &[OfFamilies],
-    y: &mut [OfFamilies],
+    x: &[Lanes<S>],
+    y: &mut [Lanes<S>],
 ) {
     for (k, block) in blocks.iter().enumerate() {
         let (from, to) = (class(k, l, highest.0), class(turned(k, l), l, highest.1));
         let height = class(turned(k, l), l, l).2;
         let mut row = 0;
         while row + TOGETHER <= to.2 {
-            rows::<TOGETHER>(block, (row, height), (from, to), x, y);
+            rows::<S, TOGETHER>(simd, block, (row, height), (from, to), x, y);
             row += TOGETHER;
         }
         match to.2 - row {
-            1 => rows::<1>(block, (row, height), (from, to), x, y),
-            2 => rows::<2>(block, (row, height), (from, to), x, y),
-            3 => rows::<3>(block, (row, height), (from, to), x, y),
+            1 => rows::<S, 1>(simd, block, (row, height), (from, to), x, y),
+            2 => rows::<S, 2>(simd, block, (row, height), (from, to), x, y),
+            3 => rows::<S, 3>(simd, block, (row, height), (from, to), x, y),
             _ => (),
         }
     }
@@ -224,18 +267,22 @@ fn turn(
 
 /// Some rows of a block.
 #[inline(always)]
-fn rows<const N: usize>(
+fn rows<S: Simd, const N: usize>(
+    simd: S,
     block: &[f64],
     (row, height): (usize, usize),
     (from, to): ((usize, isize, usize), (usize, isize, usize)),
-    x: &[OfFamilies],
-    y: &mut [OfFamilies],
+    x: &[Lanes<S>],
+    y: &mut [Lanes<S>],
 ) {
-    let mut sums = [[0.0; 4]; N];
+    let mut sums = [[simd.splat_f64s(0.0); 3]; N];
     for (column, entries) in block.chunks_exact(height).take(from.2).enumerate() {
-        let x = &x[place(from, column)];
+        let x = x[place(from, column)];
         for (sum, entry) in sums.iter_mut().zip(&entries[row..row + N]) {
-            add_multiple(sum, *entry, x);
+            let entry = simd.splat_f64s(*entry);
+            for k in 0..3 {
+                sum[k] = simd.mul_add_f64s(entry, x[k], sum[k]);
+            }
         }
     }
     for (number, sum) in sums.iter().enumerate() {
@@ -243,29 +290,66 @@ fn rows<const N: usize>(
     }
 }
 
-#[inline(always)]
-fn add_multiple(y: &mut OfFamilies, factor: f64, x: &OfFamilies) {
-    let sum = *y;
-    *y = std::array::from_fn(|k| sum[k] + factor * x[k]);
-}
-
 #[cfg(test)]
 mod tests {
+    use nalgebra::DVector;
+    use pulp::bytemuck::cast_slice;
+    use pulp::{Arch, Scalar, WithSimd};
+
     use super::*;
+
+    /// Turns onto lines and back, for as many directions as there are lanes.
+    struct Turns<'a>(&'a QuarterTurn, &'a [Vector3<f64>], (usize, usize));
+
+    /// The harmonic `n` of a degree.
+    fn given(n: usize) -> OfFamilies {
+        [n as f64, (n as f64).cos(), 1.0 / (1.0 + n as f64)]
+    }
+
+    impl WithSimd for Turns<'_> {
+        /// For each direction and family, the coefficients on the line and those turned back.
+        type Output = Vec<[[DVector<f64>; 2]; 3]>;
+
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let Self(quarter, directions, (l, highest)) = self;
+            let angles: Vec<Angles> = directions.iter().map(Angles::new).collect();
+            let mut all = Vec::new();
+            for angles in angles.chunks(S::F64_LANES) {
+                let mut turning = Turning::<S>::default();
+                let of_lane = |lane: usize| &angles[lane.min(angles.len() - 1)];
+                multiples(simd, of_lane, l, &mut turning.multiples);
+                let x: Vec<Lanes<S>> = (0..2 * l + 1)
+                    .map(|n| given(n).map(|number| simd.splat_f64s(number)))
+                    .collect();
+                let none = vec![[simd.splat_f64s(0.0); 3]; 2 * l + 1];
+                let (mut line, mut back) = (none.clone(), none);
+                quarter.onto_line(simd, (l, highest), &x, &mut line, &mut turning);
+                quarter.from_line(simd, (l, highest), &line, &mut back, &mut turning);
+                let of = |list: &[Lanes<S>], k: usize, lane: usize| {
+                    let numbers: &[f64] = cast_slice(list);
+                    let of_family = numbers.iter().skip(k * S::F64_LANES + lane);
+                    let own = of_family.step_by(3 * S::F64_LANES).copied();
+                    DVector::from_iterator(2 * l + 1, own)
+                };
+                let of_pair = |lane| [0, 1, 2].map(|k| [of(&line, k, lane), of(&back, k, lane)]);
+                all.extend((0..angles.len()).map(of_pair));
+            }
+            all
+        }
+    }
 
     #[test]
     fn turns_are_rotations_onto_the_direction_and_back() {
         let top = 12;
         let quarter = QuarterTurn::new(top);
-        let (mut multiples, mut turning) = (Vec::new(), Turning::default());
-        for direction in [
+        let directions = [
             Vector3::new(0.3, -1.2, 0.7),
             Vector3::new(-2.0, 0.1, -0.4),
             Vector3::z(),
             -Vector3::z(),
             Vector3::new(1e-9, 0.0, -1.0),
-        ] {
-            Angles::new(&direction).multiples(top, &mut multiples);
+        ];
+        let rotations = directions.map(|direction: Vector3<f64>| {
             let (x, y) = (direction.x, direction.y);
             let azimuth = if x.hypot(y) > 0.0 { y.atan2(x) } else { 0.0 };
             let polar = x.hypot(y).atan2(direction.z);
@@ -273,36 +357,27 @@ mod tests {
                 * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -azimuth);
             let turned = own * direction - Vector3::z() * direction.norm();
             assert!(turned.norm() < 1e-14 * direction.norm());
-            let rotation = Rotation::new(&own, top);
-            for l in 1..=top {
-                let given: Vec<OfFamilies> = (0..2 * l + 1)
-                    .map(|n| [n as f64, (n as f64).cos(), 1.0 / (1.0 + n as f64), 0.0])
-                    .collect();
-                for highest in [l, 1] {
-                    let mut found = vec![[0.0; 4]; 2 * l + 1];
-                    quarter.onto_line((l, highest), &multiples, &given, &mut found, &mut turning);
-                    let mut back = vec![[1.0; 4]; 2 * l + 1];
-                    quarter.add_from_line(
-                        (l, highest),
-                        &multiples,
-                        &found,
-                        &mut back,
-                        &mut turning,
-                    );
+            Rotation::new(&own, top)
+        });
+        for (l, highest) in (1..=top).flat_map(|l| [(l, l), (l, 1)]) {
+            for found in [
+                Arch::new().dispatch(Turns(&quarter, &directions, (l, highest))),
+                Turns(&quarter, &directions, (l, highest)).with_simd(Scalar::new()),
+            ] {
+                assert_eq!(found.len(), directions.len());
+                for (rotation, found) in rotations.iter().zip(&found) {
                     let matrix = rotation.degree(l);
-                    for k in 0..4 {
-                        let of = |x: &[OfFamilies]| {
-                            nalgebra::DVector::from_iterator(x.len(), x.iter().map(|x| x[k]))
-                        };
-                        let mut expected = matrix * of(&given);
+                    for (k, [line, back]) in found.iter().enumerate() {
+                        let x = DVector::from_fn(2 * l + 1, |n, _| given(n)[k]);
+                        let mut expected = matrix * x;
                         for m in highest + 1..=l {
                             expected[l - m] = 0.0;
                             expected[l + m] = 0.0;
                         }
                         // sums of 25 numbers up to 25
-                        assert!((of(&found) - &expected).amax() < 1e-12, "{l} {highest}");
-                        let expected = matrix.tr_mul(&expected).add_scalar(1.0);
-                        assert!((of(&back) - expected).amax() < 1e-12, "{l} {highest}");
+                        assert!((line - &expected).amax() < 1e-12, "{l} {highest}");
+                        let expected = matrix.tr_mul(&expected);
+                        assert!((back - expected).amax() < 1e-12, "{l} {highest}");
                     }
                 }
             }

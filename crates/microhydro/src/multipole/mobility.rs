@@ -9,15 +9,15 @@
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, Matrix3};
-use pulp::{Arch, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::axis_turn::{OfFamilies, QuarterTurn};
+use super::axis_turn::OfFamilies;
 use super::coupling::Expansion;
 use super::memory;
 use super::modes::{Family, Modes};
 use super::orders::Accuracy;
-use super::pair_product::{self, PairOrders, PairProduct, Workspace};
+use super::pair_product::{self, Couplings, Line, Pair, PairOrders, Workspace};
 use super::rotation::AXIS_OF_M;
 use super::scaled::drag_units;
 use super::stresslet::stresslet_of_modes;
@@ -78,7 +78,7 @@ const LOWEST_ORDER: usize = 4;
 struct Plan {
     /// Orders of the spheres.
     orders: Vec<usize>,
-    /// Pairs with the orders of their coupling, and the highest degree with all azimuthal numbers.
+    /// Pairs with the orders of their coupling, similar ones next to each other.
     pairs: Vec<PlannedPair>,
     tail: f64,
     /// Expected iterations of a solution.
@@ -91,7 +91,7 @@ struct Plan {
 pub struct ExpansionCost {
     /// Number of multipoles.
     pub dofs: usize,
-    /// Memory of the couplings in MiB.
+    /// Memory in MiB.
     pub mib: f64,
     /// Seconds on two cores, with the error bar. Counted and not measured: the same everywhere.
     pub seconds: f64,
@@ -108,10 +108,8 @@ const LOG_RESIDUAL: f64 = 6.9;
 /// Solutions from which errors are estimated take as long as the first one.
 const SOLUTIONS: f64 = 2.0;
 
-/// Multiplications and additions per second of products, and numbers of couplings per second, on
-/// two cores.
-const PRODUCT_RATE: f64 = 3e9;
-const COUPLING_RATE: f64 = 2e7;
+/// Multiplications and additions per second of products, on two cores.
+const PRODUCT_RATE: f64 = 9e9;
 
 /// Longest time of a solution that is begun.
 const LONGEST_SECONDS: f64 = 3600.0;
@@ -134,20 +132,25 @@ impl ExpansionCost {
 }
 
 struct PlannedPair {
-    pair: (usize, usize),
+    /// Source and target: the source has the higher order.
+    ends: [usize; 2],
     orders: PairOrders,
     /// The same of [`Variant::Neglecting`].
     fewer: PairOrders,
+    /// Highest degree with all azimuthal numbers.
     regular: usize,
 }
+
+/// Pairs that have the same highest degree with all azimuthal numbers: a multiple of the lanes of
+/// all vector registers.
+const ALIKE: usize = 8;
 
 impl Plan {
     fn new(spheres: &Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
         accuracy.check()?;
         let (n, tolerance) = (spheres.len(), accuracy.tolerance);
         // before the list of all pairs
-        let least = (pair_product::PAIR + pair_product::numbers([2, 2], 2)) as f64;
-        memory::check(0.5 * (n as f64).powi(2) * least, 11.0 * n as f64)?;
+        memory::check(0.5 * (n as f64).powi(2) * PAIR, 11.0 * n as f64)?;
         let gaps = truncation::gaps(spheres, &Medium::Unbounded);
         let xi = truncation::GapCoordinates::narrowest_of(&gaps, n);
         let target = truncation::first_target(&xi, n, tolerance);
@@ -188,15 +191,24 @@ impl Plan {
             let regular = gap
                 .xi
                 .map(|xi| truncation::order_of_decay(xi, REGULAR * target));
+            let [source, target] = if own[0] < own[1] { [1, 0] } else { [0, 1] };
             PlannedPair {
-                pair: (i, j),
-                orders: own,
-                fewer,
-                regular: regular[0].max(regular[1]),
+                ends: [[i, j][source], [i, j][target]],
+                orders: [own[source], own[target]],
+                fewer: [fewer[source], fewer[target]],
+                regular: regular[0].max(regular[1]).min(highest),
             }
         });
+        let mut pairs: Vec<PlannedPair> = pairs.collect();
+        pairs.sort_by_key(|pair| (pair.orders, pair.regular));
+        for some in pairs.chunks_mut(ALIKE) {
+            let regular = some.iter().map(|pair| pair.regular).max();
+            for pair in some {
+                pair.regular = regular.unwrap_or_default();
+            }
+        }
         Ok(Self {
-            pairs: pairs.collect(),
+            pairs,
             tail: truncation::tail(&xi, &all),
             orders,
             iterations: ITERATIONS * (LOG_RESIDUAL - tolerance.ln())
@@ -207,25 +219,19 @@ impl Plan {
     fn cost(&self) -> ExpansionCost {
         let modes = self.orders.iter().map(|&order| (Modes { order }).len());
         let dofs = modes.sum();
-        let numbers = self.numbers();
         let product: f64 = (self.pairs.iter())
             .map(|pair| pair_product::operations(pair.orders, pair.regular) as f64)
             .sum();
         ExpansionCost {
             dofs,
-            mib: memory::mib(numbers + VECTORS * dofs as f64),
-            seconds: numbers / COUPLING_RATE + SOLUTIONS * self.iterations * product / PRODUCT_RATE,
+            mib: memory::mib(PAIR * self.pairs.len() as f64 + VECTORS * dofs as f64),
+            seconds: SOLUTIONS * self.iterations * product / PRODUCT_RATE,
         }
     }
-
-    /// Numbers of all couplings.
-    fn numbers(&self) -> f64 {
-        let of = |pair: &PlannedPair| {
-            (pair_product::PAIR + pair_product::numbers(pair.orders, pair.regular)) as f64
-        };
-        self.pairs.iter().map(of).sum()
-    }
 }
+
+/// Numbers of a pair: its gap, its orders and its line of centres.
+const PAIR: f64 = 17.0;
 
 /// Vectors of all multipoles in an iteration, and the partial sums of a product.
 const VECTORS: f64 = 30.0;
@@ -245,10 +251,7 @@ impl Part {
     fn new(spheres: usize, all: &[PlannedPair], pairs: Range<usize>) -> Self {
         let mut orders = vec![0; spheres];
         for planned in &all[pairs.clone()] {
-            for (sphere, order) in [planned.pair.0, planned.pair.1]
-                .into_iter()
-                .zip(planned.orders)
-            {
+            for (sphere, order) in planned.ends.into_iter().zip(planned.orders) {
                 orders[sphere] = order.max(orders[sphere]);
             }
         }
@@ -264,14 +267,20 @@ impl Part {
 
     /// Parts whose products have about equally many operations.
     fn all(spheres: usize, pairs: &[PlannedPair]) -> Vec<Self> {
-        let operations = |pair: &PlannedPair| pair_product::operations(pair.orders, pair.regular);
-        let all: usize = pairs.iter().map(operations).sum();
+        let of_alike = |some: &[PlannedPair]| -> usize {
+            let operations =
+                |pair: &PlannedPair| pair_product::operations(pair.orders, pair.regular);
+            some.iter().map(operations).sum()
+        };
+        let operations: Vec<usize> = pairs.chunks(ALIKE).map(of_alike).collect();
+        let all: usize = operations.iter().sum();
         let (mut parts, mut first, mut sum) = (Vec::new(), 0, 0);
-        for (place, pair) in pairs.iter().enumerate() {
-            sum += operations(pair);
+        for (number, operations) in operations.iter().enumerate() {
+            sum += operations;
             if sum * PARTS >= all * (parts.len() + 1) {
-                parts.push(Self::new(spheres, pairs, first..place + 1));
-                first = place + 1;
+                let end = pairs.len().min((number + 1) * ALIKE);
+                parts.push(Self::new(spheres, pairs, first..end));
+                first = end;
             }
         }
         parts
@@ -292,7 +301,8 @@ fn places(lengths: impl Iterator<Item = usize>) -> Vec<usize> {
 /// freedom. Viscosity 1.
 ///
 /// Orders follow from the gaps and the tolerance, without a search: solutions by the
-/// [`Variant`]s tell the error. Memory: `O(L^3)` numbers for a pair that needs the order `L`.
+/// [`Variant`]s tell the error. Memory: `O(L^3)` numbers that all pairs share for the highest order
+/// `L`, and a few for each pair.
 pub struct MultipoleMobility<'a> {
     points: PointMobility<'a>,
     expansions: Vec<Expansion>,
@@ -301,9 +311,9 @@ pub struct MultipoleMobility<'a> {
     /// The same by degree and azimuthal number.
     harmonics: Vec<usize>,
     units: Vec<f64>,
-    products: Vec<PairProduct>,
-    quarter: QuarterTurn,
+    couplings: Couplings,
     pairs: Vec<PlannedPair>,
+    lines: Vec<Line>,
     parts: Vec<Part>,
     tail: f64,
     variant: Variant,
@@ -318,7 +328,7 @@ impl<'a> MultipoleMobility<'a> {
         Ok(Plan::new(spheres, accuracy)?.cost())
     }
 
-    /// Computes the couplings of all pairs.
+    /// Plans the couplings of all pairs.
     ///
     /// # Errors
     /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below
@@ -335,25 +345,17 @@ impl<'a> MultipoleMobility<'a> {
             })
             .collect();
         let top = plan.orders.iter().copied().max().unwrap_or_default();
-        let products: Vec<PairProduct> = (plan.pairs.par_iter())
-            .map(|planned| {
-                let (i, j) = planned.pair;
-                let up_to = |k: usize, order: usize| Expansion {
-                    modes: Modes { order },
-                    ..expansions[k]
-                };
-                let ends = [&up_to(i, planned.orders[0]), &up_to(j, planned.orders[1])];
-                PairProduct::new(ends, &(x[j] - x[i]), planned.regular)
-            })
-            .collect();
+        let line = |&PlannedPair { ends: [i, j], .. }: &PlannedPair| {
+            Line::new([radii[i], radii[j]], &(x[j] - x[i]))
+        };
         Ok(Self {
             points: PointMobility::new(PointModel::Rpy, spheres, &Medium::Unbounded)?,
             units: drag_units(radii),
             first: places(expansions.iter().map(|expansion| expansion.modes.len())),
             harmonics: places(plan.orders.into_iter().map(pair_product::harmonics)),
             expansions,
-            products,
-            quarter: QuarterTurn::new(top),
+            couplings: Couplings::new(top),
+            lines: plan.pairs.iter().map(line).collect(),
             parts: Part::all(spheres.len(), &plan.pairs),
             pairs: plan.pairs,
             tail: plan.tail,
@@ -404,7 +406,7 @@ impl<'a> MultipoleMobility<'a> {
 
     /// Coefficients of all modes, by degree and azimuthal number.
     fn by_harmonic(&self, x: &[f64]) -> Vec<OfFamilies> {
-        let mut all = vec![[0.0; 4]; self.harmonics[self.expansions.len()]];
+        let mut all = vec![[0.0; 3]; self.harmonics[self.expansions.len()]];
         for (sphere, expansion) in self.expansions.iter().enumerate() {
             let own = &mut all[self.harmonics[sphere]..];
             let x = &x[self.first[sphere]..];
@@ -421,7 +423,7 @@ impl<'a> MultipoleMobility<'a> {
     /// variant are zero.
     fn with_sums(&self, sphere: usize, x: &[f64], sums: &[Vec<OfFamilies>]) -> Vec<f64> {
         let length = self.harmonics[sphere + 1] - self.harmonics[sphere];
-        let mut all = vec![[0.0; 4]; length];
+        let mut all = vec![[0.0; 3]; length];
         for (part, sum) in self.parts.iter().zip(sums) {
             for (entry, added) in all.iter_mut().zip(&sum[part.of_sphere(sphere)]) {
                 for (entry, added) in entry.iter_mut().zip(added) {
@@ -453,12 +455,11 @@ impl<'a> MultipoleMobility<'a> {
         }
     }
 
-    /// Highest orders of a pair in products.
-    fn most(&self, planned: &PlannedPair) -> PairOrders {
-        let (i, j) = planned.pair;
+    /// Orders of a pair in products.
+    fn pair_orders(&self, planned: &PlannedPair) -> PairOrders {
         match self.variant {
             Variant::Neglecting => planned.fewer,
-            _ => [self.order(i), self.order(j)],
+            _ => [0, 1].map(|end| planned.orders[end].min(self.order(planned.ends[end]))),
         }
     }
 }
@@ -475,23 +476,32 @@ impl WithSimd for OfPairs<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let mut work = Workspace::default();
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut work = Workspace::<S>::default();
         let Self { all, part, x, y } = self;
         let omitted = match all.variant {
             Variant::Lowered => LOWERED,
             _ => 0,
         };
-        let pairs = part.pairs.clone();
-        for (planned, product) in all.pairs[pairs.clone()].iter().zip(&all.products[pairs]) {
-            let (i, j) = planned.pair;
-            // the source of a pair is before its target
-            let (before, after) = y.split_at_mut(part.first[j]);
-            let y = [&mut before[part.of_sphere(i)], after];
-            let [of_i, of_j] = [i, j].map(|k| all.harmonics[k]..all.harmonics[k + 1]);
-            let x = [&x[of_i], &x[of_j]];
-            let most = all.most(planned);
-            product.add(x, y, (most, omitted), &all.quarter, &mut work);
+        let pair = |number: usize| {
+            let planned = &all.pairs[number];
+            Pair {
+                line: &all.lines[number],
+                orders: all.pair_orders(planned),
+                given: planned.ends.map(|sphere| all.harmonics[sphere]),
+                found: planned.ends.map(|sphere| part.first[sphere]),
+            }
+        };
+        let mut pairs = Vec::with_capacity(S::F64_LANES);
+        let mut first = part.pairs.start;
+        while first < part.pairs.end {
+            let end = part.pairs.end.min(first + S::F64_LANES);
+            pairs.clear();
+            pairs.extend((first..end).map(pair));
+            let regular = all.pairs[first].regular.saturating_sub(omitted);
+            let some = (&pairs[..], regular);
+            all.couplings.add(simd, some, x, y, &mut work);
+            first = end;
         }
     }
 }
@@ -523,7 +533,7 @@ impl Mobility for MultipoleMobility<'_> {
         let arch = Arch::new();
         let sums: Vec<Vec<OfFamilies>> = (self.parts.par_iter())
             .map(|part| {
-                let mut y = vec![[0.0; 4]; part.first[n]];
+                let mut y = vec![[0.0; 3]; part.first[n]];
                 arch.dispatch(OfPairs {
                     all: self,
                     part,
@@ -557,6 +567,32 @@ impl Mobility for MultipoleMobility<'_> {
         HydroError::FactorisationFailed {
             matrix: "Galerkin matrix",
             size: self.dofs(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn costs_above_the_limits_are_refused_with_their_numbers() {
+        let cost = |mib: f64, seconds: f64| ExpansionCost {
+            dofs: 7,
+            mib,
+            seconds,
+        };
+        assert!(cost(memory::MAX_MIB, LONGEST_SECONDS).check().is_ok());
+        for cost in [
+            cost(memory::MAX_MIB + 1.0, 1.0),
+            cost(1.0, LONGEST_SECONDS + 1.0),
+        ] {
+            match cost.check() {
+                Err(HydroError::TooCostly {
+                    dofs, mib, seconds, ..
+                }) => assert_eq!((dofs, mib, seconds), (7, cost.mib, cost.seconds)),
+                other => panic!("{other:?}"),
+            }
         }
     }
 }

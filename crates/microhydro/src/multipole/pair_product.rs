@@ -1,31 +1,28 @@
-//! Products of the coupling of two expansions with one vector.
+//! Products of the couplings of many pairs with one vector, without a matrix of any pair.
 //!
-//! The numbers of a pair are in one piece of memory, and both directions read them once: thousands
-//! of spheres have half a million pairs, most of them with two hundred numbers. High degrees of a
-//! narrow gap act on the other surface with the azimuthal numbers 0 and 1 about its axis alone, and
-//! only these are stored.
+//! On its line of centres the coupling of two spheres consists of numbers that all pairs share,
+//! times powers of the radii `a` and `b` over the distance `d`: from degree `l` at the source to
+//! `k` at the target
+//! ```text
+//! c_lkm (a/d)^(l + e) (b/d)^(k + e'),   e = -1/2, 1/2, 3/2 for W, X, V
+//! ```
+//! (`axial_translation`, without the self energies). A `W` has a part without pressure, which is
+//! that of a `V`: without it, 3 of 9 couplings of two families are zero, and `V` acts on the
+//! pressure of the target alone. The lanes of vector registers are pairs of similar orders, so that
+//! all of a product works on whole registers. High degrees of a narrow gap act on the other surface
+//! with the azimuthal numbers 0 and 1 about its axis alone, and only these are used.
 
 use nalgebra::Vector3;
+use pulp::Simd;
+use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
-use super::axis_turn::{Angles, OfFamilies, QuarterTurn, Turning};
-use super::coupling::{Expansion, axial_coupling};
+use super::axial_translation::{OutgoingTranslation, potential};
+use super::axis_turn::{Angles, Lanes, OfFamilies, QuarterTurn, Turning, multiples, of_lanes};
+use super::lamb::{LambCoefficients, trace_index};
 use super::modes::{FAMILIES, Family, Modes};
 
 /// Orders of a source and of a target.
 pub(super) type PairOrders = [usize; 2];
-
-/// Coupling of two spheres, for products with one vector.
-pub(super) struct PairProduct {
-    /// Orders of the modes that are stored.
-    orders: PairOrders,
-    /// Highest degree with all azimuthal numbers; above it there are 0 and 1.
-    regular: usize,
-    /// Direction from the source to the target.
-    angles: Angles,
-    /// Matrices of the azimuthal numbers from zero, by columns; then zeros that the last rows of a
-    /// block may read.
-    numbers: Box<[f64]>,
-}
 
 /// Number of [`OfFamilies`] of an expansion up to an order; that of degree `l` and azimuthal number
 /// `m` is `l^2 - 1 + l + m`.
@@ -33,453 +30,649 @@ pub(super) fn harmonics(order: usize) -> usize {
     order * (order + 2)
 }
 
-/// Vectors along the line of centres, at the source and the target of the coupling.
-#[derive(Default)]
-pub(super) struct Workspace {
-    /// For each azimuthal number the vectors of both symmetry classes.
-    given: [Vec<f64>; 2],
-    found: [Vec<f64>; 2],
-    /// The modes of each azimuthal number.
-    sectors: [Vec<Sector>; 2],
-    /// One degree along the line of centres.
-    rotated: Vec<OfFamilies>,
-    turning: Turning,
-    /// Sums of every eighth row, of each column and symmetry class.
-    partial: Vec<[[f64; ROWS]; 2]>,
-    /// Cosines and sines of the multiples of the angles.
-    multiples: Vec<[[f64; 2]; 2]>,
-}
-
 /// Highest azimuthal number of a degree.
 fn highest(l: usize, regular: usize) -> usize {
     if l <= regular { l } else { l.min(1) }
 }
 
-/// Number of numbers that [`PairProduct`] stores beside [`PAIR`].
-pub(super) fn numbers(orders: PairOrders, regular: usize) -> usize {
-    azimuthal_numbers(orders, regular)
-        .map(|m| {
-            let [columns, rows] = orders.map(|order| Sector::new(m, order, regular).len);
-            columns * rows
-        })
-        .sum()
+/// Highest azimuthal number of a coupling.
+fn last(orders: PairOrders, regular: usize) -> usize {
+    orders[0].min(orders[1]).min(regular.max(1))
 }
 
-/// Multiplications of the products in both directions.
+/// Highest degree of an azimuthal number.
+fn top_degree(order: usize, m: usize, regular: usize) -> usize {
+    if m <= 1 { order } else { order.min(regular) }
+}
+
+/// Multiplications of the products in both directions, and what takes as long.
 pub(super) fn operations(orders: PairOrders, regular: usize) -> usize {
-    // two quarter turns for each of three families, to the line of centres and back
+    // to the line of centres and back, two quarter turns of blocks with a quarter of the entries
     let of_degree = |l: usize| 3 * (2 * l + 1).pow(2);
-    let turns: usize = orders
-        .map(|order| (1..=order).map(of_degree).sum())
-        .iter()
-        .sum();
-    // two symmetry classes
-    turns + 4 * numbers(orders, regular)
+    let turned =
+        |&order: &usize| (1..=order).map(of_degree).sum::<usize>() + MOVED * harmonics(order);
+    let turns: usize = orders.iter().map(turned).sum();
+    let coupled = (0..=last(orders, regular)).map(|m| {
+        let degrees = |order| (top_degree(order, m, regular) + 1).saturating_sub(m.max(1));
+        let classes = if m == 0 { 1 } else { 2 };
+        classes * 2 * COUPLED * degrees(orders[0]) * degrees(orders[1])
+    });
+    turns + coupled.sum::<usize>()
 }
 
-/// Numbers of a pair without couplings: zeros behind them, angles, orders and the plan.
-pub(super) const PAIR: usize = 24;
+/// Multiplications that take as long as moving one harmonic of an end into a lane, onto the line of
+/// centres and back: products of the orders 4 and 24 were timed.
+const MOVED: usize = 80;
 
-fn azimuthal_numbers(orders: PairOrders, regular: usize) -> std::ops::RangeInclusive<usize> {
-    0..=orders[0].min(orders[1]).min(regular.max(1))
+/// Couplings between families that are not zero: `WW`, `WX`, `WV`, `XW`, `XX`, `VW`, from the
+/// source to the target.
+const COUPLED: usize = 6;
+
+/// The numbers that all pairs share.
+pub(super) struct Couplings {
+    quarter: QuarterTurn,
+    /// Highest degree.
+    top: usize,
+    /// For each azimuthal number the couplings of all degrees, those of a source one after the
+    /// other.
+    axial: Vec<Vec<[f64; COUPLED]>>,
+    /// The part without pressure of `W`, by degree, in the scaled modes: so much of it is `V`.
+    potential: Vec<f64>,
 }
 
-/// Modes of an azimuthal number: for each family the place of its lowest degree.
-#[derive(Clone, Copy)]
-struct Sector {
-    first: [usize; 3],
-    len: usize,
-}
-
-impl Sector {
-    /// The modes of expansions up to an order.
-    fn new(m: usize, order: usize, regular: usize) -> Self {
-        let (mut first, mut len) = ([0; 3], 0);
-        for (first, family) in first.iter_mut().zip(FAMILIES) {
-            let top = (Modes { order }).max_degree(family);
-            let top = if m <= 1 { top } else { top.min(regular) };
-            *first = len;
-            len += (top + 1).saturating_sub(m.max(1));
-        }
-        Self { first, len }
-    }
-}
-
-impl PairProduct {
-    /// The coupling of two expansions, the target at `offset` from the source, with all azimuthal
-    /// numbers up to the degree `regular`.
-    pub fn new(ends: [&Expansion; 2], offset: &Vector3<f64>, regular: usize) -> Self {
-        let orders = ends.map(|end| end.modes.order);
-        let regular = regular.max(1);
-        let mut all = Vec::with_capacity(numbers(orders, regular) + ROWS);
-        for m in azimuthal_numbers(orders, regular) {
-            let matrix = axial_coupling(ends, offset.norm(), m);
-            let kept = |order: usize| {
-                let modes = (Modes { order }).sector(m).into_iter().enumerate();
-                let kept = modes.filter(|(_, (_, l))| m <= highest(*l, regular));
-                kept.map(|(place, _)| place).collect::<Vec<_>>()
-            };
-            let [columns, rows] = orders.map(kept);
-            for &column in &columns {
-                all.extend(rows.iter().map(|&row| matrix[(row, column)]));
-            }
-        }
-        all.extend([0.0; ROWS]);
+impl Couplings {
+    /// Couplings up to a degree. Memory: `2 top^3` numbers and as many of the quarter turn.
+    pub fn new(top: usize) -> Self {
+        let axial = |m: usize| -> Vec<[f64; COUPLED]> {
+            // radii and distance 1
+            let translation = OutgoingTranslation::new(m, (1.0, top), (1.0, top), 1.0);
+            let degrees = || m.max(1)..=top;
+            let pairs = degrees().flat_map(|l| degrees().map(move |k| (l, k)));
+            pairs.map(|(l, k)| coupled(&translation, l, k)).collect()
+        };
         Self {
-            orders,
-            regular,
-            angles: Angles::new(offset),
-            numbers: all.into_boxed_slice(),
+            quarter: QuarterTurn::new(top),
+            top,
+            axial: (0..=top).map(axial).collect(),
+            potential: (0..=top)
+                .map(|l| match l {
+                    0 => 0.0,
+                    _ => potential(l) * weight(Family::Source, l) / weight(Family::Stokeslet, l),
+                })
+                .collect(),
         }
     }
 
-    /// Adds the products in both directions: that with the coefficients of the source to those of
-    /// the target, and that of the transpose with the coefficients of the target to those of the
-    /// source.
-    ///
-    /// `x` and `y` have [`harmonics`] of the source and of the target. Modes above the orders
-    /// `most` are left out at both ends, and degrees with all azimuthal numbers are lower by
-    /// `omitted`. `quarter` has the degrees of both ends.
+    /// Couplings of degree `l` of the source with those of the target up to the degree `top`.
     #[inline(always)]
-    pub fn add(
+    fn row(&self, m: usize, l: usize, top: usize) -> &[[f64; COUPLED]] {
+        let lowest = m.max(1);
+        let width = self.top + 1 - lowest;
+        let first = (l - lowest) * width;
+        &self.axial[m][first..first + top + 1 - lowest]
+    }
+}
+
+/// Square root of the self energy of a mode on the unit sphere.
+fn weight(family: Family, l: usize) -> f64 {
+    family.energy(l, 1.0).sqrt()
+}
+
+/// Couplings of the degrees `l` and `k` without the parts that `W` and `V` share.
+fn coupled(translation: &OutgoingTranslation, l: usize, k: usize) -> [f64; COUPLED] {
+    let entry = |from: Family, flow: LambCoefficients, to: Family| {
+        flow.trace(k)[trace_index(to)] * weight(to, k) / weight(from, l)
+    };
+    let of_w = translation.with_pressure(l, k);
+    let without_pressure = LambCoefficients { p: 0.0, ..of_w };
+    let [w, x, v] = FAMILIES;
+    let [of_x, of_v] = [x, v].map(|family| translation.coefficients(family, l, k));
+    [
+        entry(w, without_pressure, w),
+        entry(w, of_w, x),
+        entry(w, of_w, v),
+        entry(x, of_x, w),
+        entry(x, of_x, x),
+        entry(v, of_v, w),
+    ]
+}
+
+/// The line of centres of two spheres.
+pub(super) struct Line {
+    /// Direction from the source to the target.
+    angles: Angles,
+    /// Radii of the source and of the target over the distance.
+    ratios: [f64; 2],
+}
+
+impl Line {
+    pub fn new(radii: [f64; 2], offset: &Vector3<f64>) -> Self {
+        Self {
+            angles: Angles::new(offset),
+            ratios: radii.map(|radius| radius / offset.norm()),
+        }
+    }
+}
+
+/// One pair of a product.
+pub(super) struct Pair<'a> {
+    pub line: &'a Line,
+    /// Modes above these orders are left out, at both ends.
+    pub orders: PairOrders,
+    /// Places of the source and of the target among the coefficients that are multiplied.
+    pub given: [usize; 2],
+    /// The same among the products.
+    pub found: [usize; 2],
+}
+
+/// Coefficients of both symmetry classes.
+type Classes<S> = [Lanes<S>; 2];
+
+/// Coefficients on the way through the lines of centres.
+pub(super) struct Workspace<S: Simd> {
+    /// At one end, by degree and azimuthal number.
+    turned: Vec<Lanes<S>>,
+    /// Along the line, by azimuthal number and degree.
+    given: [Vec<Classes<S>>; 2],
+    found: [Vec<Classes<S>>; 2],
+    /// Radii over the distance to the powers of -1/2 and so on.
+    powers: [Vec<S::f64s>; 2],
+    /// One degree along the line.
+    degree: Vec<Lanes<S>>,
+    turning: Turning<S>,
+}
+
+impl<S: Simd> Default for Workspace<S> {
+    fn default() -> Self {
+        Self {
+            turned: Vec::new(),
+            given: Default::default(),
+            found: Default::default(),
+            powers: Default::default(),
+            degree: Vec::new(),
+            turning: Turning::default(),
+        }
+    }
+}
+
+/// The places of degree `l` among all harmonics.
+#[inline(always)]
+fn of_degree(l: usize) -> std::ops::Range<usize> {
+    l * l - 1..l * l + 2 * l
+}
+
+impl Couplings {
+    /// Adds the products of some pairs, one a lane, in both directions: that with the coefficients
+    /// of the source to those of the target, and that of the transpose with the coefficients of the
+    /// target to those of the source.
+    ///
+    /// Degrees up to `regular` have all azimuthal numbers. `x` and `y` have [`harmonics`] of the
+    /// orders from the places of the pairs on. Degrees are at most those of [`Couplings::new`].
+    #[inline(always)]
+    pub fn add<S: Simd>(
         &self,
-        x: [&[OfFamilies]; 2],
-        y: [&mut [OfFamilies]; 2],
-        (most, omitted): (PairOrders, usize),
-        quarter: &QuarterTurn,
-        work: &mut Workspace,
+        simd: S,
+        (pairs, regular): (&[Pair], usize),
+        x: &[OfFamilies],
+        y: &mut [OfFamilies],
+        work: &mut Workspace<S>,
     ) {
-        let used = [0, 1].map(|end| self.orders[end].min(most[end]));
-        let regular = self.regular.saturating_sub(omitted);
-        let numbers = azimuthal_numbers(self.orders, self.regular);
-        let last = *numbers.end();
-        let top = self.orders[0].max(self.orders[1]);
-        let stride = (3 * top).next_multiple_of(ROWS);
+        let most = |end: usize| pairs.iter().map(|pair| pair.orders[end]).max();
+        let (Some(first), Some(second)) = (most(0), most(1)) else {
+            return;
+        };
+        let tops = [first, second];
+        let last = last(tops, regular);
+        // a lane without a pair repeats the last one with coefficients of zero
+        let of_lane = |lane: usize| pairs[lane.min(pairs.len() - 1)].line;
+        let top = first.max(second);
+        multiples(
+            simd,
+            |lane| &of_lane(lane).angles,
+            top,
+            &mut work.turning.multiples,
+        );
+        let zero = simd.splat_f64s(0.0);
+        work.degree.resize(2 * top + 1, [zero; 3]);
         for end in 0..2 {
-            let sector = |m| Sector::new(m, self.orders[end], self.regular);
-            work.sectors[end].clear();
-            work.sectors[end].extend(numbers.clone().map(sector));
-            let size = 2 * stride * (last + 1);
-            work.given[end].clear();
-            work.given[end].resize(size, 0.0);
-            // all that is read is written before
-            work.found[end].resize(size, 0.0);
+            let ratio = of_lanes(simd, |lane| of_lane(lane).ratios[end]);
+            let mut power = simd.div_f64s(simd.splat_f64s(1.0), simd.sqrt_f64s(ratio));
+            work.powers[end].clear();
+            for _ in 0..tops[end] + 3 {
+                work.powers[end].push(power);
+                power = simd.mul_f64s(power, ratio);
+            }
+            let size = (last + 1) * tops[end];
+            // what is read of these is written before
+            work.given[end].resize(size, [[zero; 3]; 2]);
+            work.found[end].resize(size, [[zero; 3]; 2]);
+            gather(simd, (pairs, end, tops[end]), x, &mut work.turned);
+            self.onto_line(simd, (end, tops[end]), (regular, last), work);
         }
-        let highest_used = |l: usize| highest(l, regular).min(last);
-        let families_used =
-            |end: usize, l: usize| FAMILIES.map(|f| (Modes { order: used[end] }).contains(f, l));
+        self.couple(simd, tops, (regular, last), work);
+        for end in 0..2 {
+            self.from_line(simd, (end, tops[end]), (regular, last), work);
+            scatter::<S>((pairs, end), &work.turned, y);
+        }
+    }
 
-        let top = used[0].max(used[1]);
-        self.angles.multiples(top, &mut work.multiples);
-        work.rotated.resize(2 * top + 1, [0.0; 4]);
+    /// Coefficients of one end along the line, times powers of the distance.
+    #[inline(always)]
+    fn onto_line<S: Simd>(
+        &self,
+        simd: S,
+        (end, top): (usize, usize),
+        (regular, last): (usize, usize),
+        work: &mut Workspace<S>,
+    ) {
         for l in 1..=top {
-            let of_degree = l * l - 1..l * l + 2 * l;
-            for end in (0..2).filter(|&end| l <= used[end]) {
-                quarter.onto_line(
-                    (l, highest_used(l)),
-                    &work.multiples,
-                    &x[end][of_degree.clone()],
-                    &mut work.rotated[..2 * l + 1],
-                    &mut work.turning,
-                );
-                let is_used = families_used(end, l);
-                for (m, sector) in work.sectors[end][..=highest_used(l)].iter().enumerate() {
-                    let (cosines, sines) = (work.rotated[l + m], work.rotated[l - m]);
-                    for k in 0..3 {
-                        let place = 2 * stride * m + sector.first[k] + l - m.max(1);
-                        let of_class = match FAMILIES[k] {
-                            Family::Rotlet => [sines[k], -cosines[k]],
-                            _ => [cosines[k], sines[k]],
-                        };
-                        if is_used[k] {
-                            work.given[end][place] = of_class[0];
-                            // the azimuthal number zero has one class
-                            if m > 0 {
-                                work.given[end][place + stride] = of_class[1];
-                            }
-                        }
-                    }
+            let highest = highest(l, regular).min(last);
+            let degree = &mut work.degree[..2 * l + 1];
+            let turned = &work.turned[of_degree(l)];
+            (self.quarter).onto_line(simd, (l, highest), turned, degree, &mut work.turning);
+            let powers = &work.powers[end][l..l + 3];
+            let potential = simd.splat_f64s(self.potential[l]);
+            for m in 0..=highest {
+                let cosines = scaled(simd, degree[l + m], potential, powers);
+                let sines = scaled(simd, degree[l - m], potential, powers);
+                // the azimuthal number zero has the first class alone
+                work.given[end][m * top + l - 1] = [
+                    [cosines[0], sines[1], cosines[2]],
+                    [sines[0], simd.neg_f64s(cosines[1]), sines[2]],
+                ];
+            }
+        }
+    }
+
+    /// The couplings along the line in both directions.
+    #[inline(always)]
+    fn couple<S: Simd>(
+        &self,
+        simd: S,
+        tops: PairOrders,
+        (regular, last): (usize, usize),
+        work: &mut Workspace<S>,
+    ) {
+        for m in 0..=last {
+            let lowest = m.max(1);
+            let [sources, targets] = tops.map(|top| top_degree(top, m, regular));
+            let of_end = |end: usize, degree: usize| m * tops[end] + degree - 1;
+            let targets = of_end(1, lowest)..of_end(1, targets) + 1;
+            let [of_source, of_target] = &mut work.found;
+            let of_target = &mut of_target[targets.clone()];
+            of_target.fill([[simd.splat_f64s(0.0); 3]; 2]);
+            for l in lowest..=sources {
+                let row = self.row(m, l, lowest + targets.len() - 1);
+                let given = &work.given[0][of_end(0, l)];
+                let others = &work.given[1][targets.clone()];
+                of_source[of_end(0, l)] = match m {
+                    0 => couple_degree::<S, 1>(simd, row, given, others, of_target),
+                    _ => couple_degree::<S, 2>(simd, row, given, others, of_target),
+                };
+            }
+        }
+    }
+
+    /// What was found along the line, times powers of the distance, as coefficients of one end.
+    #[inline(always)]
+    fn from_line<S: Simd>(
+        &self,
+        simd: S,
+        (end, top): (usize, usize),
+        (regular, last): (usize, usize),
+        work: &mut Workspace<S>,
+    ) {
+        work.turned
+            .resize(harmonics(top), [simd.splat_f64s(0.0); 3]);
+        for l in 1..=top {
+            let highest = highest(l, regular).min(last);
+            let powers = &work.powers[end][l..l + 3];
+            let potential = simd.splat_f64s(self.potential[l]);
+            let degree = &mut work.degree[..2 * l + 1];
+            for m in 0..=highest {
+                let [first, second] = work.found[end][m * top + l - 1];
+                let first = with_potential(simd, first, potential, powers);
+                let second = with_potential(simd, second, potential, powers);
+                // the azimuthal number zero has one coefficient, of the first class
+                degree[l - m] = [second[0], first[1], second[2]];
+                degree[l + m] = match m {
+                    0 => first,
+                    _ => [first[0], simd.neg_f64s(second[1]), first[2]],
+                };
+            }
+            let turned = &mut work.turned[of_degree(l)];
+            (self.quarter).from_line(simd, (l, highest), degree, turned, &mut work.turning);
+        }
+    }
+}
+
+/// Coefficients with the part without pressure of `W` as `V`, times powers of the distance.
+// Vector instructions in closures would be calls: only functions that are always inlined have them.
+#[inline(always)]
+fn scaled<S: Simd>(
+    simd: S,
+    [w, x, v]: Lanes<S>,
+    potential: S::f64s,
+    powers: &[S::f64s],
+) -> Lanes<S> {
+    let v = simd.mul_add_f64s(potential, w, v);
+    [
+        simd.mul_f64s(w, powers[0]),
+        simd.mul_f64s(x, powers[1]),
+        simd.mul_f64s(v, powers[2]),
+    ]
+}
+
+/// The transpose of [`scaled`].
+#[inline(always)]
+fn with_potential<S: Simd>(
+    simd: S,
+    [w, x, v]: Lanes<S>,
+    potential: S::f64s,
+    powers: &[S::f64s],
+) -> Lanes<S> {
+    let v = simd.mul_f64s(v, powers[2]);
+    [
+        simd.mul_add_f64s(w, powers[0], simd.mul_f64s(potential, v)),
+        simd.mul_f64s(x, powers[1]),
+        v,
+    ]
+}
+
+/// Couples one degree of the source with those of the target; returns what acts on the source.
+#[inline(always)]
+fn couple_degree<S: Simd, const CLASSES: usize>(
+    simd: S,
+    row: &[[f64; COUPLED]],
+    given: &Classes<S>,
+    others: &[Classes<S>],
+    found: &mut [Classes<S>],
+) -> Classes<S> {
+    let mut back = [[simd.splat_f64s(0.0); 3]; 2];
+    for ((numbers, others), found) in row.iter().zip(others).zip(found) {
+        let (ww, wx) = (simd.splat_f64s(numbers[0]), simd.splat_f64s(numbers[1]));
+        let (wv, xw) = (simd.splat_f64s(numbers[2]), simd.splat_f64s(numbers[3]));
+        let (xx, vw) = (simd.splat_f64s(numbers[4]), simd.splat_f64s(numbers[5]));
+        for class in 0..CLASSES {
+            let [w, x, v] = given[class];
+            let y = &mut found[class];
+            y[0] = simd.mul_add_f64s(vw, v, y[0]);
+            y[0] = simd.mul_add_f64s(xw, x, y[0]);
+            y[0] = simd.mul_add_f64s(ww, w, y[0]);
+            y[1] = simd.mul_add_f64s(xx, x, y[1]);
+            y[1] = simd.mul_add_f64s(wx, w, y[1]);
+            y[2] = simd.mul_add_f64s(wv, w, y[2]);
+            let [w, x, v] = others[class];
+            let y = &mut back[class];
+            y[0] = simd.mul_add_f64s(wv, v, y[0]);
+            y[0] = simd.mul_add_f64s(wx, x, y[0]);
+            y[0] = simd.mul_add_f64s(ww, w, y[0]);
+            y[1] = simd.mul_add_f64s(xx, x, y[1]);
+            y[1] = simd.mul_add_f64s(xw, w, y[1]);
+            y[2] = simd.mul_add_f64s(vw, w, y[2]);
+        }
+    }
+    back
+}
+
+/// The families of a degree up to an order.
+#[inline(always)]
+fn families_of(order: usize, l: usize) -> [bool; 3] {
+    FAMILIES.map(|family| (Modes { order }).contains(family, l))
+}
+
+/// Coefficients of one end of some pairs in lanes, up to the order `top`; zero above those of a
+/// pair.
+#[inline(always)]
+fn gather<S: Simd>(
+    simd: S,
+    (pairs, end, top): (&[Pair], usize, usize),
+    x: &[OfFamilies],
+    lanes: &mut Vec<Lanes<S>>,
+) {
+    lanes.clear();
+    lanes.resize(harmonics(top), [simd.splat_f64s(0.0); 3]);
+    let width = S::F64_LANES;
+    let numbers: &mut [f64] = cast_slice_mut(lanes);
+    for (lane, pair) in pairs.iter().enumerate() {
+        let x = &x[pair.given[end]..][..harmonics(pair.orders[end])];
+        for l in 1..=pair.orders[end] {
+            let is_used = families_of(pair.orders[end], l);
+            let numbers = numbers[3 * width * of_degree(l).start..].chunks_exact_mut(3 * width);
+            for (numbers, x) in numbers.zip(&x[of_degree(l)]) {
+                for k in 0..3 {
+                    numbers[width * k + lane] = if is_used[k] { x[k] } else { 0.0 };
                 }
             }
         }
+    }
+}
 
-        let mut first = 0;
-        for m in numbers {
-            let [columns, rows] = [0, 1].map(|end| work.sectors[end][m].len);
-            let of_sector = columns * rows;
-            let matrix = &self.numbers[first..first + of_sector + ROWS];
-            first += of_sector;
-            let range = 2 * stride * m..2 * stride * (m + 1);
-            let (given, found) = (&work.given, &mut work.found);
-            let size = (rows, columns, stride);
-            // by columns, as the numbers are read from memory
-            backward(
-                matrix,
-                size,
-                &given[1][range.clone()],
-                &mut found[0][range.clone()],
-                &mut work.partial,
-            );
-            forward(matrix, size, &given[0][range.clone()], &mut found[1][range]);
-        }
-
-        for l in 1..=top {
-            let of_degree = l * l - 1..l * l + 2 * l;
-            for end in (0..2).filter(|&end| l <= used[end]) {
-                let is_used = families_used(end, l);
-                for (m, sector) in work.sectors[end][..=highest_used(l)].iter().enumerate() {
-                    let (mut cosines, mut sines) = ([0.0; 4], [0.0; 4]);
-                    for k in (0..3).filter(|&k| is_used[k]) {
-                        let place = 2 * stride * m + sector.first[k] + l - m.max(1);
-                        let of_class = [work.found[end][place], work.found[end][place + stride]];
-                        [cosines[k], sines[k]] = match FAMILIES[k] {
-                            Family::Rotlet => [-of_class[1], of_class[0]],
-                            _ => of_class,
-                        };
-                    }
-                    if m == 0 {
-                        // one coefficient, of the class that is given
-                        cosines[1] = sines[1];
-                        sines = cosines;
-                    }
-                    work.rotated[l - m] = sines;
-                    work.rotated[l + m] = cosines;
+/// Adds coefficients in lanes to those of one end of the pairs.
+#[inline(always)]
+fn scatter<S: Simd>((pairs, end): (&[Pair], usize), lanes: &[Lanes<S>], y: &mut [OfFamilies]) {
+    let width = S::F64_LANES;
+    let numbers: &[f64] = cast_slice(lanes);
+    for (lane, pair) in pairs.iter().enumerate() {
+        let y = &mut y[pair.found[end]..][..harmonics(pair.orders[end])];
+        for l in 1..=pair.orders[end] {
+            let is_used = families_of(pair.orders[end], l);
+            let numbers = numbers[3 * width * of_degree(l).start..].chunks_exact(3 * width);
+            for (numbers, y) in numbers.zip(&mut y[of_degree(l)]) {
+                for k in 0..3 {
+                    y[k] += if is_used[k] {
+                        numbers[width * k + lane]
+                    } else {
+                        0.0
+                    };
                 }
-                quarter.add_from_line(
-                    (l, highest_used(l)),
-                    &work.multiples,
-                    &work.rotated[..2 * l + 1],
-                    &mut y[end][of_degree.clone()],
-                    &mut work.turning,
-                );
             }
         }
     }
-}
-
-/// Rows of a block of a product: two vector registers.
-const ROWS: usize = 8;
-
-/// `y = A x` for a matrix by columns and two vectors, each `stride` numbers after the other.
-///
-/// The last block of rows reads numbers behind its column. What it finds with them is in places of
-/// `y` that no mode has.
-#[inline(always)]
-fn forward(
-    matrix: &[f64],
-    (rows, columns, stride): (usize, usize, usize),
-    x: &[f64],
-    y: &mut [f64],
-) {
-    let (x, y) = (x.split_at(stride), y.split_at_mut(stride));
-    let (x0, x1) = (&x.0[..columns], &x.1[..columns]);
-    for row in (0..rows).step_by(ROWS) {
-        let (mut first, mut second) = ([0.0; ROWS], [0.0; ROWS]);
-        for (column, x) in x0.iter().zip(x1).enumerate() {
-            if let Some(entries) = matrix[column * rows + row..].first_chunk() {
-                add_scaled(&mut first, entries, &[*x.0; ROWS]);
-                add_scaled(&mut second, entries, &[*x.1; ROWS]);
-            }
-        }
-        y.0[row..row + ROWS].copy_from_slice(&first);
-        y.1[row..row + ROWS].copy_from_slice(&second);
-    }
-}
-
-#[inline(always)]
-fn add_scaled(sums: &mut [f64; ROWS], a: &[f64; ROWS], b: &[f64; ROWS]) {
-    for k in 0..ROWS {
-        sums[k] += a[k] * b[k];
-    }
-}
-
-/// `y = A^T x`, as [`forward`].
-///
-/// `x` is zero in the places that no mode has.
-#[inline(always)]
-fn backward(
-    matrix: &[f64],
-    (rows, columns, stride): (usize, usize, usize),
-    x: &[f64],
-    y: &mut [f64],
-    partial: &mut Vec<[[f64; ROWS]; 2]>,
-) {
-    let (x, y) = (x.split_at(stride), y.split_at_mut(stride));
-    let padded = rows.next_multiple_of(ROWS);
-    let (x0, x1) = (&x.0[..padded], &x.1[..padded]);
-    let blocks = || x0.as_chunks().0.iter().zip(x1.as_chunks().0);
-    partial.clear();
-    partial.extend((0..columns).map(|column| {
-        let entries = &matrix[column * rows..][..padded];
-        let (mut first, mut second) = ([0.0; ROWS], [0.0; ROWS]);
-        for (entries, (x0, x1)) in entries.as_chunks().0.iter().zip(blocks()) {
-            add_scaled(&mut first, entries, x0);
-            add_scaled(&mut second, entries, x1);
-        }
-        [first, second]
-    }));
-    for ((y0, y1), [first, second]) in y.0.iter_mut().zip(y.1).zip(partial) {
-        *y0 = sum(first);
-        *y1 = sum(second);
-    }
-}
-
-/// Sum in pairs.
-#[inline(always)]
-fn sum(x: &[f64; ROWS]) -> f64 {
-    let four: [f64; ROWS / 2] = std::array::from_fn(|k| x[k] + x[k + ROWS / 2]);
-    (four[0] + four[2]) + (four[1] + four[3])
 }
 
 #[cfg(test)]
 mod tests {
     use nalgebra::{DMatrix, DVector};
+    use pulp::{Arch, Scalar, WithSimd};
 
-    use super::super::coupling::{Coupling, SymmetryClass};
+    use super::super::coupling::{Coupling, Expansion, SymmetryClass, axial_coupling};
     use super::*;
 
+    /// Two expansions, the offset of the target and the orders that are used.
+    struct Case {
+        ends: [Expansion; 2],
+        offset: Vector3<f64>,
+        orders: PairOrders,
+    }
+
+    impl Case {
+        fn new(
+            radii: [f64; 2],
+            offset: [f64; 3],
+            of_spheres: PairOrders,
+            orders: PairOrders,
+        ) -> Self {
+            let ends = [0, 1].map(|end| Expansion {
+                radius: radii[end],
+                modes: Modes {
+                    order: of_spheres[end],
+                },
+            });
+            Self {
+                ends,
+                offset: Vector3::from(offset),
+                orders,
+            }
+        }
+
+        fn used(&self, end: usize) -> Expansion {
+            Expansion {
+                modes: Modes {
+                    order: self.orders[end],
+                },
+                ..self.ends[end]
+            }
+        }
+
+        /// Coefficients of all modes of an end.
+        fn coefficients(&self, end: usize) -> DVector<f64> {
+            DVector::from_fn(self.ends[end].modes.len(), |k, _| {
+                (k as f64 + self.offset.norm() + end as f64).sin()
+            })
+        }
+
+        /// Places of the modes that are used among all of an end.
+        fn places(&self, end: usize) -> Vec<usize> {
+            let (used, all) = (self.used(end).modes, self.ends[end].modes);
+            let shells = used.shells().flat_map(|(f, l)| all.shell(f, l));
+            shells.collect()
+        }
+    }
+
     /// Coefficients of the modes by degree and azimuthal number.
-    fn by_harmonic(x: &[f64], modes: Modes) -> Vec<OfFamilies> {
-        let mut all = vec![[0.0; 4]; harmonics(modes.order)];
+    fn by_harmonic(x: &DVector<f64>, modes: Modes) -> Vec<OfFamilies> {
+        let mut all = vec![[0.0; 3]; harmonics(modes.order)];
         for (family, l) in modes.shells() {
-            let k = FAMILIES.iter().position(|&f| f == family).unwrap();
-            for (entry, value) in all[l * l - 1..].iter_mut().zip(&x[modes.shell(family, l)]) {
+            let k = trace_index(family);
+            let values = &x.as_slice()[modes.shell(family, l)];
+            for (entry, value) in all[of_degree(l)].iter_mut().zip(values) {
                 entry[k] = *value;
             }
         }
         all
     }
 
-    fn products(
-        pair: &PairProduct,
-        x: [&[OfFamilies]; 2],
-        most: (PairOrders, usize),
-    ) -> [Vec<OfFamilies>; 2] {
-        let [mut source, mut target] = x.map(|x| vec![[0.0; 4]; x.len()]);
-        let mut work = Workspace::default();
-        let quarter = QuarterTurn::new(6);
-        // what another pair left behind is not used
-        for list in work.given.iter_mut().chain(&mut work.found) {
-            list.resize(1000, f64::NAN);
+    struct Products<'a>(&'a [Case], usize);
+
+    impl WithSimd for Products<'_> {
+        type Output = Vec<[Vec<OfFamilies>; 2]>;
+
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let Self(cases, regular) = self;
+            let couplings = Couplings::new(9);
+            let mut work = Workspace::<S>::default();
+            // what another pair left behind is not used
+            let nan = [simd.splat_f64s(f64::NAN); 3];
+            work.turned.resize(200, nan);
+            work.degree.resize(30, nan);
+            for list in work.given.iter_mut().chain(&mut work.found) {
+                list.resize(200, [nan; 2]);
+            }
+            let lines: Vec<Line> = (cases.iter())
+                .map(|case| Line::new(case.ends.map(|end| end.radius), &case.offset))
+                .collect();
+            let (mut x, mut places) = (Vec::new(), Vec::new());
+            for case in cases {
+                places.push([0, 1].map(|end| {
+                    let first = x.len();
+                    x.extend(by_harmonic(&case.coefficients(end), case.ends[end].modes));
+                    first
+                }));
+            }
+            let mut y = vec![[0.0; 3]; x.len()];
+            let pairs: Vec<Pair> = (cases.iter().zip(&lines).zip(&places))
+                .map(|((case, line), places)| Pair {
+                    line,
+                    orders: case.orders,
+                    given: *places,
+                    found: *places,
+                })
+                .collect();
+            for some in pairs.chunks(S::F64_LANES) {
+                couplings.add(simd, (some, regular), &x, &mut y, &mut work);
+            }
+            let of_case = |(case, first): (&Case, &[usize; 2])| {
+                [0, 1].map(|end| y[first[end]..][..harmonics(case.ends[end].modes.order)].to_vec())
+            };
+            cases.iter().zip(&places).map(of_case).collect()
         }
-        pair.add(x, [&mut source, &mut target], most, &quarter, &mut work);
-        [source, target]
     }
 
-    /// The coupling on the line of centres without what a product leaves out.
-    fn dense(
-        ends: [&Expansion; 2],
-        kept: impl Fn(usize, Family, usize, usize) -> bool,
-    ) -> DMatrix<f64> {
-        let [from, to] = ends.map(|end| end.modes);
-        let mut matrix = DMatrix::zeros(to.len(), from.len());
-        for class in SymmetryClass::all(from.order.min(to.order)) {
-            let m = class.m;
-            let coupling = axial_coupling(ends, 3.0, m);
-            let [columns, rows] = [from, to].map(|modes| class.rows(modes));
-            for (column, (&(family, l), &(place, sign))) in
-                from.sector(m).iter().zip(&columns).enumerate()
-            {
-                for (row, (&(other, k), &(target, of_row))) in
-                    to.sector(m).iter().zip(&rows).enumerate()
-                {
-                    if kept(0, family, l, m) && kept(1, other, k, m) {
-                        matrix[(target, place)] = sign * of_row * coupling[(row, column)];
+    /// Compares products with those of a dense matrix from the used modes of the source to those of
+    /// the target.
+    fn compare(cases: &[Case], regular: usize, matrix: impl Fn(&Case) -> DMatrix<f64>) {
+        for found in [
+            Arch::new().dispatch(Products(cases, regular)),
+            Products(cases, regular).with_simd(Scalar::new()),
+        ] {
+            for (case, found) in cases.iter().zip(&found) {
+                let matrix = matrix(case);
+                for (end, matrix) in [(0, matrix.transpose()), (1, matrix)] {
+                    let given = case.coefficients(1 - end);
+                    let given = given.select_rows(&case.places(1 - end));
+                    let product = matrix * given;
+                    let mut expected = DVector::zeros(case.ends[end].modes.len());
+                    for (place, value) in case.places(end).into_iter().zip(&product) {
+                        expected[place] = *value;
+                    }
+                    let expected = by_harmonic(&expected, case.ends[end].modes);
+                    let pairs = found[end].iter().zip(&expected).enumerate();
+                    for (place, (found, expected)) in pairs {
+                        for k in 0..3 {
+                            // sums of some hundred numbers of size one
+                            let error = (found[k] - expected[k]).abs();
+                            assert!(error < 3e-13, "end {end}, {place} {k}: {error:e}");
+                        }
                     }
                 }
             }
         }
-        matrix
+    }
+
+    /// More pairs than a register has lanes, and no multiple of them.
+    fn cases() -> Vec<Case> {
+        let case = Case::new;
+        vec![
+            case([1.0, 0.7], [1.0, -2.0, 0.8], [8, 7], [8, 7]),
+            case([1.0, 1.0], [0.0, 0.0, 2.1], [9, 9], [9, 5]),
+            case([0.4, 2.0], [-3.0, 1.0, 0.2], [4, 6], [2, 4]),
+            case([1.0, 1.0], [0.0, 0.0, -4.0], [5, 5], [5, 5]),
+            case([1.0, 3.0], [1.0, 40.0, 0.2], [4, 6], [1, 1]),
+        ]
     }
 
     #[test]
-    fn products_leave_out_high_azimuthal_numbers_and_degrees() {
-        for orders in [[6, 4], [5, 5], [4, 6]] {
-            let ends = [(1.0, orders[0]), (0.7, orders[1])].map(|(radius, order)| Expansion {
-                radius,
-                modes: Modes { order },
+    fn products_are_those_of_the_dense_coupling_in_both_directions() {
+        compare(&cases(), 9, |case| {
+            let ends = [case.used(0), case.used(1)];
+            let ends = (&ends[0], &ends[1]);
+            let coupling = Coupling::between_spheres((0, 1), ends, &case.offset, 1e-300);
+            let dense = coupling.dense();
+            DMatrix::from_fn(dense.nrows(), dense.ncols(), |i, j| dense[(i, j)])
+        });
+    }
+
+    #[test]
+    fn high_azimuthal_numbers_and_degrees_are_left_out() {
+        for regular in [1, 3, 10] {
+            // along z, where rotations are the identity
+            let cases = [[6, 4], [5, 5], [4, 6], [6, 1], [1, 1]]
+                .map(|orders| Case::new([1.0, 0.7], [0.0, 0.0, 3.0], [6, 6], orders));
+            compare(&cases, regular, |case| {
+                let ends = [case.used(0), case.used(1)];
+                let [from, to] = [ends[0].modes, ends[1].modes];
+                let mut matrix = DMatrix::zeros(to.len(), from.len());
+                for class in SymmetryClass::all(from.order.min(to.order)) {
+                    let m = class.m;
+                    let coupling = axial_coupling([&ends[0], &ends[1]], 3.0, m);
+                    let [columns, rows] = [from, to].map(|modes| class.rows(modes));
+                    let kept = |modes: Modes| {
+                        let degrees = modes.sector(m).into_iter();
+                        let kept = degrees.map(|(_, l)| m <= highest(l, regular));
+                        kept.collect::<Vec<_>>()
+                    };
+                    let (of_columns, of_rows) = (kept(from), kept(to));
+                    for (column, &(place, sign)) in columns.iter().enumerate() {
+                        for (row, &(target, of_row)) in rows.iter().enumerate() {
+                            if of_columns[column] && of_rows[row] {
+                                matrix[(target, place)] = sign * of_row * coupling[(row, column)];
+                            }
+                        }
+                    }
+                }
+                matrix
             });
-            let ends = [&ends[0], &ends[1]];
-            for regular in [1, 3, 10] {
-                // along z, where rotations are the identity
-                let pair = PairProduct::new(ends, &Vector3::new(0.0, 0.0, 3.0), regular);
-                for (most, omitted) in [([6, 6], 0), ([6, 6], 2), ([3, 4], 0), ([1, 1], 2)] {
-                    let matrix = dense(ends, |end, family, l, m| {
-                        let used = Modes {
-                            order: orders[end].min(most[end]),
-                        };
-                        let of_degree = highest(l, regular.saturating_sub(omitted));
-                        used.contains(family, l) && m <= of_degree
-                    });
-                    let [x, y] = [matrix.ncols(), matrix.nrows()]
-                        .map(|n| DVector::from_fn(n, |k, _| (k as f64 + 1.0).sin()));
-                    let given = [(&x, 0), (&y, 1)].map(|(x, end): (&DVector<f64>, usize)| {
-                        by_harmonic(x.as_slice(), ends[end].modes)
-                    });
-                    let found = products(&pair, [&given[0], &given[1]], (most, omitted));
-                    let expected = [(matrix.tr_mul(&y), 0), (&matrix * &x, 1)]
-                        .map(|(x, end)| by_harmonic(x.as_slice(), ends[end].modes));
-                    for (found, expected) in found.iter().zip(&expected) {
-                        for (found, expected) in
-                            found.iter().flatten().zip(expected.iter().flatten())
-                        {
-                            // sums of a hundred numbers below one
-                            assert!(
-                                (found - expected).abs() < 1e-13,
-                                "{orders:?} {regular} {most:?}"
-                            );
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn products_are_those_of_the_dense_coupling_in_both_directions_and_of_lower_orders() {
-        let orders = [7, 4];
-        let [from, to] = [6, 4].map(|order| Modes { order });
-        let all = [Modes { order: orders[0] }, Modes { order: orders[1] }];
-        let ends = [(1.0, from), (0.7, to)].map(|(radius, modes)| Expansion { radius, modes });
-        let offset = Vector3::new(1.0, -2.0, 0.8);
-        let coupling = Coupling::between_spheres((0, 1), (&ends[0], &ends[1]), &offset, 1e-300);
-        let pair = PairProduct::new([&ends[0], &ends[1]], &offset, 10);
-        assert_eq!(pair.numbers.len(), numbers([6, 4], 10) + ROWS);
-        let dense = coupling.dense();
-        // a row of the dense matrix belongs to a mode up to order 4, a column to one up to 6
-        let x: Vec<f64> = (0..all[0].len()).map(|k| (k as f64).sin()).collect();
-        for most in [[7, 4], [5, 3], [2, 2]] {
-            let mut expected = vec![0.0; to.len()];
-            let mut back = vec![0.0; all[0].len()];
-            for (family, l) in from
-                .shells()
-                .filter(|&(f, l)| (Modes { order: most[0] }).contains(f, l))
-            {
-                for (other, k) in to
-                    .shells()
-                    .filter(|&(f, k)| (Modes { order: most[1] }).contains(f, k))
-                {
-                    let places = from.shell(family, l).zip(all[0].shell(family, l));
-                    for (column, own) in places {
-                        for row in to.shell(other, k) {
-                            expected[row] += dense[(row, column)] * x[own];
-                            back[own] += dense[(row, column)] * x[row];
-                        }
-                    }
-                }
-            }
-            let x = [by_harmonic(&x, all[0]), by_harmonic(&x[..to.len()], all[1])];
-            let [found_back, found] = products(&pair, [&x[0], &x[1]], (most, 0));
-            let expected = by_harmonic(&expected, all[1]);
-            let back = by_harmonic(&back, all[0]);
-            let pairs = found
-                .iter()
-                .zip(&expected)
-                .chain(found_back.iter().zip(&back));
-            let pairs = pairs.flat_map(|(found, expected)| found.iter().zip(expected));
-            for (found, expected) in pairs {
-                assert!((found - expected).abs() < 1e-13, "{found} {expected}");
-            }
         }
     }
 }

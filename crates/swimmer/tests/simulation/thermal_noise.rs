@@ -93,6 +93,63 @@ fn path(outcome: &Outcome) -> Vec<Vec<nalgebra::Isometry3<f64>>> {
         .collect()
 }
 
+/// Springs between pairs of spheres have their rest length and the energy `k_B T / 2` on average.
+#[test]
+fn springs_have_half_of_the_thermal_energy_each() {
+    let (pairs, steps, stiffness, energy, length) = (8, 4000_u32, 5.0, 0.45, 4.0);
+    // the mobility along a pair by Rotne, Prager and Yamakawa, for radii and viscosity 1
+    let both = 2.0 - 4.0 / 3.0 / (length * length);
+    let mobility = 2.0 * (1.0 / (6.0 * PI) - both / (8.0 * PI * length));
+    let rate = stiffness * mobility;
+    let part = 0.05;
+    let step = part / rate;
+    let places = || (0..pairs).map(|k| 60.0 * f64::from(k));
+    let bodies = places().enumerate().map(|(k, y)| {
+        format!(
+            "{{ name = \"a{k}\", radius = 1, position = [0, {y}, 0] }},\n\
+             {{ name = \"b{k}\", radius = 1, position = [{length}, {y}, 0] }},\n"
+        )
+    });
+    let links = (0..pairs).map(|k| {
+        format!(
+            "{{ name = \"l{k}\", body = \"a{k}\", to = \"b{k}\", drive = \"spring\", \
+             stiffness = {stiffness} }},\n"
+        )
+    });
+    let text = format!(
+        "fluid = {{ thermal_energy = {energy}, seed = 3, time_step = {step} }}\n\
+         model.kind = \"rpy\"\n\
+         bodies = [\n{}]\nlinks = [\n{}]\n\
+         gait.phases = [{{ duration = {} }}]\n",
+        bodies.collect::<String>(),
+        links.collect::<String>(),
+        f64::from(steps) * step,
+    );
+    let report = run(Scene::parse(&text).unwrap());
+    let lengths: Vec<f64> = (report.outcome.samples.iter())
+        .filter(|sample| sample.bodies.is_some())
+        .flat_map(|sample| {
+            let centre = |k: usize| sample.poses[k].translation.vector;
+            let pairs = 0..usize::try_from(pairs).unwrap();
+            let apart = pairs.map(|k| (centre(2 * k + 1) - centre(2 * k)).norm());
+            apart.collect::<Vec<_>>()
+        })
+        .collect();
+    let count = lengths.len() as f64;
+    assert_eq!(count, f64::from(steps) * f64::from(pairs));
+    let mean = lengths.iter().sum::<f64>() / count;
+    let variance = lengths.iter().map(|l| (l - length).powi(2)).sum::<f64>() / count;
+    // The midpoint method with a step of `part` relaxation times, and at the middle of steps.
+    let ends =
+        (1.0 - part + part * part / 4.0) / (1.0 - part + part * part / 2.0 - part.powi(3) / 8.0);
+    let middle = ends * (1.0 - part / 2.0).powi(2) + part / 2.0;
+    let exact = energy / stiffness;
+    // Four standard deviations: squares are correlated over half a relaxation time.
+    let bound = 4.0 * (2.0 / (part * count)).sqrt();
+    within(variance / (exact * middle) - 1.0, bound, "statistics");
+    within((mean - length) / exact.sqrt(), bound, "statistics");
+}
+
 #[test]
 fn runs_of_a_seed_have_the_same_bits_for_any_threads_and_after_a_resume() {
     let scene = || Scene::parse(SWIMMER).unwrap();
