@@ -61,15 +61,15 @@ const LOWERED: usize = 2;
 /// velocities changed by 3e-3 with the order instead of 2e-4 where they had the same target.
 const REGULAR: f64 = 1e-2;
 
-/// Highest order of an expansion.
-const MAX_ORDER: usize = 100;
+/// Highest order of an expansion: that of a gap of [`NARROWEST`] at a tolerance of 1e-3.
+const MAX_ORDER: usize = 250;
 
-/// Bispherical coordinate of the narrowest gap: 0.0225 radii between equal spheres; with unequal
+/// Bispherical coordinate of the narrowest gap: 0.001 radii between equal spheres; with unequal
 /// ones that of the larger sphere counts, which is smaller.
 ///
-/// The lowest eigenvalue falls with the gap, and what couplings neglect made the matrix of 27
-/// spheres at gaps of 0.01 indefinite at a tolerance of 1e-2.
-const NARROWEST: f64 = 0.15;
+/// The lowest eigenvalue falls with the gap. With lower orders the matrix of 27 spheres in a cube
+/// at gaps of 0.003 was indefinite at a tolerance of 1e-2, at gaps of 0.01 it was not.
+const NARROWEST: f64 = 0.03;
 
 /// Lowest order: that below it by two has the stresslets.
 const LOWEST_ORDER: usize = 4;
@@ -173,7 +173,7 @@ impl Plan {
             spheres: orders.clone(),
             ..super::orders::Orders::all(n, &Medium::Unbounded, 0)
         };
-        let amplified = truncation::narrowest(&xi).min(1.0).powi(2);
+        let amplified = truncation::narrowest(&xi).min(1.0).powi(3);
         let neglected = tolerance * NEGLECTED * amplified;
         let (x, a) = (spheres.centres(), spheres.radii());
         let pairs = gaps.iter().map(|gap| {
@@ -216,15 +216,26 @@ impl Plan {
         })
     }
 
+    /// Highest degree, and the highest one with all azimuthal numbers.
+    fn degrees(&self) -> (usize, usize) {
+        let top = self.orders.iter().copied().max();
+        let regular = self.pairs.iter().map(|pair| pair.regular).max();
+        (top.unwrap_or_default(), regular.unwrap_or_default())
+    }
+
     fn cost(&self) -> ExpansionCost {
         let modes = self.orders.iter().map(|&order| (Modes { order }).len());
         let dofs = modes.sum();
         let product: f64 = (self.pairs.iter())
             .map(|pair| pair_product::operations(pair.orders, pair.regular) as f64)
             .sum();
+        let (top, regular) = self.degrees();
+        let numbers = PAIR * self.pairs.len() as f64
+            + VECTORS * dofs as f64
+            + pair_product::shared_numbers(top, regular);
         ExpansionCost {
             dofs,
-            mib: memory::mib(PAIR * self.pairs.len() as f64 + VECTORS * dofs as f64),
+            mib: memory::mib(numbers),
             seconds: SOLUTIONS * self.iterations * product / PRODUCT_RATE,
         }
     }
@@ -332,7 +343,7 @@ impl<'a> MultipoleMobility<'a> {
     ///
     /// # Errors
     /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below
-    /// 0.0225 radii and those that need higher orders than 100; [`HydroError::TooLarge`],
+    /// 0.001 radii and those that need higher orders than 250; [`HydroError::TooLarge`],
     /// [`HydroError::TooCostly`].
     pub fn new(spheres: &'a Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
         let plan = Plan::new(spheres, accuracy)?;
@@ -344,7 +355,7 @@ impl<'a> MultipoleMobility<'a> {
                 modes: Modes { order },
             })
             .collect();
-        let top = plan.orders.iter().copied().max().unwrap_or_default();
+        let (top, regular) = plan.degrees();
         let line = |&PlannedPair { ends: [i, j], .. }: &PlannedPair| {
             Line::new([radii[i], radii[j]], &(x[j] - x[i]))
         };
@@ -354,7 +365,7 @@ impl<'a> MultipoleMobility<'a> {
             first: places(expansions.iter().map(|expansion| expansion.modes.len())),
             harmonics: places(plan.orders.into_iter().map(pair_product::harmonics)),
             expansions,
-            couplings: Couplings::new(top),
+            couplings: Couplings::new(top, regular),
             lines: plan.pairs.iter().map(line).collect(),
             parts: Part::all(spheres.len(), &plan.pairs),
             pairs: plan.pairs,

@@ -68,11 +68,21 @@ const MOVED: usize = 80;
 /// source to the target.
 const COUPLED: usize = 6;
 
+/// Numbers that [`Couplings`] store up to the degree `top`, of azimuthal numbers above one up to
+/// `regular`.
+pub(super) fn shared_numbers(top: usize, regular: usize) -> f64 {
+    let [top, regular] = [top, regular.min(top)].map(|degree| degree as f64);
+    let of_turns = 4.0 / 3.0 * top.powi(3) / 4.0 * 2.0;
+    let axial = COUPLED as f64 * (2.0 * top.powi(2) + regular.powi(3) / 3.0);
+    of_turns + axial
+}
+
 /// The numbers that all pairs share.
 pub(super) struct Couplings {
     quarter: QuarterTurn,
-    /// Highest degree.
+    /// Highest degree, and the highest one with all azimuthal numbers.
     top: usize,
+    regular: usize,
     /// For each azimuthal number the couplings of all degrees, those of a source one after the
     /// other.
     axial: Vec<Vec<[f64; COUPLED]>>,
@@ -81,9 +91,11 @@ pub(super) struct Couplings {
 }
 
 impl Couplings {
-    /// Couplings up to a degree. Memory: `2 top^3` numbers and as many of the quarter turn.
-    pub fn new(top: usize) -> Self {
+    /// Couplings up to the degree `top`, of azimuthal numbers above one up to `regular`. Memory:
+    /// [`shared_numbers`].
+    pub fn new(top: usize, regular: usize) -> Self {
         let axial = |m: usize| -> Vec<[f64; COUPLED]> {
+            let top = top_degree(top, m, regular);
             // radii and distance 1
             let translation = OutgoingTranslation::new(m, (1.0, top), (1.0, top), 1.0);
             let degrees = || m.max(1)..=top;
@@ -93,7 +105,8 @@ impl Couplings {
         Self {
             quarter: QuarterTurn::new(top),
             top,
-            axial: (0..=top).map(axial).collect(),
+            regular,
+            axial: (0..=last([top; 2], regular)).map(axial).collect(),
             potential: (0..=top)
                 .map(|l| match l {
                     0 => 0.0,
@@ -107,7 +120,7 @@ impl Couplings {
     #[inline(always)]
     fn row(&self, m: usize, l: usize, top: usize) -> &[[f64; COUPLED]] {
         let lowest = m.max(1);
-        let width = self.top + 1 - lowest;
+        let width = top_degree(self.top, m, self.regular) + 1 - lowest;
         let first = (l - lowest) * width;
         &self.axial[m][first..first + top + 1 - lowest]
     }
@@ -207,7 +220,8 @@ impl Couplings {
     /// target to those of the source.
     ///
     /// Degrees up to `regular` have all azimuthal numbers. `x` and `y` have [`harmonics`] of the
-    /// orders from the places of the pairs on. Degrees are at most those of [`Couplings::new`].
+    /// orders from the places of the pairs on. Degrees and `regular` are at most those of
+    /// [`Couplings::new`].
     #[inline(always)]
     pub fn add<S: Simd>(
         &self,
@@ -550,7 +564,7 @@ mod tests {
 
         fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
             let Self(cases, regular) = self;
-            let couplings = Couplings::new(9);
+            let couplings = Couplings::new(9, regular);
             let mut work = Workspace::<S>::default();
             // what another pair left behind is not used
             let nan = [simd.splat_f64s(f64::NAN); 3];

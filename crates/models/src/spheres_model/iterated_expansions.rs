@@ -33,8 +33,9 @@ struct Control {
     of_change: f64,
     /// Factor on the changes of motions by [`Variant::Neglecting`].
     neglected: f64,
-    /// Largest factor on the changes of motions by [`Variant::Lowered`].
-    most_tail: f64,
+    /// Part of the factor of the gap on the changes of motions by [`Variant::Lowered`], and what
+    /// this factor is at least where that of the gap is not smaller.
+    tail: (f64, f64),
 }
 
 /// With joints or given velocities, which open or close gaps at given rates.
@@ -42,22 +43,22 @@ const WITH_JOINTS: Control = Control {
     residual: 1e-5,
     of_change: 1e-2,
     neglected: 1.0,
-    most_tail: f64::INFINITY,
+    tail: (1.0, 0.0),
 };
 
 /// Where all forces are given.
 ///
 /// Among 125 spheres at gaps of 0.05 and 0.1, errors of velocities were a twentieth of the
 /// residual, and a residual of 0.1 gave their changes within 8 %; changes of forces between spheres
-/// that are held converge more slowly. Errors of the motions were at most 0.32 and, with the
-/// smaller one of this factor and that of the gap, 0.63 of the changes: cubes and random
-/// arrangements of 27 spheres, gaps of 0.025 to 8 radii, tolerances of 1e-2 to 1e-4. The power has
-/// the factor of the gap: its terms are all of one sign.
+/// that are held converge more slowly. Errors of the motions were at most 0.32 and 0.63 of the
+/// changes: cubes and random arrangements of 27 spheres, gaps of 0.025 to 8 radii, tolerances of
+/// 1e-2 to 1e-4. In narrower gaps the rest of a geometric series counts, which is a third of the
+/// factor of the gap. The power has all of this factor: its terms are all of one sign.
 const GIVEN_FORCES: Control = Control {
     residual: 1e-3,
     of_change: 3e-2,
     neglected: 0.5,
-    most_tail: 0.8,
+    tail: (1.0 / 3.0, 0.8),
 };
 
 impl Control {
@@ -163,9 +164,10 @@ impl SpheresModel {
         if is_estimated {
             let mut bars = LargestDifferences::default();
             let tail = mobility.tail();
+            let (part, least) = control.tail;
             for (variant, factor, of_motions) in [
                 (Variant::Neglecting, 1.0, control.neglected),
-                (Variant::Lowered, tail, tail.min(control.most_tail)),
+                (Variant::Lowered, tail, tail.min(least).max(part * tail)),
             ] {
                 mobility.set_variant(variant);
                 let (other, of_other) =
