@@ -185,8 +185,8 @@ impl Newton<'_> {
 
     /// The law at a velocity of all nodes.
     ///
-    /// Without motion there is no stress, whatever the viscosity; that of a power law at rest may be
-    /// too large for double precision.
+    /// Without motion there is no stress, whatever the viscosity; that of a power law at rest may
+    /// be too large for double precision.
     fn law_at(&self, velocity: &[Vector3<f64>]) -> &dyn ViscosityLaw {
         match velocity.iter().all(|u| *u == Vector3::zeros()) {
             true => &self.at_rest,
@@ -223,8 +223,8 @@ impl Newton<'_> {
         })
     }
 
-    /// The linearised equations with the scalar ones and a part of the change of the viscosity, one
-    /// for the derivative.
+    /// The linearised equations with the scalar ones and a part of the change of the viscosity,
+    /// one for the derivative.
     fn linearised(&self, scalar: Scalar, part: f64) -> Result<Linearised, StokesError> {
         let law = self.law_at(&scalar.velocity);
         self.linearised_by(law, scalar, part)

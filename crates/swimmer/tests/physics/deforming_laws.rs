@@ -177,8 +177,8 @@ fn a_reciprocal_exchange_returns_in_power_laws_only() {
     within(returned, 0.1 * moved.abs(), "the same path at other speeds");
 }
 
-/// A tube that undulates in a fluid of Carreau: the same at half of the sizes, within both bars, and
-/// slower than in a Newtonian one at the same rate by what the law takes from its thrust.
+/// A tube that undulates in a fluid of Carreau: the same on a finer mesh, within both bars, and
+/// with less power than in a Newtonian fluid.
 #[test]
 #[ignore = "slow: 30 s"]
 fn an_undulating_tube_in_a_fluid_of_carreau_is_within_its_bars() {
