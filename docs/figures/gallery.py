@@ -29,6 +29,7 @@ PICTURES = {
     "sperm": ("sperm", "solve", []),
     "pushmepullyou": ("pushmepullyou", "solve", ['model.kind="multipole"']),
     "amoeba": ("amoeba", "solve", ['model.kind="fem"']),
+    "worm-in-channel": ("worm-in-channel", "solve", []),
     "thinning": ("scenes/thinning.toml", "solve", []),
     "best-sizes": (
         "smooth",

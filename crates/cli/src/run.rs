@@ -167,6 +167,21 @@ fn added_mass(scene: &Scene, outcome: &Outcome) -> String {
     text
 }
 
+/// What flat facets from files leave out, if they stand for smooth surfaces.
+fn facet_errors(scene: &Scene) -> String {
+    let of_body = |(body, error): (usize, f64)| {
+        let (name, percent) = (&scene.bodies()[body].name, two_digits(100.0 * error));
+        entry(
+            "facets",
+            format!(
+                "size of {name} {percent} % from that of the smooth surface through its vertices; \
+                 no error bar contains it"
+            ),
+        )
+    };
+    scene.facet_errors().into_iter().map(of_body).collect()
+}
+
 /// Lighthill's efficiency of a run that swam.
 fn efficiency(report: &Report) -> String {
     let Some(found) = &report.efficiency else {
@@ -264,6 +279,7 @@ fn describe(report: &Report, out: &Path) -> String {
         )
         + &efficiency(report)
         + &mean_holding(&report.scene, outcome)
+        + &facet_errors(&report.scene)
         + &tolerance
         + &neglected::of_run(report)
         + &stopped

@@ -153,6 +153,19 @@ impl Deformation {
         }
     }
 
+    /// Whether the surface certainly is that of a body at all values that differ by at most the
+    /// changes of the joints from these, at which it is one.
+    ///
+    /// Modes neither fold nor reach the centre, and tubes neither fold nor touch themselves.
+    /// Triangles do not fold; they may pass through each other by an eighth of their height.
+    pub(crate) fn is_body_within(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> bool {
+        match self {
+            Self::Sphere(sphere) => sphere.is_body_within(values, changes),
+            Self::Undulation(tube) => tube.is_body_within(values, changes),
+            Self::Triangles(of) => of.keeps_sides_within(values, changes),
+        }
+    }
+
     /// The surface at these values of the joints, at a pose relative to the initial configuration.
     ///
     /// `unit` is the length in the surface that is one in the scene.
@@ -227,6 +240,34 @@ impl Undulation {
                 .to_owned()
         })
     }
+
+    /// Whether the tube neither folds nor touches itself at all values that differ from these by at
+    /// most the changes.
+    ///
+    /// Balls of the radius `ρ` fit to both sides of the tube at these values. Two parts of it do
+    /// not meet while their points move by less than `ρ`. Where its radius is `r` its curvature is
+    /// at most `1 / (r + ρ)`, and it does not fold while that is below `1 / r`.
+    fn is_body_within(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> bool {
+        let tube = self.at(values);
+        let Some(bend) = &tube.bend else {
+            return true;
+        };
+        let [of_amplitude, of_phase] = self.joints.map(changes);
+        let largest = bend.amplitude.abs() + of_amplitude;
+        let Some(bends) = (self.wave).curvature_rates(self.tube.length, largest) else {
+            return false;
+        };
+        let speeds = self.speeds(largest);
+        let radii = [
+            tube.radius,
+            tube.end_radius,
+            tube.head_radius.unwrap_or(0.0),
+        ];
+        let radius = radii.into_iter().fold(0.0, f64::max);
+        let reach = tube.tube(1.0).reach();
+        let sum = |[a, b]: [f64; 2]| a * of_amplitude + b * of_phase;
+        sum(speeds) < reach && sum(bends) < reach / (radius * (radius + reach))
+    }
 }
 
 /// Smallest radius of balls that fit to both sides of a bent tube, over its radius: below it cells
@@ -274,6 +315,66 @@ impl DeformedBody {
                 of.displacement([from, to], x)
             }
             _ => Vector3::zeros(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::words::{EnvelopeKind, WaveKind};
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+        /// Where a tube certainly neither folds nor touches itself, balls fit to both of its sides.
+        #[test]
+        fn no_tube_folds_where_none_may(
+            kind in prop_oneof![
+                Just(WaveKind::Curvature), Just(WaveKind::Displacement), Just(WaveKind::Helix),
+            ],
+            envelope in prop_oneof![Just(EnvelopeKind::Uniform), Just(EnvelopeKind::Linear)],
+            waves in 0.3..2.0_f64,
+            share in 0.1..0.95_f64,
+            phase in -3.0..3.0_f64,
+            changes in prop::array::uniform2(0.0..1.0_f64),
+            tried in prop::collection::vec(prop::array::uniform2(-1.0..1.0_f64), 6),
+        ) {
+            let undulation = Undulation {
+                tube: TubeShape {
+                    length: 8.0,
+                    radius: 0.4,
+                    end_radius: 0.3,
+                    head_radius: None,
+                    orientation: Vector3::zeros(),
+                    bend: None,
+                },
+                wave: Wave { kind, envelope, waves },
+                start: [0.0; 2],
+                joints: [0, 1],
+            };
+            let (mut low, mut high) = (0.0, 4.0);
+            for _ in 0..8 {
+                let amplitude = 0.5 * (low + high);
+                match undulation.problem(&[amplitude, phase]) {
+                    None => low = amplitude,
+                    Some(_) => high = amplitude,
+                }
+            }
+            let values = [share * low, phase];
+            let mut least = 1.0;
+            while !undulation.is_body_within(&values, &|joint| least * changes[joint]) {
+                least *= 0.5;
+                prop_assert!(least > 1e-4, "{values:?}");
+            }
+            for tried in tried {
+                let moved = [0, 1].map(|k| values[k] + least * tried[k] * changes[k]);
+                let tube = undulation.at(&moved);
+                prop_assert!(tube.bend.as_ref().unwrap().problem().is_none());
+                prop_assert!(tube.tube(1.0).reach() > 0.0, "{values:?} {moved:?}");
+            }
         }
     }
 }

@@ -26,6 +26,7 @@ mod nearest;
 mod octahedral;
 mod path_contact;
 mod phase_span;
+mod positive_directions;
 mod radial_profile;
 mod read;
 mod scene;

@@ -29,7 +29,7 @@ const ANGLES: usize = 1024;
 const GRID: [usize; 2] = [60, 120];
 
 /// Unit vectors all around, or along one meridian where all are the same.
-pub(crate) fn directions(is_zonal: bool) -> impl Iterator<Item = Vector3<f64>> {
+fn directions(is_zonal: bool) -> impl Iterator<Item = Vector3<f64>> {
     let [angles, azimuths] = if is_zonal { [ANGLES, 1] } else { GRID };
     let angle = move |k: usize| (PI * k as f64 / angles as f64).sin_cos();
     let azimuth = move |k: usize| (TAU * k as f64 / azimuths as f64).sin_cos();
@@ -122,25 +122,36 @@ impl RadialProfile {
         bound(&self.terms, |_| 1.0) / self.power
     }
 
-    /// Lower bound of `1 + Σ a Y / p` for finite amplitudes: the smallest sample, less what the
-    /// harmonics may fall from there to a minimum between samples.
+    /// Lower bound of `1 + Σ a Y / p` for finite amplitudes, and the direction of the smallest
+    /// sample: that sample, less what the harmonics may fall from there to a minimum between
+    /// samples.
     ///
     /// At a distance `h` from a minimum that is at most `h²/2` times the second derivative.
-    pub(crate) fn smallest_base(&self) -> f64 {
-        let all = directions(self.is_zonal()).map(|n| self.base(&n));
-        let least = all.fold(f64::INFINITY, f64::min);
+    pub(crate) fn smallest_base(&self) -> (f64, Vector3<f64>) {
+        let all = directions(self.is_zonal()).map(|n| (self.base(&n), n));
+        let start = (f64::INFINITY, Vector3::z());
+        let (least, at) = all.fold(start, |a, b| if b.0 < a.0 { b } else { a });
         let distance = match self.is_zonal() {
             true => 0.5 * PI / ANGLES as f64,
             // half of the diagonal of a cell at the equator
             false => 0.5 * SQRT_2 * PI / GRID[0] as f64,
         };
-        least - 0.5 * distance * distance * largest_second_derivative(&self.terms) / self.power
+        let fall = 0.5 * distance * distance * largest_second_derivative(&self.terms) / self.power;
+        (least - fall, at)
     }
 
-    /// Whether the surface does not reach the centre in any direction.
-    pub(crate) fn has_centre_inside(&self) -> bool {
-        self.largest_change() < 1.0
-            || (self.terms.iter().all(|(_, a)| a.is_finite()) && self.smallest_base() > 0.0)
+    /// A direction in which the surface may reach the centre, where amplitudes differ from these by
+    /// at most the changes; none if it certainly does not.
+    pub(crate) fn centre_outside(&self, changes: &[(Harmonic, f64)]) -> Option<Vector3<f64>> {
+        let change = bound(changes, |_| 1.0) / self.power;
+        if self.largest_change() + change < 1.0 {
+            return None;
+        }
+        if !self.terms.iter().all(|(_, a)| a.is_finite()) {
+            return Some(Vector3::z());
+        }
+        let (least, at) = self.smallest_base();
+        (least <= change).then_some(at)
     }
 
     /// Upper bound of the distances of the surface from the centre, stretched along the axis by

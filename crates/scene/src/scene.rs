@@ -138,6 +138,22 @@ impl Scene {
         self.rheology.as_ref()
     }
 
+    /// Bodies with flat facets from files, with the relative difference of their size from that of
+    /// the smooth surface through their vertices ([`mesher::TriangulatedSurface::smooth_size`]).
+    ///
+    /// It estimates what no error bar contains: the relative change of forces if the facets stand
+    /// for a smooth surface. Bodies that deform have it before the deformation.
+    pub fn facet_errors(&self) -> Vec<(usize, f64)> {
+        let error = |(number, body): (usize, &Body)| match &body.shape {
+            Shape::Surface(shape) => {
+                let size = shape.shape.surface.smooth_size()?;
+                Some((number, size.recip() - 1.0))
+            }
+            _ => None,
+        };
+        self.bodies.iter().enumerate().filter_map(error).collect()
+    }
+
     /// Viscosity law that flows follow; `None` if they have a constant viscosity.
     pub fn viscosity_law(&self) -> Option<&Law> {
         let kept = self.rheology.as_ref().filter(|rheology| rheology.is_kept());

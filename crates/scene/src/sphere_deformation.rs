@@ -181,7 +181,7 @@ impl SphereDeformation {
         let profile = self.profile(values);
         let longest = profile.radius * self.aspect().max(1.0);
         let slope = match profile.power < 1.0 {
-            true => (profile.smallest_base() - excess / profile.power)
+            true => (profile.smallest_base().0 - excess / profile.power)
                 .max(LEAST_BASE)
                 .powf(profile.power - 1.0),
             false => 1.0,
@@ -229,15 +229,44 @@ impl SphereDeformation {
         if !(radius > 0.0 && radius.is_finite()) {
             return Some(format!("has the radius {radius}, which must be positive"));
         }
-        let modes = self.modes.as_ref()?;
-        let what = match modes.is_tangential() {
-            false if !self.profile(values).has_centre_inside() => "reach its centre",
-            true if modes.folds(values) => "fold",
-            _ => return None,
+        let at = self.bad_place(values, &|_| 0.0)?;
+        let what = match self.keeps_surface() {
+            true => "fold",
+            false => "reach its centre",
         };
+        let [x, y, z]: [f64; 3] = (self.stretched(radius * at)).into();
         Some(format!(
-            "has a surface that would {what}; use smaller amplitudes of its modes"
+            "has a surface that would {what} at its point [{x:.3}, {y:.3}, {z:.3}] before the \
+             deformation; use smaller amplitudes of its modes"
         ))
+    }
+
+    /// Whether the surface certainly is that of a body at all values that differ from these by at
+    /// most the changes.
+    pub(crate) fn is_body_within(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> bool {
+        let has_size = self.size.is_none_or(|size| {
+            let joint = size.joint();
+            [-1.0, 1.0].into_iter().all(|sign| {
+                let mut values = values.to_vec();
+                values[joint] += sign * changes(joint);
+                size.radius(&values) > 0.0
+            })
+        });
+        has_size && self.bad_place(values, changes).is_none()
+    }
+
+    /// A direction in which modes may fold the surface, or lead it to the centre, at values that
+    /// differ from these by at most the changes; none if they certainly do not.
+    fn bad_place(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> Option<Vector3<f64>> {
+        let modes = self.modes.as_ref()?;
+        match modes.is_tangential() {
+            true => modes.fold(values, changes),
+            false => {
+                let [_, changes] = modes.largest_terms(values, changes);
+                let at = self.profile(values).centre_outside(&changes)?;
+                Some(modes.global(&at))
+            }
+        }
     }
 
     /// Position relative to the centre of the material point in the direction `n`, a unit vector,
@@ -297,6 +326,8 @@ fn along_axis(x: Vector3<f64>, elongation: f64, modes: Option<&SurfaceModes>) ->
 }
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::harmonics::Harmonic;
 
@@ -347,6 +378,73 @@ mod tests {
             assert!(body.problem(&[amplitude]).is_some());
             assert!(body.problem(&[0.8 * amplitude]).is_none());
         }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+        /// What is certain for all values near some is true of those that are tried; changes that
+        /// are half of those refused at the latest.
+        #[test]
+        fn no_surface_folds_where_none_may(
+            motion in prop_oneof![
+                Just(ModeMotion::Radial), Just(ModeMotion::Isochoric), Just(ModeMotion::Tangential),
+                Just(ModeMotion::Gradient), Just(ModeMotion::Curl),
+            ],
+            degrees in (1..=4_usize, 2..=6_usize),
+            orders in (-1.0..1.0_f64, -1.0..1.0_f64),
+            start in prop::array::uniform2(-1.0..1.0_f64),
+            changes in prop::array::uniform2(0.0..0.3_f64),
+            tried in prop::collection::vec(prop::array::uniform2(-1.0..1.0_f64), 12),
+        ) {
+            let order = |share: f64, degree: usize| match motion {
+                ModeMotion::Tangential => 0,
+                _ => (share * (degree as f64 + 0.5)) as i32,
+            };
+            let harmonic = |degree, share| Harmonic { degree, order: order(share, degree) };
+            let both = [harmonic(degrees.0, orders.0), harmonic(degrees.1, orders.1)];
+            prop_assume!(both[0] != both[1]);
+            let mut body = with_mode(motion, 2, 0);
+            let modes = body.modes.as_mut().unwrap();
+            modes.coordinates = both.into_iter().zip(0..).collect();
+            // The largest multiple of the start at which the surface is that of a body.
+            let scaled = |x: f64| start.map(|a| x * a);
+            prop_assume!(start.iter().any(|a| a.abs() > 0.1));
+            let (mut low, mut high) = (0.0, 64.0);
+            for _ in 0..12 {
+                let x = 0.5 * (low + high);
+                match body.problem(&scaled(x)) {
+                    None => low = x,
+                    Some(_) => high = x,
+                }
+            }
+            let values = scaled(0.7 * low);
+            prop_assert!(body.is_body_within(&values, &|_| 0.0));
+            let mut least = 1.0;
+            while !body.is_body_within(&values, &|joint| least * changes[joint]) {
+                least *= 0.5;
+                prop_assert!(least > 1e-3, "{motion:?} {values:?}");
+            }
+            for tried in tried {
+                let moved = [0, 1].map(|k| values[k] + least * tried[k] * changes[k]);
+                prop_assert!(body.problem(&moved).is_none(), "{motion:?} {moved:?}");
+            }
+        }
+    }
+
+    /// The place that is named is where the surface folds.
+    #[test]
+    fn folds_are_named_with_their_place() {
+        // The angle θ + a sin 2θ has the slope 1 + 2 a at both poles.
+        let text = with_mode(ModeMotion::Tangential, 2, 0)
+            .problem(&[-0.51])
+            .unwrap();
+        assert!(text.contains("fold at its point [0.0"), "{text}");
+        let text = with_mode(ModeMotion::Radial, 2, 0).problem(&[2.1]).unwrap();
+        assert!(
+            text.contains("centre at its point [1.000, 0.000, "),
+            "{text}"
+        );
     }
 
     /// A comparison with a number that is none kept the search for a material point going.

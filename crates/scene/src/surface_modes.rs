@@ -5,7 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{Matrix2, Matrix3x2, Unit, UnitQuaternion, Vector2, Vector3};
 
 use crate::harmonics::Harmonic;
-use crate::radial_profile::{bound, directions, largest_second_derivative};
+use crate::positive_directions::not_positive;
+use crate::radial_profile::{bound, largest_second_derivative};
 use crate::words::ModeMotion;
 
 /// Modes of a sphere: spherical harmonics about an axis.
@@ -121,32 +122,80 @@ impl SurfaceModes {
         self.coordinates.iter().map(term).collect()
     }
 
-    /// Whether material points that move along the sphere would fold it.
-    pub(crate) fn folds(&self, values: &[f64]) -> bool {
+    /// The harmonics with the largest sizes of their amplitudes, and with their changes, where
+    /// the values of joints change by at most `changes`.
+    pub(crate) fn largest_terms(
+        &self,
+        values: &[f64],
+        changes: &dyn Fn(usize) -> f64,
+    ) -> [Vec<(Harmonic, f64)>; 2] {
+        let own = self.coordinates.iter();
+        let both = own.map(|&(harmonic, joint)| (harmonic, value(values, joint), changes(joint)));
+        let both: Vec<_> = both.collect();
+        let sizes = both.iter().map(|(of, a, change)| (*of, a.abs() + change));
+        let changes = both.iter().map(|(of, _, change)| (*of, *change));
+        [sizes.collect(), changes.collect()]
+    }
+
+    /// A direction at which material points that move along the sphere may fold it, at values that
+    /// differ from these by at most the changes; none if they certainly do not.
+    ///
+    /// A map of the sphere to itself that folds nowhere is one to one. With the angle `r = |v|` and
+    /// the derivative `A` of `v` along the sphere it changes areas by the factor
+    ///
+    /// ```text
+    /// f = cos r + (sin r / r) (tr A + det A) + c(r) v·Av,   c = (cos r - sin r / r) / r²
+    /// ```
+    ///
+    /// (Jacobi's equation on a sphere). Where `|v| <= R` and `|A| <= S` change by at most `α` and
+    /// `β`, `f` changes by at most `R α (1 + (2 S + S²) / 3 + R² S / 15) + 2 β (1 + S) +
+    /// (2 R S α + R² β) / 3`. Tangential modes have `f = dΘ/dθ`.
+    pub(crate) fn fold(
+        &self,
+        values: &[f64],
+        changes: &dyn Fn(usize) -> f64,
+    ) -> Option<Vector3<f64>> {
         let terms = self.terms(values);
-        if terms.iter().any(|(_, amplitude)| !amplitude.is_finite()) {
-            return true;
+        let [sizes, changes] = self.largest_terms(values, changes);
+        if sizes.iter().any(|(_, size)| !size.is_finite()) {
+            return Some(self.axis);
         }
-        let zonal = self.motion == ModeMotion::Tangential;
-        if !zonal {
-            // The stretch of lengths is at least cos |v| - |∇v| (Jacobi's equation on a sphere).
-            // Among the harmonics of a degree with L = n (n + 1) and the sum of squares 1, the
-            // largest derivative along a great circle is (L / 2)^(1/2).
-            let length = bound(&terms, |n| (0.5 * n * (n + 1.0)).sqrt());
-            let slope = largest_second_derivative(&terms);
-            if length < FRAC_PI_2 && slope < length.cos() {
-                return false;
-            }
+        if self.motion == ModeMotion::Tangential {
+            let sum = |terms: &[(Harmonic, f64)], power: i32| -> f64 {
+                let own = terms.iter();
+                own.map(|(of, a)| (of.degree as f64).powi(power) * a).sum()
+            };
+            let (slope, fixed) = (sum(&sizes, 2), sum(&changes, 1));
+            let stretch = |n: &Vector3<f64>| self.turned(n.x.atan2(n.z), values).1;
+            let at = not_positive(true, stretch, |angle| slope * angle + fixed);
+            return at.map(|n| self.global(&n));
         }
-        let stretch = |n: Vector3<f64>| match zonal {
-            true => self.turned(n.x.atan2(n.z), values).1,
-            false => {
-                let (x, tangents) = (moved(&self.flow(&n, &terms)), tangents(&n));
-                let [a, b] = tangents.map(|t| moved_rate(&self.flow_rate(&n, &t, &terms)));
-                x.dot(&a.cross(&b))
-            }
+        // Among the harmonics of a degree with L = n (n + 1) and the sum of squares 1, the largest
+        // derivative along a great circle is (L / 2)^(1/2).
+        let first = |n: f64| (0.5 * n * (n + 1.0)).sqrt();
+        let [length, slope] = [bound(&sizes, first), largest_second_derivative(&sizes)];
+        // The stretch of lengths is at least cos |v| - |A|.
+        if length < FRAC_PI_2 && slope < length.cos() {
+            return None;
+        }
+        // Third derivatives along great circles are at most n³ (Bernstein), in other directions
+        // they differ by the curvature of the sphere times first derivatives.
+        let bend = bound(&sizes, |n| n.powi(3) + 2.0 / 3.0 * first(n));
+        let fixed = [bound(&changes, first), largest_second_derivative(&changes)];
+        let loss = |angle: f64| {
+            let (alpha, beta) = (angle * slope + fixed[0], angle * bend + fixed[1]);
+            let (r, s) = (length, slope);
+            r * alpha * (1.0 + (2.0 * s + s * s) / 3.0 + r * r * s / 15.0)
+                + 2.0 * beta * (1.0 + s)
+                + (2.0 * r * s * alpha + r * r * beta) / 3.0
         };
-        !directions(zonal).all(|n| stretch(n) > 0.0)
+        let stretch = |n: &Vector3<f64>| {
+            let (x, tangents) = (moved(&self.flow(n, &terms)), tangents(n));
+            let [a, b] = tangents.map(|t| moved_rate(&self.flow_rate(n, &t, &terms)));
+            x.dot(&a.cross(&b))
+        };
+        let is_meridian = self.is_zonal();
+        not_positive(is_meridian, stretch, loss).map(|n| self.global(&n))
     }
 
     /// Position on the unit sphere of the material point of a direction.

@@ -282,6 +282,44 @@ impl TriangleDeformation {
         (volume / least).cbrt() * (shape.radius + moved)
     }
 
+    /// Whether no edge folds at values that differ by at most the changes from these, at which
+    /// normals on both sides of an edge differ by at most 150 degrees, and the motion has all of
+    /// these values.
+    ///
+    /// Vertices that move by `d` turn the normal of a triangle of the smallest height `h` by at
+    /// most `asin(4 d / h (1 + d / 2 h))`: by less than 15 degrees for `d <= h / 17`. Parts that
+    /// are no neighbours enter each other by `2 d` at most.
+    pub(crate) fn keeps_sides_within(
+        &self,
+        values: &[f64],
+        changes: &dyn Fn(usize) -> f64,
+    ) -> bool {
+        let amplitudes = self.amplitudes(values);
+        let is_possible = self.joints.iter().enumerate().all(|(own, joint)| {
+            [-1.0, 1.0].into_iter().all(|sign| {
+                let mut amplitudes = amplitudes.clone();
+                amplitudes[own] += sign * changes(*joint);
+                self.motion().problem(&amplitudes).is_none()
+            })
+        });
+        if !is_possible {
+            return false;
+        }
+        let paths = self.joints.iter().enumerate();
+        let paths = paths.map(|(own, joint)| self.motion().largest_speed(own) * changes(*joint));
+        let shape = self.shape(values);
+        let moved = shape.factor * paths.sum::<f64>();
+        let height = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|corner| shape.vertices[corner as usize]);
+            let longest = [b - a, c - b, a - c].map(|edge| edge.norm());
+            (b - a).cross(&(c - a)).norm() / longest.into_iter().fold(0.0, f64::max)
+        };
+        self.surface
+            .triangles()
+            .iter()
+            .all(|of| moved <= height(of) / 17.0)
+    }
+
     pub(crate) fn problem(&self, values: &[f64]) -> Option<String> {
         let amplitudes = self.amplitudes(values);
         if let Some(coordinate) = amplitudes.iter().position(|x| !x.is_finite()) {

@@ -133,6 +133,30 @@ impl Wave {
         [speed, speed * amplitude.abs()]
     }
 
+    /// Upper bounds of the rates of the curvature of a centreline for a rate of one of the
+    /// amplitude, and of the phase, at amplitudes up to a size; none where the curve may not exist.
+    ///
+    /// The curvature of a wave of curvature is `a k g cos(k s - φ)`. That of one of displacement is
+    /// `|(-p·p'/w, p')|` with the derivative `p = a f'` of the displacement and `w = √(1 - p²)`.
+    pub(crate) fn curvature_rates(&self, length: f64, amplitude: f64) -> Option<[f64; 2]> {
+        let k = self.number(length);
+        if self.kind == WaveKind::Curvature {
+            return Some([k, k * amplitude]);
+        }
+        let (slope, unit) = (self.largest_slope(amplitude), self.largest_slope(1.0));
+        // up to the rounding of amplitudes
+        let w = (slope <= MAX_SLOPE * (1.0 + 1e-9)).then(|| (1.0 - slope * slope).sqrt())?;
+        // g f + 2 g' f' / k with the envelope g, whose derivative is at most 1 / L.
+        let of_bend = match self.envelope {
+            EnvelopeKind::Uniform => k,
+            EnvelopeKind::Linear => k * (1.0 + 2.0 / (TAU * self.waves)),
+        };
+        let bend = amplitude * of_bend;
+        let along = (unit * bend + slope * of_bend) / w + slope * slope * bend * unit / w.powi(3);
+        let of_amplitude = of_bend + along;
+        Some([of_amplitude, amplitude * of_amplitude])
+    }
+
     /// Upper bound of the slope of a wave of displacement.
     fn largest_slope(&self, amplitude: f64) -> f64 {
         let of_envelope = match self.envelope {

@@ -126,12 +126,21 @@ struct Newton<'a> {
     options: &'a Options,
     space: &'a TaylorHood,
     newtonian: StokesMatrices,
+    /// Constant viscosity, for flows without motion.
+    at_rest: Law,
     roles: Vec<NodeRole>,
     bodies: Vec<SurfaceBody>,
     permeability: Option<Vec<f64>>,
     surfaces: Option<NodalSurfaceFlow>,
     /// Loads on the generalised velocities.
     loads: DVector<f64>,
+}
+
+/// The equations with the scalar matrix of the viscosity at a velocity, without the rest of the
+/// derivative: enough for a residual.
+struct Scalar {
+    system: Constrained,
+    velocity: Vec<Vector3<f64>>,
 }
 
 /// An iterate: dofs, and the flow that they stand for.
@@ -174,47 +183,67 @@ impl Newton<'_> {
         }
     }
 
-    /// The equations, linearised at a velocity of all nodes.
+    /// The law at a velocity of all nodes.
     ///
-    /// They have a part of the change of the viscosity, one for the derivative. Without motion
-    /// there is no stress, whatever the viscosity; that of a power law at rest may be too large for
-    /// double precision.
-    fn linearised(
-        &self,
-        velocity: Vec<Vector3<f64>>,
-        part: f64,
-    ) -> Result<Linearised, StokesError> {
-        let newtonian = Law::Newtonian {
-            viscosity: self.law.viscosity(1.0),
-        };
+    /// Without motion there is no stress, whatever the viscosity; that of a power law at rest may
+    /// be too large for double precision.
+    fn law_at(&self, velocity: &[Vector3<f64>]) -> &dyn ViscosityLaw {
         match velocity.iter().all(|u| *u == Vector3::zeros()) {
-            true => self.linearised_by(&newtonian, velocity, part),
-            false => self.linearised_by(self.law, velocity, part),
+            true => &self.at_rest,
+            false => self.law,
         }
     }
 
+    /// The scalar equations of the viscosity at a velocity of all nodes.
+    fn scalar(&self, velocity: Vec<Vector3<f64>>) -> Result<Scalar, StokesError> {
+        let law = self.law_at(&velocity);
+        self.scalar_by(law, velocity)
+    }
+
     /// The same with another law.
-    fn linearised_by(
+    fn scalar_by(
         &self,
         law: &dyn ViscosityLaw,
         velocity: Vec<Vector3<f64>>,
-        part: f64,
-    ) -> Result<Linearised, StokesError> {
+    ) -> Result<Scalar, StokesError> {
         let stress = ViscousStress {
             law,
             ..self.stress(&velocity)
         };
         let matrices = stress.isotropic_matrices(self.space, &self.newtonian)?;
-        let coupling = stress.coupling(self.space, part)?;
         let nodes = self.fluid_nodes();
         let mut fluid = RigidFluid::with_stress_on_nodes(matrices, nodes, &self.bodies)?;
         if let Some(permeability) = &self.permeability {
             let stiffness = stress.pressure_stiffness(self.space, permeability)?;
             fluid = fluid.with_pressure_stiffness(stiffness)?;
         }
-        Ok(Linearised {
+        Ok(Scalar {
             system: self.options.formulation.constrain(fluid, self.drive)?,
-            coupling,
+            velocity,
+        })
+    }
+
+    /// The linearised equations with the scalar ones and a part of the change of the viscosity,
+    /// one for the derivative.
+    fn linearised(&self, scalar: Scalar, part: f64) -> Result<Linearised, StokesError> {
+        let law = self.law_at(&scalar.velocity);
+        self.linearised_by(law, scalar, part)
+    }
+
+    /// The same with another law.
+    fn linearised_by(
+        &self,
+        law: &dyn ViscosityLaw,
+        Scalar { system, velocity }: Scalar,
+        part: f64,
+    ) -> Result<Linearised, StokesError> {
+        let stress = ViscousStress {
+            law,
+            ..self.stress(&velocity)
+        };
+        Ok(Linearised {
+            coupling: stress.coupling(self.space, part)?,
+            system,
             velocity,
         })
     }
@@ -276,8 +305,9 @@ impl Newton<'_> {
         law: &FrozenViscosity,
         from: &Iterate,
     ) -> Result<(Iterate, usize), StokesError> {
-        let frozen = self.linearised_by(law, from.whole.clone(), 1.0)?;
-        let residual = self.residual_by(law, &frozen, from)?;
+        let frozen = self.scalar_by(law, from.whole.clone())?;
+        let residual = self.residual_by(law, &frozen.system, &frozen.velocity, from)?;
+        let frozen = self.linearised_by(law, frozen, 1.0)?;
         let mut x = vec![0.0; from.x.len()];
         let solver = self.options.solver;
         let mut preconditioner = preconditioner(&frozen.system, solver)?;
@@ -387,29 +417,35 @@ impl Newton<'_> {
         Ok(self.options.formulation.constrain(fluid, &drive)?)
     }
 
-    /// The residual at an iterate, by the system of any linearisation.
-    fn residual(&self, at: &Linearised, iterate: &Iterate) -> Result<Residual, StokesError> {
-        self.residual_by(self.law, at, iterate)
+    /// The residual at an iterate, by the scalar equations at any velocity.
+    fn residual(
+        &self,
+        system: &Constrained,
+        velocity: &[Vector3<f64>],
+        iterate: &Iterate,
+    ) -> Result<Residual, StokesError> {
+        self.residual_by(self.law, system, velocity, iterate)
     }
 
-    /// The same with another law, also that of the linearisation.
+    /// The same with another law, also that of the scalar equations.
     fn residual_by(
         &self,
         law: &dyn ViscosityLaw,
-        at: &Linearised,
+        system: &Constrained,
+        velocity: &[Vector3<f64>],
         iterate: &Iterate,
     ) -> Result<Residual, StokesError> {
         let stress = |velocity| ViscousStress {
             law,
             ..self.stress(velocity)
         };
-        let scalar = stress(&at.velocity);
+        let scalar = stress(velocity);
         let forces = stress(&iterate.whole).forces(&scalar, &iterate.disturbance)?;
-        let no_sources = vec![0.0; at.system.system.pressure_range().len()];
-        let of_forces = at.system.rhs_of_forces(&forces, &no_sources)?;
-        let rhs = &at.system.rhs;
+        let no_sources = vec![0.0; system.system.pressure_range().len()];
+        let of_forces = system.rhs_of_forces(&forces, &no_sources)?;
+        let rhs = &system.rhs;
         let mut rows = vec![0.0; rhs.len()];
-        at.system.system.apply(&iterate.x, &mut rows);
+        system.system.apply(&iterate.x, &mut rows);
         for ((row, b), force) in rows.iter_mut().zip(rhs).zip(of_forces) {
             *row = b + force - *row;
         }
@@ -424,7 +460,7 @@ impl Newton<'_> {
             }
         };
         let plain = relative(&|(_, v)| v * v);
-        let weighted = match at.residual_weights() {
+        let weighted = match system.system.residual_weights() {
             None => plain,
             Some(weights) => relative(&|(row, v)| f64::from(weights[row]) * v * v),
         };
@@ -522,13 +558,21 @@ impl Newton<'_> {
     fn solve(&self, warm: &mut WarmStart) -> Result<Converged, StokesError> {
         let (target, solver) = (self.options.rtol, self.options.solver);
         let (mut iterate, mut first_iterations) = self.start(warm)?;
-        let mut linearised = self.linearised(iterate.whole.clone(), 1.0)?;
-        let mut residual = self.residual(&linearised, &iterate)?;
+        let mut scalar = self.scalar(iterate.whole.clone())?;
+        let mut residual = self.residual(&scalar.system, &scalar.velocity, &iterate)?;
         if first_iterations == 0 && residual.largest() > MAX_WARM_RESIDUAL {
             (iterate, first_iterations) = self.start(&WarmStart::new(0))?;
-            linearised = self.linearised(iterate.whole.clone(), 1.0)?;
-            residual = self.residual(&linearised, &iterate)?;
+            scalar = self.scalar(iterate.whole.clone())?;
+            residual = self.residual(&scalar.system, &scalar.velocity, &iterate)?;
         }
+        // The residual decides how much of the derivative the first step has.
+        let part = |residual: &Residual, steps: usize| match residual.largest() > DAMPED_RESIDUAL
+            && steps < MAX_DAMPED
+        {
+            true => DAMPED_PART,
+            false => 1.0,
+        };
+        let mut linearised = self.linearised(scalar, part(&residual, 0))?;
         let mut report = NewtonReport {
             steps: Vec::new(),
             first_iterations,
@@ -544,12 +588,9 @@ impl Newton<'_> {
                     target,
                 });
             }
-            let part = match relative > DAMPED_RESIDUAL && steps < MAX_DAMPED {
-                true => DAMPED_PART,
-                false => 1.0,
-            };
-            if steps > 0 || part < 1.0 {
-                linearised = self.linearised(iterate.whole.clone(), part)?;
+            if steps > 0 {
+                let scalar = self.scalar(iterate.whole.clone())?;
+                linearised = self.linearised(scalar, part(&residual, steps))?;
             }
             let system = &linearised.system;
             let preconditioner = last.insert(preconditioner(system, solver)?);
@@ -582,7 +623,7 @@ impl Newton<'_> {
             } else {
                 towards(length)?
             };
-            residual = self.residual(&linearised, &iterate)?;
+            residual = self.residual(system, &linearised.velocity, &iterate)?;
             let ratio = residual.largest() / relative;
             forcing = (FORCING_FACTOR * ratio * ratio).clamp(f64::MIN_POSITIVE, MAX_FORCING);
             report.steps.push(NewtonStep {
@@ -709,6 +750,9 @@ impl Problem<'_> {
             space,
             permeability: self.permeability_of(&roles, &newtonian)?,
             newtonian,
+            at_rest: Law::Newtonian {
+                viscosity: law.viscosity(1.0),
+            },
             roles,
             bodies: self.surface_bodies()?,
             surfaces: self.nodal_surface_flow()?,

@@ -278,7 +278,8 @@ fn with_model(
     if model.neglected(term).is_ok() {
         return evaluate(model);
     }
-    if term == NeglectedTerm::Rheology && AxisymmetricModel::supports(scene) {
+    let is_plane = AxisymmetricModel::supports(scene) && !scene.deforms();
+    if term == NeglectedTerm::Rheology && is_plane {
         return evaluate(&mut AxisymmetricModel::new(scene)?);
     }
     match is_automatic(scene, term) {

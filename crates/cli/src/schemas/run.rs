@@ -59,6 +59,14 @@ pub fn run() -> Value {
                 )),
             ),
             (
+                "facet_errors",
+                or_null(by_name(
+                    "by body with flat facets, the relative difference of its size from that of \
+                     the smooth surface through its vertices",
+                    number(""),
+                )),
+            ),
+            (
                 "swimmers",
                 or_null(list(
                     "results of each swimmer; null for one alone",

@@ -174,6 +174,13 @@ impl AxisymmetricModel {
                 "use model.kind = \"fem\"",
             );
         }
+        if law.is_some() && scene.deforms() {
+            return refuse(
+                "fluid.law",
+                "bodies that deform in a fluid with a viscosity law".to_owned(),
+                "use model.kind = \"fem\" or \"auto\"",
+            );
+        }
         Ok(Self {
             law,
             has_swirl,
@@ -225,6 +232,7 @@ impl AxisymmetricModel {
         let can_deform = || {
             !Self::has_swirl(scene)
                 && !scene.has_surface_velocity()
+                && scene.viscosity_law().is_none()
                 && scene.bodies().iter().all(|body| body.shape.is_isotropic())
         };
         scene.first_not_spheroidal().is_none()

@@ -151,10 +151,14 @@ impl AxisymmetricModel {
         at: &PathPoint<'_>,
     ) -> Result<FirstOrderChange, ModelError> {
         let law = self.scaled.neglected_law()?;
-        if self.has_swirl {
+        let unsupported = match (self.has_swirl, self.scaled.scene.deforms()) {
+            (true, _) => Some("with rotation about the axis"),
+            (_, true) => Some("with bodies that deform"),
+            _ => None,
+        };
+        if let Some(what) = unsupported {
             return Err(ModelError::unsupported(
-                "the effect of neglecting the viscosity law with rotation about the axis in the \
-                 meridian plane",
+                format!("the effect of neglecting the viscosity law {what} in the meridian plane"),
                 "use model.kind = \"fem\"",
             ));
         }

@@ -79,7 +79,7 @@ impl FemModel {
                 "give densities of bodies in place of their masses",
             );
         }
-        if scene.deforms() {
+        if scene.deforms() && term == NeglectedTerm::Inertia {
             return refused(
                 "with bodies that deform",
                 "its size is unknown; the results are those without the term",

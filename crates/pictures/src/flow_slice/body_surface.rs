@@ -9,6 +9,13 @@ use scene::Shape;
 /// Number of triangles with which a smooth shape also looks smooth.
 const SMOOTH_TRIANGLES: usize = 1200;
 
+/// Largest distance of the middle of an edge from a smooth shape, over its extent from its centre:
+/// half of the width of the outline in a picture.
+const SMOOTH_DEVIATION: f64 = 2e-3;
+
+/// Rounds of divisions where edges are farther away: each divides the distance by four.
+const DIVISIONS: usize = 4;
+
 /// Largest number of triangles; finer surfaces from files are coarsened.
 const MAX_TRIANGLES: usize = 20_000;
 
@@ -23,8 +30,17 @@ pub fn body_surface(shape: &Shape) -> Option<SurfaceMesh> {
     if surface.has_fine_triangulation() {
         return Some(coarsened(mesh));
     }
+    let onto = |x| surface.closest_point(x);
     while mesh.triangles.len() < SMOOTH_TRIANGLES {
-        mesh = divided(&mesh, |x| surface.closest_point(x));
+        mesh = divided(&mesh, onto, 0.0);
+    }
+    let extent = mesh.points.iter().map(|x| x.norm()).fold(0.0, f64::max);
+    for _ in 0..DIVISIONS {
+        let finer = divided(&mesh, onto, SMOOTH_DEVIATION * extent);
+        if finer.triangles.len() == mesh.triangles.len() || finer.triangles.len() > MAX_TRIANGLES {
+            break;
+        }
+        mesh = finer;
     }
     Some(mesh)
 }
@@ -64,8 +80,13 @@ fn icosahedron(shape: &Shape) -> SurfaceMesh {
     }
 }
 
-/// The mesh with every triangle divided into four; `onto` moves the new vertices onto the surface.
-fn divided(mesh: &SurfaceMesh, onto: impl Fn(Vector3<f64>) -> Vector3<f64>) -> SurfaceMesh {
+/// The mesh with the edges divided whose middles `onto` moves by at least a distance, onto the
+/// surface, and with their triangles divided into two, three or four.
+fn divided(
+    mesh: &SurfaceMesh,
+    onto: impl Fn(Vector3<f64>) -> Vector3<f64>,
+    least: f64,
+) -> SurfaceMesh {
     let mut points = mesh.points.clone();
     let mut middles = HashMap::new();
     let mut triangles = Vec::with_capacity(4 * mesh.triangles.len());
@@ -73,11 +94,32 @@ fn divided(mesh: &SurfaceMesh, onto: impl Fn(Vector3<f64>) -> Vector3<f64>) -> S
         let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[i, j]| {
             *middles.entry([i.min(j), i.max(j)]).or_insert_with(|| {
                 let middle = 0.5 * (mesh.points[i as usize] + mesh.points[j as usize]);
-                points.push(onto(middle));
-                points.len() as u32 - 1
+                let moved = onto(middle);
+                let is_far = (moved - middle).norm() >= least;
+                is_far.then(|| {
+                    points.push(moved);
+                    points.len() as u32 - 1
+                })
             })
         });
-        triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        // Turned so that the divided edges come first.
+        match [
+            (a, b, c, [ab, bc, ca]),
+            (b, c, a, [bc, ca, ab]),
+            (c, a, b, [ca, ab, bc]),
+        ]
+        .into_iter()
+        .max_by_key(|(.., [x, y, _])| (x.is_some(), y.is_some()))
+        {
+            Some((a, b, c, [Some(ab), Some(bc), Some(ca)])) => {
+                triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+            }
+            Some((a, b, c, [Some(ab), Some(bc), None])) => {
+                triangles.extend([[ab, b, bc], [a, ab, bc], [a, bc, c]]);
+            }
+            Some((a, b, c, [Some(ab), ..])) => triangles.extend([[a, ab, c], [ab, b, c]]),
+            _ => triangles.push([a, b, c]),
+        }
     }
     SurfaceMesh {
         points,
@@ -142,6 +184,11 @@ mod tests {
     fn surfaces_enclose_the_volumes_of_their_shapes() {
         let axis = Vector3::new(0.0, 0.6, 0.8);
         let orientation = Vector3::new(0.1, 0.7, -0.3);
+        let tube = scene::Scene::parse(
+            "bodies = [{ name = \"a\", shape = \"tube\", length = 8, radius = 0.5, \
+             position = [0, 0, 0], orientation = [0.1, 0.7, -0.3] }]",
+        )
+        .unwrap();
         let shapes = [
             Shape::sphere(1.5),
             Shape::Ellipsoid(EllipsoidShape {
@@ -175,6 +222,7 @@ mod tests {
                 turns: 2.0,
                 orientation,
             }),
+            tube.bodies()[0].shape.clone(),
         ];
         for shape in shapes {
             let mesh = body_surface(&shape).unwrap();
@@ -182,6 +230,16 @@ mod tests {
             // Facet geometry error: about (pi / e)^2 with e = 4 sqrt(n / 20) edges on a circle.
             assert!((0.93..1.001).contains(&ratio), "{shape:?}: {ratio}");
             assert!(mesh.triangles.len() <= MAX_TRIANGLES);
+            // No edge is visibly off the surface: round ends of tubes were polygons.
+            let surface = shape.surface(&Isometry3::identity(), 1.0).unwrap();
+            let extent = mesh.points.iter().map(|x| x.norm()).fold(0.0, f64::max);
+            for [a, b, c] in &mesh.triangles {
+                for [i, j] in [[a, b], [b, c], [c, a]] {
+                    let middle = 0.5 * (mesh.points[*i as usize] + mesh.points[*j as usize]);
+                    let off = (surface.closest_point(middle) - middle).norm();
+                    assert!(off < SMOOTH_DEVIATION * extent, "{shape:?}: {off}");
+                }
+            }
         }
         assert!(body_surface(&PointShape.into()).is_none());
     }
@@ -190,7 +248,7 @@ mod tests {
     fn a_surface_with_too_many_triangles_is_coarsened_and_stays_closed() {
         let mut fine = body_surface(&Shape::sphere(1.0)).unwrap();
         while fine.triangles.len() <= MAX_TRIANGLES {
-            fine = divided(&fine, |x| x.normalize());
+            fine = divided(&fine, |x| x.normalize(), 0.0);
         }
         let coarse = coarsened(fine.clone());
         assert!(coarse.triangles.len() <= MAX_TRIANGLES);

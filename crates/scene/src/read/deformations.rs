@@ -27,7 +27,7 @@ use crate::sphere_deformation::{SizeCoordinate, SphereDeformation};
 use crate::surface_modes::{SurfaceModes, any_normal};
 use crate::surface_shape::SurfaceFiles;
 use crate::undulation::{Bend, Wave};
-use crate::words::{DeformationWord, InertiaKind, LawKind, ModeMotion};
+use crate::words::{DeformationWord, InertiaKind, ModeMotion};
 
 /// The coordinates that every sphere offers.
 const OF_SPHERES: [&str; 2] = ["radius", "volume"];
@@ -527,12 +527,6 @@ pub(super) fn check_bodies(
             "is unsupported for bodies that deform; remove it, or the deformation",
         );
     }
-    if file.fluid.law != LawKind::Newtonian {
-        return refuse(
-            "fluid.law".to_owned(),
-            "is unsupported for bodies that deform; remove it, or the deformation",
-        );
-    }
     if file.contact.is_some() {
         return refuse(
             "contact".to_owned(),
@@ -615,8 +609,16 @@ pub(super) fn initial_values(bodies: &[Body]) -> Vec<(usize, f64)> {
     values
 }
 
-/// Number of parts of a phase span at whose ends deformations are checked.
+/// Number of parts of a phase span at whose ends volumes are checked.
 const PARTS: usize = 64;
+
+/// Part of a phase span that is not divided in the search for values at which a body folds: what
+/// cannot be excluded there is so close that no mesh follows it.
+const LEAST_PART: f64 = 1.0 / 1_048_576.0;
+
+/// Number of values of a body in a phase span that are examined before parts below 1 / [`PARTS`]
+/// are no longer divided: where many turns or frames are in one phase.
+const MAX_EXAMINED: usize = 2048;
 
 /// Refuses gaits along which bodies deform too much, or change their volume in a container.
 pub(super) fn check_gait(
@@ -649,25 +651,91 @@ pub(super) fn check_gait(
     for span in spans(&gait, start)? {
         let refuse = |s: f64, problem: String| {
             let key = span_key(checks, table, &span);
-            let part = (100.0 * s).round();
+            let part = (1000.0 * s).round() / 10.0;
             let problem = format!(
                 "is impossible in phase {} at {part} % of it: {problem}",
                 span.phase + 1
             );
             Err(checks.bad_value(&key, problem))
         };
-        for k in 0..=PARTS {
-            let s = k as f64 / PARTS as f64;
-            let values = span.shape(s);
-            if let Some(problem) = problem_of(&values) {
-                return refuse(s, problem);
+        let bends = span.second_derivatives();
+        for body in bodies {
+            let Some(deformation) = &body.deformation else {
+                continue;
+            };
+            let search = FoldSearch {
+                span: &span,
+                bends: &bends,
+                deformation,
+                examined: 0,
+            };
+            if let Some((s, problem)) = search.run() {
+                return refuse(s, format!("'{}' {problem}", body.name));
             }
-            if is_closed && let Some(problem) = volume_problem(bodies, &values, &span.rates(s)) {
+        }
+        for k in (0..=PARTS).filter(|_| is_closed) {
+            let s = k as f64 / PARTS as f64;
+            if let Some(problem) = volume_problem(bodies, &span.shape(s), &span.rates(s)) {
                 return refuse(s, problem);
             }
         }
     }
     Ok(())
+}
+
+/// The search for values along a phase span at which a body folds.
+struct FoldSearch<'a> {
+    span: &'a PhaseSpan,
+    /// Largest second derivatives of the values.
+    bends: &'a [f64],
+    deformation: &'a Deformation,
+    /// Number of values that were examined.
+    examined: usize,
+}
+
+impl FoldSearch<'_> {
+    /// The first place at which something is wrong, and what it is.
+    fn run(mut self) -> Option<(f64, String)> {
+        let (s, problem) = self.first((0.0, 1.0))?;
+        let near = || "comes so close to a fold that no mesh follows; deform it less".to_owned();
+        Some((s, problem.unwrap_or_else(near)))
+    }
+
+    /// The first place on a part of the span at which something is wrong or cannot be excluded, and
+    /// what is wrong there or at the middle of a part around it.
+    ///
+    /// A part is divided until the bounds of the deformation exclude it for all values, down to
+    /// [`LEAST_PART`].
+    fn first(&mut self, (from, to): (f64, f64)) -> Option<(f64, Option<String>)> {
+        let middle = 0.5 * (from + to);
+        let values = self.span.shape(middle);
+        let problem = self.deformation.problem(&values);
+        self.examined += 1;
+        if problem.is_none() {
+            let bounds = self.span.value_bounds(self.bends, (from, to));
+            let change = |joint: usize| {
+                let of_joint = bounds.get(joint);
+                of_joint.map_or(0.0, |of| 0.5 * of.derivatives.first)
+            };
+            if self.deformation.is_body_within(&values, &change) {
+                return None;
+            }
+        }
+        let width = to - from;
+        if width <= LEAST_PART {
+            return Some((middle, problem));
+        }
+        if self.examined > MAX_EXAMINED && width <= 1.0 / PARTS as f64 {
+            return problem.map(|problem| (middle, Some(problem)));
+        }
+        if let Some((s, found)) = self.first((from, middle)) {
+            return Some((s, found.or(problem)));
+        }
+        match problem {
+            Some(problem) => Some((middle, Some(problem))),
+            None => self.first((middle, to)),
+        }
+    }
 }
 
 /// Refuses waves and frames that stand still from the second cycle on, and values of the body that

@@ -3,9 +3,10 @@
 use std::f64::consts::PI;
 
 use nalgebra::Vector3;
-use stokes::{Options, Solution, SurfaceFlow};
+use rheology::{Law, ViscosityLaw};
+use stokes::{GeneralisedNewtonianSolution, Options, Solution, SurfaceFlow};
 
-use crate::support::{solve_free_sphere, sphere_in_ball};
+use crate::support::{solve_free_sphere, solve_free_sphere_in, sphere_in_ball};
 
 type Vec3 = Vector3<f64>;
 
@@ -101,4 +102,124 @@ fn a_displaced_surface_moves_the_body_back() {
     assert!((solved.flow.bodies.fixed_rows::<3>(0) - expected).norm() < 1e-6);
     assert!(solved.flow.bodies.rows(3, 3).amax() < 1e-6);
     assert!(solved.powers.rates.iter().all(|power| power.abs() < 1e-5));
+}
+
+/// The sphere grows, and its surface flows along it like that of a neutral squirmer.
+struct GrowingSquirmer {
+    rates: [f64; 2],
+}
+
+impl SurfaceFlow for GrowingSquirmer {
+    fn slip(&self, _: usize, _: &Vec3) -> Vec3 {
+        Vec3::zeros()
+    }
+
+    fn rates(&self) -> &[f64] {
+        &self.rates
+    }
+
+    fn of_rate(&self, coordinate: usize, _: usize, x: &Vec3) -> Vec3 {
+        let n = x.normalize();
+        [n, n.z * n - Vec3::z()][coordinate]
+    }
+
+    fn volume_rate(&self, coordinate: usize, _: usize) -> f64 {
+        [4.0 * PI, 0.0][coordinate]
+    }
+
+    fn at_wall(&self, x: &Vec3) -> Vec3 {
+        self.rates[0] * x / x.norm().powi(3)
+    }
+
+    fn background(&self, _: &Vec3) -> Vec3 {
+        Vec3::zeros()
+    }
+
+    fn background_pressure(&self, _: &Vec3) -> f64 {
+        0.0
+    }
+}
+
+fn solve_with_law(size: f64, law: &Law, rates: [f64; 2]) -> GeneralisedNewtonianSolution {
+    let mesh = sphere_in_ball(size, WALL, [true, true, false]);
+    let options = Options::default().with_rtol(1e-11);
+    solve_free_sphere_in(&mesh, (WALL, law), &GrowingSquirmer { rates }, &options).unwrap()
+}
+
+/// The flow of a sphere that grows is that of a source in any fluid, with the shear rate
+/// `g = √12 a' a² / r³`: its dissipation is `∫ η(g) g² dV`, by Simpson's rule.
+#[test]
+fn a_sphere_that_grows_in_a_fluid_of_carreau_dissipates_by_its_shear_rate() {
+    let rate = 0.7;
+    let law = Law::Carreau {
+        zero_shear_viscosity: 1.0,
+        infinite_shear_viscosity: 0.1,
+        relaxation_time: 1.0,
+        index: 0.4,
+    };
+    let density = |r: f64| {
+        let g = 12.0_f64.sqrt() * rate / r.powi(3);
+        4.0 * PI * r * r * law.viscosity(g) * g * g
+    };
+    const PARTS: usize = 200;
+    let h = (WALL - 1.0) / PARTS as f64;
+    let weight = |k: usize| match k {
+        0 | PARTS => 1.0,
+        _ if k % 2 == 1 => 4.0,
+        _ => 2.0,
+    };
+    let exact: f64 = (0..=PARTS)
+        .map(|k| h / 3.0 * weight(k) * density(1.0 + k as f64 * h))
+        .sum();
+    // The dissipation has an error of fourth order in the size; that of the finer mesh is 1/4.
+    let [coarse, fine] = [0.5, 0.25].map(|size| {
+        let solved = solve_with_law(size, &law, [rate, 0.0]);
+        assert!(solved.solution.flow.bodies.amax() < 1e-3);
+        (solved.dissipation / exact - 1.0).abs()
+    });
+    assert!(coarse < 1e-2 && fine < 0.25 * coarse, "{coarse:e} {fine:e}");
+}
+
+/// A law of the index one is Newtonian; in power laws velocities are proportional to the rates, and
+/// powers to the rates to the index plus one, divided by a rate.
+#[test]
+fn laws_of_index_one_are_newtonian_and_power_laws_homogeneous_for_surfaces_that_deform() {
+    let rates = [0.7, 1.5];
+    let newtonian = solve_with_law(0.5, &Law::Newtonian { viscosity: 1.0 }, rates);
+    let carreau = Law::Carreau {
+        zero_shear_viscosity: 1.0,
+        infinite_shear_viscosity: 0.0,
+        relaxation_time: 3.0,
+        index: 1.0,
+    };
+    let same = solve_with_law(0.5, &carreau, rates);
+    let parts = |solved: &GeneralisedNewtonianSolution| {
+        let powers = &solved.solution.powers.rates;
+        [solved.solution.flow.bodies[2], powers[0], powers[1]]
+    };
+    let ratios = |a: &GeneralisedNewtonianSolution, b: &GeneralisedNewtonianSolution| {
+        let (a, b) = (parts(a), parts(b));
+        [0, 1, 2].map(|k| a[k] / b[k])
+    };
+    for ratio in ratios(&same, &newtonian) {
+        assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
+    }
+    // The regularisation changes the flow by less than its share of the shear rates.
+    let power_law = Law::PowerLaw {
+        consistency: 1.0,
+        index: 0.6,
+        regularisation: 1e-9,
+    };
+    let [slow, fast] = [1.0, 8.0].map(|factor| {
+        let rates = rates.map(|rate| factor * rate);
+        solve_with_law(0.5, &power_law, rates)
+    });
+    let expected = [8.0, 8.0_f64.powf(0.6), 8.0_f64.powf(0.6)];
+    for (ratio, expected) in ratios(&fast, &slow).into_iter().zip(expected) {
+        assert!((ratio / expected - 1.0).abs() < 1e-7, "{ratio} {expected}");
+    }
+    // The growth thins the fluid around the squirmer, and so changes its speed.
+    let alone = solve_with_law(0.5, &power_law, [0.0, rates[1]]);
+    let change = parts(&slow)[0] / parts(&alone)[0] - 1.0;
+    assert!(change.abs() > 1e-3, "{change}");
 }

@@ -4,8 +4,12 @@ use fem::SurplusSpace;
 use mesh::TetMesh;
 use mesher::{Container, GenerateParams, MeshedBody, Sphere, generate};
 use nalgebra::Vector3;
+use rheology::ViscosityLaw;
 use rigid::{Arms, Articulation, BodyKind, Drive, ExternalLoad};
-use stokes::{InitialGuesses, Options, Problem, Solution, StokesError, SurfaceFlow};
+use stokes::{
+    GeneralisedNewtonianSolution, InitialGuesses, Options, Problem, Solution, StokesError,
+    SurfaceFlow,
+};
 
 pub const SPHERE: Sphere = Sphere {
     centre: Vector3::new(0.0, 0.0, 0.0),
@@ -34,9 +38,43 @@ pub fn solve_free_sphere(
     flow: &dyn SurfaceFlow,
     options: &Options,
 ) -> Result<Solution, StokesError> {
+    let space = SurplusSpace::new(mesh).unwrap();
+    let mut guesses = InitialGuesses::new(0);
+    with_free_sphere(mesh, radius, flow, |problem, drive| {
+        let mut solved = problem.solve_all(
+            std::slice::from_ref(drive),
+            options,
+            &mut guesses,
+            Some(&space),
+        )?;
+        Ok(solved.swap_remove(0))
+    })
+}
+
+/// The same in a fluid with a viscosity law, without estimates.
+pub fn solve_free_sphere_in(
+    mesh: &TetMesh,
+    (radius, law): (f64, &dyn ViscosityLaw),
+    flow: &dyn SurfaceFlow,
+    options: &Options,
+) -> Result<GeneralisedNewtonianSolution, StokesError> {
+    let mut guesses = InitialGuesses::new(0);
+    with_free_sphere(mesh, radius, flow, |problem, drive| {
+        problem.solve_generalised_newtonian(drive, law, options, &mut guesses, None)
+    })
+}
+
+/// Calls `solve` with the problem of the sphere and its drive.
+fn with_free_sphere<T>(
+    mesh: &TetMesh,
+    radius: f64,
+    flow: &dyn SurfaceFlow,
+    solve: impl FnOnce(&Problem<'_>, &Drive<'_>) -> Result<T, StokesError>,
+) -> Result<T, StokesError> {
     let ball = Sphere { radius, ..SPHERE };
+    let surfaces: [mesh::NamedSurface; 2] = [("sphere", &SPHERE), (Container::TAG, &ball)];
     let problem = Problem::new(mesh, &[("sphere", Vector3::zeros())], &[Container::TAG])?
-        .with_surfaces(&[("sphere", &SPHERE), (Container::TAG, &ball)])?
+        .with_surfaces(&surfaces)?
         .with_surface_flow(flow);
     let centre = [Vector3::zeros()];
     let set = Articulation::new(&[BodyKind::Rigid], vec![], Arms::Clamped, &centre).unwrap();
@@ -45,8 +83,5 @@ pub fn solve_free_sphere(
         constraints: &set.constraints(&set.initial_state(), &[], &[]).unwrap(),
         loads: &[ExternalLoad::default()],
     };
-    let space = SurplusSpace::new(mesh).unwrap();
-    let mut guesses = InitialGuesses::new(0);
-    let mut solved = problem.solve_all(&[drive], options, &mut guesses, Some(&space))?;
-    Ok(solved.swap_remove(0))
+    solve(&problem, &drive)
 }

@@ -49,6 +49,9 @@ pub const ALL_ERRORS: &str = "all errors";
 ///   `time_step`, `diffusion` and `rotational_diffusion` of the first sphere alone
 ///   ([`NoiseNumbers`]), or null. Displacements are then those of one realisation, and their error
 ///   bars do not contain its spread;
+/// - `facet_errors`: null without bodies of flat facets; otherwise by body the relative difference
+///   of its size from that of the smooth surface through its vertices
+///   ([`Scene::facet_errors`]), which no error bar contains;
 /// - `repulsion` between surfaces: its `range` and `strength`, or null;
 /// - `stopped`: why the run stopped before its end, such as contact, in words, or null;
 /// - `cycles`, `duration`, `meshes`, `seconds`, `peak_rss_mib`.
@@ -137,6 +140,10 @@ pub fn summary_json(
             "error_estimate": estimate(&swimmer.error_estimate),
         })
     };
+    let facet_errors = scene.facet_errors().into_iter();
+    let facet_errors: Map<String, Value> = facet_errors
+        .map(|(body, error)| (scene.bodies()[body].name.clone(), json!(error)))
+        .collect();
     let swimmers: Vec<Value> = outcome.swimmers(scene).iter().map(of_swimmer).collect();
     json!({
         "scene": scene.name(),
@@ -182,6 +189,7 @@ pub fn summary_json(
                 "rotational_diffusion": numbers.rotational_diffusion,
             })
         ),
+        "facet_errors": (!facet_errors.is_empty()).then_some(facet_errors),
         "repulsion": (scene.repulsion().map(|repulsion| {
             json!({ "range": repulsion.range, "strength": repulsion.strength })
         })),

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use swimmer::Scene;
 use swimmer::models::Hydrodynamics;
+use swimmer::{Outcome, Scene};
 use testkit::{boxed, contains, run, solve_at, within};
 
 /// Steps of the classical Runge-Kutta method by hand, whose errors are far below the bounds.
@@ -66,6 +66,85 @@ fn momentum_of_a_sphere_that_changes_its_size_follows_its_loads() {
         within(outcome.work - work, bar + 1e-8 * work, "the bar");
         within(bar, 1e-4 * work, "the bar says something");
     }
+}
+
+/// The same balance of momentum in the meridian plane, without a torque about the axis.
+#[test]
+fn momentum_of_a_sphere_that_changes_its_size_in_the_meridian_plane() {
+    let (mass, rate) = (30.0, 0.8);
+    let scene = Scene::parse(&format!(
+        "model = {{ kind = \"axisymmetric\", tolerance = 1e-5 }}\n[[bodies]]\nname = \"b\"\n\
+         radius = 1\nposition = [0, 0, 0]\nmass = {mass}\nforce = [1, 0, 0]\n\
+         deformation = {{ kind = \"radius\" }}\n\
+         [[gait.phases]]\ntargets = {{ \"b.radius\" = {} }}\nduration = 1",
+        1.0 + rate
+    ))
+    .unwrap();
+    let outcome = run(&scene);
+    let [_, displacement, work] = integrated([0.0; 3], |t, [velocity, ..]| {
+        let a = 1.0 + rate * t;
+        let drag = 6.0 * PI * a * velocity;
+        let power = drag * velocity + 16.0 * PI * a * rate * rate;
+        [(1.0 - drag) / mass, velocity, power]
+    });
+    let bar = outcome.error_estimate.total();
+    within(
+        outcome.displacement[0].x - displacement,
+        bar + 1e-9,
+        "the bar",
+    );
+    within(bar, 1e-3 * displacement, "the bar says something");
+    let bar = outcome.work_error.total();
+    within(outcome.work - work, bar + 1e-8 * work, "the bar");
+    within(bar, 1e-3 * work, "the bar says something");
+}
+
+/// Two massive spheres in a ball exchange volume while their arm closes: multipoles, the meridian
+/// plane and elements in space agree.
+fn exchange_of_massive_spheres(model: &str) -> Outcome {
+    let text = format!(
+        r#"
+        model = {{ {model} }}
+        domain = {{ kind = "ball", radius = 8 }}
+        bodies = [
+            {{ name = "a", radius = 1, position = [-2, 0, 0], mass = 20, force = [30, 0, 0] }},
+            {{ name = "b", radius = 1.3, position = [2, 0, 0], mass = 50 }},
+        ]
+        links = [
+            {{ name = "arm", body = "b", to = "a" }},
+            {{ name = "flow", body = "a", to = "b", joint = "exchange" }},
+        ]
+        gait.phases = [{{ targets = {{ arm = 3.5, flow = 8 }}, duration = 1 }}]
+        "#
+    );
+    run(&Scene::parse(&text).unwrap())
+}
+
+fn check_exchange_of_massive_spheres(model: &str, share: f64) {
+    let exact = exchange_of_massive_spheres("kind = \"multipole\", tolerance = 1e-6");
+    let found = exchange_of_massive_spheres(model);
+    let bars = exact.error_estimate.total() + found.error_estimate.total();
+    let norms = exact.displacement.iter().map(|x| x.norm());
+    let largest = norms.fold(0.0, f64::max);
+    within(bars, share * largest, "the bars say something");
+    for (found, exact) in found.displacement.iter().zip(&exact.displacement) {
+        within((found - exact).norm(), bars, "both error bars");
+    }
+    let bars = exact.work_error.total() + found.work_error.total();
+    within(found.work - exact.work, bars, "both error bars");
+    within(bars, share * exact.work, "the bars say something");
+}
+
+#[test]
+#[ignore = "slow: 60 s"]
+fn massive_spheres_exchange_volume_in_the_meridian_plane_as_by_multipoles() {
+    check_exchange_of_massive_spheres("kind = \"axisymmetric\", tolerance = 1e-4", 1e-2);
+}
+
+#[test]
+#[ignore = "slow: 2 min"]
+fn massive_spheres_exchange_volume_by_elements_as_by_multipoles() {
+    check_exchange_of_massive_spheres("kind = \"fem\", tolerance = 0.01", 3e-2);
 }
 
 /// Two spheres on an arm that closes while one of them grows: `m_a U_a' + m_b U_b'` is the force of

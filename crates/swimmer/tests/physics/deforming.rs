@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use swimmer::models::InstantaneousSolution;
 use swimmer::{Outcome, Scene};
 use testkit::{run, within};
 
@@ -273,6 +274,77 @@ fn radial_waves_in_the_meridian_plane() {
             2e-5,
             format!("the tolerance, twice: {eps} {motion} {ball:?}"),
         );
+    }
+}
+
+/// The instant of a wave with the amplitudes `eps cos t` and `eps sin t`.
+fn instant(eps: f64, phase: f64, motion: &str, settings: &str) -> InstantaneousSolution {
+    let scene = two_modes(eps, motion, settings);
+    let (sin, cos) = phase.sin_cos();
+    let (values, rates) = ([eps * cos, eps * sin], [-eps * sin, eps * cos]);
+    testkit::solve_at(testkit::boxed(&scene).as_mut(), &values, &rates)
+}
+
+const BALL_OF_5: &str = "domain = { kind = \"ball\", radius = 5 }\n";
+const BALL_OF_3: &str = "domain = { kind = \"ball\", radius = 3 }\n";
+
+/// Radial modes that keep the volume: in unbounded fluid velocities of a program of fundamental
+/// solutions on rings; in balls the meridian plane and elements in space agree.
+#[test]
+fn velocities_of_radial_modes_unbounded_and_in_balls() {
+    for (domain, eps, phase, exact) in [
+        ("", 0.1, 0.0, Some(-9.327863e-4)),
+        ("", 0.1, 0.25 * PI, Some(-4.599290e-4)),
+        ("", 0.2, 0.0, Some(-3.9307288e-3)),
+        ("", 0.2, 0.25 * PI, Some(-1.8810925e-3)),
+        (BALL_OF_5, 0.1, 0.25 * PI, None),
+        (BALL_OF_3, 0.2, 0.7, None),
+    ] {
+        let solve = |model: &str| {
+            let settings = format!("{domain}model = {{ {model} }}");
+            let found = instant(eps, phase, "isochoric", &settings);
+            (
+                found.bodies[0].velocity.z,
+                found.error_estimate.total(),
+                found,
+            )
+        };
+        let (velocity, bar, plane) = solve("kind = \"axisymmetric\", tolerance = 1e-7");
+        if let Some(exact) = exact {
+            within(
+                velocity / exact - 1.0,
+                2e-7 + bar / exact.abs(),
+                "the digits of the exact value, and the error bar",
+            );
+        }
+        within(bar, 1e-5 * velocity.abs(), "the bar says something");
+        if exact.is_some() && phase == 0.0 {
+            continue;
+        }
+        let (other, of_elements, elements) = solve("kind = \"fem\"");
+        within(other - velocity, of_elements + bar, "the error bars");
+        within(of_elements, 0.1 * velocity.abs(), "the bar says something");
+        let bars = plane.power_error.total() + elements.power_error.total();
+        within(plane.power() - elements.power(), bars, "the error bars");
+    }
+}
+
+/// Tangential modes in a ball: expansions against the meridian plane.
+#[test]
+fn tangential_modes_in_a_ball_by_multipoles_and_in_the_meridian_plane() {
+    for phase in [0.0, 0.7] {
+        let [one, other] = [
+            "kind = \"multipole\", tolerance = 1e-8",
+            "kind = \"axisymmetric\", tolerance = 1e-6",
+        ]
+        .map(|model| {
+            let settings = format!("{BALL_OF_3}model = {{ {model} }}");
+            instant(0.05, phase, "tangential", &settings)
+        });
+        let bars = one.error_estimate.total() + other.error_estimate.total();
+        let [one, other] = [&one, &other].map(|of| of.bodies[0].velocity.z);
+        within(one - other, bars, "the error bars");
+        within(bars, 1e-5 * one.abs(), "the bars say something");
     }
 }
 

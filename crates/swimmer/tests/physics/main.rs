@@ -9,6 +9,7 @@ mod breathing_masses;
 mod cylinder;
 mod deformation_properties;
 mod deforming;
+mod deforming_laws;
 mod dragged;
 mod equivalence;
 mod error_bars;

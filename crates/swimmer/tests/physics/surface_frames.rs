@@ -110,6 +110,40 @@ fn with_drifter(body: &str, settings: &str, size: f64) -> Scene {
     Scene::parse(&text).unwrap()
 }
 
+/// What flat faces leave out of a sphere is what the file tells: the drag of the faces is that of a
+/// sphere of their size, to first order in the difference of both.
+#[test]
+fn the_drag_of_facets_is_that_of_their_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ball.obj");
+    write_obj(&path, 4, |x| x);
+    let scene = |kind: &str| {
+        let text = format!(
+            "model.kind = \"fem\"\n[[bodies]]\nname = \"ball\"\nshape = \"surface\"\n\
+             file = {:?}\nsurface_kind = \"{kind}\"\nposition = [0, 0, 0]\nforce = [1, 0, 0]",
+            path.display().to_string()
+        );
+        Scene::parse(&text).unwrap()
+    };
+    assert!(scene("smooth").facet_errors().is_empty());
+    let scene = scene("faceted");
+    let [(0, error)] = scene.facet_errors()[..] else {
+        panic!("{:?}", scene.facet_errors());
+    };
+    let solution = testkit::start(&scene);
+    let (speed, bar) = (
+        solution.bodies[0].velocity.x,
+        solution.error_estimate.total(),
+    );
+    let radius = 1.0 / (6.0 * PI * speed);
+    within(
+        radius - 1.0 - error,
+        bar / speed + 0.1 * error.abs(),
+        "the error bar, and the differences of second order",
+    );
+    within(bar / speed, 0.3 * error.abs(), "the bar says something");
+}
+
 /// Frames of a sphere of several radii have the flow of the breathing sphere: within the bars for
 /// curved triangles, with an error of second order for flat ones, by the flux through them.
 #[test]

@@ -189,6 +189,40 @@ mod tests {
         }
     }
 
+    /// The faces of a sphere with its vertices on it are smaller than the sphere by what the smooth
+    /// surface tells; an octahedron has sharp edges and no smooth surface but itself.
+    #[test]
+    fn the_smooth_surface_tells_what_faces_leave_out() {
+        let faces = |mesh| TriangulatedSurface::new("a", mesh, TriangleKind::Faceted).unwrap();
+        let ball = faces(sphere());
+        let exact = (4.0 / 3.0 * std::f64::consts::PI / ball.volume()).cbrt();
+        let size = ball.smooth_size().unwrap();
+        assert!(exact > 1.004, "{exact}");
+        assert!(
+            (size - exact).abs() < 0.05 * (exact - 1.0),
+            "{size} {exact}"
+        );
+        let smooth = TriangulatedSurface::new("a", sphere(), TriangleKind::Smooth).unwrap();
+        assert_eq!(smooth.smooth_size(), None);
+        assert!((smooth.volume() / ball.volume() / size.powi(3) - 1.0).abs() < 1e-12);
+        let octahedron = SurfaceMesh {
+            points: sphere().points[..6].to_vec(),
+            triangles: vec![
+                [0, 1, 2],
+                [1, 3, 2],
+                [3, 4, 2],
+                [4, 0, 2],
+                [1, 0, 5],
+                [3, 1, 5],
+                [4, 3, 5],
+                [0, 4, 5],
+            ],
+            ..SurfaceMesh::default()
+        };
+        let size = faces(octahedron).smooth_size().unwrap();
+        assert!((size - 1.0).abs() < 1e-14, "{size}");
+    }
+
     #[test]
     fn edges_that_become_sharp_and_surfaces_that_cross_themselves_are_refused() {
         let mesh = sphere();
