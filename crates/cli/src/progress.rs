@@ -203,6 +203,7 @@ impl swimmer::Progress for RunBar {
         self.done = span.number + 1;
         self.solves_of_done += self.solves;
         (self.solves, self.share) = (0, 0.0);
+        self.next_line = 2.0 * self.started.elapsed().as_secs_f64();
         let remaining = self.remaining();
         match &self.bar {
             Some(bar) => bar.inc(1),

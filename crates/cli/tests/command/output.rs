@@ -153,7 +153,7 @@ fn bug_a_wrong_name_of_a_wall_counted_as_a_failed_method() {
         std::fs::write(at("mine.toml"), text).unwrap();
         let output = swim(&["solve", &at("mine.toml")]);
         assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-        contains(&[file, wall, surface], &stderr(&output), &parts);
+        contains([file, wall, surface], &stderr(&output), &parts);
     }
 }
 
