@@ -7,7 +7,7 @@ use plotters::prelude::*;
 use super::style::{Area, INK, font, px};
 
 /// Number of steps of the bar.
-const STEPS: usize = 128;
+pub const STEPS: usize = 128;
 
 /// Space around a colour bar in pixels.
 pub struct BarSpace {

@@ -254,6 +254,7 @@ fn draw_map(
 
 #[cfg(test)]
 mod tests {
+    use super::super::colour_bar::STEPS;
     use super::*;
 
     fn points(texts: &[[&str; 2]]) -> Vec<[String; 2]> {
@@ -276,7 +277,7 @@ mod tests {
         let grid = points(&[["1", "5"], ["1", "6"], ["2", "5"], ["2", "6"]]);
         let map = draw(&grid).unwrap();
         assert!(
-            map.matches("<rect").count() > 4 + COLOUR_STEPS,
+            map.matches("<rect").count() > 4 + STEPS,
             "cells and colours"
         );
         let words = points(&[
