@@ -130,6 +130,8 @@ await screenshot("light");
 await violations("light");
 await value("document.querySelector('details').open = true");
 
+// A view that follows a single body does not change.
+await value("document.getElementById('follow').checked && document.getElementById('follow').click()");
 const before = await value("document.getElementById('view3d').toDataURL()");
 await value("document.getElementById('play').click()");
 await until("player.time > 0.05 * run.duration");

@@ -76,9 +76,13 @@ pub fn array<'py>(py: Python<'py>, values: &[f64]) -> Bound<'py, PyAny> {
     PyArray1::from_slice(py, values).into_any()
 }
 
-/// A list of lists of the same length as a two-dimensional array.
-pub fn table<'py>(py: Python<'py>, lists: &[Vec<f64>]) -> PyResult<Bound<'py, PyAny>> {
-    let shape = [lists.len(), lists.first().map_or(0, Vec::len)];
+/// A list of lists of this length as a two-dimensional array, which has it without rows too.
+pub fn table<'py>(
+    py: Python<'py>,
+    lists: &[Vec<f64>],
+    width: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let shape = [lists.len(), width];
     let flat: Vec<f64> = lists.iter().flatten().copied().collect();
     Ok(PyArray1::from_vec(py, flat).reshape(shape)?.into_any())
 }
@@ -257,15 +261,14 @@ fn trajectory(
         .flat_map(|p| p.rotation.coords.as_slice().to_vec())
         .collect();
     dict.set_item("times", array(py, &times))?;
-    dict.set_item("lengths", table(py, &lengths)?)?;
+    dict.set_item("lengths", table(py, &lengths, joint_names(scene).len())?)?;
     let shaped = |flat: Vec<f64>, count: usize, width: usize| {
         PyArray1::from_vec(py, flat).reshape([count, bodies, width])
     };
     dict.set_item("positions", shaped(places, samples.len(), 3)?)?;
     dict.set_item("quaternions", shaped(turns, samples.len(), 4)?)?;
-    let is_uniform = scene.output().samples.is_some();
     let solved: Vec<bool> = (samples.iter())
-        .map(|sample| sample.bodies.is_some() && !is_uniform)
+        .map(|sample| sample.is_solved(scene))
         .collect();
     dict.set_item("solved", PyArray1::from_vec(py, solved))?;
     // NaN where the velocities are not known.

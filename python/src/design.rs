@@ -12,7 +12,7 @@ use numpy::{AllowTypeChange, PyArray1, PyArrayLike2, PyArrayMethods};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde_json::{Value, json};
+use serde_json::json;
 use swimmer::models::TablePart;
 use swimmer::output::Folder;
 use swimmer::{Scene, SwimError};
@@ -87,7 +87,8 @@ fn optimum_dict<'py>(py: Python<'py>, found: &DesignedStroke) -> PyResult<Bound<
     dict.set_item("efficiency", found.efficiency)?;
     dict.set_item("refinement_error", optimum.refinement_error)?;
     dict.set_item("at_limits", optimum.at_limits)?;
-    dict.set_item("lengths", table(py, &found.shapes)?)?;
+    let joints = found.scene.articulation().joints().len();
+    dict.set_item("lengths", table(py, &found.shapes, joints)?)?;
     let toml = found.scene.to_toml().map_err(crate::errors::exception)?;
     dict.set_item("toml", toml)?;
     Ok(dict)
@@ -106,7 +107,7 @@ impl PyStrokeMap {
 
     /// Shapes along one cycle of the gait, one row each.
     fn stroke<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        table(py, &self.0.stroke)
+        table(py, &self.0.stroke, self.0.names.len())
     }
 
     /// At shapes, one row each: connection, metric, and the curvature for the joints with the
@@ -141,7 +142,7 @@ impl PyStrokeMap {
             PyArray1::from_vec(py, metrics)
                 .reshape([count, joints, joints])?
                 .into_any(),
-            table(py, &curvatures)?,
+            table(py, &curvatures, 6)?,
         ])
     }
 }
@@ -185,7 +186,12 @@ pub fn rewards<'py>(
     let rows: Vec<Vec<f64>> = states
         .map(|state| (0..joints).map(|joint| found.of(state, joint)).collect())
         .collect();
-    Ok((table(py, &rows)?, found.names, found.error, found.model))
+    Ok((
+        table(py, &rows, joints)?,
+        found.names,
+        found.error,
+        found.model,
+    ))
 }
 
 /// The values of a key: as the command line has them, or a list.
@@ -255,33 +261,17 @@ pub fn frequency(py: Python<'_>, scene: Scene, report: Option<Py<PyAny>>) -> PyR
     let found = job::run(py, report, move |mut watch| {
         best_frequency(&scene, &mut watch)
     })?;
-    let run = |run: &::design::FrequencyRun| [run.frequency, run.displacement, run.error];
-    let runs: Vec<Value> = found.runs.iter().map(|r| json!(run(r))).collect();
-    Ok(json!({
-        "frequency": found.best.frequency,
-        "frequency_error": found.frequency_error,
-        "displacement": found.best.displacement,
-        "displacement_error": found.best.error,
-        "runs": runs,
-    })
-    .to_string())
+    Ok(found.json().to_string())
 }
 
 /// The best radii and arm lengths.
 pub fn sizes(py: Python<'_>, scene: Scene, report: Option<Py<PyAny>>) -> PyResult<String> {
     let found = job::run(py, report, move |mut watch| best_sizes(&scene, &mut watch))?;
+    // A JSON object does not keep the order of its keys.
     let names = found.parameters.iter().map(|p| &p.name).collect::<Vec<_>>();
-    let before = found.parameters.iter().map(|p| p.value).collect::<Vec<_>>();
     let toml = found.scene.to_toml().map_err(crate::errors::exception)?;
-    Ok(json!({
-        "names": names,
-        "values": found.values,
-        "errors": found.errors,
-        "values_before": before,
-        "at_limits": found.at_limits,
-        "best": found.best,
-        "before": found.before,
-        "toml": toml,
-    })
-    .to_string())
+    let mut json = found.json();
+    json["names"] = json!(names);
+    json["toml"] = json!(toml);
+    Ok(json.to_string())
 }

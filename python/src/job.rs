@@ -92,8 +92,10 @@ impl DesignProgress for Watch {
         self.is_stopped()
     }
 
-    fn tabulated(&mut self, points: usize) {
-        self.say(format!("table: {points} solves"));
+    fn counted(&mut self, what: &str, done: usize, all: usize) {
+        self.shared.total.store(all, Ordering::Relaxed);
+        self.shared.done.store(done, Ordering::Relaxed);
+        self.say(what.to_owned());
     }
 
     fn begins(&mut self, what: &str) {

@@ -103,13 +103,14 @@ impl PyMotion {
             lengths.push(values.map_err(SwimError::from).map_err(exception)?);
             rates.push(moment.rates);
         }
+        let joints = set.joints().len();
         let shaped = |flat: Vec<f64>, width: usize| {
             let shape = [lengths.len(), scene.bodies().len(), width];
             Ok::<_, PyErr>(PyArray1::from_vec(py, flat).reshape(shape)?.into_any())
         };
         Ok([
-            table(py, &lengths)?,
-            table(py, &rates)?,
+            table(py, &lengths, joints)?,
+            table(py, &rates, joints)?,
             shaped(places, 3)?,
             shaped(turns, 4)?,
         ])

@@ -28,7 +28,7 @@ def reporter(progress: bool | Report, what: str) -> Iterator[Report | None]:
     def report(done: int, total: int, text: str) -> None:
         nonlocal bar
         if bar is None:
-            bar = tqdm(desc=what, unit="phase", leave=False)
+            bar = tqdm(desc=what, unit="part", leave=False)
         bar.total = total or None
         bar.n = done
         bar.set_postfix_str(text)

@@ -221,7 +221,8 @@ class BestFrequency(Result):
 
     @classmethod
     def _from_raw(cls, raw: dict[str, Any]) -> BestFrequency:
-        return cls(**(raw | {"runs": frozen(np.array(raw["runs"]))}))
+        runs = np.array(raw["runs"], dtype=float).reshape(-1, 3)
+        return _from_raw(cls, raw, runs=frozen(runs))
 
     def _rows(self) -> list[Row]:
         return [
@@ -260,8 +261,19 @@ class BestSizes(Result):
 
     @classmethod
     def _from_raw(cls, raw: dict[str, Any]) -> BestSizes:
-        arrays = ("values", "errors", "values_before")
-        return _from_raw(cls, raw, **{name: frozen(np.array(raw[name])) for name in arrays})
+        sizes = [raw["sizes"][name] for name in raw["names"]]
+
+        def numbers(key: str) -> np.ndarray:
+            return frozen(np.array([size[key] for size in sizes], dtype=float))
+
+        return _from_raw(
+            cls,
+            raw,
+            values=numbers("value"),
+            errors=numbers("error"),
+            values_before=numbers("scene"),
+            before=raw["scene"],
+        )
 
     def _rows(self) -> list[Row]:
         sizes = zip(self.names, self.values, self.errors, strict=True)

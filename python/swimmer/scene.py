@@ -317,7 +317,9 @@ class Scene(Result):
         ----------
         vary : mapping
             Keys with their values, of which all combinations are run: a sequence, or text as for
-            `swim sweep --vary`, such as `"0.5:2:7"` or `"1:100:3:log"`.
+            `swim sweep --vary`, such as `"0.5:2:7"` or `"1:100:3:log"`. Also
+            `links.NAME.length`, for which bodies are moved and the gait is shifted, and
+            `links.NAME.amplitude`.
         random : int, optional
             Number of random points instead; then `"0.5:2"` are the ends of a range.
         seed : int

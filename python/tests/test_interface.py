@@ -285,6 +285,22 @@ def test_a_sweep_has_a_row_for_each_point_and_reasons_for_failures(tmp_path):
         scene.sweep({"bodies.a.radius": "1:2"}, progress=False)
 
 
+def test_a_sweep_varies_the_length_of_a_link_and_other_calls_name_the_keys_that_exist():
+    scene = Scene.from_template("three-sphere").with_values({"model.kind": "rpy"})
+    found = scene.sweep({"links.left-arm.length": [6, 10]}, progress=False)
+    assert found.status[0].startswith("failed: links.left-arm.length=6: bodies 'left'")
+    alone = scene.run(progress=False)
+    np.testing.assert_allclose(found.displacement[1], np.mean(alone.displacement, axis=0), atol=1e-9)
+    with pytest.raises(swimmer.SceneError, match="gait.phases.0.length, gait.phases.2.length"):
+        scene.with_values({"links.left-arm.length": 8})
+
+
+def test_bug_lists_without_rows_had_no_columns():
+    path = Scene.from_template("three-sphere").run(progress=False).at([])
+    assert path.lengths.shape == path.rates.shape == (0, 2)
+    assert path.positions.shape == (0, 3, 3)
+
+
 def test_trajectories_have_velocities_and_forces_and_become_frames():
     run = Scene.from_dict(DRAGGED).run(progress=False)
     assert run.solved.any() and not run.solved[[0, -1]].any()

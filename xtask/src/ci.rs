@@ -7,7 +7,8 @@ use anyhow::Result;
 
 use crate::slow::{self, Selection};
 use crate::{
-    architecture, cargo, circles, documentation, licences, links, packages, readmes, style,
+    architecture, cargo, circles, documentation, generated, licences, links, packages, readmes,
+    style,
 };
 
 /// Stated time of the slow tests that are run: the fastest that fit in ten minutes.
@@ -30,6 +31,7 @@ pub fn run() -> Result<()> {
     circles::run()?;
     architecture::run()?;
     links::run()?;
+    generated::run(&[])?;
     licences::run()?;
     cargo::run(
         &[

@@ -12,6 +12,7 @@ mod ci;
 mod circles;
 mod documentation;
 mod files;
+mod generated;
 mod licences;
 mod links;
 mod manifests;
@@ -33,11 +34,13 @@ Project tasks
 Usage: cargo xtask <TASK> [OPTIONS]
 
 Tasks of this program:
-  ci        All checks of CI: format, style, circles, ARCHITECTURE.md, links, lints,
-            documentation, licences, packages, programs of READMEs, tests
+  ci        All checks of CI: format, style, circles, ARCHITECTURE.md, links, ages of
+            generated pages, lints, documentation, licences, packages, programs of READMEs, tests
   circles   Circles of files that use each other, in each crate
   documentation
             The pages of rustdoc, in the order that lets crates link to each other
+  generated Pages that are older than their generators; with the names of pages: these were
+            made again
   licences  Licences of the default dependency graph; GPL and AGPL are refused
   links     Links of the documentation: files, headings, files that a page names
   readmes   The programs of the crates' READMEs, built with the dependencies that they state
@@ -56,6 +59,7 @@ fn main() -> Result<ExitCode> {
         ["ci"] => ci::run(),
         ["circles"] => circles::run(),
         ["documentation"] => documentation::run(),
+        ["generated", ..] => generated::run(&words[1..]),
         ["licences"] => licences::run(),
         ["links"] => links::run(),
         ["readmes"] => readmes::run(),

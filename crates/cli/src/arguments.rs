@@ -175,7 +175,8 @@ pub struct SweepArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
     /// A key and its values: key=from:to:count, also with :log for equal ratios, or
-    /// key=value,value,...; all combinations are run
+    /// key=value,value,...; all combinations are run. Also links.NAME.length, for which bodies are
+    /// moved and the gait is shifted, and links.NAME.amplitude
     #[arg(long, value_name = "KEY=VALUES", required = true)]
     pub vary: Vec<String>,
     /// Run this number of random points instead; the values are key=from:to, also with :log, or

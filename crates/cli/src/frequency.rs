@@ -1,7 +1,6 @@
 //! `swim frequency`: the frequency at which a gait moves farthest per cycle.
 
 use design::{BestFrequency, best_frequency};
-use serde_json::json;
 
 use super::arguments::DesignArguments;
 use super::design_files::{csv, folder_of, write};
@@ -19,29 +18,26 @@ pub fn frequency(arguments: DesignArguments, quiet: bool) -> Result<String, CliE
              found is that of the first cycles; set gait.periodic = true for the periodic state",
         );
     }
+    let found = best_frequency(&scene, &mut DesignSpinner::new(quiet))?;
     let BestFrequency {
         best,
         frequency_error,
         runs,
         ..
-    } = best_frequency(&scene, &mut DesignSpinner::new(quiet))?;
+    } = &found;
+    let (best, frequency_error) = (*best, *frequency_error);
     let rows = runs
         .iter()
         .map(|run| vec![run.frequency, run.displacement, run.error]);
-    let table = csv("frequency,displacement,error", rows.clone());
-    write(&folder, "frequency.csv", &table)?;
-    let period = 1.0 / best.frequency;
+    write(
+        &folder,
+        "frequency.csv",
+        &csv("frequency,displacement,error", rows),
+    )?;
     if json {
-        let answer = json!({
-            "frequency": best.frequency,
-            "frequency_error": frequency_error,
-            "period": period,
-            "displacement": best.displacement,
-            "displacement_error": best.error,
-            "runs": rows.collect::<Vec<_>>(),
-        });
-        return Ok(format!("{answer}\n"));
+        return Ok(format!("{}\n", found.json()));
     }
+    let period = 1.0 / best.frequency;
     let relative = frequency_error / best.frequency;
     Ok(entry("scene", scene.name())
         + &measured("best frequency", best.frequency, frequency_error)

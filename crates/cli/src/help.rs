@@ -82,6 +82,7 @@ pub const SWEEP: &str = examples! {
     "swim new three-sphere"
     "swim sweep three-sphere.toml --set model.kind=rpy --vary bodies.centre.radius=0.5:2:7"
     "swim sweep three-sphere.toml --set model.kind=rpy --vary 'bodies.left.radius=0.5:2' --random 9"
+    "swim sweep three-sphere.toml --set model.kind=rpy --vary links.left-arm.length=7:10:4"
 };
 
 pub const LEARN: &str = examples! {

@@ -20,6 +20,7 @@ mod sizes;
 mod solve;
 mod sweep;
 mod text;
+mod time_left;
 mod view;
 
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! `swim map`: the table over shapes, and what small strokes yield.
 
-use design::{DesignError, stroke_map};
+use design::{DesignError, StrokeLimits, stroke_map};
 use serde_json::json;
 use swimmer::SwimError;
 use swimmer::models::{ModelError, TablePart};
@@ -16,6 +16,8 @@ pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, CliError> {
     let part = arguments.part();
     let DesignArguments { scene, out, json } = arguments.design;
     let scene = scene.read()?;
+    // Before a folder is made.
+    StrokeLimits::from_scene(&scene)?;
     let folder = Folder::create(path_of(&scene, out))?;
     // Shares of one table are written into one folder at the same time, each into its own files.
     let _lock = match part {

@@ -2,7 +2,7 @@
 
 use std::io::IsTerminal;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -12,9 +12,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 #[cfg(unix)]
 use signal_hook::consts::{SIGHUP, SIGXFSZ};
 use signal_hook::consts::{SIGINT, SIGTERM};
-use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
+use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution, TYPICAL_SOLVES_PER_SPAN};
 
 use super::text::{count, duration, message, percent, printable, two_digits, warn};
+use super::time_left::{TimeLeft, about};
+
+/// Largest share of a phase that counts as done before it is: it takes as many solves as its
+/// tolerance needs.
+const LARGEST_SHARE: f64 = 0.9;
 
 /// Progress of a run.
 pub struct RunBar {
@@ -22,8 +27,17 @@ pub struct RunBar {
     spans: usize,
     scene: Scene,
     started: Instant,
-    /// When the gait began or was continued, and the phases that were done then.
-    begun: (Instant, usize),
+    left: TimeLeft,
+    /// Phases that are done, and the solves of those of this process.
+    done: usize,
+    solves_of_done: usize,
+    /// Solves of the phase that is being computed, and the share of it that is done.
+    solves: usize,
+    share: f64,
+    /// Phases that were done before this process.
+    done_before: usize,
+    /// Seconds at which the next line of a long phase is printed where there is no bar.
+    next_line: f64,
     quiet: bool,
     /// Until the gait begins; none if nothing is printed.
     waiting: Option<Waiting>,
@@ -40,7 +54,13 @@ impl RunBar {
             spans,
             scene: scene.clone(),
             started: Instant::now(),
-            begun: (Instant::now(), 0),
+            left: TimeLeft::default(),
+            done: 0,
+            solves_of_done: 0,
+            solves: 0,
+            share: 0.0,
+            done_before: 0,
+            next_line: PATIENCE.as_secs_f64(),
             quiet,
             waiting: (!quiet).then(|| Waiting::new("preparing the run")),
             interrupted,
@@ -63,15 +83,26 @@ impl RunBar {
         duration(self.started.elapsed().as_secs_f64())
     }
 
-    /// Words on the time that the phases after the first `done` take, if they take as long as
-    /// those of this process; empty after the last one.
-    fn remaining(&self, done: usize) -> String {
-        let (begun, done_before) = self.begun;
-        let per_phase = begun.elapsed().as_secs_f64() / (done - done_before).max(1) as f64;
-        match self.spans - done {
-            0 => String::new(),
-            phases => format!(", {} remaining", duration(per_phase * phases as f64)),
+    /// The share of the present phase that is done: the position `s` in time where the steps of an
+    /// integration go there, else that of the solves that a phase takes.
+    fn share_at(&self, s: f64) -> f64 {
+        if self.scene.inertia().is_kept() || self.scene.noise().is_some() {
+            return s.clamp(0.0, 1.0);
         }
+        let phases = self.done - self.done_before;
+        let per_phase = match phases {
+            0 => TYPICAL_SOLVES_PER_SPAN as f64,
+            phases => self.solves_of_done as f64 / phases as f64,
+        };
+        (self.solves as f64 / per_phase.max(1.0)).min(LARGEST_SHARE)
+    }
+
+    /// Words on the time left; empty without any.
+    fn remaining(&mut self) -> String {
+        let now = self.started.elapsed().as_secs_f64();
+        let done = self.done as f64 + self.share;
+        let left = self.left.at(now, done, self.spans as f64);
+        left.map_or(String::new(), |left| format!(", {}", about(left)))
     }
 
     fn line(&self, text: &str) {
@@ -127,10 +158,13 @@ impl swimmer::Progress for RunBar {
 
     fn begins(&mut self, _: &Scene, done: usize) {
         self.waiting = None;
-        self.begun = (Instant::now(), done);
+        (self.done, self.done_before) = (done, done);
+        (self.solves, self.solves_of_done, self.share) = (0, 0, 0.0);
+        self.left = TimeLeft::default();
+        let _ = self.remaining();
         self.bar = (std::io::stderr().is_terminal() && !self.quiet).then(|| {
             let bar = ProgressBar::new(self.spans as u64);
-            let template = "{bar:30} {pos}/{len} phases, {msg}, {elapsed} elapsed, {eta} remaining";
+            let template = "{bar:30} {pos}/{len} phases, {elapsed} elapsed{msg}";
             tick(&bar, template);
             bar.set_position(done as u64);
             bar
@@ -141,27 +175,45 @@ impl swimmer::Progress for RunBar {
     }
 
     fn solved(&mut self, span: &PhaseSpan, solution: &SpanSolution) {
+        self.solves += 1;
+        // A step that is repeated goes back.
+        self.share = self.share.max(self.share_at(solution.s));
+        let remaining = self.remaining();
         if let Some(bar) = &self.bar {
             bar.set_message(format!(
-                "{}: solve {} ({})",
+                "{remaining}; {}: solve {} ({})",
                 self.joint_name(span),
                 solution.number + 1,
                 count(solution.solution.solver.iterations, "iteration")
+            ));
+        } else if self.started.elapsed().as_secs_f64() >= self.next_line {
+            self.next_line = 2.0 * self.started.elapsed().as_secs_f64();
+            self.line(&format!(
+                "phase {}/{} ({}): {} so far, {} elapsed{remaining}",
+                span.number + 1,
+                self.spans,
+                self.joint_name(span),
+                count(self.solves, "solve"),
+                self.elapsed(),
             ));
         }
     }
 
     fn span_done(&mut self, span: &PhaseSpan, result: &SpanResult) {
+        self.done = span.number + 1;
+        self.solves_of_done += self.solves;
+        (self.solves, self.share) = (0, 0.0);
+        self.next_line = 2.0 * self.started.elapsed().as_secs_f64();
+        let remaining = self.remaining();
         match &self.bar {
             Some(bar) => bar.inc(1),
             None => self.line(&format!(
-                "phase {}/{} ({}): {}, {} elapsed{}",
+                "phase {}/{} ({}): {}, {} elapsed{remaining}",
                 span.number + 1,
                 self.spans,
                 self.joint_name(span),
                 count(result.solves, "solve"),
                 self.elapsed(),
-                self.remaining(span.number + 1),
             )),
         }
     }
@@ -216,10 +268,30 @@ pub fn watch_signals() -> Arc<AtomicBool> {
 /// Time after which work says what it is.
 const PATIENCE: Duration = Duration::from_secs(2);
 
+/// Time between two looks at a prediction on a terminal.
+const LOOK: Duration = Duration::from_secs(1);
+
 /// Does some work and says on stderr what it is, as [`Waiting`], unless `quiet`.
 pub fn with_progress<T>(what: &str, quiet: bool, work: impl FnOnce() -> T) -> T {
-    let _waiting = (!quiet).then(|| Waiting::new(what));
-    work()
+    with_predicted_progress(what, quiet, |_| work())
+}
+
+/// As [`with_progress`], for work that can say how many seconds it will take from then on.
+pub fn with_predicted_progress<T>(
+    what: &str,
+    quiet: bool,
+    work: impl FnOnce(&dyn Fn(f64)) -> T,
+) -> T {
+    let waiting = (!quiet).then(|| Waiting::new(what));
+    let started = Instant::now();
+    work(&|seconds: f64| {
+        if let Some(waiting) = &waiting {
+            let end = started.elapsed().as_secs_f64() + seconds;
+            // Not a number would be a time that never ends.
+            let end = if end.is_finite() { end } else { 0.0 };
+            waiting.end.store(end.to_bits(), Ordering::Relaxed);
+        }
+    })
 }
 
 /// Says on stderr what some work is if it takes more than two seconds, until it is dropped: by a
@@ -228,34 +300,49 @@ struct Waiting {
     /// Closed at the end of the work.
     done: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
+    /// Predicted seconds at the end of the work, as bits; 0 if there is no prediction.
+    end: Arc<AtomicU64>,
 }
 
 impl Waiting {
     fn new(what: &str) -> Self {
         let what = what.to_owned();
         let (done, waits) = std::sync::mpsc::channel::<()>();
+        let end = Arc::new(AtomicU64::new(0));
+        let predicted = Arc::clone(&end);
         let thread = std::thread::Builder::new().spawn(move || {
             let started = Instant::now();
             let mut patience = PATIENCE;
             let mut spinner = None;
+            let what = || {
+                let end = f64::from_bits(predicted.load(Ordering::Relaxed));
+                let left = end - started.elapsed().as_secs_f64();
+                match left > 0.0 {
+                    true => format!("{what}, {}", about(left)),
+                    false => what.clone(),
+                }
+            };
             while waits.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
                 if std::io::stderr().is_terminal() {
-                    spinner.get_or_insert_with(|| {
+                    let spinner = spinner.get_or_insert_with(|| {
                         let spinner = ProgressBar::new_spinner();
                         tick(&spinner, "{spinner} {msg}, {elapsed} elapsed");
-                        spinner.with_message(what.clone())
+                        spinner
                     });
+                    spinner.set_message(what());
+                    patience = LOOK;
                 } else {
                     let elapsed = duration(started.elapsed().as_secs_f64());
-                    message(&format!("{what}, {elapsed} elapsed"));
+                    message(&format!("{}, {elapsed} elapsed", what()));
+                    patience = started.elapsed();
                 }
-                patience = started.elapsed();
             }
             if let Some(spinner) = spinner {
                 spinner.finish_and_clear();
             }
         });
         Self {
+            end,
             done: Some(done),
             // Without a thread the work is done in silence.
             thread: thread.ok(),
@@ -284,6 +371,13 @@ fn tick(bar: &ProgressBar, template: &str) {
 /// A spinner on a terminal, a line per part of the work elsewhere.
 pub struct DesignSpinner {
     spinner: Option<ProgressBar>,
+    /// What is being done, and the parts of it in words.
+    what: String,
+    counted: String,
+    started: Instant,
+    left: TimeLeft,
+    /// Seconds at which the next line about parts is printed where there is no spinner.
+    next_line: f64,
     quiet: bool,
     interrupted: Arc<AtomicBool>,
 }
@@ -298,6 +392,11 @@ impl DesignSpinner {
         });
         Self {
             spinner,
+            what: String::new(),
+            counted: String::new(),
+            started: Instant::now(),
+            left: TimeLeft::default(),
+            next_line: PATIENCE.as_secs_f64(),
             quiet,
             interrupted: watch_signals(),
         }
@@ -317,17 +416,41 @@ impl DesignProgress for DesignSpinner {
         self.interrupted.load(Ordering::Relaxed)
     }
 
-    fn tabulated(&mut self, points: usize) {
-        if let Some(spinner) = &self.spinner {
-            spinner.set_message(format!("table: {}", count(points, "solve")));
+    fn counted(&mut self, what: &str, done: usize, all: usize) {
+        let now = self.started.elapsed().as_secs_f64();
+        let left = self.left.at(now, done as f64, all as f64);
+        let left = left.map_or(String::new(), |left| format!(", {}", about(left)));
+        self.counted = match done < all {
+            true => format!("{done} of {all} {what}{left}"),
+            // The next part of the work says what it is.
+            false => String::new(),
+        };
+        if self.spinner.is_some() {
+            self.show();
+        } else if !self.quiet && now >= self.next_line && done < all {
+            self.next_line = 2.0 * now;
+            message(&format!("{}, {} elapsed", self.counted, duration(now)));
         }
     }
 
     fn begins(&mut self, what: &str) {
+        what.clone_into(&mut self.what);
         match &self.spinner {
-            Some(spinner) => spinner.set_message(printable(what)),
+            Some(_) => self.show(),
             None if self.quiet => {}
             None => message(what),
+        }
+    }
+}
+
+impl DesignSpinner {
+    /// Shows what is being done.
+    fn show(&self) {
+        if let Some(spinner) = &self.spinner {
+            let words = [&self.what, &self.counted];
+            let words = words.into_iter().filter(|words| !words.is_empty());
+            let words: Vec<&str> = words.map(String::as_str).collect();
+            spinner.set_message(printable(&words.join(", ")));
         }
     }
 }

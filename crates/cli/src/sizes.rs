@@ -2,7 +2,6 @@
 
 use design::{BestSizes, DesignError, SizeSlice, best_sizes, size_slices};
 use pictures::{SliceCurve, size_slices_svg};
-use serde_json::{Map, Value, json};
 
 use super::arguments::DesignArguments;
 use super::design_files::{csv, folder_of, write};
@@ -33,7 +32,7 @@ pub fn sizes(arguments: DesignArguments, quiet: bool) -> Result<String, CliError
     }
     drop(progress);
     if json {
-        return Ok(format!("{}\n", answer(&found, objective)));
+        return Ok(format!("{}\n", found.json()));
     }
     let mut text = entry("scene", scene.name());
     text += &entry("objective", objective);
@@ -104,26 +103,4 @@ fn table(found: &BestSizes) -> String {
     let rows = found.runs.iter();
     let rows = rows.map(|(values, objective)| [&values[..], &[*objective]].concat());
     csv(&header.join(","), rows)
-}
-
-fn answer(found: &BestSizes, objective: &str) -> Value {
-    let sizes = found
-        .parameters
-        .iter()
-        .zip(&found.values)
-        .zip(&found.errors);
-    let sizes: Map<String, Value> = sizes
-        .map(|((parameter, value), error)| {
-            let size = json!({"value": value, "error": error, "scene": parameter.value});
-            (parameter.name.clone(), size)
-        })
-        .collect();
-    json!({
-        "objective": objective,
-        "sizes": sizes,
-        "at_limits": found.at_limits,
-        "best": found.best,
-        "scene": found.before,
-        "runs": found.runs.len(),
-    })
 }

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use pictures::start_slice;
-use swimmer::models::{BodySolution, ErrorEstimate, Hydrodynamics, InstantaneousSolution};
+use swimmer::models::{
+    BodySolution, Configuration, ErrorEstimate, Hydrodynamics, InstantaneousSolution,
+};
 use swimmer::output::{ALL_ERRORS, matrix_json, peak_rss_mib, solution_json, write_flow};
 use swimmer::scene::{AcceptKind, ModelKind};
 use swimmer::{
@@ -15,7 +17,7 @@ use swimmer::{
 use super::arguments::SceneArguments;
 use super::error::CliError;
 use super::neglected;
-use super::progress::with_progress;
+use super::progress::{with_predicted_progress, with_progress};
 use super::text::{
     NO_ESTIMATE, count, duration, entry, error, error_estimates, measured, percent, print,
     significant, warn,
@@ -39,8 +41,15 @@ pub fn solve(
         solution,
         neglected,
         decision,
-    } = with_progress("choosing the model and solving", quiet, || {
-        solve_start_with_terms(given, &choose)
+    } = with_predicted_progress("choosing the model and solving", quiet, |predict| {
+        let choose_and_predict = |scene: &Scene| {
+            let choice = choose(scene)?;
+            let state = scene.initial_state();
+            let start = Configuration::new(&state, scene.articulation().initial_shape());
+            choice.model.predicted_seconds(start).map(predict);
+            Ok(choice)
+        };
+        solve_start_with_terms(given, &choose_and_predict)
     })?;
     // What fails after the solution does not lose its numbers.
     let written = write_files(&scene, model.as_mut(), flow, picture);

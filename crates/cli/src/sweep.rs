@@ -1,11 +1,11 @@
 //! `swim sweep`: runs of a scene with other values of some keys.
 
-use design::{RandomPoints, SweepOptions, SweepResult, SweepRow, VariedKey, sweep};
+use design::{RandomPoints, SweepOptions, SweepResult, SweepRow, VariedKey, require_sweep, sweep};
 use pictures::{SweptPoints, sweep_svg};
 use swimmer::models::nalgebra::Vector3;
 
 use super::arguments::SweepArguments;
-use super::design_files::{folder_of, write};
+use super::design_files::{folder_of, path_of, write};
 use super::error::CliError;
 use super::progress::DesignSpinner;
 use super::text::{count, entry, printable, warn, with_bar};
@@ -18,6 +18,9 @@ pub fn sweep_scene(arguments: SweepArguments, quiet: bool) -> Result<String, Cli
     let keys: Vec<VariedKey> = (arguments.vary.iter())
         .map(|text| text.parse())
         .collect::<Result<_, _>>()?;
+    if arguments.resume {
+        require_sweep(&path_of(&scene, arguments.out.clone()))?;
+    }
     let (folder, _lock) = folder_of(&scene, arguments.out)?;
     let random = arguments.random.map(|count| RandomPoints {
         count,

@@ -5,6 +5,7 @@
 
 use nalgebra::Vector3;
 use scene::{Scene, ShapePath};
+use serde_json::{Value, json};
 
 use crate::error::{DesignError, DesignProgress, check_interruption};
 use crate::sensitivities::{comparable, net_displacement, with_keys};
@@ -45,6 +46,21 @@ pub struct BestFrequency {
     pub frequency_error: f64,
     /// All runs, by frequency.
     pub runs: Vec<FrequencyRun>,
+}
+
+impl BestFrequency {
+    /// The answer as `swim frequency --json` prints it.
+    pub fn json(&self) -> Value {
+        let run = |run: &FrequencyRun| [run.frequency, run.displacement, run.error];
+        json!({
+            "frequency": self.best.frequency,
+            "frequency_error": self.frequency_error,
+            "period": self.best.frequency.recip(),
+            "displacement": self.best.displacement,
+            "displacement_error": self.best.error,
+            "runs": self.runs.iter().map(run).collect::<Vec<_>>(),
+        })
+    }
 }
 
 /// Searches for the frequency of the gait at which the net displacement is largest.
@@ -165,6 +181,12 @@ impl FrequencySearch<'_> {
         mut y: [FrequencyRun; 3],
     ) -> Result<(FrequencyRun, f64), DesignError> {
         while x[2] - x[0] > MIN_LOGARITHM_WIDTH {
+            // Each point leaves this share of the interval.
+            let left = 1.0 - GOLDEN_SHARE;
+            let steps = (MIN_LOGARITHM_WIDTH / (x[2] - x[0])).ln() / left.ln();
+            let done = self.runs.len();
+            self.progress
+                .counted("frequencies", done, done + steps.ceil() as usize);
             // A point in the larger of both parts.
             let is_right = x[2] - x[1] > x[1] - x[0];
             let end = if is_right { x[2] } else { x[0] };
@@ -216,7 +238,7 @@ fn faster(scene: &Scene, factor: f64) -> Result<Scene, DesignError> {
             vec![format!("gait.period={period:?}")]
         }
     };
-    with_keys(scene, &assignments)
+    with_keys(scene, &assignments, &format!("a gait faster by {factor:?}"))
 }
 
 #[cfg(test)]

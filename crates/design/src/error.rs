@@ -118,8 +118,10 @@ pub trait DesignProgress {
         false
     }
 
-    /// The model has been solved for this number of shapes.
-    fn tabulated(&mut self, points: usize) {}
+    /// `done` of `all` parts of the work are done, such as `points` of a sweep. More can follow
+    /// where the work finds out by itself how much it is, as grids of tables do. Called first
+    /// before any part is computed, with those that are known already.
+    fn counted(&mut self, what: &str, done: usize, all: usize) {}
 
     /// A part of the work begins.
     fn begins(&mut self, what: &str) {}

@@ -61,8 +61,8 @@ pub use starts::small_stroke_cost;
 pub use stroke_map::{StrokeMap, stroke_map};
 pub use stroke_path::{SampledPath, Series, StrokeCurve};
 pub use sweep::{
-    RandomPoints, Sweep, SweepOptions, SweepResult, SweepRow, Values, VariedKey, sweep,
-    sweep_points,
+    RandomPoints, Sweep, SweepOptions, SweepResult, SweepRow, Values, VariedKey, require_sweep,
+    sweep, sweep_points,
 };
 pub use table::{StrokeTable, tabulate};
 pub use timing::{MotionBounds, Peaks, Timing};

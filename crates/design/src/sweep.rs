@@ -1,6 +1,7 @@
 //! Runs of a scene with other values of some keys: all combinations of them, or random ones.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -15,6 +16,7 @@ use swimmer::output::{Folder, read_sealed, write_sealed};
 use swimmer::{Report, SwimError, mean_of_moving};
 
 use crate::error::{DesignError, DesignProgress};
+use crate::sensitivities::{Parameter, parameter::with_values_at, parameters};
 
 /// Name of the file from which an interrupted sweep continues.
 const FILE: &str = "sweep.json";
@@ -32,7 +34,9 @@ const WRITE_INTERVAL: Duration = Duration::from_secs(2);
 /// A key of a scene with the values that it takes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VariedKey {
-    /// The key, as for `--set`: `links.left-arm.length`, `fluid.viscosity`.
+    /// The key, as for `--set`: `bodies.left.radius`, `fluid.viscosity`; or `links.NAME.length` and
+    /// `links.NAME.amplitude`, the [`parameters`] of a driven link, for which bodies are moved and
+    /// the gait is changed.
     pub key: String,
     /// Its values.
     pub values: Values,
@@ -374,10 +378,7 @@ pub fn sweep(
     scene.require_gait()?;
     let points = sweep_points(keys, random)?;
     let text = scene.to_toml()?;
-    let varied = Varied {
-        document: Document::parse(&text, "scene")?,
-        keys: keys.iter().map(|varied| varied.key.clone()).collect(),
-    };
+    let varied = Varied::new(scene, &text, keys)?;
     varied.document(&points[0])?;
     let mut stored = Stored {
         version: VERSION,
@@ -390,6 +391,7 @@ pub fn sweep(
         stored.rows = stored.kept_rows(folder, &varied, &points)?;
     }
     let kept = stored.rows.len();
+    progress.counted("points", kept, points.len());
     let known: BTreeSet<usize> = stored.rows.iter().map(|row| row.number).collect();
     let todo: Vec<usize> = (0..points.len()).filter(|k| !known.contains(k)).collect();
     let (next, is_interrupted) = (AtomicUsize::new(0), AtomicBool::new(false));
@@ -411,7 +413,7 @@ pub fn sweep(
     let jobs = jobs.clamp(1, todo.len().max(1));
     let workers: Vec<_> = (0..jobs).map(|_| run_points()).collect();
     drop(sender);
-    let (started, mut written, mut stopped) = (Instant::now(), Instant::now(), false);
+    let (mut written, mut stopped) = (Instant::now(), false);
     let mut interval = WRITE_INTERVAL;
     std::thread::scope(|scope| {
         for worker in workers {
@@ -421,7 +423,10 @@ pub fn sweep(
         let stop = StopOnDrop(&is_interrupted);
         loop {
             match receiver.recv_timeout(TICK) {
-                Ok(row) => stored.rows.push(row),
+                Ok(row) => {
+                    stored.rows.push(row);
+                    progress.counted("points", stored.rows.len(), points.len());
+                }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
@@ -435,12 +440,6 @@ pub fn sweep(
                 written = Instant::now();
                 // All rows are written each time, which takes a tenth of the time at most.
                 interval = WRITE_INTERVAL.max(10 * begun.elapsed());
-                let (done, all) = (stored.rows.len(), points.len());
-                let per_point = started.elapsed().as_secs_f64() / (done - kept).max(1) as f64;
-                progress.begins(&format!(
-                    "{done} of {all} points, {:.0} s remaining",
-                    per_point * (all - done) as f64
-                ));
             }
         }
         drop(stop);
@@ -455,6 +454,23 @@ pub fn sweep(
     }
     let Stored { keys, rows, .. } = stored;
     Ok(Sweep { keys, rows, kept })
+}
+
+/// Checks that a sweep has begun in a folder, before one that continues it makes the folder.
+///
+/// # Errors
+/// [`DesignError::NotApplicable`].
+pub fn require_sweep(folder: &Path) -> Result<(), DesignError> {
+    let path = folder.join(FILE);
+    match path.exists() {
+        true => Ok(()),
+        false => Err(DesignError::NotApplicable {
+            place: path.display().to_string(),
+            problem: "does not exist: no sweep has begun in this folder; name the folder of the \
+                      sweep, or leave out --resume"
+                .to_owned(),
+        }),
+    }
 }
 
 /// Stops the runs that are left.
@@ -479,20 +495,78 @@ impl swimmer::Progress for Flag<'_> {
 struct Varied {
     document: Document,
     keys: Vec<String>,
+    /// The parameters that no single key gives, with the number of their key.
+    parameters: Vec<(usize, Parameter)>,
 }
 
 impl Varied {
-    /// The document at a point.
+    /// The scene of a text, with the keys to vary.
+    fn new(scene: &Scene, text: &str, keys: &[VariedKey]) -> Result<Self, DesignError> {
+        let keys: Vec<String> = keys.iter().map(|varied| varied.key.clone()).collect();
+        let mut known = Vec::new();
+        if keys.iter().any(|key| key.starts_with("links")) {
+            known = parameters(scene)?;
+        }
+        let of_key = |key: &String| {
+            let is_own = |of: &&Parameter| of.key(scene).as_ref() == Some(key);
+            known.iter().find(is_own).cloned()
+        };
+        Ok(Self {
+            document: Document::parse(text, "scene")?,
+            parameters: (keys.iter().enumerate())
+                .filter_map(|(number, key)| Some((number, of_key(key)?)))
+                .collect(),
+            keys,
+        })
+    }
+
+    /// The values of all keys at a point, in words.
+    fn words(&self, values: &[String]) -> String {
+        let words = self.keys.iter().zip(values);
+        let words: Vec<String> = words.map(|(key, value)| format!("{key}={value}")).collect();
+        words.join(", ")
+    }
+
+    /// The document at a point, without its parameters.
     fn document(&self, values: &[String]) -> Result<Document, DesignError> {
-        let mut document = self.document.clone();
-        for (key, value) in self.keys.iter().zip(values) {
-            document.set(&format!("{key}={value}"))?;
+        let place = self.words(values);
+        let mut document = self.document.clone().located(&place);
+        for (number, (key, value)) in self.keys.iter().zip(values).enumerate() {
+            if self.parameters.iter().all(|(own, _)| *own != number) {
+                document.set_at(&format!("{key}={value}"), &place)?;
+            }
         }
         Ok(document)
     }
 
+    /// The scene at a point: first its keys, then its parameters.
     fn scene(&self, values: &[String]) -> Result<Scene, DesignError> {
-        Ok(Scene::from_document(self.document(values)?)?)
+        let scene = Scene::from_document(self.document(values)?)?;
+        if self.parameters.is_empty() {
+            return Ok(scene);
+        }
+        let place = self.words(values);
+        let now = parameters(&scene)?;
+        let mut changes = Vec::new();
+        for (number, parameter) in &self.parameters {
+            let refuse = |problem: String| DesignError::NotApplicable {
+                place: place.clone(),
+                problem,
+            };
+            let value: f64 = values[*number]
+                .parse()
+                .map_err(|_| refuse(format!("{} must be a number", self.keys[*number])))?;
+            if !(value.is_finite() && value > 0.0) {
+                let key = &self.keys[*number];
+                return Err(refuse(format!("{key} must be a positive number")));
+            }
+            let parameter = now.iter().find(|now| now.name == parameter.name);
+            let parameter = parameter.ok_or_else(|| {
+                refuse(format!("{} has no value in this gait", self.keys[*number]))
+            })?;
+            changes.push((parameter, value));
+        }
+        with_values_at(&scene, &changes, &place)
     }
 
     /// The run of one point.
@@ -539,6 +613,7 @@ impl Stored {
     ) -> Result<Vec<SweepRow>, DesignError> {
         let path = folder.path().join(FILE);
         let place = path.display().to_string();
+        require_sweep(folder.path())?;
         let before: Self = read_sealed(&path).map_err(|source| SwimError::Read { path, source })?;
         for (what, is_same) in [
             ("format", before.version == self.version),
@@ -750,6 +825,101 @@ mod tests {
         };
         let error = sweep(&scene, &unknown, None, options, &mut ()).unwrap_err();
         assert_eq!(error.exit_code(), 2);
+    }
+
+    /// A swimmer of three spheres by point forces, whose arms of ten close to six.
+    const SWIMMER: &str = "model.kind = \"rpy\"\n\
+        bodies = [{ name = \"left\", radius = 1, position = [-10, 0, 0] },\n\
+        { name = \"centre\", radius = 1, position = [0, 0, 0] },\n\
+        { name = \"right\", radius = 1, position = [10, 0, 0] }]\n\
+        links = [{ name = \"left-arm\", body = \"left\", to = \"centre\" },\n\
+        { name = \"right-arm\", body = \"right\", to = \"centre\" }]\n\
+        gait.phases = [{ link = \"left-arm\", length = 6 }, { link = \"right-arm\", length = 6 },\n\
+        { link = \"left-arm\", length = 10 }, { link = \"right-arm\", length = 10 }]";
+
+    /// The length of a link is that at the start, and the gait changes by the same amount: the row
+    /// is that of the scene written by hand. Where the arm would close, the row names the value.
+    #[test]
+    fn the_length_and_the_amplitude_of_a_link_vary() {
+        let scene = Scene::parse(SWIMMER).unwrap();
+        let options = SweepOptions {
+            jobs: Some(1),
+            folder: None,
+            resume: false,
+        };
+        let run = |key: &str| sweep(&scene, &[key.parse().unwrap()], None, options, &mut ());
+        let net = |sweep: &Sweep, row: usize| {
+            let result = sweep.rows[row].result.as_ref();
+            result.unwrap().displacement[0]
+        };
+        let lengths = run("links.left-arm.length=6:10:9").unwrap();
+        assert_eq!(lengths.rows.len(), 9);
+        let closed = lengths.rows[0].status();
+        assert!(
+            closed.starts_with("failed: links.left-arm.length=6: ") && closed.contains("touch"),
+            "{closed}"
+        );
+        let amplitudes = run("links.left-arm.amplitude=1,2").unwrap();
+        let by_hand = |replaced: [(&str, &str); 3]| {
+            let text = (replaced.iter()).fold(SWIMMER.to_owned(), |text, (old, new)| {
+                assert!(text.contains(old));
+                text.replace(old, new)
+            });
+            let scene = Scene::parse(&text).unwrap();
+            let key = "fluid.viscosity=1".parse().unwrap();
+            net(&sweep(&scene, &[key], None, options, &mut ()).unwrap(), 0)
+        };
+        let shorter = by_hand([
+            ("[-10, 0, 0]", "[-8, 0, 0]"),
+            ("\"left-arm\", length = 6", "\"left-arm\", length = 4"),
+            ("\"left-arm\", length = 10", "\"left-arm\", length = 8"),
+        ]);
+        let unchanged = ("model", "model");
+        let weaker = by_hand([
+            ("\"left-arm\", length = 6", "\"left-arm\", length = 8"),
+            unchanged,
+            unchanged,
+        ]);
+        let whole = by_hand([unchanged; 3]);
+        // The same scene, with numbers that are rounded in other places.
+        for (found, expected) in [
+            (net(&lengths, 4), shorter),
+            (net(&lengths, 8), whole),
+            (net(&amplitudes, 0), weaker),
+            (net(&amplitudes, 1), whole),
+        ] {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        assert!((shorter - whole).abs() > 1e-3 && (weaker - whole).abs() > 1e-3);
+    }
+
+    #[test]
+    fn bug_reasons_of_failed_points_name_lines_of_a_text_that_nobody_has() {
+        let scene = Scene::parse(SWIMMER).unwrap();
+        let keys = ["bodies.left.radius=1,5", "fluid.viscosity=1,2"].map(|k| k.parse().unwrap());
+        let options = SweepOptions {
+            jobs: Some(1),
+            folder: None,
+            resume: false,
+        };
+        let found = sweep(&scene, &keys, None, options, &mut ()).unwrap();
+        let reason = found.rows[3].status();
+        let start = "failed: bodies.left.radius=5, fluid.viscosity=2: bodies 'left' and 'centre'";
+        assert!(reason.starts_with(start), "{reason}");
+        // A link without a driven length is answered with the keys that exist.
+        let error = sweep(
+            &scene,
+            &["links.0.angle=1,2".parse().unwrap()],
+            None,
+            options,
+            &mut (),
+        );
+        let error = error.unwrap_err().to_string();
+        assert!(
+            error.contains("gait.phases.0.length, gait.phases.2.length"),
+            "{error}"
+        );
+        assert!(error.contains("bodies.left.position"), "{error}");
     }
 
     /// Interrupts after some rows.

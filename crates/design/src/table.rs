@@ -136,6 +136,7 @@ pub fn tabulate(
         model: name.to_owned(),
         table: (),
     };
+    progress.counted("shapes of the table", known, known);
     let mut recorder = Recorder::new(folder, part, origin, known);
     let space = ShapeSpace::tabulate_from(
         scene,
@@ -207,7 +208,7 @@ impl<'a> Recorder<'a> {
         progress: &mut dyn DesignProgress,
     ) -> Result<(), ModelError> {
         self.done = solved.len();
-        progress.tabulated(self.done);
+        progress.counted("shapes of the table", self.done, solved.wanted());
         let is_interrupted = progress.is_interrupted();
         if let Some(folder) = self.folder
             && (is_interrupted || self.written.elapsed() >= BETWEEN_WRITES)

@@ -41,13 +41,16 @@ pub enum ModelError {
     /// A part of the boundary of a mesh that is neither a body nor a wall.
     #[error(
         "{file}: the boundary part '{tag}' is neither the surface of a body nor in domain.walls; \
-         list it in domain.walls, or name it by the key surface of a body"
+         list it in domain.walls, or name it by the key surface of a body{}",
+        absent(missing)
     )]
     OpenBoundary {
         /// The mesh file.
         file: String,
         /// Name of the part.
         tag: String,
+        /// Names in the scene that no part of the boundary has.
+        missing: Vec<String>,
     },
     /// A mesh file whose mesh cannot be used.
     #[error("{file}: {source}")]
@@ -218,7 +221,7 @@ impl ModelError {
         use mesh::MeshError as Mesh;
         match self {
             Self::Unsupported { .. } => true,
-            Self::MeshFile { .. } => true,
+            Self::MeshFile { .. } | Self::OpenBoundary { .. } => true,
             // Errors that only a mesh file can have.
             Self::Mesh(mesher::GenerateError::Mesh(error)) => matches!(
                 error,
@@ -230,6 +233,21 @@ impl ModelError {
             ),
             _ => false,
         }
+    }
+}
+
+/// Words about names of a scene that a mesh does not have, for messages.
+fn absent(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        names => format!(
+            "; the mesh has no part {}",
+            names
+                .iter()
+                .map(|name| format!("'{name}'"))
+                .collect::<Vec<_>>()
+                .join(", ")
+        ),
     }
 }
 

@@ -121,6 +121,11 @@ pub trait Hydrodynamics: Send {
         ))
     }
 
+    /// Seconds of one solution, where they are known without solving or meshing.
+    fn predicted_seconds(&self, configuration: Configuration<'_>) -> Option<f64> {
+        self.inner()?.predicted_seconds(configuration)
+    }
+
     /// Mesh of a configuration in the scene's units; `None` for models without a mesh.
     ///
     /// # Errors

@@ -355,6 +355,12 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// Whether the model was solved at this time: at no time that the scene asks for at equal
+    /// intervals, where all numbers are interpolated.
+    pub fn is_solved(&self, scene: &Scene) -> bool {
+        self.bodies.is_some() && scene.output().samples.is_none()
+    }
+
     /// Velocities and forces of the bodies: solved for or, where nothing is solved, interpolated.
     pub fn loads(&self) -> Option<&[BodySolution]> {
         self.bodies.as_deref().or(self.interpolated.as_deref())

@@ -69,7 +69,12 @@ pub fn run_with(
     scene.require_gait()?;
     if resume && !out.join(checkpoint::FILE).exists() {
         // Before a folder is made.
-        Checkpoint::read(out)?;
+        return Err(SwimError::Checkpoint {
+            path: out.join(checkpoint::FILE),
+            problem: "does not exist: no run of this folder was interrupted after a phase; name \
+                      the folder of the run"
+                .to_owned(),
+        });
     }
     let folder = writes.then(|| Folder::create(out)).transpose()?;
     // Until the end of the run. What a process reads must not change meanwhile either.

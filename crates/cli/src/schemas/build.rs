@@ -2,6 +2,144 @@
 
 use serde_json::{Map, Value, json};
 
+/// Meanings of keys that mean the same in every object, for schemas that say no more about them.
+const MEANINGS: [(&str, &str); 74] = [
+    (
+        "angular_velocity",
+        "in radians per time, in the frame of the scene",
+    ),
+    ("assembly", "assembly of the linear systems"),
+    ("bodies", "of the bodies"),
+    (
+        "change",
+        "relative change of the velocity in the last iteration",
+    ),
+    ("cycles", "gait.cycles"),
+    (
+        "derivative",
+        "of the net displacement along its direction, per unit of the parameter",
+    ),
+    ("displacement", "in the unit of length of the scene"),
+    ("displacement_error", "error bar of the displacement"),
+    (
+        "displacement_per_time",
+        "displacement divided by the period",
+    ),
+    (
+        "displacement_vector",
+        "displacement in the frame of the start",
+    ),
+    (
+        "dissipation",
+        "of the power from the dissipation in the fluid",
+    ),
+    ("drag", "force per velocity of the rigid swimmer"),
+    ("efficiency", "Lighthill's; null for runs that do not swim"),
+    (
+        "efficiency_error",
+        "error bar of the efficiency; null without an estimate",
+    ),
+    ("energy", "work of one period on the fluid"),
+    ("energy_error", "error bar of the energy"),
+    ("error", "error bar"),
+    ("error_estimate", "error bars by source"),
+    ("estimate", "estimates of the discretisation error"),
+    ("fluid", "of the fluid"),
+    ("force", "on the fluid"),
+    (
+        "force_by_stress",
+        "of the forces from the stress at the surfaces",
+    ),
+    ("force_error", "error bars of the forces"),
+    (
+        "formulation",
+        "how rigid motions are imposed, as of fem.formulation",
+    ),
+    ("frequency", "cycles per time"),
+    ("frequency_error", "error bar of the frequency"),
+    (
+        "frequency_parameter",
+        "radius squared times frequency over the kinematic viscosity; null without a period",
+    ),
+    (
+        "holding_torque",
+        "as `holding_force`, about the centre of the body",
+    ),
+    ("interpolation", "error of the interpolation between shapes"),
+    ("iterations", "number of iterations"),
+    ("joints", "names of the joints that learn"),
+    ("keys", "keys of the scene that vary"),
+    ("links", "names of links"),
+    ("max_power", "largest power on the fluid"),
+    ("mesh", "generation and motion of meshes"),
+    ("model", "error of the model at the shapes"),
+    ("name", "name in the scene"),
+    ("objective", "what is largest, as optimise.objective"),
+    ("period", "of one cycle"),
+    (
+        "period_energy_product",
+        "period times energy, at constant power",
+    ),
+    ("points", "number of shapes"),
+    (
+        "position",
+        "change while the swimmer moves in its container",
+    ),
+    (
+        "position_error",
+        "change while the swimmer moves in its container",
+    ),
+    ("power", "of the power on the fluid"),
+    ("pressure", "of the pressure"),
+    ("range", "smallest and largest value"),
+    ("reason", "why a mesh was generated"),
+    ("reynolds", "Reynolds number"),
+    ("rotation", "rotation vector in radians"),
+    (
+        "rotation_error",
+        "error bar of the rotation in radians; null without an estimate",
+    ),
+    (
+        "rotational_diffusion",
+        "of the rotation of the first sphere alone",
+    ),
+    ("rows", "one per point, in order"),
+    ("runs", "number of runs"),
+    ("seconds", "wall-clock time"),
+    ("seed", "fluid.seed"),
+    ("setup", "preconditioners and factorisations"),
+    ("solve", "solution of the linear systems"),
+    ("solver", "method and result of the linear solver"),
+    ("solves", "number of solutions of the model"),
+    ("steps", "number of steps in time"),
+    ("strength", "largest force"),
+    ("table", "the table over shapes"),
+    ("time", "in the unit of the scene, from the start"),
+    (
+        "tolerance_met",
+        "whether the error bar is within the tolerance",
+    ),
+    ("torque", "on the fluid, about the centre of the body"),
+    ("torque_error", "error bars of the torques"),
+    ("total", "of all"),
+    (
+        "true_relative_residual",
+        "recomputed from the solution, relative to the right-hand side",
+    ),
+    ("value", "the value"),
+    (
+        "variables",
+        "keys of the scene that vary, with their best values",
+    ),
+    ("vector", "in the frame of the scene"),
+    ("velocity", "of the centre of the body"),
+    ("work", "work of the bodies on the fluid"),
+    (
+        "work_error",
+        "error bar of the work; null without an estimate",
+    ),
+];
+
 /// A value of a kind.
 pub fn plain(kind: &str, description: &str) -> Value {
     match description.is_empty() {
@@ -28,7 +166,9 @@ pub fn flag(description: &str) -> Value {
 
 /// An array.
 pub fn list(description: &str, items: Value) -> Value {
-    json!({ "type": "array", "description": description, "items": items })
+    let mut list = plain("array", description);
+    list["items"] = items;
+    list
 }
 
 /// An array of numbers of this length.
@@ -45,16 +185,24 @@ pub fn vector(description: &str) -> Value {
 
 /// An object whose keys are names of the scene.
 pub fn by_name(description: &str, values: Value) -> Value {
-    json!({ "type": "object", "description": description, "additionalProperties": values })
+    let mut object = plain("object", description);
+    object["additionalProperties"] = values;
+    object
 }
 
 /// An object with these keys and no others; those that end with a question mark may be absent.
+/// Keys without a description have that of [`MEANINGS`].
 pub fn object(description: &str, keys: &[(&str, Value)]) -> Value {
     let name = |key: &str| key.trim_end_matches('?').to_owned();
-    let properties: Map<String, Value> = keys
-        .iter()
-        .map(|(key, value)| (name(key), value.clone()))
-        .collect();
+    let meaning = |key: &str| MEANINGS.iter().find(|(known, _)| *known == key);
+    let described = |(key, value): &(&str, Value)| {
+        let (key, mut value) = (name(key), value.clone());
+        if let (true, Some((_, meaning))) = (value["description"].is_null(), meaning(&key)) {
+            value["description"] = (*meaning).into();
+        }
+        (key, value)
+    };
+    let properties: Map<String, Value> = keys.iter().map(described).collect();
     let required: Vec<&str> = keys
         .iter()
         .map(|(key, _)| *key)

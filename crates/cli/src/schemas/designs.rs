@@ -62,6 +62,19 @@ pub fn map() -> Value {
     )
 }
 
+pub fn share() -> Value {
+    object(
+        "what remains after a share of the table over shapes",
+        &[
+            (
+                "points",
+                list("number of shapes of the grid along each link", count("")),
+            ),
+            ("missing", count("shapes of other shares in this grid")),
+        ],
+    )
+}
+
 pub fn optimise() -> Value {
     object(
         "the best stroke",

@@ -186,7 +186,10 @@ pub fn run() -> Value {
                 "repulsion",
                 or_null(object(
                     "of surfaces that nearly touch",
-                    &[("range", number("")), ("strength", number(""))],
+                    &[
+                        ("range", number("gap up to which it acts")),
+                        ("strength", number("")),
+                    ],
                 )),
             ),
             (

@@ -89,7 +89,7 @@ pub fn solve() -> Value {
                 object(
                     "size of the linear system",
                     &[
-                        ("velocity", count("")),
+                        ("velocity", count("of the velocity")),
                         ("pressure", count("")),
                         ("total", count("")),
                     ],

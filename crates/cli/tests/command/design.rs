@@ -356,6 +356,8 @@ fn the_best_wave_of_a_tail_is_printed_with_its_bar() {
     contains("optimise", &printed_text, &parts);
     let json = std::fs::read_to_string(folder.join("out/optimum.json")).unwrap();
     let json: Value = serde_json::from_str(&json).unwrap();
+    let undescribed = crate::schemas::output_problems(folder, "wave", &json);
+    assert!(undescribed.is_empty(), "{undescribed:#?}");
     let [best, by_table] = ["value", "by_table"].map(|key| json[key].as_f64().unwrap());
     let rows = json["table"]["rows"].as_array().unwrap();
     let largest = (rows.iter())

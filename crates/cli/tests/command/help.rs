@@ -81,7 +81,6 @@ fn a_quiet_run_prints_its_summary_as_json_and_nothing_else() {
     run("swim new three-sphere");
     let (_, progress) = run("swim run three-sphere.toml");
     assert!(progress.contains("phase 1/4 (left-arm)"), "{progress}");
-    assert!(progress.contains(" remaining"), "{progress}");
     let (printed, progress) = run("swim run three-sphere.toml --json -q");
     assert_eq!(progress, "");
     let parse = |text: &str| -> serde_json::Value { serde_json::from_str(text).unwrap() };

@@ -55,7 +55,26 @@ fn bad_input_gives_one_line_and_exit_code_2() {
         ("check no-such.toml", &[][..], "cannot read no-such.toml"),
         ("check Cargo.toml", &[], "unknown key"),
         ("run SPHERE", &[], "no [[gait.phases]] to run"),
-        ("run SWIMMER --resume", &[], "checkpoint.json"),
+        (
+            "run SWIMMER --resume",
+            &[],
+            "checkpoint.json does not exist: no run",
+        ),
+        (
+            "sweep SWIMMER --vary fluid.viscosity=1,2 --resume",
+            &[],
+            "sweep.json: does not exist: no sweep has begun",
+        ),
+        (
+            "check SWIMMER",
+            &["links.left-arm.length=8"],
+            "bodies.centre.position, gait.phases.0.length, gait.phases.2.length",
+        ),
+        (
+            "map SWIMMER",
+            &["optimise.lower=9", "optimise.upper=8"],
+            "no value of \"left-arm\" is allowed",
+        ),
         (
             "run SWIMMER --out Cargo.toml/out",
             &[],
@@ -90,6 +109,51 @@ fn bad_input_gives_one_line_and_exit_code_2() {
         assert!(message.starts_with("error: "), "{message}");
         assert_eq!(message.trim_end().lines().count(), 1, "{message}");
         assert!(output.stdout.is_empty());
+    }
+    // Nothing was made for what was refused.
+    assert!(!Path::new(env!("CARGO_MANIFEST_DIR")).join("out").exists());
+}
+
+/// Mistakes with a Gmsh mesh are those of the scene, and name what the mesh does not have.
+#[test]
+fn bug_a_wrong_name_of_a_wall_counted_as_a_failed_method() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let mesh = at("ball.msh");
+    let sizes = ["--set", "fem.surface_size=0.9"];
+    let made = swim(&[&["mesh", SPHERE, "--out", &mesh][..], &sizes].concat());
+    assert!(made.status.success(), "{}", stderr(&made));
+    let surface = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/cell-1.obj");
+    std::fs::copy(surface, at("cell.obj")).unwrap();
+    for (file, wall, surface, parts) in [
+        (
+            "ball.msh",
+            "wall",
+            "sphere",
+            ["'outer' is neither", "the mesh has no part 'wall'"],
+        ),
+        (
+            "ball.msh",
+            "outer",
+            "ball",
+            ["'sphere' is neither", "the mesh has no part 'ball'"],
+        ),
+        (
+            "cell.obj",
+            "outer",
+            "sphere",
+            ["$Nodes, found 'v", "this is no mesh of Gmsh"],
+        ),
+    ] {
+        let text = format!(
+            "domain = {{ kind = \"mesh\", file = \"{file}\", walls = [\"{wall}\"] }}\n\
+             bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0], \
+             surface = \"{surface}\", force = [1, 0, 0] }}]\n"
+        );
+        std::fs::write(at("mine.toml"), text).unwrap();
+        let output = swim(&["solve", &at("mine.toml")]);
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        contains([file, wall, surface], &stderr(&output), &parts);
     }
 }
 

@@ -84,6 +84,153 @@ fn a_run_writes_a_page_that_needs_no_other_file_and_view_writes_the_same_one() {
 
 /// Terminal and page have energies and forces by added mass, with bars; curves leave out the first
 /// steps of a phase, whose forces are those of a jump.
+/// The elements of a page with this name: what stands between `<name` and `>`.
+fn elements<'a>(page: &'a str, name: &str) -> Vec<&'a str> {
+    let start = format!("<{name}");
+    let parts = page.split(&start[..]).skip(1);
+    let own = parts.filter(|rest| rest.starts_with([' ', '>', '\n']));
+    own.map(|rest| rest.split_once('>').unwrap().0).collect()
+}
+
+/// Relative luminance of a colour such as `#14171b`, as the Web Content Accessibility Guidelines
+/// 2.2 define it.
+fn luminance(colour: &str) -> f64 {
+    let channel = |k: usize| {
+        let value = u8::from_str_radix(&colour[2 * k + 1..2 * k + 3], 16).unwrap();
+        let value = f64::from(value) / 255.0;
+        match value <= 0.04045 {
+            true => value / 12.92,
+            false => ((value + 0.055) / 1.055).powf(2.4),
+        }
+    };
+    0.2126 * channel(0) + 0.7152 * channel(1) + 0.0722 * channel(2)
+}
+
+/// Contrast of two colours, from 1 to 21.
+fn contrast(a: &str, b: &str) -> f64 {
+    let [a, b] = [a, b].map(luminance);
+    (a.max(b) + 0.05) / (a.min(b) + 0.05)
+}
+
+/// What axe-core and the guidelines ask for and a text can show: a language, a width for phones,
+/// headings in order, names of pictures and controls, heads of tables, and contrast in light and
+/// dark colours.
+#[test]
+fn a_page_keeps_the_rules_of_accessibility_that_its_text_shows() {
+    assert!((contrast("#000000", "#ffffff") - 21.0).abs() < 1e-12);
+    // A grey that is just too light on white.
+    assert!((4.47..4.5).contains(&contrast("#777777", "#ffffff")));
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("spheres.toml"), spheres()).unwrap();
+    printed(at, &["run", "spheres.toml", "--out", "out"]);
+    let page = std::fs::read_to_string(at.join("out/report.html")).unwrap();
+    let (head, rest) = page.split_once("<style>").unwrap();
+    let (style, body) = rest.split_once("</style>").unwrap();
+    let (body, _) = body.split_once("<script").unwrap();
+    let parts = [
+        "<html lang=\"en\">",
+        "width=device-width, initial-scale=1",
+        "<title>spheres",
+    ];
+    contains("head", head, &parts);
+    // Headings: one of the first level, none that leaves out a level.
+    let mut level = 0;
+    for part in body.split("<h").skip(1) {
+        let Some(next) = part.chars().next().and_then(|c| c.to_digit(10)) else {
+            continue;
+        };
+        assert!(next <= level + 1 && (next > 1 || level == 0), "{part:.40}");
+        level = next;
+    }
+    assert!(level > 0);
+    // Names.
+    let is_named = |element: &&str, names: [&str; 2]| {
+        names.iter().any(|name| {
+            let value = element.split_once(&format!("{name}=\"")[..]);
+            value.is_some_and(|(_, value)| !value.starts_with('"'))
+        })
+    };
+    for (name, names) in [
+        ("img", ["alt", "aria-label"]),
+        ("svg", ["aria-label", "aria-labelledby"]),
+        ("canvas", ["aria-label", "aria-labelledby"]),
+        ("section", ["aria-label", "aria-labelledby"]),
+        ("th", ["scope", "scope"]),
+    ] {
+        for element in elements(body, name) {
+            assert!(is_named(&element, names), "<{name}{element}>");
+        }
+    }
+    assert!(elements(body, "canvas").len() == 2 && elements(body, "th").len() > 10);
+    for name in ["input", "select"] {
+        for element in elements(body, name) {
+            let (before, _) = body.split_once(element).unwrap();
+            let in_label = before.rfind("<label>") > before.rfind("</label>");
+            assert!(
+                in_label || is_named(&element, ["aria-label", "aria-labelledby"]),
+                "{element}"
+            );
+        }
+    }
+    let mut ids: Vec<&str> = (body.split(" id=\"").skip(1))
+        .map(|rest| rest.split_once('"').unwrap().0)
+        .collect();
+    let all = ids.len();
+    ids.sort_unstable();
+    ids.dedup();
+    assert!(ids.len() == all && all > 10);
+    for target in body.split("aria-labelledby=\"").skip(1) {
+        assert!(ids.contains(&target.split_once('"').unwrap().0));
+    }
+    // Colours: texts are ink or soft, on paper, panels and bands.
+    let (light, dark) = style
+        .split_once("@media (prefers-color-scheme: dark)")
+        .unwrap();
+    for scheme in [light, dark] {
+        let colour = |name: &str| {
+            let (_, value) = scheme.split_once(&format!("--{name}: ")[..]).unwrap();
+            &value[..7]
+        };
+        for ground in ["paper", "panel", "band"].map(colour) {
+            for text in ["ink", "soft"].map(colour) {
+                assert!(contrast(text, ground) >= 4.5, "{text} on {ground}");
+            }
+        }
+        // The frame of what has the focus, and the borders of controls.
+        for shape in ["accent", "soft"].map(colour) {
+            assert!(contrast(shape, colour("paper")) >= 3.0, "{shape}");
+        }
+    }
+    for text in style
+        .split([' ', ';', '{', '\n'])
+        .zip(style.split([' ', ';', '{', '\n']).skip(1))
+    {
+        if text.0 == "color:" || text.0 == "fill:" {
+            let known = ["var(--ink)", "var(--soft)", "var(--band)", "none"];
+            assert!(known.contains(&text.1), "{text:?}");
+        }
+    }
+    // A readable width, which phones have less of.
+    contains(
+        "style",
+        style,
+        &["max-width: 76rem", "@media (max-width: 40rem)"],
+    );
+    contains(
+        "style",
+        style,
+        &["min(26rem, 100%)", ".scroll { overflow-x: auto; }"],
+    );
+    // Labels such as those of the energies of a run with inertia were wider than a phone.
+    let (_, narrow) = style.split_once("@media (max-width: 40rem)").unwrap();
+    contains(
+        "style",
+        narrow,
+        &["th[scope=\"row\"] { white-space: normal; }"],
+    );
+}
+
 #[test]
 fn a_run_with_inertia_shows_energies_and_forces_by_added_mass() {
     let folder = tempfile::tempdir().unwrap();

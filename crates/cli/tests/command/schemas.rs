@@ -6,6 +6,29 @@ use serde_json::Value;
 
 use crate::{printed, refused};
 
+/// What of the output of a command its schema does not allow.
+pub fn output_problems(folder: &Path, name: &str, output: &Value) -> Vec<String> {
+    problems(&schema(folder, name), output, name)
+}
+
+/// Keys of a schema without a description.
+fn undescribed(schema: &Value, at: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for (key, value) in schema["properties"].as_object().into_iter().flatten() {
+        let at = format!("{at}.{key}");
+        if value["description"].as_str().is_none_or(str::is_empty) {
+            found.push(at.clone());
+        }
+        found.extend(undescribed(value, &at));
+    }
+    for inner in ["items", "additionalProperties"] {
+        if schema[inner].is_object() {
+            found.extend(undescribed(&schema[inner], at));
+        }
+    }
+    found
+}
+
 /// What of a value its schema does not allow, by the words of JSON Schema that ours use.
 fn problems(schema: &Value, value: &Value, at: &str) -> Vec<String> {
     let kind = match value {
@@ -91,6 +114,14 @@ fn schemas_describe_every_key_of_real_output() {
         ("solve", "three-sphere", "solve", "--resistance".to_owned()),
         ("solve", "squirmer", "solve", String::new()),
         ("solve", "three-sphere", "solve", by_elements.to_owned()),
+        ("run", "fall", "run", String::new()),
+        ("solve", "drag", "solve", "--steady".to_owned()),
+        (
+            "share",
+            "optimal-stroke",
+            "map",
+            "--shard 1/2 --out share".to_owned(),
+        ),
         ("map", "optimal-stroke", "map", String::new()),
         ("optimise", "optimal-stroke", "optimise", String::new()),
         ("frequency", "elastic-arm", "frequency", String::new()),
@@ -108,6 +139,19 @@ fn schemas_describe_every_key_of_real_output() {
             "--vary bodies.left.radius=1,-1".to_owned(),
         ),
     ];
+    let inertia = "fluid = { density = 1, inertia = \"full\" }\n\
+                   domain = { kind = \"ball\", radius = 5 }\nmodel.tolerance = 3e-2\n";
+    let fall = "gravity = [0, 0, -1]\ngait.phases = [{ duration = 1 }]\n\
+                bodies = [{ name = \"a\", radius = 1, density = 2, position = [0, 0, 0] }]";
+    let drag = "bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0], \
+                velocity = [1, 0, 0] }]";
+    for (name, rest) in [("fall", fall), ("drag", drag)] {
+        std::fs::write(
+            folder.join(format!("{name}.toml")),
+            format!("{inertia}{rest}"),
+        )
+        .unwrap();
+    }
     for (name, template, command, options) in cases {
         let scene = format!("{template}.toml");
         if !folder.join(&scene).exists() {
@@ -115,7 +159,7 @@ fn schemas_describe_every_key_of_real_output() {
         }
         let mut arguments = vec![command, &scene, "--json", "--quiet"];
         arguments.extend(options.split_whitespace());
-        let found = problems(&schema(folder, name), &output(folder, &arguments), name);
+        let found = output_problems(folder, name, &output(folder, &arguments));
         assert!(found.is_empty(), "{arguments:?}: {found:#?}");
     }
     // The comparison finds what is wrong.
@@ -140,6 +184,8 @@ fn published_schemas_are_those_of_the_program() {
         let text = std::fs::read_to_string(&file).unwrap_or_default();
         let found = printed(folder.path(), &["schema", name]);
         assert_eq!(text, found, "swim schema {name} > {}", file.display());
+        let missing = undescribed(&serde_json::from_str(&found).unwrap(), name);
+        assert!(missing.is_empty(), "{missing:#?}");
         names.push(format!("{name}.json"));
     }
     for entry in std::fs::read_dir(published).unwrap() {

@@ -113,6 +113,10 @@ pub fn rewards(scene: &Scene, progress: &mut dyn DesignProgress) -> Result<Rewar
     };
     let direction = Vector3::from(scene.learn().direction).normalize();
     let mut solves = 0;
+    // Each joint can contract in half of the states.
+    let all = rewards.joints.len() * rewards.states() / 2;
+    let mut done = 0;
+    progress.counted("rewards", done, all);
     for state in 0..rewards.states() {
         let mut shape: Vec<f64> = ends.iter().map(|end| end.0).collect();
         for (k, &joint) in rewards.joints.iter().enumerate() {
@@ -128,7 +132,8 @@ pub fn rewards(scene: &Scene, progress: &mut dyn DesignProgress) -> Result<Rewar
             rewards.table[state | 1 << action][action] = -reward;
             rewards.error = rewards.error.max(step.error);
             solves += step.solves;
-            progress.tabulated(solves);
+            done += 1;
+            progress.counted("rewards", done, all);
             check_interruption(progress, || format!("{solves} solves of the rewards"))?;
         }
     }

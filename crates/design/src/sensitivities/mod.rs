@@ -58,9 +58,12 @@ pub fn sensitivities(
     let parameters = parameters(scene)?;
     let (scene, direction) = comparable(scene)?;
     let mut found = Vec::new();
+    let all = parameters.len();
+    progress.counted("sensitivities", 0, all);
     for parameter in parameters {
         progress.begins(&format!("sensitivity to the {}", parameter.name));
         found.push(derivative(&scene, &direction, parameter)?);
+        progress.counted("sensitivities", found.len(), all);
         check_interruption(progress, || format!("{} sensitivities", found.len()))?;
     }
     Ok(found)
@@ -122,7 +125,8 @@ pub(crate) fn comparable(scene: &Scene) -> Result<(Scene, Vector3<f64>), DesignE
             "oseen" | "rpy" => "multipole",
             name => name,
         };
-        fixed = with_keys(&fixed, &[format!("model.kind={kind}")])?;
+        let assignment = format!("model.kind={kind}");
+        fixed = with_keys(&fixed, std::slice::from_ref(&assignment), &assignment)?;
     }
     let net = net_displacement(&fixed)?;
     if net.vector.norm() <= net.bar {
@@ -150,11 +154,16 @@ pub(crate) fn net_displacement(scene: &Scene) -> Result<Net, DesignError> {
     })
 }
 
-/// The scene with other values of some keys, `key=value`.
-pub(crate) fn with_keys(scene: &Scene, assignments: &[String]) -> Result<Scene, DesignError> {
-    let mut document = Document::parse(&scene.to_toml()?, "scene")?;
+/// The scene with other values of some keys, `key=value`; `place` stands for file and line in
+/// messages.
+pub(crate) fn with_keys(
+    scene: &Scene,
+    assignments: &[String],
+    place: &str,
+) -> Result<Scene, DesignError> {
+    let mut document = Document::parse(&scene.to_toml()?, "scene")?.located(place);
     for assignment in assignments {
-        document.set(assignment)?;
+        document.set_at(assignment, place)?;
     }
     Ok(Scene::from_document(document)?)
 }

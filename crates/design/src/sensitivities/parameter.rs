@@ -111,6 +111,18 @@ impl Parameter {
     pub fn set(&self, scene: &Scene, value: f64) -> Result<Scene, DesignError> {
         with_values(scene, &[(self, value)])
     }
+
+    /// The key by which a sweep varies a parameter that no single key of the scene gives:
+    /// `links.NAME.length` and `links.NAME.amplitude`.
+    pub(crate) fn key(&self, scene: &Scene) -> Option<String> {
+        let (joint, name) = match self.kind {
+            Kind::Length(joint) => (joint, "length"),
+            Kind::Amplitude(joint) => (joint, "amplitude"),
+            Kind::Radius(_) | Kind::Stiffness(_) | Kind::Rest(_) => return None,
+        };
+        let joint = &scene.articulation().joints()[joint];
+        Some(format!("links.{}.{name}", joint.name))
+    }
 }
 
 /// How the values of a joint change: stretched about the start, then shifted.
@@ -130,13 +142,26 @@ impl JointChange {
     }
 }
 
-/// The scene with other values of several of its parameters.
+/// The scene with other values of several of its parameters, which stand for file and line in
+/// messages.
 ///
 /// # Errors
 /// Values that the scene cannot have, such as spheres that touch.
 pub(crate) fn with_values(
     scene: &Scene,
     values: &[(&Parameter, f64)],
+) -> Result<Scene, DesignError> {
+    let words: Vec<String> = (values.iter())
+        .map(|(parameter, value)| format!("{} = {value:?}", parameter.name))
+        .collect();
+    with_values_at(scene, values, &words.join(", "))
+}
+
+/// The scene of [`with_values`]; `place` stands for file and line in messages.
+pub(crate) fn with_values_at(
+    scene: &Scene,
+    values: &[(&Parameter, f64)],
+    place: &str,
 ) -> Result<Scene, DesignError> {
     let mut keys = Vec::new();
     let joints = scene.articulation().joints();
@@ -170,7 +195,7 @@ pub(crate) fn with_values(
     if shifts.iter().any(|shift| *shift != 0.0) {
         move_start(scene, &mut keys, &shifts)?;
     }
-    with_keys(scene, &keys)
+    with_keys(scene, &keys, place)
 }
 
 /// The value of a term at the start.

@@ -17,6 +17,7 @@ mod slices;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use scene::Scene;
+use serde_json::{Map, Value, json};
 use swimmer::SwimError;
 
 use crate::error::{DesignError, DesignProgress, check_interruption};
@@ -73,6 +74,27 @@ pub struct BestSizes {
     pub before: SizeRun,
     /// All sizes that were tried, with the value of the objective.
     pub runs: Vec<(Vec<f64>, f64)>,
+}
+
+impl BestSizes {
+    /// The answer as `swim sizes --json` prints it.
+    pub fn json(&self) -> Value {
+        let values = self.values.iter().zip(&self.errors);
+        let sizes: Map<String, Value> = (self.parameters.iter().zip(values))
+            .map(|(parameter, (value, error))| {
+                let size = json!({ "value": value, "error": error, "scene": parameter.value });
+                (parameter.name.clone(), size)
+            })
+            .collect();
+        json!({
+            "objective": self.scene.optimise().objective.word(),
+            "sizes": sizes,
+            "at_limits": self.at_limits,
+            "best": self.best,
+            "scene": self.before,
+            "runs": self.runs.len(),
+        })
+    }
 }
 
 /// Searches for the sizes `optimise.radii` and `optimise.arms` for which the gait is best: of the

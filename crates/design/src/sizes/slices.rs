@@ -1,5 +1,7 @@
 //! The objective along lines through the best sizes, for charts.
 
+use std::ops::Range;
+
 use scene::Scene;
 
 use super::shares::SizeSpace;
@@ -46,11 +48,14 @@ pub fn size_slices(
     search.progress.begins("running sizes around the best ones");
     let best = space.shares(&found.values);
     let mut slices = Vec::new();
+    let lines = |group: &Range<usize>| match group.len() {
+        2 => 1,
+        count => count,
+    };
+    let all = space.groups().map(|group| lines(&group)).sum();
+    search.progress.counted("lines of sizes", 0, all);
     for group in space.groups() {
-        let lines = match group.len() {
-            2 => 1,
-            count => count,
-        };
+        let lines = lines(&group);
         for parameter in group.start..group.start + lines {
             let (values, position) = values(&space, &best, parameter);
             let points: Vec<Vec<f64>> = (values.iter())
@@ -64,6 +69,7 @@ pub fn size_slices(
                 errors: runs.iter().map(|run| run.error).collect(),
                 best: position,
             });
+            search.progress.counted("lines of sizes", slices.len(), all);
         }
     }
     Ok(slices)

@@ -35,6 +35,10 @@ pub fn read_mesh(
         return Err(ModelError::OpenBoundary {
             file: file.display().to_string(),
             tag: tag.clone(),
+            missing: (known.iter())
+                .filter(|name| !read.tags().contains(**name))
+                .map(|name| (*name).clone())
+                .collect(),
         });
     }
     // Also if cells are straight: this checks that the boundary is on the surfaces of the scene.

@@ -115,6 +115,7 @@ impl<'a> Sampler<'a> {
             .map(|(_, index)| (key(degrees, &index), self.shape(degrees, &index)))
             .filter(|(key, _)| !self.solved.numbers.contains_key(key))
             .collect();
+        self.solved.wanted = self.solved.len() + own.len();
         for batch in own.chunks(BATCH) {
             // Copies are only worth their memory if there are several chunks.
             let copies: Option<Vec<_>> = match batch.len() > CHUNK {

@@ -53,12 +53,21 @@ pub struct SolvedShapes {
     pub(super) last: Option<(Dofs, SolverReport)>,
     /// State of the model after the last solution.
     pub(super) history: History,
+    /// Number of shapes when the part of the present grid is solved.
+    #[serde(skip)]
+    pub(super) wanted: usize,
 }
 
 impl SolvedShapes {
     /// Number of shapes.
     pub fn len(&self) -> usize {
         self.numbers.len()
+    }
+
+    /// Number of shapes that there will be when the grid that is being solved is complete; a finer
+    /// one may follow.
+    pub fn wanted(&self) -> usize {
+        self.wanted.max(self.len())
     }
 
     /// Whether there are none.

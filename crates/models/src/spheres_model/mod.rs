@@ -637,6 +637,10 @@ impl Hydrodynamics for SpheresModel {
         Some(Box::new(self.clone()))
     }
 
+    fn predicted_seconds(&self, configuration: Configuration<'_>) -> Option<f64> {
+        Self::predicted_seconds(self, configuration).ok()
+    }
+
     fn cost(&mut self, configuration: Configuration<'_>) -> Result<PredictedCost, ModelError> {
         let predicted = self.predicted_seconds(configuration)?;
         if predicted > MAX_MEASURED_SECONDS {

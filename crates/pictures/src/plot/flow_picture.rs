@@ -7,6 +7,7 @@ use plotters::prelude::*;
 use scene::{Body, Scene};
 
 use super::canvas::{self, Raster};
+use super::colour_bar::{BarSpace, draw_colour_bar};
 use super::style::{Area, GRID_COLOUR, INK, at, direction_name, font, px, short, viridis};
 use crate::error::PictureError;
 use crate::flow_slice::{
@@ -22,9 +23,6 @@ const SPACE: [u32; 4] = [76, 124, 52, 48];
 
 /// Distance of streamlines relative to the width of the window.
 const LINE_DISTANCE: f64 = 0.022;
-
-/// Number of steps of the colour bar.
-const STEPS: usize = 128;
 
 /// Largest number of characters of the name of a scene in the title.
 const MAX_NAME_LENGTH: usize = 48;
@@ -262,34 +260,20 @@ fn draw_window(
     Ok(chart.plotting_area().get_pixel_range())
 }
 
-/// The colour bar with its axis.
+/// The colour bar below the name of the quantity.
 fn draw_bar(area: &Area, colours: &Colours) -> Result<(), Box<dyn std::error::Error>> {
     let [low, high] = colours.range.map(|end| colours.coordinate(end));
-    let label = font(14, &INK);
-    area.draw(&Text::new(colours.name, at(24, 18), label.clone()))?;
+    area.draw(&Text::new(colours.name, at(24, 18), font(14, &INK)))?;
     let (_, area) = area.split_vertically(px(SPACE[2]));
-    let mut chart = ChartBuilder::on(&area)
-        .margin_left(px(24))
-        .margin_bottom(px(SPACE[3]))
-        .right_y_label_area_size(px(76))
-        .build_cartesian_2d(0.0..1.0, low..high)?;
-    let edge = |k: usize| low + (high - low) * k as f64 / STEPS as f64;
-    chart.draw_series((0..STEPS).map(|k| {
-        let [red, green, blue] = viridis((k as f64 + 0.5) / STEPS as f64);
-        // Up to the upper end, below the steps that follow: no gaps by rounding.
-        let corners = [(0.0, edge(k)), (1.0, high)];
-        Rectangle::new(corners, RGBColor(red, green, blue).filled())
-    }))?;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .disable_x_axis()
-        .axis_style(INK.stroke_width(px(1)))
-        .set_all_tick_mark_size(px(5))
-        .label_style(label)
-        .y_label_formatter(&|coordinate| short(colours.value(*coordinate)))
-        .draw()?;
-    Ok(())
+    let space = BarSpace {
+        left: 24,
+        above: 0,
+        below: SPACE[3],
+        labels: 76,
+        font: 14,
+    };
+    let label = |coordinate: f64| short(colours.value(coordinate));
+    draw_colour_bar(&area, &space, low..high, viridis, &label)
 }
 
 /// The colours of the values, from above; none beyond walls, where values are extrapolated.
@@ -303,7 +287,7 @@ fn raster(scene: &Scene, slice: &FlowSlice, colours: &Colours) -> Raster {
         let is_shown = !is_beyond_wall(scene.domain(), &slice.plane.point(at));
         match colours.values[row * slice.columns + column].filter(|_| is_shown) {
             Some(value) => {
-                let [red, green, blue] = viridis(colours.place(value));
+                let RGBColor(red, green, blue) = viridis(colours.place(value));
                 [red, green, blue, 255]
             }
             None => [255, 255, 255, 0],

@@ -4,6 +4,7 @@ use models::ShapeGeometry;
 use plotters::prelude::*;
 
 use super::canvas;
+use super::colour_bar::{BarSpace, draw_colour_bar};
 use super::style::{Area, GRID_COLOUR, INK, font, px, short};
 use crate::error::PictureError;
 
@@ -18,9 +19,6 @@ const BAR: u32 = 92;
 
 /// Number of contours on each side of zero.
 const CONTOURS: usize = 4;
-
-/// Number of steps of the colour bar.
-const STEPS: usize = 96;
 
 /// Number of arrow heads along the stroke.
 const ARROWS: usize = 4;
@@ -143,7 +141,15 @@ fn draw(
     for head in arrow_heads(stroke, [x, y]) {
         chart.draw_series([Polygon::new(head.to_vec(), INK.filled())])?;
     }
-    draw_bar(&bar, largest)
+    let space = BarSpace {
+        left: 0,
+        above: 40,
+        below: 54,
+        labels: 70,
+        font: 13,
+    };
+    let of_share = |share: f64| colour(2.0 * share - 1.0);
+    draw_colour_bar(&bar, &space, -largest..largest, of_share, &short)
 }
 
 /// The straight pieces of a contour, in cells of the grid of values, by linear interpolation along
@@ -189,30 +195,6 @@ fn arrow_heads(
         };
         (length > 0.0).then(|| [corner(2.2, 0.0), corner(-1.2, 1.0), corner(-1.2, -1.0)])
     })
-}
-
-/// The colours from the negative to the positive value of the largest size.
-fn draw_bar(area: &Area, largest: f64) -> Result<(), Box<dyn std::error::Error>> {
-    let mut chart = ChartBuilder::on(area)
-        .margin_top(px(40))
-        .margin_bottom(px(54))
-        .right_y_label_area_size(px(70))
-        .build_cartesian_2d(0.0..1.0, -largest..largest)?;
-    chart.draw_series((0..STEPS).map(|k| {
-        let value = 2.0 * (k as f64) / STEPS as f64 - 1.0;
-        let corners = [(0.0, value * largest), (1.0, largest)];
-        Rectangle::new(corners, colour(value + 1.0 / STEPS as f64).filled())
-    }))?;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .disable_x_axis()
-        .axis_style(INK.stroke_width(px(1)))
-        .set_all_tick_mark_size(px(5))
-        .label_style(font(13, &INK))
-        .y_label_formatter(&|value| short(*value))
-        .draw()?;
-    Ok(())
 }
 
 /// Blue for -1, light for 0, orange for 1.

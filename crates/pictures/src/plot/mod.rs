@@ -2,6 +2,7 @@
 //! below), the flow in a plane, and those of the design of strokes.
 
 mod canvas;
+mod colour_bar;
 mod curves;
 mod flow_picture;
 mod height_map;

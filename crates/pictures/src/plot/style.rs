@@ -98,16 +98,17 @@ const VIRIDIS: [[u8; 3]; 16] = [
     [0xfd, 0xe7, 0x25],
 ];
 
-/// Red, green and blue for a value from 0 to 1; other values have the colour of the nearer end.
-pub fn viridis(value: f64) -> [u8; 3] {
+/// The colour for a value from 0 to 1; other values have that of the nearer end.
+pub fn viridis(value: f64) -> RGBColor {
     let last = VIRIDIS.len() - 1;
     let place = value.clamp(0.0, 1.0) * last as f64;
     let below = (place as usize).min(last - 1);
     let share = place - below as f64;
-    std::array::from_fn(|k| {
+    let [red, green, blue] = std::array::from_fn(|k| {
         let [a, b] = [below, below + 1].map(|step| f64::from(VIRIDIS[step][k]));
         (a + share * (b - a)).round() as u8
-    })
+    });
+    RGBColor(red, green, blue)
 }
 
 /// The name of a direction: a coordinate or the unit vector.

@@ -6,6 +6,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 use super::canvas;
+use super::colour_bar::{BarSpace, draw_colour_bar};
 use super::style::{Area, COLOURS, INK, at, font, grid_style, px, range, short, viridis};
 use crate::error::PictureError;
 
@@ -14,9 +15,6 @@ const PANEL: (u32, u32) = (840, 460);
 
 /// Ratio of the largest to the smallest value from which an axis is logarithmic.
 const LOGARITHMIC: f64 = 50.0;
-
-/// Number of steps of the colour bar.
-const COLOUR_STEPS: usize = 64;
 
 /// Results at points, each with values of the same keys.
 #[derive(Clone, Debug)]
@@ -221,10 +219,6 @@ fn draw_map(
         true => (value - low) / (high - low),
         false => 0.5,
     };
-    let colour = |share: f64| {
-        let [red, green, blue] = viridis(share);
-        RGBColor(red, green, blue).filled()
-    };
     let (map, bar) = area.split_horizontally(px(PANEL.0 - 130));
     let [x_edges, y_edges] = [x, y].map(Axis::edges);
     let span = |edges: &[f64]| edges[0]..edges[edges.len() - 1];
@@ -243,32 +237,24 @@ fn draw_map(
     chart.draw_series(swept.results.iter().enumerate().map(|(point, result)| {
         let (left, right) = cell(&x_edges, x.values[point]);
         let (below, top) = cell(&y_edges, y.values[point]);
-        Rectangle::new([(left, below), (right, top)], colour(share(*result)))
+        Rectangle::new(
+            [(left, below), (right, top)],
+            viridis(share(*result)).filled(),
+        )
     }))?;
-    let mut scale = ChartBuilder::on(&bar)
-        .margin(px(14))
-        .margin_top(px(44))
-        .margin_bottom(px(60))
-        .right_y_label_area_size(px(84))
-        .build_cartesian_2d(0.0..1.0, around((low, high), 0.0))?;
-    let step = |k: usize| low + (high - low) * k as f64 / COLOUR_STEPS as f64;
-    scale.draw_series((0..COLOUR_STEPS).map(|k| {
-        let middle = (k as f64 + 0.5) / COLOUR_STEPS as f64;
-        Rectangle::new([(0.0, step(k)), (1.0, step(k + 1))], colour(middle))
-    }))?;
-    scale
-        .configure_mesh()
-        .disable_mesh()
-        .disable_x_axis()
-        .axis_style(INK.stroke_width(px(1)))
-        .label_style(font(14, &INK))
-        .y_label_formatter(&|value| short(*value))
-        .draw()?;
-    Ok(())
+    let space = BarSpace {
+        left: 14,
+        above: 44,
+        below: 60,
+        labels: 98,
+        font: 14,
+    };
+    draw_colour_bar(&bar, &space, around((low, high), 0.0), viridis, &short)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::colour_bar::STEPS;
     use super::*;
 
     fn points(texts: &[[&str; 2]]) -> Vec<[String; 2]> {
@@ -291,7 +277,7 @@ mod tests {
         let grid = points(&[["1", "5"], ["1", "6"], ["2", "5"], ["2", "6"]]);
         let map = draw(&grid).unwrap();
         assert!(
-            map.matches("<rect").count() > 4 + COLOUR_STEPS,
+            map.matches("<rect").count() > 4 + STEPS,
             "cells and colours"
         );
         let words = points(&[

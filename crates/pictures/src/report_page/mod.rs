@@ -48,7 +48,7 @@ impl RunRecord {
         let data = for_script(&data::page_data(self)?.to_string());
         let map = self.map.as_ref().map_or(String::new(), |svg| {
             format!(
-                "<section><h2>Curvature map</h2>\n<p>Displacement per area of a small stroke, \
+                "<section aria-labelledby=\"map-title\"><h2 id=\"map-title\">Curvature map</h2>\n<p>Displacement per area of a small stroke, \
                  anticlockwise; the black curve is the gait.</p>\n<div class=\"scroll\" \
                  tabindex=\"0\" role=\"group\" aria-label=\"curvature map\"><img class=\"map\" \
                  alt=\"Maps of the curvature over two joints with the gait as a closed curve\" \

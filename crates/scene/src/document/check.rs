@@ -120,6 +120,14 @@ const QUANTITIES: [(&str, &str); 15] = [
     ),
 ];
 
+/// Names by which the value of a joint is sought among the keys of its link.
+const LINK_VALUES: [&str; 6] = ["length", "angle", "value", "start", "amplitude", "mean"];
+
+/// Whether a name of no key of a link means the value of its joint.
+pub(super) fn is_link_value(name: &str) -> bool {
+    LINK_VALUES.contains(&name)
+}
+
 /// Suggests a key of the same group, or else what is known of the quantity, or else the key of this
 /// name in another group; of several, names the groups.
 fn unknown_key(places: &Places, path: &str) -> SceneError {
@@ -140,7 +148,12 @@ fn unknown_key(places: &Places, path: &str) -> SceneError {
         .map(|c| c.to_ascii_lowercase())
         .collect();
     let quantity = (QUANTITIES.iter()).find(|(word, _)| plain.contains(word));
-    let remedy = if let Some(near) = nearest(last, here.clone()) {
+    let remedy = if group == "links[]" && is_link_value(last) {
+        "the value of a link at the start follows from the positions of its bodies, later from the \
+         gait; `swim sweep` varies `length` and `amplitude` of links, for which it changes all these \
+         keys"
+            .to_owned()
+    } else if let Some(near) = nearest(last, here.clone()) {
         format!("did you mean '{}'?", join(group, near))
     } else if let (true, Some((_, remedy))) = (elsewhere.is_empty(), quantity) {
         (*remedy).to_owned()

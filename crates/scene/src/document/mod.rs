@@ -17,7 +17,7 @@ use toml::{Table, Value};
 use crate::error::{SceneError, one_line};
 use crate::keys::{self, join, without_indices};
 use crate::material_motion::MaterialMotion;
-use check::{check_table, check_value};
+use check::{check_table, check_value, is_link_value};
 use places::{Places, place_in_file};
 
 /// The keys and values of a scene, each with the place where it is written.
@@ -148,7 +148,15 @@ impl Document {
     /// An assignment without `=`, an unknown key, an entry that does not exist, a value that is not
     /// of its key's kind.
     pub fn set(&mut self, assignment: &str) -> Result<(), SceneError> {
-        let place = format!("--set {assignment}");
+        self.set_at(assignment, &format!("--set {assignment}"))
+    }
+
+    /// Overrides one key as [`Document::set`]; `place` stands for file and line in messages.
+    ///
+    /// # Errors
+    /// As [`Document::set`].
+    pub fn set_at(&mut self, assignment: &str, place: &str) -> Result<(), SceneError> {
+        let place = place.to_owned();
         let Some((key, value)) = assignment.split_once('=') else {
             return Err(SceneError::BadValue {
                 place,
@@ -157,6 +165,14 @@ impl Document {
             });
         };
         self.assign(key.trim(), parse_value(value.trim()), place, true)
+    }
+
+    /// The document with `place` instead of file and line in messages about any key, for the text
+    /// of a program, whose lines no user can look at.
+    #[must_use]
+    pub fn located(mut self, place: &str) -> Self {
+        self.places.set_all(place);
+        self
     }
 
     /// Adds the value of a key that is written as for [`Document::set`], such as `fluid.viscosity`.
@@ -198,7 +214,7 @@ impl Document {
             }
         };
         self.places.set(path.clone(), place);
-        check_value(&self.places, &value, &path)?;
+        check_value(&self.places, &value, &path).map_err(|error| self.with_link_keys(error))?;
         let mut slot = &mut self.root;
         for step in steps {
             slot = match (slot, step) {
@@ -243,6 +259,56 @@ impl Document {
             value = list.get(index);
         }
         Ok((path, steps))
+    }
+
+    /// The error about an unknown key of a link, with the keys that give the values of this link.
+    fn with_link_keys(&self, error: SceneError) -> SceneError {
+        let SceneError::UnknownKey { place, key, remedy } = error else {
+            return error;
+        };
+        let number = (key.strip_prefix("links["))
+            .and_then(|rest| rest.split_once("]."))
+            .and_then(|(number, name)| Some((number.parse().ok()?, name)));
+        let keys = match number {
+            Some((number, name)) if is_link_value(name) => self.keys_of_link(number),
+            _ => Vec::new(),
+        };
+        let remedy = match keys.is_empty() {
+            true => remedy,
+            false => format!("{remedy}; here they are {}", keys.join(", ")),
+        };
+        SceneError::UnknownKey { place, key, remedy }
+    }
+
+    /// The keys that are written and give the values of a link: positions of its bodies, phases
+    /// and harmonics.
+    fn keys_of_link(&self, number: usize) -> Vec<String> {
+        let list = |value: Option<&Value>| -> Vec<Value> {
+            value.and_then(Value::as_array).cloned().unwrap_or_default()
+        };
+        let links = list(self.root.get("links"));
+        let Some(link) = links.get(number) else {
+            return Vec::new();
+        };
+        let text = |key: &str| link.get(key).and_then(Value::as_str);
+        let mut keys: Vec<String> = ([text("body"), text("to")].into_iter().flatten())
+            .map(|body| format!("bodies.{body}.position"))
+            .collect();
+        let gait = self.root.get("gait");
+        let name = text("name");
+        for (group, value_key) in [("phases", "length"), ("harmonics", "mean")] {
+            let entries = list(gait.and_then(|gait| gait.get(group)));
+            for (entry, values) in entries.iter().enumerate() {
+                let is_own = name.is_some() && values.get("link").and_then(Value::as_str) == name;
+                let targets = values.get("targets").zip(name);
+                if is_own {
+                    keys.push(format!("gait.{group}.{entry}.{value_key}"));
+                } else if targets.is_some_and(|(targets, name)| targets.get(name).is_some()) {
+                    keys.push(format!("gait.{group}.{entry}.targets"));
+                }
+            }
+        }
+        keys
     }
 
     /// Whether a key is written in the text or was set by an override.

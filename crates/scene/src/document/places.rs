@@ -54,6 +54,14 @@ impl Places {
         }
     }
 
+    /// Gives all keys one place.
+    pub fn set_all(&mut self, place: &str) {
+        place.clone_into(&mut self.file);
+        for of_key in self.of_keys.values_mut() {
+            place.clone_into(of_key);
+        }
+    }
+
     /// Sets the place of a key.
     pub fn set(&mut self, path: String, place: String) {
         self.of_keys.insert(path, place);

@@ -61,7 +61,6 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
         .join(",");
     text.push('\n');
     let phases = scene.gait().phases.len().max(1);
-    let is_uniform = scene.output().samples.is_some();
     for sample in samples {
         let mut row = vec![
             sample.time.to_string(),
@@ -98,7 +97,7 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
                 None => row.extend(vec![String::new(); ADDED_MASS.len() * scene.bodies().len()]),
             }
         }
-        row.push(u8::from(sample.bodies.is_some() && !is_uniform).to_string());
+        row.push(u8::from(sample.is_solved(scene)).to_string());
         text.push_str(&row.join(","));
         text.push('\n');
     }

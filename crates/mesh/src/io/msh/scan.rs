@@ -75,10 +75,16 @@ impl<'a> Scanner<'a> {
                 self.section = name.to_string();
                 Ok(Some(name.to_string()))
             }
-            _ => self.error(format!(
-                "expected a section such as $Nodes, found '{}'",
-                brief(&line)
-            )),
+            _ => {
+                let what = match self.section.is_empty() {
+                    true => "; this is no mesh of Gmsh: save it as .msh, version 4.1 or 2.2",
+                    false => "",
+                };
+                self.error(format!(
+                    "expected a section such as $Nodes, found '{}'{what}",
+                    brief(&line)
+                ))
+            }
         }
     }
 
