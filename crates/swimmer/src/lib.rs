@@ -20,6 +20,7 @@ mod observer;
 mod outcome;
 pub mod output;
 mod periodic;
+mod periodic_flow;
 mod planning;
 mod run;
 mod run_files;
@@ -56,6 +57,7 @@ pub use observer::{MissedTarget, Observer, Progress};
 pub use outcome::{Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions};
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
+pub use periodic_flow::PeriodicStart;
 pub use planning::{
     Choice, ModelOfScene, SizeSearch, choose, choose_for_run, simulate_to_target, with_tables,
 };

@@ -13,6 +13,7 @@ use crate::integrate::{SpanResult, TABLE_SHARE, UnsteadyState, enter_table};
 use crate::kinetic_energy::KineticEnergy;
 use crate::linkage_works::add_each;
 use crate::motion::TIME_ROUNDING;
+use crate::periodic_flow::PeriodicStart;
 use crate::turning::Turning;
 
 /// Points of the curve per piece of a phase span: enough for a smooth plot.
@@ -117,6 +118,9 @@ pub struct Outcome {
     /// Velocities `(U, ω)` of all bodies at the end, six per body; empty without masses.
     #[serde(default)]
     pub velocities: Vec<f64>,
+    /// How the run began in the periodic state of a fluid with inertia; none for other starts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub periodic_start: Option<PeriodicStart>,
     /// Seconds of all solves, added up also where they ran at the same time.
     pub seconds: Seconds,
     /// The meshes that were generated, for models with a mesh.
@@ -483,7 +487,10 @@ impl Outcome {
         result: &SpanResult,
     ) -> Result<(), SwimError> {
         let set = scene.articulation();
-        let start = scene.initial_state().frames[0].rotation;
+        let start = match &self.periodic_start {
+            Some(start) => start.rotation,
+            None => scene.initial_state().frames[0].rotation,
+        };
         let last = self.samples.last();
         let mut turnings = last.map_or(Vec::new(), |sample| sample.turnings.clone());
         turnings.resize(scene.bodies().len(), Turning::default());

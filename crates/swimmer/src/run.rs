@@ -287,6 +287,7 @@ fn run_once(
                     model.as_ref(),
                     &[],
                 )?
+                .with_fluid(interim.fluid.as_ref())
                 .write(folder)?;
             }
             (interim, Vec::new())
