@@ -93,16 +93,11 @@ pub(crate) fn enter_divergences(divergences: [&DMatrix<f64>; 2], matrix: &mut DM
 /// point per column.
 pub(crate) fn derivatives(points: &[MapPoint], table: &Table) -> [DMatrix<f64>; 2] {
     let [by_x, by_y] = &table.gradients;
-    let size = by_x.nrows();
-    let [mut by_z, mut by_r] = [0, 1].map(|_| DMatrix::zeros(size, points.len()));
-    for (q, point) in points.iter().enumerate() {
-        let (x, y) = (by_x.column(q), by_y.column(q));
-        let (mut z, mut r) = (by_z.column_mut(q), by_r.column_mut(q));
-        for i in 0..size {
-            [z[i], r[i]] = point.derivatives([x[i], y[i]]);
-        }
-    }
-    [by_z, by_r]
+    [0, 1].map(|d| {
+        DMatrix::from_fn(by_x.nrows(), points.len(), |i, q| {
+            points[q].derivatives([by_x[(i, q)], by_y[(i, q)]])[d]
+        })
+    })
 }
 
 /// The matrix with column `q` multiplied by `factor(q)`.

@@ -123,10 +123,9 @@ impl<'a> MomentumElement<'a> {
         let m = rule.points.len();
         let mut points = Vec::with_capacity(m);
         let mut gradients = Vec::with_capacity(m);
-        let columns: Vec<&[f64]> = values.as_slice().chunks_exact(3 * m).collect();
         for (q, point) in rule.points.iter().enumerate() {
-            let by = |k: usize, column: usize| columns[column][(k + 1) * m + q];
-            let position = Point::new(columns[0][q], columns[1][q]);
+            let by = |k: usize, column: usize| values[((k + 1) * m + q, column)];
+            let position = Point::new(values[(q, 0)], values[(q, 1)]);
             let tangents = [0, 1].map(|k| Point::new(by(k, 0), by(k, 1)));
             let point = MapPoint::new(triangle, position, tangents, point)?;
             gradients.push([0, 1].map(|i| point.derivatives([by(0, U + i), by(1, U + i)])));
