@@ -59,8 +59,8 @@ pub struct Inertia {
     pub coefficient: f64,
     /// Scalar mass matrix `M_ij = ∫ N_i N_j`, nodes x nodes.
     pub mass: Csr,
-    /// Convection `N_ij = ρ ∫ N_i (c · ∇N_j)`, nodes x nodes, and for the preconditioner that of the
-    /// pressures, `ρ ∫ ψ_q (c · ∇ψ_r)`, with their diffusion along `c`
+    /// Convection `N_ij = ρ ∫ N_i (c · ∇N_j)`, nodes x nodes, and for the preconditioner that of
+    /// the pressures, `ρ ∫ ψ_q (c · ∇ψ_r)`, with their diffusion along `c`
     /// ([`linalg::SchurInertia::convection`]); none in a linear flow.
     pub convection: Option<(Csr, [Csr; 2])>,
     /// Laplacian of the pressure, `∫ ∇ψ_q · ∇ψ_r`, with natural boundary conditions.

@@ -43,9 +43,9 @@ pub struct InertialTerms<'a> {
 /// Diffusion of the pressures along the convecting velocity `c`, over `|c| h` with the length `h`
 /// of the cell along it.
 ///
-/// FGMRES iterations to 1e-8 for a fixed sphere in a ball of ten radii, 1751 nodes, with parts of 0,
-/// 0.1, 0.2, 0.25, 0.3, 0.4 and 0.5: 40, 28, 25, 25, 26, 29 and 32 at a Reynolds number of 10, and
-/// 129, 63, 47, 42, 41, 46 and 44 at 50.
+/// FGMRES iterations to 1e-8 for a fixed sphere in a ball of ten radii, 1751 nodes, with parts of
+/// 0, 0.1, 0.2, 0.25, 0.3, 0.4 and 0.5: 40, 28, 25, 25, 26, 29 and 32 at a Reynolds number of 10,
+/// and 129, 63, 47, 42, 41, 46 and 44 at 50.
 const STREAMLINE_PART: f64 = 0.3;
 
 impl InertialTerms<'_> {

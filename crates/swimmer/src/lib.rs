@@ -54,10 +54,11 @@ pub use neglected::{
 };
 pub use noise_numbers::NoiseNumbers;
 pub use observer::{MissedTarget, Observer, Progress};
-pub use outcome::{Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions};
+pub use outcome::{
+    Interim, Outcome, PeriodicStart, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions,
+};
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
-pub use periodic_flow::PeriodicStart;
 pub use planning::{
     Choice, ModelOfScene, SizeSearch, choose, choose_for_run, simulate_to_target, with_tables,
 };

@@ -1,7 +1,7 @@
 //! The outcome of a gait.
 
 use models::{AccumulatedError, BodySolution, ErrorEstimate, NewMesh, Seconds, UncorrectedBars};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rigid::{Articulation, State};
 use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,6 @@ use crate::integrate::{SpanResult, TABLE_SHARE, UnsteadyState, enter_table};
 use crate::kinetic_energy::KineticEnergy;
 use crate::linkage_works::add_each;
 use crate::motion::TIME_ROUNDING;
-use crate::periodic_flow::PeriodicStart;
 use crate::turning::Turning;
 
 /// Points of the curve per piece of a phase span: enough for a smooth plot.
@@ -305,6 +304,24 @@ pub struct ShapeChange {
     pub displacement: Vector3<f64>,
     /// Rotation vector of the rigid part, with all full turns.
     pub rotation: Vector3<f64>,
+}
+
+/// How a run with inertia of the fluid began in its periodic state.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct PeriodicStart {
+    /// Number of cycles before the run.
+    pub cycles: usize,
+    /// Difference of the displacement in the last of them to that in the one before, at most of a
+    /// body, with its rotation times its radius, in the axes of the bodies.
+    pub residual: f64,
+    /// Difference of the kinetic energies before and after the last cycle, relative to the largest
+    /// one in it.
+    pub energy_residual: f64,
+    /// Error bar of the displacement in a cycle by what remains of the start.
+    pub remainder: f64,
+    /// Rotation of the frame of the first linkage where the run begins.
+    pub rotation: UnitQuaternion<f64>,
 }
 
 /// The outcome of one phase span.

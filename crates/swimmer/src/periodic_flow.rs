@@ -5,14 +5,12 @@
 //! cycle before.
 
 use models::Hydrodynamics;
-use nalgebra::UnitQuaternion;
 use rigid::{Articulation, State};
 use scene::{Scene, SceneError, spans};
-use serde::{Deserialize, Serialize};
 
 use crate::error::SwimError;
 use crate::integrate::{Integrator, Method, ObserveSolution, UnsteadyScene};
-use crate::outcome::{Interim, Outcome};
+use crate::outcome::{Interim, Outcome, PeriodicStart};
 
 /// Part of the allowed error of a cycle that may remain of the start.
 const TOLERANCE_SHARE: f64 = 0.1;
@@ -20,24 +18,6 @@ const TOLERANCE_SHARE: f64 = 0.1;
 /// Largest number of cycles. What decays as the power -3/2 of time, the velocity of a free body
 /// after an impulse (Hinch 1975), is 1 part in 250 of that of the first cycle after 40.
 const MAX_CYCLES: usize = 40;
-
-/// How a run with inertia of the fluid began in its periodic state.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct PeriodicStart {
-    /// Number of cycles before the run.
-    pub cycles: usize,
-    /// Difference of the displacement in the last of them to that in the one before, at most of a
-    /// body, with its rotation times its radius, in the axes of the bodies.
-    pub residual: f64,
-    /// Difference of the kinetic energies before and after the last cycle, relative to the largest
-    /// one in it.
-    pub energy_residual: f64,
-    /// Error bar of the displacement in a cycle by what remains of the start, [`remainder`].
-    pub remainder: f64,
-    /// Rotation of the frame of the first linkage where the run begins.
-    pub rotation: UnitQuaternion<f64>,
-}
 
 /// Bound of the sum of all later differences between cycles, `n d` after the difference `d` between
 /// the cycles `n` and `n - 1`.

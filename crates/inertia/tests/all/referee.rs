@@ -29,8 +29,8 @@ impl Forcing for Pull {
 }
 
 /// Semi-discrete unsteady Stokes flow around a free sphere with small displacements,
-/// `M dv/dt + K v + B^T p = F(t) e`, `B v = 0`: free velocities of a quarter of the fluid, the speed
-/// of the sphere last.
+/// `M dv/dt + K v + B^T p = F(t) e`, `B v = 0`: free velocities of a quarter of the fluid, last the
+/// speed of the sphere.
 struct SemiDiscrete {
     mass: DMatrix<f64>,
     stiffness: DMatrix<f64>,

@@ -90,8 +90,8 @@ pub(super) trait MovingFluid {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct UnsteadyState {
     pub(super) fluid: FluidState,
-    /// Time of the fluid at the start of the gait; before it are cycles of the search for a periodic
-    /// state.
+    /// Time of the fluid at the start of the gait; before it are cycles of the search for a
+    /// periodic state.
     #[serde(default)]
     pub(super) origin: f64,
     /// Length of the last step that its error chose.
