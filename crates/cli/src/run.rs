@@ -236,6 +236,11 @@ fn describe(report: &Report, out: &Path) -> String {
         let terms = report.scene.inertia().kind.word();
         entry("inertia", format!("{terms}, {}", inertia_words(&numbers)))
     });
+    let periodic = outcome.periodic_start.map_or(String::new(), |start| {
+        let (cycles, remainder) = (start.cycles, start.remainder);
+        let text = format!("after {cycles} cycles; of the start remains {remainder:.1e} per cycle");
+        entry("periodic start", text)
+    });
     let energy = outcome.kinetic_energy().map_or(String::new(), |energy| {
         // Errors of steps are not estimated.
         let [fluid, bodies] = [energy.fluid, energy.bodies].map(two_digits);
@@ -263,6 +268,7 @@ fn describe(report: &Report, out: &Path) -> String {
         + &noise
         + &repulsion
         + &inertia
+        + &periodic
         + &energy
         + &added_mass(&report.scene, outcome)
         + &error_estimates("error estimate", bars, net, "the net displacement")

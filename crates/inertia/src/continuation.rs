@@ -1,12 +1,9 @@
 //! What an integration remembers between steps, to go on in another process.
 
-use mesh::TetMesh;
-
 use crate::error::check_length;
 use crate::integrator::LEVELS;
-use crate::meshes::space_on;
 use crate::step::Level;
-use crate::{InertiaError, Integrator};
+use crate::{InertiaError, Integrator, SuppliedMesh};
 
 /// What the steps of an [`Integrator`] depend on besides its problem and the connectivity of its
 /// mesh.
@@ -51,7 +48,7 @@ impl Integrator<'_> {
     pub fn continue_from(
         &mut self,
         state: IntegratorState,
-        mesh: &TetMesh,
+        mesh: SuppliedMesh,
     ) -> Result<(), InertiaError> {
         let IntegratorState { levels, largest } = state;
         let Some(present) = levels.first().filter(|_| levels.len() <= LEVELS) else {
@@ -61,6 +58,7 @@ impl Integrator<'_> {
                 range: "between 1 and 3",
             });
         };
+        let (mesh, space) = mesh.with_space()?;
         for level in &levels {
             level.check_like(&self.levels[0], mesh.n_points())?;
         }
@@ -72,9 +70,8 @@ impl Integrator<'_> {
                 range: "after those of older levels, with speeds that are zero or positive",
             });
         }
-        let moved = mesh.with_points(present.points.clone())?;
-        self.space = space_on(&*self.meshes, mesh)?;
-        self.mesh = moved;
+        self.mesh = mesh.with_points(present.points.clone())?;
+        self.space = space;
         self.levels = levels;
         self.largest = largest;
         self.jump = None;

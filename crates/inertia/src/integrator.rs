@@ -12,10 +12,9 @@ use stokes::{InertialTerms, Solution};
 use crate::added_mass::added_mass_forces;
 use crate::bodies::SlipAt;
 use crate::error::check_length;
-use crate::meshes::space_on;
 use crate::projection::{ProjectionJump, square_integral};
 use crate::step::{Level, Step, StepReport};
-use crate::{Bodies, Convection, Forcing, InertiaError, Meshes, Parameters};
+use crate::{Bodies, Convection, Forcing, InertiaError, Meshes, Parameters, SuppliedMesh};
 
 /// What earlier levels contribute to the rates of momentum of a step.
 struct Known {
@@ -93,7 +92,7 @@ impl<'a> Integrator<'a> {
         let (state, shape) = (set.initial_state(), forcing.shape(time));
         let poses = set.place(&state, &shape)?;
         let mesh = meshes.mesh(time, &bodies.surfaced(&poses))?;
-        let mesh = mesh.ok_or(InertiaError::NoMesh { time })?;
+        let (mesh, space) = mesh.ok_or(InertiaError::NoMesh { time })?.with_space()?;
         let layout = vec![0.0; set.velocity_layout().len()];
         let level = Level {
             time,
@@ -107,7 +106,7 @@ impl<'a> Integrator<'a> {
             momenta: vec![Vector6::zeros(); set.kinds().len()],
         };
         Ok(Self {
-            space: space_on(&*meshes, &mesh)?,
+            space,
             bodies,
             forcing,
             meshes,
@@ -468,7 +467,8 @@ impl<'a> Integrator<'a> {
         time: f64,
         poses: &[Isometry3<f64>],
     ) -> Result<Option<TetMesh>, InertiaError> {
-        let Some(mesh) = self.meshes.mesh(time, &self.bodies.surfaced(poses))? else {
+        let supplied = self.meshes.mesh(time, &self.bodies.surfaced(poses))?;
+        let Some(SuppliedMesh { mesh, .. }) = supplied else {
             return Ok(None);
         };
         let what = "nodes of a mesh that moves without being renewed";

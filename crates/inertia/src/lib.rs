@@ -19,7 +19,7 @@ pub use continuation::IntegratorState;
 pub use error::InertiaError;
 pub use integrator::Integrator;
 pub use linalg::TimeDerivative;
-pub use meshes::{FrozenMesh, MappedMesh, Meshes};
+pub use meshes::{FrozenMesh, MappedMesh, Meshes, SuppliedMesh};
 pub use parameters::{Bodies, Convection, Parameters};
 pub use projection::ProjectionJump;
 pub use steady::{Steady, SteadyFlow, SteadyParameters};

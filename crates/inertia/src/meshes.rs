@@ -9,6 +9,35 @@ use nalgebra::Isometry3;
 
 use crate::InertiaError;
 
+/// A mesh of a supplier, with the space on its cells if the supplier has it.
+///
+/// An integrator makes a space of its own for a mesh without one, which takes 0.1 kB per degree of
+/// freedom. A space on the cells of another mesh is an error
+/// ([`FemError::OtherMesh`](fem::FemError::OtherMesh)).
+pub struct SuppliedMesh {
+    /// The mesh.
+    pub mesh: TetMesh,
+    /// The space on its cells.
+    pub space: Option<Arc<TaylorHood>>,
+}
+
+impl SuppliedMesh {
+    /// The mesh with its space.
+    pub(crate) fn with_space(self) -> Result<(TetMesh, Arc<TaylorHood>), InertiaError> {
+        let space = match self.space {
+            Some(space) => space,
+            None => Arc::new(TaylorHood::new(&self.mesh)?),
+        };
+        Ok((self.mesh, space))
+    }
+}
+
+impl From<TetMesh> for SuppliedMesh {
+    fn from(mesh: TetMesh) -> Self {
+        Self { mesh, space: None }
+    }
+}
+
 /// Supplies the mesh of each configuration of the bodies.
 ///
 /// All meshes between two calls of [`renew`](Meshes::renew) have the same connectivity: velocities
@@ -27,7 +56,7 @@ pub trait Meshes {
         &mut self,
         time: f64,
         poses: &[Isometry3<f64>],
-    ) -> Result<Option<TetMesh>, InertiaError>;
+    ) -> Result<Option<SuppliedMesh>, InertiaError>;
 
     /// A new mesh at a time, of any connectivity, around bodies with these poses.
     ///
@@ -37,32 +66,14 @@ pub trait Meshes {
         &mut self,
         _time: f64,
         _poses: &[Isometry3<f64>],
-    ) -> Result<Option<TetMesh>, InertiaError> {
+    ) -> Result<Option<SuppliedMesh>, InertiaError> {
         Ok(None)
-    }
-
-    /// The space on the cells of the present meshes, of suppliers that have it.
-    ///
-    /// An integrator without it makes one of its own, which takes 0.1 kB per degree of freedom.
-    fn space(&self) -> Option<Arc<TaylorHood>> {
-        None
     }
 
     /// Whether displacements are small: then neither bodies nor mesh move, whatever their
     /// velocities.
     fn is_frozen(&self) -> bool {
         false
-    }
-}
-
-/// The space of a supplier that has it, otherwise a new one.
-pub(crate) fn space_on(
-    meshes: &dyn Meshes,
-    mesh: &TetMesh,
-) -> Result<Arc<TaylorHood>, InertiaError> {
-    match meshes.space() {
-        Some(space) => Ok(space),
-        None => Ok(Arc::new(TaylorHood::new(mesh)?)),
     }
 }
 
@@ -80,7 +91,11 @@ impl MappedMesh {
 }
 
 impl Meshes for MappedMesh {
-    fn mesh(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
+    fn mesh(
+        &mut self,
+        _: f64,
+        poses: &[Isometry3<f64>],
+    ) -> Result<Option<SuppliedMesh>, InertiaError> {
         let motion = |(initial, pose): (&Isometry3<f64>, &Isometry3<f64>)| {
             let translation = pose.translation.vector - initial.translation.vector;
             let rotation = pose.rotation * initial.rotation.inverse();
@@ -88,7 +103,7 @@ impl Meshes for MappedMesh {
         };
         let motions: Vec<_> = self.initial.iter().zip(poses).map(motion).collect();
         match self.map.moved(&motions) {
-            Ok(mesh) => Ok(Some(mesh)),
+            Ok(mesh) => Ok(Some(mesh.into())),
             Err(AleError::Invalid(_)) => Ok(None),
             Err(other) => Err(other.into()),
         }
@@ -102,8 +117,8 @@ impl Meshes for MappedMesh {
 pub struct FrozenMesh(pub TetMesh);
 
 impl Meshes for FrozenMesh {
-    fn mesh(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
-        Ok(Some(self.0.clone()))
+    fn mesh(&mut self, _: f64, _: &[Isometry3<f64>]) -> Result<Option<SuppliedMesh>, InertiaError> {
+        Ok(Some(self.0.clone().into()))
     }
 
     fn is_frozen(&self) -> bool {

@@ -6,7 +6,6 @@ use rigid::BodyKind;
 use stokes::SurfaceFlow;
 
 use crate::bodies::SlipAt;
-use crate::meshes::space_on;
 use crate::projection::project;
 use crate::step::Level;
 use crate::{InertiaError, Integrator};
@@ -79,7 +78,7 @@ impl Integrator<'_> {
         else {
             return Ok(false);
         };
-        let space = space_on(&*self.meshes, &new)?;
+        let (new, space) = new.with_space()?;
         let old = self.mesh.clone();
         let parts = self.bodies.surfaces.iter().chain(&self.bodies.walls);
         let boundary_parts: Vec<&str> = parts.map(String::as_str).collect();

@@ -76,12 +76,8 @@ impl PressureInverse {
             (diagonal.len(), 1),
             (nodes, 1),
         )?;
-        if let Some(convection) = inertia.convection {
-            csr::check_shape(
-                "convection of the pressure",
-                convection.shape(),
-                mass.shape(),
-            )?;
+        for matrix in inertia.convection.iter().flatten() {
+            csr::check_shape("convection of the pressure", matrix.shape(), mass.shape())?;
         }
         let viscous = |node: usize, d: f64| d - inertia.coefficient * diagonal[node];
         let cycle = shifted_cycle(inertia.laplacian, mass)?;
@@ -139,8 +135,13 @@ pub struct SchurInertia<'a> {
     pub mass_diagonal: &'a [f64],
     /// `L = ∫ ∇psi_p · ∇psi_q` over the pressures, with natural boundary conditions.
     pub laplacian: &'a Csr,
-    /// Convection `N_p = ρ ∫ psi_p (c · ∇psi_q)` of the pressures; none in a linear flow.
-    pub convection: Option<&'a Csr>,
+    /// Convection `N_p = ρ ∫ psi_p (c · ∇psi_q)` of the pressures, and diffusion `D_p` of theirs
+    /// along the convecting velocity by which it is stabilised; none in a linear flow.
+    ///
+    /// A pressure of the size of a cell, in velocities with a large Peclet number there, has a
+    /// smaller Schur complement than `N_p` says, because the gradient of a linear function is no
+    /// eigenvector of the convection of quadratic ones.
+    pub convection: Option<[&'a Csr; 2]>,
 }
 
 /// Part of the convection through the inflow boundary that the convection of the pressure loses.
@@ -198,8 +199,8 @@ fn shifted_cycle(laplacian: &Csr, mass: &Csr) -> Result<ScalarMultigrid, LinalgE
 /// Light bodies have a small `G`. They then move with the fluid that surrounds them, and the term
 /// is as large as the first one, which would prescribe their velocity as that of a wall.
 ///
-/// Convection adds `M_p^-1 N_r V`, the pressure convection-diffusion preconditioner (Kay, Loghin,
-/// Wathen 2002), whose other terms are those above, with `N_r` of [`without_inflow`].
+/// Convection adds `M_p^-1 (N_r + D_p) V`, the pressure convection-diffusion preconditioner (Kay,
+/// Loghin, Wathen 2002), whose other terms are those above, with `N_r` of [`without_inflow`].
 struct InertialInverse {
     coefficient: f64,
     /// Factor of the divergence in the system.
@@ -214,7 +215,7 @@ struct InertialInverse {
     core: DMatrix<f64>,
     /// The last `V r`.
     potential: Vec<f64>,
-    /// The last `r + N_r V r`.
+    /// The last `r + (N_r + D_p) V r`.
     convected: Vec<f64>,
 }
 
@@ -253,7 +254,10 @@ impl InertialInverse {
                 what: "the border in the Schur complement of the mass matrix",
                 detail: "singular: some border dof has neither a corner nor a divergence".into(),
             })?;
-        let convection = inertia.convection.map(without_inflow).map(CsrOperator::new);
+        let stabilised = |[convection, diffusion]: [&Csr; 2]| {
+            CsrOperator::new(&without_inflow(convection) + diffusion)
+        };
+        let convection = inertia.convection.map(stabilised);
         Ok(Self {
             coefficient,
             scale,
@@ -272,7 +276,7 @@ impl InertialInverse {
         self.cycle.solve_into(r, &mut self.potential, |z, v| *z = v);
     }
 
-    /// `r + N_r V r` with the last `V r`.
+    /// `r + (N_r + D_p) V r` with the last `V r`.
     fn convected<'a>(&'a mut self, r: &'a [f64]) -> &'a [f64] {
         let Some(convection) = &self.convection else {
             return r;

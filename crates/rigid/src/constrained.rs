@@ -313,7 +313,10 @@ impl Constrained {
                 scale: inertia.factors.1,
                 mass_diagonal: &inertia.mass_diagonal,
                 laplacian: &inertia.pressure_laplacian,
-                convection: inertia.pressure_convection.as_ref(),
+                convection: inertia
+                    .pressure_convection
+                    .as_ref()
+                    .map(|both| both.each_ref()),
             })?,
             None => block,
         })

@@ -59,9 +59,10 @@ pub struct Inertia {
     pub coefficient: f64,
     /// Scalar mass matrix `M_ij = ∫ N_i N_j`, nodes x nodes.
     pub mass: Csr,
-    /// Convection `N_ij = ρ ∫ N_i (c · ∇N_j)`, nodes x nodes, and that of the pressures for the
-    /// preconditioner, `ρ ∫ ψ_q (c · ∇ψ_r)`; none in a linear flow.
-    pub convection: Option<[Csr; 2]>,
+    /// Convection `N_ij = ρ ∫ N_i (c · ∇N_j)`, nodes x nodes, and for the preconditioner that of
+    /// the pressures, `ρ ∫ ψ_q (c · ∇ψ_r)`, with their diffusion along `c`
+    /// ([`linalg::SchurInertia::convection`]); none in a linear flow.
+    pub convection: Option<(Csr, [Csr; 2])>,
     /// Laplacian of the pressure, `∫ ∇ψ_q · ∇ψ_r`, with natural boundary conditions.
     pub pressure_laplacian: Csr,
 }
@@ -77,10 +78,11 @@ impl Inertia {
         }
     }
 
-    /// The same with convection of the velocity, and that of the pressure for the preconditioner.
+    /// The same with convection of the velocity, and for the preconditioner that of the pressure
+    /// and its diffusion along it.
     #[must_use]
-    pub fn with_convection(mut self, of_velocity: Csr, of_pressure: Csr) -> Self {
-        self.convection = Some([of_velocity, of_pressure]);
+    pub fn with_convection(mut self, of_velocity: Csr, of_pressure: [Csr; 2]) -> Self {
+        self.convection = Some((of_velocity, of_pressure));
         self
     }
 
@@ -91,15 +93,16 @@ impl Inertia {
                 what: "a coefficient of inertia that is zero or positive",
             });
         }
-        let convection = self
-            .convection
-            .iter()
-            .flat_map(|[of_velocity, of_pressure]| {
-                [
-                    ("convection", of_velocity, nodes),
-                    ("convection of the pressure", of_pressure, pressures),
-                ]
-            });
+        let convection =
+            self.convection
+                .iter()
+                .flat_map(|(of_velocity, [of_pressure, diffusion])| {
+                    [
+                        ("convection", of_velocity, nodes),
+                        ("convection of the pressure", of_pressure, pressures),
+                        ("diffusion of the pressure", diffusion, pressures),
+                    ]
+                });
         let others = [
             ("mass matrix", &self.mass, nodes),
             ("pressure Laplacian", &self.pressure_laplacian, pressures),

@@ -325,7 +325,7 @@ impl Scene {
         &self.gait
     }
 
-    /// Whether passive joints start from the values of the periodic state.
+    /// Whether a run starts in the periodic state of its gait.
     pub fn starts_periodic(&self) -> bool {
         self.starts_periodic
     }

@@ -141,6 +141,26 @@ pub enum SwimError {
         /// Change per cycle, as a displacement of the bodies.
         mismatch: f64,
     },
+    /// A gait in a fluid with inertia that does not reach a periodic state.
+    #[error(
+        "gait.periodic: after {cycles} cycles the displacement still differs by {residual:.1e} from \
+         that of the cycle before (in the scene's unit of length; {allowed:.1e} is allowed), and the \
+         kinetic energy by {energy_residual:.1e} of its largest value ({energy_allowed:.1e}); \
+         bodies near a wall, in gravity or with a net force have no periodic state: use a larger \
+         domain or model.tolerance, or run several cycles without gait.periodic"
+    )]
+    NotPeriodicFlow {
+        /// Number of cycles tried.
+        cycles: usize,
+        /// Difference of the displacements of the last two cycles.
+        residual: f64,
+        /// Difference of the kinetic energies before and after the last cycle, relative.
+        energy_residual: f64,
+        /// Largest allowed difference of the displacements.
+        allowed: f64,
+        /// Largest allowed difference of the kinetic energies.
+        energy_allowed: f64,
+    },
     /// A finished run whose error bar is larger than the tolerance; its files are written.
     #[error(
         "the error bar of the net displacement is {error:.1e}, and model.tolerance = \
@@ -251,6 +271,7 @@ impl SwimError {
             | Self::Approach { .. }
             | Self::NotIntegrated { .. }
             | Self::NotPeriodic { .. }
+            | Self::NotPeriodicFlow { .. }
             | Self::ToleranceMissed { .. }
             | Self::Unstable { .. }
             | Self::Inertia(_)

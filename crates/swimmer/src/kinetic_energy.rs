@@ -16,6 +16,11 @@ pub struct KineticEnergy {
 }
 
 impl KineticEnergy {
+    /// That of fluid and bodies together.
+    pub fn total(&self) -> f64 {
+        self.fluid + self.bodies
+    }
+
     /// Energies without an estimate of their errors.
     pub(crate) fn new([fluid, bodies]: [f64; 2]) -> Self {
         Self {

@@ -20,6 +20,7 @@ mod observer;
 mod outcome;
 pub mod output;
 mod periodic;
+mod periodic_flow;
 mod planning;
 mod run;
 mod run_files;
@@ -53,7 +54,9 @@ pub use neglected::{
 };
 pub use noise_numbers::NoiseNumbers;
 pub use observer::{MissedTarget, Observer, Progress};
-pub use outcome::{Interim, Outcome, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions};
+pub use outcome::{
+    Interim, Outcome, PeriodicStart, Sample, ShapeChange, SpanOutcome, mean_of_moving, positions,
+};
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
 pub use planning::{

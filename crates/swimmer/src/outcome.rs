@@ -1,7 +1,7 @@
 //! The outcome of a gait.
 
 use models::{AccumulatedError, BodySolution, ErrorEstimate, NewMesh, Seconds, UncorrectedBars};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rigid::{Articulation, State};
 use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
@@ -117,6 +117,9 @@ pub struct Outcome {
     /// Velocities `(U, ω)` of all bodies at the end, six per body; empty without masses.
     #[serde(default)]
     pub velocities: Vec<f64>,
+    /// How the run began in the periodic state of a fluid with inertia; none for other starts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub periodic_start: Option<PeriodicStart>,
     /// Seconds of all solves, added up also where they ran at the same time.
     pub seconds: Seconds,
     /// The meshes that were generated, for models with a mesh.
@@ -301,6 +304,24 @@ pub struct ShapeChange {
     pub displacement: Vector3<f64>,
     /// Rotation vector of the rigid part, with all full turns.
     pub rotation: Vector3<f64>,
+}
+
+/// How a run with inertia of the fluid began in its periodic state.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct PeriodicStart {
+    /// Number of cycles before the run.
+    pub cycles: usize,
+    /// Difference of the displacement in the last of them to that in the one before, at most of a
+    /// body, with its rotation times its radius, in the axes of the bodies.
+    pub residual: f64,
+    /// Difference of the kinetic energies before and after the last cycle, relative to the largest
+    /// one in it.
+    pub energy_residual: f64,
+    /// Error bar of the displacement in a cycle by what remains of the start.
+    pub remainder: f64,
+    /// Rotation of the frame of the first linkage where the run begins.
+    pub rotation: UnitQuaternion<f64>,
 }
 
 /// The outcome of one phase span.
@@ -489,7 +510,10 @@ impl Outcome {
         result: &SpanResult,
     ) -> Result<(), SwimError> {
         let set = scene.articulation();
-        let start = scene.initial_state().frames[0].rotation;
+        let start = match &self.periodic_start {
+            Some(start) => start.rotation,
+            None => scene.initial_state().frames[0].rotation,
+        };
         let last = self.samples.last();
         let mut turnings = last.map_or(Vec::new(), |sample| sample.turnings.clone());
         turnings.resize(scene.bodies().len(), Turning::default());

@@ -14,6 +14,7 @@ use scene::{Scene, spans};
 use crate::error::SwimError;
 use crate::integrate::{Integrator, Method, ObserveSolution, relaxation_time};
 use crate::outcome::{Interim, mean_of_moving, positions};
+use crate::periodic_flow::periodic_flow;
 
 /// Part of the tolerance of the net displacement to which the state is periodic.
 const TOLERANCE_SHARE: f64 = 0.1;
@@ -25,17 +26,24 @@ const MAX_CYCLES: usize = 40;
 /// The state before the first phase span of the gait of a scene: periodic if the scene says so,
 /// else that of the pose of the scene.
 ///
+/// A fluid with inertia has been moved by cycles before ([`Outcome::periodic_start`]), and so have
+/// the bodies.
+///
+/// [`Outcome::periodic_start`]: crate::Outcome::periodic_start
+///
 /// # Errors
-/// Those of [`periodic_state`] and [`Interim::start`].
+/// Those of [`periodic_state`] and [`Interim::start`]; [`SwimError::NotPeriodicFlow`] and a gait
+/// that is not closed for a fluid with inertia.
 pub fn start_of_gait(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
     method: Method,
     observe: ObserveSolution,
 ) -> Result<Interim, SwimError> {
-    match scene.starts_periodic() {
-        true => periodic_state(scene, model, method, observe),
-        false => Interim::start(scene),
+    match (scene.starts_periodic(), method) {
+        (true, Method::Unsteady) => periodic_flow(scene, model, observe),
+        (true, _) => periodic_state(scene, model, method, observe),
+        (false, _) => Interim::start(scene),
     }
 }
 

@@ -292,6 +292,7 @@ fn run_once(
                     model.as_ref(),
                     &[],
                 )?
+                .with_fluid(interim.fluid.as_ref())
                 .write(folder)?;
             }
             (interim, Vec::new())

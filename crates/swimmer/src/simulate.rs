@@ -1,7 +1,7 @@
 //! Simulation of a whole gait.
 
 use models::{Hydrodynamics, NewMesh};
-use scene::{Scene, spans};
+use scene::{PhaseSpan, Scene, spans};
 
 use crate::checkpoint;
 use crate::error::SwimError;
@@ -117,7 +117,11 @@ pub fn continue_from(
     let mut remaining = spans(scene.gait(), scene.articulation().initial_shape())?;
     // Up to the last completed one.
     let done = interim.outcome.spans.len().checked_sub(1);
-    let last = done.and_then(|done| remaining.nth(done));
+    let last = match (done, interim.outcome.periodic_start) {
+        (Some(done), _) => remaining.nth(done),
+        (None, Some(_)) => span_before(scene)?,
+        (None, None) => None,
+    };
     if let (Some(last), Some(_)) = (last, &unsteady) {
         let fluid = interim.fluid.take();
         let fluid = fluid.ok_or_else(|| not_continued(&SwimError::NoFlow))?;
@@ -164,6 +168,17 @@ pub fn continue_from(
     let controls_error = integrator.model().capabilities().controls_error;
     outcome.check_tolerance(scene, controls_error);
     Ok(outcome)
+}
+
+/// The last phase span of a cycle, before the time zero.
+fn span_before(scene: &Scene) -> Result<Option<PhaseSpan>, SwimError> {
+    let gait = scene.gait();
+    let cycle = spans(gait, scene.articulation().initial_shape())?.take(gait.phases.len());
+    let mut last = cycle.last();
+    if let Some(span) = &mut last {
+        span.start -= gait.cycle_duration();
+    }
+    Ok(last)
 }
 
 /// The error for a fluid of a checkpoint that does not fit its scene.

@@ -239,15 +239,17 @@ impl Branch {
 
 /// Adds a matrix to that of a branch, in which its rows and columns have these places.
 fn add(matrix: &DMatrix<f64>, places: &Places, sum: &mut DMatrix<f64>) {
-    for (from, to) in matrix.column_iter().zip(places) {
-        let Some(to) = *to else {
-            continue;
-        };
-        let mut sum = sum.column_mut(to as usize);
-        for (value, place) in from.iter().zip(places) {
-            if let Some(place) = *place {
-                sum[place as usize] += value;
-            }
+    let placed = places.iter().enumerate();
+    let placed: Vec<(usize, usize)> = placed
+        .filter_map(|(from, to)| Some((from, (*to)? as usize)))
+        .collect();
+    let (rows, rows_of_sum) = (matrix.nrows(), sum.nrows());
+    let (values, sums) = (matrix.as_slice(), sum.as_mut_slice());
+    for &(from, to) in &placed {
+        let column = &values[from * rows..(from + 1) * rows];
+        let sum = &mut sums[to * rows_of_sum..(to + 1) * rows_of_sum];
+        for &(row, place) in &placed {
+            sum[place] += column[row];
         }
     }
 }

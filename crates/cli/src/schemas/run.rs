@@ -199,6 +199,29 @@ pub fn run() -> Value {
                     &[
                         ("terms", text("fluid.inertia")),
                         ("start", text("fluid.start")),
+                        (
+                            "periodic_start",
+                            or_null(object(
+                                "of the cycles before the run",
+                                &[
+                                    ("cycles", count("")),
+                                    (
+                                        "residual",
+                                        number("difference of the displacements in the last two"),
+                                    ),
+                                    (
+                                        "energy_residual",
+                                        number(
+                                            "relative difference of the energies around the last",
+                                        ),
+                                    ),
+                                    (
+                                        "error",
+                                        number("of the displacement in a cycle by what remains"),
+                                    ),
+                                ],
+                            )),
+                        ),
                         ("reynolds", number("the largest Reynolds number")),
                         ("frequency_parameter", or_null(number(""))),
                         (

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use inertia::{Convection, Forcing, FrozenMesh, Integrator, Parameters};
 use linalg::WarmStart;
-use mesh::TetMesh;
-use mesher::Container;
+use mesh::{NamedSurface, TetMesh};
+use mesher::{Container, Sphere};
 use nalgebra::{Complex, DMatrix, DVector};
 use rigid::{Drive, ExternalLoad};
 use stokes::{InertialTerms, Options, Problem, SurfaceFlow};
@@ -137,6 +137,37 @@ fn exponential_acceleration_has_the_exact_force() {
             error.abs() < factor * mesh_error.abs(),
             "κ = {kappa}: {error:e}"
         );
+    }
+}
+
+/// Uniform refinement, of which each level is moved onto the spheres. The force converges with the
+/// fourth order, twice that of velocity gradients, because it is the residual of the equations.
+#[test]
+#[ignore = "slow: 30 s"]
+fn forces_are_of_fourth_order_in_space() {
+    let mut mesh = sphere_in_ball(0.9, 3.0, QUARTER);
+    let sphere = |radius| Sphere {
+        centre: Vec3::zeros(),
+        radius,
+    };
+    let (body, ball) = (sphere(1.0), sphere(3.0));
+    let kappas = [0.1, 1.0, 10.0];
+    let mut errors = Vec::new();
+    for level in 0..4 {
+        if level > 0 {
+            let surfaces: [NamedSurface; 2] = [("sphere", &body), (Container::TAG, &ball)];
+            mesh = mesh.refined(&surfaces).unwrap();
+        }
+        errors.push(kappas.map(|kappa: f64| {
+            let exact = STOKES * impedance(Complex::new(kappa, 0.0).sqrt(), 3.0).re;
+            (force(&mesh, kappa) / exact - 1.0).abs()
+        }));
+        println!("{} nodes: {:?}", mesh.n_points(), errors[level]);
+    }
+    for (k, kappa) in kappas.into_iter().enumerate() {
+        let order = (errors[2][k] / errors[3][k]).log2();
+        println!("κ = {kappa}: order {order}");
+        assert!(order > 3.5, "κ = {kappa}: {order}");
     }
 }
 

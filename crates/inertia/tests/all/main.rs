@@ -4,6 +4,7 @@ mod added_mass;
 mod examples;
 mod impedance;
 mod moving;
+mod referee;
 mod start_up;
 mod steady;
 mod support;

@@ -55,7 +55,8 @@ pub(crate) struct InertiaBlocks {
     /// Diagonal of the mass matrix, one entry per free node.
     pub mass_diagonal: Vec<f64>,
     pub pressure_laplacian: Csr,
-    pub pressure_convection: Option<Csr>,
+    /// Convection of the pressures and their diffusion along it.
+    pub pressure_convection: Option<[Csr; 2]>,
 }
 
 impl FluidBlocks {
@@ -192,7 +193,7 @@ impl RigidFluid {
             *b = b.map(|b| scale * b);
         }
         let (convection, pressure_convection) = match convection {
-            Some([of_velocity, of_pressure]) => (Some(of_velocity.into_csr()), Some(of_pressure)),
+            Some((of_velocity, of_pressure)) => (Some(of_velocity.into_csr()), Some(of_pressure)),
             None => (None, None),
         };
         let mut fluid = Self::split(matrices, convection, 1.0, nodes, bodies)?;

@@ -384,8 +384,9 @@ tables! {
         arms: ArmsKind,
         /// Number of times that the phases are repeated.
         cycles: u32 = 1,
-        /// Whether passive joints start from the values of the periodic state, which are searched
-        /// for first. Otherwise they start from the pose of the file.
+        /// Whether the run starts in the periodic state, which is searched for first: of the values
+        /// of passive joints and the velocities of bodies with mass, and of a fluid with inertia
+        /// after as many cycles as it needs. Otherwise it starts from the pose of the file.
         periodic: bool,
         /// The phases of one cycle, of which there must be one.
         phases: Option<Vec<PhaseFile>>,

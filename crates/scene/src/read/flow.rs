@@ -168,12 +168,6 @@ pub(super) fn inertia(
              error; set fem.surface_size",
         );
     }
-    if file.gait.periodic {
-        return refuse(
-            "gait.periodic",
-            "is unsupported with the inertia of the fluid; run several cycles instead",
-        );
-    }
     let density = |body: &Body| body.density.unwrap_or(0.0);
     let unknown = |body: &Body| density(body) > 0.0 && body.mass_matrix_by_density().is_none();
     if let Some(number) = bodies.iter().position(unknown) {

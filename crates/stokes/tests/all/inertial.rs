@@ -86,14 +86,15 @@ fn iterations_depend_neither_on_the_step_nor_on_the_mass_nor_on_the_mesh() {
     }
 }
 
-/// With convection the iterations grow where neither viscosity nor the mass matrix dominates.
+/// With convection the iterations hardly grow where neither viscosity nor the mass matrix
+/// dominates; without the diffusion of the pressures along it they were 47 at Re 50.
 ///
 /// At Re 50, `ρ = 25`, `κ = 1` is a step of four times the time in which the fluid moves by a
 /// diameter.
 #[test]
 fn iterations_with_convection() {
     let mesh = sphere_in_ball(0.4, 5.0, [true, true, false]);
-    for (reynolds, most) in [(10.0, [30; 8]), (50.0, [55, 55, 55, 55, 40, 30, 30, 30])] {
+    for (reynolds, most) in [(10.0, [30; 8]), (50.0, [36, 36, 36, 36, 32, 28, 28, 28])] {
         for ratio in RATIOS {
             let row = COEFFICIENTS.map(|kappa| iterations(&mesh, kappa, ratio, reynolds));
             println!("Re {reynolds}, density ratio {ratio}: {row:?}");

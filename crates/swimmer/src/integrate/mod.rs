@@ -232,6 +232,17 @@ impl<'a> Integrator<'a> {
         Ok(self)
     }
 
+    /// Continues with the first phase span of the gait after the last one, at the time zero;
+    /// `fluid` is that at the end of the last one, and becomes that at the start of the first one.
+    ///
+    /// # Errors
+    /// [`SwimError::NoFlow`] without [`Integrator::with_unsteady_scene`].
+    pub(crate) fn begin_again(&mut self, fluid: &mut UnsteadyState) -> Result<(), SwimError> {
+        let unsteady = self.unsteady.as_mut().ok_or(SwimError::NoFlow)?;
+        unsteady.begin_again(fluid);
+        Ok(())
+    }
+
     /// The same integrator for bodies with mass that have these velocities `(U, ω)`, six numbers
     /// per body; bodies at rest for another number of them.
     #[must_use]

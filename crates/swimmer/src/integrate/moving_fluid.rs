@@ -90,6 +90,10 @@ pub(super) trait MovingFluid {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct UnsteadyState {
     pub(super) fluid: FluidState,
+    /// Time of the fluid at the start of the gait; before it are cycles of the search for a
+    /// periodic state.
+    #[serde(default)]
+    pub(super) origin: f64,
     /// Length of the last step that its error chose.
     pub(super) length: Option<f64>,
     /// Estimated error of the velocities of surfaces so far.

@@ -2,12 +2,10 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::sync::Arc;
 
-use inertia::fem::TaylorHood;
 use inertia::{
     Bodies, BodyMass, Convection, Forcing, InertiaError, Integrator, Meshes, Parameters,
-    ProjectionJump, Step,
+    ProjectionJump, Step, SuppliedMesh,
 };
 use mesh::TetMesh;
 use models::{InstantaneousSolution, ModelError, MovingMeshes, MovingScene};
@@ -84,18 +82,31 @@ impl Forcing for SpatialScene {
 #[derive(Clone)]
 struct SceneMeshes(Rc<RefCell<MovingMeshes>>);
 
+impl SceneMeshes {
+    /// A mesh that the origin has moved or generated, with its space.
+    fn with_space(&self, mesh: TetMesh) -> SuppliedMesh {
+        let space = self.0.borrow().space();
+        SuppliedMesh { mesh, space }
+    }
+}
+
 impl Meshes for SceneMeshes {
-    fn mesh(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
-        self.0.borrow_mut().moved(poses).map_err(supplied)
+    fn mesh(
+        &mut self,
+        _: f64,
+        poses: &[Isometry3<f64>],
+    ) -> Result<Option<SuppliedMesh>, InertiaError> {
+        let moved = self.0.borrow_mut().moved(poses).map_err(supplied)?;
+        Ok(moved.map(|mesh| self.with_space(mesh)))
     }
 
-    fn renew(&mut self, _: f64, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, InertiaError> {
-        let renewed = self.0.borrow_mut().renewed(poses);
-        renewed.map(Some).map_err(supplied)
-    }
-
-    fn space(&self) -> Option<Arc<TaylorHood>> {
-        self.0.borrow().space()
+    fn renew(
+        &mut self,
+        _: f64,
+        poses: &[Isometry3<f64>],
+    ) -> Result<Option<SuppliedMesh>, InertiaError> {
+        let renewed = self.0.borrow_mut().renewed(poses).map_err(supplied)?;
+        Ok(Some(self.with_space(renewed)))
     }
 }
 
@@ -255,6 +266,7 @@ impl MovingFluid for SpatialFluid<'_> {
         let mesh = self.meshes.0.borrow_mut().restore(&origin)?;
         self.tried = None;
         self.seen = None;
-        Ok(self.integrator.continue_from(state, &mesh)?)
+        let mesh = self.meshes.with_space(mesh);
+        Ok(self.integrator.continue_from(state, mesh)?)
     }
 }

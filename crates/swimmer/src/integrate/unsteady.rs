@@ -97,7 +97,9 @@ impl ForcedScene {
 pub(crate) struct UnsteadyFlow<'a> {
     scene: &'a Scene,
     fluid: Box<dyn MovingFluid + 'a>,
-    /// The phase span that is integrated; none before the first.
+    /// Time of the fluid when that of the gait is zero.
+    origin: f64,
+    /// The phase span that is integrated, in the time of the fluid; none before the first.
     span: Option<PhaseSpan>,
     /// Length of the last step that its error chose; none before the first.
     length: Option<f64>,
@@ -144,6 +146,7 @@ impl<'a> UnsteadyFlow<'a> {
         Ok(Self {
             fluid: scene.at_rest()?,
             scene: &scene.scene,
+            origin: 0.0,
             span: None,
             length: None,
             velocity_error: 0.0,
@@ -160,7 +163,8 @@ impl<'a> UnsteadyFlow<'a> {
         span: &PhaseSpan,
         state: UnsteadyState,
     ) -> Result<(), SwimError> {
-        self.fluid.enter(span);
+        let span = in_time_of_fluid(span, state.origin);
+        self.fluid.enter(&span);
         self.fluid.continue_from(state.fluid)?;
         let distance = (self.fluid.time() - (span.start + span.duration)).abs();
         let is_length = state.length.is_none_or(|length| length > 0.0);
@@ -169,7 +173,8 @@ impl<'a> UnsteadyFlow<'a> {
             let problem = "has a fluid of another time than the end of the last phase".to_owned();
             return Err(ModelError::History(problem).into());
         }
-        self.span = Some(span.clone());
+        self.origin = state.origin;
+        self.span = Some(span);
         self.length = state.length;
         self.velocity_error = state.velocity_error;
         Ok(())
@@ -179,12 +184,19 @@ impl<'a> UnsteadyFlow<'a> {
     fn remembered(&mut self) -> Result<UnsteadyState, SwimError> {
         Ok(UnsteadyState {
             fluid: self.fluid.remembered()?,
+            origin: self.origin,
             length: self.length,
             velocity_error: self.velocity_error,
         })
     }
 
-    /// Enters a phase span; whether velocities jump at its start.
+    /// Lets the time of the gait begin again at zero, also for the state that was remembered.
+    pub fn begin_again(&mut self, remembered: &mut UnsteadyState) {
+        self.origin = self.fluid.time();
+        remembered.origin = self.origin;
+    }
+
+    /// Enters a phase span in the time of the fluid; whether velocities jump at its start.
     fn enter(&mut self, span: &PhaseSpan) -> Result<bool, SwimError> {
         self.fluid.enter(span);
         let Some(before) = self.span.replace(span.clone()) else {
@@ -221,6 +233,13 @@ impl<'a> UnsteadyFlow<'a> {
     }
 }
 
+/// A phase span in the time of the fluid, which is `origin` at the start of the gait.
+fn in_time_of_fluid(span: &PhaseSpan, origin: f64) -> PhaseSpan {
+    let mut span = span.clone();
+    span.start += origin;
+    span
+}
+
 /// Integrates a phase span by steps in time whose errors the tolerance of the phase limits, or that
 /// have the length that the scene prescribes.
 pub(super) fn span(
@@ -244,7 +263,8 @@ fn integrate(
     flow: &mut UnsteadyFlow,
     result: &mut SpanResult,
 ) -> Result<(), SwimError> {
-    let (scene, span) = (evaluator.scene, evaluator.span);
+    let scene = evaluator.scene;
+    let span = &in_time_of_fluid(evaluator.span, flow.origin);
     let jumps = flow.enter(span)?;
     let least = LEAST_STEP * span.duration;
     let tolerance = evaluator
@@ -317,7 +337,8 @@ fn append(
     step: TriedStep,
     last: Option<&TakenStep>,
 ) -> Result<TakenStep, SwimError> {
-    let (span, set) = (evaluator.span, evaluator.scene.articulation());
+    let set = evaluator.scene.articulation();
+    let span = &in_time_of_fluid(evaluator.span, flow.origin);
     let start = flow.fluid.time();
     let part = (position(span, start), position(span, start + step.length));
     let TriedStep {

@@ -39,7 +39,9 @@ pub const ALL_ERRORS: &str = "all errors";
 ///   `lookups` (solutions that were looked up in these tables);
 /// - `tolerance`, `tolerance_met`, `tolerance_limits` (the errors to which both refer),
 ///   `allowed_error` (the length that they allow);
-/// - `inertia` of the fluid: its `terms` and `start` (the words of the scene), the largest
+/// - `inertia` of the fluid: its `terms` and `start` (the words of the scene), `periodic_start` (of
+///   [`PeriodicStart`](crate::PeriodicStart), with the `error` of the displacement in a cycle by
+///   what remains of the start, or null for other starts), the largest
 ///   `reynolds` number and the `frequency_parameter` ([`InertiaNumbers`]), and the
 ///   `kinetic_energy` at the end, of the `fluid` and the `bodies` with the `mesh_error` of both,
 ///   and the `added_mass` there, `force` and `torque` by body with their `mesh_error`
@@ -197,6 +199,14 @@ pub fn summary_json(
             json!({
                 "terms": scene.inertia().kind.word(),
                 "start": scene.inertia().start.word(),
+                "periodic_start": outcome.periodic_start.map(|start| {
+                    json!({
+                        "cycles": start.cycles,
+                        "residual": start.residual,
+                        "energy_residual": start.energy_residual,
+                        "error": start.remainder,
+                    })
+                }),
                 "reynolds": numbers.reynolds,
                 "frequency_parameter": numbers.frequency,
                 "kinetic_energy": outcome.kinetic_energy(),

@@ -24,6 +24,7 @@ mod many_cycles;
 mod neglected_terms;
 mod paths;
 mod periodic;
+mod periodic_flow;
 mod reports;
 mod resumed_fluid;
 mod strokes;

@@ -78,6 +78,16 @@ fn a_resumed_run_in_the_meridian_plane_has_the_same_bits() {
     is_resumed(RELEASED, &[1, 2]);
 }
 
+/// The time of the fluid goes on from that of the search for the periodic state.
+#[test]
+fn a_resumed_run_from_a_periodic_state_has_the_same_bits() {
+    let text = RELEASED
+        .replace("gravity = [0, 0, 4.5]\n", "")
+        .replace("density = 2,", "slip = { b1 = 1e-3, axis = [0, 0, 1] },")
+        .replace("gait.phases", "gait.periodic = true\n    gait.phases");
+    is_resumed(&text, &[1]);
+}
+
 #[test]
 fn a_resumed_run_in_space_has_the_same_bits_across_new_meshes() {
     is_resumed(PAIR, &[1]);

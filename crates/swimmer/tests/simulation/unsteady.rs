@@ -208,20 +208,6 @@ fn bug_a_step_that_was_not_solved_was_not_repeated_with_half_its_length() {
 }
 
 #[test]
-fn a_periodic_start_is_refused_with_a_remedy() {
-    for kind in ["unsteady", "full", "auto"] {
-        let text = RELEASED.replace("\"unsteady\"", &format!("\"{kind}\""));
-        let error = Scene::parse(&format!("{text}gait.periodic = true"))
-            .unwrap_err()
-            .to_string();
-        assert!(
-            error.contains("gait.periodic") && error.contains("several cycles"),
-            "{error}"
-        );
-    }
-}
-
-#[test]
 fn the_meridian_plane_is_chosen_where_it_has_the_scene() {
     let chosen = |text: &str| choose_for_run(&parsed(text)).map(|choice| choice.model.name());
     assert_eq!(chosen(RELEASED).unwrap(), "axisymmetric");
@@ -312,7 +298,6 @@ fn what_does_not_know_of_inertia_refuses_it() {
             "shape = \"helix\", radius = 1, tube_radius = 0.2, pitch = 2, turns = 1.5,",
             "bodies[0].density",
         ),
-        ("gravity", "gait.periodic = true\ngravity", "gait.periodic"),
         ("gravity", "fem.target = 1e-2\ngravity", "fem.target"),
         (
             "\"unsteady\"",
