@@ -60,7 +60,8 @@ pub fn about(seconds: f64) -> String {
     let step = match seconds {
         s if s < 10.0 => 1.0,
         s if s < 60.0 => 5.0,
-        s if s < 600.0 => 30.0,
+        s if s < 120.0 => 30.0,
+        s if s < 600.0 => 60.0,
         s if s < 3600.0 => 300.0,
         _ => 1800.0,
     };

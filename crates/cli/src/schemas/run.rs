@@ -204,7 +204,7 @@ pub fn run() -> Value {
                             or_null(object(
                                 "of the cycles before the run",
                                 &[
-                                    ("cycles", count("")),
+                                    ("cycles", count("cycles before the run")),
                                     (
                                         "residual",
                                         number("difference of the displacements in the last two"),

@@ -82,8 +82,6 @@ fn a_run_writes_a_page_that_needs_no_other_file_and_view_writes_the_same_one() {
     );
 }
 
-/// Terminal and page have energies and forces by added mass, with bars; curves leave out the first
-/// steps of a phase, whose forces are those of a jump.
 /// The elements of a page with this name: what stands between `<name` and `>`.
 fn elements<'a>(page: &'a str, name: &str) -> Vec<&'a str> {
     let start = format!("<{name}");
@@ -231,6 +229,8 @@ fn a_page_keeps_the_rules_of_accessibility_that_its_text_shows() {
     );
 }
 
+/// Terminal and page have energies and forces by added mass, with bars; curves leave out the first
+/// steps of a phase, whose forces are those of a jump.
 #[test]
 fn a_run_with_inertia_shows_energies_and_forces_by_added_mass() {
     let folder = tempfile::tempdir().unwrap();

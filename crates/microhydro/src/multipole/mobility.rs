@@ -81,8 +81,8 @@ struct Plan {
     /// Pairs with the orders of their coupling, similar ones next to each other.
     pairs: Vec<PlannedPair>,
     tail: f64,
-    /// Expected iterations of a solution.
-    iterations: f64,
+    /// Bispherical coordinate of the narrowest gap.
+    narrowest: f64,
 }
 
 /// Size and time of a solution by expansions.
@@ -101,9 +101,6 @@ pub struct ExpansionCost {
 ///
 /// Between equal spheres at gaps of 0.05 to 1 radii in cubes, they were 0.6 to 0.8.
 const ITERATIONS: f64 = 0.7;
-
-/// Natural logarithm of the residual of solutions over the tolerance.
-const LOG_RESIDUAL: f64 = 6.9;
 
 /// Solutions from which errors are estimated take as long as the first one.
 const SOLUTIONS: f64 = 2.0;
@@ -211,8 +208,7 @@ impl Plan {
             pairs,
             tail: truncation::tail(&xi, &all),
             orders,
-            iterations: ITERATIONS * (LOG_RESIDUAL - tolerance.ln())
-                / truncation::narrowest(&xi).min(1.0),
+            narrowest: truncation::narrowest(&xi),
         })
     }
 
@@ -223,12 +219,12 @@ impl Plan {
         (top.unwrap_or_default(), regular.unwrap_or_default())
     }
 
-    fn cost(&self) -> ExpansionCost {
+    /// Cost of a solution with its error bar to a relative residual.
+    fn cost(&self, residual: f64) -> ExpansionCost {
         let modes = self.orders.iter().map(|&order| (Modes { order }).len());
         let dofs = modes.sum();
-        let product: f64 = (self.pairs.iter())
-            .map(|pair| pair_product::operations(pair.orders, pair.regular) as f64)
-            .sum();
+        let product: usize = self.pairs.chunks(ALIKE).map(operations).sum();
+        let iterations = ITERATIONS * -residual.ln() / self.narrowest.min(1.0);
         let (top, regular) = self.degrees();
         let numbers = PAIR * self.pairs.len() as f64
             + VECTORS * dofs as f64
@@ -236,9 +232,17 @@ impl Plan {
         ExpansionCost {
             dofs,
             mib: memory::mib(numbers),
-            seconds: SOLUTIONS * self.iterations * product / PRODUCT_RATE,
+            seconds: SOLUTIONS * iterations * product as f64 / PRODUCT_RATE,
         }
     }
+}
+
+/// Operations of pairs that have the lanes of a register together: the highest orders count.
+fn operations(alike: &[PlannedPair]) -> usize {
+    let most = |end: usize| alike.iter().map(|pair| pair.orders[end]).max();
+    let regular = alike.first().map_or(0, |pair| pair.regular);
+    let orders = [most(0), most(1)].map(Option::unwrap_or_default);
+    alike.len() * pair_product::operations(orders, regular)
 }
 
 /// Numbers of a pair: its gap, its orders and its line of centres.
@@ -278,12 +282,7 @@ impl Part {
 
     /// Parts whose products have about equally many operations.
     fn all(spheres: usize, pairs: &[PlannedPair]) -> Vec<Self> {
-        let of_alike = |some: &[PlannedPair]| -> usize {
-            let operations =
-                |pair: &PlannedPair| pair_product::operations(pair.orders, pair.regular);
-            some.iter().map(operations).sum()
-        };
-        let operations: Vec<usize> = pairs.chunks(ALIKE).map(of_alike).collect();
+        let operations: Vec<usize> = pairs.chunks(ALIKE).map(operations).collect();
         let all: usize = operations.iter().sum();
         let (mut parts, mut first, mut sum) = (Vec::new(), 0, 0);
         for (number, operations) in operations.iter().enumerate() {
@@ -327,16 +326,22 @@ pub struct MultipoleMobility<'a> {
     lines: Vec<Line>,
     parts: Vec<Part>,
     tail: f64,
+    narrowest: f64,
     variant: Variant,
 }
 
 impl<'a> MultipoleMobility<'a> {
-    /// Predicted cost of a solution with its error bar. Cost: that of the gaps.
+    /// Predicted cost of a solution with its error bar to a relative `residual`. Cost: some hundred
+    /// operations for each pair.
     ///
     /// # Errors
     /// As [`MultipoleMobility::new`]; a larger cost than that is allowed is none.
-    pub fn cost(spheres: &Spheres, accuracy: &Accuracy) -> Result<ExpansionCost, HydroError> {
-        Ok(Plan::new(spheres, accuracy)?.cost())
+    pub fn cost(
+        spheres: &Spheres,
+        accuracy: &Accuracy,
+        residual: f64,
+    ) -> Result<ExpansionCost, HydroError> {
+        Ok(Plan::new(spheres, accuracy)?.cost(residual))
     }
 
     /// Plans the couplings of all pairs.
@@ -344,10 +349,10 @@ impl<'a> MultipoleMobility<'a> {
     /// # Errors
     /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below
     /// 0.001 radii and those that need higher orders than 250; [`HydroError::TooLarge`],
-    /// [`HydroError::TooCostly`].
+    /// [`HydroError::TooCostly`] for the cost to a residual of the tolerance.
     pub fn new(spheres: &'a Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
         let plan = Plan::new(spheres, accuracy)?;
-        plan.cost().check()?;
+        plan.cost(accuracy.tolerance).check()?;
         let (x, radii) = (spheres.centres(), spheres.radii());
         let expansions: Vec<Expansion> = (radii.iter().zip(&plan.orders))
             .map(|(&radius, &order)| Expansion {
@@ -370,6 +375,7 @@ impl<'a> MultipoleMobility<'a> {
             parts: Part::all(spheres.len(), &plan.pairs),
             pairs: plan.pairs,
             tail: plan.tail,
+            narrowest: plan.narrowest,
             variant: Variant::Full,
         })
     }
@@ -382,6 +388,12 @@ impl<'a> MultipoleMobility<'a> {
     /// Factor from the change by [`Variant::Lowered`] to the error.
     pub fn tail(&self) -> f64 {
         self.tail
+    }
+
+    /// Bispherical coordinate of the narrowest gap: `cosh ξ = 1 + h / 2a` for equal spheres of
+    /// radius `a` at a gap of `h`.
+    pub fn narrowest(&self) -> f64 {
+        self.narrowest
     }
 
     /// Number of multipoles.
@@ -578,32 +590,6 @@ impl Mobility for MultipoleMobility<'_> {
         HydroError::FactorisationFailed {
             matrix: "Galerkin matrix",
             size: self.dofs(),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn costs_above_the_limits_are_refused_with_their_numbers() {
-        let cost = |mib: f64, seconds: f64| ExpansionCost {
-            dofs: 7,
-            mib,
-            seconds,
-        };
-        assert!(cost(memory::MAX_MIB, LONGEST_SECONDS).check().is_ok());
-        for cost in [
-            cost(memory::MAX_MIB + 1.0, 1.0),
-            cost(1.0, LONGEST_SECONDS + 1.0),
-        ] {
-            match cost.check() {
-                Err(HydroError::TooCostly {
-                    dofs, mib, seconds, ..
-                }) => assert_eq!((dofs, mib, seconds), (7, cost.mib, cost.seconds)),
-                other => panic!("{other:?}"),
-            }
         }
     }
 }

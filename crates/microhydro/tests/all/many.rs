@@ -249,6 +249,16 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let (one, three) = (by(1), by(3));
     assert_eq!(one.forces, three.forces);
     assert_eq!(one.coordinates, three.coordinates);
+    let spheres = lattice(32, 2.5);
+    let mobility = MultipoleMobility::new(&spheres, &Accuracy::relative(1e-3)).unwrap();
+    let by = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = pool.build().unwrap();
+        let [forces, hidden] = [6 * spheres.len(), mobility.dofs()]
+            .map(|rows| DVector::from_fn(rows, |k, _| (k as f64).sin()));
+        pool.install(|| mobility.product(&forces, &hidden).unwrap())
+    };
+    assert_eq!(by(1), by(3));
 }
 
 #[test]
@@ -376,18 +386,26 @@ fn linked_spheres_by_expansions_move_as_by_their_resistance() {
 /// the cost, and lists of pairs that do not fit into memory are not begun.
 #[test]
 fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
-    let lattice = |n: usize| {
+    let lattice = |n: usize, gap: f64| {
         let centres = (0..n.pow(3))
             .map(|k| Vector3::new((k % n) as f64, (k / n % n) as f64, (k / (n * n)) as f64));
-        let centres = centres.map(|cell| 2.1 * cell);
+        let centres = centres.map(|cell| (2.0 + gap) * cell);
         Spheres::new(centres.collect(), vec![1.0; n.pow(3)]).unwrap()
     };
     let accuracy = Accuracy::relative(1e-3);
-    let cost = MultipoleMobility::cost(&lattice(10), &accuracy).unwrap();
+    let cost = MultipoleMobility::cost(&lattice(10, 0.1), &accuracy, 1e-6).unwrap();
     assert!(cost.mib < 2048.0 && cost.seconds < 60.0, "{cost:?}");
+    let spheres = lattice(7, 0.0012);
+    let cost = MultipoleMobility::cost(&spheres, &accuracy, accuracy.tolerance).unwrap();
+    match MultipoleMobility::new(&spheres, &accuracy) {
+        Err(HydroError::TooCostly { mib, seconds, .. }) => {
+            assert_eq!((mib, seconds), (cost.mib, cost.seconds));
+        }
+        other => panic!("{cost:?} {:?}", other.err()),
+    }
     for refused in [
-        MultipoleMobility::cost(&lattice(22), &accuracy).err(),
-        MultipoleMobility::new(&lattice(22), &accuracy).err(),
+        MultipoleMobility::cost(&lattice(22, 0.1), &accuracy, 1e-6).err(),
+        MultipoleMobility::new(&lattice(22, 0.1), &accuracy).err(),
     ] {
         match refused {
             // a gap, an order and a line for each of 57 million pairs

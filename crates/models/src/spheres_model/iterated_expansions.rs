@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::time::Instant as Clock;
 
 use microhydro::multipole::{ExpansionCost, MultipoleMobility, Variant};
-use microhydro::{Accuracy, HydroError, Medium, Mobility, Spheres};
+use microhydro::{Accuracy, HydroError, LinkedMotion, Medium, Mobility, Spheres};
 use nalgebra::{DVector, Matrix3};
 use scene::ModelEstimatesKind;
 use stokes::{Seconds, SolverReport};
@@ -15,14 +15,20 @@ use super::{SphereModel, SpheresModel, UNBALANCED_PART};
 use crate::error::ModelError;
 use crate::linked_bodies::{LargestDifferences, LinkedBodies, MobilitySolution};
 use crate::query::{Configuration, Query};
+use crate::response::Response;
 use crate::solution::{InstantaneousSolution, Stresslets};
 
 /// Largest number of spheres whose resistance matrix is computed: its cost of hundredths of a
 /// second serves all rates of the joints in a configuration.
 const FEW: usize = 16;
 
-/// Largest relative error of a solution over its residual, with a margin: the iteration converges
-/// by a factor of e in one to a few steps.
+/// Bispherical coordinate below which gaps are narrow: 0.0225 radii between equal spheres.
+///
+/// The iteration converges by a factor of e in 0.7 steps over the coordinate.
+const NARROW: f64 = 0.15;
+
+/// Largest relative error of a solution over its residual in gaps that are not [`NARROW`], with a
+/// margin: the iteration converges by a factor of e in one to a few steps.
 const RESIDUAL_FACTOR: f64 = 10.0;
 
 /// How accurately solutions are computed, and their errors estimated.
@@ -33,9 +39,8 @@ struct Control {
     of_change: f64,
     /// Factor on the changes of motions by [`Variant::Neglecting`].
     neglected: f64,
-    /// Part of the factor of the gap on the changes of motions by [`Variant::Lowered`], and what
-    /// this factor is at least where that of the gap is not smaller.
-    tail: (f64, f64),
+    /// Largest factor on the changes of motions by [`Variant::Lowered`].
+    most_tail: f64,
 }
 
 /// With joints or given velocities, which open or close gaps at given rates.
@@ -43,29 +48,38 @@ const WITH_JOINTS: Control = Control {
     residual: 1e-5,
     of_change: 1e-2,
     neglected: 1.0,
-    tail: (1.0, 0.0),
+    most_tail: f64::INFINITY,
 };
 
 /// Where all forces are given.
 ///
 /// Among 125 spheres at gaps of 0.05 and 0.1, errors of velocities were a twentieth of the
 /// residual, and a residual of 0.1 gave their changes within 8 %; changes of forces between spheres
-/// that are held converge more slowly. Errors of the motions were at most 0.32 and 0.63 of the
-/// changes: cubes and random arrangements of 27 spheres, gaps of 0.025 to 8 radii, tolerances of
-/// 1e-2 to 1e-4. In narrower gaps the rest of a geometric series counts, which is a third of the
-/// factor of the gap. The power has all of this factor: its terms are all of one sign.
+/// that are held converge more slowly. Errors of the motions were at most 0.32 of the changes by
+/// [`Variant::Neglecting`] and, with the smaller one of this factor and that of the gap, 0.63 of
+/// those by [`Variant::Lowered`]: cubes and random arrangements of 27 spheres, gaps of 0.025 to 8
+/// radii, tolerances of 1e-2 to 1e-4. The power has the factor of the gap: its terms are all of one
+/// sign.
 const GIVEN_FORCES: Control = Control {
     residual: 1e-3,
     of_change: 3e-2,
     neglected: 0.5,
-    tail: (1.0 / 3.0, 0.8),
+    most_tail: 0.8,
+};
+
+/// Where all forces are given, and gaps are [`NARROW`]: with the factors of wider gaps errors were
+/// up to 1.3 times the bars at gaps of 0.01 and 0.015.
+const GIVEN_FORCES_IN_NARROW_GAPS: Control = Control {
+    residual: 1e-4,
+    ..WITH_JOINTS
 };
 
 impl Control {
-    fn of(linked: &LinkedBodies) -> &'static Self {
-        match linked.all().has_given_forces() {
-            true => &GIVEN_FORCES,
-            false => &WITH_JOINTS,
+    fn of(linked: &LinkedBodies, narrowest: f64) -> &'static Self {
+        match (linked.all().has_given_forces(), narrowest < NARROW) {
+            (true, false) => &GIVEN_FORCES,
+            (true, true) => &GIVEN_FORCES_IN_NARROW_GAPS,
+            (false, _) => &WITH_JOINTS,
         }
     }
 }
@@ -79,7 +93,8 @@ pub(super) fn solution(
     accuracy: &Accuracy,
     linked: &LinkedBodies,
 ) -> Result<MobilitySolution, ModelError> {
-    let residual = Control::of(linked).residual * accuracy.tolerance;
+    let control = Control::of(linked, mobility.narrowest());
+    let residual = control.residual * accuracy.tolerance;
     Ok(linked.all().by_mobility(mobility, None, residual)?.solution)
 }
 
@@ -105,10 +120,16 @@ impl SpheresModel {
         &self,
         spheres: &Spheres,
     ) -> Result<Option<ExpansionCost>, ModelError> {
-        let cost = self
-            .iterates()
-            .map(|accuracy| MultipoleMobility::cost(spheres, &accuracy));
-        Ok(cost.map_or(Ok(None), resolved)?)
+        let Some(accuracy) = self.iterates() else {
+            return Ok(None);
+        };
+        let scene = &self.scaled.scene;
+        let given = scene.articulation().joints().is_empty() && !scene.has_held_bodies();
+        let control = if given { GIVEN_FORCES } else { WITH_JOINTS };
+        let residual = control.residual * accuracy.tolerance;
+        Ok(resolved(MultipoleMobility::cost(
+            spheres, &accuracy, residual,
+        ))?)
     }
 
     /// What expansions by iteration find, with their mobility; none where a resistance matrix is
@@ -128,12 +149,7 @@ impl SpheresModel {
         let Some(mobility) = resolved(MultipoleMobility::new(&spheres, &accuracy))? else {
             return Ok(None);
         };
-        match find(self, mobility, &accuracy) {
-            Err(ModelError::Spheres(
-                HydroError::FactorisationFailed { .. } | HydroError::NotConverged { .. },
-            )) => Ok(None),
-            found => found.map(Some),
-        }
+        definite(find(self, mobility, &accuracy))
     }
 
     /// The solution for one set of rates by expansions without a resistance matrix.
@@ -151,7 +167,7 @@ impl SpheresModel {
         let linked = LinkedBodies::new(&self.scaled, query, rates)?;
         let all = linked.all();
         let assembly = clock.elapsed().as_secs_f64();
-        let control = Control::of(&linked);
+        let control = Control::of(&linked, mobility.narrowest());
         let solved = all.by_mobility(&mobility, None, control.residual * accuracy.tolerance)?;
         let (solution, found) = (solved.solution, solved.found);
         let solve = clock.elapsed().as_secs_f64() - assembly;
@@ -159,75 +175,19 @@ impl SpheresModel {
             && self.scaled.scene.model().estimates != ModelEstimatesKind::Off;
         let response = linked.response(&solution)?;
         let stresslets = query.stresslets.then(|| mobility.stresslets(&found.hidden));
-        let mut errors = ModelErrors::default();
-        let mut of_stresslets = 0.0;
-        if is_estimated {
-            let mut bars = LargestDifferences::default();
-            let tail = mobility.tail();
-            let (part, least) = control.tail;
-            for (variant, factor, of_motions) in [
-                (Variant::Neglecting, 1.0, control.neglected),
-                (Variant::Lowered, tail, tail.min(least).max(part * tail)),
-            ] {
-                mobility.set_variant(variant);
-                let (other, of_other) =
-                    all.by_similar_mobility(&mobility, &found, control.of_change)?;
-                let differences = all.largest_differences(&solution, &other);
-                bars.add(
-                    factor,
-                    &LargestDifferences {
-                        velocity: 0.0,
-                        angular_velocity: 0.0,
-                        ..differences
-                    },
-                );
-                bars.velocity += of_motions * differences.velocity;
-                bars.angular_velocity += of_motions * differences.angular_velocity;
-                let change = &response - &linked.response(&other)?;
-                let change = &change * of_motions;
-                errors.signed = Some(match errors.signed.take() {
-                    Some(sum) => sum + &change,
-                    None => change,
-                });
-                if let Some(stresslets) = &stresslets {
-                    let others = mobility.stresslets(&of_other.hidden);
-                    let changes = stresslets.iter().zip(&others).map(|(a, b)| (a - b).norm());
-                    of_stresslets += factor * changes.fold(0.0, f64::max);
-                }
+        let estimated = match is_estimated {
+            true => {
+                let solved = (&solution, &found, &response, stresslets.as_deref());
+                let errors = self.errors_by_variants(&mut mobility, control, &linked, solved);
+                definite(errors)?
             }
-            let of_iteration = RESIDUAL_FACTOR * found.residual;
-            let [motion, load] = [&solution.generalised, &solution.forces].map(DVector::norm);
-            bars.add(
-                of_iteration,
-                &LargestDifferences {
-                    velocity: motion,
-                    angular_velocity: motion,
-                    force: load,
-                    torque: load,
-                    power: motion * load,
-                },
-            );
-            let sizes = stresslets.iter().flatten().map(Matrix3::norm);
-            of_stresslets += of_iteration * sizes.fold(0.0, f64::max);
-            if !all.is_held() && !all.has_given_forces() {
-                let forces =
-                    all.forces_of_motion(&solution, &mobility, &found, control.of_change)?;
-                let changes = tail * (&solution.forces - forces);
-                let [velocity, angular] = unbalanced_velocities(mobility.spheres(), &changes);
-                bars.velocity = bars.velocity.max(UNBALANCED_PART * velocity);
-                bars.angular_velocity = bars.angular_velocity.max(UNBALANCED_PART * angular);
-            }
-            // As for a resistance matrix: a rotation may change little by chance.
-            let of_velocity = bars.velocity / self.scaled.shortest_lever;
-            bars.angular_velocity = bars.angular_velocity.max(of_velocity);
-            errors.bars = Some(bars);
-        }
-        let stresslets = stresslets.map(|values| {
-            let error = self.stresslets_of_size(of_stresslets);
-            Stresslets {
-                error: is_estimated.then_some(error),
-                ..self.scaled.stresslets_to_scene(&values)
-            }
+            false => None,
+        };
+        let (errors, of_stresslets) = estimated.unzip();
+        let errors = errors.unwrap_or_default();
+        let stresslets = stresslets.map(|values| Stresslets {
+            error: of_stresslets.map(|size| self.stresslets_of_size(size)),
+            ..self.scaled.stresslets_to_scene(&values)
         });
         let total = clock.elapsed().as_secs_f64();
         let mut solution = InstantaneousSolution {
@@ -252,6 +212,85 @@ impl SpheresModel {
         Ok(solution)
     }
 
+    /// Error bars from solutions by the variants of the expansions, and that of the stresslets.
+    ///
+    /// `solved` are the solution, its forces and multipoles, the response of the bodies and the
+    /// stresslets that are asked for.
+    fn errors_by_variants(
+        &self,
+        mobility: &mut MultipoleMobility,
+        control: &Control,
+        linked: &LinkedBodies,
+        (solution, found, response, stresslets): (
+            &MobilitySolution,
+            &LinkedMotion,
+            &Response,
+            Option<&[Matrix3<f64>]>,
+        ),
+    ) -> Result<(ModelErrors, f64), ModelError> {
+        let all = linked.all();
+        let mut errors = ModelErrors::default();
+        let mut of_stresslets = 0.0;
+        let mut bars = LargestDifferences::default();
+        let tail = mobility.tail();
+        for (variant, factor, of_motions) in [
+            (Variant::Neglecting, 1.0, control.neglected),
+            (Variant::Lowered, tail, tail.min(control.most_tail)),
+        ] {
+            mobility.set_variant(variant);
+            let (other, of_other) = all.by_similar_mobility(mobility, found, control.of_change)?;
+            let differences = all.largest_differences(solution, &other);
+            bars.add(
+                factor,
+                &LargestDifferences {
+                    velocity: 0.0,
+                    angular_velocity: 0.0,
+                    ..differences
+                },
+            );
+            bars.velocity += of_motions * differences.velocity;
+            bars.angular_velocity += of_motions * differences.angular_velocity;
+            let change = response - &linked.response(&other)?;
+            let change = &change * of_motions;
+            errors.signed = Some(match errors.signed.take() {
+                Some(sum) => sum + &change,
+                None => change,
+            });
+            if let Some(stresslets) = stresslets {
+                let others = mobility.stresslets(&of_other.hidden);
+                let changes = stresslets.iter().zip(&others).map(|(a, b)| (a - b).norm());
+                of_stresslets += factor * changes.fold(0.0, f64::max);
+            }
+        }
+        let slower = (NARROW / mobility.narrowest()).max(1.0);
+        let of_iteration = RESIDUAL_FACTOR * slower * found.residual;
+        let [motion, load] = [&solution.generalised, &solution.forces].map(DVector::norm);
+        bars.add(
+            of_iteration,
+            &LargestDifferences {
+                velocity: motion,
+                angular_velocity: motion,
+                force: load,
+                torque: load,
+                power: motion * load,
+            },
+        );
+        let sizes = stresslets.into_iter().flatten().map(Matrix3::norm);
+        of_stresslets += of_iteration * sizes.fold(0.0, f64::max);
+        if !all.is_held() && !all.has_given_forces() {
+            let forces = all.forces_of_motion(solution, mobility, found, control.of_change)?;
+            let changes = tail * (&solution.forces - forces);
+            let [velocity, angular] = unbalanced_velocities(mobility.spheres(), &changes);
+            bars.velocity = bars.velocity.max(UNBALANCED_PART * velocity);
+            bars.angular_velocity = bars.angular_velocity.max(UNBALANCED_PART * angular);
+        }
+        // As for a resistance matrix: a rotation may change little by chance.
+        let of_velocity = bars.velocity / self.scaled.shortest_lever;
+        bars.angular_velocity = bars.angular_velocity.max(of_velocity);
+        errors.bars = Some(bars);
+        Ok((errors, of_stresslets))
+    }
+
     /// The norm of a stresslet in the scene's units.
     fn stresslets_of_size(&self, scaled: f64) -> f64 {
         let only = Matrix3::from_diagonal_element(scaled / 3.0_f64.sqrt());
@@ -264,6 +303,16 @@ impl SpheresModel {
 fn resolved<T>(found: Result<T, HydroError>) -> Result<Option<T>, HydroError> {
     match found {
         Err(HydroError::TooClose { .. } | HydroError::TooLarge { .. }) => Ok(None),
+        found => found.map(Some),
+    }
+}
+
+/// What was found; none if what couplings neglect, or lower orders, made the matrix indefinite.
+fn definite<T>(found: Result<T, ModelError>) -> Result<Option<T>, ModelError> {
+    match found {
+        Err(ModelError::Spheres(
+            HydroError::FactorisationFailed { .. } | HydroError::NotConverged { .. },
+        )) => Ok(None),
         found => found.map(Some),
     }
 }

@@ -329,7 +329,8 @@ impl SpheresModel {
 
     /// Predicted seconds of one solution on two cores, from the operations that it takes.
     ///
-    /// Counted and not measured: the same on all machines. Cost: microseconds.
+    /// Counted and not measured: the same on all machines. Cost: some hundred operations for each
+    /// pair of spheres.
     ///
     /// # Errors
     /// Spheres that are too close.
