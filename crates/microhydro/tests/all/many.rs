@@ -3,8 +3,8 @@
 use microhydro::multipole::MultipoleMobility;
 use microhydro::nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use microhydro::{
-    Accuracy, HydroError, Linkage, LinkedMotion, LinkedSpheres, Medium, PointMobility, PointModel,
-    Spheres, multipole, oseen, rpy,
+    Accuracy, HydroError, Linkage, LinkedMotion, LinkedSpheres, Medium, Mobility, PointMobility,
+    PointModel, Spheres, multipole, oseen, rpy,
 };
 
 /// Numbers between 0 and 1.
