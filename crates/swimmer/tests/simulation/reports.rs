@@ -202,6 +202,7 @@ fn the_summary_has_every_number_of_the_outcome() {
             "lookups": 30,
             "table_solves": 26,
             "error_estimate": estimate_json(0.5),
+            "facet_errors": null,
             "uncorrected": {
                 "displacement": {
                     "a": [1.125, 1.625, 2.125],
