@@ -11,6 +11,9 @@ pub(crate) enum BodyCheck {
     /// It is that of a body at the values as far as a fine grid shows, which smaller changes do not
     /// make certain either.
     Unproven,
+    /// It may be that of a body at the values, but is so close to none that no mesh follows, in
+    /// words.
+    Near(String),
     /// What is wrong with the values.
     Problem(String),
 }
@@ -19,7 +22,7 @@ impl BodyCheck {
     /// What is wrong with the values.
     pub(crate) fn problem(self) -> Option<String> {
         match self {
-            Self::Problem(problem) => Some(problem),
+            Self::Problem(problem) | Self::Near(problem) => Some(problem),
             Self::Within | Self::Here | Self::Unproven => None,
         }
     }

@@ -255,21 +255,26 @@ impl SphereDeformation {
                 sign.map(|at| modes.global(&at))
             }
         };
-        let refuse = |what: &str, at: Vector3<f64>| {
+        let words = |what: &str, at: Vector3<f64>| {
             let [x, y, z]: [f64; 3] = (self.stretched(radius * at)).into();
-            BodyCheck::Problem(format!(
+            format!(
                 "has a surface that {what} at its point [{x:.3}, {y:.3}, {z:.3}] before the \
                  deformation; use smaller amplitudes of its modes"
-            ))
+            )
         };
-        match (sign, self.keeps_surface()) {
-            (Sign::Within, _) if has_size => BodyCheck::Within,
-            (Sign::Within | Sign::Here, _) => BodyCheck::Here,
-            (Sign::Unproven, _) => BodyCheck::Unproven,
-            (Sign::NotAt(at), true) => refuse("would fold", at),
-            (Sign::NotAt(at), false) => refuse("would reach its centre", at),
-            (Sign::Near(at), true) => refuse("comes too close to a fold for a mesh", at),
-            (Sign::Near(at), false) => refuse("comes too close to its centre for a mesh", at),
+        let [would, near] = match self.keeps_surface() {
+            true => ["would fold", "comes too close to a fold for a mesh"],
+            false => [
+                "would reach its centre",
+                "comes too close to its centre for a mesh",
+            ],
+        };
+        match sign {
+            Sign::Within if has_size => BodyCheck::Within,
+            Sign::Within | Sign::Here => BodyCheck::Here,
+            Sign::Unproven => BodyCheck::Unproven,
+            Sign::NotAt(at) => BodyCheck::Problem(words(would, at)),
+            Sign::Near(at) => BodyCheck::Near(words(near, at)),
         }
     }
 

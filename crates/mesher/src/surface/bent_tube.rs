@@ -766,8 +766,8 @@ mod tests {
     /// touched each other, and had a reach of a sixteenth of the radius.
     #[test]
     fn bug_parts_that_cross_were_farther_than_they_are() {
-        let radius = 5.0;
-        for gap in [0.05, -0.05] {
+        let radius = 5.0_f64;
+        for gap in [0.05_f64, -0.05] {
             for line in [8.0, 8.23, 8.41, 8.67] {
                 // Two lines of slope c that cross at this height are (1 + 2 c²)^(-1/2) of it apart.
                 let way = radius * (2.0 + 1.5 * PI);

@@ -760,7 +760,7 @@ impl<'a> FoldSearch<'a> {
             body.examined += 1;
             let is_left = match body.deformation.check(&values, &change) {
                 BodyCheck::Within => false,
-                BodyCheck::Here => true,
+                BodyCheck::Here | BodyCheck::Near(_) => true,
                 BodyCheck::Unproven => !is_short,
                 BodyCheck::Problem(problem) => {
                     found.get_or_insert((middle, number, Some(problem)));
