@@ -889,3 +889,49 @@ fn span_key(checks: &Checks, table: Option<&GaitTable>, span: &PhaseSpan) -> Str
         (None, false) => "gait.harmonics".to_owned(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+    use crate::Scene;
+
+    /// Numbers of values that are examined of the bodies of a gait of one phase.
+    fn examined(targets: &str) -> Vec<(String, usize)> {
+        let worm = |name: &str, y: f64| {
+            format!(
+                "[[bodies]]\nname = \"{name}\"\nshape = \"tube\"\nlength = 10\nradius = 0.2\n\
+                 position = [0, {y}, 0]\n\
+                 deformation = {{ kind = \"undulation\", wave = \"helix\", amplitude = 0.3 }}\n"
+            )
+        };
+        let bodies = worm("a", 0.0) + &worm("b", 5.0);
+        let text = format!("{bodies}[[gait.phases]]\ntargets = {{ {targets} }}");
+        let scene = Scene::parse(&text).unwrap();
+        let start = scene.articulation().initial_shape();
+        let span = spans(scene.gait(), start).unwrap().next().unwrap();
+        let mut search = FoldSearch::new(&span, scene.bodies());
+        let all: Vec<usize> = (0..search.bodies.len()).collect();
+        assert_eq!(search.first((0.0, 1.0), &all), None);
+        let count = |body: &Searched<'_>| (body.name.to_owned(), body.examined);
+        search.bodies.iter().map(count).collect()
+    }
+
+    /// All turns of a wave were examined, and bodies at rest as often as those that move.
+    #[test]
+    fn bug_shapes_that_repeat_were_examined_again() {
+        let turns = |number: f64| examined(&format!("\"a.phase\" = {}", number * TAU));
+        let [one, many] = [turns(1.0), turns(32.0)];
+        assert_eq!(one.len(), 1);
+        assert_eq!(one[0].0, "a");
+        // The parts around the first turn are those of one turn and five larger ones.
+        assert_eq!(many[0].1, one[0].1 + 5);
+        // Another amplitude is another shape.
+        let both = examined(&format!(
+            "\"a.phase\" = {}, \"a.amplitude\" = 0.31",
+            4.0 * TAU
+        ));
+        assert!(both[0].1 > 2 * one[0].1, "{both:?} {one:?}");
+    }
+}
