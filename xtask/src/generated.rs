@@ -1,8 +1,8 @@
 //! Generated pages that are older than their generators.
 //!
 //! A page says in its first lines by which command it is made. `docs/generated.txt` has for each
-//! of them the hash of its generator, the sources of the study or the script and the scenes that
-//! they name, as it was when the page was made. A generator that changes afterwards is found here;
+//! of them the hash of its generator, the sources of the study or the script, those that they use
+//! and the scenes that they name, as it was when the page was made. A generator that changes afterwards is found here;
 //! that a change of a solver would change the numbers of a page is not.
 
 use std::fmt::Write as _;
@@ -50,6 +50,12 @@ pub fn run(made: &[&str]) -> Result<()> {
         bail!("{unknown} does not say in its first lines `Made by` which command");
     }
     let (mut older, mut text) = (Vec::new(), String::new());
+    for name in without_page(&list, &pages) {
+        older.push(format!(
+            "{LIST} has {name}, which does not say in its first lines `Made by` which command; \
+             write that, or remove the line"
+        ));
+    }
     for page in &pages {
         let hash = format!("{:016x}", page.hash()?);
         let known = list.lines().find_map(|line| {
@@ -76,6 +82,13 @@ pub fn run(made: &[&str]) -> Result<()> {
     expect_none(&older, "pages are older than their generators")
 }
 
+/// Names in the list that are no generated pages.
+fn without_page<'a>(list: &'a str, pages: &[Generated]) -> Vec<&'a str> {
+    let names = list.lines().filter_map(|line| line.split(' ').next());
+    let is_page = |name: &str| pages.iter().any(|page| page.page == name);
+    names.filter(|name| !is_page(name)).collect()
+}
+
 /// The generated pages of the documentation.
 fn generated() -> Result<Vec<Generated>> {
     let sources = files_below("crates/studies/src", ".rs")?;
@@ -89,10 +102,19 @@ fn generated() -> Result<Vec<Generated>> {
         if inputs.is_empty() {
             bail!("{page} is made by `{command}`, which is no study and no script of docs/figures");
         }
-        for name in inputs.clone() {
-            inputs.extend(scenes(&read(&root().join(name))?));
+        let mut number = 0;
+        while let Some(name) = inputs.get(number).cloned() {
+            number += 1;
+            if name.ends_with(".toml") {
+                continue;
+            }
+            let text = read(&root().join(&name))?;
+            for used in [uses(&name, &text, &sources), scenes(&text)].concat() {
+                if !inputs.contains(&used) {
+                    inputs.push(used);
+                }
+            }
         }
-        inputs.dedup();
         found.push(Generated {
             page,
             command: command.to_owned(),
@@ -117,8 +139,44 @@ fn generator(command: &str, sources: &[String]) -> Vec<String> {
     let Some(name) = words.nth(2).filter(|_| command.starts_with("cargo xtask ")) else {
         return Vec::new();
     };
-    let file = format!("crates/studies/src/{name}.rs");
-    let folder = format!("crates/studies/src/{name}/");
+    sources_of(name, sources)
+}
+
+/// Modules that draw pages, whose changes touch no numbers.
+const OF_PAGES: [&str; 4] = ["chart", "figures", "page", "table"];
+
+/// Files that a source of a generator uses: modules of the studies among the `sources`, scripts
+/// beside a script.
+fn uses(name: &str, text: &str, sources: &[String]) -> Vec<String> {
+    let is_script = name.ends_with(".py");
+    let word = |line: &str| -> Option<String> {
+        let rest = match is_script {
+            true => line.strip_prefix("from ").or(line.strip_prefix("import ")),
+            false => line
+                .trim_start()
+                .split_once("use crate::")
+                .map(|(_, rest)| rest),
+        };
+        let end = |c: char| !(c.is_alphanumeric() || c == '_');
+        Some(rest?.split(end).next()?.to_owned())
+    };
+    let words = text.lines().filter_map(word);
+    let mut files = Vec::new();
+    for module in words.filter(|word| !OF_PAGES.contains(&word.as_str())) {
+        if is_script {
+            let file = format!("docs/figures/{module}.py");
+            files.extend(root().join(&file).exists().then_some(file));
+        } else {
+            files.extend(sources_of(&module, sources));
+        }
+    }
+    files
+}
+
+/// The files of a module of the studies.
+fn sources_of(module: &str, sources: &[String]) -> Vec<String> {
+    let file = format!("crates/studies/src/{module}.rs");
+    let folder = format!("crates/studies/src/{module}/");
     let is_own = |source: &&String| **source == file || source.starts_with(&folder);
     sources.iter().filter(is_own).cloned().collect()
 }
@@ -172,6 +230,25 @@ mod tests {
         let of = |parts: &[&str]| parts.iter().fold(FNV_BASIS, |h, p| hashed(h, p.as_bytes()));
         assert_ne!(of(&["ab", "c"]), of(&["a", "bc"]));
         assert_ne!(of(&["ab"]), of(&["ac"]));
+    }
+
+    /// Changes of what a generator uses, and pages that lost their command, were not found.
+    #[test]
+    fn bug_generators_were_hashed_without_what_they_use() {
+        let pages = generated().unwrap();
+        let has = |page: &str, input: &str| {
+            let found = pages.iter().find(|of| of.page == page).unwrap();
+            found.inputs.iter().any(|of| of == input)
+        };
+        assert!(has("docs/random-laws.md", "docs/figures/random_scenes.py"));
+        assert!(has("docs/deforming.md", "docs/figures/helix.py"));
+        assert!(!has("docs/deforming.md", "docs/figures/figures.py"));
+        assert!(has("docs/newton.md", "crates/studies/src/oseen.rs"));
+        assert!(has("docs/tolerances.md", "crates/studies/src/random.rs"));
+        assert!(has("docs/models.md", "crates/studies/src/reference.rs"));
+        assert!(!has("docs/models.md", "crates/studies/src/page.rs"));
+        let list = "docs/models.md 0\ndocs/none.md 1\n";
+        assert_eq!(without_page(list, &pages), ["docs/none.md"]);
     }
 
     #[test]

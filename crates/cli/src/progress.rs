@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 #[cfg(unix)]
 use signal_hook::consts::{SIGHUP, SIGXFSZ};
 use signal_hook::consts::{SIGINT, SIGTERM};
-use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution, TYPICAL_SOLVES_PER_SPAN};
+use swimmer::{MissedTarget, PhaseSpan, Scene, SpanResult, SpanSolution};
 
 use super::text::{count, duration, message, percent, printable, two_digits, warn};
 use super::time_left::{TimeLeft, about};
@@ -84,16 +84,17 @@ impl RunBar {
     }
 
     /// The share of the present phase that is done: the position `s` in time where the steps of an
-    /// integration go there, else that of the solves that a phase takes.
+    /// integration go there, else that of the solves that a phase of this run took; none of the
+    /// first phase, since free joints and masses need many times as many as others.
     fn share_at(&self, s: f64) -> f64 {
         if self.scene.inertia().is_kept() || self.scene.noise().is_some() {
             return s.clamp(0.0, 1.0);
         }
         let phases = self.done - self.done_before;
-        let per_phase = match phases {
-            0 => TYPICAL_SOLVES_PER_SPAN as f64,
-            phases => self.solves_of_done as f64 / phases as f64,
-        };
+        if phases == 0 {
+            return 0.0;
+        }
+        let per_phase = self.solves_of_done as f64 / phases as f64;
         (self.solves as f64 / per_phase.max(1.0)).min(LARGEST_SHARE)
     }
 

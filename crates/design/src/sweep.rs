@@ -36,7 +36,7 @@ const WRITE_INTERVAL: Duration = Duration::from_secs(2);
 pub struct VariedKey {
     /// The key, as for `--set`: `bodies.left.radius`, `fluid.viscosity`; or `links.NAME.length` and
     /// `links.NAME.amplitude`, the [`parameters`] of a driven link, for which bodies are moved and
-    /// the gait is changed.
+    /// the gait is changed; keys that change with them cannot vary beside them.
     pub key: String,
     /// Its values.
     pub values: Values,
@@ -148,6 +148,12 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
 
+/// A positive number of a text.
+fn positive(text: &str) -> Option<f64> {
+    let value = text.trim().parse().ok();
+    value.filter(|value: &f64| value.is_finite() && *value > 0.0)
+}
+
 /// The parts of a list, which commas outside brackets and quotes separate.
 fn entries(text: &str) -> Vec<String> {
     let (mut depth, mut quote) = (0_i32, None);
@@ -244,6 +250,24 @@ pub fn sweep_points(
 }
 
 impl Values {
+    /// Refuses values of a parameter that are no positive numbers.
+    fn require_positive(&self, key: &str) -> Result<(), DesignError> {
+        let bad = match self {
+            Self::List(values) => values
+                .iter()
+                .find(|value| positive(value).is_none())
+                .cloned(),
+            Self::Between { from, .. } => (*from <= 0.0).then(|| number(*from)),
+        };
+        match bad {
+            None => Ok(()),
+            Some(value) => Err(DesignError::NotApplicable {
+                place: key.to_owned(),
+                problem: format!("cannot be {value}; give positive numbers"),
+            }),
+        }
+    }
+
     fn random(&self, random: &mut Rng) -> String {
         match self {
             Self::List(values) => values[random.usize(0..values.len())].clone(),
@@ -502,22 +526,57 @@ struct Varied {
 impl Varied {
     /// The scene of a text, with the keys to vary.
     fn new(scene: &Scene, text: &str, keys: &[VariedKey]) -> Result<Self, DesignError> {
-        let keys: Vec<String> = keys.iter().map(|varied| varied.key.clone()).collect();
+        let document = Document::parse(text, "scene")?;
         let mut known = Vec::new();
-        if keys.iter().any(|key| key.starts_with("links")) {
+        if keys.iter().any(|varied| varied.key.starts_with("links")) {
             known = parameters(scene)?;
         }
-        let of_key = |key: &String| {
-            let is_own = |of: &&Parameter| of.key(scene).as_ref() == Some(key);
+        let of_key = |key: &str| {
+            let path = document.full_path(key);
+            let is_own = |of: &&Parameter| {
+                let [name, number] = of.keys(scene).unwrap_or_default();
+                name == key || path.as_deref() == Some(&number)
+            };
             known.iter().find(is_own).cloned()
         };
-        Ok(Self {
-            document: Document::parse(text, "scene")?,
-            parameters: (keys.iter().enumerate())
-                .filter_map(|(number, key)| Some((number, of_key(key)?)))
-                .collect(),
-            keys,
-        })
+        let of_number =
+            |(number, varied): (usize, &VariedKey)| Some((number, of_key(&varied.key)?));
+        let varied = Self {
+            parameters: keys.iter().enumerate().filter_map(of_number).collect(),
+            keys: keys.iter().map(|varied| varied.key.clone()).collect(),
+            document,
+        };
+        for (number, parameter) in &varied.parameters {
+            keys[*number].values.require_positive(&keys[*number].key)?;
+            varied.require_no_other_key(scene, *number, parameter)?;
+        }
+        Ok(varied)
+    }
+
+    /// Refuses keys that a parameter changes too: the scene would have other values of them than
+    /// the row.
+    fn require_no_other_key(
+        &self,
+        scene: &Scene,
+        number: usize,
+        parameter: &Parameter,
+    ) -> Result<(), DesignError> {
+        let changed = parameter.changed_keys(scene)?;
+        let own = &self.keys[number];
+        for (other, key) in self.keys.iter().enumerate() {
+            if self.parameters.iter().any(|(of, _)| *of == other) {
+                continue;
+            }
+            let path = self.document.full_path(key).unwrap_or_default();
+            let is_same = |of: &String| path.starts_with(of.as_str()) || of.starts_with(&path);
+            if !path.is_empty() && changed.iter().any(is_same) {
+                return Err(DesignError::NotApplicable {
+                    place: key.clone(),
+                    problem: format!("changes with {own}, which varies too; vary one of them"),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// The values of all keys at a point, in words.
@@ -553,13 +612,8 @@ impl Varied {
                 place: place.clone(),
                 problem,
             };
-            let value: f64 = values[*number]
-                .parse()
-                .map_err(|_| refuse(format!("{} must be a number", self.keys[*number])))?;
-            if !(value.is_finite() && value > 0.0) {
-                let key = &self.keys[*number];
-                return Err(refuse(format!("{key} must be a positive number")));
-            }
+            let value = positive(&values[*number])
+                .ok_or_else(|| refuse(format!("{} must be positive", self.keys[*number])))?;
             let parameter = now.iter().find(|now| now.name == parameter.name);
             let parameter = parameter.ok_or_else(|| {
                 refuse(format!("{} has no value in this gait", self.keys[*number]))
@@ -891,6 +945,45 @@ mod tests {
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
         assert!((shorter - whole).abs() > 1e-3 && (weaker - whole).abs() > 1e-3);
+    }
+
+    /// Keys were set first and then changed by the parameters, so that rows told other values than
+    /// the scene had; values that no scene can have made rows that all failed.
+    #[test]
+    fn bug_values_of_a_sweep_were_not_those_of_its_scenes() {
+        let scene = Scene::parse(SWIMMER).unwrap();
+        let varied = |keys: &[&str]| {
+            let keys: Vec<VariedKey> = keys.iter().map(|key| key.parse().unwrap()).collect();
+            let varied = Varied::new(&scene, &scene.to_toml().unwrap(), &keys);
+            varied.map_err(|error| error.to_string())
+        };
+        let length = "links.left-arm.length=8";
+        for other in [
+            "gait.phases.0.length=6,7",
+            "bodies.left.position=[-9, 0, 0]",
+            "bodies.2.position=[9, 0, 0]",
+        ] {
+            let error = varied(&[other, length]).err().unwrap();
+            assert!(
+                error.contains("changes with links.left-arm.length"),
+                "{error}"
+            );
+        }
+        let amplitude = "links.left-arm.amplitude=1";
+        assert!(varied(&["gait.phases.2.length=9", amplitude]).is_ok());
+        assert!(varied(&["gait.phases.0.length=7", amplitude]).is_err());
+        assert!(varied(&["gait.phases.1.length=7", "bodies.left.radius=1,2", length]).is_ok());
+        for bad in ["abc,1", "8,-1", "0,1", "-1:3", "inf"] {
+            let error = varied(&[&format!("links.left-arm.length={bad}")])
+                .err()
+                .unwrap();
+            assert!(error.contains("give positive numbers"), "{error}");
+        }
+        // Links have numbers too, as for other keys.
+        let numbered = varied(&["links.0.length=8"]).unwrap();
+        let named = varied(&[length]).unwrap();
+        assert_eq!(numbered.parameters, named.parameters);
+        assert_eq!(named.parameters.len(), 1);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use mesh::Surface;
 use nalgebra::{Isometry3, Vector3};
 
+use crate::body_check::BodyCheck;
 use crate::shape::Shape;
 use crate::shapes::TubeShape;
 use crate::sphere_deformation::SphereDeformation;
@@ -153,16 +154,20 @@ impl Deformation {
         }
     }
 
-    /// Whether the surface certainly is that of a body at all values that differ by at most the
-    /// changes of the joints from these, at which it is one.
+    /// Whether the surface is that of a body at these values, and at all that differ from them by at
+    /// most the changes of the joints.
     ///
     /// Modes neither fold nor reach the centre, and tubes neither fold nor touch themselves.
     /// Triangles do not fold; they may pass through each other by an eighth of their height.
-    pub(crate) fn is_body_within(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> bool {
+    pub(crate) fn check(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> BodyCheck {
         match self {
-            Self::Sphere(sphere) => sphere.is_body_within(values, changes),
-            Self::Undulation(tube) => tube.is_body_within(values, changes),
-            Self::Triangles(of) => of.keeps_sides_within(values, changes),
+            Self::Sphere(sphere) => sphere.check(values, changes),
+            Self::Undulation(tube) => tube.check(values, changes),
+            Self::Triangles(of) => match of.problem(values) {
+                Some(problem) => BodyCheck::Problem(problem),
+                None if of.keeps_sides_within(values, changes) => BodyCheck::Within,
+                None => BodyCheck::Here,
+            },
         }
     }
 
@@ -228,34 +233,38 @@ impl Undulation {
     }
 
     fn problem(&self, values: &[f64]) -> Option<String> {
-        let tube = self.at(values);
-        if let Some(problem) = tube.bend.as_ref().and_then(Bend::problem) {
-            return Some(problem);
-        }
-        let reach = tube.tube(1.0).reach();
-        let is_open = reach > MIN_REACH * self.tube.radius.min(self.tube.end_radius);
-        (!is_open).then(|| {
-            "folds or touches itself: its centreline bends more than its radius allows, or comes \
-             back to itself; use a smaller amplitude, fewer waves or a thinner tube"
-                .to_owned()
-        })
+        self.check(values, &|_| 0.0).problem()
     }
 
-    /// Whether the tube neither folds nor touches itself at all values that differ from these by at
-    /// most the changes.
+    /// Whether the tube neither folds nor touches itself, also at all values that differ from these
+    /// by at most the changes.
     ///
-    /// Balls of the radius `ρ` fit to both sides of the tube at these values. Two parts of it do
-    /// not meet while their points move by less than `ρ`. Where its radius is `r` its curvature is
-    /// at most `1 / (r + ρ)`, and it does not fold while that is below `1 / r`.
-    fn is_body_within(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> bool {
+    /// Balls of the radius `ρ` fit to both sides of the tube at these values, and must be larger
+    /// than `m`, a small part of its radius. Balls of the radius `m` fit between two parts of it
+    /// while their points move by less than `ρ - m`. Where its radius is `r` its curvature is at
+    /// most `1 / (r + ρ)`, and they fit there while that is below `1 / (r + m)`.
+    fn check(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> BodyCheck {
         let tube = self.at(values);
         let Some(bend) = &tube.bend else {
-            return true;
+            return BodyCheck::Within;
         };
+        if let Some(problem) = bend.problem() {
+            return BodyCheck::Problem(problem);
+        }
+        let least = MIN_REACH * self.tube.radius.min(self.tube.end_radius);
+        let reach = tube.tube(1.0).reach();
+        // Not a number is no reach.
+        if !(reach > least) {
+            return BodyCheck::Problem(
+                "folds or touches itself: its centreline bends more than its radius allows, or \
+                 comes back to itself; use a smaller amplitude, fewer waves or a thinner tube"
+                    .to_owned(),
+            );
+        }
         let [of_amplitude, of_phase] = self.joints.map(changes);
         let largest = bend.amplitude.abs() + of_amplitude;
         let Some(bends) = (self.wave).curvature_rates(self.tube.length, largest) else {
-            return false;
+            return BodyCheck::Here;
         };
         let speeds = self.speeds(largest);
         let radii = [
@@ -264,9 +273,12 @@ impl Undulation {
             tube.head_radius.unwrap_or(0.0),
         ];
         let radius = radii.into_iter().fold(0.0, f64::max);
-        let reach = tube.tube(1.0).reach();
         let sum = |[a, b]: [f64; 2]| a * of_amplitude + b * of_phase;
-        sum(speeds) < reach && sum(bends) < reach / (radius * (radius + reach))
+        let of_curvature = 1.0 / (radius + least) - 1.0 / (radius + reach);
+        match sum(speeds) < reach - least && sum(bends) < of_curvature {
+            true => BodyCheck::Within,
+            false => BodyCheck::Here,
+        }
     }
 }
 
@@ -365,7 +377,11 @@ mod tests {
             }
             let values = [share * low, phase];
             let mut least = 1.0;
-            while !undulation.is_body_within(&values, &|joint| least * changes[joint]) {
+            let is_within = |least: f64| {
+                let change = |joint: usize| least * changes[joint];
+                undulation.check(&values, &change) == BodyCheck::Within
+            };
+            while !is_within(least) {
                 least *= 0.5;
                 prop_assert!(least > 1e-4, "{values:?}");
             }

@@ -3,6 +3,7 @@
 
 mod arrangement;
 mod body;
+mod body_check;
 mod builder;
 mod checks;
 mod contact;

@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::harmonics::{Harmonic, Jet, MAX_MODE_DEGREE};
+use crate::positive_directions::{Sign, sign};
 
 /// Radial function `R (1 + Σ a Y / p)^p` of a sphere that its modes deform, over directions whose
 /// third coordinate is along the axis of the modes and whose first one is along their meridian.
@@ -122,36 +123,34 @@ impl RadialProfile {
         bound(&self.terms, |_| 1.0) / self.power
     }
 
-    /// Lower bound of `1 + Σ a Y / p` for finite amplitudes, and the direction of the smallest
-    /// sample: that sample, less what the harmonics may fall from there to a minimum between
-    /// samples.
+    /// Lower bound of `1 + Σ a Y / p` for finite amplitudes: the smallest sample, less what the
+    /// harmonics may fall from there to a minimum between samples.
     ///
     /// At a distance `h` from a minimum that is at most `h²/2` times the second derivative.
-    pub(crate) fn smallest_base(&self) -> (f64, Vector3<f64>) {
-        let all = directions(self.is_zonal()).map(|n| (self.base(&n), n));
-        let start = (f64::INFINITY, Vector3::z());
-        let (least, at) = all.fold(start, |a, b| if b.0 < a.0 { b } else { a });
+    pub(crate) fn smallest_base(&self) -> f64 {
+        let all = directions(self.is_zonal()).map(|n| self.base(&n));
+        let least = all.fold(f64::INFINITY, f64::min);
         let distance = match self.is_zonal() {
             true => 0.5 * PI / ANGLES as f64,
             // half of the diagonal of a cell at the equator
             false => 0.5 * SQRT_2 * PI / GRID[0] as f64,
         };
         let fall = 0.5 * distance * distance * largest_second_derivative(&self.terms) / self.power;
-        (least - fall, at)
+        least - fall
     }
 
-    /// A direction in which the surface may reach the centre, where amplitudes differ from these by
-    /// at most the changes; none if it certainly does not.
-    pub(crate) fn centre_outside(&self, changes: &[(Harmonic, f64)]) -> Option<Vector3<f64>> {
+    /// Whether the centre is inside the surface, also where amplitudes differ from these by at most
+    /// the changes: the sign of `1 + Σ a Y / p`.
+    pub(crate) fn centre_inside(&self, changes: &[(Harmonic, f64)]) -> Sign {
         let change = bound(changes, |_| 1.0) / self.power;
         if self.largest_change() + change < 1.0 {
-            return None;
+            return Sign::Within;
         }
         if !self.terms.iter().all(|(_, a)| a.is_finite()) {
-            return Some(Vector3::z());
+            return Sign::NotAt(Vector3::z());
         }
-        let (least, at) = self.smallest_base();
-        (least <= change).then_some(at)
+        let bend = largest_second_derivative(&self.terms) / self.power;
+        sign(self.is_zonal(), |n| self.base(n), bend, change)
     }
 
     /// Upper bound of the distances of the surface from the centre, stretched along the axis by
@@ -195,9 +194,14 @@ impl RadialProfile {
 /// Among the harmonics of a degree `n` with the sum of squares 1 the largest is
 /// `(L (3 L - 2)/8)^(1/2)` with `L = n (n + 1)`: a derivative of `P_n(cos γ)` at `γ = 0`.
 pub(crate) fn largest_second_derivative(terms: &[(Harmonic, f64)]) -> f64 {
+    second_derivatives(terms, |_| 1.0)
+}
+
+/// The same with a weight for each degree.
+pub(crate) fn second_derivatives(terms: &[(Harmonic, f64)], weight: impl Fn(f64) -> f64) -> f64 {
     bound(terms, |n| {
         let l = n * (n + 1.0);
-        (l * (3.0 * l - 2.0) / 8.0).max(0.0).sqrt()
+        weight(n) * (l * (3.0 * l - 2.0) / 8.0).max(0.0).sqrt()
     })
 }
 

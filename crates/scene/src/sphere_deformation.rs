@@ -5,6 +5,8 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
+use crate::body_check::BodyCheck;
+use crate::positive_directions::Sign;
 use crate::radial_profile::RadialProfile;
 use crate::surface_modes::{SurfaceModes, value};
 use crate::words::ModeMotion;
@@ -181,7 +183,7 @@ impl SphereDeformation {
         let profile = self.profile(values);
         let longest = profile.radius * self.aspect().max(1.0);
         let slope = match profile.power < 1.0 {
-            true => (profile.smallest_base().0 - excess / profile.power)
+            true => (profile.smallest_base() - excess / profile.power)
                 .max(LEAST_BASE)
                 .powf(profile.power - 1.0),
             false => 1.0,
@@ -225,25 +227,17 @@ impl SphereDeformation {
 
     /// What is wrong with these values; `None` if the surface is that of a body.
     pub fn problem(&self, values: &[f64]) -> Option<String> {
-        let radius = self.sphere_radius(values);
-        if !(radius > 0.0 && radius.is_finite()) {
-            return Some(format!("has the radius {radius}, which must be positive"));
-        }
-        let at = self.bad_place(values, &|_| 0.0)?;
-        let what = match self.keeps_surface() {
-            true => "fold",
-            false => "reach its centre",
-        };
-        let [x, y, z]: [f64; 3] = (self.stretched(radius * at)).into();
-        Some(format!(
-            "has a surface that would {what} at its point [{x:.3}, {y:.3}, {z:.3}] before the \
-             deformation; use smaller amplitudes of its modes"
-        ))
+        self.check(values, &|_| 0.0).problem()
     }
 
-    /// Whether the surface certainly is that of a body at all values that differ from these by at
-    /// most the changes.
-    pub(crate) fn is_body_within(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> bool {
+    /// Whether the surface is that of a body, also at all values that differ from these by at most
+    /// the changes.
+    pub(crate) fn check(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> BodyCheck {
+        let radius = self.sphere_radius(values);
+        if !(radius > 0.0 && radius.is_finite()) {
+            let problem = format!("has the radius {radius}, which must be positive");
+            return BodyCheck::Problem(problem);
+        }
         let has_size = self.size.is_none_or(|size| {
             let joint = size.joint();
             [-1.0, 1.0].into_iter().all(|sign| {
@@ -252,20 +246,35 @@ impl SphereDeformation {
                 size.radius(&values) > 0.0
             })
         });
-        has_size && self.bad_place(values, changes).is_none()
-    }
-
-    /// A direction in which modes may fold the surface, or lead it to the centre, at values that
-    /// differ from these by at most the changes; none if they certainly do not.
-    fn bad_place(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> Option<Vector3<f64>> {
-        let modes = self.modes.as_ref()?;
-        match modes.is_tangential() {
-            true => modes.fold(values, changes),
-            false => {
+        let sign = match &self.modes {
+            None => Sign::Within,
+            Some(modes) if modes.is_tangential() => modes.fold(values, changes),
+            Some(modes) => {
                 let [_, changes] = modes.largest_terms(values, changes);
-                let at = self.profile(values).centre_outside(&changes)?;
-                Some(modes.global(&at))
+                let sign = self.profile(values).centre_inside(&changes);
+                sign.map(|at| modes.global(&at))
             }
+        };
+        let words = |what: &str, at: Vector3<f64>| {
+            let [x, y, z]: [f64; 3] = (self.stretched(radius * at)).into();
+            format!(
+                "has a surface that {what} at its point [{x:.3}, {y:.3}, {z:.3}] before the \
+                 deformation; use smaller amplitudes of its modes"
+            )
+        };
+        let [would, near] = match self.keeps_surface() {
+            true => ["would fold", "comes too close to a fold for a mesh"],
+            false => [
+                "would reach its centre",
+                "comes too close to its centre for a mesh",
+            ],
+        };
+        match sign {
+            Sign::Within if has_size => BodyCheck::Within,
+            Sign::Within | Sign::Here => BodyCheck::Here,
+            Sign::Unproven => BodyCheck::Unproven,
+            Sign::NotAt(at) => BodyCheck::Problem(words(would, at)),
+            Sign::Near(at) => BodyCheck::Near(words(near, at)),
         }
     }
 
@@ -330,6 +339,7 @@ mod tests {
 
     use super::*;
     use crate::harmonics::Harmonic;
+    use crate::surface_modes::tangents;
 
     /// A body of radius one with one mode.
     fn with_mode(motion: ModeMotion, degree: usize, order: i32) -> SphereDeformation {
@@ -343,6 +353,48 @@ mod tests {
             }),
             ..SphereDeformation::default()
         }
+    }
+
+    /// Smallest value on a grid of three degrees of what must be positive: the factor of areas by
+    /// differences, the slope of the angle of tangential modes, or the distance from the centre;
+    /// minus infinity where there is none.
+    fn smallest_on_grid(body: &SphereDeformation, values: &[f64]) -> f64 {
+        const STEP: f64 = 1e-5;
+        let modes = body.modes.as_ref().unwrap();
+        let point = |n: Vector3<f64>| body.point(&n.normalize(), values);
+        let difference = |n: Vector3<f64>, t: Vector3<f64>| {
+            (point(n + STEP * t) - point(n - STEP * t)) / (2.0 * STEP)
+        };
+        let of_direction = |n: Vector3<f64>| match modes.motion {
+            // Not a number where the base of its root is negative.
+            ModeMotion::Radial | ModeMotion::Isochoric => body.profile(values).at(&n),
+            ModeMotion::Tangential => {
+                let along = Vector3::new(n.z, 0.0, -n.x);
+                let x = point(n);
+                difference(n, along).dot(&Vector3::new(x.z, 0.0, -x.x))
+            }
+            ModeMotion::Gradient | ModeMotion::Curl => {
+                let [a, b] = tangents(&n).map(|t| difference(n, t));
+                point(n).dot(&a.cross(&b))
+            }
+        };
+        let azimuths = if modes.motion == ModeMotion::Tangential {
+            1
+        } else {
+            120
+        };
+        let directions = (0..=60).flat_map(|i| {
+            let (across, along) = (PI * f64::from(i) / 60.0).sin_cos();
+            (0..azimuths).map(move |k| {
+                let (y, x) = (PI * f64::from(k) / 60.0).sin_cos();
+                Vector3::new(across * x, across * y, along)
+            })
+        });
+        let number = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };
+        directions
+            .map(of_direction)
+            .map(number)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// The slope of the radial function was taken for one, which it is for spheres alone: the
@@ -407,28 +459,59 @@ mod tests {
             let mut body = with_mode(motion, 2, 0);
             let modes = body.modes.as_mut().unwrap();
             modes.coordinates = both.into_iter().zip(0..).collect();
-            // The largest multiple of the start at which the surface is that of a body.
+            // The largest multiple of the start at which a fine grid shows the surface of a body.
             let scaled = |x: f64| start.map(|a| x * a);
             prop_assume!(start.iter().any(|a| a.abs() > 0.1));
             let (mut low, mut high) = (0.0, 64.0);
             for _ in 0..12 {
                 let x = 0.5 * (low + high);
-                match body.problem(&scaled(x)) {
-                    None => low = x,
-                    Some(_) => high = x,
+                match smallest_on_grid(&body, &scaled(x)) > 0.0 {
+                    true => low = x,
+                    false => high = x,
                 }
             }
+            prop_assert_eq!(body.problem(&scaled(0.9 * low)), None);
+            prop_assert!(body.problem(&scaled(1.1 * high)).is_some());
             let values = scaled(0.7 * low);
-            prop_assert!(body.is_body_within(&values, &|_| 0.0));
+            let is_within = |least: f64| {
+                let change = |joint: usize| least * changes[joint];
+                body.check(&values, &change) == BodyCheck::Within
+            };
             let mut least = 1.0;
-            while !body.is_body_within(&values, &|joint| least * changes[joint]) {
+            while !is_within(least) {
                 least *= 0.5;
                 prop_assert!(least > 1e-3, "{motion:?} {values:?}");
             }
             for tried in tried {
                 let moved = [0, 1].map(|k| values[k] + least * tried[k] * changes[k]);
-                prop_assert!(body.problem(&moved).is_none(), "{motion:?} {moved:?}");
+                prop_assert!(smallest_on_grid(&body, &moved) > 0.0, "{motion:?} {moved:?}");
             }
+        }
+    }
+
+    /// A search without the second derivatives of the factor of areas did not end in its number of
+    /// parts, and called these folds, whose smallest factors are from 0.17 to 0.78.
+    #[test]
+    fn bug_modes_that_fold_nowhere_were_refused() {
+        use ModeMotion::{Curl, Gradient};
+        let cases: [(ModeMotion, &[(usize, i32, f64)]); 6] = [
+            (Curl, &[(6, 0, 0.05)]),
+            (Curl, &[(8, 3, 0.03)]),
+            (Curl, &[(5, 2, 0.06)]),
+            (Gradient, &[(4, 2, 0.082)]),
+            (Gradient, &[(6, 3, 0.041)]),
+            (Gradient, &[(6, 3, 0.02), (8, 4, 0.012)]),
+        ];
+        for (motion, terms) in cases {
+            let mut body = with_mode(motion, 2, 0);
+            let harmonics = terms
+                .iter()
+                .map(|&(degree, order, _)| Harmonic { degree, order });
+            body.modes.as_mut().unwrap().coordinates = harmonics.zip(0..).collect();
+            let values: Vec<f64> = terms.iter().map(|(.., amplitude)| *amplitude).collect();
+            assert!(smallest_on_grid(&body, &values) > 0.15);
+            let found = body.check(&values, &|_| 0.0);
+            assert_eq!(found, BodyCheck::Within, "{motion:?} {terms:?}");
         }
     }
 

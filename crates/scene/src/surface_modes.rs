@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{Matrix2, Matrix3x2, Unit, UnitQuaternion, Vector2, Vector3};
 
 use crate::harmonics::Harmonic;
-use crate::positive_directions::not_positive;
-use crate::radial_profile::{bound, largest_second_derivative};
+use crate::positive_directions::{Sign, sign};
+use crate::radial_profile::{bound, second_derivatives};
 use crate::words::ModeMotion;
 
 /// Modes of a sphere: spherical harmonics about an axis.
@@ -137,65 +137,69 @@ impl SurfaceModes {
         [sizes.collect(), changes.collect()]
     }
 
-    /// A direction at which material points that move along the sphere may fold it, at values that
-    /// differ from these by at most the changes; none if they certainly do not.
+    /// Whether material points that move along the sphere do not fold it, also at values that
+    /// differ from these by at most the changes: the sign of the factor `f` by which areas change.
     ///
     /// A map of the sphere to itself that folds nowhere is one to one. With the angle `r = |v|` and
-    /// the derivative `A` of `v` along the sphere it changes areas by the factor
+    /// the derivative `A` of `v` along the sphere
     ///
     /// ```text
-    /// f = cos r + (sin r / r) (tr A + det A) + c(r) v·Av,   c = (cos r - sin r / r) / r²
+    /// f = cos r + s(r) (tr A + det A) + c(r) v·Av,   s = sin r / r,   c = s' / r
     /// ```
     ///
-    /// (Jacobi's equation on a sphere). Where `|v| <= R` and `|A| <= S` change by at most `α` and
-    /// `β`, `f` changes by at most `R α (1 + (2 S + S²) / 3 + R² S / 15) + 2 β (1 + S) +
-    /// (2 R S α + R² β) / 3`. Tangential modes have `f = dΘ/dθ`.
-    pub(crate) fn fold(
-        &self,
-        values: &[f64],
-        changes: &dyn Fn(usize) -> f64,
-    ) -> Option<Vector3<f64>> {
+    /// (Jacobi's equation on a sphere). Along a great circle, `v` and `A` have components that are
+    /// trigonometric polynomials of the degree of a harmonic, so that derivatives are at most that
+    /// degree times as large (Bernstein). `s` and `-3 c` are the characteristic functions of the
+    /// unit sphere and the unit ball, so that their second derivatives are at most 1/3 and 1/5.
+    /// Tangential modes have `f = dΘ/dθ`.
+    pub(crate) fn fold(&self, values: &[f64], changes: &dyn Fn(usize) -> f64) -> Sign {
         let terms = self.terms(values);
         let [sizes, changes] = self.largest_terms(values, changes);
         if sizes.iter().any(|(_, size)| !size.is_finite()) {
-            return Some(self.axis);
+            return Sign::NotAt(self.axis);
         }
         if self.motion == ModeMotion::Tangential {
             let sum = |terms: &[(Harmonic, f64)], power: i32| -> f64 {
                 let own = terms.iter();
-                own.map(|(of, a)| (of.degree as f64).powi(power) * a).sum()
+                own.map(|(of, a)| (of.degree as f64).powi(power) * a.abs())
+                    .sum()
             };
-            let (slope, fixed) = (sum(&sizes, 2), sum(&changes, 1));
             let stretch = |n: &Vector3<f64>| self.turned(n.x.atan2(n.z), values).1;
-            let at = not_positive(true, stretch, |angle| slope * angle + fixed);
-            return at.map(|n| self.global(&n));
+            let found = sign(true, stretch, sum(&terms, 3), sum(&changes, 1));
+            return found.map(|n| self.global(&n));
         }
-        // Among the harmonics of a degree with L = n (n + 1) and the sum of squares 1, the largest
-        // derivative along a great circle is (L / 2)^(1/2).
-        let first = |n: f64| (0.5 * n * (n + 1.0)).sqrt();
-        let [length, slope] = [bound(&sizes, first), largest_second_derivative(&sizes)];
+        let largest = self.flow_bounds(&sizes);
         // The stretch of lengths is at least cos |v| - |A|.
-        if length < FRAC_PI_2 && slope < length.cos() {
-            return None;
+        if largest.flow[0] < FRAC_PI_2 && largest.derivative[0] < largest.flow[0].cos() {
+            return Sign::Within;
         }
-        // Third derivatives along great circles are at most n³ (Bernstein), in other directions
-        // they differ by the curvature of the sphere times first derivatives.
-        let bend = bound(&sizes, |n| n.powi(3) + 2.0 / 3.0 * first(n));
-        let fixed = [bound(&changes, first), largest_second_derivative(&changes)];
-        let loss = |angle: f64| {
-            let (alpha, beta) = (angle * slope + fixed[0], angle * bend + fixed[1]);
-            let (r, s) = (length, slope);
-            r * alpha * (1.0 + (2.0 * s + s * s) / 3.0 + r * r * s / 15.0)
-                + 2.0 * beta * (1.0 + s)
-                + (2.0 * r * s * alpha + r * r * beta) / 3.0
-        };
+        let change = largest.area_change(&self.flow_bounds(&changes));
+        let bend = self.flow_bounds(&terms).area_bend();
         let stretch = |n: &Vector3<f64>| {
             let (x, tangents) = (moved(&self.flow(n, &terms)), tangents(n));
             let [a, b] = tangents.map(|t| moved_rate(&self.flow_rate(n, &t, &terms)));
             x.dot(&a.cross(&b))
         };
-        let is_meridian = self.is_zonal();
-        not_positive(is_meridian, stretch, loss).map(|n| self.global(&n))
+        sign(self.is_zonal(), stretch, bend, change).map(|n| self.global(&n))
+    }
+
+    /// Bounds of the flow of terms.
+    fn flow_bounds(&self, terms: &[(Harmonic, f64)]) -> FlowBounds {
+        // Among the harmonics of a degree with L = n (n + 1) and the sum of squares 1, the largest
+        // derivative along a great circle is (L / 2)^(1/2); the trace of A is -L Y for gradients.
+        let flow = bound(terms, |n| (0.5 * n * (n + 1.0)).sqrt());
+        let of_trace = match self.motion {
+            ModeMotion::Curl => 0.0,
+            _ => 1.0,
+        };
+        let powers = [0, 1, 2];
+        let derivative = powers.map(|k| second_derivatives(terms, |n| n.powi(k)));
+        let trace = powers.map(|k| of_trace * bound(terms, |n| n.powi(k + 1) * (n + 1.0)));
+        FlowBounds {
+            flow: [flow, derivative[0], derivative[1]],
+            derivative,
+            trace,
+        }
     }
 
     /// Position on the unit sphere of the material point of a direction.
@@ -339,6 +343,50 @@ impl SurfaceModes {
             angle = next;
         }
         angle
+    }
+}
+
+/// Bounds of the sizes of the flow `v`, of its derivative `A` and of the trace of it, each with
+/// those of their first and second derivatives along great circles.
+struct FlowBounds {
+    flow: [f64; 3],
+    derivative: [f64; 3],
+    trace: [f64; 3],
+}
+
+impl FlowBounds {
+    /// Bound of the change of the factor of areas where `v`, `A` and its trace change by at most
+    /// these.
+    fn area_change(&self, changes: &Self) -> f64 {
+        let [r, s, t] = [self.flow[0], self.derivative[0], self.trace[0]];
+        let [of_r, of_s, of_t] = [changes.flow[0], changes.derivative[0], changes.trace[0]];
+        r * of_r * (1.0 + (t + s * s) / 3.0 + r * r * s / 15.0)
+            + of_t
+            + 2.0 * s * of_s
+            + (2.0 * r * s * of_r + r * r * of_s) / 3.0
+    }
+
+    /// Bound of the second derivatives of the factor of areas along great circles, by the rules of
+    /// products and chains.
+    fn area_bend(&self) -> f64 {
+        let Self {
+            flow: [v, v1, v2],
+            derivative: [a, a1, a2],
+            trace: [t, t1, t2],
+        } = *self;
+        // Of a function of v whose second derivatives are at most one and that is stationary at
+        // v = 0.
+        let [first, second] = [v * v1, v1 * v1 + v * v2];
+        let [of_det, of_det_1, of_det_2] = [a * a, 2.0 * a * a1, 2.0 * a * a2 + 2.0 * a1 * a1];
+        let product = v * v * a;
+        let product_1 = 2.0 * v * a * v1 + v * v * a1;
+        let product_2 = 2.0 * a * v1 * v1 + 2.0 * v * a * v2 + 4.0 * v * v1 * a1 + v * v * a2;
+        second
+            + (second * (t + of_det) + 2.0 * first * (t1 + of_det_1)) / 3.0
+            + t2
+            + of_det_2
+            + (second * product + 2.0 * first * product_1) / 15.0
+            + product_2 / 3.0
     }
 }
 

@@ -278,7 +278,8 @@ fn with_model(
     if model.neglected(term).is_ok() {
         return evaluate(model);
     }
-    let is_plane = AxisymmetricModel::supports(scene) && !scene.deforms();
+    let is_plane = AxisymmetricModel::supports(scene)
+        && AxisymmetricModel::without_law_change(scene).is_none();
     if term == NeglectedTerm::Rheology && is_plane {
         return evaluate(&mut AxisymmetricModel::new(scene)?);
     }

@@ -3,13 +3,8 @@
 use serde_json::{Map, Value, json};
 
 /// Meanings of keys that mean the same in every object, for schemas that say no more about them.
-const MEANINGS: [(&str, &str); 74] = [
-    (
-        "angular_velocity",
-        "in radians per time, in the frame of the scene",
-    ),
+const MEANINGS: [(&str, &str); 67] = [
     ("assembly", "assembly of the linear systems"),
-    ("bodies", "of the bodies"),
     (
         "change",
         "relative change of the velocity in the last iteration",
@@ -45,7 +40,6 @@ const MEANINGS: [(&str, &str); 74] = [
     ("error_estimate", "error bars by source"),
     ("estimate", "estimates of the discretisation error"),
     ("fluid", "of the fluid"),
-    ("force", "on the fluid"),
     (
         "force_by_stress",
         "of the forces from the stress at the surfaces",
@@ -57,10 +51,6 @@ const MEANINGS: [(&str, &str); 74] = [
     ),
     ("frequency", "cycles per time"),
     ("frequency_error", "error bar of the frequency"),
-    (
-        "frequency_parameter",
-        "radius squared times frequency over the kinematic viscosity; null without a period",
-    ),
     (
         "holding_torque",
         "as `holding_force`, about the centre of the body",
@@ -91,7 +81,6 @@ const MEANINGS: [(&str, &str); 74] = [
     ),
     ("power", "of the power on the fluid"),
     ("pressure", "of the pressure"),
-    ("range", "smallest and largest value"),
     ("reason", "why a mesh was generated"),
     ("reynolds", "Reynolds number"),
     ("rotation", "rotation vector in radians"),
@@ -112,14 +101,12 @@ const MEANINGS: [(&str, &str); 74] = [
     ("solver", "method and result of the linear solver"),
     ("solves", "number of solutions of the model"),
     ("steps", "number of steps in time"),
-    ("strength", "largest force"),
     ("table", "the table over shapes"),
     ("time", "in the unit of the scene, from the start"),
     (
         "tolerance_met",
         "whether the error bar is within the tolerance",
     ),
-    ("torque", "on the fluid, about the centre of the body"),
     ("torque_error", "error bars of the torques"),
     ("total", "of all"),
     (

@@ -175,7 +175,7 @@ pub fn wave() -> Value {
                         "",
                         &[
                             ("key", text("of the scene")),
-                            ("range", tuple("", 2)),
+                            ("range", tuple("smallest and largest value", 2)),
                             ("value", number("the best one")),
                             ("error", or_null(number("null at the end of the range"))),
                         ],

@@ -8,7 +8,9 @@ use super::build::{
 };
 
 pub fn run() -> Value {
-    let on_body = || object("", &[("force", vector("")), ("torque", vector(""))]);
+    let loads = |force: &str, torque: &str| {
+        object("", &[("force", vector(force)), ("torque", vector(torque))])
+    };
     let displacements = || by_name("by body", vector(""));
     object(
         "a run in the units of the scene; forces and work are those on the fluid",
@@ -74,7 +76,7 @@ pub fn run() -> Value {
                         "",
                         &[
                             ("name", text("name of its first body")),
-                            ("bodies", list("", text(""))),
+                            ("bodies", list("names of its bodies", text(""))),
                             ("displacement", vector("mean of its moving bodies")),
                             ("rotation", vector("")),
                             (
@@ -91,7 +93,13 @@ pub fn run() -> Value {
                 or_null(object(
                     "means over the run of what holds or drives bodies of given velocity",
                     &[
-                        ("bodies", by_name("by body", on_body())),
+                        (
+                            "bodies",
+                            by_name(
+                                "by body",
+                                loads("on the body", "on the body, about its centre"),
+                            ),
+                        ),
                         ("force_error", bars("", &[])),
                         ("torque_error", bars("", &[])),
                     ],
@@ -187,8 +195,14 @@ pub fn run() -> Value {
                 or_null(object(
                     "of surfaces that nearly touch",
                     &[
-                        ("range", number("gap up to which it acts")),
-                        ("strength", number("")),
+                        (
+                            "range",
+                            number("gap over which it falls by a factor e where it is small"),
+                        ),
+                        (
+                            "strength",
+                            number("the force at the gap `range` times ln 2"),
+                        ),
                     ],
                 )),
             ),
@@ -223,14 +237,20 @@ pub fn run() -> Value {
                             )),
                         ),
                         ("reynolds", number("the largest Reynolds number")),
-                        ("frequency_parameter", or_null(number(""))),
+                        (
+                            "frequency_parameter",
+                            or_null(number(
+                                "radius squared times the angular frequency over the kinematic \
+                                 viscosity; null without a period",
+                            )),
+                        ),
                         (
                             "kinetic_energy",
                             or_null(object(
                                 "at the end",
                                 &[
                                     ("fluid", number("")),
-                                    ("bodies", number("")),
+                                    ("bodies", number("of the bodies")),
                                     ("mesh_error", or_null(tuple("of both", 2))),
                                 ],
                             )),
@@ -240,7 +260,13 @@ pub fn run() -> Value {
                             or_null(object(
                                 "forces that accelerate the fluid, at the end",
                                 &[
-                                    ("bodies", by_name("by body", on_body())),
+                                    (
+                                        "bodies",
+                                        by_name(
+                                            "by body",
+                                            loads("on the fluid", "on the fluid, about the centre"),
+                                        ),
+                                    ),
                                     ("mesh_error", or_null(tuple("of forces and torques", 2))),
                                 ],
                             )),

@@ -16,9 +16,15 @@ pub fn solve() -> Value {
                 &[
                     ("name", text("")),
                     ("velocity", vector("")),
-                    ("angular_velocity", vector("")),
+                    (
+                        "angular_velocity",
+                        vector("in radians per time, in the frame of the scene"),
+                    ),
                     ("force", vector("on the fluid")),
-                    ("torque", vector("on the fluid")),
+                    (
+                        "torque",
+                        vector("on the fluid, about the centre of the body"),
+                    ),
                     (
                         "holding_force",
                         or_null(vector("what holds or drives a body of given velocity")),
@@ -62,7 +68,7 @@ pub fn solve() -> Value {
                 bars(
                     "error bars of the velocities, and of other quantities",
                     &[
-                        ("angular_velocity", bars("", &[])),
+                        ("angular_velocity", bars("of the angular velocities", &[])),
                         ("force", bars("of the largest force", &[])),
                         ("torque", bars("of the largest torque", &[])),
                         ("power", bars("", &[])),

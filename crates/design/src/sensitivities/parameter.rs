@@ -112,16 +112,30 @@ impl Parameter {
         with_values(scene, &[(self, value)])
     }
 
-    /// The key by which a sweep varies a parameter that no single key of the scene gives:
-    /// `links.NAME.length` and `links.NAME.amplitude`.
-    pub(crate) fn key(&self, scene: &Scene) -> Option<String> {
+    /// The keys by which a sweep varies a parameter that no single key of the scene gives:
+    /// `links.NAME.length` and `links.NAME.amplitude`, and its path with the number of the link.
+    pub(crate) fn keys(&self, scene: &Scene) -> Option<[String; 2]> {
         let (joint, name) = match self.kind {
             Kind::Length(joint) => (joint, "length"),
             Kind::Amplitude(joint) => (joint, "amplitude"),
             Kind::Radius(_) | Kind::Stiffness(_) | Kind::Rest(_) => return None,
         };
-        let joint = &scene.articulation().joints()[joint];
-        Some(format!("links.{}.{name}", joint.name))
+        let of_joint = &scene.articulation().joints()[joint].name;
+        Some([
+            format!("links.{of_joint}.{name}"),
+            format!("links[{joint}].{name}"),
+        ])
+    }
+
+    /// The keys of the scene that change with the parameter.
+    ///
+    /// # Errors
+    /// A shape that has no pose.
+    pub(crate) fn changed_keys(&self, scene: &Scene) -> Result<Vec<String>, DesignError> {
+        // Another value, which need not be one that the scene can have.
+        let assignments = assignments(scene, &[(self, 1.01 * self.value)])?;
+        let keys = assignments.iter().filter_map(|text| text.split_once('='));
+        Ok(keys.map(|(key, _)| key.to_owned()).collect())
     }
 }
 
@@ -163,6 +177,11 @@ pub(crate) fn with_values_at(
     values: &[(&Parameter, f64)],
     place: &str,
 ) -> Result<Scene, DesignError> {
+    with_keys(scene, &assignments(scene, values)?, place)
+}
+
+/// The values of keys for other values of parameters, as for `--set`.
+fn assignments(scene: &Scene, values: &[(&Parameter, f64)]) -> Result<Vec<String>, DesignError> {
     let mut keys = Vec::new();
     let joints = scene.articulation().joints();
     let unchanged = JointChange {
@@ -195,7 +214,7 @@ pub(crate) fn with_values_at(
     if shifts.iter().any(|shift| *shift != 0.0) {
         move_start(scene, &mut keys, &shifts)?;
     }
-    with_keys(scene, &keys, place)
+    Ok(keys)
 }
 
 /// The value of a term at the start.

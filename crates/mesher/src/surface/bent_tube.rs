@@ -411,18 +411,26 @@ impl<C: Centreline> BentTube<C> {
 
     /// Smallest distance between parts of the tube past which it comes back to itself; infinite if
     /// it does not.
+    ///
+    /// It is that of the straight segments between samples, which parts that cross each other may
+    /// have between them.
     fn self_distance(&self) -> f64 {
         let balls = self.balls();
+        let next = |k: usize| balls[(k + 1).min(balls.len() - 1)];
         let mut smallest = f64::INFINITY;
         for (number, (x, own)) in balls.iter().enumerate() {
             let (mut before, mut rising) = (0.0, true);
-            for (y, other) in &balls[number + 1..] {
+            for (k, (y, other)) in balls.iter().enumerate().skip(number + 1) {
                 let distance = (x - y).norm();
                 rising &= distance >= before;
                 before = distance;
-                if !rising {
-                    smallest = smallest.min(distance - own - other);
+                // Segments are closer than their starts by their lengths at most.
+                if rising || distance - own - other - 2.0 * self.spacing >= smallest {
+                    continue;
                 }
+                let ends = [next(number), next(k)];
+                let between = segment_distance([*x, ends[0].0], [*y, ends[1].0]);
+                smallest = smallest.min(between - own.max(ends[0].1) - other.max(ends[1].1));
             }
         }
         smallest
@@ -590,6 +598,22 @@ impl<C: Centreline> BentTube<C> {
     }
 }
 
+/// Distance between two straight segments, by their ends.
+fn segment_distance(one: [Vec3; 2], other: [Vec3; 2]) -> f64 {
+    let (along, across, between) = (one[1] - one[0], other[1] - other[0], one[0] - other[0]);
+    let [aa, bb, ab] = [along.dot(&along), across.dot(&across), along.dot(&across)];
+    let share = |over: f64, under: f64| match under > 0.0 {
+        true => (over / under).clamp(0.0, 1.0),
+        false => 0.0,
+    };
+    let (from_one, from_other) = (along.dot(&between), across.dot(&between));
+    // The closest points of the lines; each is then moved into its segment, the other one follows.
+    let s = share(ab * from_other - bb * from_one, aa * bb - ab * ab);
+    let t = share(ab * s + from_other, bb);
+    let s = share(ab * t - from_one, aa);
+    (between + s * along - t * across).norm()
+}
+
 impl<C: Centreline> Surface for BentTube<C> {
     fn signed_distance(&self, point: Vec3) -> f64 {
         let circle = self.closest(&point);
@@ -690,6 +714,72 @@ mod tests {
                 point: Vec3::new(sin / k, (1.0 - cos) / k, 0.0),
                 axes: [Vec3::new(cos, sin, 0.0), normal, Vec3::z()],
                 curvature: k * normal,
+            }
+        }
+    }
+
+    /// A line along x, three quarters of a circle and a line across the first one above it.
+    #[derive(Clone, Debug)]
+    struct Loop {
+        line: f64,
+        radius: f64,
+        slope: f64,
+    }
+
+    impl Loop {
+        /// Length over that of its projection.
+        fn stretch(&self) -> f64 {
+            self.slope.hypot(1.0)
+        }
+    }
+
+    impl Centreline for Loop {
+        fn length(&self) -> f64 {
+            (2.0 * self.line + 1.5 * PI * self.radius) * self.stretch()
+        }
+
+        fn parts(&self) -> f64 {
+            1.5 * PI
+        }
+
+        fn at(&self, arc: f64) -> CurvePoint {
+            let along = arc / self.stretch() - self.line;
+            let on_circle = along.clamp(0.0, 1.5 * PI * self.radius);
+            let rest = along - on_circle;
+            let (sin, cos) = (on_circle / self.radius).sin_cos();
+            let curvature = match rest == 0.0 {
+                true => 1.0 / (self.radius * self.stretch().powi(2)),
+                false => 0.0,
+            };
+            let normal = Vec3::new(-sin, cos, 0.0);
+            let tangent = Vec3::new(cos, sin, self.slope) / self.stretch();
+            let circle = self.radius * Vec3::new(sin, 1.0 - cos, 0.0);
+            CurvePoint {
+                point: circle + rest * Vec3::new(cos, sin, 0.0) + along * self.slope * Vec3::z(),
+                axes: [tangent, normal, tangent.cross(&normal)],
+                curvature: curvature * normal,
+            }
+        }
+    }
+
+    /// The distance of samples was taken for that between them: parts that cross at right angles
+    /// touched each other, and had a reach of a sixteenth of the radius.
+    #[test]
+    fn bug_parts_that_cross_were_farther_than_they_are() {
+        let radius = 5.0_f64;
+        for gap in [0.05_f64, -0.05] {
+            for line in [8.0, 8.23, 8.41, 8.67] {
+                // Two lines of slope c that cross at this height are (1 + 2 c²)^(-1/2) of it apart.
+                let way = radius * (2.0 + 1.5 * PI);
+                let slope = (2.0 + gap) / (way.powi(2) - 2.0 * (2.0 + gap).powi(2)).sqrt();
+                let curve = Loop {
+                    line,
+                    radius,
+                    slope,
+                };
+                let profile = TubeProfile::new(curve.length(), [1.0; 2], None);
+                let reach = BentTube::new(curve, profile).reach();
+                assert!((reach - 0.5 * gap).abs() < 1e-9, "{line}: {reach} {gap}");
             }
         }
     }

@@ -6,6 +6,7 @@ use axisymmetric::{
     AxialBody, AxialChange, AxialForceSolver, AxialForces, AxialSpheroid, SteadyDrive, law_change,
 };
 use nalgebra::{DMatrix, DVector};
+use scene::Scene;
 use scene::rheology::{Law, ViscosityLaw};
 use stokes::Seconds;
 
@@ -139,6 +140,15 @@ impl AxisymmetricModel {
         }
     }
 
+    /// With what the effect of neglecting a viscosity law is unsupported; none if it is supported.
+    pub fn without_law_change(scene: &Scene) -> Option<&'static str> {
+        match (Self::has_swirl(scene), scene.deforms()) {
+            (true, _) => Some("with rotation about the axis"),
+            (_, true) => Some("with bodies that deform"),
+            _ => None,
+        }
+    }
+
     /// The first-order change by the law that the flow neglects.
     ///
     /// The law changes the forces on the bodies at their velocities in the Newtonian fluid, and the
@@ -151,12 +161,7 @@ impl AxisymmetricModel {
         at: &PathPoint<'_>,
     ) -> Result<FirstOrderChange, ModelError> {
         let law = self.scaled.neglected_law()?;
-        let unsupported = match (self.has_swirl, self.scaled.scene.deforms()) {
-            (true, _) => Some("with rotation about the axis"),
-            (_, true) => Some("with bodies that deform"),
-            _ => None,
-        };
-        if let Some(what) = unsupported {
+        if let Some(what) = Self::without_law_change(&self.scaled.scene) {
             return Err(ModelError::unsupported(
                 format!("the effect of neglecting the viscosity law {what} in the meridian plane"),
                 "use model.kind = \"fem\"",

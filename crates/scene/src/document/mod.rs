@@ -230,6 +230,12 @@ impl Document {
         Ok(())
     }
 
+    /// The full path of a key written as for [`Document::set`], such as `bodies[1].radius` of
+    /// `bodies.centre.radius`; none for an entry that does not exist.
+    pub fn full_path(&self, key: &str) -> Option<String> {
+        Some(self.resolve(key).ok()?.0)
+    }
+
     /// The full path of a key written as for `--set`, and the steps that lead to its value.
     ///
     /// On failure: the path as far as it exists, and the problem.
