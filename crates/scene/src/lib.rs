@@ -25,6 +25,7 @@ mod material_motion;
 mod nearest;
 mod octahedral;
 mod path_contact;
+mod periodic_flow;
 mod phase_span;
 mod positive_directions;
 mod radial_profile;
