@@ -237,7 +237,7 @@ fn describe(report: &Report, out: &Path) -> String {
         entry("inertia", format!("{terms}, {}", inertia_words(&numbers)))
     });
     let periodic = outcome.periodic_start.map_or(String::new(), |start| {
-        let (cycles, remainder) = (start.cycles, start.remainder);
+        let (cycles, remainder) = (start.cycles, start.remainder.displacement);
         let text = format!("after {cycles} cycles; of the start remains {remainder:.1e} per cycle");
         entry("periodic start", text)
     });

@@ -87,6 +87,16 @@ impl AccumulatedError {
         }
     }
 
+    /// Adds uncertainties, such as those of what remains of a start.
+    pub fn add_uncertainty(&mut self, bars: &UncorrectedBars) {
+        self.uncertainty += bars.displacement;
+        self.rotation_uncertainty += bars.rotation;
+        self.work_uncertainty += bars.work;
+        for (sum, bar) in self.holding_uncertainty.iter_mut().zip(bars.holding) {
+            *sum += bar;
+        }
+    }
+
     /// Adds the error that was subtracted from a solution, times its quadrature weight `time`.
     ///
     /// Nothing if the solution was not corrected.
@@ -216,8 +226,7 @@ fn largest(vectors: &[Vector3<f64>]) -> f64 {
 
 /// Error bars that follow from an accumulated error
 /// ([`AccumulatedError::uncorrected_error_bars`]).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct UncorrectedBars {
     /// Error bar of the displacement.
     pub displacement: f64,

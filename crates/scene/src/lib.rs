@@ -26,6 +26,7 @@ mod material_motion;
 mod nearest;
 mod octahedral;
 mod path_contact;
+mod periodic_flow;
 mod phase_span;
 mod positive_directions;
 mod radial_profile;

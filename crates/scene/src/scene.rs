@@ -544,6 +544,12 @@ impl Scene {
     /// Shortest period of the forces on joints, the loads on bodies, their given velocities and the
     /// magnetic field; `None` if none of them depends on the time.
     pub fn shortest_period(&self) -> Option<f64> {
+        self.periods().reduce(f64::min)
+    }
+
+    /// Periods of the forces on joints, the loads on bodies, their given velocities and the
+    /// magnetic field, of those that depend on the time.
+    pub(crate) fn periods(&self) -> impl Iterator<Item = f64> + '_ {
         let of_vector = |vector: &VectorOscillation| {
             (vector.oscillates()).then(|| vector.period / f64::from(vector.order))
         };
@@ -556,10 +562,9 @@ impl Scene {
         let of_joints = self.joint_forces.iter();
         of_joints
             .map(|force| force.period / f64::from(force.sine.order))
-            .chain(drives.filter_map(|drive| of_vector(&drive.vector)))
+            .chain(drives.filter_map(move |drive| of_vector(&drive.vector)))
             .chain(given.filter_map(of_vector))
             .chain(self.field.as_ref().and_then(of_vector))
-            .reduce(f64::min)
     }
 
     /// Whether forces on joints, loads on bodies, given velocities or the magnetic field depend on

@@ -330,11 +330,11 @@ mod tests {
                 ..
             } = row;
             println!("{container} Re {reynolds} ratio {ratio}: {iterations:?}");
-            // a fifth more than in docs/oseen.md, for steps up to 1e-2 and for all
+            // a fifth more than in docs/oseen.md at this size, for steps up to 1e-2 and for all
             let bounds = match reynolds {
-                0.0 => [35, 38],
-                10.0 => [35, 38],
-                _ => [35, 59],
+                0.0 => [29, 37],
+                10.0 => [29, 34],
+                _ => [29, 55],
             };
             let largest = |steps: &[usize]| steps.iter().copied().fold(0, usize::max);
             let found = [largest(&iterations[..3]), largest(&iterations)];

@@ -42,7 +42,7 @@ pub struct Checkpoint {
     joints: Vec<f64>,
     /// State of the model on which its solutions depend besides the configuration.
     history: History,
-    /// The fluid if it has inertia; none at the start.
+    /// The fluid if it has inertia; none at a start that is not periodic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     fluid: Option<UnsteadyState>,
     outcome: Outcome,

@@ -146,8 +146,10 @@ pub enum SwimError {
         "gait.periodic: after {cycles} cycles the displacement still differs by {residual:.1e} from \
          that of the cycle before (in the scene's unit of length; {allowed:.1e} is allowed), and the \
          kinetic energy by {energy_residual:.1e} of its largest value ({energy_allowed:.1e}); \
-         bodies near a wall, in gravity or with a net force have no periodic state: use a larger \
-         domain or model.tolerance, or run several cycles without gait.periodic"
+         bodies near a wall, in gravity or with a net force have no periodic state, and heavy \
+         bodies, soft springs and cycles shorter than the time in which vorticity leaves the \
+         swimmer need more cycles: use a larger domain or model.tolerance, lighter bodies, stiffer \
+         springs or a slower gait, or run several cycles without gait.periodic"
     )]
     NotPeriodicFlow {
         /// Number of cycles tried.

@@ -30,7 +30,7 @@ const POSITION_ROUNDING: f64 = 1e-13;
 pub struct Interim {
     /// State of the bodies.
     pub state: State,
-    /// The fluid if it has inertia; none at the start.
+    /// The fluid if it has inertia; none at a start that is not periodic.
     pub fluid: Option<UnsteadyState>,
     /// Outcome of the completed phase spans.
     pub outcome: Outcome,
@@ -312,14 +312,16 @@ pub struct ShapeChange {
 pub struct PeriodicStart {
     /// Number of cycles before the run.
     pub cycles: usize,
-    /// Difference of the displacement in the last of them to that in the one before, at most of a
-    /// body, with its rotation times its radius, in the axes of the bodies.
+    /// Difference of the displacement since the start of the cycle to that in the cycle before, of
+    /// all bodies and ends of phases the largest, with the rotation of the body times its radius,
+    /// in the axes of its linkage at the start of the cycle; the larger of the last two.
     pub residual: f64,
-    /// Difference of the kinetic energies before and after the last cycle, relative to the largest
-    /// one in it.
+    /// Difference of the kinetic energies before and after a cycle, relative to the largest one in
+    /// it; the larger of the last two.
     pub energy_residual: f64,
-    /// Error bar of the displacement in a cycle by what remains of the start.
-    pub remainder: f64,
+    /// Error bars of displacement, rotation, work and holding impulses in a cycle by what remains
+    /// of the start.
+    pub remainder: UncorrectedBars,
     /// Rotation of the frame of the first linkage where the run begins.
     pub rotation: UnitQuaternion<f64>,
 }
@@ -474,6 +476,7 @@ impl Interim {
         let outcome = &mut self.outcome;
         outcome.append_trajectory(scene, span, result)?;
         outcome.append_displacement(set, span, result, [&before, &after]);
+        outcome.append_remainder(span);
         outcome.displacement = after.iter().zip(origin).map(|(a, b)| a - b).collect();
         outcome.velocities.clone_from(&result.velocities);
         outcome.append_costs_and_work(result);
@@ -653,6 +656,25 @@ impl Outcome {
         );
     }
 
+    /// Adds what remains of a periodic start: in each cycle once, because it is that of all ends of
+    /// its phases.
+    fn append_remainder(&mut self, span: &PhaseSpan) {
+        let Some(PeriodicStart { remainder, .. }) = &self.periodic_start else {
+            return;
+        };
+        let accumulated = self.accumulated_integration_error.as_mut();
+        if let (Some(error), 0) = (accumulated, span.phase) {
+            error.add_uncertainty(remainder);
+        }
+        if let Some(bars) = self.spans.last_mut().map(|span| &mut span.error_estimate) {
+            // of both ends
+            let bar = bars
+                .integration
+                .map(|bar| bar + 2.0 * remainder.displacement);
+            bars.integration = bar;
+        }
+    }
+
     /// Adds what is a sum over phase spans.
     fn append_costs_and_work(&mut self, result: &SpanResult) {
         self.solves += result.solves;
@@ -799,6 +821,46 @@ pub fn positions(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Also of cycles that a resumed run appends.
+    #[test]
+    fn bug_each_cycle_after_a_periodic_start_has_the_bars_of_what_remains() {
+        let text = r#"
+            bodies = [
+                { name = "a", radius = 1, position = [-2, 0, 0] },
+                { name = "b", radius = 1, position = [2, 0, 0] },
+            ]
+            links = [{ name = "arm", body = "b", to = "a" }]
+            gait.cycles = 3
+            gait.phases = [{ link = "arm", length = 3.5 }, { link = "arm", length = 4 }]
+        "#;
+        let scene = Scene::parse(text).unwrap();
+        let mut outcome = Interim::start(&scene).unwrap().outcome;
+        outcome.periodic_start = Some(PeriodicStart {
+            cycles: 3,
+            residual: 0.0,
+            energy_residual: 0.0,
+            remainder: UncorrectedBars {
+                displacement: 1.0,
+                rotation: 2.0,
+                work: 3.0,
+                holding: [4.0, 5.0],
+            },
+            rotation: UnitQuaternion::identity(),
+        });
+        let shape = scene.articulation().initial_shape();
+        for span in scene::spans(scene.gait(), shape).unwrap() {
+            outcome.append_remainder(&span);
+            let cycles = (span.number / 2 + 1) as f64;
+            let error = outcome.accumulated_integration_error.as_ref().unwrap();
+            let bars = error.uncorrected_error_bars(0.0);
+            assert_eq!(
+                [bars.displacement, bars.rotation, bars.work],
+                [1.0, 2.0, 3.0].map(|bar| bar * cycles)
+            );
+            assert_eq!(bars.holding, [4.0 * cycles, 5.0 * cycles]);
+        }
+    }
 
     #[test]
     fn fixed_bodies_do_not_dilute_the_net_displacement() {

@@ -1,14 +1,18 @@
 //! The periodic state of a gait in a fluid with inertia, by cycles one after the other.
 //!
 //! The state is the velocity of the whole fluid, and what remains of its start decays with the
-//! diffusion of vorticity. That needs no search: cycles are run until one moves the bodies as the
-//! cycle before.
+//! diffusion of vorticity. That needs no search: cycles are run until two in a row have moved the
+//! bodies as the ones before.
 
-use models::Hydrodynamics;
-use rigid::{Articulation, State};
-use scene::{Scene, SceneError, spans};
+use std::f64::consts::PI;
+
+use models::{Hydrodynamics, UncorrectedBars};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use rigid::{JointKind, State};
+use scene::{Body, Scene, spans};
 
 use crate::error::SwimError;
+use crate::holding_loads::HoldingLoads;
 use crate::integrate::{Integrator, Method, ObserveSolution, UnsteadyScene};
 use crate::outcome::{Interim, Outcome, PeriodicStart};
 
@@ -19,47 +23,94 @@ const TOLERANCE_SHARE: f64 = 0.1;
 /// after an impulse (Hinch 1975), is 1 part in 250 of that of the first cycle after 40.
 const MAX_CYCLES: usize = 40;
 
-/// Bound of the sum of all later differences between cycles, `n d` after the difference `d` between
-/// the cycles `n` and `n - 1`.
+/// Bound of what remains after `n` cycles, and so of the sum of all later differences between
+/// cycles: `2 (n + N) d` after the difference `d` between the cycles `n` and `n - 1`, with the
+/// [`memory`] of `N` cycles.
 ///
-/// Differences of what decays as `n^(-p)` have the sum `n d / p` at most. Nothing in a fluid decays
-/// by a smaller power than `p = 1`: the velocity of a body after an impulse has `p = 3/2`. In a
-/// container the slowest part decays by a factor `e` in `N` cycles, and its differences have the
-/// sum `N d`; until `n = N` vorticity does not know of the walls and decays as without them.
-fn remainder(cycles: usize, residual: f64) -> f64 {
-    cycles as f64 * residual
+/// What decays as `n^(-p)` has differences with the sum `n d / p` at most, and with a mean force
+/// `p = 1/2`, the smallest power. While vorticity leaves the swimmer, the rest with a mean force is
+/// `exp(n / N) erfc((n / N)^(1/2))`, of whose bound `2 (n + N) d` is the start of an asymptotic
+/// series. What decays by a factor `e` in `N` cycles has the sum `N d`, and by the walls of a
+/// container nothing decays before vorticity knows of them: its sum is `n d` at most.
+fn remainder(cycles: usize, memory: f64, difference: f64) -> f64 {
+    2.0 * (cycles as f64 + memory) * difference
+}
+
+/// Time in which the slowest swimmer forgets how it began, in unbounded fluid: `ρ L² / μ` of the
+/// vorticity around it with the reach `L` from its root, `m / (6π μ a)` of its mass with its
+/// largest body, and `6π μ L l² / k` of each spring with `l = L` for those that turn, since a body
+/// has no more drag than a sphere around it.
+fn memory(scene: &Scene) -> f64 {
+    let (set, bodies, viscosity) = (scene.articulation(), scene.bodies(), scene.viscosity());
+    let of_linkage = |linkage: &rigid::Linkage| {
+        let root = bodies[linkage.root].position;
+        let own = || linkage.bodies.iter().map(|&body| &bodies[body]);
+        let reach = |body: &Body| (body.position - root).norm() + body.bounding_radius();
+        let reach = own().map(reach).fold(0.0, f64::max);
+        let largest = own().map(Body::bounding_radius).fold(0.0, f64::max);
+        let mass = |body: &Body| body.mass_matrix_by_density().map_or(0.0, |(mass, _)| mass);
+        let mass: f64 = own().map(mass).sum();
+        let inertia = match largest > 0.0 {
+            true => mass / (6.0 * PI * viscosity * largest),
+            false => 0.0,
+        };
+        let springs = set.passive_drives().filter_map(|(joint, drive)| {
+            let joint = &set.joints()[joint];
+            let lever = match joint.kind {
+                JointKind::Turn { .. } => reach,
+                _ => 1.0,
+            };
+            let drag = 6.0 * PI * viscosity * reach * lever * lever + drive.damping;
+            // those without stiffness have no periodic state
+            let moves = drive.stiffness > 0.0 && linkage.bodies.contains(&joint.body);
+            moves.then_some(drag / drive.stiffness)
+        });
+        let springs = springs.fold(0.0, f64::max);
+        scene.fluid_density() * reach * reach / viscosity + inertia + springs
+    };
+    set.linkages().iter().map(of_linkage).fold(0.0, f64::max)
 }
 
 /// The periodic state of the gait of a scene whose fluid has inertia, before its first phase span.
 ///
 /// The bodies start where the last of the cycles before has moved them. Its error bar by what
-/// remains of the start is part of the integration error of the outcome.
+/// remains of the start is part of the integration error of each cycle of the outcome.
 ///
 /// # Errors
-/// [`SwimError::NotPeriodicFlow`] if forty cycles do not suffice; a gait that is not closed; errors
-/// of the integration.
+/// [`SwimError::NotPeriodicFlow`] if forty cycles do not suffice; those of
+/// [`Scene::check_periodic_flow`]; errors of the integration.
 pub(crate) fn periodic_flow(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
     observe: ObserveSolution,
 ) -> Result<Interim, SwimError> {
     let unsteady = UnsteadyScene::new(scene)?.ok_or(SwimError::NoFlow)?;
-    check_closed(scene)?;
+    scene.check_periodic_flow()?;
     let mut integrator =
         Integrator::new(scene, model, Method::Unsteady).with_unsteady_scene(&unsteady)?;
     let set = scene.articulation();
+    let memory = memory(scene) / scene.gait().cycle_duration();
     let mut present = Interim::start(scene)?;
     let mut energy = 0.0;
-    let mut last: Option<CycleMotion> = None;
+    let mut last_cycle: Option<CycleMotion> = None;
+    let mut last_difference: Option<Difference> = None;
     let mut solves = 0;
-    let mut found = None;
-    for cycles in 1..=MAX_CYCLES {
-        let before = present.state.clone();
+    let mut cycles = 0;
+    let start = loop {
+        cycles += 1;
         present.outcome = Interim::start(scene)?.outcome;
         let origin = present.positions(scene, set.initial_shape())?;
+        let mut motion = CycleMotion::default();
+        let axes = Axes::new(scene, &present.state)?;
         for span in spans(scene.gait(), set.initial_shape())?.take(scene.gait().phases.len()) {
             let result = integrator.span(&span, &present.state, observe)?;
             present.append(scene, &origin, &span, &result)?;
+            let poses = set.place(&present.state, &span.to)?;
+            motion.ends.push(PhaseEnd {
+                poses: axes.seen(&poses),
+                work: present.outcome.work,
+                holding: present.outcome.holding.clone(),
+            });
         }
         let fluid = present.fluid.as_mut().ok_or(SwimError::NoFlow)?;
         integrator.begin_again(fluid)?;
@@ -69,44 +120,55 @@ pub(crate) fn periodic_flow(
         outcome.check_tolerance(scene, controls_error);
         let allowed = TOLERANCE_SHARE * outcome.allowed_error;
         let (now, largest) = energies(outcome);
-        let energy_residual = (now - energy).abs() / largest;
+        let of_energy = (now - energy).abs() / largest;
         energy = now;
-        let motion = CycleMotion::new(&before, &present.state);
-        let Some(last) = last.replace(motion.clone()) else {
+        let Some(last) = last_cycle.replace(motion.clone()) else {
             continue;
         };
-        let residual = motion.difference(&last, scene);
+        let difference = Difference {
+            energy: of_energy,
+            ..motion.difference(&last, scene.bodies())
+        };
+        let Some(before) = last_difference.replace(difference) else {
+            continue;
+        };
+        // One difference vanishes where what remains of the start changes its sign.
+        let difference = difference.larger(&before);
+        let remains = |difference| remainder(cycles, memory, difference);
         let start = PeriodicStart {
             cycles,
-            residual,
-            energy_residual,
-            remainder: remainder(cycles, residual),
+            residual: difference.motion.displacement,
+            energy_residual: difference.energy,
+            remainder: UncorrectedBars {
+                displacement: remains(difference.motion.displacement),
+                rotation: remains(difference.motion.rotation),
+                work: remains(difference.motion.work),
+                holding: difference.motion.holding.map(remains),
+            },
             rotation: present.state.frames[0].rotation,
         };
-        let of_energy = remainder(cycles, energy_residual);
-        if start.remainder <= allowed && of_energy <= scene.model().tolerance {
-            found = Some(start);
-            break;
+        let energy_allowed = scene.model().tolerance;
+        if start.remainder.displacement <= allowed && remains(difference.energy) <= energy_allowed {
+            break start;
         }
-        if cycles == MAX_CYCLES {
+        let is_finite = (start.residual + start.energy_residual).is_finite();
+        if cycles == MAX_CYCLES || !is_finite {
+            let factor = remains(1.0);
             return Err(SwimError::NotPeriodicFlow {
                 cycles,
-                residual,
-                energy_residual,
-                allowed: allowed / cycles as f64,
-                energy_allowed: scene.model().tolerance / cycles as f64,
+                residual: start.residual,
+                energy_residual: start.energy_residual,
+                allowed: allowed / factor,
+                energy_allowed: energy_allowed / factor,
             });
         }
-    }
+    };
     let mut interim = Interim::from_state(scene, present.state)?;
     interim.fluid = present.fluid;
     let outcome = &mut interim.outcome;
     outcome.velocities = present.outcome.velocities;
     outcome.solves = solves;
-    if let (Some(start), Some(error)) = (found, &mut outcome.accumulated_integration_error) {
-        error.uncertainty += f64::from(scene.gait().cycles) * start.remainder;
-    }
-    outcome.periodic_start = found;
+    outcome.periodic_start = Some(start);
     Ok(interim)
 }
 
@@ -119,85 +181,226 @@ fn energies(outcome: &Outcome) -> (f64, f64) {
     })
 }
 
-/// Refuses a gait whose cycle does not end with the shape at its start.
-fn check_closed(scene: &Scene) -> Result<(), SwimError> {
-    let shape = scene.articulation().initial_shape();
-    let cycle = spans(scene.gait(), shape)?.take(scene.gait().phases.len());
-    let end = cycle.last().map_or(shape.to_vec(), |span| span.to);
-    let Some((joint, change)) = scene.shape_changes(shape, &end).first().copied() else {
-        return Ok(());
-    };
-    let key = "gait.periodic".to_owned();
-    Err(SwimError::Scene(SceneError::BadValue {
-        place: scene.place(&key),
-        problem: format!(
-            "needs a gait that closes: over a cycle the value of \"{}\" changes by {change}; add a \
-             phase that brings it back",
-            scene.articulation().joints()[joint].name
-        ),
-        key,
-    }))
+/// The axes of the linkages at the start of a cycle, and the attitudes of the bodies there.
+struct Axes {
+    /// Of the linkage of each body.
+    of_body: Vec<Isometry3<f64>>,
+    attitudes: Vec<UnitQuaternion<f64>>,
 }
 
-/// The motion over a cycle, in the axes of the bodies at its start.
+impl Axes {
+    /// Those of the frame of a linkage, and of a lone body with slip, which carries its propulsion
+    /// with it, its own.
+    fn new(scene: &Scene, state: &State) -> Result<Self, SwimError> {
+        let set = scene.articulation();
+        let poses = set.place(state, set.initial_shape())?;
+        let axes = |&linkage: &usize| {
+            let Some([lone]) = (set.linkages().get(linkage)).map(|all| &all.bodies[..]) else {
+                return state.frames[linkage];
+            };
+            match scene.bodies()[*lone].slip {
+                Some(_) => poses[*lone],
+                None => state.frames[linkage],
+            }
+        };
+        Ok(Self {
+            of_body: set.linkage_of().iter().map(axes).collect(),
+            attitudes: poses.iter().map(|pose| pose.rotation).collect(),
+        })
+    }
+
+    /// Places of the bodies and their rotations since the start of the cycle, in these axes.
+    fn seen(&self, poses: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
+        let bodies = poses.iter().zip(&self.of_body).zip(&self.attitudes);
+        let seen = bodies.map(|((pose, axes), start)| {
+            let place = axes.inverse_transform_point(&pose.translation.vector.into());
+            let rotation = pose.rotation * start.inverse();
+            let rotation = axes.rotation.inverse() * rotation * axes.rotation;
+            Isometry3::from_parts(Translation3::from(place.coords), rotation)
+        });
+        seen.collect()
+    }
+}
+
+/// What a cycle has done up to the end of a phase.
 #[derive(Clone)]
+struct PhaseEnd {
+    /// Of all bodies, as seen from the start of the cycle ([`Axes::seen`]).
+    poses: Vec<Isometry3<f64>>,
+    work: f64,
+    holding: HoldingLoads,
+}
+
+/// The motion over a cycle.
+#[derive(Clone, Default)]
 struct CycleMotion {
-    frames: Vec<nalgebra::Isometry3<f64>>,
-    /// Changes of the values of passive joints.
-    joints: Vec<f64>,
+    ends: Vec<PhaseEnd>,
+}
+
+/// Differences between two cycles.
+#[derive(Clone, Copy, Default)]
+struct Difference {
+    motion: UncorrectedBars,
+    /// Of the kinetic energies, relative.
+    energy: f64,
 }
 
 impl CycleMotion {
-    fn new(before: &State, after: &State) -> Self {
-        let frames = before.frames.iter().zip(&after.frames);
-        let joints = before.joints.iter().zip(&after.joints);
-        Self {
-            frames: frames
-                .map(|(before, after)| before.inverse() * after)
-                .collect(),
-            joints: joints.map(|(before, after)| after - before).collect(),
+    /// Differences from another cycle, at the ends of phases the largest; those of displacements
+    /// contain rotations times the radii of the bodies.
+    fn difference(&self, other: &Self, bodies: &[Body]) -> Difference {
+        let mut motion = UncorrectedBars::default();
+        for (end, other) in self.ends.iter().zip(&other.ends) {
+            for ((a, b), body) in end.poses.iter().zip(&other.poses).zip(bodies) {
+                let distance = (a.translation.vector - b.translation.vector).norm();
+                let angle = a.rotation.angle_to(&b.rotation);
+                let moved = distance + body.bounding_radius() * angle;
+                motion.displacement = larger(motion.displacement, moved);
+                motion.rotation = larger(motion.rotation, angle);
+            }
+            motion.work = larger(motion.work, (end.work - other.work).abs());
+            let holding = end.holding.largest_differences(&other.holding);
+            motion.holding = std::array::from_fn(|k| larger(motion.holding[k], holding[k]));
+        }
+        Difference {
+            motion,
+            energy: 0.0,
         }
     }
+}
 
-    /// Largest displacement of a body by which this motion differs from another; passive joints
-    /// that do not return count with their whole change.
-    fn difference(&self, other: &Self, scene: &Scene) -> f64 {
-        let set: &Articulation = scene.articulation();
-        let radii = scene.bodies().iter().map(scene::Body::bounding_radius);
-        let radius = radii.fold(0.0, f64::max);
-        let of_frames = self.frames.iter().zip(&other.frames).map(|(a, b)| {
-            let distance = (a.translation.vector - b.translation.vector).norm();
-            distance + radius * a.rotation.angle_to(&b.rotation)
-        });
-        let joints = set.passive_drives().zip(&self.joints);
-        let of_joints = joints.map(|((joint, _), change)| set.arm_displacement(joint, *change));
-        of_frames.chain(of_joints).fold(0.0, f64::max)
+impl Difference {
+    /// The larger of two differences, each part for itself.
+    fn larger(&self, other: &Self) -> Self {
+        let (a, b) = (&self.motion, &other.motion);
+        Self {
+            motion: UncorrectedBars {
+                displacement: larger(a.displacement, b.displacement),
+                rotation: larger(a.rotation, b.rotation),
+                work: larger(a.work, b.work),
+                holding: std::array::from_fn(|k| larger(a.holding[k], b.holding[k])),
+            },
+            energy: larger(self.energy, other.energy),
+        }
+    }
+}
+
+/// The larger of two numbers; NaN if one is.
+fn larger(a: f64, b: f64) -> f64 {
+    match a.is_nan() || a > b {
+        true => a,
+        false => b,
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{Vector3, vector};
+
     use super::*;
 
-    /// Displacements `1 + n^(-p)` in the cycle `n`, of which `remainder` sees two.
-    #[test]
-    fn what_remains_is_within_its_bound_for_powers_and_exponentials() {
+    /// `exp(x) erfc(x^(1/2))`, by Simpson's rule for `2 π^(-1/2) ∫ exp(-s² - 2 s x^(1/2)) ds`.
+    fn scaled_erfc(x: f64) -> f64 {
+        let (parts, end) = (2000, 8.0);
+        let step = end / f64::from(parts);
+        let value = |k: i32| {
+            let s = f64::from(k) * step;
+            let weight = match k {
+                0 | 2000 => 1.0,
+                _ if k % 2 == 0 => 2.0,
+                _ => 4.0,
+            };
+            weight * (-s * s - 2.0 * s * x.sqrt()).exp()
+        };
+        (0..=parts).map(value).sum::<f64>() * step / 3.0 * 2.0 / PI.sqrt()
+    }
+
+    /// Displacements that differ by `rest(n)` from the limit, of which `remainder` sees two.
+    fn holds(memory: f64, rest: impl Fn(f64) -> f64) {
         for cycles in 2..60 {
             let n = cycles as f64;
-            let rest = [1.0_f64, 1.5, 2.5]
-                .map(|p| Box::new(move |n: f64| n.powf(-p)) as Box<dyn Fn(f64) -> f64>)
-                .into_iter()
-                .chain([1.0_f64, 3.0, 20.0].map(|life| {
-                    // without walls until vorticity reaches them
-                    Box::new(move |n: f64| match n < life {
-                        true => n.powf(-1.5),
-                        false => life.powf(-1.5) * (1.0 - n / life).exp(),
-                    }) as Box<dyn Fn(f64) -> f64>
-                }));
-            for (number, rest) in rest.enumerate() {
-                let bound = remainder(cycles, rest(n - 1.0) - rest(n));
-                assert!(rest(n) <= bound * (1.0 + 1e-12), "{number} {cycles}");
-            }
+            let bound = remainder(cycles, memory, rest(n - 1.0) - rest(n));
+            assert!(rest(n) <= bound * (1.0 + 1e-9), "{memory} {cycles}");
         }
+    }
+
+    #[test]
+    fn what_remains_is_within_its_bound_for_powers_and_in_containers() {
+        for power in [0.5, 1.0, 1.5, 2.5] {
+            holds(0.0, |n| n.powf(-power));
+        }
+        for life in [1.0_f64, 3.0, 20.0] {
+            // without walls until vorticity reaches them
+            holds(0.0, |n| match n < life {
+                true => n.powf(-1.5),
+                false => life.powf(-1.5) * (1.0 - n / life).exp(),
+            });
+        }
+    }
+
+    #[test]
+    fn bug_what_remains_is_within_its_bound_for_slow_memory() {
+        assert!((scaled_erfc(1.0) - 0.427_583_576_155_807).abs() < 1e-12);
+        for memory in [0.1, 0.5, 3.0, 20.0, 100.0] {
+            holds(memory, |n| scaled_erfc(n / memory));
+            // of heavy bodies and soft springs
+            holds(memory, |n| (-n / memory).exp());
+        }
+    }
+
+    fn cycle(poses: Vec<Isometry3<f64>>) -> CycleMotion {
+        let end = PhaseEnd {
+            poses,
+            work: 0.0,
+            holding: HoldingLoads::default(),
+        };
+        CycleMotion { ends: vec![end] }
+    }
+
+    fn bodies() -> Scene {
+        let text = r#"
+            bodies = [
+                { name = "near", radius = 1, position = [0, 0, 0] },
+                { name = "far", radius = 2, position = [10, 0, 0] },
+            ]
+            links = [{ name = "arm", body = "far", to = "near" }]
+        "#;
+        Scene::parse(text).unwrap()
+    }
+
+    /// A linkage that turns by 0.01 more moves its far end by 0.1.
+    #[test]
+    fn bug_differences_of_cycles_have_the_arms_of_linkages() {
+        let scene = bodies();
+        let turned = |angle: f64| {
+            let rotation = UnitQuaternion::from_scaled_axis(angle * Vector3::z());
+            let far = rotation * vector![10.0, 0.0, 0.0];
+            let near = Isometry3::from_parts(Translation3::identity(), rotation);
+            cycle(vec![near, Isometry3::from_parts(far.into(), rotation)])
+        };
+        let difference = turned(0.01).difference(&turned(0.0), scene.bodies());
+        let exact = 20.0 * (0.005_f64).sin() + 2.0 * 0.01;
+        let [found, angle] = [difference.motion.displacement, difference.motion.rotation];
+        assert!((found - exact).abs() < 1e-12, "{found}");
+        assert!((angle - 0.01).abs() < 1e-12, "{angle}");
+    }
+
+    #[test]
+    fn bug_cycles_that_are_not_finite_are_not_periodic() {
+        let scene = bodies();
+        let mut poses = vec![Isometry3::identity(); 2];
+        let before = cycle(poses.clone());
+        poses[0].translation.vector.x = f64::NAN;
+        let difference = cycle(poses).difference(&before, scene.bodies());
+        assert!(difference.motion.displacement.is_nan());
+        let last = difference.larger(&Difference::default());
+        assert!(last.motion.displacement.is_nan());
+        assert!(
+            Difference::default()
+                .larger(&last)
+                .motion
+                .displacement
+                .is_nan()
+        );
     }
 }

@@ -18,8 +18,8 @@ use crate::periodic::start_of_gait;
 ///
 /// # Errors
 /// A scene without a gait; [`SwimError::OtherScene`] for a model of another scene;
-/// [`SwimError::NoSteps`]; [`SwimError::NotPeriodic`]; errors of the model, the integration and the
-/// observer.
+/// [`SwimError::NoSteps`]; [`SwimError::NotPeriodic`] and [`SwimError::NotPeriodicFlow`]; errors of
+/// the model, the integration and the observer.
 ///
 /// # Examples
 /// A model outside this workspace:

@@ -39,7 +39,7 @@ impl Outcome {
     /// one, whose results are those of the run.
     pub fn swimmers(&self, scene: &Scene) -> Vec<SwimmerOutcome> {
         let set = scene.articulation();
-        let Some(last) = self.samples.last() else {
+        let (Some(first), Some(last)) = (self.samples.first(), self.samples.last()) else {
             return Vec::new();
         };
         let swims = swimming(scene);
@@ -56,10 +56,11 @@ impl Outcome {
             bodies.sort_unstable();
             let displacements: Vec<_> = bodies.iter().map(|&b| self.displacement[b]).collect();
             let turning = last.turnings.get(linkage.root).copied().unwrap_or_default();
+            let [start, end] = [first, last].map(|sample| sample.poses[linkage.root].rotation);
             SwimmerOutcome {
                 displacement: mean_of_moving(&displacements),
                 error_estimate: self.error_of(set, number, &positions),
-                rotation: turning.rotation_vector(&last.poses[linkage.root].rotation),
+                rotation: turning.rotation_vector(&(end * start.inverse())),
                 work: self.linkage_works.get(number).copied(),
                 bodies,
             }

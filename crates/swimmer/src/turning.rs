@@ -46,6 +46,17 @@ impl Turning {
         self.angle += step.norm();
     }
 
+    /// The same rotation of a body that begins with the attitude `start`, from the identity.
+    #[must_use]
+    pub fn after(&self, start: &UnitQuaternion<f64>) -> Self {
+        let mut turning = Self::default();
+        turning.append(start);
+        Self {
+            vector: turning.vector + self.vector,
+            angle: turning.angle + self.angle,
+        }
+    }
+
     /// The rotation vector of the attitude that the body has reached, from that with zero vector.
     ///
     /// If it has turned about one axis, the vector counts all full turns. If the axis has changed
@@ -73,6 +84,23 @@ impl Turning {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A body that begins after 5 rad about z, and turns on by 3 rad.
+    #[test]
+    fn bug_rotations_after_a_periodic_start_are_those_since_the_start() {
+        let about_z = |angle: f64| UnitQuaternion::from_scaled_axis(angle * Vector3::z());
+        let start = about_z(5.0);
+        let mut turning = Turning::default();
+        for _ in 0..6 {
+            turning.append(&about_z(0.5));
+        }
+        let now = about_z(8.0);
+        let rotation = turning.rotation_vector(&(now * start.inverse()));
+        assert!((rotation.z - 3.0).abs() < 1e-14, "{rotation}");
+        // Attitudes begin with the shortest vector, 5 - 2π, and go on from there.
+        let attitude = turning.after(&start).rotation_vector(&now);
+        assert!((attitude.z - (8.0 - TAU)).abs() < 1e-14, "{attitude}");
+    }
 
     /// The turning along `attitude(t)` for `t` in [0, end], in so many steps.
     fn along(

@@ -23,6 +23,7 @@ use crate::error::SceneError;
 use crate::keys::SceneFile;
 use crate::scene::Scene;
 use crate::surface_shape::SurfaceFiles;
+use crate::words::InertiaKind;
 
 impl Scene {
     /// Reads and checks a scene file, with overrides written `key=value` (as for `--set`).
@@ -127,7 +128,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
     // Names of dots alone, as of the file `...toml`, are those of other folders.
     let name = name.filter(|name| name.chars().any(|c| c != '.'));
     document.warn(surfaces.warnings);
-    Ok(Scene {
+    let scene = Scene {
         name: name.unwrap_or_else(|| "scene".to_owned()),
         viscosity,
         rheology,
@@ -152,5 +153,9 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
         output: file.output,
         sources: surfaces.sources,
         document,
-    })
+    };
+    if scene.starts_periodic && scene.inertia.kind != InertiaKind::None {
+        scene.check_periodic_flow()?;
+    }
+    Ok(scene)
 }

@@ -204,7 +204,7 @@ pub fn summary_json(
                         "cycles": start.cycles,
                         "residual": start.residual,
                         "energy_residual": start.energy_residual,
-                        "error": start.remainder,
+                        "error": start.remainder.displacement,
                     })
                 }),
                 "reynolds": numbers.reynolds,

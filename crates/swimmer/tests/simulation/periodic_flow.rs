@@ -99,8 +99,7 @@ fn motions_without_a_periodic_state_are_refused_with_a_remedy() {
         links = [{ name = "arm", body = "b", to = "a" }]
         gait = { periodic = true, phases = [{ link = "arm", length = 3.5 }] }
     "#;
-    let error = self::error(open);
-    assert_eq!(error.exit_code(), 2);
+    let error = Scene::parse(open).unwrap_err();
     contains(
         "open",
         &error.to_string(),
