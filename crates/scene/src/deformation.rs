@@ -154,8 +154,8 @@ impl Deformation {
         }
     }
 
-    /// Whether the surface is that of a body at these values, and at all that differ from them by at
-    /// most the changes of the joints.
+    /// Whether the surface is that of a body at these values, and at all that differ from them by
+    /// at most the changes of the joints.
     ///
     /// Modes neither fold nor reach the centre, and tubes neither fold nor touch themselves.
     /// Triangles do not fold; they may pass through each other by an eighth of their height.
