@@ -253,8 +253,7 @@ impl Undulation {
         }
         let least = MIN_REACH * self.tube.radius.min(self.tube.end_radius);
         let reach = tube.tube(1.0).reach();
-        // Not a number is no reach.
-        if !(reach > least) {
+        if reach.is_nan() || reach <= least {
             return BodyCheck::Problem(
                 "folds or touches itself: its centreline bends more than its radius allows, or \
                  comes back to itself; use a smaller amplitude, fewer waves or a thinner tube"

@@ -126,7 +126,8 @@ pub(crate) fn sign(
     while let Some(part) = parts.pop_front() {
         let lower = |a: Corner, b: &Corner| if a.value < b.value { a } else { *b };
         let corners = part.corners();
-        if let Some(bad) = corners.iter().find(|own| !(own.value > 0.0)) {
+        let is_bad = |own: &&Corner| own.value.is_nan() || own.value <= 0.0;
+        if let Some(bad) = corners.iter().find(is_bad) {
             return Sign::NotAt(bad.direction);
         }
         let least = corners.iter().fold(corners[0], lower);
