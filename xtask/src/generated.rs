@@ -2,8 +2,8 @@
 //!
 //! A page says in its first lines by which command it is made. `docs/generated.txt` has for each
 //! of them the hash of its generator, the sources of the study or the script, those that they use
-//! and the scenes that they name, as it was when the page was made. A generator that changes afterwards is found here;
-//! that a change of a solver would change the numbers of a page is not.
+//! and the scenes that they name, as it was when the page was made. A generator that changes
+//! afterwards is found here; that a change of a solver would change the numbers of a page is not.
 
 use std::fmt::Write as _;
 

@@ -154,8 +154,8 @@ impl Deformation {
         }
     }
 
-    /// Whether the surface is that of a body at these values, and at all that differ from them by at
-    /// most the changes of the joints.
+    /// Whether the surface is that of a body at these values, and at all that differ from them by
+    /// at most the changes of the joints.
     ///
     /// Modes neither fold nor reach the centre, and tubes neither fold nor touch themselves.
     /// Triangles do not fold; they may pass through each other by an eighth of their height.
@@ -253,8 +253,7 @@ impl Undulation {
         }
         let least = MIN_REACH * self.tube.radius.min(self.tube.end_radius);
         let reach = tube.tube(1.0).reach();
-        // Not a number is no reach.
-        if !(reach > least) {
+        if reach.is_nan() || reach <= least {
             return BodyCheck::Problem(
                 "folds or touches itself: its centreline bends more than its radius allows, or \
                  comes back to itself; use a smaller amplitude, fewer waves or a thinner tube"

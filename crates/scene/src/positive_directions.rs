@@ -49,9 +49,9 @@ impl Sign {
 /// Largest angle between the centre of a part and its corners below which a part is not divided.
 const LEAST_RADIUS: f64 = 1e-3;
 
-/// Number of parts that are divided before the rest is not: two and a half thousand make a grid
-/// of three degrees.
-const MAX_PARTS: usize = 8_000;
+/// Number of parts that are divided before the rest is not: 2728 make a grid of three degrees, or
+/// finer.
+const MAX_PARTS: usize = 5_000;
 
 impl Part {
     /// Arcs of one meridian, or the octants of the sphere.
@@ -111,7 +111,7 @@ impl Part {
 /// Values that are not numbers are not positive.
 pub(crate) fn sign(
     is_meridian: bool,
-    f: impl Fn(&Vector3<f64>) -> f64,
+    f: &dyn Fn(&Vector3<f64>) -> f64,
     bend: f64,
     decrease: f64,
 ) -> Sign {
@@ -126,7 +126,8 @@ pub(crate) fn sign(
     while let Some(part) = parts.pop_front() {
         let lower = |a: Corner, b: &Corner| if a.value < b.value { a } else { *b };
         let corners = part.corners();
-        if let Some(bad) = corners.iter().find(|own| !(own.value > 0.0)) {
+        let is_bad = |own: &&Corner| own.value.is_nan() || own.value <= 0.0;
+        if let Some(bad) = corners.iter().find(is_bad) {
             return Sign::NotAt(bad.direction);
         }
         let least = corners.iter().fold(corners[0], lower);
@@ -146,10 +147,15 @@ pub(crate) fn sign(
             continue;
         }
         divided += 1;
-        if divided > MAX_PARTS && allowed > 0.0 {
-            (allowed, divided) = (0.0, 0);
-        } else if divided > MAX_PARTS {
-            return Sign::Unproven;
+        if divided > MAX_PARTS {
+            // Smaller decreases help only where none needs fewer parts.
+            return match decrease > 0.0 {
+                true => match sign(is_meridian, f, bend, 0.0) {
+                    Sign::Within => Sign::Here,
+                    other => other,
+                },
+                false => Sign::Unproven,
+            };
         }
         parts.extend(part.divided(&corner));
     }
@@ -172,33 +178,36 @@ mod tests {
             move |n: &Vector3<f64>| 0.1 - depth * (-1e3 * (1.0 - n.dot(&deepest))).exp()
         };
         // The largest second derivative of exp(-500 angle²) is that at its middle.
-        let Sign::NotAt(found) = sign(false, dip(0.11), 1e3 * 0.11, 0.0) else {
+        let Sign::NotAt(found) = sign(false, &dip(0.11), 1e3 * 0.11, 0.0) else {
             panic!("not found");
         };
         assert!((found - deepest).norm() < 0.02, "{found}");
-        assert_eq!(sign(false, dip(0.09), 1e3 * 0.09, 0.005), Sign::Within);
+        assert_eq!(sign(false, &dip(0.09), 1e3 * 0.09, 0.005), Sign::Within);
         // The smallest value is 0.01.
-        assert_eq!(sign(false, dip(0.09), 1e3 * 0.09, 0.02), Sign::Here);
-        let found = sign(false, dip(0.099_999), 1e3 * 0.1, 0.0);
+        assert_eq!(sign(false, &dip(0.09), 1e3 * 0.09, 0.02), Sign::Here);
+        let found = sign(false, &dip(0.099_999), 1e3 * 0.1, 0.0);
         assert!(matches!(found, Sign::Near(_)), "{found:?}");
     }
 
     #[test]
     fn a_meridian_is_divided_into_arcs() {
         let f = |n: &Vector3<f64>| 1.01 + (5.0 * n.x.atan2(n.z)).cos();
-        assert_eq!(sign(true, f, 25.0, 0.0), Sign::Within);
-        assert_eq!(sign(true, f, 25.0, 0.02), Sign::Here);
+        assert_eq!(sign(true, &f, 25.0, 0.0), Sign::Within);
+        assert_eq!(sign(true, &f, 25.0, 0.02), Sign::Here);
         let f = |n: &Vector3<f64>| 0.99 + (5.0 * n.x.atan2(n.z)).cos();
-        let Sign::NotAt(found) = sign(true, f, 25.0, 0.0) else {
+        let Sign::NotAt(found) = sign(true, &f, 25.0, 0.0) else {
             panic!("not found");
         };
         assert!(f(&found) <= 0.0);
-        assert!(matches!(sign(true, |_| f64::NAN, 0.0, 0.0), Sign::NotAt(_)));
+        assert!(matches!(
+            sign(true, &|_| f64::NAN, 0.0, 0.0),
+            Sign::NotAt(_)
+        ));
     }
 
     /// A bound that is too weak to exclude anything is no zero.
     #[test]
     fn what_is_not_excluded_is_no_zero() {
-        assert_eq!(sign(false, |_| 1.0, 1e9, 0.5), Sign::Unproven);
+        assert_eq!(sign(false, &|_| 1.0, 1e9, 0.5), Sign::Unproven);
     }
 }

@@ -150,7 +150,7 @@ impl RadialProfile {
             return Sign::NotAt(Vector3::z());
         }
         let bend = largest_second_derivative(&self.terms) / self.power;
-        sign(self.is_zonal(), |n| self.base(n), bend, change)
+        sign(self.is_zonal(), &|n| self.base(n), bend, change)
     }
 
     /// Upper bound of the distances of the surface from the centre, stretched along the axis by

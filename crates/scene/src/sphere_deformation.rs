@@ -494,7 +494,8 @@ mod tests {
     #[test]
     fn bug_modes_that_fold_nowhere_were_refused() {
         use ModeMotion::{Curl, Gradient};
-        let cases: [(ModeMotion, &[(usize, i32, f64)]); 6] = [
+        type Terms = &'static [(usize, i32, f64)];
+        let cases: [(ModeMotion, Terms); 6] = [
             (Curl, &[(6, 0, 0.05)]),
             (Curl, &[(8, 3, 0.03)]),
             (Curl, &[(5, 2, 0.06)]),

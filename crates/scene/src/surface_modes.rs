@@ -165,7 +165,7 @@ impl SurfaceModes {
                     .sum()
             };
             let stretch = |n: &Vector3<f64>| self.turned(n.x.atan2(n.z), values).1;
-            let found = sign(true, stretch, sum(&terms, 3), sum(&changes, 1));
+            let found = sign(true, &stretch, sum(&terms, 3), sum(&changes, 1));
             return found.map(|n| self.global(&n));
         }
         let largest = self.flow_bounds(&sizes);
@@ -180,7 +180,7 @@ impl SurfaceModes {
             let [a, b] = tangents.map(|t| moved_rate(&self.flow_rate(n, &t, &terms)));
             x.dot(&a.cross(&b))
         };
-        sign(self.is_zonal(), stretch, bend, change).map(|n| self.global(&n))
+        sign(self.is_zonal(), &stretch, bend, change).map(|n| self.global(&n))
     }
 
     /// Bounds of the flow of terms.

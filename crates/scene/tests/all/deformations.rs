@@ -679,3 +679,22 @@ fn bug_worms_that_fit_into_a_ball_were_refused_with_the_ball_around_them() {
     let refused = scene(4.8).unwrap_err();
     assert!(refused.contains("outside the domain"), "{refused}");
 }
+
+/// Where more parts of the sphere were needed than are divided, no smaller part of a phase helped:
+/// the search ended at its shortest part and called that a fold.
+#[test]
+fn bug_gaits_of_high_degrees_came_close_to_folds_that_are_none() {
+    let text = |amplitude: f64| {
+        format!(
+            "model.kind = \"fem\"\n\
+             domain = {{ kind = \"ball\", radius = 4 }}\n\
+             bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0], deformation = {{ \
+             kind = \"modes\", motion = \"gradient\", modes = {{ p = 12, q = 11 }}, \
+             orders = {{ p = 5, q = 3 }} }} }}]\n\
+             gait.phases = [{{ targets = {{ \"a.p\" = {amplitude}, \"a.q\" = 0.004 }} }}]\n"
+        )
+    };
+    Scene::parse(&text(0.012)).unwrap();
+    let error = Scene::parse(&text(0.2)).unwrap_err().to_string();
+    assert!(error.contains("would fold at its point"), "{error}");
+}
