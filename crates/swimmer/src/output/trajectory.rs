@@ -28,8 +28,8 @@ const ADDED_MASS: [&str; 6] = ["afx", "afy", "afz", "atx", "aty", "atz"];
 /// kinetic energies of fluid and bodies, and six more per body, forces and torques by added mass
 /// ([`AddedMassForces`](crate::AddedMassForces)) such as `left.afx`, empty where nothing is solved
 /// and, in the meridian plane, at every second step. Numbers have as many digits as are needed to
-/// restore every bit. Rotation vectors are those from the pose of the scene, and count the full turns
-/// since the first sample ([`Turning::after`](crate::Turning::after)).
+/// restore every bit. Rotation vectors are those from the pose of the scene, and count the full
+/// turns since the first sample ([`Turning::after`](crate::Turning::after)).
 pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
     let mut header = vec!["time".to_owned(), "cycle".to_owned(), "phase".to_owned()];
     header.extend(
