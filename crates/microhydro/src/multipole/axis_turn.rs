@@ -196,7 +196,7 @@ impl QuarterTurn {
     /// Turns the coefficients `x` of degree `l` up to the azimuthal number `highest` such that the
     /// z axis takes the directions, into `y`.
     #[inline(always)]
-    pub fn from_line<S: Simd>(
+    pub fn off_line<S: Simd>(
         &self,
         simd: S,
         (l, highest): (usize, usize),
@@ -416,7 +416,7 @@ mod tests {
                 let none = vec![[simd.splat_f64s(0.0); 3]; 2 * l + 1];
                 let (mut line, mut back) = (none.clone(), none);
                 quarter.onto_line(simd, (l, highest), &x, &mut line, &mut turning);
-                quarter.from_line(simd, (l, highest), &line, &mut back, &mut turning);
+                quarter.off_line(simd, (l, highest), &line, &mut back, &mut turning);
                 let of = |list: &[Lanes<S>], k: usize, lane: usize| {
                     let numbers: &[f64] = cast_slice(list);
                     let of_family = numbers.iter().skip(k * S::F64_LANES + lane);

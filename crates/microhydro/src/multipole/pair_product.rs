@@ -265,7 +265,7 @@ impl Couplings {
         }
         self.couple(simd, tops, (regular, last), work);
         for end in 0..2 {
-            self.from_line(simd, (end, tops[end]), (regular, last), work);
+            self.off_line(simd, (end, tops[end]), (regular, last), work);
             scatter::<S>((pairs, end), &work.turned, y);
         }
     }
@@ -329,7 +329,7 @@ impl Couplings {
 
     /// What was found along the line, times powers of the distance, as coefficients of one end.
     #[inline(always)]
-    fn from_line<S: Simd>(
+    fn off_line<S: Simd>(
         &self,
         simd: S,
         (end, top): (usize, usize),
@@ -355,7 +355,7 @@ impl Couplings {
                 };
             }
             let turned = &mut work.turned[of_degree(l)];
-            (self.quarter).from_line(simd, (l, highest), degree, turned, &mut work.turning);
+            (self.quarter).off_line(simd, (l, highest), degree, turned, &mut work.turning);
         }
     }
 }
