@@ -289,7 +289,7 @@ impl TriangleDeformation {
     /// Vertices that move by `d` change edges by at most `2 d`, and so the product `b h` of the
     /// longest edge and the height on it by at most `2 d (b + l) + 4 d²` with another edge
     /// `l <= b`. The normal turns by at most `asin(4 d / h + 4 d² / (b h))`. With
-    /// `2 h <= 3^(1/2) b` that is less than 15 degrees for `d <= h / 17`: its sine is at most 0.248.
+    /// `2 h <= 3^(1/2) b` that is below 15 degrees for `d <= h / 17`: its sine is at most 0.248.
     /// Parts that are no neighbours enter each other by `2 d` at most.
     pub(crate) fn keeps_sides_within(
         &self,

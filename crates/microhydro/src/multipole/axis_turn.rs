@@ -259,7 +259,8 @@ fn about_x(l: usize, right_angle: &DMatrix<f64>) -> DMatrix<f64> {
     let about_y = |m: isize, n: isize| -> f64 {
         let (a, b) = (m.unsigned_abs(), n.unsigned_abs());
         let is_of_cosines = (l + a + b).is_multiple_of(2);
-        if (m < 0 || n < 0) != !is_of_cosines || (m < 0) != (n < 0) {
+        let is_of_sines = m < 0;
+        if (n < 0) != is_of_sines || is_of_sines == is_of_cosines {
             return 0.0;
         }
         // harmonics of m = 0 have no partner

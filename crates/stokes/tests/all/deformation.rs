@@ -171,7 +171,7 @@ fn a_sphere_that_grows_in_a_fluid_of_carreau_dissipates_by_its_shear_rate() {
     let exact: f64 = (0..=PARTS)
         .map(|k| h / 3.0 * weight(k) * density(1.0 + k as f64 * h))
         .sum();
-    // The dissipation has an error of fourth order in the size where cells resolve how the viscosity
+    // The dissipation has an error of fourth order in size where cells resolve how the viscosity
     // changes. From a mesh of a few layers to one of twice as many it falls by the order 2.7, to
     // 0.15; second order would be 1/4.
     let [coarse, fine] = [0.5, 0.25].map(|size| {
