@@ -6,7 +6,6 @@ all contract.
 
 import math
 import os
-import random
 import time
 
 from figures import arguments, page, swim, table
@@ -14,11 +13,8 @@ from figures import arguments, page, swim, table
 NUMBERS = {
     "oseen": [10, 100, 1000, 3000, 10000],
     "rpy": [10, 100, 1000, 3000, 10000],
-    "multipole": [3, 6, 12, 24, 100, 333],
+    "multipole": [3, 6, 12, 24],
 }
-# Spheres along the edge of a cubic lattice, and the gaps between neighbours.
-CUBES = [(3, 0.05), (5, 0.05), (5, 0.1), (7, 0.1), (10, 0.1)]
-TOLERANCE = 1e-3
 QUICK = {model: numbers[:2] for model, numbers in NUMBERS.items()}
 # Edge of the cube per cube root of the number: 0.4 % of its volume are spheres.
 EDGE = 15.0
@@ -43,19 +39,6 @@ def scene(model, number):
     return SWIMMER.format(model=model, copies=number - 1, edge=edge)
 
 
-def cube(edge, gap):
-    """A cubic lattice of spheres with random forces."""
-    chosen = random.Random(1)
-    bodies = []
-    for number in range(edge**3):
-        cell = (number // edge**2, number // edge % edge, number % edge)
-        position = [(2 + gap) * coordinate for coordinate in cell]
-        force = [chosen.uniform(-1, 1) for _ in range(3)]
-        bodies.append(f'{{ name = "s{number}", radius = 1, position = {position}, force = {force} }}')
-    model = f'model = {{ kind = "multipole", tolerance = {TOLERANCE} }}\n'
-    return model + "bodies = [\n" + ",\n".join(bodies) + "\n]\n"
-
-
 def exponent(points):
     """Slope of the last three points in logarithms."""
     logs = [(math.log(n), math.log(value)) for n, value in points[-3:]]
@@ -63,43 +46,25 @@ def exponent(points):
     return sum((a - x) * (b - y) for a, b in logs) / sum((a - x) ** 2 for a, _ in logs)
 
 
-def measured(text):
-    """The fastest solution of a scene, with the seconds of the whole command."""
+def measured(model, number, *overrides):
+    """The fastest solution, with the seconds of the whole command."""
     best = None
     for _ in range(ROUNDS):
         clock = time.perf_counter()
-        found = swim("solve", text)
+        found = swim("solve", scene(model, number), overrides=overrides)
         found["command"] = time.perf_counter() - clock
         if best is None or found["command"] < best["command"]:
             best = found
     return best
 
 
-def relative_bar(found):
-    """Error bar of the velocities over the largest one."""
-    speeds = (math.hypot(*body["velocity"]) for body in found["bodies"])
-    return found["error_estimate"]["total"] / max(speeds)
-
-
-def cube_rows(cubes):
-    for edge, gap in cubes:
-        found = measured(cube(edge, gap))
-        yield [
-            edge**3,
-            gap,
-            found["dofs"]["total"],
-            found["solver"]["iterations"],
-            f"{found['command']:.2f}",
-            f"{found['peak_rss_mib']:.0f}",
-            f"{relative_bar(found) / TOLERANCE:.2f}",
-        ]
-
-
 def rows(model, numbers):
     fits = {"solve": [], "command": [], "memory": []}
     for number in numbers:
-        found = measured(scene(model, number))
-        seconds = found["seconds"]
+        found = measured(model, number)
+        seconds, speed = found["seconds"], max(
+            math.hypot(*body["velocity"]) for body in found["bodies"]
+        )
         yield [
             model,
             3 * number,
@@ -108,7 +73,7 @@ def rows(model, numbers):
             f"{seconds['estimate']:.3f}",
             f"{found['command']:.2f}",
             f"{found['peak_rss_mib']:.0f}",
-            f"{100 * relative_bar(found):.2f} %",
+            f"{100 * found['error_estimate']['total'] / speed:.2f} %",
         ]
         fits["solve"].append((number, seconds["total"]))
         fits["command"].append((number, found["command"]))
@@ -122,7 +87,6 @@ def main():
     numbers = QUICK if chosen.quick else NUMBERS
     headings = ["model", "spheres", "iterations", "s solution", "s error bar", "s command", "MiB", "bar"]
     lines = [line for model, counts in numbers.items() for line in rows(model, counts)]
-    cubes = list(cube_rows(CUBES[:1] if chosen.quick else CUBES))
     text = page(
         "Many swimmers",
         "many.py",
@@ -134,11 +98,6 @@ def main():
         "largest one. Growth is fitted to the last three rows of a model; that of the solution contains "
         f"the error bar. Other programs used the same cores: the load was {os.getloadavg()[0]:.0f}.",
         table(headings, lines),
-        "## Close spheres",
-        "Cubic lattices of spheres of radius 1 with random forces, by expansions to a tolerance of "
-        f"{TOLERANCE:g}: gaps between neighbours, number of multipoles, seconds of the whole command with the error "
-        "bar, memory, and the bar over the tolerance.",
-        table(["spheres", "gap", "multipoles", "iterations", "s command", "MiB", "bar / tolerance"], cubes),
     )
     (chosen.out / "many.md").write_text(text)
 

@@ -559,7 +559,9 @@ fn a_missed_tolerance_of_a_solution_is_status_3_unless_the_best_is_accepted() {
     let best = scene(", accept = \"best\"");
     let message = text(&best.stderr);
     assert_eq!(best.status.code(), Some(0), "{message}");
-    assert!(message.starts_with("warning: "), "{message}");
+    // after lines of progress on a slow machine
+    let mut lines = message.lines();
+    assert!(lines.any(|line| line.starts_with("warning: ")), "{message}");
     assert!(message.contains("was reached"), "{message}");
     let printed = text(&best.stdout);
     assert!(printed.contains("is not met"), "{printed}");

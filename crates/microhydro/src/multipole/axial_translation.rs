@@ -96,10 +96,9 @@ impl OutgoingTranslation {
                 p: 0.0,
             },
             Family::Stokeslet => {
-                let source = self.coefficients(Family::Source, l, k);
-                let mut all = self.with_pressure(l, k);
-                all.phi += potential(l) * source.phi;
-                all
+                let mut all = self.unscaled_with_pressure(l, k);
+                all.phi += potential(l) * a * a / (b * d);
+                all.scaled(s)
             }
         }
     }
@@ -113,8 +112,13 @@ impl OutgoingTranslation {
     /// ```
     /// and the rest of the flow is [`potential`] times that of the harmonic `V`.
     pub fn with_pressure(&self, l: usize, k: usize) -> LambCoefficients {
+        let s = self.table[(l - self.m) * self.width + k - self.m];
+        self.unscaled_with_pressure(l, k).scaled(s)
+    }
+
+    /// The same without the translation coefficient of the degrees.
+    fn unscaled_with_pressure(&self, l: usize, k: usize) -> LambCoefficients {
         let m = self.m;
-        let s = self.table[(l - m) * self.width + k - m];
         let (b, d) = (self.target, self.distance);
         let (lf, kf, mf) = (l as f64, k as f64, m as f64);
         let strength = lf * (4.0 * lf * lf - 1.0) / (lf + 1.0);
@@ -125,9 +129,9 @@ impl OutgoingTranslation {
         let phi =
             (gamma - (2.0 * gamma + beta) * up / sum + alpha * (sum + 1.0 - 2.0 * up) + beta) / kf;
         LambCoefficients {
-            phi: strength * phi * d / b * s,
-            chi: -strength * mf / (lf * kf * (kf + 1.0)) * s,
-            p: strength * b / d * s,
+            phi: strength * phi * d / b,
+            chi: -strength * mf / (lf * kf * (kf + 1.0)),
+            p: strength * b / d,
         }
     }
 }
