@@ -19,24 +19,19 @@ pub fn frequency(arguments: DesignArguments, quiet: bool) -> Result<String, CliE
         );
     }
     let found = best_frequency(&scene, &mut DesignSpinner::new(quiet))?;
+    let rows = found.runs.iter();
+    let rows = rows.map(|run| vec![run.frequency, run.displacement, run.error]);
+    let table = csv("frequency,displacement,error", rows);
+    write(&folder, "frequency.csv", &table)?;
+    if json {
+        return Ok(format!("{}\n", found.json()));
+    }
     let BestFrequency {
         best,
         frequency_error,
         runs,
         ..
-    } = &found;
-    let (best, frequency_error) = (*best, *frequency_error);
-    let rows = runs
-        .iter()
-        .map(|run| vec![run.frequency, run.displacement, run.error]);
-    write(
-        &folder,
-        "frequency.csv",
-        &csv("frequency,displacement,error", rows),
-    )?;
-    if json {
-        return Ok(format!("{}\n", found.json()));
-    }
+    } = found;
     let period = 1.0 / best.frequency;
     let relative = frequency_error / best.frequency;
     Ok(entry("scene", scene.name())

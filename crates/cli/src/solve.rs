@@ -44,9 +44,12 @@ pub fn solve(
     } = with_predicted_progress("choosing the model and solving", quiet, |predict| {
         let choose_and_predict = |scene: &Scene| {
             let choice = choose(scene)?;
-            let state = scene.initial_state();
-            let start = Configuration::new(&state, scene.articulation().initial_shape());
-            choice.model.predicted_seconds(start).map(predict);
+            // Among thousands of spheres a prediction takes seconds, which nobody would see.
+            if !quiet {
+                let state = scene.initial_state();
+                let start = Configuration::new(&state, scene.articulation().initial_shape());
+                choice.model.predicted_seconds(start).map(predict);
+            }
             Ok(choice)
         };
         solve_start_with_terms(given, &choose_and_predict)

@@ -8,7 +8,8 @@ use serde_json::{Value, json};
 use swimmer::{Folder, Report};
 
 use crate::error::{DesignError, DesignProgress, check_interruption};
-use crate::sweep::{Sweep, SweepOptions, SweepResult, Values, VariedKey, sweep};
+use crate::sweep::{Sweep, SweepOptions, SweepResult, sweep};
+use crate::swept_points::{Values, VariedKey};
 
 /// Number of runs per variable: the extrema of a Chebyshev polynomial and the ends of the range.
 ///

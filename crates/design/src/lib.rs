@@ -39,6 +39,7 @@ mod starts;
 mod stroke_map;
 mod stroke_path;
 mod sweep;
+mod swept_points;
 mod table;
 mod timing;
 mod totals;
@@ -60,10 +61,8 @@ pub use speed::fastest_stroke;
 pub use starts::small_stroke_cost;
 pub use stroke_map::{StrokeMap, stroke_map};
 pub use stroke_path::{SampledPath, Series, StrokeCurve};
-pub use sweep::{
-    RandomPoints, Sweep, SweepOptions, SweepResult, SweepRow, Values, VariedKey, require_sweep,
-    sweep, sweep_points,
-};
+pub use sweep::{Sweep, SweepOptions, SweepResult, SweepRow, require_sweep, sweep};
+pub use swept_points::{RandomPoints, Values, VariedKey, sweep_points};
 pub use table::{StrokeTable, tabulate};
 pub use timing::{MotionBounds, Peaks, Timing};
 pub use totals::{Stroke, StrokeTotals};

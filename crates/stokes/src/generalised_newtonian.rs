@@ -138,7 +138,8 @@ struct Newton<'a> {
 
 /// The equations with the scalar matrix of the viscosity at a velocity, without the rest of the
 /// derivative: enough for a residual.
-struct Scalar {
+struct Scalar<'a> {
+    law: &'a dyn ViscosityLaw,
     system: Constrained,
     velocity: Vec<Vector3<f64>>,
 }
@@ -195,17 +196,17 @@ impl Newton<'_> {
     }
 
     /// The scalar equations of the viscosity at a velocity of all nodes.
-    fn scalar(&self, velocity: Vec<Vector3<f64>>) -> Result<Scalar, StokesError> {
+    fn scalar(&self, velocity: Vec<Vector3<f64>>) -> Result<Scalar<'_>, StokesError> {
         let law = self.law_at(&velocity);
         self.scalar_by(law, velocity)
     }
 
     /// The same with another law.
-    fn scalar_by(
+    fn scalar_by<'l>(
         &self,
-        law: &dyn ViscosityLaw,
+        law: &'l dyn ViscosityLaw,
         velocity: Vec<Vector3<f64>>,
-    ) -> Result<Scalar, StokesError> {
+    ) -> Result<Scalar<'l>, StokesError> {
         let stress = ViscousStress {
             law,
             ..self.stress(&velocity)
@@ -218,6 +219,7 @@ impl Newton<'_> {
             fluid = fluid.with_pressure_stiffness(stiffness)?;
         }
         Ok(Scalar {
+            law,
             system: self.options.formulation.constrain(fluid, self.drive)?,
             velocity,
         })
@@ -225,16 +227,13 @@ impl Newton<'_> {
 
     /// The linearised equations with the scalar ones and a part of the change of the viscosity,
     /// one for the derivative.
-    fn linearised(&self, scalar: Scalar, part: f64) -> Result<Linearised, StokesError> {
-        let law = self.law_at(&scalar.velocity);
-        self.linearised_by(law, scalar, part)
-    }
-
-    /// The same with another law.
-    fn linearised_by(
+    fn linearised(
         &self,
-        law: &dyn ViscosityLaw,
-        Scalar { system, velocity }: Scalar,
+        Scalar {
+            law,
+            system,
+            velocity,
+        }: Scalar<'_>,
         part: f64,
     ) -> Result<Linearised, StokesError> {
         let stress = ViscousStress {
@@ -307,7 +306,7 @@ impl Newton<'_> {
     ) -> Result<(Iterate, usize), StokesError> {
         let frozen = self.scalar_by(law, from.whole.clone())?;
         let residual = self.residual_by(law, &frozen.system, &frozen.velocity, from)?;
-        let frozen = self.linearised_by(law, frozen, 1.0)?;
+        let frozen = self.linearised(frozen, 1.0)?;
         let mut x = vec![0.0; from.x.len()];
         let solver = self.options.solver;
         let mut preconditioner = preconditioner(&frozen.system, solver)?;

@@ -340,7 +340,7 @@ mod tests {
 
     #[test]
     fn bug_what_remains_is_within_its_bound_for_slow_memory() {
-        // the rule errs by h^4 / 180 times 8 π^(-1/2), 6e-12
+        // the error of the rule is h^4 / 180 times 8 π^(-1/2), 6e-12
         assert!((scaled_erfc(1.0) - 0.427_583_576_155_807).abs() < 1e-11);
         for memory in [0.1, 0.5, 3.0, 20.0, 100.0] {
             holds(memory, |n| scaled_erfc(n / memory));

@@ -173,7 +173,7 @@ impl Plan {
         let amplified = truncation::narrowest(&xi).min(1.0).powi(3);
         let neglected = tolerance * NEGLECTED * amplified;
         let (x, a) = (spheres.centres(), spheres.radii());
-        let pairs = gaps.iter().map(|gap| {
+        let pairs = gaps.par_iter().map(|gap| {
             let (i, j) = gap.pair;
             let needed = |tolerance: f64| -> PairOrders {
                 truncation::for_pair((x[j] - x[i]).norm(), a[i], a[j], tolerance).into()

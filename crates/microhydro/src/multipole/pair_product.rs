@@ -408,25 +408,29 @@ fn couple_degree<S: Simd, const CLASSES: usize>(
         let (wv, xw) = (simd.splat_f64s(numbers[2]), simd.splat_f64s(numbers[3]));
         let (xx, vw) = (simd.splat_f64s(numbers[4]), simd.splat_f64s(numbers[5]));
         for class in 0..CLASSES {
-            let [w, x, v] = given[class];
-            let y = &mut found[class];
-            y[0] = simd.mul_add_f64s(vw, v, y[0]);
-            y[0] = simd.mul_add_f64s(xw, x, y[0]);
-            y[0] = simd.mul_add_f64s(ww, w, y[0]);
-            y[1] = simd.mul_add_f64s(xx, x, y[1]);
-            y[1] = simd.mul_add_f64s(wx, w, y[1]);
-            y[2] = simd.mul_add_f64s(wv, w, y[2]);
-            let [w, x, v] = others[class];
-            let y = &mut back[class];
-            y[0] = simd.mul_add_f64s(wv, v, y[0]);
-            y[0] = simd.mul_add_f64s(wx, x, y[0]);
-            y[0] = simd.mul_add_f64s(ww, w, y[0]);
-            y[1] = simd.mul_add_f64s(xx, x, y[1]);
-            y[1] = simd.mul_add_f64s(xw, w, y[1]);
-            y[2] = simd.mul_add_f64s(vw, w, y[2]);
+            let forth = [ww, wx, wv, xw, xx, vw];
+            add_coupled(simd, forth, &given[class], &mut found[class]);
+            let transposed = [ww, xw, vw, wx, xx, wv];
+            add_coupled(simd, transposed, &others[class], &mut back[class]);
         }
     }
     back
+}
+
+/// Adds the couplings of one degree of a source with one of a target.
+#[inline(always)]
+fn add_coupled<S: Simd>(
+    simd: S,
+    [ww, wx, wv, xw, xx, vw]: [S::f64s; COUPLED],
+    [w, x, v]: &Lanes<S>,
+    y: &mut Lanes<S>,
+) {
+    y[0] = simd.mul_add_f64s(vw, *v, y[0]);
+    y[0] = simd.mul_add_f64s(xw, *x, y[0]);
+    y[0] = simd.mul_add_f64s(ww, *w, y[0]);
+    y[1] = simd.mul_add_f64s(xx, *x, y[1]);
+    y[1] = simd.mul_add_f64s(wx, *w, y[1]);
+    y[2] = simd.mul_add_f64s(wv, *w, y[2]);
 }
 
 /// The families of a degree up to an order.

@@ -10,6 +10,7 @@ mod domain;
 mod extent;
 mod flow;
 mod fluid;
+mod fold_search;
 mod gait;
 pub(crate) mod limits;
 mod loads;

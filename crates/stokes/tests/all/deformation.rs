@@ -13,10 +13,33 @@ type Vec3 = Vector3<f64>;
 /// Radius of the container, a part of the fluid around the sphere.
 const WALL: f64 = 2.0;
 
-/// A unit sphere that grows and whose surface is displaced along z, in a container that the fluid
-/// passes as in unbounded fluid.
+/// A unit sphere that grows and whose surface moves by another coordinate too, in a container that
+/// the fluid passes as in unbounded fluid.
 struct Growing {
     rates: [f64; 2],
+    /// Velocity of the surface by the second coordinate.
+    second: fn(&Vec3) -> Vec3,
+}
+
+impl Growing {
+    /// The surface is displaced along z.
+    fn displaced(rates: [f64; 2]) -> Self {
+        Self {
+            rates,
+            second: |_| Vec3::z(),
+        }
+    }
+
+    /// The surface flows along the sphere like that of a neutral squirmer.
+    fn squirming(rates: [f64; 2]) -> Self {
+        Self {
+            rates,
+            second: |x| {
+                let n = x.normalize();
+                n.z * n - Vec3::z()
+            },
+        }
+    }
 }
 
 impl SurfaceFlow for Growing {
@@ -29,7 +52,7 @@ impl SurfaceFlow for Growing {
     }
 
     fn of_rate(&self, coordinate: usize, _: usize, x: &Vec3) -> Vec3 {
-        [x.normalize(), Vec3::z()][coordinate]
+        [x.normalize(), (self.second)(x)][coordinate]
     }
 
     fn volume_rate(&self, coordinate: usize, _: usize) -> f64 {
@@ -66,7 +89,7 @@ fn a_sphere_that_grows_has_the_power_of_a_source() {
         (0.4, [false; 3], 1e-2),
         (0.4, [true, false, true], 1e-2),
     ] {
-        let flow = Growing { rates: [rate, 0.0] };
+        let flow = Growing::displaced([rate, 0.0]);
         let solved = solve(size, planes, &flow);
         let estimate = solved.estimate.unwrap();
         let (computed, change) = (solved.powers.rates[0], estimate.powers.rates[0]);
@@ -96,7 +119,7 @@ fn a_sphere_that_grows_has_the_power_of_a_source() {
 /// A deformation that is a translation is undone by the motion of the body, on any mesh.
 #[test]
 fn a_displaced_surface_moves_the_body_back() {
-    let flow = Growing { rates: [0.0, 1.5] };
+    let flow = Growing::displaced([0.0, 1.5]);
     let solved = solve(0.6, [false; 3], &flow);
     let expected = Vec3::new(0.0, 0.0, -1.5);
     assert!((solved.flow.bodies.fixed_rows::<3>(0) - expected).norm() < 1e-6);
@@ -104,46 +127,10 @@ fn a_displaced_surface_moves_the_body_back() {
     assert!(solved.powers.rates.iter().all(|power| power.abs() < 1e-5));
 }
 
-/// The sphere grows, and its surface flows along it like that of a neutral squirmer.
-struct GrowingSquirmer {
-    rates: [f64; 2],
-}
-
-impl SurfaceFlow for GrowingSquirmer {
-    fn slip(&self, _: usize, _: &Vec3) -> Vec3 {
-        Vec3::zeros()
-    }
-
-    fn rates(&self) -> &[f64] {
-        &self.rates
-    }
-
-    fn of_rate(&self, coordinate: usize, _: usize, x: &Vec3) -> Vec3 {
-        let n = x.normalize();
-        [n, n.z * n - Vec3::z()][coordinate]
-    }
-
-    fn volume_rate(&self, coordinate: usize, _: usize) -> f64 {
-        [4.0 * PI, 0.0][coordinate]
-    }
-
-    fn at_wall(&self, x: &Vec3) -> Vec3 {
-        self.rates[0] * x / x.norm().powi(3)
-    }
-
-    fn background(&self, _: &Vec3) -> Vec3 {
-        Vec3::zeros()
-    }
-
-    fn background_pressure(&self, _: &Vec3) -> f64 {
-        0.0
-    }
-}
-
 fn solve_with_law(size: f64, law: &Law, rates: [f64; 2]) -> GeneralisedNewtonianSolution {
     let mesh = sphere_in_ball(size, WALL, [true, true, false]);
     let options = Options::default().with_rtol(1e-11);
-    solve_free_sphere_in(&mesh, (WALL, law), &GrowingSquirmer { rates }, &options).unwrap()
+    solve_free_sphere_in(&mesh, (WALL, law), &Growing::squirming(rates), &options).unwrap()
 }
 
 /// The flow of a sphere that grows is that of a source in any fluid, with the shear rate

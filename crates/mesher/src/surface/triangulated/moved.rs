@@ -127,9 +127,8 @@ mod tests {
 
     use super::*;
 
-    /// The octahedron, its triangles divided into four and moved onto the unit sphere twice.
-    fn sphere() -> SurfaceMesh {
-        let mut mesh = SurfaceMesh {
+    fn octahedron() -> SurfaceMesh {
+        SurfaceMesh {
             points: [1.0, -1.0]
                 .into_iter()
                 .flat_map(|s| [s * Vec3::x(), s * Vec3::y(), s * Vec3::z()])
@@ -145,7 +144,12 @@ mod tests {
                 [0, 4, 5],
             ],
             ..SurfaceMesh::default()
-        };
+        }
+    }
+
+    /// The octahedron, its triangles divided into four and moved onto the unit sphere three times.
+    fn sphere() -> SurfaceMesh {
+        let mut mesh = octahedron();
         for _ in 0..3 {
             let mut middles = std::collections::BTreeMap::new();
             let old = std::mem::take(&mut mesh.triangles);
@@ -205,21 +209,7 @@ mod tests {
         let smooth = TriangulatedSurface::new("a", sphere(), TriangleKind::Smooth).unwrap();
         assert_eq!(smooth.smooth_size(), None);
         assert!((smooth.volume() / ball.volume() / size.powi(3) - 1.0).abs() < 1e-12);
-        let octahedron = SurfaceMesh {
-            points: sphere().points[..6].to_vec(),
-            triangles: vec![
-                [0, 1, 2],
-                [1, 3, 2],
-                [3, 4, 2],
-                [4, 0, 2],
-                [1, 0, 5],
-                [3, 1, 5],
-                [4, 3, 5],
-                [0, 4, 5],
-            ],
-            ..SurfaceMesh::default()
-        };
-        let size = faces(octahedron).smooth_size().unwrap();
+        let size = faces(octahedron()).smooth_size().unwrap();
         assert!((size - 1.0).abs() < 1e-14, "{size}");
     }
 
