@@ -13,8 +13,9 @@ const MAX_POINTS: usize = 1_000_000;
 #[derive(Clone, Debug, PartialEq)]
 pub struct VariedKey {
     /// The key, as for `--set`: `bodies.left.radius`, `fluid.viscosity`; or `links.NAME.length` and
-    /// `links.NAME.amplitude`, the [`parameters`] of a driven link, for which bodies are moved and
-    /// the gait is changed; keys that change with them cannot vary beside them.
+    /// `links.NAME.amplitude`, the [parameters](crate::sensitivities::parameters) of a driven link,
+    /// for which bodies are moved and the gait is changed; keys that change with them cannot vary
+    /// beside them.
     pub key: String,
     /// Its values.
     pub values: Values,
