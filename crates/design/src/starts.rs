@@ -1,4 +1,5 @@
-//! Strokes from which a search starts: the best small ellipses about several shapes.
+//! Strokes from which a search starts: the best small ellipses about several shapes, and waves that
+//! travel through the joints.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,12 +12,48 @@ use super::stroke_path::Series;
 /// Sizes of the initial ellipses, relative to the largest ellipse within the limits.
 const SIZES: [f64; 2] = [0.3, 0.85];
 
-/// An ellipse of shapes `centre + a cos + b sin` of least energy for its area.
+/// Number of travelling waves among the starts of three or more joints.
+const WAVES: usize = 8;
+
+/// An ellipse of shapes `centre + a cos + b sin`.
 struct Ellipse {
     a: DVector<f64>,
     b: DVector<f64>,
     /// Displacement, or rotation, of the stroke.
     yields: f64,
+}
+
+/// The component of the curvature along a direction, or about an axis, of small strokes.
+struct Yield(DMatrix<f64>);
+
+impl Yield {
+    /// One per direction that counts.
+    fn along_all(local: &LocalGeometry, objective: &dyn Objective) -> Vec<Self> {
+        let n = local.connection.len();
+        let (first, directions) = match (objective.axis(), objective.direction()) {
+            (Some(axis), _) => (3, vec![axis]),
+            (None, Some(direction)) => (0, vec![direction]),
+            (None, None) => (0, vec![Vector3::x(), Vector3::y(), Vector3::z()]),
+        };
+        let along = |direction: Vector3<f64>| {
+            Self(DMatrix::from_fn(n, n, |i, j| match i == j {
+                true => 0.0,
+                false => local.curvature(i, j).fixed_rows::<3>(first).dot(&direction),
+            }))
+        };
+        directions.into_iter().map(along).collect()
+    }
+
+    /// The ellipse in the sense of rotation in which it yields more than zero: `π a · F b`.
+    fn ellipse(&self, a: DVector<f64>, b: DVector<f64>) -> Ellipse {
+        let yields = PI * a.dot(&(&self.0 * &b));
+        let (a, b) = if yields < 0.0 { (b, a) } else { (a, b) };
+        Ellipse {
+            a,
+            b,
+            yields: yields.abs(),
+        }
+    }
 }
 
 /// Coefficients of the strokes from which to start, all inside the limits.
@@ -58,11 +95,17 @@ fn closed(
             });
             joints.fold(f64::INFINITY, f64::min)
         };
-        for ellipse in ellipses(&local, objective) {
+        let small = ellipses(&local, objective).into_iter();
+        let waves = match starts.is_empty() {
+            true => waves(&local, objective, limits),
+            false => Vec::new(),
+        };
+        let sized = small.map(|ellipse| (ellipse, &SIZES[..]));
+        for (ellipse, shares) in sized.chain(waves.into_iter().map(|wave| (wave, &SIZES[1..]))) {
             let room = room(&ellipse);
             let sizes: Vec<f64> = match objective.size() {
                 Some(size) => vec![(size / ellipse.yields).sqrt().min(SIZES[1] * room)],
-                None => SIZES.iter().map(|size| size * room).collect(),
+                None => shares.iter().map(|share| share * room).collect(),
             };
             for size in sizes {
                 let mut coefficients = vec![0.0; series.functions() * centre.len()];
@@ -84,12 +127,6 @@ fn closed(
 /// `4 π sqrt(det G) |yield| / |F|` in the plane of two joints. Among all planes, the best one is
 /// that of the largest singular value of `G^(-1/2) F G^(-1/2)`.
 fn ellipses(local: &LocalGeometry, objective: &dyn Objective) -> Vec<Ellipse> {
-    let n = local.connection.len();
-    let (first, directions) = match (objective.axis(), objective.direction()) {
-        (Some(axis), _) => (3, vec![axis]),
-        (None, Some(direction)) => (0, vec![direction]),
-        (None, None) => (0, vec![Vector3::x(), Vector3::y(), Vector3::z()]),
-    };
     let Some(factor) = local.metric.clone().cholesky() else {
         return Vec::new();
     };
@@ -98,25 +135,46 @@ fn ellipses(local: &LocalGeometry, objective: &dyn Objective) -> Vec<Ellipse> {
         return Vec::new();
     };
     let mut ellipses = Vec::new();
-    for direction in directions {
-        let curvature = DMatrix::from_fn(n, n, |i, j| match i == j {
-            true => 0.0,
-            false => local.curvature(i, j).fixed_rows::<3>(first).dot(&direction),
-        });
-        let scaled = inverse.tr_mul(&curvature) * &inverse;
+    for of_strokes in Yield::along_all(local, objective) {
+        let scaled = inverse.tr_mul(&of_strokes.0) * &inverse;
         let Some((vector, image)) = largest_plane(&scaled) else {
             continue;
         };
         let strength = image.norm();
-        // The rotation from `vector` to `image` gives a positive yield.
-        let (a, b) = (&inverse * &vector, &inverse * (&image / strength));
-        ellipses.push(Ellipse {
-            yields: PI * (a.dot(&(&curvature * &b))).abs(),
-            a,
-            b,
-        });
+        ellipses.push(of_strokes.ellipse(&inverse * &vector, &inverse * (&image / strength)));
     }
     ellipses
+}
+
+/// Waves that travel through three or more joints with amplitudes that are shares of their ranges:
+/// `a_k = w_k cos φ_k`, `b_k = w_k sin φ_k`.
+///
+/// The best small ellipses of symmetric swimmers are symmetric themselves, and so are all the
+/// strokes to which they lead; the best large stroke need not be. The phases are those of the
+/// additive sequence of low discrepancy `φ_k = 2π m / x^k` with `x^(n+1) = x + 1` (Roberts 2018,
+/// "The unreasonable effectiveness of quasirandom sequences"), so that any orders and signs of the
+/// joints are among the first few.
+fn waves(local: &LocalGeometry, objective: &dyn Objective, limits: &[(f64, f64)]) -> Vec<Ellipse> {
+    let n = limits.len();
+    if n < 3 {
+        return Vec::new();
+    }
+    // Errors shrink by a factor of more than four in each iteration.
+    let next = |root: f64| (1.0 + root).powf(1.0 / (n as f64 + 1.0));
+    let root = (0..32).fold(1.0, |root, _| next(root));
+    let yields = Yield::along_all(local, objective);
+    let mut waves = Vec::with_capacity(WAVES * yields.len());
+    for number in 1..=WAVES {
+        let component = |k: usize, of_phase: fn(f64) -> f64| {
+            let phase = TAU * number as f64 / root.powi(k as i32 + 1);
+            0.5 * (limits[k].1 - limits[k].0) * of_phase(phase)
+        };
+        let a = DVector::from_fn(n, |k, _| component(k, f64::cos));
+        let b = DVector::from_fn(n, |k, _| component(k, f64::sin));
+        waves.extend(yields.iter().map(|of| of.ellipse(a.clone(), b.clone())));
+    }
+    waves.retain(|wave| wave.yields > 0.0);
+    waves
 }
 
 /// A unit vector of the plane of the largest singular value of a skew matrix, and its image under

@@ -188,8 +188,12 @@ fn a_stroke_with_two_bounds_is_slower_than_those_with_one() {
 
 /// Three arms in a plane, at angles of 120 degrees: directions that the symmetry maps to each other
 /// have the same largest speed.
+///
+/// Searches from symmetric strokes alone ended in a symmetric stroke 3.4 times slower: of twelve
+/// none to three found a better one, which of them rounding decided. The opposite directions have
+/// other speeds, 0.27 % larger, because the swimmer turns during a stroke.
 #[test]
-fn strokes_of_three_joints_have_the_symmetry_of_the_swimmer() {
+fn bug_fastest_strokes_of_three_joints_depended_on_rounding() {
     let scene = planar().scene();
     let limits = [(4.0, 6.0); 3];
     let table = geometry(&scene, &limits, 1e-3);
@@ -204,10 +208,14 @@ fn strokes_of_three_joints_have_the_symmetry_of_the_swimmer() {
         let found = fastest_stroke(&table, measure, (&limits, &bounds), &options, &mut ());
         speed(&found.unwrap())
     };
-    let [along, other] = [0.0, 120.0].map(fastest);
-    within(
-        other / along - 1.0,
-        options.tolerance,
-        "the tolerance of the search",
-    );
+    for [along, others @ ..] in [[0.0, 120.0, 240.0], [180.0, 300.0, 60.0]] {
+        let along = fastest(along);
+        for other in others.map(fastest) {
+            within(
+                other / along - 1.0,
+                options.tolerance,
+                "the tolerance of the search",
+            );
+        }
+    }
 }
