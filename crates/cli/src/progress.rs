@@ -1,9 +1,9 @@
 //! Progress on stderr: a bar on a terminal, plain lines elsewhere.
 
 use std::io::IsTerminal;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -62,9 +62,16 @@ impl RunBar {
             done_before: 0,
             next_line: PATIENCE.as_secs_f64(),
             quiet,
-            waiting: (!quiet).then(|| Waiting::new("preparing the run")),
+            waiting: preparing(quiet),
             interrupted,
         }
+    }
+
+    /// Says that the gait is done once more for a reason, and waits until it begins.
+    fn begin_again(&mut self, reason: &str) {
+        self.finish();
+        self.line(&format!("{reason}, {} elapsed", self.elapsed()));
+        self.waiting = preparing(self.quiet);
     }
 
     /// Removes the bar.
@@ -113,6 +120,11 @@ impl RunBar {
     }
 }
 
+/// Waits until the gait of a run begins.
+fn preparing(quiet: bool) -> Option<Waiting> {
+    (!quiet).then(|| Waiting::new("preparing the run"))
+}
+
 impl swimmer::Progress for RunBar {
     fn is_interrupted(&self) -> bool {
         self.interrupted.load(Ordering::Relaxed)
@@ -127,34 +139,38 @@ impl swimmer::Progress for RunBar {
     }
 
     fn missed_target(&mut self, missed: &MissedTarget) {
-        self.finish();
-        self.line(&format!(
-            "fem.size_factor = {:.3} leaves a discretisation error of {} of the net displacement, \
-             {} elapsed",
+        self.begin_again(&format!(
+            "fem.size_factor = {:.3} leaves a discretisation error of {} of the net displacement",
             missed.size_factor,
-            percent(missed.relative_error),
-            self.elapsed()
+            percent(missed.relative_error)
         ));
     }
 
     fn missed_tolerance(&mut self, error: f64, allowed: f64, tolerance_factor: f64) {
-        self.finish();
-        self.line(&format!(
-            "the error bar is {}, {} is allowed; once more with model.tolerance_factor = \
-             {}, {} elapsed",
+        self.begin_again(&format!(
+            "the error bar is {}, {} is allowed; once more with model.tolerance_factor = {}",
             two_digits(error),
             two_digits(allowed),
-            two_digits(tolerance_factor),
-            self.elapsed()
+            two_digits(tolerance_factor)
         ));
     }
 
     fn keeps_term(&mut self, reason: &str) {
-        self.finish();
-        self.line(&format!(
-            "{reason}; once more with it, {} elapsed",
-            self.elapsed()
-        ));
+        self.begin_again(&format!("{reason}; once more with it"));
+    }
+
+    fn searched_cycle(&mut self, cycles: usize, remains: f64, allowed: f64) {
+        if let Some(waiting) = &self.waiting {
+            let cycles = count(cycles, "cycle");
+            waiting.says(match remains.is_finite() {
+                false => format!("{cycles} before the periodic state"),
+                true => format!(
+                    "{cycles} before the periodic state, {} from it, {} allowed",
+                    two_digits(remains),
+                    two_digits(allowed)
+                ),
+            });
+        }
     }
 
     fn begins(&mut self, _: &Scene, done: usize) {
@@ -301,13 +317,16 @@ struct Waiting {
     /// Closed at the end of the work.
     done: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
+    /// What the work is.
+    what: Arc<Mutex<String>>,
     /// Predicted seconds at the end of the work, as bits; 0 if there is no prediction.
     end: Arc<AtomicU64>,
 }
 
 impl Waiting {
     fn new(what: &str) -> Self {
-        let what = what.to_owned();
+        let words = Arc::new(Mutex::new(what.to_owned()));
+        let what = Arc::clone(&words);
         let (done, waits) = std::sync::mpsc::channel::<()>();
         let end = Arc::new(AtomicU64::new(0));
         let predicted = Arc::clone(&end);
@@ -318,9 +337,10 @@ impl Waiting {
             let what = || {
                 let end = f64::from_bits(predicted.load(Ordering::Relaxed));
                 let left = end - started.elapsed().as_secs_f64();
+                let what = locked(&what).clone();
                 match left > 0.0 {
                     true => format!("{what}, {}", about(left)),
-                    false => what.clone(),
+                    false => what,
                 }
             };
             while waits.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
@@ -343,12 +363,23 @@ impl Waiting {
             }
         });
         Self {
+            what: words,
             end,
             done: Some(done),
             // Without a thread the work is done in silence.
             thread: thread.ok(),
         }
     }
+
+    /// The work goes on with this.
+    fn says(&self, what: String) {
+        *locked(&self.what) = what;
+    }
+}
+
+/// The words in a lock, which no panic leaves half written.
+fn locked(words: &Mutex<String>) -> MutexGuard<'_, String> {
+    words.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Drop for Waiting {

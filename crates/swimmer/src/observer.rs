@@ -98,6 +98,10 @@ pub trait Progress {
     /// repeated with it.
     fn keeps_term(&mut self, reason: &str) {}
 
+    /// A cycle before the gait is done in the search for the periodic state; `remains` is what is
+    /// compared with `allowed`, both displacements, and infinite after the first cycles.
+    fn searched_cycle(&mut self, cycles: usize, remains: f64, allowed: f64) {}
+
     /// The gait begins, or continues after `done` phases of an earlier run.
     fn begins(&mut self, scene: &Scene, done: usize) {}
 

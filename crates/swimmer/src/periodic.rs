@@ -12,7 +12,8 @@ use rigid::State;
 use scene::{Scene, spans};
 
 use crate::error::SwimError;
-use crate::integrate::{Integrator, Method, ObserveSolution, relaxation_time};
+use crate::integrate::{Integrator, Method, relaxation_time};
+use crate::observer::Progress;
 use crate::outcome::{Interim, mean_of_moving, positions};
 use crate::periodic_flow::periodic_flow;
 
@@ -38,12 +39,23 @@ pub fn start_of_gait(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
     method: Method,
-    observe: ObserveSolution,
+    progress: &mut dyn Progress,
 ) -> Result<Interim, SwimError> {
     match (scene.starts_periodic(), method) {
-        (true, Method::Unsteady) => periodic_flow(scene, model, observe),
-        (true, _) => periodic_state(scene, model, method, observe),
+        (true, Method::Unsteady) => periodic_flow(scene, model, progress),
+        (true, _) => periodic_state(scene, model, method, progress),
         (false, _) => Interim::start(scene),
+    }
+}
+
+/// An error if a run is to stop before its first phase.
+pub(crate) fn not_interrupted(scene: &Scene, progress: &dyn Progress) -> Result<(), SwimError> {
+    match progress.is_interrupted() {
+        true => Err(SwimError::Interrupted {
+            phases: 0,
+            all: scene.gait().phases.len() * scene.gait().cycles as usize,
+        }),
+        false => Ok(()),
     }
 }
 
@@ -59,7 +71,7 @@ pub fn periodic_state(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
     method: Method,
-    observe: ObserveSolution,
+    progress: &mut dyn Progress,
 ) -> Result<Interim, SwimError> {
     let set = scene.articulation();
     let passive: Vec<usize> = set.passive_drives().map(|(joint, _)| joint).collect();
@@ -79,12 +91,12 @@ pub fn periodic_state(
     let mut inverse = -DMatrix::<f64>::identity(size, size);
     let mut last: Option<(DVector<f64>, DVector<f64>)> = None;
     let mut mismatch = f64::INFINITY;
-    for _ in 0..MAX_CYCLES {
+    for number in 1..=MAX_CYCLES {
         let start = Start {
             state: &state,
             velocities: &velocities,
         };
-        let end = cycle(scene, model, method, &start, &mut solves, observe)?;
+        let end = cycle(scene, model, method, &start, &mut solves, progress)?;
         let values = coordinates(&state.joints, &velocities);
         let residual = coordinates(&end.state.joints, &end.velocities) - &values;
         let of_joints = passive.iter().zip(residual.iter());
@@ -92,7 +104,9 @@ pub fn periodic_state(
         let of_body = |body: usize| residual.fixed_rows::<3>(passive.len() + 6 * body).norm();
         let of_bodies = (0..bodies).map(|body| memory * of_body(body));
         mismatch = of_joints.chain(of_bodies).fold(0.0, f64::max);
-        if mismatch <= TOLERANCE_SHARE * scene.model().tolerance * end.net {
+        let allowed = TOLERANCE_SHARE * scene.model().tolerance * end.net;
+        progress.searched_cycle(number, mismatch, allowed);
+        if mismatch <= allowed {
             let mut interim = Interim::from_state(scene, state)?;
             interim.outcome.velocities = velocities;
             interim.outcome.solves = solves;
@@ -139,7 +153,7 @@ fn cycle(
     method: Method,
     start: &Start,
     solves: &mut usize,
-    observe: ObserveSolution,
+    progress: &dyn Progress,
 ) -> Result<End, SwimError> {
     let set = scene.articulation();
     let shape = set.initial_shape();
@@ -147,7 +161,8 @@ fn cycle(
     let mut velocities = start.velocities.to_vec();
     let mut integrator = Integrator::new(scene, model, method).with_velocities(&velocities);
     for span in spans(scene.gait(), shape)?.take(scene.gait().phases.len()) {
-        let result = integrator.span(&span, &state, observe)?;
+        let result =
+            integrator.span(&span, &state, &mut |_, _| not_interrupted(scene, progress))?;
         *solves += result.solves;
         state = result.end;
         velocities = result.velocities;

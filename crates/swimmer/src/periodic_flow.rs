@@ -13,8 +13,10 @@ use scene::{Body, Scene, spans};
 
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
-use crate::integrate::{Integrator, Method, ObserveSolution, UnsteadyScene};
+use crate::integrate::{Integrator, Method, UnsteadyScene};
+use crate::observer::Progress;
 use crate::outcome::{Interim, Outcome, PeriodicStart};
+use crate::periodic::not_interrupted;
 
 /// Part of the allowed error of a cycle that may remain of the start.
 const TOLERANCE_SHARE: f64 = 0.1;
@@ -82,7 +84,7 @@ fn memory(scene: &Scene) -> f64 {
 pub(crate) fn periodic_flow(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
-    observe: ObserveSolution,
+    progress: &mut dyn Progress,
 ) -> Result<Interim, SwimError> {
     let unsteady = UnsteadyScene::new(scene)?.ok_or(SwimError::NoFlow)?;
     scene.check_periodic_flow()?;
@@ -103,7 +105,9 @@ pub(crate) fn periodic_flow(
         let mut motion = CycleMotion::default();
         let axes = Axes::new(scene, &present.state)?;
         for span in spans(scene.gait(), set.initial_shape())?.take(scene.gait().phases.len()) {
-            let result = integrator.span(&span, &present.state, observe)?;
+            let result = integrator.span(&span, &present.state, &mut |_, _| {
+                not_interrupted(scene, progress)
+            })?;
             present.append(scene, &origin, &span, &result)?;
             let poses = set.place(&present.state, &span.to)?;
             motion.ends.push(PhaseEnd {
@@ -123,6 +127,7 @@ pub(crate) fn periodic_flow(
         let of_energy = (now - energy).abs() / largest;
         energy = now;
         let Some(last) = last_cycle.replace(motion.clone()) else {
+            progress.searched_cycle(cycles, f64::INFINITY, allowed);
             continue;
         };
         let difference = Difference {
@@ -130,6 +135,7 @@ pub(crate) fn periodic_flow(
             ..motion.difference(&last, scene.bodies())
         };
         let Some(before) = last_difference.replace(difference) else {
+            progress.searched_cycle(cycles, f64::INFINITY, allowed);
             continue;
         };
         // One difference vanishes where what remains of the start changes its sign.
@@ -147,6 +153,7 @@ pub(crate) fn periodic_flow(
             },
             rotation: present.state.frames[0].rotation,
         };
+        progress.searched_cycle(cycles, start.remainder.displacement, allowed);
         let energy_allowed = scene.model().tolerance;
         if start.remainder.displacement <= allowed && remains(difference.energy) <= energy_allowed {
             break start;

@@ -10,7 +10,7 @@ use crate::checkpoint::{self, Checkpoint};
 use crate::decision::Decision;
 use crate::efficiency::Efficiency;
 use crate::error::SwimError;
-use crate::integrate::{Method, SpanSolution};
+use crate::integrate::Method;
 use crate::neglected::{is_automatic, run_neglected, with_term};
 use crate::observer::Progress;
 use crate::output::Folder;
@@ -271,16 +271,8 @@ fn run_once(
     let Choice { mut model, reasons } = model(&scene)?;
     let (interim, flows) = match checkpoint {
         None => {
-            let mut observe =
-                |_: &SpanSolution, _: &dyn Hydrodynamics| match progress.is_interrupted() {
-                    true => Err(SwimError::Interrupted {
-                        phases: 0,
-                        all: scene.gait().phases.len() * scene.gait().cycles as usize,
-                    }),
-                    false => Ok(()),
-                };
             let method = Method::from_scene(&scene);
-            let interim = start_of_gait(&scene, model.as_mut(), method, &mut observe)?;
+            let interim = start_of_gait(&scene, model.as_mut(), method, progress)?;
             if let Some(folder) = folder {
                 // If this run ends early, the summary of an older run must not be taken for its
                 // result.

@@ -79,7 +79,7 @@ pub fn simulate(
     observer: &mut dyn Observer,
 ) -> Result<Outcome, SwimError> {
     scene.require_gait()?;
-    let start = start_of_gait(scene, model, method, &mut |_, _| Ok(()))?;
+    let start = start_of_gait(scene, model, method, &mut ())?;
     continue_from(scene, model, method, observer, start)
 }
 

@@ -144,7 +144,7 @@ pub(crate) fn comparable(scene: &Scene) -> Result<(Scene, Vector3<f64>), DesignE
 pub(crate) fn net_displacement(scene: &Scene) -> Result<Net, DesignError> {
     let mut model = choose(scene)?.model;
     let method = Method::from_scene(scene);
-    let start = start_of_gait(scene, model.as_mut(), method, &mut |_, _| Ok(()))?;
+    let start = start_of_gait(scene, model.as_mut(), method, &mut ())?;
     let outcome = continue_from(scene, model.as_mut(), method, &mut (), start)?;
     Ok(Net {
         vector: mean_of_moving(&outcome.displacement),

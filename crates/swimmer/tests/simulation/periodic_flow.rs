@@ -1,7 +1,7 @@
 //! Periodic states of fluids with inertia.
 
 use scene::Scene;
-use swimmer::{Outcome, Report, SwimError, run_without_files};
+use swimmer::{Outcome, Progress, Report, SwimError, run_without_files};
 use testkit::{contains, within};
 
 /// A neutral squirmer in the middle of a ball, with the speed 1e-3 in unbounded fluid, so that it
@@ -23,11 +23,23 @@ fn outcome(text: &str) -> Outcome {
     report(text).outcome
 }
 
+/// What is said about the cycles of a search.
+#[derive(Default)]
+struct SearchedCycles(Vec<(usize, f64, f64)>);
+
+impl Progress for SearchedCycles {
+    fn searched_cycle(&mut self, cycles: usize, remains: f64, allowed: f64) {
+        self.0.push((cycles, remains, allowed));
+    }
+}
+
 /// The limit of the start-up of this squirmer in the tests of `inertia`, from a closed form.
 #[test]
 fn a_squirmer_in_its_periodic_state_has_its_steady_speed() {
     let exact = 0.2 * 0.917_355_371_9e-3;
-    let found = outcome(SQUIRMER);
+    let mut searched = SearchedCycles::default();
+    let report = run_without_files(Scene::parse(SQUIRMER).unwrap(), &mut searched).unwrap();
+    let found = report.completed().unwrap().outcome;
     let (moved, bar) = (found.displacement[0].z, found.error_estimate.total());
     within(moved - exact, bar, "displacement in the periodic state");
     let start = found.periodic_start.unwrap();
@@ -36,6 +48,14 @@ fn a_squirmer_in_its_periodic_state_has_its_steady_speed() {
     assert!(remainder <= 1e-3 * exact && remainder <= bar, "{start:?}");
     // Half remains in each cycle: of the first one 6e-2 of the displacement.
     assert!((6..20).contains(&start.cycles), "{start:?}");
+    let SearchedCycles(searched) = searched;
+    let numbers: Vec<usize> = searched.iter().map(|cycle| cycle.0).collect();
+    assert_eq!(numbers, (1..=start.cycles).collect::<Vec<_>>());
+    let [.., before, last] = &searched[..] else {
+        panic!("{searched:?}");
+    };
+    assert_eq!(last.1, remainder);
+    assert!(before.1 > before.2 && last.1 <= last.2, "{searched:?}");
     assert!(found.tolerance_met, "{found:?}");
     let from_rest = outcome(&SQUIRMER.replace("periodic = true, ", ""));
     let lost = exact - from_rest.displacement[0].z;

@@ -614,3 +614,41 @@ fn the_summary_has_the_numbers_of_inertia() {
     let summary = std::fs::read_to_string(folder.path().join("summary.json")).unwrap();
     assert!(summary.contains("\"frequency_parameter\""), "{summary}");
 }
+
+/// Two unequal spheres of which one pushes the other to and fro swim towards the small one at low
+/// Reynolds numbers and towards the large one above: found by Dombrowski, Jones, Katsikis, Bhalla,
+/// Griffith & Klotsa (2019, "Transition in swimming direction in a model self-propelled inertial
+/// swimmer") with other distances and amplitudes.
+///
+/// In Stokes flow the stroke leads nowhere. Steps of half this length change the distances by less
+/// than 2e-4.
+#[test]
+#[ignore = "slow: 60 s"]
+fn two_unequal_spheres_swim_the_other_way_above_a_reynolds_number() {
+    let third_cycle = |reynolds: f64| {
+        // `Re = ρ A ω r / μ` of the small sphere and the amplitude of the arm
+        let density = reynolds / (0.5 * 0.5);
+        let found = outcome(&format!(
+            r#"
+            fluid = {{ density = {density:?}, inertia = "full", time_step = {:?} }}
+            domain = {{ kind = "ball", radius = 12 }}
+            model = {{ kind = "axisymmetric", tolerance = 2e-2, accept = "best" }}
+            bodies = [
+                {{ name = "large", radius = 1, position = [-0.9, 0, 0], density = {density:?} }},
+                {{ name = "small", radius = 0.5, position = [1.6, 0, 0], density = {density:?} }},
+            ]
+            links = [{{ name = "arm", body = "small", to = "large" }}]
+            gait = {{ kind = "harmonic", period = {:?}, cycles = 3 }}
+            gait.harmonics = [{{ link = "arm", amplitude = 0.5 }}]
+            "#,
+            2.0 * PI / 96.0,
+            2.0 * PI,
+        ));
+        let spans = &found.spans[2 * found.spans.len() / 3..];
+        spans.iter().map(|span| span.displacement[0].x).sum::<f64>()
+    };
+    let [low, high] = [10.0, 40.0].map(third_cycle);
+    println!("{low} {high}");
+    assert!(low > 2e-3, "{low}: towards the small sphere");
+    assert!(high < -1e-3, "{high}: towards the large sphere");
+}
