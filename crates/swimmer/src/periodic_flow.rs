@@ -155,7 +155,11 @@ pub(crate) fn periodic_flow(
         };
         progress.searched_cycle(cycles, start.remainder.displacement, allowed);
         let energy_allowed = scene.model().tolerance;
-        if start.remainder.displacement <= allowed && remains(difference.energy) <= energy_allowed {
+        // A reciprocal stroke in a fluid of little density leads nowhere, and cycles that differ by no
+        // more than the error of their solves are the same; what may remain is in the bars.
+        let algebraic = outcome.error_estimate.algebraic.unwrap_or(0.0);
+        let is_periodic = start.remainder.displacement <= allowed || start.residual <= algebraic;
+        if is_periodic && remains(difference.energy) <= energy_allowed {
             break start;
         }
         let is_finite = (start.residual + start.energy_residual).is_finite();
