@@ -435,9 +435,15 @@ fn needs_refinement(law: &Law, changes: &[f64], left: usize, tolerance: f64) -> 
     if matches!(law, Law::HerschelBulkley { .. }) || changes.len() < LEAST_DIFFERENCES {
         return false;
     }
-    let ratio = changes.windows(2).rev().take(2).map(|pair| pair[1] / pair[0]);
+    let ratio = changes
+        .windows(2)
+        .rev()
+        .take(2)
+        .map(|pair| pair[1] / pair[0]);
     let ratio = ratio.fold(0.0, f64::max).min(1.0);
-    changes.last().is_some_and(|last| last * ratio.powi(left as i32) > tolerance)
+    changes
+        .last()
+        .is_some_and(|last| last * ratio.powi(left as i32) > tolerance)
 }
 
 /// A motion whose forces balance, by elements of one order.

@@ -78,7 +78,7 @@ fn a_sphere_that_a_force_drives_through_a_power_law_has_the_speed_of_a_spectral_
 /// The edges of the default mesh are too long for these two: no order had an error below 1.1e-7 and
 /// 2.3e-8. The drags, over `6 π`, are those of `axisymmetric::steady_state` on two finer meshes.
 #[test]
-#[ignore = "slow: 60 s"]
+#[ignore = "slow: 30 s"]
 fn bug_scenes_in_the_meridian_plane_missed_the_tolerance_1e_8() {
     let carreau = [("relaxation_time", 10.0), ("index", 0.3)];
     let power_law = [("index", 0.5)];
