@@ -184,9 +184,9 @@ fn the_sperm_swims_head_first() {
     within(bar, 0.02 * found.norm(), "the bar says something");
 }
 
-/// Cells follow the true surface of a bent tube to the error bar, also where their edges are nearly a
-/// radius long: values of each mesh are within the bars of the others. Those of flat facets, which
-/// are a tenth of a radius inside it, are of the first order in this depth: a fifth more is allowed.
+/// Cells follow the true surface of a bent tube to the error bar, also where their edges are nearly
+/// a radius long: values of each mesh are within the bars of the others. Bars of flat facets, a
+/// tenth of a radius inside it, are of the first order in this depth: a fifth more is allowed.
 #[test]
 #[ignore = "slow: 20 s"]
 fn the_bars_of_a_bent_tube_contain_its_facets() {
