@@ -384,7 +384,12 @@ impl ViscosityLaw for Law {
     fn unregularised_viscosity(&self, shear_rate: f64) -> f64 {
         match self.power() {
             Some([yield_stress, consistency, index, _]) => {
-                yield_stress / shear_rate + consistency * shear_rate.powf(index - 1.0)
+                // Without a yield stress 0 / 0 at rest would hide the viscosity of the power law.
+                let of_yield = match yield_stress > 0.0 {
+                    true => yield_stress / shear_rate,
+                    false => 0.0,
+                };
+                of_yield + consistency * shear_rate.powf(index - 1.0)
             }
             None => self.viscosity(shear_rate),
         }

@@ -50,7 +50,8 @@ pub trait ViscosityLaw: Debug + Send + Sync {
     /// Its gradient with respect to `D` is the stress `2 eta D`; it is power per volume.
     fn potential(&self, shear_rate: f64) -> f64;
 
-    /// Viscosity without regularisation, at the shear rate `g > 0`; by default [`Self::viscosity`].
+    /// Viscosity without regularisation, by default [`Self::viscosity`]; at rest its limit, which
+    /// may be infinite or zero.
     fn unregularised_viscosity(&self, shear_rate: f64) -> f64 {
         self.viscosity(shear_rate)
     }

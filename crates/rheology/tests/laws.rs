@@ -130,6 +130,25 @@ fn parameters_without_meaning_are_refused_by_name() {
     refused(cross, "index");
 }
 
+/// It was no number without a yield stress, so that the power law of the index 1 was refused in
+/// unbounded fluid.
+#[test]
+fn bug_power_laws_had_no_viscosity_at_rest() {
+    let at_rest = |index: f64, yield_stress: f64| {
+        let law = Law::HerschelBulkley {
+            consistency: 2.0,
+            index,
+            yield_stress,
+            regularisation: 1e-3,
+        };
+        law.unregularised_viscosity(0.0)
+    };
+    assert_eq!(at_rest(0.5, 0.0), f64::INFINITY);
+    assert_eq!(at_rest(1.0, 0.0), 2.0);
+    assert_eq!(at_rest(1.5, 0.0), 0.0);
+    assert_eq!(at_rest(1.5, 0.1), f64::INFINITY);
+}
+
 #[test]
 fn laws_whose_stress_decreases_are_refused() {
     // zero < inf with index < 1 thickens: eta = 1 - 0.99 (1 + x^2)^-0.45 increases, which is fine

@@ -5,7 +5,7 @@ use rheology::ViscosityLaw;
 
 use super::bodies::AxialBody;
 use super::drive::{Slip, SteadyDrive, SteadyParameters};
-use super::orders::FIRST_ORDER;
+use super::orders::{FIRST_ORDER, MIN_GROWTH, REFINEMENT};
 use super::problem::{Level, Problem, SHARE_OUTSIDE};
 use crate::solver::MAX_ORDER;
 use crate::{AxialSpheroid, AxisymmetricError, Surroundings};
@@ -98,6 +98,24 @@ impl<'a> AxialForceSolver<'a> {
     pub fn raise_order(&mut self) -> bool {
         let can = self.order < MAX_ORDER;
         self.order += usize::from(can);
+        can
+    }
+
+    /// Number of orders above the present one.
+    pub fn orders_left(&self) -> usize {
+        MAX_ORDER - self.order
+    }
+
+    /// Returns to the lowest order, on a mesh whose edges are two thirds as long; `false` if it is
+    /// the finest.
+    ///
+    /// Orders converge on any mesh, but slowly where the viscosity varies within one triangle.
+    pub fn refine(&mut self) -> bool {
+        let can = self.problem.refine(REFINEMENT, MIN_GROWTH);
+        if can {
+            self.order = FIRST_ORDER - 1;
+            self.level = None;
+        }
         can
     }
 

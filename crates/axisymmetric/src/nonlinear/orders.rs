@@ -14,6 +14,12 @@ const MIN_TOLERANCE: f64 = 1e-10;
 /// Two thirds of that of Stokes flow: boundary layers and wakes vary faster.
 pub(crate) const GROWTH: f64 = 0.45;
 
+/// The same on the finest mesh of fluids with a viscosity law, which two refinements reach.
+pub(super) const MIN_GROWTH: f64 = 0.2;
+
+/// Factor on edge lengths by a refinement.
+pub(super) const REFINEMENT: f64 = 2.0 / 3.0;
+
 /// The solution of the lowest order that differs from the one before by at most the first of
 /// `tolerances`, with that difference; else that of the highest order, if it differs from the one
 /// before by at most the second.

@@ -193,6 +193,17 @@ impl<'a> Problem<'a> {
         Ok(())
     }
 
+    /// Multiplies the lengths of edges by a factor, unless `growth` falls below the least one;
+    /// whether it did.
+    pub fn refine(&mut self, factor: f64, least: f64) -> bool {
+        let growth = factor * self.growth;
+        let can = growth > least * (1.0 - f64::EPSILON.sqrt());
+        if can {
+            self.growth = growth;
+        }
+        can
+    }
+
     /// Enlarges the mesh of unbounded fluid until neglecting the law beyond it changes forces by
     /// this part.
     ///

@@ -14,8 +14,9 @@ mod torus;
 pub(crate) mod triangles;
 mod triangulated;
 mod tube;
+mod tube_profile;
 
-pub use bent_tube::{BentTube, Centreline, CurvePoint, TubePoint, TubeProfile};
+pub use bent_tube::{BentTube, Centreline, CurvePoint, TubePoint};
 pub use box_surface::BoxSurface;
 pub use capsule::Capsule;
 pub use disk::Disk;
@@ -29,3 +30,4 @@ pub use spheroid::Spheroid;
 pub use torus::Torus;
 pub(crate) use triangles::euler_characteristic;
 pub use triangulated::{CurvedTriangles, TriangleKind, TriangulatedSurface};
+pub use tube_profile::TubeProfile;

@@ -57,7 +57,8 @@ impl AxisymmetricModel {
     ///
     /// Forces depend on velocities nonlinearly: Newton's method finds the velocities for which the
     /// forces and the loads on the joints balance, from those in a Newtonian fluid. The order of
-    /// the elements is raised until velocities and forces change by less than the tolerance.
+    /// the elements is raised until velocities and forces change by less than the tolerance, on a
+    /// finer mesh if the changes let expect that no order does.
     ///
     /// # Errors
     /// Bodies that left the axis; flows that Newton's method does not find.
@@ -112,6 +113,11 @@ impl AxisymmetricModel {
             // The effect of the regularisation is in the bar: no order reduces it.
             let enough = tolerance.max(SHARE_OF_LAW * last.forces.regularised);
             let is_accurate = changes.len() >= 2 && changes.last().is_some_and(|c| *c <= enough);
+            let left = solver.orders_left();
+            if !is_accurate && needs_refinement(law, &changes, left, enough) && solver.refine() {
+                (before, changes) = (None, Vec::new());
+                continue;
+            }
             let is_highest = !solver.raise_order();
             if let Some(before) = before.filter(|_| is_accurate || is_highest) {
                 let forces = DVector::from_vec(solver.change_by_regularisation()?);
@@ -416,6 +422,28 @@ fn remainder(law: &Law, changes: &[f64]) -> f64 {
         Some(_) => upper,
         None => UNCERTAINTY_OF_ONE,
     }
+}
+
+/// Whether differences that go on to decrease by the larger of their last two ratios are above the
+/// tolerance at the highest order, of the number of orders that are left.
+///
+/// At the edge of the fluid that does not flow orders and sizes of elements gain little, so that
+/// what they reach is the answer.
+fn needs_refinement(law: &Law, changes: &[f64], left: usize, tolerance: f64) -> bool {
+    /// Fewer differences say nothing about how they decrease.
+    const LEAST_DIFFERENCES: usize = 3;
+    if matches!(law, Law::HerschelBulkley { .. }) || changes.len() < LEAST_DIFFERENCES {
+        return false;
+    }
+    let ratio = changes
+        .windows(2)
+        .rev()
+        .take(2)
+        .map(|pair| pair[1] / pair[0]);
+    let ratio = ratio.fold(0.0, f64::max).min(1.0);
+    changes
+        .last()
+        .is_some_and(|last| last * ratio.powi(left as i32) > tolerance)
 }
 
 /// A motion whose forces balance, by elements of one order.

@@ -9,7 +9,7 @@ use mesh::{NamedSurface, Surface, TetMesh};
 use nalgebra::{Isometry3, Vector3};
 use rayon::prelude::*;
 use rigid::{Constraints, Drive, ExternalLoad};
-use scene::rheology::Law;
+use scene::rheology::{Law, ViscosityLaw};
 use stokes::{Estimate, InitialGuesses, Options, Problem, Solution, SurfaceFlow};
 
 use super::far_field::{self, FarField, FixedBodies};
@@ -374,10 +374,9 @@ impl FemModel {
     /// law of an index below [`LEAST_INDEX`].
     fn law_in_domain(&self, has_fixed: bool) -> Result<Option<Law>, ModelError> {
         let law = self.scaled.law();
-        let is_newtonian_at_rest = !matches!(
-            law,
-            Some(Law::PowerLaw { .. } | Law::HerschelBulkley { .. })
-        );
+        let at_rest = law.as_ref().map(|law| law.unregularised_viscosity(0.0));
+        let is_newtonian_at_rest =
+            at_rest.is_none_or(|viscosity| viscosity > 0.0 && viscosity.is_finite());
         let is_unbounded = self.meshes.far_field().is_some();
         if law.is_some() && is_unbounded && (has_fixed || !is_newtonian_at_rest) {
             let what = match has_fixed {

@@ -123,8 +123,14 @@ impl Geometry for TubeShape {
         self.largest_extent() + offset
     }
 
+    /// That of the thicker end, up to twice that of the other: a thin end has a small part of the
+    /// force, but elements of its size cover the whole tube.
     fn size_radius(&self) -> f64 {
-        self.radius.min(self.end_radius)
+        let (low, high) = (
+            self.radius.min(self.end_radius),
+            self.radius.max(self.end_radius),
+        );
+        high.min(2.0 * low)
     }
 
     fn volume(&self) -> f64 {

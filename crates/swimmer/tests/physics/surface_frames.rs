@@ -314,6 +314,41 @@ fn frames_in_a_ball_keep_their_volume() {
     assert!(outcome.displacement[0].norm() > 1e-4);
 }
 
+/// Frames of a sphere of several radii in a fluid of Carreau have the flow of the sphere that
+/// breathes in it, which is not that in a Newtonian fluid.
+#[test]
+#[ignore = "slow: 20 s"]
+fn frames_of_spheres_breathe_in_a_fluid_of_carreau() {
+    let (radius, rate) = (1.3, [1.0]);
+    let model = "model = { kind = \"fem\", tolerance = 0.1 }";
+    let law = "fluid = { law = \"carreau\", zero_shear_viscosity = 1, relaxation_time = 1, \
+               index = 0.4 }";
+    let solve = |body: &str, law: &str| {
+        let scene = with_drifter(body, &format!("{law}\n{model}"), 0.45);
+        solve_at(boxed(&scene).as_mut(), &[radius], &rate)
+    };
+    let sphere = "radius = 1\ndeformation = { kind = \"radius\" }";
+    let frames = breathing(4);
+    let [found, expected] = [&frames.keys("at = [1, 1.2, 1.6]"), sphere].map(|b| solve(b, law));
+    // Of curved triangles, as in a Newtonian fluid.
+    let triangles = 6e-3;
+    for (one, other) in found.bodies.iter().zip(&expected.bodies) {
+        let error = (one.velocity - other.velocity).norm();
+        let bars = found.error_estimate.total() + expected.error_estimate.total();
+        let allowed = bars + triangles * other.velocity.norm();
+        within(error, allowed, "the bars and the triangles");
+    }
+    let bars = found.power_error.total() + expected.power_error.total();
+    within(
+        found.power() / expected.power() - 1.0,
+        0.01 + bars / expected.power(),
+        "the bars and the triangles",
+    );
+    within(bars / expected.power(), 0.05, "the bars say something");
+    let newtonian = solve(sphere, "");
+    assert!(found.power() < 0.8 * newtonian.power());
+}
+
 /// The pushmepullyou of which one sphere has frames, with its volume as coordinate: the exact
 /// displacement of two spheres.
 #[test]
