@@ -385,6 +385,15 @@ words! {
         Off,
     }
 
+    /// File of the trajectory that `swim run` writes.
+    pub enum TrajectoryKind = Csv {
+        /// `trajectory.csv`, a text with a column for each number.
+        Csv,
+        /// `trajectory.npy`, a binary file with a record for each time, which `numpy.load` reads: for
+        /// thousands of bodies.
+        Npy,
+    }
+
     /// Flows that a run by elements in space writes for ParaView.
     pub enum FlowsKind = Phase {
         /// The last flow that is solved in each phase.

@@ -13,7 +13,7 @@ use crate::words::{
     EnvelopeKind, EstimatesKind, FlowsKind, FormulationKind, GaitKind, GeometryKind, InertiaKind,
     InterpolationKind, LawKind, LearnKind, MeshMotionKind, MesherKind, ModeMotion,
     ModelEstimatesKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind, SolverKind, StartKind,
-    StrokeStart, SurfaceKind, SymmetryKind, WaveKind,
+    StrokeStart, SurfaceKind, SymmetryKind, TrajectoryKind, WaveKind,
 };
 
 tables! {
@@ -566,8 +566,10 @@ tables! {
     /// Files that `swim run` writes.
     pub struct OutputOptions in "output." {
         /// Number of equal intervals of time, from the start to the end of the gait, at whose ends
-        /// `trajectory.csv` has rows, all with velocities, forces and torques.
+        /// the trajectory has rows, all with velocities, forces and torques.
         samples: Option<u32> | "a row for each solve and each end of a phase",
+        /// File of the trajectory.
+        trajectory: TrajectoryKind,
     }
 }
 
