@@ -95,7 +95,7 @@ words! {
         Surface,
         /// The volume of a mesh file.
         Mesh,
-        /// A box that is repeated with its bodies in all directions; the mean flow is zero.
+        /// A box that is repeated with its bodies in all directions.
         Periodic,
     }
 

@@ -92,13 +92,14 @@ fn dilute_arrays_have_the_drag_of_hasimoto() {
     }
 }
 
-/// No table to so many digits is known for all lattices at all volume fractions: higher orders are
-/// the reference up to 0.45, and a box with twice as many spheres, whose images are other ones.
+/// Higher orders are the reference up to volume fractions of 0.45, and a box with twice as many
+/// spheres, whose images are other ones. Tolerances are relative to velocities of lone spheres, which
+/// are up to 33 times as fast.
 #[test]
 fn all_cubic_arrays_have_their_drag_to_a_thousandth() {
     for places in [SIMPLE, BODY_CENTRED, FACE_CENTRED] {
         for fraction in [0.001, 0.2, 0.45] {
-            let [coarse, fine] = [1e-3, 1e-5].map(|tolerance| drag(places, fraction, tolerance));
+            let [coarse, fine] = [2e-4, 1e-5].map(|tolerance| drag(places, fraction, tolerance));
             assert!(
                 (coarse / fine - 1.0).abs() < 1e-3,
                 "{fraction}: {coarse} {fine}"
@@ -106,7 +107,7 @@ fn all_cubic_arrays_have_their_drag_to_a_thousandth() {
             let second = places.iter().map(|[x, y, z]| [x + 1.0, *y, *z]);
             let both: Vec<[f64; 3]> = places.iter().copied().chain(second).collect();
             let volume = places.len() as f64 * 4.0 / 3.0 * PI / fraction;
-            let doubled = settled(&both, volume.cbrt(), [2.0, 1.0, 1.0], 1e-3)[0].x;
+            let doubled = settled(&both, volume.cbrt(), [2.0, 1.0, 1.0], 2e-4)[0].x;
             assert!(
                 (doubled * fine - 1.0).abs() < 1e-3,
                 "{fraction}: {doubled} {fine}"

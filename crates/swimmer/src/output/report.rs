@@ -17,7 +17,8 @@ pub const ALL_ERRORS: &str = "all errors";
 ///
 /// `swim schema run` describes all keys. Those with a convention:
 ///
-/// - `scene`, `model`, `reasons` (for the model), `machine`, `version` (of the program);
+/// - `scene`, `model`, `reasons` (for the model), `machine`, `version` (of the program), and `bodies`
+///   and `links`, their names in the order of the scene, which [`trajectory_npy`](super::trajectory_npy) has too;
 /// - `displacement` (by body), `rotation` (vector of the frame of the first linkage in radians,
 ///   with full turns as far as its axis stays), `turned` (by body, the angle of its whole path),
 ///   `work` (of the bodies on the fluid), with `error_estimate`, `rotation_error` and `work_error`
@@ -147,8 +148,12 @@ pub fn summary_json(
         .map(|(body, error)| (scene.bodies()[body].name.clone(), json!(error)))
         .collect();
     let swimmers: Vec<Value> = outcome.swimmers(scene).iter().map(of_swimmer).collect();
+    let bodies: Vec<&str> = scene.bodies().iter().map(|b| b.name.as_str()).collect();
+    let joints = scene.articulation().joints().iter();
     json!({
         "scene": scene.name(),
+        "bodies": bodies,
+        "links": joints.map(|joint| joint.name.as_str()).collect::<Vec<_>>(),
         "swimmers": (!swimmers.is_empty()).then_some(swimmers),
         "mean_holding": mean_holding,
         "shape_change": shape_change,

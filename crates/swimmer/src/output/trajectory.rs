@@ -143,8 +143,8 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
 /// Fields: `time`, `cycle` and `phase` (from one), `solved`, the values of the `joints`, and
 /// `position`, `rotation`, `velocity`, `angular_velocity`, `force` and `torque` by body and axis; in
 /// fluids with inertia `kinetic_energy` (of fluid and bodies), `added_mass_force` and
-/// `added_mass_torque`. Joints and bodies have the order of the scene. Numbers that are not known are
-/// NaN. 8 bytes for each of 18 numbers of a body.
+/// `added_mass_torque`. Joints and bodies have the order of the scene, that of `links` and `bodies`
+/// in `summary.json`. Numbers that are not known are NaN. 8 bytes for each of 18 numbers of a body.
 pub fn trajectory_npy(scene: &Scene, samples: &[Sample]) -> Vec<u8> {
     let bodies = scene.bodies().len();
     let joints = scene.articulation().joints().len();

@@ -184,6 +184,8 @@ fn the_summary_has_every_number_of_the_outcome() {
         without_memory(report),
         json!({
             "scene": scene.name(),
+            "bodies": ["a", "b, the large"],
+            "links": ["arm"],
             "inertia": null,
             "version": env!("CARGO_PKG_VERSION"),
             "net_displacement": {
