@@ -148,6 +148,24 @@ pub fn summary_json(
         .map(|(body, error)| (scene.bodies()[body].name.clone(), json!(error)))
         .collect();
     let swimmers: Vec<Value> = outcome.swimmers(scene).iter().map(of_swimmer).collect();
+    let periodic_start = outcome.periodic_start.map(|start| {
+        json!({
+            "cycles": start.cycles,
+            "residual": start.residual,
+            "energy_residual": start.energy_residual,
+            "error": start.remainder.displacement,
+        })
+    });
+    let added_mass = outcome.added_mass().map(|added_mass| {
+        let forces = scene.bodies().iter().zip(&added_mass.bodies);
+        let forces = forces.map(|(body, [force, torque])| {
+            (body.name.clone(), json!({ "force": force, "torque": torque }))
+        });
+        json!({
+            "bodies": forces.collect::<Map<_, _>>(),
+            "mesh_error": added_mass.mesh_error,
+        })
+    });
     let bodies: Vec<&str> = scene.bodies().iter().map(|b| b.name.as_str()).collect();
     let joints = scene.articulation().joints().iter();
     json!({
@@ -204,27 +222,11 @@ pub fn summary_json(
             json!({
                 "terms": scene.inertia().kind.word(),
                 "start": scene.inertia().start.word(),
-                "periodic_start": outcome.periodic_start.map(|start| {
-                    json!({
-                        "cycles": start.cycles,
-                        "residual": start.residual,
-                        "energy_residual": start.energy_residual,
-                        "error": start.remainder.displacement,
-                    })
-                }),
+                "periodic_start": periodic_start,
                 "reynolds": numbers.reynolds,
                 "frequency_parameter": numbers.frequency,
                 "kinetic_energy": outcome.kinetic_energy(),
-                "added_mass": outcome.added_mass().map(|added_mass| {
-                    let forces = scene.bodies().iter().zip(&added_mass.bodies);
-                    let forces = forces.map(|(body, [force, torque])| {
-                        (body.name.clone(), json!({ "force": force, "torque": torque }))
-                    });
-                    json!({
-                        "bodies": forces.collect::<Map<_, _>>(),
-                        "mesh_error": added_mass.mesh_error,
-                    })
-                }),
+                "added_mass": added_mass,
             })
         })),
         "tolerance_limits": limited,
