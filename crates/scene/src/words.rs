@@ -389,8 +389,8 @@ words! {
     pub enum TrajectoryKind = Csv {
         /// `trajectory.csv`, a text with a column for each number.
         Csv,
-        /// `trajectory.npy`, a binary file with a record for each time, which `numpy.load` reads: for
-        /// thousands of bodies.
+        /// `trajectory.npy`, a binary file with a record for each time, which `numpy.load` reads:
+        /// for thousands of bodies.
         Npy,
     }
 

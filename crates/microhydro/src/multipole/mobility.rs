@@ -204,8 +204,7 @@ impl Neighbours {
     }
 }
 
-/// Distance of nearest images in radii of the largest sphere, within which the orders of the spheres
-/// are looked for.
+/// Distance of images in radii of the largest sphere from which the orders of the spheres follow.
 const NEAR: f64 = 6.0;
 
 /// Part of the tolerance below which couplings are neglected for the bispherical coordinates of all
@@ -423,8 +422,8 @@ fn places(lengths: impl Iterator<Item = usize>) -> Vec<usize> {
     places
 }
 
-/// Mobility of spheres in unbounded fluid or in a periodic box by expansions, with their multipoles as
-/// hidden degrees of freedom. Viscosity 1.
+/// Mobility of spheres in unbounded fluid or in a periodic box by expansions, with their multipoles
+/// as hidden degrees of freedom. Viscosity 1.
 ///
 /// Orders follow from the gaps and the tolerance, without a search: solutions by the
 /// [`Variant`]s tell the error. Memory: `O(L^3)` numbers that all pairs share for the highest order
@@ -448,8 +447,8 @@ pub struct MultipoleMobility<'a> {
 }
 
 impl<'a> MultipoleMobility<'a> {
-    /// Predicted cost of a solution with its error bar to a relative `residual`, in unbounded fluid or
-    /// in a periodic box. Cost: some hundred operations for each pair.
+    /// Predicted cost of a solution with its error bar to a relative `residual`, in unbounded fluid
+    /// or in a periodic box. Cost: some hundred operations for each pair.
     ///
     /// # Errors
     /// As [`MultipoleMobility::new`]; a larger cost than that is allowed is none.
@@ -472,8 +471,8 @@ impl<'a> MultipoleMobility<'a> {
         Self::planned(spheres, None, accuracy)
     }
 
-    /// The same in a box with these edges that is repeated in all directions, with zero mean flow as
-    /// in [`PointMobility::periodic`].
+    /// The same in a box with these edges that is repeated in all directions, with zero mean flow
+    /// as in [`PointMobility::periodic`].
     ///
     /// Images couple as pairs as far as they need more than four degrees; the flow of all others is
     /// that of low multipoles by Ewald's sums, at a cost of `O(n²)`.

@@ -93,8 +93,8 @@ fn dilute_arrays_have_the_drag_of_hasimoto() {
 }
 
 /// Higher orders are the reference up to volume fractions of 0.45, and a box with twice as many
-/// spheres, whose images are other ones. Tolerances are relative to velocities of lone spheres, which
-/// are up to 33 times as fast.
+/// spheres, whose images are other ones. Tolerances are relative to velocities of lone spheres,
+/// which are up to 33 times as fast.
 #[test]
 fn all_cubic_arrays_have_their_drag_to_a_thousandth() {
     for places in [SIMPLE, BODY_CENTRED, FACE_CENTRED] {

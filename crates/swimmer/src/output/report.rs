@@ -17,8 +17,9 @@ pub const ALL_ERRORS: &str = "all errors";
 ///
 /// `swim schema run` describes all keys. Those with a convention:
 ///
-/// - `scene`, `model`, `reasons` (for the model), `machine`, `version` (of the program), and `bodies`
-///   and `links`, their names in the order of the scene, which [`trajectory_npy`](super::trajectory_npy) has too;
+/// - `scene`, `model`, `reasons` (for the model), `machine`, `version` (of the program);
+/// - `bodies` and `links`, their names in the order of the scene, which
+///   [`trajectory_npy`](super::trajectory_npy) has too;
 /// - `displacement` (by body), `rotation` (vector of the frame of the first linkage in radians,
 ///   with full turns as far as its axis stays), `turned` (by body, the angle of its whole path),
 ///   `work` (of the bodies on the fluid), with `error_estimate`, `rotation_error` and `work_error`
@@ -159,7 +160,10 @@ pub fn summary_json(
     let added_mass = outcome.added_mass().map(|added_mass| {
         let forces = scene.bodies().iter().zip(&added_mass.bodies);
         let forces = forces.map(|(body, [force, torque])| {
-            (body.name.clone(), json!({ "force": force, "torque": torque }))
+            (
+                body.name.clone(),
+                json!({ "force": force, "torque": torque }),
+            )
         });
         json!({
             "bodies": forces.collect::<Map<_, _>>(),

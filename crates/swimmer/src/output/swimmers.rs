@@ -7,10 +7,10 @@ use crate::swimmers::SwimmerOutcome;
 
 /// Results of swimmers as comma-separated values with a header.
 ///
-/// Columns: `swimmer` (the name of its first body), the mean displacement of its moving bodies `dx`,
-/// `dy`, `dz` with its error bar `error`, empty if it was not estimated, the rotation vector of its
-/// root `rx`, `ry`, `rz` in radians, and its `work` on the fluid, empty where it is known in total
-/// only ([`SwimmerOutcome`]).
+/// Columns: `swimmer` (the name of its first body), the mean displacement of its moving bodies
+/// `dx`, `dy`, `dz` with its error bar `error`, empty if it was not estimated, the rotation vector
+/// of its root `rx`, `ry`, `rz` in radians, and its `work` on the fluid, empty where it is known in
+/// total only ([`SwimmerOutcome`]).
 pub fn swimmers_csv(scene: &Scene, swimmers: &[SwimmerOutcome]) -> String {
     let mut text = "swimmer,dx,dy,dz,error,rx,ry,rz,work\n".to_owned();
     for swimmer in swimmers {

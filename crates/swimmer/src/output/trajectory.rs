@@ -141,8 +141,8 @@ pub fn trajectory_csv(scene: &Scene, samples: &[Sample]) -> String {
 /// of [`trajectory_csv`].
 ///
 /// Fields: `time`, `cycle` and `phase` (from one), `solved`, the values of the `joints`, and
-/// `position`, `rotation`, `velocity`, `angular_velocity`, `force` and `torque` by body and axis; in
-/// fluids with inertia `kinetic_energy` (of fluid and bodies), `added_mass_force` and
+/// `position`, `rotation`, `velocity`, `angular_velocity`, `force` and `torque` by body and axis;
+/// in fluids with inertia `kinetic_energy` (of fluid and bodies), `added_mass_force` and
 /// `added_mass_torque`. Joints and bodies have the order of the scene, that of `links` and `bodies`
 /// in `summary.json`. Numbers that are not known are NaN. 8 bytes for each of 18 numbers of a body.
 pub fn trajectory_npy(scene: &Scene, samples: &[Sample]) -> Vec<u8> {
@@ -167,8 +167,8 @@ pub fn trajectory_npy(scene: &Scene, samples: &[Sample]) -> Vec<u8> {
         "{{'descr': [{}], 'fortran_order': False, 'shape': ({rows},), }}",
         fields.join(", ")
     );
-    // The data begin at a multiple of 64 bytes, after eight of the magic string and version, and two
-    // of the length of the header, which ends with a line break.
+    // The data begin at a multiple of 64 bytes, after eight of the magic string and version, and
+    // two of the length of the header, which ends with a line break.
     let length = (header.len() + 1 + 10).next_multiple_of(64) - 10;
     header = format!("{header:<0$}\n", length - 1);
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();

@@ -442,8 +442,8 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
     }
 }
 
-/// The array of NumPy has a header, whose length makes the data begin at a multiple of 64 bytes, and
-/// the numbers of the text, by quantity and then by body.
+/// The array of NumPy has a header, whose length makes the data begin at a multiple of 64 bytes,
+/// and the numbers of the text, by quantity and then by body.
 fn binary_has_the_numbers_of_the_text(scene: &Scene, samples: &[Sample], csv: &str) {
     let bytes = trajectory_npy(scene, samples);
     assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");

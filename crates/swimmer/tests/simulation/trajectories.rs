@@ -13,8 +13,8 @@ fn positions(outcome: &Outcome, row: usize) -> Vec<Vector3<f64>> {
 }
 
 /// Three point forces in a horizontal equilateral triangle of edge `d` fall side by side. Where
-/// heights `z_i` differ, `Σ z_i = 0`, the flow `(F/8π) z r / r³` of each pair changes the edges, and
-/// these the velocities `(F/8π) / r`:
+/// heights `z_i` differ, `Σ z_i = 0`, the flow `(F/8π) z r / r³` of each pair changes the edges,
+/// and these the velocities `(F/8π) / r`:
 /// ```text
 /// d(r_12)/dt = 3/2 (g/d²) z_3     d(z_3)/dt = (g/d²) (r_31 + r_32)     g = F/8π
 /// ```
@@ -49,8 +49,8 @@ fn three_sedimenting_spheres_have_the_period_of_a_triangle() {
         x.into_iter().map(move |x| x - middle).collect::<Vec<_>>()
     };
     let start = relative(0);
-    // Terms of second order in the height: the phase is off by their part of a cycle, heights by its
-    // square and horizontal shifts by itself.
+    // Terms of second order in the height: the phase is off by their part of a cycle, heights by
+    // its square and horizontal shifts by itself.
     let second = TAU * (height / d).powi(2) * height;
     for (row, sign) in [(2, -1.0), (4, 1.0)] {
         for (x, y) in relative(row).iter().zip(&start) {
