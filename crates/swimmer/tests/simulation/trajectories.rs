@@ -49,10 +49,10 @@ fn three_sedimenting_spheres_have_the_period_of_a_triangle() {
         x.into_iter().map(move |x| x - middle).collect::<Vec<_>>()
     };
     let start = relative(0);
-    // Terms of second order in the height: the phase is off by their part of a cycle, heights by
-    // its square and horizontal shifts by itself.
+    // Terms of second order in the height: phases are off by their part of a cycle in each half of
+    // it, heights by the square of that and horizontal shifts by itself.
     let second = TAU * (height / d).powi(2) * height;
-    for (row, sign) in [(2, -1.0), (4, 1.0)] {
+    for (row, halves, sign) in [(2, 1.0, -1.0), (4, 2.0, 1.0)] {
         for (x, y) in relative(row).iter().zip(&start) {
             within(
                 x.z - sign * y.z,
@@ -61,7 +61,7 @@ fn three_sedimenting_spheres_have_the_period_of_a_triangle() {
             );
             within(
                 (x.xy() - y.xy()).norm(),
-                second,
+                halves * second,
                 format!("places at {row} quarters"),
             );
         }
