@@ -617,7 +617,7 @@ fn the_trajectory_at_equal_times_has_motions_and_loads_in_every_row() {
         // is below 1 (an arm of 4 to 5, a rate of 2), a twelfth of it over three units of time,
         // times the square of the step.
         for pair in rows.windows(2).filter(|pair| pair[0].span == pair[1].span) {
-            let velocity = |row: &swimmer::Sample| row.bodies.as_ref().unwrap()[1].velocity;
+            let velocity = |row: &Sample| row.bodies.as_ref().unwrap()[1].velocity;
             let moved = pair[1].poses[1].translation.vector - pair[0].poses[1].translation.vector;
             let mean = 0.5 * (velocity(&pair[0]) + velocity(&pair[1]));
             within((moved / step - mean).norm(), 1e-2, format!("{method:?}"));
