@@ -459,7 +459,8 @@ fn binary_has_the_numbers_of_the_text(scene: &Scene, samples: &[Sample], csv: &s
         of_bodies.collect::<String>(),
         samples.len()
     );
-    assert_eq!(header.trim_end_matches(' '), expected + "\n");
+    assert_eq!(header.trim_end(), expected);
+    assert!(header.ends_with('\n'));
     let record = 8 + 4 + 4 + 1 + 8 + 6 * 2 * 3 * 8;
     assert_eq!(bytes.len(), begin + record * samples.len());
     let records = bytes[begin..].chunks_exact(record);
