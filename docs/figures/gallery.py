@@ -31,6 +31,9 @@ PICTURES = {
     "amoeba": ("amoeba", "solve", ['model.kind="fem"']),
     "worm-in-channel": ("worm-in-channel", "solve", []),
     "thinning": ("scenes/thinning.toml", "solve", []),
+    "squirmers": ("squirmers", "solve", []),
+    "swarm": ("swarm", "solve", []),
+    "sediment": ("sediment", "solve", []),
     "best-sizes": (
         "smooth",
         "sizes",

@@ -37,6 +37,8 @@ pub(crate) struct LinkedBodies<'a> {
     scaled: &'a ScaledScene,
     time: f64,
     linkages: Vec<MovingLinkage<'a>>,
+    /// Mean flow of a periodic box.
+    mean_flow: Vector3<f64>,
 }
 
 /// Some linkages as if there were no others.
@@ -50,6 +52,8 @@ pub(crate) struct SomeLinkages<'a> {
     bodies: Vec<usize>,
     /// Places of the velocities of bodies with surfaces, six per body.
     surface_velocities: Vec<usize>,
+    /// Mean flow of a periodic box.
+    mean_flow: Vector3<f64>,
 }
 
 /// Velocities and forces of linked bodies, in scaled units.
@@ -232,6 +236,7 @@ impl<'a> LinkedBodies<'a> {
             scaled,
             time: query.configuration.time,
             linkages: linkages.collect::<Result<_, _>>()?,
+            mean_flow: scaled.mean_flow(),
         })
     }
 
@@ -272,6 +277,7 @@ impl<'a> LinkedBodies<'a> {
             scaled,
             time: configuration.time,
             linkages: linkages.collect::<Result<_, _>>()?,
+            mean_flow: Vector3::zeros(),
         })
     }
 
@@ -296,6 +302,7 @@ impl<'a> LinkedBodies<'a> {
             bodies: set.velocity_layout().bodies().to_vec(),
             surface_velocities: set.surface_velocities(),
             linkages: self.linkages.iter().collect(),
+            mean_flow: self.mean_flow,
         }
     }
 
@@ -307,6 +314,7 @@ impl<'a> LinkedBodies<'a> {
             surfaces: Vec::new(),
             bodies: Vec::new(),
             surface_velocities: Vec::new(),
+            mean_flow: self.mean_flow,
         };
         let (mut first, mut surface) = (0, 0);
         for one in &some.linkages {
@@ -424,11 +432,8 @@ impl SomeLinkages<'_> {
             .iter()
             .flat_map(|one| one.load.iter().copied());
         let load = DVector::from_iterator(matrix.nrows(), loads);
-        let force_free = effect.map(|effect| &effect.velocities);
-        let relative_to_fluid = |velocities: &DVector<f64>| match force_free {
-            Some(force_free) => velocities - force_free,
-            None => velocities.clone(),
-        };
+        let force_free = self.force_free(effect);
+        let relative_to_fluid = |velocities: &DVector<f64>| velocities - &force_free;
         let rhs = load - s.tr_mul(&(resistance * relative_to_fluid(&w)));
         let coefficients = cholesky(matrix.clone())?.solve(&rhs);
         let scale = rhs.amax();
@@ -538,6 +543,7 @@ impl SomeLinkages<'_> {
         residual: f64,
     ) -> Result<DVector<f64>, ModelError> {
         let velocities = solution.generalised.select_rows(&self.surface_velocities);
+        let velocities = velocities - self.force_free(None);
         let held = self.surfaces.iter().map(|spheres| {
             let entries = (spheres.iter()).flat_map(|&k| &velocities.as_slice()[6 * k..6 * k + 6]);
             let rows = 6 * spheres.len();
@@ -553,6 +559,19 @@ impl SomeLinkages<'_> {
         Ok(system.solve_near(near, residual)?.forces)
     }
 
+    /// Velocities `U_0` of force-free bodies: those of an effect and of the mean flow.
+    fn force_free(&self, effect: Option<&SurfaceEffect>) -> DVector<f64> {
+        let mut velocities = match effect {
+            Some(effect) => effect.velocities.clone(),
+            None => DVector::zeros(self.surface_velocities.len()),
+        };
+        for sphere in 0..velocities.len() / 6 {
+            let mut rows = velocities.fixed_rows_mut::<3>(6 * sphere);
+            rows += self.mean_flow;
+        }
+        velocities
+    }
+
     /// The linked spheres of a mobility.
     ///
     /// # Errors
@@ -562,15 +581,14 @@ impl SomeLinkages<'_> {
         mobility: &'m M,
         effect: Option<&SurfaceEffect>,
     ) -> Result<LinkedSpheres<'m, M>, ModelError> {
+        let force_free = self.force_free(effect);
         let linkages = self.linkages.iter().zip(&self.surfaces);
         let linkages = linkages.map(|(one, spheres)| {
             let mut offset = one.reduction.surface_offset.clone();
-            if let Some(effect) = effect {
-                // M f + U_0 = S v + W
-                for (own, &sphere) in spheres.iter().enumerate() {
-                    let mut rows = offset.rows_mut(6 * own, 6);
-                    rows -= effect.velocities.rows(6 * sphere, 6);
-                }
+            // M f + U_0 = S v + W
+            for (own, &sphere) in spheres.iter().enumerate() {
+                let mut rows = offset.rows_mut(6 * own, 6);
+                rows -= force_free.rows(6 * sphere, 6);
             }
             Linkage {
                 spheres: spheres.clone(),

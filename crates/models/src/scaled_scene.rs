@@ -13,7 +13,7 @@ use crate::response::{BodySolution, HoldingLoad, Response};
 use crate::solution::Stresslets;
 use crate::units::Scale;
 use scene::rheology::Law;
-use scene::{Deformation, Scene};
+use scene::{Background, Deformation, Scene};
 
 /// Bodies, joints and loads of a scene in scaled units.
 #[derive(Clone)]
@@ -78,6 +78,17 @@ impl<'a> ScaledResponse<'a> {
 }
 
 impl ScaledScene {
+    /// Mean flow of a periodic box; zero elsewhere.
+    pub fn mean_flow(&self) -> Vector3<f64> {
+        match (
+            self.scene.domain().period(),
+            self.scale.background(&self.scene),
+        ) {
+            (Some(_), Some(Background::Uniform { velocity })) => velocity,
+            _ => Vector3::zeros(),
+        }
+    }
+
     /// Scales the bodies, joints and loads of a scene.
     ///
     /// # Errors

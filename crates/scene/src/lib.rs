@@ -85,7 +85,7 @@ pub use words::{
     FormulationKind, GaitKind, GeometryKind, InertiaKind, InterpolationKind, LawKind, LearnKind,
     MeshMotionKind, MesherKind, ModeMotion, ModelEstimatesKind, ModelKind, ObjectiveKind,
     RheologyKind, ShapeKind, SolverKind, StartKind, StrokeStart, SurfaceKind, SymmetryKind,
-    WaveKind,
+    TrajectoryKind, WaveKind,
 };
 
 // joints, surfaces, viscosity laws and vectors are part of this crate's interface

@@ -200,7 +200,12 @@ impl Scene {
     ///
     /// Velocities at a constant shape are then not zero.
     pub fn has_surface_velocity(&self) -> bool {
-        self.background.is_some() || self.bodies.iter().any(|body| body.slip.is_some())
+        self.background.is_some() || self.has_slip()
+    }
+
+    /// Whether the surfaces of some bodies slip.
+    pub fn has_slip(&self) -> bool {
+        self.bodies.iter().any(|body| body.slip.is_some())
     }
 
     /// Whether some bodies deform.

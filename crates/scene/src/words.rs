@@ -95,7 +95,7 @@ words! {
         Surface,
         /// The volume of a mesh file.
         Mesh,
-        /// A box that is repeated with its bodies in all directions; the mean flow is zero.
+        /// A box that is repeated with its bodies in all directions.
         Periodic,
     }
 
@@ -383,6 +383,15 @@ words! {
         On,
         /// Errors are not estimated.
         Off,
+    }
+
+    /// File of the trajectory that `swim run` writes.
+    pub enum TrajectoryKind = Csv {
+        /// `trajectory.csv`, a text with a column for each number.
+        Csv,
+        /// `trajectory.npy`, a binary file with a record for each time, which `numpy.load` reads:
+        /// for thousands of bodies.
+        Npy,
     }
 
     /// Flows that a run by elements in space writes for ParaView.

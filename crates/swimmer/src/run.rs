@@ -13,7 +13,7 @@ use crate::error::SwimError;
 use crate::integrate::Method;
 use crate::neglected::{is_automatic, run_neglected, with_term};
 use crate::observer::Progress;
-use crate::output::Folder;
+use crate::output::{Folder, swimmers_csv};
 use crate::periodic::start_of_gait;
 use crate::planning::{Choice, ModelOfScene, SizeSearch, choose_for_run, with_tables};
 use crate::run_files::{Files, Output, RunFiles};
@@ -22,8 +22,9 @@ use crate::simulate::continue_from;
 
 /// Runs the gait of a scene and writes the results into the folder `out`.
 ///
-/// The files are `summary.json`, `trajectory.csv`, ParaView files for models with a mesh, and a
-/// checkpoint, and those that the caller adds (`files`; the crate `pictures` has plots and a page).
+/// The files are `summary.json`, `swimmers.csv` for several swimmers, `trajectory.csv` or
+/// `trajectory.npy`, ParaView files for models with a mesh, and a checkpoint, and those that the
+/// caller adds (`files`; the crate `pictures` has plots and a page).
 ///
 /// The model is chosen, with tables over shapes where they save solves, and the gait is run. With
 /// `fem.target` the element sizes are those of [`SizeSearch`], and a stroke that misses the target
@@ -191,7 +192,15 @@ fn run_to_target(
     }
 }
 
-/// Writes `summary.json` and the files of the caller that need it.
+/// Files with results, not all of which every run writes.
+const RESULTS: [&str; 4] = [
+    "summary.json",
+    "swimmers.csv",
+    "trajectory.csv",
+    "trajectory.npy",
+];
+
+/// Writes `summary.json`, `swimmers.csv` and the files of the caller that need it.
 fn write_summary(
     report: &Report,
     folder: &Folder,
@@ -199,6 +208,11 @@ fn write_summary(
 ) -> Result<(), SwimError> {
     let summary = report.summary();
     folder.write("summary.json", |file| writeln!(file, "{summary:#}"))?;
+    let swimmers = report.outcome.swimmers(&report.scene);
+    if !swimmers.is_empty() {
+        let csv = swimmers_csv(&report.scene, &swimmers);
+        folder.write("swimmers.csv", |file| file.write_all(csv.as_bytes()))?;
+    }
     files.run_done(report, &summary)
 }
 
@@ -274,9 +288,11 @@ fn run_once(
             let method = Method::from_scene(&scene);
             let interim = start_of_gait(&scene, model.as_mut(), method, progress)?;
             if let Some(folder) = folder {
-                // If this run ends early, the summary of an older run must not be taken for its
-                // result.
-                folder.remove_old("summary.json")?;
+                // If this run ends early, or writes others, files of an older run must not be taken
+                // for its results.
+                for name in RESULTS {
+                    folder.remove_old(name)?;
+                }
                 Checkpoint::new(
                     &scene,
                     &interim.state,

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use models::{Hydrodynamics, SolutionFlow};
-use scene::{PhaseSpan, Scene};
+use scene::{PhaseSpan, Scene, TrajectoryKind};
 use serde_json::Value;
 
 use crate::checkpoint::Checkpoint;
@@ -11,7 +11,7 @@ use crate::error::SwimError;
 use crate::integrate::{SpanResult, SpanSolution};
 use crate::observer::{Observer, Progress};
 use crate::outcome::Outcome;
-use crate::output::{FlowSeries, Folder, trajectory_csv};
+use crate::output::{FlowSeries, Folder, trajectory_csv, trajectory_npy};
 use crate::run_report::Report;
 
 /// Files that the caller adds to those of a run, such as pictures.
@@ -55,7 +55,7 @@ pub trait RunFiles {
         Ok(())
     }
 
-    /// `trajectory.csv` and then the checkpoint are written, after some phases: not after each if
+    /// The trajectory and then the checkpoint are written, after some phases: not after each if
     /// they are short.
     ///
     /// # Errors
@@ -139,8 +139,15 @@ impl<'a> Output<'a> {
     }
 
     fn write_trajectory(&mut self, scene: &Scene, so_far: &Outcome) -> Result<(), SwimError> {
-        let csv = trajectory_csv(scene, so_far.trajectory());
-        (self.folder).write("trajectory.csv", |file| file.write_all(csv.as_bytes()))?;
+        let samples = so_far.trajectory();
+        let (name, bytes) = match scene.output().trajectory {
+            TrajectoryKind::Csv => (
+                "trajectory.csv",
+                trajectory_csv(scene, samples).into_bytes(),
+            ),
+            TrajectoryKind::Npy => ("trajectory.npy", trajectory_npy(scene, samples)),
+        };
+        self.folder.write(name, |file| file.write_all(&bytes))?;
         self.files.write(so_far)
     }
 

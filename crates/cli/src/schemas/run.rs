@@ -16,6 +16,14 @@ pub fn run() -> Value {
         "a run in the units of the scene; forces and work are those on the fluid",
         &[
             ("scene", text("name of the scene")),
+            (
+                "bodies",
+                list("names of the bodies in the order of the scene", text("")),
+            ),
+            (
+                "links",
+                list("names of the links in the order of the scene", text("")),
+            ),
             ("model", text(MODEL)),
             ("reasons", list("why the model was chosen", text(""))),
             (

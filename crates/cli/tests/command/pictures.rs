@@ -304,6 +304,24 @@ fn long_runs_show_as_many_whole_cycles_as_fit() {
     assert!(page.len() < 3_000_000, "{} bytes", page.len());
 }
 
+/// A thousand spheres settle: the page keeps 36 times of them, 2.4 MB in all.
+#[test]
+fn the_page_of_a_thousand_bodies_is_small() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let scene = "model = { kind = \"rpy\", estimates = \"off\", tolerance = 0.1 }\n\
+        gait.phases = [{ duration = 1 }]\noutput = { samples = 4, trajectory = \"npy\" }\n\
+        bodies = [{ name = \"s\", radius = 1, position = [0, 0, 0], force = [0, 0, -19] }]\n\
+        copies = [{ of = \"s\", count = 999, size = [60, 60, 60], gap = 0.5 }]\n";
+    std::fs::write(at.join("many.toml"), scene).unwrap();
+    printed(at, &["run", "many.toml", "--out", "out"]);
+    let size = |name: &str| std::fs::metadata(at.join("out").join(name)).unwrap().len();
+    assert!(size("report.html") < 10_000_000, "{}", size("report.html"));
+    // Five rows of 18 numbers of each body.
+    assert!((0..1000).contains(&(size("trajectory.npy") - 5 * 1000 * 18 * 8)));
+    assert!(!at.join("out/trajectory.csv").exists());
+}
+
 #[test]
 fn the_picture_of_a_flow_has_colours_streamlines_and_bodies() {
     let folder = tempfile::tempdir().unwrap();

@@ -8,12 +8,13 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::axis_turn::OfFamilies;
 use super::coupling::Expansion;
+use super::far_images::{FAR_ORDER, FarImages};
 use super::memory;
 use super::modes::{Family, Modes};
 use super::orders::Accuracy;
@@ -21,8 +22,9 @@ use super::pair_product::{self, Couplings, Line, Pair, PairOrders, Workspace};
 use super::rotation::AXIS_OF_M;
 use super::scaled::drag_units;
 use super::stresslet::stresslet_of_modes;
-use super::truncation;
+use super::truncation::{self, Gap, GapCoordinates};
 use crate::error::{check_entries, check_finite};
+use crate::periodic::{check_box, images_within, nearest_image};
 use crate::{HydroError, Medium, Mobility, PointMobility, PointModel, Spheres};
 
 /// The expansions that a product has: errors are estimated from solutions by fewer.
@@ -83,6 +85,7 @@ struct Plan {
     tail: f64,
     /// Bispherical coordinate of the narrowest gap.
     narrowest: f64,
+    is_periodic: bool,
 }
 
 /// Size and time of a solution by expansions.
@@ -131,6 +134,10 @@ impl ExpansionCost {
 struct PlannedPair {
     /// Source and target: the source has the higher order.
     ends: [usize; 2],
+    /// From the source to the target.
+    line: Line,
+    /// Shift of the target, which is an image.
+    shift: Vector3<f64>,
     orders: PairOrders,
     /// The same of [`Variant::Neglecting`].
     fewer: PairOrders,
@@ -142,25 +149,123 @@ struct PlannedPair {
 /// all vector registers.
 const ALIKE: usize = 8;
 
+/// A sphere and another one, or an image, that couple as a pair.
+struct Neighbours {
+    gap: Gap,
+    /// Shift of the second one.
+    shift: Vector3<f64>,
+}
+
+impl Neighbours {
+    /// All pairs of spheres in unbounded fluid.
+    fn all(spheres: &Spheres) -> Vec<Self> {
+        let gaps = truncation::gaps(spheres, &Medium::Unbounded).into_iter();
+        let neighbours = gaps.map(|gap| Self {
+            gap,
+            shift: Vector3::zeros(),
+        });
+        neighbours.collect()
+    }
+
+    /// Spheres and images whose centres are within a distance, each pair once.
+    fn within(reach: f64, spheres: &Spheres, size: &Vector3<f64>) -> Vec<Self> {
+        let x = spheres.centres();
+        let mut all = Vec::new();
+        for (i, j) in (0..x.len()).flat_map(|j| (0..=j).map(move |i| (i, j))) {
+            let apart = x[j] - x[i];
+            images_within(
+                reach,
+                &nearest_image(&apart, size),
+                size,
+                |image, offset| {
+                    // of a sphere and its images one half has the other one as their reverse
+                    if i < j || image > [0; 3] {
+                        all.push(Self {
+                            gap: Gap::between(spheres, (i, j), offset.norm()),
+                            shift: offset - apart,
+                        });
+                    }
+                },
+            );
+        }
+        all
+    }
+
+    fn offset(&self, spheres: &Spheres) -> Vector3<f64> {
+        let (i, j) = self.gap.pair;
+        spheres.centres()[j] + self.shift - spheres.centres()[i]
+    }
+
+    /// Distance of the surfaces over the smaller radius.
+    fn clearance(&self, spheres: &Spheres) -> f64 {
+        let (i, j) = self.gap.pair;
+        let [a, b] = [i, j].map(|sphere| spheres.radii()[sphere]);
+        (self.offset(spheres).norm() - a - b) / a.min(b)
+    }
+}
+
+/// Distance of images in radii of the largest sphere from which the orders of the spheres follow.
+const NEAR: f64 = 6.0;
+
+/// Part of the tolerance below which couplings are neglected for the bispherical coordinates of all
+/// spheres: the lowest eigenvalue falls with the narrowest gap.
+fn neglected(xi: &GapCoordinates) -> f64 {
+    NEGLECTED * truncation::narrowest(xi).min(1.0).powi(3)
+}
+
 impl Plan {
-    fn new(spheres: &Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
+    fn new(
+        spheres: &Spheres,
+        period: Option<&Vector3<f64>>,
+        accuracy: &Accuracy,
+    ) -> Result<Self, HydroError> {
         accuracy.check()?;
         let (n, tolerance) = (spheres.len(), accuracy.tolerance);
-        // before the list of all pairs
-        memory::check(0.5 * (n as f64).powi(2) * PAIR, 11.0 * n as f64)?;
-        let gaps = truncation::gaps(spheres, &Medium::Unbounded);
-        let xi = truncation::GapCoordinates::narrowest_of(&gaps, n);
-        let target = truncation::first_target(&xi, n, tolerance);
+        let neighbours = match period {
+            None => {
+                // before the list of all pairs
+                memory::check(0.5 * (n as f64).powi(2) * PAIR, 11.0 * n as f64)?;
+                Neighbours::all(spheres)
+            }
+            Some(size) => {
+                check_box(spheres, size)?;
+                let largest = spheres.radii().iter().fold(0.0_f64, |most, a| most.max(*a));
+                let within = |reach: f64| {
+                    let images = (n as f64).powi(2) * 4.2 * reach.powi(3) / size.product();
+                    memory::check(0.5 * images * PAIR, 11.0 * n as f64)?;
+                    Ok(Neighbours::within(reach, spheres, size))
+                };
+                let nearest = within((NEAR * largest).max(1.001 * size.min()))?;
+                let gaps: Vec<Gap> = nearest.iter().map(|near| near.gap).collect();
+                let xi = GapCoordinates::narrowest_of(&gaps, n);
+                // Beyond it the order of the far images suffices.
+                let decay = -(neglected(&xi) * tolerance).ln() / (2.0 * (FAR_ORDER as f64 - 1.0));
+                within((2.0 * largest * decay.cosh()).max(1.001 * size.min()))?
+            }
+        };
+        let gaps: Vec<Gap> = neighbours.iter().map(|near| near.gap).collect();
+        let xi = GapCoordinates::narrowest_of(&gaps, n);
+        // spheres from which reflections come
+        let others = match period {
+            None => n,
+            Some(_) => 1 + 2 * neighbours.len() / n.max(1),
+        };
+        let target = truncation::first_target(&xi, others, tolerance);
         let orders = truncation::for_tolerance(&xi, &Medium::Unbounded, target);
         let orders: Vec<usize> = (orders.spheres.iter())
             .map(|&order| order.max(LOWEST_ORDER))
             .collect();
         let highest = orders.iter().copied().max().unwrap_or_default();
         if highest > MAX_ORDER || truncation::narrowest(&xi) < NARROWEST {
-            let (surfaces, gap) = spheres.narrowest_gap(&Medium::Unbounded);
+            let closest = (neighbours.iter())
+                .min_by(|one, other| (one.clearance(spheres)).total_cmp(&other.clearance(spheres)));
+            let surfaces = |near: &Neighbours| match near.gap.pair {
+                (i, j) if i == j => format!("sphere {i} and its image"),
+                (i, j) => format!("spheres {i} and {j}"),
+            };
             return Err(HydroError::TooClose {
-                surfaces,
-                gap,
+                surfaces: closest.map(surfaces).unwrap_or_default(),
+                gap: closest.map_or(f64::INFINITY, |near| near.clearance(spheres)),
                 tolerance,
                 needed: highest,
                 highest: MAX_ORDER,
@@ -170,13 +275,14 @@ impl Plan {
             spheres: orders.clone(),
             ..super::orders::Orders::all(n, &Medium::Unbounded, 0)
         };
-        let amplified = truncation::narrowest(&xi).min(1.0).powi(3);
-        let neglected = tolerance * NEGLECTED * amplified;
-        let (x, a) = (spheres.centres(), spheres.radii());
-        let pairs = gaps.par_iter().map(|gap| {
+        let neglected = tolerance * neglected(&xi);
+        let a = spheres.radii();
+        let pairs = neighbours.par_iter().map(|near| {
+            let gap = &near.gap;
             let (i, j) = gap.pair;
+            let offset = near.offset(spheres);
             let needed = |tolerance: f64| -> PairOrders {
-                truncation::for_pair((x[j] - x[i]).norm(), a[i], a[j], tolerance).into()
+                truncation::for_pair(offset.norm(), a[i], a[j], tolerance).into()
             };
             let (all, some) = (needed(neglected), needed(MORE_NEGLECTED * neglected));
             let of_spheres = [orders[i], orders[j]];
@@ -189,8 +295,12 @@ impl Plan {
                 .xi
                 .map(|xi| truncation::order_of_decay(xi, REGULAR * target));
             let [source, target] = if own[0] < own[1] { [1, 0] } else { [0, 1] };
+            let sense = if source == 0 { 1.0 } else { -1.0 };
+            let ends = [[i, j][source], [i, j][target]];
             PlannedPair {
-                ends: [[i, j][source], [i, j][target]],
+                ends,
+                line: Line::new(ends.map(|sphere| a[sphere]), &(sense * offset)),
+                shift: sense * near.shift,
                 orders: [own[source], own[target]],
                 fewer: [fewer[source], fewer[target]],
                 regular: regular[0].max(regular[1]).min(highest),
@@ -209,6 +319,7 @@ impl Plan {
             tail: truncation::tail(&xi, &all),
             orders,
             narrowest: truncation::narrowest(&xi),
+            is_periodic: period.is_some(),
         })
     }
 
@@ -224,6 +335,10 @@ impl Plan {
         let modes = self.orders.iter().map(|&order| (Modes { order }).len());
         let dofs = modes.sum();
         let product: usize = self.pairs.chunks(ALIKE).map(operations).sum();
+        let of_images = match self.is_periodic {
+            true => FarImages::operations(self.orders.len()),
+            false => 0.0,
+        };
         let iterations = ITERATIONS * -residual.ln() / self.narrowest.min(1.0);
         let (top, regular) = self.degrees();
         let numbers = PAIR * self.pairs.len() as f64
@@ -232,7 +347,7 @@ impl Plan {
         ExpansionCost {
             dofs,
             mib: memory::mib(numbers),
-            seconds: SOLUTIONS * iterations * product as f64 / PRODUCT_RATE,
+            seconds: SOLUTIONS * iterations * (product as f64 + of_images) / PRODUCT_RATE,
         }
     }
 }
@@ -245,8 +360,8 @@ fn operations(alike: &[PlannedPair]) -> usize {
     alike.len() * pair_product::operations(orders, regular)
 }
 
-/// Numbers of a pair: its gap, its orders and its line of centres.
-const PAIR: f64 = 17.0;
+/// Numbers of a pair: its gap and shift twice, its orders and its line of centres.
+const PAIR: f64 = 27.0;
 
 /// Vectors of all multipoles in an iteration, and the partial sums of a product.
 const VECTORS: f64 = 30.0;
@@ -307,8 +422,8 @@ fn places(lengths: impl Iterator<Item = usize>) -> Vec<usize> {
     places
 }
 
-/// Mobility of spheres in unbounded fluid by expansions, with their multipoles as hidden degrees of
-/// freedom. Viscosity 1.
+/// Mobility of spheres in unbounded fluid or in a periodic box by expansions, with their multipoles
+/// as hidden degrees of freedom. Viscosity 1.
 ///
 /// Orders follow from the gaps and the tolerance, without a search: solutions by the
 /// [`Variant`]s tell the error. Memory: `O(L^3)` numbers that all pairs share for the highest order
@@ -323,25 +438,27 @@ pub struct MultipoleMobility<'a> {
     units: Vec<f64>,
     couplings: Couplings,
     pairs: Vec<PlannedPair>,
-    lines: Vec<Line>,
     parts: Vec<Part>,
+    /// Distant images in a periodic box.
+    far: Option<FarImages>,
     tail: f64,
     narrowest: f64,
     variant: Variant,
 }
 
 impl<'a> MultipoleMobility<'a> {
-    /// Predicted cost of a solution with its error bar to a relative `residual`. Cost: some hundred
-    /// operations for each pair.
+    /// Predicted cost of a solution with its error bar to a relative `residual`, in unbounded fluid
+    /// or in a periodic box. Cost: some hundred operations for each pair.
     ///
     /// # Errors
     /// As [`MultipoleMobility::new`]; a larger cost than that is allowed is none.
     pub fn cost(
         spheres: &Spheres,
+        period: Option<&Vector3<f64>>,
         accuracy: &Accuracy,
         residual: f64,
     ) -> Result<ExpansionCost, HydroError> {
-        Ok(Plan::new(spheres, accuracy)?.cost(residual))
+        Ok(Plan::new(spheres, period, accuracy)?.cost(residual))
     }
 
     /// Plans the couplings of all pairs.
@@ -351,9 +468,33 @@ impl<'a> MultipoleMobility<'a> {
     /// 0.001 radii and those that need higher orders than 250; [`HydroError::TooLarge`],
     /// [`HydroError::TooCostly`] for the cost to a residual of the tolerance.
     pub fn new(spheres: &'a Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
-        let plan = Plan::new(spheres, accuracy)?;
+        Self::planned(spheres, None, accuracy)
+    }
+
+    /// The same in a box with these edges that is repeated in all directions, with zero mean flow
+    /// as in [`PointMobility::periodic`].
+    ///
+    /// Images couple as pairs as far as they need more than four degrees; the flow of all others is
+    /// that of low multipoles by Ewald's sums, at a cost of `O(n²)`.
+    ///
+    /// # Errors
+    /// Those of both.
+    pub fn periodic(
+        spheres: &'a Spheres,
+        size: &Vector3<f64>,
+        accuracy: &Accuracy,
+    ) -> Result<Self, HydroError> {
+        Self::planned(spheres, Some(size), accuracy)
+    }
+
+    fn planned(
+        spheres: &'a Spheres,
+        period: Option<&Vector3<f64>>,
+        accuracy: &Accuracy,
+    ) -> Result<Self, HydroError> {
+        let plan = Plan::new(spheres, period, accuracy)?;
         plan.cost(accuracy.tolerance).check()?;
-        let (x, radii) = (spheres.centres(), spheres.radii());
+        let radii = spheres.radii();
         let expansions: Vec<Expansion> = (radii.iter().zip(&plan.orders))
             .map(|(&radius, &order)| Expansion {
                 radius,
@@ -361,9 +502,10 @@ impl<'a> MultipoleMobility<'a> {
             })
             .collect();
         let (top, regular) = plan.degrees();
-        let line = |&PlannedPair { ends: [i, j], .. }: &PlannedPair| {
-            Line::new([radii[i], radii[j]], &(x[j] - x[i]))
-        };
+        let far = period.map(|size| {
+            let near = plan.pairs.iter().map(|pair| (pair.ends, pair.shift));
+            FarImages::new(spheres, size, near)
+        });
         Ok(Self {
             points: PointMobility::new(PointModel::Rpy, spheres, &Medium::Unbounded)?,
             units: drag_units(radii),
@@ -371,7 +513,7 @@ impl<'a> MultipoleMobility<'a> {
             harmonics: places(plan.orders.into_iter().map(pair_product::harmonics)),
             expansions,
             couplings: Couplings::new(top, regular),
-            lines: plan.pairs.iter().map(line).collect(),
+            far: far.transpose()?,
             parts: Part::all(spheres.len(), &plan.pairs),
             pairs: plan.pairs,
             tail: plan.tail,
@@ -469,6 +611,39 @@ impl<'a> MultipoleMobility<'a> {
         y
     }
 
+    /// Adds to `y` what distant images do.
+    fn add_far_images(&self, x: &[f64], y: &mut DVector<f64>) {
+        let Some(far) = &self.far else { return };
+        let modes = Modes { order: FAR_ORDER };
+        let of_sphere = |sphere: usize| {
+            let all = self.expansions[sphere].modes;
+            let used = Modes {
+                order: match self.variant {
+                    Variant::Neglecting => FAR_ORDER - 1,
+                    _ => self.order(sphere),
+                },
+            };
+            let shells = modes
+                .shells()
+                .filter(move |(family, l)| used.contains(*family, *l));
+            shells.flat_map(move |(family, l)| {
+                let rows = all.shell(family, l);
+                modes
+                    .shell(family, l)
+                    .zip(rows.map(move |row| self.first[sphere] + row))
+            })
+        };
+        let given = (0..self.expansions.len()).map(|sphere| {
+            let mut low = vec![0.0; modes.len()];
+            of_sphere(sphere).for_each(|(place, row)| low[place] = x[row]);
+            low
+        });
+        let found = far.product(&given.collect::<Vec<_>>());
+        for (sphere, found) in found.iter().enumerate() {
+            of_sphere(sphere).for_each(|(place, row)| y[row] += found[place]);
+        }
+    }
+
     /// The order of a sphere in products.
     fn order(&self, sphere: usize) -> usize {
         let order = self.expansions[sphere].modes.order;
@@ -509,7 +684,7 @@ impl WithSimd for OfPairs<'_> {
         let pair = |number: usize| {
             let planned = &all.pairs[number];
             Pair {
-                line: &all.lines[number],
+                line: &planned.line,
                 orders: all.pair_orders(planned),
                 given: planned.ends.map(|sphere| all.harmonics[sphere]),
                 found: planned.ends.map(|sphere| part.first[sphere]),
@@ -574,6 +749,7 @@ impl Mobility for MultipoleMobility<'_> {
             })
             .collect();
         let mut hidden = DVector::from_vec(of_spheres.concat());
+        self.add_far_images(x, &mut hidden);
         let mut velocities = DVector::zeros(6 * n);
         for (row, place, unit) in (0..n).flat_map(|sphere| self.rigid(sphere)) {
             velocities[place] = hidden[row] / unit;

@@ -41,6 +41,7 @@ mod boundary_product;
 mod collinear;
 mod coupling;
 mod elimination;
+mod far_images;
 mod fixed_order;
 mod frame;
 mod interior;

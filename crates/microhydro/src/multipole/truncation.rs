@@ -34,6 +34,17 @@ pub(crate) struct Gap {
     pub xi: [f64; 2],
 }
 
+impl Gap {
+    /// The gap of two spheres, or of a sphere and an image, with the distance of their centres.
+    pub fn between(spheres: &Spheres, pair: (usize, usize), distance: f64) -> Self {
+        let [a, b] = [pair.0, pair.1].map(|sphere| spheres.radii()[sphere]);
+        Self {
+            pair,
+            xi: outside(distance, a, b).into(),
+        }
+    }
+}
+
 /// All gaps of an arrangement.
 pub(crate) fn gaps(spheres: &Spheres, medium: &Medium) -> Vec<Gap> {
     let n = spheres.len();
@@ -41,11 +52,8 @@ pub(crate) fn gaps(spheres: &Spheres, medium: &Medium) -> Vec<Gap> {
     for j in 0..n {
         let (x, a) = (spheres.centres()[j], spheres.radii()[j]);
         for i in 0..j {
-            let (first, second) = outside((x - spheres.centres()[i]).norm(), spheres.radii()[i], a);
-            gaps.push(Gap {
-                pair: (i, j),
-                xi: [first, second],
-            });
+            let distance = (x - spheres.centres()[i]).norm();
+            gaps.push(Gap::between(spheres, (i, j), distance));
         }
         let (first, second) = match medium {
             Medium::Unbounded => continue,

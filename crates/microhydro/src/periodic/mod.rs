@@ -75,34 +75,37 @@ impl PeriodicSums {
         size: &Vector3<f64>,
         splitting: Option<f64>,
     ) -> Result<Self, HydroError> {
-        check_finite("an edge of the periodic box", size.as_slice())?;
-        let problem = |problem: &'static str| HydroError::PeriodicBox {
-            size: (*size).into(),
-            problem,
-        };
-        if size.min() <= 0.0 {
-            return Err(problem("edges must be greater than zero"));
-        }
-        if size.max() > MAX_ASPECT * size.min() {
-            return Err(problem("no edge may be fifty times as long as another"));
-        }
-        check_images(spheres, size)?;
+        check_box(spheres, size)?;
+        Self::of_points(spheres.centres().to_vec(), radii, size, splitting)
+    }
+
+    /// The same for points, which may be as near to each other and to their images as they like,
+    /// in a box that [`check_box`] accepts.
+    ///
+    /// # Errors
+    /// [`HydroError::PeriodicBox`] for a box that is too large for the points.
+    pub fn of_points(
+        centres: Vec<Vector3<f64>>,
+        radii: Vec<f64>,
+        size: &Vector3<f64>,
+        splitting: Option<f64>,
+    ) -> Result<Self, HydroError> {
         let volume = size.product();
         // Both sums cost the same: with n spheres, n² (4π/3) (s/ξ)³/V pairs within the cutoff
         // and n V (2ξ s)³/(6π²) waves.
-        let count = PAIR_COST * spheres.len().max(1) as f64;
+        let count = PAIR_COST * centres.len().max(1) as f64;
         let splitting =
             splitting.unwrap_or_else(|| PI.sqrt() * (count / (volume * volume)).powf(1.0 / 6.0));
         let largest = 2.0 * splitting * CUTOFF;
         let most = Waves::most(size, largest).map(|m| 2.0 * m + 1.0);
         let images = size.map(|edge| 2.0 * CUTOFF / splitting / edge + 1.0);
         if most.iter().product::<f64>().max(images.product()) > MAX_WAVES {
-            return Err(problem(
+            return Err(bad_box(
+                size,
                 "the box has too many waves for this number of spheres",
             ));
         }
         let waves = Waves::new(size, splitting, largest);
-        let centres = spheres.centres().to_vec();
         Ok(Self {
             size: *size,
             phases: centres.iter().map(|x| waves.phases(x)).collect(),
@@ -237,26 +240,64 @@ impl PeriodicSums {
     /// whose nearest image is given, and whether it is that.
     fn for_images(&self, nearest: &Vector3<f64>, mut found: impl FnMut(bool, Vector3<f64>)) {
         let cutoff = CUTOFF / self.splitting;
-        let range = |axis: usize| {
-            let (x, edge) = (nearest[axis], self.size[axis]);
-            ((-cutoff - x) / edge).ceil() as i32..=((cutoff - x) / edge).floor() as i32
-        };
-        for i in range(0) {
-            for j in range(1) {
-                for k in range(2) {
-                    let image = Vector3::new(f64::from(i), f64::from(j), f64::from(k));
-                    let r = nearest + image.component_mul(&self.size);
-                    if r.norm_squared() < cutoff * cutoff {
-                        found([i, j, k] == [0; 3], r);
-                    }
+        images_within(cutoff, nearest, &self.size, |image, r| {
+            found(image == [0; 3], r);
+        });
+    }
+}
+
+/// Calls `found` with the images of a vector that are shorter than `cutoff`, and their shifts in
+/// edges of the box.
+pub(crate) fn images_within(
+    cutoff: f64,
+    vector: &Vector3<f64>,
+    size: &Vector3<f64>,
+    mut found: impl FnMut([i32; 3], Vector3<f64>),
+) {
+    let range = |axis: usize| {
+        let (x, edge) = (vector[axis], size[axis]);
+        ((-cutoff - x) / edge).ceil() as i32..=((cutoff - x) / edge).floor() as i32
+    };
+    for i in range(0) {
+        for j in range(1) {
+            for k in range(2) {
+                let image = Vector3::new(f64::from(i), f64::from(j), f64::from(k));
+                let r = vector + image.component_mul(size);
+                if r.norm_squared() < cutoff * cutoff {
+                    found([i, j, k], r);
                 }
             }
         }
     }
 }
 
+fn bad_box(size: &Vector3<f64>, problem: &'static str) -> HydroError {
+    HydroError::PeriodicBox {
+        size: (*size).into(),
+        problem,
+    }
+}
+
+/// Checks the edges of a box, and that no sphere in it touches an image.
+///
+/// # Errors
+/// [`HydroError::PeriodicBox`], [`HydroError::Touching`], [`HydroError::TouchingImage`].
+pub(crate) fn check_box(spheres: &Spheres, size: &Vector3<f64>) -> Result<(), HydroError> {
+    check_finite("an edge of the periodic box", size.as_slice())?;
+    if size.min() <= 0.0 {
+        return Err(bad_box(size, "edges must be greater than zero"));
+    }
+    if size.max() > MAX_ASPECT * size.min() {
+        return Err(bad_box(
+            size,
+            "no edge may be fifty times as long as another",
+        ));
+    }
+    check_images(spheres, size)
+}
+
 /// The shortest of a vector and its images, along each edge.
-fn nearest_image(r: &Vector3<f64>, size: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn nearest_image(r: &Vector3<f64>, size: &Vector3<f64>) -> Vector3<f64> {
     r.zip_map(size, |r, size| r - size * (r / size).round())
 }
 

@@ -393,10 +393,10 @@ fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
         Spheres::new(centres.collect(), vec![1.0; n.pow(3)]).unwrap()
     };
     let accuracy = Accuracy::relative(1e-3);
-    let cost = MultipoleMobility::cost(&lattice(10, 0.1), &accuracy, 1e-6).unwrap();
+    let cost = MultipoleMobility::cost(&lattice(10, 0.1), None, &accuracy, 1e-6).unwrap();
     assert!(cost.mib < 2048.0 && cost.seconds < 60.0, "{cost:?}");
     let spheres = lattice(7, 0.0012);
-    let cost = MultipoleMobility::cost(&spheres, &accuracy, accuracy.tolerance).unwrap();
+    let cost = MultipoleMobility::cost(&spheres, None, &accuracy, accuracy.tolerance).unwrap();
     match MultipoleMobility::new(&spheres, &accuracy) {
         Err(HydroError::TooCostly { mib, seconds, .. }) => {
             assert_eq!((mib, seconds), (cost.mib, cost.seconds));
@@ -404,7 +404,7 @@ fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
         other => panic!("{cost:?} {:?}", other.err()),
     }
     for refused in [
-        MultipoleMobility::cost(&lattice(22, 0.1), &accuracy, 1e-6).err(),
+        MultipoleMobility::cost(&lattice(22, 0.1), None, &accuracy, 1e-6).err(),
         MultipoleMobility::new(&lattice(22, 0.1), &accuracy).err(),
     ] {
         match refused {

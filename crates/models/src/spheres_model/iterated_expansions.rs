@@ -109,7 +109,8 @@ impl SpheresModel {
         let at_rest =
             scene.background().is_none() && !scene.deforms() && !scene.has_surface_velocity();
         let many = self.names.len() > FEW && self.medium == Medium::Unbounded && at_rest;
-        many.then_some(Accuracy::relative(tolerance))
+        // Nothing else knows the images.
+        (many || self.period.is_some()).then_some(Accuracy::relative(tolerance))
     }
 
     /// Predicted cost of a solution by iteration; none where a resistance matrix is needed.
@@ -127,9 +128,11 @@ impl SpheresModel {
         let given = scene.articulation().joints().is_empty() && !scene.has_held_bodies();
         let control = if given { GIVEN_FORCES } else { WITH_JOINTS };
         let residual = control.residual * accuracy.tolerance;
-        Ok(resolved(MultipoleMobility::cost(
-            spheres, &accuracy, residual,
-        ))?)
+        let cost = MultipoleMobility::cost(spheres, self.period.as_ref(), &accuracy, residual);
+        match self.period {
+            None => Ok(resolved(cost)?),
+            Some(_) => Ok(Some(cost?)),
+        }
     }
 
     /// What expansions by iteration find, with their mobility; none where a resistance matrix is
@@ -146,6 +149,10 @@ impl SpheresModel {
             return Ok(None);
         };
         let spheres = self.spheres(configuration)?;
+        if let Some(size) = &self.period {
+            let mobility = MultipoleMobility::periodic(&spheres, size, &accuracy)?;
+            return find(self, mobility, &accuracy).map(Some);
+        }
         let Some(mobility) = resolved(MultipoleMobility::new(&spheres, &accuracy))? else {
             return Ok(None);
         };
@@ -179,7 +186,10 @@ impl SpheresModel {
             true => {
                 let solved = (&solution, &found, &response, stresslets.as_deref());
                 let errors = self.errors_by_variants(&mut mobility, control, &linked, solved);
-                definite(errors)?
+                match self.period {
+                    None => definite(errors)?,
+                    Some(_) => Some(errors?),
+                }
             }
             false => None,
         };

@@ -27,7 +27,7 @@ use crate::query::{Configuration, Query};
 use crate::scaled_scene::ScaledScene;
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
-use scene::{Body, Deformation, Domain, ModelEstimatesKind, ModelKind, Scene, Slip};
+use scene::{Background, Body, Deformation, Domain, ModelEstimatesKind, ModelKind, Scene, Slip};
 use stokes::{Dofs, Seconds};
 
 /// Approximation of the interactions between spheres.
@@ -220,29 +220,30 @@ impl SpheresModel {
     ///
     /// # Errors
     /// [`ModelError::Unsupported`] for shapes that are not spheres and for other domains; in a
-    /// periodic box for all but rigid spheres by models of point forces.
+    /// periodic box for all but rigid spheres, with slip by `rpy`.
     pub fn new(scene: &Scene, kind: SphereModel) -> Result<Self, ModelError> {
         let refuse = |key: &str, what: &str, instead: &str| {
             let what = format!("{}: {what}", scene.place(key));
             Err(ModelError::unsupported(what, instead))
         };
         if scene.domain().period().is_some() {
-            let elsewhere = "use rigid spheres without background flow, or domain.kind = \
-                             \"unbounded\"";
+            let elsewhere = "use rigid spheres without another background flow than kind = \
+                             \"uniform\", or domain.kind = \"unbounded\"";
             if let Some(number) = scene.first_nonspherical() {
                 let what = "bodies other than rigid spheres in a periodic box";
                 return refuse(&format!("bodies[{number}]"), what, elsewhere);
             }
-            if scene.background().is_some() || scene.deforms() {
-                let what = "deformation and background flow in a periodic box";
+            let is_uniform = |flow: &Background| matches!(flow, Background::Uniform { .. });
+            if !scene.background().is_none_or(is_uniform) || scene.deforms() {
+                let what = "deformation and background flow with a gradient in a periodic box";
                 return refuse("domain.kind", what, elsewhere);
             }
-            if matches!(kind, SphereModel::Multipole(_)) {
-                let what = "domain.kind = \"periodic\" for multipole expansions";
-                let instead = "use model.kind = \"rpy\", \"oseen\" or \"auto\"";
-                return refuse("domain.kind", what, instead);
+            let is_multipole = matches!(kind, SphereModel::Multipole(_));
+            if is_multipole && scene.has_slip() {
+                let what = "slip in a periodic box for multipole expansions";
+                return refuse("domain.kind", what, "use model.kind = \"rpy\" or \"auto\"");
             }
-            if scene.model().estimates == ModelEstimatesKind::Full {
+            if !is_multipole && scene.model().estimates == ModelEstimatesKind::Full {
                 let what = "model.estimates = \"full\" in a periodic box";
                 let instead = "use \"sampled\", which has the images nearest to some bodies";
                 return refuse("model.estimates", what, instead);
@@ -274,7 +275,8 @@ impl SpheresModel {
             );
         }
         if kind.point_model().is_some() {
-            if scene.background().is_some() || scene.deforms() {
+            let has_background = scene.background().is_some() && scene.domain().period().is_none();
+            if has_background || scene.deforms() {
                 return refuse(
                     "model.kind",
                     "deformation and background flow for models of point forces",
@@ -282,7 +284,7 @@ impl SpheresModel {
                 );
             }
             let has_walls = matches!(scene.domain(), Domain::Ball { .. } | Domain::Wall);
-            if scene.has_surface_velocity() && (has_walls || kind == SphereModel::Oseen) {
+            if scene.has_slip() && (has_walls || kind == SphereModel::Oseen) {
                 return refuse(
                     "model.kind",
                     "slip of points, and slip by models of point forces in a ball or above a wall",
@@ -376,6 +378,9 @@ impl SpheresModel {
 
     /// The spheres as squirmers; none if no body has slip.
     fn squirmers(&self, configuration: Configuration) -> Result<Vec<Squirmer>, ModelError> {
+        if !self.scaled.scene.has_slip() {
+            return Ok(Vec::new());
+        }
         let poses = self.scaled.poses(configuration)?;
         let motion = SurfaceMotion::new(&self.scaled, &poses, configuration.shape);
         let of_body = |motion: &SurfaceMotion, body: usize| {

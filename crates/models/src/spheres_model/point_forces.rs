@@ -108,8 +108,8 @@ impl SpheresModel {
     }
 
     /// Velocities at points in scaled units by the forces of many spheres in unbounded fluid, or of
-    /// any in a periodic box, `None` inside them; none at all for other models, few spheres and
-    /// walls, which expansions serve.
+    /// any in a periodic box (of expansions by those of Rotne, Prager and Yamakawa), `None` inside
+    /// them; none at all for other models, few spheres and walls, which expansions serve.
     ///
     /// # Errors
     /// As [`SpheresModel::point_solution`].
@@ -121,7 +121,8 @@ impl SpheresModel {
     ) -> Result<Option<Vec<Option<Vector3<f64>>>>, ModelError> {
         let spheres = self.spheres(configuration)?;
         let by_expansions = spheres.len() <= NEIGHBOURHOOD || self.medium != Medium::Unbounded;
-        let model = match self.kind.point_model() {
+        let in_box = self.period.map(|_| PointModel::Rpy);
+        let model = match self.kind.point_model().or(in_box) {
             Some(model) if self.period.is_some() || !by_expansions => model,
             _ => return Ok(None),
         };
@@ -132,11 +133,11 @@ impl SpheresModel {
         let mobility = self.mobility(model, &spheres)?;
         let effect = Self::effect_of_slip(&mobility, &squirmers)?;
         let solved = linked.all().by_point_forces(&mobility, effect.as_ref())?;
-        Ok(Some(mobility.flow(
-            &solved.found.forces,
-            &squirmers,
-            points,
-        )?))
+        let flow = mobility.flow(&solved.found.forces, &squirmers, points)?;
+        let mean_flow = self.scaled.mean_flow();
+        Ok(Some(
+            flow.into_iter().map(|u| u.map(|u| u + mean_flow)).collect(),
+        ))
     }
 
     /// The solution for one set of rates by a model of point forces.

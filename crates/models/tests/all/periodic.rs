@@ -185,11 +185,17 @@ fn what_a_periodic_box_does_not_have_is_refused_with_a_remedy() {
             _ => panic!("{keys}"),
         }
     };
-    refused("", SphereModel::Multipole(1e-3), "use model.kind = \"rpy\"");
     let full = "model.estimates = \"full\"";
     refused(full, SphereModel::Rpy, "use \"sampled\"");
-    let flow = "background = { kind = \"uniform\", velocity = [1, 0, 0] }";
-    refused(flow, SphereModel::Rpy, "domain.kind = \"unbounded\"");
+    let gradient = "[[0, 1, 0], [0, 0, 0], [0, 0, 0]]";
+    let flow = format!("background = {{ kind = \"shear\", gradient = {gradient} }}");
+    refused(&flow, SphereModel::Rpy, "domain.kind = \"unbounded\"");
+    let slip = Scene::parse(
+        "domain = { kind = \"periodic\", size = [8, 8, 8] }\n\
+         bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0], slip = { b1 = 1 } }]",
+    );
+    let error = SpheresModel::new(&slip.unwrap(), SphereModel::Multipole(1e-3)).err();
+    assert!(error.unwrap().to_string().contains("model.kind = \"rpy\""));
     let scene = array(&[CORNER], 8.0, "");
     assert!(models::FemModel::new(&scene).is_err_and(|error| {
         let text = error.to_string();
@@ -235,4 +241,55 @@ fn bug_the_bar_was_zero_where_no_neighbour_fits() {
     let text = array(&places, edge, "").to_toml().unwrap() + &links;
     let found = solve(&Scene::parse(&text).unwrap(), SphereModel::Rpy);
     assert_eq!(found.error_estimate.model, None);
+}
+
+/// Zick & Homsy (1982): the drag of the simple lattice at a volume fraction of 0.216 is 7.442 times
+/// that of Stokes, to half a digit, 1e-5 of the velocity.
+#[test]
+fn bars_of_expansions_contain_the_drag_of_dense_arrays() {
+    let edge = (4.0 / 3.0 * PI / 0.216).cbrt();
+    for tolerance in [1e-2, 1e-3] {
+        let found = solve(
+            &array(&[CORNER], edge, ""),
+            SphereModel::Multipole(tolerance),
+        );
+        let error = (found.bodies[0].velocity.x - 1.0 / 7.442).abs();
+        let bar = found.error_estimate.model.unwrap();
+        within(error, bar + 1e-5, format!("the bar at {tolerance:e}"));
+        assert!(bar < 3.0 * tolerance, "{tolerance:e}: {bar:e}");
+    }
+}
+
+/// With a given mean flow all free bodies move with it, and held ones have the drag.
+#[test]
+fn a_mean_flow_carries_free_spheres_and_drags_held_ones() {
+    let flow = "background = { kind = \"uniform\", velocity = [0.5, 0, -2] }";
+    let edge = (4.0 / 3.0 * PI / 0.05).cbrt();
+    for kind in [
+        SphereModel::Oseen,
+        SphereModel::Rpy,
+        SphereModel::Multipole(1e-3),
+    ] {
+        let rest = solve(&array(&[CORNER], edge, ""), kind);
+        let carried = solve(&array(&[CORNER], edge, flow), kind);
+        let change = carried.bodies[0].velocity - rest.bodies[0].velocity;
+        let expected = nalgebra::Vector3::new(0.5, 0.0, -2.0);
+        within(
+            (change - expected).norm(),
+            1e-4,
+            "residuals of both, below the tolerance",
+        );
+        let text = format!(
+            "{flow}\ndomain = {{ kind = \"periodic\", size = [{edge:?}, {edge:?}, {edge:?}] }}\n\
+             bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0], fixed = true }}]"
+        );
+        let held = solve(&Scene::parse(&text).unwrap(), kind);
+        // The force of Stokes moves the array by rest.velocity relative to the mean flow.
+        let drag = -6.0 * PI / rest.bodies[0].velocity.x * expected;
+        within(
+            (held.bodies[0].force - drag).norm(),
+            1e-2,
+            "1e-4 of the force",
+        );
+    }
 }

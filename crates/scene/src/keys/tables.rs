@@ -13,7 +13,7 @@ use crate::words::{
     EnvelopeKind, EstimatesKind, FlowsKind, FormulationKind, GaitKind, GeometryKind, InertiaKind,
     InterpolationKind, LawKind, LearnKind, MeshMotionKind, MesherKind, ModeMotion,
     ModelEstimatesKind, ModelKind, ObjectiveKind, RheologyKind, ShapeKind, SolverKind, StartKind,
-    StrokeStart, SurfaceKind, SymmetryKind, WaveKind,
+    StrokeStart, SurfaceKind, SymmetryKind, TrajectoryKind, WaveKind,
 };
 
 tables! {
@@ -105,8 +105,9 @@ tables! {
         /// Radius of the ball or the cylinder.
         radius: Option<f64> [Positive] | "required for ball and cylinder",
         /// Edge lengths of the box, centred at the origin. The box of `periodic` is repeated in all
-        /// directions, for spheres by the models oseen and rpy. Its mean flow is zero: a uniform
-        /// pressure gradient balances the forces on the bodies.
+        /// directions, for spheres by the models oseen, rpy and multipole. Its mean flow is zero or
+        /// that of a uniform background: a uniform pressure gradient balances the forces on the
+        /// bodies.
         size: Option<[f64; 3]> [PositiveVector] | "required for box and periodic",
         /// File of the mesh (Gmsh) or of the surface (STL, OBJ, Gmsh), whose coordinates are those
         /// of the scene. A relative path starts at the folder of the scene file.
@@ -119,9 +120,9 @@ tables! {
         walls: Option<Vec<String>> | "required for mesh",
     }
 
-    /// The flow in the absence of the bodies. In unbounded fluid it is the flow far away; in a
-    /// container the walls move with it, except for `poiseuille`, which needs the domain cylinder,
-    /// whose wall is at rest.
+    /// The flow in the absence of the bodies. In unbounded fluid it is the flow far away, in a
+    /// periodic box its mean (`uniform` only); in a container the walls move with it, except for
+    /// `poiseuille`, which needs the domain cylinder, whose wall is at rest.
     pub(crate) struct BackgroundFile in "background." {
         /// Kind of the flow.
         kind: Option<BackgroundKind> | "required in `[background]`",
@@ -566,8 +567,10 @@ tables! {
     /// Files that `swim run` writes.
     pub struct OutputOptions in "output." {
         /// Number of equal intervals of time, from the start to the end of the gait, at whose ends
-        /// `trajectory.csv` has rows, all with velocities, forces and torques.
+        /// the trajectory has rows, all with velocities, forces and torques.
         samples: Option<u32> | "a row for each solve and each end of a phase",
+        /// File of the trajectory.
+        trajectory: TrajectoryKind,
     }
 }
 

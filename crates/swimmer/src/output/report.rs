@@ -18,6 +18,8 @@ pub const ALL_ERRORS: &str = "all errors";
 /// `swim schema run` describes all keys. Those with a convention:
 ///
 /// - `scene`, `model`, `reasons` (for the model), `machine`, `version` (of the program);
+/// - `bodies` and `links`, their names in the order of the scene, which
+///   [`trajectory_npy`](super::trajectory_npy) has too;
 /// - `displacement` (by body), `rotation` (vector of the frame of the first linkage in radians,
 ///   with full turns as far as its axis stays), `turned` (by body, the angle of its whole path),
 ///   `work` (of the bodies on the fluid), with `error_estimate`, `rotation_error` and `work_error`
@@ -147,8 +149,33 @@ pub fn summary_json(
         .map(|(body, error)| (scene.bodies()[body].name.clone(), json!(error)))
         .collect();
     let swimmers: Vec<Value> = outcome.swimmers(scene).iter().map(of_swimmer).collect();
+    let periodic_start = outcome.periodic_start.map(|start| {
+        json!({
+            "cycles": start.cycles,
+            "residual": start.residual,
+            "energy_residual": start.energy_residual,
+            "error": start.remainder.displacement,
+        })
+    });
+    let added_mass = outcome.added_mass().map(|added_mass| {
+        let forces = scene.bodies().iter().zip(&added_mass.bodies);
+        let forces = forces.map(|(body, [force, torque])| {
+            (
+                body.name.clone(),
+                json!({ "force": force, "torque": torque }),
+            )
+        });
+        json!({
+            "bodies": forces.collect::<Map<_, _>>(),
+            "mesh_error": added_mass.mesh_error,
+        })
+    });
+    let bodies: Vec<&str> = scene.bodies().iter().map(|b| b.name.as_str()).collect();
+    let joints = scene.articulation().joints().iter();
     json!({
         "scene": scene.name(),
+        "bodies": bodies,
+        "links": joints.map(|joint| joint.name.as_str()).collect::<Vec<_>>(),
         "swimmers": (!swimmers.is_empty()).then_some(swimmers),
         "mean_holding": mean_holding,
         "shape_change": shape_change,
@@ -199,27 +226,11 @@ pub fn summary_json(
             json!({
                 "terms": scene.inertia().kind.word(),
                 "start": scene.inertia().start.word(),
-                "periodic_start": outcome.periodic_start.map(|start| {
-                    json!({
-                        "cycles": start.cycles,
-                        "residual": start.residual,
-                        "energy_residual": start.energy_residual,
-                        "error": start.remainder.displacement,
-                    })
-                }),
+                "periodic_start": periodic_start,
                 "reynolds": numbers.reynolds,
                 "frequency_parameter": numbers.frequency,
                 "kinetic_energy": outcome.kinetic_energy(),
-                "added_mass": outcome.added_mass().map(|added_mass| {
-                    let forces = scene.bodies().iter().zip(&added_mass.bodies);
-                    let forces = forces.map(|(body, [force, torque])| {
-                        (body.name.clone(), json!({ "force": force, "torque": torque }))
-                    });
-                    json!({
-                        "bodies": forces.collect::<Map<_, _>>(),
-                        "mesh_error": added_mass.mesh_error,
-                    })
-                }),
+                "added_mass": added_mass,
             })
         })),
         "tolerance_limits": limited,

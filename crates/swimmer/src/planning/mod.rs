@@ -137,7 +137,7 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
         ModelKind::Auto if scene.domain().period().is_some() => {
             let reasons = vec![
                 scene.describe_arrangement(),
-                "in a periodic box models of point forces alone have images".to_owned(),
+                "in a periodic box expansions cost seconds a solution".to_owned(),
                 "chosen: rpy, at the cost of oseen with a smaller error".to_owned(),
             ];
             spheres(SphereModel::Rpy, reasons)

@@ -32,4 +32,5 @@ mod support;
 mod swimmers;
 mod thermal_noise;
 mod tolerances;
+mod trajectories;
 mod unsteady;

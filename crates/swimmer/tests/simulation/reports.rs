@@ -10,9 +10,9 @@ use swimmer::models::{
     AccumulatedError, BodySolution, Checks, DiscretisationError, Dofs, ErrorEstimate, HoldingLoad,
     InstantaneousSolution, NewMesh, Seconds, SolverReport, Uncertainty,
 };
-use swimmer::output::{solution_json, summary_json, trajectory_csv};
+use swimmer::output::{solution_json, summary_json, trajectory_csv, trajectory_npy};
 use swimmer::{
-    Method, Motion, Observer, Outcome, PhaseSpan, Scene, SpanResult, SwimError, simulate,
+    Method, Motion, Observer, Outcome, PhaseSpan, Sample, Scene, SpanResult, SwimError, simulate,
 };
 use testkit::{SceneText, run_by, within};
 
@@ -184,6 +184,8 @@ fn the_summary_has_every_number_of_the_outcome() {
         without_memory(report),
         json!({
             "scene": scene.name(),
+            "bodies": ["a", "b, the large"],
+            "links": ["arm"],
             "inertia": null,
             "version": env!("CARGO_PKG_VERSION"),
             "net_displacement": {
@@ -397,6 +399,7 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
         }
     }
     let csv = trajectory_csv(&scene, &samples);
+    binary_has_the_numbers_of_the_text(&scene, &samples, &csv);
     let names = [
         "x", "y", "z", "rx", "ry", "rz", "vx", "vy", "vz", "wx", "wy", "wz", "fx", "fy", "fz",
         "tx", "ty", "tz",
@@ -435,6 +438,50 @@ fn the_trajectory_has_every_number_of_the_samples_in_its_own_column() {
                 body.torque,
             ];
             assert_eq!(found, expected);
+        }
+    }
+}
+
+/// The array of NumPy has a header, whose length makes the data begin at a multiple of 64 bytes,
+/// and the numbers of the text, by quantity and then by body.
+fn binary_has_the_numbers_of_the_text(scene: &Scene, samples: &[Sample], csv: &str) {
+    let bytes = trajectory_npy(scene, samples);
+    assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
+    let begin = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    assert_eq!(begin % 64, 0);
+    let header = std::str::from_utf8(&bytes[10..begin]).unwrap();
+    let of_bodies = "position rotation velocity angular_velocity force torque"
+        .split(' ')
+        .map(|name| format!(", ('{name}', '<f8', (2, 3))"));
+    let expected = format!(
+        "{{'descr': [('time', '<f8'), ('cycle', '<u4'), ('phase', '<u4'), ('solved', '|b1'), \
+         ('joints', '<f8', (1,)){}], 'fortran_order': False, 'shape': ({},), }}",
+        of_bodies.collect::<String>(),
+        samples.len()
+    );
+    assert_eq!(header.trim_end(), expected);
+    assert!(header.ends_with('\n'));
+    let record = 8 + 4 + 4 + 1 + 8 + 6 * 2 * 3 * 8;
+    assert_eq!(bytes.len(), begin + record * samples.len());
+    let records = bytes[begin..].chunks_exact(record);
+    for (record, line) in records.zip(csv.lines().skip(1)) {
+        let row: Vec<&str> = line.split(',').collect();
+        let number = |at: usize| f64::from_le_bytes(record[at..at + 8].try_into().unwrap());
+        let count = |at: usize| u32::from_le_bytes(record[at..at + 4].try_into().unwrap());
+        assert_eq!(number(0).to_string(), row[0]);
+        assert_eq!([count(8).to_string(), count(12).to_string()], row[1..3]);
+        assert_eq!(record[16].to_string(), row[row.len() - 1]);
+        assert_eq!(number(17).to_string(), row[3]);
+        for (quantity, body, axis) in
+            (0..6).flat_map(|q| (0..2).flat_map(move |b| (0..3).map(move |x| (q, b, x))))
+        {
+            let found = number(25 + 8 * (6 * quantity + 3 * body + axis));
+            let written = row[4 + 18 * body + 3 * quantity + axis];
+            assert_eq!(
+                found,
+                written.parse::<f64>().unwrap(),
+                "{quantity} {body} {axis}"
+            );
         }
     }
 }
@@ -571,7 +618,7 @@ fn the_trajectory_at_equal_times_has_motions_and_loads_in_every_row() {
         // is below 1 (an arm of 4 to 5, a rate of 2), a twelfth of it over three units of time,
         // times the square of the step.
         for pair in rows.windows(2).filter(|pair| pair[0].span == pair[1].span) {
-            let velocity = |row: &swimmer::Sample| row.bodies.as_ref().unwrap()[1].velocity;
+            let velocity = |row: &Sample| row.bodies.as_ref().unwrap()[1].velocity;
             let moved = pair[1].poses[1].translation.vector - pair[0].poses[1].translation.vector;
             let mean = 0.5 * (velocity(&pair[0]) + velocity(&pair[1]));
             within((moved / step - mean).norm(), 1e-2, format!("{method:?}"));

@@ -1,7 +1,7 @@
 //! Results of each swimmer of a run with several.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use swimmer::output::summary_json;
+use swimmer::output::{summary_json, swimmers_csv};
 use swimmer::{Outcome, Scene};
 use testkit::{resumed_after_one_phase, run, within};
 
@@ -108,6 +108,14 @@ fn each_of_distant_swimmers_has_the_results_of_a_lone_one() {
     assert_eq!(second["work"], serde_json::json!(swimmers[1].work));
     let y = second["displacement"][1].as_f64().unwrap();
     assert_eq!(y, swimmers[1].displacement.y);
+    let csv = swimmers_csv(&scene, &swimmers);
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0].join(" "), "swimmer dx dy dz error rx ry rz work");
+    assert_eq!((rows.len(), rows[2][0]), (4, "left-2"));
+    let number = |column: usize| rows[2][column].parse::<f64>().unwrap();
+    assert_eq!((number(2), number(8)), (y, swimmers[1].work.unwrap()));
+    assert_eq!(number(4), swimmers[1].error_estimate.total());
+    assert_eq!(number(7), swimmers[1].rotation.z);
 }
 
 #[test]
