@@ -114,3 +114,14 @@ pub trait Progress {
 
 /// No callbacks.
 impl Progress for () {}
+
+/// An error if a run is to stop before its first phase.
+pub(crate) fn not_interrupted(scene: &Scene, progress: &dyn Progress) -> Result<(), SwimError> {
+    match progress.is_interrupted() {
+        true => Err(SwimError::Interrupted {
+            phases: 0,
+            all: scene.gait().phases.len() * scene.gait().cycles as usize,
+        }),
+        false => Ok(()),
+    }
+}

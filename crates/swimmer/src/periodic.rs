@@ -13,7 +13,7 @@ use scene::{Scene, spans};
 
 use crate::error::SwimError;
 use crate::integrate::{Integrator, Method, relaxation_time};
-use crate::observer::Progress;
+use crate::observer::{Progress, not_interrupted};
 use crate::outcome::{Interim, mean_of_moving, positions};
 use crate::periodic_flow::periodic_flow;
 
@@ -45,17 +45,6 @@ pub fn start_of_gait(
         (true, Method::Unsteady) => periodic_flow(scene, model, progress),
         (true, _) => periodic_state(scene, model, method, progress),
         (false, _) => Interim::start(scene),
-    }
-}
-
-/// An error if a run is to stop before its first phase.
-pub(crate) fn not_interrupted(scene: &Scene, progress: &dyn Progress) -> Result<(), SwimError> {
-    match progress.is_interrupted() {
-        true => Err(SwimError::Interrupted {
-            phases: 0,
-            all: scene.gait().phases.len() * scene.gait().cycles as usize,
-        }),
-        false => Ok(()),
     }
 }
 

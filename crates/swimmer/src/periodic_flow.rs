@@ -14,9 +14,8 @@ use scene::{Body, Scene, spans};
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
 use crate::integrate::{Integrator, Method, UnsteadyScene};
-use crate::observer::Progress;
+use crate::observer::{Progress, not_interrupted};
 use crate::outcome::{Interim, Outcome, PeriodicStart};
-use crate::periodic::not_interrupted;
 
 /// Part of the allowed error of a cycle that may remain of the start.
 const TOLERANCE_SHARE: f64 = 0.1;
@@ -155,8 +154,8 @@ pub(crate) fn periodic_flow(
         };
         progress.searched_cycle(cycles, start.remainder.displacement, allowed);
         let energy_allowed = scene.model().tolerance;
-        // A reciprocal stroke in a fluid of little density leads nowhere, and cycles that differ by no
-        // more than the error of their solves are the same; what may remain is in the bars.
+        // A reciprocal stroke in a fluid of little density leads nowhere, and cycles that differ by
+        // no more than the error of their solves are the same; what may remain is in the bars.
         let algebraic = outcome.error_estimate.algebraic.unwrap_or(0.0);
         let is_periodic = start.remainder.displacement <= allowed || start.residual <= algebraic;
         if is_periodic && remains(difference.energy) <= energy_allowed {
