@@ -310,7 +310,7 @@ fn the_page_of_a_thousand_bodies_is_small() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let scene = "model = { kind = \"rpy\", estimates = \"off\", tolerance = 0.1 }\n\
-        gait.phases = [{ duration = 1 }]\noutput = { samples = 4, trajectory = \"npy\" }\n\
+        gait.phases = [{ duration = 0.25 }]\noutput = { samples = 4, trajectory = \"npy\" }\n\
         bodies = [{ name = \"s\", radius = 1, position = [0, 0, 0], force = [0, 0, -19] }]\n\
         copies = [{ of = \"s\", count = 999, size = [60, 60, 60], gap = 0.5 }]\n";
     std::fs::write(at.join("many.toml"), scene).unwrap();
