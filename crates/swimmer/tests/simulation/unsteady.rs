@@ -638,7 +638,9 @@ fn two_unequal_spheres_swim_the_other_way_above_a_reynolds_number() {
                 {{ name = "small", radius = 0.5, position = [1.6, 0, 0], density = {density:?} }},
             ]
             links = [{{ name = "arm", body = "small", to = "large" }}]
-            gait = {{ kind = "harmonic", period = {:?}, cycles = 3 }}
+            gait.kind = "harmonic"
+            gait.period = {:?}
+            gait.cycles = 3
             gait.harmonics = [{{ link = "arm", amplitude = 0.5 }}]
             "#,
             2.0 * PI / 96.0,
