@@ -131,8 +131,14 @@ impl Spheres {
     }
 
     fn relative_gap(&self, first: usize, second: usize) -> f64 {
+        let distance = (self.centres[first] - self.centres[second]).norm();
+        self.relative_gap_at((first, second), distance)
+    }
+
+    /// The gap of two spheres whose centres have this distance, over the smaller radius.
+    pub(crate) fn relative_gap_at(&self, (first, second): (usize, usize), distance: f64) -> f64 {
         let (a, b) = (self.radii[first], self.radii[second]);
-        ((self.centres[first] - self.centres[second]).norm() - a - b) / a.min(b)
+        (distance - a - b) / a.min(b)
     }
 
     /// The two spheres with the narrowest gap relative to the smaller radius among those that are

@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 use crate::error::SwimError;
 use crate::gauss::Gauss;
 use crate::inertia_numbers::InertiaNumbers;
-use crate::observer::Progress;
+use crate::observer::{Progress, check_interruption};
 use crate::outcome::{Outcome, mean_of_moving};
 use crate::start::at_start;
 
@@ -359,13 +359,8 @@ fn add_run(
         let instead = "`swim solve` has that on the velocities at the start".to_owned();
         return Err(ModelError::Unsupported { what, instead }.into());
     }
-    let check = || match progress.is_interrupted() {
-        true => Err(SwimError::Interrupted {
-            phases: outcome.spans.len(),
-            all: outcome.spans.len(),
-        }),
-        false => Ok(()),
-    };
+    let phases = outcome.spans.len();
+    let check = || check_interruption(progress, phases, phases);
     let gauss = Gauss::new(GAUSS_POINTS);
     let mut before = vec![0.0; scene.articulation().joints().len()];
     let mut end = (0.0, scene.articulation().initial_shape().to_vec());

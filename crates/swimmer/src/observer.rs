@@ -115,13 +115,14 @@ pub trait Progress {
 /// No callbacks.
 impl Progress for () {}
 
-/// An error if a run is to stop before its first phase.
-pub(crate) fn not_interrupted(scene: &Scene, progress: &dyn Progress) -> Result<(), SwimError> {
+/// An error if a run is to stop after so many phases of all.
+pub(crate) fn check_interruption(
+    progress: &dyn Progress,
+    phases: usize,
+    all: usize,
+) -> Result<(), SwimError> {
     match progress.is_interrupted() {
-        true => Err(SwimError::Interrupted {
-            phases: 0,
-            all: scene.gait().phases.len() * scene.gait().cycles as usize,
-        }),
+        true => Err(SwimError::Interrupted { phases, all }),
         false => Ok(()),
     }
 }

@@ -13,7 +13,7 @@ use scene::{Scene, spans};
 
 use crate::error::SwimError;
 use crate::integrate::{Integrator, Method, relaxation_time};
-use crate::observer::{Progress, not_interrupted};
+use crate::observer::{Progress, check_interruption};
 use crate::outcome::{Interim, mean_of_moving, positions};
 use crate::periodic_flow::periodic_flow;
 
@@ -148,10 +148,12 @@ fn cycle(
     let shape = set.initial_shape();
     let mut state = start.state.clone();
     let mut velocities = start.velocities.to_vec();
+    let all = scene.gait().phases.len() * scene.gait().cycles as usize;
     let mut integrator = Integrator::new(scene, model, method).with_velocities(&velocities);
     for span in spans(scene.gait(), shape)?.take(scene.gait().phases.len()) {
-        let result =
-            integrator.span(&span, &state, &mut |_, _| not_interrupted(scene, progress))?;
+        let result = integrator.span(&span, &state, &mut |_, _| {
+            check_interruption(progress, 0, all)
+        })?;
         *solves += result.solves;
         state = result.end;
         velocities = result.velocities;

@@ -14,7 +14,7 @@ use scene::{Body, Scene, spans};
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
 use crate::integrate::{Integrator, Method, UnsteadyScene};
-use crate::observer::{Progress, not_interrupted};
+use crate::observer::{Progress, check_interruption};
 use crate::outcome::{Interim, Outcome, PeriodicStart};
 
 /// Part of the allowed error of a cycle that may remain of the start.
@@ -91,6 +91,7 @@ pub(crate) fn periodic_flow(
         Integrator::new(scene, model, Method::Unsteady).with_unsteady_scene(&unsteady)?;
     let set = scene.articulation();
     let memory = memory(scene) / scene.gait().cycle_duration();
+    let all = scene.gait().phases.len() * scene.gait().cycles as usize;
     let mut present = Interim::start(scene)?;
     let mut energy = 0.0;
     let mut last_cycle: Option<CycleMotion> = None;
@@ -105,7 +106,7 @@ pub(crate) fn periodic_flow(
         let axes = Axes::new(scene, &present.state)?;
         for span in spans(scene.gait(), set.initial_shape())?.take(scene.gait().phases.len()) {
             let result = integrator.span(&span, &present.state, &mut |_, _| {
-                not_interrupted(scene, progress)
+                check_interruption(progress, 0, all)
             })?;
             present.append(scene, &origin, &span, &result)?;
             let poses = set.place(&present.state, &span.to)?;
@@ -125,15 +126,13 @@ pub(crate) fn periodic_flow(
         let (now, largest) = energies(outcome);
         let of_energy = (now - energy).abs() / largest;
         energy = now;
-        let Some(last) = last_cycle.replace(motion.clone()) else {
-            progress.searched_cycle(cycles, f64::INFINITY, allowed);
-            continue;
-        };
-        let difference = Difference {
+        let difference = last_cycle.as_ref().map(|last| Difference {
             energy: of_energy,
-            ..motion.difference(&last, scene.bodies())
-        };
-        let Some(before) = last_difference.replace(difference) else {
+            ..motion.difference(last, scene.bodies())
+        });
+        last_cycle = Some(motion);
+        let before = std::mem::replace(&mut last_difference, difference);
+        let (Some(difference), Some(before)) = (difference, before) else {
             progress.searched_cycle(cycles, f64::INFINITY, allowed);
             continue;
         };
@@ -233,7 +232,6 @@ impl Axes {
 }
 
 /// What a cycle has done up to the end of a phase.
-#[derive(Clone)]
 struct PhaseEnd {
     /// Of all bodies, as seen from the start of the cycle ([`Axes::seen`]).
     poses: Vec<Isometry3<f64>>,
@@ -242,7 +240,7 @@ struct PhaseEnd {
 }
 
 /// The motion over a cycle.
-#[derive(Clone, Default)]
+#[derive(Default)]
 struct CycleMotion {
     ends: Vec<PhaseEnd>,
 }

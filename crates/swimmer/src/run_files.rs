@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::checkpoint::Checkpoint;
 use crate::error::SwimError;
 use crate::integrate::{SpanResult, SpanSolution};
-use crate::observer::{Observer, Progress};
+use crate::observer::{Observer, Progress, check_interruption};
 use crate::outcome::Outcome;
 use crate::output::{FlowSeries, Folder, trajectory_csv, trajectory_npy};
 use crate::run_report::Report;
@@ -186,13 +186,9 @@ impl Observer for Files<'_> {
         solution: &SpanSolution,
         _: &dyn Hydrodynamics,
     ) -> Result<(), SwimError> {
-        if self.progress.is_interrupted() {
-            let gait = self.scene.gait();
-            return Err(SwimError::Interrupted {
-                phases: self.done,
-                all: gait.phases.len() * gait.cycles as usize,
-            });
-        }
+        let gait = self.scene.gait();
+        let all = gait.phases.len() * gait.cycles as usize;
+        check_interruption(self.progress, self.done, all)?;
         self.progress.solved(span, solution);
         let Some(output) = &mut self.output else {
             return Ok(());

@@ -198,9 +198,7 @@ impl Neighbours {
 
     /// Distance of the surfaces over the smaller radius.
     fn clearance(&self, spheres: &Spheres) -> f64 {
-        let (i, j) = self.gap.pair;
-        let [a, b] = [i, j].map(|sphere| spheres.radii()[sphere]);
-        (self.offset(spheres).norm() - a - b) / a.min(b)
+        spheres.relative_gap_at(self.gap.pair, self.offset(spheres).norm())
     }
 }
 
@@ -231,6 +229,7 @@ impl Plan {
                 check_box(spheres, size)?;
                 let largest = spheres.radii().iter().fold(0.0_f64, |most, a| most.max(*a));
                 let within = |reach: f64| {
+                    // 4.2 is a little more than 4π/3
                     let images = (n as f64).powi(2) * 4.2 * reach.powi(3) / size.product();
                     memory::check(0.5 * images * PAIR, 11.0 * n as f64)?;
                     Ok(Neighbours::within(reach, spheres, size))

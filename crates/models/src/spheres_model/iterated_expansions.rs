@@ -129,10 +129,7 @@ impl SpheresModel {
         let control = if given { GIVEN_FORCES } else { WITH_JOINTS };
         let residual = control.residual * accuracy.tolerance;
         let cost = MultipoleMobility::cost(spheres, self.period.as_ref(), &accuracy, residual);
-        match self.period {
-            None => Ok(resolved(cost)?),
-            Some(_) => Ok(Some(cost?)),
-        }
+        Ok(self.resolved(cost)?)
     }
 
     /// What expansions by iteration find, with their mobility; none where a resistance matrix is
@@ -149,14 +146,15 @@ impl SpheresModel {
             return Ok(None);
         };
         let spheres = self.spheres(configuration)?;
-        if let Some(size) = &self.period {
-            let mobility = MultipoleMobility::periodic(&spheres, size, &accuracy)?;
-            return find(self, mobility, &accuracy).map(Some);
-        }
-        let Some(mobility) = resolved(MultipoleMobility::new(&spheres, &accuracy))? else {
+        let mobility = match &self.period {
+            Some(size) => MultipoleMobility::periodic(&spheres, size, &accuracy),
+            None => MultipoleMobility::new(&spheres, &accuracy),
+        };
+        let Some(mobility) = self.resolved(mobility)? else {
             return Ok(None);
         };
-        definite(find(self, mobility, &accuracy))
+        let found = find(self, mobility, &accuracy);
+        self.definite(found)
     }
 
     /// The solution for one set of rates by expansions without a resistance matrix.
@@ -186,10 +184,7 @@ impl SpheresModel {
             true => {
                 let solved = (&solution, &found, &response, stresslets.as_deref());
                 let errors = self.errors_by_variants(&mut mobility, control, &linked, solved);
-                match self.period {
-                    None => definite(errors)?,
-                    Some(_) => Some(errors?),
-                }
+                self.definite(errors)?
             }
             false => None,
         };
@@ -301,29 +296,34 @@ impl SpheresModel {
         Ok((errors, of_stresslets))
     }
 
+    /// What was found; none, for the resistance matrix to find it, in gaps that expansions do not
+    /// resolve without eliminations, and if the list of all pairs does not fit into memory. In a
+    /// periodic box, which the resistance matrix does not have, these are errors.
+    fn resolved<T>(&self, found: Result<T, HydroError>) -> Result<Option<T>, HydroError> {
+        match found {
+            Err(HydroError::TooClose { .. } | HydroError::TooLarge { .. })
+                if self.period.is_none() =>
+            {
+                Ok(None)
+            }
+            found => found.map(Some),
+        }
+    }
+
+    /// The same if what couplings neglect, or lower orders, made the matrix indefinite.
+    fn definite<T>(&self, found: Result<T, ModelError>) -> Result<Option<T>, ModelError> {
+        match found {
+            Err(ModelError::Spheres(
+                HydroError::FactorisationFailed { .. } | HydroError::NotConverged { .. },
+            )) if self.period.is_none() => Ok(None),
+            found => found.map(Some),
+        }
+    }
+
     /// The norm of a stresslet in the scene's units.
     fn stresslets_of_size(&self, scaled: f64) -> f64 {
         let only = Matrix3::from_diagonal_element(scaled / 3.0_f64.sqrt());
         self.scaled.scale.torque_to_scene(only).norm()
-    }
-}
-
-/// What was found; none in gaps that expansions do not resolve without eliminations, and if the
-/// list of all pairs does not fit into memory.
-fn resolved<T>(found: Result<T, HydroError>) -> Result<Option<T>, HydroError> {
-    match found {
-        Err(HydroError::TooClose { .. } | HydroError::TooLarge { .. }) => Ok(None),
-        found => found.map(Some),
-    }
-}
-
-/// What was found; none if what couplings neglect, or lower orders, made the matrix indefinite.
-fn definite<T>(found: Result<T, ModelError>) -> Result<Option<T>, ModelError> {
-    match found {
-        Err(ModelError::Spheres(
-            HydroError::FactorisationFailed { .. } | HydroError::NotConverged { .. },
-        )) => Ok(None),
-        found => found.map(Some),
     }
 }
 
