@@ -38,6 +38,10 @@ pub trait Mobility: Sync {
     /// An approximation to the block of some spheres, positive definite: for a preconditioner.
     fn own_block(&self, some: &[usize]) -> DMatrix<f64>;
 
+    /// Multiplies further degrees of freedom by an approximate inverse of `H`, symmetric and
+    /// positive definite: for a preconditioner.
+    fn precondition_hidden(&self, _: &mut DVector<f64>) {}
+
     /// The error for a matrix that is not positive definite.
     fn not_positive_definite(&self) -> HydroError;
 }
@@ -473,6 +477,10 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             let mut rows = solved.rows_mut(self.first[k], one.complement.ncols());
             one.factor.solve_mut(&mut rows);
         }
+        let mut rows = solved.rows_mut(self.multipliers(), self.mobility.hidden());
+        let mut hidden = rows.clone_owned();
+        self.mobility.precondition_hidden(&mut hidden);
+        rows.copy_from(&hidden);
         solved
     }
 

@@ -18,6 +18,7 @@ use super::far_images::{FAR_ORDER, FarImages};
 use super::memory;
 use super::modes::{Family, Modes};
 use super::orders::Accuracy;
+use super::pair_preconditioner::PairPreconditioner;
 use super::pair_product::{self, Couplings, Line, Pair, PairOrders, Workspace};
 use super::rotation::AXIS_OF_M;
 use super::scaled::drag_units;
@@ -64,14 +65,14 @@ const LOWERED: usize = 2;
 const REGULAR: f64 = 1e-2;
 
 /// Highest order of an expansion: that of a gap of [`NARROWEST`] at a tolerance of 1e-3.
-const MAX_ORDER: usize = 250;
+const MAX_ORDER: usize = 560;
 
 /// Bispherical coordinate of the narrowest gap: 0.001 radii between equal spheres; with unequal
 /// ones that of the larger sphere counts, which is smaller.
 ///
 /// The lowest eigenvalue falls with the gap. With lower orders the matrix of 27 spheres in a cube
 /// at gaps of 0.003 was indefinite at a tolerance of 1e-2, at gaps of 0.01 it was not.
-const NARROWEST: f64 = 0.03;
+const NARROWEST: f64 = 0.018;
 
 /// Lowest order: that below it by two has the stresslets.
 const LOWEST_ORDER: usize = 4;
@@ -443,6 +444,7 @@ pub struct MultipoleMobility<'a> {
     tail: f64,
     narrowest: f64,
     variant: Variant,
+    preconditioner: PairPreconditioner,
 }
 
 impl<'a> MultipoleMobility<'a> {
@@ -505,13 +507,23 @@ impl<'a> MultipoleMobility<'a> {
             let near = plan.pairs.iter().map(|pair| (pair.ends, pair.shift));
             FarImages::new(spheres, size, near)
         });
+        let couplings = Couplings::new(top, regular);
+        let narrow: Vec<_> = (plan.pairs.iter())
+            .filter(|pair| pair.orders[0] > LOWEST_ORDER + LOWERED)
+            .map(|pair| {
+                let most = pair.orders.map(|order| order - LOWERED);
+                (pair.ends, pair.line.angles(), pair.line.ratios(), most)
+            })
+            .collect();
+        let preconditioner = PairPreconditioner::new(spheres.len(), couplings.quarter(), &narrow);
         Ok(Self {
+            preconditioner,
             points: PointMobility::new(PointModel::Rpy, spheres, &Medium::Unbounded)?,
             units: drag_units(radii),
             first: places(expansions.iter().map(|expansion| expansion.modes.len())),
             harmonics: places(plan.orders.into_iter().map(pair_product::harmonics)),
             expansions,
-            couplings: Couplings::new(top, regular),
+            couplings,
             far: far.transpose()?,
             parts: Part::all(spheres.len(), &plan.pairs),
             pairs: plan.pairs,
@@ -759,6 +771,11 @@ impl Mobility for MultipoleMobility<'_> {
 
     fn own_block(&self, some: &[usize]) -> DMatrix<f64> {
         self.points.block_without_images(some)
+    }
+
+    fn precondition_hidden(&self, x: &mut DVector<f64>) {
+        let modes: Vec<Modes> = self.expansions.iter().map(|one| one.modes).collect();
+        self.preconditioner.apply(x, (&modes, &self.first));
     }
 
     fn not_positive_definite(&self) -> HydroError {

@@ -51,6 +51,7 @@ mod mobility;
 mod modes;
 mod narrow_gap;
 mod orders;
+mod pair_preconditioner;
 mod pair_product;
 mod predicted_time;
 mod reflection;

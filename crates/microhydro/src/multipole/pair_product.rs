@@ -116,6 +116,10 @@ impl Couplings {
         }
     }
 
+    pub fn quarter(&self) -> &QuarterTurn {
+        &self.quarter
+    }
+
     /// Couplings of degree `l` of the source with those of the target up to the degree `top`.
     #[inline(always)]
     fn row(&self, m: usize, l: usize, top: usize) -> &[[f64; COUPLED]] {
@@ -164,6 +168,14 @@ impl Line {
             angles: Angles::new(offset),
             ratios: radii.map(|radius| radius / offset.norm()),
         }
+    }
+
+    pub fn angles(&self) -> &Angles {
+        &self.angles
+    }
+
+    pub fn ratios(&self) -> [f64; 2] {
+        self.ratios
     }
 }
 
