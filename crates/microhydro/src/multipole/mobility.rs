@@ -18,7 +18,7 @@ use super::far_images::{FAR_ORDER, FarImages};
 use super::memory;
 use super::modes::{Family, Modes};
 use super::orders::Accuracy;
-use super::pair_preconditioner::PairPreconditioner;
+use super::pair_preconditioner::{NarrowPair, PairPreconditioner};
 use super::pair_product::{self, Couplings, Line, Pair, PairOrders, Workspace};
 use super::rotation::AXIS_OF_M;
 use super::scaled::drag_units;
@@ -64,11 +64,11 @@ const LOWERED: usize = 2;
 /// velocities changed by 3e-3 with the order instead of 2e-4 where they had the same target.
 const REGULAR: f64 = 1e-2;
 
-/// Highest order of an expansion: that of a gap of [`NARROWEST`] at a tolerance of 1e-3.
+/// Highest order of an expansion: that of a gap of [`NARROWEST`] at a tolerance of 1e-5.
 const MAX_ORDER: usize = 560;
 
-/// Bispherical coordinate of the narrowest gap: 0.001 radii between equal spheres; with unequal
-/// ones that of the larger sphere counts, which is smaller.
+/// Bispherical coordinate of the narrowest gap: that of the larger one of two spheres whose radii
+/// are 1 and 2 at a gap of 0.001 smaller radii; between equal spheres it is 0.03.
 ///
 /// The lowest eigenvalue falls with the gap. With lower orders the matrix of 27 spheres in a cube
 /// at gaps of 0.003 was indefinite at a tolerance of 1e-2, at gaps of 0.01 it was not.
@@ -103,8 +103,12 @@ pub struct ExpansionCost {
 
 /// Iterations for each digit, `e` as base, of the residual and for a bispherical coordinate of one.
 ///
-/// Between equal spheres at gaps of 0.05 to 1 radii in cubes, they were 0.6 to 0.8.
+/// Between equal spheres at gaps of 0.1 to 1 radii in cubes, they were 0.6 to 0.8.
 const ITERATIONS: f64 = 0.7;
+
+/// Most iterations for each digit: they were 2.1 to 3.6 in cubes at gaps of 0.1 to 0.01 and 3.1
+/// among random neighbours whose gaps begin at 0.0012.
+const MOST_ITERATIONS: f64 = 3.5;
 
 /// Solutions from which errors are estimated take as long as the first one.
 const SOLUTIONS: f64 = 2.0;
@@ -330,6 +334,17 @@ impl Plan {
         (top.unwrap_or_default(), regular.unwrap_or_default())
     }
 
+    /// Pairs for the preconditioner, which leaves out the degrees that [`Variant::Lowered`] does.
+    fn narrow(&self) -> impl Iterator<Item = NarrowPair<'_>> {
+        let narrow = |pair: &&PlannedPair| pair.orders[0] > LOWEST_ORDER + LOWERED;
+        self.pairs.iter().filter(narrow).map(|pair| NarrowPair {
+            ends: pair.ends,
+            line: &pair.line,
+            orders: pair.orders.map(|order| order - LOWERED),
+            regular: pair.regular.saturating_sub(LOWERED),
+        })
+    }
+
     /// Cost of a solution with its error bar to a relative residual.
     fn cost(&self, residual: f64) -> ExpansionCost {
         let modes = self.orders.iter().map(|&order| (Modes { order }).len());
@@ -339,15 +354,20 @@ impl Plan {
             true => FarImages::operations(self.orders.len()),
             false => 0.0,
         };
-        let iterations = ITERATIONS * -residual.ln() / self.narrowest.min(1.0);
+        let for_digit = (ITERATIONS / self.narrowest.min(1.0)).min(MOST_ITERATIONS);
+        let iterations = for_digit * -residual.ln();
         let (top, regular) = self.degrees();
-        let numbers = PAIR * self.pairs.len() as f64
+        let (of_gaps, to_find) = (self.narrow().map(|pair| pair.cost()))
+            .fold((0.0, 0.0), |sum, cost| (sum.0 + cost.0, sum.1 + cost.1));
+        let numbers = of_gaps
+            + PAIR * self.pairs.len() as f64
             + VECTORS * dofs as f64
             + pair_product::shared_numbers(top, regular);
         ExpansionCost {
             dofs,
             mib: memory::mib(numbers),
-            seconds: SOLUTIONS * iterations * (product as f64 + of_images) / PRODUCT_RATE,
+            seconds: (SOLUTIONS * iterations * (product as f64 + of_images) + to_find)
+                / PRODUCT_RATE,
         }
     }
 }
@@ -508,13 +528,7 @@ impl<'a> MultipoleMobility<'a> {
             FarImages::new(spheres, size, near)
         });
         let couplings = Couplings::new(top, regular);
-        let narrow: Vec<_> = (plan.pairs.iter())
-            .filter(|pair| pair.orders[0] > LOWEST_ORDER + LOWERED)
-            .map(|pair| {
-                let most = pair.orders.map(|order| order - LOWERED);
-                (pair.ends, pair.line.angles(), pair.line.ratios(), most)
-            })
-            .collect();
+        let narrow: Vec<NarrowPair> = plan.narrow().collect();
         let preconditioner = PairPreconditioner::new(spheres.len(), couplings.quarter(), &narrow);
         Ok(Self {
             preconditioner,
@@ -552,6 +566,16 @@ impl<'a> MultipoleMobility<'a> {
     /// Number of multipoles.
     pub fn dofs(&self) -> usize {
         self.first[self.expansions.len()]
+    }
+
+    /// Modes of a sphere, and the place of the first one.
+    pub(super) fn of_sphere(&self, sphere: usize) -> (Modes, usize) {
+        (self.expansions[sphere].modes, self.first[sphere])
+    }
+
+    #[cfg(test)]
+    pub(super) fn preconditioner(&self) -> &PairPreconditioner {
+        &self.preconditioner
     }
 
     /// Stresslets of the spheres for the multipoles `hidden` of a solution.
@@ -774,8 +798,8 @@ impl Mobility for MultipoleMobility<'_> {
     }
 
     fn precondition_hidden(&self, x: &mut DVector<f64>) {
-        let modes: Vec<Modes> = self.expansions.iter().map(|one| one.modes).collect();
-        self.preconditioner.apply(x, (&modes, &self.first));
+        self.preconditioner
+            .apply(x, |sphere| self.of_sphere(sphere));
     }
 
     fn not_positive_definite(&self) -> HydroError {

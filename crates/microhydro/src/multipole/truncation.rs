@@ -249,7 +249,7 @@ pub(crate) fn narrowest(xi: &GapCoordinates) -> f64 {
 }
 
 /// Bispherical coordinates of two spheres outside each other, with radii `a` and `b`.
-fn outside(distance: f64, a: f64, b: f64) -> (f64, f64) {
+pub(super) fn outside(distance: f64, a: f64, b: f64) -> (f64, f64) {
     // cosh(xi) - 1 as a product, which has no cancellation in narrow gaps
     let gap = distance - a - b;
     let excess = |own: f64, other: f64| gap * (gap + 2.0 * other) / (2.0 * own * distance);
