@@ -486,7 +486,8 @@ impl<'a> MultipoleMobility<'a> {
     ///
     /// # Errors
     /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below
-    /// 0.001 radii and those that need higher orders than 250; [`HydroError::TooLarge`],
+    /// 0.001 radii (of the smaller sphere, the larger one at most twice as large) and those that
+    /// need higher orders than 560; [`HydroError::TooLarge`],
     /// [`HydroError::TooCostly`] for the cost to a residual of the tolerance.
     pub fn new(spheres: &'a Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
         Self::planned(spheres, None, accuracy)
