@@ -148,7 +148,9 @@ impl Problem<'_> {
         };
         let mut flows = vec![flow];
         let (mut estimates, mut regularisation) = (Vec::new(), None);
-        if surplus.is_some() || terms.is_some() {
+        // On one step in time the effect of a regularisation is a part of what many have.
+        let is_steady = terms.is_some_and(|terms| terms.coefficient == 0.0);
+        if surplus.is_some() || is_steady {
             // As for Newtonian fluids, adjoint solves need few digits.
             let mut block = match last {
                 Some(block) if options.solver == Solver::Block => block,

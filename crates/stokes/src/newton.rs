@@ -599,22 +599,6 @@ impl Newton<'_> {
                 slopes,
             });
         }
-        if std::env::var_os("LAWIN").is_some() {
-            eprintln!(
-                "first {} end {:.1e} {}",
-                report.first_iterations,
-                residual.largest(),
-                report
-                    .steps
-                    .iter()
-                    .map(|s| format!(
-                        "[{:.1e} it {} lin {:.0e} len {}]",
-                        s.residual, s.iterations, s.linear_residual, s.length
-                    ))
-                    .collect::<Vec<_>>()
-                    .join(" ")
-            );
-        }
         warm.remember(&iterate.x);
         let system = &linearised.system;
         let mut forces = residual.forces;
