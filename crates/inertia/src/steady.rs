@@ -103,9 +103,9 @@ impl SteadyFlow<'_> {
     /// Finds the steady state at a density, at viscosity 1.
     ///
     /// Each iteration solves the equations with the convecting velocity of the iteration before
-    /// (Picard), which are linear but for a viscosity law, and the result is the combination of the last five whose change is smallest
-    /// (Anderson 1965), which converges where the plain iteration does not. Velocities are those in
-    /// the laboratory.
+    /// (Picard), which are linear but for a viscosity law, and the result is the combination of the
+    /// last five whose change is smallest (Anderson 1965), which converges where the plain
+    /// iteration does not. Velocities are those in the laboratory.
     ///
     /// # Errors
     /// [`InertiaError::NotSteady`], [`InertiaError::Turning`], those of assembly and linear solve.

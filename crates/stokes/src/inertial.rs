@@ -107,7 +107,7 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// Those of [`Problem::assemble`]; fields of the wrong length, a coefficient that is negative
-    /// or not finite.
+    /// or not finite; [`StokesError::NotLinear`] for a viscosity law.
     pub fn assemble_inertial(
         &self,
         drive: &Drive,
@@ -115,6 +115,9 @@ impl Problem<'_> {
         terms: &InertialTerms,
     ) -> Result<InertialSystem, StokesError> {
         terms.check(self.mesh().n_points())?;
+        if terms.law.is_some() {
+            return Err(StokesError::NotLinear);
+        }
         let surfaces = self.nodal_surface_flow()?;
         let (mut system, forces) =
             self.assemble_terms(drive, formulation, surfaces.as_ref(), Some(terms))?;

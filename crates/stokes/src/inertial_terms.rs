@@ -16,8 +16,8 @@ use crate::StokesError;
 ///
 /// For a step in time, `κ = ρ c_0 / Δt` with the coefficient `c_0` of the new velocity in its
 /// derivative, and `g = -ρ (c_1 u_1 + c_2 u_2) / Δt` has the earlier velocities, as nodal values on
-/// the new mesh. For a steady flow both are zero. With a law the stress is `2 η(g) D(u)` in place of
-/// `∇u`. Masses of bodies enter by the drive:
+/// the new mesh. For a steady flow both are zero. With a law the stress is `2 η(g) D(u)` in place
+/// of `∇u`. Masses of bodies enter by the drive:
 /// [`body_damping`](rigid::Constraints::body_damping) and loads.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct InertialTerms<'a> {

@@ -48,8 +48,8 @@ impl MovingScene {
     /// Scales a scene.
     ///
     /// # Errors
-    /// Joints or fixed bodies that contradict each other; a mesh file that cannot be read; a power law
-    /// of an index that elements in space do not have.
+    /// Joints or fixed bodies that contradict each other; a mesh file that cannot be read; a power
+    /// law of an index that elements in space do not have.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let scaled = ScaledScene::new(scene)?;
         let generator = MeshGenerator::new(scene, &scaled.scale)?;

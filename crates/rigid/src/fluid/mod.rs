@@ -152,10 +152,10 @@ impl RigidFluid {
 
     /// Splits the matrices of a fluid with inertia; `matrices` are those without.
     ///
-    /// The stiffness becomes `K + κ M + N`, and that of the vertices `K_c + κ M_c`. The volume term of the bodies is viscous and
-    /// does not change. With convection the border rows contain the transpose of the matrix and the
-    /// system is not symmetric. The preconditioner has the Schur complement of inertia with the
-    /// motions of the bodies
+    /// The stiffness becomes `K + κ M + N`, and that of the vertices `K_c + κ M_c`. The volume term
+    /// of the bodies is viscous and does not change. With convection the border rows contain the
+    /// transpose of the matrix and the system is not symmetric. The preconditioner has the Schur
+    /// complement of inertia with the motions of the bodies
     /// ([`BlockTriangular::with_inertia`](linalg::BlockTriangular::with_inertia)).
     ///
     /// # Errors

@@ -480,10 +480,15 @@ fn inertia_together_with_a_law_has_the_units_of_the_scene() {
     let steady = solve_steady(&scene("axisymmetric", &driven)).unwrap();
     let found = steady.solution.bodies[0].velocity.x;
     within(found - speed, 1e-6 * speed, "speed under that force");
+    let steady = solve_steady(&scene("fem", &driven)).unwrap();
+    let bar = steady.solution.error_estimate.total();
+    let found = steady.solution.bodies[0].velocity.x;
+    within(found - speed, bar, "speed by elements in space");
+    assert!(bar < 0.03 * speed, "{bar}");
 }
 
-/// Forces on a sphere at `Re = ρ a U / μ = 1` and shear numbers `λ U / a` of 1 and 10, index 0.5, by
-/// elements in space with this factor on their size, from those of the meridian plane.
+/// Forces on a sphere at `Re = ρ a U / μ = 1` and shear numbers `λ U / a` of 1 and 10, index 0.5,
+/// by elements in space with this factor on their size, from those of the meridian plane.
 fn check_drags_that_thin(size_factor: f64, accuracy: f64) {
     for time in [1.0, 10.0] {
         let [plane, space] = ["axisymmetric", "fem"].map(|kind| {
