@@ -98,11 +98,14 @@ pub enum InertiaError {
 }
 
 impl InertiaError {
-    /// Whether a step in time fails that a shorter one may not: no mesh follows the bodies, or the
-    /// linear solver fails, whose matrix a shorter step makes more like a mass matrix.
+    /// Whether a step in time fails that a shorter one may not: no mesh follows the bodies,
+    /// Newton's method for a viscosity law fails, or the linear solver, whose matrix a shorter
+    /// step makes more like a mass matrix.
     pub fn needs_shorter_step(&self) -> bool {
         let failure = match self {
-            Self::NoMesh { .. } => return true,
+            Self::NoMesh { .. } | Self::Stokes(StokesError::NewtonNotConverged { .. }) => {
+                return true;
+            }
             Self::Stokes(error) => linear_failure(error),
             _ => None,
         };

@@ -35,12 +35,13 @@ struct Known {
 /// ones.
 ///
 /// The convecting velocity is extrapolated, so that a step is linear and its matrix is one scalar
-/// matrix for the three components.
+/// matrix for the three components. With a viscosity law the equations of a step are nonlinear in
+/// the stress alone, and Newton's method starts at the extrapolated velocity.
 pub struct Integrator<'a> {
     pub(crate) bodies: Bodies<'a>,
     pub(crate) forcing: &'a dyn Forcing,
     pub(crate) meshes: Box<dyn Meshes + 'a>,
-    pub(crate) parameters: Parameters,
+    pub(crate) parameters: Parameters<'a>,
     /// The newest first, three at most.
     pub(crate) levels: Vec<Level>,
     pub(crate) mesh: TetMesh,
@@ -63,7 +64,7 @@ impl<'a> Integrator<'a> {
         bodies: Bodies<'a>,
         forcing: &'a dyn Forcing,
         mut meshes: Box<dyn Meshes + 'a>,
-        parameters: Parameters,
+        parameters: Parameters<'a>,
         time: f64,
     ) -> Result<Self, InertiaError> {
         if !(parameters.density >= 0.0 && parameters.density.is_finite()) {
@@ -165,6 +166,7 @@ impl<'a> Integrator<'a> {
         };
         let wall_velocity = self.wall_velocity(&self.mesh, time);
         let terms = InertialTerms {
+            law: self.parameters.law,
             wall_velocity: wall_velocity.as_deref(),
             ..InertialTerms::default()
         };
@@ -505,11 +507,11 @@ impl<'a> Integrator<'a> {
             constraints: &constraints,
             loads: &loads,
         };
+        let flow = self.extrapolated(formula.step, 2);
         let convecting = (self.parameters.convection == Convection::Full).then(|| {
             let known = self.known(formula, |level| &level.points);
             let mesh_velocity =
                 (mesh.points().iter().zip(known)).map(|(x, known)| formula.newest() * x + known);
-            let flow = self.extrapolated(formula.step, 2);
             flow.iter()
                 .zip(mesh_velocity)
                 .map(|(u, w)| u - w)
@@ -521,6 +523,8 @@ impl<'a> Integrator<'a> {
             coefficient: self.parameters.density * formula.newest(),
             force: Some(&known.force),
             convecting: convecting.as_deref(),
+            law: self.parameters.law,
+            near: Some(&flow),
             wall_velocity: wall_velocity.as_deref(),
             ..InertialTerms::default()
         };

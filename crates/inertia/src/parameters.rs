@@ -4,6 +4,7 @@ use fem::TaylorHood;
 use mesh::TetMesh;
 use nalgebra::{Isometry3, Vector3};
 use rigid::{Articulation, BodyKind};
+use stokes::rheology::ViscosityLaw;
 use stokes::{Options, Problem};
 
 use crate::{BodyMass, InertiaError};
@@ -29,9 +30,11 @@ pub enum Convection {
 /// Parameters of an integration.
 #[derive(Clone, Copy)]
 #[non_exhaustive]
-pub struct Parameters {
+pub struct Parameters<'a> {
     /// Density of the fluid, at viscosity 1 and lengths of the order of a body.
     pub density: f64,
+    /// Viscosity law in place of viscosity 1; none by default.
+    pub law: Option<&'a dyn ViscosityLaw>,
     /// Terms of the momentum equation.
     pub convection: Convection,
     /// Formulation, linear solver and its tolerance.
@@ -44,16 +47,26 @@ pub struct Parameters {
     pub max_corrections: usize,
 }
 
-impl Parameters {
+impl<'a> Parameters<'a> {
     /// The Navier-Stokes equations with this density.
     pub fn new(density: f64) -> Self {
         Self {
             density,
+            law: None,
             convection: Convection::Full,
             options: Options::default(),
             // a displacement d of a body changes its drag by about d^2, or d next to others
             mesh_tolerance: 1e-4,
             max_corrections: 3,
+        }
+    }
+
+    /// The same with a viscosity law.
+    #[must_use]
+    pub fn with_law(self, law: &'a dyn ViscosityLaw) -> Self {
+        Self {
+            law: Some(law),
+            ..self
         }
     }
 

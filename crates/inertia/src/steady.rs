@@ -5,6 +5,7 @@ use linalg::WarmStart;
 use mesh::TetMesh;
 use nalgebra::Vector3;
 use rigid::{Drive, FlowSolution};
+use stokes::rheology::ViscosityLaw;
 use stokes::{InertialTerms, Options, Problem, Solution, SurfaceFlow};
 
 use crate::InertiaError;
@@ -20,7 +21,9 @@ const RELATIVE_RTOL: f64 = 1e-2;
 /// Parameters of the iteration for a steady state.
 #[derive(Clone, Copy)]
 #[non_exhaustive]
-pub struct SteadyParameters {
+pub struct SteadyParameters<'a> {
+    /// Viscosity law in place of viscosity 1; none by default.
+    pub law: Option<&'a dyn ViscosityLaw>,
     /// Relative change of the velocity in L2 at which the iteration ends.
     pub tolerance: f64,
     /// Largest number of iterations at one density.
@@ -31,9 +34,10 @@ pub struct SteadyParameters {
     pub options: Options,
 }
 
-impl Default for SteadyParameters {
+impl Default for SteadyParameters<'_> {
     fn default() -> Self {
         Self {
+            law: None,
             tolerance: 1e-7,
             max_iterations: 60,
             stages: 1,
@@ -42,7 +46,16 @@ impl Default for SteadyParameters {
     }
 }
 
-impl SteadyParameters {
+impl<'a> SteadyParameters<'a> {
+    /// The same with a viscosity law.
+    #[must_use]
+    pub fn with_law(self, law: &'a dyn ViscosityLaw) -> Self {
+        Self {
+            law: Some(law),
+            ..self
+        }
+    }
+
     /// The same with another tolerance.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
@@ -89,10 +102,10 @@ pub struct SteadyFlow<'a> {
 impl SteadyFlow<'_> {
     /// Finds the steady state at a density, at viscosity 1.
     ///
-    /// Each iteration solves the linear equations with the convecting velocity of the iteration
-    /// before (Picard), and the result is the combination of the last five whose change is smallest
-    /// (Anderson 1965), which converges where the plain iteration does not. Velocities are those in
-    /// the laboratory.
+    /// Each iteration solves the equations with the convecting velocity of the iteration before
+    /// (Picard), which are linear but for a viscosity law, and the result is the combination of the
+    /// last five whose change is smallest (Anderson 1965), which converges where the plain
+    /// iteration does not. Velocities are those in the laboratory.
     ///
     /// # Errors
     /// [`InertiaError::NotSteady`], [`InertiaError::Turning`], those of assembly and linear solve.
@@ -100,7 +113,7 @@ impl SteadyFlow<'_> {
         &self,
         drive: &Drive,
         density: f64,
-        parameters: &SteadyParameters,
+        parameters: &SteadyParameters<'_>,
     ) -> Result<Steady, InertiaError> {
         if !(density >= 0.0 && density.is_finite()) {
             return Err(InertiaError::OutOfRange {
@@ -117,7 +130,12 @@ impl SteadyFlow<'_> {
         let mut warm = WarmStart::new(5);
         let mut mixing = Mixing::default();
         let options = parameters.options;
-        let first = self.picard(&problem, drive, (0.0, None), &options, &mut warm)?;
+        let first = InertialTerms {
+            law: parameters.law,
+            wall_velocity: self.wall_velocity,
+            ..InertialTerms::default()
+        };
+        let first = self.picard(&problem, drive, &first, &options, &mut warm)?;
         let mut steady = Steady {
             solved: first,
             iterations: 0,
@@ -139,11 +157,19 @@ impl SteadyFlow<'_> {
                     steady.change = 0.0;
                     break;
                 }
-                let terms = (density, Some(convecting.as_slice()));
+                let terms = InertialTerms {
+                    density,
+                    convecting: Some(&convecting),
+                    law: parameters.law,
+                    // the convecting velocity differs from it by a uniform one
+                    near: Some(&convecting),
+                    wall_velocity: self.wall_velocity,
+                    ..InertialTerms::default()
+                };
                 // from the last solution, whose residual is as large as the change
                 let rtol = (RELATIVE_RTOL * steady.change).max(parameters.options.rtol);
                 let options = parameters.options.with_rtol(rtol);
-                let solved = self.picard(&problem, drive, terms, &options, &mut warm)?;
+                let solved = self.picard(&problem, drive, &terms, &options, &mut warm)?;
                 let next = self.relative(&solved.flow)?;
                 let difference: Vec<Vector3<f64>> =
                     next.iter().zip(&convecting).map(|(a, b)| a - b).collect();
@@ -173,7 +199,7 @@ impl SteadyFlow<'_> {
         Ok(steady)
     }
 
-    /// One linear solve with this convecting velocity.
+    /// One solve with this convecting velocity.
     ///
     /// In large cells the divergence of a discrete flow can make diagonal entries negative, which
     /// solvers refuse. The skew-symmetric form has none, but with it the iteration took 23 instead
@@ -182,22 +208,19 @@ impl SteadyFlow<'_> {
         &self,
         problem: &Problem,
         drive: &Drive,
-        (density, convecting): (f64, Option<&[Vector3<f64>]>),
+        terms: &InertialTerms,
         options: &Options,
         warm: &mut WarmStart,
     ) -> Result<Solution, InertiaError> {
-        let mut terms = InertialTerms {
-            density,
-            convecting,
-            wall_velocity: self.wall_velocity,
-            ..InertialTerms::default()
-        };
-        match problem.solve_inertial(drive, options, &terms, warm) {
+        match problem.solve_inertial(drive, options, terms, warm) {
             Err(error) if is_negative(linear_failure(&error)) => {}
             solved => return Ok(solved?),
         }
         // the mesh moves with a uniform velocity
-        terms.divergence_of = convecting;
+        let terms = InertialTerms {
+            divergence_of: terms.convecting,
+            ..*terms
+        };
         Ok(problem.solve_inertial(drive, options, &terms, warm)?)
     }
 

@@ -76,6 +76,50 @@ pub enum Law {
 }
 
 impl Law {
+    /// The viscosity of a law whose parameters make it the same at all shear rates.
+    ///
+    /// ```
+    /// use rheology::Law;
+    /// let with_index = |index| Law::PowerLaw { consistency: 2.0, index, regularisation: 1e-3 };
+    /// assert_eq!(with_index(1.0).constant_viscosity(), Some(2.0));
+    /// assert_eq!(with_index(0.9).constant_viscosity(), None);
+    /// ```
+    pub fn constant_viscosity(&self) -> Option<f64> {
+        let is_constant = match *self {
+            Self::Newtonian { .. } => true,
+            Self::Carreau {
+                zero_shear_viscosity,
+                infinite_shear_viscosity,
+                relaxation_time,
+                index,
+            }
+            | Self::CarreauYasuda {
+                zero_shear_viscosity,
+                infinite_shear_viscosity,
+                relaxation_time,
+                index,
+                ..
+            }
+            | Self::Cross {
+                zero_shear_viscosity,
+                infinite_shear_viscosity,
+                relaxation_time,
+                index,
+            } => {
+                index == 1.0
+                    || relaxation_time == 0.0
+                    || zero_shear_viscosity == infinite_shear_viscosity
+            }
+            Self::PowerLaw { index, .. } => index == 1.0,
+            Self::HerschelBulkley {
+                yield_stress,
+                index,
+                ..
+            } => yield_stress == 0.0 && index == 1.0,
+        };
+        is_constant.then(|| self.viscosity(0.0))
+    }
+
     /// Checks all parameters.
     ///
     /// # Errors

@@ -279,6 +279,17 @@ impl Constrained {
         Ok(rhs)
     }
 
+    /// Adds forces on the nodes to the right-hand side; see [`Constrained::rhs_of_forces`].
+    ///
+    /// # Errors
+    /// Forces of the wrong length.
+    pub fn add_forces(&mut self, forces: &[Vector3<f64>]) -> Result<(), RigidError> {
+        let no_sources = vec![0.0; self.surfaces.rigid_divergence.rows()];
+        let of_forces = self.rhs_of_forces(forces, &no_sources)?;
+        (self.rhs.iter_mut().zip(of_forces)).for_each(|(rhs, force)| *rhs += force);
+        Ok(())
+    }
+
     /// Block-triangular preconditioner with multigrid for velocities and border.
     ///
     /// For [`linalg::fgmres`] and every formulation: the border dofs are part of every level of the
@@ -361,6 +372,11 @@ impl Constrained {
     /// Number in the mesh of each free node, in the order of the dofs.
     pub fn free_nodes(&self) -> &[u32] {
         &self.surfaces.free_nodes
+    }
+
+    /// Pressures of a flow over those of a solution vector: one without inertia.
+    pub fn pressure_scale(&self) -> f64 {
+        self.surfaces.pressure_scale
     }
 
     /// Number of dofs of the system that was built.

@@ -59,6 +59,8 @@ pub struct Inertia {
     pub coefficient: f64,
     /// Scalar mass matrix `M_ij = ∫ N_i N_j`, nodes x nodes.
     pub mass: Csr,
+    /// Mass matrix of the vertices, `I^T M I` with the interpolation of [`FluidMatrices`].
+    pub vertex_mass: Csr,
     /// Convection `N_ij = ρ ∫ N_i (c · ∇N_j)`, nodes x nodes, and for the preconditioner that of
     /// the pressures, `ρ ∫ ψ_q (c · ∇ψ_r)`, with their diffusion along `c`
     /// ([`linalg::SchurInertia::convection`]); none in a linear flow.
@@ -69,10 +71,11 @@ pub struct Inertia {
 
 impl Inertia {
     /// Inertia without convection.
-    pub fn new(coefficient: f64, mass: Csr, pressure_laplacian: Csr) -> Self {
+    pub fn new(coefficient: f64, mass: Csr, vertex_mass: Csr, pressure_laplacian: Csr) -> Self {
         Self {
             coefficient,
             mass,
+            vertex_mass,
             convection: None,
             pressure_laplacian,
         }
@@ -105,6 +108,7 @@ impl Inertia {
                 });
         let others = [
             ("mass matrix", &self.mass, nodes),
+            ("mass matrix of the vertices", &self.vertex_mass, pressures),
             ("pressure Laplacian", &self.pressure_laplacian, pressures),
         ];
         for (what, matrix, size) in others.into_iter().chain(convection) {

@@ -69,6 +69,11 @@ pub enum StokesError {
         /// Relative residual that was required.
         target: f64,
     },
+    /// A linear system for a viscosity law.
+    #[error(
+        "a step of a fluid with a viscosity law is no linear system; use Problem::solve_inertial"
+    )]
+    NotLinear,
     /// An engine outside this crate, which solves Stokes flow only.
     #[error(
         "an engine outside the crate solves Newtonian fluids only; use the solver of the crate"

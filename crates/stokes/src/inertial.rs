@@ -5,16 +5,20 @@ use std::time::Instant;
 use linalg::{SolveReport, WarmStart};
 use mesh::TetMesh;
 use nalgebra::Vector3;
+use rheology::ViscosityLaw;
 use rigid::{Constrained, Drive, FlowSolution, Formulation};
 
 use crate::StokesError;
+use crate::generalised_newtonian::GeneralisedNewtonianSolution;
 use crate::inertial_terms::InertialTerms;
 use crate::linear::solve_system;
 use crate::options::Options;
 use crate::problem::Problem;
 use crate::solution::{Dofs, Seconds, Solution, SolverReport};
+use crate::solve::InitialGuesses;
 use crate::surface_flow::NodalSurfaceFlow;
 use crate::surface_power::SurfacePowers;
+use crate::viscous_stress::ViscousStress;
 
 /// The assembled system of a problem with inertia; see [`Problem::assemble_inertial`].
 pub struct InertialSystem {
@@ -66,6 +70,10 @@ impl Problem<'_> {
         terms: &InertialTerms,
         warm: &mut WarmStart,
     ) -> Result<Solution, StokesError> {
+        if let Some(law) = terms.law {
+            let flow = self.solve_inertial_by_law((drive, law), options, terms, warm)?;
+            return Ok(flow.solution);
+        }
         let clock = Instant::now();
         let system = self.assemble_inertial(drive, options.formulation, terms)?;
         let assembly = clock.elapsed().as_secs_f64();
@@ -74,10 +82,7 @@ impl Problem<'_> {
         let surfaces = self.nodal_surface_flow()?;
         let (name, residual) = (options.solver.name().to_owned(), report.true_rel_residual);
         Ok(Solution {
-            powers: SurfacePowers {
-                slip: self.inertial_slip_power(&flow, surfaces.as_ref(), terms)?,
-                ..SurfacePowers::default()
-            },
+            powers: self.inertial_powers(&flow, surfaces.as_ref(), terms, None)?,
             flow,
             estimate: None,
             checks: None,
@@ -102,7 +107,7 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// Those of [`Problem::assemble`]; fields of the wrong length, a coefficient that is negative
-    /// or not finite.
+    /// or not finite; [`StokesError::NotLinear`] for a viscosity law.
     pub fn assemble_inertial(
         &self,
         drive: &Drive,
@@ -110,32 +115,63 @@ impl Problem<'_> {
         terms: &InertialTerms,
     ) -> Result<InertialSystem, StokesError> {
         terms.check(self.mesh().n_points())?;
+        if terms.law.is_some() {
+            return Err(StokesError::NotLinear);
+        }
         let surfaces = self.nodal_surface_flow()?;
         let (mut system, forces) =
             self.assemble_terms(drive, formulation, surfaces.as_ref(), Some(terms))?;
-        let no_sources = vec![0.0; self.mesh().n_vertices()];
-        let of_forces = system.rhs_of_forces(&forces, &no_sources)?;
-        for (rhs, force) in system.rhs.iter_mut().zip(of_forces) {
-            *rhs += force;
-        }
+        system.add_forces(&forces)?;
         Ok(InertialSystem { system, forces })
     }
 
-    /// Power of the slip on the fluid, `∮ s · f dS` with the forces `f` of a flow with these terms.
+    /// As [`Problem::solve_inertial`], by a law in place of that of the terms, with the steps of
+    /// Newton's method.
+    ///
+    /// ```text
+    /// κ u + ρ ((c · ∇) u + (∇·d) u / 2) - ∇·(2 η(g) D(u)) + ∇p = g,   ∇·u = 0
+    /// ```
+    ///
+    /// The equations are linearised at `near`, and again where a step leaves more than a tenth of
+    /// the residual: the last matrices and their preconditioner serve until then. The steps start
+    /// from the combination of earlier solutions with the least residual. `options.rtol` bounds the
+    /// residual of the nonlinear equations, over the right-hand side. The effect of a
+    /// regularisation of the law is estimated for steady flows only.
+    ///
+    /// # Errors
+    /// Those of [`Problem::assemble_inertial`] and of [`Problem::solve_generalised_newtonian`].
+    pub fn solve_inertial_by_law(
+        &self,
+        (drive, law): (&Drive, &dyn ViscosityLaw),
+        options: &Options,
+        terms: &InertialTerms,
+        warm: &mut WarmStart,
+    ) -> Result<GeneralisedNewtonianSolution, StokesError> {
+        terms.check(self.mesh().n_points())?;
+        let mut guesses = InitialGuesses::new(0);
+        guesses.flows = std::mem::take(warm);
+        let solved = self.solve_by_law((drive, law), options, Some(terms), &mut guesses, None);
+        *warm = guesses.flows;
+        solved
+    }
+
+    /// Power of the slip on the fluid, `∮ s · f dS` with the forces `f` of a flow with these terms,
+    /// whose stress is `stress` if the viscosity varies.
     ///
     /// By the residual of the momentum equation with the slip as the test function, so that the
     /// power of all surfaces is dissipation and rate of kinetic energy exactly.
     ///
     /// # Errors
     /// A flow that is not finite.
-    fn inertial_slip_power(
+    pub(crate) fn inertial_powers(
         &self,
         flow: &FlowSolution,
         surfaces: Option<&NodalSurfaceFlow>,
         terms: &InertialTerms,
-    ) -> Result<f64, StokesError> {
+        stress: Option<ViscousStress>,
+    ) -> Result<SurfacePowers, StokesError> {
         let Some(slip) = surfaces.and_then(|nodal| nodal.parts.first()) else {
-            return Ok(0.0);
+            return Ok(SurfacePowers::default());
         };
         let u = flow.velocity.as_slice();
         // quadratic functions, and the gradient of one
@@ -150,7 +186,10 @@ impl Problem<'_> {
             }
             rate.dot(&point.value(slip.as_slice()))
         })?;
-        let of_stress = self.surface_powers(flow, surfaces, None)?.slip;
-        Ok(of_stress + self.parts() * inertia)
+        let of_stress = self.surface_powers(flow, surfaces, stress)?.slip;
+        Ok(SurfacePowers {
+            slip: of_stress + self.parts() * inertia,
+            ..SurfacePowers::default()
+        })
     }
 }

@@ -1,13 +1,14 @@
 //! Terms of inertia in the momentum equation, with their matrices and forces.
 
-use fem::{PointValues, TaylorHood};
+use fem::{PointValues, StokesMatrices, TaylorHood};
 use mesh::TetMesh;
 use nalgebra::Vector3;
+use rheology::ViscosityLaw;
 use rigid::Inertia;
 
 use crate::StokesError;
 
-/// Terms of inertia in the momentum equation, with known velocities, at viscosity 1.
+/// Terms of inertia in the momentum equation, with known velocities, at viscosity 1 or by a law.
 ///
 /// ```text
 /// κ u + ρ ((c · ∇) u + (∇·d) u / 2) - Δu + ∇p = g,   ∇·u = 0
@@ -15,7 +16,8 @@ use crate::StokesError;
 ///
 /// For a step in time, `κ = ρ c_0 / Δt` with the coefficient `c_0` of the new velocity in its
 /// derivative, and `g = -ρ (c_1 u_1 + c_2 u_2) / Δt` has the earlier velocities, as nodal values on
-/// the new mesh. For a steady flow both are zero. Masses of bodies enter by the drive:
+/// the new mesh. For a steady flow both are zero. With a law the stress is `2 η(g) D(u)` in place
+/// of `∇u`. Masses of bodies enter by the drive:
 /// [`body_damping`](rigid::Constraints::body_damping) and loads.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct InertialTerms<'a> {
@@ -36,6 +38,11 @@ pub struct InertialTerms<'a> {
     /// is the skew-symmetric form (Temam 1968): the divergence that a discrete flow has then
     /// neither produces energy nor makes a diagonal entry of the matrix negative.
     pub divergence_of: Option<&'a [Vector3<f64>]>,
+    /// Viscosity law in place of viscosity 1.
+    pub law: Option<&'a dyn ViscosityLaw>,
+    /// A velocity near that of the flow, at which the equations of a law are linearised first; at
+    /// rest without one.
+    pub near: Option<&'a [Vector3<f64>]>,
     /// Velocity of the walls, one per node, of which those on walls are used; none if at rest.
     pub wall_velocity: Option<&'a [Vector3<f64>]>,
 }
@@ -49,12 +56,13 @@ pub struct InertialTerms<'a> {
 const STREAMLINE_PART: f64 = 0.3;
 
 impl InertialTerms<'_> {
-    /// The matrices of inertia of a space, and the forces `∫ N_i g` on the nodes.
+    /// The matrices of inertia of a space, whose matrices of viscosity 1 are given, and the forces
+    /// `∫ N_i g` on the nodes.
     pub(crate) fn assemble(
         &self,
         space: &TaylorHood,
         mesh: &TetMesh,
-        pressure_laplacian: linalg::Csr,
+        matrices: &StokesMatrices,
     ) -> Result<(Inertia, Vec<Vector3<f64>>), StokesError> {
         let mass = space.velocity_mass(mesh)?;
         let mut forces = match self.load {
@@ -69,7 +77,13 @@ impl InertialTerms<'_> {
                     .sum::<Vector3<f64>>();
             }
         }
-        let inertia = Inertia::new(self.coefficient, mass, pressure_laplacian);
+        let (vertex_mass, laplacian) = (&matrices.pressure_mass, &matrices.vertex_stiffness);
+        let inertia = Inertia::new(
+            self.coefficient,
+            mass,
+            vertex_mass.clone(),
+            laplacian.clone(),
+        );
         let Some(c) = self.convecting else {
             return Ok((inertia, forces));
         };
@@ -104,6 +118,12 @@ impl InertialTerms<'_> {
         Ok((inertia.with_convection(convection, of_pressure), forces))
     }
 
+    /// Whether the equations are those of Stokes flow.
+    pub(crate) fn are_zero(&self) -> bool {
+        let forces = self.force.is_some() || self.load.is_some() || self.convecting.is_some();
+        self.coefficient == 0.0 && !forces
+    }
+
     /// `∇·d / 2`; zero without this part.
     pub(crate) fn half_divergence(&self, point: &PointValues) -> f64 {
         (self.divergence_of).map_or(0.0, |d| 0.5 * point.gradient(d).trace())
@@ -112,7 +132,7 @@ impl InertialTerms<'_> {
     /// Refuses fields of another length than the nodes.
     pub(crate) fn check(&self, nodes: usize) -> Result<(), StokesError> {
         let fields = [self.force, self.load, self.convecting, self.divergence_of];
-        for field in fields.into_iter().chain([self.wall_velocity]) {
+        for field in fields.into_iter().chain([self.wall_velocity, self.near]) {
             let found = field.map_or(nodes, <[_]>::len);
             if found != nodes {
                 return Err(rigid::RigidError::Length {

@@ -85,12 +85,8 @@ pub fn solve_system(
 ) -> Result<Solutions, StokesError> {
     let system = &assembled.system;
     let mut solutions = vec![vec![0.0; assembled.rhs.len()]; rhs.len()];
-    let mut parameters = KrylovParams::default().with_rel_tol(rtol);
-    if !system.velocity_block().has_symmetric_stiffness() {
-        parameters = parameters
-            .with_restart(UNSYMMETRIC_RESTART)
-            .with_max_iterations(MAX_UNSYMMETRIC_ITERATIONS);
-    }
+    let has_convection = !system.velocity_block().has_symmetric_stiffness();
+    let parameters = krylov(rtol, has_convection);
     let start = Instant::now();
     let mut columns: Vec<&mut [f64]> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
     if solver != Solver::Direct {
@@ -138,6 +134,17 @@ pub fn solve_system(
     })
 }
 
+/// Parameters of a Krylov method that stops at the true relative residual `rtol`.
+fn krylov(rtol: f64, has_convection: bool) -> KrylovParams {
+    let parameters = KrylovParams::default().with_rel_tol(rtol);
+    match has_convection {
+        true => parameters
+            .with_restart(UNSYMMETRIC_RESTART)
+            .with_max_iterations(MAX_UNSYMMETRIC_ITERATIONS),
+        false => parameters,
+    }
+}
+
 /// Preconditioner of a solver for an assembled system, or for operators near it.
 pub fn preconditioner(
     assembled: &Constrained,
@@ -155,14 +162,14 @@ pub fn preconditioner(
     })
 }
 
-/// Solves with an operator near a system, by the [`preconditioner`] of the system.
+/// Solves with an operator near a system, by the [`preconditioner`] of the system, from `solution`.
 pub fn solve_near(
-    operator: &dyn LinearOperator,
+    (operator, has_convection): (&dyn LinearOperator, bool),
     preconditioner: &mut dyn Preconditioner,
     (rhs, solution): (&[f64], &mut [f64]),
     (solver, rtol): (Solver, f64),
 ) -> Result<SolveReport, LinalgError> {
-    let parameters = KrylovParams::default().with_rel_tol(rtol);
+    let parameters = krylov(rtol, has_convection);
     match solver {
         Solver::Minres => minres(operator, preconditioner, rhs, solution, &parameters),
         Solver::Schwarz { .. } => {

@@ -60,6 +60,15 @@ impl Linearised {
         nodes.map(|force| Vector3::from(*force)).collect()
     }
 
+    /// Whether the scalar matrix has convection.
+    pub fn has_convection(&self) -> bool {
+        !self
+            .system
+            .system
+            .velocity_block()
+            .has_symmetric_stiffness()
+    }
+
     fn multiply(&self, x: &[f64], y: &mut [f64]) -> Result<(), StokesError> {
         let (velocity, pressure) = self.system.flow_of_loads(x)?;
         let forces = self.coupled_forces(&velocity);

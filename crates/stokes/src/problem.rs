@@ -179,6 +179,20 @@ impl<'a> Problem<'a> {
         self.mesh
     }
 
+    /// The space of the problem, or a new one.
+    pub(crate) fn space_or_new<'s>(
+        &self,
+        new: &'s mut Option<TaylorHood>,
+    ) -> Result<&'s TaylorHood, StokesError>
+    where
+        'a: 's,
+    {
+        match self.space {
+            Some(space) => Ok(space),
+            None => Ok(new.insert(TaylorHood::new(self.mesh)?)),
+        }
+    }
+
     /// Role of each node of the mesh: free, on a wall, or on a body.
     pub fn roles(&self) -> Vec<NodeRole> {
         let mut roles = vec![NodeRole::Free; self.mesh.n_points()];
@@ -284,14 +298,8 @@ impl<'a> Problem<'a> {
         terms: Option<&InertialTerms>,
     ) -> Result<(Constrained, Vec<Vector3<f64>>), StokesError> {
         let mesh = self.mesh;
-        let new_space;
-        let space = match self.space {
-            Some(space) => space,
-            None => {
-                new_space = TaylorHood::new(mesh)?;
-                &new_space
-            }
-        };
+        let mut new_space = None;
+        let space = self.space_or_new(&mut new_space)?;
         let roles = self.roles();
         let bodies = self.surface_bodies()?;
         let matrices = space.matrices(mesh)?;
@@ -310,8 +318,7 @@ impl<'a> Problem<'a> {
                 if let Some(velocity) = terms.wall_velocity {
                     nodes = nodes.with_wall_velocity(velocity);
                 }
-                let laplacian = matrices.vertex_stiffness.clone();
-                let (inertia, forces) = terms.assemble(space, mesh, laplacian)?;
+                let (inertia, forces) = terms.assemble(space, mesh, &matrices)?;
                 let matrices = fluid_matrices(matrices);
                 (
                     RigidFluid::with_inertia(matrices, inertia, nodes, &bodies)?,

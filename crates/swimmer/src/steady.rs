@@ -324,6 +324,9 @@ fn on_mesh(scene: &Scene, moves_with_body: bool) -> Result<SteadySolution, SwimE
     };
     let mut parameters = SteadyParameters::default();
     parameters.options = moving.options();
+    if let Some(law) = moving.law() {
+        parameters = parameters.with_law(law);
+    }
     let solve = |stages| flow.solve(&drive, moving.density(), &parameters.with_stages(stages));
     let mut found = match solve(STAGES[0]) {
         Err(InertiaError::NotSteady { .. } | InertiaError::Stokes(_)) => solve(STAGES[1])?,

@@ -3,6 +3,7 @@
 mod added_mass;
 mod examples;
 mod impedance;
+mod laws;
 mod moving;
 mod referee;
 mod start_up;

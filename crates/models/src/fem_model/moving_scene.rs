@@ -14,11 +14,12 @@ use super::mesh_generator::{MeshGenerator, Placement, Source};
 use super::meshes::check_rotations;
 use super::reference_mesh::{ReferenceMesh, mesh_motions};
 use super::scene_solution::{ScaledFlow, ToScene};
-use super::solver_options;
+use super::{law_in_space, solver_options};
 use crate::error::ModelError;
 use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
 use crate::surface_motion::SurfaceMotion;
+use scene::rheology::Law;
 use scene::{Scene, Slip};
 
 /// Bodies, loads, slip and walls of a scene in scaled units, for an integration in time of fluid
@@ -29,17 +30,26 @@ use scene::{Scene, Slip};
 /// divided by the smallest radius, the viscosity is 1, and times are those of the scene.
 pub struct MovingScene {
     scaled: ScaledScene,
+    law: Option<Law>,
     /// Slip of each body with a surface, and the surface centred at the origin; none without slip.
     slips: Vec<Option<(Slip, Box<dyn Surface>)>>,
     surface_names: Vec<String>,
     walls: Vec<String>,
 }
 
+/// Whether a law has the viscosity 1 at all shear rates, up to rounding by the scale.
+fn is_newtonian(law: &Law) -> bool {
+    const ROUNDING: f64 = 1e-12;
+    let viscosity = law.constant_viscosity();
+    viscosity.is_some_and(|viscosity| (viscosity - 1.0).abs() <= ROUNDING)
+}
+
 impl MovingScene {
     /// Scales a scene.
     ///
     /// # Errors
-    /// Joints or fixed bodies that contradict each other; a mesh file that cannot be read.
+    /// Joints or fixed bodies that contradict each other; a mesh file that cannot be read; a power
+    /// law of an index that elements in space do not have.
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
         let scaled = ScaledScene::new(scene)?;
         let generator = MeshGenerator::new(scene, &scaled.scale)?;
@@ -51,6 +61,7 @@ impl MovingScene {
         Ok(Self {
             slips: scaled.surfaced().map(slip).collect(),
             surface_names: generator.tags().map(str::to_owned).collect(),
+            law: law_in_space(&scaled)?.filter(|law| !is_newtonian(law)),
             walls: (generator.wall_tags().into_iter().map(str::to_owned)).collect(),
             scaled,
         })
@@ -112,6 +123,11 @@ impl MovingScene {
     /// time.
     pub fn density(&self) -> f64 {
         self.scaled.scale.density(self.scene().fluid_density())
+    }
+
+    /// Viscosity law of the fluid; none for a Newtonian fluid, also where a law has one viscosity.
+    pub fn law(&self) -> Option<&Law> {
+        self.law.as_ref()
     }
 
     /// Masses and moments of inertia of all bodies, in their axes; zero for bodies without.

@@ -17,7 +17,7 @@ use super::mesh_generator::{Placement, Surfaced};
 use super::meshes::{Meshes, PlacedMesh};
 use super::moving_frame::MovingFrame;
 use super::scene_solution::{ScaledFlow, ToScene};
-use super::{FemModel, MAX_GUESSES, MeshAt};
+use super::{FemModel, MAX_GUESSES, MeshAt, law_in_space};
 use crate::error::ModelError;
 use crate::hydrodynamics::Hydrodynamics;
 use crate::query::{Configuration, Query};
@@ -61,12 +61,6 @@ type Solved = (Vec<InstantaneousSolution>, Option<Adaptable>);
 /// The solve of one small system leaves threads idle, those of several do not. Large systems use
 /// all threads by themselves, and several would need several times the memory.
 const MAX_DOFS: usize = 200_000;
-
-/// Least index of a power law in space.
-///
-/// At 0.1 the force on a sphere by coarse elements was off by 17 %, with a bar of 5 %: linearised
-/// corrections do not reach so far. At 0.3 bars held.
-const LEAST_INDEX: f64 = 0.3;
 
 impl PlacedQuery {
     /// Whether the cells of its mesh are other ones than those of the query before.
@@ -370,10 +364,10 @@ impl FemModel {
     ///
     /// # Errors
     /// [`ModelError::Unsupported`] in unbounded fluid for a law that is not Newtonian far away, and
-    /// for held bodies, whose force a fluid at rest far away does not balance linearly; for a power
-    /// law of an index below [`LEAST_INDEX`].
+    /// for held bodies, whose force a fluid at rest far away does not balance linearly; those of
+    /// [`law_in_space`].
     fn law_in_domain(&self, has_fixed: bool) -> Result<Option<Law>, ModelError> {
-        let law = self.scaled.law();
+        let law = law_in_space(&self.scaled)?;
         let at_rest = law.as_ref().map(|law| law.unregularised_viscosity(0.0));
         let is_newtonian_at_rest =
             at_rest.is_none_or(|viscosity| viscosity > 0.0 && viscosity.is_finite());
@@ -388,21 +382,7 @@ impl FemModel {
                 "set domain.kind = \"ball\" with a large radius",
             ));
         }
-        match law {
-            Some(Law::PowerLaw { index, .. } | Law::HerschelBulkley { index, .. })
-                if index < LEAST_INDEX =>
-            {
-                let what = format!("index {index} by elements in space");
-                Err(ModelError::unsupported(
-                    format!("{}: {what}", self.scaled.scene.place("fluid.index")),
-                    &format!(
-                        "increase it to {LEAST_INDEX}, or place the bodies on an axis for \
-                         model.kind = \"axisymmetric\""
-                    ),
-                ))
-            }
-            law => Ok(law),
-        }
+        Ok(law)
     }
 
     /// The map from a moving frame to the laboratory, in scaled units.

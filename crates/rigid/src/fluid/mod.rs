@@ -128,12 +128,14 @@ impl RigidFluid {
     /// ([`Constrained::rhs_of_forces`](crate::Constrained::rhs_of_forces),
     /// [`Constrained::flow_with_forces`](crate::Constrained::flow_with_forces)), also on those of
     /// bodies. There is no volume term, and moments of surface velocities are not used: stresslets
-    /// are then the first moments of the traction alone.
+    /// are then the first moments of the traction alone. `inertia` is that of
+    /// [`RigidFluid::with_inertia`].
     ///
     /// # Errors
-    /// Those of [`RigidFluid::new`].
+    /// Those of [`RigidFluid::new`] and [`RigidFluid::with_inertia`].
     pub fn with_stress_on_nodes(
         matrices: FluidMatrices,
+        inertia: Option<Inertia>,
         nodes: FluidNodes,
         bodies: &[SurfaceBody],
     ) -> Result<Self, RigidError> {
@@ -142,23 +144,36 @@ impl RigidFluid {
             surface_moments: &moments,
             ..nodes
         };
-        Self::split(matrices, None, 0.0, nodes, bodies)
+        match inertia {
+            None => Self::split(matrices, None, 0.0, nodes, bodies),
+            Some(inertia) => Self::split_inertial(matrices, inertia, 0.0, nodes, bodies),
+        }
     }
 
     /// Splits the matrices of a fluid with inertia; `matrices` are those without.
     ///
-    /// The stiffness becomes `K + κ M + N`, and that of the vertices `K_c + κ M_p`, since the
-    /// pressures are linear functions of the vertices. The volume term of the bodies is viscous and
-    /// does not change. With convection the border rows contain the transpose of the matrix and the
-    /// system is not symmetric. The preconditioner has the Schur complement of inertia with the
-    /// motions of the bodies
+    /// The stiffness becomes `K + κ M + N`, and that of the vertices `K_c + κ M_c`. The volume term
+    /// of the bodies is viscous and does not change. With convection the border rows contain the
+    /// transpose of the matrix and the system is not symmetric. The preconditioner has the Schur
+    /// complement of inertia with the motions of the bodies
     /// ([`BlockTriangular::with_inertia`](linalg::BlockTriangular::with_inertia)).
     ///
     /// # Errors
     /// Those of [`RigidFluid::new`]; matrices of inertia whose sizes do not fit.
     pub fn with_inertia(
+        matrices: FluidMatrices,
+        inertia: Inertia,
+        nodes: FluidNodes,
+        bodies: &[SurfaceBody],
+    ) -> Result<Self, RigidError> {
+        Self::split_inertial(matrices, inertia, 1.0, nodes, bodies)
+    }
+
+    /// `viscosity` is that of the volume term of the bodies.
+    fn split_inertial(
         mut matrices: FluidMatrices,
         inertia: Inertia,
+        viscosity: f64,
         nodes: FluidNodes,
         bodies: &[SurfaceBody],
     ) -> Result<Self, RigidError> {
@@ -168,6 +183,7 @@ impl RigidFluid {
         let Inertia {
             coefficient,
             mass,
+            vertex_mass,
             convection,
             pressure_laplacian,
         } = inertia;
@@ -178,11 +194,8 @@ impl RigidFluid {
         )?;
         let mass = mass.into_csr();
         matrices.stiffness = sum(matrices.stiffness, coefficient, &mass);
-        matrices.vertex_stiffness = sum(
-            matrices.vertex_stiffness,
-            coefficient,
-            &matrices.pressure_mass,
-        );
+        matrices.vertex_stiffness = sum(matrices.vertex_stiffness, coefficient, &vertex_mass);
+        drop(vertex_mass);
         // matrices are freed as soon as they are not needed: the assembly is the peak of memory
         let mass_diagonal: Vec<f64> = (0..mass.rows())
             .map(|i| mass.get(i, i).copied().unwrap_or(0.0))
@@ -196,7 +209,7 @@ impl RigidFluid {
             Some((of_velocity, of_pressure)) => (Some(of_velocity.into_csr()), Some(of_pressure)),
             None => (None, None),
         };
-        let mut fluid = Self::split(matrices, convection, 1.0, nodes, bodies)?;
+        let mut fluid = Self::split(matrices, convection, viscosity, nodes, bodies)?;
         fluid.surfaces.pressure_scale = scale;
         if coefficient > 0.0 || pressure_convection.is_some() {
             let free = fluid.surfaces.free_nodes.iter();

@@ -6,6 +6,7 @@ use linalg::WarmStart;
 use mesh::TetMesh;
 use mesher::Container;
 use nalgebra::{Matrix3, Matrix6, Vector3};
+use rheology::Law;
 use rigid::{
     Arms, Articulation, BodyKind, Constraints, DirectRows, Drive, Eliminated, ExternalLoad,
     Formulation, Lagrange,
@@ -247,4 +248,25 @@ fn all_formulations_give_the_same_step() {
         let refused = solve(&Eliminated, &terms, solver).unwrap_err().to_string();
         assert!(refused.contains("symmetric"), "{refused}");
     }
+}
+
+/// With a law only the nonlinear solve is right.
+#[test]
+fn a_linear_system_of_a_fluid_with_a_law_is_refused() {
+    let mesh = sphere_in_ball(0.8, 5.0, [true, true, false]);
+    let set = free_sphere();
+    let constraints = with_mass(&set, 1.0, 1.0);
+    let drive = Drive {
+        set: &set,
+        constraints: &constraints,
+        loads: &[ExternalLoad::default()],
+    };
+    let law = Law::Newtonian { viscosity: 2.0 };
+    let terms = InertialTerms {
+        law: Some(&law),
+        ..InertialTerms::default()
+    };
+    let problem = Problem::new(&mesh, &[("sphere", Vec3::zeros())], &[Container::TAG]).unwrap();
+    let assembled = problem.assemble_inertial(&drive, &Eliminated, &terms);
+    assert!(matches!(assembled.err(), Some(StokesError::NotLinear)));
 }

@@ -147,9 +147,12 @@ impl<'a> SpatialFluid<'a> {
             InertiaKind::Full => Convection::Full,
             _ => Convection::Neglected,
         };
-        let parameters = Parameters::new(moving.density())
+        let mut parameters = Parameters::new(moving.density())
             .with_convection(convection)
             .with_options(moving.options());
+        if let Some(law) = moving.law() {
+            parameters = parameters.with_law(law);
+        }
         let meshes = SceneMeshes(Rc::new(RefCell::new(moving.meshes()?)));
         let supplied = Box::new(meshes.clone());
         let volumes = moving.scene().bodies().iter();

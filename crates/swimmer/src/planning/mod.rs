@@ -218,22 +218,11 @@ pub(crate) enum Discretisation {
 ///
 /// # Errors
 /// [`ModelError::Unsupported`] for a model without the inertia of the fluid, or that does not have
-/// the scene; for a viscosity law in space.
+/// the scene.
 pub(crate) fn discretisation(scene: &Scene) -> Result<Discretisation, ModelError> {
     match (scene.model().kind, MovingAxis::check(scene)) {
         (ModelKind::Auto | ModelKind::Axisymmetric, Ok(())) => Ok(Discretisation::Meridian),
         (ModelKind::Axisymmetric, Err(error)) => Err(error),
-        (ModelKind::Auto | ModelKind::Fem, _) if scene.viscosity_law().is_some() => {
-            Err(ModelError::Unsupported {
-                what: format!(
-                    "{}: inertia of a fluid with a viscosity law by elements in space",
-                    scene.place("fluid.inertia")
-                ),
-                instead: "put spheres or spheroids on an axis of a ball, or set fluid.rheology = \
-                          \"newtonian\" or fluid.inertia = \"none\""
-                    .to_owned(),
-            })
-        }
         (ModelKind::Auto | ModelKind::Fem, _) => Ok(Discretisation::Spatial),
         (kind, _) => Err(ModelError::Unsupported {
             what: format!(
