@@ -10,6 +10,10 @@ const DEFAULT_SURFACE_SIZE: f64 = 0.4;
 /// Largest growth of the element size with the distance; a larger one makes poor cells.
 const MAX_GROWTH: f64 = 0.3;
 
+/// Largest growth of the element size in coarse meshes with which others are compared: the largest
+/// that the mesh generator accepts.
+pub const MAX_COARSE_GROWTH: f64 = 0.6;
+
 /// Growth of the element size in adapted meshes.
 ///
 /// Where the flow is smooth, elements should become large within a short distance. This costs some

@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::cylinder;
-use super::element_size::{ADAPTED_GROWTH, growth, surface_size};
+use super::element_size::{ADAPTED_GROWTH, MAX_COARSE_GROWTH, growth, surface_size};
 use super::far_field::FarField;
 use super::mesh_file;
 use crate::ModelError;
@@ -183,6 +183,8 @@ pub(super) struct MeshGenerator {
     pub symmetry_planes: [bool; 3],
     /// Element sizes of an adapted mesh; without them, sizes grow with the distance from bodies.
     sizes: Option<SizeMap>,
+    /// Factor on all element sizes, those far from bodies included.
+    coarsening: f64,
 }
 
 impl MeshGenerator {
@@ -226,7 +228,17 @@ impl MeshGenerator {
             mesher: scene.fem().mesher,
             symmetry_planes: scene.fem_symmetry_planes(),
             sizes: None,
+            coarsening: 1.0,
         })
+    }
+
+    /// The same with all element sizes multiplied by a factor, on bodies and in the fluid.
+    ///
+    /// A factor on the sizes on bodies alone ([`FemOptions::size_factor`](scene::FemOptions)) hardly
+    /// changes large elements far from them, because their growth is limited.
+    pub fn coarsened(mut self, factor: f64) -> Self {
+        self.coarsening = factor;
+        self
     }
 
     /// Moves and turns bodies onto the symmetry planes that they are off by rounding errors only.
@@ -455,7 +467,7 @@ impl MeshGenerator {
             .map(|((s, name), surface)| MeshedBody {
                 name,
                 surface: &**surface,
-                size: s.size_at(&placement.values),
+                size: self.coarsening * s.size_at(&placement.values),
             })
             .collect();
         let finest = self
@@ -464,7 +476,7 @@ impl MeshGenerator {
             .map(|s| s.relative_size)
             .fold(f64::INFINITY, f64::min);
         let mut parameters = GenerateParams::default();
-        parameters.growth = growth(finest);
+        parameters.growth = (self.coarsening * growth(finest)).min(MAX_COARSE_GROWTH);
         parameters.symmetry_planes = self.symmetry_planes;
         // The half of the ball above the wall is that above a symmetry plane.
         parameters.symmetry_planes[2] |= self.has_plane_wall();

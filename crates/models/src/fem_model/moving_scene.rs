@@ -35,6 +35,8 @@ pub struct MovingScene {
     slips: Vec<Option<(Slip, Box<dyn Surface>)>>,
     surface_names: Vec<String>,
     walls: Vec<String>,
+    /// Factor on the element sizes of its meshes.
+    coarsening: f64,
 }
 
 /// Whether a law has the viscosity 1 at all shear rates, up to rounding by the scale.
@@ -64,7 +66,18 @@ impl MovingScene {
             law: law_in_space(&scaled)?.filter(|law| !is_newtonian(law)),
             walls: (generator.wall_tags().into_iter().map(str::to_owned)).collect(),
             scaled,
+            coarsening: 1.0,
         })
+    }
+
+    /// The same with all element sizes of generated meshes multiplied by a factor, on bodies and
+    /// far from them, for an estimate of the error of the mesh.
+    #[must_use]
+    pub fn coarsened(self, factor: f64) -> Self {
+        Self {
+            coarsening: factor,
+            ..self
+        }
     }
 
     /// The scene, in its own units.
@@ -221,7 +234,7 @@ impl MovingScene {
     /// A mesh file that cannot be read.
     pub fn meshes(&self) -> Result<MovingMeshes, ModelError> {
         let scene = self.scene();
-        let generator = MeshGenerator::new(scene, &self.scaled.scale)?;
+        let generator = MeshGenerator::new(scene, &self.scaled.scale)?.coarsened(self.coarsening);
         let is_from_file = matches!(generator.source, Source::File { .. });
         let motion = mesh_motions(scene.fem().mesh_motion, is_from_file).swap_remove(0);
         Ok(MovingMeshes {

@@ -9,7 +9,7 @@ use crate::added_mass::AddedMassForces;
 use crate::error::SwimError;
 use crate::kinetic_energy::KineticEnergy;
 
-/// Factor on the element sizes of a coarser mesh in space.
+/// Factor on all element sizes of a coarser mesh in space, on bodies and in the fluid.
 ///
 /// Errors on it are then two to four times as large: the second order is what is left of the third
 /// or fourth where boundary layers and wakes are not resolved.

@@ -48,10 +48,11 @@ impl SpatialScene {
         if is_file || scene.fem().estimates == EstimatesKind::Off {
             return Ok(None);
         }
-        let factor = COARSER * scene.fem().size_factor.unwrap_or(1.0);
-        // A factor that is too large for the scene.
-        let coarser = scene.with_size_factor(Some(factor)).ok();
-        coarser.map(|coarser| Self::new(&coarser)).transpose()
+        let fine = Self::new(scene)?;
+        Ok(Some(Self {
+            moving: fine.moving.coarsened(COARSER),
+            ..fine
+        }))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Periodic states of fluids with inertia.
 
-use scene::Scene;
+use scene::{InertiaKind, Scene};
 use swimmer::{Outcome, Progress, Report, SwimError, run_without_files};
 use testkit::{contains, within};
 
@@ -60,6 +60,32 @@ fn a_squirmer_in_its_periodic_state_has_its_steady_speed() {
     let from_rest = outcome(&SQUIRMER.replace("periodic = true, ", ""));
     let lost = exact - from_rest.displacement[0].z;
     assert!(lost > 10.0 * bar, "{lost} {bar}");
+}
+
+/// `fluid.inertia = "auto"` decides by a Stokes run, which has no state to search for, and searches
+/// for the periodic state with inertia where it keeps it.
+///
+/// Inertia changes the speed of this puller by `3 β ρ B_1 / 20`, 9e-5 and 3e-2 of it. The faster one
+/// comes so near to the wall within forty cycles that there is no periodic state.
+#[test]
+fn auto_searches_for_the_periodic_state_where_it_keeps_inertia() {
+    let puller = |kind: &str, b1: f64| {
+        let slip = format!("b1 = {b1}, b2 = {}", 3.0 * b1);
+        let text = SQUIRMER.replace("b1 = 1.5e-3", &slip);
+        text.replace("unsteady", kind)
+    };
+    let [auto, full] = ["auto", "full"].map(|kind| report(&puller(kind, 2e-4)));
+    let kinds = [&auto, &full].map(|report| report.scene.inertia().kind);
+    assert_eq!(kinds, [InertiaKind::Auto, InertiaKind::Full]);
+    let searched = [&auto, &full].map(|report| report.outcome.periodic_start.is_some());
+    assert_eq!(searched, [false, true], "{:?}", auto.reasons);
+    let [a, b] = [&auto, &full].map(|report| report.outcome.displacement[0].z);
+    let bars = [&auto, &full].map(|report| report.outcome.error_estimate.total());
+    // No bar of a Stokes run has what it neglects.
+    let bar = bars[0] + bars[1] + 2e-4 * b;
+    within(a - b, bar, "displacement without inertia");
+    let kept = error(&puller("auto", 6e-2));
+    assert!(matches!(kept, SwimError::NotPeriodicFlow { .. }), "{kept}");
 }
 
 /// A run from the periodic state goes on as one from rest after the same cycles, in space too.
