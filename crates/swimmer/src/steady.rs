@@ -124,10 +124,10 @@ fn in_space(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimError> {
 /// Error of the second order over the difference between two meshes, relative to that of meshes
 /// whose element sizes differ by [`COARSER`].
 ///
-/// Elements cannot be arbitrarily large on a sphere, in a gap and at a wall. Where they are as large
-/// as possible, the coarser mesh has larger ones elsewhere only, and the mean ratio of the sizes
-/// follows from the numbers of degrees of freedom. None for meshes that are nearly equal: they say
-/// nothing of the error.
+/// Elements cannot be arbitrarily large on a sphere, in a gap and at a wall. Where they are as
+/// large as possible, the coarser mesh has larger ones elsewhere only, and the mean ratio of the
+/// sizes follows from the numbers of degrees of freedom. None for meshes that are nearly equal:
+/// they say nothing of the error.
 fn share(fine: &InstantaneousSolution, coarse: &InstantaneousSolution) -> Option<f64> {
     /// The difference is then a sixth of the error.
     const LEAST_RATIO: f64 = 1.08;

@@ -234,8 +234,8 @@ impl MeshGenerator {
 
     /// The same with all element sizes multiplied by a factor, on bodies and in the fluid.
     ///
-    /// A factor on the sizes on bodies alone ([`FemOptions::size_factor`](scene::FemOptions)) hardly
-    /// changes large elements far from them, because their growth is limited.
+    /// A factor on the sizes on bodies alone, such as `fem.size_factor`, hardly changes large
+    /// elements far from them, because their growth is limited.
     pub fn coarsened(mut self, factor: f64) -> Self {
         self.coarsening = factor;
         self
