@@ -42,8 +42,8 @@ const THICK_LAYERS: f64 = 10.0;
 ///
 /// By the second order the error is 1.04 times the difference, by the fourth 0.35 times. Of the
 /// speeds of squirmers with ratios of their modes from -3 to 3, densities of 0.1 to 10 and size
-/// factors of 0.6 to 1.25 the error is at most 0.65 times the difference or [`FINER`] times the
-/// other one, 0.16 times at the median (`docs/decisions.md`).
+/// factors of 0.6 to 3 the error is at most 0.65 times the difference or [`FINER`] times the
+/// other one, 0.2 times at the median (`docs/decisions.md`).
 const BAR: f64 = 1.5;
 
 /// Factor from the difference between the two coarser of three meshes to that of the two finer.
