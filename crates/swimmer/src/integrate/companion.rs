@@ -79,9 +79,10 @@ impl<'a> WithCompanion<'a> {
     }
 
     /// Of meshes in space whose sizes differ by [`COARSER`] and which take the same steps: the
-    /// share is 1 for the second order and 0.35 for the fourth.
+    /// share is 1 for the second order and 0.35 for the fourth. Of speeds of squirmers in steady
+    /// flow it is 0.29 at the median, of the stroke of three spheres at a Reynolds number of 1 0.26.
     pub fn of_space(fine: Box<dyn MovingFluid + 'a>, coarse: Box<dyn MovingFluid + 'a>) -> Self {
-        Self::new([fine, coarse], 0.5, false)
+        Self::new([fine, coarse], 0.35, false)
     }
 
     /// Of elements in the meridian plane whose orders differ by one, by which errors change by
