@@ -5,10 +5,11 @@
 //! A = | 1  B^T |    B u = σ v,  B^T v = σ u:   A (u, -v) = (1 - σ) (u, -v)
 //!     | B   1  |
 //! ```
-//! so that singular values near one are eigenvalues near zero. Flows in a gap whose azimuthal number
-//! `m` about its axis is below its inverse bispherical coordinate have them: `1 - σ` is some `(m ξ)^2`,
-//! which without preconditioner makes iterations grow as `1/ξ`. With such unit vectors `w = (u, -v)/√2` of all
-//! narrow gaps the preconditioner is
+//! so that singular values near one are eigenvalues near zero. The softest flow of a gap
+//! with the bispherical coordinate `ξ` has `1 - σ` of about `ξ^2`, and low azimuthal numbers have
+//! more of them the narrower the gap is,
+//! which without preconditioner makes iterations grow as `1/ξ`. With such unit vectors
+//! `w = (u, -v)/√2` of all narrow gaps the preconditioner is
 //! ```text
 //! 1 + sum σ/(1 - σ) w w^T
 //! ```

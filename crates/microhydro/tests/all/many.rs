@@ -386,8 +386,8 @@ fn linked_spheres_by_expansions_move_as_by_their_resistance() {
     assert!(error < 1e-5, "{error}");
 }
 
-/// The soft flows of gaps are in the preconditioner: without them iterations grew as the inverse
-/// bispherical coordinate, 3.2 times from gaps of 0.05 to 0.005, and so did those of unequal spheres.
+/// The soft flows of gaps are in the preconditioner: without them iterations grow as the inverse
+/// bispherical coordinate, 3.2 times from gaps of 0.05 to 0.005.
 #[test]
 fn iterations_hardly_grow_in_narrow_gaps() {
     let iterations = |gap: f64| {
