@@ -22,13 +22,12 @@ use crate::solution::{InstantaneousSolution, Stresslets};
 /// second serves all rates of the joints in a configuration.
 const FEW: usize = 16;
 
-/// Bispherical coordinate below which gaps are narrow: 0.0225 radii between equal spheres.
-///
-/// The iteration converges by a factor of e in 0.7 steps over the coordinate.
+/// Bispherical coordinate below which gaps are narrow, 0.0225 radii between equal spheres: errors
+/// over residuals grow in narrower ones, whose softest flow has an eigenvalue of about its square.
 const NARROW: f64 = 0.15;
 
 /// Largest relative error of a solution over its residual in gaps that are not [`NARROW`], with a
-/// margin: the iteration converges by a factor of e in one to a few steps.
+/// margin.
 const RESIDUAL_FACTOR: f64 = 10.0;
 
 /// How accurately solutions are computed, and their errors estimated.

@@ -79,8 +79,9 @@ impl<'a> WithCompanion<'a> {
     }
 
     /// Of meshes in space whose sizes differ by [`COARSER`] and which take the same steps: the
-    /// share is 1 for the second order and 0.35 for the fourth. Of speeds of squirmers in steady
-    /// flow it is 0.29 at the median, of the stroke of three spheres at a Reynolds number of 1 0.26.
+    /// share is 1 for the second order and 0.35 for the fourth. It is 0.29 at the median for the
+    /// speeds of squirmers in steady flow, and 0.26 for the stroke of three spheres at a Reynolds
+    /// number of 1.
     pub fn of_space(fine: Box<dyn MovingFluid + 'a>, coarse: Box<dyn MovingFluid + 'a>) -> Self {
         Self::new([fine, coarse], 0.35, false)
     }

@@ -535,7 +535,7 @@ fn inertia_together_with_a_law_has_the_units_of_the_scene() {
     let bar = steady.solution.error_estimate.total();
     let found = steady.solution.bodies[0].velocity.x;
     within(found - speed, bar, "speed by elements in space");
-    assert!(bar < 0.03 * speed, "{bar}");
+    assert!(bar < 0.05 * speed, "{bar}");
 }
 
 /// Forces on a sphere at `Re = ρ a U / μ = 1` and shear numbers `λ U / a` of 1 and 10, index 0.5,

@@ -1,0 +1,364 @@
+//! The orders of all spheres and pairs of [`MultipoleMobility`], before anything is computed, and
+//! what a solution costs.
+//!
+//! [`MultipoleMobility`]: super::MultipoleMobility
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::far_images::{FAR_ORDER, FarImages};
+use super::memory;
+use super::modes::Modes;
+use super::orders::Accuracy;
+use super::pair_preconditioner::NarrowPair;
+use super::pair_product::{self, Line, PairOrders};
+use super::truncation::{self, Gap, GapCoordinates};
+use crate::periodic::{check_box, images_within, nearest_image};
+use crate::{HydroError, Medium, Spheres};
+
+/// Factor on the tolerance of couplings of [`Variant::Neglecting`].
+///
+/// The change is then larger than what is neglected. Couplings of orders below those of their
+/// spheres lose at least one degree.
+const MORE_NEGLECTED: f64 = 30.0;
+
+/// Order of a coupling from the order that its pair needs: with four degrees orders lower by two
+/// still contain the stresslets, and the change by them has the geometric decay of others.
+fn pair_order(needed: usize, of_sphere: usize) -> usize {
+    needed.max(LOWEST_ORDER).min(of_sphere)
+}
+
+/// Part of the tolerance below which couplings are neglected.
+const NEGLECTED: f64 = 1e-2;
+
+/// By how much [`Variant::Lowered`] is lower.
+pub(super) const LOWERED: usize = 2;
+
+/// Part of the target of the flows about the axis of a gap that higher azimuthal numbers have.
+///
+/// Third spheres drive them, so that their errors are no squares. Among 27 spheres at gaps of 0.1
+/// velocities changed by 3e-3 with the order instead of 2e-4 where they had the same target.
+const REGULAR: f64 = 1e-2;
+
+/// Highest order of an expansion: that of a gap of [`NARROWEST`] at a tolerance of 1e-5.
+const MAX_ORDER: usize = 560;
+
+/// Bispherical coordinate of the narrowest gap: that of the larger one of two spheres whose radii
+/// are 1 and 2 at a gap of 0.001 smaller radii; between equal spheres it is 0.03.
+///
+/// The lowest eigenvalue falls with the gap. With lower orders the matrix of 27 spheres in a cube
+/// at gaps of 0.003 was indefinite at a tolerance of 1e-2, at gaps of 0.01 it was not.
+const NARROWEST: f64 = 0.018;
+
+/// Lowest order: that below it by two has the stresslets.
+const LOWEST_ORDER: usize = 4;
+
+/// The orders of all spheres and pairs, before anything is computed.
+pub(super) struct Plan {
+    /// Orders of the spheres.
+    pub orders: Vec<usize>,
+    /// Pairs with the orders of their coupling, similar ones next to each other.
+    pub pairs: Vec<PlannedPair>,
+    pub tail: f64,
+    /// Bispherical coordinate of the narrowest gap.
+    pub narrowest: f64,
+    pub is_periodic: bool,
+}
+
+/// Size and time of a solution by expansions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ExpansionCost {
+    /// Number of multipoles.
+    pub dofs: usize,
+    /// Memory in MiB.
+    pub mib: f64,
+    /// Seconds on two cores, with the error bar. Counted and not measured: the same everywhere.
+    pub seconds: f64,
+}
+
+/// Iterations for each digit, `e` as base, of the residual and for a bispherical coordinate of one.
+///
+/// Between equal spheres at gaps of 0.1 to 1 radii in cubes, they were 0.6 to 0.8.
+const ITERATIONS: f64 = 0.7;
+
+/// Most iterations for each digit: they were 2.1 to 3.6 in cubes at gaps of 0.1 to 0.01 and 3.1
+/// among random neighbours whose gaps begin at 0.0012.
+const MOST_ITERATIONS: f64 = 3.5;
+
+/// Solutions from which errors are estimated take as long as the first one.
+const SOLUTIONS: f64 = 2.0;
+
+/// Multiplications and additions per second of products, on two cores.
+const PRODUCT_RATE: f64 = 9e9;
+
+/// Longest time of a solution that is begun.
+const LONGEST_SECONDS: f64 = 3600.0;
+
+impl ExpansionCost {
+    /// # Errors
+    /// [`HydroError::TooCostly`].
+    pub(super) fn check(&self) -> Result<(), HydroError> {
+        if self.mib <= memory::MAX_MIB && self.seconds <= LONGEST_SECONDS {
+            return Ok(());
+        }
+        Err(HydroError::TooCostly {
+            dofs: self.dofs,
+            mib: self.mib,
+            seconds: self.seconds,
+            most_mib: memory::MAX_MIB,
+            longest: LONGEST_SECONDS,
+        })
+    }
+}
+
+/// A pair with the orders of its coupling.
+pub(super) struct PlannedPair {
+    /// Source and target: the source has the higher order.
+    pub ends: [usize; 2],
+    /// From the source to the target.
+    pub line: Line,
+    /// Shift of the target, which is an image.
+    pub shift: Vector3<f64>,
+    pub orders: PairOrders,
+    /// The same of [`Variant::Neglecting`].
+    pub fewer: PairOrders,
+    /// Highest degree with all azimuthal numbers.
+    pub regular: usize,
+}
+
+/// Pairs that have the same highest degree with all azimuthal numbers: a multiple of the lanes of
+/// all vector registers.
+pub(super) const ALIKE: usize = 8;
+
+/// A sphere and another one, or an image, that couple as a pair.
+struct Neighbours {
+    gap: Gap,
+    /// Shift of the second one.
+    shift: Vector3<f64>,
+}
+
+impl Neighbours {
+    /// All pairs of spheres in unbounded fluid.
+    fn all(spheres: &Spheres) -> Vec<Self> {
+        let gaps = truncation::gaps(spheres, &Medium::Unbounded).into_iter();
+        let neighbours = gaps.map(|gap| Self {
+            gap,
+            shift: Vector3::zeros(),
+        });
+        neighbours.collect()
+    }
+
+    /// Spheres and images whose centres are within a distance, each pair once.
+    fn within(reach: f64, spheres: &Spheres, size: &Vector3<f64>) -> Vec<Self> {
+        let x = spheres.centres();
+        let mut all = Vec::new();
+        for (i, j) in (0..x.len()).flat_map(|j| (0..=j).map(move |i| (i, j))) {
+            let apart = x[j] - x[i];
+            images_within(
+                reach,
+                &nearest_image(&apart, size),
+                size,
+                |image, offset| {
+                    // of a sphere and its images one half has the other one as their reverse
+                    if i < j || image > [0; 3] {
+                        all.push(Self {
+                            gap: Gap::between(spheres, (i, j), offset.norm()),
+                            shift: offset - apart,
+                        });
+                    }
+                },
+            );
+        }
+        all
+    }
+
+    fn offset(&self, spheres: &Spheres) -> Vector3<f64> {
+        let (i, j) = self.gap.pair;
+        spheres.centres()[j] + self.shift - spheres.centres()[i]
+    }
+
+    /// Distance of the surfaces over the smaller radius.
+    fn clearance(&self, spheres: &Spheres) -> f64 {
+        spheres.relative_gap_at(self.gap.pair, self.offset(spheres).norm())
+    }
+}
+
+/// Distance of images in radii of the largest sphere from which the orders of the spheres follow.
+const NEAR: f64 = 6.0;
+
+/// Part of the tolerance below which couplings are neglected for the bispherical coordinates of all
+/// spheres: the lowest eigenvalue falls with the narrowest gap.
+fn neglected(xi: &GapCoordinates) -> f64 {
+    NEGLECTED * truncation::narrowest(xi).min(1.0).powi(3)
+}
+
+impl Plan {
+    pub fn new(
+        spheres: &Spheres,
+        period: Option<&Vector3<f64>>,
+        accuracy: &Accuracy,
+    ) -> Result<Self, HydroError> {
+        accuracy.check()?;
+        let (n, tolerance) = (spheres.len(), accuracy.tolerance);
+        let neighbours = match period {
+            None => {
+                // before the list of all pairs
+                memory::check(0.5 * (n as f64).powi(2) * PAIR, 11.0 * n as f64)?;
+                Neighbours::all(spheres)
+            }
+            Some(size) => {
+                check_box(spheres, size)?;
+                let largest = spheres.radii().iter().fold(0.0_f64, |most, a| most.max(*a));
+                let within = |reach: f64| {
+                    // 4.2 is a little more than 4π/3
+                    let images = (n as f64).powi(2) * 4.2 * reach.powi(3) / size.product();
+                    memory::check(0.5 * images * PAIR, 11.0 * n as f64)?;
+                    Ok(Neighbours::within(reach, spheres, size))
+                };
+                let nearest = within((NEAR * largest).max(1.001 * size.min()))?;
+                let gaps: Vec<Gap> = nearest.iter().map(|near| near.gap).collect();
+                let xi = GapCoordinates::narrowest_of(&gaps, n);
+                // Beyond it the order of the far images suffices.
+                let decay = -(neglected(&xi) * tolerance).ln() / (2.0 * (FAR_ORDER as f64 - 1.0));
+                within((2.0 * largest * decay.cosh()).max(1.001 * size.min()))?
+            }
+        };
+        let gaps: Vec<Gap> = neighbours.iter().map(|near| near.gap).collect();
+        let xi = GapCoordinates::narrowest_of(&gaps, n);
+        // spheres from which reflections come
+        let others = match period {
+            None => n,
+            Some(_) => 1 + 2 * neighbours.len() / n.max(1),
+        };
+        let target = truncation::first_target(&xi, others, tolerance);
+        let orders = truncation::for_tolerance(&xi, &Medium::Unbounded, target);
+        let orders: Vec<usize> = (orders.spheres.iter())
+            .map(|&order| order.max(LOWEST_ORDER))
+            .collect();
+        let highest = orders.iter().copied().max().unwrap_or_default();
+        if highest > MAX_ORDER || truncation::narrowest(&xi) < NARROWEST {
+            let closest = (neighbours.iter())
+                .min_by(|one, other| (one.clearance(spheres)).total_cmp(&other.clearance(spheres)));
+            let surfaces = |near: &Neighbours| match near.gap.pair {
+                (i, j) if i == j => format!("sphere {i} and its image"),
+                (i, j) => format!("spheres {i} and {j}"),
+            };
+            return Err(HydroError::TooClose {
+                surfaces: closest.map(surfaces).unwrap_or_default(),
+                gap: closest.map_or(f64::INFINITY, |near| near.clearance(spheres)),
+                tolerance,
+                needed: highest,
+                highest: MAX_ORDER,
+            });
+        }
+        let all = super::orders::Orders {
+            spheres: orders.clone(),
+            ..super::orders::Orders::all(n, &Medium::Unbounded, 0)
+        };
+        let neglected = tolerance * neglected(&xi);
+        let a = spheres.radii();
+        let pairs = neighbours.par_iter().map(|near| {
+            let gap = &near.gap;
+            let (i, j) = gap.pair;
+            let offset = near.offset(spheres);
+            let needed = |tolerance: f64| -> PairOrders {
+                truncation::for_pair(offset.norm(), a[i], a[j], tolerance).into()
+            };
+            let (all, some) = (needed(neglected), needed(MORE_NEGLECTED * neglected));
+            let of_spheres = [orders[i], orders[j]];
+            let own = [0, 1].map(|end| pair_order(all[end], of_spheres[end]));
+            let fewer = [0, 1].map(|end| match own[end] < of_spheres[end] {
+                true => some[end].min(own[end] - 1),
+                false => some[end].min(own[end]),
+            });
+            let regular = gap
+                .xi
+                .map(|xi| truncation::order_of_decay(xi, REGULAR * target));
+            let [source, target] = if own[0] < own[1] { [1, 0] } else { [0, 1] };
+            let sense = if source == 0 { 1.0 } else { -1.0 };
+            let ends = [[i, j][source], [i, j][target]];
+            PlannedPair {
+                ends,
+                line: Line::new(ends.map(|sphere| a[sphere]), &(sense * offset)),
+                shift: sense * near.shift,
+                orders: [own[source], own[target]],
+                fewer: [fewer[source], fewer[target]],
+                regular: regular[0].max(regular[1]).min(highest),
+            }
+        });
+        let mut pairs: Vec<PlannedPair> = pairs.collect();
+        pairs.sort_by_key(|pair| (pair.orders, pair.regular));
+        for some in pairs.chunks_mut(ALIKE) {
+            let regular = some.iter().map(|pair| pair.regular).max();
+            for pair in some {
+                pair.regular = regular.unwrap_or_default();
+            }
+        }
+        Ok(Self {
+            pairs,
+            tail: truncation::tail(&xi, &all),
+            orders,
+            narrowest: truncation::narrowest(&xi),
+            is_periodic: period.is_some(),
+        })
+    }
+
+    /// Highest degree, and the highest one with all azimuthal numbers.
+    pub fn degrees(&self) -> (usize, usize) {
+        let top = self.orders.iter().copied().max();
+        let regular = self.pairs.iter().map(|pair| pair.regular).max();
+        (top.unwrap_or_default(), regular.unwrap_or_default())
+    }
+
+    /// Pairs for the preconditioner, which leaves out the degrees that [`Variant::Lowered`] does.
+    pub fn narrow(&self) -> impl Iterator<Item = NarrowPair<'_>> {
+        let narrow = |pair: &&PlannedPair| pair.orders[0] > LOWEST_ORDER + LOWERED;
+        self.pairs.iter().filter(narrow).map(|pair| NarrowPair {
+            ends: pair.ends,
+            line: &pair.line,
+            orders: pair.orders.map(|order| order - LOWERED),
+            regular: pair.regular.saturating_sub(LOWERED),
+        })
+    }
+
+    /// Cost of a solution with its error bar to a relative residual.
+    pub fn cost(&self, residual: f64) -> ExpansionCost {
+        let modes = self.orders.iter().map(|&order| (Modes { order }).len());
+        let dofs = modes.sum();
+        let product: usize = self.pairs.chunks(ALIKE).map(operations).sum();
+        let of_images = match self.is_periodic {
+            true => FarImages::operations(self.orders.len()),
+            false => 0.0,
+        };
+        let for_digit = (ITERATIONS / self.narrowest.min(1.0)).min(MOST_ITERATIONS);
+        let iterations = for_digit * -residual.ln();
+        let (top, regular) = self.degrees();
+        let (of_gaps, to_find) = (self.narrow().map(|pair| pair.cost()))
+            .fold((0.0, 0.0), |sum, cost| (sum.0 + cost.0, sum.1 + cost.1));
+        let numbers = of_gaps
+            + PAIR * self.pairs.len() as f64
+            + VECTORS * dofs as f64
+            + pair_product::shared_numbers(top, regular);
+        ExpansionCost {
+            dofs,
+            mib: memory::mib(numbers),
+            seconds: (SOLUTIONS * iterations * (product as f64 + of_images) + to_find)
+                / PRODUCT_RATE,
+        }
+    }
+}
+
+/// Operations of pairs that have the lanes of a register together: the highest orders count.
+pub(super) fn operations(alike: &[PlannedPair]) -> usize {
+    let most = |end: usize| alike.iter().map(|pair| pair.orders[end]).max();
+    let regular = alike.first().map_or(0, |pair| pair.regular);
+    let orders = [most(0), most(1)].map(Option::unwrap_or_default);
+    alike.len() * pair_product::operations(orders, regular)
+}
+
+/// Numbers of a pair: its gap and shift twice, its orders and its line of centres.
+const PAIR: f64 = 27.0;
+
+/// Vectors of all multipoles in an iteration, and the partial sums of a product.
+const VECTORS: f64 = 30.0;
