@@ -71,7 +71,8 @@ struct SoftGap {
 
 /// A soft flow of one symmetry class.
 struct SoftFlow {
-    class: SymmetryClass,
+    /// Azimuthal number, with the sign of that of each family.
+    m: [isize; 3],
     /// `σ/(1 - σ)`.
     weight: f64,
     /// Entries of `w` for both ends by degree.
@@ -128,7 +129,7 @@ impl SoftGap {
     /// None without soft flows.
     fn new(pair: &NarrowPair, quarter: &QuarterTurn) -> Option<Self> {
         let flows = soft_flows(pair);
-        let highest = flows.iter().map(|flow| flow.class.m).max()?;
+        let highest = flows.iter().map(|flow| flow.m[0].unsigned_abs()).max()?;
         let degrees = |flow: &SoftFlow| flow.entries.each_ref().map(Vec::len);
         let top = flows.iter().flat_map(degrees).max()?;
         Some(Self {
@@ -157,8 +158,11 @@ impl SoftGap {
                     }
                 }
                 for (amplitude, flow) in amplitudes.iter_mut().zip(&self.flows) {
-                    for (family, place, entry) in self.entries(flow, end, l) {
-                        *amplitude += flow.weight * entry * along[family][place];
+                    let Some(entries) = flow.entries[end].get(l - 1) else {
+                        continue;
+                    };
+                    for ((entry, along), m) in entries.iter().zip(&along).zip(flow.m) {
+                        *amplitude += flow.weight * entry * along[self.place(m)];
                     }
                 }
             }
@@ -172,8 +176,11 @@ impl SoftGap {
         for l in 1..=self.degrees(end) {
             along.iter_mut().for_each(|along| along.fill(0.0));
             for (amplitude, flow) in amplitudes.iter().zip(&self.flows) {
-                for (family, place, entry) in self.entries(flow, end, l) {
-                    along[family][place] += amplitude * entry;
+                let Some(entries) = flow.entries[end].get(l - 1) else {
+                    continue;
+                };
+                for ((entry, along), m) in entries.iter().zip(&mut along).zip(flow.m) {
+                    along[self.place(m)] += amplitude * entry;
                 }
             }
             for (family, along) in FAMILIES.into_iter().zip(&along) {
@@ -209,20 +216,9 @@ impl SoftGap {
         self.rows[(l * l - 1) * self.width()..].chunks_exact(self.width())
     }
 
-    /// Entries of a flow at one end: family, place among the azimuthal numbers, and value.
-    fn entries(
-        &self,
-        flow: &SoftFlow,
-        end: usize,
-        l: usize,
-    ) -> impl Iterator<Item = (usize, usize, f64)> {
-        let entries = flow.entries[end].get(l - 1).filter(|_| l >= flow.class.m);
-        let (class, highest) = (flow.class, self.highest);
-        let of_family = move |(family, entry): (usize, &f64)| {
-            let (place, sign) = class.row(FAMILIES[family], l);
-            (family, place + highest - l, sign * entry)
-        };
-        entries.into_iter().flatten().enumerate().map(of_family)
+    /// Place of an azimuthal number among `-highest ..= highest`.
+    fn place(&self, m: isize) -> usize {
+        self.highest.wrapping_add_signed(m)
     }
 }
 
@@ -319,25 +315,29 @@ fn flows_of_number(
     for (k, sigma) in sigmas.enumerate().filter(|(_, sigma)| *sigma > SOFT) {
         let u = eigen.U().col(k);
         let v = &coupling * u;
-        let of_end = |end: usize, w: ColRef<f64>, factor: f64| {
-            let mut all = vec![[0.0; 3]; orders[end]];
-            for (&place, entry) in free[end].iter().zip(w.iter()) {
-                let (family, l) = sectors[end][place];
-                all[l - 1][family as usize] = factor * entry;
-            }
-            all
-        };
-        let entries = [
-            of_end(0, u, FRAC_1_SQRT_2),
-            of_end(1, v.as_ref(), -FRAC_1_SQRT_2 / sigma),
-        ];
-        let sigma = sigma.min(LARGEST);
-        let classes = SymmetryClass::all(m).filter(|class| class.m == m);
-        flows.extend(classes.map(|class| SoftFlow {
-            class,
-            weight: sigma / (1.0 - sigma),
-            entries: entries.clone(),
-        }));
+        let bounded = sigma.min(LARGEST);
+        for class in SymmetryClass::all(m).filter(|class| class.m == m) {
+            let signs = FAMILIES.map(|family| class.row(family, m.max(1)).1);
+            let of_end = |end: usize, w: ColRef<f64>, factor: f64| {
+                let mut all = vec![[0.0; 3]; orders[end]];
+                for (&place, entry) in free[end].iter().zip(w.iter()) {
+                    let (family, l) = sectors[end][place];
+                    all[l - 1][family as usize] = signs[family as usize] * factor * entry;
+                }
+                all
+            };
+            flows.push(SoftFlow {
+                m: FAMILIES.map(|family| {
+                    let place = class.row(family, m.max(1)).0;
+                    place as isize - m.max(1) as isize
+                }),
+                weight: bounded / (1.0 - bounded),
+                entries: [
+                    of_end(0, u, FRAC_1_SQRT_2),
+                    of_end(1, v.as_ref(), -FRAC_1_SQRT_2 / sigma),
+                ],
+            });
+        }
     }
     flows
 }
@@ -383,7 +383,7 @@ mod tests {
                 assert!((w.norm() - 1.0).abs() < 1e-12, "{}", w.norm());
                 let weight = gap.flows[k].weight;
                 let eigenvalue = 1.0 / (1.0 + weight);
-                let m = gap.flows[k].class.m;
+                let m = gap.flows[k].m[0];
                 let change = (image(&w) - &w * eigenvalue).amax();
                 assert!(change < 1e-12, "m = {m}, {eigenvalue}: {change:.1e}");
                 let mut inverse = w.clone();
