@@ -198,7 +198,7 @@ fn falling() -> Result<Vec<Row>> {
         let scene = Scene::parse(&format!(
             "fluid = {{ density = {density}, viscosity = {viscosity}, inertia = \"full\" }}\n\
              domain = {{ kind = \"box\", size = [100, 100, 160] }}\n\
-             model.tolerance = 1e-2\ngravity = [0, 0, -9800]\n\
+             model.tolerance = 1e-2\nfem.size_factor = 0.8\ngravity = [0, 0, -9800]\n\
              bodies = [{{ name = \"s\", radius = 7.5, density = 1.12e-3, position = [0, 0, 47.5] }}]\n\
              gait.phases = [{{ duration = {duration} }}]"
         ))?;

@@ -11,8 +11,8 @@ use crate::kinetic_energy::KineticEnergy;
 
 /// Factor on all element sizes of a coarser mesh in space, on bodies and in the fluid.
 ///
-/// Errors on it are then two to four times as large: the second order is what is left of the third
-/// or fourth where boundary layers and wakes are not resolved.
+/// Errors on it are then four to nine times as large, and at least twice where boundary layers and
+/// wakes are not resolved.
 pub(crate) const COARSER: f64 = 1.4;
 
 /// A fluid and the same on a coarser mesh that moves beside it.
@@ -78,12 +78,13 @@ impl<'a> WithCompanion<'a> {
         }
     }
 
-    /// Of meshes in space whose sizes differ by [`COARSER`] and which take the same steps: the
-    /// share is 1 for the second order and 0.35 for the fourth. It is 0.29 at the median for the
-    /// speeds of squirmers in steady flow, and 0.26 for the stroke of three spheres at a Reynolds
-    /// number of 1.
+    /// Of meshes in space whose sizes differ by [`COARSER`] and which take the same steps.
+    ///
+    /// The share is 0.35 for the fourth order. It was 0.2 at the median for the speeds of squirmers
+    /// in steady flow, 0.12 to 0.29 for the largest speeds of spheres that fall in a box, and 0 to
+    /// 0.14 for a stroke of three spheres (`docs/decisions.md`).
     pub fn of_space(fine: Box<dyn MovingFluid + 'a>, coarse: Box<dyn MovingFluid + 'a>) -> Self {
-        Self::new([fine, coarse], 0.35, false)
+        Self::new([fine, coarse], 0.2, false)
     }
 
     /// Of elements in the meridian plane whose orders differ by one, by which errors change by
