@@ -467,3 +467,26 @@ fn the_picture_of_bodies_that_only_turn_shows_their_rotation() {
     ];
     contains("picture", &files.read("trajectory.svg"), &parts);
 }
+
+/// 343 spheres in a cubic lattice at gaps of 0.0012 need orders of two hundred.
+#[test]
+fn expansions_that_do_not_fit_into_memory_are_refused_with_memory_and_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = String::from("model = { kind = \"multipole\", tolerance = 1e-3 }\n");
+    for k in 0..343 {
+        let [x, y, z] = [k % 7, k / 7 % 7, k / 49].map(|cell| 2.0012 * f64::from(cell));
+        scene += &format!(
+            "[[bodies]]\nname = \"b{k}\"\nradius = 1\nposition = [{x}, {y}, {z}]\n\
+             force = [0, 0, 1]\n"
+        );
+    }
+    std::fs::write(folder.path().join("lattice.toml"), scene).unwrap();
+    let output = crate::swim(folder.path(), &["solve", "lattice.toml"]);
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{message}");
+    let (of_memory, of_time) = message.split_once(" MiB and ").expect(&message);
+    let mib: f64 = of_memory.rsplit(' ').next().unwrap().parse().unwrap();
+    let (seconds, _) = of_time.split_once(" s on two cores").expect(&message);
+    let seconds: f64 = seconds.parse().unwrap();
+    assert!(mib > 6144.0 && seconds > 0.0, "{message}");
+}
