@@ -19,7 +19,11 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use faer::{ColRef, Mat, Side};
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Col, ColRef, Mat, Par, Spec};
 use nalgebra::DVector;
 use pulp::Scalar;
 use rayon::prelude::*;
@@ -305,16 +309,23 @@ fn flows_of_number(
     let coupling = Mat::from_fn(free[1].len(), free[0].len(), |i, j| {
         coupling[(free[1][i], free[0][j])]
     });
-    let squares = coupling.transpose() * &coupling;
     // a pair whose flows are not found is left to the iteration
-    let Ok(eigen) = squares.self_adjoint_eigen(Side::Lower) else {
+    let Some((squares, vectors)) = eigenvectors(&coupling) else {
         return Vec::new();
     };
-    let sigmas = eigen.S().column_vector().iter().map(|square| square.sqrt());
     let mut flows = Vec::new();
+    let sigmas = squares.iter().map(|square| square.sqrt());
     for (k, sigma) in sigmas.enumerate().filter(|(_, sigma)| *sigma > SOFT) {
-        let u = eigen.U().col(k);
-        let v = &coupling * u;
+        let u = vectors.col(k);
+        let mut v = Col::zeros(coupling.nrows());
+        matmul(
+            v.as_mat_mut(),
+            Accum::Replace,
+            &coupling,
+            u.as_mat(),
+            1.0,
+            Par::Seq,
+        );
         let bounded = sigma.min(LARGEST);
         for class in SymmetryClass::all(m).filter(|class| class.m == m) {
             let signs = FAMILIES.map(|family| class.row(family, m.max(1)).1);
@@ -340,6 +351,29 @@ fn flows_of_number(
         }
     }
     flows
+}
+
+/// Eigenvalues and eigenvectors of `B^T B`, with one thread: the rounding of several depends on
+/// their number.
+fn eigenvectors(coupling: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
+    let size = coupling.ncols();
+    let mut product = Mat::zeros(size, size);
+    let (by, threads) = (coupling.transpose(), Par::Seq);
+    matmul(product.as_mut(), Accum::Replace, by, coupling, 1.0, threads);
+    let (mut values, mut vectors) = (Diag::zeros(size), Mat::zeros(size, size));
+    let need =
+        self_adjoint_evd_scratch::<f64>(size, ComputeEigenvectors::Yes, threads, Spec::default());
+    let mut memory = MemBuffer::new(need);
+    let found = self_adjoint_evd(
+        product.as_ref(),
+        values.as_mut(),
+        Some(vectors.as_mut()),
+        threads,
+        MemStack::new(&mut memory),
+        Spec::default(),
+    );
+    let values = values.column_vector().iter().copied().collect();
+    found.ok().map(|()| (values, vectors))
 }
 
 #[cfg(test)]

@@ -249,20 +249,26 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let (one, three) = (by(1), by(3));
     assert_eq!(one.forces, three.forces);
     assert_eq!(one.coordinates, three.coordinates);
-    let spheres = lattice(32, 2.5);
-    let mobility = MultipoleMobility::new(&spheres, &Accuracy::relative(1e-3)).unwrap();
-    let by = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let pool = pool.build().unwrap();
-        let [forces, hidden] = [6 * spheres.len(), mobility.dofs()]
-            .map(|rows| DVector::from_fn(rows, |k, _| (k as f64).sin()));
-        pool.install(|| {
-            let mut solved = hidden.clone();
-            mobility.precondition_hidden(&mut solved);
-            (mobility.product(&forces, &hidden).unwrap(), solved)
-        })
-    };
-    assert_eq!(by(1), by(3));
+    let centres = vec![
+        Vector3::zeros(),
+        Vector3::new(1.0, -1.0, 0.5).normalize() * 2.003,
+    ];
+    let narrow = Spheres::new(centres, vec![1.0; 2]).unwrap();
+    for spheres in [lattice(32, 2.5), narrow] {
+        let by = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let pool = pool.build().unwrap();
+            pool.install(|| {
+                let mobility = MultipoleMobility::new(&spheres, &Accuracy::relative(1e-3)).unwrap();
+                let [forces, hidden] = [6 * spheres.len(), mobility.dofs()]
+                    .map(|rows| DVector::from_fn(rows, |k, _| (k as f64).sin()));
+                let mut solved = hidden.clone();
+                mobility.precondition_hidden(&mut solved);
+                (mobility.product(&forces, &hidden).unwrap(), solved)
+            })
+        };
+        assert_eq!(by(1), by(3));
+    }
 }
 
 #[test]
