@@ -85,37 +85,13 @@ impl Law {
     /// assert_eq!(with_index(0.9).constant_viscosity(), None);
     /// ```
     pub fn constant_viscosity(&self) -> Option<f64> {
-        let is_constant = match *self {
-            Self::Newtonian { .. } => true,
-            Self::Carreau {
-                zero_shear_viscosity,
-                infinite_shear_viscosity,
-                relaxation_time,
-                index,
+        let is_constant = match (self.plateaus(), self.power()) {
+            // the exponent times that of the rate is that of the viscosity at high rates
+            (Some(law), _) => {
+                law.exponent * law.transition == 0.0 || law.time == 0.0 || law.zero == law.inf
             }
-            | Self::CarreauYasuda {
-                zero_shear_viscosity,
-                infinite_shear_viscosity,
-                relaxation_time,
-                index,
-                ..
-            }
-            | Self::Cross {
-                zero_shear_viscosity,
-                infinite_shear_viscosity,
-                relaxation_time,
-                index,
-            } => {
-                index == 1.0
-                    || relaxation_time == 0.0
-                    || zero_shear_viscosity == infinite_shear_viscosity
-            }
-            Self::PowerLaw { index, .. } => index == 1.0,
-            Self::HerschelBulkley {
-                yield_stress,
-                index,
-                ..
-            } => yield_stress == 0.0 && index == 1.0,
+            (_, Some([yield_stress, _, index, _])) => yield_stress == 0.0 && index == 1.0,
+            (None, None) => true,
         };
         is_constant.then(|| self.viscosity(0.0))
     }

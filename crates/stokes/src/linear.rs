@@ -85,8 +85,7 @@ pub fn solve_system(
 ) -> Result<Solutions, StokesError> {
     let system = &assembled.system;
     let mut solutions = vec![vec![0.0; assembled.rhs.len()]; rhs.len()];
-    let has_convection = !system.velocity_block().has_symmetric_stiffness();
-    let parameters = krylov(rtol, has_convection);
+    let parameters = krylov(rtol, has_convection(assembled));
     let start = Instant::now();
     let mut columns: Vec<&mut [f64]> = solutions.iter_mut().map(Vec::as_mut_slice).collect();
     if solver != Solver::Direct {
@@ -132,6 +131,11 @@ pub fn solve_system(
         setup,
         solve: start.elapsed().as_secs_f64() - setup,
     })
+}
+
+/// Whether the stiffness has convection, which makes it unsymmetric.
+pub(crate) fn has_convection(assembled: &Constrained) -> bool {
+    !assembled.system.velocity_block().has_symmetric_stiffness()
 }
 
 /// Parameters of a Krylov method that stops at the true relative residual `rtol`.

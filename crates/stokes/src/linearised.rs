@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use rigid::{Articulation, Constrained, FlowSolution};
 
 use crate::StokesError;
+use crate::linear::has_convection;
 use crate::viscous_stress::ViscousStress;
 
 /// The equations of the flow, linearised at a velocity.
@@ -62,11 +63,7 @@ impl Linearised {
 
     /// Whether the scalar matrix has convection.
     pub fn has_convection(&self) -> bool {
-        !self
-            .system
-            .system
-            .velocity_block()
-            .has_symmetric_stiffness()
+        has_convection(&self.system)
     }
 
     fn multiply(&self, x: &[f64], y: &mut [f64]) -> Result<(), StokesError> {

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use rigid::{Constrained, Drive, ExternalLoad, RigidFluid};
 
 use crate::StokesError;
-use crate::linear::{preconditioner, solve_near};
+use crate::linear::{has_convection, preconditioner, solve_near};
 use crate::newton::{First, Iterate, MAX_FORCING, Momentum, Newton};
 use crate::problem::fluid_matrices;
 use crate::viscous_stress::{FrozenViscosity, ViscousStress};
@@ -77,9 +77,8 @@ impl Newton<'_> {
             let mut preconditioner = preconditioner(system, solver)?;
             let vectors = (rhs.as_slice(), x.as_mut_slice());
             let method = (solver, MAX_FORCING);
-            let has_convection = !system.system.velocity_block().has_symmetric_stiffness();
             iterations = solve_near(
-                (&system.system, has_convection),
+                (&system.system, has_convection(system)),
                 &mut *preconditioner,
                 vectors,
                 method,

@@ -65,6 +65,7 @@ pub(super) struct PairPreconditioner {
 /// The soft flows of a gap.
 struct SoftGap {
     ends: [usize; 2],
+    orders: PairOrders,
     /// Highest azimuthal number `m` of a soft flow.
     highest: usize,
     /// The rows `-m ..= m` of the rotation onto the line of centres, for one harmonic of the
@@ -79,7 +80,7 @@ struct SoftFlow {
     m: [isize; 3],
     /// `σ/(1 - σ)`.
     weight: f64,
-    /// Entries of `w` for both ends by degree.
+    /// Entries of `w` for both ends, by degree up to the orders of the gap.
     entries: [Vec<OfFamilies>; 2],
 }
 
@@ -132,12 +133,12 @@ impl PairPreconditioner {
 impl SoftGap {
     /// None without soft flows.
     fn new(pair: &NarrowPair, quarter: &QuarterTurn) -> Option<Self> {
-        let flows = soft_flows(pair);
+        let (flows, orders) = (soft_flows(pair), pair.soft_orders());
         let highest = flows.iter().map(|flow| flow.m[0].unsigned_abs()).max()?;
-        let degrees = |flow: &SoftFlow| flow.entries.each_ref().map(Vec::len);
-        let top = flows.iter().flat_map(degrees).max()?;
+        let top = orders[0].max(orders[1]);
         Some(Self {
             ends: pair.ends,
+            orders,
             highest,
             rows: rows_onto_line(quarter, pair.line.angles(), top, highest),
             flows,
@@ -150,7 +151,7 @@ impl SoftGap {
         let mut along = self.along();
         for end in 0..2 {
             let (modes, x) = of_end(end);
-            for l in 1..=self.degrees(end) {
+            for l in 1..=self.orders[end] {
                 for (family, along) in FAMILIES.into_iter().zip(&mut along) {
                     along.fill(0.0);
                     if modes.contains(family, l) {
@@ -162,9 +163,7 @@ impl SoftGap {
                     }
                 }
                 for (amplitude, flow) in amplitudes.iter_mut().zip(&self.flows) {
-                    let Some(entries) = flow.entries[end].get(l - 1) else {
-                        continue;
-                    };
+                    let entries = &flow.entries[end][l - 1];
                     for ((entry, along), m) in entries.iter().zip(&along).zip(flow.m) {
                         *amplitude += flow.weight * entry * along[self.place(m)];
                     }
@@ -177,12 +176,10 @@ impl SoftGap {
     /// Adds the flows with these amplitudes to the modes of one end.
     fn add(&self, amplitudes: &[f64], end: usize, modes: Modes, x: &mut [f64]) {
         let mut along = self.along();
-        for l in 1..=self.degrees(end) {
+        for l in 1..=self.orders[end] {
             along.iter_mut().for_each(|along| along.fill(0.0));
             for (amplitude, flow) in amplitudes.iter().zip(&self.flows) {
-                let Some(entries) = flow.entries[end].get(l - 1) else {
-                    continue;
-                };
+                let entries = &flow.entries[end][l - 1];
                 for ((entry, along), m) in entries.iter().zip(&mut along).zip(flow.m) {
                     along[self.place(m)] += amplitude * entry;
                 }
@@ -207,12 +204,6 @@ impl SoftGap {
     /// Number of azimuthal numbers, with both signs.
     fn width(&self) -> usize {
         2 * self.highest + 1
-    }
-
-    /// Degrees of the flows at one end.
-    fn degrees(&self, end: usize) -> usize {
-        let all = self.flows.iter().map(|flow| flow.entries[end].len());
-        all.max().unwrap_or_default()
     }
 
     /// Rows of the rotation for the harmonics `-l ..= l` of a degree.
@@ -328,20 +319,18 @@ fn flows_of_number(
         );
         let bounded = sigma.min(LARGEST);
         for class in SymmetryClass::all(m).filter(|class| class.m == m) {
-            let signs = FAMILIES.map(|family| class.row(family, m.max(1)).1);
+            // among the harmonics `-m ..= m` of the degree m
+            let rows = FAMILIES.map(|family| class.row(family, m));
             let of_end = |end: usize, w: ColRef<f64>, factor: f64| {
                 let mut all = vec![[0.0; 3]; orders[end]];
                 for (&place, entry) in free[end].iter().zip(w.iter()) {
                     let (family, l) = sectors[end][place];
-                    all[l - 1][family as usize] = signs[family as usize] * factor * entry;
+                    all[l - 1][family as usize] = rows[family as usize].1 * factor * entry;
                 }
                 all
             };
             flows.push(SoftFlow {
-                m: FAMILIES.map(|family| {
-                    let place = class.row(family, m.max(1)).0;
-                    place as isize - m.max(1) as isize
-                }),
+                m: rows.map(|(row, _)| row as isize - m as isize),
                 weight: bounded / (1.0 - bounded),
                 entries: [
                     of_end(0, u, FRAC_1_SQRT_2),
