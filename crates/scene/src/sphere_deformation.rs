@@ -435,8 +435,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
-        /// What is certain for all values near some is true of those that are tried; changes that
-        /// are half of those refused at the latest.
+        /// What is certain for all values near some is true of those that are tried; small enough
+        /// changes are certain unless not even none is, which is said.
         #[test]
         fn no_surface_folds_where_none_may(
             motion in prop_oneof![
@@ -473,14 +473,14 @@ mod tests {
             prop_assert_eq!(body.problem(&scaled(0.9 * low)), None);
             prop_assert!(body.problem(&scaled(1.1 * high)).is_some());
             let values = scaled(0.7 * low);
-            let is_within = |least: f64| {
-                let change = |joint: usize| least * changes[joint];
-                body.check(&values, &change) == BodyCheck::Within
-            };
+            let found = |least: f64| body.check(&values, &|joint| least * changes[joint]);
+            if found(0.0) == BodyCheck::Unproven {
+                return Ok(());
+            }
             let mut least = 1.0;
-            while !is_within(least) {
+            while found(least) != BodyCheck::Within {
                 least *= 0.5;
-                prop_assert!(least > 1e-3, "{motion:?} {values:?}");
+                prop_assert!(least > 1e-6, "{motion:?} {values:?}");
             }
             for tried in tried {
                 let moved = [0, 1].map(|k| values[k] + least * tried[k] * changes[k]);
@@ -490,12 +490,14 @@ mod tests {
     }
 
     /// A search without the second derivatives of the factor of areas did not end in its number of
-    /// parts, and called these folds, whose smallest factors are from 0.17 to 0.78.
+    /// parts, and called these folds, whose smallest factors are from 0.17 to 0.78. The first,
+    /// whose factor depends on the angle from the axis alone, was searched on the whole sphere.
     #[test]
     fn bug_modes_that_fold_nowhere_were_refused() {
         use ModeMotion::{Curl, Gradient};
         type Terms = &'static [(usize, i32, f64)];
-        let cases: [(ModeMotion, Terms); 6] = [
+        let cases: [(ModeMotion, Terms); 7] = [
+            (Curl, &[(4, 0, -0.23), (2, 0, 0.285)]),
             (Curl, &[(6, 0, 0.05)]),
             (Curl, &[(8, 3, 0.03)]),
             (Curl, &[(5, 2, 0.06)]),

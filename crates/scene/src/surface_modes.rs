@@ -69,8 +69,13 @@ pub(crate) fn stepped(
 impl SurfaceModes {
     /// Whether the deformation is symmetric about the axis, without swirl.
     pub fn is_zonal(&self) -> bool {
+        self.motion != ModeMotion::Curl && self.turns_about_axis()
+    }
+
+    /// Whether the deformation is the same after rotations about the axis.
+    fn turns_about_axis(&self) -> bool {
         let mut orders = self.coordinates.iter().map(|(harmonic, _)| harmonic.order);
-        self.motion != ModeMotion::Curl && orders.all(|order| order == 0)
+        orders.all(|order| order == 0)
     }
 
     /// Whether points move along the sphere only.
@@ -180,7 +185,7 @@ impl SurfaceModes {
             let [a, b] = tangents.map(|t| moved_rate(&self.flow_rate(n, &t, &terms)));
             x.dot(&a.cross(&b))
         };
-        sign(self.is_zonal(), &stretch, bend, change).map(|n| self.global(&n))
+        sign(self.turns_about_axis(), &stretch, bend, change).map(|n| self.global(&n))
     }
 
     /// Bounds of the flow of terms.
