@@ -25,6 +25,7 @@ from random_scenes import (
     Massive,
     Random,
     SlipGap,
+    Steady,
     Stroke,
     Sweep,
     Thinning,
@@ -64,6 +65,7 @@ KINDS = {
     "squirmer": ("Squirmers", ["velocity", "power", "stresslet"]),
     "lone": ("Lone bodies", ["velocity", "angular velocity"]),
     "law": ("Fluids with a viscosity law", ["velocity", "force", "link force", "power"]),
+    "state": ("Steady states with inertia", ["velocity", "force", "link force", "power"]),
     "gap": ("Slip in narrow gaps", ["velocity", "power", "stresslet", "link force"]),
     "growth": ("Spheres that grow", ["velocity", "power", "stresslet", "link force"]),
     "stroke": ("Strokes", ["displacement", "rotation", "work"]),
@@ -195,12 +197,12 @@ def compared(case, command, text, exact, bars, quantities, *options):
     return case
 
 
-def solved(kind, seed, drawn, exact, models):
+def solved(kind, seed, drawn, exact, models, *options):
     """Cases of one scene: its solution by each of (model, tolerance) against the one by `exact`, the
-    arguments of its text."""
+    arguments of its text; `options` are those of the command."""
     head = {"kind": kind, "seed": seed, "gap": drawn.gap, "drawn": drawn.description()}
     try:
-        known = swim("solve", drawn.text(*exact), seconds=EXACT_SECONDS)
+        known = swim("solve", drawn.text(*exact), *options, seconds=EXACT_SECONDS)
     except Refused as error:
         yield {**head, "model": exact[0], "groups": ["no exact value"], "refused": str(error)}
         return
@@ -208,7 +210,7 @@ def solved(kind, seed, drawn, exact, models):
         case = {**head, "model": model, "groups": drawn.groups(model)}
         text = drawn.text(model, tolerance)
         quantities = lambda found: quantities_of_instant(drawn, found)
-        yield compared(case, "solve", text, known, exact_bars(known), quantities)
+        yield compared(case, "solve", text, known, exact_bars(known), quantities, *options)
 
 
 def instants(seed, has_slip=False):
@@ -234,6 +236,13 @@ def law(seed):
     tolerance = EXACT_YIELD if drawn.law == "herschel-bulkley" else EXACT_LAW
     exact = ("axisymmetric", tolerance, EXACT_REGULARISATION)
     yield from solved("law", seed, drawn, exact, models)
+
+
+def state(seed):
+    """A steady state in a fluid with inertia by elements in space, against the meridian plane."""
+    drawn = Steady(seed)
+    exact = ("axisymmetric", 1e-3, EXACT_REGULARISATION)
+    yield from solved("state", seed, drawn, exact, [("fem", 1e-3)], "--steady")
 
 
 def narrow_gaps(seed):
@@ -356,6 +365,7 @@ DRAW = {
     "squirmer": lambda seed: instants(seed, has_slip=True),
     "lone": lone,
     "law": law,
+    "state": state,
     "gap": narrow_gaps,
     "growth": growth,
     "stroke": stroke,
@@ -497,7 +507,7 @@ def write(cases, chosen):
         f"values: multipoles at a tolerance of {EXACT} (instants in three dimensions, lone bodies), "
         f"{EXACT_ON_AXIS} (on an axis), {EXACT_STROKE} (strokes by elements) and {EXACT_RUN} (strokes on "
         "a line and strokes that turn), the meridian plane at "
-        f"{EXACT_MERIDIAN} (slip in narrow gaps, bodies that deform), at {EXACT_LAW} or with a yield stress "
+        f"{EXACT_MERIDIAN} (slip in narrow gaps, bodies that deform), at 1e-7 (steady states), at {EXACT_LAW} or with a yield stress "
         f"at {EXACT_YIELD} and {EXACT_REGULARISATION} of the regularisation (viscosity laws), a closed "
         f"formula (mass); {dropped} comparisons were "
         "dropped because their exact values have bars above 5 % of the error and of its bar. Elements "
@@ -510,7 +520,9 @@ def write(cases, chosen):
         f"of Carreau, Yasuda, Cross, power laws and Herschel-Bulkley, indices {INDICES[0]} to "
         f"{INDICES[1]}, shear numbers {SHEAR_NUMBERS[0]} to {SHEAR_NUMBERS[1]:g}, yield stresses "
         f"{BINGHAM_NUMBERS[0]} to {BINGHAM_NUMBERS[1]:g} of the viscous ones; in the meridian plane at a "
-        f"tolerance of {LAW_TOLERANCE}. Slip in narrow gaps: two "
+        f"tolerance of {LAW_TOLERANCE}. Steady states with inertia: one or two spheres on the axis of a ball, "
+        "squirmers, pulled, held at a velocity, fixed, or one that carries the other, densities 0.1 to 10, "
+        "half of them with these laws. Slip in narrow gaps: two "
         "squirmers on their line of centres, gap 0.001 to 0.02 radii, by multipoles. Spheres that grow: two or "
         "three, gap 0.1 to 3 radii, rates of radii up to 0.3 of them, free, linked or one held. Strokes: three "
         "spheres, radii 0.6 to 1.6, arms 5 to 10, closing to gaps of 0.05 to 3 radii of the smaller "
@@ -559,6 +571,7 @@ def main():
         squirmers=(40, "number of instantaneous solutions of bodies with slip"),
         lones=(80, "number of bodies close to a wall"),
         laws=(60, "number of solutions in fluids with a viscosity law"),
+        states=(20, "number of steady states with inertia"),
         gaps=(60, "number of solutions with slip in narrow gaps"),
         growths=(40, "number of solutions of spheres that grow"),
         strokes=(20, "number of strokes by elements"),

@@ -185,17 +185,58 @@ class Arrangement:
         return groups + ["gap below 0.2"] * (self.gap < 0.2)
 
 
+class Fluid:
+    """A law with viscosity 1 at rest, or at the rate of a speed 1 over the mean radius."""
+
+    LAWS = ("carreau", "carreau-yasuda", "cross", "power-law", "herschel-bulkley")
+
+    def __init__(self, random, law, radii):
+        self.law, self.regularisation = law, None
+        time = sum(radii) / len(radii)
+        index = random.within(*INDICES)
+        if law in ("power-law", "herschel-bulkley"):
+            self.regularisation = random.log_within(REGULARISATIONS) / time
+            # Half of the power laws have the default.
+            if law == "power-law" and random.chance(0.5):
+                self.regularisation = 1e-6
+            self.keys = f"consistency = {time ** (index - 1.0)}, index = {index}"
+            if law == "herschel-bulkley":
+                self.keys += f", yield_stress = {random.log_within(BINGHAM_NUMBERS) / time}"
+            return
+        if law == "cross":
+            index = min(index, 0.9)
+        plateau = random.within(0, 0.5) if random.chance(0.5) else 0.0
+        time *= random.log_within(SHEAR_NUMBERS)
+        self.keys = f"zero_shear_viscosity = 1, infinite_shear_viscosity = {plateau}, "
+        self.keys += f"relaxation_time = {time}, index = {index}"
+        if law == "carreau-yasuda":
+            self.keys += f", transition = {random.within(0.7, 3.0)}"
+
+    def text(self, regularisation):
+        """The keys, with this factor on the regularisation of the law."""
+        text = f'law = "{self.law}", {self.keys}'
+        if self.regularisation is not None:
+            text += f", regularisation = {self.regularisation * regularisation}"
+        return text
+
+    def description(self):
+        keys = ", ".join(f"{key} {float(value):.3g}" for key, value in
+                         (pair.split(" = ") for pair in self.keys.split(", ")))
+        if self.regularisation is not None:
+            keys += f", regularisation {self.regularisation:.1g}"
+        return f"{self.law}: {keys}"
+
+
 class Thinning(Arrangement):
     """One to three spheres on an axis in a fluid with a viscosity law: held, linked or free, half of
     them with slip."""
 
-    LAWS = ("carreau", "carreau-yasuda", "cross", "power-law", "herschel-bulkley")
     DRIVES = ("held", "linked", "free")
 
     def __init__(self, seed):
         random = Random(seed)
         # All laws and drives are drawn equally often.
-        self.law = self.LAWS[seed % 5]
+        self.law = Fluid.LAWS[seed % 5]
         self.drive = self.DRIVES[seed // 5 % 3]
         count = 2 + random.below(2) if self.drive == "linked" else 1 + random.below(3)
         self.radii = [random.log_within(RADII) for _ in range(count)]
@@ -216,52 +257,85 @@ class Thinning(Arrangement):
             modes = [(random.within(-1, 1), random.within(-1, 1)) for _ in range(count)]
             self.slips = [(*mode, [1.0, 0.0, 0.0]) for mode in modes]
         self.is_straight, self.is_axisymmetric = False, True
-        self.draw_fluid(random)
-
-    def draw_fluid(self, random):
-        """A law with viscosity 1 at rest, or at the rate of a speed 1 over the mean radius."""
-        time = sum(self.radii) / len(self.radii)
-        index = random.within(*INDICES)
-        self.regularisation = None
-        if self.law in ("power-law", "herschel-bulkley"):
-            self.regularisation = random.log_within(REGULARISATIONS) / time
-            # Half of the power laws have the default.
-            if self.law == "power-law" and random.chance(0.5):
-                self.regularisation = 1e-6
-            self.keys = f"consistency = {time ** (index - 1.0)}, index = {index}"
-            if self.law == "herschel-bulkley":
-                self.keys += f", yield_stress = {random.log_within(BINGHAM_NUMBERS) / time}"
-            return
-        if self.law == "cross":
-            index = min(index, 0.9)
-        plateau = random.within(0, 0.5) if random.chance(0.5) else 0.0
-        time *= random.log_within(SHEAR_NUMBERS)
-        self.keys = f"zero_shear_viscosity = 1, infinite_shear_viscosity = {plateau}, "
-        self.keys += f"relaxation_time = {time}, index = {index}"
-        if self.law == "carreau-yasuda":
-            self.keys += f", transition = {random.within(0.7, 3.0)}"
+        self.fluid = Fluid(random, self.law, self.radii)
         # Elements have no held bodies in unbounded fluid, and the meridian plane no fluid of Cross, which
-        # reaches its viscosity at rest slowly.
-        if self.drive != "held" and self.law != "cross" and random.chance(0.5):
+        # reaches its viscosity at rest slowly, or without such a viscosity.
+        is_bounded = self.drive == "held" or self.law == "cross" or self.fluid.regularisation is not None
+        if not is_bounded and random.chance(0.5):
             self.container = None
 
     def text(self, model, tolerance, regularisation=1.0):
         """The scene, with this factor on the regularisation of the law."""
-        law = f'law = "{self.law}", {self.keys}'
-        if self.regularisation is not None:
-            law += f", regularisation = {self.regularisation * regularisation}"
-        return f"fluid = {{ {law} }}\n" + super().text(model, tolerance)
+        return f"fluid = {{ {self.fluid.text(regularisation)} }}\n" + super().text(model, tolerance)
 
     def description(self):
         slip = "; slip" if self.slips else ""
-        keys = ", ".join(f"{key} {float(value):.3g}" for key, value in
-                         (pair.split(" = ") for pair in self.keys.split(", ")))
-        if self.regularisation is not None:
-            keys += f", regularisation {self.regularisation:.1g}"
-        return f"{self.law}: {keys}; {self.drive}{slip}; {super().description()}"
+        return f"{self.fluid.description()}; {self.drive}{slip}; {super().description()}"
 
     def groups(self, model):
         return ["meridian plane" if model == "axisymmetric" else "all", self.law, self.drive]
+
+
+class Steady:
+    """A steady state in a fluid with inertia, on the axis of a ball; half of them with a viscosity law."""
+
+    SETUPS = ("squirmer", "pulled", "held", "fixed", "carrier")
+    # Radius of the ball and gap between two spheres in radii of the first one; radius of the second;
+    # density, for a viscosity and speeds of order 1; factor on the sizes of elements in space.
+    BALLS, GAPS, SECOND, DENSITIES = (3.0, 12.0), (0.5, 1.5), (0.5, 1.0), (0.1, 10.0)
+    SIZES, RATIOS = (0.9, 1.75), (-3.0, 3.0)
+
+    def __init__(self, seed):
+        random = Random(seed)
+        self.setup = self.SETUPS[seed % 5]
+        self.density = random.log_within(self.DENSITIES)
+        self.size = random.within(*self.SIZES)
+        self.ratio = random.within(*self.RATIOS)
+        self.radii, places = [1.0], [0.0]
+        self.gap = None
+        if self.setup in ("fixed", "carrier"):
+            self.gap = random.within(*self.GAPS)
+            self.radii.append(random.within(*self.SECOND))
+            places.append(sum(self.radii) + self.gap)
+        if self.setup == "fixed":
+            places = [x - 0.5 * places[-1] for x in places]
+        self.places = places
+        extent = max(abs(x) + r for x, r in zip(places, self.radii))
+        self.container = extent * random.log_within(self.BALLS)
+        self.fluid = None
+        if random.chance(0.5):
+            self.fluid = Fluid(random, Fluid.LAWS[random.below(5)], self.radii)
+
+    def text(self, model, tolerance, regularisation=1.0):
+        fluid = self.fluid.text(regularisation) if self.fluid else "viscosity = 1"
+        lines = [f'model = {{ kind = "{model}", tolerance = {tolerance}, accept = "best" }}']
+        lines.append(f"fluid = {{ {fluid}, density = {self.density} }}")
+        lines.append(f'domain = {{ kind = "ball", radius = {self.container} }}')
+        if model == "fem":
+            lines.append(f"fem.size_factor = {self.size}")
+        first = {
+            "pulled": f"force = [{6.0 * math.pi}, 0, 0]",
+            "held": "velocity = [1, 0, 0]\nangular_velocity = [0, 0, 0]",
+        }.get(self.setup, f"slip = {{ b1 = 1.5, b2 = {1.5 * self.ratio} }}")
+        for k, (radius, x) in enumerate(zip(self.radii, self.places)):
+            lines += ["[[bodies]]", f'name = "s{k}"', f"position = [{x}, 0, 0]", f"radius = {radius}"]
+            if k == 0:
+                lines.append(first)
+            if self.setup == "fixed":
+                lines.append("fixed = true")
+        if self.setup == "carrier":
+            lines += ["[[links]]", 'name = "arm"', 'body = "s1"', 'to = "s0"']
+        return "\n".join(lines) + "\n"
+
+    def description(self):
+        second = f"; second {self.radii[1]:.3f} at a gap of {self.gap:.3f}" if self.gap else ""
+        fluid = self.fluid.description() if self.fluid else "Newtonian"
+        fluid += f", density {self.density:.3f}"
+        sizes = f"ball {self.container:.2f}; sizes {self.size:.2f}; ratio {self.ratio:.2f}"
+        return f"{self.setup}; {fluid}; {sizes}{second}"
+
+    def groups(self, model):
+        return ["all", self.setup, "law" if self.fluid else "Newtonian"]
 
 
 class Lone:

@@ -179,7 +179,8 @@ pub enum AxisymmetricError {
     #[error(
         "no steady state at density {density}: the last one found is at {reached}, and beyond it \
          Newton's method does not converge (last relative change {change:.3e}); the flow may be \
-         unsteady there, otherwise use a finer mesh (a smaller growth)"
+         unsteady there, otherwise use a finer mesh (a smaller growth), a viscosity that varies \
+         less, or elements in space"
     )]
     NotSteady {
         /// Density required.

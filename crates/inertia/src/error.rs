@@ -50,8 +50,8 @@ pub enum InertiaError {
     #[error(
         "no steady state at density {density}: after {iterations} iterations the velocity still \
          changes by {change:.3e} of itself, {tolerance:.3e} was required; the flow may be unsteady \
-         there (a sphere above a Reynolds number of 212), otherwise raise max_iterations or \
-         increase the density in smaller stages"
+         there (a sphere above a Reynolds number of 212): follow it in time, otherwise use smaller \
+         elements or a smaller density"
     )]
     NotSteady {
         /// Density at which it failed.
@@ -62,6 +62,18 @@ pub enum InertiaError {
         change: f64,
         /// Change required.
         tolerance: f64,
+    },
+    /// Equations of an iteration for a steady state that cannot be solved.
+    #[error(
+        "the equations of a steady state at density {density} cannot be solved ({source}): \
+         convection is too strong for elements of this size; use smaller elements or a smaller \
+         density, or follow the flow in time"
+    )]
+    Unresolved {
+        /// Density at which it failed.
+        density: f64,
+        /// The failure of the solver.
+        source: StokesError,
     },
     /// A steady state in the frame of a body that rotates.
     #[error(
@@ -102,21 +114,26 @@ impl InertiaError {
     /// Newton's method for a viscosity law fails, or the linear solver, whose matrix a shorter
     /// step makes more like a mass matrix.
     pub fn needs_shorter_step(&self) -> bool {
-        let failure = match self {
-            Self::NoMesh { .. } | Self::Stokes(StokesError::NewtonNotConverged { .. }) => {
-                return true;
-            }
-            Self::Stokes(error) => linear_failure(error),
-            _ => None,
-        };
-        let unsolved = |error: &LinalgError| {
-            matches!(
-                error,
-                LinalgError::NotConverged { .. } | LinalgError::Stagnated { .. }
-            )
-        };
-        is_negative(failure) || failure.is_some_and(unsolved)
+        match self {
+            Self::NoMesh { .. } => true,
+            Self::Stokes(error) => is_unsolved(error),
+            _ => false,
+        }
     }
+}
+
+/// Whether Newton's method or a linear solver fails, not the input.
+pub(crate) fn is_unsolved(error: &StokesError) -> bool {
+    let unsolved = |error: &LinalgError| {
+        matches!(
+            error,
+            LinalgError::NotConverged { .. } | LinalgError::Stagnated { .. }
+        )
+    };
+    let failure = linear_failure(error);
+    matches!(error, StokesError::NewtonNotConverged { .. })
+        || is_negative(failure)
+        || failure.is_some_and(unsolved)
 }
 
 /// The error of the linear algebra behind a failed assembly or solve.

@@ -156,6 +156,17 @@ impl InstantaneousSolution {
         self.power_error.mesh = error.map(|error| error.power_error_bar(removed));
     }
 
+    /// Error bars of velocities, angular velocities, forces, torques and the power.
+    pub fn error_bars_mut(&mut self) -> [&mut ErrorEstimate; 5] {
+        [
+            &mut self.error_estimate,
+            &mut self.angular_velocity_error,
+            &mut self.force_error,
+            &mut self.torque_error,
+            &mut self.power_error,
+        ]
+    }
+
     /// Motion and loads as they were computed, before the correction.
     #[must_use]
     pub fn uncorrected(&self) -> Self {

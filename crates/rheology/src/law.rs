@@ -199,13 +199,27 @@ impl Law {
         law
     }
 
-    /// Whether the viscosity is the same at all shear rates, but for the regularisation.
-    pub fn is_newtonian(&self) -> bool {
-        match (self.plateaus(), self.power()) {
-            (Some(law), _) => law.zero == law.inf || law.time == 0.0 || law.exponent == 0.0,
-            (None, Some([yield_stress, _, index, _])) => yield_stress == 0.0 && index == 1.0,
-            (None, None) => true,
+    /// Whether the law is regular at rest by its regularisation alone.
+    pub fn is_regularised(&self) -> bool {
+        self.power().is_some() && self.constant_viscosity().is_none()
+    }
+
+    /// The same law with its regularisation, if it has one, multiplied by a factor.
+    ///
+    /// ```
+    /// use rheology::Law;
+    /// let with = |regularisation| Law::PowerLaw { consistency: 1.0, index: 0.5, regularisation };
+    /// assert_eq!(with(1e-3).regularised(10.0), with(1e-2));
+    /// ```
+    #[must_use]
+    pub fn regularised(&self, factor: f64) -> Self {
+        let mut law = *self;
+        if let Self::PowerLaw { regularisation, .. } | Self::HerschelBulkley { regularisation, .. } =
+            &mut law
+        {
+            *regularisation *= factor;
         }
+        law
     }
 
     /// Refuses a stress that decreases between both plateaus of the viscosity.

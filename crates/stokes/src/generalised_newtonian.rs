@@ -6,7 +6,7 @@ use fem::{SurplusSpace, VaryingViscosity};
 use linalg::{ERROR_OVER_RESIDUAL, LinalgError, Preconditioner};
 use nalgebra::Vector3;
 use rheology::ViscosityLaw;
-use rigid::{Drive, RigidError};
+use rigid::{Drive, FlowSolution, RigidError};
 
 use crate::StokesError;
 use crate::adjoint::ADJOINT_RTOL;
@@ -148,28 +148,24 @@ impl Problem<'_> {
         };
         let mut flows = vec![flow];
         let (mut estimates, mut regularisation) = (Vec::new(), None);
-        // On one step in time the effect of a regularisation is a part of what many have.
-        let is_steady = terms.is_some_and(|terms| terms.coefficient == 0.0);
-        if surplus.is_some() || is_steady {
+        if let Some(space) = surplus {
             // As for Newtonian fluids, adjoint solves need few digits.
             let mut block = match last {
                 Some(block) if options.solver == Solver::Block => block,
                 _ => Box::new(linearised.system.preconditioner()?),
             };
-            if let Some(space) = surplus {
-                let of_rate = |rate: f64| [law.viscosity(rate), thinning(law, rate)];
-                let viscosity = VaryingViscosity::new(self.mesh, &whole, &of_rate)?;
-                let at = VaryingFlow {
-                    equations: &linearised,
-                    stress,
-                    viscosity: &viscosity,
-                    law: &of_rate,
-                };
-                let equations = Equations::linearised(self.mesh, space, at);
-                let solvers: Solvers = (&mut *block, &mut guesses.adjoints);
-                let rtol = options.estimate_rtol;
-                estimates = self.estimates(drive, &flows, surfaces, equations, solvers, rtol)?;
-            }
+            let of_rate = |rate: f64| [law.viscosity(rate), thinning(law, rate)];
+            let viscosity = VaryingViscosity::new(self.mesh, &whole, &of_rate)?;
+            let at = VaryingFlow {
+                equations: &linearised,
+                stress,
+                viscosity: &viscosity,
+                law: &of_rate,
+            };
+            let equations = Equations::linearised(self.mesh, space, at);
+            let solvers: Solvers = (&mut *block, &mut guesses.adjoints);
+            let rtol = options.estimate_rtol;
+            estimates = self.estimates(drive, &flows, surfaces, equations, solvers, rtol)?;
             regularisation = newton.regularisation(&linearised, &whole, &mut *block)?;
         }
         let (estimate, checks) = estimates.pop().unzip();
@@ -198,5 +194,30 @@ impl Problem<'_> {
             newton: report,
             dissipation,
         })
+    }
+
+    /// First-order effect of the regularisation of a law on a steady flow with terms of inertia;
+    /// none of a law without one, or where nothing moves.
+    ///
+    /// The equations are linearised at `flow`, their convecting velocity is that of `terms`. Cost:
+    /// an assembly and a solve.
+    ///
+    /// # Errors
+    /// Those of [`Problem::assemble_inertial`]; [`StokesError::Linalg`] without convergence.
+    pub fn effect_of_regularisation(
+        &self,
+        (drive, law): (&Drive, &dyn ViscosityLaw),
+        options: &Options,
+        terms: &InertialTerms,
+        flow: &FlowSolution,
+    ) -> Result<Option<Regularisation>, StokesError> {
+        terms.check(self.mesh.n_points())?;
+        let mut new_space = None;
+        let space = self.space_or_new(&mut new_space)?;
+        let newton = Newton::new(self, (law, drive), options, space, Some(terms))?;
+        let whole = newton.whole(&flow.velocity);
+        let at = newton.linearised(newton.scalar(whole.clone())?, 1.0)?;
+        let mut block = at.system.preconditioner()?;
+        newton.regularisation(&at, &whole, &mut block)
     }
 }

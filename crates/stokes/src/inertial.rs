@@ -136,7 +136,7 @@ impl Problem<'_> {
     /// the residual: the last matrices and their preconditioner serve until then. The steps start
     /// from the combination of earlier solutions with the least residual. `options.rtol` bounds the
     /// residual of the nonlinear equations, over the right-hand side. The effect of a
-    /// regularisation of the law is estimated for steady flows only.
+    /// regularisation of the law is not estimated: see [`Problem::effect_of_regularisation`].
     ///
     /// # Errors
     /// Those of [`Problem::assemble_inertial`] and of [`Problem::solve_generalised_newtonian`].

@@ -329,20 +329,24 @@ impl Newton<'_> {
             pressure.iter_mut().for_each(|p| *p -= mean);
         }
         let flow = system.flow(&x, self.drive.set)?;
-        let whole = match &self.surfaces {
-            None => flow.velocity.clone(),
-            Some(surfaces) => (flow.velocity.iter().zip(&surfaces.background.0))
-                .map(|(u, background)| u + background)
-                .collect(),
-        };
         Ok(Iterate {
             x,
+            whole: self.whole(&flow.velocity),
             disturbance: flow.velocity,
-            whole,
             pressure: flow.pressure,
             generalised: flow.generalised,
             joint_loads: flow.joint_loads,
         })
+    }
+
+    /// A velocity of the nodes with the background flow.
+    pub fn whole(&self, disturbance: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        match &self.surfaces {
+            None => disturbance.to_vec(),
+            Some(surfaces) => (disturbance.iter().zip(&surfaces.background.0))
+                .map(|(u, background)| u + background)
+                .collect(),
+        }
     }
 
     /// The residual at an iterate, by the scalar equations at any velocity.

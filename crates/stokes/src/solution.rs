@@ -29,8 +29,8 @@ pub struct Solution {
     pub estimate: Option<Estimate>,
     /// Comparison with independent computations of forces and power, if estimates were requested.
     pub checks: Option<Checks>,
-    /// Effect of the regularisation of the viscosity law; none if it has none, or if estimates were
-    /// not requested.
+    /// Effect of the regularisation of the viscosity law; none if it has none, if nothing moves, or
+    /// if estimates were not requested.
     pub regularisation: Option<Regularisation>,
     /// Numbers of degrees of freedom.
     pub dofs: Dofs,

@@ -11,7 +11,7 @@ use rigid::Drive;
 use scene::{Domain, Scene};
 
 use crate::error::SwimError;
-use crate::integrate::COARSER;
+use crate::integrate::{COARSER, share_of_sizes};
 use crate::planning::{Discretisation, discretisation};
 
 /// A steady state and how it was found.
@@ -80,24 +80,28 @@ pub fn solve_steady(scene: &Scene) -> Result<SteadySolution, SwimError> {
 
 /// The steady state on meshes in space, with error bars from two coarser ones.
 fn in_space(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimError> {
-    let mut steady = on_mesh(scene, moves, 1.0)?;
-    if matches!(scene.domain(), Domain::Mesh { .. }) {
-        return Ok(steady);
-    }
+    let mut steady = on_mesh(&MovingScene::new(scene)?, moves)?;
     let mut resolved = None;
     if scene.fem().size_factor.is_none() && steady.reynolds > THICK_LAYERS {
         let factor = (THICK_LAYERS / steady.reynolds).sqrt();
         let finer = scene.with_size_factor(Some(factor))?;
-        steady = on_mesh(&finer, moves, 1.0)?;
+        steady = on_mesh(&MovingScene::new(&finer)?, moves)?;
         resolved = Some(finer);
     }
     let scene = resolved.as_ref().unwrap_or(scene);
-    let coarser = |factor: f64| on_mesh(scene, moves, factor).map(|steady| steady.solution);
-    let coarse = coarser(COARSER)?;
+    // A flow that has no solution on a coarser mesh has no estimate of its error.
+    let coarser = |factor: f64| -> Result<Option<InstantaneousSolution>, SwimError> {
+        let moving = MovingScene::coarser(scene, factor)?;
+        let found = moving.and_then(|moving| on_mesh(&moving, moves).ok());
+        Ok(found.map(|steady| steady.solution))
+    };
+    let Some(coarse) = coarser(COARSER)? else {
+        return Ok(steady);
+    };
     // Where there is no third mesh, two have to do.
-    let coarsest = coarser(COARSER * COARSER).ok();
+    let coarsest = coarser(COARSER * COARSER)?;
     let fine = &mut steady.solution;
-    let Some(share) = share(fine, &coarse) else {
+    let Some(share) = share_of_sizes([fine.dofs.total, coarse.dofs.total]) else {
         return Ok(steady);
     };
     let pairs = |of: &dyn Fn([&InstantaneousSolution; 2]) -> f64| {
@@ -121,32 +125,9 @@ fn in_space(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimError> {
     Ok(steady)
 }
 
-/// Error of the second order over the difference between two meshes, relative to that of meshes
-/// whose element sizes differ by [`COARSER`].
-///
-/// Elements cannot be arbitrarily large on a sphere, in a gap and at a wall. Where they are as
-/// large as possible, the coarser mesh has larger ones elsewhere only, and the mean ratio of the
-/// sizes follows from the numbers of degrees of freedom. None for meshes that are nearly equal:
-/// they say nothing of the error.
-fn share(fine: &InstantaneousSolution, coarse: &InstantaneousSolution) -> Option<f64> {
-    /// The difference is then a sixth of the error.
-    const LEAST_RATIO: f64 = 1.08;
-    let dofs = |solution: &InstantaneousSolution| solution.dofs.total as f64;
-    let ratio = (dofs(fine) / dofs(coarse)).cbrt();
-    let share = (COARSER.powi(2) - 1.0) / (ratio * ratio - 1.0);
-    (ratio >= LEAST_RATIO).then(|| share.max(1.0))
-}
-
 /// Enters bars of velocities, angular velocities, forces, torques and the power.
 fn enter_bars(solution: &mut InstantaneousSolution, bars: [f64; 5]) {
-    let estimates = [
-        &mut solution.error_estimate,
-        &mut solution.angular_velocity_error,
-        &mut solution.force_error,
-        &mut solution.torque_error,
-        &mut solution.power_error,
-    ];
-    for (estimate, bar) in estimates.into_iter().zip(bars) {
+    for (estimate, bar) in solution.error_bars_mut().into_iter().zip(bars) {
         estimate.mesh = Some(bar);
     }
 }
@@ -195,15 +176,23 @@ fn in_meridian_plane(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimE
     solution.seconds.solve = total;
     solution.seconds.total = total;
     let error = found.relative_error;
+    let set = scene.articulation();
+    // Without joints or held bodies the forces are the given loads.
+    let are_given = set.joints().is_empty() && set.held_bodies().next().is_none();
+    let of_forces = if are_given { 0.0 } else { error };
     let bars = [
         moving.length_to_scene(error * found.speed),
         0.0,
-        moving.force_to_scene(error * found.force),
+        moving.force_to_scene(of_forces * found.force),
         0.0,
         // Of a product of both.
         moving.power_to_scene(2.0 * error * found.force * found.speed),
     ];
     enter_bars(&mut solution, bars);
+    for bar in solution.error_bars_mut() {
+        // The relative error contains the effect of a regularisation.
+        bar.model.get_or_insert(0.0);
+    }
     Ok(SteadySolution {
         model: "axisymmetric",
         reynolds: reynolds(scene, &solution),
@@ -306,13 +295,8 @@ impl SurfaceFlow for Slip<'_> {
     }
 }
 
-/// The steady state on the mesh of a scene with all element sizes multiplied by a factor.
-fn on_mesh(
-    scene: &Scene,
-    moves_with_body: bool,
-    coarsening: f64,
-) -> Result<SteadySolution, SwimError> {
-    let moving = MovingScene::new(scene)?.coarsened(coarsening);
+/// The steady state on the mesh of a scene.
+fn on_mesh(moving: &MovingScene, moves_with_body: bool) -> Result<SteadySolution, SwimError> {
     let set = moving.set();
     let (state, shape) = (set.initial_state(), set.initial_shape());
     let poses = set.place(&state, shape)?;
@@ -326,7 +310,7 @@ fn on_mesh(
     let bodies: Vec<_> = names.zip(centres.iter().copied()).collect();
     let walls: Vec<&str> = moving.walls().iter().map(String::as_str).collect();
     let slip = Slip {
-        moving: &moving,
+        moving,
         centres: &centres,
     };
     let flow = SteadyFlow {
@@ -350,13 +334,13 @@ fn on_mesh(
     }
     let solve = |stages| flow.solve(&drive, moving.density(), &parameters.with_stages(stages));
     let mut found = match solve(STAGES[0]) {
-        Err(InertiaError::NotSteady { .. } | InertiaError::Stokes(_)) => solve(STAGES[1])?,
+        Err(InertiaError::NotSteady { .. } | InertiaError::Unresolved { .. }) => solve(STAGES[1])?,
         first => first?,
     };
     let solution = moving.answer(&mut found.solved, &poses, 0.0, Some(mesh))?;
     Ok(SteadySolution {
         model: "fem",
-        reynolds: reynolds(scene, &solution),
+        reynolds: reynolds(moving.scene(), &solution),
         iterations: found.iterations,
         change: found.change,
         solution,

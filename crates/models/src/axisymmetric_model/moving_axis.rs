@@ -169,6 +169,16 @@ impl MovingAxis {
         self.scaled.scale.density(self.scene().fluid_density())
     }
 
+    /// The same with the regularisation of the viscosity law multiplied by a factor, for an estimate
+    /// of its effect.
+    #[must_use]
+    pub fn regularised(self, factor: f64) -> Self {
+        Self {
+            law: self.law.map(|law| law.regularised(factor)),
+            ..self
+        }
+    }
+
     /// Viscosity law of the fluid; none for a Newtonian fluid.
     pub fn law(&self) -> Option<&Law> {
         self.law.as_ref()
@@ -341,10 +351,7 @@ impl MovingAxis {
         let largest = |of: fn(&BodySolution) -> Vector3<f64>| {
             (response.bodies.iter()).fold(0.0_f64, |m, body| m.max(of(body).norm()))
         };
-        let is_regularised = matches!(
-            self.law,
-            Some(Law::PowerLaw { .. } | Law::HerschelBulkley { .. })
-        );
+        let is_regularised = self.law.is_some_and(|law| law.is_regularised());
         let bars = |size: f64| ErrorEstimate {
             // The walls and the equations are those of the scene, but for a regularised law.
             container: Some(0.0),

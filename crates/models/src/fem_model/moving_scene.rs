@@ -20,7 +20,7 @@ use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
 use crate::surface_motion::SurfaceMotion;
 use scene::rheology::Law;
-use scene::{Scene, Slip};
+use scene::{Domain, EstimatesKind, Scene, Slip};
 
 /// Bodies, loads, slip and walls of a scene in scaled units, for an integration in time of fluid
 /// and bodies together.
@@ -72,10 +72,28 @@ impl MovingScene {
 
     /// The same with all element sizes of generated meshes multiplied by a factor, on bodies and
     /// far from them, for an estimate of the error of the mesh.
-    #[must_use]
-    pub fn coarsened(self, factor: f64) -> Self {
-        Self {
+    ///
+    /// None for the mesh of a file, and for a scene that asks for no estimates.
+    ///
+    /// # Errors
+    /// Those of [`MovingScene::new`].
+    pub fn coarser(scene: &Scene, factor: f64) -> Result<Option<Self>, ModelError> {
+        let is_file = matches!(scene.domain(), Domain::Mesh { .. });
+        if is_file || scene.fem().estimates == EstimatesKind::Off {
+            return Ok(None);
+        }
+        Ok(Some(Self {
             coarsening: factor,
+            ..Self::new(scene)?
+        }))
+    }
+
+    /// The same with the regularisation of the viscosity law multiplied by a factor, for an estimate
+    /// of its effect.
+    #[must_use]
+    pub fn regularised(self, factor: f64) -> Self {
+        Self {
+            law: self.law.map(|law| law.regularised(factor)),
             ..self
         }
     }

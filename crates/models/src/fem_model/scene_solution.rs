@@ -183,14 +183,16 @@ impl ToScene<'_> {
             ],
         };
         let power = response.power().abs();
-        // The equations have no approximation but the regularisation of a viscosity law.
-        let effects = (solution.regularisation.as_ref())
-            .map(|regularisation| self.effects(regularisation))
-            .transpose()?
-            .unwrap_or_default();
+        // The equations have no approximation but the regularisation of a viscosity law, which
+        // matters where something moves.
+        let is_regularised = self.scaled.law().is_some_and(|law| law.is_regularised());
+        let (is_known, effects) = match &solution.regularisation {
+            Some(regularisation) => (true, self.effects(regularisation)?),
+            None => (!is_regularised || speed == 0.0, Effects::default()),
+        };
         let bars = |size: f64, effect: f64| ErrorEstimate {
             container: Some(self.container_error * size),
-            model: Some(effect),
+            model: is_known.then_some(effect),
             algebraic: Some(solution.algebraic_error * size),
             ..ErrorEstimate::default()
         };

@@ -1,4 +1,4 @@
-//! The error of the mesh of a fluid with inertia, by a coarser one that moves beside it.
+//! The errors of mesh and regularisation of a fluid with inertia, by a coarser one beside it.
 
 use models::{DiscretisationError, InstantaneousSolution, ModelError, Uncertainty};
 use rigid::StateVelocity;
@@ -15,7 +15,30 @@ use crate::kinetic_energy::KineticEnergy;
 /// wakes are not resolved.
 pub(crate) const COARSER: f64 = 1.4;
 
-/// A fluid and the same on a coarser mesh that moves beside it.
+/// Error of the second order over the difference between two meshes with these numbers of degrees
+/// of freedom, relative to that of meshes whose element sizes differ by [`COARSER`].
+///
+/// Elements cannot be arbitrarily large on a sphere, in a gap and at a wall. Where they are as
+/// large as possible, the coarser mesh has larger ones elsewhere only, and the mean ratio of the
+/// sizes follows from the numbers of degrees of freedom. None for meshes that are nearly equal:
+/// they say nothing of the error.
+pub(crate) fn share_of_sizes([fine, coarse]: [usize; 2]) -> Option<f64> {
+    /// The difference is then a sixth of the error.
+    const LEAST_RATIO: f64 = 1.08;
+    let ratio = (fine as f64 / coarse as f64).cbrt();
+    let share = (COARSER.powi(2) - 1.0) / (ratio * ratio - 1.0);
+    (ratio >= LEAST_RATIO).then(|| share.max(1.0))
+}
+
+/// Factor on the regularisation of a viscosity law in the coarser one of two fluids.
+///
+/// The effect of a regularisation `e` is in proportion to a power of `e`, of the exponent 0.8 for a
+/// sphere that falls in a power law of the index 0.6, 0.3 with a yield stress. The difference to ten
+/// times `e` is then 5.3 and 1.0 times the effect.
+pub(super) const SOFTER: f64 = 10.0;
+
+/// A fluid and the same on a coarser mesh that moves beside it, with a larger regularisation if its
+/// viscosity law has one.
 ///
 /// The motion is that of the fine mesh minus its estimated error, a share of the difference to the
 /// coarse one. Both keep velocities of their own, so that the difference is that of the whole
@@ -78,23 +101,25 @@ impl<'a> WithCompanion<'a> {
         }
     }
 
-    /// Of meshes in space whose sizes differ by [`COARSER`] and which take the same steps.
+    /// Of meshes in space whose sizes differ by [`COARSER`] and which take the same steps, with
+    /// their [`share_of_sizes`].
     ///
     /// The share is 0.35 for the fourth order. It was 0.2 at the median for the speeds of squirmers
     /// in steady flow, 0.12 to 0.29 for the largest speeds of spheres that fall in a box, and 0 to
     /// 0.14 for a stroke of three spheres (`docs/decisions.md`).
-    pub fn of_space(fine: Box<dyn MovingFluid + 'a>, coarse: Box<dyn MovingFluid + 'a>) -> Self {
-        Self::new([fine, coarse], 0.2, false)
+    pub fn of_space(both: [Box<dyn MovingFluid + 'a>; 2], share_of_sizes: f64) -> Self {
+        let companion = Self::new(both, 0.2, false);
+        Self {
+            uncertainty: share_of_sizes * companion.uncertainty,
+            ..companion
+        }
     }
 
     /// Of elements in the meridian plane whose orders differ by one, by which errors change by
     /// factors of two to ten, and with steps twice as long, by which those of the second order
     /// change by a factor of four.
-    pub fn of_meridian_plane(
-        fine: Box<dyn MovingFluid + 'a>,
-        coarse: Box<dyn MovingFluid + 'a>,
-    ) -> Self {
-        Self::new([fine, coarse], 0.25, true)
+    pub fn of_meridian_plane(both: [Box<dyn MovingFluid + 'a>; 2]) -> Self {
+        Self::new(both, 0.25, true)
     }
 
     /// Whether both meet after a step to this time: every second time where steps of the coarse one
@@ -203,6 +228,10 @@ impl MovingFluid for WithCompanion<'_> {
         }
         if let Some(error) = self.error.clone() {
             fine.correct(error);
+            for bar in fine.error_bars_mut() {
+                // The effect of a regularisation is a part of the difference to a larger one.
+                bar.model.get_or_insert(0.0);
+            }
         }
         Ok(fine)
     }

@@ -6,6 +6,7 @@ use axisymmetric::{
 use models::{InstantaneousSolution, ModelError, MovingAxis};
 use scene::{InertiaKind, PhaseSpan, Scene};
 
+use super::companion::SOFTER;
 use super::moving_fluid::{
     BodyMemory, FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation,
 };
@@ -56,7 +57,8 @@ const MAX_TOLERANCE: f64 = 1e-6;
 const MIN_TOLERANCE: f64 = 1e-10;
 
 impl MeridianScene {
-    /// A scene with elements of the order that its tolerance needs, and of the order below.
+    /// A scene with elements of the order that its tolerance needs, and of the order below with a
+    /// larger regularisation of its law.
     ///
     /// # Errors
     /// Those of [`MovingAxis::new`].
@@ -65,17 +67,15 @@ impl MeridianScene {
         let enough = ERRORS.iter().position(|error| *error <= tolerance);
         let order = FIRST_ORDER + enough.unwrap_or(ERRORS.len() - 1);
         let iteration = (ITERATION_SHARE * tolerance).clamp(MIN_TOLERANCE, MAX_TOLERANCE);
-        let of_order = |order| Self::new(scene, order, iteration);
-        Ok([of_order(order)?, of_order(order - 1)?])
-    }
-
-    fn new(scene: &Scene, order: usize, tolerance: f64) -> Result<Self, ModelError> {
-        Ok(Self {
-            moving: MovingAxis::new(scene)?,
-            order,
-            tolerance,
-            span: PresentSpan::default(),
-        })
+        let of_order = |order, softer| -> Result<Self, ModelError> {
+            Ok(Self {
+                moving: MovingAxis::new(scene)?.regularised(softer),
+                order,
+                tolerance: iteration,
+                span: PresentSpan::default(),
+            })
+        };
+        Ok([of_order(order, 1.0)?, of_order(order - 1, SOFTER)?])
     }
 
     /// Values of the joints at a time, in the units of the scene.

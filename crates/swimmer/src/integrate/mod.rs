@@ -28,7 +28,7 @@ mod unsteady;
 
 pub(crate) use brownian::noise_steps;
 pub(crate) use collocation::TABLE_SHARE;
-pub(crate) use companion::COARSER;
+pub(crate) use companion::{COARSER, share_of_sizes};
 use inertia::Scheme;
 pub(crate) use masses::relaxation_time;
 use masses::{Velocities, at_rest};

@@ -57,7 +57,7 @@ const MODEL_SHARE: f64 = 0.6;
 
 impl Prediction {
     /// The prediction for a scene; none without a gait, with many bodies, slip, a background
-    /// flow or periodic images, loads that vary, or if nothing moves.
+    /// flow or periodic images, loads or given velocities that vary, or if nothing moves.
     pub fn from_scene(scene: &Scene) -> Option<Self> {
         // The rough model ignores slip, background flows and periodic images, and its few points
         // repulsion.
@@ -67,8 +67,9 @@ impl Prediction {
         if scene.bodies().len() > MAX_BODIES || !is_smooth {
             return None;
         }
-        // A few points per phase do not follow bodies that turn many times in a field.
-        if scene.bodies().iter().any(scene::Body::is_driven) {
+        // A few points per phase do not follow bodies that turn many times in a field, and one that
+        // oscillates may be where it started.
+        if scene.depends_on_time() || scene.bodies().iter().any(scene::Body::is_driven) {
             return None;
         }
         let mut model = RoughModel::new(scene).ok()?;

@@ -11,9 +11,9 @@ use mesh::TetMesh;
 use models::{InstantaneousSolution, ModelError, MovingMeshes, MovingScene};
 use nalgebra::{Isometry3, Vector3};
 use rigid::{Constraints, ExternalLoad, RigidError};
-use scene::{Domain, EstimatesKind, InertiaKind, PhaseSpan, Scene};
+use scene::{InertiaKind, PhaseSpan, Scene};
 
-use super::companion::COARSER;
+use super::companion::{COARSER, SOFTER};
 use super::moving_fluid::{
     BodyMemory, FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation,
 };
@@ -39,19 +39,16 @@ impl SpatialScene {
         })
     }
 
-    /// The scene on coarser meshes; none for the mesh of a file and without `fem.estimates`.
+    /// The scene on coarser meshes and with a larger regularisation of its law; none for the mesh of
+    /// a file and without `fem.estimates`.
     ///
     /// # Errors
     /// Those of [`MovingScene::new`].
     pub fn coarser(scene: &Scene) -> Result<Option<Self>, ModelError> {
-        let is_file = matches!(scene.domain(), Domain::Mesh { .. });
-        if is_file || scene.fem().estimates == EstimatesKind::Off {
-            return Ok(None);
-        }
-        let fine = Self::new(scene)?;
-        Ok(Some(Self {
-            moving: fine.moving.coarsened(COARSER),
-            ..fine
+        let coarser = MovingScene::coarser(scene, COARSER)?;
+        Ok(coarser.map(|moving| Self {
+            moving: moving.regularised(SOFTER),
+            span: PresentSpan::default(),
         }))
     }
 }
@@ -166,6 +163,11 @@ impl<'a> SpatialFluid<'a> {
             volume: volumes.map(|body| body.shape.volume()).sum(),
             memory: BodyMemory::new(moving.scene()),
         })
+    }
+
+    /// The present mesh.
+    pub fn mesh(&self) -> &TetMesh {
+        self.integrator.mesh()
     }
 
     /// Velocity of the bodies that a new mesh changes at most: twice the impulse over the mass of

@@ -9,7 +9,7 @@ use models::{AccumulatedError, ModelError};
 use rigid::{State, StateBounds, StateVelocity};
 use scene::{Gait, PhaseSpan, Scene, StartKind, spans};
 
-use super::companion::WithCompanion;
+use super::companion::{WithCompanion, share_of_sizes};
 use super::meridian_fluid::{MeridianFluid, MeridianScene};
 use super::moving_fluid::{
     BodyMemory, LEAST_PART, LEAST_STEP, MovingFluid, TriedStep, UnsteadyState, position,
@@ -24,15 +24,14 @@ use crate::planning::{Discretisation, discretisation};
 /// Bodies, loads and slip of a scene whose fluid has inertia, along its gait.
 pub struct UnsteadyScene {
     scene: Scene,
-    finest: ForcedScene,
-    /// With fewer degrees of freedom, for an estimate of the error of the mesh.
-    coarse: Option<ForcedScene>,
+    forced: ForcedScene,
 }
 
-/// A scene in one discretisation.
+/// A scene in one discretisation, and with fewer degrees of freedom for an estimate of the error of
+/// the mesh.
 enum ForcedScene {
-    Spatial(Box<SpatialScene>),
-    Meridian(Box<MeridianScene>),
+    Spatial(Box<SpatialScene>, Option<Box<SpatialScene>>),
+    Meridian(Box<[MeridianScene; 2]>),
 }
 
 impl UnsteadyScene {
@@ -44,51 +43,48 @@ impl UnsteadyScene {
         if !scene.inertia().is_kept() {
             return Ok(None);
         }
-        let (finest, coarse) = match discretisation(scene)? {
-            Discretisation::Meridian => {
-                let [finest, coarse] = MeridianScene::pair(scene)?.map(Box::new);
-                (
-                    ForcedScene::Meridian(finest),
-                    Some(ForcedScene::Meridian(coarse)),
-                )
-            }
+        let forced = match discretisation(scene)? {
+            Discretisation::Meridian => ForcedScene::Meridian(Box::new(MeridianScene::pair(scene)?)),
             Discretisation::Spatial => {
                 let coarse = SpatialScene::coarser(scene)?.map(Box::new);
-                (
-                    ForcedScene::Spatial(Box::new(SpatialScene::new(scene)?)),
-                    coarse.map(ForcedScene::Spatial),
-                )
+                ForcedScene::Spatial(Box::new(SpatialScene::new(scene)?), coarse)
             }
         };
         Ok(Some(Self {
             scene: scene.clone(),
-            finest,
-            coarse,
+            forced,
         }))
     }
 
     /// Fluid and bodies at rest at the start of the gait.
     fn at_rest(&self) -> Result<Box<dyn MovingFluid + '_>, SwimError> {
-        let finest = self.finest.at_rest()?;
         // Where there is no mesh for the estimate, there is no estimate.
-        let coarse = self.coarse.as_ref().map(ForcedScene::at_rest);
-        Ok(match (coarse, &self.finest) {
-            (Some(Ok(coarse)), ForcedScene::Spatial(_)) => {
-                Box::new(WithCompanion::of_space(finest, coarse))
+        Ok(match &self.forced {
+            ForcedScene::Spatial(finest, coarse) => {
+                let finest = SpatialFluid::at_rest(finest)?;
+                let coarse = (coarse.as_ref()).and_then(|scene| SpatialFluid::at_rest(scene).ok());
+                let nodes = |fluid: &SpatialFluid| fluid.mesh().n_points();
+                let share = (coarse.as_ref())
+                    .and_then(|coarse| share_of_sizes([nodes(&finest), nodes(coarse)]));
+                match coarse.zip(share) {
+                    Some((coarse, share)) => {
+                        let both = [Box::new(finest) as Box<dyn MovingFluid>, Box::new(coarse)];
+                        Box::new(WithCompanion::of_space(both, share))
+                    }
+                    None => Box::new(finest),
+                }
             }
-            (Some(Ok(coarse)), ForcedScene::Meridian(_)) => {
-                Box::new(WithCompanion::of_meridian_plane(finest, coarse))
+            ForcedScene::Meridian(both) => {
+                let [finest, coarse] = &**both;
+                let finest = MeridianFluid::at_rest(finest)?;
+                match MeridianFluid::at_rest(coarse) {
+                    Ok(coarse) => {
+                        let both = [Box::new(finest) as Box<dyn MovingFluid>, Box::new(coarse)];
+                        Box::new(WithCompanion::of_meridian_plane(both))
+                    }
+                    Err(_) => Box::new(finest),
+                }
             }
-            _ => finest,
-        })
-    }
-}
-
-impl ForcedScene {
-    fn at_rest(&self) -> Result<Box<dyn MovingFluid + '_>, SwimError> {
-        Ok(match self {
-            Self::Spatial(scene) => Box::new(SpatialFluid::at_rest(scene)?),
-            Self::Meridian(scene) => Box::new(MeridianFluid::at_rest(scene)?),
         })
     }
 }
@@ -289,8 +285,10 @@ fn integrate(
         if fixed.is_none() {
             let share = STEP_SHARE * (taken / span.duration).max(SHORT_STEP).sqrt();
             let error = step.displacement_error;
-            let accepted = steps.accepts(time, taken, error, share * tolerance);
-            let short = |_| evaluator.not_integrated(error, tolerance, usize::MAX);
+            let allowed = share * tolerance;
+            let accepted = steps.accepts(time, taken, error, allowed);
+            let parts = (span.duration / taken).round() as usize;
+            let short = |_| evaluator.not_integrated(error, allowed, parts);
             if !accepted.map_err(short)? {
                 continue;
             }
