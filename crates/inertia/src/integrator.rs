@@ -199,6 +199,25 @@ impl<'a> Integrator<'a> {
         bodies.filter_map(of_body).sum()
     }
 
+    /// Time in which vorticity diffuses over half the distance between nodes on the bodies, `ρ d²/4`
+    /// at viscosity 1; elements do not resolve a layer that is younger.
+    ///
+    /// The nodes are those of equilateral triangles with the area of the surfaces.
+    ///
+    /// # Errors
+    /// A boundary part without facets.
+    pub fn age_of_resolved_layers(&self) -> Result<f64, InertiaError> {
+        let (mut area, mut nodes) = (0.0, 0);
+        for part in &self.bodies.surfaces {
+            let tag = self.mesh.tag(part)?;
+            area += fem::integrate_facets(&self.mesh, tag, 2, |_| 1.0)?;
+            nodes += self.mesh.nodes_on(tag).len();
+        }
+        // two triangles of the area 3^(1/2) d^2 / 4 per node
+        let square = 2.0 / 3.0_f64.sqrt() * area / nodes.max(1) as f64;
+        Ok(self.parameters.density * square / 4.0)
+    }
+
     /// Forgets all levels but the present one: for corners of a motion, after which derivatives
     /// jump.
     pub fn restart(&mut self) {

@@ -214,8 +214,8 @@ impl Law {
     #[must_use]
     pub fn regularised(&self, factor: f64) -> Self {
         let mut law = *self;
-        if let Self::PowerLaw { regularisation, .. } | Self::HerschelBulkley { regularisation, .. } =
-            &mut law
+        if let Self::PowerLaw { regularisation, .. }
+        | Self::HerschelBulkley { regularisation, .. } = &mut law
         {
             *regularisation *= factor;
         }

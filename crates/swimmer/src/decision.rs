@@ -24,10 +24,15 @@ const MAX_REYNOLDS: f64 = 0.5;
 
 impl Decision {
     /// The decision after a completed run without a term, by what that costs.
-    pub fn after_run(term: NeglectedTerm, costs: &[Neglected], outcome: &Outcome) -> Self {
+    pub fn after_run(
+        term: NeglectedTerm,
+        costs: &[Neglected],
+        scene: &Scene,
+        outcome: &Outcome,
+    ) -> Self {
         let left = outcome.allowed_error - outcome.limited_error.unwrap_or(0.0);
         let of = |effect: &[Vector3<f64>]| mean_effect(outcome, effect);
-        Self::new(term, costs, left, "the net displacement", of)
+        Self::new(term, (costs, scene), left, "the net displacement", of)
     }
 
     /// The decision after a solution without a term, by its effect on the fastest body.
@@ -42,17 +47,29 @@ impl Decision {
         let velocities: Vec<_> = solution.bodies.iter().map(|body| body.velocity).collect();
         let allowed = scene.model().tolerance * velocity(&velocities).norm();
         let left = allowed - solution.error_estimate.total();
-        Self::new(term, costs, left, "the largest velocity", velocity)
+        Self::new(term, (costs, scene), left, "the largest velocity", velocity)
     }
 
     fn new(
         term: NeglectedTerm,
-        costs: &[Neglected],
+        (costs, scene): (&[Neglected], &Scene),
         left: f64,
         result: &str,
         of: impl Fn(&[Vector3<f64>]) -> Vector3<f64>,
     ) -> Self {
         let name = term.name();
+        if scene
+            .bodies()
+            .iter()
+            .all(|body| body.held_velocity().is_some())
+        {
+            let reason = "the velocities of all bodies are given, and its effect on forces is not \
+                          known";
+            return Self {
+                keeps: true,
+                reason: format!("{name} kept: {reason}"),
+            };
+        }
         let cost = costs.iter().find(|cost| cost.term == term);
         let numbers = cost.and_then(|cost| cost.numbers.as_ref());
         let reynolds = numbers.map(|numbers| numbers.reynolds);

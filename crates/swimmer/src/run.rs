@@ -162,7 +162,7 @@ fn run_to_target(
             let automatic = NeglectedTerm::ALL.into_iter().filter(|_| completed);
             let mut kept = None;
             for term in automatic.filter(|term| is_automatic(&scene, *term)) {
-                let decision = Decision::after_run(term, &neglected, outcome);
+                let decision = Decision::after_run(term, &neglected, &scene, outcome);
                 if decision.keeps {
                     progress.keeps_term(&decision.reason);
                     kept = Some(term);

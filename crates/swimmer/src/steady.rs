@@ -80,6 +80,7 @@ pub fn solve_steady(scene: &Scene) -> Result<SteadySolution, SwimError> {
 
 /// The steady state on meshes in space, with error bars from two coarser ones.
 fn in_space(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimError> {
+    MovingScene::check_convection(scene)?;
     let mut steady = on_mesh(&MovingScene::new(scene)?, moves)?;
     let mut resolved = None;
     if scene.fem().size_factor.is_none() && steady.reynolds > THICK_LAYERS {
@@ -101,12 +102,17 @@ fn in_space(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimError> {
     // Where there is no third mesh, two have to do.
     let coarsest = coarser(COARSER * COARSER)?;
     let fine = &mut steady.solution;
-    let Some(share) = share_of_sizes([fine.dofs.total, coarse.dofs.total]) else {
+    let dofs = |solution: &InstantaneousSolution| solution.dofs.total;
+    let Some(share) = share_of_sizes([dofs(fine), dofs(&coarse)]) else {
         return Ok(steady);
     };
+    let third = coarsest.and_then(|third| {
+        let share = share_of_sizes([dofs(&coarse), dofs(&third)])?;
+        Some((third, FINER * share))
+    });
     let pairs = |of: &dyn Fn([&InstantaneousSolution; 2]) -> f64| {
-        let next = coarsest.as_ref().map_or(0.0, |third| of([&coarse, third]));
-        BAR * share * of([fine, &coarse]).max(FINER * next)
+        let next = (third.as_ref()).map_or(0.0, |(third, share)| share * of([&coarse, third]));
+        BAR * next.max(share * of([fine, &coarse]))
     };
     let largest = |of: fn(&BodySolution) -> Vector3<f64>| {
         pairs(&|[one, other]| {
@@ -225,6 +231,13 @@ fn check(scene: &Scene) -> Result<bool, SwimError> {
             "fluid.density",
             "a steady state in a fluid with inertia needs its density; without it `swim solve` \
              gives Stokes flow",
+        );
+    }
+    if scene.rheology().is_some_and(|rheology| !rheology.is_kept()) {
+        return refuse(
+            "fluid.rheology",
+            "steady states with inertia do not say what a neglected viscosity law would change; \
+             set fluid.rheology = \"full\", or give the fluid a viscosity without a law",
         );
     }
     if scene.deforms() {

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::flow_system::{BoundaryVelocity, Fields, FlowSystem, Place};
+use super::flow_system::{BoundaryVelocity, Fields, FlowSystem};
+use super::locator::Place;
 use super::nested_condensation::CondensedFactors;
 use crate::AxisymmetricError;
 use crate::curve::Point;

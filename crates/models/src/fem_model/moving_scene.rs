@@ -20,7 +20,7 @@ use crate::scaled_scene::ScaledScene;
 use crate::solution::InstantaneousSolution;
 use crate::surface_motion::SurfaceMotion;
 use scene::rheology::Law;
-use scene::{Domain, EstimatesKind, Scene, Slip};
+use scene::{Domain, EstimatesKind, Scene, Slip, SolverKind};
 
 /// Bodies, loads, slip and walls of a scene in scaled units, for an integration in time of fluid
 /// and bodies together.
@@ -68,6 +68,25 @@ impl MovingScene {
             scaled,
             coarsening: 1.0,
         })
+    }
+
+    /// Refuses a linear solver that needs symmetric equations, which convection makes unsymmetric.
+    ///
+    /// # Errors
+    /// [`ModelError::Unsupported`].
+    pub fn check_convection(scene: &Scene) -> Result<(), ModelError> {
+        let (key, solver) = ("fem.solver", scene.fem().solver);
+        match solver {
+            SolverKind::Block => Ok(()),
+            _ => Err(ModelError::unsupported(
+                format!(
+                    "{}: {key} = \"{}\" with convection",
+                    scene.place(key),
+                    solver.word()
+                ),
+                "set fem.solver = \"block\", or fluid.inertia = \"unsteady\" for a run",
+            )),
+        }
     }
 
     /// The same with all element sizes of generated meshes multiplied by a factor, on bodies and

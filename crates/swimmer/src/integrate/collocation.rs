@@ -17,7 +17,7 @@ use scene::AcceptKind;
 use super::inverse_dexp::coordinate_rate;
 use super::order_errors::{SignedError, expected_error, is_smooth, is_stalled, remaining_error};
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, SpanResult, Stopped};
+use super::result::{Accumulated, Approximation, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
     MAX_PARTS, allowed_load_errors, expected_ratio, first_parts, largest_displacement,
@@ -117,7 +117,12 @@ fn in_parts(
         let mut error = step.integration_error;
         error.uncertainty += unseen_displacement(evaluator, span);
         let approximation = step.approximation;
-        result.append(evaluator, approximation, Some(error), accumulated.as_ref())?;
+        result.append(
+            evaluator,
+            approximation,
+            Some(error),
+            accumulated.as_ref().map(Accumulated::Independent),
+        )?;
     }
     Ok(result.with_totals(evaluator))
 }

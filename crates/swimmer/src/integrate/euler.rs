@@ -4,7 +4,7 @@ use models::AccumulatedError;
 use rigid::{State, StateVelocity};
 
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, SpanResult, Stopped};
+use super::result::{Accumulated, Approximation, SpanResult, Stopped};
 use super::span_evaluator::SpanEvaluator;
 use super::step_size::{largest_displacement, largest_rotation};
 
@@ -40,7 +40,12 @@ pub(super) fn span(
             weights: vec![1.0],
         };
         let accumulated = approximation.accumulated_error(duration);
-        result.append(evaluator, approximation, None, accumulated.as_ref())?;
+        result.append(
+            evaluator,
+            approximation,
+            None,
+            accumulated.as_ref().map(Accumulated::Independent),
+        )?;
     }
     result.accumulated_integration_error = integration_error(evaluator, &rates, start);
     Ok(result.with_totals(evaluator))

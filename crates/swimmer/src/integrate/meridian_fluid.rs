@@ -6,7 +6,7 @@ use axisymmetric::{
 use models::{InstantaneousSolution, ModelError, MovingAxis};
 use scene::{InertiaKind, PhaseSpan, Scene};
 
-use super::companion::SOFTER;
+use super::companion::{SOFTER, WithCompanion};
 use super::moving_fluid::{
     BodyMemory, FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation,
 };
@@ -114,6 +114,24 @@ pub(super) struct MeridianFluid<'a> {
 }
 
 impl<'a> MeridianFluid<'a> {
+    /// Fluid and bodies at rest, beside those of a coarser scene.
+    ///
+    /// # Errors
+    /// Bodies around which no mesh can be generated.
+    pub fn with_companion(
+        [fine, coarse]: &'a [MeridianScene; 2],
+    ) -> Result<Box<dyn MovingFluid + 'a>, SwimError> {
+        let fine = Box::new(Self::at_rest(fine)?);
+        // Where there is no mesh for the estimate, there is no estimate.
+        let Ok(coarse) = Self::at_rest(coarse) else {
+            return Ok(fine);
+        };
+        Ok(Box::new(WithCompanion::of_meridian_plane([
+            fine,
+            Box::new(coarse),
+        ])))
+    }
+
     /// Fluid and bodies at rest.
     ///
     /// # Errors

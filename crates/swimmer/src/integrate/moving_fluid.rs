@@ -127,7 +127,7 @@ pub(super) struct TriedStep {
     /// The change of the state.
     pub increment: StateVelocity,
     /// Estimated error of this change by the mesh, which was subtracted from it.
-    pub mesh_error: Option<StateVelocity>,
+    pub mesh_error: Option<MeshError>,
     /// Estimated error of the velocities by the step, relative to the largest ones; infinite where
     /// nothing is known of it.
     pub error: f64,
@@ -139,6 +139,16 @@ pub(super) struct TriedStep {
     pub velocity_error: f64,
     /// Error of the velocities of bodies by a new mesh at the start of the step.
     pub jump: f64,
+}
+
+/// Error of the change of the state in a step by the mesh.
+pub(super) struct MeshError {
+    /// The error.
+    pub change: StateVelocity,
+    /// Its relative uncertainty, the same in all steps.
+    pub relative_uncertainty: f64,
+    /// That of this step in addition.
+    pub own_uncertainty: f64,
 }
 
 /// Times after which the velocity of the slowest body does not know any more how it began.

@@ -32,7 +32,7 @@ use super::masses::{
     power_of_growth, velocities_of,
 };
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
+use super::result::{Accumulated, Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
     MAX_PARTS, first_parts, largest_displacement, largest_rotation, step_tolerance,
@@ -216,7 +216,7 @@ impl Run {
                 evaluator,
                 step,
                 Some(share.unsigned()),
-                accumulated.as_ref(),
+                accumulated.as_ref().map(Accumulated::Independent),
             )?;
             result.work += missing_work;
         }

@@ -221,6 +221,15 @@ impl Approximation {
     }
 }
 
+/// Discretisation error of a part of a phase span.
+#[derive(Clone, Copy)]
+pub(super) enum Accumulated<'a> {
+    /// Its uncertainty is independent of that of the parts before, as on different meshes.
+    Independent(&'a AccumulatedError),
+    /// It is of the same sign, as on meshes that move through all parts.
+    Correlated(&'a AccumulatedError),
+}
+
 impl SpanResult {
     /// The state at the position `s` in [0, 1] on the phase span.
     ///
@@ -310,7 +319,7 @@ impl SpanResult {
         evaluator: &SpanEvaluator,
         approximation: Approximation,
         integration_error: Option<AccumulatedError>,
-        accumulated: Option<&AccumulatedError>,
+        accumulated: Option<Accumulated>,
     ) -> Result<(), SwimError> {
         let duration =
             evaluator.span.duration * (approximation.piece.to - approximation.piece.from);
@@ -331,8 +340,12 @@ impl SpanResult {
         } = approximation;
         let displacement: Vec<_> = piece.step().frames.iter().map(|f| f.linear).collect();
         self.accumulated_error = match (self.accumulated_error.take(), accumulated) {
-            (Some(mut sum), Some(part)) => {
+            (Some(mut sum), Some(Accumulated::Independent(part))) => {
                 sum.append(part, &displacement);
+                Some(sum)
+            }
+            (Some(mut sum), Some(Accumulated::Correlated(part))) => {
+                sum.append_correlated(part, &displacement);
                 Some(sum)
             }
             _ => None,

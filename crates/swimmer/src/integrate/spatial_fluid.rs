@@ -1,6 +1,7 @@
 //! Steps in time of a fluid with inertia on meshes in space.
 
 use std::cell::RefCell;
+use std::f64::consts::PI;
 use std::rc::Rc;
 
 use inertia::{
@@ -13,7 +14,7 @@ use nalgebra::{Isometry3, Vector3};
 use rigid::{Constraints, ExternalLoad, RigidError};
 use scene::{InertiaKind, PhaseSpan, Scene};
 
-use super::companion::{COARSER, SOFTER};
+use super::companion::{COARSER, SOFTER, WithCompanion, share_of_sizes};
 use super::moving_fluid::{
     BodyMemory, FluidState, MovingFluid, PresentSpan, TriedStep, other_discretisation,
 };
@@ -31,8 +32,11 @@ impl SpatialScene {
     /// Prepares a scene.
     ///
     /// # Errors
-    /// Those of [`MovingScene::new`].
+    /// Those of [`MovingScene::new`] and [`MovingScene::check_convection`].
     pub fn new(scene: &Scene) -> Result<Self, ModelError> {
+        if scene.inertia().kind == InertiaKind::Full {
+            MovingScene::check_convection(scene)?;
+        }
         Ok(Self {
             moving: MovingScene::new(scene)?,
             span: PresentSpan::default(),
@@ -165,9 +169,30 @@ impl<'a> SpatialFluid<'a> {
         })
     }
 
-    /// The present mesh.
-    pub fn mesh(&self) -> &TetMesh {
-        self.integrator.mesh()
+    /// Fluid and bodies at rest, beside those of a coarser scene if their meshes differ enough.
+    ///
+    /// # Errors
+    /// Bodies around which no mesh can be generated.
+    pub fn with_companion(
+        scene: &'a SpatialScene,
+        coarser: Option<&'a SpatialScene>,
+    ) -> Result<Box<dyn MovingFluid + 'a>, SwimError> {
+        let fine = Self::at_rest(scene)?;
+        // Where there is no mesh for the estimate, there is no estimate.
+        let Some(coarse) = coarser.and_then(|scene| Self::at_rest(scene).ok()) else {
+            return Ok(Box::new(fine));
+        };
+        let nodes = |fluid: &Self| fluid.integrator.mesh().n_points();
+        let Some(share) = share_of_sizes([nodes(&fine), nodes(&coarse)]) else {
+            return Ok(Box::new(fine));
+        };
+        let resolved = fine.integrator.age_of_resolved_layers()?;
+        // Layers of oscillations are as thick as those that have grown for `P / π`.
+        let period = scene.moving.scene().shortest_period();
+        let is_thin = period.is_some_and(|period| period / PI < resolved);
+        let resolved = if is_thin { f64::INFINITY } else { resolved };
+        let both = [Box::new(fine) as Box<dyn MovingFluid>, Box::new(coarse)];
+        Ok(Box::new(WithCompanion::of_space(both, share, resolved)))
     }
 
     /// Velocity of the bodies that a new mesh changes at most: twice the impulse over the mass of

@@ -6,16 +6,16 @@
 
 use inertia::linalg::StepControl;
 use models::{AccumulatedError, ModelError};
-use rigid::{State, StateBounds, StateVelocity};
+use nalgebra::Vector3;
+use rigid::{State, StateBounds, Twist};
 use scene::{Gait, PhaseSpan, Scene, StartKind, spans};
 
-use super::companion::{WithCompanion, share_of_sizes};
 use super::meridian_fluid::{MeridianFluid, MeridianScene};
 use super::moving_fluid::{
-    BodyMemory, LEAST_PART, LEAST_STEP, MovingFluid, TriedStep, UnsteadyState, position,
+    BodyMemory, LEAST_PART, LEAST_STEP, MeshError, MovingFluid, TriedStep, UnsteadyState, position,
 };
 use super::piece::PathPiece;
-use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
+use super::result::{Accumulated, Approximation, IntegrationError, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::spatial_fluid::{SpatialFluid, SpatialScene};
 use crate::error::SwimError;
@@ -44,7 +44,9 @@ impl UnsteadyScene {
             return Ok(None);
         }
         let forced = match discretisation(scene)? {
-            Discretisation::Meridian => ForcedScene::Meridian(Box::new(MeridianScene::pair(scene)?)),
+            Discretisation::Meridian => {
+                ForcedScene::Meridian(Box::new(MeridianScene::pair(scene)?))
+            }
             Discretisation::Spatial => {
                 let coarse = SpatialScene::coarser(scene)?.map(Box::new);
                 ForcedScene::Spatial(Box::new(SpatialScene::new(scene)?), coarse)
@@ -58,34 +60,12 @@ impl UnsteadyScene {
 
     /// Fluid and bodies at rest at the start of the gait.
     fn at_rest(&self) -> Result<Box<dyn MovingFluid + '_>, SwimError> {
-        // Where there is no mesh for the estimate, there is no estimate.
-        Ok(match &self.forced {
+        match &self.forced {
             ForcedScene::Spatial(finest, coarse) => {
-                let finest = SpatialFluid::at_rest(finest)?;
-                let coarse = (coarse.as_ref()).and_then(|scene| SpatialFluid::at_rest(scene).ok());
-                let nodes = |fluid: &SpatialFluid| fluid.mesh().n_points();
-                let share = (coarse.as_ref())
-                    .and_then(|coarse| share_of_sizes([nodes(&finest), nodes(coarse)]));
-                match coarse.zip(share) {
-                    Some((coarse, share)) => {
-                        let both = [Box::new(finest) as Box<dyn MovingFluid>, Box::new(coarse)];
-                        Box::new(WithCompanion::of_space(both, share))
-                    }
-                    None => Box::new(finest),
-                }
+                SpatialFluid::with_companion(finest, coarse.as_deref())
             }
-            ForcedScene::Meridian(both) => {
-                let [finest, coarse] = &**both;
-                let finest = MeridianFluid::at_rest(finest)?;
-                match MeridianFluid::at_rest(coarse) {
-                    Ok(coarse) => {
-                        let both = [Box::new(finest) as Box<dyn MovingFluid>, Box::new(coarse)];
-                        Box::new(WithCompanion::of_meridian_plane(both))
-                    }
-                    Err(_) => Box::new(finest),
-                }
-            }
-        })
+            ForcedScene::Meridian(both) => MeridianFluid::with_companion(both),
+        }
     }
 }
 
@@ -413,7 +393,7 @@ fn append(
         evaluator,
         approximation,
         Some(integration.unsigned()),
-        accumulated.as_ref(),
+        accumulated.as_ref().map(Accumulated::Correlated),
     )?;
     result.work += linear + quadratic.unwrap_or(0.0);
     let twists = recorded.solution.bodies.iter();
@@ -430,14 +410,21 @@ fn append(
 
 /// The error by the mesh of a step, from that of the change of the state and of the solution at its
 /// end.
-fn of_mesh(error: &StateVelocity, recorded: &SpanSolution, length: f64) -> AccumulatedError {
+fn of_mesh(error: &MeshError, recorded: &SpanSolution, length: f64) -> AccumulatedError {
     let solution = &recorded.solution;
-    let estimated = solution.mesh_error.as_ref();
+    let frames = || error.change.frames.iter();
+    let largest = |of: fn(&Twist) -> Vector3<f64>| {
+        error.own_uncertainty * frames().map(|frame| of(frame).norm()).fold(0.0, f64::max)
+    };
+    let work = (solution.uncorrected_power() - solution.power()) * length;
     AccumulatedError {
-        displacement: error.frames.iter().map(|frame| frame.linear).collect(),
-        rotation: error.frames.iter().map(|frame| frame.angular).collect(),
-        work: (solution.uncorrected_power() - solution.power()) * length,
-        relative_uncertainty: estimated.map_or(0.0, |error| error.uncertainty.relative),
+        displacement: frames().map(|frame| frame.linear).collect(),
+        rotation: frames().map(|frame| frame.angular).collect(),
+        uncertainty: largest(|frame| frame.linear),
+        rotation_uncertainty: largest(|frame| frame.angular),
+        work,
+        work_uncertainty: error.own_uncertainty * work.abs(),
+        relative_uncertainty: error.relative_uncertainty,
         ..AccumulatedError::default()
     }
 }

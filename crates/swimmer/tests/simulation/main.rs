@@ -17,6 +17,7 @@ mod fuzz;
 mod harmonic;
 mod hostile;
 mod inertia;
+mod inertia_bars;
 mod integrators;
 mod joints;
 mod loops;
