@@ -199,8 +199,8 @@ impl<'a> Integrator<'a> {
         bodies.filter_map(of_body).sum()
     }
 
-    /// Time in which vorticity diffuses over half the distance between nodes on the bodies, `ρ d²/4`
-    /// at viscosity 1; elements do not resolve a layer that is younger.
+    /// Time in which vorticity diffuses over half the distance `d` between nodes on the bodies: `ρ
+    /// d²/4` at viscosity 1. Elements do not resolve a layer that is younger.
     ///
     /// The nodes are those of equilateral triangles with the area of the surfaces.
     ///

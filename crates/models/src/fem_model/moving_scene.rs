@@ -107,8 +107,8 @@ impl MovingScene {
         }))
     }
 
-    /// The same with the regularisation of the viscosity law multiplied by a factor, for an estimate
-    /// of its effect.
+    /// The same with the regularisation of the viscosity law multiplied by a factor, for an
+    /// estimate of its effect.
     #[must_use]
     pub fn regularised(self, factor: f64) -> Self {
         Self {

@@ -35,8 +35,8 @@ pub(crate) fn share_of_sizes([fine, coarse]: [usize; 2]) -> Option<f64> {
 /// Error of the first order over the difference between meshes whose sizes differ by [`COARSER`].
 ///
 /// Where a layer of vorticity is thinner than the elements errors are of that order: the way of a
-/// sphere without mass that a force pulls from rest had 2.3, 2.0 and 1.1 times the difference as its
-/// error when the layer was 1/20, 1/6 and 1/2 of the distance between nodes.
+/// sphere without mass that a force pulls from rest had an error of 2.3, 2.0 and 1.1 times the
+/// difference when the layer was 1/20, 1/6 and 1/2 of the distance between nodes.
 const FIRST_ORDER: f64 = 1.0 / (COARSER - 1.0);
 
 /// Factor on the regularisation of a viscosity law in the coarser one of two fluids.
@@ -139,8 +139,8 @@ impl<'a> WithCompanion<'a> {
         }
     }
 
-    /// Relative uncertainty of the error in the step that was tried last, in addition to that of all
-    /// steps.
+    /// Relative uncertainty of the error in the step that was tried last, in addition to that of
+    /// all steps.
     fn own_uncertainty(&self) -> f64 {
         match self.tried_end - self.start < self.resolved {
             true => FIRST_ORDER * self.uncertainty,

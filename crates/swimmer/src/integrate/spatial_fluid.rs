@@ -43,8 +43,8 @@ impl SpatialScene {
         })
     }
 
-    /// The scene on coarser meshes and with a larger regularisation of its law; none for the mesh of
-    /// a file and without `fem.estimates`.
+    /// The scene on coarser meshes and with a larger regularisation of its law; none for the mesh
+    /// of a file and without `fem.estimates`.
     ///
     /// # Errors
     /// Those of [`MovingScene::new`].
