@@ -102,17 +102,12 @@ fn in_space(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimError> {
     // Where there is no third mesh, two have to do.
     let coarsest = coarser(COARSER * COARSER)?;
     let fine = &mut steady.solution;
-    let dofs = |solution: &InstantaneousSolution| solution.dofs.total;
-    let Some(share) = share_of_sizes([dofs(fine), dofs(&coarse)]) else {
+    let Some(share) = share_of_sizes([fine.dofs.total, coarse.dofs.total]) else {
         return Ok(steady);
     };
-    let third = coarsest.and_then(|third| {
-        let share = share_of_sizes([dofs(&coarse), dofs(&third)])?;
-        Some((third, FINER * share))
-    });
     let pairs = |of: &dyn Fn([&InstantaneousSolution; 2]) -> f64| {
-        let next = (third.as_ref()).map_or(0.0, |(third, share)| share * of([&coarse, third]));
-        BAR * next.max(share * of([fine, &coarse]))
+        let next = coarsest.as_ref().map_or(0.0, |third| of([&coarse, third]));
+        BAR * share * of([fine, &coarse]).max(FINER * next)
     };
     let largest = |of: fn(&BodySolution) -> Vector3<f64>| {
         pairs(&|[one, other]| {
