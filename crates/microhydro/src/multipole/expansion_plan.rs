@@ -34,12 +34,6 @@ const NEGLECTED: f64 = 1e-2;
 /// By how much [`Variant::Lowered`] is lower.
 pub(super) const LOWERED: usize = 2;
 
-/// Part of the target of the flows about the axis of a gap that higher azimuthal numbers have.
-///
-/// Third spheres drive them, so that their errors are no squares. Among 27 spheres at gaps of 0.1
-/// velocities changed by 3e-3 with the order instead of 2e-4 where they had the same target.
-const REGULAR: f64 = 1e-2;
-
 /// Highest order of an expansion: that of a gap of [`NARROWEST`] at a tolerance of 1e-5.
 const MAX_ORDER: usize = 560;
 
@@ -272,9 +266,13 @@ impl Plan {
                 true => some[end].min(own[end] - 1),
                 false => some[end].min(own[end]),
             });
-            let regular = gap
-                .xi
-                .map(|xi| truncation::order_of_decay(xi, REGULAR * target));
+            let is_distant = own[0] < of_spheres[0] && own[1] < of_spheres[1];
+            let regular = match is_distant {
+                // all that are not neglected, also by `Variant::Lowered`
+                true => own.map(|order| order + LOWERED),
+                // others are less singular in a gap than those of its axis
+                false => gap.xi.map(|xi| truncation::order_of_decay(xi, target)),
+            };
             let [source, target] = if own[0] < own[1] { [1, 0] } else { [0, 1] };
             let sense = if source == 0 { 1.0 } else { -1.0 };
             let ends = [[i, j][source], [i, j][target]];

@@ -36,8 +36,6 @@ struct Control {
     residual: f64,
     /// Residual of changes from which errors are estimated.
     of_change: f64,
-    /// Factor on the changes of motions by [`Variant::Neglecting`].
-    neglected: f64,
     /// Largest factor on the changes of motions by [`Variant::Lowered`].
     most_tail: f64,
 }
@@ -46,7 +44,6 @@ struct Control {
 const WITH_JOINTS: Control = Control {
     residual: 1e-5,
     of_change: 1e-2,
-    neglected: 1.0,
     most_tail: f64::INFINITY,
 };
 
@@ -54,15 +51,14 @@ const WITH_JOINTS: Control = Control {
 ///
 /// Among 125 spheres at gaps of 0.05 and 0.1, errors of velocities were a twentieth of the
 /// residual, and a residual of 0.1 gave their changes within 8 %; changes of forces between spheres
-/// that are held converge more slowly. Errors of the motions were at most 0.32 of the changes by
-/// [`Variant::Neglecting`] and, with the smaller one of this factor and that of the gap, 0.63 of
-/// those by [`Variant::Lowered`]: cubes and random arrangements of 27 spheres, gaps of 0.025 to 8
-/// radii, tolerances of 1e-2 to 1e-4. The power has the factor of the gap: its terms are all of one
-/// sign.
+/// that are held converge more slowly. Errors of the motions were at most 0.8 of the changes by
+/// [`Variant::Neglecting`], among 64 spheres in a cube at gaps of 0.05, and 0.63 of those by
+/// [`Variant::Lowered`] with the smaller one of its factor and that of the gap: cubes and random
+/// arrangements of 27 spheres, gaps of 0.025 to 8 radii, tolerances of 1e-2 to 1e-4. The power has
+/// the factor of the gap: its terms are all of one sign.
 const GIVEN_FORCES: Control = Control {
     residual: 1e-3,
     of_change: 3e-2,
-    neglected: 0.5,
     most_tail: 0.8,
 };
 
@@ -238,7 +234,7 @@ impl SpheresModel {
         let mut bars = LargestDifferences::default();
         let tail = mobility.tail();
         for (variant, factor, of_motions) in [
-            (Variant::Neglecting, 1.0, control.neglected),
+            (Variant::Neglecting, 1.0, 1.0),
             (Variant::Lowered, tail, tail.min(control.most_tail)),
         ] {
             mobility.set_variant(variant);
