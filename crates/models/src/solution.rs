@@ -39,6 +39,12 @@ pub struct InstantaneousSolution {
     pub torque_error: ErrorEstimate,
     /// Error bars of the power of the bodies on the fluid.
     pub power_error: ErrorEstimate,
+    /// Error bars of the power of the bodies of one linkage on the fluid; none by a source for which
+    /// those of the power are all that is known.
+    pub linkage_power_error: ErrorEstimate,
+    /// Error bars of the mean flow through a periodic box if the scene gives its pressure gradient,
+    /// else of the mean pressure gradient.
+    pub mean_flow_error: ErrorEstimate,
     /// The estimated discretisation error that was subtracted, if estimates were requested.
     pub mesh_error: Option<DiscretisationError>,
     /// The estimated error by the model, computed minus exact, where it has a sign: of expansions
@@ -92,6 +98,8 @@ impl From<Response> for InstantaneousSolution {
             force_error: ErrorEstimate::default(),
             torque_error: ErrorEstimate::default(),
             power_error: ErrorEstimate::default(),
+            linkage_power_error: ErrorEstimate::default(),
+            mean_flow_error: ErrorEstimate::default(),
             mesh_error: None,
             model_error: None,
             checks: None,
@@ -116,6 +124,7 @@ impl InstantaneousSolution {
             bodies,
             joint_loads,
             holding: Vec::new(),
+            mean_flow: None,
             slip_power: 0.0,
             amplitude_rates: Vec::new(),
         })
