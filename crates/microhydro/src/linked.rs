@@ -150,6 +150,10 @@ struct Eliminated {
 /// Rounding of the difference of two velocities, relative to them: of sums over a few operations.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
+/// Change of the velocities, relative to the mean flow that is solved for, below which there is none:
+/// arrays need no iteration by symmetry, and sums over images have a relative error of 1e-12.
+const NO_CHANGE: f64 = 1e-10;
+
 /// Iterations between two computations of the true residual, and in all.
 const MAX_ITERATIONS: usize = 1000;
 
@@ -423,7 +427,12 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
         let mut residual = self.unbalanced(&velocities, offsets);
         let mut mean_flow = self.split(&mut residual);
         // With the change of the flow, which the residual is without.
-        let scale = residual.norm() + self.flow_norm(&(mean_flow - start_flow));
+        let of_flow = [mean_flow - start_flow, NO_CHANGE * mean_flow];
+        let scale = residual.norm()
+            + of_flow
+                .map(|flow| self.flow_norm(&flow))
+                .iter()
+                .sum::<f64>();
         let given = offsets.iter().map(|w| w.norm_squared()).sum::<f64>().sqrt();
         let target = |velocities: &Forces| {
             let rounding = ROUNDING * (velocities.spheres.norm() + given);

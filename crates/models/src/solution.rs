@@ -39,9 +39,10 @@ pub struct InstantaneousSolution {
     pub torque_error: ErrorEstimate,
     /// Error bars of the power of the bodies on the fluid.
     pub power_error: ErrorEstimate,
-    /// Error bars of the power of the bodies of one linkage on the fluid; none by a source for which
-    /// those of the power are all that is known.
-    pub linkage_power_error: ErrorEstimate,
+    /// Largest error of the power of the bodies of a linkage by the model, relative to the sum of the
+    /// sizes of the powers of forces and torques on its bodies and of its deformation; none where
+    /// that of the power of all is all that is known.
+    pub linkage_power_error: Option<f64>,
     /// Error bars of the mean flow through a periodic box if the scene gives its pressure gradient,
     /// else of the mean pressure gradient.
     pub mean_flow_error: ErrorEstimate,
@@ -98,7 +99,7 @@ impl From<Response> for InstantaneousSolution {
             force_error: ErrorEstimate::default(),
             torque_error: ErrorEstimate::default(),
             power_error: ErrorEstimate::default(),
-            linkage_power_error: ErrorEstimate::default(),
+            linkage_power_error: None,
             mean_flow_error: ErrorEstimate::default(),
             mesh_error: None,
             model_error: None,

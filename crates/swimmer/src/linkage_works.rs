@@ -34,9 +34,12 @@ impl LinkageWork {
             .map(|error| (error, linkage_powers(set, &solution.uncorrected())));
         let exact = (solution.model_error.as_ref())
             .map(|error| linkage_powers(set, &(&solution.response - error)));
-        let bars = [&solution.linkage_power_error, &solution.power_error];
-        let bar = bars[0].model.or(bars[1].model);
+        let sizes = linkage_sums(set, solution, f64::abs);
         let of_linkage = |(number, power): (usize, &f64)| {
+            let of_linkage = solution
+                .linkage_power_error
+                .map(|error| error * sizes[number]);
+            let bar = of_linkage.or(solution.power_error.model);
             let model = exact.as_ref().map_or(0.0, |exact| power - exact[number]);
             let mesh = computed.as_ref().map_or([0.0; 3], |(error, computed)| {
                 let uncertainty = &error.uncertainty;
@@ -83,7 +86,8 @@ impl LinkageWork {
             mesh: of_all
                 .mesh
                 .map(|_| (relative * removed.abs()).max(uncertainty)),
-            model: of_all.model.map(|_| error.hypot(unsigned)),
+            // The error is known to about a hundredth, and may be all in one direction.
+            model: of_all.model.map(|_| error.abs() + unsigned),
             integration: of_all.integration.map(|_| self.integration),
             ..*of_all
         }
@@ -125,15 +129,24 @@ fn shares_volume(scene: &Scene) -> bool {
 
 /// Power of the bodies of each linkage on the fluid, by motion and deformation.
 pub(crate) fn linkage_powers(set: &Articulation, response: &Response) -> Vec<f64> {
-    let mut powers = vec![0.0; set.linkages().len()];
+    linkage_sums(set, response, |power| power)
+}
+
+/// The same sums of a function of the power of each force and torque, and of each deformation.
+fn linkage_sums(set: &Articulation, response: &Response, of: impl Fn(f64) -> f64) -> Vec<f64> {
+    let mut sums = vec![0.0; set.linkages().len()];
     for (body, &linkage) in response.bodies.iter().zip(set.linkage_of()) {
-        powers[linkage] += body.force.dot(&body.velocity) + body.torque.dot(&body.angular_velocity);
+        let powers = [
+            body.force.dot(&body.velocity),
+            body.torque.dot(&body.angular_velocity),
+        ];
+        sums[linkage] += of(powers[0]) + of(powers[1]);
     }
     let loads = set.joints().iter().zip(&response.joint_loads);
     for ((joint, load), rate) in loads.zip(&response.amplitude_rates) {
-        powers[set.linkage_of()[joint.body]] += load.drive * rate;
+        sums[set.linkage_of()[joint.body]] += of(load.drive * rate);
     }
-    powers
+    sums
 }
 
 /// Adds numbers to sums, of which there are none at first.

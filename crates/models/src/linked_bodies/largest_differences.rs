@@ -14,7 +14,7 @@ pub(crate) struct LargestDifferences {
     pub force: f64,
     pub torque: f64,
     pub power: f64,
-    /// Of the power of the bodies of one linkage.
+    /// Of the power of the bodies of one linkage, relative to the sum of the sizes of its parts.
     pub linkage_power: f64,
     /// Of the mean flow of a periodic box.
     pub mean_flow: f64,
@@ -109,29 +109,50 @@ impl SomeLinkages<'_> {
         solution.forces.dot(&velocities) + solution.slip_power + of_deformation
     }
 
-    /// Largest difference of the power of the bodies of a linkage, with all differences of
-    /// deformations, which may belong to it.
+    /// Largest difference of the power of the bodies of a linkage, relative to the sum of the sizes
+    /// of the powers of forces and torques on its bodies; of all together if bodies deform, because
+    /// the powers of amplitudes are not known by linkage.
     fn linkage_power_difference(&self, one: &MobilitySolution, other: &MobilitySolution) -> f64 {
-        let of_sphere = |solution: &MobilitySolution, sphere: usize| {
-            let rows = 6 * sphere..6 * sphere + 6;
-            let of_row = |row: usize| {
-                solution.forces[row] * solution.generalised[self.surface_velocities[row]]
+        let linkages = self.surfaces.iter().map(|spheres| {
+            let parts = |solution| {
+                spheres
+                    .iter()
+                    .flat_map(move |&k| self.powers_of(solution, k))
             };
-            rows.map(of_row).sum::<f64>()
+            let difference: f64 = parts(one).zip(parts(other)).map(|(a, b)| a - b).sum();
+            let size: f64 = parts(one).map(f64::abs).sum();
+            (difference.abs(), size)
+        });
+        let ratio = |(difference, size): (f64, f64)| match size > 0.0 {
+            true => difference / size,
+            false => 0.0,
         };
-        let of_linkage = |spheres: &Vec<usize>| {
-            let differences = spheres
-                .iter()
-                .map(|&k| of_sphere(one, k) - of_sphere(other, k));
-            differences.sum::<f64>().abs()
-        };
+        if one.amplitudes.is_empty() {
+            return linkages.map(ratio).fold(0.0, f64::max);
+        }
         let amplitudes = one.amplitudes.iter().zip(&other.amplitudes);
-        let of_amplitudes: f64 = (amplitudes)
-            .map(|((rate, drive), (other_rate, other_drive))| {
-                (rate * drive - other_rate * other_drive).abs()
-            })
-            .sum();
-        self.surfaces.iter().map(of_linkage).fold(0.0, f64::max) + of_amplitudes
+        let amplitudes = amplitudes.map(|((rate, drive), (other_rate, other_drive))| {
+            let power = rate * drive;
+            ((power - other_rate * other_drive).abs(), power.abs())
+        });
+        let all = linkages.chain(amplitudes);
+        ratio(all.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1)))
+    }
+
+    /// Sum of the sizes of the powers of forces and torques on all bodies.
+    pub fn size_of_powers(&self, solution: &MobilitySolution) -> f64 {
+        let spheres = 0..self.surface_velocities.len() / 6;
+        let powers = spheres.flat_map(|sphere| self.powers_of(solution, sphere));
+        powers.map(f64::abs).sum()
+    }
+
+    /// Powers of the force and of the torque of a sphere on the fluid.
+    fn powers_of(&self, solution: &MobilitySolution, sphere: usize) -> [f64; 2] {
+        [0, 3].map(|part| {
+            let rows = 6 * sphere + part..6 * sphere + part + 3;
+            let velocity = |row: usize| solution.generalised[self.surface_velocities[row]];
+            rows.map(|row| solution.forces[row] * velocity(row)).sum()
+        })
     }
 
     /// Largest differences between the motions and loads of a body in two solutions, and that of

@@ -280,7 +280,7 @@ impl SpheresModel {
                 force: load,
                 torque: load,
                 power: motion * load,
-                linkage_power: motion * load,
+                linkage_power: 1.0,
                 mean_flow: motion,
                 total_force: load,
             },

@@ -613,8 +613,7 @@ impl SpheresModel {
         solution.force_error = ErrorEstimate::of_model(scale.force_to_scene(bars.force));
         solution.torque_error = ErrorEstimate::of_model(scale.torque_to_scene(bars.torque));
         solution.power_error = ErrorEstimate::of_model(scale.power_to_scene(bars.power));
-        let of_linkage = scale.power_to_scene(bars.linkage_power);
-        solution.linkage_power_error = ErrorEstimate::of_model(of_linkage);
+        solution.linkage_power_error = Some(bars.linkage_power);
         if let Some(size) = self.scaled.scene.domain().period() {
             let of_flow = match self.scaled.mean_flow() {
                 MeanFlowCondition::TotalForce(_) => scale.length_to_scene(bars.mean_flow),

@@ -203,10 +203,12 @@ impl SpheresModel {
         };
         if let Some(bars) = &mut errors.bars {
             let of_sums = mobility.sum_errors(&solved.found.forces, &squirmers)?;
-            bars.add(
-                1.0,
-                &Self::errors_of_sums(of_sums, &spheres, &solved.found.forces),
-            );
+            let mut of_sums = Self::errors_of_sums(of_sums, &spheres, &solved.found.forces);
+            if of_sums.power > 0.0 {
+                let size = linked.all().size_of_powers(&solved.solution);
+                of_sums.linkage_power = of_sums.power / size.max(of_sums.power);
+            }
+            bars.add(1.0, &of_sums);
         }
         let total = clock.elapsed().as_secs_f64();
         let mut solution = InstantaneousSolution {
@@ -251,7 +253,6 @@ impl SpheresModel {
             force: 6.0 * PI * radius * velocity,
             torque: 8.0 * PI * radius.powi(3) * angular_velocity,
             power,
-            linkage_power: power,
             ..LargestDifferences::default()
         }
     }

@@ -352,7 +352,8 @@ fn bars_contain_the_permeability_of_cubic_arrays() {
                 let found = solve(&scene, kind);
                 let flow = found.mean_flow.unwrap();
                 let bar = found.mean_flow_error.model.unwrap();
-                let rounding = 0.5e-4 * cube + 4.0 * cube.powi(8);
+                // a digit of the constants, and terms of the next order
+                let rounding = 1e-4 * cube + 4.0 * cube.powi(8);
                 let case = format!("{kind:?} {} {fraction}", places.len());
                 within(flow.velocity.z - exact, bar + rounding, &case);
                 assert!(bar > 0.0 && bar < 0.5, "{case}: {bar}");
