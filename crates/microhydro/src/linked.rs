@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::error::check_entries;
 use crate::inverse_root::inverse_root;
-use crate::mean_flow::{Columns, UnknownFlow};
+use crate::mean_flow::{FlowColumns, UnknownFlow};
 use crate::{HydroError, PointMobility, Spheres};
 
 /// A mobility `M` that is never formed, and that may be the Schur complement of further degrees of
@@ -279,7 +279,7 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
     /// the total force already, and any flow carries them.
     pub fn with_total_force(mut self, total: Vector3<f64>) -> Result<Self, HydroError> {
         let count = self.multipliers() + self.mobility.hidden();
-        let (mut columns, mut solved) = (Columns::zeros(count), Columns::zeros(count));
+        let (mut columns, mut solved) = (FlowColumns::zeros(count), FlowColumns::zeros(count));
         for axis in 0..3 {
             let mut column = DVector::zeros(count);
             for (k, one) in self.linkages.iter().enumerate() {

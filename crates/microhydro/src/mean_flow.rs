@@ -4,8 +4,8 @@ use nalgebra::{Cholesky, Const, DVector, Matrix3, OMatrix, U3, Vector3};
 
 use crate::HydroError;
 
-/// Columns of three, one for each direction.
-pub(crate) type Columns = OMatrix<f64, nalgebra::Dyn, U3>;
+/// FlowColumns of three, one for each direction.
+pub(crate) type FlowColumns = OMatrix<f64, nalgebra::Dyn, U3>;
 
 /// Mean of the squares of a direction's multipliers, of all spheres, below which all spheres are
 /// free to move along it: rounding, since a sphere that is held contributes one.
@@ -28,9 +28,9 @@ pub(crate) struct UnknownFlow {
     /// The total force.
     pub total: Vector3<f64>,
     /// `B`.
-    columns: Columns,
+    columns: FlowColumns,
     /// `G^-1 B`.
-    preconditioned: Columns,
+    preconditioned: FlowColumns,
     /// `B^T G^-1 B`.
     factor: Cholesky<f64, Const<3>>,
 }
@@ -42,8 +42,8 @@ impl UnknownFlow {
     /// [`HydroError::NothingHeld`] if all spheres are free to move along a direction.
     pub fn new(
         total: Vector3<f64>,
-        columns: Columns,
-        preconditioned: Columns,
+        columns: FlowColumns,
+        preconditioned: FlowColumns,
         spheres: usize,
     ) -> Result<Self, HydroError> {
         let squares: Matrix3<f64> = columns.tr_mul(&columns) / spheres.max(1) as f64;
