@@ -98,7 +98,8 @@ impl AccumulatedError {
         UncorrectedBars {
             displacement: displacement.hypot(self.uncertainty),
             rotation: self.largest_rotation().hypot(self.rotation_uncertainty),
-            work: self.work.hypot(self.work_uncertainty),
+            // Errors of a work are all in one direction, and so may be that of their estimate.
+            work: self.work.abs() + self.work_uncertainty,
             holding: std::array::from_fn(|k| holding[k].hypot(self.holding_uncertainty[k])),
         }
     }

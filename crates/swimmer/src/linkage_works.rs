@@ -86,7 +86,6 @@ impl LinkageWork {
             mesh: of_all
                 .mesh
                 .map(|_| (relative * removed.abs()).max(uncertainty)),
-            // The error is known to about a hundredth, and may be all in one direction.
             model: of_all.model.map(|_| error.abs() + unsigned),
             integration: of_all.integration.map(|_| self.integration),
             ..*of_all
