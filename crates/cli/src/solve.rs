@@ -458,8 +458,8 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
     text
 }
 
-/// Label, size and error bar of the mean flow through a periodic box or of its pressure gradient, of
-/// the one that is a result; zero in other domains.
+/// Label, size and error bar of the mean flow through a periodic box or of its pressure gradient:
+/// of the one that is a result; zero in other domains.
 fn of_mean_flow(scene: &Scene, solution: &InstantaneousSolution) -> (&'static str, f64, f64) {
     let flow = solution.mean_flow.unwrap_or_default();
     let bar = solution.mean_flow_error.total();

@@ -150,8 +150,8 @@ struct Eliminated {
 /// Rounding of the difference of two velocities, relative to them: of sums over a few operations.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Change of the velocities, relative to the mean flow that is solved for, below which there is none:
-/// arrays need no iteration by symmetry, and sums over images have a relative error of 1e-12.
+/// Change of the velocities, relative to the mean flow that is solved for, below which there is
+/// none: arrays need no iteration by symmetry, and sums over images are accurate to 1e-12.
 const NO_CHANGE: f64 = 1e-10;
 
 /// Iterations between two computations of the true residual, and in all.

@@ -39,9 +39,9 @@ pub struct InstantaneousSolution {
     pub torque_error: ErrorEstimate,
     /// Error bars of the power of the bodies on the fluid.
     pub power_error: ErrorEstimate,
-    /// Largest error of the power of the bodies of a linkage by the model, relative to the sum of the
-    /// sizes of the powers of forces and torques on its bodies and of its deformation; none where
-    /// that of the power of all is all that is known.
+    /// Largest error of the power of the bodies of a linkage by the model, relative to the sum of
+    /// the sizes of the powers of forces and torques on its bodies and of its deformation; none
+    /// where that of the power of all is all that is known.
     pub linkage_power_error: Option<f64>,
     /// Error bars of the mean flow through a periodic box if the scene gives its pressure gradient,
     /// else of the mean pressure gradient.

@@ -18,8 +18,8 @@ fn some(shift: Vector3<f64>) -> (Spheres, Vector3<f64>) {
     (spheres, Vector3::new(9.0, 8.0, 11.0))
 }
 
-/// The first sphere is held, the second one moves at a given velocity and turns freely, the last two
-/// are a pair that keeps its distance, with a dashpot along x and a load.
+/// The first sphere is held, the second one moves at a given velocity and turns freely, the last
+/// two are a pair that moves without turning, with a dashpot between them along x and a load.
 fn linkages(scale: f64) -> Vec<Linkage> {
     let held = Linkage {
         spheres: vec![0],

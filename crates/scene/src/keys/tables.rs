@@ -121,8 +121,9 @@ tables! {
     }
 
     /// The flow in the absence of the bodies. In unbounded fluid it is the flow far away, in a
-    /// periodic box its mean (`uniform`) or what drives it (`pressure-gradient`); in a container the walls move with it, except for
-    /// `poiseuille`, which needs the domain cylinder, whose wall is at rest.
+    /// periodic box its mean (`uniform`) or what drives it (`pressure-gradient`); in a container
+    /// the walls move with it, except for `poiseuille`, which needs the domain cylinder, whose wall
+    /// is at rest.
     pub(crate) struct BackgroundFile in "background." {
         /// Kind of the flow.
         kind: Option<BackgroundKind> | "required in `[background]`",

@@ -259,8 +259,8 @@ pub fn summary_json(
 /// `holding_force` and `holding_torque` of a body whose velocity is given are the load that holds
 /// or drives it ([`models::HoldingLoad`]), null for other bodies; their error bars are those of the
 /// forces and torques. `power` is that of the bodies on the fluid, by motion and slip. `mean_flow`
-/// through a periodic box has the `velocity` and the `pressure_gradient` ([`models::MeanFlow`]) with
-/// the error bars of the one that the scene does not give; null in other domains.
+/// through a periodic box has the `velocity` and the `pressure_gradient` ([`models::MeanFlow`])
+/// with the error bars of the one that the scene does not give; null in other domains.
 /// `error_estimate` refers to the velocities; its entries `angular_velocity`, `force`, `torque` and
 /// `stresslet` to the largest of each, `power` to the power. `stresslet` of a body is the matrix of
 /// [`models::Stresslets`], with the sign of Batchelor (1970); null for models that do not compute
