@@ -29,9 +29,9 @@ pub struct Sample {
     /// spans.
     pub bodies: Option<Vec<BodySolution>>,
     /// Velocities and forces where nothing was solved, at the start and at the ends of phase spans:
-    /// those of the polynomial through the solves of the step before ([`SpanResult::bodies`]), at
-    /// the start of the first step after. None where a phase span has no solves, and at the start
-    /// where fluid or bodies have inertia.
+    /// those of the polynomial through the solves of the step before
+    /// ([`SpanResult::bodies`](crate::SpanResult::bodies)), at the start of the first step after.
+    /// None where a phase span has no solves, and at the start where fluid or bodies have inertia.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interpolated: Option<Vec<BodySolution>>,
     /// Kinetic energy of fluid and bodies, for fluids with inertia; none at equal intervals of
