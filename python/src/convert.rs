@@ -8,7 +8,7 @@ use swimmer::models::mesh::TetMesh;
 use swimmer::models::nalgebra::{DMatrix, Matrix3, Vector3};
 use swimmer::models::rigid::JointLoad;
 use swimmer::models::{
-    BodySolution, ErrorEstimate, FlowField, InstantaneousSolution, PointFlow, Seconds,
+    BodySolution, ErrorEstimate, FlowField, InstantaneousSolution, MeanFlow, PointFlow, Seconds,
 };
 use swimmer::{Outcome, Report, Sample, Scene};
 
@@ -163,6 +163,9 @@ pub fn solution_dict<'py>(
     dict.set_item("torque_errors", estimate(py, &solution.torque_error)?)?;
     dict.set_item("power", solution.power())?;
     dict.set_item("power_errors", estimate(py, &solution.power_error)?)?;
+    let flow = solution.mean_flow.as_ref();
+    let flow = flow.map(|flow| mean_flow(py, scene, flow, &solution.mean_flow_error));
+    dict.set_item("mean_flow", flow.transpose()?)?;
     dict.set_item("dofs", solution.dofs.total)?;
     let solver = &solution.solver;
     dict.set_item("formulation", &solver.formulation)?;
@@ -170,6 +173,25 @@ pub fn solution_dict<'py>(
     dict.set_item("iterations", solver.iterations)?;
     dict.set_item("residual", solver.true_relative_residual)?;
     dict.set_item("seconds", seconds(py, &solution.seconds)?)?;
+    Ok(dict)
+}
+
+/// A mean flow through a periodic box, with the error bars of what the scene does not give.
+fn mean_flow<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    flow: &MeanFlow,
+    bars: &ErrorEstimate,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("velocity", array(py, flow.velocity.as_slice()))?;
+    dict.set_item("pressure_gradient", array(py, flow.pressure_gradient.as_slice()))?;
+    let (found, given) = match scene.finds_mean_flow() {
+        true => ("velocity_errors", "pressure_gradient_errors"),
+        false => ("pressure_gradient_errors", "velocity_errors"),
+    };
+    dict.set_item(found, estimate(py, bars)?)?;
+    dict.set_item(given, py.None())?;
     Ok(dict)
 }
 
@@ -208,6 +230,9 @@ pub fn report_dict<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py,
     dict.set_item("mean_force_errors", estimate(py, &means.force_error)?)?;
     dict.set_item("mean_torque", vectors(py, &torques)?)?;
     dict.set_item("mean_torque_errors", estimate(py, &means.torque_error)?)?;
+    let flow = outcome.mean_flow();
+    let flow = flow.map(|mean| mean_flow(py, scene, &mean.flow, &mean.error));
+    dict.set_item("mean_flow", flow.transpose()?)?;
     dict.set_item("tolerance", scene.model().tolerance)?;
     dict.set_item("tolerance_met", outcome.tolerance_met)?;
     dict.set_item("solves", outcome.model_solves())?;
@@ -233,7 +258,10 @@ pub fn report_dict<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py,
         swimmer.set_item("displacement", array(py, result.displacement.as_slice()))?;
         swimmer.set_item("errors", estimate(py, &result.error_estimate)?)?;
         swimmer.set_item("rotation", array(py, result.rotation.as_slice()))?;
+        swimmer.set_item("rotation_errors", estimate(py, &result.rotation_error)?)?;
         swimmer.set_item("work", result.work)?;
+        let work_errors = result.work_error.as_ref().map(|bars| estimate(py, bars));
+        swimmer.set_item("work_errors", work_errors.transpose()?)?;
         swimmers.append(swimmer)?;
     }
     dict.set_item("swimmers", swimmers)?;

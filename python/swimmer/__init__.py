@@ -29,7 +29,7 @@ from .designs import (
 )
 from .environment import Swimmer
 from .fields import Flow, Mesh, PointFlow
-from .results import Connection, ErrorBars, Metric, Mobility, Resistance, Solution
+from .results import Connection, ErrorBars, MeanFlow, Metric, Mobility, Resistance, Solution
 from .run import Phase, Run, SwimmerResult, Trajectory
 from .scene import Scene, templates
 
@@ -42,6 +42,7 @@ __all__ = [
     "Flow",
     "InternalError",
     "LearnedStroke",
+    "MeanFlow",
     "Mesh",
     "Metric",
     "Mobility",

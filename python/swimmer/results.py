@@ -98,6 +98,46 @@ class ErrorBars(Result):
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
+class MeanFlow(Result):
+    """The mean flow through a periodic box and the mean pressure gradient, in the scene's units.
+
+    The scene gives one of both, by default a flow of zero. The forces of the bodies on the fluid
+    add up to the pressure gradient times the volume of the box.
+
+    Attributes
+    ----------
+    velocity : numpy.ndarray
+        Mean velocity of fluid and bodies.
+    velocity_errors : ErrorBars or None
+        Its error bars; None if the scene gives it.
+    pressure_gradient : numpy.ndarray
+        Mean of the gradient of the pressure.
+    pressure_gradient_errors : ErrorBars or None
+        Its error bars; None if the scene gives it.
+    """
+
+    velocity: np.ndarray
+    velocity_errors: ErrorBars | None
+    pressure_gradient: np.ndarray
+    pressure_gradient_errors: ErrorBars | None
+
+    @classmethod
+    def _from_raw(cls, raw: dict[str, Any] | None) -> MeanFlow | None:
+        if raw is None:
+            return None
+        names = ("velocity_errors", "pressure_gradient_errors")
+        given = {name: bars for name in names if (bars := raw[name]) is not None}
+        bars = {name: ErrorBars(**given[name]) if name in given else None for name in names}
+        return _from_raw(cls, raw, **bars)
+
+    def _rows(self) -> list[Row]:
+        return [
+            ("mean flow", vector(self.velocity)),
+            ("pressure gradient", vector(self.pressure_gradient)),
+        ]
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Solution(Result):
     """Velocities and forces of one instant, in the scene's units.
 
@@ -126,6 +166,8 @@ class Solution(Result):
         Power of the bodies on the fluid.
     power_errors : ErrorBars
         Error bars of the power by source.
+    mean_flow : MeanFlow or None
+        Mean flow and pressure gradient of a periodic box; None in other domains.
     model, formulation, solver : str
         How the flow was computed.
     dofs, iterations : int
@@ -156,6 +198,7 @@ class Solution(Result):
     torque_errors: ErrorBars
     power: float
     power_errors: ErrorBars
+    mean_flow: MeanFlow | None
     dofs: int
     formulation: str
     solver: str
@@ -168,7 +211,9 @@ class Solution(Result):
     def _from_raw(cls, raw: dict[str, Any]) -> Solution:
         kinds = ("velocity", "angular_velocity", "force", "torque", "power")
         names = [f"{kind}_errors" for kind in kinds]
-        return _from_raw(cls, raw, **{name: ErrorBars(**raw[name]) for name in names})
+        flow = MeanFlow._from_raw(raw["mean_flow"])
+        bars = {name: ErrorBars(**raw[name]) for name in names}
+        return _from_raw(cls, raw, mean_flow=flow, **bars)
 
     @property
     def velocity_error(self) -> float:

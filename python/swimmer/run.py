@@ -10,7 +10,7 @@ import numpy as np
 
 from ._display import Result, Row, largest, vector, with_error
 from .fields import Flow, PointFlow
-from .results import ErrorBars, Solution, _data_frame, _from_raw, frozen
+from .results import ErrorBars, MeanFlow, Solution, _data_frame, _from_raw, frozen
 
 __all__ = [
     "Phase",
@@ -55,9 +55,13 @@ class SwimmerResult(Result):
     rotation : numpy.ndarray
         Rotation vector of its root, with full turns: of its first body, or of the first one whose
         velocity is given.
+    rotation_errors : ErrorBars
+        Error bars of the rotation, in radians.
     work : float or None
         Work of its bodies on the fluid; None where it is known for all together only: with slip or
         inertia.
+    work_errors : ErrorBars or None
+        Error bars of the work, where it is known.
     """
 
     name: str
@@ -65,11 +69,16 @@ class SwimmerResult(Result):
     displacement: np.ndarray
     errors: ErrorBars
     rotation: np.ndarray
+    rotation_errors: ErrorBars
     work: float | None
+    work_errors: ErrorBars | None
 
     @classmethod
     def _from_raw(cls, raw: dict[str, Any]) -> SwimmerResult:
-        return _from_raw(cls, raw, errors=ErrorBars(**raw["errors"]))
+        bars = {name: ErrorBars(**raw[name]) for name in ("errors", "rotation_errors")}
+        of_work = raw["work_errors"]
+        work_errors = None if of_work is None else ErrorBars(**of_work)
+        return _from_raw(cls, raw, **bars, work_errors=work_errors)
 
     @property
     def error(self) -> float:
@@ -83,7 +92,9 @@ class SwimmerResult(Result):
             ("error bar", f"{self.error:.2g}"),
             ("rotation vector", vector(self.rotation)),
         ]
-        return rows if self.work is None else [*rows, ("work", f"{self.work:.6g}")]
+        if self.work is None or self.work_errors is None:
+            return rows
+        return [*rows, ("work", with_error(self.work, self.work_errors.total))]
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -141,6 +152,8 @@ class Run(Result):
         Mean force and torque over the run that hold or drive these bodies, one row each, with
         `mean_force_error` and `mean_torque_error`. The mean thrust of a tethered swimmer is
         opposite.
+    mean_flow : MeanFlow or None
+        Mean flow and pressure gradient of a periodic box over the run; None in other domains.
     phases : tuple of Phase
         Displacement of each phase.
     swimmers : tuple of SwimmerResult
@@ -184,6 +197,7 @@ class Run(Result):
     mean_force_errors: ErrorBars
     mean_torque: np.ndarray
     mean_torque_errors: ErrorBars
+    mean_flow: MeanFlow | None
     tolerance: float
     tolerance_met: bool
     phases: tuple[Phase, ...]
@@ -215,7 +229,8 @@ class Run(Result):
         bars = {name: ErrorBars(**raw[name]) for name in names}
         phases = tuple(Phase._from_raw(phase) for phase in raw["phases"])
         swimmers = tuple(SwimmerResult._from_raw(swimmer) for swimmer in raw["swimmers"])
-        return _from_raw(cls, raw, phases=phases, swimmers=swimmers, **bars)
+        flow = MeanFlow._from_raw(raw["mean_flow"])
+        return _from_raw(cls, raw, phases=phases, swimmers=swimmers, mean_flow=flow, **bars)
 
     def to_dataframe(self) -> Any:
         """The trajectory as a `pandas.DataFrame`.

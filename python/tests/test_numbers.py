@@ -266,4 +266,8 @@ def test_each_swimmer_of_several_has_its_results():
     turned = first.displacement * [-1, -1, 1]
     assert np.linalg.norm(second.displacement - turned) < first.error + second.error
     assert first.work + second.work == pytest.approx(run.work, rel=1e-12)
+    # Both do the same work.
+    assert abs(first.work - second.work) < first.work_errors.total + second.work_errors.total
+    assert first.rotation_errors.total > 0
+    assert run.mean_flow is None
     assert "swimmer" in repr(first)

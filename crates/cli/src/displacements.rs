@@ -98,7 +98,7 @@ fn rows_of(scene: &Scene, outcome: &Outcome, swimmers: &[SwimmerOutcome]) -> Str
         let bar = swimmer.error_estimate.total();
         // An angle within its error bar is zero, as components of a displacement are.
         let angle = Some(swimmer.rotation.norm());
-        let angle = angle.filter(|angle| *angle > outcome.rotation_error.total());
+        let angle = angle.filter(|angle| *angle > swimmer.rotation_error.total());
         let _ = writeln!(
             text,
             "{:<width$}{}  {:>9}  {}",

@@ -140,6 +140,24 @@ fn mean_holding(scene: &Scene, outcome: &Outcome) -> String {
     text
 }
 
+/// Mean flow and pressure gradient of a periodic box, the one that is not given with its error bar.
+fn mean_flow(scene: &Scene, outcome: &Outcome) -> String {
+    let Some(mean) = outcome.mean_flow() else {
+        return String::new();
+    };
+    let (flow, bar) = (&mean.flow, mean.error.estimated());
+    let finds_flow = scene.finds_mean_flow();
+    let line = |label: &str, vector: &Vector3<f64>, is_found: bool| {
+        let words = match is_found {
+            true => vector_with_bar((*vector).into(), bar, MEAN_ROUNDING * vector.norm()),
+            false => format!("({}, {}, {}), given", vector.x, vector.y, vector.z),
+        };
+        entry(label, words)
+    };
+    line("mean flow", &flow.velocity, finds_flow)
+        + &line("pressure gradient", &flow.pressure_gradient, !finds_flow)
+}
+
 /// Forces of the bodies by added mass at the end, and torques where bodies turn, in fluids with
 /// inertia.
 fn added_mass(scene: &Scene, outcome: &Outcome) -> String {
@@ -285,6 +303,7 @@ fn describe(report: &Report, out: &Path) -> String {
         )
         + &efficiency(report)
         + &mean_holding(&report.scene, outcome)
+        + &mean_flow(&report.scene, outcome)
         + &facet_errors(&report.scene)
         + &tolerance
         + &neglected::of_run(report)

@@ -359,6 +359,9 @@ const ROUNDING: f64 = 1e-14;
 /// preconditioned systems of elements, which converge by a factor of ten in a few iterations.
 const RESIDUAL_FACTOR: f64 = 10.0;
 
+/// What the mean pressure gradient of a periodic box is, in words.
+const BALANCE: &str = "forces on the fluid = pressure gradient x volume";
+
 /// Velocities and forces of the bodies, and forces of the joints.
 fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
     let rounding = Rounding::new(scene, solution);
@@ -406,6 +409,23 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
             }
         }
     }
+    if let Some(flow) = &solution.mean_flow {
+        let bar = solution.mean_flow_error.total();
+        let [of_flow, of_gradient] = match scene.finds_mean_flow() {
+            true => [bar, 0.0],
+            false => [0.0, bar],
+        };
+        let relative = ROUNDING.max(RESIDUAL_FACTOR * solution.solver.true_relative_residual);
+        let rounding_of = |size: f64| relative * size;
+        text += &entry("periodic box", BALANCE);
+        let (label, velocity) = ("  mean flow", &flow.velocity);
+        text += &row(label, velocity, of_flow, rounding_of(velocity.norm()));
+        // The forces nearly cancel where none is given.
+        let forces: f64 = solution.bodies.iter().map(|body| body.force.norm()).sum();
+        let volume = scene.domain().period().map_or(1.0, |size| size.product());
+        let (label, gradient) = ("  pressure gradient", &flow.pressure_gradient);
+        text += &row(label, gradient, of_gradient, rounding_of(forces / volume));
+    }
     let joints = scene
         .articulation()
         .joints()
@@ -436,6 +456,21 @@ fn motion(scene: &Scene, solution: &InstantaneousSolution) -> String {
         }
     }
     text
+}
+
+/// Label, size and error bar of the mean flow through a periodic box or of its pressure gradient:
+/// of the one that is a result; zero in other domains.
+fn of_mean_flow(scene: &Scene, solution: &InstantaneousSolution) -> (&'static str, f64, f64) {
+    let flow = solution.mean_flow.unwrap_or_default();
+    let bar = solution.mean_flow_error.total();
+    match scene.finds_mean_flow() {
+        true => ("error of mean flow", flow.velocity.norm(), bar),
+        false => (
+            "error of pressure grad.",
+            flow.pressure_gradient.norm(),
+            bar,
+        ),
+    }
 }
 
 /// Error estimates and independent checks.
@@ -473,6 +508,7 @@ fn accuracy(scene: &Scene, solution: &InstantaneousSolution) -> String {
             largest(|body| body.torque.norm()),
             solution.torque_error.total(),
         ),
+        of_mean_flow(scene, solution),
     ] {
         if size > bars && bars > 0.0 {
             text += &entry(label, error(bars, size));

@@ -51,6 +51,12 @@ pub enum HydroError {
         /// What is wrong.
         problem: &'static str,
     },
+    /// A total force on spheres that are free to move.
+    #[error(
+        "the total force is given, but all spheres are free to move along a direction, so that any \
+         mean flow carries them; hold a sphere, or give the mean flow"
+    )]
+    NothingHeld,
     /// Two spheres that touch or overlap.
     #[error(
         "spheres {first} and {second} touch or overlap (gap {gap:.3e}); \

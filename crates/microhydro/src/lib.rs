@@ -5,6 +5,7 @@ mod error;
 mod fast_sums;
 mod inverse_root;
 mod linked;
+mod mean_flow;
 pub mod multipole;
 mod near_pairs;
 pub mod oseen;

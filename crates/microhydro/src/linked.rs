@@ -1,10 +1,11 @@
 //! Motion of spheres that joints connect: conjugate gradients without the mobility matrix.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen, Vector3};
 use rayon::prelude::*;
 
 use crate::error::check_entries;
 use crate::inverse_root::inverse_root;
+use crate::mean_flow::{FlowColumns, UnknownFlow};
 use crate::{HydroError, PointMobility, Spheres};
 
 /// A mobility `M` that is never formed, and that may be the Schur complement of further degrees of
@@ -98,6 +99,9 @@ pub struct LinkedMotion {
     dashpots: Vec<DVector<f64>>,
     /// The further degrees of freedom of the mobility.
     pub hidden: DVector<f64>,
+    /// The mean flow, where the total force is given instead
+    /// ([`LinkedSpheres::with_total_force`]); zero elsewhere.
+    pub mean_flow: Vector3<f64>,
     /// Number of iterations.
     pub iterations: usize,
     /// Norm of the velocities that the joints do not allow, recomputed from the forces, relative to
@@ -127,6 +131,8 @@ pub struct LinkedSpheres<'a, M = PointMobility<'a>> {
     linkages: Vec<Eliminated>,
     /// Entry of the first multiplier of each linkage, and the number of all.
     first: Vec<usize>,
+    /// None where the mean flow is given.
+    flow: Option<UnknownFlow>,
 }
 
 /// A linkage whose loads are balanced.
@@ -143,6 +149,10 @@ struct Eliminated {
 
 /// Rounding of the difference of two velocities, relative to them: of sums over a few operations.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Change of the velocities, relative to the mean flow that is solved for, below which there is
+/// none: arrays need no iteration by symmetry, and sums over images are accurate to 1e-12.
+const NO_CHANGE: f64 = 1e-10;
 
 /// Iterations between two computations of the true residual, and in all.
 const MAX_ITERATIONS: usize = 1000;
@@ -255,7 +265,37 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             mobility,
             linkages,
             first,
+            flow: None,
         })
+    }
+
+    /// The same in a uniform flow `u` that is unknown, where the total force of the spheres on the
+    /// fluid is given instead: `M f + u = S v + W`, and the forces add up to `total`.
+    ///
+    /// In a periodic box the mean pressure gradient is the total force over the volume of the box.
+    ///
+    /// # Errors
+    /// [`HydroError::NothingHeld`] if all linkages can move along a direction: their loads then are
+    /// the total force already, and any flow carries them.
+    pub fn with_total_force(mut self, total: Vector3<f64>) -> Result<Self, HydroError> {
+        let count = self.multipliers() + self.mobility.hidden();
+        let (mut columns, mut solved) = (FlowColumns::zeros(count), FlowColumns::zeros(count));
+        for axis in 0..3 {
+            let mut column = DVector::zeros(count);
+            for (k, one) in self.linkages.iter().enumerate() {
+                let mut unit = DVector::zeros(one.rows());
+                for sphere in 0..one.linkage.spheres.len() {
+                    unit[6 * sphere + axis] = 1.0;
+                }
+                let mut rows = column.rows_mut(self.first[k], one.complement.ncols());
+                rows.gemv_tr(1.0, &one.complement, &unit, 0.0);
+            }
+            columns.set_column(axis, &column);
+            solved.set_column(axis, &self.preconditioned(&column));
+        }
+        let spheres = self.mobility.spheres().len();
+        self.flow = Some(UnknownFlow::new(total, columns, solved, spheres)?);
+        Ok(self)
     }
 
     /// Number of multipliers: of forces that do no work on the motions of their linkages.
@@ -284,16 +324,17 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
         self.motion_from(None, tolerance)
     }
 
-    /// Forces and coordinates from these multipliers, or from none.
+    /// Forces and coordinates from these multipliers and this mean flow, or from none.
     fn motion_from(
         &self,
-        multipliers: Option<DVector<f64>>,
+        start: Option<(DVector<f64>, Vector3<f64>)>,
         tolerance: f64,
     ) -> Result<LinkedMotion, HydroError> {
         let balancing = self.linkages.iter().map(Eliminated::balancing).collect();
         let offsets = self.linkages.iter().map(|one| &one.linkage.offset);
         let offsets: Vec<DVector<f64>> = offsets.cloned().collect();
-        self.motion(balancing, &offsets, tolerance, multipliers)
+        let total = self.flow.as_ref().map(|flow| flow.total);
+        self.motion((balancing, total), &offsets, tolerance, start)
     }
 
     /// The same from the forces of other joints of the same spheres, or by another mobility; the
@@ -326,7 +367,7 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
         }
         let mut rows = multipliers.rows_mut(self.multipliers(), start.hidden.len());
         rows.copy_from(&start.hidden);
-        self.motion_from(Some(multipliers), tolerance)
+        self.motion_from(Some((multipliers, start.mean_flow)), tolerance)
     }
 
     /// Change of forces and coordinates for a small change `δU` of the velocities by given forces:
@@ -348,18 +389,30 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             DVector::from_iterator(one.linkage.offset.len(), entries)
         });
         let offsets: Vec<_> = offsets.collect();
-        self.motion(balancing.collect(), &offsets, tolerance, None)
+        let total = self.flow.as_ref().map(|_| Vector3::zeros());
+        self.motion((balancing.collect(), total), &offsets, tolerance, None)
     }
 
+    /// The motion by forces that balance the loads, and the total force, if that is given.
     fn motion(
         &self,
-        balancing: Vec<DVector<f64>>,
+        (balancing, total): (Vec<DVector<f64>>, Option<Vector3<f64>>),
         offsets: &[DVector<f64>],
         tolerance: f64,
-        start: Option<DVector<f64>>,
+        start: Option<(DVector<f64>, Vector3<f64>)>,
     ) -> Result<LinkedMotion, HydroError> {
         let (count, hidden) = (self.multipliers(), self.mobility.hidden());
-        let mut multipliers = start.unwrap_or_else(|| DVector::zeros(count + hidden));
+        let none = || (DVector::zeros(count + hidden), Vector3::zeros());
+        let (mut multipliers, start_flow) = start.unwrap_or_else(none);
+        if let Some((flow, total)) = self.flow.as_ref().zip(total) {
+            let given = (self.linkages.iter().zip(&balancing)).map(|(one, forces)| {
+                let spheres = 0..one.linkage.spheres.len();
+                spheres
+                    .map(|k| forces.fixed_rows::<3>(6 * k).into_owned())
+                    .sum::<Vector3<f64>>()
+            });
+            flow.balance(&mut multipliers, &(total - given.sum::<Vector3<f64>>()));
+        }
         let of_multipliers = |multipliers: &DVector<f64>| {
             let all: Vec<DVector<f64>> = (self.linkages.iter().enumerate())
                 .map(|(k, one)| {
@@ -372,7 +425,14 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
         let mut forces = of_multipliers(&multipliers);
         let mut velocities = self.velocities(&forces)?;
         let mut residual = self.unbalanced(&velocities, offsets);
-        let scale = residual.norm();
+        let mut mean_flow = self.split(&mut residual);
+        // With the change of the flow, which the residual is without.
+        let of_flow = [mean_flow - start_flow, NO_CHANGE * mean_flow];
+        let scale = residual.norm()
+            + of_flow
+                .map(|flow| self.flow_norm(&flow))
+                .iter()
+                .sum::<f64>();
         let given = offsets.iter().map(|w| w.norm_squared()).sum::<f64>().sqrt();
         let target = |velocities: &Forces| {
             let rounding = ROUNDING * (velocities.spheres.norm() + given);
@@ -388,6 +448,7 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             forces = of_multipliers(&multipliers);
             velocities = self.velocities(&forces)?;
             residual = self.unbalanced(&velocities, offsets);
+            mean_flow = self.split(&mut residual);
         }
         let reached = residual.norm();
         // Restarts reach rounding; an error of the recursion that is left is within a factor.
@@ -399,6 +460,10 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
                 residual: reached,
                 target,
             });
+        }
+        for sphere in 0..velocities.spheres.len() / 6 {
+            let mut rows = velocities.spheres.fixed_rows_mut::<3>(6 * sphere);
+            rows += mean_flow;
         }
         let coordinates = (self.linkages.iter().zip(offsets)).enumerate();
         let coordinates = coordinates.map(|(k, (one, offset))| {
@@ -412,6 +477,7 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             forces: forces.spheres,
             dashpots: forces.dashpots,
             hidden: forces.hidden,
+            mean_flow,
             iterations,
             residual: if scale > 0.0 { reached / scale } else { 0.0 },
         })
@@ -440,6 +506,7 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             let step = product / curvature;
             multipliers.axpy(step, &direction, 1.0);
             residual.axpy(-step, &image, 1.0);
+            self.split(&mut residual);
             preconditioned = self.preconditioned(&residual);
             let next = residual.dot(&preconditioned);
             direction.axpy(1.0, &preconditioned, next / product);
@@ -469,6 +536,16 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             rows.gemv_tr(1.0, &one.complement, &self.own(&velocities, k), 0.0);
         }
         Ok(image)
+    }
+
+    /// The unknown mean flow of a residual, which then is without it; zero where it is given.
+    fn split(&self, residual: &mut DVector<f64>) -> Vector3<f64> {
+        (self.flow.as_ref()).map_or_else(Vector3::zeros, |flow| flow.split(residual))
+    }
+
+    /// The norm of the part of a residual that a mean flow is; zero where it is given.
+    fn flow_norm(&self, flow: &Vector3<f64>) -> f64 {
+        self.flow.as_ref().map_or(0.0, |own| own.norm(flow))
     }
 
     fn preconditioned(&self, residual: &DVector<f64>) -> DVector<f64> {

@@ -60,6 +60,22 @@ impl AccumulatedError {
         (self.relative_uncertainty * self.largest_rotation()).hypot(self.rotation_uncertainty)
     }
 
+    /// Error bar of the corrected rotation of the frame of one linkage.
+    pub fn rotation_error_bar_of(&self, linkage: usize) -> f64 {
+        (self.relative_uncertainty * self.rotation_of(linkage)).hypot(self.rotation_uncertainty)
+    }
+
+    /// Error bar of the rotation of the frame of one linkage, from which the error was not
+    /// subtracted.
+    pub fn uncorrected_rotation_bar_of(&self, linkage: usize) -> f64 {
+        self.rotation_of(linkage).hypot(self.rotation_uncertainty)
+    }
+
+    /// Size of the error of the rotation of the frame of one linkage.
+    fn rotation_of(&self, linkage: usize) -> f64 {
+        self.rotation.get(linkage).map_or(0.0, Vector3::norm)
+    }
+
     /// The largest error of the displacement of a frame.
     pub fn largest_displacement(&self) -> f64 {
         largest(&self.displacement)
@@ -82,7 +98,8 @@ impl AccumulatedError {
         UncorrectedBars {
             displacement: displacement.hypot(self.uncertainty),
             rotation: self.largest_rotation().hypot(self.rotation_uncertainty),
-            work: self.work.hypot(self.work_uncertainty),
+            // Errors of a work are all in one direction, and so may be that of their estimate.
+            work: self.work.abs() + self.work_uncertainty,
             holding: std::array::from_fn(|k| holding[k].hypot(self.holding_uncertainty[k])),
         }
     }
@@ -134,15 +151,8 @@ impl AccumulatedError {
             let bodies = error.into_iter().flat_map(|error| &error.bodies);
             bodies.fold(0.0_f64, |most, body| most.max(part(body).norm()))
         };
-        // Values of passive joints have no sum with a sign.
-        let relative = match solution.motion.joints.is_empty() {
-            true => MODEL_UNCERTAINTY,
-            false => 1.0,
-        };
-        let uncertainty = |bar: Option<f64>, size: f64| {
-            let unsigned = (bar.unwrap_or(0.0) - size).max(0.0);
-            time * (unsigned + relative * size)
-        };
+        let uncertainty =
+            |bar: Option<f64>, size: f64| time * solution.model_uncertainty(bar, size);
         let power = error.map_or(0.0, |error| {
             solution.power() - (&solution.response - error).power()
         });
@@ -220,6 +230,20 @@ impl AccumulatedError {
     }
 }
 
+impl InstantaneousSolution {
+    /// Uncertainty of an error by the model in a sum along a stroke: of one with the error bar
+    /// `bar`, of which a part of this size has a sign.
+    pub fn model_uncertainty(&self, bar: Option<f64>, size: f64) -> f64 {
+        // Values of passive joints have no sum with a sign.
+        let relative = match self.motion.joints.is_empty() {
+            true => MODEL_UNCERTAINTY,
+            false => 1.0,
+        };
+        let unsigned = (bar.unwrap_or(0.0) - size).max(0.0);
+        unsigned + relative * size
+    }
+}
+
 fn largest(vectors: &[Vector3<f64>]) -> f64 {
     vectors.iter().map(Vector3::norm).fold(0.0, f64::max)
 }
@@ -272,6 +296,7 @@ mod tests {
                     }],
                     joint_loads: vec![],
                     holding: vec![],
+                    mean_flow: None,
                     slip_power: 0.0,
                     amplitude_rates: vec![],
                 },

@@ -33,7 +33,7 @@ pub use hydrodynamics::{
 };
 pub use neglected_terms::{FirstOrderChange, NeglectedTerm, NeglectedTerms, PathPoint};
 pub use query::{BodyInertia, Configuration, Query};
-pub use response::{BodySolution, HoldingLoad, Response};
+pub use response::{BodySolution, HoldingLoad, MeanFlow, Response};
 pub use rough_model::RoughModel;
 pub use shape_space::{
     Interpolant, LocalGeometry, ShapeGeometry, ShapeSpace, SolvedShapes, TablePart, Tabulated,

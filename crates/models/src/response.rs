@@ -24,6 +24,8 @@ pub struct Response {
     /// The loads that hold bodies whose velocities are given, one per such body in the order of the
     /// scene.
     pub holding: Vec<HoldingLoad>,
+    /// The mean flow through a periodic box; none in other domains.
+    pub mean_flow: Option<MeanFlow>,
     /// Power of the slip of the bodies on the fluid, in addition to that of their motion, less that
     /// of random loads ([`Query::random_loads`](crate::Query::random_loads)).
     pub slip_power: f64,
@@ -63,7 +65,8 @@ impl Response {
             .fold(0.0, f64::max)
     }
 
-    /// The vectors in a fixed order: of the frames, spins, bodies, joints and held bodies.
+    /// The vectors in a fixed order: of the frames, spins, bodies, joints, held bodies and the mean
+    /// flow.
     pub(crate) fn vectors(&self) -> impl Iterator<Item = &Vector3<f64>> {
         let frames = self.motion.frames.iter();
         (frames.flat_map(|frame| [&frame.linear, &frame.angular]))
@@ -71,6 +74,9 @@ impl Response {
             .chain(self.bodies.iter().flat_map(BodySolution::vectors))
             .chain((self.joint_loads.iter()).flat_map(|load| [&load.force, &load.torque]))
             .chain((self.holding.iter()).flat_map(|load| [&load.force, &load.torque]))
+            .chain(
+                (self.mean_flow.iter()).flat_map(|flow| [&flow.velocity, &flow.pressure_gradient]),
+            )
     }
 
     pub(crate) fn vectors_mut(&mut self) -> impl Iterator<Item = &mut Vector3<f64>> {
@@ -82,6 +88,10 @@ impl Response {
                 (self.joint_loads.iter_mut()).flat_map(|load| [&mut load.force, &mut load.torque]),
             )
             .chain((self.holding.iter_mut()).flat_map(|load| [&mut load.force, &mut load.torque]))
+            .chain(
+                (self.mean_flow.iter_mut())
+                    .flat_map(|flow| [&mut flow.velocity, &mut flow.pressure_gradient]),
+            )
     }
 
     /// Force or torque of the drive of each joint.
@@ -181,6 +191,26 @@ pub struct HoldingLoad {
     pub force: Vector3<f64>,
     /// Torque on the body, about its centre.
     pub torque: Vector3<f64>,
+}
+
+/// The mean flow through a periodic box and the mean pressure gradient that goes with it.
+///
+/// The scene gives one of both, by default a mean flow of zero, and the other one is a result. The
+/// forces on the fluid in a box of the volume `V` balance: with the forces `F_i` of the bodies on
+/// the fluid and the mean pressure gradient `P`
+///
+/// ```text
+/// sum_i F_i - V P = 0
+/// ```
+///
+/// so that the pressure falls along a flow past bodies that are held. The mean flow is that of the
+/// whole box, in which bodies move as they do: the superficial velocity for bodies at rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct MeanFlow {
+    /// Mean velocity of fluid and bodies.
+    pub velocity: Vector3<f64>,
+    /// Mean of the gradient of the pressure.
+    pub pressure_gradient: Vector3<f64>,
 }
 
 /// Motion and load of one body.

@@ -9,7 +9,7 @@ use rigid::{
 
 use crate::error::ModelError;
 use crate::query::{BodyInertia, Configuration, Query};
-use crate::response::{BodySolution, HoldingLoad, Response};
+use crate::response::{BodySolution, HoldingLoad, MeanFlow, Response};
 use crate::solution::Stresslets;
 use crate::units::Scale;
 use scene::rheology::Law;
@@ -36,6 +36,21 @@ pub(crate) struct ScaledScene {
     pub shortest_lever: f64,
 }
 
+/// What is given of the flow through a periodic box, in scaled units; the other one is a result.
+#[derive(Clone, Copy)]
+pub(crate) enum MeanFlowCondition {
+    /// Its mean velocity; zero outside of periodic boxes.
+    Velocity(Vector3<f64>),
+    /// The total force of the bodies on the fluid: the mean pressure gradient times the volume.
+    TotalForce(Vector3<f64>),
+}
+
+impl Default for MeanFlowCondition {
+    fn default() -> Self {
+        Self::Velocity(Vector3::zeros())
+    }
+}
+
 /// Motion and loads of the bodies, or a change of them, in scaled units.
 pub(crate) struct ScaledResponse<'a> {
     pub motion: &'a StateVelocity,
@@ -46,6 +61,8 @@ pub(crate) struct ScaledResponse<'a> {
     pub joint_loads: Vec<JointLoad>,
     /// Loads that hold bodies, with the indices of the bodies.
     pub holding: Vec<(usize, ExternalLoad)>,
+    /// Mean flow of a periodic box; zero elsewhere.
+    pub mean_flow: Vector3<f64>,
     pub slip_power: f64,
     /// Rates of the amplitudes of deformations and the forces on them, in the order of
     /// [`ScaledScene::amplitudes`].
@@ -71,6 +88,7 @@ impl<'a> ScaledResponse<'a> {
                 .map(|joint| flow.joint_load(joint))
                 .collect::<Result<_, _>>()?,
             holding: flow.holding_loads(),
+            mean_flow: Vector3::zeros(),
             slip_power,
             amplitudes,
         })
@@ -78,14 +96,20 @@ impl<'a> ScaledResponse<'a> {
 }
 
 impl ScaledScene {
-    /// Mean flow of a periodic box; zero elsewhere.
-    pub fn mean_flow(&self) -> Vector3<f64> {
-        match (
-            self.scene.domain().period(),
-            self.scale.background(&self.scene),
-        ) {
-            (Some(_), Some(Background::Uniform { velocity })) => velocity,
-            _ => Vector3::zeros(),
+    /// What is given of the flow through a periodic box: no mean flow unless the scene says more.
+    pub fn mean_flow(&self) -> MeanFlowCondition {
+        let Some(size) = self.scene.domain().period() else {
+            return MeanFlowCondition::default();
+        };
+        match self.scene.background() {
+            Some(Background::Uniform { velocity }) => {
+                MeanFlowCondition::Velocity(self.scale.length(*velocity))
+            }
+            Some(Background::PressureGradient { gradient }) => {
+                let total = size.product() * gradient;
+                MeanFlowCondition::TotalForce(self.scale.load(total, Vector3::zeros()).force)
+            }
+            _ => MeanFlowCondition::default(),
         }
     }
 
@@ -464,6 +488,12 @@ impl ScaledScene {
     pub fn response_to_scene(&self, time: f64, scaled: ScaledResponse) -> Response {
         let mut response = self.change_to_scene(scaled);
         self.enter_held_velocities(time, &mut response);
+        // Forces have what is given up to rounding.
+        if let (Some(flow), Some(Background::PressureGradient { gradient })) =
+            (&mut response.mean_flow, self.scene.background())
+        {
+            flow.pressure_gradient = *gradient;
+        }
         response
     }
 
@@ -484,6 +514,11 @@ impl ScaledScene {
             bodies[body].force = scale.force_to_scene(force);
             bodies[body].torque = scale.torque_to_scene(torque);
         }
+        let mean_flow = self.scene.domain().period().map(|size| MeanFlow {
+            velocity: scale.length_to_scene(scaled.mean_flow),
+            pressure_gradient: bodies.iter().map(|body| body.force).sum::<Vector3<f64>>()
+                / size.product(),
+        });
         let holding = scaled.holding.into_iter().map(|(body, load)| HoldingLoad {
             body,
             force: scale.force_to_scene(load.force),
@@ -507,6 +542,7 @@ impl ScaledScene {
                 .collect(),
             amplitude_rates,
             holding: holding.collect(),
+            mean_flow,
             slip_power: scale.power_to_scene(scaled.slip_power),
         }
     }

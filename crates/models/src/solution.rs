@@ -39,6 +39,13 @@ pub struct InstantaneousSolution {
     pub torque_error: ErrorEstimate,
     /// Error bars of the power of the bodies on the fluid.
     pub power_error: ErrorEstimate,
+    /// Largest error of the power of the bodies of a linkage by the model, relative to the sum of
+    /// the sizes of the powers of forces and torques on its bodies and of its deformation; none
+    /// where that of the power of all is all that is known.
+    pub linkage_power_error: Option<f64>,
+    /// Error bars of the mean flow through a periodic box if the scene gives its pressure gradient,
+    /// else of the mean pressure gradient.
+    pub mean_flow_error: ErrorEstimate,
     /// The estimated discretisation error that was subtracted, if estimates were requested.
     pub mesh_error: Option<DiscretisationError>,
     /// The estimated error by the model, computed minus exact, where it has a sign: of expansions
@@ -92,6 +99,8 @@ impl From<Response> for InstantaneousSolution {
             force_error: ErrorEstimate::default(),
             torque_error: ErrorEstimate::default(),
             power_error: ErrorEstimate::default(),
+            linkage_power_error: None,
+            mean_flow_error: ErrorEstimate::default(),
             mesh_error: None,
             model_error: None,
             checks: None,
@@ -116,6 +125,7 @@ impl InstantaneousSolution {
             bodies,
             joint_loads,
             holding: Vec::new(),
+            mean_flow: None,
             slip_power: 0.0,
             amplitude_rates: Vec::new(),
         })

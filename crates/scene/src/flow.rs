@@ -67,6 +67,12 @@ pub enum Background {
         /// The gradient `G`, with zero trace.
         gradient: Matrix3<f64>,
     },
+    /// A mean pressure gradient in a periodic box, whose mean flow past bodies that are held is a
+    /// result.
+    PressureGradient {
+        /// The mean of the gradient of the pressure: the flow is against it.
+        gradient: Vector3<f64>,
+    },
     /// Poiseuille flow along a tube about the x axis, `u_x = velocity (1 - (y^2 + z^2) / R^2)`.
     Poiseuille {
         /// Velocity on the axis of the tube along x, twice the mean velocity.
@@ -82,14 +88,16 @@ impl Background {
         match self {
             Self::Uniform { .. } => BackgroundKind::Uniform,
             Self::Linear { kind, .. } => *kind,
+            Self::PressureGradient { .. } => BackgroundKind::PressureGradient,
             Self::Poiseuille { .. } => BackgroundKind::Poiseuille,
         }
     }
 
-    /// Velocity at a point.
+    /// Velocity at a point; zero for a mean pressure gradient, which determines it with the bodies.
     pub fn velocity(&self, x: &Vector3<f64>) -> Vector3<f64> {
         match self {
             Self::Uniform { velocity } => *velocity,
+            Self::PressureGradient { .. } => Vector3::zeros(),
             Self::Linear { gradient, .. } => gradient * x,
             Self::Poiseuille { velocity, radius } => {
                 let r = x.yz().norm() / radius;
@@ -101,7 +109,7 @@ impl Background {
     /// Gradient `G_ij = ∂u_i/∂x_j` at a point.
     pub fn gradient(&self, x: &Vector3<f64>) -> Matrix3<f64> {
         match self {
-            Self::Uniform { .. } => Matrix3::zeros(),
+            Self::Uniform { .. } | Self::PressureGradient { .. } => Matrix3::zeros(),
             Self::Linear { gradient, .. } => *gradient,
             Self::Poiseuille { velocity, radius } => {
                 let factor = -2.0 * velocity / (radius * radius);
@@ -112,22 +120,28 @@ impl Background {
         }
     }
 
-    /// Gradient of the pressure over the viscosity: the Laplacian of the velocity.
+    /// Gradient of the pressure over the viscosity by which the velocity varies: its Laplacian.
     pub fn pressure_gradient(&self) -> Vector3<f64> {
         match self {
-            Self::Uniform { .. } | Self::Linear { .. } => Vector3::zeros(),
+            Self::Uniform { .. } | Self::PressureGradient { .. } | Self::Linear { .. } => {
+                Vector3::zeros()
+            }
             Self::Poiseuille { velocity, radius } => {
                 Vector3::x() * (-4.0 * velocity / (radius * radius))
             }
         }
     }
 
-    /// The same flow with `unit` as unit of length; times do not change.
+    /// The same flow with `unit` as unit of length; times and the unit of the viscosity do not
+    /// change.
     #[must_use]
     pub fn in_units_of(&self, unit: f64) -> Self {
         match *self {
             Self::Uniform { velocity } => Self::Uniform {
                 velocity: velocity / unit,
+            },
+            Self::PressureGradient { gradient } => Self::PressureGradient {
+                gradient: gradient * unit,
             },
             Self::Linear { .. } => *self,
             Self::Poiseuille { velocity, radius } => Self::Poiseuille {
@@ -141,7 +155,9 @@ impl Background {
     /// change the flow.
     pub(crate) fn is_symmetric(&self, normal: usize) -> bool {
         match self {
-            Self::Uniform { velocity } => velocity[normal] == 0.0,
+            Self::Uniform { velocity: v } | Self::PressureGradient { gradient: v } => {
+                v[normal] == 0.0
+            }
             Self::Linear { gradient, .. } => (0..3)
                 .filter(|&other| other != normal)
                 .all(|other| gradient[(normal, other)] == 0.0 && gradient[(other, normal)] == 0.0),
@@ -157,7 +173,7 @@ impl Background {
         let is_along = |v: &Vector3<f64>| v.cross(axis).norm() <= ROUNDING * v.norm();
         let through_origin = || is_along(point);
         match self {
-            Self::Uniform { velocity } => is_along(velocity),
+            Self::Uniform { velocity: v } | Self::PressureGradient { gradient: v } => is_along(v),
             Self::Linear { gradient, .. } => {
                 let rate = axis.dot(&(gradient * axis));
                 let along = axis * axis.transpose();

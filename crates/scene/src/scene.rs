@@ -185,6 +185,12 @@ impl Scene {
         self.background.as_ref()
     }
 
+    /// Whether the mean flow through the periodic box is a result, because its pressure gradient is
+    /// given; otherwise the mean flow is given, and the pressure gradient is a result.
+    pub fn finds_mean_flow(&self) -> bool {
+        matches!(self.background, Some(Background::PressureGradient { .. }))
+    }
+
     /// Magnetic field in which bodies with a moment are; `None` without one.
     pub fn field(&self) -> Option<&VectorOscillation> {
         self.field.as_ref()

@@ -206,6 +206,8 @@ words! {
     pub enum BackgroundKind {
         /// The same velocity everywhere.
         Uniform,
+        /// A mean pressure gradient in a periodic box: the mean flow is a result.
+        PressureGradient,
         /// A constant gradient of the velocity.
         Shear,
         /// A constant gradient of the velocity without rotation: a symmetric one.

@@ -239,9 +239,10 @@ pub(crate) fn joint_file(joint: &Joint) -> JointFile {
 }
 
 fn background_file(background: &Background) -> BackgroundFile {
-    let (mut velocity, mut gradient) = (None, None);
+    let (mut velocity, mut pressure_gradient, mut gradient) = (None, None, None);
     match background {
         Background::Uniform { velocity: v } => velocity = Some((*v).into()),
+        Background::PressureGradient { gradient: g } => pressure_gradient = Some((*g).into()),
         Background::Linear { gradient: g, .. } => {
             gradient = Some([0, 1, 2].map(|row| [0, 1, 2].map(|column| g[(row, column)])));
         }
@@ -250,6 +251,7 @@ fn background_file(background: &Background) -> BackgroundFile {
     BackgroundFile {
         kind: Some(background.kind()),
         velocity,
+        pressure_gradient,
         gradient,
     }
 }

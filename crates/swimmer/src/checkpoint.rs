@@ -23,7 +23,7 @@ use crate::output::{Folder, from_sealed, read_own, write_sealed};
 pub const FILE: &str = "checkpoint.json";
 
 /// Version of the format; increased when older checkpoints can no longer be read.
-const VERSION: u32 = 10;
+const VERSION: u32 = 11;
 
 /// Largest deviation from 1 of the norm of a quaternion, for those that differ by rounding alone.
 const UNIT_TOLERANCE: f64 = 1e-9;

@@ -12,6 +12,7 @@ mod inertia_numbers;
 mod integrate;
 mod kinetic_energy;
 mod linkage_works;
+mod mean_flow;
 mod moment;
 mod motion;
 mod neglected;
@@ -46,6 +47,8 @@ pub use integrate::{
     TYPICAL_SOLVES_PER_SPAN, UnsteadyScene, UnsteadyState,
 };
 pub use kinetic_energy::KineticEnergy;
+pub use linkage_works::LinkageWork;
+pub use mean_flow::MeanFlowInTime;
 pub use models;
 pub use moment::{Moment, check_model};
 pub use motion::Motion;

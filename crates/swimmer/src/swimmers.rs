@@ -1,6 +1,6 @@
 //! Results of each swimmer of a run with several.
 
-use models::ErrorEstimate;
+use models::{AccumulatedError, ErrorEstimate};
 use nalgebra::Vector3;
 use rigid::{Articulation, Freedom, Joint, Linkage};
 use scene::Scene;
@@ -20,11 +20,15 @@ pub struct SwimmerOutcome {
     /// Rotation vector of its root (its first body, or the first one whose velocity is given) in
     /// radians, with full turns ([`Turning::rotation_vector`](crate::Turning::rotation_vector)).
     pub rotation: Vector3<f64>,
+    /// Error bars of the rotation, in radians.
+    pub rotation_error: ErrorEstimate,
     /// Work of its bodies on the fluid. The works of all bodies add up to that of the run.
     ///
     /// `None` where it is known in total only: with slip, for bodies or fluids with inertia, where
     /// swimmers exchange volume, and where several change theirs in a container.
     pub work: Option<f64>,
+    /// Error bars of the work, if it is known.
+    pub work_error: Option<ErrorEstimate>,
 }
 
 impl SwimmerOutcome {
@@ -57,15 +61,34 @@ impl Outcome {
             let displacements: Vec<_> = bodies.iter().map(|&b| self.displacement[b]).collect();
             let turning = last.turnings.get(linkage.root).copied().unwrap_or_default();
             let [start, end] = [first, last].map(|sample| sample.poses[linkage.root].rotation);
+            let work = self.linkage_works.get(number);
             SwimmerOutcome {
                 displacement: mean_of_moving(&displacements),
                 error_estimate: self.error_of(set, number, &positions),
                 rotation: turning.rotation_vector(&(end * start.inverse())),
-                work: self.linkage_works.get(number).copied(),
+                rotation_error: self.rotation_error_of(number),
+                work: work.map(|own| own.work),
+                work_error: work.map(|own| own.bars(&self.work_error)),
                 bodies,
             }
         };
         swimming.into_iter().map(result).collect()
+    }
+
+    /// Error bars of the rotation of one linkage.
+    fn rotation_error_of(&self, number: usize) -> ErrorEstimate {
+        let bars = &self.rotation_error;
+        let uncorrected = |error: &AccumulatedError| error.uncorrected_rotation_bar_of(number);
+        let integration = self.accumulated_integration_error.as_ref();
+        let mesh = self.accumulated_error.as_ref();
+        ErrorEstimate {
+            mesh: mesh.map(|error| error.rotation_error_bar_of(number)),
+            model: bars
+                .model
+                .map(|_| uncorrected(&self.accumulated_model_error)),
+            integration: integration.map(uncorrected),
+            ..*bars
+        }
     }
 
     /// Error bars of the displacements of the bodies of one linkage.

@@ -244,6 +244,23 @@ pub fn seconds() -> Value {
     )
 }
 
+/// The mean flow through a periodic box.
+pub fn mean_flow(description: &str) -> Value {
+    let given = || or_null(bars("null if the scene gives it", &[]));
+    or_null(object(
+        &format!("{description}, through a periodic box; null in other domains"),
+        &[
+            ("velocity", vector("of fluid and bodies together")),
+            ("velocity_error", given()),
+            (
+                "pressure_gradient",
+                vector("sum of the forces on the fluid over the volume of the box"),
+            ),
+            ("pressure_gradient_error", given()),
+        ],
+    ))
+}
+
 /// What neglecting a term costs, whose parts depend on the term and the model.
 pub fn neglected(description: &str) -> Value {
     plain("object", description)

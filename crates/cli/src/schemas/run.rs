@@ -3,8 +3,8 @@
 use serde_json::Value;
 
 use super::build::{
-    MODEL, bars, by_name, count, flag, list, neglected, number, object, or_null, seconds, text,
-    tuple, vector,
+    MODEL, bars, by_name, count, flag, list, mean_flow, neglected, number, object, or_null,
+    seconds, text, tuple, vector,
 };
 
 pub fn run() -> Value {
@@ -87,6 +87,11 @@ pub fn run() -> Value {
                             ("bodies", list("names of its bodies", text(""))),
                             ("displacement", vector("mean of its moving bodies")),
                             ("rotation", vector("")),
+                            ("rotation_error", bars("", &[])),
+                            (
+                                "work_error",
+                                or_null(bars("of the work; null where that is", &[])),
+                            ),
                             (
                                 "work",
                                 or_null(number("null where only the total is known")),
@@ -113,6 +118,7 @@ pub fn run() -> Value {
                     ],
                 )),
             ),
+            ("mean_flow", mean_flow("means over the run")),
             (
                 "shape_change",
                 or_null(object(

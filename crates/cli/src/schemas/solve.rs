@@ -3,7 +3,8 @@
 use serde_json::Value;
 
 use super::build::{
-    MODEL, bars, count, flag, list, neglected, number, object, or_null, seconds, text, vector,
+    MODEL, bars, count, flag, list, mean_flow, neglected, number, object, or_null, seconds, text,
+    vector,
 };
 
 pub fn solve() -> Value {
@@ -53,9 +54,10 @@ pub fn solve() -> Value {
             ("bodies", bodies),
             ("links", links),
             ("power", number("on the fluid")),
+            ("mean_flow", mean_flow("at this instant")),
         ]
     };
-    let [bodies, links, power] = motion();
+    let [bodies, links, power, flow] = motion();
     object(
         "the instantaneous solution at the start, in the units of the scene",
         &[
@@ -63,6 +65,7 @@ pub fn solve() -> Value {
             bodies,
             links,
             power,
+            flow,
             (
                 "error_estimate",
                 bars(

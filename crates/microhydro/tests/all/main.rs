@@ -6,6 +6,7 @@ mod exact;
 mod examples;
 mod hostile;
 mod many;
+mod mean_flow;
 mod periodic_arrays;
 mod properties;
 mod squirmers;

@@ -57,6 +57,63 @@ fn drag(places: &[[f64; 3]], fraction: f64, tolerance: f64) -> f64 {
     1.0 / velocities[0].x
 }
 
+/// Drag relative to that of Stokes by the flow past spheres that are held, whose total force is
+/// given: the inverse of the permeability.
+fn drag_of_held(places: &[[f64; 3]], fraction: f64, tolerance: f64) -> f64 {
+    let count = places.len() as f64;
+    let edge = (count * 4.0 / 3.0 * PI / fraction).cbrt();
+    let centres = places.iter().map(|place| edge * Vector3::from(*place));
+    let spheres = Spheres::new(centres.collect(), vec![1.0; places.len()]).unwrap();
+    let accuracy = Accuracy::relative(tolerance);
+    let mobility = MultipoleMobility::periodic(&spheres, &Vector3::repeat(edge), &accuracy);
+    let mobility = mobility.unwrap();
+    let held = |sphere: usize| Linkage {
+        spheres: vec![sphere],
+        basis: DMatrix::zeros(6, 0),
+        offset: DVector::zeros(6),
+        load: DVector::zeros(0),
+        damping: DMatrix::zeros(0, 0),
+    };
+    let linked = LinkedSpheres::new(&mobility, (0..places.len()).map(held).collect()).unwrap();
+    let total = -6.0 * PI * count * Vector3::new(0.48, 0.6, 0.64);
+    let linked = linked.with_total_force(total).unwrap();
+    let found = linked.solve(1e-3 * tolerance).unwrap();
+    let sum: Vector3<f64> = (0..places.len())
+        .map(|sphere| found.forces.fixed_rows::<3>(6 * sphere).into_owned())
+        .sum();
+    assert!((sum - total).norm() < 1e-12 * total.norm());
+    // Cubic arrays are isotropic: the flow is along the force of the fluid on the spheres.
+    let flow = found.mean_flow;
+    let expected = -total.normalize() * flow.norm();
+    assert!((flow - expected).norm() < tolerance * flow.norm());
+    1.0 / flow.norm()
+}
+
+/// The drag of Zick & Homsy (1982) is the inverse permeability too; that of the other lattices is
+/// the one of spheres that settle, at the higher order of their test.
+#[test]
+fn cubic_arrays_have_their_permeability() {
+    for (fraction, exact, rounding) in DRAG_OF_SIMPLE_ARRAY {
+        let found = drag_of_held(SIMPLE, fraction, 1e-5);
+        assert!(
+            (found - exact).abs() < 1.01 * rounding,
+            "{fraction}: {found}"
+        );
+    }
+    for places in [BODY_CENTRED, FACE_CENTRED] {
+        for fraction in [0.001, 0.2, 0.45] {
+            let [found, fine] = [
+                drag_of_held(places, fraction, 2e-4),
+                drag(places, fraction, 1e-5),
+            ];
+            assert!(
+                (found / fine - 1.0).abs() < 1e-3,
+                "{fraction}: {found} {fine}"
+            );
+        }
+    }
+}
+
 #[test]
 fn simple_arrays_have_the_drag_of_zick_and_homsy() {
     for (fraction, exact, rounding) in DRAG_OF_SIMPLE_ARRAY {

@@ -344,6 +344,7 @@ impl MovingAxis {
                 forces: &forces,
                 joint_loads: drive.joint_loads(&forces, &generalised)?,
                 holding: drive.holding_loads(&forces, &generalised)?,
+                mean_flow: Vector3::zeros(),
                 slip_power: step.slip_power,
                 amplitudes: Vec::new(),
             },

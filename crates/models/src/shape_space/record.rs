@@ -58,6 +58,7 @@ impl Record {
                 joint_loads: vec![JointLoad::default(); layout.joints],
                 // Bodies of free swimmers are not held.
                 holding: Vec::new(),
+                mean_flow: None,
                 slip_power: 0.0,
                 amplitude_rates: numbers[numbers.len() - layout.rates()..].to_vec(),
             };

@@ -245,11 +245,13 @@ impl SpheresModel {
                 &LargestDifferences {
                     velocity: 0.0,
                     angular_velocity: 0.0,
+                    mean_flow: 0.0,
                     ..differences
                 },
             );
             bars.velocity += of_motions * differences.velocity;
             bars.angular_velocity += of_motions * differences.angular_velocity;
+            bars.mean_flow += of_motions * differences.mean_flow;
             let change = response - &linked.response(&other)?;
             let change = &change * of_motions;
             errors.signed = Some(match errors.signed.take() {
@@ -265,6 +267,7 @@ impl SpheresModel {
         let slower = (NARROW / mobility.narrowest()).max(1.0);
         let of_iteration = RESIDUAL_FACTOR * slower * found.residual;
         let [motion, load] = [&solution.generalised, &solution.forces].map(DVector::norm);
+        let motion = motion + solution.mean_flow.norm();
         bars.add(
             of_iteration,
             &LargestDifferences {
@@ -273,6 +276,9 @@ impl SpheresModel {
                 force: load,
                 torque: load,
                 power: motion * load,
+                linkage_power: 1.0,
+                mean_flow: motion,
+                total_force: load,
             },
         );
         let sizes = stresslets.into_iter().flatten().map(Matrix3::norm);

@@ -24,7 +24,7 @@ use crate::linked_bodies::{
     self, LargestDifferences, LinkedBodies, MobilitySolution, SomeLinkages,
 };
 use crate::query::{Configuration, Query};
-use crate::scaled_scene::ScaledScene;
+use crate::scaled_scene::{MeanFlowCondition, ScaledScene};
 use crate::solution::{ErrorEstimate, InstantaneousSolution};
 use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
 use scene::{Background, Body, Deformation, Domain, ModelEstimatesKind, ModelKind, Scene, Slip};
@@ -228,13 +228,19 @@ impl SpheresModel {
         };
         if scene.domain().period().is_some() {
             let elsewhere = "use rigid spheres without another background flow than kind = \
-                             \"uniform\", or domain.kind = \"unbounded\"";
+                             \"uniform\" or \"pressure-gradient\", or domain.kind = \
+                             \"unbounded\"";
             if let Some(number) = scene.first_nonspherical() {
                 let what = "bodies other than rigid spheres in a periodic box";
                 return refuse(&format!("bodies[{number}]"), what, elsewhere);
             }
-            let is_uniform = |flow: &Background| matches!(flow, Background::Uniform { .. });
-            if !scene.background().is_none_or(is_uniform) || scene.deforms() {
+            let has_gradient = |flow: &Background| {
+                matches!(
+                    flow,
+                    Background::Linear { .. } | Background::Poiseuille { .. }
+                )
+            };
+            if scene.background().is_some_and(has_gradient) || scene.deforms() {
                 let what = "deformation and background flow with a gradient in a periodic box";
                 return refuse("domain.kind", what, elsewhere);
             }
@@ -607,6 +613,16 @@ impl SpheresModel {
         solution.force_error = ErrorEstimate::of_model(scale.force_to_scene(bars.force));
         solution.torque_error = ErrorEstimate::of_model(scale.torque_to_scene(bars.torque));
         solution.power_error = ErrorEstimate::of_model(scale.power_to_scene(bars.power));
+        solution.linkage_power_error = Some(bars.linkage_power);
+        if let Some(size) = self.scaled.scene.domain().period() {
+            let of_flow = match self.scaled.mean_flow() {
+                MeanFlowCondition::TotalForce(_) => scale.length_to_scene(bars.mean_flow),
+                MeanFlowCondition::Velocity(_) => {
+                    scale.force_to_scene(bars.total_force) / size.product()
+                }
+            };
+            solution.mean_flow_error = ErrorEstimate::of_model(of_flow);
+        }
     }
 }
 

@@ -52,8 +52,9 @@ impl IteratedSolution<'_> {
         let change = self.system.change(&velocities, ESTIMATE_RESIDUAL)?;
         let coordinates = self.found.coordinates.iter().zip(&change.coordinates);
         let coordinates: Vec<_> = coordinates.map(|(v, change)| v + change).collect();
-        let forces = &self.found.forces + change.forces;
-        let mut reflected = linkages.solution(&coordinates, forces, 0.0)?;
+        let forces = &self.found.forces + &change.forces;
+        let mean_flow = self.solution.mean_flow + change.mean_flow;
+        let mut reflected = linkages.solution(&coordinates, forces, mean_flow, 0.0)?;
         reflected.slip_power = self.solution.slip_power;
         Ok(reflected)
     }
@@ -134,7 +135,7 @@ impl SpheresModel {
         let effect = Self::effect_of_slip(&mobility, &squirmers)?;
         let solved = linked.all().by_point_forces(&mobility, effect.as_ref())?;
         let flow = mobility.flow(&solved.found.forces, &squirmers, points)?;
-        let mean_flow = self.scaled.mean_flow();
+        let mean_flow = solved.solution.mean_flow;
         Ok(Some(
             flow.into_iter().map(|u| u.map(|u| u + mean_flow)).collect(),
         ))
@@ -202,10 +203,12 @@ impl SpheresModel {
         };
         if let Some(bars) = &mut errors.bars {
             let of_sums = mobility.sum_errors(&solved.found.forces, &squirmers)?;
-            bars.add(
-                1.0,
-                &Self::errors_of_sums(of_sums, &spheres, &solved.found.forces),
-            );
+            let mut of_sums = Self::errors_of_sums(of_sums, &spheres, &solved.found.forces);
+            if of_sums.power > 0.0 {
+                let size = linked.all().size_of_powers(&solved.solution);
+                of_sums.linkage_power = of_sums.power / size.max(of_sums.power);
+            }
+            bars.add(1.0, &of_sums);
         }
         let total = clock.elapsed().as_secs_f64();
         let mut solution = InstantaneousSolution {
@@ -243,12 +246,14 @@ impl SpheresModel {
                 [&load[..3], &load[3..]].map(|v| Vector3::from_column_slice(v).norm());
             force * velocity + torque * angular_velocity
         });
+        let power = power.sum();
         LargestDifferences {
             velocity,
             angular_velocity,
             force: 6.0 * PI * radius * velocity,
             torque: 8.0 * PI * radius.powi(3) * angular_velocity,
-            power: power.sum(),
+            power,
+            ..LargestDifferences::default()
         }
     }
 
@@ -318,7 +323,8 @@ impl SpheresModel {
             .flatten()
         {
             // Spheres that expansions refuse leave the reflection, which has no order to lower.
-            let found = self.neighbourhood((linked, spheres, squirmers), &members, model)?;
+            let of_bodies = (linked, spheres, squirmers);
+            let found = self.neighbourhood(of_bodies, &members, (model, &solved.solution))?;
             if let Some(found) = found {
                 bars.raise(&found.errors);
                 factors.raise(&found.errors.over(&found.of_reflection, LARGEST_FACTOR));
@@ -370,10 +376,12 @@ impl SpheresModel {
             };
             let members = &members[..];
             let of_bodies = (linked, spheres, squirmers);
-            let Some(found) = self.neighbourhood(of_bodies, members, PointModel::Rpy)? else {
+            let by = (PointModel::Rpy, computed);
+            let Some(found) = self.neighbourhood(of_bodies, members, by)? else {
                 return Ok(none);
             };
             let mut errors = found.errors;
+            errors.total_force *= spheres.len() as f64 / found.spheres as f64;
             if found.power != 0.0 {
                 errors.power *= (all.power(computed) / found.power).abs();
             }
@@ -408,16 +416,16 @@ impl SpheresModel {
         SurfaceEffects::by_expansions(place, &resistances.orders, &[&slip, &rest], &[]).map(Some)
     }
 
-    /// Errors by expansions in a neighbourhood, and by the first reflection; none if expansions
-    /// refuse the spheres.
+    /// Errors by expansions in a neighbourhood, and by the first reflection, of the model by which
+    /// all linkages were computed; none if expansions refuse the spheres.
     fn neighbourhood(
         &self,
         (linked, spheres, squirmers): (&LinkedBodies, &Spheres, &[Squirmer]),
         members: &[Member],
-        model: PointModel,
+        (model, computed): (PointModel, &MobilitySolution),
     ) -> Result<Option<Neighbourhood>, ModelError> {
         let numbers: Vec<usize> = members.iter().map(|member| member.linkage).collect();
-        let own = linked.some(&numbers);
+        let own = linked.some(&numbers, computed);
         let (mut centres, mut radii, mut of_near) = (Vec::new(), Vec::new(), Vec::new());
         for member in members {
             for k in linked.all().spheres_of(&[member.linkage]) {
@@ -457,6 +465,7 @@ impl SpheresModel {
             errors,
             of_reflection,
             power,
+            spheres: near.len(),
         }))
     }
 
@@ -516,6 +525,8 @@ struct Neighbourhood {
     of_reflection: LargestDifferences,
     /// Power of the bodies on the fluid.
     power: f64,
+    /// Number of its spheres.
+    spheres: usize,
 }
 
 /// A linkage of a neighbourhood, or an image of it.

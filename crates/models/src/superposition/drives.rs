@@ -52,7 +52,9 @@ impl Drives {
             Some(background @ (Background::Uniform { .. } | Background::Linear { .. })) => {
                 *background
             }
-            Some(Background::Poiseuille { .. }) => return None,
+            Some(Background::Poiseuille { .. } | Background::PressureGradient { .. }) => {
+                return None;
+            }
         };
         let vectors = (scene.bodies().iter()).flat_map(|body| [body.total_force(), body.torque]);
         let mut loads: Vec<Vector3<f64>> = Vec::new();

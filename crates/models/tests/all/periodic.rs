@@ -293,3 +293,128 @@ fn a_mean_flow_carries_free_spheres_and_drags_held_ones() {
         );
     }
 }
+
+/// The scene of an array whose spheres are held, or the first of them, in a mean pressure gradient,
+/// and more keys of the others.
+fn held_array(
+    places: &[[f64; 3]],
+    edge: f64,
+    gradient: nalgebra::Vector3<f64>,
+    others: Option<&str>,
+) -> Scene {
+    let gradient: [f64; 3] = gradient.into();
+    let bodies = places.iter().enumerate().map(|(number, place)| {
+        let position = place.map(|x| x * edge);
+        let keys = match others {
+            Some(keys) if number > 0 => keys,
+            _ => "fixed = true",
+        };
+        format!("[[bodies]]\nname = \"{number}\"\nradius = 1\nposition = {position:?}\n{keys}\n")
+    });
+    let bodies: String = bodies.collect();
+    let background =
+        format!("{{ kind = \"pressure-gradient\", pressure_gradient = {gradient:?} }}");
+    Scene::parse(&format!(
+        "fluid.viscosity = 2\nbackground = {background}\n\
+         domain = {{ kind = \"periodic\", size = [{edge:?}, {edge:?}, {edge:?}] }}\n{bodies}"
+    ))
+    .unwrap()
+}
+
+const FACES: [[f64; 3]; 4] = [CORNER, [0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]];
+
+/// The mean flow past arrays that are held is that of Hasimoto (1959), as the drag above, and its
+/// bar contains it; the pressure falls along it.
+#[test]
+fn bars_contain_the_permeability_of_cubic_arrays() {
+    let lattices = [
+        (1.7601, 1.5593, &[CORNER][..]),
+        (1.7918, 0.329, &[CORNER, [0.5; 3]][..]),
+        (1.7917, 0.302, &FACES[..]),
+    ];
+    for (first, second, places) in lattices {
+        for fraction in [0.001, 0.01, 0.05] {
+            let count = places.len() as f64;
+            let volume = count * 4.0 / 3.0 * PI / fraction;
+            let cube = f64::cbrt(fraction);
+            let mut exact = 1.0 - first * cube + fraction - second * fraction.powi(2);
+            if places.len() == 1 {
+                exact += 3.9799 * cube.powi(8) - 3.0734 * cube.powi(10);
+            }
+            // The drag of Stokes of each sphere at a unit velocity, at the viscosity two.
+            let gradient = -12.0 * PI * count / volume * nalgebra::Vector3::z();
+            let scene = held_array(places, volume.cbrt(), gradient, None);
+            for kind in [
+                SphereModel::Oseen,
+                SphereModel::Rpy,
+                SphereModel::Multipole(1e-3),
+            ] {
+                let found = solve(&scene, kind);
+                let flow = found.mean_flow.unwrap();
+                let bar = found.mean_flow_error.model.unwrap();
+                // a digit of the constants, and terms of the next order
+                let rounding = 1e-4 * cube + 4.0 * cube.powi(8);
+                let case = format!("{kind:?} {} {fraction}", places.len());
+                within(flow.velocity.z - exact, bar + rounding, &case);
+                assert!(bar > 0.0 && bar < 0.5, "{case}: {bar}");
+                within(flow.velocity.xy().norm(), 1e-3, "the residual");
+                assert_eq!(flow.pressure_gradient, gradient);
+                let sum: nalgebra::Vector3<f64> = found.bodies.iter().map(|body| body.force).sum();
+                let error = (sum - volume * gradient).norm() / (volume * gradient.norm());
+                within(error, 1e-12, "the balance of the forces");
+            }
+        }
+    }
+}
+
+/// Free spheres beside one that is held feel the mean flow, and the gradient that a mean flow needs
+/// drives that flow.
+#[test]
+fn the_pressure_gradient_of_a_mean_flow_drives_that_flow() {
+    let edge = 7.0;
+    let free = "force = [0.3, 2, -1]";
+    let gradient = nalgebra::Vector3::new(-0.2, 0.1, 0.4);
+    let scene = held_array(&FACES, edge, gradient, Some(free));
+    for kind in [SphereModel::Rpy, SphereModel::Multipole(1e-3)] {
+        let driven = solve(&scene, kind);
+        let flow = driven.mean_flow.unwrap().velocity;
+        let velocity: [f64; 3] = flow.into();
+        let text = scene.to_toml().unwrap();
+        let start = text.find("[background]").unwrap();
+        let end = start + 1 + text[start + 1..].find("\n[").unwrap();
+        let given = format!("[background]\nkind = \"uniform\"\nvelocity = {velocity:?}");
+        let text = text[..start].to_owned() + &given + &text[end..];
+        let given = solve(&Scene::parse(&text).unwrap(), kind);
+        let found = given.mean_flow.unwrap();
+        assert_eq!(found.velocity, flow);
+        let why = "residuals of both, 1e-10 or a part of the tolerance";
+        let allowed = if kind == SphereModel::Rpy { 1e-8 } else { 1e-4 };
+        let error = (found.pressure_gradient - gradient).norm() / gradient.norm();
+        within(error, allowed, why);
+        for (a, b) in driven.bodies.iter().zip(&given.bodies) {
+            within((a.velocity - b.velocity).norm(), allowed, why);
+        }
+        let bar = given.mean_flow_error.model.unwrap();
+        assert!(bar > 0.0 && bar < gradient.norm(), "{bar:e}");
+    }
+}
+
+/// Without bodies that are held, the forces are given: they are the pressure gradient.
+#[test]
+fn spheres_that_settle_have_the_pressure_gradient_of_their_weight() {
+    let edge = 8.0;
+    let found = solve(&array(&[CORNER, [0.5; 3]], edge, ""), SphereModel::Rpy);
+    let flow = found.mean_flow.unwrap();
+    assert_eq!(flow.velocity, nalgebra::Vector3::zeros());
+    let expected = 2.0 * 6.0 * PI / f64::powi(edge, 3) * nalgebra::Vector3::x();
+    within(
+        (flow.pressure_gradient - expected).norm(),
+        1e-14,
+        "rounding",
+    );
+    within(
+        found.mean_flow_error.model.unwrap(),
+        1e-12,
+        "all forces are given",
+    );
+}

@@ -106,8 +106,8 @@ tables! {
         radius: Option<f64> [Positive] | "required for ball and cylinder",
         /// Edge lengths of the box, centred at the origin. The box of `periodic` is repeated in all
         /// directions, for spheres by the models oseen, rpy and multipole. Its mean flow is zero or
-        /// that of a uniform background: a uniform pressure gradient balances the forces on the
-        /// bodies.
+        /// that of a uniform background, and the mean pressure gradient, which balances the forces
+        /// of the bodies, is a result; or the background gives the pressure gradient.
         size: Option<[f64; 3]> [PositiveVector] | "required for box and periodic",
         /// File of the mesh (Gmsh) or of the surface (STL, OBJ, Gmsh), whose coordinates are those
         /// of the scene. A relative path starts at the folder of the scene file.
@@ -121,13 +121,18 @@ tables! {
     }
 
     /// The flow in the absence of the bodies. In unbounded fluid it is the flow far away, in a
-    /// periodic box its mean (`uniform` only); in a container the walls move with it, except for
-    /// `poiseuille`, which needs the domain cylinder, whose wall is at rest.
+    /// periodic box its mean (`uniform`) or what drives it (`pressure-gradient`); in a container
+    /// the walls move with it, except for `poiseuille`, which needs the domain cylinder, whose wall
+    /// is at rest.
     pub(crate) struct BackgroundFile in "background." {
         /// Kind of the flow.
         kind: Option<BackgroundKind> | "required in `[background]`",
         /// Velocity. That of `poiseuille` is on the axis of the tube and along it, twice the mean.
         velocity: Option<[f64; 3]> | "required for uniform and poiseuille",
+        /// Mean of the gradient of the pressure: the sum of the forces of the bodies on the fluid
+        /// over the volume of the box. The flow past bodies that are held, of which there must be
+        /// one, is against it.
+        pressure_gradient: Option<[f64; 3]> | "required for pressure-gradient",
         /// Rows of the gradient `G` of the velocity `u_i = sum_j G_ij x_j`. Its trace is zero, and
         /// for `extension` it is symmetric.
         gradient: Option<[[f64; 3]; 3]> | "required for shear and extension",

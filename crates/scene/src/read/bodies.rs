@@ -7,6 +7,7 @@ use crate::body::Body;
 use crate::checks::Checks;
 use crate::domain::Domain;
 use crate::error::SceneError;
+use crate::flow::Background;
 use crate::keys::BodyFile;
 use crate::shape::{Shape, shape_keys};
 use crate::shapes::ShapeKeys;
@@ -19,7 +20,7 @@ pub(super) fn bodies(
     checks: &Checks,
     files: &[BodyFile],
     domain: &Domain,
-    (has_background, gait_period): (bool, Option<f64>),
+    (background, gait_period): (Option<&Background>, Option<f64>),
     surfaces: &mut SurfaceFiles,
 ) -> Result<Vec<Body>, SceneError> {
     let mut first_of = BTreeMap::new();
@@ -29,7 +30,7 @@ pub(super) fn bodies(
         loads::enter(checks, number, file, gait_period, &mut body)?;
         bodies.push(body);
     }
-    check_obstacles(checks, &bodies, has_background)?;
+    check_obstacles(checks, &bodies, background)?;
     if !bodies.iter().any(|body| body.shape.has_surface()) {
         return Err(checks.bad_value(
             "bodies",
@@ -109,16 +110,27 @@ fn body(
 }
 
 /// Refuses scenes in which all bodies are fixed and neither slip nor a background flow moves the
-/// fluid.
+/// fluid, and those in which no body withstands a given pressure gradient.
 fn check_obstacles(
     checks: &Checks,
     bodies: &[Body],
-    has_background: bool,
+    background: Option<&Background>,
 ) -> Result<(), SceneError> {
+    let is_held = |body: &Body| body.held_velocity().is_some();
+    if let Some(Background::PressureGradient { .. }) = background
+        && !bodies.iter().any(is_held)
+    {
+        let problem = "has no steady flow: the forces of the bodies on the fluid must add up to \
+                       the pressure gradient times the volume of the box, but all bodies are free \
+                       and their forces given, so that the fluid would accelerate; hold bodies by \
+                       fixed = true or a velocity, or give the mean flow by kind = \"uniform\" \
+                       and find the pressure gradient in the results";
+        return Err(checks.bad_value("background", problem));
+    }
     let has_obstacle = bodies.iter().any(|body| body.fixed);
     let mut surfaces = bodies.iter().filter(|body| body.shape.has_surface());
     let is_at_rest = |body: &Body| body.fixed && body.slip.is_none();
-    if has_obstacle && !has_background && surfaces.all(is_at_rest) {
+    if has_obstacle && background.is_none() && surfaces.all(is_at_rest) {
         let problem = "are all fixed, so nothing moves; leave one of them free";
         return Err(checks.bad_value("bodies", problem));
     }

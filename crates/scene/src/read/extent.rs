@@ -213,7 +213,12 @@ impl Unplaced<'_> {
             if let Some(slip) = &body.slip {
                 check(&format!("bodies[{number}].slip"), slip.speed())?;
             }
-            if let Some(flow) = self.background {
+            if let Some(Background::PressureGradient { gradient }) = self.background {
+                // The flow past one body that is held.
+                let volume = self.domain.period().map_or(0.0, |size| size.product());
+                let speed = gradient.norm() * volume / (self.viscosity * smallest);
+                check("background", speed)?;
+            } else if let Some(flow) = self.background {
                 let size = flow.gradient(&body.position).norm() * body.bounding_radius();
                 check("background", flow.velocity(&body.position).norm() + size)?;
             }

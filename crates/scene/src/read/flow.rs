@@ -48,10 +48,20 @@ pub(super) fn background(
     let Some(file) = file else { return Ok(None) };
     let kind = checks.required("background.kind", file.kind, ": say which flow is meant")?;
     let is_linear = matches!(kind, BackgroundKind::Shear | BackgroundKind::Extension);
+    let is_driven = kind == BackgroundKind::PressureGradient;
     checks.refuse_strangers(
         "background",
         [
-            ("velocity", file.velocity.is_some(), !is_linear),
+            (
+                "velocity",
+                file.velocity.is_some(),
+                !is_linear && !is_driven,
+            ),
+            (
+                "pressure_gradient",
+                file.pressure_gradient.is_some(),
+                is_driven,
+            ),
             ("gradient", file.gradient.is_some(), is_linear),
         ],
         &format!("does not belong to kind = \"{}\"; remove it", kind.word()),
@@ -66,6 +76,18 @@ pub(super) fn background(
         (BackgroundKind::Uniform, _) => Background::Uniform {
             velocity: velocity()?,
         },
+        (BackgroundKind::PressureGradient, Domain::Periodic { .. }) => {
+            let why = format!(": kind = \"{}\" needs it", kind.word());
+            let key = "background.pressure_gradient";
+            Background::PressureGradient {
+                gradient: checks.required(key, file.pressure_gradient, &why)?.into(),
+            }
+        }
+        (BackgroundKind::PressureGradient, _) => {
+            let problem = "\"pressure-gradient\" needs domain.kind = \"periodic\"; along a tube \
+                           use \"poiseuille\"";
+            return Err(checks.bad_value("background.kind", problem));
+        }
         (BackgroundKind::Shear | BackgroundKind::Extension, _) => {
             let why = format!(": kind = \"{}\" needs a gradient", kind.word());
             let rows = checks.required("background.gradient", file.gradient, &why)?;

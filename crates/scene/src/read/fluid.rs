@@ -10,7 +10,7 @@ use crate::error::SceneError;
 use crate::keys::{FluidFile, SceneFile};
 use crate::scene::Rheology;
 use crate::thermal_noise::ThermalNoise;
-use crate::words::{InertiaKind, LawKind, ModelKind, RheologyKind};
+use crate::words::{BackgroundKind, InertiaKind, LawKind, ModelKind, RheologyKind};
 
 /// Default of `fluid.regularisation`: the rates of strokes with times of order 1 are a million
 /// times larger.
@@ -192,6 +192,14 @@ pub(super) fn thermal_noise(
             "fluid.law",
             "is unsupported with fluid.thermal_energy: thermal noise is that of a Newtonian fluid; \
              remove one of them",
+        );
+    }
+    let background = file.background.as_ref().and_then(|flow| flow.kind);
+    if background == Some(BackgroundKind::PressureGradient) {
+        return refuse(
+            "background.kind",
+            "is unsupported with fluid.thermal_energy: the mean flow would fluctuate too; give it by \
+             kind = \"uniform\", or remove one of them",
         );
     }
     if matches!(file.model.kind, ModelKind::Fem | ModelKind::Axisymmetric) {

@@ -81,7 +81,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
         &checks,
         &file.bodies,
         &domain,
-        (has_background, file.gait.period),
+        (background.as_ref(), file.gait.period),
         &mut surfaces,
     )?;
     let field = loads::field(&checks, file.field.as_ref(), file.gait.period, &bodies)?;

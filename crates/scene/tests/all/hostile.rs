@@ -88,6 +88,10 @@ gravity = [0, 0, -1]
 [[bodies]]; name = "squirmer"; radius = 1; density = 2; position = [1, 0, 0]
 [bodies.slip]; b1 = 1; b2 = 2; axis = [0, 0, 1]
 
+[background]; kind = "pressure-gradient"; pressure_gradient = [0, 0, -1]
+[domain]; kind = "periodic"; size = [8, 9, 10]
+[[bodies]]; name = "a"; radius = 1; position = [1, 0, 0]; fixed = true
+
 [background]; kind = "shear"; gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]]
 [[bodies]]; name = "a"; radius = 1; position = [1, 0, 0]
 

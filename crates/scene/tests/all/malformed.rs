@@ -182,6 +182,14 @@ kind = "mesh"\nfile = "Cargo.toml"\nwalls = ["outer"] -> bodies[0].surface is mi
 kind = "box"\nsize = [19, 40, 40] -> 'left' is outside the domain | clearance -1.5
 kind = "wall" -> is outside the domain | clearance -1
 kind = "cylinder"\nradius = 1 -> is outside the domain | clearance 0
+kind = "ball"\nradius = 40\n[background]\nkind = "pressure-gradient"
+    -> background.kind "pressure-gradient" needs domain.kind = "periodic"
+kind = "periodic"\nsize = [40, 40, 40]\n[background]\nkind = "pressure-gradient"
+    -> background.pressure_gradient is missing
+kind = "periodic"\nsize = [40, 40, 40]\n[background]\nkind = "uniform"\nvelocity = [1, 0, 0]\npressure_gradient = [1, 0, 0]
+    -> background.pressure_gradient does not belong to kind = "uniform"
+kind = "periodic"\nsize = [40, 40, 40]\n[background]\nkind = "pressure-gradient"\npressure_gradient = [1, 0, 0]
+    -> background has no steady flow | hold bodies by fixed = true
 == name = "centre"
  -> bodies[1].name is missing
 name = "left" -> scene.toml:14 | "left" is the name of bodies[0] too
@@ -244,7 +252,7 @@ fn deep_nesting_is_refused() {
 #[test]
 fn malformed_scenes_are_refused_with_place_and_remedy() {
     let cases = cases();
-    assert_eq!(cases.len(), 109);
+    assert_eq!(cases.len(), 113);
     for (part, by, fragments) in cases {
         assert!(VALID.contains(&part), "no such part: {part}");
         let text = VALID.replacen(&part, &by, 1);

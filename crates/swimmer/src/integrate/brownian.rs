@@ -145,11 +145,7 @@ pub(super) fn span(
             Err(error) => return Err(result.stopped(evaluator, error)),
             Ok(step) => step,
         };
-        let approximation = Approximation {
-            piece,
-            solutions: vec![solution],
-            weights: vec![1.0],
-        };
+        let approximation = Approximation::new(piece, vec![solution], vec![1.0]);
         result.append(evaluator, approximation, None, None)?;
     }
     Ok(result.with_totals(evaluator))

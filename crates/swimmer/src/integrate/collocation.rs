@@ -17,11 +17,11 @@ use scene::AcceptKind;
 use super::inverse_dexp::coordinate_rate;
 use super::order_errors::{SignedError, expected_error, is_smooth, is_stalled, remaining_error};
 use super::piece::{PathPiece, combination};
-use super::result::{Accumulated, Approximation, SpanResult, Stopped};
+use super::result::{Accumulated, Approximation, IntegralErrors, SpanResult, Stopped};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
-    MAX_PARTS, allowed_load_errors, expected_ratio, first_parts, largest_displacement,
-    largest_rotation, rounding, step_tolerance, unseen_displacement,
+    MAX_PARTS, allowed_load_errors, allowed_mean_flow_error, expected_ratio, first_parts,
+    largest_displacement, largest_rotation, rounding, step_tolerance, unseen_displacement,
 };
 use crate::error::SwimError;
 use crate::gauss::{Gauss, lagrange};
@@ -200,7 +200,11 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         let work = last - before;
         let [last, before] = both.map(|approximation| approximation.uncorrected_holding(duration));
         let holding = last.minus(&before);
+        let [last, before] = both
+            .map(|approximation| approximation.uncorrected_integrals(evaluator.scene, duration));
+        let integrals = last.change_from(&before, evaluator.scene);
         all.push(change, difference, work, holding);
+        all.integrals.push(integrals);
         let error = remaining_error(&all.displacements, ratio);
         let mut accepted = (error <= tolerance).then_some((error, 0.0));
         let stalled = matches!(all.displacements[..], [.., a, b] if is_stalled(a, b));
@@ -221,7 +225,9 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         };
         let improves_loads = is_accepted && holds_bodies && {
             let allowed = allowed_load_errors(evaluator, &current.holding(duration));
-            all.loads_may_improve(allowed, ratio)
+            let flow = current.mean_flow(duration);
+            let allowed_flow = flow.map(|flow| allowed_mean_flow_error(evaluator, &flow));
+            all.loads_may_improve(allowed, allowed_flow, ratio)
         };
         let is_last = match is_accepted {
             true => !improves_loads,
@@ -232,6 +238,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
                 let path = &previous.piece;
                 current = collocate(evaluator, start, path, points, Corrections::Computed)?;
             }
+            current.integral_errors = Some(all.integral_errors(ratio));
             let (error, mesh_change) = accepted.unwrap_or((error.max(change), 0.0));
             let of_displacement = match is_converged || settled.is_some() {
                 true if points == 2 && change > rounding(evaluator, &current.piece.step()) => {
@@ -266,6 +273,8 @@ struct Changes {
     works: Vec<f64>,
     forces: Vec<f64>,
     torques: Vec<f64>,
+    /// Of works of linkages and mean flows.
+    integrals: Vec<IntegralErrors>,
     /// The last change of the motion and of the impulses that hold bodies.
     last: Option<(StateVelocity, HoldingLoads)>,
 }
@@ -281,15 +290,45 @@ impl Changes {
         self.last = Some((motion, holding));
     }
 
-    /// Whether errors of the loads that hold bodies exceed those `allowed` and still decrease.
-    fn loads_may_improve(&self, allowed: [f64; 2], least_ratio: f64) -> bool {
-        [&self.forces, &self.torques]
+    /// Whether errors of the loads that hold bodies, or of the mean flow past them, exceed those
+    /// `allowed` and still decrease.
+    fn loads_may_improve(
+        &self,
+        [force, torque]: [f64; 2],
+        mean_flow: Option<f64>,
+        least_ratio: f64,
+    ) -> bool {
+        let flows: Vec<f64> = self
+            .integrals
             .iter()
-            .zip(allowed)
-            .any(|(changes, allowed)| {
-                let stalled = matches!(changes[..], [.., a, b] if is_stalled(a, b));
-                !stalled && SignedError::of_load(changes, least_ratio).size(changes) > allowed
-            })
+            .map(|change| change.mean_flow)
+            .collect();
+        [
+            (&self.forces, Some(force)),
+            (&self.torques, Some(torque)),
+            (&flows, mean_flow),
+        ]
+        .into_iter()
+        .any(|(changes, allowed)| {
+            let stalled = matches!(changes[..], [.., a, b] if is_stalled(a, b));
+            let size = SignedError::of_load(changes, least_ratio).size(changes);
+            !stalled && allowed.is_some_and(|allowed| size > allowed)
+        })
+    }
+
+    /// The errors of works of linkages and of mean flows at the last order.
+    fn integral_errors(&self, least_ratio: f64) -> IntegralErrors {
+        let remaining = |of: &dyn Fn(&IntegralErrors) -> f64| {
+            let changes: Vec<f64> = self.integrals.iter().map(of).collect();
+            remaining_error(&changes, least_ratio)
+        };
+        let linkages = self.integrals.first().map_or(0, |first| first.works.len());
+        IntegralErrors {
+            works: (0..linkages)
+                .map(|k| remaining(&|change| change.works[k]))
+                .collect(),
+            mean_flow: remaining(&|change| change.mean_flow),
+        }
     }
 
     /// The error of the last order, with that of the displacement as it was estimated.
@@ -442,11 +481,7 @@ fn collocate(
             }
         }
     }
-    Ok(Approximation {
-        piece,
-        solutions,
-        weights: gauss.weights,
-    })
+    Ok(Approximation::new(piece, solutions, gauss.weights))
 }
 
 /// The solutions at the Gauss points of a path.

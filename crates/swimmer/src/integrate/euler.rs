@@ -34,11 +34,7 @@ pub(super) fn span(
         if let Err(error) = evaluator.check_path(&piece) {
             return Err(result.stopped(evaluator, error));
         }
-        let approximation = Approximation {
-            piece,
-            solutions: vec![solution],
-            weights: vec![1.0],
-        };
+        let approximation = Approximation::new(piece, vec![solution], vec![1.0]);
         let accumulated = approximation.accumulated_error(duration);
         result.append(
             evaluator,

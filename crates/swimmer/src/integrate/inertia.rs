@@ -61,11 +61,7 @@ pub(super) fn span(
             return Err(result.stopped(evaluator, error));
         }
         before = velocities_of(&solution);
-        let approximation = Approximation {
-            piece,
-            solutions: vec![solution],
-            weights: vec![1.0],
-        };
+        let approximation = Approximation::new(piece, vec![solution], vec![1.0]);
         result.append(evaluator, approximation, None, None)?;
         result.velocities = numbers_of(&before);
     }

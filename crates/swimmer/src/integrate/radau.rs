@@ -32,7 +32,9 @@ use super::masses::{
     power_of_growth, velocities_of,
 };
 use super::piece::{PathPiece, combination};
-use super::result::{Accumulated, Approximation, IntegrationError, SpanResult, Stopped};
+use super::result::{
+    Accumulated, Approximation, IntegralErrors, IntegrationError, SpanResult, Stopped,
+};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
     MAX_PARTS, first_parts, largest_displacement, largest_rotation, step_tolerance,
@@ -40,6 +42,7 @@ use super::step_size::{
 };
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
+use crate::mean_flow::MeanFlowInTime;
 
 /// Largest number of steps of a part of a phase span.
 const MAX_STEPS: usize = 1 << 12;
@@ -105,7 +108,7 @@ fn part(
     let mut coarser: Option<Run> = None;
     let mut steps = 1;
     loop {
-        let run = run(evaluator, start, before, span, steps)?;
+        let mut run = run(evaluator, start, before, span, steps)?;
         let tolerance = step_tolerance(evaluator, &run.whole(start), width);
         let error = match &coarser {
             None => f64::INFINITY,
@@ -136,6 +139,12 @@ fn part(
                 work: work_change.abs() / (REDUCTION - 1.0) + run.iteration_error.work,
                 holding,
             };
+            let flow = |run: &Run| run.mean_flow(duration / run.steps.len() as f64);
+            run.mean_flow_error =
+                (coarser.as_ref().and_then(flow).zip(flow(&run))).map(|(coarse, fine)| {
+                    let change = coarse.difference(&fine, evaluator.scene);
+                    change / (REDUCTION - 1.0)
+                });
             return Ok((run, error));
         }
         if steps == MAX_STEPS {
@@ -154,6 +163,8 @@ struct Run {
     velocities: Velocities,
     /// Iteration errors, summed over all steps.
     iteration_error: IntegrationError,
+    /// Estimated error of the integral of the mean flow; none outside of periodic boxes.
+    mean_flow_error: Option<f64>,
 }
 
 impl Run {
@@ -195,6 +206,15 @@ impl Run {
         sum
     }
 
+    /// Integral of the mean flow through a periodic box.
+    fn mean_flow(&self, duration: f64) -> Option<MeanFlowInTime> {
+        let mut sum = None;
+        for step in &self.steps {
+            MeanFlowInTime::append(&mut sum, step.mean_flow(duration).as_ref());
+        }
+        sum
+    }
+
     fn append_to(
         self,
         result: &mut SpanResult,
@@ -204,7 +224,11 @@ impl Run {
     ) -> Result<(), SwimError> {
         let count = self.steps.len() as f64;
         let duration = evaluator.span.duration * (span.1 - span.0) / count;
-        for (step, missing_work) in self.steps.into_iter().zip(self.missing_works) {
+        for (mut step, missing_work) in self.steps.into_iter().zip(self.missing_works) {
+            step.integral_errors = self.mean_flow_error.map(|error| IntegralErrors {
+                mean_flow: error / count,
+                ..IntegralErrors::default()
+            });
             let accumulated = step.accumulated_error(duration);
             let share = IntegrationError {
                 displacement: error.displacement / count,
@@ -238,6 +262,7 @@ fn run(
         missing_works: Vec::with_capacity(steps),
         velocities: before.clone(),
         iteration_error: IntegrationError::default(),
+        mean_flow_error: None,
     };
     let mut state = start.clone();
     for k in 0..steps {
@@ -358,11 +383,7 @@ fn step(
     if let Some(last) = stages.last() {
         *velocities = velocities_of(last);
     }
-    let approximation = Approximation {
-        piece,
-        solutions: stages,
-        weights: weights.to_vec(),
-    };
+    let approximation = Approximation::new(piece, stages, weights.to_vec());
     Ok(Step {
         approximation,
         missing_work,

@@ -8,6 +8,7 @@ use models::{
 };
 use nalgebra::Vector3;
 use rigid::{Articulation, State, StateVelocity};
+use scene::Scene;
 
 use super::masses::{Velocities, numbers_of};
 use super::moving_fluid::UnsteadyState;
@@ -16,7 +17,8 @@ use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use crate::error::SwimError;
 use crate::gauss::lagrange;
 use crate::holding_loads::HoldingLoads;
-use crate::linkage_works::{add_each, has_linkage_works, linkage_powers};
+use crate::linkage_works::{LinkageWork, add_each, has_linkage_works, linkage_powers};
+use crate::mean_flow::MeanFlowInTime;
 
 /// An approximation of the motion over a part of a phase span: one collocation order, or one step.
 pub(super) struct Approximation {
@@ -26,6 +28,60 @@ pub(super) struct Approximation {
     pub solutions: Vec<SpanSolution>,
     /// Quadrature weights of the solutions; their sum is one.
     pub weights: Vec<f64>,
+    /// Estimated integration errors of works of linkages and of the mean flow; none where the
+    /// method has no estimate.
+    pub integral_errors: Option<IntegralErrors>,
+}
+
+/// What is integrated beside the motion: works of linkages and the mean flow.
+#[derive(Default)]
+pub(super) struct Integrals {
+    works: Vec<f64>,
+    mean_flow: Option<MeanFlowInTime>,
+}
+
+/// Sizes of errors of [`Integrals`], or of changes of them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct IntegralErrors {
+    /// Of the work of each linkage; empty where works are known in total only.
+    pub works: Vec<f64>,
+    /// Of the mean flow of a periodic box, or of its pressure gradient if the flow is given.
+    pub mean_flow: f64,
+}
+
+impl Integrals {
+    /// The integrals of solutions, each with the time for which it stands.
+    pub fn new<'a>(
+        scene: &Scene,
+        solutions: impl Iterator<Item = (&'a InstantaneousSolution, f64)> + Clone,
+    ) -> Self {
+        let mut works = Vec::new();
+        if has_linkage_works(scene) {
+            for (solution, time) in solutions.clone() {
+                let powers = linkage_powers(scene.articulation(), solution).into_iter();
+                add_each(&mut works, &powers.map(|p| p * time).collect::<Vec<_>>());
+            }
+        }
+        Self {
+            works,
+            mean_flow: MeanFlowInTime::integrals(solutions),
+        }
+    }
+
+    /// Sizes of the changes from other integrals, of which none are zero.
+    pub fn change_from(&self, other: &Self, scene: &Scene) -> IntegralErrors {
+        let others = other.works.iter().copied().chain(std::iter::repeat(0.0));
+        let none = MeanFlowInTime::default();
+        let change = |flow: &MeanFlowInTime| {
+            flow.difference(other.mean_flow.as_ref().unwrap_or(&none), scene)
+        };
+        IntegralErrors {
+            works: (self.works.iter().zip(others))
+                .map(|(a, b)| (a - b).abs())
+                .collect(),
+            mean_flow: self.mean_flow.as_ref().map_or(0.0, change),
+        }
+    }
 }
 
 /// Estimated sizes of the integration errors of a part of a phase span.
@@ -94,11 +150,13 @@ pub struct SpanResult {
     /// Work of the bodies on the fluid.
     pub work: f64,
     /// Work of the bodies of each linkage on the fluid; empty where it is known in total only.
-    pub linkage_works: Vec<f64>,
+    pub linkage_works: Vec<LinkageWork>,
     /// Error bars of the work.
     pub work_error: ErrorEstimate,
     /// Impulses of the loads that hold or drive bodies.
     pub holding: HoldingLoads,
+    /// Integral of the mean flow; none outside of periodic boxes.
+    pub mean_flow: Option<MeanFlowInTime>,
     /// Seconds of all solves.
     pub seconds: Seconds,
     /// Velocities `(U, ω)` of all bodies at the end, for methods with inertia; empty for others.
@@ -124,6 +182,16 @@ impl<E: Into<SwimError>> From<E> for Stopped {
 }
 
 impl Approximation {
+    /// An approximation whose integrals have no estimated errors.
+    pub fn new(piece: PathPiece, solutions: Vec<SpanSolution>, weights: Vec<f64>) -> Self {
+        Self {
+            piece,
+            solutions,
+            weights,
+            integral_errors: None,
+        }
+    }
+
     /// The estimated discretisation error that was subtracted over `duration`, by quadrature over
     /// the solutions; none if one of them has no estimate.
     pub fn accumulated_error(&self, duration: f64) -> Option<AccumulatedError> {
@@ -208,8 +276,27 @@ impl Approximation {
         HoldingLoads::impulses(uncorrected.iter().map(|(solution, time)| (solution, *time)))
     }
 
+    /// Integral of the mean flow through a periodic box.
+    pub fn mean_flow(&self, duration: f64) -> Option<MeanFlowInTime> {
+        MeanFlowInTime::integrals(self.with_times(duration))
+    }
+
+    /// Works of linkages and the mean flow, without the corrections of the solutions.
+    pub fn uncorrected_integrals(&self, scene: &Scene, duration: f64) -> Integrals {
+        let uncorrected: Vec<_> = (self.with_times(duration))
+            .map(|(solution, time)| (solution.uncorrected(), time))
+            .collect();
+        Integrals::new(
+            scene,
+            uncorrected.iter().map(|(solution, time)| (solution, *time)),
+        )
+    }
+
     /// The solutions, each with the part of `duration` for which it stands.
-    fn with_times(&self, duration: f64) -> impl Iterator<Item = (&InstantaneousSolution, f64)> {
+    fn with_times(
+        &self,
+        duration: f64,
+    ) -> impl Iterator<Item = (&InstantaneousSolution, f64)> + Clone {
         let solutions = self.solutions.iter().map(|s| &s.solution);
         solutions.zip(self.weights.iter().map(move |w| w * duration))
     }
@@ -296,6 +383,7 @@ impl SpanResult {
             linkage_works: Vec::new(),
             work_error: ErrorEstimate::default(),
             holding: HoldingLoads::default(),
+            mean_flow: None,
             seconds: Seconds::default(),
             velocities: Vec::new(),
             fluid: None,
@@ -324,19 +412,36 @@ impl SpanResult {
         let duration =
             evaluator.span.duration * (approximation.piece.to - approximation.piece.from);
         self.work += approximation.work(duration);
+        // Errors do not cancel where an explicit method has a negative weight.
+        let weights = &approximation.weights;
+        let all: f64 = match weights.iter().any(|weight| *weight < 0.0) {
+            true => weights.iter().map(|weight| weight.abs()).sum(),
+            false => 1.0,
+        };
         if has_linkage_works(evaluator.scene) {
             let set = evaluator.scene.articulation();
             for (solution, time) in approximation.with_times(duration) {
-                let powers = linkage_powers(set, solution).into_iter().map(|p| p * time);
-                add_each(&mut self.linkage_works, &powers.collect::<Vec<_>>());
+                let of_solution = LinkageWork::of_solution(set, solution, time, time.abs() / all);
+                LinkageWork::add_each(&mut self.linkage_works, &of_solution);
             }
         }
+        let mut mean_flow = approximation.mean_flow(duration);
+        if let Some(errors) = &approximation.integral_errors {
+            for (linkage, error) in self.linkage_works.iter_mut().zip(&errors.works) {
+                linkage.integration += error;
+            }
+            if let Some(flow) = &mut mean_flow {
+                flow.error.integration = Some(errors.mean_flow);
+            }
+        }
+        MeanFlowInTime::append(&mut self.mean_flow, mean_flow.as_ref());
         self.holding
             .accumulate(1.0, &approximation.holding(duration));
         let Approximation {
             piece,
             solutions,
             weights,
+            ..
         } = approximation;
         let displacement: Vec<_> = piece.step().frames.iter().map(|f| f.linear).collect();
         self.accumulated_error = match (self.accumulated_error.take(), accumulated) {
@@ -354,11 +459,6 @@ impl SpanResult {
         let without_mesh = |bars: &ErrorEstimate| ErrorEstimate {
             mesh: None,
             ..*bars
-        };
-        // Errors do not cancel where an explicit method has a negative weight.
-        let all: f64 = match weights.iter().any(|weight| *weight < 0.0) {
-            true => weights.iter().map(|weight| weight.abs()).sum(),
-            false => 1.0,
         };
         for (span_solution, weight) in solutions.iter().zip(weights) {
             let solution = &span_solution.solution;

@@ -10,7 +10,9 @@ use rigid::{State, StateVelocity};
 
 use super::inverse_dexp::coordinate_rate;
 use super::piece::{PathPiece, combination};
-use super::result::{Approximation, IntegrationError, SpanResult, Stopped};
+use super::result::{
+    Approximation, IntegralErrors, Integrals, IntegrationError, SpanResult, Stopped,
+};
 use super::span_evaluator::{SpanEvaluator, SpanSolution};
 use super::step_size::{
     MAX_PARTS, largest_displacement, largest_rotation, least_parts, pair_tolerance,
@@ -129,9 +131,8 @@ pub(super) fn span(evaluator: &mut SpanEvaluator, start: &State) -> Result<SpanR
         first = step.last;
         let stages = step.solutions.len();
         let approximation = Approximation {
-            piece,
-            weights: WEIGHTS[..stages].to_vec(),
-            solutions: step.solutions,
+            integral_errors: Some(step.integral_errors),
+            ..Approximation::new(piece, step.solutions, WEIGHTS[..stages].to_vec())
         };
         let error = IntegrationError {
             displacement: step.error,
@@ -158,6 +159,8 @@ struct Step {
     work_error: f64,
     /// Estimated errors of the impulses that hold bodies.
     holding_errors: [f64; 2],
+    /// Estimated errors of works of linkages and of the mean flow.
+    integral_errors: IntegralErrors,
     /// Solutions of all stages but the last.
     solutions: Vec<SpanSolution>,
     /// The solution at the end of the step.
@@ -188,7 +191,9 @@ fn step(
     let work_difference: f64 = powers.zip(DIFFERENCE).map(|(p, d)| d * p).sum();
     let weighted = solutions.iter().map(|stage| &stage.solution);
     let weighted = weighted.zip(DIFFERENCE.map(|d| d * duration));
-    let holding_errors = HoldingLoads::impulses(weighted).largest();
+    let holding_errors = HoldingLoads::impulses(weighted.clone()).largest();
+    let integral_errors = Integrals::new(evaluator.scene, weighted)
+        .change_from(&Integrals::default(), evaluator.scene);
     let last = solutions.split_off(NODES.len() - 1).swap_remove(0);
     Ok(Step {
         sigma: combination(rates.iter().zip(WEIGHTS), start),
@@ -196,6 +201,7 @@ fn step(
         rotation_error: largest_rotation(&error),
         work_error: (duration * work_difference).abs(),
         holding_errors,
+        integral_errors,
         solutions,
         last,
     })

@@ -9,6 +9,7 @@ use super::piece::PathPiece;
 use super::span_evaluator::SpanEvaluator;
 use crate::error::SwimError;
 use crate::holding_loads::HoldingLoads;
+use crate::mean_flow::MeanFlowInTime;
 
 /// Tolerance for the error of a phase span whose net displacement is not predicted, as a fraction
 /// of the scene's tolerance, relative to the displacement in the phase span or the change of
@@ -134,6 +135,13 @@ pub(super) fn allowed_load_errors(evaluator: &SpanEvaluator, step: &HoldingLoads
         (share * force).max(bars[0]),
         (share * torque.max(force * size)).max(bars[1]),
     ]
+}
+
+/// The same for the mean flow of a periodic box, of what the scene does not give.
+pub(super) fn allowed_mean_flow_error(evaluator: &SpanEvaluator, step: &MeanFlowInTime) -> f64 {
+    let size = step.difference(&MeanFlowInTime::default(), evaluator.scene);
+    let share = evaluator.scene.working_tolerance() * SPAN_TOLERANCE_SHARE;
+    (share * size).max(BAR_SHARE * step.error.total())
 }
 
 /// Ratio of the errors of successive orders of Gauss quadrature that contact causes.

@@ -384,11 +384,7 @@ fn append(
         holding: holding_change(start, &recorded).map(|change| length * change),
     };
     let accumulated = mesh_error.map(|error| of_mesh(&error, &recorded, length));
-    let approximation = Approximation {
-        piece,
-        solutions: vec![recorded.clone()],
-        weights: vec![1.0],
-    };
+    let approximation = Approximation::new(piece, vec![recorded.clone()], vec![1.0]);
     result.append(
         evaluator,
         approximation,

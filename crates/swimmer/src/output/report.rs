@@ -1,6 +1,6 @@
 //! JSON for other programs: `summary.json` and the output of `swim solve --json`.
 
-use models::{ErrorEstimate, InstantaneousSolution, Seconds};
+use models::{ErrorEstimate, InstantaneousSolution, MeanFlow, Seconds};
 use nalgebra::{DMatrix, Vector3};
 use scene::Scene;
 use serde_json::{Map, Value, json};
@@ -32,10 +32,14 @@ pub const ALL_ERRORS: &str = "all errors";
 ///   its `name` (that of its first body), `bodies`, `displacement` (mean of its moving bodies),
 ///   `rotation` (of its first body, or of the first one whose velocity is given), `work` (null
 ///   where it is known in total only: with slip, inertia or thermal noise, or where swimmers share
-///   a volume) and `error_estimate` of the displacement;
+///   a volume), and the error bars `error_estimate` of the displacement, `rotation_error` and
+///   `work_error`;
 /// - `mean_holding`: null without bodies whose velocity is given; otherwise `bodies` (by body, the
 ///   mean `force` and `torque` over the run that hold or drive it) with `force_error` and
 ///   `torque_error`;
+/// - `mean_flow` over the run through a periodic box: its `velocity` and `pressure_gradient`
+///   ([`models::MeanFlow`]) with the error bars of the one that the scene does not give,
+///   `velocity_error` or `pressure_gradient_error`; null in other domains;
 /// - `phases`, each with `link`, `displacement`, `solves`, `lookups`, `error_estimate`;
 /// - `solves` (of the model), `table_solves` (those of them of which tables over shapes are made),
 ///   `lookups` (solutions that were looked up in these tables);
@@ -130,6 +134,8 @@ pub fn summary_json(
             "torque_error": estimate(&means.torque_error),
         })
     });
+    let mean_flow = outcome.mean_flow();
+    let mean_flow = mean_flow.map(|mean| mean_flow_json(scene, &mean.flow, &mean.error));
     let of_swimmer = |swimmer: &SwimmerOutcome| {
         let names = swimmer
             .bodies
@@ -140,7 +146,9 @@ pub fn summary_json(
             "bodies": names.collect::<Vec<_>>(),
             "displacement": vector(&swimmer.displacement),
             "rotation": vector(&swimmer.rotation),
+            "rotation_error": estimate(&swimmer.rotation_error),
             "work": swimmer.work,
+            "work_error": swimmer.work_error.as_ref().map(estimate),
             "error_estimate": estimate(&swimmer.error_estimate),
         })
     };
@@ -178,6 +186,7 @@ pub fn summary_json(
         "links": joints.map(|joint| joint.name.as_str()).collect::<Vec<_>>(),
         "swimmers": (!swimmers.is_empty()).then_some(swimmers),
         "mean_holding": mean_holding,
+        "mean_flow": mean_flow,
         "shape_change": shape_change,
         "net_displacement": {
             "vector": vector(&outcome.net_vector()),
@@ -249,7 +258,9 @@ pub fn summary_json(
 /// the value of the joint is an angle: its power on the bodies is `drive` times the rate.
 /// `holding_force` and `holding_torque` of a body whose velocity is given are the load that holds
 /// or drives it ([`models::HoldingLoad`]), null for other bodies; their error bars are those of the
-/// forces and torques. `power` is that of the bodies on the fluid, by motion and slip.
+/// forces and torques. `power` is that of the bodies on the fluid, by motion and slip. `mean_flow`
+/// through a periodic box has the `velocity` and the `pressure_gradient` ([`models::MeanFlow`])
+/// with the error bars of the one that the scene does not give; null in other domains.
 /// `error_estimate` refers to the velocities; its entries `angular_velocity`, `force`, `torque` and
 /// `stresslet` to the largest of each, `power` to the power. `stresslet` of a body is the matrix of
 /// [`models::Stresslets`], with the sign of Batchelor (1970); null for models that do not compute
@@ -292,7 +303,14 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
                 })
             })
             .collect();
-        json!({ "bodies": bodies, "links": joints, "power": solution.power() })
+        let flow = (solution.mean_flow.as_ref())
+            .map(|flow| mean_flow_json(scene, flow, &solution.mean_flow_error));
+        json!({
+            "bodies": bodies,
+            "links": joints,
+            "power": solution.power(),
+            "mean_flow": flow,
+        })
     };
     let mut estimates = estimate(&solution.error_estimate);
     if let Value::Object(estimates) = &mut estimates {
@@ -318,6 +336,7 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
         "bodies": corrected["bodies"],
         "links": corrected["links"],
         "power": corrected["power"],
+        "mean_flow": corrected["mean_flow"],
         "dofs": solution.dofs,
         "solver": solution.solver,
         "seconds": solution.seconds,
@@ -325,6 +344,18 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
         "error_estimate": estimates,
         "uncorrected": uncorrected,
         "checks": solution.checks,
+    })
+}
+
+/// A mean flow through a periodic box with its pressure gradient; the one of both that the scene
+/// gives has no error bars.
+fn mean_flow_json(scene: &Scene, flow: &MeanFlow, bars: &ErrorEstimate) -> Value {
+    let finds_flow = scene.finds_mean_flow();
+    json!({
+        "velocity": vector(&flow.velocity),
+        "velocity_error": finds_flow.then(|| estimate(bars)),
+        "pressure_gradient": vector(&flow.pressure_gradient),
+        "pressure_gradient_error": (!finds_flow).then(|| estimate(bars)),
     })
 }
 

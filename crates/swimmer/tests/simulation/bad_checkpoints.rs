@@ -95,9 +95,9 @@ fn texts_that_are_not_checkpoints_are_refused() {
         (b"{}", "missing field `version`"),
         (
             b"{\"version\": 2}",
-            "is of version 2, this program reads version 10",
+            "is of version 2, this program reads version 11",
         ),
-        (b"{\"version\": 10}", "missing field `scene`"),
+        (b"{\"version\": 11}", "missing field `scene`"),
         (half, "is damaged: EOF"),
         (b"\xff\xfe{}", "UTF-8"),
         (b"nan", "is damaged"),
@@ -205,7 +205,7 @@ fn values_that_do_not_fit_are_refused() {
     let (scene, good) = good();
     // Place, value, and what the message contains.
     let rows = r#"
-/version 99 -> is of version 99, this program reads version 10
+/version 99 -> is of version 99, this program reads version 11
 /version "1" -> invalid type: string
 /version -1 -> invalid value: integer `-1`
 /scene "" -> another scene: one of the two has more keys

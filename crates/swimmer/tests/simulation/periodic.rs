@@ -116,3 +116,52 @@ fn a_repulsion_as_wide_as_the_box_is_refused() {
         "{error}"
     );
 }
+
+/// A swimmer of three spheres that is held by its first one pumps the fluid through the box: the
+/// mean flow over its stroke, without a pressure gradient, has a bar that contains its error.
+#[test]
+fn a_tethered_swimmer_drives_a_mean_flow_through_the_box() {
+    let scene = |tolerance: f64| {
+        Scene::parse(&format!(
+            "domain = {{ kind = \"periodic\", size = [40, 15, 15] }}\n\
+             background = {{ kind = \"pressure-gradient\", pressure_gradient = [0, 0, 0] }}\n\
+             model = {{ kind = \"rpy\", tolerance = {tolerance:?}, estimates = \"off\" }}\n\
+             [[bodies]]\nname = \"tether\"\nradius = 1\nposition = [-6, 0, 0]\nfixed = true\n\
+             [[bodies]]\nname = \"centre\"\nradius = 1\nposition = [0, 0, 0]\n\
+             [[bodies]]\nname = \"right\"\nradius = 1\nposition = [6, 0, 0]\n\
+             [[links]]\nname = \"a\"\nbody = \"tether\"\nto = \"centre\"\n\
+             [[links]]\nname = \"b\"\nbody = \"right\"\nto = \"centre\"\n\
+             [[gait.phases]]\nlink = \"a\"\nlength = 3.5\n\
+             [[gait.phases]]\nlink = \"b\"\nlength = 3.5\n\
+             [[gait.phases]]\nlink = \"a\"\nlength = 6\n\
+             [[gait.phases]]\nlink = \"b\"\nlength = 6\n"
+        ))
+        .unwrap()
+    };
+    let found = |tolerance: f64| {
+        let run = swimmer::run_without_files(scene(tolerance), &mut ()).unwrap();
+        run.outcome.mean_flow().unwrap()
+    };
+    let (coarse, fine) = (found(0.1), found(1e-7));
+    assert_eq!(fine.flow.pressure_gradient, nalgebra::Vector3::zeros());
+    let [bar, remaining] = [coarse, fine].map(|mean| mean.error.integration.unwrap());
+    let error = (coarse.flow.velocity - fine.flow.velocity).norm();
+    within(error, bar + remaining, "the bars of the integration");
+    // It pumps along x, by far more than its bar.
+    let flow = fine.flow.velocity;
+    assert!(flow.x.abs() > 100.0 * remaining, "{flow} {remaining:e}");
+    within(flow.yz().norm(), 1e-12, "rounding on an axis of symmetry");
+    let json = swimmer::output::summary_json(
+        &scene(0.1),
+        "rpy",
+        &[],
+        &swimmer::run_without_files(scene(0.1), &mut ())
+            .unwrap()
+            .outcome,
+        0.0,
+    );
+    let mean = &json["mean_flow"];
+    assert_eq!(mean["velocity"][0].as_f64(), Some(coarse.flow.velocity.x));
+    assert_eq!(mean["velocity_error"]["integration"].as_f64(), Some(bar));
+    assert!(mean["pressure_gradient_error"].is_null());
+}

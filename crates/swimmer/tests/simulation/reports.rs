@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use swimmer::models::Hydrodynamics;
 use swimmer::models::{
     AccumulatedError, BodySolution, Checks, DiscretisationError, Dofs, ErrorEstimate, HoldingLoad,
-    InstantaneousSolution, NewMesh, Seconds, SolverReport, Uncertainty,
+    InstantaneousSolution, MeanFlow, NewMesh, Seconds, SolverReport, Uncertainty,
 };
 use swimmer::output::{solution_json, summary_json, trajectory_csv, trajectory_npy};
 use swimmer::{
@@ -225,6 +225,7 @@ fn the_summary_has_every_number_of_the_outcome() {
             "tolerance_limits": "the error of the integration",
             "allowed_error": 0.375,
             "swimmers": null,
+            "mean_flow": null,
             "stopped": "where",
             "repulsion": null,
             "thermal_noise": null,
@@ -301,6 +302,18 @@ fn the_json_of_a_solution_has_every_number_of_it() {
     assert_eq!(solution.torque_error.mesh, Some(0.5 * vector(23.0).norm()));
     (solution.error_estimate, solution.force_error) = (estimate(0.5), estimate(3.0));
     solution.power_error = estimate(5.0);
+    solution.mean_flow = Some(MeanFlow {
+        velocity: vector(40.0),
+        pressure_gradient: vector(41.0),
+    });
+    solution.mean_flow_error = estimate(8.0);
+    // The scene gives the flow, and not the gradient.
+    let mean_flow = json!({
+        "velocity": list(40.0),
+        "velocity_error": null,
+        "pressure_gradient": list(41.0),
+        "pressure_gradient_error": estimate_json(8.0),
+    });
     (solution.angular_velocity_error, solution.torque_error) = (estimate(6.0), estimate(7.0));
     let mut estimates = estimate_json(0.5);
     estimates["angular_velocity"] = estimate_json(6.0);
@@ -338,6 +351,7 @@ fn the_json_of_a_solution_has_every_number_of_it() {
         "bodies": [twice(body_json("a", 10.0)), twice(body_json("b, the large", 20.0))],
         "links": [twice(link(64.0))],
         "power": 4.0 * power,
+        "mean_flow": mean_flow,
     });
     assert_eq!(
         without_memory(solution_json(&scene, "a model", &solution)),
@@ -346,6 +360,7 @@ fn the_json_of_a_solution_has_every_number_of_it() {
             "bodies": [body_json("a", 10.0), body_json("b, the large", 20.0)],
             "links": [link(32.0)],
             "power": power,
+            "mean_flow": mean_flow,
             "dofs": { "velocity": 3, "pressure": 4, "total": 9 },
             "solver": {
                 "formulation": "p-tilde",

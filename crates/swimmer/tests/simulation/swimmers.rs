@@ -110,12 +110,19 @@ fn each_of_distant_swimmers_has_the_results_of_a_lone_one() {
     assert_eq!(y, swimmers[1].displacement.y);
     let csv = swimmers_csv(&scene, &swimmers);
     let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
-    assert_eq!(rows[0].join(" "), "swimmer dx dy dz error rx ry rz work");
+    let header = "swimmer dx dy dz error rx ry rz rotation_error work work_error";
+    assert_eq!(rows[0].join(" "), header);
     assert_eq!((rows.len(), rows[2][0]), (4, "left-2"));
     let number = |column: usize| rows[2][column].parse::<f64>().unwrap();
-    assert_eq!((number(2), number(8)), (y, swimmers[1].work.unwrap()));
+    assert_eq!((number(2), number(9)), (y, swimmers[1].work.unwrap()));
     assert_eq!(number(4), swimmers[1].error_estimate.total());
     assert_eq!(number(7), swimmers[1].rotation.z);
+    assert_eq!(number(8), swimmers[1].rotation_error.total());
+    let work_error = swimmers[1].work_error.unwrap().total();
+    assert_eq!(number(10), work_error);
+    assert_eq!(second["work_error"]["total"], serde_json::json!(work_error));
+    let rotation_error = serde_json::json!(swimmers[1].rotation_error.total());
+    assert_eq!(second["rotation_error"]["total"], rotation_error);
 }
 
 #[test]
@@ -216,4 +223,119 @@ fn a_resumed_run_has_the_results_of_its_swimmers() {
     let resumed = resumed_after_one_phase(|| scene.clone()).outcome;
     assert_eq!(resumed.swimmers(&scene).len(), 3);
     assert_eq!(results(&resumed), results(&whole));
+}
+
+/// Swimmers of three spheres on lines in different directions, with different radii, arms and
+/// strokes: all of their results differ, and all of them turn.
+fn different_swimmers(count: usize, model: &str, tolerance: f64, more: &str) -> Scene {
+    let mut text = format!("[model]\nkind = \"{model}\"\ntolerance = {tolerance:?}\n{more}\n");
+    for number in 0..count {
+        let k = number as f64;
+        let radius = 1.0 + 0.2 * k;
+        let arm = radius * (4.5 + 0.4 * k);
+        let axis = Vector3::new((0.9 * k).cos(), (0.9 * k).sin(), 0.3 * k).normalize();
+        let centre = 13.0 * Vector3::new(f64::from(number as u8 % 2), k / 2.0, 0.1 * k);
+        for (name, along) in [("c", 0.0), ("l", -arm), ("r", arm)] {
+            let [x, y, z] = (centre + along * axis).into();
+            text += &format!(
+                "[[bodies]]\nname = \"{name}{number}\"\nradius = {radius:?}\n\
+                 position = [{x:?}, {y:?}, {z:?}]\n"
+            );
+        }
+        for side in ["l", "r"] {
+            text += &format!(
+                "[[links]]\nname = \"{side}{number}\"\nbody = \"{side}{number}\"\n\
+                 to = \"c{number}\"\n"
+            );
+        }
+    }
+    let all = |side: &str, part: f64| {
+        let target = |number: usize| {
+            let k = number as f64;
+            let arm = (1.0 + 0.2 * k) * (4.5 + 0.4 * k);
+            format!(
+                "{side}{number} = {:?}",
+                arm * (1.0 - part * (1.0 + 0.3 * k))
+            )
+        };
+        let targets: Vec<String> = (0..count).map(target).collect();
+        format!("[[gait.phases]]\ntargets = {{ {} }}\n", targets.join(", "))
+    };
+    for (side, part) in [("l", 0.2), ("r", 0.15), ("l", 0.0), ("r", 0.0)] {
+        text += &all(side, part);
+    }
+    Scene::parse(&text).unwrap()
+}
+
+/// Compares displacement, rotation and work of each swimmer with those of a better run; returns
+/// the largest error of each over its bar.
+fn errors_over_bars(scene: &Scene, outcome: &Outcome, exact: &Outcome) -> [f64; 3] {
+    let mut largest = [0.0_f64; 3];
+    let pairs = outcome
+        .swimmers(scene)
+        .into_iter()
+        .zip(exact.swimmers(scene));
+    for (own, exact) in pairs {
+        let bar = |of: fn(&swimmer::SwimmerOutcome) -> f64| of(&own) + of(&exact);
+        let ratios = [
+            (own.displacement - exact.displacement).norm()
+                / bar(|swimmer| swimmer.error_estimate.total()),
+            (own.rotation - exact.rotation).norm() / bar(|swimmer| swimmer.rotation_error.total()),
+            (own.work.unwrap() - exact.work.unwrap()).abs()
+                / bar(|swimmer| swimmer.work_error.unwrap().total()),
+        ];
+        for (most, ratio) in largest.iter_mut().zip(ratios) {
+            *most = most.max(ratio);
+        }
+        // Bars that say something.
+        assert!(own.work_error.unwrap().total() < 0.2 * own.work.unwrap());
+        assert!(own.rotation.norm() > 1e-6);
+    }
+    largest
+}
+
+/// Compares runs by models of points with one by multipoles.
+///
+/// The work of all had a bar that its error exceeded by up to 8 %: the error is known to some
+/// hundredths, and its square was added to that of the uncertainty.
+fn check_model_bars(count: usize) {
+    let exact = run(&different_swimmers(count, "multipole", 1e-4, ""));
+    for model in ["rpy", "oseen"] {
+        let scene = different_swimmers(count, model, 1e-4, "");
+        let outcome = run(&scene);
+        let bar = outcome.work_error.total() + exact.work_error.total();
+        let why = format!("bars of {count} swimmers by {model}");
+        within((outcome.work - exact.work).abs(), bar, &why);
+        for error in errors_over_bars(&scene, &outcome, &exact) {
+            within(error, 1.0, &why);
+        }
+    }
+}
+
+#[test]
+fn bars_of_each_swimmer_contain_the_errors_of_the_model() {
+    check_model_bars(2);
+}
+
+/// The errors of nine spheres have signs: they are known by expansions over all. Those of fifteen
+/// are known by their first reflection and by expansions in neighbourhoods.
+#[test]
+#[ignore = "slow: 40 s"]
+fn bug_the_work_of_several_swimmers_had_an_error_beyond_its_bar() {
+    [3, 5].into_iter().for_each(check_model_bars);
+}
+
+#[test]
+fn bars_of_each_swimmer_contain_the_errors_of_the_integration() {
+    // Without errors of the model.
+    let off = "estimates = \"off\"";
+    let exact = run(&different_swimmers(3, "rpy", 1e-8, off));
+    for tolerance in [0.3, 1e-2] {
+        let scene = different_swimmers(3, "rpy", tolerance, off);
+        let outcome = run(&scene);
+        let errors = errors_over_bars(&scene, &outcome, &exact);
+        for error in errors {
+            within(error, 1.0, format!("bars at the tolerance {tolerance:e}"));
+        }
+    }
 }

@@ -1,0 +1,60 @@
+//! Random loads on linked bodies.
+
+use microhydro::PointMobility;
+use nalgebra::{DMatrix, DVector};
+
+use super::SomeLinkages;
+use super::moving_linkage::{cholesky, on_state};
+use crate::error::ModelError;
+
+impl SomeLinkages<'_> {
+    /// Random loads on all generalised velocities, of the resistance as covariance, from standard
+    /// normal numbers.
+    ///
+    /// # Errors
+    /// A resistance that is not positive definite.
+    pub fn random_loads(
+        &self,
+        resistance: &DMatrix<f64>,
+        normal: &mut dyn FnMut() -> f64,
+    ) -> Result<DVector<f64>, ModelError> {
+        let (_, _, matrix) = self.reduced(resistance);
+        let numbers = DVector::from_fn(matrix.nrows(), |_, _| normal());
+        let loads = cholesky(matrix)?.l() * numbers;
+        let mut first = 0;
+        let of_linkages = self.linkages.iter().map(|one| {
+            first += one.load.len();
+            loads
+                .rows(first - one.load.len(), one.load.len())
+                .into_owned()
+        });
+        self.on_state(&of_linkages.collect::<Vec<_>>())
+    }
+
+    /// The same by a model of point forces, without the resistance.
+    ///
+    /// # Errors
+    /// Spheres too close for the model.
+    pub fn random_loads_of_points(
+        &self,
+        mobility: &PointMobility,
+        normal: &mut dyn FnMut() -> f64,
+    ) -> Result<DVector<f64>, ModelError> {
+        self.on_state(&self.spheres(mobility, None)?.random_loads(normal)?)
+    }
+
+    /// Loads on the velocities of the state that do the work of loads on the coordinates of each
+    /// linkage.
+    fn on_state(&self, loads: &[DVector<f64>]) -> Result<DVector<f64>, ModelError> {
+        let count = self.velocities.iter().map(Vec::len).sum();
+        let mut all = DVector::zeros(count);
+        for ((one, velocities), own) in self.linkages.iter().zip(&self.velocities).zip(loads) {
+            let places = one.set().state_velocities();
+            let loads = on_state(&one.reduction.all.basis, &places, own)?;
+            for (&place, load) in places.iter().zip(loads.iter()) {
+                all[velocities[place]] += load;
+            }
+        }
+        Ok(all)
+    }
+}
