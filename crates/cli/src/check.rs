@@ -14,16 +14,16 @@ use swimmer::{
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
-use super::progress::with_progress;
+use super::progress::Waiting;
 use super::text::{count, duration, entry};
 
 pub fn check(arguments: &SceneArguments, quiet: bool) -> Result<String, CliError> {
-    let scene = arguments.read()?;
+    let scene = arguments.read(quiet)?;
     let mut text = describe(&scene)?;
-    let chosen = with_progress("choosing the model", quiet, || choose_for_run(&scene));
+    let waiting = Waiting::new("choosing the model", quiet);
     let Choice {
         mut model, reasons, ..
-    } = chosen?;
+    } = choose_for_run(&scene, &mut &waiting)?;
     text += &entry("model", model.name());
     for reason in &reasons {
         text += &entry("  reason", reason);
@@ -33,9 +33,9 @@ pub fn check(arguments: &SceneArguments, quiet: bool) -> Result<String, CliError
     }
     let state = scene.initial_state();
     let shape = scene.articulation().initial_shape();
-    let cost = with_progress("predicting the cost of a solve", quiet, || {
-        model.cost(Configuration::new(&state, shape))
-    })?;
+    waiting.says("predicting the cost of a solve");
+    let cost = model.cost(Configuration::new(&state, shape))?;
+    drop(waiting);
     text += &entry("degrees of freedom", cost.dofs.total);
     let (seconds, mib) = (duration(cost.seconds), cost.mib.ceil());
     text += &entry(

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 use plotters::prelude::*;
 use scene::{Body, Scene};
 
 use super::canvas::{self, Raster};
-use super::colour_bar::{BarSpace, draw_colour_bar};
+use super::colour_bar::{BarSpace, draw_colour_bar, logarithmic_labels};
 use super::style::{Area, GRID_COLOUR, INK, at, direction_name, font, px, short, viridis};
 use crate::error::PictureError;
 use crate::flow_slice::{
@@ -250,7 +250,9 @@ fn draw_window(
         let Some(surface) = body_surface(&body.shape) else {
             continue;
         };
-        for curve in section(&surface, pose, plane) {
+        let shifts = images(scene, plane, pose, body.bounding_radius());
+        let poses = shifts.map(|shift| Translation3::from(shift) * pose);
+        for curve in poses.flat_map(|pose| section(&surface, &pose, plane)) {
             let mut corners: Vec<_> = curve.into_iter().map(place).collect();
             chart.draw_series([Polygon::new(corners.clone(), GRID_COLOUR.filled())])?;
             corners.extend(corners.first().copied());
@@ -258,6 +260,36 @@ fn draw_window(
         }
     }
     Ok(chart.plotting_area().get_pixel_range())
+}
+
+/// Shifts to the places at which a body with a ball of this radius around it may be seen in the
+/// window: none but zero, or those of all of its images in a periodic box.
+fn images(
+    scene: &Scene,
+    plane: &SlicePlane,
+    pose: &Isometry3<f64>,
+    radius: f64,
+) -> impl Iterator<Item = Vector3<f64>> {
+    let period = scene.domain().period();
+    let offset = pose.translation.vector - plane.centre;
+    let normal = plane.normal();
+    let reach = radius + 0.5 * plane.width.hypot(plane.height);
+    let along = |axis: usize| match period {
+        Some(size) => {
+            let [least, most] = [-reach, reach].map(|end| (end - offset[axis]) / size[axis]);
+            least.ceil() as i64..=most.floor() as i64
+        }
+        None => 0..=0,
+    };
+    let size = period.unwrap_or_default();
+    let [x, y, z] = [0, 1, 2].map(along);
+    let numbers = x.flat_map(move |i| {
+        let z = z.clone();
+        y.clone()
+            .flat_map(move |j| z.clone().map(move |k| [i, j, k]))
+    });
+    let shifts = numbers.map(move |n| Vector3::from(n.map(|n| n as f64)).component_mul(&size));
+    shifts.filter(move |shift| period.is_none() || (offset + shift).dot(&normal).abs() <= radius)
 }
 
 /// The colour bar below the name of the quantity.
@@ -273,7 +305,11 @@ fn draw_bar(area: &Area, colours: &Colours) -> Result<(), Box<dyn std::error::Er
         font: 14,
     };
     let label = |coordinate: f64| short(colours.value(coordinate));
-    draw_colour_bar(&area, &space, low..high, viridis, &label)
+    let labels = match colours.is_logarithmic {
+        true => logarithmic_labels(&(low..high)),
+        false => None,
+    };
+    draw_colour_bar(&area, &space, low..high, viridis, (&label, labels))
 }
 
 /// The colours of the values, from above; none beyond walls, where values are extrapolated.
