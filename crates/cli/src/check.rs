@@ -37,11 +37,13 @@ pub fn check(arguments: &SceneArguments, quiet: bool) -> Result<String, CliError
     let cost = model.cost(Configuration::new(&state, shape))?;
     drop(waiting);
     text += &entry("degrees of freedom", cost.dofs.total);
-    let (seconds, mib) = (duration(cost.seconds), cost.mib.ceil());
-    text += &entry(
-        "cost per solve",
-        format!("{seconds}, {mib:.0} MiB (estimate)"),
-    );
+    let seconds = duration(cost.seconds);
+    let cost_of_solve = match cost.mib.ceil() {
+        // Where nothing as large as a matrix is stored, nothing is predicted.
+        0.0 => format!("{seconds} (estimate)"),
+        mib => format!("{seconds}, {mib:.0} MiB (estimate)"),
+    };
+    text += &entry("cost per solve", cost_of_solve);
     let solves = TYPICAL_SOLVES_PER_SPAN * scene.gait().phases.len() * scene.gait().cycles as usize;
     if let Some(noise) = NoiseNumbers::new(&scene)? {
         let NoiseNumbers {
@@ -107,16 +109,24 @@ fn describe(scene: &Scene) -> Result<String, CliError> {
     let cycles = count(gait.cycles as usize, "cycle");
     let motion = format!("{phases}, {cycles}, duration {}", gait.duration());
     text += &entry("gait", motion);
+    // Several swimmers move apart or together meanwhile: only their start is known.
+    let (shapes, when) = match set.linkages().len() > 1 {
+        true => (vec![set.initial_shape().to_vec()], "at the start"),
+        false => {
+            let spans = spans(gait, set.initial_shape())?.take(gait.phases.len());
+            (spans.map(|span| span.to).collect(), "at the ends of phases")
+        }
+    };
     let mut gap = f64::INFINITY;
-    for span in spans(gait, set.initial_shape())?.take(gait.phases.len()) {
+    for shape in shapes {
         let poses = set
-            .place(&scene.initial_state(), &span.to)
+            .place(&scene.initial_state(), &shape)
             .map_err(SwimError::from)?;
-        let contact = closest_contact(&scene.bodies_at(&span.to), scene.domain(), &poses);
+        let contact = closest_contact(&scene.bodies_at(&shape), scene.domain(), &poses);
         gap = gap.min(contact.map_or(gap, |contact| contact.gap));
     }
     if gap.is_finite() {
-        text += &entry("  smallest gap", format!("{gap:.4} at the ends of phases"));
+        text += &entry("  smallest gap", format!("{gap:.4} {when}"));
     }
     Ok(text)
 }

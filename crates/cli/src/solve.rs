@@ -1,5 +1,6 @@
 //! `swim solve`: the instantaneous solution at the start.
 
+use std::f64::consts::PI;
 use std::path::Path;
 
 use nalgebra::Vector3;
@@ -233,7 +234,8 @@ struct Rounding {
 
 impl Rounding {
     /// The rounding and the error of the linear solver, of the largest numbers, and of those that
-    /// would be as large: a force `μ R U` for velocities `U` of bodies of the radius `R`.
+    /// would be as large: a force `6 π μ R U` for velocities `U` of bodies of the radius
+    /// `R`.
     fn new(scene: &Scene, solution: &InstantaneousSolution) -> Self {
         let largest =
             |of: fn(&BodySolution) -> f64| solution.bodies.iter().map(of).fold(0.0, f64::max);
@@ -243,7 +245,7 @@ impl Rounding {
             largest(|b| b.velocity.norm()).max(radius * largest(|b| b.angular_velocity.norm()));
         let force = largest(|b| b.force.norm())
             .max(largest(|b| b.torque.norm()) / radius)
-            .max(scene.viscosity() * radius * speed);
+            .max(6.0 * PI * scene.viscosity() * radius * speed);
         let rounding = ROUNDING.max(RESIDUAL_FACTOR * solution.solver.true_relative_residual);
         Self {
             velocity: rounding * speed,

@@ -11,8 +11,8 @@ use super::colour_bar::{BarSpace, draw_colour_bar, logarithmic_labels};
 use super::style::{Area, GRID_COLOUR, INK, at, direction_name, font, px, short, viridis};
 use crate::error::PictureError;
 use crate::flow_slice::{
-    FlowSlice, SlicePlane, Streamline, body_surface, hatched, is_beyond_wall, section, streamlines,
-    walls, walls_of_file,
+    FlowSlice, SlicePlane, Streamline, body_surface, is_beyond_wall, is_inside, section,
+    streamlines, wall_lines, walls_of_file,
 };
 
 /// Width of the picture in pixels.
@@ -219,13 +219,9 @@ fn draw_window(
             chart.draw_series([Polygon::new(head.map(place).to_vec(), LINE_COLOUR.filled())])?;
         }
     }
-    for piece in hatched(&walls(scene.domain(), plane), plane) {
+    for piece in wall_lines(scene.domain(), plane) {
         let line = LineSeries::new(piece.map(place), INK.stroke_width(px(2)));
         chart.draw_series(line)?;
-    }
-    for curve in walls_of_file(scene.domain(), plane) {
-        let corners = curve.iter().chain(curve.first()).map(|p| place(*p));
-        chart.draw_series(LineSeries::new(corners, INK.stroke_width(px(3))))?;
     }
     // Tubes that wind out of the plane, in front of the flow.
     let per_length = f64::from(px(WIDTH - SPACE[0] - SPACE[1])) / plane.width;
@@ -314,14 +310,18 @@ fn draw_bar(area: &Area, colours: &Colours) -> Result<(), Box<dyn std::error::Er
 
 /// The colours of the values, from above; none beyond walls, where values are extrapolated.
 fn raster(scene: &Scene, slice: &FlowSlice, colours: &Colours) -> Raster {
+    let of_file = walls_of_file(scene.domain(), &slice.plane);
     let place = |k: usize, count: usize| k as f64 / (count.max(2) - 1) as f64;
     let pixels = (0..slice.rows)
         .rev()
         .flat_map(|row| (0..slice.columns).map(move |c| (row, c)));
     let pixels = pixels.flat_map(|(row, column)| {
         let at = [place(column, slice.columns), place(row, slice.rows)];
-        let is_shown = !is_beyond_wall(scene.domain(), &slice.plane.point(at));
-        match colours.values[row * slice.columns + column].filter(|_| is_shown) {
+        let number = row * slice.columns + column;
+        let is_fluid = || slice.values[number].is_some() || is_inside(&of_file, at);
+        let is_shown = !is_beyond_wall(scene.domain(), &slice.plane.point(at))
+            && (of_file.is_empty() || is_fluid());
+        match colours.values[number].filter(|_| is_shown) {
             Some(value) => {
                 let RGBColor(red, green, blue) = viridis(colours.place(value));
                 [red, green, blue, 255]
