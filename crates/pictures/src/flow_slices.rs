@@ -454,7 +454,9 @@ mod tests {
         }
         series.finish_span(&scene, &span, &result, 0, None).unwrap();
         series.write(&folder).unwrap();
-        let stored = series.finish(&folder, &scene, model.as_mut()).unwrap();
+        let stored = series
+            .finish(&folder, &scene, model.as_mut(), &mut ())
+            .unwrap();
         assert!(!stored.slices.is_empty());
         let reason = stored.missing.expect("the reason");
         assert!(reason.contains("flow_slices.json is damaged"), "{reason}");
