@@ -131,6 +131,8 @@ const FAILED_TRIAL: &str = "the trial of the gait failed before its end";
 /// net displacement of one cycle, through at most [`MAX_TRIAL_PHASES`] shapes, or the initial
 /// velocities for scenes without a gait or with many spheres. With slip or a background flow, or
 /// where a stroke would take too long, expansions are judged by their own error bars at the start.
+/// Where velocities are given, the forces that hold the bodies are compared too; only models that
+/// are rougher than the tolerance asks for are refused by them.
 ///
 /// # Errors
 /// A scene for which the reference fails.
@@ -368,8 +370,10 @@ fn compare(
         Trial::Stroke(stroke) => trial::follow(stroke, kind),
         Trial::Start | Trial::Bars => trial::at_start(scene, &mut SpheresModel::new(scene, kind)?),
     };
-    let quantity = match trial {
-        Trial::Stroke(_) => "net displacement",
+    let quantity = match (&trial, scene.has_held_bodies()) {
+        (Trial::Stroke(_), false) => "net displacement",
+        (Trial::Stroke(_), true) => "net displacement and mean loads",
+        (Trial::Start, true) => "initial velocities and loads",
         _ => "initial velocities",
     };
     // All candidates at most: the first that meets the tolerance is the last.
@@ -402,8 +406,10 @@ fn compare(
             begins(&candidate, costs);
             costs -= cost(&candidate);
         }
+        let is_rough = candidate.kind != fine.kind;
         // A less accurate model may fail for close spheres, or not support the domain.
-        let Ok(Some(found)) = evaluate_once(candidate, reference, &standard, &evaluate) else {
+        let Ok(Some(found)) = evaluate_once((candidate, is_rough), reference, &standard, &evaluate)
+        else {
             words.push(format!("{kind}: failed"));
             continue;
         };
@@ -431,17 +437,22 @@ fn compare(
 /// Largest of the error bar of a candidate and of its difference from the standard, relative; that
 /// of the reference is known from the standard.
 fn evaluate_once(
-    candidate: Candidate,
+    (candidate, is_rough): (Candidate, bool),
     reference: Candidate,
     standard: &Option<Evaluation>,
     evaluate: &dyn Fn(SphereModel) -> Result<Option<Evaluation>, ModelError>,
 ) -> Result<Option<f64>, ModelError> {
     match standard {
         Some(standard) if candidate.kind == reference.kind => Ok(Some(standard.error_bar)),
-        Some(standard) => {
-            Ok(evaluate(candidate.kind)?
-                .map(|found| found.difference(standard).max(found.error_bar)))
-        }
+        Some(standard) => Ok(evaluate(candidate.kind)?.map(|found| {
+            let error = found.difference(standard).max(found.error_bar);
+            // Prescribed velocities have no error, forces by rough models a large one; those of the
+            // finest candidate are as good as they can be.
+            match is_rough {
+                true => error.max(found.error_of_loads(standard)),
+                false => error,
+            }
+        })),
         None => Ok(evaluate(candidate.kind)?.map(|found| found.error_bar)),
     }
 }
