@@ -97,9 +97,18 @@ fn describe(scene: &Scene) -> Result<String, CliError> {
         1 => "1 body".to_owned(),
         bodies => format!("{bodies} bodies"),
     };
-    let links = count(set.joints().len(), "link");
+    let deformations = set
+        .joints()
+        .iter()
+        .filter(|joint| joint.kind.is_deformation());
+    let deformations = deformations.count();
+    let links = count(set.joints().len() - deformations, "link");
+    let coordinates = match deformations {
+        0 => String::new(),
+        some => format!(", {}", count(some, "shape coordinate")),
+    };
     let mut text = entry("scene", scene.name())
-        + &entry("  size", format!("{bodies}, {links}"))
+        + &entry("  size", format!("{bodies}, {links}{coordinates}"))
         + &entry("  domain", scene.domain().kind().word())
         + &entry("  viscosity", scene.viscosity());
     if gait.phases.is_empty() {

@@ -84,8 +84,8 @@ pub trait Progress {
     }
 
     /// Work that is no solve of the gait: the choice of the model before it, what neglected terms
-    /// cost and files after it. `done` of `all` parts are done, in units of their own; `all` is zero
-    /// where nothing is counted.
+    /// cost and files after it. `done` of `all` parts are done, in units of their own; `all` is
+    /// zero where nothing is counted.
     fn works(&mut self, work: &str, done: f64, all: f64) {}
 
     /// The factor on the element sizes for `fem.target` has been chosen for the stroke that begins.

@@ -32,8 +32,8 @@ pub fn lead(record: &RunRecord) -> String {
     )
 }
 
-/// Net displacement, work, efficiency and the displacements of the bodies; energies and forces in fluids with
-/// inertia.
+/// Net displacement, work, efficiency and the displacements of the bodies; energies and forces in
+/// fluids with inertia.
 pub fn results(record: &RunRecord) -> String {
     let outcome = &record.outcome;
     let error = outcome.error_estimate.total();

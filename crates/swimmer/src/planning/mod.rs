@@ -183,8 +183,8 @@ fn choose_unchecked(scene: &Scene, progress: &mut dyn Progress) -> Result<Choice
     }
 }
 
-/// The model of a run: that of [`choose_for_start`], or elements whose flow is integrated in time if
-/// the fluid has inertia.
+/// The model of a run: that of [`choose_for_start`], or elements whose flow is integrated in time
+/// if the fluid has inertia.
 ///
 /// # Errors
 /// Those of [`choose`]; a model without elements for a fluid with inertia.
