@@ -368,3 +368,35 @@ fn plane_name(plane: &SlicePlane) -> String {
         vector => format!("normal to {vector}"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bug_periodic_images_of_bodies_were_holes_in_the_flow() {
+        let plane = SlicePlane {
+            centre: Vector3::zeros(),
+            right: Vector3::x(),
+            up: Vector3::y(),
+            width: 8.0,
+            height: 8.0,
+        };
+        let shifts = |domain: &str, height: f64| {
+            let scene = Scene::parse(&format!(
+                "domain = {domain}\nbodies = [{{ name = \"a\", radius = 1, \
+                 position = [4.5, 0, {height:?}], force = [1, 0, 0] }}]"
+            ));
+            let scene = scene.unwrap();
+            let pose = Isometry3::translation(4.5, 0.0, height);
+            images(&scene, &plane, &pose, 1.0).collect::<Vec<_>>()
+        };
+        let periodic = "{ kind = \"periodic\", size = [10, 10, 10] }";
+        let left = Vector3::new(-10.0, 0.0, 0.0);
+        assert_eq!(shifts(periodic, 0.5), [left, Vector3::zeros()]);
+        // Neither the body nor an image of it reaches the plane.
+        assert!(shifts(periodic, 2.0).is_empty());
+        let once = [Vector3::zeros()];
+        assert_eq!(shifts("{ kind = \"unbounded\" }", 2.0), once);
+    }
+}
