@@ -108,18 +108,17 @@ fn in_space(
     }
     let scene = resolved.as_ref().unwrap_or(scene);
     // A flow that has no solution on a coarser mesh has no estimate of its error.
-    let mut coarser = |factor: f64,
-                       done: f64|
-     -> Result<Option<InstantaneousSolution>, SwimError> {
-        progress.works(
-            "the steady flow on a coarser mesh, for the error bar",
-            done,
-            all,
-        );
-        let moving = MovingScene::coarser(scene, factor)?;
-        let found = moving.and_then(|moving| on_mesh(&moving, moves).ok());
-        Ok(found.map(|steady| steady.solution))
-    };
+    let mut coarser =
+        |factor: f64, done: f64| -> Result<Option<InstantaneousSolution>, SwimError> {
+            progress.works(
+                "the steady flow on a coarser mesh, for the error bar",
+                done,
+                all,
+            );
+            let moving = MovingScene::coarser(scene, factor)?;
+            let found = moving.and_then(|moving| on_mesh(&moving, moves).ok());
+            Ok(found.map(|steady| steady.solution))
+        };
     let Some(coarse) = coarser(COARSER, 1.0)? else {
         return Ok(steady);
     };
