@@ -13,7 +13,7 @@ use swimmer::models::rigid::Twist;
 use swimmer::models::{Configuration, Hydrodynamics};
 use swimmer::scene::Document;
 use swimmer::{
-    Choice, Scene, SceneError, choose, run_without_files, solve_start_with_terms, solve_steady,
+    Choice, Scene, SceneError, choose, choose_for_run, choose_for_start, run_without_files, solve_start_with_terms, solve_steady,
     start_flow, start_flow_at, start_resistance, start_resistance_errors,
 };
 
@@ -153,7 +153,7 @@ impl PyScene {
     fn choose(&self, py: Python<'_>) -> PyResult<(&'static str, Vec<String>)> {
         let scene = self.scene.clone();
         job::run(py, None, move |_| {
-            let Choice { model, reasons, .. } = choose(&scene)?;
+            let Choice { model, reasons, .. } = choose_for_run(&scene, &mut ())?;
             Ok((model.name(), reasons))
         })
     }
@@ -191,13 +191,13 @@ impl PyScene {
     fn solve<'py>(&self, py: Python<'py>, steady: bool) -> PyResult<Bound<'py, PyDict>> {
         let scene = self.scene.clone();
         if steady {
-            let found = job::run(py, None, move |_| Ok(solve_steady(&scene)?))?;
+            let found = job::run(py, None, move |_| Ok(solve_steady(&scene, &mut ())?))?;
             let dict = solution_dict(py, &self.scene, found.model, &found.solution)?;
             dict.set_item("reynolds", found.reynolds)?;
             return Ok(dict);
         }
         let start = job::run(py, None, move |_| {
-            Ok(solve_start_with_terms(scene, &choose)?)
+            Ok(solve_start_with_terms(scene, &choose_for_start, &mut ())?)
         })?;
         solution_dict(py, &start.scene, start.model.name(), &start.solution)
     }

@@ -8,6 +8,7 @@ use swimmer::Scene;
 use swimmer::models::TablePart;
 
 use super::error::CliError;
+use super::progress::Waiting;
 use super::{help, text};
 
 /// Simulates rigid bodies and articulated micro-swimmers in Stokes flow
@@ -89,14 +90,14 @@ pub enum Command {
     /// Write an example scene, such as three-sphere, purcell or squirmer
     #[command(after_help = help::NEW)]
     New {
-        /// Name of the example
-        #[arg(value_name = "NAME", required_unless_present = "list")]
+        /// Name of the example; without it the names of all are printed
+        #[arg(value_name = "NAME")]
         name: Option<String>,
         /// Print the names of all examples
         #[arg(long, conflicts_with_all = ["name", "out"])]
         list: bool,
         /// The scene file [default: NAME.toml]
-        #[arg(long, value_name = "FILE")]
+        #[arg(long, value_name = "FILE", requires = "name")]
         out: Option<PathBuf>,
     },
     /// Write the mesh of the initial shape; print its size and quality
@@ -246,9 +247,12 @@ pub struct SceneArguments {
 }
 
 impl SceneArguments {
-    /// Reads the scene and applies the overrides.
-    pub fn read(&self) -> Result<Scene, CliError> {
+    /// Reads the scene and applies the overrides, which takes seconds where files are large or
+    /// surfaces may fold; says so unless `quiet`.
+    pub fn read(&self, quiet: bool) -> Result<Scene, CliError> {
+        let waiting = Waiting::new("reading the scene", quiet);
         let scene = Scene::read(&self.path, &self.overrides)?;
+        drop(waiting);
         scene.warnings().iter().for_each(|text| text::warn(text));
         Ok(scene)
     }

@@ -14,16 +14,16 @@ use swimmer::{
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
-use super::progress::with_progress;
+use super::progress::Waiting;
 use super::text::{count, duration, entry};
 
 pub fn check(arguments: &SceneArguments, quiet: bool) -> Result<String, CliError> {
-    let scene = arguments.read()?;
+    let scene = arguments.read(quiet)?;
     let mut text = describe(&scene)?;
-    let chosen = with_progress("choosing the model", quiet, || choose_for_run(&scene));
+    let waiting = Waiting::new("choosing the model", quiet);
     let Choice {
         mut model, reasons, ..
-    } = chosen?;
+    } = choose_for_run(&scene, &mut &waiting)?;
     text += &entry("model", model.name());
     for reason in &reasons {
         text += &entry("  reason", reason);
@@ -33,15 +33,17 @@ pub fn check(arguments: &SceneArguments, quiet: bool) -> Result<String, CliError
     }
     let state = scene.initial_state();
     let shape = scene.articulation().initial_shape();
-    let cost = with_progress("predicting the cost of a solve", quiet, || {
-        model.cost(Configuration::new(&state, shape))
-    })?;
+    waiting.says("predicting the cost of a solve");
+    let cost = model.cost(Configuration::new(&state, shape))?;
+    drop(waiting);
     text += &entry("degrees of freedom", cost.dofs.total);
-    let (seconds, mib) = (duration(cost.seconds), cost.mib.ceil());
-    text += &entry(
-        "cost per solve",
-        format!("{seconds}, {mib:.0} MiB (estimate)"),
-    );
+    let seconds = duration(cost.seconds);
+    let cost_of_solve = match cost.mib.ceil() {
+        // Where nothing as large as a matrix is stored, nothing is predicted.
+        0.0 => format!("{seconds} (estimate)"),
+        mib => format!("{seconds}, {mib:.0} MiB (estimate)"),
+    };
+    text += &entry("cost per solve", cost_of_solve);
     let solves = TYPICAL_SOLVES_PER_SPAN * scene.gait().phases.len() * scene.gait().cycles as usize;
     if let Some(noise) = NoiseNumbers::new(&scene)? {
         let NoiseNumbers {
@@ -95,9 +97,18 @@ fn describe(scene: &Scene) -> Result<String, CliError> {
         1 => "1 body".to_owned(),
         bodies => format!("{bodies} bodies"),
     };
-    let links = count(set.joints().len(), "link");
+    let deformations = set
+        .joints()
+        .iter()
+        .filter(|joint| joint.kind.is_deformation());
+    let deformations = deformations.count();
+    let links = count(set.joints().len() - deformations, "link");
+    let coordinates = match deformations {
+        0 => String::new(),
+        some => format!(", {}", count(some, "shape coordinate")),
+    };
     let mut text = entry("scene", scene.name())
-        + &entry("  size", format!("{bodies}, {links}"))
+        + &entry("  size", format!("{bodies}, {links}{coordinates}"))
         + &entry("  domain", scene.domain().kind().word())
         + &entry("  viscosity", scene.viscosity());
     if gait.phases.is_empty() {
@@ -107,16 +118,24 @@ fn describe(scene: &Scene) -> Result<String, CliError> {
     let cycles = count(gait.cycles as usize, "cycle");
     let motion = format!("{phases}, {cycles}, duration {}", gait.duration());
     text += &entry("gait", motion);
+    // Several swimmers move apart or together meanwhile: only their start is known.
+    let (shapes, when) = match set.linkages().len() > 1 {
+        true => (vec![set.initial_shape().to_vec()], "at the start"),
+        false => {
+            let spans = spans(gait, set.initial_shape())?.take(gait.phases.len());
+            (spans.map(|span| span.to).collect(), "at the ends of phases")
+        }
+    };
     let mut gap = f64::INFINITY;
-    for span in spans(gait, set.initial_shape())?.take(gait.phases.len()) {
+    for shape in shapes {
         let poses = set
-            .place(&scene.initial_state(), &span.to)
+            .place(&scene.initial_state(), &shape)
             .map_err(SwimError::from)?;
-        let contact = closest_contact(&scene.bodies_at(&span.to), scene.domain(), &poses);
+        let contact = closest_contact(&scene.bodies_at(&shape), scene.domain(), &poses);
         gap = gap.min(contact.map_or(gap, |contact| contact.gap));
     }
     if gap.is_finite() {
-        text += &entry("  smallest gap", format!("{gap:.4} at the ends of phases"));
+        text += &entry("  smallest gap", format!("{gap:.4} {when}"));
     }
     Ok(text)
 }

@@ -10,7 +10,7 @@ use super::text::{entry, measured, warn};
 
 pub fn frequency(arguments: DesignArguments, quiet: bool) -> Result<String, CliError> {
     let DesignArguments { scene, out, json } = arguments;
-    let scene = scene.read()?;
+    let scene = scene.read(quiet)?;
     let (folder, _lock) = folder_of(&scene, out)?;
     if !scene.starts_periodic() {
         warn(

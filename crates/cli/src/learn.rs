@@ -12,7 +12,7 @@ use super::text::{count, entry, measured, two_digits, warn};
 
 pub fn learn_strokes(arguments: DesignArguments, quiet: bool) -> Result<String, CliError> {
     let DesignArguments { scene, out, json } = arguments;
-    let scene = scene.read()?;
+    let scene = scene.read(quiet)?;
     let (folder, _lock) = folder_of(&scene, out)?;
     let options = scene.learn();
     let found = learn_stroke(&scene, &mut DesignSpinner::new(quiet))?;

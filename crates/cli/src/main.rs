@@ -98,7 +98,7 @@ fn execute(Arguments { quiet, command }: Arguments) -> Result<String, CliError> 
         Command::Sizes(design) => sizes::sizes(design, quiet),
         Command::Sweep(arguments) => sweep::sweep_scene(arguments, quiet),
         Command::Learn(design) => learn::learn_strokes(design, quiet),
-        Command::Mesh { scene, out } => mesh::mesh(&scene, &out),
+        Command::Mesh { scene, out } => mesh::mesh(&scene, &out, quiet),
         Command::Schema { name } => schemas::schema(name.as_deref()),
         Command::Completions { shell } => Ok(completions(shell)),
         Command::Man { out } => manual_pages(&out),

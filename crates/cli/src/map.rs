@@ -15,7 +15,7 @@ use super::text::{NO_ESTIMATE, entry, product, vector, warn};
 pub fn map(arguments: MapArguments, quiet: bool) -> Result<String, CliError> {
     let part = arguments.part();
     let DesignArguments { scene, out, json } = arguments.design;
-    let scene = scene.read()?;
+    let scene = scene.read(quiet)?;
     // Before a folder is made.
     StrokeLimits::from_scene(&scene)?;
     let folder = Folder::create(path_of(&scene, out))?;

@@ -8,11 +8,14 @@ use swimmer::{SwimError, choose_for_run};
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
+use super::progress::Waiting;
 use super::text::entry;
 
-pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, CliError> {
-    let scene = arguments.read()?;
-    let mut model = choose_for_run(&scene)?.model;
+pub fn mesh(arguments: &SceneArguments, out: &Path, quiet: bool) -> Result<String, CliError> {
+    let scene = arguments.read(quiet)?;
+    let waiting = Waiting::new("choosing the model", quiet);
+    let mut model = choose_for_run(&scene, &mut &waiting)?.model;
+    waiting.says("meshing");
     let shape = scene.articulation().initial_shape();
     let state = scene.initial_state();
     let Some(mesh) = model.mesh(Configuration::new(&state, shape))? else {
@@ -24,6 +27,7 @@ pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, CliError> 
             ),
         });
     };
+    waiting.says("writing the mesh");
     mesh.write(out).map_err(|error| match error {
         MeshError::Io { path, source } => SwimError::Write { path, source }.into(),
         MeshError::UnknownFormat { .. } => CliError::NotApplicable {
@@ -32,6 +36,7 @@ pub fn mesh(arguments: &SceneArguments, out: &Path) -> Result<String, CliError> 
         },
         error => ModelError::from(error).into(),
     })?;
+    drop(waiting);
     let quality = mesh.quality();
     let [least, mean, jacobian] = [
         quality.min_quality,

@@ -23,7 +23,7 @@ use super::text::{
 
 pub fn optimise(arguments: DesignArguments, quiet: bool) -> Result<String, CliError> {
     let DesignArguments { scene, out, json } = arguments;
-    let scene = scene.read()?;
+    let scene = scene.read(quiet)?;
     let clock = std::time::Instant::now();
     let (folder, _lock) = folder_of(&scene, out)?;
     let waves = wave_variables(&scene)?;
@@ -263,8 +263,9 @@ fn describe_stroke(found: &DesignedStroke) -> String {
     text += &entry("energy times period", product);
     text += &entry("Lighthill efficiency", unestimated(found.efficiency));
     if let Some(of_run) = found.run_efficiency {
-        // With the drag of all bodies together, as of `swim run`.
-        text += &entry("  by the model", with_bar(of_run.value, of_run.error));
+        let of_run = with_bar(of_run.value, of_run.error);
+        let towed = "with the drag of the towed swimmer, as of swim run, not of lone spheres";
+        text += &entry("  by the model", format!("{of_run}, {towed}"));
     }
     let change = match optimum.refinement_error.is_finite() {
         true => {

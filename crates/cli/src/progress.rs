@@ -1,7 +1,7 @@
 //! Progress on stderr: a bar on a terminal, plain lines elsewhere.
 
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -39,7 +39,7 @@ pub struct RunBar {
     /// Seconds at which the next line of a long phase is printed where there is no bar.
     next_line: f64,
     quiet: bool,
-    /// Until the gait begins; none if nothing is printed.
+    /// Before the gait and after it.
     waiting: Option<Waiting>,
     /// Set when the user interrupts the run.
     interrupted: Arc<AtomicBool>,
@@ -62,7 +62,7 @@ impl RunBar {
             done_before: 0,
             next_line: PATIENCE.as_secs_f64(),
             quiet,
-            waiting: preparing(quiet),
+            waiting: Some(preparing(quiet)),
             interrupted,
         }
     }
@@ -71,7 +71,7 @@ impl RunBar {
     fn begin_again(&mut self, reason: &str) {
         self.finish();
         self.line(&format!("{reason}, {} elapsed", self.elapsed()));
-        self.waiting = preparing(self.quiet);
+        self.waiting = Some(preparing(self.quiet));
     }
 
     /// Removes the bar.
@@ -121,13 +121,24 @@ impl RunBar {
 }
 
 /// Waits until the gait of a run begins.
-fn preparing(quiet: bool) -> Option<Waiting> {
-    (!quiet).then(|| Waiting::new("preparing the run"))
+fn preparing(quiet: bool) -> Waiting {
+    Waiting::new("preparing the run", quiet)
 }
 
 impl swimmer::Progress for RunBar {
     fn is_interrupted(&self) -> bool {
         self.interrupted.load(Ordering::Relaxed)
+    }
+
+    fn works(&mut self, work: &str, done: f64, all: f64) {
+        if self.waiting.is_none() {
+            // After the gait.
+            self.finish();
+        }
+        let waiting = self
+            .waiting
+            .get_or_insert_with(|| Waiting::new(work, self.quiet));
+        waiting.counts(work, done, all);
     }
 
     fn chose_size_factor(&mut self, target: f64, size_factor: f64) {
@@ -136,6 +147,7 @@ impl swimmer::Progress for RunBar {
             "chosen for fem.target = {target:e} ({}): fem.size_factor = {size_factor:.3}",
             percent(target)
         ));
+        self.waiting = Some(preparing(self.quiet));
     }
 
     fn missed_target(&mut self, missed: &MissedTarget) {
@@ -162,7 +174,7 @@ impl swimmer::Progress for RunBar {
     fn searched_cycle(&mut self, cycles: usize, remains: f64, allowed: f64) {
         if let Some(waiting) = &self.waiting {
             let cycles = count(cycles, "cycle");
-            waiting.says(match remains.is_finite() {
+            waiting.says(&match remains.is_finite() {
                 false => format!("{cycles} before the periodic state"),
                 true => format!(
                     "{cycles} before the periodic state, {} from it, {} allowed",
@@ -288,98 +300,123 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// Time between two looks at a prediction on a terminal.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// Does some work and says on stderr what it is, as [`Waiting`], unless `quiet`.
-pub fn with_progress<T>(what: &str, quiet: bool, work: impl FnOnce() -> T) -> T {
-    with_predicted_progress(what, quiet, |_| work())
-}
-
-/// As [`with_progress`], for work that can say how many seconds it will take from then on.
-pub fn with_predicted_progress<T>(
-    what: &str,
-    quiet: bool,
-    work: impl FnOnce(&dyn Fn(f64)) -> T,
-) -> T {
-    let waiting = (!quiet).then(|| Waiting::new(what));
-    let started = Instant::now();
-    work(&|seconds: f64| {
-        if let Some(waiting) = &waiting {
-            let end = started.elapsed().as_secs_f64() + seconds;
-            // Not a number would be a time that never ends.
-            let end = if end.is_finite() { end } else { 0.0 };
-            waiting.end.store(end.to_bits(), Ordering::Relaxed);
-        }
-    })
-}
-
 /// Says on stderr what some work is if it takes more than two seconds, until it is dropped: by a
-/// spinner on a terminal, by lines at doubling times elsewhere.
-struct Waiting {
+/// spinner on a terminal, by lines at doubling times elsewhere; with the time left where that is
+/// known.
+pub struct Waiting {
     /// Closed at the end of the work.
     done: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
-    /// What the work is.
-    what: Arc<Mutex<String>>,
-    /// Predicted seconds at the end of the work, as bits; 0 if there is no prediction.
-    end: Arc<AtomicU64>,
+    work: Arc<Mutex<Work>>,
+    started: Instant,
+}
+
+/// Work that goes on, in seconds since it began.
+struct Work {
+    what: String,
+    left: TimeLeft,
+    /// Predicted end, if there is a prediction.
+    end: Option<f64>,
+}
+
+impl Work {
+    fn new(what: &str) -> Self {
+        Self {
+            what: what.to_owned(),
+            left: TimeLeft::default(),
+            end: None,
+        }
+    }
+
+    /// The work goes on with this; `done` of `all` parts of it are done, none are counted if `all`
+    /// is zero.
+    fn goes_on(&mut self, now: f64, what: &str, done: f64, all: f64) {
+        what.clone_into(&mut self.what);
+        if all > 0.0 {
+            let left = self.left.at(now, done, all);
+            self.end = left.map(|left| now + left);
+        } else {
+            (self.left, self.end) = (TimeLeft::default(), None);
+        }
+    }
+
+    /// What the work is, with the time left where it is known.
+    fn words(&self, now: f64) -> String {
+        let left = self.end.map(|end| end - now).filter(|left| *left > 0.0);
+        let left = left.map_or(String::new(), |left| format!(", {}", about(left)));
+        printable(&self.what) + &left
+    }
 }
 
 impl Waiting {
-    fn new(what: &str) -> Self {
-        let words = Arc::new(Mutex::new(what.to_owned()));
-        let what = Arc::clone(&words);
+    /// Work begins; nothing is said if `quiet`.
+    pub fn new(what: &str, quiet: bool) -> Self {
+        let work = Arc::new(Mutex::new(Work::new(what)));
+        let started = Instant::now();
         let (done, waits) = std::sync::mpsc::channel::<()>();
-        let end = Arc::new(AtomicU64::new(0));
-        let predicted = Arc::clone(&end);
-        let thread = std::thread::Builder::new().spawn(move || {
-            let started = Instant::now();
+        let shown = Arc::clone(&work);
+        let show = move || {
             let mut patience = PATIENCE;
             let mut spinner = None;
-            let what = || {
-                let end = f64::from_bits(predicted.load(Ordering::Relaxed));
-                let left = end - started.elapsed().as_secs_f64();
-                let what = locked(&what).clone();
-                match left > 0.0 {
-                    true => format!("{what}, {}", about(left)),
-                    false => what,
-                }
-            };
             while waits.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
+                let seconds = started.elapsed().as_secs_f64();
+                let words = locked(&shown).words(seconds);
                 if std::io::stderr().is_terminal() {
                     let spinner = spinner.get_or_insert_with(|| {
-                        let spinner = ProgressBar::new_spinner();
+                        let spinner = ProgressBar::new_spinner().with_elapsed(started.elapsed());
                         tick(&spinner, "{spinner} {msg}, {elapsed} elapsed");
                         spinner
                     });
-                    spinner.set_message(what());
+                    spinner.set_message(words);
                     patience = LOOK;
                 } else {
-                    let elapsed = duration(started.elapsed().as_secs_f64());
-                    message(&format!("{}, {elapsed} elapsed", what()));
+                    message(&format!("{words}, {} elapsed", duration(seconds)));
                     patience = started.elapsed();
                 }
             }
             if let Some(spinner) = spinner {
                 spinner.finish_and_clear();
             }
-        });
+        };
+        let thread = (!quiet).then(|| std::thread::Builder::new().spawn(show));
         Self {
-            what: words,
-            end,
             done: Some(done),
             // Without a thread the work is done in silence.
-            thread: thread.ok(),
+            thread: thread.and_then(Result::ok),
+            work,
+            started,
         }
     }
 
-    /// The work goes on with this.
-    fn says(&self, what: String) {
-        *locked(&self.what) = what;
+    /// The work goes on with this, of which no parts are counted.
+    pub fn says(&self, what: &str) {
+        self.counts(what, 0.0, 0.0);
+    }
+
+    /// The work goes on with this, of which so many parts of all are done.
+    pub fn counts(&self, what: &str, done: f64, all: f64) {
+        let now = self.started.elapsed().as_secs_f64();
+        locked(&self.work).goes_on(now, what, done, all);
+    }
+
+    /// The work is predicted to take so many seconds from now on.
+    pub fn predicts(&self, seconds: f64) {
+        // Not a number would be a time that never ends.
+        let end = self.started.elapsed().as_secs_f64() + seconds;
+        locked(&self.work).end = Some(end).filter(|end| end.is_finite());
     }
 }
 
-/// The words in a lock, which no panic leaves half written.
-fn locked(words: &Mutex<String>) -> MutexGuard<'_, String> {
-    words.lock().unwrap_or_else(PoisonError::into_inner)
+/// Progress of work without a gait.
+impl swimmer::Progress for &Waiting {
+    fn works(&mut self, work: &str, done: f64, all: f64) {
+        self.counts(work, done, all);
+    }
+}
+
+/// The work in a lock, which no panic leaves half written.
+fn locked(work: &Mutex<Work>) -> MutexGuard<'_, Work> {
+    work.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Drop for Waiting {
@@ -484,5 +521,29 @@ impl DesignSpinner {
             let words: Vec<&str> = words.map(String::as_str).collect();
             spinner.set_message(printable(&words.join(", ")));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_says_what_it_is_and_the_time_left_where_parts_are_counted() {
+        let mut work = Work::new("choosing the model");
+        assert_eq!(work.words(9.0), "choosing the model");
+        work.goes_on(10.0, "the first trial", 0.0, 4.0);
+        assert_eq!(work.words(20.0), "the first trial");
+        work.goes_on(20.0, "the second trial", 2.0, 4.0);
+        assert_eq!(work.words(20.0), "the second trial, about 10 s left");
+        assert_eq!(work.words(25.5), "the second trial, about 5 s left");
+        // It takes longer than predicted.
+        assert_eq!(work.words(31.0), "the second trial");
+        // Other work, of which nothing is counted.
+        work.goes_on(22.0, "solving", 0.0, 0.0);
+        assert_eq!(work.words(23.0), "solving");
+        // Words of a scene may not control the terminal.
+        work.goes_on(24.0, "the phase \u{1b}[2J", 0.0, 0.0);
+        assert!(!work.words(24.0).contains('\u{1b}'));
     }
 }

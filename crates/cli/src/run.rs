@@ -14,7 +14,7 @@ use super::design_files::{path_of, write};
 use super::displacements::{displacement_table, swimmer_table};
 use super::error::CliError;
 use super::neglected::{self, inertia_words};
-use super::progress::{DesignSpinner, RunBar, watch_signals};
+use super::progress::{DesignSpinner, RunBar, Waiting, watch_signals};
 use super::text::{
     duration, entry, error, error_estimates, measured, open_gait, print, rotation_entry,
     solve_count, tolerance_statement, two_digits, warn, with_bar, with_uncertainty,
@@ -22,7 +22,7 @@ use super::text::{
 use super::view::{open_page, page_entry, write_movie};
 
 pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, CliError> {
-    let scene = arguments.scene.read()?;
+    let scene = arguments.scene.read(quiet)?;
     let out = path_of(&scene, arguments.out);
     let mut progress = RunBar::new(&scene, watch_signals(), quiet);
     let report = swimmer::run(
@@ -57,7 +57,10 @@ pub fn run(arguments: RunArguments, quiet: bool) -> Result<String, CliError> {
         Err(unprinted) => unprinted,
     };
     let movie = match arguments.movie {
-        true => write_movie(&out).map_err(printed)?,
+        true => {
+            let _waiting = Waiting::new("drawing the movie", quiet);
+            write_movie(&out).map_err(printed)?
+        }
         false => String::new(),
     };
     if arguments.open {

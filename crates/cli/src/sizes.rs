@@ -11,7 +11,7 @@ use super::text::{entry, measured, warn, with_uncertainty};
 
 pub fn sizes(arguments: DesignArguments, quiet: bool) -> Result<String, CliError> {
     let DesignArguments { scene, out, json } = arguments;
-    let scene = scene.read()?;
+    let scene = scene.read(quiet)?;
     let (folder, _lock) = folder_of(&scene, out)?;
     let mut progress = DesignSpinner::new(quiet);
     let found = best_sizes(&scene, &mut progress)?;

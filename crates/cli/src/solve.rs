@@ -1,5 +1,6 @@
 //! `swim solve`: the instantaneous solution at the start.
 
+use std::f64::consts::PI;
 use std::path::Path;
 
 use nalgebra::Vector3;
@@ -10,14 +11,14 @@ use swimmer::models::{
 use swimmer::output::{ALL_ERRORS, matrix_json, peak_rss_mib, solution_json, write_flow};
 use swimmer::scene::{AcceptKind, ModelKind};
 use swimmer::{
-    Scene, StartSolution, SteadySolution, SwimError, choose, solve_start_with_terms, solve_steady,
-    start_flow, start_neglected, start_resistance,
+    Progress, Scene, StartSolution, SteadySolution, SwimError, choose_for_start,
+    solve_start_with_terms, solve_steady, start_flow, start_neglected, start_resistance,
 };
 
 use super::arguments::SceneArguments;
 use super::error::CliError;
 use super::neglected;
-use super::progress::{with_predicted_progress, with_progress};
+use super::progress::Waiting;
 use super::text::{
     NO_ESTIMATE, count, duration, entry, error, error_estimates, measured, percent, print,
     significant, warn,
@@ -34,35 +35,42 @@ pub fn solve(
     if let Some(path) = picture {
         require_svg(path)?;
     }
-    let given = arguments.read()?;
+    let given = arguments.read(quiet)?;
+    let waiting = Waiting::new("choosing the model", quiet);
     let StartSolution {
         scene,
         mut model,
         solution,
         neglected,
         decision,
-    } = with_predicted_progress("choosing the model and solving", quiet, |predict| {
-        let choose_and_predict = |scene: &Scene| {
-            let choice = choose(scene)?;
+    } = {
+        let choose_and_predict = |scene: &Scene, progress: &mut dyn Progress| {
+            let choice = choose_for_start(scene, progress)?;
+            waiting.says("solving");
             // Among thousands of spheres a prediction takes seconds, which nobody would see.
             if !quiet {
                 let state = scene.initial_state();
                 let start = Configuration::new(&state, scene.articulation().initial_shape());
-                choice.model.predicted_seconds(start).map(predict);
+                let seconds = choice.model.predicted_seconds(start);
+                seconds.inspect(|seconds| waiting.predicts(*seconds));
             }
             Ok(choice)
         };
-        solve_start_with_terms(given, &choose_and_predict)
-    })?;
+        solve_start_with_terms(given, &choose_and_predict, &mut &waiting)?
+    };
     // What fails after the solution does not lose its numbers.
+    waiting.says("the flow in files");
     let written = write_files(&scene, model.as_mut(), flow, picture);
+    waiting.says("the resistance matrix");
     let resistance = resistance
         .then(|| start_resistance(&scene, model.as_mut()))
         .transpose()?;
+    waiting.says("what neglected terms would change");
     let neglected = match neglected {
         Some(costs) => costs,
         None => start_neglected(&scene, model.as_mut(), &solution.bodies)?,
     };
+    drop(waiting);
     warn_about_target(&scene, &solution);
     let comparison = Comparison::new(&scene, model.as_ref(), &solution);
     let written = written.and(comparison.check(&scene));
@@ -113,9 +121,10 @@ pub fn solve_steady_state(
     flow: Option<&Path>,
     quiet: bool,
 ) -> Result<String, CliError> {
-    let scene = arguments.read()?;
-    let what = "iterating to the steady state";
-    let steady = with_progress(what, quiet, || solve_steady(&scene))?;
+    let scene = arguments.read(quiet)?;
+    let waiting = Waiting::new("the steady flow", quiet);
+    let steady = solve_steady(&scene, &mut &waiting)?;
+    drop(waiting);
     let SteadySolution {
         model,
         solution,
@@ -225,7 +234,8 @@ struct Rounding {
 
 impl Rounding {
     /// The rounding and the error of the linear solver, of the largest numbers, and of those that
-    /// would be as large: a force `μ R U` for velocities `U` of bodies of the radius `R`.
+    /// would be as large: a force `6 π μ R U` for velocities `U` of bodies of the radius
+    /// `R`.
     fn new(scene: &Scene, solution: &InstantaneousSolution) -> Self {
         let largest =
             |of: fn(&BodySolution) -> f64| solution.bodies.iter().map(of).fold(0.0, f64::max);
@@ -235,7 +245,7 @@ impl Rounding {
             largest(|b| b.velocity.norm()).max(radius * largest(|b| b.angular_velocity.norm()));
         let force = largest(|b| b.force.norm())
             .max(largest(|b| b.torque.norm()) / radius)
-            .max(scene.viscosity() * radius * speed);
+            .max(6.0 * PI * scene.viscosity() * radius * speed);
         let rounding = ROUNDING.max(RESIDUAL_FACTOR * solution.solver.true_relative_residual);
         Self {
             velocity: rounding * speed,

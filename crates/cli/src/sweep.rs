@@ -1,7 +1,7 @@
 //! `swim sweep`: runs of a scene with other values of some keys.
 
 use design::{RandomPoints, SweepOptions, SweepResult, SweepRow, VariedKey, require_sweep, sweep};
-use pictures::{SweptPoints, sweep_svg};
+use pictures::{SweptPoints, direction_name, sweep_svg};
 use swimmer::models::nalgebra::Vector3;
 
 use super::arguments::SweepArguments;
@@ -14,7 +14,7 @@ use super::text::{count, entry, printable, warn, with_bar};
 const PRINTED: usize = 20;
 
 pub fn sweep_scene(arguments: SweepArguments, quiet: bool) -> Result<String, CliError> {
-    let scene = arguments.scene.read()?;
+    let scene = arguments.scene.read(quiet)?;
     let keys: Vec<VariedKey> = (arguments.vary.iter())
         .map(|text| text.parse())
         .collect::<Result<_, _>>()?;
@@ -54,6 +54,8 @@ pub fn sweep_scene(arguments: SweepArguments, quiet: bool) -> Result<String, Cli
     let largest = displacements.max_by(|a, b| a.norm().total_cmp(&b.norm()));
     let direction = largest.and_then(|d| d.try_normalize(0.0));
     let direction = direction.unwrap_or_else(Vector3::x);
+    // Along a coordinate, with negative displacements, rather than against it.
+    let direction = direction * direction[direction.iamax()].signum();
     let along = |result: &SweepResult| result.displacement.dot(&direction);
     let points = SweptPoints {
         keys: &found.keys,
@@ -62,10 +64,7 @@ pub fn sweep_scene(arguments: SweepArguments, quiet: bool) -> Result<String, Cli
         bars: (results.iter())
             .map(|(_, result)| result.displacement_error.unwrap_or(0.0))
             .collect(),
-        label: format!(
-            "net displacement along ({:.2}, {:.2}, {:.2})",
-            direction[0], direction[1], direction[2]
-        ),
+        label: format!("net displacement along {}", direction_name(&direction)),
     };
     match sweep_svg(&points) {
         Ok(picture) => write(&folder, "sweep.svg", &picture)?,

@@ -15,7 +15,7 @@ use petsc::{PetscEngine, Session};
 use pictures::RunPictures;
 use swimmer::models::{FemModel, ModelError};
 use swimmer::output::solution_json;
-use swimmer::{Choice, Scene, SwimError, run_with, solve_start};
+use swimmer::{Choice, Progress, Scene, SwimError, run_with, solve_start};
 
 static ENGINE: PetscEngine = PetscEngine;
 
@@ -84,6 +84,7 @@ fn answer(arguments: &Arguments, is_first: bool) -> Result<String, SwimError> {
             let default = || PathBuf::from("out").join(scene.name());
             let out = out.clone().unwrap_or_else(default);
             let files = &mut RunPictures::new();
+            let model = |scene: &Scene, _: &mut dyn Progress| model(scene);
             let report =
                 run_with(scene, &model, &out, *resume, is_first, files, &mut ())?.completed()?;
             report.check_tolerance()?;

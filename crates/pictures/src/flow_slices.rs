@@ -9,7 +9,7 @@ use rigid::State;
 use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
 use swimmer::output::{read_sealed, write_sealed};
-use swimmer::{Folder, SpanResult, SpanSolution};
+use swimmer::{Folder, Progress, SpanResult, SpanSolution};
 
 use crate::error::PictureError;
 use crate::flow_slice::{FlowSlice, SliceFrame, SlicePlane};
@@ -293,8 +293,12 @@ impl SliceSeries {
         folder: &Folder,
         scene: &Scene,
         model: &mut dyn Hydrodynamics,
+        progress: &mut dyn Progress,
     ) -> Result<StoredSlices, PictureError> {
-        for unsolved in std::mem::take(&mut self.stored.unsolved) {
+        let unsolved = std::mem::take(&mut self.stored.unsolved);
+        let all = unsolved.len() as f64;
+        for (done, unsolved) in unsolved.into_iter().enumerate() {
+            progress.works("the flow for the report", done as f64, all);
             match unsolved.solve(&self.frame, scene, model) {
                 Ok(slice) => self.stored.slices.push(slice),
                 Err(error) => {
@@ -450,7 +454,9 @@ mod tests {
         }
         series.finish_span(&scene, &span, &result, 0, None).unwrap();
         series.write(&folder).unwrap();
-        let stored = series.finish(&folder, &scene, model.as_mut()).unwrap();
+        let stored = series
+            .finish(&folder, &scene, model.as_mut(), &mut ())
+            .unwrap();
         assert!(!stored.slices.is_empty());
         let reason = stored.missing.expect("the reason");
         assert!(reason.contains("flow_slices.json is damaged"), "{reason}");

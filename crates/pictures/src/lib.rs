@@ -13,8 +13,8 @@ mod run_pictures;
 pub use error::PictureError;
 pub use flow_slice::start_slice;
 pub use plot::{
-    Policy, SliceCurve, SweptPoints, flow_svg, height_map_svg, learning_curve_svg, policy_svg,
-    size_slices_svg, sweep_svg, trajectory_svg,
+    Policy, SliceCurve, SweptPoints, direction_name, flow_svg, height_map_svg, learning_curve_svg,
+    policy_svg, size_slices_svg, sweep_svg, trajectory_svg,
 };
 pub use report_page::{REPORT_PAGE, RunRecord};
 pub use run_pictures::RunPictures;

@@ -48,7 +48,7 @@ pub fn percent(ratio: f64) -> String {
 /// The ratio is left out if the uncertainty is larger than the value.
 pub fn with_uncertainty(value: f64, uncertainty: f64) -> String {
     if uncertainty <= 0.0 {
-        return format!("{value} {NO_ESTIMATE}");
+        return format!("{} {NO_ESTIMATE}", with_digits(value, DIGITS));
     }
     let largest = magnitude(value.abs().max(uncertainty));
     let (scale, suffix) = match largest {
@@ -219,7 +219,8 @@ mod tests {
             (1.607_18e-7, 4.12e-10, "(1.6072 +- 0.0041)e-7 (0.26 %)"),
             (0.0, 0.0123, "0.000 +- 0.012"),
             (0.001, 0.25, "0.00 +- 0.25"),
-            (0.5, 0.0, "0.5 (no error estimate)"),
+            (0.5, 0.0, "0.50000000 (no error estimate)"),
+            (3.123_409_372_587_438, 0.0, "3.1234094 (no error estimate)"),
         ] {
             assert_eq!(with_uncertainty(value, uncertainty), text);
         }

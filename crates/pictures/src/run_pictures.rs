@@ -4,7 +4,7 @@ use models::{Hydrodynamics, SolutionFlow};
 use scene::{PhaseSpan, Scene};
 use serde_json::Value;
 use swimmer::output::Folder;
-use swimmer::{Outcome, Report, RunFiles, SpanResult, SpanSolution, SwimError};
+use swimmer::{Outcome, Progress, Report, RunFiles, SpanResult, SpanSolution, SwimError};
 
 use crate::flow_slices::{FLOW_SLICES, SliceSeries, StoredSlices};
 use crate::plot::trajectory_svg;
@@ -88,11 +88,15 @@ impl RunFiles for RunPictures {
         Ok(())
     }
 
-    fn gait_done(&mut self, model: &mut dyn Hydrodynamics) -> Result<(), SwimError> {
+    fn gait_done(
+        &mut self,
+        model: &mut dyn Hydrodynamics,
+        progress: &mut dyn Progress,
+    ) -> Result<(), SwimError> {
         if let Some(run) = &mut self.run
             && let Some(series) = run.series.take()
         {
-            run.stored = series.finish(&run.folder, &run.scene, model)?;
+            run.stored = series.finish(&run.folder, &run.scene, model, progress)?;
         }
         Ok(())
     }

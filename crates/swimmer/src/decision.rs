@@ -8,6 +8,7 @@ use crate::error::SwimError;
 use crate::neglected::{
     Neglected, fastest_body, is_automatic, mean_effect, start_neglected, with_term,
 };
+use crate::observer::Progress;
 use crate::outcome::Outcome;
 use crate::planning::ModelOfScene;
 use crate::start::solve_start;
@@ -123,9 +124,10 @@ pub struct StartSolution {
 pub fn solve_start_with_terms(
     scene: Scene,
     model: ModelOfScene,
+    progress: &mut dyn Progress,
 ) -> Result<StartSolution, SwimError> {
-    let solve = |scene: Scene, decision: Option<String>| {
-        let mut model = model(&scene)?.model;
+    let solve = |scene: Scene, decision: Option<String>, progress: &mut dyn Progress| {
+        let mut model = model(&scene, progress)?.model;
         let solution = solve_start(&scene, model.as_mut())?;
         Ok::<_, SwimError>(StartSolution {
             scene,
@@ -135,16 +137,21 @@ pub fn solve_start_with_terms(
             decision,
         })
     };
-    let mut start = solve(scene, None)?;
+    let mut start = solve(scene, None, progress)?;
     let term = NeglectedTerm::Rheology;
     if !is_automatic(&start.scene, term) {
         return Ok(start);
     }
+    progress.works("what the viscosity law would change", 0.0, 0.0);
     let bodies = &start.solution.bodies;
     let costs = start_neglected(&start.scene, start.model.as_mut(), bodies)?;
     let decision = Decision::after_solution(term, &costs, &start.scene, &start.solution);
     if decision.keeps {
-        return solve(with_term(&start.scene, term)?, Some(decision.reason));
+        return solve(
+            with_term(&start.scene, term)?,
+            Some(decision.reason),
+            progress,
+        );
     }
     (start.neglected, start.decision) = (Some(costs), Some(decision.reason));
     Ok(start)

@@ -63,7 +63,8 @@ pub use outcome::{
 pub use output::Folder;
 pub use periodic::{periodic_state, start_of_gait};
 pub use planning::{
-    Choice, ModelOfScene, SizeSearch, choose, choose_for_run, simulate_to_target, with_tables,
+    Choice, ModelOfScene, SizeSearch, choose, choose_for_run, choose_for_start, simulate_to_target,
+    with_tables,
 };
 pub use run::{run, run_with, run_without_files};
 pub use run_files::RunFiles;

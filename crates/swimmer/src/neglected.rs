@@ -311,13 +311,13 @@ pub(crate) fn run_neglected(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
     outcome: &Outcome,
-    progress: &dyn Progress,
+    progress: &mut dyn Progress,
 ) -> Result<Vec<Neglected>, SwimError> {
     let net = match resolved_net(outcome) > 0.0 {
         true => outcome.net_vector(),
         false => Vector3::zeros(),
     };
-    let of_term = |term: NeglectedTerm| {
+    let mut of_term = |term: NeglectedTerm| {
         let samples = outcome.samples.iter();
         let velocities = samples.filter_map(|sample| sample.bodies.as_deref());
         let neglected = Neglected::new(scene, term, velocities, || {
@@ -330,7 +330,7 @@ pub(crate) fn run_neglected(
         Ok(neglected
             .map(|neglected| neglected.relative_to(net, |effect| mean_effect(outcome, effect))))
     };
-    let costs = NeglectedTerm::ALL.into_iter().map(of_term);
+    let costs = NeglectedTerm::ALL.into_iter().map(&mut of_term);
     costs.filter_map(Result::transpose).collect()
 }
 
@@ -350,7 +350,7 @@ fn add_run(
     scene: &Scene,
     model: &mut dyn Hydrodynamics,
     outcome: &Outcome,
-    progress: &dyn Progress,
+    progress: &mut dyn Progress,
 ) -> Result<(), SwimError> {
     let term = effect.term;
     if let Some(what) = without_displacement(scene, outcome) {
@@ -360,17 +360,17 @@ fn add_run(
         return Err(ModelError::Unsupported { what, instead }.into());
     }
     let phases = outcome.spans.len();
-    let check = || check_interruption(progress, phases, phases);
     let gauss = Gauss::new(GAUSS_POINTS);
     let mut before = vec![0.0; scene.articulation().joints().len()];
     let mut end = (0.0, scene.articulation().initial_shape().to_vec());
     let spans = spans(scene.gait(), scene.articulation().initial_shape())?;
     for span in spans.take(outcome.spans.len()) {
-        check()?;
+        let work = format!("what neglecting {} changes", term.name());
+        progress.works(&work, span.number as f64, phases as f64);
         let after = span.rates(0.0);
         add_jump(effect, scene, model, outcome, &end, [&before, &after])?;
         for (&s, weight) in gauss.nodes.iter().zip(&gauss.weights) {
-            check()?;
+            check_interruption(progress, phases, phases)?;
             let (time, shape) = (span.time(s), span.shape(s));
             let at = PathPoint {
                 configuration: Configuration {

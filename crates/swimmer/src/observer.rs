@@ -83,6 +83,11 @@ pub trait Progress {
         false
     }
 
+    /// Work that is no solve of the gait: the choice of the model before it, what neglected terms
+    /// cost and files after it. `done` of `all` parts are done, in units of their own; `all` is
+    /// zero where nothing is counted.
+    fn works(&mut self, work: &str, done: f64, all: f64) {}
+
     /// The factor on the element sizes for `fem.target` has been chosen for the stroke that begins.
     fn chose_size_factor(&mut self, target: f64, size_factor: f64) {}
 

@@ -86,8 +86,8 @@ pub fn run_with(
 }
 
 /// The model that [`choose_for_run`] chooses, with tables over shapes where they save solves.
-fn choose_with_tables(scene: &Scene) -> Result<Choice, ModelError> {
-    with_tables(scene, choose_for_run(scene)?)
+fn choose_with_tables(scene: &Scene, progress: &mut dyn Progress) -> Result<Choice, ModelError> {
+    with_tables(scene, choose_for_run(scene, progress)?)
 }
 
 /// Runs the gait of a scene as [`run`] does, without a folder: no files, no checkpoint.
@@ -183,6 +183,7 @@ fn run_to_target(
                 seconds: started.elapsed().as_secs_f64(),
                 ..report
             };
+            progress.works("writing the results", 0.0, 0.0);
             if let Some((folder, files)) = output {
                 write_summary(&report, folder, files)?;
             }
@@ -282,7 +283,7 @@ fn run_once(
     progress: &mut dyn Progress,
 ) -> Result<(Report, Box<dyn Hydrodynamics>), SwimError> {
     let folder = output.as_ref().map(|(folder, _)| *folder);
-    let Choice { mut model, reasons } = model(&scene)?;
+    let Choice { mut model, reasons } = model(&scene, progress)?;
     let (interim, flows) = match checkpoint {
         None => {
             let method = Method::from_scene(&scene);
@@ -328,7 +329,10 @@ fn run_once(
     let outcome = continue_from(&scene, model.as_mut(), method, &mut files, interim);
     files.write_pending()?;
     let Files {
-        output, stopped, ..
+        output,
+        stopped,
+        progress,
+        ..
     } = files;
     let (outcome, stopped) = match (outcome, stopped) {
         (Ok(outcome), _) => (outcome, None),
@@ -347,7 +351,7 @@ fn run_once(
         seconds: 0.0,
     };
     if let Some(output) = output {
-        output.files.gait_done(model.as_mut())?;
+        output.files.gait_done(model.as_mut(), progress)?;
     }
     Ok((report, model))
 }

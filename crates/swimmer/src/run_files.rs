@@ -68,7 +68,11 @@ pub trait RunFiles {
     ///
     /// # Errors
     /// Any error ends the run.
-    fn gait_done(&mut self, model: &mut dyn Hydrodynamics) -> Result<(), SwimError> {
+    fn gait_done(
+        &mut self,
+        model: &mut dyn Hydrodynamics,
+        progress: &mut dyn Progress,
+    ) -> Result<(), SwimError> {
         Ok(())
     }
 

@@ -12,6 +12,7 @@ use scene::{Domain, Scene};
 
 use crate::error::SwimError;
 use crate::integrate::{COARSER, share_of_sizes};
+use crate::observer::Progress;
 use crate::planning::{Discretisation, discretisation};
 
 /// A steady state and how it was found.
@@ -70,37 +71,59 @@ const CONCENTRIC: f64 = 1e-9;
 /// # Errors
 /// [`SwimError::NotApplicable`] for a scene without a density of the fluid or without a steady
 /// state; [`SwimError::Inertia`] if none is found; errors of meshes.
-pub fn solve_steady(scene: &Scene) -> Result<SteadySolution, SwimError> {
+pub fn solve_steady(
+    scene: &Scene,
+    progress: &mut dyn Progress,
+) -> Result<SteadySolution, SwimError> {
     let moves = check(scene)?;
     match discretisation(scene)? {
-        Discretisation::Meridian => in_meridian_plane(scene, moves),
-        Discretisation::Spatial => in_space(scene, moves),
+        Discretisation::Meridian => {
+            progress.works("the steady flow in the meridian plane", 0.0, 0.0);
+            in_meridian_plane(scene, moves)
+        }
+        Discretisation::Spatial => in_space(scene, moves, progress),
     }
 }
 
 /// The steady state on meshes in space, with error bars from two coarser ones.
-fn in_space(scene: &Scene, moves: bool) -> Result<SteadySolution, SwimError> {
+fn in_space(
+    scene: &Scene,
+    moves: bool,
+    progress: &mut dyn Progress,
+) -> Result<SteadySolution, SwimError> {
     MovingScene::check_convection(scene)?;
+    // Parts of the work are in proportion to the cells.
+    let [coarse_part, coarsest_part] = [COARSER.powi(-3), COARSER.powi(-6)];
+    let all = 1.0 + coarse_part + coarsest_part;
+    progress.works("the steady flow", 0.0, all);
     let mut steady = on_mesh(&MovingScene::new(scene)?, moves)?;
     let mut resolved = None;
     if scene.fem().size_factor.is_none() && steady.reynolds > THICK_LAYERS {
         let factor = (THICK_LAYERS / steady.reynolds).sqrt();
         let finer = scene.with_size_factor(Some(factor))?;
+        let work = format!("the steady flow with fem.size_factor = {factor:.3}");
+        progress.works(&work, 0.0, all);
         steady = on_mesh(&MovingScene::new(&finer)?, moves)?;
         resolved = Some(finer);
     }
     let scene = resolved.as_ref().unwrap_or(scene);
     // A flow that has no solution on a coarser mesh has no estimate of its error.
-    let coarser = |factor: f64| -> Result<Option<InstantaneousSolution>, SwimError> {
-        let moving = MovingScene::coarser(scene, factor)?;
-        let found = moving.and_then(|moving| on_mesh(&moving, moves).ok());
-        Ok(found.map(|steady| steady.solution))
-    };
-    let Some(coarse) = coarser(COARSER)? else {
+    let mut coarser =
+        |factor: f64, done: f64| -> Result<Option<InstantaneousSolution>, SwimError> {
+            progress.works(
+                "the steady flow on a coarser mesh, for the error bar",
+                done,
+                all,
+            );
+            let moving = MovingScene::coarser(scene, factor)?;
+            let found = moving.and_then(|moving| on_mesh(&moving, moves).ok());
+            Ok(found.map(|steady| steady.solution))
+        };
+    let Some(coarse) = coarser(COARSER, 1.0)? else {
         return Ok(steady);
     };
     // Where there is no third mesh, two have to do.
-    let coarsest = coarser(COARSER * COARSER)?;
+    let coarsest = coarser(COARSER * COARSER, 1.0 + coarse_part)?;
     let fine = &mut steady.solution;
     let Some(share) = share_of_sizes([fine.dofs.total, coarse.dofs.total]) else {
         return Ok(steady);

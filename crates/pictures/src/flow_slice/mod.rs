@@ -12,4 +12,4 @@ pub use grid::{FlowSlice, start_slice};
 pub use plane::{SliceFrame, SlicePlane};
 pub use section::section;
 pub use streamlines::{Streamline, streamlines};
-pub use walls::{hatched, is_beyond_wall, walls, walls_of_file};
+pub use walls::{is_beyond_wall, is_inside, wall_lines, walls_of_file};

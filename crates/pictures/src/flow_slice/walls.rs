@@ -17,7 +17,7 @@ pub type WallPiece = [[f64; 2]; 2];
 ///
 /// They are where the depth below the wall, interpolated between the points of a grid, is zero. A
 /// domain from a file has none here.
-pub fn walls(domain: &Domain, plane: &SlicePlane) -> Vec<WallPiece> {
+fn walls(domain: &Domain, plane: &SlicePlane) -> Vec<WallPiece> {
     let place = |k: usize| k as f64 / CELLS as f64;
     let mut depths = Vec::with_capacity((CELLS + 1) * (CELLS + 1));
     for row in 0..=CELLS {
@@ -68,8 +68,50 @@ pub fn walls_of_file(domain: &Domain, plane: &SlicePlane) -> Vec<Vec<[f64; 2]>> 
     curves.unwrap_or_default()
 }
 
+/// The lines that show the walls of a domain in the window: those with a formula with strokes on
+/// the side without fluid, those of a file as they are.
+pub fn wall_lines(domain: &Domain, plane: &SlicePlane) -> Vec<WallPiece> {
+    let mut lines = hatched(&walls(domain, plane), plane);
+    for curve in walls_of_file(domain, plane) {
+        let edges = curve.iter().zip(curve.iter().cycle().skip(1));
+        lines.extend(edges.filter_map(|(a, b)| within_window([*a, *b])));
+    }
+    lines
+}
+
+/// The part of a piece within the window; none if it is outside.
+fn within_window([a, b]: WallPiece) -> Option<WallPiece> {
+    // Shares of the way from a to b between which both coordinates are from 0 to 1.
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let step = b[axis] - a[axis];
+        if step == 0.0 {
+            if !(0.0..=1.0).contains(&a[axis]) {
+                return None;
+            }
+            continue;
+        }
+        let ends = [-a[axis] / step, (1.0 - a[axis]) / step];
+        from = from.max(ends[0].min(ends[1]));
+        to = to.min(ends[0].max(ends[1]));
+    }
+    let at = |share: f64| [0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis]));
+    (from < to).then(|| [at(from), at(to)])
+}
+
+/// Whether a point of the window is inside closed curves, which do not cross each other.
+pub fn is_inside(curves: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> bool {
+    let edges = curves
+        .iter()
+        .flat_map(|curve| curve.iter().zip(curve.iter().cycle().skip(1)));
+    let to_the_right = edges.filter(|(a, b)| {
+        (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+    });
+    to_the_right.count() % 2 == 1
+}
+
 /// The pieces of walls with short strokes on the side without fluid, as drawings have them.
-pub fn hatched(pieces: &[WallPiece], plane: &SlicePlane) -> Vec<WallPiece> {
+fn hatched(pieces: &[WallPiece], plane: &SlicePlane) -> Vec<WallPiece> {
     /// Length of a stroke relative to the width of the window.
     const LENGTH: f64 = 0.018;
     // Every second piece of each wall, whatever walls lie between two of its pieces.
@@ -140,6 +182,23 @@ mod tests {
         assert!(walls(&Domain::Unbounded, &plane(Vector3::zeros())).is_empty());
         assert!(is_beyond_wall(&Domain::Wall, &-Vector3::z()));
         assert!(!is_beyond_wall(&Domain::Wall, &Vector3::z()));
+    }
+
+    /// They were drawn along the frame, and the flow beyond them.
+    #[test]
+    fn bug_walls_of_files_outside_the_window_became_walls_at_its_frame() {
+        assert_eq!(within_window([[0.5, 1.2], [0.5, 3.0]]), None);
+        assert_eq!(within_window([[-1.0, 2.0], [2.0, 2.0]]), None);
+        let diagonal = within_window([[-1.0, -1.0], [3.0, 3.0]]);
+        assert_eq!(diagonal, Some([[0.0, 0.0], [1.0, 1.0]]));
+        let inner = [[0.25, 0.5], [0.75, 0.5]];
+        assert_eq!(within_window(inner), Some(inner));
+        let square = vec![[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+        let hole = vec![[0.5, 0.5], [0.5, 1.5], [1.5, 1.5], [1.5, 0.5]];
+        let curves = [square, hole];
+        for (at, inside) in [([0.2, 0.7], true), ([1.0, 0.7], false), ([3.0, 0.7], false)] {
+            assert_eq!(is_inside(&curves, at), inside, "{at:?}");
+        }
     }
 
     #[test]

@@ -2,17 +2,17 @@
 
 use std::ops::Range;
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 use plotters::prelude::*;
 use scene::{Body, Scene};
 
 use super::canvas::{self, Raster};
-use super::colour_bar::{BarSpace, draw_colour_bar};
+use super::colour_bar::{BarSpace, draw_colour_bar, logarithmic_labels};
 use super::style::{Area, GRID_COLOUR, INK, at, direction_name, font, px, short, viridis};
 use crate::error::PictureError;
 use crate::flow_slice::{
-    FlowSlice, SlicePlane, Streamline, body_surface, hatched, is_beyond_wall, section, streamlines,
-    walls, walls_of_file,
+    FlowSlice, SlicePlane, Streamline, body_surface, is_beyond_wall, is_inside, section,
+    streamlines, wall_lines, walls_of_file,
 };
 
 /// Width of the picture in pixels.
@@ -219,13 +219,9 @@ fn draw_window(
             chart.draw_series([Polygon::new(head.map(place).to_vec(), LINE_COLOUR.filled())])?;
         }
     }
-    for piece in hatched(&walls(scene.domain(), plane), plane) {
+    for piece in wall_lines(scene.domain(), plane) {
         let line = LineSeries::new(piece.map(place), INK.stroke_width(px(2)));
         chart.draw_series(line)?;
-    }
-    for curve in walls_of_file(scene.domain(), plane) {
-        let corners = curve.iter().chain(curve.first()).map(|p| place(*p));
-        chart.draw_series(LineSeries::new(corners, INK.stroke_width(px(3))))?;
     }
     // Tubes that wind out of the plane, in front of the flow.
     let per_length = f64::from(px(WIDTH - SPACE[0] - SPACE[1])) / plane.width;
@@ -250,7 +246,9 @@ fn draw_window(
         let Some(surface) = body_surface(&body.shape) else {
             continue;
         };
-        for curve in section(&surface, pose, plane) {
+        let shifts = images(scene, plane, pose, body.bounding_radius());
+        let poses = shifts.map(|shift| Translation3::from(shift) * pose);
+        for curve in poses.flat_map(|pose| section(&surface, &pose, plane)) {
             let mut corners: Vec<_> = curve.into_iter().map(place).collect();
             chart.draw_series([Polygon::new(corners.clone(), GRID_COLOUR.filled())])?;
             corners.extend(corners.first().copied());
@@ -258,6 +256,36 @@ fn draw_window(
         }
     }
     Ok(chart.plotting_area().get_pixel_range())
+}
+
+/// Shifts to the places at which a body with a ball of this radius around it may be seen in the
+/// window: none but zero, or those of all of its images in a periodic box.
+fn images(
+    scene: &Scene,
+    plane: &SlicePlane,
+    pose: &Isometry3<f64>,
+    radius: f64,
+) -> impl Iterator<Item = Vector3<f64>> {
+    let period = scene.domain().period();
+    let offset = pose.translation.vector - plane.centre;
+    let normal = plane.normal();
+    let reach = radius + 0.5 * plane.width.hypot(plane.height);
+    let along = |axis: usize| match period {
+        Some(size) => {
+            let [least, most] = [-reach, reach].map(|end| (end - offset[axis]) / size[axis]);
+            least.ceil() as i64..=most.floor() as i64
+        }
+        None => 0..=0,
+    };
+    let size = period.unwrap_or_default();
+    let [x, y, z] = [0, 1, 2].map(along);
+    let numbers = x.flat_map(move |i| {
+        let z = z.clone();
+        y.clone()
+            .flat_map(move |j| z.clone().map(move |k| [i, j, k]))
+    });
+    let shifts = numbers.map(move |n| Vector3::from(n.map(|n| n as f64)).component_mul(&size));
+    shifts.filter(move |shift| period.is_none() || (offset + shift).dot(&normal).abs() <= radius)
 }
 
 /// The colour bar below the name of the quantity.
@@ -273,19 +301,27 @@ fn draw_bar(area: &Area, colours: &Colours) -> Result<(), Box<dyn std::error::Er
         font: 14,
     };
     let label = |coordinate: f64| short(colours.value(coordinate));
-    draw_colour_bar(&area, &space, low..high, viridis, &label)
+    let labels = match colours.is_logarithmic {
+        true => logarithmic_labels(&(low..high)),
+        false => None,
+    };
+    draw_colour_bar(&area, &space, low..high, viridis, (&label, labels))
 }
 
 /// The colours of the values, from above; none beyond walls, where values are extrapolated.
 fn raster(scene: &Scene, slice: &FlowSlice, colours: &Colours) -> Raster {
+    let of_file = walls_of_file(scene.domain(), &slice.plane);
     let place = |k: usize, count: usize| k as f64 / (count.max(2) - 1) as f64;
     let pixels = (0..slice.rows)
         .rev()
         .flat_map(|row| (0..slice.columns).map(move |c| (row, c)));
     let pixels = pixels.flat_map(|(row, column)| {
         let at = [place(column, slice.columns), place(row, slice.rows)];
-        let is_shown = !is_beyond_wall(scene.domain(), &slice.plane.point(at));
-        match colours.values[row * slice.columns + column].filter(|_| is_shown) {
+        let number = row * slice.columns + column;
+        let is_fluid = || slice.values[number].is_some() || is_inside(&of_file, at);
+        let is_shown = !is_beyond_wall(scene.domain(), &slice.plane.point(at))
+            && (of_file.is_empty() || is_fluid());
+        match colours.values[number].filter(|_| is_shown) {
             Some(value) => {
                 let RGBColor(red, green, blue) = viridis(colours.place(value));
                 [red, green, blue, 255]
@@ -330,5 +366,37 @@ fn plane_name(plane: &SlicePlane) -> String {
     match direction_name(&normal) {
         name if name.len() == 1 => format!("{name} = {}", short(height)),
         vector => format!("normal to {vector}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bug_periodic_images_of_bodies_were_holes_in_the_flow() {
+        let plane = SlicePlane {
+            centre: Vector3::zeros(),
+            right: Vector3::x(),
+            up: Vector3::y(),
+            width: 8.0,
+            height: 8.0,
+        };
+        let shifts = |domain: &str, height: f64| {
+            let scene = Scene::parse(&format!(
+                "domain = {domain}\nbodies = [{{ name = \"a\", radius = 1, \
+                 position = [4.5, 0, {height:?}], force = [1, 0, 0] }}]"
+            ));
+            let scene = scene.unwrap();
+            let pose = Isometry3::translation(4.5, 0.0, height);
+            images(&scene, &plane, &pose, 1.0).collect::<Vec<_>>()
+        };
+        let periodic = "{ kind = \"periodic\", size = [10, 10, 10] }";
+        let left = Vector3::new(-10.0, 0.0, 0.0);
+        assert_eq!(shifts(periodic, 0.5), [left, Vector3::zeros()]);
+        // Neither the body nor an image of it reaches the plane.
+        assert!(shifts(periodic, 2.0).is_empty());
+        let once = [Vector3::zeros()];
+        assert_eq!(shifts("{ kind = \"unbounded\" }", 2.0), once);
     }
 }

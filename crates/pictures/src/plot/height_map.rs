@@ -149,7 +149,7 @@ fn draw(
         font: 13,
     };
     let of_share = |share: f64| colour(2.0 * share - 1.0);
-    draw_colour_bar(&bar, &space, -largest..largest, of_share, &short)
+    draw_colour_bar(&bar, &space, -largest..largest, of_share, (&short, None))
 }
 
 /// The straight pieces of a contour, in cells of the grid of values, by linear interpolation along

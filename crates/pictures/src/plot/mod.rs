@@ -21,7 +21,8 @@ pub(crate) use movie::{MovieFrame, movie_svg};
 pub(crate) use quantity::Quantity;
 pub use sizes::{SliceCurve, size_slices_svg};
 pub(crate) use snapshots::nearest_in_time;
-pub(crate) use style::{body_colour, direction_name};
+pub(crate) use style::body_colour;
+pub use style::direction_name;
 pub use sweep::{SweptPoints, sweep_svg};
 
 use scene::Scene;

@@ -7,7 +7,7 @@ use swimmer::{Outcome, Sample};
 
 use super::quantity::Quantity;
 use super::style::{Area, COLOURS, GREY, INK, at, font, px, short};
-use crate::flow_slice::{SlicePlane, hatched, walls};
+use crate::flow_slice::{SlicePlane, wall_lines};
 
 /// Largest number of snapshots: more would be too small.
 const MAX_SNAPSHOTS: usize = 5;
@@ -213,7 +213,7 @@ fn walls_around(
         let [a, b] = [(a - 0.5) * plane.width, (b - 0.5) * plane.height];
         plane.centre + a * right + b * up
     };
-    let pieces = hatched(&walls(scene.domain(), &plane), &plane);
+    let pieces = wall_lines(scene.domain(), &plane);
     pieces
         .into_iter()
         .map(|piece| piece.map(in_space))

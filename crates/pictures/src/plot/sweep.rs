@@ -16,6 +16,10 @@ const PANEL: (u32, u32) = (840, 460);
 /// Ratio of the largest to the smallest value from which an axis is logarithmic.
 const LOGARITHMIC: f64 = 50.0;
 
+/// Largest number of curves over the first of two keys with numbers; more points are dots whose
+/// colour is the result, over both keys.
+const MAX_CURVES: usize = 4;
+
 /// Results at points, each with values of the same keys.
 #[derive(Clone, Debug)]
 pub struct SweptPoints<'a> {
@@ -32,7 +36,8 @@ pub struct SweptPoints<'a> {
 }
 
 /// Draws results over the first key that has numbers, a curve for each combination of the others;
-/// over two keys that have numbers and are combined with each other a map; and single points, a
+/// over two keys that have numbers and are combined with each other a map, else dots with colours
+/// where there would be more than four curves; and single points, a
 /// panel for each key, where there are more curves than colours.
 ///
 /// # Errors
@@ -49,7 +54,7 @@ pub fn sweep_svg(swept: &SweptPoints) -> Result<String, PictureError> {
         && swept.keys.len() == 2
         && x.centres.len() > 1
         && y.centres.len() > 1
-        && x.centres.len() * y.centres.len() == swept.results.len()
+        && (is_grid(swept, x, y) || x.curves(swept).len() > MAX_CURVES)
     {
         return canvas::svg(PANEL, |root| draw_map(root, swept, x, y));
     }
@@ -208,6 +213,12 @@ fn configure(
     Ok(())
 }
 
+/// Whether the points are combinations of values, of which at most half failed.
+fn is_grid(swept: &SweptPoints, x: &Axis, y: &Axis) -> bool {
+    x.centres.len() * y.centres.len() <= 2 * swept.results.len()
+}
+
+/// A map, or dots where the points are no grid.
 fn draw_map(
     area: &Area,
     swept: &SweptPoints,
@@ -220,21 +231,39 @@ fn draw_map(
         false => 0.5,
     };
     let (map, bar) = area.split_horizontally(px(PANEL.0 - 130));
+    let is_grid = is_grid(swept, x, y);
     let [x_edges, y_edges] = [x, y].map(Axis::edges);
-    let span = |edges: &[f64]| edges[0]..edges[edges.len() - 1];
+    let span = |edges: &[f64], axis: &Axis| match is_grid {
+        true => edges[0]..edges[edges.len() - 1],
+        false => around(range(axis.values.iter().copied()), 0.05),
+    };
     let mut chart = ChartBuilder::on(&map)
         .margin(px(14))
         .caption(&swept.label, font(16, &INK))
         .x_label_area_size(px(46))
         .y_label_area_size(px(84))
-        .build_cartesian_2d(span(&x_edges), span(&y_edges))?;
+        .build_cartesian_2d(span(&x_edges, x), span(&y_edges, y))?;
     configure(&mut chart, x, y.name, &|place| y.text(place))?;
     let cell = |edges: &[f64], value: f64| {
         let above = edges.partition_point(|edge| *edge <= value);
         let above = above.clamp(1, edges.len() - 1);
         (edges[above - 1], edges[above])
     };
-    chart.draw_series(swept.results.iter().enumerate().map(|(point, result)| {
+    let results = || swept.results.iter().enumerate();
+    if !is_grid {
+        chart.draw_series(results().map(|(point, result)| {
+            let colour = viridis(share(*result)).filled();
+            Circle::new((x.values[point], y.values[point]), px(7), colour)
+        }))?;
+        chart.draw_series(results().map(|(point, _)| {
+            Circle::new(
+                (x.values[point], y.values[point]),
+                px(7),
+                INK.stroke_width(1),
+            )
+        }))?;
+    }
+    chart.draw_series(results().filter(|_| is_grid).map(|(point, result)| {
         let (left, right) = cell(&x_edges, x.values[point]);
         let (below, top) = cell(&y_edges, y.values[point]);
         Rectangle::new(
@@ -249,7 +278,13 @@ fn draw_map(
         labels: 98,
         font: 14,
     };
-    draw_colour_bar(&bar, &space, around((low, high), 0.0), viridis, &short)
+    draw_colour_bar(
+        &bar,
+        &space,
+        around((low, high), 0.0),
+        viridis,
+        (&short, None),
+    )
 }
 
 #[cfg(test)]
@@ -292,6 +327,16 @@ mod tests {
         assert!(curves.contains("1.00e1"), "a logarithmic axis");
         assert!(draw(&points(&[["x", "y"]])).is_err(), "no numbers");
         assert!(draw(&[]).is_err(), "no results");
+        // A grid with a run that failed is a map, points at random are dots.
+        let part = draw(&grid[..3]).unwrap();
+        assert!(
+            part.matches("<rect").count() > 3 + STEPS,
+            "cells and colours"
+        );
+        let random = ["1", "2", "3", "4", "5", "6"].map(|x| [x, x]);
+        let dots = draw(&points(&random)).unwrap();
+        assert_eq!(dots.matches("<circle").count(), 12, "each with its outline");
+        assert!(dots.matches("<rect").count() > STEPS, "a colour bar");
         // One point, and equal results, make no empty axes.
         draw(&points(&[["1", "5"]])).unwrap();
     }

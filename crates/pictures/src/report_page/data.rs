@@ -12,7 +12,7 @@ use super::inertia;
 use super::record::RunRecord;
 use super::track::Track;
 use crate::error::PictureError;
-use crate::flow_slice::{SliceFrame, body_surface, hatched, section, streamlines, walls};
+use crate::flow_slice::{SliceFrame, body_surface, section, streamlines, wall_lines};
 use crate::flow_slices::StoredSlice;
 use crate::packed;
 use crate::plot::{Quantity, body_colour, nearest_in_time};
@@ -238,7 +238,7 @@ fn slice(
             outlines.push(json!({ "body": number, "points": packed::floats(curve) }));
         }
     }
-    let walls = hatched(&walls(record.scene.domain(), &stored.plane), &stored.plane);
+    let walls = wall_lines(record.scene.domain(), &stored.plane);
     Some(json!({
         "time": stored.time,
         "plane": stored.plane,

@@ -32,8 +32,8 @@ pub fn lead(record: &RunRecord) -> String {
     )
 }
 
-/// Net displacement, work and the displacements of the bodies; energies and forces in fluids with
-/// inertia.
+/// Net displacement, work, efficiency and the displacements of the bodies; energies and forces in
+/// fluids with inertia.
 pub fn results(record: &RunRecord) -> String {
     let outcome = &record.outcome;
     let error = outcome.error_estimate.total();
@@ -60,10 +60,17 @@ pub fn results(record: &RunRecord) -> String {
     let mut html =
         "<table class=\"totals\"><caption>Totals, in the scene's units</caption><tbody>\n"
             .to_owned();
+    let efficiency = &record.summary["efficiency"];
+    let efficiency = efficiency["value"].as_f64().map(|value| {
+        let bar = efficiency["error"].as_f64();
+        let text = bar.map_or_else(|| two_digits(value), |bar| with_uncertainty(value, bar));
+        ("Lighthill efficiency".to_owned(), text, "")
+    });
     let of_inertia = inertia::results(&record.scene, outcome);
     for (label, value, unit) in entries
         .map(|(label, value, unit)| (label.to_owned(), value, unit))
         .into_iter()
+        .chain(efficiency)
         .chain(of_inertia)
     {
         let value = value.replace("+-", "±");

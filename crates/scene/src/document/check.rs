@@ -67,6 +67,10 @@ pub(super) fn check_value(places: &Places, value: &Value, path: &str) -> Result<
     }
 }
 
+/// What is said about elastic bodies.
+const RIGID: &str = "bodies are rigid, or deform as bodies[].deformation says; \
+                     links[].drive = \"spring\" makes a link elastic";
+
 /// Where thermal motion is.
 const THERMAL: &str = "fluid.thermal_energy is k_B T, by which spheres have thermal motion";
 
@@ -90,22 +94,10 @@ const QUANTITIES: [(&str, &str); 15] = [
     ("brownian", THERMAL),
     ("noise", THERMAL),
     ("boltzmann", THERMAL),
-    (
-        "elastic",
-        "bodies are rigid; links[].drive = \"spring\" makes a link elastic",
-    ),
-    (
-        "young",
-        "bodies are rigid; links[].drive = \"spring\" makes a link elastic",
-    ),
-    (
-        "flexible",
-        "bodies are rigid; links[].drive = \"spring\" makes a link elastic",
-    ),
-    (
-        "bending",
-        "bodies are rigid; links[].drive = \"spring\" makes a link elastic",
-    ),
+    ("elastic", RIGID),
+    ("young", RIGID),
+    ("flexible", RIGID),
+    ("bending", RIGID),
     (
         "stiffness",
         "links[].stiffness is that of a link with drive = \"spring\"",

@@ -328,14 +328,17 @@ impl Document {
     }
 
     /// Warnings to be shown to the user: about keys that have another name now, and, once a scene
-    /// was read from the document, about its files.
+    /// was read from the document, about its files and keys without effect.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
     /// Adds warnings about what the document names.
     pub(crate) fn warn(&mut self, warnings: Vec<String>) {
-        self.warnings.extend(warnings);
+        // A document that is read again, with another value, keeps those it has.
+        let new = |warning: &String| !self.warnings.contains(warning);
+        let new: Vec<String> = warnings.into_iter().filter(new).collect();
+        self.warnings.extend(new);
     }
 
     /// Whether a key such as `bodies[1].radius` has a value.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::checks::Checks;
+use crate::document::Document;
 use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::keys::DomainFile;
@@ -83,6 +84,32 @@ pub(super) fn domain(
             }
         }
     })
+}
+
+/// Warnings about lengths and files of other domains, which have no effect on this one.
+///
+/// They are no errors: `--set domain.kind=unbounded` leaves the radius of a ball where it is.
+pub(super) fn without_effect(document: &Document, file: &DomainFile) -> Vec<String> {
+    let kind = file.kind.unwrap_or_default();
+    let is_round = matches!(kind, DomainKind::Ball | DomainKind::Cylinder);
+    let is_box = matches!(kind, DomainKind::Box | DomainKind::Periodic);
+    let has_file = matches!(kind, DomainKind::Surface | DomainKind::Mesh);
+    let keys = [
+        ("radius", file.radius.is_some() && !is_round),
+        ("size", file.size.is_some() && !is_box),
+        ("file", file.file.is_some() && !has_file),
+        ("walls", file.walls.is_some() && kind != DomainKind::Mesh),
+    ];
+    let warning = |(key, _): (&str, bool)| {
+        let path = format!("domain.{key}");
+        let place = document.place(&path);
+        format!(
+            "{place}: {path} has no effect on kind = \"{}\"",
+            kind.word()
+        )
+    };
+    let unused = keys.into_iter().filter(|(_, is_unused)| *is_unused);
+    unused.map(warning).collect()
 }
 
 fn mesh_file(

@@ -128,6 +128,7 @@ fn scene(mut document: Document) -> Result<Scene, SceneError> {
     let name = stem.map(|stem| stem.to_string_lossy().into_owned());
     // Names of dots alone, as of the file `...toml`, are those of other folders.
     let name = name.filter(|name| name.chars().any(|c| c != '.'));
+    document.warn(domain::without_effect(&document, &file.domain));
     document.warn(surfaces.warnings);
     let scene = Scene {
         name: name.unwrap_or_else(|| "scene".to_owned()),

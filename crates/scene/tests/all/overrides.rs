@@ -51,6 +51,26 @@ fn overrides_change_every_kind_of_key() {
     assert_eq!(scene.domain().kind().word(), "box");
 }
 
+/// A radius of an unbounded domain was read without a word, as if the swimmer were in a ball.
+#[test]
+fn bug_keys_of_other_domains_had_no_effect_in_silence() {
+    let size = "domain.size=[100, 100, 100]";
+    let scene = set(TWO, &["domain.kind=unbounded", "domain.radius=9", size]).unwrap();
+    let warning = |key: &str, set: &str| {
+        format!("--set {set}: domain.{key} has no effect on kind = \"unbounded\"")
+    };
+    let expected = [warning("radius", "domain.radius=9"), warning("size", size)];
+    assert_eq!(scene.warnings(), expected);
+    // Once, also of scenes that are made from it.
+    assert_eq!(scene.with_cycles(3).unwrap().warnings(), expected);
+    assert!(
+        set(TWO, &["domain.radius=50"])
+            .unwrap()
+            .warnings()
+            .is_empty()
+    );
+}
+
 #[test]
 fn names_come_before_numbers_in_overrides() {
     // `bodies.1` is the body with the name "1", whatever its number.

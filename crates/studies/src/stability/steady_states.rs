@@ -36,11 +36,12 @@ pub fn map(quick: bool, store: &mut Store) -> Result<Map> {
 }
 
 fn solve(model: &str, reynolds: f64, body: &str) -> Result<SteadySolution, SwimError> {
-    solve_steady(&Scene::parse(&format!(
+    let scene = Scene::parse(&format!(
         "fluid = {{ density = {reynolds:?} }}\ndomain = {{ kind = \"ball\", radius = 10 }}\n\
          model.kind = \"{model}\"\nfem.size_factor = {SIZE_FACTOR}\n\
          bodies = [{{ name = \"s\", radius = 1, position = [0, 0, 0], {body} }}]"
-    ))?)
+    ))?;
+    solve_steady(&scene, &mut ())
 }
 
 /// Both models for one Reynolds number.

@@ -117,7 +117,7 @@ fn steady(model: Model, density: f64, body: &str) -> Result<(swimmer::SteadySolu
          bodies = [{{ name = \"s\", radius = 1, position = [0, 0, 0], {body} }}]",
         model.keys
     ))?;
-    Ok((solve_steady(&scene)?, cost(clock)))
+    Ok((solve_steady(&scene, &mut ())?, cost(clock)))
 }
 
 /// Speeds of a sphere that is released in a ball, before it has moved far.

@@ -11,6 +11,7 @@ use models::{
 use scene::{DomainKind, ModelKind, Scene, Shape};
 
 use crate::integrate::velocity_tolerance;
+use crate::observer::Progress;
 use sphere_model::{ModelForSpheres, choose_for_spheres, expansion_for_tolerance, model_for_noise};
 
 pub use tables::with_tables;
@@ -26,7 +27,7 @@ pub struct Choice {
 }
 
 /// How a run or a solution gets the model of a scene.
-pub type ModelOfScene<'a> = &'a dyn Fn(&Scene) -> Result<Choice, ModelError>;
+pub type ModelOfScene<'a> = &'a dyn Fn(&Scene, &mut dyn Progress) -> Result<Choice, ModelError>;
 
 impl Choice {
     /// The choice of a model, for one sentence per reason.
@@ -45,13 +46,21 @@ impl Choice {
 /// supported, with the alternative; for a fluid with inertia or thermal noise, which has a motion
 /// in time only ([`choose_for_run`]).
 pub fn choose(scene: &Scene) -> Result<Choice, ModelError> {
-    check_no_inertia(scene)?;
-    check_no_noise(scene)?;
-    choose_checked(scene)
+    choose_for_start(scene, &mut ())
 }
 
-fn choose_checked(scene: &Scene) -> Result<Choice, ModelError> {
-    let choice = choose_unchecked(scene)?;
+/// The model of [`choose`], with progress: trials of models are work.
+///
+/// # Errors
+/// Those of [`choose`].
+pub fn choose_for_start(scene: &Scene, progress: &mut dyn Progress) -> Result<Choice, ModelError> {
+    check_no_inertia(scene)?;
+    check_no_noise(scene)?;
+    choose_checked(scene, progress)
+}
+
+fn choose_checked(scene: &Scene, progress: &mut dyn Progress) -> Result<Choice, ModelError> {
+    let choice = choose_unchecked(scene, progress)?;
     let capabilities = choice.model.capabilities();
     capabilities.check_deformations(scene, choice.model.name())?;
     capabilities.check_rheology(scene, choice.model.name())?;
@@ -59,7 +68,7 @@ fn choose_checked(scene: &Scene) -> Result<Choice, ModelError> {
     Ok(choice)
 }
 
-fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
+fn choose_unchecked(scene: &Scene, progress: &mut dyn Progress) -> Result<Choice, ModelError> {
     let is_mesh_free = matches!(
         scene.domain().kind(),
         DomainKind::Unbounded | DomainKind::Ball | DomainKind::Wall
@@ -143,7 +152,7 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
             spheres(SphereModel::Rpy, reasons)
         }
         ModelKind::Auto if serves_spheres => {
-            let choice = choose_for_spheres(scene)?;
+            let choice = choose_for_spheres(scene, progress)?;
             match choice.model {
                 ModelForSpheres::MeshFree(kind) => spheres(kind, choice.reasons),
                 ModelForSpheres::MeridianPlane => Ok(Choice {
@@ -174,14 +183,14 @@ fn choose_unchecked(scene: &Scene) -> Result<Choice, ModelError> {
     }
 }
 
-/// The model of a run: that of [`choose`], or elements whose flow is integrated in time if the
-/// fluid has inertia.
+/// The model of a run: that of [`choose_for_start`], or elements whose flow is integrated in time
+/// if the fluid has inertia.
 ///
 /// # Errors
 /// Those of [`choose`]; a model without elements for a fluid with inertia.
-pub fn choose_for_run(scene: &Scene) -> Result<Choice, ModelError> {
+pub fn choose_for_run(scene: &Scene, progress: &mut dyn Progress) -> Result<Choice, ModelError> {
     if !scene.inertia().is_kept() {
-        return choose_checked(scene);
+        return choose_checked(scene, progress);
     }
     let mut reasons = vec![
         scene.describe_arrangement(),

@@ -12,6 +12,7 @@ use scene::{DomainKind, GeometryKind, Scene};
 use super::target::LARGEST_CURVED_BAR;
 use super::trial::{self, Evaluation, MAX_TRIAL_PHASES};
 use crate::integrate::{TYPICAL_SOLVES_PER_SPAN, velocity_tolerance};
+use crate::observer::Progress;
 
 /// A kind of model for a scene of spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,12 +131,17 @@ const FAILED_TRIAL: &str = "the trial of the gait failed before its end";
 /// net displacement of one cycle, through at most [`MAX_TRIAL_PHASES`] shapes, or the initial
 /// velocities for scenes without a gait or with many spheres. With slip or a background flow, or
 /// where a stroke would take too long, expansions are judged by their own error bars at the start.
+/// Where velocities are given, the forces that hold the bodies are compared too; only models that
+/// are rougher than the tolerance asks for are refused by them.
 ///
 /// # Errors
 /// A scene for which the reference fails.
-pub(super) fn choose_for_spheres(scene: &Scene) -> Result<SphereModelChoice, ModelError> {
+pub(super) fn choose_for_spheres(
+    scene: &Scene,
+    progress: &mut dyn Progress,
+) -> Result<SphereModelChoice, ModelError> {
     let tolerance = scene.working_tolerance();
-    let compared = match compare(scene, TOLERANCE_SHARE * tolerance) {
+    let compared = match compare(scene, TOLERANCE_SHARE * tolerance, progress) {
         Ok(compared) => compared,
         // Gaps too narrow for expansions, for example.
         Err(error) if AxisymmetricModel::supports(scene) => {
@@ -147,14 +153,14 @@ pub(super) fn choose_for_spheres(scene: &Scene) -> Result<SphereModelChoice, Mod
     let symmetry = scene.describe_arrangement();
     let words = compared.words.clone();
     if *met == Some(false) {
-        return beyond_expansions(scene, &compared);
+        return beyond_expansions(scene, &compared, progress);
     }
     if chosen.seconds > TRIAL_SECONDS && AxisymmetricModel::supports(scene) {
         // Tenths of a second.
         return Ok(in_meridian_plane(scene, words));
     }
     let run = chosen.seconds * typical_solves(scene) as f64;
-    if let Some(elements) = faster_elements(scene, run) {
+    if let Some(elements) = faster_elements(scene, run, progress) {
         return Ok(SphereModelChoice {
             model: ModelForSpheres::Elements,
             reasons: vec![
@@ -201,11 +207,17 @@ fn in_meridian_plane(scene: &Scene, why: String) -> SphereModelChoice {
 fn beyond_expansions(
     scene: &Scene,
     compared: &Comparison,
+    progress: &mut dyn Progress,
 ) -> Result<SphereModelChoice, ModelError> {
     let allowed = TOLERANCE_SHARE * scene.working_tolerance();
     let why = format!("{}; {allowed:.1e} is allowed", compared.words);
     // On an axis without slip, expansions resolve all gaps along a stroke to rounding.
     if AxisymmetricModel::supports(scene) && !compared.of_stroke {
+        progress.works(
+            "choosing the model: velocities in the meridian plane",
+            0.0,
+            0.0,
+        );
         let mut plane = AxisymmetricModel::new(scene)?.with_accuracy(velocity_tolerance(scene));
         // A gap that is too narrow for its triangles too leaves the best expansion.
         if let Ok(Some(found)) = trial::at_start(scene, &mut plane)
@@ -250,7 +262,7 @@ fn can_use_elements(scene: &Scene) -> bool {
 /// elements meet the tolerance.
 ///
 /// Only in balls, whose walls elements have: they represent unbounded fluid by a large ball.
-fn faster_elements(scene: &Scene, by_expansions: f64) -> Option<f64> {
+fn faster_elements(scene: &Scene, by_expansions: f64, progress: &mut dyn Progress) -> Option<f64> {
     let is_accurate = scene.working_tolerance() >= LARGEST_CURVED_BAR
         && scene.fem().geometry == GeometryKind::Curved;
     let is_long = by_expansions > LONG_RUN_SECONDS;
@@ -260,6 +272,11 @@ fn faster_elements(scene: &Scene, by_expansions: f64) -> Option<f64> {
     }
     // Elements that cannot be used, in a gap for example, are no faster.
     let mut elements = FemModel::new(scene).ok()?;
+    progress.works(
+        "choosing the model: a mesh for the cost of elements",
+        0.0,
+        0.0,
+    );
     let per_solve = elements
         .cost(start(scene, &scene.initial_state()))
         .ok()?
@@ -279,7 +296,11 @@ fn start<'a>(scene: &'a Scene, state: &'a rigid::State) -> Configuration<'a> {
 }
 
 /// Tries the candidates, in the order of their predicted cost.
-fn compare(scene: &Scene, allowed: f64) -> Result<Comparison, ModelError> {
+fn compare(
+    scene: &Scene,
+    allowed: f64,
+    progress: &mut dyn Progress,
+) -> Result<Comparison, ModelError> {
     let tolerance = scene.working_tolerance();
     let state = scene.initial_state();
     let has_surfaces = scene.has_surface_velocity() || scene.deforms();
@@ -349,25 +370,46 @@ fn compare(scene: &Scene, allowed: f64) -> Result<Comparison, ModelError> {
         Trial::Stroke(stroke) => trial::follow(stroke, kind),
         Trial::Start | Trial::Bars => trial::at_start(scene, &mut SpheresModel::new(scene, kind)?),
     };
+    let quantity = match (&trial, scene.has_held_bodies()) {
+        (Trial::Stroke(_), false) => "net displacement",
+        (Trial::Stroke(_), true) => "net displacement and mean loads",
+        (Trial::Start, true) => "initial velocities and loads",
+        _ => "initial velocities",
+    };
+    // All candidates at most: the first that meets the tolerance is the last.
+    let mut costs = candidates.iter().map(cost).sum::<f64>();
+    let mut done = 0.0;
+    let mut begins = |candidate: &Candidate, costs: f64| {
+        let kind = candidate.kind.describe();
+        let work = format!("choosing the model: {quantity} by {kind}");
+        progress.works(&work, done, done + costs);
+        done += cost(candidate);
+    };
     let standard = match trial {
         Trial::Bars => None,
-        _ => match evaluate(reference.kind)? {
-            Some(standard) => Some(standard),
-            // A stroke with a collision, for example: the run itself reports it with its place.
-            None => return Ok(untried(fine, FAILED_TRIAL)),
-        },
-    };
-    let quantity = match trial {
-        Trial::Stroke(_) => "net displacement",
-        _ => "initial velocities",
+        _ => {
+            begins(&reference, cost(&reference) + costs);
+            match evaluate(reference.kind)? {
+                Some(standard) => Some(standard),
+                // A stroke with a collision, for example: the run itself reports it with its place.
+                None => return Ok(untried(fine, FAILED_TRIAL)),
+            }
+        }
     };
     let mut words = Vec::new();
     let mut best: Option<(Candidate, f64)> = None;
     let last = (fine.seconds + reference.seconds <= TRIAL_SECONDS).then_some(reference);
     for candidate in candidates.into_iter().chain(last) {
         let kind = candidate.kind.describe();
+        // The reference is known.
+        if standard.is_none() || candidate.kind != reference.kind {
+            begins(&candidate, costs);
+            costs -= cost(&candidate);
+        }
+        let is_rough = candidate.kind != fine.kind;
         // A less accurate model may fail for close spheres, or not support the domain.
-        let Ok(Some(found)) = evaluate_once(candidate, reference, &standard, &evaluate) else {
+        let Ok(Some(found)) = evaluate_once((candidate, is_rough), reference, &standard, &evaluate)
+        else {
             words.push(format!("{kind}: failed"));
             continue;
         };
@@ -395,17 +437,22 @@ fn compare(scene: &Scene, allowed: f64) -> Result<Comparison, ModelError> {
 /// Largest of the error bar of a candidate and of its difference from the standard, relative; that
 /// of the reference is known from the standard.
 fn evaluate_once(
-    candidate: Candidate,
+    (candidate, is_rough): (Candidate, bool),
     reference: Candidate,
     standard: &Option<Evaluation>,
     evaluate: &dyn Fn(SphereModel) -> Result<Option<Evaluation>, ModelError>,
 ) -> Result<Option<f64>, ModelError> {
     match standard {
         Some(standard) if candidate.kind == reference.kind => Ok(Some(standard.error_bar)),
-        Some(standard) => {
-            Ok(evaluate(candidate.kind)?
-                .map(|found| found.difference(standard).max(found.error_bar)))
-        }
+        Some(standard) => Ok(evaluate(candidate.kind)?.map(|found| {
+            let error = found.difference(standard).max(found.error_bar);
+            // Prescribed velocities have no error, forces by rough models a large one; those of the
+            // finest candidate are as good as they can be.
+            match is_rough {
+                true => error.max(found.error_of_loads(standard)),
+                false => error,
+            }
+        })),
         None => Ok(evaluate(candidate.kind)?.map(|found| found.error_bar)),
     }
 }

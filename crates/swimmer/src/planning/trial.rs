@@ -20,12 +20,37 @@ pub(super) struct Evaluation {
     /// Scale of the relative error, also where the value vanishes, as the net displacement of a
     /// reciprocal stroke does.
     scale: f64,
+    /// The forces that hold bodies whose velocity is given, which no model changes.
+    loads: Option<Box<Self>>,
 }
 
 impl Evaluation {
     /// Difference from a more accurate evaluation, relative to its scale.
     pub fn difference(&self, reference: &Self) -> f64 {
         (&self.value - &reference.value).norm() / reference.scale
+    }
+
+    /// Largest of the error bar of the loads and of their difference from a more accurate
+    /// evaluation, relative to their scale; zero without loads.
+    pub fn error_of_loads(&self, reference: &Self) -> f64 {
+        match (&self.loads, &reference.loads) {
+            (Some(loads), Some(exact)) => loads.difference(exact).max(loads.error_bar),
+            _ => 0.0,
+        }
+    }
+
+    /// Forces on bodies; their scale is at least `scale`. None without forces.
+    fn of_forces(forces: Vec<Vector3<f64>>, bar: f64, scale: f64) -> Option<Box<Self>> {
+        let value = DVector::from_iterator(3 * forces.len(), forces.iter().flatten().copied());
+        let scale = scale.max(value.norm());
+        (scale > 0.0).then(|| {
+            Box::new(Self {
+                value,
+                error_bar: bar / scale,
+                scale,
+                loads: None,
+            })
+        })
     }
 }
 
@@ -125,12 +150,25 @@ pub(super) fn follow(stroke: &Scene, kind: SphereModel) -> Result<Option<Evaluat
         longest
     };
     let scale = if scale > 0.0 { scale } else { 1.0 };
+    let loads = outcome.mean_holding().and_then(|means| {
+        let forces = means.bodies.iter().map(|load| load.force).collect();
+        let solved = (outcome.samples.iter()).filter_map(|sample| sample.bodies.as_deref());
+        let largest = solved.flatten().map(|body| body.force.norm());
+        // Means that vanish, of reciprocal strokes.
+        let least = MEAN_SHARE * largest.fold(0.0, f64::max);
+        Evaluation::of_forces(forces, means.force_error.model.unwrap_or(0.0), least)
+    });
     Ok(Some(Evaluation {
         value: DVector::from_column_slice(net.as_slice()),
         error_bar: outcome.error_estimate.model.unwrap_or(0.0) / scale,
         scale,
+        loads,
     }))
 }
+
+/// Least scale of mean forces relative to the largest force along the stroke: means of reciprocal
+/// strokes vanish, and no model has them to a part of this.
+const MEAN_SHARE: f64 = 1e-3;
 
 /// Velocities at the start of a scene by one model, or forces where nothing moves; none if the
 /// start fails for another reason than the model.
@@ -151,6 +189,7 @@ pub(super) fn at_start(
             value: DVector::from_iterator(3 * vectors.len(), vectors.iter().flatten().copied()),
             error_bar: bar / scale,
             scale,
+            loads: None,
         })
     };
     let bodies = &solution.bodies;
@@ -167,19 +206,22 @@ pub(super) fn at_start(
         .map(|force| force.norm())
         .fold(0.0, f64::hypot);
     let rounding = ROUNDING * surface_speed(scene);
-    Ok(
-        evaluation(velocities, speed, solution.error_estimate.total(), rounding)
-            .or_else(|| {
-                let size = scene.bodies().iter().map(|body| body.bounding_radius());
-                let rounding = scene.viscosity() * size.fold(0.0, f64::max) * rounding;
-                evaluation(forces, force, solution.force_error.total(), rounding)
-            })
-            .or(Some(Evaluation {
-                value: DVector::zeros(3 * bodies.len()),
-                error_bar: 0.0,
-                scale: 1.0,
-            })),
-    )
+    let loads = (scene.has_held_bodies())
+        .then(|| Evaluation::of_forces(forces.clone(), solution.force_error.total(), 0.0))
+        .flatten();
+    let found = evaluation(velocities, speed, solution.error_estimate.total(), rounding)
+        .or_else(|| {
+            let size = scene.bodies().iter().map(|body| body.bounding_radius());
+            let rounding = scene.viscosity() * size.fold(0.0, f64::max) * rounding;
+            evaluation(forces, force, solution.force_error.total(), rounding)
+        })
+        .or(Some(Evaluation {
+            value: DVector::zeros(3 * bodies.len()),
+            error_bar: 0.0,
+            scale: 1.0,
+            loads: None,
+        }));
+    Ok(found.map(|found| Evaluation { loads, ..found }))
 }
 
 /// Rounding of velocities that a surface flow causes, relative to its own.

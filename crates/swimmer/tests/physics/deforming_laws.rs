@@ -223,10 +223,10 @@ fn laws_and_deformations_need_elements_in_space() {
             carreau(1.0, 0.5)
         )
     };
-    let choice = choose_for_run(&Scene::parse(&text("auto")).unwrap()).unwrap();
+    let choice = choose_for_run(&Scene::parse(&text("auto")).unwrap(), &mut ()).unwrap();
     assert_eq!(choice.model.name(), "fem");
     for kind in ["axisymmetric", "multipole"] {
-        let error = choose_for_run(&Scene::parse(&text(kind)).unwrap())
+        let error = choose_for_run(&Scene::parse(&text(kind)).unwrap(), &mut ())
             .err()
             .unwrap();
         contains(kind, &error.to_string(), &["scene.toml:1", "fem"]);

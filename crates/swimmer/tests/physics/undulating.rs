@@ -229,7 +229,9 @@ fn steady_states_refuse_bodies_that_deform() {
         bodies = [{ name = \"worm\", shape = \"tube\", length = 6, radius = 0.3, \
         position = [0, 0, 0], deformation = { kind = \"undulation\", amplitude = 0.5 } }]";
     let scene = Scene::parse(text).unwrap();
-    let refused = swimmer::solve_steady(&scene).map(|_| ()).unwrap_err();
+    let refused = swimmer::solve_steady(&scene, &mut ())
+        .map(|_| ())
+        .unwrap_err();
     assert_eq!(refused.exit_code(), 2);
     let refused = refused.to_string();
     assert!(

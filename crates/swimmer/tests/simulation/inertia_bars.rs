@@ -70,11 +70,10 @@ fn bug_bars_of_starts_shorter_than_layers_grow_through_elements_were_too_small()
 fn bug_given_forces_of_steady_states_in_the_meridian_plane_had_bars() {
     let fluid = "law = \"herschel-bulkley\", consistency = 1, index = 0.7, yield_stress = 1, \
                  regularisation = 1e-2, density = 1";
-    let steady = solve_steady(&parsed(&in_ball(
-        "axisymmetric",
-        fluid,
-        "force = [1, 0, 0]",
-    )));
+    let steady = solve_steady(
+        &parsed(&in_ball("axisymmetric", fluid, "force = [1, 0, 0]")),
+        &mut (),
+    );
     let solution = steady.unwrap().solution;
     let force = solution.bodies[0].force.x;
     within(force - 1.0, 1e-6, "the given force");
@@ -100,12 +99,13 @@ fn bug_steady_states_had_estimates_that_were_off() {
         "velocity = [1, 0, 0]",
     );
     let off = format!("{text}fem = {{ size_factor = 1.75, estimates = \"off\" }}");
-    let solution = solve_steady(&parsed(&off)).unwrap().solution;
+    let solution = solve_steady(&parsed(&off), &mut ()).unwrap().solution;
     assert_eq!(solution.force_error.mesh, None);
     // The effect of the regularisation costs one solve, and is estimated always.
     assert!(solution.force_error.model.is_some_and(|bar| bar > 0.0));
     let stokes = off.replace(", density = 1", "");
-    let start = solve_start_with_terms(parsed(&stokes), &swimmer::choose).unwrap();
+    let start =
+        solve_start_with_terms(parsed(&stokes), &swimmer::choose_for_start, &mut ()).unwrap();
     assert_eq!(start.solution.force_error.model, None);
 }
 
@@ -157,14 +157,14 @@ fn bug_auto_neglected_laws_where_velocities_are_given() {
     let fluid = "law = \"carreau\", zero_shear_viscosity = 1, relaxation_time = 1, index = 0.5, \
                  rheology = \"auto\"";
     let text = in_ball("axisymmetric", fluid, "velocity = [1, 0, 0]");
-    let start = solve_start_with_terms(parsed(&text), &swimmer::choose).unwrap();
+    let start = solve_start_with_terms(parsed(&text), &swimmer::choose_for_start, &mut ()).unwrap();
     assert!(start.decision.unwrap().contains("kept"));
     let full = text.replace("auto", "full");
-    let full = solve_start_with_terms(parsed(&full), &swimmer::choose).unwrap();
+    let full = solve_start_with_terms(parsed(&full), &swimmer::choose_for_start, &mut ()).unwrap();
     let [auto, full] = [start.solution, full.solution].map(|s| s.bodies[0].force.x);
     assert_eq!(auto, full);
     let steady = text.replace("rheology", "density = 1, rheology");
-    let error = solve_steady(&parsed(&steady)).unwrap_err();
+    let error = solve_steady(&parsed(&steady), &mut ()).unwrap_err();
     assert!(error.to_string().contains("fluid.rheology"), "{error}");
 }
 
@@ -181,7 +181,9 @@ fn bug_steady_states_without_a_solution_had_no_remedy() {
             "velocity = [1, 0, 0]",
         );
         let text = format!("{text}fem = {{ {keys} size_factor = 1.75 }}");
-        let error = solve_steady(&parsed(&text)).unwrap_err().to_string();
+        let error = solve_steady(&parsed(&text), &mut ())
+            .unwrap_err()
+            .to_string();
         assert!(error.contains(remedy), "{error}");
     }
 }

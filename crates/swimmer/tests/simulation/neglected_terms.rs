@@ -13,7 +13,8 @@ use nalgebra::{Complex, Vector3};
 use scene::RheologyKind;
 use swimmer::models;
 use swimmer::{
-    Choice, NeglectedEffect, Scene, choose, run_with, run_without_files, solve_start_with_terms,
+    Choice, NeglectedEffect, Progress, Scene, choose_for_start, run_with, run_without_files,
+    solve_start_with_terms,
 };
 use testkit::{SceneText, contains, within};
 
@@ -85,7 +86,7 @@ impl NeglectedTerms for Known {
 /// The effect on the displacement of a run with the known effect of inertia.
 fn effect(text: SceneText) -> NeglectedEffect {
     let scene = text.with("fluid.density", 0.1).scene();
-    let model = |scene: &Scene| {
+    let model = |scene: &Scene, _: &mut dyn Progress| {
         let model = SpheresModel::new(scene, SphereModel::Rpy)?;
         Ok(Choice::new(Box::new(Known(model)), Vec::new()))
     };
@@ -324,7 +325,9 @@ fn auto_keeps_a_viscosity_law_where_it_matters() {
         let says = |reason: &String| reason.starts_with("the viscosity law neglected: ");
         assert_eq!(report.reasons.iter().any(says), is_neglected);
         assert_eq!(report.neglected.is_empty(), !is_neglected);
-        let start = solve_start_with_terms(thinning_squirmer(time, "auto"), &choose).unwrap();
+        let start =
+            solve_start_with_terms(thinning_squirmer(time, "auto"), &choose_for_start, &mut ())
+                .unwrap();
         let decision = start.decision.unwrap();
         let word = if is_neglected { "neglected" } else { "kept" };
         contains(

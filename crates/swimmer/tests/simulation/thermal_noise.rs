@@ -173,7 +173,7 @@ fn instants_other_methods_and_other_models_are_refused() {
     for part in ["scene.toml:2", "one instant", "swim run"] {
         assert!(error.contains(part), "{error}");
     }
-    let mut model = choose_for_run(&noisy).unwrap().model;
+    let mut model = choose_for_run(&noisy, &mut ()).unwrap().model;
     for method in [
         Method::Collocation,
         Method::RungeKutta,
@@ -201,7 +201,7 @@ fn instants_other_methods_and_other_models_are_refused() {
         ),
     ] {
         let scene = Scene::parse(&format!("fluid.thermal_energy = 1\n{text}")).unwrap();
-        let error = choose_for_run(&scene).err().unwrap().to_string();
+        let error = choose_for_run(&scene, &mut ()).err().unwrap().to_string();
         assert!(
             error.contains("scene.toml:1") && error.contains("use spheres"),
             "{part}: {error}"
@@ -218,7 +218,7 @@ fn spheres_are_moved_by_expansions_where_these_are_cheap_and_by_rpy_in_crowds() 
     let model = |count: usize, keys: &str| {
         let bodies: String = (0..count).map(body).collect();
         let text = format!("fluid.thermal_energy = 1\n{keys}\nbodies = [\n{bodies}]\n");
-        choose_for_run(&Scene::parse(&text).unwrap())
+        choose_for_run(&Scene::parse(&text).unwrap(), &mut ())
             .unwrap()
             .model
             .name()

@@ -209,7 +209,8 @@ fn bug_a_step_that_was_not_solved_was_not_repeated_with_half_its_length() {
 
 #[test]
 fn the_meridian_plane_is_chosen_where_it_has_the_scene() {
-    let chosen = |text: &str| choose_for_run(&parsed(text)).map(|choice| choice.model.name());
+    let chosen =
+        |text: &str| choose_for_run(&parsed(text), &mut ()).map(|choice| choice.model.name());
     assert_eq!(chosen(RELEASED).unwrap(), "axisymmetric");
     assert_eq!(chosen(&in_space(RELEASED)).unwrap(), "fem");
     let off_axis = RELEASED.replace("position = [0, 0, 0]", "position = [1, 0, 0]");
@@ -291,7 +292,7 @@ fn formulations_agree_in_a_fluid_with_inertia() {
             &format!("fem = {{ rtol = 1e-11, formulation = \"{formulation}\", "),
         );
         let scene = parsed(&text);
-        let mut model = choose_for_run(&scene).unwrap().model;
+        let mut model = choose_for_run(&scene, &mut ()).unwrap().model;
         simulate(&scene, model.as_mut(), Method::Unsteady, &mut ()).unwrap()
     };
     let reference = run("p-tilde");
@@ -378,7 +379,7 @@ fn steady_states(kind: &str, accuracy: f64) {
         (5.0, 1.875208422),
         (10.0, 2.34372910),
     ] {
-        let steady = solve_steady(&scene(density, held)).unwrap();
+        let steady = solve_steady(&scene(density, held), &mut ()).unwrap();
         let force = steady.solution.bodies[0].force.x / (6.0 * PI);
         let bar = steady.solution.force_error.total() / (6.0 * PI);
         let what = format!("force by {kind} at density {density}");
@@ -400,7 +401,7 @@ fn steady_states(kind: &str, accuracy: f64) {
             "slip = {{ b1 = 1.5, b2 = {}, axis = [1, 0, 0] }}",
             1.5 * beta
         );
-        let steady = solve_steady(&scene(density, &slip)).unwrap();
+        let steady = solve_steady(&scene(density, &slip), &mut ()).unwrap();
         let speed = steady.solution.bodies[0].velocity.x;
         let bar = steady.solution.error_estimate.total();
         within(
@@ -430,7 +431,7 @@ fn bug_bars_of_steady_squirmers_on_coarse_meshes_were_too_small() {
                  slip = {{ b1 = 1.5, b2 = {}, axis = [1, 0, 0] }} }}]",
                 1.5 * beta
             ));
-            let solution = solve_steady(&scene).unwrap().solution;
+            let solution = solve_steady(&scene, &mut ()).unwrap().solution;
             let bar = solution.error_estimate.mesh.unwrap();
             (solution.bodies[0].velocity.x, bar)
         };
@@ -475,7 +476,7 @@ fn bug_a_pulled_sphere_in_space_above_a_reynolds_number_of_18_had_no_steady_stat
                  bodies = [{{ name = \"s\", radius = 1, position = [0, 0, 0], force = [{}, 0, 0] }}]",
                 6.0 * PI * force
             ));
-            let steady = solve_steady(&scene).unwrap();
+            let steady = solve_steady(&scene, &mut ()).unwrap();
             let bar = steady.solution.error_estimate.total();
             (steady.solution.bodies[0].velocity.x, bar)
         });
@@ -521,17 +522,17 @@ fn inertia_together_with_a_law_has_the_units_of_the_scene() {
         ))
     };
     let held = "velocity = [0.5, 0, 0], angular_velocity = [0, 0, 0]";
-    let steady = solve_steady(&scene("auto", held)).unwrap();
+    let steady = solve_steady(&scene("auto", held), &mut ()).unwrap();
     let force = steady.solution.bodies[0].force.x;
     let exact = unit.forces[0] * viscosity * radius * speed;
     let bar = steady.solution.force_error.total() + 1e-6 * exact;
     within(force - exact, bar, "force at a given speed");
     within(steady.reynolds - 0.5, 1e-12, "ρ a U / μ");
     let driven = format!("force = [{force:?}, 0, 0]");
-    let steady = solve_steady(&scene("axisymmetric", &driven)).unwrap();
+    let steady = solve_steady(&scene("axisymmetric", &driven), &mut ()).unwrap();
     let found = steady.solution.bodies[0].velocity.x;
     within(found - speed, 1e-6 * speed, "speed under that force");
-    let steady = solve_steady(&scene("fem", &driven)).unwrap();
+    let steady = solve_steady(&scene("fem", &driven), &mut ()).unwrap();
     let bar = steady.solution.error_estimate.total();
     let found = steady.solution.bodies[0].velocity.x;
     within(found - speed, bar, "speed by elements in space");
@@ -550,7 +551,7 @@ fn check_drags_that_thin(size_factor: f64, accuracy: f64) {
                  bodies = [{{ name = \"s\", radius = 1, position = [0, 0, 0], \
                  velocity = [1, 0, 0], angular_velocity = [0, 0, 0] }}]"
             ));
-            let steady = solve_steady(&scene).unwrap();
+            let steady = solve_steady(&scene, &mut ()).unwrap();
             let bar = steady.solution.force_error.total();
             (steady.solution.bodies[0].force.x, bar, steady.iterations)
         });
@@ -749,7 +750,7 @@ fn scenes_without_a_steady_state_are_refused() {
             "domain.kind",
         ),
     ] {
-        let error = solve_steady(&parsed(&format!("{text}{free}"))).unwrap_err();
+        let error = solve_steady(&parsed(&format!("{text}{free}")), &mut ()).unwrap_err();
         assert_eq!(error.exit_code(), 2);
         assert!(error.to_string().contains(key), "{key}: {error}");
     }
@@ -772,7 +773,7 @@ fn the_work_of_a_squirmer_is_exact() {
     let bar = outcome.work_error.total();
     within(outcome.work - exact, bar, "work of a squirmer");
     assert!(bar < 1e-2 * exact, "{bar}");
-    let steady = solve_steady(&parsed(text)).unwrap().solution;
+    let steady = solve_steady(&parsed(text), &mut ()).unwrap().solution;
     let bar = steady.power_error.total();
     // the Reynolds number is 5e-4, the effect on the power of second order
     within(
