@@ -151,16 +151,16 @@ pub enum HydroError {
     },
     /// A solution by expansions that would take too much memory or time.
     #[error(
-        "{dofs} multipoles would take {mib:.0} MiB and {seconds:.0} s on two cores, at most \
-         {most_mib:.0} MiB and {longest:.0} s are allowed: use fewer spheres, wider gaps, a higher \
-         tolerance, or the model of Rotne, Prager and Yamakawa"
+        "{dofs} multipoles would take {mib:.0} MiB and {seconds:.0} s on two cores, or more; at \
+         most {most_mib:.0} MiB and {longest:.0} s are allowed: use fewer spheres, wider gaps, a \
+         higher tolerance, or the model of Rotne, Prager and Yamakawa"
     )]
     TooCostly {
         /// Number of multipoles.
         dofs: usize,
         /// Memory that they would take, in MiB.
         mib: f64,
-        /// Predicted time.
+        /// Predicted time in seconds.
         seconds: f64,
         /// Memory that is allowed, in MiB.
         most_mib: f64,

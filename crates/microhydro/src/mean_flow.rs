@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, Const, DVector, Matrix3, OMatrix, U3, Vector3};
 
 use crate::HydroError;
 
-/// FlowColumns of three, one for each direction.
+/// Three columns, one for each direction.
 pub(crate) type FlowColumns = OMatrix<f64, nalgebra::Dyn, U3>;
 
 /// Mean of the squares of a direction's multipliers, of all spheres, below which all spheres are

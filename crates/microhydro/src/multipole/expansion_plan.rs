@@ -34,6 +34,9 @@ const NEGLECTED: f64 = 1e-2;
 /// By how much [`Variant::Lowered`] is lower.
 pub(super) const LOWERED: usize = 2;
 
+/// Degrees that have all azimuthal numbers: their couplings cost less than the rotations of pairs.
+const ALWAYS_REGULAR: usize = 8;
+
 /// Highest order of an expansion: that of a gap of [`NARROWEST`] at a tolerance of 1e-5.
 const MAX_ORDER: usize = 560;
 
@@ -90,6 +93,21 @@ const PRODUCT_RATE: f64 = 9e9;
 const LONGEST_SECONDS: f64 = 3600.0;
 
 impl ExpansionCost {
+    /// Cost of so many pairs to a relative residual, if they had the lowest orders.
+    fn least(spheres: usize, pairs: f64, residual: f64) -> Self {
+        let dofs = spheres
+            * (Modes {
+                order: LOWEST_ORDER,
+            })
+            .len();
+        let product = pairs * pair_product::operations([LOWEST_ORDER; 2], LOWEST_ORDER) as f64;
+        Self {
+            dofs,
+            mib: memory::mib(PAIR * pairs + VECTORS * dofs as f64),
+            seconds: SOLUTIONS * ITERATIONS * -residual.ln() * product / PRODUCT_RATE,
+        }
+    }
+
     /// # Errors
     /// [`HydroError::TooCostly`].
     pub(super) fn check(&self) -> Result<(), HydroError> {
@@ -198,7 +216,7 @@ impl Plan {
         let neighbours = match period {
             None => {
                 // before the list of all pairs
-                memory::check(0.5 * (n as f64).powi(2) * PAIR, 11.0 * n as f64)?;
+                ExpansionCost::least(n, 0.5 * (n as f64).powi(2), tolerance).check()?;
                 Neighbours::all(spheres)
             }
             Some(size) => {
@@ -207,7 +225,7 @@ impl Plan {
                 let within = |reach: f64| {
                     // 4.2 is a little more than 4π/3
                     let images = (n as f64).powi(2) * 4.2 * reach.powi(3) / size.product();
-                    memory::check(0.5 * images * PAIR, 11.0 * n as f64)?;
+                    ExpansionCost::least(n, 0.5 * images, tolerance).check()?;
                     Ok(Neighbours::within(reach, spheres, size))
                 };
                 let nearest = within((NEAR * largest).max(1.001 * size.min()))?;
@@ -271,7 +289,9 @@ impl Plan {
                 // all that are not neglected, also by `Variant::Lowered`
                 true => own.map(|order| order + LOWERED),
                 // others are less singular in a gap than those of its axis
-                false => gap.xi.map(|xi| truncation::order_of_decay(xi, target)),
+                false => gap
+                    .xi
+                    .map(|xi| truncation::order_of_decay(xi, tolerance).max(ALWAYS_REGULAR)),
             };
             let [source, target] = if own[0] < own[1] { [1, 0] } else { [0, 1] };
             let sense = if source == 0 { 1.0 } else { -1.0 };

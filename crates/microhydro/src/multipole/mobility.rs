@@ -121,7 +121,8 @@ pub struct MultipoleMobility<'a> {
 
 impl<'a> MultipoleMobility<'a> {
     /// Predicted cost of a solution with its error bar to a relative `residual`, in unbounded fluid
-    /// or in a periodic box. Cost: some hundred operations for each pair.
+    /// or in a periodic box; the least one where that is larger than is allowed. Cost: some hundred
+    /// operations for each pair.
     ///
     /// # Errors
     /// As [`MultipoleMobility::new`]; a larger cost than that is allowed is none.
@@ -131,7 +132,12 @@ impl<'a> MultipoleMobility<'a> {
         accuracy: &Accuracy,
         residual: f64,
     ) -> Result<ExpansionCost, HydroError> {
-        Ok(Plan::new(spheres, period, accuracy)?.cost(residual))
+        match Plan::new(spheres, period, accuracy) {
+            Err(HydroError::TooCostly {
+                dofs, mib, seconds, ..
+            }) => Ok(ExpansionCost { dofs, mib, seconds }),
+            plan => Ok(plan?.cost(residual)),
+        }
     }
 
     /// Plans the couplings of all pairs.
@@ -139,8 +145,8 @@ impl<'a> MultipoleMobility<'a> {
     /// # Errors
     /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below
     /// 0.001 radii (of the smaller sphere, the larger one at most twice as large) and those that
-    /// need higher orders than 560; [`HydroError::TooLarge`],
-    /// [`HydroError::TooCostly`] for the cost to a residual of the tolerance.
+    /// need higher orders than 560; [`HydroError::TooCostly`] for the cost to a residual of the
+    /// tolerance.
     pub fn new(spheres: &'a Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
         Self::planned(spheres, None, accuracy)
     }

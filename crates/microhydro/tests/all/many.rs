@@ -446,17 +446,21 @@ fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
         }
         other => panic!("{cost:?} {:?}", other.err()),
     }
-    for refused in [
-        MultipoleMobility::cost(&lattice(22, 0.1), None, &accuracy, 1e-6).err(),
-        MultipoleMobility::new(&lattice(22, 0.1), &accuracy).err(),
-    ] {
-        match refused {
-            // a gap, an order and a line for each of 57 million pairs
-            Some(HydroError::TooLarge { mib, highest, .. }) => {
-                assert!(highest < mib && mib < 2.0 * highest, "{mib}");
-            }
-            other => panic!("{other:?}"),
+    // a gap, orders and a line for each of 57 million pairs
+    let spheres = lattice(22, 0.1);
+    let cost = MultipoleMobility::cost(&spheres, None, &accuracy, 1e-6).unwrap();
+    match MultipoleMobility::new(&spheres, &accuracy) {
+        Err(HydroError::TooCostly {
+            mib,
+            most_mib,
+            seconds,
+            ..
+        }) => {
+            assert!(most_mib < mib && mib < 3.0 * most_mib, "{mib}");
+            assert_eq!((mib, seconds), (cost.mib, cost.seconds));
+            assert!(seconds > 100.0, "{seconds}");
         }
+        other => panic!("{:?}", other.err()),
     }
 }
 

@@ -298,15 +298,11 @@ impl SpheresModel {
     }
 
     /// What was found; none, for the resistance matrix to find it, in gaps that expansions do not
-    /// resolve without eliminations, and if the list of all pairs does not fit into memory. In a
-    /// periodic box, which the resistance matrix does not have, these are errors.
+    /// resolve without eliminations. In a periodic box, which the resistance matrix does not have,
+    /// these are errors.
     fn resolved<T>(&self, found: Result<T, HydroError>) -> Result<Option<T>, HydroError> {
         match found {
-            Err(HydroError::TooClose { .. } | HydroError::TooLarge { .. })
-                if self.period.is_none() =>
-            {
-                Ok(None)
-            }
+            Err(HydroError::TooClose { .. }) if self.period.is_none() => Ok(None),
             found => found.map(Some),
         }
     }
