@@ -119,8 +119,9 @@ def compared(numbers):
     for number in numbers:
         text = scene("multipole", number)
         exact = velocities(swim("solve", text, overrides=[f"model.tolerance={REFERENCE}"]))
+        curves = {"oseen and rpy": ([], "points"), "multipole": ([], "both")}
         for model, tolerances in [("oseen", [None]), ("rpy", [None]), ("multipole", TOLERANCES)]:
-            points = []
+            points, _ = curves["multipole" if model == "multipole" else "oseen and rpy"]
             for tolerance in tolerances:
                 sets = [] if tolerance is None else [f"model.tolerance={tolerance}"]
                 # a bar of point forces may exceed the tolerance
@@ -136,7 +137,7 @@ def compared(numbers):
                 lines.append(
                     [3 * number, model, tolerance or "", f"{seconds:.3f}", f"{error:.1e}", f"{bar:.1e}"]
                 )
-            series.append((f"{model}, {3 * number} spheres", points, "both"))
+        series += [(f"{name}, {3 * number} spheres", *curve) for name, curve in curves.items()]
     return lines, series
 
 

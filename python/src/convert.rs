@@ -185,7 +185,10 @@ fn mean_flow<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("velocity", array(py, flow.velocity.as_slice()))?;
-    dict.set_item("pressure_gradient", array(py, flow.pressure_gradient.as_slice()))?;
+    dict.set_item(
+        "pressure_gradient",
+        array(py, flow.pressure_gradient.as_slice()),
+    )?;
     let (found, given) = match scene.finds_mean_flow() {
         true => ("velocity_errors", "pressure_gradient_errors"),
         false => ("pressure_gradient_errors", "velocity_errors"),

@@ -13,8 +13,9 @@ use swimmer::models::rigid::Twist;
 use swimmer::models::{Configuration, Hydrodynamics};
 use swimmer::scene::Document;
 use swimmer::{
-    Choice, Scene, SceneError, choose, choose_for_run, choose_for_start, run_without_files, solve_start_with_terms, solve_steady,
-    start_flow, start_flow_at, start_resistance, start_resistance_errors,
+    Choice, Scene, SceneError, choose, choose_for_run, choose_for_start, run_without_files,
+    solve_start_with_terms, solve_steady, start_flow, start_flow_at, start_resistance,
+    start_resistance_errors,
 };
 
 use crate::convert::{

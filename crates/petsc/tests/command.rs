@@ -269,8 +269,9 @@ fn a_gait_moves_as_on_one_machine_and_resumes() {
     let text = format!("{SWIMMER}\n[model]\naccept = \"best\"\n");
     std::fs::write(&path, text).expect("a file");
     let scene = Scene::read(&path, &overrides("off")).expect("a sound scene");
-    let elements =
-        |scene: &Scene, _: &mut dyn Progress| Ok(Choice::new(Box::new(FemModel::new(scene)?), Vec::new()));
+    let elements = |scene: &Scene, _: &mut dyn Progress| {
+        Ok(Choice::new(Box::new(FemModel::new(scene)?), Vec::new()))
+    };
     let alone = folder.path().join("alone");
     let expected =
         run_with(scene, &elements, &alone, false, true, &mut (), &mut ()).expect("a run");
