@@ -286,9 +286,9 @@ impl Plan {
             });
             let is_distant = own[0] < of_spheres[0] && own[1] < of_spheres[1];
             let regular = match is_distant {
-                // all that are not neglected, also by `Variant::Lowered`
+                // third spheres drive them: all that are not neglected, also by `Variant::Lowered`
                 true => own.map(|order| order + LOWERED),
-                // others are less singular in a gap than those of its axis
+                // flows of azimuthal numbers above one are less singular in a gap
                 false => gap
                     .xi
                     .map(|xi| truncation::order_of_decay(xi, tolerance).max(ALWAYS_REGULAR)),
