@@ -93,19 +93,22 @@ const PRODUCT_RATE: f64 = 9e9;
 const LONGEST_SECONDS: f64 = 3600.0;
 
 impl ExpansionCost {
-    /// Cost of so many pairs to a relative residual, if they had the lowest orders.
-    fn least(spheres: usize, pairs: f64, residual: f64) -> Self {
-        let dofs = spheres
-            * (Modes {
-                order: LOWEST_ORDER,
-            })
-            .len();
-        let product = pairs * pair_product::operations([LOWEST_ORDER; 2], LOWEST_ORDER) as f64;
+    /// With these numbers beside the vectors of multipoles, and operations.
+    fn new(dofs: usize, numbers: f64, operations: f64) -> Self {
         Self {
             dofs,
-            mib: memory::mib(PAIR * pairs + VECTORS * dofs as f64),
-            seconds: SOLUTIONS * ITERATIONS * -residual.ln() * product / PRODUCT_RATE,
+            mib: memory::mib(numbers + VECTORS * dofs as f64),
+            seconds: operations / PRODUCT_RATE,
         }
+    }
+
+    /// Cost of so many pairs to a relative residual, if they had the lowest orders.
+    fn least(spheres: usize, pairs: f64, residual: f64) -> Self {
+        let order = LOWEST_ORDER;
+        let product = pairs * pair_product::operations([order; 2], order) as f64;
+        let iterations = ITERATIONS * -residual.ln();
+        let dofs = spheres * (Modes { order }).len();
+        Self::new(dofs, PAIR * pairs, SOLUTIONS * iterations * product)
     }
 
     /// # Errors
@@ -354,16 +357,10 @@ impl Plan {
         let (top, regular) = self.degrees();
         let (of_gaps, to_find) = (self.narrow().map(|pair| pair.cost()))
             .fold((0.0, 0.0), |sum, cost| (sum.0 + cost.0, sum.1 + cost.1));
-        let numbers = of_gaps
-            + PAIR * self.pairs.len() as f64
-            + VECTORS * dofs as f64
-            + pair_product::shared_numbers(top, regular);
-        ExpansionCost {
-            dofs,
-            mib: memory::mib(numbers),
-            seconds: (SOLUTIONS * iterations * (product as f64 + of_images) + to_find)
-                / PRODUCT_RATE,
-        }
+        let numbers =
+            of_gaps + PAIR * self.pairs.len() as f64 + pair_product::shared_numbers(top, regular);
+        let operations = SOLUTIONS * iterations * (product as f64 + of_images) + to_find;
+        ExpansionCost::new(dofs, numbers, operations)
     }
 }
 

@@ -13,7 +13,38 @@ mod squirmers;
 mod stresslets;
 mod velocity_field;
 
-use nalgebra::DMatrix;
+use microhydro::Linkage;
+use nalgebra::{DMatrix, DVector, Vector3};
+
+/// A free sphere with a load.
+fn free(sphere: usize, load: DVector<f64>) -> Linkage {
+    Linkage {
+        spheres: vec![sphere],
+        basis: DMatrix::identity(6, 6),
+        offset: DVector::zeros(6),
+        load,
+        damping: DMatrix::zeros(6, 6),
+    }
+}
+
+/// A sphere that is held at this velocity and angular velocity.
+fn held(sphere: usize, offset: DVector<f64>) -> Linkage {
+    Linkage {
+        spheres: vec![sphere],
+        basis: DMatrix::zeros(6, 0),
+        offset,
+        load: DVector::zeros(0),
+        damping: DMatrix::zeros(0, 0),
+    }
+}
+
+/// The sum of the forces among forces and torques on spheres.
+fn total_force(loads: &DVector<f64>) -> Vector3<f64> {
+    let loads = loads.as_slice().chunks_exact(6);
+    loads
+        .map(|load| Vector3::from_column_slice(&load[..3]))
+        .sum()
+}
 
 /// Largest difference of an entry, relative to the diagonal entries of its row and column.
 fn distance(found: &DMatrix<f64>, exact: &DMatrix<f64>) -> f64 {

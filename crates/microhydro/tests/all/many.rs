@@ -7,6 +7,8 @@ use microhydro::{
     PointModel, Spheres, multipole, oseen, rpy,
 };
 
+use super::{free, held};
+
 /// Numbers between 0 and 1.
 struct Random(u64);
 
@@ -86,21 +88,9 @@ fn swimmers(spheres: &Spheres) -> Vec<Linkage> {
             }
         })
         .collect();
-    let held = spheres.len() - 2;
-    linkages.push(Linkage {
-        spheres: vec![held],
-        basis: DMatrix::zeros(6, 0),
-        offset: DVector::from_element(6, 0.1),
-        load: DVector::zeros(0),
-        damping: DMatrix::zeros(0, 0),
-    });
-    linkages.push(Linkage {
-        spheres: vec![held + 1],
-        basis: DMatrix::identity(6, 6),
-        offset: DVector::zeros(6),
-        load: random.vector(6),
-        damping: DMatrix::zeros(6, 6),
-    });
+    let last = spheres.len() - 1;
+    linkages.push(held(last - 1, DVector::from_element(6, 0.1)));
+    linkages.push(free(last, random.vector(6)));
     linkages
 }
 
@@ -411,14 +401,8 @@ fn iterations_hardly_grow_in_narrow_gaps() {
         let spheres = Spheres::new(centres.collect(), radii).unwrap();
         let mobility = MultipoleMobility::new(&spheres, &Accuracy::relative(1e-3)).unwrap();
         let mut random = Random(5);
-        let free = (0..8).map(|k| Linkage {
-            spheres: vec![k],
-            basis: DMatrix::identity(6, 6),
-            offset: DVector::zeros(6),
-            load: random.vector(6),
-            damping: DMatrix::zeros(6, 6),
-        });
-        let linked = LinkedSpheres::new(&mobility, free.collect()).unwrap();
+        let all = (0..8).map(|k| free(k, random.vector(6)));
+        let linked = LinkedSpheres::new(&mobility, all.collect()).unwrap();
         linked.solve(1e-6).unwrap().iterations
     };
     let [wide, narrow] = [iterations(0.05), iterations(0.005)];
@@ -507,16 +491,9 @@ fn bug_bars_among_more_than_32_spheres_lacked_the_neglected_couplings() {
             load: loads[0].clone(),
             damping: DMatrix::zeros(6, 6),
         };
-        let single = |k: usize| Linkage {
-            spheres: vec![k],
-            basis: DMatrix::identity(6, 6),
-            offset: DVector::zeros(6),
-            load: if k == 2 {
-                loads[1].clone()
-            } else {
-                DVector::zeros(6)
-            },
-            damping: DMatrix::zeros(6, 6),
+        let single = |k: usize| match k {
+            2 => free(k, loads[1].clone()),
+            _ => free(k, DVector::zeros(6)),
         };
         let singles = (2..spheres.len()).map(single);
         let linkages: Vec<Linkage> = Some(pair).into_iter().chain(singles).collect();

@@ -5,6 +5,8 @@ use microhydro::{
     HydroError, Linkage, LinkedMotion, LinkedSpheres, Mobility, PointMobility, PointModel, Spheres,
 };
 
+use super::{free, held, total_force};
+
 /// Four spheres in a box with different edges, one of them across a face.
 fn some(shift: Vector3<f64>) -> (Spheres, Vector3<f64>) {
     let centres = [
@@ -21,13 +23,6 @@ fn some(shift: Vector3<f64>) -> (Spheres, Vector3<f64>) {
 /// The first sphere is held, the second one moves at a given velocity and turns freely, the last
 /// two are a pair that moves without turning, with a dashpot between them along x and a load.
 fn linkages(scale: f64) -> Vec<Linkage> {
-    let held = Linkage {
-        spheres: vec![0],
-        basis: DMatrix::zeros(6, 0),
-        offset: DVector::zeros(6),
-        load: DVector::zeros(0),
-        damping: DMatrix::zeros(0, 0),
-    };
     let mut offset = DVector::zeros(6);
     offset[1] = 0.3 * scale;
     let driven = Linkage {
@@ -52,7 +47,7 @@ fn linkages(scale: f64) -> Vec<Linkage> {
         load: scale * DVector::from_vec(vec![0.5, -2.0, 1.0, 3.0]),
         damping,
     };
-    vec![held, driven, pair]
+    vec![held(0, DVector::zeros(6)), driven, pair]
 }
 
 fn solve(mobility: &PointMobility, scale: f64, total: Vector3<f64>) -> LinkedMotion {
@@ -64,13 +59,6 @@ fn solve(mobility: &PointMobility, scale: f64, total: Vector3<f64>) -> LinkedMot
         .unwrap()
 }
 
-fn sum(forces: &DVector<f64>) -> Vector3<f64> {
-    let loads = forces.as_slice().chunks_exact(6);
-    loads
-        .map(|load| Vector3::from_column_slice(&load[..3]))
-        .sum()
-}
-
 const TOTAL: Vector3<f64> = Vector3::new(-7.0, 2.0, 4.0);
 
 #[test]
@@ -78,7 +66,7 @@ fn forces_have_the_given_sum_and_the_motion_is_that_in_the_mean_flow_found() {
     let (spheres, size) = some(Vector3::zeros());
     let mobility = PointMobility::periodic(PointModel::Rpy, &spheres, &size).unwrap();
     let found = solve(&mobility, 1.0, TOTAL);
-    assert!((sum(&found.forces) - TOTAL).norm() < 1e-12 * TOTAL.norm());
+    assert!((total_force(&found.forces) - TOTAL).norm() < 1e-12 * TOTAL.norm());
     // In this flow spheres move relative to it.
     let mut given = linkages(1.0);
     for linkage in &mut given {
@@ -123,14 +111,8 @@ fn the_mean_flow_is_linear_and_does_not_depend_on_the_place_of_the_box() {
 fn a_total_force_on_free_spheres_is_refused() {
     let (spheres, size) = some(Vector3::zeros());
     let mobility = PointMobility::periodic(PointModel::Rpy, &spheres, &size).unwrap();
-    let free = |sphere: usize| Linkage {
-        spheres: vec![sphere],
-        basis: DMatrix::identity(6, 6),
-        offset: DVector::zeros(6),
-        load: DVector::zeros(6),
-        damping: DMatrix::zeros(6, 6),
-    };
-    let linked = LinkedSpheres::new(&mobility, (0..4).map(free).collect()).unwrap();
+    let linkages = (0..4).map(|sphere| free(sphere, DVector::zeros(6)));
+    let linked = LinkedSpheres::new(&mobility, linkages.collect()).unwrap();
     let refused = linked.with_total_force(TOTAL).err();
     assert_eq!(refused, Some(HydroError::NothingHeld));
 }

@@ -3,8 +3,10 @@
 use std::f64::consts::PI;
 
 use microhydro::multipole::{MultipoleMobility, Variant};
-use microhydro::nalgebra::{DMatrix, DVector, Vector3};
-use microhydro::{Accuracy, HydroError, Linkage, LinkedSpheres, Mobility, Spheres};
+use microhydro::nalgebra::{DVector, Vector3};
+use microhydro::{Accuracy, HydroError, LinkedSpheres, Mobility, Spheres};
+
+use super::{free, held, total_force};
 
 /// Velocities of free unit spheres at places in units of `edge`, in boxes of `cells` edges, by the
 /// force of Stokes for a unit velocity along x.
@@ -16,14 +18,8 @@ fn settled(places: &[[f64; 3]], edge: f64, cells: [f64; 3], tolerance: f64) -> V
     let mobility = MultipoleMobility::periodic(&spheres, &size, &accuracy).unwrap();
     let mut load = DVector::zeros(6);
     load[0] = 6.0 * PI;
-    let free = |sphere: usize| Linkage {
-        spheres: vec![sphere],
-        basis: DMatrix::identity(6, 6),
-        offset: DVector::zeros(6),
-        load: load.clone(),
-        damping: DMatrix::zeros(6, 6),
-    };
-    let linkages = (0..places.len()).map(free).collect();
+    let linkages = (0..places.len()).map(|sphere| free(sphere, load.clone()));
+    let linkages = linkages.collect();
     let linked = LinkedSpheres::new(&mobility, linkages).unwrap();
     let found = linked.solve(1e-3 * tolerance).unwrap();
     let velocities = found.coordinates.iter();
@@ -67,21 +63,12 @@ fn drag_of_held(places: &[[f64; 3]], fraction: f64, tolerance: f64) -> f64 {
     let accuracy = Accuracy::relative(tolerance);
     let mobility = MultipoleMobility::periodic(&spheres, &Vector3::repeat(edge), &accuracy);
     let mobility = mobility.unwrap();
-    let held = |sphere: usize| Linkage {
-        spheres: vec![sphere],
-        basis: DMatrix::zeros(6, 0),
-        offset: DVector::zeros(6),
-        load: DVector::zeros(0),
-        damping: DMatrix::zeros(0, 0),
-    };
-    let linked = LinkedSpheres::new(&mobility, (0..places.len()).map(held).collect()).unwrap();
+    let linkages = (0..places.len()).map(|sphere| held(sphere, DVector::zeros(6)));
+    let linked = LinkedSpheres::new(&mobility, linkages.collect()).unwrap();
     let total = -6.0 * PI * count * Vector3::new(0.48, 0.6, 0.64);
     let linked = linked.with_total_force(total).unwrap();
     let found = linked.solve(1e-3 * tolerance).unwrap();
-    let sum: Vector3<f64> = (0..places.len())
-        .map(|sphere| found.forces.fixed_rows::<3>(6 * sphere).into_owned())
-        .sum();
-    assert!((sum - total).norm() < 1e-12 * total.norm());
+    assert!((total_force(&found.forces) - total).norm() < 1e-12 * total.norm());
     // Cubic arrays are isotropic: the flow is along the force of the fluid on the spheres.
     let flow = found.mean_flow;
     let expected = -total.normalize() * flow.norm();

@@ -21,14 +21,7 @@ impl SomeLinkages<'_> {
         let (_, _, matrix) = self.reduced(resistance);
         let numbers = DVector::from_fn(matrix.nrows(), |_, _| normal());
         let loads = cholesky(matrix)?.l() * numbers;
-        let mut first = 0;
-        let of_linkages = self.linkages.iter().map(|one| {
-            first += one.load.len();
-            loads
-                .rows(first - one.load.len(), one.load.len())
-                .into_owned()
-        });
-        self.on_state(&of_linkages.collect::<Vec<_>>())
+        self.on_state(&self.of_linkages(&loads))
     }
 
     /// The same by a model of point forces, without the resistance.

@@ -117,21 +117,27 @@ impl SomeLinkages<'_> {
         let residual = (&matrix * &coefficients - &rhs).amax();
         let velocities = &s * &coefficients + &w;
         let forces = resistance * relative_to_fluid(&velocities);
-        let mut first = 0;
-        let own = self.linkages.iter().map(|one| {
-            first += one.load.len();
-            coefficients
-                .rows(first - one.load.len(), one.load.len())
-                .into_owned()
-        });
-        let own = own.collect::<Vec<_>>();
+        let own = self.of_linkages(&coefficients);
         let mean_flow = match self.mean_flow {
             MeanFlowCondition::Velocity(velocity) => velocity,
-            MeanFlowCondition::TotalForce(_) => -coefficients.fixed_rows::<3>(first),
+            MeanFlowCondition::TotalForce(_) => {
+                -coefficients.fixed_rows::<3>(coefficients.len() - 3)
+            }
         };
         let residual = if scale > 0.0 { residual / scale } else { 0.0 };
         let solution = self.solution(&own, forces, mean_flow, residual)?;
         Ok(solution.with_powers(effect))
+    }
+
+    /// The coordinates of each linkage, one after the other in all.
+    pub(super) fn of_linkages(&self, all: &DVector<f64>) -> Vec<DVector<f64>> {
+        let mut first = 0;
+        let of_linkages = self.linkages.iter().map(|one| {
+            let own = all.rows(first, one.load.len()).into_owned();
+            first += own.len();
+            own
+        });
+        of_linkages.collect()
     }
 
     /// `S`, `W` and `S^T (R + D) S`.
