@@ -130,7 +130,7 @@ impl Spheres {
         exist.then(|| self.relative_gap(first, second))
     }
 
-    fn relative_gap(&self, first: usize, second: usize) -> f64 {
+    pub(crate) fn relative_gap(&self, first: usize, second: usize) -> f64 {
         let distance = (self.centres[first] - self.centres[second]).norm();
         self.relative_gap_at((first, second), distance)
     }

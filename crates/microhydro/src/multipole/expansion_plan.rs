@@ -6,6 +6,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::cells::{Cell, CoupledBodies, Neglected, Tree};
 use super::far_images::{FAR_ORDER, FarImages};
 use super::memory;
 use super::modes::Modes;
@@ -48,7 +49,7 @@ const MAX_ORDER: usize = 560;
 const NARROWEST: f64 = 0.018;
 
 /// Lowest order: that below it by two has the stresslets.
-const LOWEST_ORDER: usize = 4;
+pub(super) const LOWEST_ORDER: usize = 4;
 
 /// The orders of all spheres and pairs, before anything is computed.
 pub(super) struct Plan {
@@ -56,6 +57,10 @@ pub(super) struct Plan {
     pub orders: Vec<usize>,
     /// Pairs with the orders of their coupling, similar ones next to each other.
     pub pairs: Vec<PlannedPair>,
+    /// Cells, bodies after the spheres.
+    pub cells: Vec<Cell>,
+    /// Cells with their parts, such that all parts of a cell are in a list before.
+    pub shifts: Vec<Vec<PlannedPair>>,
     pub tail: f64,
     /// Bispherical coordinate of the narrowest gap.
     pub narrowest: f64,
@@ -106,9 +111,17 @@ impl ExpansionCost {
     fn least(spheres: usize, pairs: f64, residual: f64) -> Self {
         let order = LOWEST_ORDER;
         let product = pairs * pair_product::operations([order; 2], order) as f64;
-        let iterations = ITERATIONS * -residual.ln();
         let dofs = spheres * (Modes { order }).len();
+        let iterations = ITERATIONS * -residual.ln();
         Self::new(dofs, PAIR * pairs, SOLUTIONS * iterations * product)
+    }
+
+    /// Cost of spheres of these orders to a relative residual, if each one coupled with one other.
+    fn of_spheres(orders: &[usize], residual: f64) -> Self {
+        let product = |&order: &usize| pair_product::operations([order; 2], order) as f64 / 2.0;
+        let iterations = ITERATIONS * -residual.ln();
+        let product: f64 = orders.iter().map(product).sum();
+        Self::new(dofs(orders), 0.0, SOLUTIONS * iterations * product)
     }
 
     /// # Errors
@@ -127,9 +140,9 @@ impl ExpansionCost {
     }
 }
 
-/// A pair with the orders of its coupling.
+/// A pair with the orders of its coupling, or a cell and a part of it.
 pub(super) struct PlannedPair {
-    /// Source and target: the source has the higher order.
+    /// Source and target, spheres or cells: the source has the higher order.
     pub ends: [usize; 2],
     /// From the source to the target.
     pub line: Line,
@@ -154,14 +167,13 @@ struct Neighbours {
 }
 
 impl Neighbours {
-    /// All pairs of spheres in unbounded fluid.
-    fn all(spheres: &Spheres) -> Vec<Self> {
-        let gaps = truncation::gaps(spheres, &Medium::Unbounded).into_iter();
-        let neighbours = gaps.map(|gap| Self {
-            gap,
+    /// A pair of spheres.
+    fn between(spheres: &Spheres, (i, j): (usize, usize)) -> Self {
+        let distance = (spheres.centres()[j] - spheres.centres()[i]).norm();
+        Self {
+            gap: Gap::between(spheres, (i, j), distance),
             shift: Vector3::zeros(),
-        });
-        neighbours.collect()
+        }
     }
 
     /// Spheres and images whose centres are within a distance, each pair once.
@@ -208,6 +220,148 @@ fn neglected(xi: &GapCoordinates) -> f64 {
     NEGLECTED * truncation::narrowest(xi).min(1.0).powi(3)
 }
 
+/// Number of multipoles of spheres of these orders.
+fn dofs(orders: &[usize]) -> usize {
+    orders.iter().map(|&order| (Modes { order }).len()).sum()
+}
+
+/// Orders of spheres with the flow that so many others reflect.
+fn orders_of_spheres(xi: &GapCoordinates, others: usize, tolerance: f64) -> Vec<usize> {
+    let target = truncation::first_target(xi, others, tolerance);
+    let orders = truncation::for_tolerance(xi, &Medium::Unbounded, target).spheres;
+    orders
+        .into_iter()
+        .map(|order| order.max(LOWEST_ORDER))
+        .collect()
+}
+
+/// Refuses gaps that are too narrow; `closest` tells the surfaces of the narrowest one and its
+/// width over the smaller radius.
+fn check_gaps(
+    xi: &GapCoordinates,
+    orders: &[usize],
+    tolerance: f64,
+    closest: impl FnOnce() -> Option<(String, f64)>,
+) -> Result<(), HydroError> {
+    let highest = orders.iter().copied().max().unwrap_or_default();
+    if highest <= MAX_ORDER && truncation::narrowest(xi) >= NARROWEST {
+        return Ok(());
+    }
+    let (surfaces, gap) = closest().unwrap_or((String::new(), f64::INFINITY));
+    Err(HydroError::TooClose {
+        surfaces,
+        gap,
+        tolerance,
+        needed: highest,
+        highest: MAX_ORDER,
+    })
+}
+
+impl Neglected {
+    /// What couplings neglect for the gaps and the tolerance of an arrangement.
+    fn of(xi: &GapCoordinates, tolerance: f64) -> Self {
+        Self {
+            of_spheres: tolerance * neglected(xi),
+            of_cells: tolerance * truncation::narrowest(xi).min(1.0),
+        }
+    }
+
+    pub fn more(self) -> Self {
+        Self {
+            of_spheres: MORE_NEGLECTED * self.of_spheres,
+            of_cells: MORE_TRUNCATED * self.of_cells,
+        }
+    }
+}
+
+/// The same of the truncation of cells, of which errors are much smaller parts.
+const MORE_TRUNCATED: f64 = 10.0;
+
+/// Sorts pairs such that similar ones are next to each other, and makes the azimuthal numbers equal
+/// of those that have the lanes of a register together.
+fn sort_alike(pairs: &mut [PlannedPair]) {
+    pairs.sort_by_key(|pair| (pair.orders, pair.regular));
+    for some in pairs.chunks_mut(ALIKE) {
+        let regular = some.iter().map(|pair| pair.regular).max();
+        for pair in some {
+            pair.regular = regular.unwrap_or_default();
+        }
+    }
+}
+
+/// Cells with the pairs of them.
+struct PlannedCells {
+    cells: Vec<Cell>,
+    pairs: Vec<PlannedPair>,
+    shifts: Vec<Vec<PlannedPair>>,
+}
+
+/// `orders` are those of the spheres.
+fn planned_cells(
+    spheres: &Spheres,
+    (tree, couples): (Tree, &[CoupledBodies]),
+    neglected: Neglected,
+    orders: &[usize],
+) -> PlannedCells {
+    let n = spheres.len();
+    let coupled = tree.coupled_cells(couples, neglected);
+    let cells = &coupled.cells;
+    let ball = |body: usize| match body.checked_sub(n) {
+        None => (spheres.centres()[body], spheres.radii()[body]),
+        Some(cell) => (cells[cell].centre, cells[cell].radius),
+    };
+    let highest = |body: usize| orders.get(body).copied().unwrap_or(usize::MAX);
+    let pairs = couples.iter().filter_map(|couple| {
+        let [Some(first), Some(second)] = couple.ends.map(|body| coupled.bodies[body]) else {
+            return None;
+        };
+        let (ends, (own, less)) = ([first, second], couple.orders?);
+        let limited = |orders: PairOrders| [0, 1].map(|end| orders[end].min(highest(ends[end])));
+        let (own, less) = (limited(own), limited(less));
+        let order = if own[0] < own[1] { [1, 0] } else { [0, 1] };
+        let [(x, a), (y, b)] = order.map(|end| ball(ends[end]));
+        Some(PlannedPair {
+            ends: order.map(|end| ends[end]),
+            line: Line::new([a, b], &(y - x)),
+            shift: Vector3::zeros(),
+            orders: order.map(|end| own[end]),
+            fewer: order.map(|end| less[end]),
+            regular: own[0].max(own[1]),
+        })
+    });
+    let pairs = pairs.collect();
+    let mut heights = vec![0; n];
+    let mut shifts: Vec<Vec<PlannedPair>> = Vec::new();
+    for (number, cell) in cells.iter().enumerate() {
+        let height = cell.parts.iter().map(|&part| heights[part]).max();
+        let height = height.unwrap_or_default();
+        shifts.resize_with(shifts.len().max(height + 1), Vec::new);
+        heights.push(height + 1);
+        for &part in &cell.parts {
+            let (x, a) = ball(part);
+            let own = match part.checked_sub(n) {
+                None => coupled.of_spheres[part].min(orders[part]),
+                Some(part) => cells[part].order,
+            };
+            let orders = [cell.order, own];
+            shifts[height].push(PlannedPair {
+                ends: [n + number, part],
+                line: Line::within([cell.radius, a], &(x - cell.centre)),
+                shift: Vector3::zeros(),
+                orders,
+                fewer: orders,
+                regular: orders[0].max(orders[1]),
+            });
+        }
+    }
+    shifts.iter_mut().for_each(|level| sort_alike(level));
+    PlannedCells {
+        pairs,
+        shifts,
+        cells: coupled.cells,
+    }
+}
+
 impl Plan {
     pub fn new(
         spheres: &Spheres,
@@ -216,11 +370,29 @@ impl Plan {
     ) -> Result<Self, HydroError> {
         accuracy.check()?;
         let (n, tolerance) = (spheres.len(), accuracy.tolerance);
-        let neighbours = match period {
+        let (xi, orders, neighbours, cells) = match period {
             None => {
-                // before the list of all pairs
-                ExpansionCost::least(n, 0.5 * (n as f64).powi(2), tolerance).check()?;
-                Neighbours::all(spheres)
+                let tree = Tree::new(spheres);
+                let narrowest = (0..n).into_par_iter().map(|sphere| tree.narrowest(sphere));
+                let xi = GapCoordinates {
+                    spheres: narrowest.collect(),
+                    container: f64::INFINITY,
+                };
+                let orders = orders_of_spheres(&xi, n, tolerance);
+                check_gaps(&xi, &orders, tolerance, || {
+                    let (i, j) = spheres.closest_pair()?;
+                    Some((format!("spheres {i} and {j}"), spheres.relative_gap(i, j)))
+                })?;
+                // before any list of pairs
+                ExpansionCost::of_spheres(&orders, tolerance).check()?;
+                let neglected = Neglected::of(&xi, tolerance);
+                let (pairs, distant): (Vec<_>, Vec<_>) = (tree.couples(neglected).into_iter())
+                    .partition(|couple| couple.orders.is_none());
+                ExpansionCost::least(n, pairs.len() as f64, tolerance).check()?;
+                let neighbours = (pairs.par_iter())
+                    .map(|couple| Neighbours::between(spheres, couple.ends.into()))
+                    .collect();
+                (xi, orders, neighbours, Some((tree, distant)))
             }
             Some(size) => {
                 check_box(spheres, size)?;
@@ -231,42 +403,34 @@ impl Plan {
                     ExpansionCost::least(n, 0.5 * images, tolerance).check()?;
                     Ok(Neighbours::within(reach, spheres, size))
                 };
+                let coordinates = |near: &[Neighbours]| {
+                    let gaps: Vec<Gap> = near.iter().map(|near| near.gap).collect();
+                    GapCoordinates::narrowest_of(&gaps, n)
+                };
                 let nearest = within((NEAR * largest).max(1.001 * size.min()))?;
-                let gaps: Vec<Gap> = nearest.iter().map(|near| near.gap).collect();
-                let xi = GapCoordinates::narrowest_of(&gaps, n);
+                let xi = coordinates(&nearest);
                 // Beyond it the order of the far images suffices.
                 let decay = -(neglected(&xi) * tolerance).ln() / (2.0 * (FAR_ORDER as f64 - 1.0));
-                within((2.0 * largest * decay.cosh()).max(1.001 * size.min()))?
+                let near = within((2.0 * largest * decay.cosh()).max(1.001 * size.min()))?;
+                let xi = coordinates(&near);
+                // spheres from which reflections come
+                let others = 1 + 2 * near.len() / n.max(1);
+                let orders = orders_of_spheres(&xi, others, tolerance);
+                check_gaps(&xi, &orders, tolerance, || {
+                    let gaps = near
+                        .iter()
+                        .map(|near| (near.clearance(spheres), near.gap.pair));
+                    let (gap, (i, j)) = gaps.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
+                    let surfaces = match i == j {
+                        true => format!("sphere {i} and its image"),
+                        false => format!("spheres {i} and {j}"),
+                    };
+                    Some((surfaces, gap))
+                })?;
+                (xi, orders, near, None)
             }
         };
-        let gaps: Vec<Gap> = neighbours.iter().map(|near| near.gap).collect();
-        let xi = GapCoordinates::narrowest_of(&gaps, n);
-        // spheres from which reflections come
-        let others = match period {
-            None => n,
-            Some(_) => 1 + 2 * neighbours.len() / n.max(1),
-        };
-        let target = truncation::first_target(&xi, others, tolerance);
-        let orders = truncation::for_tolerance(&xi, &Medium::Unbounded, target);
-        let orders: Vec<usize> = (orders.spheres.iter())
-            .map(|&order| order.max(LOWEST_ORDER))
-            .collect();
         let highest = orders.iter().copied().max().unwrap_or_default();
-        if highest > MAX_ORDER || truncation::narrowest(&xi) < NARROWEST {
-            let closest = (neighbours.iter())
-                .min_by(|one, other| (one.clearance(spheres)).total_cmp(&other.clearance(spheres)));
-            let surfaces = |near: &Neighbours| match near.gap.pair {
-                (i, j) if i == j => format!("sphere {i} and its image"),
-                (i, j) => format!("spheres {i} and {j}"),
-            };
-            return Err(HydroError::TooClose {
-                surfaces: closest.map(surfaces).unwrap_or_default(),
-                gap: closest.map_or(f64::INFINITY, |near| near.clearance(spheres)),
-                tolerance,
-                needed: highest,
-                highest: MAX_ORDER,
-            });
-        }
         let all = super::orders::Orders {
             spheres: orders.clone(),
             ..super::orders::Orders::all(n, &Medium::Unbounded, 0)
@@ -309,15 +473,20 @@ impl Plan {
             }
         });
         let mut pairs: Vec<PlannedPair> = pairs.collect();
-        pairs.sort_by_key(|pair| (pair.orders, pair.regular));
-        for some in pairs.chunks_mut(ALIKE) {
-            let regular = some.iter().map(|pair| pair.regular).max();
-            for pair in some {
-                pair.regular = regular.unwrap_or_default();
+        let (cells, shifts) = match cells {
+            Some((tree, distant)) => {
+                let neglected = Neglected::of(&xi, tolerance);
+                let planned = planned_cells(spheres, (tree, &distant), neglected, &orders);
+                pairs.extend(planned.pairs);
+                (planned.cells, planned.shifts)
             }
-        }
+            None => (Vec::new(), Vec::new()),
+        };
+        sort_alike(&mut pairs);
         Ok(Self {
             pairs,
+            cells,
+            shifts,
             tail: truncation::tail(&xi, &all),
             orders,
             narrowest: truncation::narrowest(&xi),
@@ -327,14 +496,18 @@ impl Plan {
 
     /// Highest degree, and the highest one with all azimuthal numbers.
     pub fn degrees(&self) -> (usize, usize) {
-        let top = self.orders.iter().copied().max();
+        let of_cells = self.cells.iter().map(|cell| cell.order);
+        let top = self.orders.iter().copied().chain(of_cells).max();
         let regular = self.pairs.iter().map(|pair| pair.regular).max();
         (top.unwrap_or_default(), regular.unwrap_or_default())
     }
 
     /// Pairs for the preconditioner, which leaves out the degrees that [`Variant::Lowered`] does.
     pub fn narrow(&self) -> impl Iterator<Item = NarrowPair<'_>> {
-        let narrow = |pair: &&PlannedPair| pair.orders[0] > LOWEST_ORDER + LOWERED;
+        let is_sphere = |&body: &usize| body < self.orders.len();
+        let narrow = move |pair: &&PlannedPair| {
+            pair.orders[0] > LOWEST_ORDER + LOWERED && pair.ends.iter().all(is_sphere)
+        };
         self.pairs.iter().filter(narrow).map(|pair| NarrowPair {
             ends: pair.ends,
             line: &pair.line,
@@ -345,9 +518,12 @@ impl Plan {
 
     /// Cost of a solution with its error bar to a relative residual.
     pub fn cost(&self, residual: f64) -> ExpansionCost {
-        let modes = self.orders.iter().map(|&order| (Modes { order }).len());
-        let dofs = modes.sum();
-        let product: usize = self.pairs.chunks(ALIKE).map(operations).sum();
+        let dofs = dofs(&self.orders);
+        let all = self.shifts.iter().chain(Some(&self.pairs));
+        let product: usize = all
+            .flat_map(|pairs| pairs.chunks(ALIKE))
+            .map(operations)
+            .sum();
         let of_images = match self.is_periodic {
             true => FarImages::operations(self.orders.len()),
             false => 0.0,

@@ -13,6 +13,8 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::axis_turn::OfFamilies;
+use super::cell_shift::{CellShift, Shift};
+use super::cells::Cell;
 use super::coupling::Expansion;
 use super::expansion_plan::{ALIKE, ExpansionCost, LOWERED, Plan, PlannedPair, operations};
 use super::far_images::{FAR_ORDER, FarImages};
@@ -41,7 +43,8 @@ pub enum Variant {
 /// Number of partial sums of a product, whatever the number of threads.
 const PARTS: usize = 16;
 
-/// Pairs that one thread takes, and the places of the harmonics of each sphere in their sums.
+/// Pairs that one thread takes, and the places of the harmonics of each sphere and cell in their
+/// sums.
 ///
 /// Most pairs are distant, so that most spheres have few harmonics.
 struct Part {
@@ -50,11 +53,11 @@ struct Part {
 }
 
 impl Part {
-    fn new(spheres: usize, all: &[PlannedPair], pairs: Range<usize>) -> Self {
-        let mut orders = vec![0; spheres];
+    fn new(bodies: usize, all: &[PlannedPair], pairs: Range<usize>) -> Self {
+        let mut orders = vec![0; bodies];
         for planned in &all[pairs.clone()] {
-            for (sphere, order) in planned.ends.into_iter().zip(planned.orders) {
-                orders[sphere] = order.max(orders[sphere]);
+            for (body, order) in planned.ends.into_iter().zip(planned.orders) {
+                orders[body] = order.max(orders[body]);
             }
         }
         Self {
@@ -63,12 +66,12 @@ impl Part {
         }
     }
 
-    fn of_sphere(&self, sphere: usize) -> Range<usize> {
-        self.first[sphere]..self.first[sphere + 1]
+    fn of_body(&self, body: usize) -> Range<usize> {
+        self.first[body]..self.first[body + 1]
     }
 
     /// Parts whose products have about equally many operations.
-    fn all(spheres: usize, pairs: &[PlannedPair]) -> Vec<Self> {
+    fn all(bodies: usize, pairs: &[PlannedPair]) -> Vec<Self> {
         let operations: Vec<usize> = pairs.chunks(ALIKE).map(operations).collect();
         let all: usize = operations.iter().sum();
         let (mut parts, mut first, mut sum) = (Vec::new(), 0, 0);
@@ -76,7 +79,7 @@ impl Part {
             sum += operations;
             if sum * PARTS >= all * (parts.len() + 1) {
                 let end = pairs.len().min((number + 1) * ALIKE);
-                parts.push(Self::new(spheres, pairs, first..end));
+                parts.push(Self::new(bodies, pairs, first..end));
                 first = end;
             }
         }
@@ -111,12 +114,53 @@ pub struct MultipoleMobility<'a> {
     couplings: Couplings,
     pairs: Vec<PlannedPair>,
     parts: Vec<Part>,
+    cells: Cells,
     /// Distant images in a periodic box.
     far: Option<FarImages>,
     tail: f64,
     narrowest: f64,
     variant: Variant,
     preconditioner: PairPreconditioner,
+}
+
+/// The cells of distant spheres, bodies after the spheres.
+struct Cells {
+    all: Vec<Cell>,
+    shift: CellShift,
+    /// Cells with their parts, such that all parts of a cell are on a level before.
+    levels: Vec<Level>,
+}
+
+struct Level {
+    pairs: Vec<PlannedPair>,
+    parts: Vec<Part>,
+    /// The cells.
+    bodies: Vec<usize>,
+}
+
+impl Cells {
+    fn new(spheres: usize, all: Vec<Cell>, shifts: Vec<Vec<PlannedPair>>) -> Self {
+        let level = |pairs: Vec<PlannedPair>| {
+            let mut bodies: Vec<usize> = pairs.iter().map(|pair| pair.ends[0]).collect();
+            bodies.sort_unstable();
+            bodies.dedup();
+            Level {
+                parts: Part::all(spheres + all.len(), &pairs),
+                pairs,
+                bodies,
+            }
+        };
+        let levels: Vec<Level> = shifts.into_iter().map(level).collect();
+        let highest = |pair: &PlannedPair| pair.orders[0].max(pair.orders[1]);
+        let orders = levels
+            .iter()
+            .flat_map(|level| level.pairs.iter().map(highest));
+        Self {
+            shift: CellShift::new(orders.max().unwrap_or_default()),
+            levels,
+            all,
+        }
+    }
 }
 
 impl<'a> MultipoleMobility<'a> {
@@ -188,18 +232,22 @@ impl<'a> MultipoleMobility<'a> {
         });
         let couplings = Couplings::new(top, regular);
         let narrow: Vec<NarrowPair> = plan.narrow().collect();
+        let of_cells = plan.cells.iter().map(|cell| cell.order).collect::<Vec<_>>();
         let preconditioner = PairPreconditioner::new(spheres.len(), couplings.quarter(), &narrow);
         Ok(Self {
             preconditioner,
             points: PointMobility::new(PointModel::Rpy, spheres, &Medium::Unbounded)?,
             units: drag_units(radii),
             first: places(expansions.iter().map(|expansion| expansion.modes.len())),
-            harmonics: places(plan.orders.into_iter().map(pair_product::harmonics)),
+            harmonics: places(
+                (plan.orders.into_iter().chain(of_cells)).map(pair_product::harmonics),
+            ),
             expansions,
             couplings,
             far: far.transpose()?,
-            parts: Part::all(spheres.len(), &plan.pairs),
+            parts: Part::all(spheres.len() + plan.cells.len(), &plan.pairs),
             pairs: plan.pairs,
+            cells: Cells::new(spheres.len(), plan.cells, plan.shifts),
             tail: plan.tail,
             narrowest: plan.narrowest,
             variant: Variant::Full,
@@ -263,9 +311,9 @@ impl<'a> MultipoleMobility<'a> {
         rows.into_iter()
     }
 
-    /// Coefficients of all modes, by degree and azimuthal number.
+    /// Coefficients of all modes, by degree and azimuthal number; zero for cells.
     fn by_harmonic(&self, x: &[f64]) -> Vec<OfFamilies> {
-        let mut all = vec![[0.0; 3]; self.harmonics[self.expansions.len()]];
+        let mut all = vec![[0.0; 3]; self.harmonics[self.harmonics.len() - 1]];
         for (sphere, expansion) in self.expansions.iter().enumerate() {
             let own = &mut all[self.harmonics[sphere]..];
             let x = &x[self.first[sphere]..];
@@ -278,18 +326,9 @@ impl<'a> MultipoleMobility<'a> {
         all
     }
 
-    /// The modes of one sphere, given by `x`, and sums over pairs; modes above the order of the
-    /// variant are zero.
-    fn with_sums(&self, sphere: usize, x: &[f64], sums: &[Vec<OfFamilies>]) -> Vec<f64> {
-        let length = self.harmonics[sphere + 1] - self.harmonics[sphere];
-        let mut all = vec![[0.0; 3]; length];
-        for (part, sum) in self.parts.iter().zip(sums) {
-            for (entry, added) in all.iter_mut().zip(&sum[part.of_sphere(sphere)]) {
-                for (entry, added) in entry.iter_mut().zip(added) {
-                    *entry += added;
-                }
-            }
-        }
+    /// Adds the modes of one sphere, given by `x`, to the sums over pairs; modes above the order of
+    /// the variant are zero.
+    fn with_sums(&self, sphere: usize, x: &[f64], sums: &[OfFamilies]) -> Vec<f64> {
         let modes = self.expansions[sphere].modes;
         let used = Modes {
             order: self.order(sphere),
@@ -297,10 +336,86 @@ impl<'a> MultipoleMobility<'a> {
         let mut y = vec![0.0; modes.len()];
         for (k, (family, own)) in modes.families().enumerate() {
             let kept = pair_product::harmonics(used.max_degree(family));
-            let values = x[own.clone()].iter().zip(&all).take(kept);
+            let values = x[own.clone()].iter().zip(sums).take(kept);
             for (y, (x, sum)) in y[own].iter_mut().zip(values) {
                 *y = x + sum[k];
             }
+        }
+        y
+    }
+
+    /// Adds the products of some pairs to `y`, both by degree and azimuthal number.
+    fn add_pairs(
+        &self,
+        (pairs, parts): (&[PlannedPair], &[Part]),
+        shift: Option<Shift>,
+        x: &[OfFamilies],
+        y: &mut [OfFamilies],
+    ) {
+        let arch = Arch::new();
+        let sums: Vec<Vec<OfFamilies>> = (parts.par_iter())
+            .map(|part| {
+                let mut y = vec![[0.0; 3]; part.first[part.first.len() - 1]];
+                arch.dispatch(OfPairs {
+                    all: self,
+                    shift,
+                    pairs: &pairs[part.pairs.clone()],
+                    first: &part.first,
+                    x,
+                    y: &mut y,
+                });
+                y
+            })
+            .collect();
+        let mut bodies = Vec::with_capacity(self.harmonics.len());
+        let mut rest = y;
+        for range in self.harmonics.windows(2) {
+            let (own, others) = rest.split_at_mut(range[1] - range[0]);
+            bodies.push(own);
+            rest = others;
+        }
+        bodies.into_par_iter().enumerate().for_each(|(body, y)| {
+            for (part, sum) in parts.iter().zip(&sums) {
+                for (entry, added) in y.iter_mut().zip(&sum[part.of_body(body)]) {
+                    for (entry, added) in entry.iter_mut().zip(added) {
+                        *entry += added;
+                    }
+                }
+            }
+        });
+    }
+
+    /// The couplings of all spheres with each other.
+    fn couplings(&self, mut x: Vec<OfFamilies>) -> Vec<OfFamilies> {
+        let Cells { shift, levels, .. } = &self.cells;
+        let mut y = vec![[0.0; 3]; x.len()];
+        for Level {
+            pairs,
+            parts,
+            bodies,
+        } in levels
+        {
+            self.add_pairs((pairs, parts), Some(Shift::Up), &x, &mut y);
+            for &cell in bodies {
+                let own = self.harmonics[cell]..self.harmonics[cell + 1];
+                x[own.clone()].swap_with_slice(&mut y[own.clone()]);
+                shift.leave_part_out(Shift::Up, &mut x[own]);
+            }
+        }
+        self.add_pairs((&self.pairs, &self.parts), None, &x, &mut y);
+        for Level {
+            pairs,
+            parts,
+            bodies,
+        } in levels.iter().rev()
+        {
+            // of the cells what acts on them
+            for &cell in bodies {
+                let own = self.harmonics[cell]..self.harmonics[cell + 1];
+                x[own.clone()].copy_from_slice(&y[own.clone()]);
+                shift.leave_part_out(Shift::Down, &mut x[own]);
+            }
+            self.add_pairs((pairs, parts), Some(Shift::Down), &x, &mut y);
         }
         y
     }
@@ -338,12 +453,14 @@ impl<'a> MultipoleMobility<'a> {
         }
     }
 
-    /// The order of a sphere in products.
-    fn order(&self, sphere: usize) -> usize {
-        let order = self.expansions[sphere].modes.order;
+    /// The order of a sphere or cell in products.
+    fn order(&self, body: usize) -> usize {
+        let Some(sphere) = self.expansions.get(body) else {
+            return self.cells.all[body - self.expansions.len()].order;
+        };
         match self.variant {
-            Variant::Lowered => order - LOWERED,
-            _ => order,
+            Variant::Lowered => sphere.modes.order - LOWERED,
+            _ => sphere.modes.order,
         }
     }
 
@@ -359,7 +476,11 @@ impl<'a> MultipoleMobility<'a> {
 /// The couplings of some pairs, with the vector instructions of the processor.
 struct OfPairs<'m> {
     all: &'m MultipoleMobility<'m>,
-    part: &'m Part,
+    /// The direction between cells and their parts; none for couplings.
+    shift: Option<Shift>,
+    pairs: &'m [PlannedPair],
+    /// Places of the bodies in `y`.
+    first: &'m [usize],
     x: &'m [OfFamilies],
     y: &'m mut [OfFamilies],
 }
@@ -370,30 +491,33 @@ impl WithSimd for OfPairs<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let mut work = Workspace::<S>::default();
-        let Self { all, part, x, y } = self;
+        let Self {
+            all, first, x, y, ..
+        } = self;
         let omitted = match all.variant {
             Variant::Lowered => LOWERED,
             _ => 0,
         };
-        let pair = |number: usize| {
-            let planned = &all.pairs[number];
-            Pair {
+        let quarter = all.couplings.quarter();
+        let mut pairs = Vec::with_capacity(S::F64_LANES);
+        for some in self.pairs.chunks(S::F64_LANES) {
+            pairs.clear();
+            pairs.extend(some.iter().map(|planned| Pair {
                 line: &planned.line,
                 orders: all.pair_orders(planned),
-                given: planned.ends.map(|sphere| all.harmonics[sphere]),
-                found: planned.ends.map(|sphere| part.first[sphere]),
+                is_complete: planned.ends.map(|body| body >= all.expansions.len()),
+                given: planned.ends.map(|body| all.harmonics[body]),
+                found: planned.ends.map(|body| first[body]),
+            }));
+            match self.shift {
+                None => {
+                    let regular = some[0].regular.saturating_sub(omitted);
+                    (all.couplings).add(simd, (&pairs, regular), x, y, &mut work);
+                }
+                Some(shift) => {
+                    (all.cells.shift).add(simd, (shift, quarter), &pairs, x, y, &mut work);
+                }
             }
-        };
-        let mut pairs = Vec::with_capacity(S::F64_LANES);
-        let mut first = part.pairs.start;
-        while first < part.pairs.end {
-            let end = part.pairs.end.min(first + S::F64_LANES);
-            pairs.clear();
-            pairs.extend((first..end).map(pair));
-            let regular = all.pairs[first].regular.saturating_sub(omitted);
-            let some = (&pairs[..], regular);
-            all.couplings.add(simd, some, x, y, &mut work);
-            first = end;
         }
     }
 }
@@ -421,25 +545,12 @@ impl Mobility for MultipoleMobility<'_> {
             x[row] = forces[place] / unit;
         }
         let x = x.as_slice();
-        let by_harmonic = self.by_harmonic(x);
-        let arch = Arch::new();
-        let sums: Vec<Vec<OfFamilies>> = (self.parts.par_iter())
-            .map(|part| {
-                let mut y = vec![[0.0; 3]; part.first[n]];
-                arch.dispatch(OfPairs {
-                    all: self,
-                    part,
-                    x: &by_harmonic,
-                    y: &mut y,
-                });
-                y
-            })
-            .collect();
+        let sums = self.couplings(self.by_harmonic(x));
         let of_spheres: Vec<Vec<f64>> = (0..n)
             .into_par_iter()
             .map(|sphere| {
                 let own = &x[self.first[sphere]..self.first[sphere + 1]];
-                self.with_sums(sphere, own, &sums)
+                self.with_sums(sphere, own, &sums[self.harmonics[sphere]..])
             })
             .collect();
         let mut hidden = DVector::from_vec(of_spheres.concat());

@@ -38,6 +38,8 @@ mod adaptive;
 mod axial_translation;
 mod axis_turn;
 mod boundary_product;
+mod cell_shift;
+mod cells;
 mod collinear;
 mod coupling;
 mod elimination;

@@ -80,14 +80,22 @@ pub(super) fn shared_numbers(top: usize, regular: usize) -> f64 {
 /// The numbers that all pairs share.
 pub(super) struct Couplings {
     quarter: QuarterTurn,
+    /// The part without pressure of `W`, by degree, in the scaled modes: so much of it is `V`.
+    potential: Vec<f64>,
     /// Highest degree, and the highest one with all azimuthal numbers.
     top: usize,
     regular: usize,
     /// For each azimuthal number the couplings of all degrees, those of a source one after the
     /// other.
     axial: Vec<Vec<[f64; COUPLED]>>,
-    /// The part without pressure of `W`, by degree, in the scaled modes: so much of it is `V`.
-    potential: Vec<f64>,
+}
+
+/// How coefficients are turned onto lines of centres.
+#[derive(Clone, Copy)]
+pub(super) struct Turns<'a> {
+    pub quarter: &'a QuarterTurn,
+    /// So much of each `W`, by degree, is a `V`.
+    pub part: &'a [f64],
 }
 
 impl Couplings {
@@ -104,15 +112,15 @@ impl Couplings {
         };
         Self {
             quarter: QuarterTurn::new(top),
-            top,
-            regular,
-            axial: (0..=last([top; 2], regular)).map(axial).collect(),
             potential: (0..=top)
                 .map(|l| match l {
                     0 => 0.0,
                     _ => potential(l) * weight(Family::Source, l) / weight(Family::Stokeslet, l),
                 })
                 .collect(),
+            top,
+            regular,
+            axial: (0..=last([top; 2], regular)).map(axial).collect(),
         }
     }
 
@@ -131,7 +139,7 @@ impl Couplings {
 }
 
 /// Square root of the self energy of a mode on the unit sphere.
-fn weight(family: Family, l: usize) -> f64 {
+pub(super) fn weight(family: Family, l: usize) -> f64 {
     family.energy(l, 1.0).sqrt()
 }
 
@@ -163,6 +171,17 @@ pub(super) struct Line {
 }
 
 impl Line {
+    /// From the centre of a cell to that of a part of it, with the radii of the cell and of the
+    /// part; the ratios are those of the distance and of the radius of the part to that of the cell.
+    pub fn within([cell, part]: [f64; 2], offset: &Vector3<f64>) -> Self {
+        let distance = offset.norm();
+        let along_z = Vector3::z();
+        Self {
+            angles: Angles::new(if distance > 0.0 { offset } else { &along_z }),
+            ratios: [distance / cell, part / cell],
+        }
+    }
+
     pub fn new(radii: [f64; 2], offset: &Vector3<f64>) -> Self {
         Self {
             angles: Angles::new(offset),
@@ -184,6 +203,8 @@ pub(super) struct Pair<'a> {
     pub line: &'a Line,
     /// Modes above these orders are left out, at both ends.
     pub orders: PairOrders,
+    /// Whether an end has all families of the highest degrees.
+    pub is_complete: [bool; 2],
     /// Places of the source and of the target among the coefficients that are multiplied.
     pub given: [usize; 2],
     /// The same among the products.
@@ -191,17 +212,17 @@ pub(super) struct Pair<'a> {
 }
 
 /// Coefficients of both symmetry classes.
-type Classes<S> = [Lanes<S>; 2];
+pub(super) type Classes<S> = [Lanes<S>; 2];
 
 /// Coefficients on the way through the lines of centres.
 pub(super) struct Workspace<S: Simd> {
     /// At one end, by degree and azimuthal number.
-    turned: Vec<Lanes<S>>,
+    pub turned: Vec<Lanes<S>>,
     /// Along the line, by azimuthal number and degree.
-    given: [Vec<Classes<S>>; 2],
-    found: [Vec<Classes<S>>; 2],
+    pub given: [Vec<Classes<S>>; 2],
+    pub found: [Vec<Classes<S>>; 2],
     /// Radii over the distance to the powers of -1/2 and so on.
-    powers: [Vec<S::f64s>; 2],
+    pub powers: [Vec<S::f64s>; 2],
     /// One degree along the line.
     degree: Vec<Lanes<S>>,
     turning: Turning<S>,
@@ -220,9 +241,39 @@ impl<S: Simd> Default for Workspace<S> {
     }
 }
 
+impl<S: Simd> Workspace<S> {
+    /// Makes room for some pairs with degrees up to `top`.
+    #[inline(always)]
+    pub fn begin(&mut self, simd: S, pairs: &[Pair], top: usize) {
+        let angles = |lane: usize| &of_lane(pairs, lane).angles;
+        multiples(simd, angles, top, &mut self.turning.multiples);
+        (self.degree).resize(2 * top + 1, [simd.splat_f64s(0.0); 3]);
+    }
+
+    /// Makes room for so many coefficients of one end; what is read of these is written before.
+    #[inline(always)]
+    pub fn begin_end(&mut self, simd: S, end: usize, size: usize) {
+        let zero = simd.splat_f64s(0.0);
+        self.given[end].resize(size, [[zero; 3]; 2]);
+        self.found[end].resize(size, [[zero; 3]; 2]);
+    }
+}
+
+/// The line of a lane; one without a pair repeats the last one, with coefficients of zero.
+#[inline(always)]
+fn of_lane<'a>(pairs: &[Pair<'a>], lane: usize) -> &'a Line {
+    pairs[lane.min(pairs.len() - 1)].line
+}
+
+/// The ratios of the radius of an end.
+#[inline(always)]
+pub(super) fn ratios<S: Simd>(simd: S, pairs: &[Pair], end: usize) -> S::f64s {
+    of_lanes(simd, |lane| of_lane(pairs, lane).ratios[end])
+}
+
 /// The places of degree `l` among all harmonics.
 #[inline(always)]
-fn of_degree(l: usize) -> std::ops::Range<usize> {
+pub(super) fn of_degree(l: usize) -> std::ops::Range<usize> {
     l * l - 1..l * l + 2 * l
 }
 
@@ -248,65 +299,24 @@ impl Couplings {
             return;
         };
         let tops = [first, second];
+        let turns = Turns {
+            quarter: &self.quarter,
+            part: &self.potential,
+        };
         let last = last(tops, regular);
-        // a lane without a pair repeats the last one with coefficients of zero
-        let of_lane = |lane: usize| pairs[lane.min(pairs.len() - 1)].line;
-        let top = first.max(second);
-        multiples(
-            simd,
-            |lane| &of_lane(lane).angles,
-            top,
-            &mut work.turning.multiples,
-        );
-        let zero = simd.splat_f64s(0.0);
-        work.degree.resize(2 * top + 1, [zero; 3]);
+        work.begin(simd, pairs, first.max(second));
         for end in 0..2 {
-            let ratio = of_lanes(simd, |lane| of_lane(lane).ratios[end]);
-            let mut power = simd.div_f64s(simd.splat_f64s(1.0), simd.sqrt_f64s(ratio));
-            work.powers[end].clear();
-            for _ in 0..tops[end] + 3 {
-                work.powers[end].push(power);
-                power = simd.mul_f64s(power, ratio);
-            }
-            let size = (last + 1) * tops[end];
-            // what is read of these is written before
-            work.given[end].resize(size, [[zero; 3]; 2]);
-            work.found[end].resize(size, [[zero; 3]; 2]);
+            let ratio = ratios(simd, pairs, end);
+            let first = simd.div_f64s(simd.splat_f64s(1.0), simd.sqrt_f64s(ratio));
+            powers(simd, (first, ratio), tops[end] + 3, &mut work.powers[end]);
+            work.begin_end(simd, end, (last + 1) * tops[end]);
             gather(simd, (pairs, end, tops[end]), x, &mut work.turned);
-            self.onto_line(simd, (end, tops[end]), (regular, last), work);
+            turns.onto_line(simd, (end, tops[end]), (regular, last), work);
         }
         self.couple(simd, tops, (regular, last), work);
         for end in 0..2 {
-            self.off_line(simd, (end, tops[end]), (regular, last), work);
+            turns.off_line(simd, (end, tops[end]), (regular, last), work);
             scatter::<S>((pairs, end), &work.turned, y);
-        }
-    }
-
-    /// Coefficients of one end along the line, times powers of the distance.
-    #[inline(always)]
-    fn onto_line<S: Simd>(
-        &self,
-        simd: S,
-        (end, top): (usize, usize),
-        (regular, last): (usize, usize),
-        work: &mut Workspace<S>,
-    ) {
-        for l in 1..=top {
-            let highest = highest(l, regular).min(last);
-            let degree = &mut work.degree[..2 * l + 1];
-            let turned = &work.turned[of_degree(l)];
-            (self.quarter).onto_line(simd, (l, highest), turned, degree, &mut work.turning);
-            let powers = &work.powers[end][l..l + 3];
-            let potential = simd.splat_f64s(self.potential[l]);
-            for m in 0..=highest {
-                let cosines = scaled(simd, degree[l + m], potential, powers);
-                let sines = scaled(simd, degree[l - m], potential, powers);
-                // the azimuthal number zero has the first class alone
-                work.given[end][m * top + l - 1] = [
-                    [cosines[0], sines[1], cosines[2]],
-                    [sines[0], simd.neg_f64s(cosines[1]), sines[2]],
-                ];
-            }
         }
     }
 
@@ -338,10 +348,40 @@ impl Couplings {
             }
         }
     }
+}
+
+impl Turns<'_> {
+    /// Coefficients of one end along the line, times powers of the distance.
+    #[inline(always)]
+    pub fn onto_line<S: Simd>(
+        &self,
+        simd: S,
+        (end, top): (usize, usize),
+        (regular, last): (usize, usize),
+        work: &mut Workspace<S>,
+    ) {
+        for l in 1..=top {
+            let highest = highest(l, regular).min(last);
+            let degree = &mut work.degree[..2 * l + 1];
+            let turned = &work.turned[of_degree(l)];
+            (self.quarter).onto_line(simd, (l, highest), turned, degree, &mut work.turning);
+            let powers = &work.powers[end][l..l + 3];
+            let part = simd.splat_f64s(self.part[l]);
+            for m in 0..=highest {
+                let cosines = scaled(simd, degree[l + m], part, powers);
+                let sines = scaled(simd, degree[l - m], part, powers);
+                // the azimuthal number zero has the first class alone
+                work.given[end][m * top + l - 1] = [
+                    [cosines[0], sines[1], cosines[2]],
+                    [sines[0], simd.neg_f64s(cosines[1]), sines[2]],
+                ];
+            }
+        }
+    }
 
     /// What was found along the line, times powers of the distance, as coefficients of one end.
     #[inline(always)]
-    fn off_line<S: Simd>(
+    pub fn off_line<S: Simd>(
         &self,
         simd: S,
         (end, top): (usize, usize),
@@ -353,12 +393,12 @@ impl Couplings {
         for l in 1..=top {
             let highest = highest(l, regular).min(last);
             let powers = &work.powers[end][l..l + 3];
-            let potential = simd.splat_f64s(self.potential[l]);
+            let part = simd.splat_f64s(self.part[l]);
             let degree = &mut work.degree[..2 * l + 1];
             for m in 0..=highest {
                 let [first, second] = work.found[end][m * top + l - 1];
-                let first = with_potential(simd, first, potential, powers);
-                let second = with_potential(simd, second, potential, powers);
+                let first = with_part(simd, first, part, powers);
+                let second = with_part(simd, second, part, powers);
                 // the azimuthal number zero has one coefficient, of the first class
                 degree[l - m] = [second[0], first[1], second[2]];
                 degree[l + m] = match m {
@@ -372,16 +412,27 @@ impl Couplings {
     }
 }
 
-/// Coefficients with the part without pressure of `W` as `V`, times powers of the distance.
+/// Powers of a ratio with the exponents `-1/2 + k`, the first of which is given.
+#[inline(always)]
+pub(super) fn powers<S: Simd>(
+    simd: S,
+    (first, ratio): (S::f64s, S::f64s),
+    count: usize,
+    powers: &mut Vec<S::f64s>,
+) {
+    let mut power = first;
+    powers.clear();
+    for _ in 0..count {
+        powers.push(power);
+        power = simd.mul_f64s(power, ratio);
+    }
+}
+
+/// Coefficients with the part of `W` that is a `V` there, times powers of the distance.
 // Vector instructions in closures would be calls: only functions that are always inlined have them.
 #[inline(always)]
-fn scaled<S: Simd>(
-    simd: S,
-    [w, x, v]: Lanes<S>,
-    potential: S::f64s,
-    powers: &[S::f64s],
-) -> Lanes<S> {
-    let v = simd.mul_add_f64s(potential, w, v);
+fn scaled<S: Simd>(simd: S, [w, x, v]: Lanes<S>, part: S::f64s, powers: &[S::f64s]) -> Lanes<S> {
+    let v = simd.mul_add_f64s(part, w, v);
     [
         simd.mul_f64s(w, powers[0]),
         simd.mul_f64s(x, powers[1]),
@@ -391,15 +442,10 @@ fn scaled<S: Simd>(
 
 /// The transpose of [`scaled`].
 #[inline(always)]
-fn with_potential<S: Simd>(
-    simd: S,
-    [w, x, v]: Lanes<S>,
-    potential: S::f64s,
-    powers: &[S::f64s],
-) -> Lanes<S> {
+fn with_part<S: Simd>(simd: S, [w, x, v]: Lanes<S>, part: S::f64s, powers: &[S::f64s]) -> Lanes<S> {
     let v = simd.mul_f64s(v, powers[2]);
     [
-        simd.mul_add_f64s(w, powers[0], simd.mul_f64s(potential, v)),
+        simd.mul_add_f64s(w, powers[0], simd.mul_f64s(part, v)),
         simd.mul_f64s(x, powers[1]),
         v,
     ]
@@ -445,16 +491,19 @@ fn add_coupled<S: Simd>(
     y[2] = simd.mul_add_f64s(wv, *w, y[2]);
 }
 
-/// The families of a degree up to an order.
+/// The families of a degree that an end has.
 #[inline(always)]
-fn families_of(order: usize, l: usize) -> [bool; 3] {
-    FAMILIES.map(|family| (Modes { order }).contains(family, l))
+fn families_of(pair: &Pair, end: usize, l: usize) -> [bool; 3] {
+    let modes = Modes {
+        order: pair.orders[end],
+    };
+    FAMILIES.map(|family| pair.is_complete[end] || modes.contains(family, l))
 }
 
 /// Coefficients of one end of some pairs in lanes, up to the order `top`; zero above those of a
 /// pair.
 #[inline(always)]
-fn gather<S: Simd>(
+pub(super) fn gather<S: Simd>(
     simd: S,
     (pairs, end, top): (&[Pair], usize, usize),
     x: &[OfFamilies],
@@ -467,7 +516,7 @@ fn gather<S: Simd>(
     for (lane, pair) in pairs.iter().enumerate() {
         let x = &x[pair.given[end]..][..harmonics(pair.orders[end])];
         for l in 1..=pair.orders[end] {
-            let is_used = families_of(pair.orders[end], l);
+            let is_used = families_of(pair, end, l);
             let numbers = numbers[3 * width * of_degree(l).start..].chunks_exact_mut(3 * width);
             for (numbers, x) in numbers.zip(&x[of_degree(l)]) {
                 for k in 0..3 {
@@ -480,13 +529,17 @@ fn gather<S: Simd>(
 
 /// Adds coefficients in lanes to those of one end of the pairs.
 #[inline(always)]
-fn scatter<S: Simd>((pairs, end): (&[Pair], usize), lanes: &[Lanes<S>], y: &mut [OfFamilies]) {
+pub(super) fn scatter<S: Simd>(
+    (pairs, end): (&[Pair], usize),
+    lanes: &[Lanes<S>],
+    y: &mut [OfFamilies],
+) {
     let width = S::F64_LANES;
     let numbers: &[f64] = cast_slice(lanes);
     for (lane, pair) in pairs.iter().enumerate() {
         let y = &mut y[pair.found[end]..][..harmonics(pair.orders[end])];
         for l in 1..=pair.orders[end] {
-            let is_used = families_of(pair.orders[end], l);
+            let is_used = families_of(pair, end, l);
             let numbers = numbers[3 * width * of_degree(l).start..].chunks_exact(3 * width);
             for (numbers, y) in numbers.zip(&mut y[of_degree(l)]) {
                 for k in 0..3 {
@@ -607,6 +660,7 @@ mod tests {
                 .map(|((case, line), places)| Pair {
                     line,
                     orders: case.orders,
+                    is_complete: [false; 2],
                     given: *places,
                     found: *places,
                 })

@@ -1,6 +1,6 @@
 //! Many spheres: sums without a matrix, and linked spheres by conjugate gradients.
 
-use microhydro::multipole::MultipoleMobility;
+use microhydro::multipole::{MultipoleMobility, Variant};
 use microhydro::nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use microhydro::{
     Accuracy, HydroError, Linkage, LinkedMotion, LinkedSpheres, Medium, Mobility, PointMobility,
@@ -244,7 +244,8 @@ fn results_do_not_depend_on_the_number_of_threads() {
         Vector3::new(1.0, -1.0, 0.5).normalize() * 2.003,
     ];
     let narrow = Spheres::new(centres, vec![1.0; 2]).unwrap();
-    for spheres in [lattice(32, 2.5), narrow] {
+    // the last ones with cells
+    for spheres in [lattice(32, 2.5), narrow, lattice(302, 5.0)] {
         let by = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             let pool = pool.build().unwrap();
@@ -413,16 +414,10 @@ fn iterations_hardly_grow_in_narrow_gaps() {
 /// the cost, and lists of pairs that do not fit into memory are not begun.
 #[test]
 fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
-    let lattice = |n: usize, gap: f64| {
-        let centres = (0..n.pow(3))
-            .map(|k| Vector3::new((k % n) as f64, (k / n % n) as f64, (k / (n * n)) as f64));
-        let centres = centres.map(|cell| (2.0 + gap) * cell);
-        Spheres::new(centres.collect(), vec![1.0; n.pow(3)]).unwrap()
-    };
     let accuracy = Accuracy::relative(1e-3);
-    let cost = MultipoleMobility::cost(&lattice(10, 0.1), None, &accuracy, 1e-6).unwrap();
+    let cost = MultipoleMobility::cost(&cube(10, 0.1), None, &accuracy, 1e-6).unwrap();
     assert!(cost.mib < 2048.0 && cost.seconds < 60.0, "{cost:?}");
-    let spheres = lattice(7, 0.0012);
+    let spheres = cube(7, 0.0012);
     let cost = MultipoleMobility::cost(&spheres, None, &accuracy, accuracy.tolerance).unwrap();
     match MultipoleMobility::new(&spheres, &accuracy) {
         Err(HydroError::TooCostly { mib, seconds, .. }) => {
@@ -430,8 +425,8 @@ fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
         }
         other => panic!("{cost:?} {:?}", other.err()),
     }
-    // a gap, orders and a line for each of 57 million pairs
-    let spheres = lattice(22, 0.1);
+    // a gap, orders and a line for each of the near pairs of so many
+    let spheres = cube(40, 0.1);
     let cost = MultipoleMobility::cost(&spheres, None, &accuracy, 1e-6).unwrap();
     match MultipoleMobility::new(&spheres, &accuracy) {
         Err(HydroError::TooCostly {
@@ -440,11 +435,79 @@ fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
             seconds,
             ..
         }) => {
-            assert!(most_mib < mib && mib < 3.0 * most_mib, "{mib}");
+            assert!(most_mib < mib, "{mib}");
             assert_eq!((mib, seconds), (cost.mib, cost.seconds));
-            assert!(seconds > 100.0, "{seconds}");
+            assert!(seconds > 1.0, "{seconds}");
         }
         other => panic!("{:?}", other.err()),
+    }
+}
+
+/// Cubes of spheres at this gap, numbers along an edge.
+fn cube(n: usize, gap: f64) -> Spheres {
+    let centres = (0..n.pow(3))
+        .map(|k| Vector3::new((k % n) as f64, (k / n % n) as f64, (k / (n * n)) as f64));
+    let centres = centres.map(|cell| (2.0 + gap) * cell);
+    Spheres::new(centres.collect(), vec![1.0; n.pow(3)]).unwrap()
+}
+
+/// Operations are counted: of all pairs they grew as `N^2`.
+#[test]
+fn the_cost_of_expansions_grows_nearly_as_the_number_of_spheres() {
+    for gap in [0.1, 4.0] {
+        let accuracy = Accuracy::relative(1e-4);
+        let cost = |n: usize| MultipoleMobility::cost(&cube(n, gap), None, &accuracy, 1e-7);
+        let [few, many] = [8, 16].map(|n| cost(n).unwrap());
+        let growth = (many.seconds / few.seconds).ln() / 8.0_f64.ln();
+        assert!(growth < 1.25, "{growth}");
+        let growth = (many.mib / few.mib).ln() / 8.0_f64.ln();
+        assert!(growth < 1.05, "{growth}");
+    }
+}
+
+/// Cells act on distant ones as their spheres do, to the tolerance; the accurate solution is by
+/// pairs of spheres alone, whose orders would be too high for cells.
+#[test]
+fn cells_of_distant_spheres_change_less_than_the_tolerance() {
+    for gap in [0.3, 5.0] {
+        let spheres = cube(6, gap);
+        let mut random = Random(7);
+        let linkages: Vec<Linkage> = (0..spheres.len())
+            .map(|k| free(k, random.vector(6)))
+            .collect();
+        let velocities = |tolerance: f64| {
+            let mobility =
+                MultipoleMobility::new(&spheres, &Accuracy::relative(tolerance)).unwrap();
+            let linked = LinkedSpheres::new(&mobility, linkages.clone()).unwrap();
+            let found = linked.solve(1e-2 * tolerance).unwrap();
+            let all = found.coordinates.iter().flat_map(|u| u.iter().copied());
+            DVector::from_iterator(6 * spheres.len(), all)
+        };
+        let exact = velocities(1e-9);
+        for tolerance in [1e-3, 1e-4] {
+            let error = (velocities(tolerance) - &exact).amax() / exact.amax();
+            assert!(error < tolerance, "{error:.1e} at a gap of {gap}");
+        }
+    }
+}
+
+/// What acts on cells is the transpose of what their spheres make of them.
+#[test]
+fn the_operator_with_cells_is_symmetric() {
+    let spheres = cube(6, 3.0);
+    let mut mobility = MultipoleMobility::new(&spheres, &Accuracy::relative(1e-3)).unwrap();
+    for variant in [Variant::Full, Variant::Lowered, Variant::Neglecting] {
+        mobility.set_variant(variant);
+        let mut random = Random(3);
+        let mut vectors = || [6 * spheres.len(), mobility.dofs()].map(|rows| random.vector(rows));
+        let (x, y) = (vectors(), vectors());
+        let product = |x: &[DVector<f64>; 2]| mobility.product(&x[0], &x[1]).unwrap();
+        let [ax, ay] = [product(&x), product(&y)];
+        let dot = |a: &[DVector<f64>; 2], b: &[DVector<f64>; 2]| a[0].dot(&b[0]) + a[1].dot(&b[1]);
+        let scale = dot(&x, &ax);
+        // rounding of sums over all multipoles
+        let difference = (dot(&y, &ax) - dot(&x, &ay)).abs();
+        assert!(difference < 1e-12 * scale, "{variant:?}: {difference:e}");
     }
 }
 

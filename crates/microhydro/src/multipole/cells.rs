@@ -1,0 +1,426 @@
+//! Cells of spheres that act on distant ones together.
+//!
+//! What spheres do far away is what one expansion about the centre of a cell around them does
+//! (Greengard & Rokhlin 1987). Pairs of cells are found by a walk through the pairs of a binary tree
+//! (Dehnen 2002, J. Comput. Phys. 179, 27): two cells couple as two spheres do, with the orders that
+//! the truncation of their expansions needs, if that takes fewer operations than the pairs of their
+//! spheres; otherwise the larger one is divided.
+//!
+//! Bodies are the spheres, and after them the cells.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::expansion_plan::LOWEST_ORDER;
+use super::pair_product::{self, PairOrders};
+use super::truncation;
+use crate::Spheres;
+
+/// Highest order of a cell: 343 to 8000 spheres in cubes at gaps of 0.1 to 4 took the fewest
+/// operations with 12 to 14, up to 1.4 times as many with 10 and 16.
+const MAX_CELL_ORDER: usize = 12;
+
+/// Least gap between the nearest spheres of two cells that couple, in sums of the radii.
+const DISTANT: f64 = 0.5;
+
+/// A part of all spheres.
+pub(super) struct Cell {
+    pub centre: Vector3<f64>,
+    /// Radius of a ball around the spheres.
+    pub radius: f64,
+    /// Order of the expansion.
+    pub order: usize,
+    /// Bodies with the expansions that make up its own.
+    pub parts: Vec<usize>,
+}
+
+/// A cell of the tree.
+struct Half {
+    centre: Vector3<f64>,
+    radius: f64,
+    /// Its halves: bodies.
+    parts: [usize; 2],
+    /// Number of spheres, and radius of the largest one.
+    spheres: usize,
+    largest: f64,
+}
+
+/// Relative errors of couplings.
+#[derive(Clone, Copy)]
+pub(super) struct Neglected {
+    /// Of the pairs of spheres.
+    pub of_spheres: f64,
+    /// Of the truncated expansions of cells.
+    pub of_cells: f64,
+}
+
+/// All spheres, and a binary tree of them.
+pub(super) struct Tree<'a> {
+    spheres: &'a Spheres,
+    /// Radius of the largest sphere.
+    largest: f64,
+    /// Those of both parts of a cell before it.
+    cells: Vec<Half>,
+}
+
+/// Bodies that couple.
+pub(super) struct CoupledBodies {
+    pub ends: [usize; 2],
+    /// The orders, and those that neglect more; none of pairs of spheres.
+    pub orders: Option<(PairOrders, PairOrders)>,
+}
+
+impl<'a> Tree<'a> {
+    /// Cost: `O(n log n)`.
+    pub fn new(spheres: &'a Spheres) -> Self {
+        let mut tree = Self {
+            spheres,
+            largest: spheres.radii().iter().copied().fold(0.0, f64::max),
+            cells: Vec::with_capacity(spheres.len()),
+        };
+        let mut all: Vec<usize> = (0..spheres.len()).collect();
+        if !all.is_empty() {
+            tree.divide(&mut all);
+        }
+        tree
+    }
+
+    /// The body of some spheres: halves along the longest edge of their box.
+    fn divide(&mut self, some: &mut [usize]) -> usize {
+        if let &mut [sphere] = some {
+            return sphere;
+        }
+        let x = self.spheres.centres();
+        let (low, high) = some
+            .iter()
+            .fold((x[some[0]], x[some[0]]), |(low, high), &k| {
+                (low.inf(&x[k]), high.sup(&x[k]))
+            });
+        let (centre, axis) = ((low + high) / 2.0, (high - low).imax());
+        let reach = |&k: &usize| (x[k] - centre).norm() + self.spheres.radii()[k];
+        let radius = some.iter().map(reach).fold(0.0, f64::max);
+        let radii = some.iter().map(|&k| self.spheres.radii()[k]);
+        let (spheres, largest) = (some.len(), radii.fold(0.0, f64::max));
+        let middle = some.len() / 2;
+        some.select_nth_unstable_by(middle, |&i, &j| {
+            x[i][axis].total_cmp(&x[j][axis]).then(i.cmp(&j))
+        });
+        let (first, second) = some.split_at_mut(middle);
+        let parts = [self.divide(first), self.divide(second)];
+        self.cells.push(Half {
+            centre,
+            radius,
+            parts,
+            spheres,
+            largest,
+        });
+        self.spheres.len() + self.cells.len() - 1
+    }
+
+    /// The cell of a body; none of a sphere.
+    fn cell(&self, body: usize) -> Option<&Half> {
+        self.cells.get(body.checked_sub(self.spheres.len())?)
+    }
+
+    fn centre(&self, body: usize) -> &Vector3<f64> {
+        (self.cell(body)).map_or_else(|| &self.spheres.centres()[body], |cell| &cell.centre)
+    }
+
+    /// Radius of a body, and of the largest sphere in it.
+    fn radii(&self, body: usize) -> [f64; 2] {
+        match self.cell(body) {
+            Some(cell) => [cell.radius, cell.largest],
+            None => [self.spheres.radii()[body]; 2],
+        }
+    }
+
+    fn count(&self, body: usize) -> usize {
+        self.cell(body).map_or(1, |cell| cell.spheres)
+    }
+
+    /// Smallest bispherical coordinate of a sphere with all others.
+    pub fn narrowest(&self, sphere: usize) -> f64 {
+        let (x, a) = (self.spheres.centres()[sphere], self.spheres.radii()[sphere]);
+        // at least that of any sphere in a body
+        let least = |body: usize| {
+            let [radius, largest] = self.radii(body);
+            // of the nearest centre that a sphere of the largest radius may have
+            let distance = (self.centre(body) - x).norm() - radius + largest;
+            match distance > a + largest {
+                true => truncation::outside(distance, a, largest).0,
+                false => 0.0,
+            }
+        };
+        let mut narrowest = f64::INFINITY;
+        let root = self.cells.last().map(|root| root.parts);
+        let mut open: Vec<(f64, usize)> = root.iter().flatten().map(|&part| (0.0, part)).collect();
+        while let Some((found, body)) = open.pop() {
+            match self.cell(body) {
+                _ if found >= narrowest || body == sphere => {}
+                None => narrowest = narrowest.min(least(body)),
+                Some(cell) => {
+                    let [first, second] = cell.parts.map(|part| (least(part), part));
+                    // the nearer one is treated next
+                    let is_nearer = first.0 < second.0;
+                    open.extend(if is_nearer {
+                        [second, first]
+                    } else {
+                        [first, second]
+                    });
+                }
+            }
+        }
+        narrowest
+    }
+
+    /// All bodies that couple: each pair of spheres is in one pair of them.
+    pub fn couples(&self, neglected: Neglected) -> Vec<CoupledBodies> {
+        let of_halves = |cell: &Half| self.couples_of(cell.parts, neglected);
+        self.cells.par_iter().flat_map_iter(of_halves).collect()
+    }
+
+    /// The bodies in two bodies that couple.
+    fn couples_of(&self, ends: [usize; 2], neglected: Neglected) -> Vec<CoupledBodies> {
+        let (mut found, mut pairs) = (Vec::new(), vec![ends]);
+        while let Some(ends) = pairs.pop() {
+            if ends.iter().all(|&body| self.cell(body).is_none()) {
+                found.push(CoupledBodies { ends, orders: None });
+                continue;
+            }
+            let (operations, orders) = self.cheapest(ends, neglected);
+            let divided = self.divided(ends);
+            let of_parts = divided.map(|ends| self.cheapest(ends, neglected).0);
+            if orders.is_some() && operations <= of_parts[0] + of_parts[1] {
+                found.push(CoupledBodies { ends, orders });
+            } else {
+                pairs.extend(divided);
+            }
+        }
+        found
+    }
+
+    /// A pair with the larger body divided, which is a cell.
+    fn divided(&self, ends: [usize; 2]) -> [[usize; 2]; 2] {
+        let of = |body: usize| self.cell(body).map_or(0.0, |cell| cell.radius);
+        let end = usize::from(of(ends[0]) < of(ends[1]));
+        let parts = self.cell(ends[end]).map_or(ends, |cell| cell.parts);
+        parts.map(|part| {
+            let mut divided = ends;
+            divided[end] = part;
+            divided
+        })
+    }
+
+    /// Operations of two bodies, and the orders at which they couple with those that neglect more;
+    /// none if the pairs of their spheres take fewer.
+    fn cheapest(
+        &self,
+        ends: [usize; 2],
+        neglected: Neglected,
+    ) -> (usize, Option<(PairOrders, PairOrders)>) {
+        let distance = self.distance(ends);
+        let [[first, a], [second, b]] = ends.map(|body| self.radii(body));
+        let of = |orders: PairOrders| pair_product::operations(orders, orders[0].max(orders[1]));
+        let of_pair = truncation::for_pair(distance.max(a + b), a, b, neglected.of_spheres);
+        let of_pair = [of_pair.0, of_pair.1].map(|order| order.clamp(LOWEST_ORDER, MAX_CELL_ORDER));
+        let by_spheres = self.count(ends[0]) * self.count(ends[1]) * of(of_pair);
+        // also the nearest spheres in them are distant
+        let is_distant = distance - first - second > DISTANT * (a + b);
+        if !is_distant || ends.iter().all(|&body| self.cell(body).is_none()) {
+            return (by_spheres, None);
+        }
+        let reach = [distance - second, distance - first];
+        let with = |neglected| [0, 1].map(|end| self.order(ends[end], reach[end], neglected));
+        let orders = with(neglected);
+        if orders.iter().any(|&order| order > MAX_CELL_ORDER) || of(orders) >= by_spheres {
+            return (by_spheres, None);
+        }
+        let fewer = with(neglected.more());
+        let fewer = [0, 1].map(|end| fewer[end].min(orders[end] - 1));
+        (of(orders), Some((orders, fewer)))
+    }
+
+    fn distance(&self, [first, second]: [usize; 2]) -> f64 {
+        (self.centre(second) - self.centre(first)).norm()
+    }
+
+    /// Order of a body for other surfaces at a distance of `reach` from its centre.
+    ///
+    /// The flow of what touches the ball around a cell decays with the degree as `(radius/reach)^l`.
+    fn order(&self, body: usize, reach: f64, neglected: Neglected) -> usize {
+        let [radius, own] = self.radii(body);
+        // distance of the centres of the nearest spheres
+        let nearest = (reach - radius).max(0.0) + own + self.largest;
+        let of_spheres = truncation::for_pair(nearest, own, self.largest, neglected.of_spheres).0;
+        let of_cell = match self.cell(body) {
+            Some(_) => {
+                let decay = (reach / radius).max(1.0).ln();
+                (-neglected.of_cells.ln() / decay).ceil() as usize
+            }
+            None => 0,
+        };
+        of_spheres.max(of_cell).max(LOWEST_ORDER)
+    }
+
+    /// The cells that couple, with their orders and parts, and the bodies that take the place of
+    /// those of the tree: of spheres themselves, none of other cells.
+    pub fn coupled_cells(self, couples: &[CoupledBodies], neglected: Neglected) -> CoupledCells {
+        let n = self.spheres.len();
+        // smallest distance of the centre of a body from surfaces for which its flow is needed
+        let mut reach = vec![f64::INFINITY; n + self.cells.len()];
+        let mut is_coupled = vec![false; self.cells.len()];
+        for CoupledBodies { ends, .. } in couples.iter().filter(|couple| couple.orders.is_some()) {
+            let distance = self.distance(*ends);
+            for end in 0..2 {
+                let other = self.radii(ends[1 - end])[0];
+                reach[ends[end]] = reach[ends[end]].min(distance - other);
+                if let Some(cell) = ends[end].checked_sub(n) {
+                    is_coupled[cell] = true;
+                }
+            }
+        }
+        for (number, cell) in self.cells.iter().enumerate().rev() {
+            for &part in &cell.parts {
+                let offset = self.distance([n + number, part]);
+                reach[part] = reach[part].min(reach[n + number] - offset);
+            }
+        }
+        let mut bodies: Vec<Option<usize>> = (0..n).map(Some).collect();
+        let mut cells = Vec::new();
+        for (number, cell) in self.cells.iter().enumerate() {
+            bodies.push(is_coupled[number].then_some(n + cells.len()));
+            if is_coupled[number] {
+                let (mut parts, mut open) = (Vec::new(), cell.parts.to_vec());
+                while let Some(part) = open.pop() {
+                    match bodies[part] {
+                        Some(body) => parts.push(body),
+                        None => open.extend(&self.cells[part - n].parts),
+                    }
+                }
+                // cells around it have the same flow to no more than the highest order
+                let order = self.order(n + number, reach[n + number], neglected);
+                cells.push(Cell {
+                    order: order.min(MAX_CELL_ORDER),
+                    centre: cell.centre,
+                    radius: cell.radius,
+                    parts,
+                });
+            }
+        }
+        let of_spheres = (0..n).map(|sphere| self.order(sphere, reach[sphere], neglected));
+        CoupledCells {
+            of_spheres: of_spheres.collect(),
+            cells,
+            bodies,
+        }
+    }
+}
+
+/// What couples of a tree.
+pub(super) struct CoupledCells {
+    pub cells: Vec<Cell>,
+    /// Orders of the spheres in the cells.
+    pub of_spheres: Vec<usize>,
+    /// For each body of the tree that among the spheres and these cells.
+    pub bodies: Vec<Option<usize>>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two clusters of spheres of two sizes, and lonely ones.
+    fn spheres() -> Spheres {
+        let cluster = |k: usize| {
+            let cell = Vector3::new((k % 6) as f64, (k / 6 % 6) as f64, (k / 36) as f64);
+            let shift = Vector3::new(0.2 * (k as f64).sin(), 0.0, 0.3 * (k as f64).cos());
+            2.6 * cell + shift
+        };
+        let lonely = |k: usize| Vector3::new(40.0 + 9.0 * k as f64, -30.0, 5.0 * k as f64);
+        let centres = (0..200).map(cluster);
+        let centres = centres.chain((0..90).map(|k| cluster(k) + Vector3::new(3.0, 45.0, -8.0)));
+        let centres: Vec<_> = centres.chain((0..5).map(lonely)).collect();
+        let radii = (0..centres.len()).map(|k| [1.0, 0.6][k % 2]).collect();
+        Spheres::new(centres, radii).unwrap()
+    }
+
+    const NEGLECTED: Neglected = Neglected {
+        of_spheres: 1e-6,
+        of_cells: 1e-3,
+    };
+
+    #[test]
+    fn each_pair_of_spheres_couples_once_and_far_enough() {
+        let spheres = spheres();
+        let n = spheres.len();
+        let tree = Tree::new(&spheres);
+        let inside = |body: usize| {
+            let (mut found, mut open) = (Vec::new(), vec![body]);
+            while let Some(body) = open.pop() {
+                match tree.cell(body) {
+                    Some(cell) => open.extend(&cell.parts),
+                    None => found.push(body),
+                }
+            }
+            found
+        };
+        let mut coupled = vec![0; n * n];
+        let couples = tree.couples(NEGLECTED);
+        for CoupledBodies { ends, orders } in &couples {
+            let [first, second] = ends.map(inside);
+            assert_eq!(
+                orders.is_none(),
+                first.len() * second.len() == 1 && ends.iter().all(|&b| b < n)
+            );
+            for &i in &first {
+                for &j in &second {
+                    coupled[i * n + j] += 1;
+                    coupled[j * n + i] += 1;
+                    let distance = (spheres.centres()[i] - spheres.centres()[j]).norm();
+                    let gap = distance - spheres.radii()[i] - spheres.radii()[j];
+                    assert!(orders.is_none() || gap > DISTANT * 1.2, "{gap}");
+                }
+            }
+        }
+        for i in 0..n {
+            for j in 0..n {
+                assert_eq!(coupled[i * n + j], usize::from(i != j), "{i} {j}");
+            }
+        }
+        assert!(couples.len() < n * (n - 1) / 6, "{}", couples.len());
+    }
+
+    #[test]
+    fn the_narrowest_gap_of_a_sphere_is_that_of_all_pairs() {
+        let spheres = spheres();
+        let tree = Tree::new(&spheres);
+        let (x, a) = (spheres.centres(), spheres.radii());
+        for i in 0..spheres.len() {
+            let others = (0..spheres.len()).filter(|&j| j != i);
+            let xi = others.map(|j| truncation::outside((x[j] - x[i]).norm(), a[i], a[j]).0);
+            assert_eq!(tree.narrowest(i), xi.fold(f64::INFINITY, f64::min));
+        }
+    }
+
+    /// Every sphere of a cell is in one of its parts, and cells come after their parts.
+    #[test]
+    fn cells_that_couple_are_made_of_all_their_spheres() {
+        let spheres = spheres();
+        let n = spheres.len();
+        let tree = Tree::new(&spheres);
+        let couples = tree.couples(NEGLECTED);
+        let counts: Vec<usize> = (0..n + tree.cells.len())
+            .map(|body| tree.count(body))
+            .collect();
+        let coupled = tree.coupled_cells(&couples, NEGLECTED);
+        let mut of_bodies = vec![1; n];
+        for cell in &coupled.cells {
+            let parts = cell.parts.iter().map(|&part| of_bodies[part]);
+            of_bodies.push(parts.sum::<usize>());
+        }
+        for (body, count) in coupled.bodies.iter().zip(counts) {
+            assert!(body.is_none_or(|body| of_bodies[body] == count));
+        }
+        assert!(coupled.cells.len() > 10, "{}", coupled.cells.len());
+    }
+}
