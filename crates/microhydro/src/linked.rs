@@ -1,6 +1,6 @@
 //! Motion of spheres that joints connect: conjugate gradients without the mobility matrix.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen, Vector3};
+use nalgebra::{Cholesky, DMatrix, DVector, DVectorViewMut, Dyn, SymmetricEigen, Vector3};
 use rayon::prelude::*;
 
 use crate::error::check_entries;
@@ -160,6 +160,9 @@ const MAX_ITERATIONS: usize = 1000;
 /// Times that the iteration is started again from its result, if rounding separated the residual of
 /// its recursion from the true one.
 const MAX_STARTS: usize = 3;
+
+/// Linkages that a thread treats at a time: of three spheres in some ten microseconds.
+const AT_ONCE: usize = 32;
 
 /// Eigenvalue of dashpots, relative to the largest one, below which there is none.
 const NO_DASHPOT: f64 = 1e-14;
@@ -414,12 +417,9 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             flow.balance(&mut multipliers, &(total - given.sum::<Vector3<f64>>()));
         }
         let of_multipliers = |multipliers: &DVector<f64>| {
-            let all: Vec<DVector<f64>> = (self.linkages.iter().enumerate())
-                .map(|(k, one)| {
-                    let of_linkage = self.of_linkage(multipliers, k);
-                    &balancing[k] + &one.complement * of_linkage
-                })
-                .collect();
+            let all = self.of_each(|k, one| {
+                &balancing[k] + &one.complement * self.of_linkage(multipliers, k)
+            });
             self.gathered(&all, multipliers.rows(count, hidden).into_owned())
         };
         let mut forces = of_multipliers(&multipliers);
@@ -465,15 +465,14 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             let mut rows = velocities.spheres.fixed_rows_mut::<3>(6 * sphere);
             rows += mean_flow;
         }
-        let coordinates = (self.linkages.iter().zip(offsets)).enumerate();
-        let coordinates = coordinates.map(|(k, (one, offset))| {
-            let projected = one.range.tr_mul(&self.relative(&velocities, k, offset));
+        let coordinates = self.of_each(|k, one| {
+            let projected = (one.range).tr_mul(&self.relative(&velocities, k, &offsets[k]));
             let free = projected.len();
             let solved = one.triangle.solve_upper_triangular(&projected);
             solved.unwrap_or_else(|| DVector::zeros(free))
         });
         Ok(LinkedMotion {
-            coordinates: coordinates.collect(),
+            coordinates,
             forces: forces.spheres,
             dashpots: forces.dashpots,
             hidden: forces.hidden,
@@ -521,21 +520,45 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
 
     /// `Z^T M Z` times multipliers.
     fn image(&self, multipliers: &DVector<f64>) -> Result<DVector<f64>, HydroError> {
-        let all: Vec<DVector<f64>> = (self.linkages.iter().enumerate())
-            .map(|(k, one)| &one.complement * self.of_linkage(multipliers, k))
-            .collect();
-        let count = self.multipliers();
-        let hidden = multipliers.rows(count, self.mobility.hidden());
+        let all = self.of_each(|k, one| &one.complement * self.of_linkage(multipliers, k));
+        let hidden = multipliers.rows(self.multipliers(), self.mobility.hidden());
         let velocities = self.velocities(&self.gathered(&all, hidden.into_owned()))?;
-        let mut image = DVector::zeros(multipliers.len());
-        image
-            .rows_mut(count, hidden.len())
-            .copy_from(&velocities.hidden);
-        for (k, one) in self.linkages.iter().enumerate() {
-            let mut rows = image.rows_mut(self.first[k], one.complement.ncols());
+        Ok(self.stacked(&velocities.hidden, |k, one, mut rows| {
             rows.gemv_tr(1.0, &one.complement, &self.own(&velocities, k), 0.0);
+        }))
+    }
+
+    /// A vector for each linkage, in parallel.
+    fn of_each(
+        &self,
+        vector: impl Fn(usize, &Eliminated) -> DVector<f64> + Sync,
+    ) -> Vec<DVector<f64>> {
+        let all = self.linkages.par_iter().with_min_len(AT_ONCE).enumerate();
+        all.map(|(k, one)| vector(k, one)).collect()
+    }
+
+    /// Numbers for the multipliers of each linkage, entered in parallel, and further ones.
+    fn stacked(
+        &self,
+        hidden: &DVector<f64>,
+        enter: impl Fn(usize, &Eliminated, DVectorViewMut<f64>) + Sync,
+    ) -> DVector<f64> {
+        let count = self.multipliers();
+        let mut all = DVector::zeros(count + hidden.len());
+        all.rows_mut(count, hidden.len()).copy_from(hidden);
+        let mut rest = all.as_mut_slice();
+        let mut parts = Vec::with_capacity(self.linkages.len());
+        for one in &self.linkages {
+            let (own, others) = rest.split_at_mut(one.complement.ncols());
+            parts.push(own);
+            rest = others;
         }
-        Ok(image)
+        let parts = parts.into_par_iter().with_min_len(AT_ONCE).enumerate();
+        parts.for_each(|(k, own)| {
+            let length = own.len();
+            enter(k, &self.linkages[k], DVectorViewMut::from_slice(own, length));
+        });
+        all
     }
 
     /// The unknown mean flow of a residual, which then is without it; zero where it is given.
@@ -549,30 +572,21 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
     }
 
     fn preconditioned(&self, residual: &DVector<f64>) -> DVector<f64> {
-        let mut solved = residual.clone();
-        for (k, one) in self.linkages.iter().enumerate() {
-            let mut rows = solved.rows_mut(self.first[k], one.complement.ncols());
-            one.factor.solve_mut(&mut rows);
-        }
-        let mut rows = solved.rows_mut(self.multipliers(), self.mobility.hidden());
-        let mut hidden = rows.clone_owned();
+        let hidden = residual.rows(self.multipliers(), self.mobility.hidden());
+        let mut hidden = hidden.into_owned();
         self.mobility.precondition_hidden(&mut hidden);
-        rows.copy_from(&hidden);
-        solved
+        self.stacked(&hidden, |k, one, mut rows| {
+            rows.copy_from(&self.of_linkage(residual, k));
+            one.factor.solve_mut(&mut rows);
+        })
     }
 
     /// `Z^T (W - U)` for velocities `U`, of dashpots too.
     fn unbalanced(&self, velocities: &Forces, offsets: &[DVector<f64>]) -> DVector<f64> {
-        let count = self.multipliers();
-        let mut slip = DVector::zeros(count + velocities.hidden.len());
-        let mut rows = slip.rows_mut(count, velocities.hidden.len());
-        rows.copy_from(&-&velocities.hidden);
-        for (k, (one, offset)) in self.linkages.iter().zip(offsets).enumerate() {
-            let mut rows = slip.rows_mut(self.first[k], one.complement.ncols());
-            let relative = self.relative(velocities, k, offset);
+        self.stacked(&-&velocities.hidden, |k, one, mut rows| {
+            let relative = self.relative(velocities, k, &offsets[k]);
             rows.gemv_tr(-1.0, &one.complement, &relative, 0.0);
-        }
-        slip
+        })
     }
 
     /// Multipliers of a linkage.

@@ -10,7 +10,7 @@ use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::keys::{BodyFile, FemOptions, HarmonicFile, JointFile, LoadFile, PhaseFile, SceneFile};
 use crate::material_motion::MaterialMotion;
-use crate::nearest::find_name;
+use crate::nearest::Names;
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::shapes::{PointShape, SpheroidShape};
@@ -340,7 +340,7 @@ impl SceneBuilder {
     fn find_body(&mut self, name: &str) -> Result<&mut BodyFile, SceneError> {
         let bodies = &mut self.file.bodies;
         let names = bodies.iter().filter_map(|body| body.name.as_deref());
-        match find_name(name, "body", names) {
+        match Names::new("body", names).find(name) {
             // Every body of a builder has a name, so that the positions are those in the list.
             Ok(position) => Ok(&mut bodies[position]),
             Err(problem) => Err(SceneError::BadValue {

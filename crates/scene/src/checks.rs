@@ -4,7 +4,7 @@ use rigid::Joint;
 
 use crate::document::Document;
 use crate::error::SceneError;
-use crate::nearest::find_name;
+use crate::nearest::Names;
 
 /// Builder of errors about the keys of a document, each with the place of its key.
 pub(crate) struct Checks<'a>(pub &'a Document);
@@ -39,15 +39,11 @@ impl Checks<'_> {
         }
     }
 
-    /// Position of `name` in a list of names; `kind` names the items of the list, such as "body".
-    pub fn find<'n>(
-        &self,
-        key: &str,
-        name: &str,
-        kind: &str,
-        names: impl Iterator<Item = &'n str> + Clone,
-    ) -> Result<usize, SceneError> {
-        find_name(name, kind, names).map_err(|problem| self.bad_value(key, problem))
+    /// Position of `name` in a list of names.
+    pub fn find(&self, key: &str, name: &str, names: &Names) -> Result<usize, SceneError> {
+        names
+            .find(name)
+            .map_err(|problem| self.bad_value(key, problem))
     }
 }
 

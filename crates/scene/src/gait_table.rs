@@ -9,7 +9,7 @@ use rigid::Joint;
 use crate::checks::check_prescribed;
 use crate::document::{MAX_TEXT_FILE, is_in_range};
 use crate::gait::{Gait, Phase};
-use crate::nearest::find_name;
+use crate::nearest::Names;
 use crate::shape_path::ShapePath;
 use crate::spline::second_derivatives;
 use crate::spline_path::{SplineColumn, SplinePath, Splines};
@@ -108,9 +108,9 @@ impl GaitTable {
             times: Vec::new(),
             shape: Vec::new(),
         };
+        let known = Names::new("link", joints.iter().map(|joint| &joint.name[..]));
         for name in names {
-            let known = joints.iter().map(|joint| &joint.name[..]);
-            let joint = find_name(name, "link", known)
+            let joint = (known.find(name))
                 .map_err(|problem| format!("line {number}: a column {problem}"))?;
             if table.joints.contains(&joint) {
                 return Err(format!("line {number}: \"{name}\" has two columns"));

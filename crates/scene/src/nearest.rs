@@ -1,4 +1,6 @@
-//! Suggestions for misspelt keys, words and names.
+//! Items by their names, and suggestions for misspelt keys, words and names.
+
+use std::collections::HashMap;
 
 /// The candidate nearest to a misspelt text, if one is near.
 ///
@@ -21,23 +23,38 @@ pub(crate) fn nearest<'a>(
         .map(|(_, right)| right)
 }
 
-/// Position of a name in a list, or else a message with a suggestion.
-///
-/// `kind` names the items of the list, such as "body".
-pub(crate) fn find_name<'n>(
-    name: &str,
-    kind: &str,
-    names: impl Iterator<Item = &'n str> + Clone,
-) -> Result<usize, String> {
-    if let Some(position) = names.clone().position(|known| known == name) {
-        return Ok(position);
+/// Different names of a list, with their positions.
+pub(crate) struct Names<'n> {
+    kind: &'static str,
+    list: Vec<&'n str>,
+    positions: HashMap<&'n str, usize>,
+}
+
+impl<'n> Names<'n> {
+    /// The names of a list; `kind` names its items, such as "body".
+    pub fn new(kind: &'static str, list: impl Iterator<Item = &'n str>) -> Self {
+        let list: Vec<&str> = list.collect();
+        let positions = list.iter().copied().zip(0..).collect();
+        Self {
+            kind,
+            list,
+            positions,
+        }
     }
-    let remedy = match (nearest(name, names.clone()), names.collect::<Vec<_>>()) {
-        (Some(near), _) => format!("did you mean \"{near}\"?"),
-        (None, known) if known.is_empty() => format!("the scene has no {kind}"),
-        (None, known) => format!("there are {}", known.join(", ")),
-    };
-    Err(format!("names no {kind}: \"{name}\"; {remedy}"))
+
+    /// Position of a name, or else a message with a suggestion.
+    pub fn find(&self, name: &str) -> Result<usize, String> {
+        if let Some(position) = self.positions.get(name) {
+            return Ok(*position);
+        }
+        let kind = self.kind;
+        let remedy = match nearest(name, self.list.iter().copied()) {
+            Some(near) => format!("did you mean \"{near}\"?"),
+            None if self.list.is_empty() => format!("the scene has no {kind}"),
+            None => format!("there are {}", self.list.join(", ")),
+        };
+        Err(format!("names no {kind}: \"{name}\"; {remedy}"))
+    }
 }
 
 #[cfg(test)]

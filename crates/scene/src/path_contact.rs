@@ -49,6 +49,10 @@ const MAX_PLACEMENTS: usize = 8192;
 /// the path is too long to exclude contact.
 const MAX_IMAGES: f64 = 1000.0;
 
+/// Factor on distances within which bodies can meet, so that those that touch by rounding are among
+/// them.
+const TOUCHING: f64 = 1.0 + 1e-9;
+
 /// The bodies and the motion that they follow along a path with the parameter from 0 to 1.
 #[derive(Clone, Copy)]
 pub struct BodyPath<'a> {
@@ -125,23 +129,6 @@ pub(crate) fn first_contact_among(
     let solid: Vec<usize> = (0..path.bodies.len().min(path.set.kinds().len()))
         .filter(|&body| path.bodies[body].bounding_radius() > 0.0)
         .collect();
-    let linkage = path.set.linkage_of();
-    let mut pairs = Vec::new();
-    for (k, &one) in solid.iter().enumerate() {
-        if has_walls(path.domain) && includes(one, one) {
-            pairs.push(ContactPair::Wall(one));
-        }
-        for &other in solid[..k].iter().filter(|&&other| includes(other, one)) {
-            if linkage[one] == linkage[other] {
-                pairs.push(ContactPair::Within(other, one));
-            } else {
-                pairs.push(ContactPair::Between(other, one, Vector3::zeros()));
-            }
-        }
-    }
-    if pairs.is_empty() {
-        return Ok(None);
-    }
     let mut search = Search {
         path,
         lab: path.set.motion_bounds(path.bounds)?,
@@ -151,6 +138,20 @@ pub(crate) fn first_contact_among(
         placements: MAX_PLACEMENTS,
     };
     let [start, end] = [search.place(0.0)?, search.place(1.0)?];
+    let linkage = path.set.linkage_of();
+    let pair = |[other, one]: [usize; 2]| match linkage[one] == linkage[other] {
+        _ if one == other => ContactPair::Wall(one),
+        true => ContactPair::Within(other, one),
+        false => ContactPair::Between(other, one, Vector3::zeros()),
+    };
+    let mut near = search.meeting(&solid, (&start, &end));
+    if has_walls(path.domain) {
+        near.extend(solid.iter().map(|&body| [body, body]));
+    }
+    near.retain(|&[other, one]| includes(other, one));
+    // A body comes with the wall, and then with those before it.
+    near.sort_unstable_by_key(|&[other, one]| (one, other != one, other));
+    let mut pairs: Vec<ContactPair> = near.into_iter().map(pair).collect();
     if let Some(size) = path.domain.period() {
         match search.with_images(&pairs, &size, (&start, &end)) {
             Ok(all) => pairs = all,
@@ -229,6 +230,44 @@ impl Search<'_> {
             values: shape,
             poses,
         })
+    }
+
+    /// Pairs of different bodies that can reach each other along the path, the first one first; in
+    /// a periodic box all pairs.
+    fn meeting(
+        &self,
+        bodies: &[usize],
+        (start, end): (&Placement, &Placement),
+    ) -> Vec<[usize; 2]> {
+        let ball = |&body: &usize| {
+            let [from, to] = [start, end].map(|placed| placed.poses[body].translation.vector);
+            // The bounds leave out the projection onto loops that passive joints close.
+            let way = self.lab[body].linear.first * (end.at - start.at) + (to - from).norm();
+            let reach = match self.path.domain.period() {
+                Some(_) => f64::INFINITY,
+                None => self.largest_radius(body, start, end) + way,
+            };
+            (from, TOUCHING * reach, body)
+        };
+        let mut balls: Vec<(Vector3<f64>, f64, usize)> = bodies.iter().map(ball).collect();
+        // Bounds that are no numbers exclude nothing.
+        let lowest = |(x, reach, _): &(Vector3<f64>, f64, usize)| match (x.x - reach).is_nan() {
+            true => f64::NEG_INFINITY,
+            false => x.x - reach,
+        };
+        balls.sort_by(|one, other| lowest(one).total_cmp(&lowest(other)));
+        let mut pairs = Vec::new();
+        for (place, (x, reach, body)) in balls.iter().enumerate() {
+            let after = balls[place + 1..].iter();
+            let is_beyond = |ball: &&_| lowest(ball) > x.x + reach;
+            for (y, other_reach, other) in after.take_while(|ball| !is_beyond(ball)) {
+                let is_apart = (x - y).norm_squared() > (reach + other_reach).powi(2);
+                if !is_apart {
+                    pairs.push([*body.min(other), *body.max(other)]);
+                }
+            }
+        }
+        pairs
     }
 
     /// Pairs with the images that the bodies can reach along the path in a periodic box.

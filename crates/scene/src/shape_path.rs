@@ -1,5 +1,6 @@
 //! Shapes (values of joints) as functions of time along a phase.
 
+use std::collections::HashSet;
 use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
@@ -49,8 +50,9 @@ impl ShapePath {
     /// The joints whose values change, each once, in the order of their first terms.
     pub fn joints(&self) -> Vec<usize> {
         let mut joints = Vec::new();
+        let mut known = HashSet::new();
         let mut add = |joint: usize| {
-            if !joints.contains(&joint) {
+            if known.insert(joint) {
                 joints.push(joint);
             }
         };

@@ -24,9 +24,32 @@ pub(super) const ORDER: usize = 12;
 /// Numbers of an expansion.
 pub(super) const TERMS: usize = (ORDER + 1) * (ORDER + 1);
 
+/// Degrees of moments and local expansions that are needed at an offset between the centres of two
+/// cells, in their edges: of cells beside neighbours [`ORDER`], of others fewer.
+///
+/// The degree `l` of the flow of points at a distance `r` from the centre is like `(r/(d-r))^l`.
+/// With `r` = 0.7, the root mean square errors of potentials and of their gradients, by random
+/// points in one cell at random points in another one, are below a sixth of those at the smallest
+/// offset, 2.
+pub(super) fn degree_at(offset: [i64; 3]) -> usize {
+    const RADIUS: f64 = 0.7;
+    const PART: f64 = 0.03;
+    let ratio = |distance: f64| RADIUS / (distance - RADIUS);
+    let squared: i64 = offset.iter().map(|d| d * d).sum();
+    let most = ratio(2.0).ln() * (ORDER + 1) as f64 + PART.ln();
+    let needed = most / ratio((squared as f64).sqrt()).ln();
+    (needed as usize).min(ORDER)
+}
+
 /// `R_l^m` for `0 <= m <= l <= order`, at the index `l (l + 1)/2 + m`.
 fn solid(x: &Vector3<f64>, order: usize) -> Vec<Complex<f64>> {
     let index = |l: usize, m: usize| l * (l + 1) / 2 + m;
+    // (l² - m²)^-1: divisions would take most of the time.
+    static INVERSES: LazyLock<Vec<f64>> = LazyLock::new(|| {
+        let all = (0..=2 * ORDER).flat_map(|l| (0..=l).map(move |m| (l * l - m * m) as f64));
+        all.map(|number| 1.0 / number).collect()
+    });
+    let inverses = &INVERSES[..index(order + 1, 0)];
     let mut all = vec![Complex::default(); index(order + 1, 0)];
     let squared = x.norm_squared();
     let mut diagonal = Complex::new(1.0, 0.0);
@@ -41,7 +64,7 @@ fn solid(x: &Vector3<f64>, order: usize) -> Vec<Complex<f64>> {
                 false => Complex::default(),
             };
             let sum = all[index(l - 1, m)] * (x.z * (2 * l - 1) as f64) - below * squared;
-            all[index(l, m)] = sum / ((l + m) * (l - m)) as f64;
+            all[index(l, m)] = sum * inverses[index(l, m)];
         }
     }
     all
@@ -75,14 +98,16 @@ pub(super) fn regular(x: &Vector3<f64>) -> DVector<f64> {
     packed(&solid(x, ORDER), ORDER)
 }
 
-/// The matrix of a map of real expansions, from its action on values for all `m`.
+/// The matrix of a map of real expansions up to a degree, from its action on values for all `m`.
 ///
-/// `map(l, m, value)` is the image at `(l, m)`, `m >= 0`, of the expansion `value(l, m)`.
+/// `map(l, m, value, (degree, order))` is the image at `(l, m)`, `m >= 0`, of the expansion
+/// `value(l, m)`, of which only those of this degree and of plus or minus this order are not zero.
 fn matrix(
-    map: impl Fn(usize, i64, &dyn Fn(usize, i64) -> Complex<f64>, usize) -> Complex<f64>,
+    highest: usize,
+    map: impl Fn(usize, i64, &dyn Fn(usize, i64) -> Complex<f64>, (usize, i64)) -> Complex<f64>,
 ) -> DMatrix<f64> {
-    let mut columns = Vec::with_capacity(TERMS);
-    for degree in 0..=ORDER {
+    let mut columns = Vec::with_capacity((highest + 1).pow(2));
+    for degree in 0..=highest {
         for part in 0..=2 * degree {
             let own = part.div_ceil(2);
             let unit = match (part, part % 2) {
@@ -96,9 +121,10 @@ fn matrix(
                 true if m % 2 == 0 => unit.conj(),
                 true => -unit.conj(),
             };
-            let image = (0..=ORDER).flat_map(|l| (0..=l).map(move |m| (l, m as i64)));
-            let image: Vec<_> = image.map(|(l, m)| map(l, m, &value, degree)).collect();
-            columns.push(packed(&image, ORDER));
+            let image = (0..=highest).flat_map(|l| (0..=l).map(move |m| (l, m as i64)));
+            let unit = (degree, own as i64);
+            let image: Vec<_> = image.map(|(l, m)| map(l, m, &value, unit)).collect();
+            columns.push(packed(&image, highest));
         }
     }
     DMatrix::from_columns(&columns)
@@ -109,7 +135,7 @@ fn matrix(
 /// `∂_z R_l^m = R_(l-1)^m`, `(∂_x ± i∂_y) R_l^m = ±R_(l-1)^(m±1)`.
 pub(super) static DERIVATIVES: LazyLock<[Derivative; 3]> = LazyLock::new(|| {
     [0, 1, 2].map(|axis| {
-        let dense = matrix(|l, m, value, _| {
+        let dense = matrix(ORDER, |l, m, value, _| {
             let at = |m: i64| match (m.unsigned_abs() as usize) < l {
                 true => value(l - 1, m),
                 false => Complex::default(),
@@ -154,7 +180,7 @@ pub(super) static FROM_PART: LazyLock<Vec<DMatrix<f64>>> = LazyLock::new(|| {
     (0..8)
         .map(|octant| {
             let shift = solid(&centre_of_part(octant), ORDER);
-            matrix(|l, m, value, j| {
+            matrix(ORDER, |l, m, value, (j, _)| {
                 if j > l {
                     return Complex::default();
                 }
@@ -175,10 +201,10 @@ pub(super) fn centre_of_part(octant: usize) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| if octant >> axis & 1 == 1 { 0.25 } else { -0.25 })
 }
 
-/// Local expansion about a centre at `offset` from that of moments, lengths in the edges of the
-/// cells: `L_j^k = (-1)^j Σ conj(M_l^m) I_(j+l)^(k+m)(offset)`.
-pub(super) fn local_from_moments(offset: &Vector3<f64>) -> DMatrix<f64> {
-    let highest = 2 * ORDER;
+/// Local expansion up to a degree about a centre at `offset` from that of moments, lengths in the
+/// edges of the cells: `L_j^k = (-1)^j Σ conj(M_l^m) I_(j+l)^(k+m)(offset)`.
+pub(super) fn local_from_moments_to(degree: usize, offset: &Vector3<f64>) -> DMatrix<f64> {
+    let highest = 2 * degree;
     let mut irregular = solid(offset, highest);
     let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
     for l in 0..=highest {
@@ -187,11 +213,14 @@ pub(super) fn local_from_moments(offset: &Vector3<f64>) -> DMatrix<f64> {
                 factorial(l - m) * factorial(l + m) / offset.norm().powi(2 * l as i32 + 1);
         }
     }
-    matrix(|j, k, moment, l| {
+    matrix(degree, |j, k, moment, (l, m)| {
         let sign = if j % 2 == 0 { 1.0 } else { -1.0 };
-        let range = -(l as i64)..=l as i64;
-        let terms = range.map(|m| moment(l, m).conj() * signed(&irregular, j + l, k + m));
-        terms.sum::<Complex<f64>>() * sign
+        let term = |m: i64| moment(l, m).conj() * signed(&irregular, j + l, k + m);
+        let sum = match m {
+            0 => term(0),
+            _ => term(-m) + term(m),
+        };
+        sum * sign
     })
 }
 
@@ -226,7 +255,7 @@ mod tests {
     #[test]
     fn the_local_expansion_has_the_potential_of_the_moments() {
         let (offset, point) = (Vector3::new(2.0, -3.0, 1.0), Vector3::new(-0.1, 0.2, 0.06));
-        let local = local_from_moments(&offset) * regular(&NEAR);
+        let local = local_from_moments_to(ORDER, &offset) * regular(&NEAR);
         let exact = 1.0 / (offset + point - NEAR).norm();
         // (0.23 + 0.14)/3.7 to the power of 11
         assert!((local.dot(&regular(&point)) - exact).abs() < 1e-11);

@@ -24,7 +24,9 @@ use std::sync::LazyLock;
 use nalgebra::{DMatrix, DMatrixView, Matrix3, Vector3};
 use rayon::prelude::*;
 
-use self::harmonics::{DERIVATIVES, FROM_PART, TERMS, centre_of_part, local_from_moments, regular};
+use self::harmonics::{
+    DERIVATIVES, FROM_PART, TERMS, centre_of_part, degree_at, local_from_moments_to, regular,
+};
 use self::octree::Octree;
 
 /// Singularities of the flow at one place.
@@ -60,7 +62,8 @@ const CELLS_AT_ONCE: usize = 64;
 /// Cells of a level along each axis between the farthest of an interaction.
 const REACH: i64 = 3;
 
-/// Translations by all offsets between cells that interact, in edges of the cells.
+/// Translations by all offsets between cells that interact, in edges of the cells, of the first
+/// terms of the expansions.
 ///
 /// Found by one thread: one that waits for others here could take up work that waits for this.
 static TRANSLATIONS: LazyLock<Vec<DMatrix<f64>>> = LazyLock::new(|| {
@@ -75,7 +78,7 @@ static TRANSLATIONS: LazyLock<Vec<DMatrix<f64>>> = LazyLock::new(|| {
             let offset = offset.map(|d| d - REACH);
             match offset.iter().any(|d| d.abs() > 1) {
                 // from the source to the target
-                true => local_from_moments(&-Vector3::from(offset).cast()),
+                true => local_from_moments_to(degree_at(offset), &-Vector3::from(offset).cast()),
                 false => DMatrix::zeros(0, 0),
             }
         })
@@ -333,7 +336,8 @@ impl FastSums {
         {
             fill(function, own);
         }
-        expansions.tr_mul(&self.harmonics(leaf)) / self.edge()
+        // a product of matrices, which is faster than scalar products
+        expansions.transpose() * self.harmonics(leaf) / self.edge()
     }
 
     fn velocities(
@@ -418,19 +422,26 @@ impl Receivers {
         for Translation { offset, pairs } in &self.0 {
             // from the receiver to the source
             let shift = Vector3::from(*offset).cast::<f64>() * edge;
-            let mut sources = Vec::with_capacity(CELL * pairs.len());
+            let translation = &TRANSLATIONS[number_of(*offset)];
+            let terms = translation.nrows();
+            let mut sources = Vec::with_capacity(FUNCTIONS * terms * pairs.len());
             for &(_, source) in pairs {
-                sources.extend_from_slice(part_of(moments, source));
-                let first = sources.len() - CELL;
+                let first = sources.len();
+                for function in part_of(moments, source).chunks_exact(TERMS) {
+                    sources.extend_from_slice(&function[..terms]);
+                }
                 centre(&mut sources[first..], &shift);
             }
-            let sources = DMatrix::from_vec(TERMS, FUNCTIONS * pairs.len(), sources);
-            let translated = &TRANSLATIONS[number_of(*offset)] * sources;
-            let cells = translated.as_slice().chunks_exact(CELL);
+            let sources = DMatrix::from_vec(terms, FUNCTIONS * pairs.len(), sources);
+            let translated = translation * sources;
+            let cells = translated.as_slice().chunks_exact(FUNCTIONS * terms);
             for (&(own, _), values) in pairs.iter().zip(cells) {
                 let local = &mut locals[own * CELL..(own + 1) * CELL];
-                for (sum, value) in local.iter_mut().zip(values) {
-                    *sum += value;
+                let functions = local.chunks_exact_mut(TERMS).zip(values.chunks_exact(terms));
+                for (sums, values) in functions {
+                    for (sum, value) in sums.iter_mut().zip(values) {
+                        *sum += value;
+                    }
                 }
             }
         }
@@ -452,8 +463,9 @@ fn part_of(cells: &[f64], cell: usize) -> &[f64] {
 
 /// Makes `ψ` relative to another centre, which is the present one less the shift.
 fn centre(cell: &mut [f64], shift: &Vector3<f64>) {
-    let (forces, potential) = cell.split_at_mut(3 * TERMS);
-    for (of_axis, shift) in forces.chunks_exact(TERMS).zip(shift) {
+    let terms = cell.len() / FUNCTIONS;
+    let (forces, potential) = cell.split_at_mut(3 * terms);
+    for (of_axis, shift) in forces.chunks_exact(terms).zip(shift) {
         for (value, force) in potential.iter_mut().zip(of_axis) {
             *value += shift * force;
         }

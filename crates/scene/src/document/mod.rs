@@ -356,6 +356,13 @@ impl Document {
         self.root = values;
     }
 
+    /// Removes a key of the first table, if it is there.
+    pub(crate) fn remove(&mut self, key: &str) {
+        if let Value::Table(root) = &mut self.root {
+            root.remove(key);
+        }
+    }
+
     /// Sets the place of a key or a group.
     pub(crate) fn set_place(&mut self, path: String, place: String) {
         self.places.set(path, place);

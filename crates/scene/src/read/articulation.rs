@@ -13,6 +13,7 @@ use crate::gait::{Gait, spans};
 use crate::joints::{JointKeys, JointWord};
 use crate::keys::{ForceFile, JointFile};
 use crate::loads::VectorOscillation;
+use crate::nearest::Names;
 use crate::shape_path::{JointForce, Sine};
 use crate::words::{ArmsKind, DriveKind};
 
@@ -23,7 +24,7 @@ pub(super) fn joints(
     bodies: &[Body],
 ) -> Result<Vec<Joint>, SceneError> {
     let mut joints: Vec<Joint> = Vec::with_capacity(files.len());
-    let known: HashMap<&str, usize> = (bodies.iter().map(|body| &body.name[..]).zip(0..)).collect();
+    let known = Names::new("body", bodies.iter().map(|body| &body.name[..]));
     let mut names: HashMap<String, usize> = HashMap::new();
     let mut joined: HashSet<(bool, [usize; 2])> = HashSet::new();
     for (number, file) in files.iter().enumerate() {
@@ -37,11 +38,7 @@ pub(super) fn joints(
         let end = |which: &str, name: &Option<String>| {
             let key = key(which);
             let name = checks.required(&key, name.as_deref(), ": a link joins two bodies")?;
-            if let Some(&body) = known.get(name) {
-                return Ok(body);
-            }
-            let names = bodies.iter().map(|body| &body.name[..]);
-            checks.find(&key, name, "body", names)
+            checks.find(&key, name, &known)
         };
         let (body, to) = (end("body", &file.body)?, end("to", &file.to)?);
         if body == to {

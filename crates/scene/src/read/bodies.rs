@@ -1,6 +1,7 @@
 //! The bodies of a scene file.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use super::{flow, loads};
 use crate::body::Body;
@@ -137,6 +138,17 @@ fn check_obstacles(
     Ok(())
 }
 
+/// Keys of bodies that belong to some shapes, with these.
+static OWNED_KEYS: LazyLock<Vec<(&str, Vec<ShapeKind>)>> = LazyLock::new(|| {
+    let (all, prefix) = (shape_keys(), BodyFile::TABLE.prefix);
+    let names = (BodyFile::TABLE.keys.iter()).map(|key| &key.path[prefix.len()..]);
+    let owned = names.map(|name| {
+        let owners = all.iter().filter(|(_, keys)| keys.contains(&name));
+        (name, owners.map(|(owner, _)| *owner).collect::<Vec<_>>())
+    });
+    owned.filter(|(_, owners)| !owners.is_empty()).collect()
+});
+
 /// The shape of a body; keys that the shape does not have are refused.
 fn shape(keys: &mut ShapeKeys) -> Result<Shape, SceneError> {
     let kind = keys.file.shape;
@@ -145,19 +157,8 @@ fn shape(keys: &mut ShapeKeys) -> Result<Shape, SceneError> {
         let problem = "cannot act on a point, which does not rotate; remove it";
         return bad("torque", problem.to_owned());
     }
-    let all = shape_keys();
-    let prefix = BodyFile::TABLE.prefix;
-    for name in BodyFile::TABLE
-        .keys
-        .iter()
-        .map(|key| &key.path[prefix.len()..])
-    {
-        let owners: Vec<ShapeKind> = (all.iter())
-            .filter(|(_, keys)| keys.contains(&name))
-            .map(|(owner, _)| *owner)
-            .collect();
-        let is_given = keys.checks.0.has(&keys.path(name));
-        if !is_given || owners.is_empty() || owners.contains(&kind) {
+    for (name, owners) in &*OWNED_KEYS {
+        if owners.contains(&kind) || !keys.checks.0.has(&keys.path(name)) {
             continue;
         }
         let problem = match kind {

@@ -14,6 +14,7 @@ use crate::domain::Domain;
 use crate::error::SceneError;
 use crate::gait_table::GaitTable;
 use crate::keys::{CopiesFile, DEFAULT_AXIS};
+use crate::nearest::Names;
 use crate::shape::shape_keys;
 use crate::words::DomainKind;
 
@@ -49,11 +50,7 @@ pub(super) fn expand(document: &mut Document) -> Result<(), SceneError> {
         }
     }
     if count > 0 {
-        let mut values = document.values().clone();
-        if let Value::Table(root) = &mut values {
-            root.remove("copies");
-        }
-        document.replace_values(values);
+        document.remove("copies");
     }
     Ok(())
 }
@@ -110,7 +107,7 @@ impl<'a> Expansion<'a> {
         let empty = Vec::new();
         let bodies = list(values, "bodies").unwrap_or(&empty);
         let names = bodies.iter().map(|body| text(body, "name").unwrap_or(""));
-        let first = checks.find(&key("of"), &of, "body", names)?;
+        let first = checks.find(&key("of"), &of, &Names::new("body", names))?;
         let links = list(values, "links").unwrap_or(&empty);
         let (members, links) = linkage(bodies, links, first);
         for &body in &members {

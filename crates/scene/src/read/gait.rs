@@ -10,6 +10,7 @@ use crate::error::SceneError;
 use crate::gait::{Gait, Phase};
 use crate::gait_table::GaitTable;
 use crate::keys::{GaitFile, HarmonicFile, PhaseFile};
+use crate::nearest::Names;
 use crate::shape_path::{ShapePath, Sine};
 use crate::words::GaitKind;
 
@@ -62,6 +63,8 @@ pub(super) fn gait(
             return Err(checks.bad_value(key, problem));
         }
     }
+    let names = Names::new("link", joints.iter().map(|joint| &joint.name[..]));
+    let named = (joints, &names);
     let gait = match kind {
         GaitKind::Phases if phases.as_ref().is_some_and(Vec::is_empty) => {
             return is_empty("gait.phases");
@@ -71,13 +74,13 @@ pub(super) fn gait(
         }
         GaitKind::Phases => {
             let files = phases.iter().flatten().enumerate();
-            let phases = files.map(|(number, file)| phase(checks, number, file, joints));
+            let phases = files.map(|(number, file)| phase(checks, number, file, named));
             Gait {
                 cycles: file.cycles,
                 phases: phases.collect::<Result<_, _>>()?,
             }
         }
-        GaitKind::Harmonic => harmonic(checks, file, harmonics.iter().flatten(), joints)?,
+        GaitKind::Harmonic => harmonic(checks, file, harmonics.iter().flatten(), named)?,
         GaitKind::Table => {
             let table = table(checks, file, joints)?;
             return Ok((table.gait(file.cycles), Some(table)));
@@ -107,13 +110,13 @@ fn table(checks: &Checks, file: &GaitFile, joints: &[Joint]) -> Result<GaitTable
 }
 
 /// The joint of this name, whose value the gait can prescribe.
-fn find(checks: &Checks, key: &str, name: &str, joints: &[Joint]) -> Result<usize, SceneError> {
-    let joint = checks.find(
-        key,
-        name,
-        "link",
-        joints.iter().map(|joint| &joint.name[..]),
-    )?;
+fn find(
+    checks: &Checks,
+    key: &str,
+    name: &str,
+    (joints, names): (&[Joint], &Names),
+) -> Result<usize, SceneError> {
+    let joint = checks.find(key, name, names)?;
     check_prescribed(&joints[joint]).map_err(|problem| checks.bad_value(key, problem))?;
     Ok(joint)
 }
@@ -217,7 +220,7 @@ fn harmonic<'f>(
     checks: &Checks,
     file: &GaitFile,
     harmonics: impl Iterator<Item = &'f HarmonicFile>,
-    joints: &[Joint],
+    (joints, names): (&[Joint], &Names),
 ) -> Result<Gait, SceneError> {
     let Some(period) = file.period else {
         return Err(checks.bad_value("gait.period", "is missing: the period of gait.harmonics"));
@@ -227,7 +230,7 @@ fn harmonic<'f>(
         let key = |key: &str| format!("gait.harmonics[{number}].{key}");
         let missing = |name: &str| checks.bad_value(&key(name), "is missing");
         let name = file.link.as_ref().ok_or_else(|| missing("link"))?;
-        let joint = find(checks, &key("link"), name, joints)?;
+        let joint = find(checks, &key("link"), name, (joints, names))?;
         if let Some(turn) = file.turn {
             let is_second = turns.iter().any(|(other, _)| *other == joint);
             if let Some((word, problem)) = turn_problem(file, turn, &joints[joint], is_second) {
@@ -251,7 +254,7 @@ fn phase(
     checks: &Checks,
     number: usize,
     file: &PhaseFile,
-    joints: &[Joint],
+    (joints, names): (&[Joint], &Names),
 ) -> Result<Phase, SceneError> {
     let key = |key: &str| format!("gait.phases[{number}].{key}");
     let missing = |name: &str, problem: &str| Err(checks.bad_value(&key(name), problem));
@@ -259,7 +262,7 @@ fn phase(
         (None, None) => None,
         (None, Some(_)) => return missing("link", "is missing: say which link gets this length"),
         (Some(_), None) => return missing("length", "is missing: the link's length at the end"),
-        (Some(name), Some(length)) => Some((find(checks, &key("link"), name, joints)?, length)),
+        (Some(name), Some(length)) => Some((find(checks, &key("link"), name, (joints, names))?, length)),
     };
     let mut changes: Vec<(usize, f64)> = one.into_iter().collect();
     if let Some(targets) = &file.targets {
@@ -268,7 +271,7 @@ fn phase(
             return missing("targets", problem);
         }
         for (name, length) in targets {
-            changes.push((find(checks, &key("targets"), name, joints)?, *length));
+            changes.push((find(checks, &key("targets"), name, (joints, names))?, *length));
         }
         changes.sort_by_key(|(joint, _)| *joint);
     }

@@ -7,7 +7,7 @@ use crate::error::SceneError;
 use crate::keys::{
     FemOptions, JointValues, LearnOptions, ModelOptions, OptimiseOptions, OutputOptions,
 };
-use crate::nearest::find_name;
+use crate::nearest::Names;
 
 /// Largest number of terms: more need more memory than a search can use.
 const MAX_TERMS: u32 = 128;
@@ -98,9 +98,9 @@ pub(crate) fn by_joint(values: &JointValues, joints: &[Joint]) -> Result<Vec<Opt
         )),
         JointValues::Named(values) => {
             let mut found = vec![None; joints.len()];
+            let names = Names::new("link", joints.iter().map(|joint| &joint.name[..]));
             for (name, value) in values {
-                let names = joints.iter().map(|joint| &joint.name[..]);
-                let joint = find_name(name, "link", names)?;
+                let joint = names.find(name)?;
                 check_prescribed(&joints[joint])?;
                 found[joint] = Some(*value);
             }

@@ -1,6 +1,8 @@
 //! JSON for other programs: `summary.json` and the output of `swim solve --json`.
 
-use models::{ErrorEstimate, InstantaneousSolution, MeanFlow, Seconds};
+use std::collections::HashMap;
+
+use models::{ErrorEstimate, HoldingLoad, InstantaneousSolution, MeanFlow, Seconds};
 use nalgebra::{DMatrix, Vector3};
 use scene::Scene;
 use serde_json::{Map, Value, json};
@@ -123,7 +125,7 @@ pub fn summary_json(
         })
     });
     let mean_holding = outcome.mean_holding().map(|means| {
-        let of_body = |load: &models::HoldingLoad| {
+        let of_body = |load: &HoldingLoad| {
             let means = json!({ "force": vector(&load.force), "torque": vector(&load.torque) });
             (scene.bodies()[load.body].name.clone(), means)
         };
@@ -267,8 +269,11 @@ pub fn summary_json(
 /// it. `uncorrected` has velocities, forces and power before estimated discretisation errors were
 /// subtracted, `checks` independent computations of these forces and their power.
 pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolution) -> Value {
-    let motion = |solution: &InstantaneousSolution| -> Value {
+    let motion = |solution: &InstantaneousSolution| -> Map<String, Value> {
         let bodies = scene.bodies().iter().zip(&solution.bodies);
+        let held: HashMap<usize, &HoldingLoad> = (solution.holding.iter())
+            .map(|load| (load.body, load))
+            .collect();
         let stresslet = |body: usize| {
             let stresslets = solution.stresslets.as_ref()?;
             stresslets
@@ -276,7 +281,7 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
                 .get(body)
                 .map(|s| matrix_json(&DMatrix::from_column_slice(3, 3, s.as_slice())))
         };
-        let holding = |body: usize| solution.holding.iter().find(|load| load.body == body);
+        let holding = |body: usize| held.get(&body);
         let bodies: Vec<Value> = (bodies.enumerate())
             .map(|(number, (body, motion))| {
                 json!({
@@ -305,12 +310,14 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
             .collect();
         let flow = (solution.mean_flow.as_ref())
             .map(|flow| mean_flow_json(scene, flow, &solution.mean_flow_error));
-        json!({
-            "bodies": bodies,
-            "links": joints,
-            "power": solution.power(),
-            "mean_flow": flow,
-        })
+        // Lists of thousands are moved: `json!` would copy them.
+        let values = [
+            ("bodies", Value::Array(bodies)),
+            ("links", Value::Array(joints)),
+            ("power", json!(solution.power())),
+            ("mean_flow", json!(flow)),
+        ];
+        values.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
     };
     let mut estimates = estimate(&solution.error_estimate);
     if let Value::Object(estimates) = &mut estimates {
@@ -329,14 +336,9 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
     {
         estimates.insert("stresslet".to_owned(), json!(error));
     }
-    let corrected = motion(solution);
     let uncorrected = (solution.mesh_error.as_ref()).map(|_| motion(&solution.uncorrected()));
-    json!({
+    let mut json = json!({
         "model": model,
-        "bodies": corrected["bodies"],
-        "links": corrected["links"],
-        "power": corrected["power"],
-        "mean_flow": corrected["mean_flow"],
         "dofs": solution.dofs,
         "solver": solution.solver,
         "seconds": solution.seconds,
@@ -344,7 +346,11 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
         "error_estimate": estimates,
         "uncorrected": uncorrected,
         "checks": solution.checks,
-    })
+    });
+    if let Value::Object(all) = &mut json {
+        all.extend(motion(solution));
+    }
+    json
 }
 
 /// A mean flow through a periodic box with its pressure gradient; the one of both that the scene
