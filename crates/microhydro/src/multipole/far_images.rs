@@ -9,14 +9,16 @@
 //! y = A^T G A x
 //! ```
 //!
-//! The operator is symmetric for any points, and does not depend on how Ewald's sums are split. The
-//! mean flow is zero, as in [`crate::PointMobility::periodic`].
+//! The operator is symmetric for any points, and does not depend on how Ewald's sums are split: what
+//! is summed over images is one matrix for each pair of spheres, found once, and the waves are
+//! summed in each product. The mean flow is zero, as in [`crate::PointMobility::periodic`].
 
 use std::f64::consts::PI;
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 
+use super::memory::mib;
 use super::modes::Modes;
 use super::vector_harmonics::{VectorHarmonics, quadrature};
 use crate::periodic::PeriodicSums;
@@ -34,16 +36,25 @@ const MERIDIAN_POINTS: usize = 4;
 /// Number of point forces of a sphere.
 pub(super) const POINTS: usize = 2 * MERIDIAN_POINTS * MERIDIAN_POINTS;
 
+/// Products of a solution with its error bar, for which the sums over images are stored.
+const PRODUCTS: f64 = 40.0;
+
+/// Most memory of what is stored, in MiB: of 300 spheres. More spheres find it in each product.
+const MOST_STORED: f64 = 800.0;
+
 pub(super) struct FarImages {
     sums: PeriodicSums,
     /// Points of all spheres, one sphere after the other.
     points: Vec<Vector3<f64>>,
-    /// Forces at the points of a sphere of radius one by each mode with a self energy of one.
-    forces: Vec<Vec<Vector3<f64>>>,
+    /// Forces at the points of a sphere of radius one by each mode with a self energy of one: three
+    /// rows for each point.
+    forces: DMatrix<f64>,
     /// Square roots of the radii.
     scales: Vec<f64>,
     /// For each sphere the spheres that are near, with the shifts of their images; itself too.
     near: Vec<Vec<(usize, Vector3<f64>)>>,
+    /// For each sphere the blocks of itself and of those before it, if there is room for them.
+    blocks: Option<Vec<Vec<DMatrix<f64>>>>,
 }
 
 impl FarImages {
@@ -68,12 +79,13 @@ impl FarImages {
                 std::iter::repeat_n(weight, 2 * l + 1)
             })
             .collect();
-        let forces = quadrature.iter().map(|point| {
-            let modes = harmonics.at(point).into_iter().zip(&weights);
-            modes
-                .map(|(h, weight)| point.weight * *weight * h)
-                .collect()
-        });
+        let mut forces = DMatrix::zeros(3 * POINTS, weights.len());
+        for (number, point) in quadrature.iter().enumerate() {
+            for (mode, (h, weight)) in harmonics.at(point).into_iter().zip(&weights).enumerate() {
+                let mut entries = forces.fixed_view_mut::<3, 1>(3 * number, mode);
+                entries.copy_from(&(point.weight * *weight * h));
+            }
+        }
         let all = spheres.centres().iter().zip(spheres.radii());
         let points: Vec<Vector3<f64>> = all
             .flat_map(|(x, a)| quadrature.iter().map(move |point| x + *a * point.normal))
@@ -85,13 +97,47 @@ impl FarImages {
             lists[first].push((second, shift));
             lists[second].push((first, -shift));
         }
-        Ok(Self {
-            sums: PeriodicSums::of_points(points.clone(), vec![0.0; points.len()], size, None)?,
+        let none = vec![0.0; points.len()];
+        let numbers = 0.5 * ((forces.ncols() * spheres.len()) as f64).powi(2);
+        let is_stored = mib(numbers) <= MOST_STORED;
+        let products = if is_stored { PRODUCTS } else { 1.0 };
+        let splitting = PeriodicSums::splitting(points.len(), size, products);
+        let mut far = Self {
+            sums: PeriodicSums::of_points(points.clone(), none, size, Some(splitting))?,
             points,
-            forces: forces.collect(),
+            forces,
             scales: spheres.radii().iter().map(|a| a.sqrt()).collect(),
             near: lists,
-        })
+            blocks: None,
+        };
+        if is_stored {
+            let blocks = |sphere: usize| (0..=sphere).map(|of| far.block(sphere, of)).collect();
+            far.blocks = Some((0..spheres.len()).into_par_iter().map(blocks).collect());
+        }
+        Ok(far)
+    }
+
+    /// What the modes of one sphere are for those of another one by images, without near ones.
+    fn block(&self, sphere: usize, of: usize) -> DMatrix<f64> {
+        let near = self.near[sphere].iter().filter(|(near, _)| *near == of);
+        let shifts: Vec<Vector3<f64>> = near.map(|(_, shift)| *shift).collect();
+        let mut tensors = DMatrix::zeros(3 * POINTS, 3 * POINTS);
+        for (row, column) in (0..POINTS).flat_map(|row| (0..POINTS).map(move |of| (row, of))) {
+            let [at, of] = [POINTS * sphere + row, POINTS * of + column];
+            let mut tensor = self.sums.images_of_point(at, of);
+            for shift in &shifts {
+                let r = self.points[at] - self.points[of] - shift;
+                let square = r.norm_squared();
+                if square > 0.0 {
+                    let stokeslet = Matrix3::identity() + r * r.transpose() / square;
+                    tensor -= stokeslet / (8.0 * PI * square.sqrt());
+                }
+            }
+            let mut entries = tensors.fixed_view_mut::<3, 3>(3 * row, 3 * column);
+            entries.copy_from(&tensor);
+        }
+        let scale = self.scales[sphere] * self.scales[of];
+        self.forces.tr_mul(&(tensors * &self.forces)) * scale
     }
 
     /// Operations of a product, roughly.
@@ -101,43 +147,27 @@ impl FarImages {
 
     /// `y` for the modes of all spheres.
     pub fn product(&self, x: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let mut forces = DVector::zeros(6 * self.points.len());
-        for (sphere, x) in x.iter().enumerate() {
-            for (point, of_modes) in self.forces.iter().enumerate() {
-                let force: Vector3<f64> = of_modes.iter().zip(x).map(|(f, x)| f * *x).sum();
-                let row = 6 * (POINTS * sphere + point);
-                (forces.fixed_rows_mut::<3>(row)).copy_from(&(self.scales[sphere] * force));
-            }
-        }
-        let velocities = self.sums.velocities(&forces);
+        let x: Vec<DVector<f64>> = x.iter().map(|x| DVector::from_column_slice(x)).collect();
+        let of_sphere = |(sphere, x): (usize, &DVector<f64>)| {
+            let forces = &self.forces * x * self.scales[sphere];
+            (0..POINTS).map(move |point| forces.fixed_rows::<3>(3 * point).into_owned())
+        };
+        let forces: Vec<Vector3<f64>> = x.iter().enumerate().flat_map(of_sphere).collect();
+        let by_waves = self.sums.by_waves(&forces);
         let of_sphere = |sphere: usize| {
-            let mut y = vec![0.0; self.forces[0].len()];
-            for (point, of_modes) in self.forces.iter().enumerate() {
-                let row = POINTS * sphere + point;
-                let velocity = velocities.fixed_rows::<3>(6 * row) - self.by_near(row, &forces);
-                for (y, force) in y.iter_mut().zip(of_modes) {
-                    *y += self.scales[sphere] * force.dot(&velocity);
+            let own = &by_waves[POINTS * sphere..POINTS * (sphere + 1)];
+            let own = DVector::from_iterator(3 * POINTS, own.iter().flatten().copied());
+            let mut y = self.forces.tr_mul(&own) * self.scales[sphere];
+            for (of, x) in x.iter().enumerate() {
+                match &self.blocks {
+                    Some(blocks) if of <= sphere => y.gemv(1.0, &blocks[sphere][of], x, 1.0),
+                    Some(blocks) => y.gemv_tr(1.0, &blocks[of][sphere], x, 1.0),
+                    None => y.gemv(1.0, &self.block(sphere, of), x, 1.0),
                 }
             }
-            y
+            y.as_slice().to_vec()
         };
         (0..x.len()).into_par_iter().map(of_sphere).collect()
-    }
-
-    /// Velocity at a point by the forces on near spheres, itself excluded, in unbounded fluid.
-    fn by_near(&self, row: usize, forces: &DVector<f64>) -> Vector3<f64> {
-        let mut velocity = Vector3::zeros();
-        for (of, shift) in &self.near[row / POINTS] {
-            for other in POINTS * of..POINTS * (of + 1) {
-                let r = self.points[row] - self.points[other] - shift;
-                let square = r.norm_squared();
-                if square > 0.0 {
-                    let force = forces.fixed_rows::<3>(6 * other);
-                    velocity += (force + r * (r.dot(&force) / square)) / square.sqrt();
-                }
-            }
-        }
-        velocity / (8.0 * PI)
     }
 }
 

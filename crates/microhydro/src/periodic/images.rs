@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Vector3, Vector6};
+use nalgebra::{Matrix3, Vector3, Vector6};
 
 use super::source::{Source, six_of};
 
@@ -54,6 +54,18 @@ pub(super) fn velocity(
         rotation += r.cross(&product) * (0.5 * (7.0 * third + squared * fourth));
     }
     six_of(velocity, rotation) / (8.0 * PI)
+}
+
+/// Velocity at `r` from an image of a point force, as a matrix: `(I ∇²f - ∇∇f)/(8π)`.
+///
+/// With `B_0` and `γ` of [`Radial`]: `(B_0 - γ) I + (B_0 + γ) r r/r²`.
+pub(super) fn point(xi: f64, r: &Vector3<f64>) -> Matrix3<f64> {
+    let squared = r.norm_squared();
+    let distance = squared.sqrt();
+    let decaying = libm::erfc(xi * distance) / distance;
+    let gauss = 2.0 * xi / PI.sqrt() * (-xi * xi * squared).exp();
+    let along = r * r.transpose() * ((decaying + gauss) / squared);
+    (Matrix3::from_diagonal_element(decaying - gauss) + along) / (8.0 * PI)
 }
 
 /// Minus the velocity and angular velocity that the waves give a sphere by its own source in

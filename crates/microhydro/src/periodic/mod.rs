@@ -22,7 +22,7 @@ mod waves;
 
 use std::f64::consts::PI;
 
-use nalgebra::{DVector, Matrix6, Vector3, Vector6};
+use nalgebra::{DVector, Matrix3, Matrix6, Vector3, Vector6};
 use rayon::prelude::*;
 
 use self::source::Source;
@@ -90,12 +90,7 @@ impl PeriodicSums {
         size: &Vector3<f64>,
         splitting: Option<f64>,
     ) -> Result<Self, HydroError> {
-        let volume = size.product();
-        // Both sums cost the same: with n spheres, n² (4π/3) (s/ξ)³/V pairs within the cutoff
-        // and n V (2ξ s)³/(6π²) waves.
-        let count = PAIR_COST * centres.len().max(1) as f64;
-        let splitting =
-            splitting.unwrap_or_else(|| PI.sqrt() * (count / (volume * volume)).powf(1.0 / 6.0));
+        let splitting = splitting.unwrap_or_else(|| Self::splitting(centres.len(), size, 1.0));
         let largest = 2.0 * splitting * CUTOFF;
         let most = Waves::most(size, largest).map(|m| 2.0 * m + 1.0);
         let images = size.map(|edge| 2.0 * CUTOFF / splitting / edge + 1.0);
@@ -114,6 +109,48 @@ impl PeriodicSums {
             splitting,
             waves,
         })
+    }
+
+    /// The splitting for which the sums over waves take as long as those over images, if these are
+    /// found once for so many products.
+    pub fn splitting(spheres: usize, size: &Vector3<f64>, products: f64) -> f64 {
+        // With n spheres, n² (4π/3) (s/ξ)³/V pairs within the cutoff and n V (2ξ s)³/(6π²) waves.
+        let count = PAIR_COST / products * spheres.max(1) as f64;
+        PI.sqrt() * (count / size.product().powi(2)).powf(1.0 / 6.0)
+    }
+
+    /// The part of the velocity of a point that is summed over images, by a force on one, as a
+    /// matrix.
+    pub fn images_of_point(&self, at: usize, of: usize) -> Matrix3<f64> {
+        let mut sum = match at == of {
+            true => {
+                let unit = Source::of_load(&Vector6::x());
+                Matrix3::from_diagonal_element(images::own(self.splitting, 0.0, &unit)[0])
+            }
+            false => Matrix3::zeros(),
+        };
+        let apart = nearest_image(&(self.centres[at] - self.centres[of]), &self.size);
+        self.for_images(&apart, |is_nearest, r| {
+            if at != of || !is_nearest {
+                sum += images::point(self.splitting, &r);
+            }
+        });
+        sum
+    }
+
+    /// The other part of the velocities of all points by forces on them.
+    pub fn by_waves(&self, forces: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let source = |force: &Vector3<f64>| Source {
+            force: *force,
+            torque: Vector3::zeros(),
+            slip: None,
+        };
+        let placed: Vec<Placed> = (forces.iter().enumerate())
+            .map(|(of, force)| self.placed(of, source(force)))
+            .collect();
+        let flows = self.waves.flows(&placed);
+        let at = |phases: &Phases| self.waves.at(phases, 0.0, &flows).fixed_rows::<3>(0).into_owned();
+        self.phases.par_iter().map(at).collect()
     }
 
     /// Velocities and angular velocities by the forces and torques of all spheres and images,
