@@ -556,7 +556,11 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
         let parts = parts.into_par_iter().with_min_len(AT_ONCE).enumerate();
         parts.for_each(|(k, own)| {
             let length = own.len();
-            enter(k, &self.linkages[k], DVectorViewMut::from_slice(own, length));
+            enter(
+                k,
+                &self.linkages[k],
+                DVectorViewMut::from_slice(own, length),
+            );
         });
         all
     }

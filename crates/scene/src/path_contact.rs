@@ -234,15 +234,16 @@ impl Search<'_> {
 
     /// Pairs of different bodies that can reach each other along the path, the first one first; in
     /// a periodic box all pairs.
-    fn meeting(
-        &self,
-        bodies: &[usize],
-        (start, end): (&Placement, &Placement),
-    ) -> Vec<[usize; 2]> {
+    fn meeting(&self, bodies: &[usize], (start, end): (&Placement, &Placement)) -> Vec<[usize; 2]> {
         let ball = |&body: &usize| {
             let [from, to] = [start, end].map(|placed| placed.poses[body].translation.vector);
-            // The bounds leave out the projection onto loops that passive joints close.
-            let way = self.lab[body].linear.first * (end.at - start.at) + (to - from).norm();
+            // The bounds leave out the projection onto loops that passive joints close; those that
+            // are no numbers exclude nothing.
+            let (most, apart) = (
+                self.lab[body].linear.first * (end.at - start.at),
+                (to - from).norm(),
+            );
+            let way = if most >= apart { most } else { most + apart };
             let reach = match self.path.domain.period() {
                 Some(_) => f64::INFINITY,
                 None => self.largest_radius(body, start, end) + way,
@@ -250,7 +251,6 @@ impl Search<'_> {
             (from, TOUCHING * reach, body)
         };
         let mut balls: Vec<(Vector3<f64>, f64, usize)> = bodies.iter().map(ball).collect();
-        // Bounds that are no numbers exclude nothing.
         let lowest = |(x, reach, _): &(Vector3<f64>, f64, usize)| match (x.x - reach).is_nan() {
             true => f64::NEG_INFINITY,
             false => x.x - reach,

@@ -437,7 +437,9 @@ impl Receivers {
             let cells = translated.as_slice().chunks_exact(FUNCTIONS * terms);
             for (&(own, _), values) in pairs.iter().zip(cells) {
                 let local = &mut locals[own * CELL..(own + 1) * CELL];
-                let functions = local.chunks_exact_mut(TERMS).zip(values.chunks_exact(terms));
+                let functions = local
+                    .chunks_exact_mut(TERMS)
+                    .zip(values.chunks_exact(terms));
                 for (sums, values) in functions {
                     for (sum, value) in sums.iter_mut().zip(values) {
                         *sum += value;

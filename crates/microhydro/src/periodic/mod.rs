@@ -149,7 +149,12 @@ impl PeriodicSums {
             .map(|(of, force)| self.placed(of, source(force)))
             .collect();
         let flows = self.waves.flows(&placed);
-        let at = |phases: &Phases| self.waves.at(phases, 0.0, &flows).fixed_rows::<3>(0).into_owned();
+        let at = |phases: &Phases| {
+            self.waves
+                .at(phases, 0.0, &flows)
+                .fixed_rows::<3>(0)
+                .into_owned()
+        };
         self.phases.par_iter().map(at).collect()
     }
 

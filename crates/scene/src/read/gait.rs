@@ -262,7 +262,9 @@ fn phase(
         (None, None) => None,
         (None, Some(_)) => return missing("link", "is missing: say which link gets this length"),
         (Some(_), None) => return missing("length", "is missing: the link's length at the end"),
-        (Some(name), Some(length)) => Some((find(checks, &key("link"), name, (joints, names))?, length)),
+        (Some(name), Some(length)) => {
+            Some((find(checks, &key("link"), name, (joints, names))?, length))
+        }
     };
     let mut changes: Vec<(usize, f64)> = one.into_iter().collect();
     if let Some(targets) = &file.targets {
@@ -271,7 +273,10 @@ fn phase(
             return missing("targets", problem);
         }
         for (name, length) in targets {
-            changes.push((find(checks, &key("targets"), name, (joints, names))?, *length));
+            changes.push((
+                find(checks, &key("targets"), name, (joints, names))?,
+                *length,
+            ));
         }
         changes.sort_by_key(|(joint, _)| *joint);
     }

@@ -317,7 +317,10 @@ pub fn solution_json(scene: &Scene, model: &str, solution: &InstantaneousSolutio
             ("power", json!(solution.power())),
             ("mean_flow", json!(flow)),
         ];
-        values.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
+        values
+            .map(|(key, value)| (key.to_owned(), value))
+            .into_iter()
+            .collect()
     };
     let mut estimates = estimate(&solution.error_estimate);
     if let Value::Object(estimates) = &mut estimates {
