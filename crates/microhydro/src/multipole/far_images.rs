@@ -9,8 +9,8 @@
 //! y = A^T G A x
 //! ```
 //!
-//! The operator is symmetric for any points, and does not depend on how Ewald's sums are split: what
-//! is summed over images is one matrix for each pair of spheres, found once, and the waves are
+//! The operator is symmetric for any points, and does not depend on how Ewald's sums are split:
+//! what is summed over images is one matrix for each pair of spheres, found once, and the waves are
 //! summed in each product. The mean flow is zero, as in [`crate::PointMobility::periodic`].
 
 use std::f64::consts::PI;

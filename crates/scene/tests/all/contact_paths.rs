@@ -108,6 +108,68 @@ proptest! {
     }
 }
 
+/// Spheres on straight ways, against the times at which the distances are two radii.
+#[test]
+fn of_many_spheres_the_first_pair_that_meets_is_found() {
+    let mut state = 5_u64;
+    let mut random = || {
+        state = (state.wrapping_mul(6_364_136_223_846_793_005)).wrapping_add(1);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    for size in [0.5, 2.0, 6.0] {
+        let places: Vec<Vector3<f64>> = (0..27)
+            .map(|k| Vector3::new(f64::from(k % 3), f64::from(k / 3 % 3), f64::from(k / 9)) * 2.0)
+            .map(|place| place + Vector3::from_fn(|_, _| 0.3 * random()))
+            .collect();
+        let speeds: Vec<Vector3<f64>> = (places.iter())
+            .map(|_| Vector3::from_fn(|_, _| size * random()))
+            .collect();
+        let bodies = places.iter().enumerate().map(|(k, x)| {
+            let [x, y, z] = [x.x, x.y, x.z];
+            format!("{{ name = \"b{k}\", radius = 0.3, position = [{x:?}, {y:?}, {z:?}] }}")
+        });
+        let bodies = bodies.collect::<Vec<_>>().join(", ");
+        let scene = Scene::parse(&format!("bodies = [{bodies}]")).unwrap();
+        let mut bounds = StateBounds::at_rest(scene.articulation(), Vec::new());
+        for (frame, speed) in bounds.frames.iter_mut().zip(&speeds) {
+            frame.linear.first = speed.norm();
+        }
+        let at = |t: f64| -> Result<_, RigidError> {
+            let mut state = scene.initial_state();
+            for (frame, speed) in state.frames.iter_mut().zip(&speeds) {
+                frame.translation.vector += t * speed;
+            }
+            Ok((state, Vec::new()))
+        };
+        let found = first_contact(&BodyPath {
+            bodies: scene.bodies(),
+            set: scene.articulation(),
+            domain: scene.domain(),
+            at: &at,
+            bounds: &bounds,
+        });
+        let meeting = |(i, j): (usize, usize)| {
+            // |d + v t| = 2 a
+            let (d, v) = (places[i] - places[j], speeds[i] - speeds[j]);
+            let (square, product) = (v.norm_squared(), d.dot(&v));
+            let rest = product * product - square * (d.norm_squared() - 0.36);
+            let time = (-product - rest.max(0.0).sqrt()) / square;
+            (rest >= 0.0 && (0.0..=1.0).contains(&time)).then_some((time, i, j))
+        };
+        let pairs = (0..27).flat_map(|j| (0..j).map(move |i| (i, j)));
+        let first = pairs.filter_map(meeting).min_by(|a, b| a.0.total_cmp(&b.0));
+        match (found.unwrap(), first) {
+            (Some(found), Some((time, i, j))) => {
+                assert_eq!((found.contact.body, found.contact.other), (i, Some(j)));
+                // Places are found to 1/1024 of the path.
+                assert!((found.at - time).abs() <= 1.0 / 1024.0, "{found:?} {time}");
+            }
+            (found, first) => assert!(found.is_none() && first.is_none(), "{found:?} {first:?}"),
+        }
+        assert_eq!(first.is_some(), size > 1.0, "{size}");
+    }
+}
+
 /// An arm of twenty radii that sweeps a small sphere by most of a turn.
 const ARM: &str = r#"
     bodies = [
