@@ -50,14 +50,15 @@ impl Octree {
             0.0 => 1.0,
             extent => extent,
         };
-        let trees = FILLED.map(|filled| Self::within(points, lowest, extent / filled));
-        let mut best = None;
-        for (work, tree) in trees {
-            if best.as_ref().is_none_or(|(least, _)| work < *least) {
-                best = Some((work, tree));
-            }
-        }
-        best.map_or_else(|| Self::new(&[]), |(_, tree)| tree)
+        let [first, others @ ..] =
+            FILLED.map(|filled| Self::within(points, lowest, extent / filled));
+        let (_, tree) = others
+            .into_iter()
+            .fold(first, |best, found| match found.0 < best.0 {
+                true => found,
+                false => best,
+            });
+        tree
     }
 
     /// The best tree with a first cell of this edge at this corner, and its work.
