@@ -89,7 +89,8 @@ pub struct PathContact {
 ///
 /// Bodies touch as [`Contact::touches`] says, at the start and at the end of the path too. Points
 /// have no surface and touch nothing; shapes other than spheres count as their convex hulls. Cost
-/// where bodies are far apart: two placements, and a few operations per pair.
+/// where bodies are far apart: two placements, and a few operations per pair whose ways overlap
+/// along the x axis, in a periodic box per pair.
 ///
 /// # Errors
 /// States or values that cannot be placed, bounds that do not fit the articulated set.
