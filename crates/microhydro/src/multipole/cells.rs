@@ -11,9 +11,9 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::expansion_plan::LOWEST_ORDER;
+use super::orders::LOWEST_ORDER;
 use super::pair_product::{self, PairOrders};
-use super::truncation;
+use super::truncation::{self, Neglected};
 use crate::Spheres;
 
 /// Highest order of a cell: 343 to 8000 spheres in cubes at gaps of 0.1 to 4 took the fewest
@@ -43,15 +43,6 @@ struct Half {
     /// Number of spheres, and radius of the largest one.
     spheres: usize,
     largest: f64,
-}
-
-/// Relative errors of couplings.
-#[derive(Clone, Copy)]
-pub(super) struct Neglected {
-    /// Of the pairs of spheres.
-    pub of_spheres: f64,
-    /// Of the truncated expansions of cells.
-    pub of_cells: f64,
 }
 
 /// All spheres, and a binary tree of them.

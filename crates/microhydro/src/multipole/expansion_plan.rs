@@ -6,31 +6,22 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::cells::{Cell, CoupledBodies, Neglected, Tree};
+use super::cells::{Cell, CoupledBodies, Tree};
 use super::far_images::{FAR_ORDER, FarImages};
 use super::memory;
 use super::modes::Modes;
-use super::orders::Accuracy;
+use super::orders::{Accuracy, LOWEST_ORDER};
 use super::pair_preconditioner::NarrowPair;
 use super::pair_product::{self, Line, PairOrders};
-use super::truncation::{self, Gap, GapCoordinates};
+use super::truncation::{self, Gap, GapCoordinates, Neglected};
 use crate::periodic::{check_box, images_within, nearest_image};
 use crate::{HydroError, Medium, Spheres};
-
-/// Factor on the tolerance of couplings of [`Variant::Neglecting`].
-///
-/// The change is then larger than what is neglected. Couplings of orders below those of their
-/// spheres lose at least one degree.
-const MORE_NEGLECTED: f64 = 30.0;
 
 /// Order of a coupling from the order that its pair needs: with four degrees orders lower by two
 /// still contain the stresslets, and the change by them has the geometric decay of others.
 fn pair_order(needed: usize, of_sphere: usize) -> usize {
     needed.max(LOWEST_ORDER).min(of_sphere)
 }
-
-/// Part of the tolerance below which couplings are neglected.
-const NEGLECTED: f64 = 1e-2;
 
 /// By how much [`Variant::Lowered`] is lower.
 pub(super) const LOWERED: usize = 2;
@@ -47,9 +38,6 @@ const MAX_ORDER: usize = 560;
 /// The lowest eigenvalue falls with the gap. With lower orders the matrix of 27 spheres in a cube
 /// at gaps of 0.003 was indefinite at a tolerance of 1e-2, at gaps of 0.01 it was not.
 const NARROWEST: f64 = 0.018;
-
-/// Lowest order: that below it by two has the stresslets.
-pub(super) const LOWEST_ORDER: usize = 4;
 
 /// The orders of all spheres and pairs, before anything is computed.
 pub(super) struct Plan {
@@ -214,12 +202,6 @@ impl Neighbours {
 /// Distance of images in radii of the largest sphere from which the orders of the spheres follow.
 const NEAR: f64 = 6.0;
 
-/// Part of the tolerance below which couplings are neglected for the bispherical coordinates of all
-/// spheres: the lowest eigenvalue falls with the narrowest gap.
-fn neglected(xi: &GapCoordinates) -> f64 {
-    NEGLECTED * truncation::narrowest(xi).min(1.0).powi(3)
-}
-
 /// Number of multipoles of spheres of these orders.
 fn dofs(orders: &[usize]) -> usize {
     orders.iter().map(|&order| (Modes { order }).len()).sum()
@@ -256,34 +238,6 @@ fn check_gaps(
         highest: MAX_ORDER,
     })
 }
-
-impl Neglected {
-    /// What couplings neglect for the gaps and the tolerance of an arrangement.
-    fn of(xi: &GapCoordinates, tolerance: f64) -> Self {
-        Self {
-            of_spheres: tolerance * neglected(xi),
-            of_cells: TRUNCATED * tolerance * truncation::narrowest(xi).min(1.0),
-        }
-    }
-
-    pub fn more(self) -> Self {
-        Self {
-            of_spheres: MORE_NEGLECTED * self.of_spheres,
-            of_cells: MORE_TRUNCATED * self.of_cells,
-        }
-    }
-}
-
-/// Factor on the tolerance of the truncation of cells, beside the narrowest bispherical coordinate.
-///
-/// Errors of velocities were 0.01 to 0.06 of the truncation among 343 free spheres in a cube at gaps
-/// of 0.1 to 4, and changes by [`MORE_TRUNCATED`] 0.3 to 1 of it.
-const TRUNCATED: f64 = 3.0;
-
-/// Factor on the truncation of [`Variant::Neglecting`].
-///
-/// [`Variant::Neglecting`]: super::Variant::Neglecting
-const MORE_TRUNCATED: f64 = 10.0;
 
 /// Sorts pairs such that similar ones are next to each other, and makes the azimuthal numbers equal
 /// of those that have the lanes of a register together.
@@ -418,7 +372,8 @@ impl Plan {
                 let nearest = within((NEAR * largest).max(1.001 * size.min()))?;
                 let xi = coordinates(&nearest);
                 // Beyond it the order of the far images suffices.
-                let decay = -(neglected(&xi) * tolerance).ln() / (2.0 * (FAR_ORDER as f64 - 1.0));
+                let neglected = Neglected::of(&xi, tolerance).of_spheres;
+                let decay = -neglected.ln() / (2.0 * (FAR_ORDER as f64 - 1.0));
                 let near = within((2.0 * largest * decay.cosh()).max(1.001 * size.min()))?;
                 let xi = coordinates(&near);
                 // spheres from which reflections come
@@ -443,16 +398,16 @@ impl Plan {
             spheres: orders.clone(),
             ..super::orders::Orders::all(n, &Medium::Unbounded, 0)
         };
-        let neglected = tolerance * neglected(&xi);
+        let neglected = Neglected::of(&xi, tolerance);
         let a = spheres.radii();
         let pairs = neighbours.par_iter().map(|near| {
             let gap = &near.gap;
             let (i, j) = gap.pair;
             let offset = near.offset(spheres);
-            let needed = |tolerance: f64| -> PairOrders {
-                truncation::for_pair(offset.norm(), a[i], a[j], tolerance).into()
+            let needed = |neglected: Neglected| -> PairOrders {
+                truncation::for_pair(offset.norm(), a[i], a[j], neglected.of_spheres).into()
             };
-            let (all, some) = (needed(neglected), needed(MORE_NEGLECTED * neglected));
+            let (all, some) = (needed(neglected), needed(neglected.more()));
             let of_spheres = [orders[i], orders[j]];
             let own = [0, 1].map(|end| pair_order(all[end], of_spheres[end]));
             let fewer = [0, 1].map(|end| match own[end] < of_spheres[end] {
@@ -483,7 +438,6 @@ impl Plan {
         let mut pairs: Vec<PlannedPair> = pairs.collect();
         let (cells, shifts) = match cells {
             Some((tree, distant)) => {
-                let neglected = Neglected::of(&xi, tolerance);
                 let planned = planned_cells(spheres, (tree, &distant), neglected, &orders);
                 pairs.extend(planned.pairs);
                 (planned.cells, planned.shifts)

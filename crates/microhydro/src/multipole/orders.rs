@@ -66,6 +66,9 @@ impl Accuracy {
 /// Two orders lower is the Rotne-Prager-Yamakawa mobility.
 pub(crate) const MIN_ORDER: usize = 2;
 
+/// Lowest order of many spheres: that below it by two has the stresslets.
+pub(super) const LOWEST_ORDER: usize = 4;
+
 /// Lowest order in a ball.
 ///
 /// A container and a sphere reflect each other's source modes even when concentric, and the
