@@ -91,7 +91,10 @@ fn by_images(frame: &Frame, radii: &[f64], forces: &[Mat<f64>]) -> Vec<Mat<f64>>
         let product = |to: usize, from: usize| {
             let (source, target) = (rigid(radii[from]), rigid(radii[to]));
             let coupling = image_coupling((&source, &x[from]), (&target, &x[to]));
-            [&coupling * &forces[from], coupling.transpose() * &forces[to]]
+            [
+                &coupling * &forces[from],
+                coupling.transpose() * &forces[to],
+            ]
         };
         let products: Vec<Vec<[Mat<f64>; 2]>> = batch
             .par_iter()
