@@ -289,10 +289,14 @@ impl ResistanceSolver {
         let solve = |orders: Vec<usize>| -> Result<Vec<Solution>, AxisymmetricError> {
             self.collars.provide(&meridian, motion, &orders)?;
             let collars = &self.collars;
-            // each factorisation is too small for many threads, so orders are solved in parallel
-            (orders.into_par_iter())
+            // each factorisation is too small for many threads, so orders are solved in parallel,
+            // the highest first, which takes as long as two others
+            let solved = orders.into_par_iter().rev();
+            let mut solved = solved
                 .map(|order| discretisation.solve(order, collars))
-                .collect()
+                .collect::<Result<Vec<_>, _>>()?;
+            solved.reverse();
+            Ok(solved)
         };
         raised_orders(tolerance, mesh.triangles.len(), solve)
     }
