@@ -36,7 +36,7 @@ pub fn with_tables(scene: &Scene, choice: Choice) -> Result<Choice, ModelError> 
     }
     let cost = match choice.model.capabilities().error_estimates {
         ErrorEstimates::OnRequest => ESTIMATED_COST,
-        ErrorEstimates::Always | ErrorEstimates::Never => 1,
+        _ => 1,
     };
     let Some(boxes) = boxes(scene, cost) else {
         return with_superposition(scene, choice);
