@@ -37,8 +37,8 @@ const SIZE_AT_SURFACE: f64 = 0.6;
 /// Increase of an edge over [`GROWTH`] per distance from the surface of a body.
 const GRADING: f64 = 0.5;
 
-/// Radius of the ball beyond which unbounded fluid or a large ball is not meshed, relative to the radius of the
-/// smallest ball around the bodies with the same centre.
+/// Radius of the ball beyond which unbounded fluid or a large ball is not meshed, relative to the
+/// radius of the smallest ball around the bodies with the same centre.
 pub(crate) const OPEN_RADIUS_RATIO: f64 = 1.5;
 
 /// Smallest radius of a ball around that sphere, relative to its radius, in which the mesh ends

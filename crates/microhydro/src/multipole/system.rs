@@ -166,8 +166,8 @@ impl System {
             .collect()
     }
 
-    /// The matrix, with the modes of each sphere, and apart from them those of the container, in the
-    /// given rows.
+    /// The matrix, with the modes of the spheres, and those of the container apart, in the given
+    /// rows.
     pub fn dense(&self, rows: &[Vec<usize>]) -> DenseSystem {
         let n = self.spheres;
         let size = rows[..n].iter().map(Vec::len).sum();
@@ -185,7 +185,7 @@ impl System {
                     let entry = match (from == n, to == n) {
                         (true, false) => &mut dense.container[(row, column)],
                         (false, true) => &mut dense.container[(column, row)],
-                        // the block of an expansion with itself contains each pair of modes twice
+                        // a block of an expansion with itself has each pair of modes twice
                         _ if from == to && row < column => continue,
                         (false, false) => &mut dense.spheres[(row.max(column), row.min(column))],
                         (true, true) => match &mut dense.own {
