@@ -198,8 +198,8 @@ pub fn deforming_resistance(
     let solve = |orders: Vec<usize>| -> Result<Vec<Solution>, AxisymmetricError> {
         let one = |order: usize| {
             let mut system = stokes(&mesh, order, Some((n, &columns)))?;
-            if let Some(radius) = meridian.open_radius() {
-                let matrix = exterior_flow(&mesh, order, radius);
+            if let Some(sphere) = &meridian.open_sphere() {
+                let matrix = exterior_flow(&mesh, order, sphere);
                 // the pressures on the boundary are not degrees of freedom of the flow beyond it
                 let dofs = system.trace(BoundaryPart::Open)[..matrix.nrows()].to_vec();
                 system.elements.push(Element { dofs, matrix });

@@ -124,10 +124,10 @@ impl MeridianFlow {
             let mut system = motion.system(&mesh, ORDER, bodies)?;
             // Degrees of freedom of the triangles only, in their order.
             let dofs: Vec<Vec<Dof>> = system.elements.iter().map(|e| e.dofs.clone()).collect();
-            if let Some(radius) = meridian.open_radius() {
+            if let Some(sphere) = &meridian.open_sphere() {
                 let matrix = match motion {
-                    Motion::Rotation => exterior_swirl(&mesh, ORDER, radius),
-                    Motion::Translation | Motion::Surfaces => exterior_flow(&mesh, ORDER, radius),
+                    Motion::Rotation => exterior_swirl(&mesh, ORDER, sphere),
+                    Motion::Translation | Motion::Surfaces => exterior_flow(&mesh, ORDER, sphere),
                 };
                 let dofs = system.trace(BoundaryPart::Open)[..matrix.nrows()].to_vec();
                 system.elements.push(Element { dofs, matrix });

@@ -37,9 +37,13 @@ const SIZE_AT_SURFACE: f64 = 0.6;
 /// Increase of an edge over [`GROWTH`] per distance from the surface of a body.
 const GRADING: f64 = 0.5;
 
-/// Radius of the ball beyond which unbounded fluid is not meshed, relative to the radius of the
-/// smallest ball around the bodies with the same centre.
+/// Radius of the ball beyond which unbounded fluid or a large ball is not meshed, relative to the
+/// radius of the smallest ball around the bodies with the same centre.
 pub(crate) const OPEN_RADIUS_RATIO: f64 = 1.5;
+
+/// Smallest radius of a ball around that sphere, relative to its radius, in which the mesh ends
+/// there.
+const MIN_WALL_RATIO: f64 = 1.2;
 
 /// Smallest gap supported, relative to a radius.
 ///
@@ -71,14 +75,23 @@ pub(crate) struct Meridian {
     wall: Wall,
 }
 
+/// A sphere where the mesh ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OpenSphere {
+    pub centre: f64,
+    pub radius: f64,
+    /// Radius of the ball with the same centre that bounds the fluid; infinite without one.
+    pub wall: f64,
+}
+
 #[derive(Clone, Copy, Debug)]
 enum Wall {
     /// No slip on a sphere.
     Ball { centre: f64, radius: f64 },
     /// No slip on a cylinder and its plane ends.
     Tube { from: f64, to: f64, radius: f64 },
-    /// A sphere in unbounded fluid.
-    Open { centre: f64, radius: f64 },
+    /// A sphere in the fluid, beyond which the flow is known.
+    Open(OpenSphere),
     /// The outline of a collar.
     Outline(AxialSpheroid),
 }
@@ -142,10 +155,11 @@ impl Meridian {
         let from = sorted[0].left();
         let to = sorted[sorted.len() - 1].right();
         let wall = match surroundings {
-            Surroundings::Unbounded => Wall::Open {
+            Surroundings::Unbounded => Wall::Open(OpenSphere {
                 centre: 0.5 * (from + to),
                 radius: OPEN_RADIUS_RATIO * enclosing_radius(&sorted, 0.5 * (from + to)),
-            },
+                wall: f64::INFINITY,
+            }),
             Surroundings::Ball { radius } => Wall::Ball {
                 centre: 0.0,
                 radius,
@@ -181,8 +195,8 @@ impl Meridian {
 
     /// The same domain with a larger ball where the mesh of unbounded fluid ends.
     pub fn enlarged(mut self, factor: f64) -> Self {
-        if let Wall::Open { radius, .. } = &mut self.wall {
-            *radius *= factor;
+        if let Wall::Open(sphere) = &mut self.wall {
+            sphere.radius *= factor;
         }
         self
     }
@@ -197,12 +211,27 @@ impl Meridian {
         }
     }
 
-    /// The same domain without the collars that its bodies have room for.
+    /// The same domain without the collars that its bodies have room for, and without the fluid far
+    /// from the bodies in a large ball, where the flow is a series.
     ///
     /// A collar is confocal with its body and has one of a few sizes, so that it seldom changes
     /// when bodies move. Its outline is at most as close to other bodies as to its own, and
     /// elements on both sides of it have similar sizes.
     pub fn without_collars(mut self) -> Self {
+        if let Wall::Ball {
+            centre,
+            radius: wall,
+        } = self.wall
+        {
+            let radius = OPEN_RADIUS_RATIO * enclosing_radius(&self.bodies, centre);
+            if wall > MIN_WALL_RATIO * radius {
+                self.wall = Wall::Open(OpenSphere {
+                    centre,
+                    radius,
+                    wall,
+                });
+            }
+        }
         self.outlines = (0..self.bodies.len())
             .map(|i| {
                 let mut outlines = (0..COLLAR_SIZES)
@@ -238,17 +267,17 @@ impl Meridian {
             .filter_map(|((&given, body), outline)| outline.map(|o| (given, body.spheroid, o)))
     }
 
-    /// Centre and radius of the sphere in unbounded fluid where the mesh ends.
-    pub fn open_ball(&self) -> Option<[f64; 2]> {
+    /// The sphere in the fluid where the mesh ends.
+    pub fn open_sphere(&self) -> Option<OpenSphere> {
         match self.wall {
-            Wall::Open { centre, radius } => Some([centre, radius]),
+            Wall::Open(sphere) => Some(sphere),
             _ => None,
         }
     }
 
-    /// Radius of the sphere in unbounded fluid where the mesh ends.
+    /// Radius of the sphere in the fluid where the mesh ends.
     pub fn open_radius(&self) -> Option<f64> {
-        self.open_ball().map(|[_, radius]| radius)
+        self.open_sphere().map(|sphere| sphere.radius)
     }
 
     /// The closed boundary of the meridian domain, with the domain on its left.
@@ -256,7 +285,7 @@ impl Meridian {
     /// Each curve comes with the parameters at which it is divided into edges, if they are given.
     pub fn boundary(&self) -> Vec<(Curve, Option<Vec<f64>>)> {
         let (from, to) = match self.wall {
-            Wall::Ball { centre, radius } | Wall::Open { centre, radius } => {
+            Wall::Ball { centre, radius } | Wall::Open(OpenSphere { centre, radius, .. }) => {
                 (centre - radius, centre + radius)
             }
             Wall::Tube { from, to, .. } => (from, to),
@@ -285,7 +314,7 @@ impl Meridian {
                 let ball = AxialSpheroid::sphere(centre, radius);
                 curves.push((ball.upper_half_leftward(BoundaryPart::Wall), None));
             }
-            Wall::Open { centre, radius } => {
+            Wall::Open(OpenSphere { centre, radius, .. }) => {
                 let ball = AxialSpheroid::sphere(centre, radius);
                 curves.push((ball.upper_half_leftward(BoundaryPart::Open), None));
             }
@@ -320,7 +349,7 @@ impl Meridian {
         };
         let to_wall = match self.wall {
             Wall::Ball { .. } | Wall::Tube { .. } => self.distance_to_wall(x).max(0.0),
-            Wall::Open { .. } | Wall::Outline(_) => f64::INFINITY,
+            Wall::Open(_) | Wall::Outline(_) => f64::INFINITY,
         };
         let mut nearest = [to_wall, f64::INFINITY];
         nearest.sort_by(f64::total_cmp);
@@ -348,7 +377,7 @@ impl Meridian {
 
     fn distance_to_wall(&self, x: &Point) -> f64 {
         match self.wall {
-            Wall::Ball { centre, radius } | Wall::Open { centre, radius } => {
+            Wall::Ball { centre, radius } | Wall::Open(OpenSphere { centre, radius, .. }) => {
                 radius - (x.x - centre).hypot(x.y)
             }
             Wall::Tube { from, to, radius } => (radius - x.y).min(x.x - from).min(to - x.x),

@@ -10,16 +10,18 @@
 //! 4 π R / (2 l + 1) ((2 + l (2 l - 1) / (l + 1)) a^2 + 2 l (l - 2) a b + 2 l^2 (l + 1) b^2)
 //! ```
 //!
+//! Inside a concentric wall there are flows that grow with the radius too.
+//!
 //! That of pure swirl `c_l dP_l(cos θ)/dθ` is `4 π R l (l + 1)^2 / (2 l + 1) c^2`. Such a
 //! Dirichlet-to-Neumann map replaces the mesh outside the sphere without an error (Givoli & Keller
 //! 1989); only the series is truncated.
 
 use std::f64::consts::PI;
 
-use nalgebra::{DMatrix, Matrix2};
+use nalgebra::{DMatrix, Matrix2, Matrix2x4, Matrix4, Matrix4x2, Vector2, Vector4};
 
 use crate::curve::BoundaryPart;
-use crate::meridian::OPEN_RADIUS_RATIO;
+use crate::meridian::{OPEN_RADIUS_RATIO, OpenSphere};
 use crate::mesh::MeridianMesh;
 use crate::quadrature::{gauss, legendre, lobatto};
 
@@ -29,11 +31,15 @@ const MAX_NEGLECTED_DISSIPATION: f64 = 1e-18;
 /// Quadrature points per edge beyond those that the polynomial degrees need.
 const EXTRA_POINTS: usize = 12;
 
-/// The matrix of the flow outside the sphere of radius `radius`, for motion along the axis.
+/// The matrix of the flow outside a sphere, for motion along the axis.
 ///
 /// Degrees of freedom are axial velocities at all nodes of the open boundary from left to right,
 /// then radial velocities.
-pub(crate) fn exterior_flow(mesh: &MeridianMesh, order: usize, radius: f64) -> DMatrix<f64> {
+pub(crate) fn exterior_flow(
+    mesh: &MeridianMesh,
+    order: usize,
+    sphere: &OpenSphere,
+) -> DMatrix<f64> {
     let trace = Trace::new(mesh, order);
     let n = trace.nodes;
     let mut matrix = DMatrix::zeros(2 * n, 2 * n);
@@ -59,20 +65,69 @@ pub(crate) fn exterior_flow(mesh: &MeridianMesh, order: usize, radius: f64) -> D
         } else {
             0.5 * (2.0 * d + 1.0) / (d * (d + 1.0))
         });
-        let mixed = d * (d - 2.0);
-        let form = Matrix2::new(
-            2.0 + d * (2.0 * d - 1.0) / (d + 1.0),
-            mixed,
-            mixed,
-            2.0 * d * d * (d + 1.0),
-        ) * (4.0 * PI * radius / (2.0 * d + 1.0));
+        let form = match sphere.wall.is_finite() {
+            true => dissipation_inside_wall(d, sphere.wall / sphere.radius),
+            false => {
+                let mixed = d * (d - 2.0);
+                Matrix2::new(
+                    2.0 + d * (2.0 * d - 1.0) / (d + 1.0),
+                    mixed,
+                    mixed,
+                    2.0 * d * d * (d + 1.0),
+                )
+            }
+        };
+        let form = form * (4.0 * PI * sphere.radius / (2.0 * d + 1.0));
         matrix += modes.transpose() * form * &modes;
     }
     matrix
 }
 
-/// The matrix of the flow outside the sphere of radius `radius`, for pure swirl.
-pub(crate) fn exterior_swirl(mesh: &MeridianMesh, order: usize, radius: f64) -> DMatrix<f64> {
+/// The dissipation of degree `l` in [`exterior_flow`] between a sphere and a wall of `wall` times
+/// its radius, where the velocity is zero.
+///
+/// The velocities `f P_l` along the radius and `g dP_l/dθ` along the meridian are those of Lamb's
+/// solution of the degrees `k = l` and `k = -l - 1`: `r^(k - 1)` times `k` and 1 without pressure,
+/// and `r^(k + 1)` times `c k - e` and `c` with the pressure `r^k P_l`. At `r = 1` the form is
+/// `-a (f' - p) - l (l + 1) b g'`. No fluid flows through the sphere, so that degree zero has none.
+fn dissipation_inside_wall(l: f64, wall: f64) -> Matrix2<f64> {
+    if l == 0.0 {
+        return Matrix2::zeros();
+    }
+    // columns: the four solutions, of size one where they are largest
+    let mut velocities = Matrix4::zeros();
+    let mut tractions = Matrix2x4::zeros();
+    for (number, k) in [l, -l - 1.0].into_iter().enumerate() {
+        let e = k / ((k + 1.0) * (2.0 * k + 3.0));
+        let c = (k + 3.0) / (2.0 * (k + 1.0) * (2.0 * k + 3.0));
+        let solutions = [(k, 1.0, k - 1.0, 0.0), (c * k - e, c, k + 1.0, 1.0)];
+        for (with_pressure, (f, g, power, p)) in solutions.into_iter().enumerate() {
+            let column = 2 * number + with_pressure;
+            let [own, at_wall] = match k > 0.0 {
+                true => [wall.powf(-power), 1.0],
+                false => [1.0, wall.powf(power)],
+            };
+            velocities.set_column(
+                column,
+                &(Vector4::new(f * own, g * own, f * at_wall, g * at_wall)),
+            );
+            let traction = Vector2::new(power * f - p, l * (l + 1.0) * power * g);
+            tractions.set_column(column, &(-own * traction));
+        }
+    }
+    let unit = Matrix4x2::identity();
+    // the four solutions are independent
+    let amplitudes = velocities.lu().solve(&unit).unwrap_or_default();
+    let form = tractions * amplitudes;
+    0.5 * (form + form.transpose())
+}
+
+/// The matrix of the flow outside a sphere, for pure swirl.
+pub(crate) fn exterior_swirl(
+    mesh: &MeridianMesh,
+    order: usize,
+    sphere: &OpenSphere,
+) -> DMatrix<f64> {
     let trace = Trace::new(mesh, order);
     let mut matrix = DMatrix::zeros(trace.nodes, trace.nodes);
     for l in 1..=degrees() {
@@ -85,7 +140,10 @@ pub(crate) fn exterior_swirl(mesh: &MeridianMesh, order: usize, radius: f64) -> 
         }
         let d = l as f64;
         mode *= 0.5 * (2.0 * d + 1.0) / (d * (d + 1.0));
-        let form = 4.0 * PI * radius * d * (d + 1.0).powi(2) / (2.0 * d + 1.0);
+        // c (r^-(l+1) - t r^l) / (1 - t) vanishes on the wall
+        let t = (sphere.radius / sphere.wall).powf(2.0 * d + 1.0);
+        let slope = (d + 1.0 + d * t) / (1.0 - t);
+        let form = 4.0 * PI * sphere.radius * d * (d + 1.0) * slope / (2.0 * d + 1.0);
         matrix += mode.transpose() * form * &mode;
     }
     matrix
@@ -188,34 +246,37 @@ mod tests {
     use crate::meridian::{GROWTH, Meridian, Surroundings};
     use crate::spheroid::AxialSpheroid;
 
-    /// A mesh around the unit sphere and the radius of its open boundary.
-    fn mesh() -> (MeridianMesh, f64) {
+    /// A mesh around the unit sphere and its open boundary.
+    fn mesh() -> (MeridianMesh, OpenSphere) {
         let sphere = [AxialSpheroid::sphere(0.0, 1.0)];
         let meridian = Meridian::new(&sphere, Surroundings::Unbounded).expect("a sphere");
-        let radius = meridian.open_radius().expect("unbounded");
-        (generate(&meridian, GROWTH).expect("a mesh"), radius)
+        let open = meridian.open_sphere().expect("unbounded");
+        (generate(&meridian, GROWTH).expect("a mesh"), open)
     }
 
     /// Stokes' law; Kirchhoff's for the torque, of which the form omits twice the volume.
     #[test]
     fn a_sphere_of_fluid_that_moves_rigidly_has_the_drag_of_a_sphere() {
-        let (mesh, radius) = mesh();
+        let (mesh, open) = mesh();
         for order in [3, 6] {
-            let flow = exterior_flow(&mesh, order, radius);
+            let flow = exterior_flow(&mesh, order, &open);
             let n = flow.nrows() / 2;
             let axial = DVector::from_fn(2 * n, |i, _| if i < n { 1.0 } else { 0.0 });
             let drag = (&flow * &axial).dot(&axial);
-            assert!((drag / (6.0 * PI * radius) - 1.0).abs() < 1e-12, "{drag}");
-            let swirl = exterior_swirl(&mesh, order, radius);
+            assert!(
+                (drag / (6.0 * PI * open.radius) - 1.0).abs() < 1e-12,
+                "{drag}"
+            );
+            let swirl = exterior_swirl(&mesh, order, &open);
             let mut azimuthal = DVector::zeros(n);
             let nodes = lobatto(order);
             for (e, [left, right]) in open_edges(&mesh).into_iter().enumerate() {
                 for (k, s) in nodes.iter().enumerate() {
-                    azimuthal[e * order + k] = radius * (left + s * (right - left)).sin();
+                    azimuthal[e * order + k] = open.radius * (left + s * (right - left)).sin();
                 }
             }
             let torque = (&swirl * &azimuthal).dot(&azimuthal);
-            let exact = 16.0 / 3.0 * PI * radius.powi(3);
+            let exact = 16.0 / 3.0 * PI * open.radius.powi(3);
             // the sine is interpolated by polynomials
             let tolerance = 0.1_f64.powi(order as i32);
             assert!(
@@ -225,13 +286,40 @@ mod tests {
         }
     }
 
+    /// Haberman & Sayre (1958), Landau & Lifshitz (section 20).
+    #[test]
+    fn a_sphere_of_fluid_inside_a_wall_has_the_drag_and_the_torque_of_a_sphere() {
+        for ratio in [1.2_f64, 2.0, 5.0, 1e3] {
+            let x = 1.0 / ratio;
+            let form = dissipation_inside_wall(1.0, ratio);
+            // the velocity e_z is cos θ along the radius and dcos θ/dθ along the meridian
+            let drag = 4.0 * PI / 3.0 * form.sum();
+            let exact = 6.0 * PI * (1.0 - x.powi(5))
+                / (1.0 - 2.25 * x + 2.5 * x.powi(3) - 2.25 * x.powi(5) + x.powi(6));
+            assert!(
+                (drag / exact - 1.0).abs() < 1e-9,
+                "{ratio}: {drag}, {exact}"
+            );
+            // far away it is that of unbounded fluid
+            for l in [2.0, 7.0, 43.0] {
+                let form = dissipation_inside_wall(l, ratio);
+                let alone = 2.0 + l * (2.0 * l - 1.0) / (l + 1.0);
+                assert!(form[(0, 0)] > alone * (1.0 - 1e-12) && form.determinant() > 0.0);
+                if ratio > 10.0 {
+                    assert!((form[(0, 0)] / alone - 1.0).abs() < 1e-8);
+                    assert!((form[(0, 1)] - l * (l - 2.0)).abs() < 1e-8 * alone);
+                }
+            }
+        }
+    }
+
     /// Eigenvalues are those of the form for each degree: positive except for rounding.
     #[test]
     fn dissipation_outside_is_not_negative() {
-        let (mesh, radius) = mesh();
+        let (mesh, open) = mesh();
         for matrix in [
-            exterior_flow(&mesh, 4, radius),
-            exterior_swirl(&mesh, 4, radius),
+            exterior_flow(&mesh, 4, &open),
+            exterior_swirl(&mesh, 4, &open),
         ] {
             let largest = matrix.amax();
             assert!((&matrix - matrix.transpose()).amax() < 1e-14 * largest);

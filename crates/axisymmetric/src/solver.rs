@@ -23,10 +23,10 @@ pub(crate) const MAX_ORDER: usize = 10;
 
 /// The first of three orders, of which the last is likely to meet the tolerance.
 ///
-/// The error of order `k` is about `10^-(k + 1)`. The three orders are at least 3, 4, 5: from five
+/// The error of order `k` is about `10^(-1.2 k)`. The three orders are at least 3, 4, 5: from five
 /// on the error decreases regularly enough for the estimate.
 fn first_order(tolerance: f64) -> usize {
-    ((-tolerance.log10()).ceil() as usize - 1).clamp(5, MAX_ORDER) - 2
+    ((-tolerance.log10() / 1.2).ceil() as usize).clamp(5, MAX_ORDER) - 2
 }
 
 /// Bounds on the factor by which one order reduces the error, when the last change is extrapolated.
@@ -47,8 +47,9 @@ const MIN_TOLERANCE: f64 = 1e-11;
 /// the error by a factor of five to ten. The result is the same, to the last bit, for bodies in any
 /// order and for a mirror image.
 ///
-/// Unbounded fluid is meshed within a ball around the bodies. The flow beyond it is expanded in
-/// spherical harmonics and joined to the mesh without an approximation (Givoli & Keller 1989).
+/// Unbounded fluid, or that in a large ball, is meshed within a ball around the bodies. The flow
+/// beyond it is expanded in spherical harmonics and joined to the mesh without an approximation
+/// (Givoli & Keller 1989).
 ///
 /// Cost: 500 to 1000 degrees of freedom per body for 1e-6; 0.1 s to 1 s. For many configurations
 /// of the same bodies [`ResistanceSolver`] is faster.
@@ -288,10 +289,14 @@ impl ResistanceSolver {
         let solve = |orders: Vec<usize>| -> Result<Vec<Solution>, AxisymmetricError> {
             self.collars.provide(&meridian, motion, &orders)?;
             let collars = &self.collars;
-            // each factorisation is too small for many threads, so orders are solved in parallel
-            (orders.into_par_iter())
+            // each factorisation is too small for many threads, so orders are solved in parallel,
+            // the highest first, which takes as long as two others
+            let solved = orders.into_par_iter().rev();
+            let mut solved = solved
                 .map(|order| discretisation.solve(order, collars))
-                .collect()
+                .collect::<Result<Vec<_>, _>>()?;
+            solved.reverse();
+            Ok(solved)
         };
         raised_orders(tolerance, mesh.triangles.len(), solve)
     }
@@ -316,10 +321,10 @@ impl Discretisation<'_> {
             let matrix = collars.matrix(&body, &outline, self.motion, order);
             system.elements.push(Element { dofs, matrix });
         }
-        if let Some(radius) = self.meridian.open_radius() {
+        if let Some(sphere) = &self.meridian.open_sphere() {
             let matrix = match self.motion {
-                Motion::Translation | Motion::Surfaces => exterior_flow(self.mesh, order, radius),
-                Motion::Rotation => exterior_swirl(self.mesh, order, radius),
+                Motion::Translation | Motion::Surfaces => exterior_flow(self.mesh, order, sphere),
+                Motion::Rotation => exterior_swirl(self.mesh, order, sphere),
             };
             // the pressures on the boundary are not degrees of freedom of the flow beyond it
             let dofs = system.trace(BoundaryPart::Open)[..matrix.nrows()].to_vec();

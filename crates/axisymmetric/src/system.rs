@@ -216,28 +216,35 @@ impl Element {
     }
 }
 
-/// The Schur complement of a symmetric matrix after the elimination of the rows `inner`; `None` if
-/// their block is singular.
+/// The Schur complement of a symmetric matrix after the elimination of the rows `inner`, in their
+/// order and without pivots; `None` if a pivot is zero or not finite.
 ///
-/// Rows keep their order.
+/// The block of the rows `inner` is positive definite, or has velocities before pressures, whose
+/// pivots are then negative. The other rows keep their order.
 pub(crate) fn condensed(matrix: &DMatrix<f64>, inner: &[usize]) -> Option<DMatrix<f64>> {
-    let outer: Vec<usize> = (0..matrix.nrows())
-        .filter(|i| inner.binary_search(i).is_err())
-        .collect();
-    let block = |rows: &[usize], columns: &[usize]| {
-        DMatrix::from_fn(rows.len(), columns.len(), |i, j| {
-            matrix[(rows[i], columns[j])]
-        })
-    };
-    let kept = block(&outer, &outer);
-    if inner.is_empty() {
-        return Some(kept);
+    let outer = (0..matrix.nrows()).filter(|i| inner.binary_search(i).is_err());
+    let order: Vec<usize> = inner.iter().copied().chain(outer).collect();
+    let size = order.len();
+    let mut lower = DMatrix::from_fn(size, size, |i, j| matrix[(order[i], order[j])]);
+    for k in 0..inner.len() {
+        let (mut columns, mut later) = lower.columns_range_pair_mut(k..k + 1, k + 1..size);
+        let column = columns.column_mut(0);
+        let pivot = column[k];
+        if pivot == 0.0 || !pivot.is_finite() {
+            return None;
+        }
+        for (mut below, j) in later.column_iter_mut().zip(k + 1..) {
+            // axial and radial velocities couple by pressures only
+            if column[j] != 0.0 {
+                let factor = column[j] / pivot;
+                (below.rows_range_mut(j..)).axpy(-factor, &column.rows_range(j..), 1.0);
+            }
+        }
     }
-    let coupling = block(inner, &outer);
-    let solved = block(inner, inner).lu().solve(&coupling)?;
-    let condensed = kept - coupling.transpose() * solved;
-    // symmetric to rounding
-    Some(0.5 * (&condensed + condensed.transpose()))
+    let first = inner.len();
+    Some(DMatrix::from_fn(size - first, size - first, |i, j| {
+        lower[(first + i.max(j), first + i.min(j))]
+    }))
 }
 
 /// Renumbers groups from zero in order of first appearance, without unused numbers.

@@ -11,6 +11,7 @@ use crate::AxisymmetricError;
 use crate::curve::{BoundaryPart, Point};
 use crate::element::Lagrange;
 use crate::geometry_map::node_positions;
+use crate::meridian::OpenSphere;
 use crate::mesh::MeridianMesh;
 use crate::open_boundary::exterior_flow;
 use crate::space::Space;
@@ -183,7 +184,7 @@ impl FlowSystem {
         motions: Vec<Option<usize>>,
         n_motions: usize,
         frame: Option<usize>,
-        open_ball: Option<[f64; 2]>,
+        open_sphere: Option<OpenSphere>,
     ) -> Result<Self, AxisymmetricError> {
         let mesh = mesh.into();
         let [velocity, pressure] = [Lagrange::new(order)?, Lagrange::new(order - 1)?];
@@ -207,7 +208,7 @@ impl FlowSystem {
         // The pressure is determined up to a constant; that of the first node is zero. Its
         // equation follows from the others, because no fluid enters or leaves. In unbounded fluid
         // it is determined by its decay.
-        let first = usize::from(open_ball.is_none());
+        let first = usize::from(open_sphere.is_none());
         let pressures = (0..m).map(|node| (node >= first).then_some((2 * n + node) as u32));
         let all_motions = (0..n_motions).map(|g| Some(motion(g)));
         let roles: Vec<Option<u32>> = (axial.chain(radial).chain(pressures))
@@ -223,13 +224,13 @@ impl FlowSystem {
         // the balance of forces is one more element, with no place of its own
         unknowns.push(all_motions.collect());
         centres.push(Point::zeros());
-        let exterior = open_ball.map(|[centre, radius]| Exterior {
-            radius,
-            centre,
+        let exterior = open_sphere.map(|sphere| Exterior {
+            radius: sphere.radius,
+            centre: sphere.centre,
             nodes: (spaces[0].traces(&mesh, &velocity))
                 .remove(&BoundaryPart::Open)
                 .unwrap_or_default(),
-            matrix: exterior_flow(&mesh, order, radius),
+            matrix: exterior_flow(&mesh, order, &sphere),
         });
         if let Some(exterior) = &exterior {
             let of = |first: usize| (exterior.nodes.iter()).map(move |&node| first + node as usize);

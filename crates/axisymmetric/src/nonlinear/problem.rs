@@ -386,8 +386,8 @@ impl<'a> Problem<'a> {
             false => None,
         };
         let motions = self.motions.clone();
-        let open_ball = self.meridian.open_ball();
-        FlowSystem::new(mesh, order, motions, self.n_motions, frame, open_ball)
+        let open_sphere = self.meridian.open_sphere();
+        FlowSystem::new(mesh, order, motions, self.n_motions, frame, open_sphere)
     }
 
     /// The viscosity of the fluid; that at rest is its constant part where there is an open

@@ -15,9 +15,9 @@ use crate::{HydroError, Medium, Resistance, Spheres};
 ///
 /// Cost: spheres on one axis (through the container's centre, or along the wall's normal) take 0.1
 /// ms for three spheres with gaps of four radii. Other arrangements take `n^3/3` operations for `n`
-/// multipoles in all; large ones are solved by iteration, with `O(L^3)` operations per pair, rigid
-/// motion and iteration for the order `L`. Off an axis, the high degrees that a narrow gap needs
-/// are eliminated for its two surfaces alone.
+/// multipoles of all spheres, and `n^2` for each of the container; large ones are solved by
+/// iteration, with `O(L^3)` operations per pair, rigid motion and iteration for the order `L`. Off
+/// an axis, the high degrees that a narrow gap needs are eliminated for its two surfaces alone.
 ///
 /// # Errors
 /// A tolerance that is not between `1e-13` and 1; spheres outside the medium; gaps below 0.001

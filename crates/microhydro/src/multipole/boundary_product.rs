@@ -78,18 +78,39 @@ fn rigid(radius: f64) -> Expansion {
     }
 }
 
+/// Number of spheres whose products with all others are computed at a time.
+const SPHERES_PER_BATCH: usize = 64;
+
 /// Scaled velocities due to the images of all spheres in a wall.
 fn by_images(frame: &Frame, radii: &[f64], forces: &[Mat<f64>]) -> Vec<Mat<f64>> {
     let x = &frame.centres;
-    let velocity = |to: usize| {
-        let mut velocity = Mat::zeros(6, 1);
-        for (from, force) in forces.iter().enumerate() {
+    let mut velocities = vec![Mat::zeros(6, 1); forces.len()];
+    let spheres: Vec<usize> = (0..forces.len()).collect();
+    for batch in spheres.chunks(SPHERES_PER_BATCH) {
+        // what two spheres do to each other is a matrix and its transpose
+        let product = |to: usize, from: usize| {
             let (source, target) = (rigid(radii[from]), rigid(radii[to]));
-            velocity += image_coupling((&source, &x[from]), (&target, &x[to])) * force;
+            let coupling = image_coupling((&source, &x[from]), (&target, &x[to]));
+            [
+                &coupling * &forces[from],
+                coupling.transpose() * &forces[to],
+            ]
+        };
+        let products: Vec<Vec<[Mat<f64>; 2]>> = batch
+            .par_iter()
+            .map(|&to| (0..=to).map(|from| product(to, from)).collect())
+            .collect();
+        // in a fixed order
+        for (&to, products) in batch.iter().zip(products) {
+            for (from, [of_source, of_target]) in products.into_iter().enumerate() {
+                velocities[to] += of_source;
+                if from != to {
+                    velocities[from] += of_target;
+                }
+            }
         }
-        velocity
-    };
-    (0..forces.len()).into_par_iter().map(velocity).collect()
+    }
+    velocities
 }
 
 /// Scaled velocities due to the wall of a container, `-C^T C f` with the couplings `C`.

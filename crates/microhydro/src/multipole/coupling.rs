@@ -51,14 +51,17 @@ pub(crate) struct SymmetryClass {
 }
 
 impl SymmetryClass {
-    /// All classes up to an azimuthal number; `m = 0` has one only.
+    /// All classes up to an azimuthal number.
     pub fn all(top: usize) -> impl Iterator<Item = Self> {
-        (0..=top).flat_map(|m| {
-            [true, false]
-                .into_iter()
-                .filter(move |&cosine| cosine || m > 0)
-                .map(move |cosine| Self { m, cosine })
-        })
+        (0..=top).flat_map(Self::of_azimuthal_number)
+    }
+
+    /// The classes of an azimuthal number; `m = 0` has one only.
+    pub fn of_azimuthal_number(m: usize) -> impl Iterator<Item = Self> {
+        [true, false]
+            .into_iter()
+            .filter(move |&cosine| cosine || m > 0)
+            .map(move |cosine| Self { m, cosine })
     }
 
     /// Row of a mode of this class among the `2l + 1` modes of its family and degree, and its sign.
@@ -161,9 +164,15 @@ impl Coupling {
     /// Dense matrix of the coupling, from all modes of the source to all modes of the target.
     pub fn dense(&self) -> Mat<f64> {
         let (from, to) = (self.all_modes.0.len(), self.all_modes.1.len());
-        let mut matrix = Mat::zeros(to, from);
-        self.add(Mat::identity(from, from).as_ref(), matrix.as_mut(), false);
-        matrix
+        // fewer columns pass through the rotations
+        let backward = to < from;
+        let mut matrix = Mat::zeros(from.max(to), from.min(to));
+        let columns = Mat::identity(from.min(to), from.min(to));
+        self.add(columns.as_ref(), matrix.as_mut(), backward);
+        match backward {
+            false => matrix,
+            true => matrix.transpose().to_owned(),
+        }
     }
 
     /// Adds the coupling times the coefficients `x` of the source to those of the target, `y`.

@@ -6,6 +6,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::cholesky::llt::inverse::{inverse as inverse_from_factor, inverse_scratch};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, Mat, MatRef, Par, Spec};
 use nalgebra::DMatrix;
 
@@ -42,6 +43,36 @@ pub(super) fn eliminate(
 /// [`HydroError::FactorisationFailed`].
 pub(super) fn schur_complement(matrix: Mat<f64>, rows: usize) -> Result<DMatrix<f64>, HydroError> {
     Ok(GalerkinFactor::new(matrix)?.complement(rows))
+}
+
+/// Subtracts `C C^T` from the lower triangle of a symmetric matrix.
+pub(super) fn subtract_square(matrix: &mut Mat<f64>, columns: MatRef<f64>) {
+    let par = parallelism(matrix.nrows());
+    matmul(
+        matrix.as_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Add,
+        columns,
+        BlockStructure::Rectangular,
+        columns.transpose(),
+        BlockStructure::Rectangular,
+        -1.0,
+        par,
+    );
+}
+
+/// Replaces `C` by `C L^-T` with the Cholesky factor `L` of a symmetric positive definite matrix,
+/// read on and below its diagonal: `C C^T` is then `C A^-1 C^T`.
+///
+/// # Errors
+/// [`HydroError::FactorisationFailed`].
+pub(super) fn divide_by_factor(
+    columns: &mut Mat<f64>,
+    mut matrix: Mat<f64>,
+) -> Result<(), HydroError> {
+    let par = factor_in_place(&mut matrix, "Galerkin matrix")?;
+    solve_lower_triangular_in_place(matrix.as_ref(), columns.as_mut().transpose_mut(), par);
+    Ok(())
 }
 
 /// Cholesky factor `L` of a Galerkin matrix, from which Schur complements are products.
@@ -117,11 +148,7 @@ fn symmetric(lower: &Mat<f64>) -> DMatrix<f64> {
 /// Replaces a matrix by its Cholesky factor, in the lower triangle; returns the number of threads.
 fn factor_in_place(matrix: &mut Mat<f64>, name: &'static str) -> Result<Par, HydroError> {
     let size = matrix.nrows();
-    // a fixed number of threads, so that the result does not depend on how many there are
-    let par = match size < MIN_DOFS_FOR_THREADS {
-        true => Par::Seq,
-        false => Par::rayon(2),
-    };
+    let par = parallelism(size);
     let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(size, par, Spec::default()));
     cholesky_in_place(
         matrix.as_mut(),
@@ -132,6 +159,14 @@ fn factor_in_place(matrix: &mut Mat<f64>, name: &'static str) -> Result<Par, Hyd
     )
     .map_err(|_| HydroError::FactorisationFailed { matrix: name, size })?;
     Ok(par)
+}
+
+/// A fixed number of threads, so that the result does not depend on how many there are.
+fn parallelism(size: usize) -> Par {
+    match size < MIN_DOFS_FOR_THREADS {
+        true => Par::Seq,
+        false => Par::rayon(2),
+    }
 }
 
 /// `L L^T`, where only the given parts of the two factors are read.

@@ -42,6 +42,18 @@ impl LambCoefficients {
         }
     }
 
+    /// The flow whose velocity on the surface of the sphere is one harmonic: the inverse of
+    /// [`LambCoefficients::trace`].
+    pub fn of_trace(family: Family, k: usize) -> Self {
+        let radial = e(k) / (2 * k + 1) as f64;
+        let [phi, chi, p] = match family {
+            Family::Stokeslet => [1.0, 0.0, 0.0],
+            Family::Rotlet => [0.0, -1.0, 0.0],
+            Family::Source => [1.0 - c(k) / radial, 0.0, 1.0 / radial],
+        };
+        Self { phi, chi, p }
+    }
+
     /// Coefficients of `W_k`, `X_k`, `V_k` in the velocity on the surface of the sphere.
     pub fn trace(&self, k: usize) -> [f64; 3] {
         let radial = e(k) / (2 * k + 1) as f64;

@@ -258,7 +258,7 @@ fn blocks<'a>(
         for (first, &(from, columns)) in expansions.iter().enumerate().take(second + 1) {
             let mut block = Mat::<f64>::zeros(rows.len(), columns.len());
             for (m, change) in sectors.clone().enumerate() {
-                for class in SymmetryClass::all(m).filter(|class| class.m == m) {
+                for class in SymmetryClass::of_azimuthal_number(m) {
                     let places = |expansion: usize, modes: Modes| -> Vec<(usize, usize, f64)> {
                         let own = change.dofs.iter().enumerate();
                         own.filter(|(_, dof)| dof.expansion == expansion)

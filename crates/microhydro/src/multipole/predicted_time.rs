@@ -6,6 +6,7 @@ use super::adaptive::first_orders;
 use super::frame::{Frame, Surroundings};
 use super::memory;
 use super::orders::{Accuracy, Orders};
+use super::spatial::{dense_numbers, dense_operations, is_factorised};
 use crate::{HydroError, Medium, Spheres};
 
 /// Operations per second in a dense factorisation, on two cores.
@@ -100,8 +101,7 @@ pub fn predicted_size(
     tolerance: f64,
 ) -> Result<(usize, f64), HydroError> {
     let orders = first_orders(spheres, medium, tolerance)?;
-    let dofs = memory::dofs(&orders);
-    Ok((orders.dofs(), memory::mib(dofs * dofs)))
+    Ok((orders.dofs(), memory::mib(dense_numbers(&orders))))
 }
 
 /// Iterations with surface velocities over the usual number, if a surface has two narrow gaps.
@@ -141,10 +141,9 @@ fn axial(orders: &Orders) -> f64 {
 
 /// Seconds off an axis: one system, or two beside narrow gaps and the eliminations in these.
 fn spatial(orders: &Orders, frame: &Frame) -> f64 {
-    let dense = memory::of_factorisation(memory::dofs(orders));
     let is_wall = frame.surroundings == Surroundings::Wall;
-    let of_system = match memory::dense_is_cheaper(orders, is_wall) {
-        Ok(true) => dense,
+    let of_system = match is_factorised(orders, is_wall) {
+        Ok(true) => dense_operations(orders),
         _ => memory::of_iteration(orders, 6.0 * orders.spheres.len() as f64),
     };
     let systems = if orders.gaps.is_empty() { 1.0 } else { 2.0 };

@@ -1,5 +1,7 @@
 //! Rotation of real spherical harmonics.
 
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+
 use faer::MatRef;
 use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 
@@ -31,7 +33,7 @@ impl Rotation {
         let first = DMatrix::from_fn(3, 3, |i, j| q[(AXIS_OF_M[i], AXIS_OF_M[j])]);
         let mut degrees = vec![first];
         for l in 2..=top {
-            let next = next_degree(&degrees[0], &degrees[l - 2], l as i32);
+            let next = next_degree(&degrees[0], &degrees[l - 2], l);
             degrees.push(next);
         }
         degrees.truncate(top);
@@ -50,57 +52,68 @@ impl Rotation {
     }
 }
 
-fn next_degree(first: &DMatrix<f64>, last: &DMatrix<f64>, l: i32) -> DMatrix<f64> {
-    let one = |i: i32, j: i32| first[((i + 1) as usize, (j + 1) as usize)];
-    let low = |a: i32, b: i32| last[((a + l - 1) as usize, (b + l - 1) as usize)];
-    let p = |i: i32, a: i32, b: i32| {
-        if b == l {
-            one(i, 1) * low(a, l - 1) - one(i, -1) * low(a, 1 - l)
-        } else if b == -l {
-            one(i, 1) * low(a, 1 - l) + one(i, -1) * low(a, l - 1)
-        } else {
-            one(i, 0) * low(a, b)
-        }
-    };
-    let delta = |a: i32, b: i32| -> f64 { if a == b { 1.0 } else { 0.0 } };
-    let size = (2 * l + 1) as usize;
-    DMatrix::from_fn(size, size, |row, column| {
-        let (m, n) = (row as i32 - l, column as i32 - l);
-        let whole = if n.abs() == l {
-            2 * l * (2 * l - 1)
-        } else {
-            (l + n) * (l - n)
-        };
-        let root = |x: i32| (f64::from(x) / f64::from(whole)).sqrt();
-        let mut sum = 0.0;
-        if m.abs() < l {
-            sum += root((l + m) * (l - m)) * p(0, m, n);
-        }
-        let size = m.abs();
-        if m == 0 {
-            sum -= 0.5 * (2.0_f64).sqrt() * root((l - 1) * l) * (p(1, 1, n) + p(-1, -1, n));
-        } else {
-            let v = 0.5 * root((l + size - 1) * (l + size));
-            let term = if m > 0 {
-                p(1, m - 1, n) * (1.0 + delta(m, 1)).sqrt()
-                    - if m == 1 { 0.0 } else { p(-1, 1 - m, n) }
+/// The matrix of degree `l` from those of the degrees 1 and `l - 1`, column by column.
+///
+/// The weights of an entry are products of one number of its row and one of its column.
+fn next_degree(first: &DMatrix<f64>, last: &DMatrix<f64>, l: usize) -> DMatrix<f64> {
+    let top = l as i32;
+    let root = |x: i32| f64::from(x).sqrt();
+    let weights: Vec<[f64; 3]> = (0..=top)
+        .map(|m| {
+            let v = if m == 0 { -FRAC_1_SQRT_2 } else { 0.5 };
+            [
+                root((top + m) * (top - m)),
+                v * root((top + m - 1) * (top + m)),
+                -0.5 * root((top - m - 1).max(0) * (top - m)),
+            ]
+        })
+        .collect();
+    // products of rows of the first degree and a column of the last one, with two zeros around it
+    let mut products = [(); 3].map(|()| vec![0.0; 2 * l + 3]);
+    let mut next = DMatrix::zeros(2 * l + 1, 2 * l + 1);
+    for n in -top..=top {
+        let is_outer = n.abs() == top;
+        let low = |n: i32| last.column((n + top - 1) as usize);
+        for (i, products) in products.iter_mut().enumerate() {
+            let inner = &mut products[2..2 * l + 1];
+            if is_outer {
+                let [same, other] = [2, 0].map(|j| first[(i, j)]);
+                let other = if n > 0 { -other } else { other };
+                let (of_same, of_other) = (low(n - n.signum()), low(n.signum() - n));
+                for (product, (a, b)) in inner.iter_mut().zip(of_same.iter().zip(&of_other)) {
+                    *product = same * a + other * b;
+                }
             } else {
-                p(-1, -m - 1, n) * (1.0 + delta(m, -1)).sqrt()
-                    + if m == -1 { 0.0 } else { p(1, m + 1, n) }
-            };
-            sum += v * term;
-            if size + 1 < l {
-                let w = -0.5 * root((l - size - 1) * (l - size));
-                let term = if m > 0 {
-                    p(1, m + 1, n) + p(-1, -m - 1, n)
-                } else {
-                    p(1, m - 1, n) - p(-1, 1 - m, n)
-                };
-                sum += w * term;
+                for (product, a) in inner.iter_mut().zip(&low(n)) {
+                    *product = first[(i, 1)] * a;
+                }
             }
         }
-        sum
-    })
+        let p = |i: usize, m: i32| products[i][(m + top + 1) as usize];
+        let scale = 1.0
+            / match is_outer {
+                true => root(2 * top * (2 * top - 1)),
+                false => root((top + n) * (top - n)),
+            };
+        for (m, [u, v, w]) in (0..).zip(&weights) {
+            let place = |m: i32| ((m + top) as usize, (n + top) as usize);
+            if m == 0 {
+                next[place(0)] = scale * (u * p(1, 0) + v * (p(2, 1) + p(0, -1)));
+                continue;
+            }
+            // the azimuthal number zero has no sine
+            let [cosine, sine] = if m == 1 { [SQRT_2, 0.0] } else { [1.0, 1.0] };
+            next[place(m)] = scale
+                * (u * p(1, m)
+                    + v * (cosine * p(2, m - 1) - sine * p(0, 1 - m))
+                    + w * (p(2, m + 1) + p(0, -m - 1)));
+            next[place(-m)] = scale
+                * (u * p(1, -m)
+                    + v * (sine * p(2, 1 - m) + cosine * p(0, m - 1))
+                    + w * (p(2, -m - 1) - p(0, m + 1)));
+        }
+    }
+    next
 }
 
 #[cfg(test)]

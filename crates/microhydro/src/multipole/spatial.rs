@@ -1,15 +1,18 @@
 //! Mobility of spheres at any positions: Schur complement by factorisation or by iteration.
 
+use std::ops::Range;
+
+use faer::Mat;
 use nalgebra::DMatrix;
 
-use super::elimination::{eliminate, schur_complement};
+use super::elimination::{divide_by_factor, eliminate, schur_complement, subtract_square};
 use super::frame::{Frame, Surroundings};
 use super::memory;
 use super::modes::{Family, Modes};
 use super::narrow_gap::Block;
 use super::orders::Orders;
 use super::scaled::ScaledMobility;
-use super::system::{MultiVector, System};
+use super::system::{DenseSystem, MultiVector, System};
 use crate::HydroError;
 
 /// Scaled mobility matrices of spheres at any positions.
@@ -26,7 +29,7 @@ pub(crate) fn mobility(
     orders: &Orders,
     (tolerance, residual): (f64, f64),
 ) -> Result<ScaledMobility, HydroError> {
-    let dense = memory::dense_is_cheaper(orders, frame.surroundings == Surroundings::Wall)?;
+    let dense = is_factorised(orders, frame.surroundings == Surroundings::Wall)?;
     let system = System::new(frame, radii, orders, 0.1 * tolerance);
     match dense {
         true => by_factorisation(&system),
@@ -45,7 +48,7 @@ pub(crate) fn mobility_with_blocks(
     blocks: Vec<Block>,
     (tolerance, residual): (f64, f64),
 ) -> Result<DMatrix<f64>, HydroError> {
-    let dense = memory::dense_is_cheaper(orders, frame.surroundings == Surroundings::Wall)?;
+    let dense = is_factorised(orders, frame.surroundings == Surroundings::Wall)?;
     let mut system = System::new(frame, radii, orders, 0.1 * tolerance);
     system.add_blocks(blocks);
     match dense {
@@ -54,22 +57,40 @@ pub(crate) fn mobility_with_blocks(
     }
 }
 
-/// Scaled mobility matrices for the orders of a system and two orders lower, by one factorisation
-/// of the whole matrix, for few multipoles per sphere.
+/// Scaled mobility matrices for the orders of a system and two orders lower, by factorisation of
+/// the matrix of the spheres, for few multipoles per sphere.
 ///
 /// Iterations consist of many small products per pair of spheres and run at a twentieth of the
 /// speed of one large factorisation. The factorisation also gives both orders at once, and its cost
-/// does not depend on the condition number, which narrow gaps make large.
+/// does not depend on the condition number, which narrow gaps make large. The modes of a container
+/// do not couple to each other, so that their elimination is a product; then the matrices of both
+/// orders differ by the container's highest modes and have a factorisation each.
 ///
-/// Cost: `n^3/3` operations and `n^2` numbers for `n` degrees of freedom.
+/// Cost: [`dense_operations`] and [`dense_numbers`].
 ///
 /// # Errors
 /// [`HydroError::FactorisationFailed`].
 fn by_factorisation(system: &System) -> Result<ScaledMobility, HydroError> {
-    let (elimination_rows, lower_size) = elimination_rows(system);
-    let rigid = 6 * system.spheres;
-    let [full, lower] = eliminate(system.dense(&elimination_rows), rigid, lower_size)?;
-    Ok(ScaledMobility { full, lower })
+    let (rigid, order) = (6 * system.spheres, EliminationOrder::new(system));
+    let DenseSystem {
+        mut spheres,
+        container,
+        ..
+    } = system.dense(&order.rows);
+    if container.ncols() == 0 {
+        let [full, lower] = eliminate(spheres, rigid, order.lower)?;
+        return Ok(ScaledMobility { full, lower });
+    }
+    let (low, highest) = container.split_at_col(order.lower_of_container);
+    subtract_square(&mut spheres, low);
+    let first = spheres.nrows() - rigid;
+    let kept: Vec<usize> = (0..order.lower).chain(first..spheres.nrows()).collect();
+    let lower = Mat::from_fn(kept.len(), kept.len(), |i, j| spheres[(kept[i], kept[j])]);
+    subtract_square(&mut spheres, highest);
+    Ok(ScaledMobility {
+        full: schur_complement(spheres, rigid)?,
+        lower: schur_complement(lower, rigid)?,
+    })
 }
 
 /// Scaled mobility matrix for the orders of a system alone.
@@ -77,41 +98,100 @@ fn by_factorisation(system: &System) -> Result<ScaledMobility, HydroError> {
 /// # Errors
 /// [`HydroError::FactorisationFailed`].
 fn full_by_factorisation(system: &System) -> Result<DMatrix<f64>, HydroError> {
-    let (elimination_rows, _) = elimination_rows(system);
-    schur_complement(system.dense(&elimination_rows), 6 * system.spheres)
+    let mut dense = system.dense(&EliminationOrder::new(system).rows);
+    if let Some(own) = dense.own {
+        divide_by_factor(&mut dense.container, own)?;
+    }
+    subtract_square(&mut dense.spheres, dense.container.as_ref());
+    schur_complement(dense.spheres, 6 * system.spheres)
 }
 
-/// Row of each mode in the order of elimination, and the number of rows of the lower order.
+/// Operations of both factorisations: `n^3/3` for `n` modes of the spheres, and `n^2` for each mode
+/// of the container.
+pub(super) fn dense_operations(orders: &Orders) -> f64 {
+    let (spheres, container) = dofs_apart(orders);
+    memory::of_factorisation(spheres) + spheres * spheres * container
+}
+
+/// Numbers in the matrices of the factorisations.
+pub(super) fn dense_numbers(orders: &Orders) -> f64 {
+    let (spheres, container) = dofs_apart(orders);
+    let is_changed = orders.gaps.keys().any(|gap| gap.1 == orders.spheres.len());
+    let own = if is_changed { container } else { 0.0 };
+    spheres * spheres + spheres * container + own * own
+}
+
+/// Multipoles of the spheres and of the container.
+fn dofs_apart(orders: &Orders) -> (f64, f64) {
+    let spheres = memory::dofs(&without_container(orders));
+    (spheres, memory::dofs(orders) - spheres)
+}
+
+fn without_container(orders: &Orders) -> Orders {
+    Orders {
+        container: 0,
+        ..orders.clone()
+    }
+}
+
+/// Whether a factorisation is affordable and cheaper than iterations.
 ///
-/// Modes of the lower order come first, then the others, then the rigid motions.
-fn elimination_rows(system: &System) -> (Vec<Vec<usize>>, usize) {
-    let lower = system.mask(|modes, family, l| modes.in_lower_order(family, l));
-    let is_rigid = |family: Family, l: usize| l == 1 && family != Family::Source;
-    let rigid = system.mask(|_, family, l| is_rigid(family, l));
-    // the container has no rigid motion to keep
-    let stays = |expansion: usize, row: usize| expansion < system.spheres && rigid[expansion][row];
-    let mut elimination_rows: Vec<Vec<usize>> =
-        lower.iter().map(|mask| vec![0; mask.len()]).collect();
-    let mut next = 0..;
-    let mut lower_size = 0;
-    for (pass, wanted) in [true, false].into_iter().enumerate() {
-        for (expansion, rows) in elimination_rows.iter_mut().enumerate() {
-            for (row, place) in rows.iter_mut().enumerate() {
-                if lower[expansion][row] == wanted && !stays(expansion, row) {
-                    *place = next.next().unwrap_or_default();
+/// # Errors
+/// [`HydroError::TooLarge`] if neither is affordable.
+pub(super) fn is_factorised(orders: &Orders, is_wall: bool) -> Result<bool, HydroError> {
+    match memory::check(dense_numbers(orders), memory::dofs(orders)) {
+        // a mode of the container costs an iteration more than a factorisation
+        Ok(()) => memory::dense_is_cheaper(&without_container(orders), is_wall),
+        Err(_) => memory::dense_is_cheaper(orders, is_wall),
+    }
+}
+
+/// Order in which the modes of the spheres are eliminated, and those of the container before them.
+struct EliminationOrder {
+    /// Row of each mode: first those of the lower order, then the others, then the rigid motions.
+    rows: Vec<Vec<usize>>,
+    /// Number of modes of the spheres of the lower order.
+    lower: usize,
+    /// Number of modes of the container of the lower order.
+    lower_of_container: usize,
+}
+
+impl EliminationOrder {
+    fn new(system: &System) -> Self {
+        let lower = system.mask(|modes, family, l| modes.in_lower_order(family, l));
+        let is_rigid = system.mask(|_, family, l| l == 1 && family != Family::Source);
+        let mut rows: Vec<Vec<usize>> = lower.iter().map(|mask| vec![0; mask.len()]).collect();
+        let mut number = |expansions: Range<usize>, is_kept: bool, wanted: bool, first: usize| {
+            let mut next = first;
+            for expansion in expansions {
+                for row in 0..rows[expansion].len() {
+                    let is_last = is_kept && is_rigid[expansion][row];
+                    if lower[expansion][row] == wanted && !is_last {
+                        rows[expansion][row] = next;
+                        next += 1;
+                    }
                 }
             }
+            next
+        };
+        let (spheres, all) = (system.spheres, system.expansions.len());
+        let low = number(0..spheres, true, true, 0);
+        let mut next = number(0..spheres, true, false, low);
+        // the container has no rigid motion to keep
+        let low_of_container = number(spheres..all, false, true, 0);
+        number(spheres..all, false, false, low_of_container);
+        for (sphere, rows) in rows.iter_mut().enumerate().take(spheres) {
+            for row in system.rigid_rows(sphere) {
+                rows[row] = next;
+                next += 1;
+            }
         }
-        if pass == 0 {
-            lower_size = next.start;
+        Self {
+            rows,
+            lower: low,
+            lower_of_container: low_of_container,
         }
     }
-    for (sphere, rows) in elimination_rows.iter_mut().enumerate().take(system.spheres) {
-        for row in system.rigid_rows(sphere) {
-            rows[row] = next.next().unwrap_or_default();
-        }
-    }
-    (elimination_rows, lower_size)
 }
 
 /// Scaled mobility matrices by conjugate gradients.
@@ -181,7 +261,7 @@ fn rigid_columns(system: &System) -> (MultiVector, DMatrix<f64>) {
 }
 
 fn transposed_product(a: &MultiVector, b: &MultiVector) -> DMatrix<f64> {
-    let columns = a.first().map_or(0, faer::Mat::ncols);
+    let columns = a.first().map_or(0, Mat::ncols);
     let mut product = DMatrix::zeros(columns, columns);
     for (a, b) in a.iter().zip(b) {
         let block = a.transpose() * b;

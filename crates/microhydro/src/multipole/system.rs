@@ -32,6 +32,16 @@ pub(crate) struct System {
     blocks: Vec<Block>,
 }
 
+/// The Galerkin matrix in parts: of the spheres, of the container, and between them.
+pub(crate) struct DenseSystem {
+    /// Lower triangle of the modes of the spheres.
+    pub spheres: Mat<f64>,
+    /// Columns of the modes of the container, none without one, in the rows of the spheres.
+    pub container: Mat<f64>,
+    /// Lower triangle of the modes of the container, where it is not the identity.
+    pub own: Option<Mat<f64>>,
+}
+
 impl System {
     /// System of expansions whose couplings have the accuracy `tolerance`.
     ///
@@ -156,17 +166,34 @@ impl System {
             .collect()
     }
 
-    /// Lower triangle of the matrix, with the modes of each expansion in the given rows.
-    pub fn dense(&self, rows: &[Vec<usize>]) -> Mat<f64> {
-        let size = rows.iter().map(Vec::len).sum();
-        let mut matrix = Mat::<f64>::identity(size, size);
+    /// The matrix, with the modes of the spheres, and those of the container apart, in the given
+    /// rows.
+    pub fn dense(&self, rows: &[Vec<usize>]) -> DenseSystem {
+        let n = self.spheres;
+        let size = rows[..n].iter().map(Vec::len).sum();
+        let of_container = rows.get(n).map_or(0, Vec::len);
+        let is_changed = |((from, _), _): &Block| *from == n;
+        let mut dense = DenseSystem {
+            spheres: Mat::identity(size, size),
+            container: Mat::zeros(size, of_container),
+            own: (self.blocks.iter().any(is_changed))
+                .then(|| Mat::identity(of_container, of_container)),
+        };
         let mut put = |block: &Mat<f64>, from: usize, to: usize| {
             for (j, &column) in rows[from].iter().enumerate() {
                 for (i, &row) in rows[to].iter().enumerate() {
-                    // the block of an expansion with itself contains each pair of modes twice
-                    if from != to || row >= column {
-                        matrix[(row.max(column), row.min(column))] += block[(i, j)];
-                    }
+                    let entry = match (from == n, to == n) {
+                        (true, false) => &mut dense.container[(row, column)],
+                        (false, true) => &mut dense.container[(column, row)],
+                        // a block of an expansion with itself has each pair of modes twice
+                        _ if from == to && row < column => continue,
+                        (false, false) => &mut dense.spheres[(row.max(column), row.min(column))],
+                        (true, true) => match &mut dense.own {
+                            Some(own) => &mut own[(row, column)],
+                            None => continue,
+                        },
+                    };
+                    *entry += block[(i, j)];
                 }
             }
         };
@@ -187,7 +214,7 @@ impl System {
         for ((from, to), block) in &self.blocks {
             put(block, *from, *to);
         }
-        matrix
+        dense
     }
 
     /// Rows of the rigid motions of a sphere: translation `m = -1, 0, 1`, then rotation.

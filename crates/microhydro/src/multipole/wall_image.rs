@@ -4,45 +4,75 @@ use faer::Mat;
 use nalgebra::{DMatrix, Vector3};
 
 use super::axial_translation::OutgoingTranslation;
-use super::coupling::{Expansion, SymmetryClass};
+use super::coupling::{Coupling, Expansion, SymmetryClass};
 use super::lamb::{LambCoefficients, trace_index};
-use super::modes::Family;
+use super::modes::{Family, Modes};
 use super::reflection::image;
-use super::rotation::{Rotation, rotation_to_z};
+use super::rotation::Rotation;
+
+/// Degrees of Lamb's solution beyond those of an image that its reflection needs.
+const FURTHER_DEGREES: usize = 2;
 
 /// Dense coupling from the image of one sphere to another, or the same, sphere above `z = 0`.
 ///
-/// The reflected multipoles are rotated onto the line from the centre of the image to the centre of
-/// the target, translated along it, rotated back, and transformed by Lorentz's reflection there.
-/// Cost: `O(L^5)` for order `L`.
+/// The reflected multipoles couple to the target as those of any sphere, up to higher degrees, and
+/// are transformed by Lorentz's reflection there. Cost: `O(L^4)` for order `L`.
 pub(crate) fn image_coupling(
     (from, centre_from): (&Expansion, &Vector3<f64>),
     (to, centre): (&Expansion, &Vector3<f64>),
 ) -> Mat<f64> {
     let image_centre = Vector3::new(centre_from.x, centre_from.y, -centre_from.z);
+    let wide = Expansion {
+        radius: to.radius,
+        modes: Modes {
+            order: to.modes.order + FURTHER_DEGREES + Family::Source.shift(),
+        },
+    };
     let offset = centre - image_centre;
-    let top = to.modes.order + 2;
-    let rotation = Rotation::new(&rotation_to_z(&offset), from.modes.order.max(top));
-    let axial: Vec<OutgoingTranslation> = (0..=from.modes.order.min(top))
-        .map(|m| {
-            OutgoingTranslation::new(
-                m,
-                (from.radius, from.modes.order),
-                (to.radius, top),
-                offset.norm(),
-            )
-        })
-        .collect();
-    let mut matrix = Mat::zeros(to.modes.len(), from.modes.len());
+    let coupling = Coupling::between_spheres((0, 1), (from, &wide), &offset, 0.0).dense();
+    let mut parities = vec![0.0; from.modes.len()];
     for (family, l) in from.modes.shells() {
         for (index, column) in from.modes.shell(family, l).enumerate() {
-            let m = index.abs_diff(l);
-            let factor = family.parity(l, m) / from.weight(family, l);
-            let rotated = rotation.degree(l).column(index) * factor;
-            let mut flow = LambExpansion::zeros(top);
-            flow.add(&axial, family, l, rotated.as_slice());
-            let flow = flow.rotated_back(&rotation);
-            add_reflected(&flow, to, centre.z, matrix.col_as_slice_mut(column));
+            parities[column] = family.parity(l, index.abs_diff(l));
+        }
+    }
+    let mut matrix = Mat::zeros(to.modes.len(), from.modes.len());
+    for m in 0..=to.modes.order {
+        let reflection = reflection(&wide, to, m, centre.z / to.radius);
+        for class in SymmetryClass::of_azimuthal_number(m) {
+            let (sources, targets) = (class.rows(wide.modes), class.rows(to.modes));
+            let flow = Mat::from_fn(sources.len(), parities.len(), |i, j| {
+                let (row, sign) = sources[i];
+                sign * parities[j] * coupling[(row, j)]
+            });
+            let image = &reflection * flow;
+            for (j, column) in image.col_iter().enumerate() {
+                for ((row, sign), value) in targets.iter().zip(column.iter()) {
+                    matrix[(*row, j)] = sign * value;
+                }
+            }
+        }
+    }
+    matrix
+}
+
+/// Lorentz's reflection of the modes of azimuthal number `m` about a centre at `height` radii above
+/// the wall: columns are the modes of `wide`, rows those of `to`, in the order of
+/// [`Modes::sector`].
+fn reflection(wide: &Expansion, to: &Expansion, m: usize, height: f64) -> Mat<f64> {
+    let (columns, rows) = (wide.modes.sector(m), to.modes.sector(m));
+    let top = to.modes.order;
+    let mut matrix = Mat::zeros(rows.len(), columns.len());
+    let mut flow = vec![LambCoefficients::default(); top + FURTHER_DEGREES + 1];
+    for (column, &(family, k)) in columns.iter().enumerate() {
+        if k >= flow.len() {
+            continue;
+        }
+        flow[k] = LambCoefficients::of_trace(family, k).scaled(1.0 / wide.weight(family, k));
+        let image = image(&flow, m as i32, height, top);
+        flow[k] = LambCoefficients::default();
+        for (row, &(family, k)) in rows.iter().enumerate() {
+            matrix[(row, column)] = image[k].trace(k)[trace_index(family)] * to.weight(family, k);
         }
     }
     matrix
@@ -117,21 +147,6 @@ impl LambExpansion {
             phi: degree[(row, 0)],
             chi: sign * degree[(chi_row, 1)],
             p: degree[(row, 2)],
-        }
-    }
-}
-
-/// Adds the modes of the image flow on a sphere.
-fn add_reflected(flow: &LambExpansion, to: &Expansion, height: f64, modes: &mut [f64]) {
-    let top = to.modes.order;
-    for class in SymmetryClass::all(top) {
-        let coefficients: Vec<LambCoefficients> =
-            (0..=top + 2).map(|k| flow.coefficients(class, k)).collect();
-        let reflected = image(&coefficients, class.m as i32, height / to.radius, top);
-        for (family, k) in to.modes.sector(class.m) {
-            let (row, sign) = class.row(family, k);
-            modes[to.modes.shell(family, k).start + row] +=
-                sign * reflected[k].trace(k)[trace_index(family)] * to.weight(family, k);
         }
     }
 }

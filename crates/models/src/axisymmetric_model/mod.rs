@@ -217,6 +217,21 @@ impl AxisymmetricModel {
         }
     }
 
+    /// The same model for velocities with this uncertainty relative to the largest one, within the
+    /// limits of the method.
+    ///
+    /// Where the joints of one linkage alone drive the motion, the estimated errors of resistances
+    /// cancel in the velocities, and a tenth of their uncertainty remains.
+    #[must_use]
+    pub fn with_velocity_accuracy(self, relative_error: f64) -> Self {
+        let scene = &self.scaled.scene;
+        let remains = match scene.is_driven_by_shape() && !scene.deforms() {
+            true => UNCANCELLED_FACTOR,
+            false => 1.0,
+        };
+        self.with_accuracy(relative_error / remains)
+    }
+
     /// Whether `model.kind = "auto"` selects this model without a comparison with others.
     ///
     /// It does if models without a mesh do not support the domain or a body. Three-dimensional

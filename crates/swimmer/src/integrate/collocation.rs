@@ -191,9 +191,13 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
             _ => Corrections::None,
         };
         let mut current = collocate(evaluator, start, &previous.piece, points, corrections)?;
-        // The order before may have none, so both are compared without corrections.
+        // The order before may have none, so both are compared without corrections, unless all
+        // solutions have them: what errors of the mesh change from one point to the next is less.
         let both = [&current, &previous];
-        let [last, before] = both.map(|approximation| approximation.uncorrected_step(duration));
+        let [last, before] = both.map(|approximation| match on_request {
+            true => approximation.uncorrected_step(duration),
+            false => approximation.piece.step(),
+        });
         let difference = &last + &(&before * -1.0);
         let change = largest_displacement(evaluator, &difference);
         let [last, before] = both.map(|approximation| approximation.uncorrected_work(duration));

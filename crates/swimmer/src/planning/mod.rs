@@ -91,7 +91,7 @@ fn choose_unchecked(scene: &Scene, progress: &mut dyn Progress) -> Result<Choice
     };
     let axisymmetric = || -> Result<AxisymmetricModel, ModelError> {
         check_slenderness(scene)?;
-        Ok(AxisymmetricModel::new(scene)?.with_accuracy(velocity_tolerance(scene)))
+        Ok(AxisymmetricModel::new(scene)?.with_velocity_accuracy(velocity_tolerance(scene)))
     };
     match scene.model().kind {
         ModelKind::Oseen => spheres(SphereModel::Oseen, requested()),

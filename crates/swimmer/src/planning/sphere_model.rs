@@ -218,7 +218,8 @@ fn beyond_expansions(
             0.0,
             0.0,
         );
-        let mut plane = AxisymmetricModel::new(scene)?.with_accuracy(velocity_tolerance(scene));
+        let mut plane =
+            AxisymmetricModel::new(scene)?.with_velocity_accuracy(velocity_tolerance(scene));
         // A gap that is too narrow for its triangles too leaves the best expansion.
         if let Ok(Some(found)) = trial::at_start(scene, &mut plane)
             && found.error_bar < compared.error
