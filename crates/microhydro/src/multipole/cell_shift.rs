@@ -1,11 +1,11 @@
 //! Expansions of cells by those of their parts, spheres or smaller cells.
 //!
-//! A cell is a container around its parts. Outside, their flow is that of the modes of the container
-//! that have its velocities there, and a flow from farther away is one that the container drives
-//! inside. Both are the coupling of a container with a sphere (`axial_translation`), in one
-//! direction each: the scaled modes, whose self energies are one, have velocities as their
-//! coefficients. Along the line of centres, for a container of the radius `b`, a part of the radius
-//! `a` and the distance `c`, it consists of numbers that all share times
+//! A cell is a container around its parts. Outside, their flow is that of the modes of the
+//! container that have its velocities there, and a flow from farther away is one that the
+//! container drives inside. Both are the coupling of a container with a sphere
+//! (`axial_translation`), in one direction each: the scaled modes, whose self energies are one,
+//! have velocities as their coefficients. Along the line of centres, for a container of the radius
+//! `b`, a part of the radius `a` and the distance `c`, it consists of numbers that all share times
 //! ```text
 //! (a/b)^(l + e) (c/b)^(k - l + e'),   e = -1/2, 1/2, 3/2 for W, X, V of the part
 //! ```
@@ -42,7 +42,7 @@ pub(super) struct CellShift {
 
 /// Direction of a product.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shift {
+pub(super) enum Direction {
     /// From the parts to the cells.
     Up,
     /// From the cells to the parts: the transpose.
@@ -79,15 +79,15 @@ impl CellShift {
 
     /// Subtracts from the modes of a cell the part of `V` that is a `W`: of coefficients of parts
     /// (`Up`) or of a flow from farther away (`Down`).
-    pub fn leave_part_out(&self, shift: Shift, cell: &mut [OfFamilies]) {
+    pub fn leave_part_out(&self, direction: Direction, cell: &mut [OfFamilies]) {
         for (l, part) in self.part.iter().enumerate().skip(1) {
             let Some(degree) = cell.get_mut(of_degree(l)) else {
                 break;
             };
             for [w, _, v] in degree {
-                match shift {
-                    Shift::Up => *v -= part * *w,
-                    Shift::Down => *w -= part * *v,
+                match direction {
+                    Direction::Up => *v -= part * *w,
+                    Direction::Down => *w -= part * *v,
                 }
             }
         }
@@ -98,7 +98,7 @@ impl CellShift {
     pub fn add<S: Simd>(
         &self,
         simd: S,
-        (shift, quarter): (Shift, &QuarterTurn),
+        (direction, quarter): (Direction, &QuarterTurn),
         pairs: &[Pair],
         x: &[OfFamilies],
         y: &mut [OfFamilies],
@@ -124,15 +124,15 @@ impl CellShift {
         for end in 0..2 {
             work.begin_end(simd, end, (last + 1) * tops[end]);
         }
-        let [from, to] = match shift {
-            Shift::Up => [1, 0],
-            Shift::Down => [0, 1],
+        let [from, to] = match direction {
+            Direction::Up => [1, 0],
+            Direction::Down => [0, 1],
         };
         gather(simd, (pairs, from, tops[from]), x, &mut work.turned);
         turns[from].onto_line(simd, (from, tops[from]), (top, last), work);
-        match shift {
-            Shift::Up => self.couple::<S, true>(simd, tops, &distances, work),
-            Shift::Down => self.couple::<S, false>(simd, tops, &distances, work),
+        match direction {
+            Direction::Up => self.couple::<S, true>(simd, tops, &distances, work),
+            Direction::Down => self.couple::<S, false>(simd, tops, &distances, work),
         }
         turns[to].off_line(simd, (to, tops[to]), (top, last), work);
         scatter::<S>((pairs, to), &work.turned, y);
@@ -268,7 +268,7 @@ mod tests {
     use super::*;
 
     struct Product<'a> {
-        shift: Shift,
+        direction: Direction,
         line: &'a Line,
         orders: PairOrders,
         x: &'a [OfFamilies],
@@ -280,13 +280,13 @@ mod tests {
         fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
             let top = self.orders[0].max(self.orders[1]);
             let (shifts, quarter) = (CellShift::new(top + 1), QuarterTurn::new(top + 1));
-            let of_end = match self.shift {
-                Shift::Up => 1,
-                Shift::Down => 0,
+            let of_end = match self.direction {
+                Direction::Up => 1,
+                Direction::Down => 0,
             };
             let mut x = self.x.to_vec();
-            if self.shift == Shift::Down {
-                shifts.leave_part_out(Shift::Down, &mut x);
+            if self.direction == Direction::Down {
+                shifts.leave_part_out(Direction::Down, &mut x);
             }
             let pairs: Vec<Pair> = (0..3)
                 .map(|_| Pair {
@@ -299,10 +299,10 @@ mod tests {
                 .collect();
             let mut y = vec![[0.0; 3]; harmonics(self.orders[1 - of_end])];
             let mut work = Workspace::<S>::default();
-            let way = (self.shift, &quarter);
+            let way = (self.direction, &quarter);
             shifts.add(simd, way, &pairs[..1], &x, &mut y, &mut work);
-            if self.shift == Shift::Up {
-                shifts.leave_part_out(Shift::Up, &mut y);
+            if self.direction == Direction::Up {
+                shifts.leave_part_out(Direction::Up, &mut y);
             }
             y
         }
@@ -322,14 +322,14 @@ mod tests {
                 modes: Modes { order: orders[end] },
             });
             let offset = Vector3::from(offset);
-            // the dense coupling has no direction at no distance
+            // the dense coupling needs a line of centres
             let apart = offset + Vector3::z() * f64::EPSILON;
             let dense = Coupling::with_container((0, 1), &ends[0], &ends[1], &apart).dense();
             let dense = DMatrix::from_fn(dense.nrows(), dense.ncols(), |i, j| dense[(i, j)]);
             let line = Line::within(radii, &offset);
-            for (shift, from, to, matrix) in [
-                (Shift::Down, 0, 1, dense.clone()),
-                (Shift::Up, 1, 0, dense.transpose()),
+            for (direction, from, to, matrix) in [
+                (Direction::Down, 0, 1, dense.clone()),
+                (Direction::Up, 1, 0, dense.transpose()),
             ] {
                 let modes = ends[from].modes;
                 let given = DVector::from_fn(modes.len(), |k, _| (k as f64 + 0.3).sin());
@@ -343,7 +343,7 @@ mod tests {
                 let x = &x;
                 let line = &line;
                 let found = Arch::new().dispatch(Product {
-                    shift,
+                    direction,
                     line,
                     orders,
                     x,
@@ -356,7 +356,7 @@ mod tests {
                         let error = (entry[trace_index(family)] - value).abs();
                         // sums of 300 numbers of the size of the largest entry
                         let bound = 300.0 * f64::EPSILON * exact.amax().max(1.0);
-                        assert!(error < bound, "{shift:?} {family:?} {l}: {error:e}");
+                        assert!(error < bound, "{direction:?} {family:?} {l}: {error:e}");
                     }
                 }
             }

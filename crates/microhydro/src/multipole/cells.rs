@@ -1,10 +1,10 @@
 //! Cells of spheres that act on distant ones together.
 //!
 //! What spheres do far away is what one expansion about the centre of a cell around them does
-//! (Greengard & Rokhlin 1987). Pairs of cells are found by a walk through the pairs of a binary tree
-//! (Dehnen 2002, J. Comput. Phys. 179, 27): two cells couple as two spheres do, with the orders that
-//! the truncation of their expansions needs, if that takes fewer operations than the pairs of their
-//! spheres; otherwise the larger one is divided.
+//! (Greengard & Rokhlin 1987). Pairs of cells are found by a walk through the pairs of a binary
+//! tree (Dehnen 2002, J. Comput. Phys. 179, 27): two cells couple as two spheres do, with the
+//! orders that the truncation of their expansions needs, if that takes fewer operations than their
+//! halves; otherwise the larger one is divided.
 //!
 //! Bodies are the spheres, and after them the cells.
 
@@ -237,7 +237,7 @@ impl<'a> Tree<'a> {
 
     /// Order of a body for other surfaces at a distance of `reach` from its centre.
     ///
-    /// The flow of what touches the ball around a cell decays with the degree as `(radius/reach)^l`.
+    /// What touches the ball around a cell has a flow that decays as `(radius/reach)^l`.
     fn order(&self, body: usize, reach: f64, neglected: Neglected) -> usize {
         let [radius, own] = self.radii(body);
         // distance of the centres of the nearest spheres

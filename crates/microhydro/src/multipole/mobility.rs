@@ -13,7 +13,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::axis_turn::OfFamilies;
-use super::cell_shift::{CellShift, Shift};
+use super::cell_shift::{CellShift, Direction};
 use super::cells::Cell;
 use super::coupling::Expansion;
 use super::expansion_plan::{ALIKE, ExpansionCost, LOWERED, Plan, PlannedPair, operations};
@@ -101,7 +101,9 @@ fn places(lengths: impl Iterator<Item = usize>) -> Vec<usize> {
 /// as hidden degrees of freedom. Viscosity 1.
 ///
 /// Orders follow from the gaps and the tolerance, without a search: solutions by the
-/// [`Variant`]s tell the error. Memory: `O(L^3)` numbers that all pairs share for the highest order
+/// [`Variant`]s tell the error. Distant spheres act together as cells do, whose expansions are made
+/// of theirs (a fast multipole method; not in a periodic box), so that the number of pairs grows
+/// nearly as that of spheres. Memory: `O(L^3)` numbers that all pairs share for the highest order
 /// `L`, and a few for each pair.
 pub struct MultipoleMobility<'a> {
     points: PointMobility<'a>,
@@ -348,7 +350,7 @@ impl<'a> MultipoleMobility<'a> {
     fn add_pairs(
         &self,
         (pairs, parts): (&[PlannedPair], &[Part]),
-        shift: Option<Shift>,
+        direction: Option<Direction>,
         x: &[OfFamilies],
         y: &mut [OfFamilies],
     ) {
@@ -358,7 +360,7 @@ impl<'a> MultipoleMobility<'a> {
                 let mut y = vec![[0.0; 3]; part.first[part.first.len() - 1]];
                 arch.dispatch(OfPairs {
                     all: self,
-                    shift,
+                    direction,
                     pairs: &pairs[part.pairs.clone()],
                     first: &part.first,
                     x,
@@ -395,11 +397,11 @@ impl<'a> MultipoleMobility<'a> {
             bodies,
         } in levels
         {
-            self.add_pairs((pairs, parts), Some(Shift::Up), &x, &mut y);
+            self.add_pairs((pairs, parts), Some(Direction::Up), &x, &mut y);
             for &cell in bodies {
                 let own = self.harmonics[cell]..self.harmonics[cell + 1];
                 x[own.clone()].swap_with_slice(&mut y[own.clone()]);
-                shift.leave_part_out(Shift::Up, &mut x[own]);
+                shift.leave_part_out(Direction::Up, &mut x[own]);
             }
         }
         self.add_pairs((&self.pairs, &self.parts), None, &x, &mut y);
@@ -413,9 +415,9 @@ impl<'a> MultipoleMobility<'a> {
             for &cell in bodies {
                 let own = self.harmonics[cell]..self.harmonics[cell + 1];
                 x[own.clone()].copy_from_slice(&y[own.clone()]);
-                shift.leave_part_out(Shift::Down, &mut x[own]);
+                shift.leave_part_out(Direction::Down, &mut x[own]);
             }
-            self.add_pairs((pairs, parts), Some(Shift::Down), &x, &mut y);
+            self.add_pairs((pairs, parts), Some(Direction::Down), &x, &mut y);
         }
         y
     }
@@ -477,7 +479,7 @@ impl<'a> MultipoleMobility<'a> {
 struct OfPairs<'m> {
     all: &'m MultipoleMobility<'m>,
     /// The direction between cells and their parts; none for couplings.
-    shift: Option<Shift>,
+    direction: Option<Direction>,
     pairs: &'m [PlannedPair],
     /// Places of the bodies in `y`.
     first: &'m [usize],
@@ -509,13 +511,13 @@ impl WithSimd for OfPairs<'_> {
                 given: planned.ends.map(|body| all.harmonics[body]),
                 found: planned.ends.map(|body| first[body]),
             }));
-            match self.shift {
+            match self.direction {
                 None => {
                     let regular = some[0].regular.saturating_sub(omitted);
                     (all.couplings).add(simd, (&pairs, regular), x, y, &mut work);
                 }
-                Some(shift) => {
-                    (all.cells.shift).add(simd, (shift, quarter), &pairs, x, y, &mut work);
+                Some(direction) => {
+                    (all.cells.shift).add(simd, (direction, quarter), &pairs, x, y, &mut work);
                 }
             }
         }

@@ -29,6 +29,10 @@
 //!    the same elimination gives the velocities of force-free spheres. `stresslet` has the
 //!    stresslets, the moments of `W_2`.
 //!
+//! 7. *Many spheres* (`mobility`). The Galerkin system without a matrix: couplings of pairs by
+//!    `pair_product`, in the orders of `expansion_plan`, and of distant spheres by `cells` around
+//!    them, containers whose expansions `cell_shift` makes of theirs.
+//!
 //! The resistance converges spectrally with the order, and from below; its error is the square of
 //! the error of the velocity field. Spheres on an axis of symmetry of their medium decouple by
 //! azimuthal number. `truncation` predicts the order that a gap needs and estimates the error;

@@ -171,8 +171,8 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// From the centre of a cell to that of a part of it, with the radii of the cell and of the
-    /// part; the ratios are those of the distance and of the radius of the part to that of the cell.
+    /// From the centre of a cell to that of a part of it, with the radii of both; the ratios are
+    /// those of the distance and of the radius of the part to the radius of the cell.
     pub fn within([cell, part]: [f64; 2], offset: &Vector3<f64>) -> Self {
         let distance = offset.norm();
         let along_z = Vector3::z();

@@ -149,8 +149,8 @@ const NEGLECTED: f64 = 1e-2;
 
 /// Factor on the tolerance of the truncation of cells.
 ///
-/// Errors of velocities were 0.01 to 0.06 of the truncation among 343 free spheres in a cube at gaps
-/// of 0.1 to 4, and changes by [`MORE_TRUNCATED`] 0.3 to 1 of it.
+/// Errors of velocities were 0.01 to 0.06 of the truncation among 343 free spheres in a cube at
+/// gaps of 0.1 to 4, and changes by [`MORE_TRUNCATED`] 0.3 to 1 of it.
 const TRUNCATED: f64 = 3.0;
 
 /// Factor on the tolerance of couplings from which their error is estimated.
