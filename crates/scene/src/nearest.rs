@@ -23,7 +23,7 @@ pub(crate) fn nearest<'a>(
         .map(|(_, right)| right)
 }
 
-/// Different names of a list, with their positions.
+/// Names of a list, with the first position of each.
 pub(crate) struct Names<'n> {
     kind: &'static str,
     list: Vec<&'n str>,
@@ -34,7 +34,10 @@ impl<'n> Names<'n> {
     /// The names of a list; `kind` names its items, such as "body".
     pub fn new(kind: &'static str, list: impl Iterator<Item = &'n str>) -> Self {
         let list: Vec<&str> = list.collect();
-        let positions = list.iter().copied().zip(0..).collect();
+        let mut positions = HashMap::with_capacity(list.len());
+        for (position, name) in list.iter().enumerate() {
+            positions.entry(*name).or_insert(position);
+        }
         Self {
             kind,
             list,

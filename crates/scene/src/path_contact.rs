@@ -130,6 +130,15 @@ pub(crate) fn first_contact_among(
     let solid: Vec<usize> = (0..path.bodies.len().min(path.set.kinds().len()))
         .filter(|&body| path.bodies[body].bounding_radius() > 0.0)
         .collect();
+    // shapes that no pair depends on need not exist: a run says which loop does not close
+    let is_included = |(k, &one): (usize, &usize)| {
+        let before = &solid[..k];
+        (has_walls(path.domain) && includes(one, one))
+            || before.iter().any(|&other| includes(other, one))
+    };
+    if !solid.iter().enumerate().any(is_included) {
+        return Ok(None);
+    }
     let mut search = Search {
         path,
         lab: path.set.motion_bounds(path.bounds)?,

@@ -8,6 +8,7 @@
 //! `b`, a part of the radius `a` and the distance `c`, it consists of numbers that all share times
 //! ```text
 //! (a/b)^(l + e) (c/b)^(k - l + e'),   e = -1/2, 1/2, 3/2 for W, X, V of the part
+//! e' = 0 within a family, 1 to W from X and to X from V, 2 to W from V
 //! ```
 //! from degree `k` of the container to `l` of the part, if the part of a `V` is left out that a `W`
 //! is: of the container this is done by [`CellShift::leave_part_out`].
@@ -26,8 +27,9 @@ use super::pair_product::{
 /// to the part.
 const COUPLED: usize = 6;
 
-/// How much higher the degree of a part may be than that of the cell.
-const HIGHER: usize = 2;
+/// How much higher the order of a part may be than that of its cell, with all that couples: `W` up
+/// to the next degree, and `V` to the same, which is two below the order.
+pub(super) const HIGHER: usize = 2;
 
 /// The numbers that all parts share.
 pub(super) struct CellShift {
@@ -50,7 +52,12 @@ pub(super) enum Direction {
 }
 
 impl CellShift {
-    /// Couplings up to the degree `top`.
+    /// Numbers that are stored for degrees up to `top`.
+    pub fn stored_numbers(top: usize) -> f64 {
+        COUPLED as f64 * (top as f64 + 1.0).powi(3) / 3.0
+    }
+
+    /// Couplings up to the degree `top`. Memory: [`CellShift::stored_numbers`].
     pub fn new(top: usize) -> Self {
         let part = |k: usize| match k {
             0 => 0.0,
@@ -213,7 +220,7 @@ fn scaled<S: Simd>(
     (k, l): (usize, usize),
     distances: &[S::f64s],
 ) -> [S::f64s; COUPLED] {
-    // couplings with a negative exponent are zero
+    // couplings with a negative exponent are zero in the table
     let power = [
         distances[k.saturating_sub(l)],
         distances[(k + 1).saturating_sub(l)],

@@ -18,12 +18,12 @@ use crate::Spheres;
 
 /// Highest order of a cell: 343 to 8000 spheres in cubes at gaps of 0.1 to 4 took the fewest
 /// operations with 12 to 14, up to 1.4 times as many with 10 and 16.
-const MAX_CELL_ORDER: usize = 12;
+pub(super) const MAX_CELL_ORDER: usize = 12;
 
 /// Least gap between the nearest spheres of two cells that couple, in sums of the radii.
 const DISTANT: f64 = 0.5;
 
-/// A part of all spheres.
+/// A cell whose expansion is used.
 pub(super) struct Cell {
     pub centre: Vector3<f64>,
     /// Radius of a ball around the spheres.
@@ -35,23 +35,23 @@ pub(super) struct Cell {
 }
 
 /// A cell of the tree.
-struct Half {
+struct Node {
     centre: Vector3<f64>,
     radius: f64,
     /// Its halves: bodies.
     parts: [usize; 2],
-    /// Number of spheres, and radius of the largest one.
+    /// Number of spheres, and the radii of the smallest and of the largest one.
     spheres: usize,
-    largest: f64,
+    radii: [f64; 2],
 }
 
 /// All spheres, and a binary tree of them.
 pub(super) struct Tree<'a> {
     spheres: &'a Spheres,
-    /// Radius of the largest sphere.
-    largest: f64,
-    /// Those of both parts of a cell before it.
-    cells: Vec<Half>,
+    /// Radius of the smallest sphere.
+    smallest: f64,
+    /// Both parts of a cell come before it: the last one is the root.
+    cells: Vec<Node>,
 }
 
 /// Bodies that couple.
@@ -66,7 +66,11 @@ impl<'a> Tree<'a> {
     pub fn new(spheres: &'a Spheres) -> Self {
         let mut tree = Self {
             spheres,
-            largest: spheres.radii().iter().copied().fold(0.0, f64::max),
+            smallest: spheres
+                .radii()
+                .iter()
+                .copied()
+                .fold(f64::INFINITY, f64::min),
             cells: Vec::with_capacity(spheres.len()),
         };
         let mut all: Vec<usize> = (0..spheres.len()).collect();
@@ -90,26 +94,29 @@ impl<'a> Tree<'a> {
         let (centre, axis) = ((low + high) / 2.0, (high - low).imax());
         let reach = |&k: &usize| (x[k] - centre).norm() + self.spheres.radii()[k];
         let radius = some.iter().map(reach).fold(0.0, f64::max);
-        let radii = some.iter().map(|&k| self.spheres.radii()[k]);
-        let (spheres, largest) = (some.len(), radii.fold(0.0, f64::max));
+        let a = some.iter().map(|&k| self.spheres.radii()[k]);
+        let radii = a.fold([f64::INFINITY, 0.0], |[low, high], a| {
+            [a.min(low), a.max(high)]
+        });
+        let spheres = some.len();
         let middle = some.len() / 2;
         some.select_nth_unstable_by(middle, |&i, &j| {
             x[i][axis].total_cmp(&x[j][axis]).then(i.cmp(&j))
         });
         let (first, second) = some.split_at_mut(middle);
         let parts = [self.divide(first), self.divide(second)];
-        self.cells.push(Half {
+        self.cells.push(Node {
             centre,
             radius,
             parts,
             spheres,
-            largest,
+            radii,
         });
         self.spheres.len() + self.cells.len() - 1
     }
 
     /// The cell of a body; none of a sphere.
-    fn cell(&self, body: usize) -> Option<&Half> {
+    fn cell(&self, body: usize) -> Option<&Node> {
         self.cells.get(body.checked_sub(self.spheres.len())?)
     }
 
@@ -117,12 +124,13 @@ impl<'a> Tree<'a> {
         (self.cell(body)).map_or_else(|| &self.spheres.centres()[body], |cell| &cell.centre)
     }
 
-    /// Radius of a body, and of the largest sphere in it.
+    fn radius(&self, body: usize) -> f64 {
+        (self.cell(body)).map_or_else(|| self.spheres.radii()[body], |cell| cell.radius)
+    }
+
+    /// Radii of the smallest and of the largest sphere in a body.
     fn radii(&self, body: usize) -> [f64; 2] {
-        match self.cell(body) {
-            Some(cell) => [cell.radius, cell.largest],
-            None => [self.spheres.radii()[body]; 2],
-        }
+        (self.cell(body)).map_or_else(|| [self.spheres.radii()[body]; 2], |cell| cell.radii)
     }
 
     fn count(&self, body: usize) -> usize {
@@ -132,13 +140,12 @@ impl<'a> Tree<'a> {
     /// Smallest bispherical coordinate of a sphere with all others.
     pub fn narrowest(&self, sphere: usize) -> f64 {
         let (x, a) = (self.spheres.centres()[sphere], self.spheres.radii()[sphere]);
-        // at least that of any sphere in a body
+        // at most that of any sphere in a body: it is lowest beside the smallest one
         let least = |body: usize| {
-            let [radius, largest] = self.radii(body);
-            // of the nearest centre that a sphere of the largest radius may have
-            let distance = (self.centre(body) - x).norm() - radius + largest;
-            match distance > a + largest {
-                true => truncation::outside(distance, a, largest).0,
+            let [smallest, _] = self.radii(body);
+            let distance = (self.centre(body) - x).norm() - self.radius(body) + smallest;
+            match distance > a + smallest {
+                true => truncation::outside(distance, a, smallest).0,
                 false => 0.0,
             }
         };
@@ -166,7 +173,7 @@ impl<'a> Tree<'a> {
 
     /// All bodies that couple: each pair of spheres is in one pair of them.
     pub fn couples(&self, neglected: Neglected) -> Vec<CoupledBodies> {
-        let of_halves = |cell: &Half| self.couples_of(cell.parts, neglected);
+        let of_halves = |cell: &Node| self.couples_of(cell.parts, neglected);
         self.cells.par_iter().flat_map_iter(of_halves).collect()
     }
 
@@ -210,7 +217,8 @@ impl<'a> Tree<'a> {
         neglected: Neglected,
     ) -> (usize, Option<(PairOrders, PairOrders)>) {
         let distance = self.distance(ends);
-        let [[first, a], [second, b]] = ends.map(|body| self.radii(body));
+        let [first, second] = ends.map(|body| self.radius(body));
+        let [[_, a], [_, b]] = ends.map(|body| self.radii(body));
         let of = |orders: PairOrders| pair_product::operations(orders, orders[0].max(orders[1]));
         let of_pair = truncation::for_pair(distance.max(a + b), a, b, neglected.of_spheres);
         let of_pair = [of_pair.0, of_pair.1].map(|order| order.clamp(LOWEST_ORDER, MAX_CELL_ORDER));
@@ -239,10 +247,11 @@ impl<'a> Tree<'a> {
     ///
     /// What touches the ball around a cell has a flow that decays as `(radius/reach)^l`.
     fn order(&self, body: usize, reach: f64, neglected: Neglected) -> usize {
-        let [radius, own] = self.radii(body);
-        // distance of the centres of the nearest spheres
-        let nearest = (reach - radius).max(0.0) + own + self.largest;
-        let of_spheres = truncation::for_pair(nearest, own, self.largest, neglected.of_spheres).0;
+        let (radius, [_, own]) = (self.radius(body), self.radii(body));
+        // distance of the centres of the nearest spheres, of which a large one beside a small one
+        // needs most
+        let nearest = (reach - radius).max(0.0) + own + self.smallest;
+        let of_spheres = truncation::for_pair(nearest, own, self.smallest, neglected.of_spheres).0;
         let of_cell = match self.cell(body) {
             Some(_) => {
                 let decay = (reach / radius).max(1.0).ln();
@@ -257,30 +266,37 @@ impl<'a> Tree<'a> {
     /// those of the tree: of spheres themselves, none of other cells.
     pub fn coupled_cells(self, couples: &[CoupledBodies], neglected: Neglected) -> CoupledCells {
         let n = self.spheres.len();
-        // smallest distance of the centre of a body from surfaces for which its flow is needed
+        // smallest distances of the centres from surfaces for which flows are needed
         let mut reach = vec![f64::INFINITY; n + self.cells.len()];
-        let mut is_coupled = vec![false; self.cells.len()];
         for CoupledBodies { ends, .. } in couples.iter().filter(|couple| couple.orders.is_some()) {
             let distance = self.distance(*ends);
             for end in 0..2 {
-                let other = self.radii(ends[1 - end])[0];
+                let other = self.radius(ends[1 - end]);
                 reach[ends[end]] = reach[ends[end]].min(distance - other);
-                if let Some(cell) = ends[end].checked_sub(n) {
-                    is_coupled[cell] = true;
-                }
             }
         }
-        for (number, cell) in self.cells.iter().enumerate().rev() {
-            for &part in &cell.parts {
-                let offset = self.distance([n + number, part]);
-                reach[part] = reach[part].min(reach[n + number] - offset);
+        let mut around = vec![None; n + self.cells.len()];
+        for (number, cell) in self.cells.iter().enumerate() {
+            for part in cell.parts {
+                around[part] = Some(n + number);
             }
         }
+        // with those of the cells around a body; none if its flow is not needed
+        let order = |body: usize| {
+            let (mut least, mut cell) = (reach[body], around[body]);
+            while let Some(other) = cell {
+                least = least.min(reach[other] - self.distance([other, body]));
+                cell = around[other];
+            }
+            let is_needed = least.is_finite();
+            is_needed.then(|| self.order(body, least, neglected))
+        };
         let mut bodies: Vec<Option<usize>> = (0..n).map(Some).collect();
         let mut cells = Vec::new();
         for (number, cell) in self.cells.iter().enumerate() {
-            bodies.push(is_coupled[number].then_some(n + cells.len()));
-            if is_coupled[number] {
+            let is_coupled = reach[n + number].is_finite();
+            bodies.push(is_coupled.then_some(n + cells.len()));
+            if is_coupled {
                 let (mut parts, mut open) = (Vec::new(), cell.parts.to_vec());
                 while let Some(part) = open.pop() {
                     match bodies[part] {
@@ -288,8 +304,8 @@ impl<'a> Tree<'a> {
                         None => open.extend(&self.cells[part - n].parts),
                     }
                 }
-                // cells around it have the same flow to no more than the highest order
-                let order = self.order(n + number, reach[n + number], neglected);
+                // what it passes on to cells around it has no more degrees than these
+                let order = order(n + number).unwrap_or_default();
                 cells.push(Cell {
                     order: order.min(MAX_CELL_ORDER),
                     centre: cell.centre,
@@ -298,9 +314,10 @@ impl<'a> Tree<'a> {
                 });
             }
         }
-        let of_spheres = (0..n).map(|sphere| self.order(sphere, reach[sphere], neglected));
         CoupledCells {
-            of_spheres: of_spheres.collect(),
+            of_spheres: (0..n)
+                .map(|sphere| order(sphere).unwrap_or_default())
+                .collect(),
             cells,
             bodies,
         }
@@ -310,9 +327,9 @@ impl<'a> Tree<'a> {
 /// What couples of a tree.
 pub(super) struct CoupledCells {
     pub cells: Vec<Cell>,
-    /// Orders of the spheres in the cells.
+    /// Orders of the spheres as parts of cells; zero of those in none.
     pub of_spheres: Vec<usize>,
-    /// For each body of the tree that among the spheres and these cells.
+    /// Number of each body of the tree among the spheres and these cells; none of other cells.
     pub bodies: Vec<Option<usize>>,
 }
 
@@ -379,6 +396,24 @@ mod tests {
             }
         }
         assert!(couples.len() < n * (n - 1) / 6, "{}", couples.len());
+    }
+
+    /// The bound of a cell was that of its largest sphere: a small one in a gap was not found.
+    #[test]
+    fn bug_a_small_sphere_in_the_cell_of_a_large_one_had_no_narrow_gap() {
+        let centres = [
+            [1.03, 0.0],
+            [-2.05, 0.0],
+            [11.03, 0.0],
+            [21.03, 0.0],
+            [0.0, 0.0],
+        ];
+        let centres = centres.map(|[x, y]| Vector3::new(x, y, 0.0));
+        let radii = vec![0.02, 1.0, 1.0, 0.02, 1.0];
+        let spheres = Spheres::new(centres.to_vec(), radii).unwrap();
+        let exact = truncation::outside(1.03, 1.0, 0.02).0;
+        assert_eq!(Tree::new(&spheres).narrowest(4), exact);
+        assert!(exact < truncation::outside(2.05, 1.0, 1.0).0);
     }
 
     #[test]

@@ -6,7 +6,8 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::cells::{Cell, CoupledBodies, Tree};
+use super::cell_shift::{CellShift, HIGHER};
+use super::cells::{Cell, CoupledBodies, MAX_CELL_ORDER, Tree};
 use super::far_images::{FAR_ORDER, FarImages};
 use super::memory;
 use super::modes::Modes;
@@ -288,7 +289,8 @@ fn planned_cells(
             shift: Vector3::zeros(),
             orders: order.map(|end| own[end]),
             fewer: order.map(|end| less[end]),
-            regular: own[0].max(own[1]),
+            // all, also by `Variant::Lowered`
+            regular: own[0].max(own[1]) + LOWERED,
         })
     });
     let pairs = pairs.collect();
@@ -305,7 +307,8 @@ fn planned_cells(
                 None => coupled.of_spheres[part].min(orders[part]),
                 Some(part) => cells[part].order,
             };
-            let orders = [cell.order, own];
+            // higher degrees do not couple to those of the cell
+            let orders = [cell.order, own.min(cell.order + HIGHER)];
             shifts[height].push(PlannedPair {
                 ends: [n + number, part],
                 line: Line::within([cell.radius, a], &(x - cell.centre)),
@@ -486,18 +489,25 @@ impl Plan {
             .flat_map(|pairs| pairs.chunks(ALIKE))
             .map(operations)
             .sum();
-        let of_images = match self.is_periodic {
-            true => FarImages::operations(self.orders.len()),
-            false => 0.0,
+        let ([of_images, to_store], stored) = match self.is_periodic {
+            true => FarImages::cost(self.orders.len()),
+            false => ([0.0; 2], 0.0),
         };
         let for_digit = (ITERATIONS / self.narrowest.min(1.0)).min(MOST_ITERATIONS);
         let iterations = for_digit * -residual.ln();
         let (top, regular) = self.degrees();
         let (of_gaps, to_find) = (self.narrow().map(|pair| pair.cost()))
             .fold((0.0, 0.0), |sum, cost| (sum.0 + cost.0, sum.1 + cost.1));
-        let numbers =
-            of_gaps + PAIR * self.pairs.len() as f64 + pair_product::shared_numbers(top, regular);
-        let operations = SOLUTIONS * iterations * (product as f64 + of_images) + to_find;
+        let pairs = self.shifts.iter().map(Vec::len).sum::<usize>() + self.pairs.len();
+        let of_cells = (self.cells.iter())
+            .map(|cell| CELL_VECTORS * pair_product::harmonics(cell.order) as f64);
+        let numbers = of_gaps
+            + stored
+            + PAIR * pairs as f64
+            + of_cells.sum::<f64>()
+            + CellShift::stored_numbers(MAX_CELL_ORDER + HIGHER)
+            + pair_product::shared_numbers(top, regular);
+        let operations = SOLUTIONS * iterations * (product as f64 + of_images) + to_find + to_store;
         ExpansionCost::new(dofs, numbers, operations)
     }
 }
@@ -515,3 +525,7 @@ const PAIR: f64 = 27.0;
 
 /// Vectors of all multipoles in an iteration, and the partial sums of a product.
 const VECTORS: f64 = 30.0;
+
+/// The same of the harmonics of cells, which a product alone has: three families of each in two
+/// vectors and some partial sums.
+const CELL_VECTORS: f64 = 3.0 * 8.0;

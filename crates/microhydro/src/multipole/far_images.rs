@@ -98,8 +98,7 @@ impl FarImages {
             lists[second].push((first, -shift));
         }
         let none = vec![0.0; points.len()];
-        let numbers = 0.5 * ((forces.ncols() * spheres.len()) as f64).powi(2);
-        let is_stored = mib(numbers) <= MOST_STORED;
+        let is_stored = stored_numbers(spheres.len()) > 0.0;
         let products = if is_stored { PRODUCTS } else { 1.0 };
         let splitting = PeriodicSums::splitting(points.len(), size, products);
         let mut far = Self {
@@ -119,6 +118,14 @@ impl FarImages {
 
     /// What the modes of one sphere are for those of another one by images, without near ones.
     fn block(&self, sphere: usize, of: usize) -> DMatrix<f64> {
+        let scale = self.scales[sphere] * self.scales[of];
+        self.forces
+            .tr_mul(&(self.tensors(sphere, of) * &self.forces))
+            * scale
+    }
+
+    /// Velocities at the points of one sphere by forces at those of another one.
+    fn tensors(&self, sphere: usize, of: usize) -> DMatrix<f64> {
         let near = self.near[sphere].iter().filter(|(near, _)| *near == of);
         let shifts: Vec<Vector3<f64>> = near.map(|(_, shift)| *shift).collect();
         let mut tensors = DMatrix::zeros(3 * POINTS, 3 * POINTS);
@@ -136,13 +143,23 @@ impl FarImages {
             let mut entries = tensors.fixed_view_mut::<3, 3>(3 * row, 3 * column);
             entries.copy_from(&tensor);
         }
-        let scale = self.scales[sphere] * self.scales[of];
-        self.forces.tr_mul(&(tensors * &self.forces)) * scale
+        tensors
     }
 
-    /// Operations of a product, roughly.
-    pub fn operations(spheres: usize) -> f64 {
-        PAIR_OPERATIONS * (POINTS * spheres) as f64 * (POINTS * spheres) as f64
+    /// Operations of a product and of what is stored, roughly, and numbers of the latter.
+    pub fn cost(spheres: usize) -> ([f64; 2], f64) {
+        let (pairs, rows) = ((spheres as f64).powi(2), 3.0 * POINTS as f64);
+        let modes = (Modes { order: FAR_ORDER }).len() as f64;
+        let tensors = PAIR_OPERATIONS * (POINTS as f64).powi(2);
+        let numbers = stored_numbers(spheres);
+        let operations = match numbers > 0.0 {
+            true => [
+                modes * modes,
+                0.5 * (tensors + rows * modes * (rows + modes)),
+            ],
+            false => [tensors + rows * rows, 0.0],
+        };
+        (operations.map(|of_pair| of_pair * pairs), numbers)
     }
 
     /// `y` for the modes of all spheres.
@@ -155,19 +172,38 @@ impl FarImages {
         let forces: Vec<Vector3<f64>> = x.iter().enumerate().flat_map(of_sphere).collect();
         let by_waves = self.sums.by_waves(&forces);
         let of_sphere = |sphere: usize| {
-            let own = &by_waves[POINTS * sphere..POINTS * (sphere + 1)];
-            let own = DVector::from_iterator(3 * POINTS, own.iter().flatten().copied());
+            let of_points = |of: usize, all: &[Vector3<f64>]| {
+                let own = &all[POINTS * of..POINTS * (of + 1)];
+                DVector::from_iterator(3 * POINTS, own.iter().flatten().copied())
+            };
+            let mut own = of_points(sphere, &by_waves);
+            if self.blocks.is_none() {
+                for of in 0..x.len() {
+                    own.gemv(1.0, &self.tensors(sphere, of), &of_points(of, &forces), 1.0);
+                }
+            }
             let mut y = self.forces.tr_mul(&own) * self.scales[sphere];
             for (of, x) in x.iter().enumerate() {
                 match &self.blocks {
                     Some(blocks) if of <= sphere => y.gemv(1.0, &blocks[sphere][of], x, 1.0),
                     Some(blocks) => y.gemv_tr(1.0, &blocks[of][sphere], x, 1.0),
-                    None => y.gemv(1.0, &self.block(sphere, of), x, 1.0),
+                    None => break,
                 }
             }
             y.as_slice().to_vec()
         };
         (0..x.len()).into_par_iter().map(of_sphere).collect()
+    }
+}
+
+/// Numbers of the blocks of all pairs; zero if there is no room for them.
+fn stored_numbers(spheres: usize) -> f64 {
+    let modes = (Modes { order: FAR_ORDER }).len();
+    let numbers = 0.5 * ((modes * spheres) as f64).powi(2);
+    if mib(numbers) <= MOST_STORED {
+        numbers
+    } else {
+        0.0
     }
 }
 

@@ -6,6 +6,7 @@
 //! their gap, which no elimination lowers, so that the matrix stays positive definite among any
 //! number of neighbours.
 
+use std::cmp::Reverse;
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -34,44 +35,77 @@ use crate::{HydroError, Medium, Mobility, PointMobility, PointModel, Spheres};
 pub enum Variant {
     /// All.
     Full,
-    /// Orders lower by two.
+    /// Orders of spheres lower by two.
     Lowered,
-    /// Couplings that neglect 30 times more.
+    /// Couplings of spheres that neglect 30 times more, and of cells 10 times more.
     Neglecting,
 }
 
 /// Number of partial sums of a product, whatever the number of threads.
 const PARTS: usize = 16;
 
-/// Pairs that one thread takes, and the places of the harmonics of each sphere and cell in their
-/// sums.
+/// Pairs that one thread takes, the spheres and cells in them in ascending order, and the places of
+/// their harmonics in the sums.
 ///
 /// Most pairs are distant, so that most spheres have few harmonics.
 struct Part {
     pairs: Range<usize>,
+    bodies: Vec<usize>,
     first: Vec<usize>,
 }
 
 impl Part {
-    fn new(bodies: usize, all: &[PlannedPair], pairs: Range<usize>) -> Self {
-        let mut orders = vec![0; bodies];
-        for planned in &all[pairs.clone()] {
-            for (body, order) in planned.ends.into_iter().zip(planned.orders) {
-                orders[body] = order.max(orders[body]);
-            }
-        }
+    fn new(all: &[PlannedPair], pairs: Range<usize>) -> Self {
+        let ends = |planned: &PlannedPair| {
+            let [first, second] = planned.ends;
+            let [of_first, of_second] = planned.orders;
+            [(first, of_first), (second, of_second)]
+        };
+        let mut orders: Vec<(usize, usize)> = all[pairs.clone()].iter().flat_map(ends).collect();
+        // the highest order of each body comes first
+        orders.sort_unstable_by_key(|&(body, order)| (body, Reverse(order)));
+        orders.dedup_by_key(|(body, _)| *body);
         Self {
             pairs,
-            first: places(orders.into_iter().map(pair_product::harmonics)),
+            first: places(
+                orders
+                    .iter()
+                    .map(|(_, order)| pair_product::harmonics(*order)),
+            ),
+            bodies: orders.into_iter().map(|(body, _)| body).collect(),
         }
     }
 
-    fn of_body(&self, body: usize) -> Range<usize> {
-        self.first[body]..self.first[body + 1]
+    /// Place of the harmonics of a body in the pairs.
+    fn place(&self, body: usize) -> usize {
+        self.first[self.bodies.partition_point(|&other| other < body)]
+    }
+
+    /// Harmonics of all bodies.
+    fn len(&self) -> usize {
+        self.first[self.bodies.len()]
+    }
+
+    /// Adds sums over the pairs to all harmonics from the body `from` on, which begin at `places`.
+    fn add(&self, sum: &[OfFamilies], (from, places): (usize, &[usize]), y: &mut [OfFamilies]) {
+        let bodies = self.bodies.iter().zip(self.first.windows(2));
+        let after = |(body, _): &(&usize, _)| **body >= from;
+        let (before, end) = (places[0], from + places.len() - 1);
+        for (&body, range) in bodies
+            .skip_while(|one| !after(one))
+            .take_while(|(body, _)| **body < end)
+        {
+            let own = &mut y[places[body - from] - before..];
+            for (entry, added) in own.iter_mut().zip(&sum[range[0]..range[1]]) {
+                for (entry, added) in entry.iter_mut().zip(added) {
+                    *entry += added;
+                }
+            }
+        }
     }
 
     /// Parts whose products have about equally many operations.
-    fn all(bodies: usize, pairs: &[PlannedPair]) -> Vec<Self> {
+    fn all(pairs: &[PlannedPair]) -> Vec<Self> {
         let operations: Vec<usize> = pairs.chunks(ALIKE).map(operations).collect();
         let all: usize = operations.iter().sum();
         let (mut parts, mut first, mut sum) = (Vec::new(), 0, 0);
@@ -79,7 +113,7 @@ impl Part {
             sum += operations;
             if sum * PARTS >= all * (parts.len() + 1) {
                 let end = pairs.len().min((number + 1) * ALIKE);
-                parts.push(Self::new(bodies, pairs, first..end));
+                parts.push(Self::new(pairs, first..end));
                 first = end;
             }
         }
@@ -141,13 +175,13 @@ struct Level {
 }
 
 impl Cells {
-    fn new(spheres: usize, all: Vec<Cell>, shifts: Vec<Vec<PlannedPair>>) -> Self {
+    fn new(all: Vec<Cell>, shifts: Vec<Vec<PlannedPair>>) -> Self {
         let level = |pairs: Vec<PlannedPair>| {
             let mut bodies: Vec<usize> = pairs.iter().map(|pair| pair.ends[0]).collect();
             bodies.sort_unstable();
             bodies.dedup();
             Level {
-                parts: Part::all(spheres + all.len(), &pairs),
+                parts: Part::all(&pairs),
                 pairs,
                 bodies,
             }
@@ -247,9 +281,9 @@ impl<'a> MultipoleMobility<'a> {
             expansions,
             couplings,
             far: far.transpose()?,
-            parts: Part::all(spheres.len() + plan.cells.len(), &plan.pairs),
+            parts: Part::all(&plan.pairs),
             pairs: plan.pairs,
-            cells: Cells::new(spheres.len(), plan.cells, plan.shifts),
+            cells: Cells::new(plan.cells, plan.shifts),
             tail: plan.tail,
             narrowest: plan.narrowest,
             variant: Variant::Full,
@@ -357,32 +391,31 @@ impl<'a> MultipoleMobility<'a> {
         let arch = Arch::new();
         let sums: Vec<Vec<OfFamilies>> = (parts.par_iter())
             .map(|part| {
-                let mut y = vec![[0.0; 3]; part.first[part.first.len() - 1]];
+                let mut y = vec![[0.0; 3]; part.len()];
                 arch.dispatch(OfPairs {
                     all: self,
                     direction,
                     pairs: &pairs[part.pairs.clone()],
-                    first: &part.first,
+                    part,
                     x,
                     y: &mut y,
                 });
                 y
             })
             .collect();
-        let mut bodies = Vec::with_capacity(self.harmonics.len());
-        let mut rest = y;
-        for range in self.harmonics.windows(2) {
-            let (own, others) = rest.split_at_mut(range[1] - range[0]);
-            bodies.push(own);
+        // ranges of bodies, with the places of their harmonics
+        let bodies = self.harmonics.len() - 1;
+        let most = bodies.div_ceil(PARTS).max(1);
+        let (mut ranges, mut rest) = (Vec::new(), y);
+        for from in (0..bodies).step_by(most) {
+            let places = &self.harmonics[from..=bodies.min(from + most)];
+            let (own, others) = rest.split_at_mut(places[places.len() - 1] - places[0]);
+            ranges.push(((from, places), own));
             rest = others;
         }
-        bodies.into_par_iter().enumerate().for_each(|(body, y)| {
+        ranges.into_par_iter().for_each(|(range, y)| {
             for (part, sum) in parts.iter().zip(&sums) {
-                for (entry, added) in y.iter_mut().zip(&sum[part.of_body(body)]) {
-                    for (entry, added) in entry.iter_mut().zip(added) {
-                        *entry += added;
-                    }
-                }
+                part.add(sum, range, y);
             }
         });
     }
@@ -481,8 +514,7 @@ struct OfPairs<'m> {
     /// The direction between cells and their parts; none for couplings.
     direction: Option<Direction>,
     pairs: &'m [PlannedPair],
-    /// Places of the bodies in `y`.
-    first: &'m [usize],
+    part: &'m Part,
     x: &'m [OfFamilies],
     y: &'m mut [OfFamilies],
 }
@@ -494,7 +526,7 @@ impl WithSimd for OfPairs<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let mut work = Workspace::<S>::default();
         let Self {
-            all, first, x, y, ..
+            all, part, x, y, ..
         } = self;
         let omitted = match all.variant {
             Variant::Lowered => LOWERED,
@@ -509,7 +541,7 @@ impl WithSimd for OfPairs<'_> {
                 orders: all.pair_orders(planned),
                 is_complete: planned.ends.map(|body| body >= all.expansions.len()),
                 given: planned.ends.map(|body| all.harmonics[body]),
-                found: planned.ends.map(|body| first[body]),
+                found: planned.ends.map(|body| part.place(body)),
             }));
             match self.direction {
                 None => {

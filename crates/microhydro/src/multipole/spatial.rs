@@ -107,18 +107,31 @@ fn full_by_factorisation(system: &System) -> Result<DMatrix<f64>, HydroError> {
 }
 
 /// Operations of both factorisations: `n^3/3` for `n` modes of the spheres, and `n^2` for each mode
-/// of the container.
+/// of the container; in narrow gaps to it, that of all modes.
 pub(super) fn dense_operations(orders: &Orders) -> f64 {
     let (spheres, container) = dofs_apart(orders);
-    memory::of_factorisation(spheres) + spheres * spheres * container
+    match couples_to_itself(orders) {
+        true => memory::of_factorisation(spheres + container),
+        false => memory::of_factorisation(spheres) + spheres * spheres * container,
+    }
+}
+
+/// Whether modes of the container couple to each other, by eliminations in narrow gaps.
+fn couples_to_itself(orders: &Orders) -> bool {
+    orders.gaps.keys().any(|gap| gap.1 == orders.spheres.len())
 }
 
 /// Numbers in the matrices of the factorisations.
 pub(super) fn dense_numbers(orders: &Orders) -> f64 {
     let (spheres, container) = dofs_apart(orders);
-    let is_changed = orders.gaps.keys().any(|gap| gap.1 == orders.spheres.len());
-    let own = if is_changed { container } else { 0.0 };
-    spheres * spheres + spheres * container + own * own
+    let own = if couples_to_itself(orders) {
+        container
+    } else {
+        0.0
+    };
+    // both orders have a matrix of the spheres
+    let of_spheres = if container > 0.0 { 2.0 } else { 1.0 };
+    of_spheres * spheres * spheres + spheres * container + own * own
 }
 
 /// Multipoles of the spheres and of the container.
@@ -141,7 +154,10 @@ fn without_container(orders: &Orders) -> Orders {
 pub(super) fn is_factorised(orders: &Orders, is_wall: bool) -> Result<bool, HydroError> {
     match memory::check(dense_numbers(orders), memory::dofs(orders)) {
         // a mode of the container costs an iteration more than a factorisation
-        Ok(()) => memory::dense_is_cheaper(&without_container(orders), is_wall),
+        Ok(()) => Ok(
+            memory::dense_is_cheaper(&without_container(orders), is_wall)?
+                || memory::dense_is_cheaper(orders, is_wall).is_err(),
+        ),
         Err(_) => memory::dense_is_cheaper(orders, is_wall),
     }
 }

@@ -469,11 +469,13 @@ fn the_cost_of_expansions_grows_nearly_as_the_number_of_spheres() {
 /// pairs of spheres alone, whose orders would be too high for cells.
 #[test]
 fn cells_of_distant_spheres_change_less_than_the_tolerance() {
-    for gap in [0.3, 5.0] {
+    for (gap, small) in [(0.3, 1.0), (5.0, 1.0), (1.0, 0.1)] {
         let spheres = cube(6, gap);
+        let radii = (0..spheres.len()).map(|k| [1.0, small][k % 2]).collect();
+        let spheres = Spheres::new(spheres.centres().to_vec(), radii).unwrap();
         let mut random = Random(7);
         let linkages: Vec<Linkage> = (0..spheres.len())
-            .map(|k| free(k, random.vector(6)))
+            .map(|k| free(k, spheres.radii()[k] * random.vector(6)))
             .collect();
         let velocities = |tolerance: f64| {
             let mobility =
@@ -489,6 +491,28 @@ fn cells_of_distant_spheres_change_less_than_the_tolerance() {
             assert!(error < tolerance, "{error:.1e} at a gap of {gap}");
         }
     }
+}
+
+/// Forces of spheres that are held amplify what is neglected: the change by more of it covers them.
+#[test]
+fn changes_by_more_neglected_cover_the_errors_of_forces_with_cells() {
+    let spheres = cube(6, 0.3);
+    let mut random = Random(11);
+    let linkages: Vec<Linkage> = (0..spheres.len())
+        .map(|k| held(k, random.vector(6)))
+        .collect();
+    let forces = |tolerance: f64, variant: Variant| {
+        let mut mobility =
+            MultipoleMobility::new(&spheres, &Accuracy::relative(tolerance)).unwrap();
+        mobility.set_variant(variant);
+        let linked = LinkedSpheres::new(&mobility, linkages.clone()).unwrap();
+        linked.solve(1e-3 * tolerance).unwrap().forces
+    };
+    let exact = forces(1e-8, Variant::Full);
+    let [found, other] = [Variant::Full, Variant::Neglecting].map(|v| forces(1e-4, v));
+    let (error, change) = ((&found - &exact).amax(), (&found - other).amax());
+    assert!(error < change, "{error:e} {change:e}");
+    assert!(change < 1e-2 * exact.amax(), "{change:e}");
 }
 
 /// What acts on cells is the transpose of what their spheres make of them.

@@ -221,7 +221,8 @@ impl AxisymmetricModel {
     /// limits of the method.
     ///
     /// Where the joints of one linkage alone drive the motion, the estimated errors of resistances
-    /// cancel in the velocities, and a tenth of their uncertainty remains.
+    /// cancel in the velocities, and a tenth of their uncertainty remains. Error bars of forces,
+    /// torques and power are then up to ten times those by [`AxisymmetricModel::with_accuracy`].
     #[must_use]
     pub fn with_velocity_accuracy(self, relative_error: f64) -> Self {
         let scene = &self.scaled.scene;

@@ -200,6 +200,7 @@ fn step(evaluator: &mut SpanEvaluator, start: &State, span: (f64, f64)) -> Resul
         });
         let difference = &last + &(&before * -1.0);
         let change = largest_displacement(evaluator, &difference);
+        // The errors of these do not decide whether the order suffices.
         let [last, before] = both.map(|approximation| approximation.uncorrected_work(duration));
         let work = last - before;
         let [last, before] = both.map(|approximation| approximation.uncorrected_holding(duration));
