@@ -17,10 +17,10 @@ from figures import arguments, chart, page, swim, table
 NUMBERS = {
     "oseen": [10, 100, 1000, 3000, 10000],
     "rpy": [10, 100, 1000, 3000, 10000],
-    "multipole": [10, 33, 100, 333],
+    "multipole": [10, 33, 100, 333, 1000],
 }
 # Spheres along an edge of the lattices, by their gaps.
-LATTICES = {0.1: [3, 5, 7, 10], 0.05: [3, 5, 7]}
+LATTICES = {0.1: [3, 5, 7, 10, 14], 0.05: [3, 5, 7]}
 # Numbers of swimmers of the comparison of accuracies, with tolerances and that of the reference.
 COMPARED = [3, 33, 333]
 TOLERANCES = [1e-1, 1e-2, 1e-3, 1e-4]

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::cell_shift::{CellShift, HIGHER};
-use super::cells::{Cell, CoupledBodies, MAX_CELL_ORDER, Tree};
+use super::cells::{Cell, CoupledBodies, MAX_CELL_ORDER, SLOWER, Tree};
 use super::far_images::{FAR_ORDER, FarImages};
 use super::memory;
 use super::modes::Modes;
@@ -484,11 +484,14 @@ impl Plan {
     /// Cost of a solution with its error bar to a relative residual.
     pub fn cost(&self, residual: f64) -> ExpansionCost {
         let dofs = dofs(&self.orders);
+        let is_cell = |&body: &usize| body >= self.orders.len();
+        let slower = |some: &[PlannedPair]| {
+            let cells = some.iter().filter(|pair| pair.ends.iter().any(is_cell));
+            let operations = operations(some);
+            operations + operations / some.len() * cells.count() * (SLOWER - 1)
+        };
         let all = self.shifts.iter().chain(Some(&self.pairs));
-        let product: usize = all
-            .flat_map(|pairs| pairs.chunks(ALIKE))
-            .map(operations)
-            .sum();
+        let product: usize = all.flat_map(|pairs| pairs.chunks(ALIKE)).map(slower).sum();
         let ([of_images, to_store], stored) = match self.is_periodic {
             true => FarImages::cost(self.orders.len()),
             false => ([0.0; 2], 0.0),

@@ -86,17 +86,14 @@ impl Part {
         self.first[self.bodies.len()]
     }
 
-    /// Adds sums over the pairs to all harmonics from the body `from` on, which begin at `places`.
+    /// Adds sums over the pairs to the harmonics of the bodies from `from` on, which begin at `places`.
     fn add(&self, sum: &[OfFamilies], (from, places): (usize, &[usize]), y: &mut [OfFamilies]) {
-        let bodies = self.bodies.iter().zip(self.first.windows(2));
-        let after = |(body, _): &(&usize, _)| **body >= from;
-        let (before, end) = (places[0], from + places.len() - 1);
-        for (&body, range) in bodies
-            .skip_while(|one| !after(one))
-            .take_while(|(body, _)| **body < end)
-        {
-            let own = &mut y[places[body - from] - before..];
-            for (entry, added) in own.iter_mut().zip(&sum[range[0]..range[1]]) {
+        let end = from + places.len() - 1;
+        let place = |limit: usize| self.bodies.partition_point(|&body| body < limit);
+        for number in place(from)..place(end) {
+            let own = &mut y[places[self.bodies[number] - from] - places[0]..];
+            let added = &sum[self.first[number]..self.first[number + 1]];
+            for (entry, added) in own.iter_mut().zip(added) {
                 for (entry, added) in entry.iter_mut().zip(added) {
                     *entry += added;
                 }
