@@ -10,8 +10,8 @@
 //! (a/b)^(l + e) (c/b)^(k - l + e'),   e = -1/2, 1/2, 3/2 for W, X, V of the part
 //! e' = 0 within a family, 1 to W from X and to X from V, 2 to W from V
 //! ```
-//! from degree `k` of the container to `l` of the part, if the part of a `V` is left out that a `W`
-//! is: of the container this is done by [`CellShift::leave_part_out`].
+//! from degree `k` of the container to `l` of the part, without the `W` that is in a `V` of the
+//! container ([`CellShift::remove_w_from_v`]).
 
 use pulp::Simd;
 
@@ -37,8 +37,8 @@ pub(super) struct CellShift {
     /// For each azimuthal number the couplings of all degrees, those of a degree of the cell one
     /// after the other.
     axial: Vec<Vec<[f64; COUPLED]>>,
-    /// The part of `V` that is a `W`, by degree, in the scaled modes.
-    part: Vec<f64>,
+    /// How much of a `W` is in a `V` inside, by degree, in the scaled modes.
+    w_in_v: Vec<f64>,
     none: Vec<f64>,
 }
 
@@ -59,42 +59,42 @@ impl CellShift {
 
     /// Couplings up to the degree `top`. Memory: [`CellShift::stored_numbers`].
     pub fn new(top: usize) -> Self {
-        let part = |k: usize| match k {
+        let w_in_v = |k: usize| match k {
             0 => 0.0,
             _ => {
                 let ratio = weight(Family::Stokeslet, k) / weight(Family::Source, k);
                 ((2 * k + 1) as f64 * c(k) / e(k) - 1.0) * ratio
             }
         };
-        let part: Vec<f64> = (0..=top).map(part).collect();
+        let w_in_v: Vec<f64> = (0..=top).map(w_in_v).collect();
         let axial = |m: usize| -> Vec<[f64; COUPLED]> {
             // radii and distance 1
             let translation = InteriorTranslation::new(m, (1.0, top), (1.0, top), 1.0);
             let degrees = || m.max(1)..=top;
             let pairs = degrees().flat_map(|k| degrees().map(move |l| (k, l)));
             pairs
-                .map(|(k, l)| coupled(&translation, part[k], k, l))
+                .map(|(k, l)| coupled(&translation, w_in_v[k], k, l))
                 .collect()
         };
         Self {
             top,
             axial: (0..=top).map(axial).collect(),
             none: vec![0.0; top + 1],
-            part,
+            w_in_v,
         }
     }
 
-    /// Subtracts from the modes of a cell the part of `V` that is a `W`: of coefficients of parts
-    /// (`Up`) or of a flow from farther away (`Down`).
-    pub fn leave_part_out(&self, direction: Direction, cell: &mut [OfFamilies]) {
-        for (l, part) in self.part.iter().enumerate().skip(1) {
+    /// Removes the `W` in each `V` of a cell: from sums over its parts (`Up`), or from a flow from
+    /// farther away (`Down`).
+    pub fn remove_w_from_v(&self, direction: Direction, cell: &mut [OfFamilies]) {
+        for (l, factor) in self.w_in_v.iter().enumerate().skip(1) {
             let Some(degree) = cell.get_mut(of_degree(l)) else {
                 break;
             };
             for [w, _, v] in degree {
                 match direction {
-                    Direction::Up => *v -= part * *w,
-                    Direction::Down => *w -= part * *v,
+                    Direction::Up => *v -= factor * *w,
+                    Direction::Down => *w -= factor * *v,
                 }
             }
         }
@@ -117,7 +117,7 @@ impl CellShift {
         };
         let tops = [of_cell, of_part];
         let (top, last) = (of_cell.max(of_part), of_cell.min(of_part));
-        let turns = [&self.none, &self.part].map(|part| Turns { quarter, part });
+        let turns = [&self.none, &self.w_in_v].map(|v_of_w| Turns { quarter, v_of_w });
         let one = simd.splat_f64s(1.0);
         work.begin(simd, pairs, top);
         work.powers[0].clear();
@@ -194,14 +194,14 @@ impl CellShift {
     }
 }
 
-/// Couplings of degree `k` of a cell with `l` of a part, without the part of `V` that is a `W`.
-fn coupled(translation: &InteriorTranslation, part: f64, k: usize, l: usize) -> [f64; COUPLED] {
+/// Couplings of degree `k` of a cell with `l` of a part, without the `W` in a `V`.
+fn coupled(translation: &InteriorTranslation, w_in_v: f64, k: usize, l: usize) -> [f64; COUPLED] {
     let [w, x, v] = FAMILIES;
     let [of_w, of_x, of_v] = FAMILIES.map(|family| translation.coefficients(family, k, l));
     let radial = e(l) / (2 * l + 1) as f64;
     let of_potential = |value: f64, from: Family| value * weight(w, l) / weight(from, k);
     let of_rotation = |value: f64, from: Family| -value * weight(x, l) / weight(from, k);
-    let without = part * weight(v, k) / weight(w, k);
+    let without = w_in_v * weight(v, k) / weight(w, k);
     [
         of_potential(of_w.phi, w),
         of_potential(of_x.phi, x),
@@ -293,7 +293,7 @@ mod tests {
             };
             let mut x = self.x.to_vec();
             if self.direction == Direction::Down {
-                shifts.leave_part_out(Direction::Down, &mut x);
+                shifts.remove_w_from_v(Direction::Down, &mut x);
             }
             let pairs: Vec<Pair> = (0..3)
                 .map(|_| Pair {
@@ -309,7 +309,7 @@ mod tests {
             let way = (self.direction, &quarter);
             shifts.add(simd, way, &pairs[..1], &x, &mut y, &mut work);
             if self.direction == Direction::Up {
-                shifts.leave_part_out(Direction::Up, &mut y);
+                shifts.remove_w_from_v(Direction::Up, &mut y);
             }
             y
         }

@@ -24,8 +24,8 @@ pub(super) const MAX_CELL_ORDER: usize = 12;
 /// take 6.7 s instead of 7.6.
 pub(super) const SLOWER: usize = 2;
 
-/// Number of spheres from which cells couple: 300 in swimmers took 0.8 of the time of pairs, 99 took
-/// 1.4 of it.
+/// Number of spheres from which cells couple: 300 in swimmers took 0.8 of the time of pairs, 99
+/// took 1.4 of it.
 const MANY: usize = 150;
 
 /// Least gap between the nearest spheres of two cells that couple, in sums of the radii.

@@ -42,19 +42,19 @@ pub enum Variant {
 }
 
 /// Number of partial sums of a product, whatever the number of threads.
-const PARTS: usize = 16;
+const SHARES: usize = 16;
 
 /// Pairs that one thread takes, the spheres and cells in them in ascending order, and the places of
 /// their harmonics in the sums.
 ///
 /// Most pairs are distant, so that most spheres have few harmonics.
-struct Part {
+struct Share {
     pairs: Range<usize>,
     bodies: Vec<usize>,
     first: Vec<usize>,
 }
 
-impl Part {
+impl Share {
     fn new(all: &[PlannedPair], pairs: Range<usize>) -> Self {
         let ends = |planned: &PlannedPair| {
             let [first, second] = planned.ends;
@@ -86,7 +86,8 @@ impl Part {
         self.first[self.bodies.len()]
     }
 
-    /// Adds sums over the pairs to the harmonics of the bodies from `from` on, which begin at `places`.
+    /// Adds sums over the pairs to the harmonics of the bodies from `from` on, which begin at
+    /// `places`.
     fn add(&self, sum: &[OfFamilies], (from, places): (usize, &[usize]), y: &mut [OfFamilies]) {
         let end = from + places.len() - 1;
         let place = |limit: usize| self.bodies.partition_point(|&body| body < limit);
@@ -105,16 +106,16 @@ impl Part {
     fn all(pairs: &[PlannedPair]) -> Vec<Self> {
         let operations: Vec<usize> = pairs.chunks(ALIKE).map(operations).collect();
         let all: usize = operations.iter().sum();
-        let (mut parts, mut first, mut sum) = (Vec::new(), 0, 0);
+        let (mut shares, mut first, mut sum) = (Vec::new(), 0, 0);
         for (number, operations) in operations.iter().enumerate() {
             sum += operations;
-            if sum * PARTS >= all * (parts.len() + 1) {
+            if sum * SHARES >= all * (shares.len() + 1) {
                 let end = pairs.len().min((number + 1) * ALIKE);
-                parts.push(Self::new(pairs, first..end));
+                shares.push(Self::new(pairs, first..end));
                 first = end;
             }
         }
-        parts
+        shares
     }
 }
 
@@ -146,7 +147,7 @@ pub struct MultipoleMobility<'a> {
     units: Vec<f64>,
     couplings: Couplings,
     pairs: Vec<PlannedPair>,
-    parts: Vec<Part>,
+    shares: Vec<Share>,
     cells: Cells,
     /// Distant images in a periodic box.
     far: Option<FarImages>,
@@ -166,7 +167,7 @@ struct Cells {
 
 struct Level {
     pairs: Vec<PlannedPair>,
-    parts: Vec<Part>,
+    shares: Vec<Share>,
     /// The cells.
     bodies: Vec<usize>,
 }
@@ -178,7 +179,7 @@ impl Cells {
             bodies.sort_unstable();
             bodies.dedup();
             Level {
-                parts: Part::all(&pairs),
+                shares: Share::all(&pairs),
                 pairs,
                 bodies,
             }
@@ -278,7 +279,7 @@ impl<'a> MultipoleMobility<'a> {
             expansions,
             couplings,
             far: far.transpose()?,
-            parts: Part::all(&plan.pairs),
+            shares: Share::all(&plan.pairs),
             pairs: plan.pairs,
             cells: Cells::new(plan.cells, plan.shifts),
             tail: plan.tail,
@@ -380,20 +381,20 @@ impl<'a> MultipoleMobility<'a> {
     /// Adds the products of some pairs to `y`, both by degree and azimuthal number.
     fn add_pairs(
         &self,
-        (pairs, parts): (&[PlannedPair], &[Part]),
+        (pairs, shares): (&[PlannedPair], &[Share]),
         direction: Option<Direction>,
         x: &[OfFamilies],
         y: &mut [OfFamilies],
     ) {
         let arch = Arch::new();
-        let sums: Vec<Vec<OfFamilies>> = (parts.par_iter())
-            .map(|part| {
-                let mut y = vec![[0.0; 3]; part.len()];
+        let sums: Vec<Vec<OfFamilies>> = (shares.par_iter())
+            .map(|share| {
+                let mut y = vec![[0.0; 3]; share.len()];
                 arch.dispatch(OfPairs {
                     all: self,
                     direction,
-                    pairs: &pairs[part.pairs.clone()],
-                    part,
+                    pairs: &pairs[share.pairs.clone()],
+                    share,
                     x,
                     y: &mut y,
                 });
@@ -402,7 +403,7 @@ impl<'a> MultipoleMobility<'a> {
             .collect();
         // ranges of bodies, with the places of their harmonics
         let bodies = self.harmonics.len() - 1;
-        let most = bodies.div_ceil(PARTS).max(1);
+        let most = bodies.div_ceil(SHARES).max(1);
         let (mut ranges, mut rest) = (Vec::new(), y);
         for from in (0..bodies).step_by(most) {
             let places = &self.harmonics[from..=bodies.min(from + most)];
@@ -411,8 +412,8 @@ impl<'a> MultipoleMobility<'a> {
             rest = others;
         }
         ranges.into_par_iter().for_each(|(range, y)| {
-            for (part, sum) in parts.iter().zip(&sums) {
-                part.add(sum, range, y);
+            for (share, sum) in shares.iter().zip(&sums) {
+                share.add(sum, range, y);
             }
         });
     }
@@ -423,21 +424,21 @@ impl<'a> MultipoleMobility<'a> {
         let mut y = vec![[0.0; 3]; x.len()];
         for Level {
             pairs,
-            parts,
+            shares,
             bodies,
         } in levels
         {
-            self.add_pairs((pairs, parts), Some(Direction::Up), &x, &mut y);
+            self.add_pairs((pairs, shares), Some(Direction::Up), &x, &mut y);
             for &cell in bodies {
                 let own = self.harmonics[cell]..self.harmonics[cell + 1];
                 x[own.clone()].swap_with_slice(&mut y[own.clone()]);
-                shift.leave_part_out(Direction::Up, &mut x[own]);
+                shift.remove_w_from_v(Direction::Up, &mut x[own]);
             }
         }
-        self.add_pairs((&self.pairs, &self.parts), None, &x, &mut y);
+        self.add_pairs((&self.pairs, &self.shares), None, &x, &mut y);
         for Level {
             pairs,
-            parts,
+            shares,
             bodies,
         } in levels.iter().rev()
         {
@@ -445,9 +446,9 @@ impl<'a> MultipoleMobility<'a> {
             for &cell in bodies {
                 let own = self.harmonics[cell]..self.harmonics[cell + 1];
                 x[own.clone()].copy_from_slice(&y[own.clone()]);
-                shift.leave_part_out(Direction::Down, &mut x[own]);
+                shift.remove_w_from_v(Direction::Down, &mut x[own]);
             }
-            self.add_pairs((pairs, parts), Some(Direction::Down), &x, &mut y);
+            self.add_pairs((pairs, shares), Some(Direction::Down), &x, &mut y);
         }
         y
     }
@@ -511,7 +512,7 @@ struct OfPairs<'m> {
     /// The direction between cells and their parts; none for couplings.
     direction: Option<Direction>,
     pairs: &'m [PlannedPair],
-    part: &'m Part,
+    share: &'m Share,
     x: &'m [OfFamilies],
     y: &'m mut [OfFamilies],
 }
@@ -523,7 +524,7 @@ impl WithSimd for OfPairs<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let mut work = Workspace::<S>::default();
         let Self {
-            all, part, x, y, ..
+            all, share, x, y, ..
         } = self;
         let omitted = match all.variant {
             Variant::Lowered => LOWERED,
@@ -538,7 +539,7 @@ impl WithSimd for OfPairs<'_> {
                 orders: all.pair_orders(planned),
                 is_complete: planned.ends.map(|body| body >= all.expansions.len()),
                 given: planned.ends.map(|body| all.harmonics[body]),
-                found: planned.ends.map(|body| part.place(body)),
+                found: planned.ends.map(|body| share.place(body)),
             }));
             match self.direction {
                 None => {

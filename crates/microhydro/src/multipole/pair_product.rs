@@ -94,8 +94,8 @@ pub(super) struct Couplings {
 #[derive(Clone, Copy)]
 pub(super) struct Turns<'a> {
     pub quarter: &'a QuarterTurn,
-    /// So much of each `W`, by degree, is a `V`.
-    pub part: &'a [f64],
+    /// Multiple of `W` that joins `V` onto the line, and of `V` that joins `W` off it, by degree.
+    pub v_of_w: &'a [f64],
 }
 
 impl Couplings {
@@ -301,7 +301,7 @@ impl Couplings {
         let tops = [first, second];
         let turns = Turns {
             quarter: &self.quarter,
-            part: &self.potential,
+            v_of_w: &self.potential,
         };
         let last = last(tops, regular);
         work.begin(simd, pairs, first.max(second));
@@ -366,10 +366,10 @@ impl Turns<'_> {
             let turned = &work.turned[of_degree(l)];
             (self.quarter).onto_line(simd, (l, highest), turned, degree, &mut work.turning);
             let powers = &work.powers[end][l..l + 3];
-            let part = simd.splat_f64s(self.part[l]);
+            let v_of_w = simd.splat_f64s(self.v_of_w[l]);
             for m in 0..=highest {
-                let cosines = scaled(simd, degree[l + m], part, powers);
-                let sines = scaled(simd, degree[l - m], part, powers);
+                let cosines = scaled(simd, degree[l + m], v_of_w, powers);
+                let sines = scaled(simd, degree[l - m], v_of_w, powers);
                 // the azimuthal number zero has the first class alone
                 work.given[end][m * top + l - 1] = [
                     [cosines[0], sines[1], cosines[2]],
@@ -393,12 +393,12 @@ impl Turns<'_> {
         for l in 1..=top {
             let highest = highest(l, regular).min(last);
             let powers = &work.powers[end][l..l + 3];
-            let part = simd.splat_f64s(self.part[l]);
+            let v_of_w = simd.splat_f64s(self.v_of_w[l]);
             let degree = &mut work.degree[..2 * l + 1];
             for m in 0..=highest {
                 let [first, second] = work.found[end][m * top + l - 1];
-                let first = with_part(simd, first, part, powers);
-                let second = with_part(simd, second, part, powers);
+                let first = with_v_of_w(simd, first, v_of_w, powers);
+                let second = with_v_of_w(simd, second, v_of_w, powers);
                 // the azimuthal number zero has one coefficient, of the first class
                 degree[l - m] = [second[0], first[1], second[2]];
                 degree[l + m] = match m {
@@ -428,11 +428,11 @@ pub(super) fn powers<S: Simd>(
     }
 }
 
-/// Coefficients with the part of `W` that is a `V` there, times powers of the distance.
+/// Coefficients with the multiple of `W` that joins `V`, times powers of the distance.
 // Vector instructions in closures would be calls: only functions that are always inlined have them.
 #[inline(always)]
-fn scaled<S: Simd>(simd: S, [w, x, v]: Lanes<S>, part: S::f64s, powers: &[S::f64s]) -> Lanes<S> {
-    let v = simd.mul_add_f64s(part, w, v);
+fn scaled<S: Simd>(simd: S, [w, x, v]: Lanes<S>, v_of_w: S::f64s, powers: &[S::f64s]) -> Lanes<S> {
+    let v = simd.mul_add_f64s(v_of_w, w, v);
     [
         simd.mul_f64s(w, powers[0]),
         simd.mul_f64s(x, powers[1]),
@@ -442,10 +442,15 @@ fn scaled<S: Simd>(simd: S, [w, x, v]: Lanes<S>, part: S::f64s, powers: &[S::f64
 
 /// The transpose of [`scaled`].
 #[inline(always)]
-fn with_part<S: Simd>(simd: S, [w, x, v]: Lanes<S>, part: S::f64s, powers: &[S::f64s]) -> Lanes<S> {
+fn with_v_of_w<S: Simd>(
+    simd: S,
+    [w, x, v]: Lanes<S>,
+    v_of_w: S::f64s,
+    powers: &[S::f64s],
+) -> Lanes<S> {
     let v = simd.mul_f64s(v, powers[2]);
     [
-        simd.mul_add_f64s(w, powers[0], simd.mul_f64s(part, v)),
+        simd.mul_add_f64s(w, powers[0], simd.mul_f64s(v_of_w, v)),
         simd.mul_f64s(x, powers[1]),
         v,
     ]
