@@ -217,7 +217,7 @@ impl Meridian {
     /// A collar is confocal with its body and has one of a few sizes, so that it seldom changes
     /// when bodies move. Its outline is at most as close to other bodies as to its own, and
     /// elements on both sides of it have similar sizes.
-    pub fn without_collars(mut self) -> Self {
+    pub fn meshed_part(mut self) -> Self {
         if let Wall::Ball {
             centre,
             radius: wall,

@@ -278,7 +278,7 @@ impl ResistanceSolver {
         motion: Motion,
     ) -> Result<AxialResistance, AxisymmetricError> {
         let (bodies, surroundings) = (&canonical.bodies, canonical.surroundings);
-        let meridian = Meridian::new(bodies, surroundings)?.without_collars();
+        let meridian = Meridian::new(bodies, surroundings)?.meshed_part();
         let mesh = generate(&meridian, GROWTH)?;
         let discretisation = Discretisation {
             meridian: &meridian,

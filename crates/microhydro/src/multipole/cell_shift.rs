@@ -20,7 +20,8 @@ use super::axis_turn::{OfFamilies, QuarterTurn};
 use super::lamb::{c, e};
 use super::modes::{FAMILIES, Family};
 use super::pair_product::{
-    Pair, Turns, Workspace, gather, of_degree, powers, ratios, scatter, weight,
+    Pair, Turns, Workspace, gather, half_powers, highest_orders, of_degree, powers, ratios,
+    scatter, weight,
 };
 
 /// Couplings between families that are not zero: `WW`, `XW`, `VW`, `XX`, `VX`, `VV`, from the cell
@@ -111,20 +112,17 @@ impl CellShift {
         y: &mut [OfFamilies],
         work: &mut Workspace<S>,
     ) {
-        let most = |end: usize| pairs.iter().map(|pair| pair.orders[end]).max();
-        let (Some(of_cell), Some(of_part)) = (most(0), most(1)) else {
+        let Some(tops) = highest_orders(pairs) else {
             return;
         };
-        let tops = [of_cell, of_part];
+        let [of_cell, of_part] = tops;
         let (top, last) = (of_cell.max(of_part), of_cell.min(of_part));
         let turns = [&self.none, &self.w_in_v].map(|v_of_w| Turns { quarter, v_of_w });
         let one = simd.splat_f64s(1.0);
         work.begin(simd, pairs, top);
         work.powers[0].clear();
         work.powers[0].resize(of_cell + 3, one);
-        let ratio = ratios(simd, pairs, 1);
-        let first = simd.div_f64s(one, simd.sqrt_f64s(ratio));
-        powers(simd, (first, ratio), of_part + 3, &mut work.powers[1]);
+        half_powers(simd, (pairs, 1), of_part + 3, &mut work.powers[1]);
         let mut distances = Vec::with_capacity(top + HIGHER + 1);
         let distance = ratios(simd, pairs, 0);
         powers(simd, (one, distance), top + HIGHER + 1, &mut distances);
@@ -165,8 +163,8 @@ impl CellShift {
             for k in lowest..=tops[0] {
                 let row = &self.axial[m][(k - lowest) * width..(k + 1 - lowest) * width];
                 let of_cell = m * tops[0] + k - 1;
-                // degrees of the part from the lowest one
-                let count = (k + HIGHER + 1 - lowest).min(of_part.len());
+                // degrees of the part from the lowest one to the next of the cell
+                let count = (k + 2 - lowest).min(of_part.len());
                 let of_part = of_part.start..of_part.start + count;
                 let (given, found) = (&work.given, &mut work.found);
                 if UP {

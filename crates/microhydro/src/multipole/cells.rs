@@ -187,16 +187,16 @@ impl<'a> Tree<'a> {
 
     /// The bodies in two bodies that couple.
     fn couples_of(&self, ends: [usize; 2], neglected: Neglected) -> Vec<CoupledBodies> {
-        let (mut found, mut pairs) = (Vec::new(), vec![ends]);
-        while let Some(ends) = pairs.pop() {
+        let cheapest = |ends| (ends, self.cheapest(ends, neglected));
+        let (mut found, mut pairs) = (Vec::new(), vec![cheapest(ends)]);
+        while let Some((ends, (operations, orders))) = pairs.pop() {
             if ends.iter().all(|&body| self.cell(body).is_none()) {
                 found.push(CoupledBodies { ends, orders: None });
                 continue;
             }
-            let (operations, orders) = self.cheapest(ends, neglected);
-            let divided = self.divided(ends);
-            let of_parts = divided.map(|ends| self.cheapest(ends, neglected).0);
-            if orders.is_some() && operations <= of_parts[0] + of_parts[1] {
+            let divided = self.divided(ends).map(cheapest);
+            let [(_, (first, _)), (_, (second, _))] = divided;
+            if orders.is_some() && operations <= first + second {
                 found.push(CoupledBodies { ends, orders });
             } else {
                 pairs.extend(divided);

@@ -96,7 +96,7 @@ impl ExpansionCost {
         }
     }
 
-    /// Cost of so many pairs to a relative residual, if they had the lowest orders.
+    /// Cost of a number of pairs to a relative residual, if they had the lowest orders.
     fn least(spheres: usize, pairs: f64, residual: f64) -> Self {
         let order = LOWEST_ORDER;
         let product = pairs * pair_product::operations([order; 2], order) as f64;
@@ -208,7 +208,7 @@ fn dofs(orders: &[usize]) -> usize {
     orders.iter().map(|&order| (Modes { order }).len()).sum()
 }
 
-/// Orders of spheres with the flow that so many others reflect.
+/// Orders of spheres with the flow that a number of others reflect.
 fn orders_of_spheres(xi: &GapCoordinates, others: usize, tolerance: f64) -> Vec<usize> {
     let target = truncation::first_target(xi, others, tolerance);
     let orders = truncation::for_tolerance(xi, &Medium::Unbounded, target).spheres;

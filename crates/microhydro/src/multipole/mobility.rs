@@ -15,7 +15,6 @@ use rayon::prelude::*;
 
 use super::axis_turn::OfFamilies;
 use super::cell_shift::{CellShift, Direction};
-use super::cells::Cell;
 use super::coupling::Expansion;
 use super::expansion_plan::{ALIKE, ExpansionCost, LOWERED, Plan, PlannedPair, operations};
 use super::far_images::{FAR_ORDER, FarImages};
@@ -159,7 +158,7 @@ pub struct MultipoleMobility<'a> {
 
 /// The cells of distant spheres, bodies after the spheres.
 struct Cells {
-    all: Vec<Cell>,
+    orders: Vec<usize>,
     shift: CellShift,
     /// Cells with their parts, such that all parts of a cell are on a level before.
     levels: Vec<Level>,
@@ -173,7 +172,7 @@ struct Level {
 }
 
 impl Cells {
-    fn new(all: Vec<Cell>, shifts: Vec<Vec<PlannedPair>>) -> Self {
+    fn new(orders: Vec<usize>, shifts: Vec<Vec<PlannedPair>>) -> Self {
         let level = |pairs: Vec<PlannedPair>| {
             let mut bodies: Vec<usize> = pairs.iter().map(|pair| pair.ends[0]).collect();
             bodies.sort_unstable();
@@ -186,13 +185,11 @@ impl Cells {
         };
         let levels: Vec<Level> = shifts.into_iter().map(level).collect();
         let highest = |pair: &PlannedPair| pair.orders[0].max(pair.orders[1]);
-        let orders = levels
-            .iter()
-            .flat_map(|level| level.pairs.iter().map(highest));
+        let all = levels.iter().flat_map(|level| &level.pairs);
         Self {
-            shift: CellShift::new(orders.max().unwrap_or_default()),
+            shift: CellShift::new(all.map(highest).max().unwrap_or_default()),
             levels,
-            all,
+            orders,
         }
     }
 }
@@ -266,7 +263,7 @@ impl<'a> MultipoleMobility<'a> {
         });
         let couplings = Couplings::new(top, regular);
         let narrow: Vec<NarrowPair> = plan.narrow().collect();
-        let of_cells = plan.cells.iter().map(|cell| cell.order).collect::<Vec<_>>();
+        let of_cells: Vec<usize> = plan.cells.iter().map(|cell| cell.order).collect();
         let preconditioner = PairPreconditioner::new(spheres.len(), couplings.quarter(), &narrow);
         Ok(Self {
             preconditioner,
@@ -274,14 +271,14 @@ impl<'a> MultipoleMobility<'a> {
             units: drag_units(radii),
             first: places(expansions.iter().map(|expansion| expansion.modes.len())),
             harmonics: places(
-                (plan.orders.into_iter().chain(of_cells)).map(pair_product::harmonics),
+                (plan.orders.iter().chain(&of_cells)).map(|&l| pair_product::harmonics(l)),
             ),
             expansions,
             couplings,
             far: far.transpose()?,
             shares: Share::all(&plan.pairs),
             pairs: plan.pairs,
-            cells: Cells::new(plan.cells, plan.shifts),
+            cells: Cells::new(of_cells, plan.shifts),
             tail: plan.tail,
             narrowest: plan.narrowest,
             variant: Variant::Full,
@@ -489,7 +486,7 @@ impl<'a> MultipoleMobility<'a> {
     /// The order of a sphere or cell in products.
     fn order(&self, body: usize) -> usize {
         let Some(sphere) = self.expansions.get(body) else {
-            return self.cells.all[body - self.expansions.len()].order;
+            return self.cells.orders[body - self.expansions.len()];
         };
         match self.variant {
             Variant::Lowered => sphere.modes.order - LOWERED,

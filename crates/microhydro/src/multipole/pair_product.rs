@@ -250,13 +250,20 @@ impl<S: Simd> Workspace<S> {
         (self.degree).resize(2 * top + 1, [simd.splat_f64s(0.0); 3]);
     }
 
-    /// Makes room for so many coefficients of one end; what is read of these is written before.
+    /// Makes room for `size` coefficients of one end; what is read of these is written before.
     #[inline(always)]
     pub fn begin_end(&mut self, simd: S, end: usize, size: usize) {
         let zero = simd.splat_f64s(0.0);
         self.given[end].resize(size, [[zero; 3]; 2]);
         self.found[end].resize(size, [[zero; 3]; 2]);
     }
+}
+
+/// The highest orders of pairs; none without pairs.
+#[inline(always)]
+pub(super) fn highest_orders(pairs: &[Pair]) -> Option<PairOrders> {
+    let highest = |end: usize| pairs.iter().map(|pair| pair.orders[end]).max();
+    Some([highest(0)?, highest(1)?])
 }
 
 /// The line of a lane; one without a pair repeats the last one, with coefficients of zero.
@@ -294,21 +301,17 @@ impl Couplings {
         y: &mut [OfFamilies],
         work: &mut Workspace<S>,
     ) {
-        let most = |end: usize| pairs.iter().map(|pair| pair.orders[end]).max();
-        let (Some(first), Some(second)) = (most(0), most(1)) else {
+        let Some(tops) = highest_orders(pairs) else {
             return;
         };
-        let tops = [first, second];
         let turns = Turns {
             quarter: &self.quarter,
             v_of_w: &self.potential,
         };
         let last = last(tops, regular);
-        work.begin(simd, pairs, first.max(second));
+        work.begin(simd, pairs, tops[0].max(tops[1]));
         for end in 0..2 {
-            let ratio = ratios(simd, pairs, end);
-            let first = simd.div_f64s(simd.splat_f64s(1.0), simd.sqrt_f64s(ratio));
-            powers(simd, (first, ratio), tops[end] + 3, &mut work.powers[end]);
+            half_powers(simd, (pairs, end), tops[end] + 3, &mut work.powers[end]);
             work.begin_end(simd, end, (last + 1) * tops[end]);
             gather(simd, (pairs, end, tops[end]), x, &mut work.turned);
             turns.onto_line(simd, (end, tops[end]), (regular, last), work);
@@ -412,7 +415,20 @@ impl Turns<'_> {
     }
 }
 
-/// Powers of a ratio with the exponents `-1/2 + k`, the first of which is given.
+/// Powers of the ratios of an end with the exponents `-1/2 + k`.
+#[inline(always)]
+pub(super) fn half_powers<S: Simd>(
+    simd: S,
+    (pairs, end): (&[Pair], usize),
+    count: usize,
+    all: &mut Vec<S::f64s>,
+) {
+    let ratio = ratios(simd, pairs, end);
+    let first = simd.div_f64s(simd.splat_f64s(1.0), simd.sqrt_f64s(ratio));
+    powers(simd, (first, ratio), count, all);
+}
+
+/// The first power, and its products with those of a ratio.
 #[inline(always)]
 pub(super) fn powers<S: Simd>(
     simd: S,

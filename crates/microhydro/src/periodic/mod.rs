@@ -112,7 +112,7 @@ impl PeriodicSums {
     }
 
     /// The splitting for which the sums over waves take as long as those over images, if these are
-    /// found once for so many products.
+    /// found once for a number of products.
     pub fn splitting(spheres: usize, size: &Vector3<f64>, products: f64) -> f64 {
         // With n spheres, n² (4π/3) (s/ξ)³/V pairs within the cutoff and n V (2ξ s)³/(6π²) waves.
         let count = PAIR_COST / products * spheres.max(1) as f64;

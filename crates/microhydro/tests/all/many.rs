@@ -425,7 +425,7 @@ fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
         }
         other => panic!("{cost:?} {:?}", other.err()),
     }
-    // a gap, orders and a line for each of the near pairs of so many
+    // multipoles of 64 000 spheres, before any list of pairs
     let spheres = cube(40, 0.1);
     let cost = MultipoleMobility::cost(&spheres, None, &accuracy, 1e-6).unwrap();
     match MultipoleMobility::new(&spheres, &accuracy) {

@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rigid::{RigidError, State, StateBounds};
-use scene::{BodyPath, Scene, closest_contact, first_contact};
+use scene::{BodyPath, PathContact, Scene, closest_contact, first_contact};
 
 /// Positions at which the gap is sampled.
 const SAMPLES: u32 = 2_000;
@@ -63,6 +63,22 @@ fn scene(moving: &str) -> Scene {
     Scene::parse(&text).unwrap()
 }
 
+/// The first contact of all bodies of a scene along a path.
+fn first_along(
+    scene: &Scene,
+    at: &dyn Fn(f64) -> Result<(State, Vec<f64>), RigidError>,
+    bounds: &StateBounds,
+) -> Option<PathContact> {
+    let path = BodyPath {
+        bodies: scene.bodies(),
+        set: scene.articulation(),
+        domain: scene.domain(),
+        at,
+        bounds,
+    };
+    first_contact(&path).unwrap()
+}
+
 fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
     prop::array::uniform3(-size..size).prop_map(Vector3::from)
 }
@@ -86,13 +102,7 @@ proptest! {
             false => "shape = \"spheroid\", radius = 0.05, half_length = 0.5",
         });
         let at = |t: f64| -> Result<_, RigidError> { Ok((path.state(&scene, t), Vec::new())) };
-        let found = first_contact(&BodyPath {
-            bodies: scene.bodies(),
-            set: scene.articulation(),
-            domain: scene.domain(),
-            at: &at,
-            bounds: &path.bounds(&scene),
-        }).unwrap();
+        let found = first_along(&scene, &at, &path.bounds(&scene));
         let (smallest, first) = path.sampled(&scene);
         // Between samples the gap is smaller by at most half a step times the speed: 48 √3 of the
         // centre and 3 of the surface.
@@ -141,13 +151,7 @@ fn of_many_spheres_the_first_pair_that_meets_is_found() {
             }
             Ok((state, Vec::new()))
         };
-        let found = first_contact(&BodyPath {
-            bodies: scene.bodies(),
-            set: scene.articulation(),
-            domain: scene.domain(),
-            at: &at,
-            bounds: &bounds,
-        });
+        let found = first_along(&scene, &at, &bounds);
         let meeting = |(i, j): (usize, usize)| {
             // |d + v t| = 2 a
             let (d, v) = (places[i] - places[j], speeds[i] - speeds[j]);
@@ -158,7 +162,7 @@ fn of_many_spheres_the_first_pair_that_meets_is_found() {
         };
         let pairs = (0..27).flat_map(|j| (0..j).map(move |i| (i, j)));
         let first = pairs.filter_map(meeting).min_by(|a, b| a.0.total_cmp(&b.0));
-        match (found.unwrap(), first) {
+        match (found, first) {
             (Some(found), Some((time, i, j))) => {
                 assert_eq!((found.contact.body, found.contact.other), (i, Some(j)));
                 // Places are found to 1/1024 of the path.
@@ -321,14 +325,7 @@ fn walls_are_found_along_a_path() {
             let mut bounds = StateBounds::at_rest(scene.articulation(), Vec::new());
             bounds.frames[0].linear.first = 4.0 * deepest;
             bounds.frames[0].linear.second = 8.0 * deepest;
-            let found = first_contact(&BodyPath {
-                bodies: scene.bodies(),
-                set: scene.articulation(),
-                domain: scene.domain(),
-                at: &at,
-                bounds: &bounds,
-            })
-            .unwrap();
+            let found = first_along(&scene, &at, &bounds);
             assert_eq!(found.is_some(), touches, "{domain} {gap}: {found:?}");
             if let Some(found) = found {
                 assert!(found.is_certain && found.contact.other.is_none());
