@@ -214,11 +214,12 @@ pub enum HydroError {
         /// Largest remainder that is accepted.
         highest: f64,
     },
-    /// A surface velocity that changes the volume of a sphere beside a plane wall.
+    /// A surface velocity that changes the volume of a sphere beside a plane wall, or of many
+    /// spheres in unbounded fluid or in a periodic box.
     #[error(
         "the surface velocity of sphere {sphere} has the net flux {flux:.3e} through it (mean normal \
-         component over root mean square; above {highest:.0e}), for which expansions have no image in \
-         a plane wall: subtract the mean normal component times the normal"
+         component over root mean square; above {highest:.0e}), for which expansions have no source \
+         beside a plane wall, in a periodic box and of many spheres: subtract the mean normal component times the normal"
     )]
     NetFlux {
         /// Index of the sphere.

@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, DVectorViewMut, Dyn, SymmetricEigen, Vector3};
 use rayon::prelude::*;
 
-use crate::error::check_entries;
+use crate::error::{check_entries, check_finite};
 use crate::inverse_root::inverse_root;
 use crate::mean_flow::{FlowColumns, UnknownFlow};
 use crate::{HydroError, PointMobility, Spheres};
@@ -124,7 +124,7 @@ pub struct LinkedMotion {
 ///
 /// The matrix is symmetric positive definite and is never formed: conjugate gradients apply `M`,
 /// preconditioned by the factorised blocks of the linkages alone. Further degrees of freedom of the
-/// mobility join the multipliers. A dashpot is one more force, with its coefficient as mobility.
+/// mobility join the multipliers; the slip of surfaces drives them ([`LinkedSpheres::with_hidden`]). A dashpot is one more force, with its coefficient as mobility.
 /// Memory: `O(n)` for linkages of bounded size.
 pub struct LinkedSpheres<'a, M = PointMobility<'a>> {
     mobility: &'a M,
@@ -133,6 +133,8 @@ pub struct LinkedSpheres<'a, M = PointMobility<'a>> {
     first: Vec<usize>,
     /// None where the mean flow is given.
     flow: Option<UnknownFlow>,
+    /// Right-hand side of the further degrees of freedom.
+    hidden: DVector<f64>,
 }
 
 /// A linkage whose loads are balanced.
@@ -269,7 +271,19 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             linkages,
             first,
             flow: None,
+            hidden: DVector::zeros(mobility.hidden()),
         })
+    }
+
+    /// The same where the further degrees of freedom are driven: `C^T f + H x = h` with this `h`.
+    ///
+    /// # Errors
+    /// [`HydroError::Length`], [`HydroError::NotFinite`].
+    pub fn with_hidden(mut self, hidden: DVector<f64>) -> Result<Self, HydroError> {
+        check_entries("multipoles", self.mobility.hidden(), hidden.len())?;
+        check_finite("the velocity of a surface", &hidden)?;
+        self.hidden = hidden;
+        Ok(self)
     }
 
     /// The same in a uniform flow `u` that is unknown, where the total force of the spheres on the
@@ -337,7 +351,12 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
         let offsets = self.linkages.iter().map(|one| &one.linkage.offset);
         let offsets: Vec<DVector<f64>> = offsets.cloned().collect();
         let total = self.flow.as_ref().map(|flow| flow.total);
-        self.motion((balancing, total), &offsets, tolerance, start)
+        self.motion(
+            (balancing, total),
+            (&offsets, &self.hidden),
+            tolerance,
+            start,
+        )
     }
 
     /// The same from the forces of other joints of the same spheres, or by another mobility; the
@@ -393,14 +412,18 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
         });
         let offsets: Vec<_> = offsets.collect();
         let total = self.flow.as_ref().map(|_| Vector3::zeros());
-        self.motion((balancing.collect(), total), &offsets, tolerance, None)
+        let at_rest = DVector::zeros(self.hidden.len());
+        let driven = (&offsets[..], &at_rest);
+        self.motion((balancing.collect(), total), driven, tolerance, None)
     }
 
-    /// The motion by forces that balance the loads, and the total force, if that is given.
+    /// The motion by forces that balance the loads, and the total force, if that is given;
+    /// `driven` are the given velocities of all linkages and the right-hand side of the further
+    /// degrees of freedom.
     fn motion(
         &self,
         (balancing, total): (Vec<DVector<f64>>, Option<Vector3<f64>>),
-        offsets: &[DVector<f64>],
+        (offsets, driven): (&[DVector<f64>], &DVector<f64>),
         tolerance: f64,
         start: Option<(DVector<f64>, Vector3<f64>)>,
     ) -> Result<LinkedMotion, HydroError> {
@@ -422,8 +445,13 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             });
             self.gathered(&all, multipliers.rows(count, hidden).into_owned())
         };
+        let relative_velocities = |forces: &Forces| {
+            let mut velocities = self.velocities(forces)?;
+            velocities.hidden -= driven;
+            Ok::<_, HydroError>(velocities)
+        };
         let mut forces = of_multipliers(&multipliers);
-        let mut velocities = self.velocities(&forces)?;
+        let mut velocities = relative_velocities(&forces)?;
         let mut residual = self.unbalanced(&velocities, offsets);
         let mut mean_flow = self.split(&mut residual);
         // With the change of the flow, which the residual is without.
@@ -446,7 +474,7 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
             }
             iterations += self.iterate(&mut multipliers, residual.clone(), target)?;
             forces = of_multipliers(&multipliers);
-            velocities = self.velocities(&forces)?;
+            velocities = relative_velocities(&forces)?;
             residual = self.unbalanced(&velocities, offsets);
             mean_flow = self.split(&mut residual);
         }

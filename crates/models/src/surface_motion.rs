@@ -2,6 +2,7 @@
 //! configuration and in scaled units.
 
 use mesh::Surface;
+use microhydro::multipole::SlipDrive;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use rigid::BodyKind;
 use scene::{Background, Deformation, DeformedBody, Slip};
@@ -55,6 +56,8 @@ pub(crate) struct SurfaceEffect {
     pub powers: DVector<f64>,
     /// Rates of the amplitudes.
     pub rates: Vec<f64>,
+    /// Right-hand side by the slip of the further degrees of freedom of a mobility, if it has them.
+    pub hidden: DVector<f64>,
 }
 
 impl SurfaceEffect {
@@ -65,6 +68,7 @@ impl SurfaceEffect {
             velocities,
             powers: DVector::zeros(1),
             rates: Vec::new(),
+            hidden: DVector::zeros(0),
         }
     }
 
@@ -73,9 +77,14 @@ impl SurfaceEffect {
     ///
     /// `P = P_0 - F · U_s`, with the power `P_0` of the velocity `s` of the surfaces of force-free
     /// bodies and their velocities `U_s` due to it. The flow that the forces add is that of rigid
-    /// bodies, and the reciprocal theorem gives the power of `s` on it.
-    pub fn powers(&self, forces: &DVector<f64>) -> DVector<f64> {
-        &self.powers - self.of_parts.tr_mul(forces)
+    /// bodies, and the reciprocal theorem gives the power of `s` on it. `hidden` are the values of
+    /// the further degrees of freedom, on which the slip has its power too.
+    pub fn powers(&self, forces: &DVector<f64>, hidden: &DVector<f64>) -> DVector<f64> {
+        let mut powers = &self.powers - self.of_parts.tr_mul(forces);
+        if !self.hidden.is_empty() {
+            powers[0] += self.hidden.dot(hidden);
+        }
+        powers
     }
 
     /// The effect of slip alone: the velocities of force-free bodies, and its power around them.
@@ -85,6 +94,16 @@ impl SurfaceEffect {
             velocities,
             powers: DVector::from_element(1, power),
             rates: Vec::new(),
+            hidden: DVector::zeros(0),
+        }
+    }
+
+    /// The effect of slip where the multipoles of the spheres are degrees of freedom: without
+    /// forces and multipoles the spheres move against the rigid motions in their slip.
+    pub fn of_multipoles(slip: &SlipDrive) -> Self {
+        Self {
+            hidden: slip.hidden.clone(),
+            ..Self::of_slip(-&slip.velocities, -slip.inner_power)
         }
     }
 
@@ -95,6 +114,7 @@ impl SurfaceEffect {
             of_parts: &self.of_parts + factor * (&to.of_parts - &from.of_parts),
             powers: &self.powers + factor * (&to.powers - &from.powers),
             rates: self.rates.clone(),
+            hidden: self.hidden.clone(),
         }
     }
 
@@ -117,6 +137,7 @@ impl SurfaceEffect {
             of_parts: velocities.clone().remove_column(1),
             powers: (powers * &amplitudes + of_flow).remove_row(1),
             rates: rates.to_vec(),
+            hidden: DVector::zeros(0),
         }
     }
 }

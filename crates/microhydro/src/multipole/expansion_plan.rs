@@ -14,6 +14,7 @@ use super::modes::Modes;
 use super::orders::{Accuracy, LOWEST_ORDER};
 use super::pair_preconditioner::NarrowPair;
 use super::pair_product::{self, Line, PairOrders};
+use super::slip_expansion::SlipModes;
 use super::truncation::{self, Gap, GapCoordinates, Neglected};
 use crate::periodic::{check_box, images_within, nearest_image};
 use crate::{HydroError, Medium, Spheres};
@@ -209,13 +210,27 @@ fn dofs(orders: &[usize]) -> usize {
 }
 
 /// Orders of spheres with the flow that a number of others reflect.
-fn orders_of_spheres(xi: &GapCoordinates, others: usize, tolerance: f64) -> Vec<usize> {
+fn orders_of_spheres(
+    xi: &GapCoordinates,
+    others: usize,
+    tolerance: f64,
+    slip: Option<&SlipModes>,
+) -> Vec<usize> {
     let target = truncation::first_target(xi, others, tolerance);
     let orders = truncation::for_tolerance(xi, &Medium::Unbounded, target).spheres;
     orders
         .into_iter()
-        .map(|order| order.max(LOWEST_ORDER))
+        .enumerate()
+        .map(|(sphere, order)| order.max(LOWEST_ORDER).max(order_of_slip(slip, sphere)))
         .collect()
+}
+
+/// Lowest order of a sphere with which [`Variant::Lowered`] has its slip; zero without one.
+fn order_of_slip(slip: Option<&SlipModes>, sphere: usize) -> usize {
+    match slip.map_or(0, |slip| slip.order(sphere)) {
+        0 => 0,
+        order => order + LOWERED,
+    }
 }
 
 /// Refuses gaps that are too narrow; `closest` tells the surfaces of the narrowest one and its
@@ -332,6 +347,7 @@ impl Plan {
         spheres: &Spheres,
         period: Option<&Vector3<f64>>,
         accuracy: &Accuracy,
+        slip: Option<&SlipModes>,
     ) -> Result<Self, HydroError> {
         accuracy.check()?;
         let (n, tolerance) = (spheres.len(), accuracy.tolerance);
@@ -343,7 +359,7 @@ impl Plan {
                     spheres: narrowest.collect(),
                     container: f64::INFINITY,
                 };
-                let orders = orders_of_spheres(&xi, n, tolerance);
+                let orders = orders_of_spheres(&xi, n, tolerance, slip);
                 check_gaps(&xi, &orders, tolerance, || {
                     let (i, j) = spheres.closest_pair()?;
                     Some((format!("spheres {i} and {j}"), spheres.relative_gap(i, j)))
@@ -381,7 +397,7 @@ impl Plan {
                 let xi = coordinates(&near);
                 // spheres from which reflections come
                 let others = 1 + 2 * near.len() / n.max(1);
-                let orders = orders_of_spheres(&xi, others, tolerance);
+                let orders = orders_of_spheres(&xi, others, tolerance, slip);
                 check_gaps(&xi, &orders, tolerance, || {
                     let gaps = near
                         .iter()
@@ -422,9 +438,11 @@ impl Plan {
                 // third spheres drive them: all that are not neglected, also by `Variant::Lowered`
                 true => own.map(|order| order + LOWERED),
                 // flows of azimuthal numbers above one are less singular in a gap
-                false => gap
-                    .xi
-                    .map(|xi| truncation::order_of_decay(xi, tolerance).max(ALWAYS_REGULAR)),
+                false => [0, 1].map(|end| {
+                    truncation::order_of_decay(gap.xi[end], tolerance)
+                        .max(ALWAYS_REGULAR)
+                        .max(order_of_slip(slip, [i, j][end]))
+                }),
             };
             let [source, target] = if own[0] < own[1] { [1, 0] } else { [0, 1] };
             let sense = if source == 0 { 1.0 } else { -1.0 };

@@ -82,6 +82,17 @@ impl Frame {
         }
     }
 
+    /// The axes of the laboratory, without a boundary.
+    pub fn laboratory(spheres: &Spheres) -> Self {
+        Self {
+            to_axes: UnitQuaternion::identity(),
+            origin: Vector3::zeros(),
+            centres: spheres.centres().to_vec(),
+            surroundings: Surroundings::Unbounded,
+            collinear: false,
+        }
+    }
+
     /// Transforms a matrix over vectors, three rows and columns each, from this frame to the
     /// laboratory frame.
     pub fn to_laboratory(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {

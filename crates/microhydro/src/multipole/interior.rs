@@ -16,17 +16,18 @@
 use faer::Mat;
 use nalgebra::DMatrix;
 
+use super::coupling::Expansion;
 use super::lamb::{c, e};
 use super::modes::Family;
-use super::system::{MultiVector, System};
+use super::system::MultiVector;
 
 /// Powers `∮ s_i · t_j dS` of the tractions inside the spheres, for the traces of velocities.
 ///
 /// The matrix is symmetric.
-pub(super) fn powers(system: &System, traces: &MultiVector) -> DMatrix<f64> {
+pub(super) fn powers(expansions: &[Expansion], traces: &MultiVector) -> DMatrix<f64> {
     let columns = traces.first().map_or(0, Mat::ncols);
     let mut powers = DMatrix::zeros(columns, columns);
-    for (expansion, trace) in system.expansions.iter().zip(traces).take(system.spheres) {
+    for (expansion, trace) in expansions.iter().zip(traces) {
         let modes = expansion.modes;
         for l in 1..=modes.max_degree(Family::Stokeslet) {
             // Modes that the expansion does not have are zero.

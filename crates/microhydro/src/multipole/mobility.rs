@@ -24,6 +24,7 @@ use super::pair_preconditioner::{NarrowPair, PairPreconditioner};
 use super::pair_product::{self, Couplings, Pair, PairOrders, Workspace};
 use super::rotation::AXIS_OF_M;
 use super::scaled::drag_units;
+use super::slip_expansion::SlipModes;
 use super::stresslet::stresslet_of_modes;
 use crate::error::{check_entries, check_finite};
 use crate::{HydroError, Medium, Mobility, PointMobility, PointModel, Spheres};
@@ -154,6 +155,30 @@ pub struct MultipoleMobility<'a> {
     narrowest: f64,
     variant: Variant,
     preconditioner: PairPreconditioner,
+    slip: Option<SlipDrive>,
+}
+
+/// What the slip of the spheres is for the rigid motions and multipoles of a [`MultipoleMobility`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SlipDrive {
+    /// Rigid motions in the slip, `(U, ω)` of each sphere: with it a sphere that no force and no
+    /// other sphere drives moves with the opposite velocities.
+    pub velocities: DVector<f64>,
+    /// Right-hand side of the multipoles, see [`crate::LinkedSpheres::with_hidden`].
+    pub hidden: DVector<f64>,
+    /// Power of the slip on flows with its velocities inside the spheres: its power on the fluid
+    /// outside is `f · U + h · x` less this one, with the forces `f` and the multipoles `x`.
+    pub inner_power: f64,
+    /// Root mean square of the velocities on the sphere where it is largest.
+    pub speed: f64,
+}
+
+impl SlipDrive {
+    /// Power of the slip on the fluid by the forces and multipoles of a solution.
+    pub fn power(&self, forces: &DVector<f64>, hidden: &DVector<f64>) -> f64 {
+        forces.dot(&self.velocities) + hidden.dot(&self.hidden) - self.inner_power
+    }
 }
 
 /// The cells of distant spheres, bodies after the spheres.
@@ -195,19 +220,19 @@ impl Cells {
 }
 
 impl<'a> MultipoleMobility<'a> {
-    /// Predicted cost of a solution with its error bar to a relative `residual`, in unbounded fluid
-    /// or in a periodic box; the least one where that is larger than is allowed. Cost: some hundred
-    /// operations for each pair.
+    /// Predicted cost of a solution with its error bar to a relative residual, in unbounded fluid
+    /// or in a periodic box, with slip or without; the least one where that is larger than is
+    /// allowed. Cost: some hundred operations for each pair.
     ///
     /// # Errors
     /// As [`MultipoleMobility::new`]; a larger cost than that is allowed is none.
     pub fn cost(
         spheres: &Spheres,
         period: Option<&Vector3<f64>>,
-        accuracy: &Accuracy,
-        residual: f64,
+        (accuracy, residual): (&Accuracy, f64),
+        slip: Option<&SlipModes>,
     ) -> Result<ExpansionCost, HydroError> {
-        match Plan::new(spheres, period, accuracy) {
+        match Plan::new(spheres, period, accuracy, slip) {
             Err(HydroError::TooCostly {
                 dofs, mib, seconds, ..
             }) => Ok(ExpansionCost { dofs, mib, seconds }),
@@ -223,7 +248,7 @@ impl<'a> MultipoleMobility<'a> {
     /// need higher orders than 560; [`HydroError::TooCostly`] for the cost to a residual of the
     /// tolerance.
     pub fn new(spheres: &'a Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
-        Self::planned(spheres, None, accuracy)
+        Self::planned(spheres, None, accuracy, None)
     }
 
     /// The same in a box with these edges that is repeated in all directions, with zero mean flow
@@ -239,15 +264,30 @@ impl<'a> MultipoleMobility<'a> {
         size: &Vector3<f64>,
         accuracy: &Accuracy,
     ) -> Result<Self, HydroError> {
-        Self::planned(spheres, Some(size), accuracy)
+        Self::planned(spheres, Some(size), accuracy, None)
+    }
+
+    /// The same in unbounded fluid or in a periodic box for spheres with slip, whose multipoles the
+    /// expansions have: [`MultipoleMobility::slip`] drives them.
+    ///
+    /// # Errors
+    /// Those of both.
+    pub fn with_slip(
+        spheres: &'a Spheres,
+        period: Option<&Vector3<f64>>,
+        accuracy: &Accuracy,
+        slip: &SlipModes,
+    ) -> Result<Self, HydroError> {
+        Self::planned(spheres, period, accuracy, Some(slip))
     }
 
     fn planned(
         spheres: &'a Spheres,
         period: Option<&Vector3<f64>>,
         accuracy: &Accuracy,
+        slip: Option<&SlipModes>,
     ) -> Result<Self, HydroError> {
-        let plan = Plan::new(spheres, period, accuracy)?;
+        let plan = Plan::new(spheres, period, accuracy, slip)?;
         plan.cost(accuracy.tolerance).check()?;
         let radii = spheres.radii();
         let expansions: Vec<Expansion> = (radii.iter().zip(&plan.orders))
@@ -265,8 +305,9 @@ impl<'a> MultipoleMobility<'a> {
         let narrow: Vec<NarrowPair> = plan.narrow().collect();
         let of_cells: Vec<usize> = plan.cells.iter().map(|cell| cell.order).collect();
         let preconditioner = PairPreconditioner::new(spheres.len(), couplings.quarter(), &narrow);
-        Ok(Self {
+        let mut mobility = Self {
             preconditioner,
+            slip: None,
             points: PointMobility::new(PointModel::Rpy, spheres, &Medium::Unbounded)?,
             units: drag_units(radii),
             first: places(expansions.iter().map(|expansion| expansion.modes.len())),
@@ -282,7 +323,39 @@ impl<'a> MultipoleMobility<'a> {
             tail: plan.tail,
             narrowest: plan.narrowest,
             variant: Variant::Full,
-        })
+        };
+        mobility.slip = slip.map(|slip| mobility.drive_of(slip));
+        Ok(mobility)
+    }
+
+    /// What the slip of the spheres drives; none without slip.
+    ///
+    /// It is the same for all variants.
+    pub fn slip(&self) -> Option<&SlipDrive> {
+        self.slip.as_ref()
+    }
+
+    fn drive_of(&self, slip: &SlipModes) -> SlipDrive {
+        let (traces, inner_power) = slip.traces(&self.expansions);
+        let all = traces.iter().flat_map(|of| of.col_as_slice(0));
+        let mut hidden = DVector::from_iterator(self.dofs(), all.copied());
+        SlipDrive {
+            velocities: self.split_rigid(&mut hidden),
+            hidden,
+            inner_power,
+            speed: slip.speed(),
+        }
+    }
+
+    /// Velocities of the spheres in the coefficients of all modes, which then are without them.
+    fn split_rigid(&self, all: &mut DVector<f64>) -> DVector<f64> {
+        let n = self.expansions.len();
+        let mut velocities = DVector::zeros(6 * n);
+        for (row, place, unit) in (0..n).flat_map(|sphere| self.rigid(sphere)) {
+            velocities[place] = all[row] / unit;
+            all[row] = 0.0;
+        }
+        velocities
     }
 
     /// The same couplings with the expansions of a variant.
@@ -584,11 +657,7 @@ impl Mobility for MultipoleMobility<'_> {
             .collect();
         let mut hidden = DVector::from_vec(of_spheres.concat());
         self.add_far_images(x, &mut hidden);
-        let mut velocities = DVector::zeros(6 * n);
-        for (row, place, unit) in (0..n).flat_map(|sphere| self.rigid(sphere)) {
-            velocities[place] = hidden[row] / unit;
-            hidden[row] = 0.0;
-        }
+        let velocities = self.split_rigid(&mut hidden);
         Ok([velocities, hidden])
     }
 

@@ -31,7 +31,8 @@
 //!
 //! 7. *Many spheres* (`mobility`). The Galerkin system without a matrix: couplings of pairs by
 //!    `pair_product`, in the orders of `expansion_plan`, and of distant spheres by `cells` around
-//!    them, containers whose expansions `cell_shift` makes of theirs.
+//!    them, containers whose expansions `cell_shift` makes of theirs. Slip is the right-hand side
+//!    of the multipoles.
 //!
 //! The resistance converges spectrally with the order, and from below; its error is the square of
 //! the error of the velocity field. Spheres on an axis of symmetry of their medium decouple by
@@ -83,11 +84,11 @@ pub(crate) use self::elimination::inverse;
 pub use self::expansion_plan::ExpansionCost;
 pub(crate) use self::fixed_order::rigid_mobility;
 pub(crate) use self::memory::check_spheres;
-pub use self::mobility::{MultipoleMobility, Variant};
+pub use self::mobility::{MultipoleMobility, SlipDrive, Variant};
 pub use self::orders::{Accuracy, Orders};
 pub use self::predicted_time::{predicted_order, predicted_seconds, predicted_size};
 pub(crate) use self::rotation::rotation_to_z;
-pub use self::slip_expansion::SphereSlip;
+pub use self::slip_expansion::{SlipModes, SphereSlip};
 pub use self::stresslet::{SphereStresslets, stresslets};
 pub use self::surface_flow::{SurfaceFlow, surface_flow};
 pub use self::velocity_field::VelocityField;

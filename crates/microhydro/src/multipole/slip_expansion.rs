@@ -6,6 +6,7 @@ use nalgebra::{DVector, Vector3};
 
 use super::coupling::Expansion;
 use super::frame::{Frame, Surroundings};
+use super::interior;
 use super::memory;
 use super::modes::Modes;
 use super::orders::Orders;
@@ -30,7 +31,8 @@ use crate::{HydroError, Medium, Spheres};
 ///
 /// A net flux through a sphere that exceeds the remainder and `1e-12` is that of a sphere whose
 /// radius changes: the flow has a source at its centre, `Q x / |x|^3` with `Q = a^2` times the mean
-/// normal component. Beside a plane wall it is refused ([`HydroError::NetFlux`]). In a container
+/// normal component. Beside a plane wall, and of [`SlipModes`], it is refused
+/// ([`HydroError::NetFlux`]). In a container
 /// the wall lets out the sum of all fluxes uniformly, so that sums of velocities for which it
 /// vanishes have the flow of a wall at rest.
 ///
@@ -76,6 +78,55 @@ pub(super) struct SlipExpansion {
     /// Root mean square of the velocities on the sphere where it is largest, one for each column.
     pub speeds: Vec<f64>,
     sources: Sources,
+}
+
+/// Slip of many spheres in unbounded fluid or in a periodic box, expanded for
+/// [`super::MultipoleMobility`].
+pub struct SlipModes {
+    expansion: SlipExpansion,
+}
+
+impl SlipModes {
+    /// Expands a slip velocity to the orders that it needs.
+    ///
+    /// # Errors
+    /// [`HydroError::NotFinite`]; [`HydroError::SlipNotResolved`]; [`HydroError::NetFlux`] for a
+    /// sphere whose volume changes.
+    pub fn new(spheres: &Spheres, slip: &SphereSlip<'_>) -> Result<Self, HydroError> {
+        let frame = Frame::laboratory(spheres);
+        let expansion = SlipExpansion::new(&frame, spheres.radii(), &[slip])?;
+        match expansion.sources.strengths.iter().position(|q| *q != 0.0) {
+            None => Ok(Self { expansion }),
+            Some(sphere) => {
+                let of = &expansion.spheres[sphere];
+                let flux = of.fluxes[0] / expansion.speeds[0];
+                let highest = ROUNDING_FLUX.max(of.remainders[0] / expansion.speeds[0]);
+                Err(HydroError::NetFlux {
+                    sphere,
+                    flux,
+                    highest,
+                })
+            }
+        }
+    }
+
+    /// Lowest order of a sphere that contains its slip; zero where there is none.
+    pub(super) fn order(&self, sphere: usize) -> usize {
+        let of = &self.expansion.spheres[sphere];
+        if of.sizes[0] > 0.0 { of.modes.order } else { 0 }
+    }
+
+    /// Coefficients in scaled modes, and their power on the flow inside the spheres.
+    pub(super) fn traces(&self, expansions: &[Expansion]) -> (MultiVector, f64) {
+        let traces = self.expansion.traces(expansions);
+        let power = interior::powers(expansions, &traces)[(0, 0)];
+        (traces, power)
+    }
+
+    /// Root mean square of the velocities on the sphere where it is largest.
+    pub(super) fn speed(&self) -> f64 {
+        self.expansion.speeds[0]
+    }
 }
 
 /// Slip velocities of one sphere, one column per velocity.
@@ -179,7 +230,7 @@ impl SlipExpansion {
     ///
     /// The container is at rest.
     pub fn traces_of_rest(&self, system: &System) -> MultiVector {
-        let mut traces = self.traces(system);
+        let mut traces = self.traces(&system.expansions);
         self.sources.subtract(system, &mut traces);
         traces
     }
@@ -194,10 +245,12 @@ impl SlipExpansion {
         self.sources
     }
 
-    /// Coefficients of the velocities in scaled modes, one column per velocity.
-    pub fn traces(&self, system: &System) -> MultiVector {
-        let mut traces = system.zeros(self.columns);
-        let expansions = system.expansions.iter().zip(&mut traces);
+    /// Coefficients of the velocities in scaled modes, one column per velocity; zeros for a
+    /// container after the spheres.
+    pub fn traces(&self, expansions: &[Expansion]) -> MultiVector {
+        let zeros = |of: &Expansion| Mat::zeros(of.modes.len(), self.columns);
+        let mut traces: MultiVector = expansions.iter().map(zeros).collect();
+        let expansions = expansions.iter().zip(&mut traces);
         for ((expansion, trace), of) in expansions.zip(&self.spheres) {
             for (family, l) in of.modes.shells() {
                 let own = of.modes.shell(family, l);

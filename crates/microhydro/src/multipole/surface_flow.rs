@@ -105,7 +105,10 @@ pub fn surface_flow(
         let traces = slip.traces_of_rest(system);
         let target = slip_expansion::MAX_SURFACE_RESIDUAL * slip_expansion::largest(&traces);
         system.solve(&not_rigid(system, included), &traces, x, target)?;
-        let inner_powers = interior::powers(system, &slip.traces(system));
+        let inner_powers = interior::powers(
+            &system.expansions[..system.spheres],
+            &slip.traces(&system.expansions),
+        );
         let (velocities, powers) = motion(system, &frame, spheres, &traces, x);
         let powers = powers - &inner_powers + slip.sources().powers();
         Ok(vec![velocities, powers, inner_powers])

@@ -6,6 +6,7 @@ mod exact;
 mod examples;
 mod hostile;
 mod many;
+mod many_squirmers;
 mod mean_flow;
 mod periodic_arrays;
 mod properties;

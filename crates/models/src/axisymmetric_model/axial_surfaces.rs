@@ -171,6 +171,7 @@ impl<'a> AxialSurfaces<'a> {
             of_parts: DMatrix::from_columns(&[spatial(force_free(&self.of_slip))]),
             powers: DVector::from_element(1, slip_power),
             rates: Vec::new(),
+            hidden: DVector::zeros(0),
         })
     }
 }

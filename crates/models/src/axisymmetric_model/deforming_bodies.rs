@@ -75,6 +75,7 @@ impl AxialRates {
             // There is no slip.
             powers: forces.insert_row(0, 0.0),
             rates,
+            hidden: DVector::zeros(0),
         })
     }
 }

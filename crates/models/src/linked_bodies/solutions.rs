@@ -52,16 +52,31 @@ impl MobilitySolution {
             .sum()
     }
 
-    /// The solution with the powers of slip and deformation.
-    fn with_powers(mut self, effect: Option<&SurfaceEffect>) -> Self {
+    /// The solution with the powers of slip and deformation, for these further degrees of freedom
+    /// of the mobility.
+    fn with_powers(mut self, effect: Option<&SurfaceEffect>, hidden: &DVector<f64>) -> Self {
         if let Some(effect) = effect {
-            let powers = effect.powers(&self.forces);
+            let powers = effect.powers(&self.forces, hidden);
             self.slip_power += powers.as_slice().first().copied().unwrap_or_default();
             let of_amplitudes = powers.iter().skip(1).copied();
             self.amplitudes = effect.rates.iter().copied().zip(of_amplitudes).collect();
         }
         self
     }
+}
+
+/// Linked spheres whose further degrees of freedom an effect drives.
+///
+/// # Errors
+/// An effect for others.
+fn driven<'m, M: Mobility>(
+    system: LinkedSpheres<'m, M>,
+    effect: Option<&SurfaceEffect>,
+) -> Result<LinkedSpheres<'m, M>, ModelError> {
+    Ok(match effect {
+        Some(effect) if !effect.hidden.is_empty() => system.with_hidden(effect.hidden.clone())?,
+        _ => system,
+    })
 }
 
 impl SomeLinkages<'_> {
@@ -126,7 +141,7 @@ impl SomeLinkages<'_> {
         };
         let residual = if scale > 0.0 { residual / scale } else { 0.0 };
         let solution = self.solution(&own, forces, mean_flow, residual)?;
-        Ok(solution.with_powers(effect))
+        Ok(solution.with_powers(effect, &DVector::zeros(0)))
     }
 
     /// The coordinates of each linkage, one after the other in all.
@@ -191,15 +206,7 @@ impl SomeLinkages<'_> {
     ) -> Result<IteratedSolution<'m, M>, ModelError> {
         let system = self.spheres(mobility, effect)?;
         let found = system.solve(residual)?;
-        let forces = found.forces.clone();
-        let solution = self
-            .solution(
-                &found.coordinates,
-                forces,
-                self.flow_of(&found),
-                found.residual,
-            )?
-            .with_powers(effect);
+        let solution = self.solution_of(&found, effect)?;
         Ok(IteratedSolution {
             mobility,
             system,
@@ -216,20 +223,30 @@ impl SomeLinkages<'_> {
     pub fn by_similar_mobility(
         &self,
         mobility: &impl Mobility,
-        near: &LinkedMotion,
-        residual: f64,
+        effect: Option<&SurfaceEffect>,
+        (near, residual): (&LinkedMotion, f64),
     ) -> Result<(MobilitySolution, LinkedMotion), ModelError> {
-        let found = self.spheres(mobility, None)?.solve_near(near, residual)?;
-        let forces = found.forces.clone();
-        Ok((
-            self.solution(
-                &found.coordinates,
-                forces,
-                self.flow_of(&found),
-                found.residual,
-            )?,
-            found,
-        ))
+        let system = self.spheres(mobility, effect)?;
+        let found = system.solve_near(near, residual)?;
+        Ok((self.solution_of(&found, effect)?, found))
+    }
+
+    /// The solution of linked spheres with an effect of their surfaces.
+    ///
+    /// # Errors
+    /// Joints that contradict each other.
+    fn solution_of(
+        &self,
+        found: &LinkedMotion,
+        effect: Option<&SurfaceEffect>,
+    ) -> Result<MobilitySolution, ModelError> {
+        let solution = self.solution(
+            &found.coordinates,
+            found.forces.clone(),
+            self.flow_of(found),
+            found.residual,
+        )?;
+        Ok(solution.with_powers(effect, &found.hidden))
     }
 
     /// Forces of spheres that move as in a solution, by another mobility, as in
@@ -241,11 +258,11 @@ impl SomeLinkages<'_> {
         &self,
         solution: &MobilitySolution,
         mobility: &impl Mobility,
-        near: &LinkedMotion,
-        residual: f64,
+        effect: Option<&SurfaceEffect>,
+        (near, residual): (&LinkedMotion, f64),
     ) -> Result<DVector<f64>, ModelError> {
         let velocities = solution.generalised.select_rows(&self.surface_velocities);
-        let velocities = velocities - self.force_free(None, &solution.mean_flow);
+        let velocities = velocities - self.force_free(effect, &solution.mean_flow);
         let held = self.surfaces.iter().map(|spheres| {
             let entries = (spheres.iter()).flat_map(|&k| &velocities.as_slice()[6 * k..6 * k + 6]);
             let rows = 6 * spheres.len();
@@ -257,7 +274,7 @@ impl SomeLinkages<'_> {
                 damping: DMatrix::zeros(0, 0),
             }
         });
-        let system = LinkedSpheres::new(mobility, held.collect())?;
+        let system = driven(LinkedSpheres::new(mobility, held.collect())?, effect)?;
         Ok(system.solve_near(near, residual)?.forces)
     }
 
@@ -313,7 +330,7 @@ impl SomeLinkages<'_> {
                 damping: one.damping.clone(),
             }
         });
-        let system = LinkedSpheres::new(mobility, linkages.collect())?;
+        let system = driven(LinkedSpheres::new(mobility, linkages.collect())?, effect)?;
         Ok(match self.mean_flow {
             MeanFlowCondition::Velocity(_) => system,
             MeanFlowCondition::TotalForce(total) => system.with_total_force(total)?,

@@ -4,9 +4,9 @@
 use std::f64::consts::PI;
 use std::time::Instant as Clock;
 
-use microhydro::multipole::{ExpansionCost, MultipoleMobility, Variant};
+use microhydro::multipole::{ExpansionCost, MultipoleMobility, SlipModes, Variant};
 use microhydro::{Accuracy, HydroError, LinkedMotion, Medium, Mobility, Spheres};
-use nalgebra::{DVector, Matrix3};
+use nalgebra::{DVector, Matrix3, Vector3};
 use scene::ModelEstimatesKind;
 use stokes::{Seconds, SolverReport};
 
@@ -17,6 +17,7 @@ use crate::linked_bodies::{LargestDifferences, LinkedBodies, MobilitySolution};
 use crate::query::{Configuration, Query};
 use crate::response::Response;
 use crate::solution::{InstantaneousSolution, Stresslets};
+use crate::surface_motion::SurfaceEffect;
 
 /// Largest number of spheres whose resistance matrix is computed: its cost of hundredths of a
 /// second serves all rates of the joints in a configuration.
@@ -70,8 +71,10 @@ const GIVEN_FORCES_IN_NARROW_GAPS: Control = Control {
 };
 
 impl Control {
-    fn of(linked: &LinkedBodies, narrowest: f64) -> &'static Self {
-        match (linked.all().has_given_forces(), narrowest < NARROW) {
+    fn of(linked: &LinkedBodies, mobility: &MultipoleMobility) -> &'static Self {
+        // The factors of given forces were not measured with slip.
+        let has_given_forces = linked.all().has_given_forces() && mobility.slip().is_none();
+        match (has_given_forces, mobility.narrowest() < NARROW) {
             (true, false) => &GIVEN_FORCES,
             (true, true) => &GIVEN_FORCES_IN_NARROW_GAPS,
             (false, _) => &WITH_JOINTS,
@@ -79,7 +82,7 @@ impl Control {
     }
 }
 
-/// The motion of all bodies, without error bars.
+/// The motion of all bodies, without error bars, with an effect of their surfaces.
 ///
 /// # Errors
 /// An iteration that does not converge; joints that contradict each other.
@@ -87,25 +90,50 @@ pub(super) fn solution(
     mobility: &MultipoleMobility,
     accuracy: &Accuracy,
     linked: &LinkedBodies,
+    effect: Option<&SurfaceEffect>,
 ) -> Result<MobilitySolution, ModelError> {
-    let control = Control::of(linked, mobility.narrowest());
+    let control = Control::of(linked, mobility);
     let residual = control.residual * accuracy.tolerance;
-    Ok(linked.all().by_mobility(mobility, None, residual)?.solution)
+    Ok(linked
+        .all()
+        .by_mobility(mobility, effect, residual)?
+        .solution)
+}
+
+/// The effect of slip; none without.
+pub(super) fn effect_of_slip(mobility: &MultipoleMobility) -> Option<SurfaceEffect> {
+    mobility.slip().map(SurfaceEffect::of_multipoles)
 }
 
 impl SpheresModel {
-    /// The accuracy of expansions by iteration; none for few spheres, and where walls, slip,
-    /// deformation or background flow need a resistance matrix.
+    /// The accuracy of expansions by iteration; none for few spheres, and where walls, deformation
+    /// or background flow need a resistance matrix.
     fn iterates(&self) -> Option<Accuracy> {
         let SphereModel::Multipole(tolerance) = self.kind else {
             return None;
         };
         let scene = &self.scaled.scene;
-        let at_rest =
-            scene.background().is_none() && !scene.deforms() && !scene.has_surface_velocity();
+        let at_rest = scene.background().is_none() && !scene.deforms();
         let many = self.names.len() > FEW && self.medium == Medium::Unbounded && at_rest;
         // Nothing else knows the images.
         (many || self.period.is_some()).then_some(Accuracy::relative(tolerance))
+    }
+
+    /// Slip in the modes of expansions by iteration; none without.
+    ///
+    /// # Errors
+    /// Values of joints for which a loop does not close.
+    fn slip_modes(
+        &self,
+        configuration: Configuration,
+        spheres: &Spheres,
+    ) -> Result<Option<SlipModes>, ModelError> {
+        let squirmers = self.squirmers(configuration)?;
+        if squirmers.is_empty() {
+            return Ok(None);
+        }
+        let slip = |sphere: usize, n: &Vector3<f64>| squirmers[sphere].slip(n);
+        Ok(Some(SlipModes::new(spheres, &slip)?))
     }
 
     /// Predicted cost of a solution by iteration; none where a resistance matrix is needed.
@@ -114,16 +142,20 @@ impl SpheresModel {
     /// A tolerance that is not between `1e-13` and 1.
     pub(super) fn cost_by_iteration(
         &self,
+        configuration: Configuration,
         spheres: &Spheres,
     ) -> Result<Option<ExpansionCost>, ModelError> {
         let Some(accuracy) = self.iterates() else {
             return Ok(None);
         };
         let scene = &self.scaled.scene;
-        let given = scene.articulation().joints().is_empty() && !scene.has_held_bodies();
+        let slip = self.slip_modes(configuration, spheres)?;
+        let is_held = !scene.articulation().joints().is_empty() || scene.has_held_bodies();
+        let given = !is_held && slip.is_none();
         let control = if given { GIVEN_FORCES } else { WITH_JOINTS };
         let residual = control.residual * accuracy.tolerance;
-        let cost = MultipoleMobility::cost(spheres, self.period.as_ref(), &accuracy, residual);
+        let control = (&accuracy, residual);
+        let cost = MultipoleMobility::cost(spheres, self.period.as_ref(), control, slip.as_ref());
         Ok(self.resolved(cost)?)
     }
 
@@ -141,9 +173,12 @@ impl SpheresModel {
             return Ok(None);
         };
         let spheres = self.spheres(configuration)?;
-        let mobility = match &self.period {
-            Some(size) => MultipoleMobility::periodic(&spheres, size, &accuracy),
-            None => MultipoleMobility::new(&spheres, &accuracy),
+        let mobility = match (self.slip_modes(configuration, &spheres)?, &self.period) {
+            (Some(slip), size) => {
+                MultipoleMobility::with_slip(&spheres, size.as_ref(), &accuracy, &slip)
+            }
+            (None, Some(size)) => MultipoleMobility::periodic(&spheres, size, &accuracy),
+            (None, None) => MultipoleMobility::new(&spheres, &accuracy),
         };
         let Some(mobility) = self.resolved(mobility)? else {
             return Ok(None);
@@ -167,8 +202,10 @@ impl SpheresModel {
         let linked = LinkedBodies::new(&self.scaled, query, rates)?;
         let all = linked.all();
         let assembly = clock.elapsed().as_secs_f64();
-        let control = Control::of(&linked, mobility.narrowest());
-        let solved = all.by_mobility(&mobility, None, control.residual * accuracy.tolerance)?;
+        let control = Control::of(&linked, &mobility);
+        let effect = effect_of_slip(&mobility);
+        let residual = control.residual * accuracy.tolerance;
+        let solved = all.by_mobility(&mobility, effect.as_ref(), residual)?;
         let (solution, found) = (solved.solution, solved.found);
         let solve = clock.elapsed().as_secs_f64() - assembly;
         let is_estimated = query.random_loads.is_none()
@@ -178,7 +215,8 @@ impl SpheresModel {
         let estimated = match is_estimated {
             true => {
                 let solved = (&solution, &found, &response, stresslets.as_deref());
-                let errors = self.errors_by_variants(&mut mobility, control, &linked, solved);
+                let by = (control, effect.as_ref());
+                let errors = self.errors_by_variants(&mut mobility, by, &linked, solved);
                 self.definite(errors)?
             }
             false => None,
@@ -215,11 +253,11 @@ impl SpheresModel {
     /// Error bars from solutions by the variants of the expansions, and that of the stresslets.
     ///
     /// `solved` are the solution, its forces and multipoles, the response of the bodies and the
-    /// stresslets that are asked for.
+    /// stresslets that are asked for. Errors of slip have no sign.
     fn errors_by_variants(
         &self,
         mobility: &mut MultipoleMobility,
-        control: &Control,
+        (control, effect): (&Control, Option<&SurfaceEffect>),
         linked: &LinkedBodies,
         (solution, found, response, stresslets): (
             &MobilitySolution,
@@ -238,7 +276,8 @@ impl SpheresModel {
             (Variant::Lowered, tail, tail.min(control.most_tail)),
         ] {
             mobility.set_variant(variant);
-            let (other, of_other) = all.by_similar_mobility(mobility, found, control.of_change)?;
+            let near = (found, control.of_change);
+            let (other, of_other) = all.by_similar_mobility(mobility, effect, near)?;
             let differences = all.largest_differences(solution, &other);
             bars.add(
                 factor,
@@ -267,7 +306,12 @@ impl SpheresModel {
         let slower = (NARROW / mobility.narrowest()).max(1.0);
         let of_iteration = RESIDUAL_FACTOR * slower * found.residual;
         let [motion, load] = [&solution.generalised, &solution.forces].map(DVector::norm);
-        let motion = motion + solution.mean_flow.norm();
+        // A sphere that others keep at rest, or that has no swimming mode, has slip all the same.
+        let slip = mobility.slip();
+        let speed = slip.map_or(0.0, |slip| slip.speed);
+        let of_slip = slip.map_or(0.0, |slip| slip.hidden.norm() * found.hidden.norm());
+        let count = mobility.spheres().len() as f64;
+        let motion = motion + solution.mean_flow.norm() + count.sqrt() * speed;
         bars.add(
             of_iteration,
             &LargestDifferences {
@@ -275,7 +319,7 @@ impl SpheresModel {
                 angular_velocity: motion,
                 force: load,
                 torque: load,
-                power: motion * load,
+                power: motion * load + of_slip,
                 linkage_power: 1.0,
                 mean_flow: motion,
                 total_force: load,
@@ -284,16 +328,24 @@ impl SpheresModel {
         let sizes = stresslets.into_iter().flatten().map(Matrix3::norm);
         of_stresslets += of_iteration * sizes.fold(0.0, f64::max);
         if !all.is_held() && !all.has_given_forces() {
-            let forces = all.forces_of_motion(solution, mobility, found, control.of_change)?;
+            let near = (found, control.of_change);
+            let forces = all.forces_of_motion(solution, mobility, effect, near)?;
             let changes = tail * (&solution.forces - forces);
             let [velocity, angular] = unbalanced_velocities(mobility.spheres(), &changes);
             bars.velocity = bars.velocity.max(UNBALANCED_PART * velocity);
             bars.angular_velocity = bars.angular_velocity.max(UNBALANCED_PART * angular);
         }
+        // Errors of couplings are terms of one sign in the power of slip. In the velocities they may
+        // cancel by symmetry: those of a squirmer alone in a cubic box were 1800 times the bar.
+        let power = all.power(solution);
+        if power > 0.0 {
+            bars.velocity = bars.velocity.max(bars.power / power * speed);
+        }
         // As for a resistance matrix: a rotation may change little by chance.
         let of_velocity = bars.velocity / self.scaled.shortest_lever;
         bars.angular_velocity = bars.angular_velocity.max(of_velocity);
         errors.bars = Some(bars);
+        errors.signed = errors.signed.filter(|_| effect.is_none());
         Ok((errors, of_stresslets))
     }
 

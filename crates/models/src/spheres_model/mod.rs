@@ -220,7 +220,7 @@ impl SpheresModel {
     ///
     /// # Errors
     /// [`ModelError::Unsupported`] for shapes that are not spheres and for other domains; in a
-    /// periodic box for all but rigid spheres, with slip by `rpy`.
+    /// periodic box for all but rigid spheres, with slip by `rpy` and `multipole`.
     pub fn new(scene: &Scene, kind: SphereModel) -> Result<Self, ModelError> {
         let refuse = |key: &str, what: &str, instead: &str| {
             let what = format!("{}: {what}", scene.place(key));
@@ -245,10 +245,6 @@ impl SpheresModel {
                 return refuse("domain.kind", what, elsewhere);
             }
             let is_multipole = matches!(kind, SphereModel::Multipole(_));
-            if is_multipole && scene.has_slip() {
-                let what = "slip in a periodic box for multipole expansions";
-                return refuse("domain.kind", what, "use model.kind = \"rpy\" or \"auto\"");
-            }
             if !is_multipole && scene.model().estimates == ModelEstimatesKind::Full {
                 let what = "model.estimates = \"full\" in a periodic box";
                 let instead = "use \"sampled\", which has the images nearest to some bodies";
@@ -344,7 +340,7 @@ impl SpheresModel {
     /// Spheres that are too close.
     pub fn predicted_seconds(&self, configuration: Configuration) -> Result<f64, ModelError> {
         let spheres = self.spheres(configuration)?;
-        if let Some(cost) = self.cost_by_iteration(&spheres)? {
+        if let Some(cost) = self.cost_by_iteration(configuration, &spheres)? {
             return Ok(cost.seconds);
         }
         let columns = match self.scaled.scene.has_surface_velocity() || self.scaled.scene.deforms()
@@ -478,7 +474,8 @@ impl SpheresModel {
             }
             None => match self.by_iteration(configuration, |own, mobility, accuracy| {
                 let linked = LinkedBodies::new(&own.scaled, &query, rates)?;
-                iterated_expansions::solution(&mobility, accuracy, &linked)
+                let effect = iterated_expansions::effect_of_slip(&mobility);
+                iterated_expansions::solution(&mobility, accuracy, &linked, effect.as_ref())
             })? {
                 Some(solution) => solution,
                 None => {
@@ -667,7 +664,7 @@ impl Hydrodynamics for SpheresModel {
         let predicted = self.predicted_seconds(configuration)?;
         if predicted > MAX_MEASURED_SECONDS {
             let spheres = self.spheres(configuration)?;
-            let (dofs, mib) = match (self.kind, self.cost_by_iteration(&spheres)?) {
+            let (dofs, mib) = match (self.kind, self.cost_by_iteration(configuration, &spheres)?) {
                 (_, Some(cost)) => (cost.dofs, cost.mib),
                 (SphereModel::Multipole(tolerance), None) => {
                     multipole::predicted_size(&spheres, &self.medium, tolerance)?
@@ -715,7 +712,7 @@ impl Hydrodynamics for SpheresModel {
             }
             None => match self.by_iteration(configuration, |own, mobility, accuracy| {
                 let solve = |linked: &LinkedBodies| {
-                    iterated_expansions::solution(&mobility, accuracy, linked)
+                    iterated_expansions::solution(&mobility, accuracy, linked, None)
                 };
                 linked_bodies::joint_responses(&own.scaled, configuration, solve)
             })? {

@@ -91,6 +91,62 @@ fn bars_of_squirmers_by_rotne_prager_and_yamakawa_contain_their_errors() {
     }
 }
 
+/// Squirmers at gaps of 0.05 and more, some linked, with forces, or held, against finer expansions
+/// without a matrix, which in turn are those of the resistance matrix for few.
+#[test]
+fn bars_of_many_squirmers_by_expansions_contain_their_errors() {
+    let text = |gap: f64, linked: bool| {
+        let bodies: String = (0..27)
+            .map(|k| {
+                let turn = f64::from(k);
+                let place = [k % 3, k / 3 % 3, k / 9].map(|x| (2.0 + gap) * f64::from(x));
+                let axis = [turn.sin(), turn.cos(), (2.0 * turn).sin()];
+                let keys = match k {
+                    5 if linked => "force = [0, 3, -1]".to_owned(),
+                    11 if linked => "fixed = true".to_owned(),
+                    _ => format!(
+                        "slip = {{ b1 = 1, b2 = {:?}, axis = {axis:?} }}",
+                        2.0 - 0.3 * (turn % 12.0)
+                    ),
+                };
+                format!("[[bodies]]\nname = \"s{k}\"\nradius = 1\nposition = {place:?}\n{keys}\n")
+            })
+            .collect();
+        let link = "[[links]]\nname = \"arm\"\nbody = \"s0\"\nto = \"s1\"\n";
+        bodies + if linked { link } else { "" }
+    };
+    for (gap, linked) in [(1.0, false), (0.05, false), (0.3, true)] {
+        let scene = Scene::parse(&text(gap, linked)).unwrap();
+        let rates = vec![0.5; usize::from(linked)];
+        let solve = |kind| solve_at_start(&mut SpheresModel::new(&scene, kind).unwrap(), &rates);
+        let exact = solve(SphereModel::Multipole(1e-6));
+        for tolerance in [1e-2, 1e-3] {
+            let found = solve(SphereModel::Multipole(tolerance));
+            assert!(found.solver.iterations > 1, "not by the resistance matrix");
+            let pairs = || found.bodies.iter().zip(&exact.bodies);
+            let velocity = largest(pairs(), |(a, b)| a.velocity - b.velocity);
+            let spin = largest(pairs(), |(a, b)| a.angular_velocity - b.angular_velocity);
+            let force = largest(pairs(), |(a, b)| a.force - b.force);
+            let torque = largest(pairs(), |(a, b)| a.torque - b.torque);
+            let power = (found.power() - exact.power()).abs();
+            for (what, error, bar) in [
+                ("velocity", velocity, found.error_estimate),
+                ("angular velocity", spin, found.angular_velocity_error),
+                ("force", force, found.force_error),
+                ("torque", torque, found.torque_error),
+                ("power", power, found.power_error),
+            ] {
+                let bar = bar.model.unwrap();
+                let case = format!("{what} at {gap} and {tolerance:e}");
+                within(error, bar + 1e-9, format!("the bar: {case}"));
+                // The speed of a squirmer alone is of order one.
+                let size = if what == "power" { exact.power() } else { 10.0 };
+                within(bar, 30.0 * tolerance * size, format!("a small bar: {case}"));
+            }
+        }
+    }
+}
+
 #[test]
 fn slip_by_models_of_point_forces_is_refused_where_it_is_not_computed() {
     let body = "[[bodies]]\nname = \"a\"\nradius = 1\nposition = [0, 0, 3]\n\
