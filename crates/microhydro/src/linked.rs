@@ -124,7 +124,8 @@ pub struct LinkedMotion {
 ///
 /// The matrix is symmetric positive definite and is never formed: conjugate gradients apply `M`,
 /// preconditioned by the factorised blocks of the linkages alone. Further degrees of freedom of the
-/// mobility join the multipliers; the slip of surfaces drives them ([`LinkedSpheres::with_hidden`]). A dashpot is one more force, with its coefficient as mobility.
+/// mobility join the multipliers; slip drives them ([`LinkedSpheres::with_hidden`]).
+/// A dashpot is one more force, with its coefficient as mobility.
 /// Memory: `O(n)` for linkages of bounded size.
 pub struct LinkedSpheres<'a, M = PointMobility<'a>> {
     mobility: &'a M,
