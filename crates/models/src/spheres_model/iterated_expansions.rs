@@ -335,8 +335,8 @@ impl SpheresModel {
             bars.velocity = bars.velocity.max(UNBALANCED_PART * velocity);
             bars.angular_velocity = bars.angular_velocity.max(UNBALANCED_PART * angular);
         }
-        // Errors of couplings have one sign in the power of slip. In velocities, changes may cancel by
-        // symmetry: errors of a squirmer alone in a cubic box were 1800 times the bar.
+        // Errors of couplings have one sign in the power of slip. In velocities changes may cancel
+        // by symmetry: errors of a squirmer alone in a cubic box were 1800 times the bar.
         let power = all.power(solution);
         if power > 0.0 {
             bars.velocity = bars.velocity.max(bars.power / power * speed);
